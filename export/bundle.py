@@ -1,0 +1,125 @@
+"""Bundles on disk: writing one whole or not at all, and reading its manifest."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import torch
+from safetensors.torch import load_file, save
+
+SUFFIX = ".chiasm"
+SCHEMA_VERSION = 1
+
+
+class BundleError(RuntimeError):
+    """A bundle is damaged, or is not one."""
+
+
+@cache
+def schema() -> dict[str, Any]:
+    """The JSON Schema of manifests."""
+    return json.loads(resources.files(__package__).joinpath("manifest.schema.json").read_text())
+
+
+def sha256(data: bytes) -> str:
+    """The hash, in hexadecimal."""
+    return hashlib.sha256(data).hexdigest()
+
+
+@dataclass
+class Golden:
+    """Inputs and eager outputs of one method, for one value of T."""
+
+    method: str
+    variant: str | None
+    tensors: dict[str, torch.Tensor]
+
+
+@dataclass
+class Writer:
+    """Collects a bundle's files and writes the folder at once."""
+
+    manifest: dict[str, Any]
+    files: dict[str, bytes] = field(default_factory=dict)
+
+    def artifact(self, method: str, file: str, data: bytes, **entry: Any) -> None:
+        """Add a file that a backend loads; a file that serves two methods is stored once."""
+        self.files[file] = data
+        self.manifest["methods"][method]["artifacts"].append({"file": file, "size": len(data), "sha256": sha256(data), **entry})
+
+    def golden(self, cases: list[Golden]) -> None:
+        """Add the golden vectors."""
+        tensors, listed = {}, []
+        for case in cases:
+            prefix = f"{case.method}.{case.variant}" if case.variant else case.method
+            tensors |= {f"{prefix}/{name}": t.contiguous() for name, t in case.tensors.items()}
+            listed.append({"prefix": prefix, "method": case.method, "dtype": case.variant})
+        data = save(tensors)
+        self.files["golden.safetensors"] = data
+        self.manifest["golden"] = {"file": "golden.safetensors", "size": len(data), "sha256": sha256(data), "cases": listed}
+
+    def write(self, folder: Path) -> Path:
+        """Write `folder`/NAME.chiasm, replacing one that is there; returns its path."""
+        self.manifest["created"] = datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+        jsonschema.validate(self.manifest, schema())
+        target = folder / f"{self.manifest['name']}{SUFFIX}"
+        folder.mkdir(parents=True, exist_ok=True)
+        scratch = Path(tempfile.mkdtemp(dir=folder, prefix=".writing-"))
+        for name, data in self.files.items():
+            (scratch / name).write_bytes(data)
+        (scratch / "manifest.json").write_text(json.dumps(self.manifest, indent=1) + "\n")
+        scratch.chmod(0o755)
+        if target.exists():
+            shutil.rmtree(target)
+        os.rename(scratch, target)
+        return target
+
+
+def read_manifest(bundle: Path) -> dict[str, Any]:
+    """The manifest of a bundle, checked against the schema."""
+    file = bundle / "manifest.json"
+    if not file.is_file():
+        raise BundleError(f"{bundle}: not a bundle: it has no manifest.json (`chiasm export --help` makes one)")
+    try:
+        manifest = json.loads(file.read_text())
+    except ValueError as error:
+        raise BundleError(f"{file}: not JSON: {error}") from error
+    version = manifest.get("schema_version") if isinstance(manifest, dict) else None
+    if isinstance(version, int) and version > SCHEMA_VERSION:
+        raise BundleError(f"{file}: written with schema version {version}, this chiasm reads up to {SCHEMA_VERSION}: upgrade chiasm")
+    try:
+        jsonschema.validate(manifest, schema())
+    except jsonschema.ValidationError as error:
+        raise BundleError(f"{file}: at {error.json_path}: {error.message}") from error
+    return manifest
+
+
+def read_file(bundle: Path, entry: dict[str, Any]) -> bytes:
+    """A file of the bundle whose size and hash are those of its manifest entry."""
+    path = bundle / entry["file"]
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise BundleError(f"{path}: {error.strerror}") from error
+    if len(data) != entry["size"]:
+        raise BundleError(f"{path}: {len(data)} bytes, the manifest says {entry['size']}: truncated or replaced")
+    if sha256(data) != entry["sha256"]:
+        raise BundleError(f"{path}: sha256 differs from the manifest's: damaged or tampered with")
+    return data
+
+
+def read_golden(bundle: Path, manifest: dict[str, Any]) -> dict[str, torch.Tensor]:
+    """The golden vectors by name."""
+    read_file(bundle, manifest["golden"])
+    return load_file(bundle / manifest["golden"]["file"])

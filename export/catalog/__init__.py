@@ -1,0 +1,47 @@
+"""The catalog: every op that chiasm deploys, one spec each, in a module per family.
+
+An entry is a few declarative lines: see any of the modules. The function is found by the spec's name below `chiasm`, or is
+named by `fn` where one function has several specs (a spec freezes its configuration).
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..spec import Spec
+
+
+#: Least sizes for ops that look at neighbours: compiled code treats the borders apart from the middle, and needs one.
+STENCIL = {"H": (8, 32768), "W": (8, 32768)}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A spec and the path of its function below `chiasm`."""
+
+    spec: Spec
+    path: str
+
+    def function(self) -> Callable:
+        """The op."""
+        module, _, name = self.path.rpartition(".")
+        return getattr(importlib.import_module(f"chiasm.{module}"), name)
+
+
+_entries: dict[str, Entry] = {}
+
+
+def add(spec: Spec, fn: str | None = None) -> None:
+    """Put an op into the catalog."""
+    if spec.name in _entries:
+        raise ValueError(f"the catalog has {spec.name!r} already")
+    _entries[spec.name] = Entry(spec, fn or spec.name)
+
+
+def catalog() -> dict[str, Entry]:
+    """All entries by name, in alphabetical order."""
+    for family in ("color", "enhance", "feature", "filters", "geometry", "losses", "morphology", "pipelines"):
+        importlib.import_module(f"{__name__}.{family}")
+    return dict(sorted(_entries.items()))

@@ -1,0 +1,41 @@
+"""Filters."""
+
+from ..spec import Spec, TensorSpec, image
+from . import STENCIL, add
+
+add(Spec(
+    "filters.gaussian_blur2d",
+    [image(), TensorSpec("sigma", ("B", 2), range=(0.5, 3.0), description="standard deviations (y, x) of each image, in pixels")],
+    [TensorSpec("output", layout="NCHW")],
+    config={"kernel_size": (5, 5), "border_type": "reflect"},
+    symbols=STENCIL,
+    reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
+))
+
+add(Spec(
+    "filters.sobel",
+    [image()],
+    [TensorSpec("output", layout="NCHW", description="gradient magnitude")],
+    config={"normalized": True, "eps": 1e-6},
+    symbols=STENCIL,
+    dtypes=("float32", "float64"),
+    reference="OpenCV Sobel(BORDER_REPLICATE)",
+))
+
+add(Spec(
+    "filters.median_blur",
+    [image()],
+    [TensorSpec("output", layout="NCHW")],
+    config={"kernel_size": (3, 3), "border_type": "reflect"},
+    symbols=STENCIL,
+    reference="SciPy median_filter(mode='mirror')",
+))
+
+add(Spec(
+    "filters.bilateral_blur",
+    [image()],
+    [TensorSpec("output", layout="NCHW")],
+    config={"kernel_size": (5, 5), "sigma_color": 0.1, "sigma_space": (1.5, 1.5), "border_type": "reflect"},
+    symbols=STENCIL,
+    reference="the definition in NumPy float64, and OpenCV bilateralFilter on one channel",
+))

@@ -1,0 +1,124 @@
+"""Geometry: resampling, homographies, rotations."""
+
+import torch
+
+from ..spec import Spec, TensorSpec, Tolerance, image
+from . import add
+
+# --- resize ------------------------------------------------------------------------------------------------------------
+
+_LIKE = TensorSpec("like", ("OH", "OW"), "uint8", range=(0, 255), description="its shape is the size wanted; its values are not read")
+_SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
+
+for _name, _config in {
+    "bilinear": {"interpolation": "bilinear"},
+    "bicubic": {"interpolation": "bicubic"},
+    "nearest": {"interpolation": "nearest"},
+    "bilinear_antialias": {"interpolation": "bilinear", "antialias": True},
+    "bicubic_antialias": {"interpolation": "bicubic", "antialias": True},
+}.items():
+    add(Spec(
+        f"geometry.transform.resize.{_name}",
+        [image(), _LIKE],
+        [TensorSpec("output", layout="NCHW")],
+        config=_config,
+        symbols=_SIZES,
+        reference="torch.nn.functional.interpolate; OpenCV resize; Pillow where antialiased",
+    ), fn="geometry.transform.like.resize_like")
+
+# --- warp_perspective --------------------------------------------------------------------------------------------------
+
+
+def _homography(generator, batch):
+    """Mild homographies in pixel coordinates: near the identity, so that most of the image stays in view."""
+    scale = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [1e-3, 1e-3, 0.0]], dtype=torch.float64)
+    return torch.eye(3, dtype=torch.float64) + (torch.rand((batch, 3, 3), generator=generator, dtype=torch.float64) * 2 - 1) * scale
+
+
+def _sample_warp(generator, sizes, dtype):
+    shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
+    return {
+        "src": torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype),
+        "M": _homography(generator, sizes["B"]).to(dtype),
+        "like": torch.zeros((sizes["OH"], sizes["OW"]), dtype=torch.uint8),
+    }
+
+
+for _mode in ("bilinear", "nearest"):
+    for _padding in ("zeros", "border", "reflection", "fill"):
+        add(Spec(
+            f"geometry.transform.warp_perspective.{_mode}_{_padding}",
+            [image("src"), TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"), _LIKE],
+            [TensorSpec("output", layout="NCHW")],
+            config={"mode": _mode, "padding_mode": _padding},
+            symbols=_SIZES,
+            # bilinear weights amplify the rounding of coordinates by the image's contrast
+            tolerances={"float32": Tolerance(2e-3, 1e-3)},
+            gradients=None if _mode == "bilinear" else ("src",),
+            sample=_sample_warp,
+            reference="OpenCV warpPerspective",
+        ), fn="geometry.transform.like.warp_perspective_like")
+
+# --- find_homography_dlt -----------------------------------------------------------------------------------------------
+
+
+def _sample_points(generator, sizes, dtype):
+    """Points and where a homography takes them, with a little noise."""
+    points = torch.rand((sizes["B"], sizes["N"], 2), generator=generator, dtype=torch.float64) * 200
+    h = _homography(generator, sizes["B"])
+    mapped = torch.cat([points, torch.ones_like(points[..., :1])], -1) @ h.transpose(1, 2)
+    noise = torch.randn(points.shape, generator=generator, dtype=torch.float64) * 0.05
+    return {"points1": points.to(dtype), "points2": (mapped[..., :2] / mapped[..., 2:] + noise).to(dtype)}
+
+
+_POINTS = ("B", "N", 2)
+add(Spec(
+    "geometry.homography.find_homography_dlt",
+    [TensorSpec("points1", _POINTS, range=(0, 200), description="points in the first image (x, y)"),
+     TensorSpec("points2", _POINTS, range=(0, 200), description="the same points in the second image")],
+    [TensorSpec("homography")],
+    symbols={"N": (4, 1 << 20)},
+    dtypes=("float32", "float64"),
+    tolerances={"float32": Tolerance(1e-3, 1e-3), "float64": Tolerance(1e-6, 1e-6)},
+    sample=_sample_points,
+    reference="OpenCV findHomography; NumPy SVD in float64",
+))
+
+# --- conversions -------------------------------------------------------------------------------------------------------
+
+
+def _quaternions(generator, count):
+    q = torch.randn((count, 4), generator=generator, dtype=torch.float64)
+    return q / q.norm(dim=-1, keepdim=True)
+
+
+def _rotations(generator, count):
+    w, x, y, z = _quaternions(generator, count).unbind(-1)
+    rows = [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+            2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+            2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
+    return torch.stack(rows, -1).reshape(count, 3, 3)
+
+
+_KINDS = {
+    "axis_angle": (("N", 3), lambda g, n: torch.randn((n, 3), generator=g, dtype=torch.float64), "rotation vectors, angle in radians"),
+    "quaternion": (("N", 4), _quaternions, "unit quaternions (w, x, y, z)"),
+    "rotation_matrix": (("N", 3, 3), _rotations, "rotation matrices"),
+}
+
+
+def _sampler(kind):
+    return lambda generator, sizes, dtype: {kind: _KINDS[kind][1](generator, sizes["N"]).to(dtype)}
+
+
+for _source in _KINDS:
+    for _target in _KINDS:
+        if _source != _target:
+            add(Spec(
+                f"geometry.conversions.{_source}_to_{_target}",
+                [TensorSpec(_source, _KINDS[_source][0], description=_KINDS[_source][2])],
+                [TensorSpec(_target, description=_KINDS[_target][2])],
+                dtypes=("float32", "float64") if (_source, _target) == ("axis_angle", "rotation_matrix") else ("float32",),
+                sample=_sampler(_source),
+                reference="SciPy Rotation; Eigen",
+            ))

@@ -1,0 +1,195 @@
+"""The command `chiasm`."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from fnmatch import fnmatch
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from .bundle import SUFFIX, BundleError, read_manifest
+from .errors import ExportError
+
+console = Console()
+
+
+class _Group(click.Group):
+    """Turns the package's own errors into one line on stderr and exit status 1."""
+
+    def invoke(self, ctx: click.Context):
+        try:
+            return super().invoke(ctx)
+        except (ExportError, BundleError) as error:
+            raise click.ClickException(str(error)) from error
+
+
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
+def main() -> None:
+    """Export computer-vision ops to bundles, and look into, prove and run them.
+
+    \b
+    A first round:
+      chiasm list
+      chiasm export filters.sobel -o bundles
+      chiasm info bundles/filters.sobel.chiasm
+      chiasm verify bundles/filters.sobel.chiasm
+      chiasm run bundles/filters.sobel.chiasm photo.jpg edges.png
+    """
+
+
+@main.command("list")
+@click.argument("patterns", nargs=-1)
+def list_ops(patterns: tuple[str, ...]) -> None:
+    """List the ops that can be exported.
+
+    PATTERNS are names, or shell patterns such as 'filters.*'; without one, everything is listed.
+    """
+    table = Table("op", "inputs", "what it does", box=None, header_style="dim")
+    for name, entry in _select(patterns, everything=True).items():
+        inputs = ", ".join(f"{t.name} ({', '.join(map(str, t.shape))})" for t in entry.spec.inputs)
+        table.add_row(f"[bold]{name}[/]", inputs, (entry.function().__doc__ or "").strip().split("\n")[0])
+    console.print(table)
+
+
+@main.command()
+@click.argument("patterns", nargs=-1)
+@click.option("-a", "--all", "everything", is_flag=True, help="Export the whole catalog.")
+@click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), default=Path("bundles"), show_default=True, help="Folder that gets the bundles.")
+@click.option("-f", "--format", "formats", multiple=True, type=click.Choice(["torchscript", "onnx", "native"]), help="Make only this format (may be given again). [default: all]")
+@click.option("--isa", "isas", multiple=True, type=click.Choice(["x86-64-v3", "x86-64-v4"]), default=("x86-64-v3",), show_default=True, help="CPU level of the native code (may be given again).")
+@click.option("-j", "--jobs", type=click.IntRange(1), default=len(os.sched_getaffinity(0)), show_default="one a core", help="Ops to export at once.")
+def export(patterns, everything, output, formats, isas, jobs) -> None:
+    """Export ops to bundles.
+
+    PATTERNS are names, or shell patterns such as 'filters.*'. Native code is compiled with g++, 5 to 25 seconds a method;
+    compilations are kept in $CHIASM_CACHE (~/.cache/chiasm) and fetched from there when nothing has changed.
+    """
+    chosen = _select(patterns, everything)
+    if not chosen:
+        raise click.UsageError("name the ops to export, or --all (`chiasm list` shows them)")
+    formats = formats or ("torchscript", "onnx", "native")
+    started, failures = time.monotonic(), []
+    columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    # Workers are spawned, not forked: torch's threads do not survive a fork.
+    context = multiprocessing.get_context("spawn")
+    with Progress(*columns, console=console) as progress, ProcessPoolExecutor(min(jobs, len(chosen)), mp_context=context) as pool:
+        task = progress.add_task("exporting", total=len(chosen))
+        pending = {pool.submit(export_entry, name, output, formats, isas): name for name in chosen}
+        for done in as_completed(pending):
+            name = pending[done]
+            try:
+                seconds = done.result()
+                console.print(f"[green]exported[/] {name}{SUFFIX} [dim]{seconds:.1f} s[/]", highlight=False)
+            except ExportError as error:
+                failures.append(str(error))
+                console.print(f"[red]failed[/] {error}", highlight=False)
+            progress.update(task, advance=1, description=name)
+    if failures:
+        raise ExportError(f"{len(failures)} of {len(chosen)} ops failed")
+    console.print(f"{len(chosen)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}", highlight=False)
+
+
+def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...]) -> float:
+    """Export one op of the catalog, in a process of its own; returns the seconds it took."""
+    import warnings
+
+    warnings.simplefilter("ignore")
+    from .catalog import catalog
+    from .exporter import export as export_op
+
+    started = time.monotonic()
+    entry = catalog()[name]
+    export_op(entry.function(), entry.spec, output, formats, isas)
+    return time.monotonic() - started
+
+
+@main.command()
+@click.argument("bundle", type=click.Path(path_type=Path, exists=True))
+@click.option("--json", "as_json", is_flag=True, help="Print the manifest itself.")
+def info(bundle: Path, as_json: bool) -> None:
+    """Show what a bundle says of itself, without loading any engine."""
+    manifest = read_manifest(bundle)
+    if as_json:
+        click.echo(json.dumps(manifest, indent=1))
+        return
+    console.print(f"[bold]{manifest['name']}[/] {manifest['version']}  {manifest['summary']}", highlight=False)
+    if manifest["config"]:
+        console.print("config: " + ", ".join(f"{k}={v!r}" for k, v in manifest["config"].items()), highlight=False)
+    limits = ", ".join(f"{s} {d['min']}..{d['max']}" for s, d in manifest["symbols"].items())
+    console.print(f"sizes: {limits}", highlight=False)
+    for name, method in manifest["methods"].items():
+        table = Table("", "name", "dtype", "shape", "description", title=f"method {name}", title_justify="left", box=None, header_style="dim")
+        for kind in ("inputs", "outputs"):
+            for t in method[kind]:
+                dtype = "|".join(manifest["dtypes"]) if t["dtype"] == "T" else t["dtype"]
+                about = ", ".join(x for x in (t["description"], t["layout"], t["color"]) if x)
+                table.add_row(kind[:-1], t["name"], dtype, "(" + ", ".join(map(str, t["shape"])) + ")", about)
+        console.print(table)
+        for a in method["artifacts"]:
+            extra = " ".join(str(a[k]) for k in ("isa", "opset") if k in a) + (f" needs {', '.join(a['needs'])}" if a.get("needs") else "")
+            console.print(f"  {a['backend']:7} {a['file']:36} {a['size'] / 1024:8.1f} KiB  {extra}", highlight=False)
+
+
+@main.command()
+@click.argument("bundles", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
+def verify(bundles: tuple[Path, ...]) -> None:
+    """Replay a bundle's golden vectors on every backend present here.
+
+    Exit status 1 where a value is wrong or a file damaged; a backend that is missing is reported, and is no failure.
+    """
+    from .verify import verify as verify_bundle
+
+    table = Table("bundle", "method", "dtype", "backend", "largest error", "", box=None, header_style="bold")
+    ran = failed = 0
+    with Progress(TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), console=console, transient=True) as progress:
+        for bundle in progress.track(bundles, description="verifying"):
+            for row in verify_bundle(bundle):
+                ran += row.passed is not None
+                failed += row.passed is False
+                verdict = {True: "[green]pass[/]", False: f"[red]FAIL[/] {row.message}", None: f"[yellow]not run[/] {row.message}"}[row.passed]
+                table.add_row(bundle.name.removesuffix(SUFFIX), row.method, row.dtype, row.backend, f"{row.error:.2e}" if row.passed is not None else "", verdict)
+    console.print(table)
+    console.print(f"verify: {ran} checks, {failed} failed", highlight=False)
+    if failed or not ran:
+        raise SystemExit(1)
+
+
+@main.command()
+@click.argument("bundle", type=click.Path(path_type=Path, exists=True))
+@click.argument("source", type=click.Path(path_type=Path, exists=True, dir_okay=False))
+@click.argument("target", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("-b", "--backend", type=click.Choice(["auto", "native", "torch", "onnx"]), default="auto", show_default=True)
+@click.option("-s", "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Another input of the op, as JSON: --set 'sigma=[[1.5, 1.5]]'. For an input that only gives a size: --set like=480x640.")
+def run(bundle: Path, source: Path, target: Path, backend: str, settings: tuple[str, ...]) -> None:
+    """Run a bundle on the image file SOURCE and write its result to the image file TARGET."""
+    from .images import run_on_image
+
+    report = run_on_image(bundle, source, target, backend, dict(_setting(s) for s in settings))
+    console.print(report, highlight=False)
+
+
+def _setting(text: str) -> tuple[str, str]:
+    name, separator, value = text.partition("=")
+    if not separator:
+        raise click.UsageError(f"--set: expected NAME=VALUE, got {text!r}")
+    return name, value
+
+
+def _select(patterns: tuple[str, ...], everything: bool) -> dict:
+    from .catalog import catalog
+
+    entries = catalog()
+    for pattern in patterns:
+        if not any(fnmatch(name, pattern) for name in entries):
+            raise click.UsageError(f"no op matches {pattern!r} (`chiasm list` shows them)")
+    if not patterns and everything:
+        return entries
+    return {name: e for name, e in entries.items() if any(fnmatch(name, p) for p in patterns)}

@@ -1,0 +1,43 @@
+"""The module that every format is exported from: the op with its configuration bound and its tensors as named arguments."""
+
+from __future__ import annotations
+
+import keyword
+import linecache
+from collections.abc import Callable
+from typing import Any
+
+import torch
+from torch import nn
+
+from .errors import ExportError
+
+_serial = 0
+
+
+def bind(fn: Callable | nn.Module, arguments: list[str], config: dict[str, Any], name: str) -> nn.Module:
+    """An nn.Module whose `forward(arguments...)` calls `fn` with them and with `config`.
+
+    It is written as source text because torch.jit.script reads source, and because the arguments' names become the
+    tensors' names in ONNX.
+    """
+    global _serial
+    for argument in arguments:
+        if not argument.isidentifier() or keyword.iskeyword(argument):
+            raise ExportError(f"{name}: input name {argument!r} is not a Python identifier")
+    is_module = isinstance(fn, nn.Module)
+    passed = [a if is_module else f"{a}={a}" for a in arguments] + [f"{k}={v!r}" for k, v in sorted(config.items())]
+    callee = "self.fn" if is_module else "fn"
+    typed = ", ".join(f"{a}: Tensor" for a in arguments)
+    # The class carries the op's name, so that TorchScript's and ONNX's graphs do.
+    class_name = "Op_" + "".join(c if c.isalnum() else "_" for c in name)
+    source = f"class {class_name}(nn.Module):\n    def forward(self, {typed}):\n        return {callee}({', '.join(passed)})\n"
+    _serial += 1
+    filename = f"<chiasm {name} {_serial}>"
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    namespace: dict[str, Any] = {"nn": nn, "Tensor": torch.Tensor, "fn": fn, "__name__": "chiasm_op"}
+    exec(compile(source, filename, "exec"), namespace)
+    module = namespace[class_name]()
+    if is_module:
+        module.fn = fn
+    return module.eval()

@@ -1,0 +1,194 @@
+"""The native exporter: AOTInductor code, linked statically with the shim so that it needs no libtorch.
+
+The result is a `.pt2`: a zip with the shared library in it. An op that calls an ATen function which the shim does not have
+is packaged as AOTInductor does it, for the torch backend's loader, and says so (`needs: libtorch`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import re
+import subprocess
+import tempfile
+import zipfile
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import torch
+from torch.export import ExportedProgram
+
+from .errors import ExportError, explain
+from .spec import Spec
+
+SHIM = Path(__file__).resolve().parent / "shim"
+#: march and vector width (bits) for each instruction set level. v4 uses 256-bit vectors too: 512 was measured no faster.
+ISAS = {"x86-64-v3": 256, "x86-64-v4": 512}
+_ENTRY = "chiasm_native_entry"
+
+
+@dataclass(frozen=True)
+class NativeArtifact:
+    """The bytes of a `.pt2`, and whether it needs libtorch."""
+
+    data: bytes
+    needs_libtorch: bool
+
+
+def cache_folder() -> Path:
+    """Where compiled artifacts are kept between exports: $CHIASM_CACHE, or ~/.cache/chiasm."""
+    return Path(os.environ.get("CHIASM_CACHE") or Path.home() / ".cache" / "chiasm")
+
+
+def to_native(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
+    """Compile for a CPU of level `isa`, or fetch the same compilation from the cache."""
+    if isa not in ISAS:
+        raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
+    entry = cache_folder() / "native" / f"{_key(program, isa)}.pt2"
+    if not entry.exists():
+        artifact = _compile(program, spec, isa)
+        entry.parent.mkdir(parents=True, exist_ok=True)
+        # A rename is atomic: two exports at once leave one whole file.
+        with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
+            file.write(artifact.data)
+        os.replace(file.name, entry)
+    data = entry.read_bytes()
+    return NativeArtifact(data, needs_libtorch=not _is_torch_free(data))
+
+
+def _is_torch_free(data: bytes) -> bool:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return "chiasm/op.so" in archive.namelist()
+
+
+def _key(program: ExportedProgram, isa: str) -> str:
+    """Everything that the compiled code depends on."""
+    digest = hashlib.sha256()
+    for part in (
+        program.graph_module.print_readable(print_output=False),
+        # sizes and dtypes of the inputs, which the listing leaves out
+        str([(n.name, str(n.meta.get("val"))) for n in program.graph.nodes if n.op == "placeholder"]),
+        str(sorted((str(k), str(v)) for k, v in program.range_constraints.items())),
+        str({k: v.tolist() for k, v in sorted(program.constants.items()) if isinstance(v, torch.Tensor)}),
+        str({k: v.tolist() for k, v in sorted(program.state_dict.items())}),
+        isa,
+        torch.__version__,
+        subprocess.run([_compiler(), "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0],
+        _shim_hash(),
+        Path(__file__).read_text(),
+    ):
+        digest.update(part.encode() + b"\0")
+    return digest.hexdigest()
+
+
+def _compiler() -> str:
+    return os.environ.get("CXX", "g++")
+
+
+@cache
+def _shim_hash() -> str:
+    digest = hashlib.sha256()
+    for file in sorted(SHIM.iterdir()):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def _shim_folder() -> Path:
+    """The folder with the shim's static library and its version script, compiled once per compiler and torch."""
+    key = hashlib.sha256(f"{_shim_hash()} {torch.__version__} {_compiler()}".encode()).hexdigest()[:16]
+    folder = cache_folder() / f"shim-{key}"
+    if (folder / "libchiasm_shim.a").exists():
+        return folder
+    include = Path(torch.__file__).parent / "include"
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
+        work = Path(scratch) / "shim"
+        work.mkdir()
+        sources = sorted(SHIM.glob("*.cpp"))
+        flags = ["-std=c++20", "-O2", "-fPIC", "-fvisibility=hidden", "-fopenmp", "-ffunction-sections", "-march=x86-64-v3"]
+        for source in sources:
+            _run([_compiler(), *flags, f"-I{include}", f"-I{include}/torch/csrc/api/include", "-c", str(source), "-o", str(work / f"{source.stem}.o")])
+        _run(["ar", "rcs", str(work / "libchiasm_shim.a"), *(str(work / f"{s.stem}.o") for s in sources)])
+        (work / "symbols.map").write_text(f"{{ global: {_ENTRY}; local: *; }};\n")
+        try:
+            os.rename(work, folder)
+        except OSError:
+            if not (folder / "libchiasm_shim.a").exists():  # else another export was quicker
+                raise
+    return folder
+
+
+def _run(command: list[str]) -> str:
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise ExportError(f"{' '.join(command[:1])} failed:\n{done.stderr[-2000:]}\nThe native format needs g++ and binutils (Debian: apt-get install g++)")
+    return done.stdout
+
+
+def _compile(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
+    folder = _shim_folder()
+    # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
+    link = f"chiasm_shim -Wl,--version-script={folder / 'symbols.map'} -Wl,--undefined={_ENTRY} -Wl,--gc-sections -s"
+    library = _inductor(program, spec, isa, {"aot_inductor.link_libtorch": False, "aot_inductor.custom_op_libs": [link]}, folder)
+    with zipfile.ZipFile(io.BytesIO(library)) as archive:
+        (member,) = (n for n in archive.namelist() if n.endswith(".so"))
+        code = archive.read(member)
+    if not _missing_symbols(code):
+        return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
+    return NativeArtifact(_repack(_inductor(program, spec, isa, {}, folder)), needs_libtorch=True)
+
+
+def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, folder: Path) -> bytes:
+    import torch._inductor
+
+    settings = {
+        "cpp.march": isa,
+        "cpp.simdlen": ISAS[isa],
+        "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
+        "aot_inductor.enable_line_tables": False,
+        "assert_indirect_indexing": False,
+        **options,
+    }
+    threads, before = torch.get_num_threads(), os.environ.get("LIBRARY_PATH")
+    os.environ.setdefault("TORCHINDUCTOR_CACHE_DIR", str(cache_folder() / "inductor"))
+    os.environ["LIBRARY_PATH"] = f"{folder}:{before}" if before else str(folder)
+    torch.set_num_threads(32)  # else loops over a small example are compiled serial
+    try:
+        with tempfile.TemporaryDirectory() as scratch:
+            path = str(Path(scratch) / "op.pt2")
+            torch._inductor.aoti_compile_and_package(program, package_path=path, inductor_configs=settings)
+            return Path(path).read_bytes()
+    except Exception as error:
+        raise explain(spec.name, f"native code ({isa})", error) from error
+    finally:
+        torch.set_num_threads(threads)
+        if before is None:
+            del os.environ["LIBRARY_PATH"]
+        else:
+            os.environ["LIBRARY_PATH"] = before
+
+
+def _missing_symbols(code: bytes) -> list[str]:
+    """The functions of libtorch that the code calls and the shim does not have."""
+    with tempfile.NamedTemporaryFile(suffix=".so") as file:
+        file.write(code)
+        file.flush()
+        listing = _run(["nm", "-D", "--undefined-only", file.name])
+    return sorted(set(re.findall(r"\baoti_torch_\w+", listing)))
+
+
+def _repack(package: bytes) -> bytes:
+    """AOTInductor's package without what differs from one export to the next (sources with their build commands)."""
+    with zipfile.ZipFile(io.BytesIO(package)) as archive:
+        return _package({n: archive.read(n) for n in archive.namelist() if not n.endswith((".cpp", ".h"))})
+
+
+def _package(files: dict[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        for name, data in sorted(files.items()):
+            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data)
+    return buffer.getvalue()

@@ -1,0 +1,98 @@
+"""The ONNX exporter: standard operators of opset 18, which runs anywhere."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+
+import onnx
+import onnx_ir.passes
+import onnx_ir.passes.common as passes
+import torch
+from onnxscript.optimizer import _constant_folding
+from torch.export import ExportedProgram
+
+from .errors import explain
+from .graph import dynamic_shapes
+from .spec import Spec, TensorSpec
+
+OPSET = 18
+IR_VERSION = 8  # what ONNX Runtime 1.14 and later read
+
+
+def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outputs: list[TensorSpec], method: str) -> bytes:
+    """The bytes of a `.onnx`, checked."""
+    exporter_log = logging.getLogger("torch.onnx")
+    level = exporter_log.level
+    exporter_log.setLevel(logging.ERROR)  # it reports the absence of torchvision, which nothing here uses
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            made = torch.onnx.export(
+                program,
+                dynamo=True,
+                opset_version=OPSET,
+                dynamic_shapes=dynamic_shapes(spec, inputs),
+                output_names=[t.name for t in outputs],
+                optimize=False,
+                verbose=False,
+            )
+            assert made is not None
+            _simplify(made.model)
+    except Exception as error:
+        raise explain(spec.name, "ONNX", error) from error
+    finally:
+        exporter_log.setLevel(level)
+    model = made.model_proto
+    _strip(model.graph)
+    for function in model.functions:
+        _strip(function)
+    model.ir_version = IR_VERSION
+    model.producer_name, model.producer_version = "chiasm", ""
+    model.graph.name = f"{spec.name}.{method}"
+    del model.metadata_props[:]
+    for key, value in (("chiasm.op", spec.name), ("chiasm.version", spec.version), ("chiasm.method", method)):
+        model.metadata_props.add(key=key, value=value)
+    try:
+        onnx.checker.check_model(model, full_check=True)
+    except Exception as error:
+        raise explain(spec.name, "ONNX", error) from error
+    return model.SerializeToString(deterministic=True)
+
+
+def _simplify(model: onnx_ir.Model) -> None:
+    """torch.onnx's own optimisation without its pattern rewriter, whose time grows with the square of the graph (minutes for
+    a small linear solver) and whose fusions ONNX Runtime does at load anyway."""
+    limit = 8192  # elements; larger constants stay computed
+    onnx_ir.passes.Sequential(
+        passes.InlinePass(),
+        _constant_folding.FoldConstantsPass(shape_inference=True, input_size_limit=limit, output_size_limit=limit),
+        passes.RemoveUnusedNodesPass(),
+        passes.RemoveUnusedFunctionsPass(),
+        passes.RemoveUnusedOpsetsPass(),
+        passes.LiftConstantsToInitializersPass(lift_all_constants=True, size_limit=0),
+        passes.LiftSubgraphInitializersToMainGraphPass(),
+        passes.DeduplicateInitializersPass(),
+        passes.CommonSubexpressionEliminationPass(),
+        passes.RemoveUnusedNodesPass(),
+        passes.OutputFixPass(),
+        passes.NameFixPass(),
+    )(model)
+
+
+def _strip(graph: onnx.GraphProto | onnx.FunctionProto) -> None:
+    """Remove what tells of the machine that exported: stack traces and file names."""
+    graph.doc_string = ""
+    del graph.metadata_props[:]
+    for value in list(getattr(graph, "value_info", [])) + list(getattr(graph, "initializer", [])):
+        value.doc_string = ""
+        del value.metadata_props[:]
+    for tensor in [*getattr(graph, "input", []), *getattr(graph, "output", [])]:
+        if hasattr(tensor, "metadata_props"):
+            del tensor.metadata_props[:]
+    for node in graph.node:
+        node.doc_string = ""
+        del node.metadata_props[:]
+        for attribute in node.attribute:
+            if attribute.type == onnx.AttributeProto.GRAPH:
+                _strip(attribute.g)

@@ -1,0 +1,57 @@
+"""Inputs for export, goldens and parity: made from the spec, repeatable, at shapes that strain an op."""
+
+from __future__ import annotations
+
+import torch
+
+from .spec import Spec, TensorSpec
+
+#: The sizes that ops are exported at. All differ, also from constants that signatures contain (2, 3, 4, 9), because
+#: symbolic tracing takes equal sizes for the same symbol.
+EXAMPLE = {"B": 7, "C": 6, "H": 24, "W": 31, "N": 11, "OH": 14, "OW": 19}
+#: The sizes that they are tested at: none of EXAMPLE's, odd and even, batch 1 and 3, 1, 3 and 5 channels, non-square.
+TESTS = (
+    {"B": 1, "C": 1, "H": 37, "W": 53, "N": 4, "OH": 50, "OW": 33},
+    {"B": 3, "C": 3, "H": 64, "W": 20, "N": 17, "OH": 9, "OW": 41},
+    {"B": 1, "C": 5, "H": 19, "W": 121, "N": 100, "OH": 77, "OW": 78},
+    {"B": 3, "C": 1, "H": 96, "W": 33, "N": 6, "OH": 12, "OW": 10},
+)
+#: The sizes of the golden vectors: small, since they ship.
+GOLDEN = {"B": 1, "C": 3, "H": 17, "W": 22, "N": 8, "OH": 11, "OW": 13}
+
+
+def fit(spec: Spec, sizes: dict[str, int]) -> dict[str, int]:
+    """`sizes` for the spec's symbols, moved into their limits; symbols that chiasm does not know get a size of their own."""
+    result = {}
+    for index, (symbol, (low, high)) in enumerate(spec.used_symbols().items()):
+        wanted = sizes.get(symbol, sizes["N"] + 3 + index)
+        result[symbol] = min(max(wanted, low), high)
+    return result
+
+
+def dtype_of(name: str, variant: str | None) -> torch.dtype:
+    """The torch dtype of a spec's dtype, T standing for `variant`."""
+    return getattr(torch, variant if name == "T" else name)
+
+
+def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) -> dict[str, torch.Tensor]:
+    """Named inputs of the given sizes."""
+    generator = torch.Generator().manual_seed(seed)
+    dtype = dtype_of("T", variant) if variant else torch.float32
+    if spec.sample is not None:
+        made = spec.sample(generator, sizes, dtype)
+        return {t.name: made[t.name] for t in spec.inputs}
+    return {t.name: uniform(generator, t, sizes, variant) for t in spec.inputs}
+
+
+def uniform(generator: torch.Generator, tensor: TensorSpec, sizes: dict[str, int], variant: str | None) -> torch.Tensor:
+    """Independent uniform values in the tensor's range (0 to 1 where it states none)."""
+    shape = [sizes[d] if isinstance(d, str) else d for d in tensor.shape]
+    dtype = dtype_of(tensor.dtype, variant)
+    low, high = tensor.range or (0.0, 1.0)
+    if dtype.is_floating_point:
+        # drawn in float64 so that every dtype sees the same scene
+        return (torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low).to(dtype)
+    if dtype == torch.bool:
+        return torch.rand(shape, generator=generator) < 0.5
+    return torch.randint(int(low), int(high) + 1, shape, generator=generator).to(dtype)

@@ -1,0 +1,117 @@
+"""Specs: what the exporter must know of an op beyond its code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import torch
+
+Sampler = Callable[[torch.Generator, dict[str, int], torch.dtype], dict[str, torch.Tensor]]
+
+#: Limits of the symbols that most ops share; a spec may narrow them or add its own.
+DEFAULT_SYMBOLS = MappingProxyType(
+    {"B": (1, 4096), "C": (1, 1024), "H": (1, 32768), "W": (1, 32768), "N": (1, 1 << 20)}
+)
+
+
+@dataclass(frozen=True)
+class TensorSpec:
+    """One input or output.
+
+    shape: integers and symbols ("B", "H"); empty for outputs, whose shape the exporter derives.
+    dtype: "T", the type variable of a generic op, or a concrete one ("uint8"). Derived for outputs.
+    range: nominal values, used to make test inputs and told to users; not enforced.
+    """
+
+    name: str
+    shape: tuple[int | str, ...] = ()
+    dtype: str = "T"
+    layout: str = ""
+    color: str = ""
+    range: tuple[float, float] | None = None
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """|a - b| <= atol + rtol * |b|, for every backend against eager."""
+
+    atol: float
+    rtol: float
+
+
+DEFAULT_TOLERANCES = MappingProxyType(
+    {
+        "float64": Tolerance(1e-9, 1e-7),
+        "float32": Tolerance(2e-5, 1e-4),
+        "float16": Tolerance(4e-3, 4e-3),
+        "bfloat16": Tolerance(3e-2, 3e-2),
+    }
+)
+
+
+@dataclass(frozen=True)
+class Spec:
+    """How an op or pipeline is deployed.
+
+    name: the bundle's name, e.g. "filters.sobel".
+    inputs, outputs: the tensors, in the order of the function's arguments and results.
+    config: the function's other arguments, frozen into the artifacts.
+    symbols: limits (min, max) of the symbolic dimensions, where they differ from DEFAULT_SYMBOLS.
+    dtypes: what "T" stands for; the first is the default.
+    gradients: inputs that `vjp` differentiates by; None means every floating input, () means no vjp.
+    sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
+    """
+
+    name: str
+    inputs: Sequence[TensorSpec]
+    outputs: Sequence[TensorSpec] = (TensorSpec("output"),)
+    config: dict[str, Any] = field(default_factory=dict)
+    symbols: dict[str, tuple[int, int]] = field(default_factory=dict)
+    dtypes: tuple[str, ...] = ("float32",)
+    gradients: tuple[str, ...] | None = None
+    tolerances: dict[str, Tolerance] = field(default_factory=dict)
+    sample: Sampler | None = None
+    summary: str = ""
+    reference: str = ""
+    version: str = "1.0.0"
+    native: bool = True
+    onnx: bool = True
+
+    @property
+    def generic(self) -> bool:
+        """Whether some input is of the type variable T."""
+        return any(t.dtype == "T" for t in self.inputs)
+
+    def variants(self) -> tuple[str | None, ...]:
+        """The values of T to export for; (None,) where there is no T."""
+        return self.dtypes if self.generic else (None,)
+
+    def limits(self, symbol: str) -> tuple[int, int]:
+        """The least and greatest size of a symbol."""
+        found = self.symbols.get(symbol) or DEFAULT_SYMBOLS.get(symbol)
+        if found is None:
+            raise KeyError(f"spec {self.name!r}: symbol {symbol!r} has no limits: add symbols={{{symbol!r}: (min, max)}}")
+        return found
+
+    def used_symbols(self) -> dict[str, tuple[int, int]]:
+        """The limits of every symbol that an input's shape names, in order of appearance."""
+        names = [d for t in self.inputs for d in t.shape if isinstance(d, str)]
+        return {name: self.limits(name) for name in dict.fromkeys(names)}
+
+    def tolerance(self, dtype: str) -> Tolerance | None:
+        """The tolerance for outputs of a dtype; None means exact."""
+        return self.tolerances.get(dtype) or DEFAULT_TOLERANCES.get(dtype)
+
+
+def image(name: str = "input", channels: int | str = "C", color: str = "", range: tuple[float, float] = (0.0, 1.0), description: str = "") -> TensorSpec:
+    """A float image batch (B, C, H, W)."""
+    return TensorSpec(name, ("B", channels, "H", "W"), "T", "NCHW", color, range, description or "image batch")
+
+
+def frame(name: str = "frame", color: str = "BGR", description: str = "") -> TensorSpec:
+    """One uint8 camera frame (H, W, 3), as OpenCV hands it out."""
+    return TensorSpec(name, ("H", "W", 3), "uint8", "HWC", color, (0, 255), description or "camera frame")

@@ -1,0 +1,54 @@
+/** The interface between the native backend and a torch-free native artifact.
+ *
+ *  The artifact is a shared library: AOTInductor's code for one op, linked statically with the shim (`shim.cpp`), which
+ *  stands in for the few `aoti_torch_*` functions of libtorch that the code calls. All symbols are local but one,
+ *  `chiasm_native_entry`. So nothing of libtorch, present in the process or not, can be captured by it.
+ */
+#ifndef CHIASM_RUNTIME_SHIM_ABI_H
+#define CHIASM_RUNTIME_SHIM_ABI_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define CHIASM_NATIVE_ABI 1u
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Dense row-major tensor; dtype as in chiasm_dtype. */
+typedef struct chiasm_native_tensor {
+  void* data;
+  int32_t dtype;
+  int32_t ndim;
+  const int64_t* shape;
+} chiasm_native_tensor;
+
+/** What the artifact needs of the process during a run. */
+typedef struct chiasm_native_host {
+  void* context;
+  void* (*allocate)(void* context, size_t bytes); /**< scratch, aligned to 64 bytes; NULL where there is none left */
+  void (*release)(void* context, void* data, size_t bytes);
+  int32_t device_type, device_index; /**< as chiasm_device_type */
+  void* stream;                      /**< cudaStream_t, or NULL */
+  int32_t num_threads;               /**< > 0 */
+} chiasm_native_host;
+
+typedef struct chiasm_native_api {
+  size_t struct_size;
+  uint32_t abi; /**< CHIASM_NATIVE_ABI */
+  /** Each returns 0, or writes a message (NUL-terminated, truncated) and returns 1. */
+  int32_t (*create)(int32_t device_type, int32_t device_index, void** model, char* error, size_t error_size);
+  int32_t (*run)(void* model, const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs,
+                 const chiasm_native_host* host, char* error, size_t error_size);
+  void (*destroy)(void* model);
+} chiasm_native_api;
+
+typedef const chiasm_native_api* (*chiasm_native_entry_fn)(uint32_t abi);
+#define CHIASM_NATIVE_ENTRY "chiasm_native_entry"
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* CHIASM_RUNTIME_SHIM_ABI_H */

@@ -1,0 +1,217 @@
+// Stands in for libtorch in a torch-free native artifact: the exporter links this statically with AOTInductor's code.
+//
+// Outputs without a copy: AOTInductor allocates its outputs itself. The generated code is straight-line, so the n-th
+// allocation of a run is always the same buffer. The first run notes which allocation became which output (the *plan*) and
+// copies; later runs are handed the caller's memory at that allocation, and the op writes straight into it.
+#include <torch/csrc/inductor/aoti_runtime/interface.h>
+#include <torch/csrc/inductor/aoti_torch/c/shim.h>
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <mutex>
+#include <new>
+#include <utility>
+
+#include "tensor.h"
+
+namespace chiasm::shim {
+namespace {
+
+thread_local std::string last_error;
+
+// chiasm_dtype -> c10::ScalarType
+constexpr int32_t kScalarType[] = {kBool, kUint8, kInt8, kInt16, kInt32, kInt64, kHalf, kBFloat16, kFloat, kDouble};
+
+// How many runs of one model may be in flight before the next waits; a runner holds no memory between runs.
+constexpr size_t kRunners = 64;
+
+struct Model {
+  AOTInductorModelContainerHandle container = nullptr;
+  size_t input_count = 0, output_count = 0;
+  std::mutex mutex;  // guards `plan`, which is null until the first run ends, and then never changes
+  std::shared_ptr<const std::vector<int64_t>> plan;
+
+  std::shared_ptr<const std::vector<int64_t>> get_plan() {
+    std::lock_guard<std::mutex> lock(mutex);
+    return plan;
+  }
+};
+
+int32_t fail(const std::string& text, char* error, size_t size) {
+  if (size) std::snprintf(error, size, "%s", text.c_str());
+  return 1;
+}
+
+// The engine's last words: what the shim noted, else what AOTInductor did.
+std::string engine_error() {
+  if (!last_error.empty()) return std::exchange(last_error, {});
+  const char* text = nullptr;
+  if (AOTInductorGetLastError(&text) == 0 && text && *text) return text;
+  return "the compiled op failed without a message";
+}
+
+int32_t create(int32_t device_type, int32_t device_index, void** result, char* error, size_t error_size) {
+  try {
+    auto model = std::make_unique<Model>();
+    const std::string device = device_type == 0 ? "cpu" : "cuda:" + std::to_string(device_index);
+    last_error.clear();
+    if (AOTInductorModelContainerCreateWithDevice(&model->container, kRunners, device.c_str(), nullptr))
+      return fail(engine_error(), error, error_size);
+    AOTInductorModelContainerGetNumInputs(model->container, &model->input_count);
+    AOTInductorModelContainerGetNumOutputs(model->container, &model->output_count);
+    *result = model.release();
+    return 0;
+  } catch (const std::exception& e) {
+    return fail(e.what(), error, error_size);
+  }
+}
+
+void destroy(void* handle) {
+  auto* model = static_cast<Model*>(handle);
+  AOTInductorModelContainerDelete(model->container);
+  delete model;
+}
+
+AtenTensorOpaque* borrow(const chiasm_native_tensor& view, const chiasm_native_host& host) {
+  auto tensor = std::make_unique<AtenTensorOpaque>();
+  tensor->dtype = kScalarType[view.dtype];
+  tensor->sizes.assign(view.shape, view.shape + view.ndim);
+  tensor->strides = dense_strides(tensor->sizes);
+  tensor->device_type = host.device_type;
+  tensor->device_index = host.device_index;
+  tensor->storage = std::make_shared<Storage>();
+  tensor->storage->data = static_cast<char*>(view.data);
+  tensor->storage->bytes = tensor->numel() * element_size(tensor->dtype);
+  return tensor.release();
+}
+
+// Deletes the handles it holds, so that an error in the middle of a run leaks nothing.
+struct Handles {
+  std::vector<AtenTensorHandle> list;
+  explicit Handles(size_t n) : list(n, nullptr) {}
+  ~Handles() {
+    for (auto* handle : list) delete handle;
+  }
+};
+
+// The caller's thread count for this run only: it is his process.
+struct ThreadCount {
+  int before = omp_get_max_threads();
+  explicit ThreadCount(int count) { omp_set_num_threads(count); }
+  ~ThreadCount() { omp_set_num_threads(before); }
+};
+
+struct CurrentRun {
+  explicit CurrentRun(Run* run) { current_run() = run; }
+  ~CurrentRun() { current_run() = nullptr; }
+};
+
+int32_t run(void* handle, const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs,
+            const chiasm_native_host* host, char* error, size_t error_size) {
+  try {
+    auto& model = *static_cast<Model*>(handle);
+    const size_t n_in = model.input_count, n_out = model.output_count;
+    const auto plan = model.get_plan();
+    Run state{host, outputs, n_out, plan.get()};
+    CurrentRun scope(&state);
+    ThreadCount threads(host->num_threads);
+    last_error.clear();
+
+    Handles arguments(n_in), results(n_out);
+    for (size_t i = 0; i < n_in; ++i) arguments.list[i] = borrow(inputs[i], *host);
+    auto stolen = std::exchange(arguments.list, {});  // the engine owns them from here on, also when it fails
+    if (AOTInductorModelContainerRun(model.container, stolen.data(), n_in, results.list.data(), n_out,
+                                     static_cast<AOTInductorStreamHandle>(host->stream), nullptr))
+      return fail(engine_error(), error, error_size);
+
+    std::vector<int64_t> found(n_out, -1);
+    for (size_t k = 0; k < n_out; ++k) {
+      const AtenTensorOpaque& result = *results.list[k];
+      std::unique_ptr<AtenTensorOpaque> target(borrow(outputs[k], *host));
+      if (result.dtype != target->dtype || result.sizes != target->sizes)
+        return fail("output " + std::to_string(k) + " of the compiled op differs from the manifest in shape or dtype", error, error_size);
+      if (result.data() == target->data()) continue;
+      if (result.is_dense() && result.offset == 0) found[k] = result.storage->ordinal;
+      copy(result, *target);
+    }
+    if (!plan) {
+      std::lock_guard<std::mutex> lock(model.mutex);
+      if (!model.plan) model.plan = std::make_shared<std::vector<int64_t>>(std::move(found));
+    }
+    return 0;
+  } catch (const std::exception& e) {
+    return fail(e.what(), error, error_size);
+  }
+}
+
+}  // namespace
+
+Run*& current_run() {
+  thread_local Run* run = nullptr;
+  return run;
+}
+
+int32_t guarded_failure(const char* what) {
+  last_error = what;
+  return AOTI_TORCH_FAILURE;
+}
+
+AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype) {
+  Run* run = current_run();
+  if (!run) throw std::runtime_error("the compiled op allocates outside of a run");
+  auto tensor = std::make_unique<AtenTensorOpaque>();
+  int64_t elements = 1;
+  for (size_t i = 0; i < sizes.size(); ++i) elements = sizes[i] == 0 ? 0 : elements + (elements ? (sizes[i] - 1) * strides[i] : 0);
+  tensor->sizes = std::move(sizes);
+  tensor->strides = std::move(strides);
+  tensor->dtype = dtype;
+  tensor->device_type = run->host->device_type;
+  tensor->device_index = run->host->device_index;
+  tensor->storage = std::make_shared<Storage>();
+  auto& storage = *tensor->storage;
+  storage.bytes = elements * element_size(dtype);
+  storage.ordinal = run->allocations++;
+  for (size_t k = 0; run->plan && k < run->output_count; ++k) {
+    if ((*run->plan)[k] != storage.ordinal) continue;
+    const auto& output = run->outputs[k];
+    size_t bytes = element_size(kScalarType[output.dtype]);
+    for (int32_t i = 0; i < output.ndim; ++i) bytes *= output.shape[i];
+    if (bytes != storage.bytes) break;
+    storage.data = static_cast<char*>(output.data);
+    return tensor.release();
+  }
+  storage.data = static_cast<char*>(run->host->allocate(run->host->context, storage.bytes));
+  if (!storage.data && storage.bytes) throw std::bad_alloc();
+  storage.owner = run->host;
+  return tensor.release();
+}
+
+void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target) {
+  const int64_t size = element_size(source.dtype), n = source.numel();
+  if (n == 0) return;
+  if (source.device_type != 0) throw std::runtime_error("the compiled op returns a view of an input, which the native backend does not copy on CUDA");
+  if (source.is_dense() && target.is_dense()) {
+    std::memcpy(target.data(), source.data(), n * size);
+    return;
+  }
+  Dims index(source.sizes.size(), 0);
+  for (int64_t i = 0; i < n; ++i) {
+    int64_t from = 0, to = 0;
+    for (size_t d = 0; d < index.size(); ++d) {
+      from += index[d] * source.strides[d];
+      to += index[d] * target.strides[d];
+    }
+    std::memcpy(target.data() + to * size, source.data() + from * size, size);
+    for (size_t d = index.size(); d-- > 0 && ++index[d] == source.sizes[d];) index[d] = 0;
+  }
+}
+
+}  // namespace chiasm::shim
+
+extern "C" __attribute__((visibility("default"))) const chiasm_native_api* chiasm_native_entry(uint32_t abi) {
+  using namespace chiasm::shim;
+  static const chiasm_native_api api{sizeof(chiasm_native_api), CHIASM_NATIVE_ABI, create, run, destroy};
+  return abi == CHIASM_NATIVE_ABI ? &api : nullptr;
+}

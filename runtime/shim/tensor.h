@@ -1,0 +1,106 @@
+// The tensor behind AtenTensorHandle in a torch-free artifact, and the run that it belongs to.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "abi.h"
+
+namespace chiasm::shim {
+
+using Dims = std::vector<int64_t>;
+
+// What one call of `run` lends to the code that it runs.
+struct Run {
+  const chiasm_native_host* host;
+  const chiasm_native_tensor* outputs;
+  size_t output_count;
+  // For each output, the ordinal of the allocation that became it in the first run, or -1: see shim.cpp.
+  const std::vector<int64_t>* plan;
+  int64_t allocations = 0;
+};
+
+// The run of this thread; null while a model is created.
+Run*& current_run();
+
+// Memory with a known owner: the caller (inputs, outputs, constants: never freed here) or the host's scratch.
+struct Storage {
+  char* data = nullptr;
+  size_t bytes = 0;
+  int64_t ordinal = -1;                      // which allocation of its run it was, -1: not allocated by the run
+  const chiasm_native_host* owner = nullptr; // null: borrowed
+  ~Storage() {
+    if (owner) owner->release(owner->context, data, bytes);
+  }
+};
+
+// Codes of c10::ScalarType, as AOTInductor's code writes them.
+enum ScalarType : int32_t { kUint8 = 0, kInt8, kInt16, kInt32, kInt64, kHalf, kFloat, kDouble, kBool = 11, kBFloat16 = 15 };
+
+inline int64_t element_size(int32_t dtype) {
+  switch (dtype) {
+    case kUint8: case kInt8: case kBool: return 1;
+    case kInt16: case kHalf: case kBFloat16: return 2;
+    case kInt32: case kFloat: return 4;
+    case kInt64: case kDouble: return 8;
+  }
+  throw std::runtime_error("the compiled op uses element type " + std::to_string(dtype) + ", which this runtime does not have");
+}
+
+}  // namespace chiasm::shim
+
+// The type that AOTInductor's header declares and keeps opaque.
+struct AtenTensorOpaque {
+  std::shared_ptr<chiasm::shim::Storage> storage;
+  chiasm::shim::Dims sizes, strides;
+  int64_t offset = 0;  // in elements
+  int32_t dtype = chiasm::shim::kFloat;
+  int32_t device_type = 0, device_index = 0;
+
+  char* data() const { return storage->data + offset * chiasm::shim::element_size(dtype); }
+  int64_t numel() const {
+    int64_t n = 1;
+    for (int64_t s : sizes) n *= s;
+    return n;
+  }
+  bool is_dense() const {
+    int64_t expected = 1;
+    for (size_t i = sizes.size(); i-- > 0;) {
+      if (sizes[i] != 1 && strides[i] != expected) return false;
+      expected *= sizes[i];
+    }
+    return true;
+  }
+};
+
+namespace chiasm::shim {
+
+inline Dims dense_strides(const Dims& sizes) {
+  Dims strides(sizes.size(), 1);
+  for (size_t i = sizes.size(); i-- > 1;) strides[i - 1] = strides[i] * std::max<int64_t>(sizes[i], 1);
+  return strides;
+}
+
+// A new tensor in scratch memory, or in the caller's output where the plan says that it will be returned as such.
+AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype);
+
+// Copies between tensors of the same sizes and dtype, whatever their strides.
+void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target);
+
+// Calls `body` and turns an exception into AOTInductor's error code, keeping the text for `run` to report.
+int32_t guarded_failure(const char* what);
+template <class Body>
+int32_t guarded(Body body) {
+  try {
+    body();
+    return 0;
+  } catch (const std::exception& error) {
+    return guarded_failure(error.what());
+  }
+}
+
+}  // namespace chiasm::shim

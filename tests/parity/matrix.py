@@ -1,0 +1,150 @@
+"""The parity matrix: every bundle x method x dtype x backend x shape against eager Python.
+
+    python tests/parity/matrix.py [PATTERN ...]
+
+Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Every artifact of a bundle must be run by
+some backend; one that is not counts as a failure. Writes build/parity.json; the last line printed is
+`parity: N checks, M failed`, and the exit status is 1 where something failed.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from fnmatch import fnmatch
+from pathlib import Path
+
+import torch
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+import chiasm.runtime
+from chiasm.export import samples
+from chiasm.export.bundle import read_manifest
+from chiasm.export.catalog import Entry, catalog
+from chiasm.export.exporter import run_eager, with_cotangents
+from chiasm.export.graph import vjp_module
+from chiasm.export.module import bind
+from chiasm.export.spec import TensorSpec
+from chiasm.export.verify import difference, onnx_session
+
+ROOT = Path(__file__).resolve().parents[2]
+BUNDLES = ROOT / "build" / "bundles"
+RESULT = ROOT / "build" / "parity.json"
+
+Runner = Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]
+
+
+@dataclass
+class Check:
+    """One comparison; `error` is the largest absolute difference, `message` is empty where it passed."""
+
+    op: str
+    method: str
+    dtype: str
+    backend: str
+    artifact: str
+    shape: str
+    error: float
+    message: str
+
+
+def main(patterns: list[str]) -> int:
+    warnings.simplefilter("ignore")
+    entries = {n: e for n, e in catalog().items() if not patterns or any(fnmatch(n, p) for p in patterns)}
+    console = Console()
+    checks = [c for name in track(entries, "parity", console=console, transient=True) for c in check_bundle(name, entries[name])]
+    RESULT.parent.mkdir(exist_ok=True)
+    RESULT.write_text(json.dumps([asdict(c) for c in checks], indent=0) + "\n")
+    console.print(summary(checks))
+    failed = [c for c in checks if c.message]
+    for c in failed[:40]:
+        console.print(f"[red]FAIL[/] {c.op} {c.method} {c.dtype} {c.backend} {c.shape}: {c.message}", highlight=False)
+    print(f"parity: {len(checks)} checks, {len(failed)} failed")
+    return 1 if failed or not checks else 0
+
+
+def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
+    folder = BUNDLES / f"{name}.chiasm"
+    manifest = read_manifest(folder)
+    spec = entry.spec
+    op = bind(entry.function(), [t.name for t in spec.inputs], spec.config, name)
+    outputs = [TensorSpec(t["name"], tuple(t["shape"]), t["dtype"]) for t in manifest["methods"]["forward"]["outputs"]]
+    eager = {"forward": op, "vjp": vjp_module(op, spec, outputs)}
+    for method, signature in manifest["methods"].items():
+        for variant in spec.variants():
+            run = set()
+            for sizes in samples.TESTS:
+                fitted = samples.fit(spec, sizes)
+                tensors = [TensorSpec(t["name"], tuple(t["shape"]), t["dtype"]) for t in signature["inputs"]]
+                inputs = with_cotangents(op, spec, fitted, variant, tensors)
+                expected = run_eager(eager[method], inputs)
+                shape = " ".join(f"{k}{v}" for k, v in fitted.items())
+                for backend, artifact, runner in runners(folder, manifest, method, variant):
+                    run.add(artifact)
+                    error, message = compare(runner, inputs, expected, signature["outputs"], manifest)
+                    yield Check(name, method, variant or "", backend, artifact, shape, error, message)
+            for artifact in signature["artifacts"]:
+                serves = not artifact["dtypes"] or variant in artifact["dtypes"]
+                if serves and artifact["file"] not in run and artifact.get("isa") != "x86-64-v4":
+                    yield Check(name, method, variant or "", artifact["backend"], artifact["file"], "", float("inf"), "no backend ran this artifact")
+
+
+_loaded: dict[tuple, Runner] = {}
+
+
+def runners(folder: Path, manifest: dict, method: str, variant: str | None) -> Iterator[tuple[str, str, Runner]]:
+    """(backend, artifact, run) for everything that serves this method and dtype; engines are loaded once."""
+    artifacts = [a for a in manifest["methods"][method]["artifacts"] if not a["dtypes"] or variant in a["dtypes"]]
+    for backend in dict.fromkeys(a["backend"] for a in artifacts):
+        key = (folder, method, variant, backend)
+        if key not in _loaded:
+            _loaded[key] = chiasm.runtime.open(folder).method(method, backend=backend, dtype=variant)
+        loaded = _loaded[key]
+        yield f"C++ {backend}", loaded.artifact, lambda inputs, m=loaded: as_tuple(m(*inputs.values()))
+    for artifact in artifacts:
+        if artifact["format"] == "onnx":
+            key = (folder, method, variant, "python")
+            if key not in _loaded:
+                _loaded[key] = onnx_session(folder / artifact["file"])
+            yield "Python onnx", artifact["file"], _loaded[key]
+
+
+def as_tuple(result) -> tuple[torch.Tensor, ...]:
+    return result if isinstance(result, tuple) else (result,)
+
+
+def compare(runner: Runner, inputs, expected, outputs, manifest) -> tuple[float, str]:
+    try:
+        results = runner(inputs)
+    except Exception as error:
+        return float("inf"), f"{type(error).__name__}: {str(error).splitlines()[0]}"
+    worst, message = 0.0, ""
+    for tensor, result, want in zip(outputs, results, expected, strict=True):
+        tolerance = manifest["tolerances"].get(str(want.dtype).removeprefix("torch."))
+        error, wrong = difference(result, want, tolerance)
+        worst = max(worst, error)
+        message = message or (wrong and f"output {tensor['name']!r}: {wrong}")
+    return worst, message
+
+
+def summary(checks: list[Check]) -> Table:
+    """Worst error per op and method, a column a backend."""
+    backends = list(dict.fromkeys(c.backend for c in checks))
+    table = Table("op", "method", "dtype", *backends, title="parity: largest difference from eager Python", box=None)
+    for key in dict.fromkeys((c.op, c.method, c.dtype) for c in checks):
+        cells = []
+        for backend in backends:
+            rows = [c for c in checks if (c.op, c.method, c.dtype) == key and c.backend == backend]
+            worst = max((c.error for c in rows), default=0.0)
+            cells.append("" if not rows else f"[{'red' if any(c.message for c in rows) else 'green'}]{worst:.1e}[/]")
+        table.add_row(*key, *cells)
+    return table
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

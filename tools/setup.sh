@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Install what chiasm needs on a Debian machine: system packages, a Python environment in .venv, ONNX Runtime's headers.
+# usage: tools/setup.sh        Called by `make setup`; safe to run again, quick when nothing is missing.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+PYTHON=${PYTHON:-python3}
+
+packages=(g++ make cmake ninja-build pkg-config ca-certificates python3-venv binutils
+  libopencv-dev libgtest-dev libgmock-dev libeigen3-dev nlohmann-json3-dev libminizip-dev nettle-dev libdlpack-dev
+  clang libclang-rt-dev)
+
+say() { printf '\033[1msetup:\033[0m %s\n' "$*"; }
+as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
+
+installed() { dpkg-query -W -f '${Status}' "$1" 2>/dev/null | grep -q 'ok installed'; }
+
+missing=()
+for package in "${packages[@]}"; do installed "$package" || missing+=("$package"); done
+if [ ${#missing[@]} -gt 0 ]; then
+  say "installing Debian packages: ${missing[*]}"
+  as_root apt-get -qq update
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends "${missing[@]}" >/dev/null
+fi
+
+if [ ! -x .venv/bin/python ]; then
+  say "making .venv with $("$PYTHON" --version)"
+  "$PYTHON" -m venv .venv
+fi
+want=$(sha256sum requirements.txt | cut -d' ' -f1)
+if [ "$(cat .venv/.requirements 2>/dev/null)" != "$want" ]; then
+  say "installing Python packages (PyTorch is 3 GB: a minute or two)"
+  .venv/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.txt
+  echo "$want" > .venv/.requirements
+fi
+# `import chiasm` from the source tree, in every use of .venv
+site=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+echo "$PWD/python" > "$site/chiasm-source.pth"
+
+tools/onnxruntime.sh
+say "done"
