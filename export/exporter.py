@@ -60,7 +60,6 @@ def export(
     unknown = set(formats) - set(FORMATS)
     if unknown or not formats:
         raise ExportError(f"formats: expected some of {FORMATS}, got {tuple(formats)}")
-    formats = [f for f in formats if f == "torchscript" or (f == "onnx" and spec.onnx) or (f == "native" and spec.native)]
     op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
     progress("trace")
     first = trace(op, spec, list(spec.inputs), samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0]), "onnx")
@@ -87,7 +86,7 @@ def _export_variant(op, spec, variant, traced, outputs, gradient, formats, isas,
     suffix = f".{variant}" if variant else ""
     methods: list[tuple[str, nn.Module, list[TensorSpec], list[TensorSpec]]] = [("forward", op, inputs, outputs)]
     pullback = vjp_module(op, spec, outputs)
-    if gradient and pullback is not None:
+    if gradient and pullback is not None and variant == spec.variants()[0]:  # other dtypes: the torch backend's autograd
         methods.append(("vjp", pullback, *gradient))
     for method, module, ins, outs in methods:
         example = with_cotangents(op, spec, samples.fit(spec, samples.EXAMPLE), variant, ins)

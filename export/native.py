@@ -24,9 +24,11 @@ from .errors import ExportError, explain
 from .spec import Spec
 
 SHIM = Path(__file__).resolve().parent / "shim"
-#: march and vector width (bits) for each instruction set level. v4 uses 256-bit vectors too: 512 was measured no faster.
-ISAS = {"x86-64-v3": 256, "x86-64-v4": 512}
+#: march and vector width (bits) for each instruction set level; v4 too uses 256-bit vectors, with its masks and registers.
+ISAS = {"x86-64-v3": 256, "x86-64-v4": 256}
 _ENTRY = "chiasm_native_entry"
+#: What follows -lchiasm_shim on the linker's command line, but for the version script.
+_LINK = f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -Wl,--as-needed -lmvec"
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ def to_native(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
     """Compile for a CPU of level `isa`, or fetch the same compilation from the cache."""
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
-    entry = cache_folder() / "native" / f"{_key(program, isa)}.pt2"
+    entry = cache_folder() / "native" / f"{_key(program, spec, isa)}.pt2"
     if not entry.exists():
         artifact = _compile(program, spec, isa)
         entry.parent.mkdir(parents=True, exist_ok=True)
@@ -63,7 +65,7 @@ def _is_torch_free(data: bytes) -> bool:
         return "chiasm/op.so" in archive.namelist()
 
 
-def _key(program: ExportedProgram, isa: str) -> str:
+def _key(program: ExportedProgram, spec: Spec, isa: str) -> str:
     """Everything that the compiled code depends on."""
     digest = hashlib.sha256()
     for part in (
@@ -77,7 +79,8 @@ def _key(program: ExportedProgram, isa: str) -> str:
         torch.__version__,
         subprocess.run([_compiler(), "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0],
         _shim_hash(),
-        Path(__file__).read_text(),
+        str(sorted(_settings(spec, isa).items())),
+        _LINK,
     ):
         digest.update(part.encode() + b"\0")
     return digest.hexdigest()
@@ -131,7 +134,7 @@ def _run(command: list[str]) -> str:
 def _compile(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
     folder = _shim_folder()
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
-    link = f"chiasm_shim -Wl,--version-script={folder / 'symbols.map'} -Wl,--undefined={_ENTRY} -Wl,--gc-sections -s"
+    link = f"chiasm_shim -Wl,--version-script={folder / 'symbols.map'} {_LINK}"
     library = _inductor(program, spec, isa, {"aot_inductor.link_libtorch": False, "aot_inductor.custom_op_libs": [link]}, folder)
     with zipfile.ZipFile(io.BytesIO(library)) as archive:
         (member,) = (n for n in archive.namelist() if n.endswith(".so"))
@@ -141,17 +144,19 @@ def _compile(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
     return NativeArtifact(_repack(_inductor(program, spec, isa, {}, folder)), needs_libtorch=True)
 
 
-def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, folder: Path) -> bytes:
-    import torch._inductor
-
-    settings = {
+def _settings(spec: Spec, isa: str) -> dict[str, object]:
+    return {
         "cpp.march": isa,
-        "cpp.simdlen": ISAS[isa],
+        "cpp.simdlen": ISAS[isa] if spec.vectorize else 1,
         "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
         "aot_inductor.enable_line_tables": False,
         "assert_indirect_indexing": False,
-        **options,
     }
+
+
+def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, folder: Path) -> bytes:
+    import torch._inductor
+
     threads, before = torch.get_num_threads(), os.environ.get("LIBRARY_PATH")
     os.environ.setdefault("TORCHINDUCTOR_CACHE_DIR", str(cache_folder() / "inductor"))
     os.environ["LIBRARY_PATH"] = f"{folder}:{before}" if before else str(folder)
@@ -159,7 +164,7 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, fol
     try:
         with tempfile.TemporaryDirectory() as scratch:
             path = str(Path(scratch) / "op.pt2")
-            torch._inductor.aoti_compile_and_package(program, package_path=path, inductor_configs=settings)
+            torch._inductor.aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)
             return Path(path).read_bytes()
     except Exception as error:
         raise explain(spec.name, f"native code ({isa})", error) from error
@@ -177,7 +182,7 @@ def _missing_symbols(code: bytes) -> list[str]:
         file.write(code)
         file.flush()
         listing = _run(["nm", "-D", "--undefined-only", file.name])
-    return sorted(set(re.findall(r"\baoti_torch_\w+", listing)))
+    return sorted(set(re.findall(r"\b(?:aoti_torch|Sleef)_\w+", listing)))
 
 
 def _repack(package: bytes) -> bytes:

@@ -63,6 +63,7 @@ class Spec:
     symbols: limits (min, max) of the symbolic dimensions, where they differ from DEFAULT_SYMBOLS.
     dtypes: what "T" stands for; the first is the default.
     gradients: inputs that `vjp` differentiates by; None means every floating input, () means no vjp.
+    vectorize: False compiles native loops without SIMD, which is faster where bytes are gathered.
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
     """
 
@@ -78,8 +79,7 @@ class Spec:
     summary: str = ""
     reference: str = ""
     version: str = "1.0.0"
-    native: bool = True
-    onnx: bool = True
+    vectorize: bool = True
 
     @property
     def generic(self) -> bool:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 from ..spec import Spec
 
-
 #: Least sizes for ops that look at neighbours: compiled code treats the borders apart from the middle, and needs one.
 STENCIL = {"H": (8, 32768), "W": (8, 32768)}
 

@@ -1,0 +1,80 @@
+# chiasm: everything is reached from here. `make` alone lists the targets.
+.DEFAULT_GOAL := help
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.ONESHELL:
+MAKEFLAGS += --no-print-directory
+
+JOBS ?= $(shell nproc)
+PY := .venv/bin/python
+BUNDLES := build/bundles
+SOURCES := $(shell find python/chiasm export runtime/shim -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' | grep -v __pycache__)
+
+.PHONY: help setup build bundles demo test test-quick test-ops test-export test-runtime test-sanitizers test-fuzz test-consumer \
+  parity bench lint lock clean
+
+help: ## list the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
+
+setup: ## install what is needed: Debian packages, .venv, ONNX Runtime's headers
+	@tools/setup.sh
+
+build: setup ## configure and build the C++ runtime and its Python module
+	@cmake --preset release > build-configure.log 2>&1 || { cat build-configure.log; exit 1; }; rm -f build-configure.log
+	cmake --build --preset release -j $(JOBS)
+
+bundles: $(BUNDLES)/.exported ## export the whole catalog to build/bundles
+
+$(BUNDLES)/.exported: $(SOURCES) | setup
+	$(PY) -m chiasm.export export --all -o $(BUNDLES) -j $(JOBS)
+	touch $@
+
+demo: build ## export the catalog, run it from C++ on real photographs, show tables and pictures
+	@$(MAKE) bundles
+	$(PY) -m examples.demo
+
+test: build ## every test
+	@$(MAKE) bundles test-ops test-export test-runtime parity test-consumer test-sanitizers test-fuzz
+	@echo "make test: all passed"
+
+test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
+	$(PY) -m pytest -q -x tests/ops
+	ctest --preset release -L core
+
+test-ops: setup ## values, gradients, scripting, docstrings of the ops
+	$(PY) -m pytest -q tests/ops
+
+test-export: build bundles ## the exporter, the command, the runtime in Python
+	$(PY) -m pytest -q tests/export tests/parity
+
+test-runtime: build bundles ## GoogleTest
+	ctest --preset release
+
+parity: build bundles ## every op x artifact x backend x shape against eager Python -> build/parity.json
+	$(PY) tests/parity/matrix.py
+
+test-sanitizers: bundles ## the C++ tests under ASan+UBSan and TSan
+	@for preset in asan-ubsan tsan; do
+	  cmake --preset $$preset > /dev/null
+	  cmake --build --preset $$preset -j $(JOBS)
+	  ctest --preset $$preset
+	done
+
+test-fuzz: setup ## libFuzzer over the manifest and bundle readers, bounded in time
+	tests/fuzz/run.sh 30
+
+test-consumer: build bundles ## an outside project against the installed tree; pip install
+	tests/consumer/run.sh
+
+bench: build bundles ## measure against OpenCV -> docs/benchmarks.md
+	$(PY) -m bench
+
+lint: setup ## style of the Python code
+	.venv/bin/ruff check python export tests bench examples
+
+lock: setup ## requirements.in -> requirements.txt, pinned with hashes
+	.venv/bin/python -m pip install -q uv
+	.venv/bin/python -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header requirements.in -o requirements.txt
+
+clean: ## remove what was built (not .venv)
+	rm -rf build python/chiasm/*.so

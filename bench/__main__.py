@@ -1,0 +1,121 @@
+"""make bench: chiasm beside OpenCV, interleaved in one process, medians -> docs/benchmarks.md.
+
+OpenCV is measured twice: Debian's C++ library in a C++ program, and the pip wheel, which has IPP, in this interpreter; the
+faster of the two is what chiasm is compared with.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import zipfile
+from datetime import date
+from pathlib import Path
+
+from rich.progress import track
+
+ROOT = Path(__file__).resolve().parents[1]
+BUNDLES = ROOT / "build" / "bundles"
+PROGRAM = ROOT / "build" / "release" / "bin" / "bench"
+PAGE = ROOT / "docs" / "benchmarks.md"
+SIZES = ((1, 256, 256), (8, 256, 256), (1, 1080, 1920))
+#: bundle, sizes, how many times as fast as OpenCV it should be (None: no aim was set)
+SPEED = (
+    ("filters.sobel", SIZES, 2.0),
+    ("filters.gaussian_blur2d", SIZES, 1.0),
+    ("pipelines.edges", SIZES, 2.0),
+    ("pipelines.preprocess", ((1, 1080, 1920),), 1.0),
+    ("filters.bilateral_blur", SIZES[1:], None),
+    ("filters.median_blur", SIZES[1:], None),
+    ("morphology.dilation", SIZES[1:], None),
+    ("color.rgb_to_grayscale", SIZES[1:], None),
+    ("color.rgb_to_hsv", SIZES[1:], None),
+    ("geometry.transform.resize.bilinear", SIZES[1:], None),
+    ("geometry.transform.warp_perspective.bilinear_zeros", SIZES[1:], None),
+)
+
+
+def main() -> int:
+    threads = sorted({1, len(os.sched_getaffinity(0))})
+    runs = [(bundle, aim, size, n) for bundle, sizes, aim in SPEED for size in sizes for n in threads]
+    rows = [speed_row(*run) for run in track(runs, description="speed")]
+    loads = [(b, program("load", path("filters.sobel"), b)) for b in track(("native", "onnx", "torch"), description="load")]
+    overhead = measure_overhead()
+    PAGE.write_text(page(rows, loads, overhead))
+    print(PAGE.read_text())
+    return 0
+
+
+def path(bundle: str) -> Path:
+    return BUNDLES / f"{bundle}.chiasm"
+
+
+def program(*arguments) -> dict:
+    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"bench {' '.join(map(str, arguments))}: {done.stderr}")
+    return json.loads(done.stdout)
+
+
+def speed_row(bundle: str, aim: float | None, size: tuple[int, int, int], threads: int) -> dict:
+    debian = program("speed", path(bundle), "native", threads, *size)
+    # A process of its own: the runtime's thread count is set once a process.
+    done = subprocess.run([sys.executable, "-m", "bench.wheel", bundle, str(threads), *map(str, size)], capture_output=True, text=True, cwd=ROOT)
+    if done.returncode:
+        sys.exit(f"bench.wheel {bundle}: {done.stderr}")
+    wheel = json.loads(done.stdout)
+    return {"bundle": bundle, "aim": aim, "size": size, "threads": threads, "debian": debian, "wheel": wheel}
+
+
+def measure_overhead() -> dict:
+    library = ROOT / "build" / "bench-sobel.so"
+    with zipfile.ZipFile(path("filters.sobel") / "forward.float32.x86-64-v3.pt2") as archive:
+        library.write_bytes(archive.read("chiasm/op.so"))
+    return program("overhead", path("filters.sobel"), library)
+
+
+def page(rows: list[dict], loads: list, overhead: dict) -> str:
+    import cv2
+
+    lines = [
+        "# Benchmarks",
+        "",
+        f"Made by `make bench` on {date.today()}: {cpu()}, {len(os.sched_getaffinity(0))} cores, shared with other work;",
+        "chiasm in C++ (native backend, into the caller's buffers) and OpenCV in turns in one process, medians.",
+        f"OpenCV is the faster of Debian's {rows[0]['debian']['opencv_version']} (C++) and the wheel {cv2.__version__} (with IPP), each measured beside",
+        "chiasm in its own process. *Times as fast* is OpenCV's time over chiasm's; a missed aim is **bold**.",
+        "",
+        "| bundle | size | threads | chiasm ms | OpenCV ms | times as fast | aim | OpenCV |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        ratios = {k: row[k]["opencv_us"] / row[k]["chiasm_us"] for k in ("debian", "wheel") if row[k]["opencv_us"]}
+        peer = min(ratios, key=ratios.get)
+        ratio, aim = ratios[peer], row["aim"]
+        shown = f"**{ratio:.2f}**" if aim and ratio < aim else f"{ratio:.2f}"
+        size = "x".join(map(str, row["size"]))
+        lines.append(
+            f"| {row['bundle']} | {size} | {row['threads']} | {row[peer]['chiasm_us'] / 1000:.3f} | {row[peer]['opencv_us'] / 1000:.3f} | {shown} | {aim or ''} | {peer} |"
+        )
+    lines += ["", "## Load to first result, and memory over the bare program (sobel, 256 x 256)", "",
+              "| backend | first result ms | memory MB |", "|---|---|---|"]
+    lines += [f"| {b} | {r['first_result_ms']:.1f} | {r['memory_mb']:.1f} |" for b, r in loads]
+    extra = overhead["chiasm_us"] - overhead["engine_us"]
+    lines += ["", "## The runtime's own cost (native sobel, 1x3x16x16, one thread)", "",
+              f"`run_into` {overhead['chiasm_us']:.2f} us, the artifact's own call {overhead['engine_us']:.2f} us: {extra:.2f} us for validation and dispatch (aim: under 5).", ""]
+    notes = ROOT / "docs" / "benchmarks_notes.md"
+    return "\n".join(lines) + (("\n" + notes.read_text()) if notes.exists() else "")
+
+
+def cpu() -> str:
+    for line in Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.processor()
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

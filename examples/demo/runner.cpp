@@ -1,0 +1,169 @@
+// Runs one bundle on prepared cases with one backend, or OpenCV's version of the same work, and reports on stdout in JSON:
+// largest error against eager Python, load time, memory, time per run.
+//
+//     demo_runner CASES.json native|torch|onnx|opencv
+//
+// A process a backend, so that memory is that backend's alone.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <chiasm/chiasm.hpp>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+#include "opencv_peers.hpp"
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+namespace {
+
+double milliseconds_since(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
+
+double resident_megabytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.rfind("VmRSS:", 0) == 0) return std::stod(line.substr(6)) / 1024;
+  return 0;
+}
+
+chiasm::DType dtype_named(const std::string& name) {
+  for (int32_t i = 0; i < 10; ++i)
+    if (name == chiasm::name(static_cast<chiasm::DType>(i))) return static_cast<chiasm::DType>(i);
+  throw std::runtime_error("there is no dtype " + name);
+}
+
+// A tensor that was written as raw bytes beside the case file.
+struct Loaded {
+  std::vector<char> bytes;
+  chiasm::DType dtype;
+  chiasm::Shape shape;
+
+  Loaded(const json& entry, const std::string& folder) {
+    dtype = dtype_named(entry.at("dtype"));
+    shape = chiasm::Shape(entry.at("shape").get<std::vector<int64_t>>());
+    std::ifstream file(folder + "/" + entry.at("file").get<std::string>(), std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(file), {});
+  }
+
+  chiasm::Tensor view() { return {static_cast<void*>(bytes.data()), dtype, shape}; }
+};
+
+// The largest difference and how many values differ by more than atol + rtol * |expected|.
+struct Difference {
+  double error = 0;
+  int64_t wrong = 0;
+};
+
+template <class T>
+Difference difference(const T* a, const T* b, int64_t n, double atol, double rtol) {
+  Difference d;
+  for (int64_t i = 0; i < n; ++i) {
+    const double gap = std::fabs(double(a[i]) - double(b[i]));
+    d.error = std::max(d.error, gap);
+    d.wrong += !(gap <= atol + rtol * std::fabs(double(b[i])));
+  }
+  return d;
+}
+
+Difference compare(const chiasm::Tensor& result, Loaded& expected, const json& entry) {
+  if (result.dtype() != expected.dtype || !std::equal(result.shape().begin(), result.shape().end(), expected.shape.begin(), expected.shape.end()))
+    throw std::runtime_error("an output has another shape or dtype than eager Python's");
+  const int64_t n = result.shape().count();
+  const double atol = entry.at("atol"), rtol = entry.at("rtol");
+  const void *a = result.data(), *b = expected.bytes.data();
+  if (result.dtype() == chiasm::DType::Float32) return difference(static_cast<const float*>(a), static_cast<const float*>(b), n, atol, rtol);
+  return difference(static_cast<const uint8_t*>(a), static_cast<const uint8_t*>(b), n, atol, rtol);
+}
+
+// Median milliseconds of a call that is repeated for a while.
+template <class Call>
+double median_milliseconds(Call call) {
+  call();
+  std::vector<double> times;
+  const auto start = Clock::now();
+  while (times.size() < 5 || (milliseconds_since(start) < 150 && times.size() < 200)) {
+    const auto begin = Clock::now();
+    call();
+    times.push_back(milliseconds_since(begin));
+  }
+  std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
+  return times[times.size() / 2];
+}
+
+json run_chiasm(const json& cases, const std::string& folder, const std::string& backend) {
+  const double before = resident_megabytes();
+  const auto start = Clock::now();
+  auto bundle = chiasm::Bundle::open(cases.at("bundle").get<std::string>());
+  chiasm::LoadOptions options;
+  options.backend = backend;
+  auto method = bundle.method("forward", options);
+  json report{{"load_ms", milliseconds_since(start)}, {"cases", json::array()}};
+  bool first = true;
+  for (const json& entry : cases.at("cases")) {
+    std::vector<Loaded> inputs;
+    for (const json& tensor : entry.at("inputs")) inputs.emplace_back(tensor, folder);
+    std::vector<chiasm::Tensor> views;
+    for (auto& input : inputs) views.push_back(input.view());
+    auto outputs = method.run(views);
+    if (first) report["memory_mb"] = resident_megabytes() - before;
+    Difference worst;
+    for (size_t i = 0; i < outputs.size(); ++i) {
+      const json& want = entry.at("outputs").at(i);
+      Loaded expected(want, folder);
+      const auto d = compare(outputs[i], expected, want);
+      worst.error = std::max(worst.error, d.error);
+      worst.wrong += d.wrong;
+      std::ofstream(folder + "/" + backend + "." + want.at("file").get<std::string>(), std::ios::binary)
+          .write(static_cast<const char*>(outputs[i].data()), std::streamsize(expected.bytes.size()));
+    }
+    json row{{"shape", entry.at("shape")}, {"error", worst.error}, {"wrong", worst.wrong}};
+    row["ms"] = median_milliseconds([&] { outputs = method.run(views); });
+    report["cases"].push_back(row);
+    first = false;
+  }
+  return report;
+}
+
+json run_opencv(const json& cases, const std::string& folder) {
+  json report{{"cases", json::array()}};
+  for (const json& entry : cases.at("cases")) {
+    std::vector<Loaded> inputs;
+    for (const json& tensor : entry.at("inputs")) inputs.emplace_back(tensor, folder);
+    std::vector<chiasm::Tensor> views;
+    for (auto& input : inputs) views.push_back(input.view());
+    const auto call = peers::opencv(cases.at("name"), views);
+    if (!call) break;
+    report["cases"].push_back({{"shape", entry.at("shape")}, {"ms", median_milliseconds(*call)}});
+  }
+  return report;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::cerr << "usage: demo_runner CASES.json native|torch|onnx|opencv\n";
+    return 2;
+  }
+  try {
+    const std::string path = argv[1], backend = argv[2];
+    const json cases = json::parse(std::ifstream(path));
+    const std::string folder = path.substr(0, path.rfind('/'));
+    cv::setNumThreads(cv::getNumberOfCPUs());
+    std::cout << (backend == "opencv" ? run_opencv(cases, folder) : run_chiasm(cases, folder, backend)) << "\n";
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << "\n";
+    return 1;
+  }
+}

@@ -1,0 +1,34 @@
+"""chiasm: computer-vision ops written once in typed, scriptable Python and run everywhere with the same numbers.
+
+Submodules load on first use, so that ``import chiasm.runtime`` (which runs exported bundles) does not import torch.
+"""
+
+import importlib
+from types import ModuleType
+
+__version__ = "0.1.0"
+
+_SUBMODULES = (
+    "color",
+    "enhance",
+    "export",
+    "feature",
+    "filters",
+    "geometry",
+    "losses",
+    "metrics",
+    "morphology",
+    "pipelines",
+    "primitives",
+    "runtime",
+)
+
+
+def __getattr__(name: str) -> ModuleType:
+    if name in _SUBMODULES:
+        return importlib.import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_SUBMODULES])

@@ -1,0 +1,5 @@
+"""Intensity transforms."""
+
+from .normalize import Normalize, normalize
+
+__all__ = ["Normalize", "normalize"]

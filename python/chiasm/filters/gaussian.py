@@ -1,0 +1,148 @@
+"""Gaussian smoothing."""
+
+import math
+from typing import List, Tuple, Union
+
+import torch
+from torch import Tensor, nn
+
+from ..primitives.checks import check_image, odd_pair
+from ..primitives.materialise import materialised
+from ..primitives.padding import join_columns, padded_parts
+from ..primitives.stencil import separable as separable_per_sample
+from ..primitives.stencil import separable_shared
+
+
+def get_gaussian_kernel1d(kernel_size: int, sigma: Union[float, Tensor], force_even: bool = False, dtype: torch.dtype = torch.float32) -> Tensor:
+    """Sampled Gaussian that sums to 1.
+
+    Unlike Kornia's, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float sigma.
+
+    Args:
+        kernel_size: number of taps, odd unless force_even.
+        sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
+        force_even: allow an even kernel_size.
+        dtype: dtype of the kernel when sigma is a float.
+
+    Returns:
+        (B, kernel_size), with B = 1 for a float sigma.
+
+    Raises:
+        ValueError: if kernel_size is not positive, or even without force_even.
+
+    Example:
+        >>> get_gaussian_kernel1d(3, 1.0).sum()
+        tensor(1.)
+    """
+    if kernel_size < 1 or (kernel_size % 2 == 0 and not force_even):
+        raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
+    if isinstance(sigma, Tensor):
+        s = sigma.reshape(-1, 1)
+    else:
+        s = torch.full([1, 1], sigma, dtype=dtype)
+    x = torch.arange(kernel_size, device=s.device).to(s.dtype) - (kernel_size - 1) * 0.5
+    weight = torch.exp(-(x * x) / (2.0 * s * s))
+    return weight / weight.sum(1, keepdim=True)
+
+
+def gaussian_blur2d(
+    input: Tensor,
+    kernel_size: Union[int, Tuple[int, int]],
+    sigma: Union[Tuple[float, float], Tensor],
+    border_type: str = "reflect",
+    separable: bool = True,
+) -> Tensor:
+    """Convolve with a normalised Gaussian.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        kernel_size: odd number of taps, one for both axes or (rows, columns).
+        sigma: standard deviations in pixels, (y, x) or a tensor (B, 2) with one pair per sample (or (1, 2) for all).
+        border_type: "reflect" (edge pixel not repeated; needs H > rows // 2, W > columns // 2), "replicate",
+            "circular" or "constant" (zeros).
+        separable: two 1-D passes (fast) instead of one 2-D pass; the result is the same up to rounding.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if a shape, the kernel size or the border is not as above.
+
+    Example:
+        >>> gaussian_blur2d(torch.ones(1, 1, 5, 5), 3, (1.0, 1.0)).shape
+        torch.Size([1, 1, 5, 5])
+    """
+    check_image(input, "input")
+    ky, kx = odd_pair(kernel_size, "kernel_size")
+    if isinstance(sigma, Tensor):
+        kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input, "sigma")
+        if separable:
+            return separable_per_sample(input, kernel_y, kernel_x, border_type)
+        return _blur_2d(input, kernel_y, kernel_x, border_type)
+    if separable:
+        return separable_shared(input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type)
+    kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input, "sigma")
+    return _blur_2d(input, kernel_y, kernel_x, border_type)
+
+
+def gaussian_taps(kernel_size: int, sigma: float) -> List[float]:
+    """The weights of ``get_gaussian_kernel1d`` as numbers."""
+    weights = [math.exp(-0.5 * ((i - (kernel_size - 1) * 0.5) / sigma) ** 2) for i in range(kernel_size)]
+    total = 0.0
+    for weight in weights:
+        total += weight
+    return [weight / total for weight in weights]
+
+
+def gaussian_kernels(ky: int, kx: int, sigma: Union[Tuple[float, float], Tensor], like: Tensor, name: str) -> Tuple[Tensor, Tensor]:
+    """Kernels (B or 1, ky) and (B or 1, kx) in the dtype and on the device of ``like``."""
+    if isinstance(sigma, Tensor):
+        if sigma.dim() != 2 or sigma.size(1) != 2:
+            raise ValueError(f"{name}: expected shape (B, 2), got {list(sigma.shape)}")
+        s = sigma.to(like.dtype)
+        # Stored, lest every pixel evaluate the exponentials of its taps again.
+        return materialised(get_gaussian_kernel1d(ky, s[:, 0]), 1), materialised(get_gaussian_kernel1d(kx, s[:, 1]), 1)
+    kernel_y = torch.tensor([gaussian_taps(ky, sigma[0])], dtype=like.dtype, device=like.device)
+    kernel_x = torch.tensor([gaussian_taps(kx, sigma[1])], dtype=like.dtype, device=like.device)
+    return kernel_y, kernel_x
+
+
+def _blur_2d(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) -> Tensor:
+    ky, kx = kernel_y.size(1), kernel_x.size(1)
+    outs = []
+    for p in padded_parts(x, ky // 2, ky // 2, kx // 2, kx // 2, border_type):
+        height = p.size(2) - ky + 1
+        width = p.size(3) - kx + 1
+        out = torch.zeros([1], dtype=x.dtype, device=x.device)
+        for i in range(ky):
+            for j in range(kx):
+                weight = kernel_y[:, i] * kernel_x[:, j]
+                out = out + p[:, :, i : i + height, j : j + width] * weight[:, None, None, None]
+        outs.append(out)
+    return join_columns(outs)
+
+
+class GaussianBlur2d(nn.Module):
+    """``gaussian_blur2d`` as a module.
+
+    Example:
+        >>> GaussianBlur2d((3, 3), (1.0, 1.0))(torch.ones(2, 3, 4, 5)).shape
+        torch.Size([2, 3, 4, 5])
+    """
+
+    def __init__(
+        self,
+        kernel_size: Union[int, Tuple[int, int]],
+        sigma: Union[Tuple[float, float], Tensor],
+        border_type: str = "reflect",
+        separable: bool = True,
+    ) -> None:
+        super().__init__()
+        self.kernel_size = odd_pair(kernel_size, "kernel_size")
+        self.sigma = sigma
+        self.border_type = border_type
+        self.separable = separable
+
+    def forward(self, input: Tensor) -> Tensor:
+        return gaussian_blur2d(input, self.kernel_size, self.sigma, self.border_type, self.separable)

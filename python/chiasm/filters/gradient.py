@@ -1,0 +1,142 @@
+"""Derivatives by finite differences."""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor, nn
+
+from ..primitives.checks import check_choice, check_image
+from ..primitives.padding import join_columns, padded_parts
+
+
+def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normalized: bool = True) -> Tensor:
+    """First or second derivatives; the border is replicated.
+
+    First order: "sobel" is the 3x3 Sobel operator, "diff" the central difference. Second order: "sobel" is a
+    5x5 kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs, which are the mathematical
+    ones for the pure "diff" derivatives and their negatives for the others.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        mode: "sobel" or "diff".
+        order: 1 or 2.
+        normalized: divide each kernel by the sum of its absolute values. First derivatives are then in
+            intensity per pixel.
+
+    Returns:
+        (B, C, 2, H, W): d/dx, d/dy; or (B, C, 3, H, W): xx, xy, yy.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D, or mode or order is not as above.
+
+    Example:
+        >>> ramp = torch.arange(5.0).expand(1, 1, 5, 5)
+        >>> spatial_gradient(ramp)[0, 0, :, 2, 2]
+        tensor([1., 0.])
+    """
+    check_image(input, "input")
+    check_choice(mode, ["sobel", "diff"], "mode")
+    if order != 1 and order != 2:
+        raise ValueError(f"order: expected 1 or 2, got {order}")
+    radius = 2 if mode == "sobel" and order == 2 else 1
+    outs: List[Tensor] = []
+    for p in padded_parts(input, radius, radius, radius, radius, "replicate"):
+        if order == 1:
+            dx, dy = first_derivatives(p, mode, normalized)
+            outs.append(torch.stack([dx, dy], 2))
+        else:
+            outs.append(torch.stack(_second_derivatives(p, mode, normalized), 2))
+    return join_columns(outs)
+
+
+def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
+    """Magnitude of the Sobel gradient, sqrt(dx^2 + dy^2 + eps); the border is replicated.
+
+    I. Sobel, G. Feldman, A 3x3 isotropic gradient operator for image processing, 1968.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        normalized: divide the kernels by 8, so that the result is in intensity per pixel; OpenCV's are not.
+        eps: keeps the derivative finite where the gradient vanishes.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D.
+
+    Example:
+        >>> sobel(torch.arange(5.0).expand(1, 1, 5, 5), eps=0.0)[0, 0, 2]
+        tensor([0.5000, 1.0000, 1.0000, 1.0000, 0.5000])
+    """
+    check_image(input, "input")
+    outs: List[Tensor] = []
+    for p in padded_parts(input, 1, 1, 1, 1, "replicate"):
+        dx, dy = first_derivatives(p, "sobel", normalized)
+        outs.append(torch.sqrt(dx * dx + dy * dy + eps))
+    return join_columns(outs)
+
+
+def first_derivatives(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, Tensor]:
+    """d/dx and d/dy (B, C, H, W) of an image padded by one pixel."""
+    height = p.size(2) - 2
+    width = p.size(3) - 2
+    if mode == "diff":
+        dx = p[:, :, 1 : height + 1, 2 : width + 2] - p[:, :, 1 : height + 1, 0:width]
+        dy = p[:, :, 2 : height + 2, 1 : width + 1] - p[:, :, 0:height, 1 : width + 1]
+        scale = 0.5 if normalized else 1.0
+    else:
+        smooth = p[:, :, 0:height] + 2.0 * p[:, :, 1 : height + 1] + p[:, :, 2 : height + 2]
+        slope = p[:, :, 2 : height + 2] - p[:, :, 0:height]
+        dx = smooth[..., 2 : width + 2] - smooth[..., 0:width]
+        dy = slope[..., 0:width] + 2.0 * slope[..., 1 : width + 1] + slope[..., 2 : width + 2]
+        scale = 0.125 if normalized else 1.0
+    return dx * scale, dy * scale
+
+
+def _second_derivatives(p: Tensor, mode: str, normalized: bool) -> List[Tensor]:
+    if mode == "diff":
+        height = p.size(2) - 2
+        width = p.size(3) - 2
+        middle = p[:, :, 1 : height + 1]
+        dxx = middle[..., 0:width] - 2.0 * middle[..., 1 : width + 1] + middle[..., 2 : width + 2]
+        centre = p[..., 1 : width + 1]
+        dyy = centre[:, :, 0:height] - 2.0 * centre[:, :, 1 : height + 1] + centre[:, :, 2 : height + 2]
+        slope = p[:, :, 2 : height + 2] - p[:, :, 0:height]
+        dxy = slope[..., 0:width] - slope[..., 2 : width + 2]
+        scale = 0.25 if normalized else 1.0
+        return [dxx * scale, dxy * scale, dyy * scale]
+    smooth_y, slope_y, curve_y = _five_taps(p, 2)
+    dxx = _five_taps(smooth_y, 3)[2]
+    dxy = _five_taps(slope_y, 3)[1]
+    dyy = _five_taps(curve_y, 3)[0]
+    pure = 1.0 / 64.0 if normalized else 1.0
+    mixed = 1.0 / 36.0 if normalized else 1.0
+    return [-pure * dxx, -mixed * dxy, -pure * dyy]
+
+
+def _five_taps(p: Tensor, dim: int) -> Tuple[Tensor, Tensor, Tensor]:
+    """Sobel's 5-tap smoothing, slope and curvature along ``dim``."""
+    size = p.size(dim) - 4
+    a, b, c = p.narrow(dim, 0, size), p.narrow(dim, 1, size), p.narrow(dim, 2, size)
+    d, e = p.narrow(dim, 3, size), p.narrow(dim, 4, size)
+    return a + 4.0 * b + 6.0 * c + 4.0 * d + e, e - a + 2.0 * (d - b), a - 2.0 * c + e
+
+
+class Sobel(nn.Module):
+    """``sobel`` as a module.
+
+    Example:
+        >>> Sobel()(torch.ones(2, 3, 4, 5)).shape
+        torch.Size([2, 3, 4, 5])
+    """
+
+    def __init__(self, normalized: bool = True, eps: float = 1e-6) -> None:
+        super().__init__()
+        self.normalized = normalized
+        self.eps = eps
+
+    def forward(self, input: Tensor) -> Tensor:
+        return sobel(input, self.normalized, self.eps)

@@ -1,0 +1,47 @@
+"""Structural dissimilarity."""
+
+from torch import Tensor
+
+from ..metrics.ssim import ssim
+from ..primitives.checks import check_choice
+
+
+def ssim_loss(
+    img1: Tensor,
+    img2: Tensor,
+    window_size: int,
+    max_val: float = 1.0,
+    eps: float = 1e-12,
+    reduction: str = "mean",
+    padding: str = "same",
+) -> Tensor:
+    """(1 - SSIM) / 2, clamped to [0, 1]; see ``chiasm.metrics.ssim``.
+
+    Args:
+        img1: (B, C, H, W), floating point.
+        img2: like img1.
+        window_size: odd number of taps of the window.
+        max_val: the images' dynamic range.
+        eps: added to the denominator.
+        reduction: "mean", "sum" or "none".
+        padding: "same" or "valid".
+
+    Returns:
+        A scalar, or the map (B, C, H, W) for "none".
+
+    Raises:
+        TypeError: if an image is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> x = torch.ones(1, 1, 8, 8)
+        >>> ssim_loss(x, x, 5)
+        tensor(0.)
+    """
+    check_choice(reduction, ["mean", "sum", "none"], "reduction")
+    loss = ((1.0 - ssim(img1, img2, window_size, max_val, eps, padding)) * 0.5).clamp(0.0, 1.0)
+    if reduction == "mean":
+        return loss.mean()
+    if reduction == "sum":
+        return loss.sum()
+    return loss

@@ -1,0 +1,5 @@
+"""Image quality."""
+
+from .ssim import ssim
+
+__all__ = ["ssim"]

@@ -1,0 +1,5 @@
+"""Mathematical morphology."""
+
+from .dilation import dilation
+
+__all__ = ["dilation"]

@@ -1,0 +1,78 @@
+"""Camera frames (uint8, H x W x BGR, as OpenCV delivers them) in and out."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ..color.gray import rgb_to_grayscale
+from ..color.rgb import bgr_to_rgb
+from ..enhance.normalize import normalize
+from ..filters.gaussian import gaussian_blur2d
+from ..filters.gradient import sobel
+from ..geometry.transform.resize import resize
+from ..primitives.materialise import materialised
+from ..primitives.stencil import join_channels, split_channels
+
+
+def preprocess(
+    frame: Tensor,
+    mean: Tuple[float, float, float] = (0.485, 0.456, 0.406),
+    std: Tuple[float, float, float] = (0.229, 0.224, 0.225),
+) -> Tensor:
+    """A frame as the input of a classifier: RGB, 224 x 224 (bilinear, aspect not kept), in [0, 1], then normalised.
+
+    Args:
+        frame: (H, W, 3), uint8, BGR.
+        mean: per channel, R, G, B; ImageNet's by default.
+        std: per channel, R, G, B; ImageNet's by default.
+
+    Returns:
+        (1, 3, 224, 224), float32.
+
+    Raises:
+        TypeError: if frame is not uint8.
+        ValueError: if frame is not (H, W, 3).
+
+    Example:
+        >>> preprocess(torch.zeros(480, 640, 3, dtype=torch.uint8)).shape
+        torch.Size([1, 3, 224, 224])
+    """
+    image = resize(_frame_to_rgb(frame), (224, 224)) / 255.0
+    out = normalize(image, torch.tensor(mean, device=image.device), torch.tensor(std, device=image.device))
+    # Plane by plane, for AOTInductor would otherwise keep the frame's interleaved layout in the output.
+    return join_channels(split_channels(out))
+
+
+def edges(frame: Tensor) -> Tensor:
+    """Edge strength of a frame: grey, Gaussian blur 5x5 of sigma 1, Sobel magnitude.
+
+    The magnitude is sqrt(gx^2 + gy^2) of the unnormalised 3x3 Sobel derivatives (``cv2.Sobel``'s scale: a step of one grey
+    level per pixel gives 8) of grey levels in [0, 255], rounded to the nearest integer and saturated at 255.
+
+    Args:
+        frame: (H, W, 3), uint8, BGR, H and W at least 3.
+
+    Returns:
+        (H, W), uint8.
+
+    Raises:
+        TypeError: if frame is not uint8.
+        ValueError: if frame is not (H, W, 3).
+
+    Example:
+        >>> edges(torch.full((48, 64, 3), 7, dtype=torch.uint8)).max()
+        tensor(0, dtype=torch.uint8)
+    """
+    grey = materialised(rgb_to_grayscale(_frame_to_rgb(frame)), 2)
+    strength = sobel(gaussian_blur2d(grey, (5, 5), (1.0, 1.0)), normalized=False)
+    return torch.round(strength).clamp(0.0, 255.0).to(torch.uint8)[0, 0]
+
+
+def _frame_to_rgb(frame: Tensor) -> Tensor:
+    """(1, 3, H, W), float32, RGB, in [0, 255]."""
+    if frame.dtype != torch.uint8:
+        raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
+    if frame.dim() != 3 or frame.size(2) != 3:
+        raise ValueError(f"frame: expected shape (H, W, 3), got {list(frame.shape)}")
+    return bgr_to_rgb(frame.permute(2, 0, 1)[None].to(torch.float32))

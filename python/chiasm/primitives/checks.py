@@ -1,0 +1,57 @@
+"""Input checks: one message that names the argument, what was expected and what came. None looks at data."""
+
+from typing import List, Tuple, Union
+
+from torch import Tensor
+
+
+def check_floating(value: Tensor, name: str) -> None:
+    """Raise TypeError unless ``value`` has a floating-point dtype."""
+    if not value.is_floating_point():
+        raise TypeError(f"{name}: expected a floating-point tensor, got dtype {value.dtype}")
+
+
+def check_rank(value: Tensor, rank: int, layout: str, name: str) -> None:
+    """Raise ValueError unless ``value`` has ``rank`` dimensions; ``layout`` is how the message shows them."""
+    if value.dim() != rank:
+        raise ValueError(f"{name}: expected shape {layout}, got {value.dim()} dimensions: {list(value.shape)}")
+
+
+def check_image(value: Tensor, name: str) -> None:
+    """Raise unless ``value`` is a floating-point (B, C, H, W) tensor."""
+    check_rank(value, 4, "(B, C, H, W)", name)
+    check_floating(value, name)
+
+
+def check_rgb(value: Tensor, name: str) -> None:
+    """Raise unless ``value`` is a (*, 3, H, W) tensor."""
+    if value.dim() < 3 or value.size(-3) != 3:
+        raise ValueError(f"{name}: expected shape (*, 3, H, W), got {list(value.shape)}")
+
+
+def check_last(value: Tensor, size: int, name: str) -> None:
+    """Raise unless ``value`` is a floating-point (*, ``size``) tensor."""
+    if value.dim() < 1 or value.size(-1) != size:
+        raise ValueError(f"{name}: expected shape (*, {size}), got {list(value.shape)}")
+    check_floating(value, name)
+
+
+def check_choice(value: str, choices: List[str], name: str) -> None:
+    """Raise ValueError unless ``value`` is one of ``choices``."""
+    if value not in choices:
+        raise ValueError(f"{name}: expected one of {choices}, got '{value}'")
+
+
+def odd_pair(kernel_size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, int]:
+    """``kernel_size`` as (rows, columns); raise ValueError unless both are odd and positive.
+
+    >>> odd_pair(3, "kernel_size")
+    (3, 3)
+    """
+    if isinstance(kernel_size, int):
+        ky, kx = kernel_size, kernel_size
+    else:
+        ky, kx = kernel_size
+    if ky < 1 or kx < 1 or ky % 2 == 0 or kx % 2 == 0:
+        raise ValueError(f"{name}: expected odd positive sizes, got ({ky}, {kx})")
+    return ky, kx

@@ -1,0 +1,74 @@
+"""Small linear algebra in arithmetic only: ONNX has no inverse, SVD or eigen decomposition."""
+
+import torch
+from torch import Tensor
+
+from .target import native_forward
+
+
+def small_matmul(a: Tensor, b: Tensor) -> Tensor:
+    """Matrix product of (..., n, k) and (..., k, m) for small sizes.
+
+    Native code gets a sum of products, which compiles inline instead of calling a library.
+    """
+    if native_forward():
+        return (a[..., :, :, None] * b[..., None, :, :]).sum(-2)
+    return torch.matmul(a, b)
+
+
+def cross(a: Tensor, b: Tensor) -> Tensor:
+    """Cross product along the last axis, of size 3."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return torch.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], -1)
+
+
+def inverse3x3(m: Tensor) -> Tensor:
+    """Inverse of (..., 3, 3) by cofactors.
+
+    >>> inverse3x3(torch.diag(torch.tensor([1.0, 2.0, 4.0]))).diagonal()
+    tensor([1.0000, 0.5000, 0.2500])
+    """
+    r0, r1, r2 = m[..., 0, :], m[..., 1, :], m[..., 2, :]
+    c0 = cross(r1, r2)
+    determinant = (r0 * c0).sum(-1)
+    return torch.stack([c0, cross(r2, r0), cross(r0, r1)], -1) / determinant[..., None, None]
+
+
+def spd_inverse(m: Tensor) -> Tensor:
+    """Inverse of a symmetric positive definite (B, n, n) by n sweeps (Gauss-Jordan without pivoting)."""
+    n = m.size(-1)
+    eye = torch.eye(n, dtype=m.dtype, device=m.device)
+    for k in range(n):
+        column = m[:, :, k : k + 1] - eye[:, k : k + 1]
+        row = m[:, k : k + 1, :] + eye[k : k + 1, :]
+        m = m - column * (row / m[:, k : k + 1, k : k + 1])
+    return m
+
+
+def smallest_eigenvector(m: Tensor) -> Tensor:
+    """Unit eigenvector (B, n) of the smallest eigenvalue of a symmetric positive semidefinite (B, n, n), float64.
+
+    Inverse iteration: the inverse of the slightly shifted matrix, squared until its largest eigenvalue has swamped the
+    others. That part carries no gradient; one first-order correction through the deflated inverse follows, which
+    polishes the value and whose derivative is exactly the eigenvector's (for a simple eigenvalue).
+    """
+    n = m.size(-1)
+    eye = torch.eye(n, dtype=m.dtype, device=m.device)
+    m = m / ((m * eye).sum(-1, keepdim=True).sum(-2, keepdim=True) + 1e-300)
+    fixed = m.detach()
+    power = spd_inverse(fixed + 1e-14 * eye)
+    for _ in range(7):
+        power = power / (power * eye).sum(-1, keepdim=True).sum(-2, keepdim=True)
+        power = small_matmul(power, power)
+    # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest diagonal.
+    diagonal = (power * eye).sum(-1)
+    pick = (torch.argmax(diagonal, dim=-1)[:, None] == torch.arange(n, device=m.device)).to(m.dtype)
+    v = (power * pick[:, None, :]).sum(-1)
+    v = v / torch.sqrt((v * v).sum(-1, keepdim=True))
+    outer = v[:, :, None] * v[:, None, :]
+    eigenvalue = (outer * fixed).sum(-1, keepdim=True).sum(-2, keepdim=True)
+    deflated = spd_inverse(fixed - eigenvalue * eye + outer) - outer
+    residual = (m * v[:, None, :]).sum(-1)
+    v = v - (deflated * residual[:, None, :]).sum(-1)
+    return v / torch.sqrt((v * v).sum(-1, keepdim=True))

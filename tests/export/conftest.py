@@ -1,0 +1,31 @@
+"""Small bundles that the tests of the exporter share."""
+
+from pathlib import Path
+
+import pytest
+import torch
+from torch import Tensor
+
+from chiasm.export import Spec, TensorSpec, export, image
+
+
+def scaled_difference(input: Tensor, gain: Tensor, power: float = 1.0) -> Tensor:
+    """Differences of neighbouring rows, scaled per image."""
+    difference = input[:, :, 1:] - input[:, :, :-1]
+    return (difference * gain[:, None, None, None]).abs() ** power
+
+
+SPEC = Spec(
+    "test.scaled_difference",
+    [image(), TensorSpec("gain", ("B",), range=(0.5, 2.0))],
+    [TensorSpec("output", layout="NCHW")],
+    config={"power": 2.0},
+    symbols={"H": (4, 4096), "W": (4, 4096)},
+)
+
+
+@pytest.fixture(scope="session")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A bundle of a user's own function, in every format."""
+    torch.manual_seed(0)
+    return export(scaled_difference, SPEC, tmp_path_factory.mktemp("bundles"))

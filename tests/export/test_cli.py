@@ -1,0 +1,98 @@
+"""The command `chiasm`, as a user types it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+from chiasm.export.cli import main
+
+BUNDLES = Path(__file__).resolve().parents[2] / "build" / "bundles"
+PHOTO = "astronaut.png"
+
+
+def chiasm(*arguments: str) -> tuple[int, str]:
+    result = CliRunner().invoke(main, [str(a) for a in arguments])
+    return result.exit_code, result.output
+
+
+@pytest.fixture(scope="module")
+def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    import skimage
+
+    path = tmp_path_factory.mktemp("photo") / "photo.png"
+    Image.open(Path(skimage.__file__).parent / "data" / PHOTO).convert("RGB").resize((201, 149)).save(path)
+    return path
+
+
+def test_help_teaches() -> None:
+    code, text = chiasm("--help")
+    assert code == 0 and "A first round" in text
+    for command in ("list", "export", "info", "verify", "run"):
+        assert command in text
+        assert chiasm(command, "--help")[0] == 0
+
+
+def test_list() -> None:
+    code, text = chiasm("list", "filters.*")
+    assert code == 0 and "filters.sobel" in text and "color" not in text
+    code, text = chiasm("list", "no.such.op")
+    assert code == 2 and "no.such.op" in text
+
+
+def test_export_info_verify(tmp_path: Path) -> None:
+    code, text = chiasm("export", "color.rgb_to_hsv", "-o", tmp_path, "-f", "onnx", "-f", "torchscript")
+    assert code == 0, text
+    bundle = tmp_path / "color.rgb_to_hsv.chiasm"
+    code, text = chiasm("info", bundle)
+    assert code == 0 and "forward.float32.onnx" in text and "(B, 3, H, W)" in text
+    code, text = chiasm("info", "--json", bundle)
+    assert json.loads(text)["name"] == "color.rgb_to_hsv"
+    code, text = chiasm("verify", bundle)
+    assert code == 0 and "0 failed" in text, text
+    (bundle / "forward.pt").write_bytes(b"no program")
+    code, text = chiasm("verify", bundle)
+    assert code == 1 and "forward.pt" in text
+    code, text = chiasm("info", tmp_path)
+    assert code == 1 and "manifest.json" in text
+
+
+def test_nothing_to_export() -> None:
+    code, text = chiasm("export")
+    assert code == 2 and "--all" in text
+
+
+@pytest.mark.parametrize("backend", ["native", "torch", "onnx"])
+def test_run_maps_an_image_file_to_an_image_file(photo: Path, tmp_path: Path, backend: str) -> None:
+    import cv2
+
+    target = tmp_path / "grey.png"
+    code, text = chiasm("run", BUNDLES / "color.rgb_to_grayscale.chiasm", photo, target, "-b", backend)
+    assert code == 0 and backend in text, text
+    expected = cv2.imread(str(photo), cv2.IMREAD_GRAYSCALE)
+    assert np.abs(np.asarray(Image.open(target)).astype(int) - expected).max() <= 1
+    code, text = chiasm("run", BUNDLES / "pipelines.edges.chiasm", photo, tmp_path / "edges.png", "-b", backend)
+    assert code == 0 and np.asarray(Image.open(tmp_path / "edges.png")).shape == (149, 201)
+
+
+def test_run_takes_other_inputs_and_says_which_are_missing(photo: Path, tmp_path: Path) -> None:
+    blur = BUNDLES / "filters.gaussian_blur2d.chiasm"
+    code, text = chiasm("run", blur, photo, tmp_path / "out.png")
+    assert code == 1 and "sigma" in text and "--set" in text
+    assert chiasm("run", blur, photo, tmp_path / "out.png", "--set", "sigma=[[1.5, 1.5]]")[0] == 0
+    code, text = chiasm("run", BUNDLES / "geometry.transform.resize.bilinear.chiasm", photo, tmp_path / "small.png", "-s", "like=50x60")
+    assert code == 0 and Image.open(tmp_path / "small.png").size == (60, 50)
+    code, text = chiasm("run", blur, photo, tmp_path / "out.png", "--set", "nonsense=1")
+    assert code == 1 and "nonsense" in text
+    code, text = chiasm("run", BUNDLES / "losses.ssim_loss.chiasm", photo, tmp_path / "out.png")
+    assert code == 1 and "losses.ssim_loss" in text
+
+
+def test_a_file_that_is_no_image_is_named(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.png"
+    bad.write_text("no image")
+    code, text = chiasm("run", BUNDLES / "filters.sobel.chiasm", bad, tmp_path / "out.png")
+    assert code == 1 and "bad.png" in text

@@ -1,0 +1,220 @@
+"""One call from a user's own function to a bundle: what it holds, that it repeats, and what it says when it cannot."""
+
+import hashlib
+import io
+import json
+import zipfile
+from pathlib import Path
+from typing import Tuple
+
+import jsonschema
+import numpy as np
+import onnx
+import pytest
+import torch
+from torch import Tensor, nn
+
+import chiasm.runtime
+from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image
+from chiasm.export.bundle import BundleError, read_manifest, schema
+from chiasm.export.catalog import catalog
+from chiasm.filters import GaussianBlur2d, Sobel
+
+from .conftest import SPEC, scaled_difference
+
+
+def test_the_manifest_follows_the_schema_and_its_hashes_are_right(bundle: Path) -> None:
+    manifest = json.loads((bundle / "manifest.json").read_text())
+    jsonschema.validate(manifest, schema())
+    entries = [a for m in manifest["methods"].values() for a in m["artifacts"]] + [manifest["golden"]]
+    for entry in entries:
+        assert hashlib.sha256((bundle / entry["file"]).read_bytes()).hexdigest() == entry["sha256"]
+    assert {p.name for p in bundle.iterdir()} == {e["file"] for e in entries} | {"manifest.json"}
+
+
+def test_shapes_are_symbolic_and_derived(bundle: Path) -> None:
+    forward = read_manifest(bundle)["methods"]["forward"]
+    assert forward["inputs"][0]["shape"] == ["B", "C", "H", "W"]
+    height = forward["outputs"][0]["shape"][2]
+    assert eval(height, {"H": 100}) == 99  # one row less, however it is spelled
+
+
+def test_onnx_has_the_arguments_names_the_opset_and_the_op_in_its_metadata(bundle: Path) -> None:
+    model = onnx.load(bundle / "forward.float32.onnx")
+    onnx.checker.check_model(model, full_check=True)
+    assert [i.name for i in model.graph.input] == ["input", "gain"]
+    assert [o.name for o in model.graph.output] == ["output"]
+    assert [(o.domain, o.version) for o in model.opset_import] == [("", 18)]
+    assert [d.dim_param for d in model.graph.input[0].type.tensor_type.shape.dim] == ["B", "C", "H", "W"]
+    assert {p.key: p.value for p in model.metadata_props}["chiasm.op"] == "test.scaled_difference"
+    assert str(Path.cwd()).encode() not in model.SerializeToString()
+
+
+def test_native_code_exports_one_symbol_and_needs_no_engine(bundle: Path, tmp_path: Path) -> None:
+    import subprocess
+
+    with zipfile.ZipFile(bundle / "forward.float32.x86-64-v3.pt2") as archive:
+        (tmp_path / "op.so").write_bytes(archive.read("chiasm/op.so"))
+    needed = subprocess.run(["readelf", "-d", tmp_path / "op.so"], capture_output=True, text=True, check=True).stdout
+    assert "NEEDED" in needed and "torch" not in needed and "c10" not in needed
+    symbols = subprocess.run(["nm", "-D", "--defined-only", tmp_path / "op.so"], capture_output=True, text=True, check=True).stdout
+    assert [line.split()[-1] for line in symbols.splitlines()] == ["chiasm_native_entry"]
+
+
+def test_torchs_own_loader_refuses_a_torch_free_artifact(bundle: Path) -> None:
+    with pytest.raises(Exception):  # noqa: B017 - whatever it throws: what matters is that it does not run it
+        torch._inductor.aoti_load_package(str(bundle / "forward.float32.x86-64-v3.pt2"))
+
+
+def test_exporting_twice_gives_the_same_manifest_but_for_times(bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CHIASM_CACHE", str(tmp_path / "cache"))  # an empty cache: everything is compiled again
+    monkeypatch.setenv("TORCHINDUCTOR_CACHE_DIR", str(tmp_path / "inductor"))
+    again = export(scaled_difference, SPEC, tmp_path / "bundles")
+    first, second = (read_manifest(b) | {"created": ""} for b in (bundle, again))
+    assert first == second
+
+
+@pytest.mark.parametrize("backend", ["native", "torch", "onnx"])
+def test_every_backend_equals_eager_and_its_gradient(bundle: Path, backend: str) -> None:
+    generator = torch.Generator().manual_seed(3)
+    x = torch.rand(3, 2, 11, 17, generator=generator)
+    gain = torch.rand(3, generator=generator) + 0.5
+    opened = chiasm.runtime.open(bundle)
+    expected = scaled_difference(x, gain, 2.0)
+    torch.testing.assert_close(opened.method("forward", backend=backend)(x, gain), expected, atol=1e-6, rtol=1e-5)
+    seed = torch.rand(expected.shape, generator=generator)
+    leaves = x.clone().requires_grad_(), gain.clone().requires_grad_()
+    want = torch.autograd.grad(scaled_difference(*leaves, 2.0), leaves, seed)
+    for got, w in zip(opened.method("vjp", backend=backend)(x, gain, seed), want, strict=True):
+        torch.testing.assert_close(got, w, atol=1e-5, rtol=1e-4)
+
+
+def test_a_sequential_and_a_plain_function_export_by_the_same_call(tmp_path: Path) -> None:
+    sequential = nn.Sequential(GaussianBlur2d((5, 5), (1.0, 1.0)), Sobel())
+
+    def composed(input: Tensor) -> Tensor:
+        return sequential[1](sequential[0](input)) * 2.0
+
+    symbols = {"H": (8, 4096), "W": (8, 4096)}
+    x = np.random.default_rng(0).random((1, 3, 30, 41), np.float32)
+    first = export(sequential, Spec("test.sequential", [image()], symbols=symbols), tmp_path, formats=["torchscript", "onnx"])
+    got = chiasm.runtime.open(first).method("forward", backend="onnx")(x)
+    torch.testing.assert_close(torch.from_numpy(got), sequential(torch.from_numpy(x)), atol=1e-5, rtol=1e-4)
+    # a function that closes over modules cannot be scripted, but ONNX takes it
+    second = export(composed, Spec("test.composed", [image()], symbols=symbols), tmp_path, formats=["onnx"])
+    doubled = chiasm.runtime.open(second).method("forward", backend="onnx")(x)
+    torch.testing.assert_close(torch.from_numpy(doubled), 2 * torch.from_numpy(got), atol=1e-5, rtol=1e-4)
+
+
+def test_several_outputs_integer_outputs_and_uint8_input(tmp_path: Path) -> None:
+    def brightest(frame: Tensor) -> Tuple[Tensor, Tensor]:
+        """The brightest channel of each pixel, and its value."""
+        top = frame.to(torch.float32).max(dim=-1)
+        return top.indices, top.values / 255.0
+
+    spec = Spec("test.brightest", [frame()], [TensorSpec("channel"), TensorSpec("value")], gradients=())
+    made = export(brightest, spec, tmp_path, formats=["torchscript", "onnx"])
+    manifest = read_manifest(made)
+    assert [(t["dtype"], t["shape"]) for t in manifest["methods"]["forward"]["outputs"]] == [("int64", ["H", "W"]), ("float32", ["H", "W"])]
+    assert "vjp" not in manifest["methods"]
+    image_ = np.random.default_rng(1).integers(0, 255, (13, 9, 3), np.uint8)
+    for backend in ("torch", "onnx"):
+        channel, value = chiasm.runtime.open(made).method("forward", backend=backend)(image_)
+        assert np.array_equal(channel, image_.argmax(-1))
+        assert np.allclose(value, image_.max(-1) / 255.0)
+
+
+# --- errors ------------------------------------------------------------------------------------------------------------
+
+
+def uses_a_lambda(input: Tensor) -> Tensor:
+    double = lambda t: t * 2  # noqa: E731
+    return double(input)
+
+
+def branches_on_data(input: Tensor) -> Tensor:
+    if input.sum() > 0:
+        return input + 1
+    return input
+
+
+def has_no_onnx_form(input: Tensor) -> Tensor:
+    return torch.linalg.matrix_exp(input)
+
+
+def freezes_a_size(input: Tensor) -> Tensor:
+    return input.reshape(7, -1)
+
+
+@pytest.mark.parametrize(
+    ("fn", "formats", "expected"),
+    [
+        (uses_a_lambda, ["torchscript"], ["TorchScript", "double = lambda"]),
+        (branches_on_data, ["onnx"], ["graph", "if input.sum() > 0:"]),
+        (has_no_onnx_form, ["onnx"], ["ONNX", "matrix_exp"]),
+    ],
+)
+def test_what_cannot_be_exported_is_named(fn, formats, expected, tmp_path: Path) -> None:
+    spec = Spec("test.bad", [TensorSpec("input", ("B", 5, 5))] if fn is has_no_onnx_form else [image()], gradients=())
+    with pytest.raises(ExportError) as caught:
+        export(fn, spec, tmp_path, formats=formats)
+    for part in ["test.bad", *expected]:
+        assert part in str(caught.value)
+    assert not any(tmp_path.iterdir()), "a failed export leaves nothing behind"
+
+
+def test_a_size_that_the_code_fixes_is_named(tmp_path: Path) -> None:
+    def first_seven(input: Tensor) -> Tensor:
+        return input + torch.ones(7, 1, 1, 1)
+
+    with pytest.raises(ExportError, match="B"):
+        export(first_seven, Spec("test.bad", [image()], gradients=()), tmp_path, formats=["onnx"])
+
+
+def test_wrong_specs_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="outputs"):
+        export(scaled_difference, Spec("test.bad", SPEC.inputs, [TensorSpec("a"), TensorSpec("b")]), tmp_path, formats=["onnx"])
+    with pytest.raises(ExportError, match="formats"):
+        export(scaled_difference, SPEC, tmp_path, formats=["tensorflow"])
+    with pytest.raises(ExportError, match="identifier"):
+        export(scaled_difference, Spec("test.bad", [image("not a name")]), tmp_path)
+    with pytest.raises(KeyError, match="limits"):
+        export(scaled_difference, Spec("test.bad", [TensorSpec("input", ("Q",))]), tmp_path)
+
+
+def test_damaged_bundles_are_refused(bundle: Path, tmp_path: Path) -> None:
+    import shutil
+
+    from chiasm.export.verify import verify
+
+    copy = tmp_path / bundle.name
+    shutil.copytree(bundle, copy)
+    target = copy / "forward.float32.onnx"
+    data = target.read_bytes()
+    target.write_bytes(data[:-1])
+    with pytest.raises(BundleError, match=r"forward\.float32\.onnx.*truncated"):
+        verify(copy)
+    target.write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
+    with pytest.raises(BundleError, match=r"forward\.float32\.onnx.*sha256"):
+        verify(copy)
+    manifest = json.loads((copy / "manifest.json").read_text())
+    (copy / "manifest.json").write_text(json.dumps(manifest | {"schema_version": 99}))
+    with pytest.raises(BundleError, match="99"):
+        read_manifest(copy)
+    (copy / "manifest.json").write_text("{")
+    with pytest.raises(BundleError, match="not JSON"):
+        read_manifest(copy)
+
+
+def test_the_catalog_is_sound() -> None:
+    for name, entry in catalog().items():
+        assert entry.spec.name == name
+        assert callable(entry.function())
+        assert entry.spec.reference, f"{name} says nothing of what it was tested against"
+        assert (entry.function().__doc__ or "").strip(), f"{name} has no docstring"
+
+
+def test_torchscript_keeps_branches(bundle: Path) -> None:
+    scripted = torch.jit.load(io.BytesIO((bundle / "forward.pt").read_bytes()))
+    assert "scaled_difference" in str(scripted.inlined_graph) or "abs" in str(scripted.inlined_graph)
+    assert scripted(torch.rand(1, 1, 5, 6, dtype=torch.float64), torch.ones(1, dtype=torch.float64)).dtype == torch.float64

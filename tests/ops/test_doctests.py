@@ -1,0 +1,40 @@
+"""The examples in the docstrings run and say the truth."""
+
+import doctest
+import importlib
+import pkgutil
+
+import pytest
+import torch
+
+import chiasm
+
+MODULES = [
+    m.name
+    for m in pkgutil.walk_packages(chiasm.__path__, "chiasm.", onerror=lambda name: None)
+    if not m.name.startswith(("chiasm.export", "chiasm.runtime"))
+]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples(name: str) -> None:
+    result = doctest.testmod(importlib.import_module(name), extraglobs={"torch": torch})
+    assert result.failed == 0
+
+
+def test_public_functions_have_examples() -> None:
+    packages = ["color", "enhance", "filters", "morphology", "feature", "losses", "metrics", "pipelines"]
+    packages += ["geometry.transform"]
+    for package in packages:
+        module = importlib.import_module(f"chiasm.{package}")
+        for name in module.__all__:
+            assert ">>>" in (getattr(module, name).__doc__ or ""), f"{package}.{name}"
+
+
+def test_import_is_lazy() -> None:
+    import subprocess
+    import sys
+
+    code = "import sys, chiasm; assert 'torch' not in sys.modules; chiasm.color; assert 'torch' in sys.modules"
+    path = str(importlib.import_module("pathlib").Path(chiasm.__file__).parents[1])
+    subprocess.run([sys.executable, "-c", code], check=True, env={"PYTHONPATH": path, "PATH": ""})

@@ -1,0 +1,96 @@
+"""A wrong argument is named, with what was expected and what came."""
+
+from typing import Callable
+
+import pytest
+import torch
+
+from chiasm import color, enhance, feature, filters, losses, metrics, morphology, pipelines
+from chiasm.geometry import conversions, homography, subpix, transform
+from chiasm.primitives.target import exporting
+
+X = torch.zeros(1, 3, 8, 8)
+BYTES = torch.zeros(1, 3, 8, 8, dtype=torch.uint8)
+EYE = torch.eye(3)[None]
+FRAME = torch.zeros(8, 8, 3, dtype=torch.uint8)
+
+WRONG = [
+    (lambda: color.rgb_to_grayscale(X[:, :2]), ValueError, r"image: expected shape \(\*, 3, H, W\), got \[1, 2, 8, 8\]"),
+    (lambda: color.rgb_to_grayscale(BYTES), TypeError, "image: expected a floating-point tensor, got dtype"),
+    (lambda: color.rgb_to_grayscale(X, torch.ones(4)), ValueError, r"rgb_weights: expected shape \(3,\), got \[4\]"),
+    (lambda: color.rgb_to_hsv(X[0, 0]), ValueError, "image: expected shape"),
+    (lambda: color.bgr_to_rgb(X[:, :1]), ValueError, "image: expected shape"),
+    (lambda: enhance.normalize(BYTES, EYE[0, 0], EYE[0, 0]), TypeError, "data: expected a floating-point"),
+    (lambda: enhance.normalize(X, EYE, EYE[0, 0]), ValueError, "mean: expected"),
+    (lambda: enhance.normalize(X, EYE[0, 0], EYE), ValueError, "std: expected"),
+    (lambda: filters.gaussian_blur2d(X[0], 3, (1.0, 1.0)), ValueError, r"input: expected shape \(B, C, H, W\), got 3 dim"),
+    (lambda: filters.gaussian_blur2d(X, 4, (1.0, 1.0)), ValueError, r"kernel_size: expected odd .* got \(4, 4\)"),
+    (lambda: filters.gaussian_blur2d(X, 3, torch.ones(3)), ValueError, r"sigma: expected shape \(B, 2\), got \[3\]"),
+    (lambda: filters.gaussian_blur2d(X, 3, (1.0, 1.0), "mirror"), ValueError, "border_type: expected one of .*'mirror'"),
+    (lambda: filters.get_gaussian_kernel1d(4, 1.0), ValueError, "kernel_size: expected .* got 4"),
+    (lambda: filters.sobel(BYTES), TypeError, "input: expected a floating-point"),
+    (lambda: filters.spatial_gradient(X, "prewitt"), ValueError, "mode: expected one of .*'prewitt'"),
+    (lambda: filters.spatial_gradient(X, order=3), ValueError, "order: expected 1 or 2, got 3"),
+    (lambda: filters.median_blur(X, (3, 2)), ValueError, r"kernel_size: expected odd .* got \(3, 2\)"),
+    (lambda: filters.bilateral_blur(X, 3, 0.1, torch.ones(1, 3)), ValueError, "sigma_space: expected shape"),
+    (lambda: filters.bilateral_blur(X, 3, 0.1, (1.0, 1.0), "reflect", "l3"), ValueError, "color_distance_type: expected"),
+    (lambda: morphology.dilation(X, torch.ones(3)), ValueError, r"kernel: expected shape \(kh, kw\), got \[3\]"),
+    (lambda: morphology.dilation(X, torch.ones(3, 3), torch.ones(3, 2)), ValueError, "structuring_element: expected"),
+    (lambda: morphology.dilation(X, torch.ones(3, 3), origin=[0, 3]), ValueError, r"origin: .* got \[0, 3\]"),
+    (lambda: morphology.dilation(X, torch.ones(3, 3), border_type="none"), ValueError, "border_type: expected"),
+    (lambda: transform.resize(X, (4, 0)), ValueError, r"size: expected positive sizes, got \(4, 0\)"),
+    (lambda: transform.resize(X, 4, "lanczos"), ValueError, "interpolation: expected one of"),
+    (lambda: transform.resize(X, 4, side="left"), ValueError, "side: expected one of"),
+    (lambda: transform.resize(X, 4, "nearest", antialias=True), ValueError, "antialias: expected False"),
+    (lambda: transform.warp_perspective(X, EYE[0], (4, 4)), ValueError, r"M: expected shape \(B, 3, 3\), got \[3, 3\]"),
+    (lambda: transform.warp_perspective(X, EYE.int(), (4, 4)), TypeError, "M: expected a floating-point"),
+    (lambda: transform.warp_perspective(X, EYE, (4, 4), "cubic"), ValueError, "mode: expected one of"),
+    (lambda: transform.warp_perspective(X, EYE, (4, 4), "bilinear", "wrap"), ValueError, "padding_mode: expected one of"),
+    (
+        lambda: transform.warp_perspective(X, EYE, (4, 4), "bilinear", "fill", True, torch.ones(1, 3)),
+        ValueError,
+        "fill_value: expected shape",
+    ),
+    (lambda: homography.find_homography_dlt(X[0], X[0, :, :, :2]), ValueError, "points1: expected shape"),
+    (lambda: homography.find_homography_dlt(X[0, :, :, :2], X[0, :, :4, :2]), ValueError, "points2: expected as many"),
+    (lambda: homography.find_homography_dlt(X[0, :, :3, :2], X[0, :, :3, :2]), ValueError, "points1: expected at least 4"),
+    (lambda: homography.find_homography_dlt(X[0, :, :, :2], X[0, :, :, :2], X), ValueError, "weights: expected shape"),
+    (
+        lambda: homography.find_homography_dlt(X[0, :, :, :2], X[0, :, :, :2], None, "qr"),
+        ValueError,
+        "solver: expected one of",
+    ),
+    (lambda: conversions.axis_angle_to_quaternion(torch.zeros(4)), ValueError, r"axis_angle: expected shape \(\*, 3\)"),
+    (lambda: conversions.quaternion_to_axis_angle(torch.zeros(3)), ValueError, r"quaternion: expected shape \(\*, 4\)"),
+    (lambda: conversions.rotation_matrix_to_quaternion(torch.zeros(3, 4)), ValueError, "rotation_matrix: expected shape"),
+    (lambda: conversions.normalize_quaternion(torch.zeros(4).int()), TypeError, "quaternion: expected a floating-point"),
+    (lambda: subpix.nms2d(X, 4), ValueError, "kernel_size: expected odd"),
+    (lambda: subpix.nms2d(X, 1), ValueError, "kernel_size: expected sizes of at least 3"),
+    (lambda: feature.harris_response(X, grads_mode="x"), ValueError, "mode: expected one of"),
+    (lambda: feature.harris_response(X, sigmas=torch.ones(1, 1)), ValueError, "sigmas: expected shape"),
+    (lambda: feature.harris_keypoints(X, 4), ValueError, r"input: expected shape \(B, 1, H, W\)"),
+    (lambda: feature.harris_keypoints(X[:, :1], 0), ValueError, "max_keypoints: expected a positive number, got 0"),
+    (lambda: feature.harris_keypoints(X[:, :1], 4, threshold=-1.0), ValueError, "threshold: expected"),
+    (lambda: metrics.ssim(X, X, 4), ValueError, "window_size: expected a positive odd size, got 4"),
+    (lambda: metrics.ssim(X, X[0], 5), ValueError, "img2: expected shape"),
+    (lambda: losses.ssim_loss(X, X, 5, reduction="max"), ValueError, "reduction: expected one of"),
+    (lambda: losses.ssim_loss(X, X, 5, padding="full"), ValueError, "padding: expected one of"),
+    (lambda: pipelines.preprocess(FRAME.float()), TypeError, "frame: expected dtype torch.uint8, got torch.float32"),
+    (lambda: pipelines.edges(FRAME[..., :2]), ValueError, r"frame: expected shape \(H, W, 3\), got \[8, 8, 2\]"),
+]
+
+
+@pytest.mark.parametrize(("call", "error", "message"), WRONG, ids=[w[2][:40] for w in WRONG])
+def test_message(call: Callable[[], object], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        call()
+
+
+def test_script_raises_the_same_message() -> None:
+    with pytest.raises(torch.jit.Error, match="input: expected a floating-point tensor"):
+        torch.jit.script(filters.sobel)(BYTES)
+
+
+def test_unknown_target() -> None:
+    with pytest.raises(ValueError, match="target: expected one of"), exporting("webgpu"):
+        pass

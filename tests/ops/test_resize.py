@@ -1,0 +1,71 @@
+"""Resizing against torch, OpenCV and Pillow."""
+
+import cv2
+import numpy as np
+import pytest
+import torch
+import torch.nn.functional as F
+from photos import chw, hwc, photo
+from PIL import Image
+
+from chiasm.geometry.transform import Resize, resize
+
+SIZES = [(37, 53), (20, 90), (74, 26), (10, 13), (1, 1), (64, 31)]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("interpolation", ["bilinear", "bicubic"])
+@pytest.mark.parametrize("align_corners", [False, True])
+def test_equals_torch(size: tuple[int, int], interpolation: str, align_corners: bool) -> None:
+    x = photo(2, 5, 37, 53, torch.float64)
+    expected = F.interpolate(x, size, mode=interpolation, align_corners=align_corners)
+    torch.testing.assert_close(resize(x, size, interpolation, align_corners), expected, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("size", [s for s in SIZES if s != (1, 1)])
+@pytest.mark.parametrize("interpolation", ["bilinear", "bicubic"])
+def test_antialias_equals_torch(size: tuple[int, int], interpolation: str) -> None:
+    x = photo(2, 3, 37, 53, torch.float64)
+    expected = F.interpolate(x, size, mode=interpolation, antialias=True)
+    torch.testing.assert_close(resize(x, size, interpolation, antialias=True), expected, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(("interpolation", "flag"), [("bilinear", cv2.INTER_LINEAR), ("bicubic", cv2.INTER_CUBIC)])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_equals_opencv(size: tuple[int, int], interpolation: str, flag: int, channels: int) -> None:
+    x = photo(2, channels, 37, 53)
+    for b in range(2):
+        expected = chw(cv2.resize(hwc(x, b), size[::-1], interpolation=flag))
+        np.testing.assert_allclose(resize(x, size, interpolation)[b], expected, atol=2e-5)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_nearest_takes_the_exact_floor(size: tuple[int, int]) -> None:
+    x = photo(2, 3, 37, 53)
+    rows = [i * 37 // size[0] for i in range(size[0])]
+    columns = [j * 53 // size[1] for j in range(size[1])]
+    assert torch.equal(resize(x, size, "nearest"), x[:, :, rows][..., columns])
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(("interpolation", "flag"), [("bilinear", Image.Resampling.BILINEAR), ("bicubic", Image.Resampling.BICUBIC)])
+def test_antialias_equals_pillow(size: tuple[int, int], interpolation: str, flag: int) -> None:
+    x = photo(1, 1, 37, 53)
+    expected = np.asarray(Image.fromarray(x[0, 0].numpy()).resize(size[::-1], flag))
+    np.testing.assert_allclose(resize(x, size, interpolation, antialias=True)[0, 0], expected, atol=1e-5)
+
+
+@pytest.mark.parametrize(("side", "expected"), [("short", (20, 30)), ("long", (13, 20)), ("vert", (20, 30)), ("horz", (13, 20))])
+def test_one_size_keeps_the_aspect(side: str, expected: tuple[int, int]) -> None:
+    x = photo(1, 3, 40, 60)
+    assert resize(x, 20, side=side).shape[2:] == expected
+    assert (
+        Resize(20, side=side)(x.transpose(2, 3)).shape[2:]
+        == {
+            "short": (30, 20),
+            "long": (20, 13),
+            "vert": (20, 13),
+            "horz": (30, 20),
+        }[side]
+    )
