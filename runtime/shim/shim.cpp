@@ -19,13 +19,14 @@
 namespace chiasm::shim {
 namespace {
 
-thread_local std::string last_error;
+// Plain memory: a thread_local with a destructor would pin the library in the process.
+thread_local char last_error[1024];
 
 // chiasm_dtype -> c10::ScalarType
 constexpr int32_t kScalarType[] = {kBool, kUint8, kInt8, kInt16, kInt32, kInt64, kHalf, kBFloat16, kFloat, kDouble};
 
 // How many runs of one model may be in flight before the next waits; a runner holds no memory between runs.
-constexpr size_t kRunners = 64;
+constexpr size_t kRunners = 16;
 
 struct Model {
   AOTInductorModelContainerHandle container = nullptr;
@@ -46,7 +47,7 @@ int32_t fail(const std::string& text, char* error, size_t size) {
 
 // The engine's last words: what the shim noted, else what AOTInductor did.
 std::string engine_error() {
-  if (!last_error.empty()) return std::exchange(last_error, {});
+  if (*last_error) return last_error;
   const char* text = nullptr;
   if (AOTInductorGetLastError(&text) == 0 && text && *text) return text;
   return "the compiled op failed without a message";
@@ -56,7 +57,7 @@ int32_t create(int32_t device_type, int32_t device_index, void** result, char* e
   try {
     auto model = std::make_unique<Model>();
     const std::string device = device_type == 0 ? "cpu" : "cuda:" + std::to_string(device_index);
-    last_error.clear();
+    *last_error = 0;
     if (AOTInductorModelContainerCreateWithDevice(&model->container, kRunners, device.c_str(), nullptr))
       return fail(engine_error(), error, error_size);
     AOTInductorModelContainerGetNumInputs(model->container, &model->input_count);
@@ -117,7 +118,7 @@ int32_t run(void* handle, const chiasm_native_tensor* inputs, const chiasm_nativ
     Run state{host, outputs, n_out, plan.get()};
     CurrentRun scope(&state);
     ThreadCount threads(host->num_threads);
-    last_error.clear();
+    *last_error = 0;
 
     Handles arguments(n_in), results(n_out);
     for (size_t i = 0; i < n_in; ++i) arguments.list[i] = borrow(inputs[i], *host);
@@ -154,7 +155,7 @@ Run*& current_run() {
 }
 
 int32_t guarded_failure(const char* what) {
-  last_error = what;
+  std::snprintf(last_error, sizeof last_error, "%s", what);
   return AOTI_TORCH_FAILURE;
 }
 

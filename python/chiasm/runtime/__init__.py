@@ -1,0 +1,269 @@
+"""Run exported bundles, on any backend that is present, without importing torch.
+
+A *bundle* is a folder ``NAME.chiasm`` that the exporter wrote; a *method* is an entry point of it; a *backend* (native,
+torch, onnx) runs it.
+
+Examples
+--------
+>>> import numpy as np
+>>> import chiasm.runtime
+>>> bundle = chiasm.runtime.open("build/bundles/filters.sobel.chiasm")
+>>> sobel = bundle.method("forward")
+>>> edges = sobel(np.zeros((1, 3, 32, 48), np.float32))
+>>> edges.shape
+(1, 3, 32, 48)
+"""
+
+import ctypes
+import json
+import os
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from chiasm import _runtime
+from chiasm._runtime import ChiasmError, Code, Method, Output, SelfTestRow, TensorInfo
+
+__all__ = [
+    "BackendInfo",
+    "Bundle",
+    "ChiasmError",
+    "Code",
+    "Method",
+    "Output",
+    "SelfTestRow",
+    "TensorInfo",
+    "backends",
+    "get_num_threads",
+    "open",
+    "set_num_threads",
+]
+
+
+class BackendInfo(NamedTuple):
+    """Whether a backend can be used in this process, and if not, why and what to do."""
+
+    name: str
+    available: bool
+    has_cuda: bool
+    engine_version: str
+    problem: str
+
+
+class Bundle:
+    """An opened bundle: what it says of itself, and its methods. Made by `open`."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._handle = _runtime.Bundle(os.fspath(path))
+        self._info: dict[str, Any] | None = None
+
+    @property
+    def info(self) -> dict[str, Any]:
+        """The manifest, whole."""
+        if self._info is None:
+            self._info = json.loads(self._handle.manifest)
+        return self._info
+
+    @property
+    def name(self) -> str:
+        """The op's name, e.g. ``"filters.sobel"``."""
+        return self._handle.name
+
+    @property
+    def version(self) -> str:
+        """The op's semantic version."""
+        return self._handle.version
+
+    @property
+    def methods(self) -> list[str]:
+        """The names of the methods."""
+        return self._handle.methods
+
+    def signature(self, name: str = "forward") -> tuple[list[TensorInfo], list[TensorInfo]]:
+        """The inputs and the outputs of a method, without loading it.
+
+        Examples
+        --------
+        >>> import chiasm.runtime
+        >>> inputs, outputs = chiasm.runtime.open("build/bundles/filters.sobel.chiasm").signature()
+        >>> len(inputs), len(outputs)
+        (1, 1)
+        """
+        return self._handle.signature(name)
+
+    def method(
+        self,
+        name: str = "forward",
+        backend: str = "auto",
+        device: str = "cpu",
+        dtype: Any = None,
+        allow_native_code: bool = True,
+        warm_up: bool = False,
+    ) -> Method:
+        """Load a method.
+
+        Parameters
+        ----------
+        name
+            One of `methods`.
+        backend
+            "native", "torch", "onnx", or "auto": the first of these that can run the method here.
+        device
+            "cpu", "cuda" or "cuda:1"; a ``torch.device`` will do.
+        dtype
+            For a method that accepts several dtypes, the one to load, as a name, a NumPy dtype or a torch dtype; by default
+            float32, else the first there is.
+        allow_native_code
+            The native and torch artifacts are programs. False leaves the onnx backend, whose artifacts are data: use it for
+            bundles whose author you do not trust.
+        warm_up
+            Run once on the smallest valid input, so that the first real run is not the slow one.
+
+        Raises
+        ------
+        ChiasmError
+            Where there is no such method, or no backend that can run it here; the message says what is missing.
+
+        Examples
+        --------
+        >>> import chiasm.runtime
+        >>> bundle = chiasm.runtime.open("build/bundles/filters.sobel.chiasm")
+        >>> bundle.method("forward", backend="onnx").backend
+        'onnx'
+        """
+        if backend == "torch" or (backend == "auto" and _torch_is_elsewhere()):
+            _open_libtorch()
+        kind, index = _parse_device(device)
+        return self._handle.load(name, backend, kind, index, _dtype_name(dtype), allow_native_code, warm_up)
+
+    def self_test(self, backend: str = "auto", device: str = "cpu", allow_native_code: bool = True) -> list[SelfTestRow]:
+        """Replay the golden vectors on this machine: a row for each golden case and backend.
+
+        With the backend "auto" on every backend that is present. A row's ``passed`` is True, False, or None where it was
+        not run.
+
+        Examples
+        --------
+        >>> import chiasm.runtime
+        >>> rows = chiasm.runtime.open("build/bundles/filters.sobel.chiasm").self_test()
+        >>> [row for row in rows if row.passed is False]
+        []
+        """
+        if backend in ("auto", "torch"):
+            _open_libtorch()
+        kind, index = _parse_device(device)
+        return self._handle.self_test(backend, kind, index, allow_native_code)
+
+    def __repr__(self) -> str:
+        return f"<chiasm bundle {self.name} {self.version}: {', '.join(self.methods)}>"
+
+
+def open(path: str | os.PathLike[str]) -> Bundle:
+    """Open a bundle. Loads no engine.
+
+    Parameters
+    ----------
+    path
+        The folder ``NAME.chiasm``.
+
+    Raises
+    ------
+    ChiasmError
+        Where there is no bundle or it is damaged; the message names the file.
+
+    Examples
+    --------
+    >>> import chiasm.runtime
+    >>> chiasm.runtime.open("build/bundles/filters.sobel.chiasm").name
+    'filters.sobel'
+    """
+    return Bundle(path)
+
+
+def backends() -> list[BackendInfo]:
+    """The backends, in the order in which "auto" takes them. Loads the engines of all that are present.
+
+    Examples
+    --------
+    >>> import chiasm.runtime
+    >>> [backend.name for backend in chiasm.runtime.backends()]
+    ['native', 'torch', 'onnx']
+    """
+    _open_libtorch()
+    return [BackendInfo(*fields) for fields in _runtime.backends()]
+
+
+def set_num_threads(count: int) -> None:
+    """Set how many threads a run may use, for every backend; 0, the default, means all cores of this process.
+
+    Must come before the first method is loaded. The torch backend sets torch's own thread count to it.
+    """
+    _runtime.set_num_threads(count)
+
+
+def get_num_threads() -> int:
+    """How many threads a run may use.
+
+    Examples
+    --------
+    >>> import chiasm.runtime
+    >>> chiasm.runtime.get_num_threads() >= 0
+    True
+    """
+    return _runtime.get_num_threads()
+
+
+def _parse_device(device: Any) -> tuple[int, int]:
+    kind, _, index = str(device).partition(":")
+    kinds = {"cpu": 0, "cuda": 1}
+    if kind not in kinds or not (index or "0").isdigit():
+        raise ValueError(f"device: expected 'cpu', 'cuda' or 'cuda:N', got {device!r}")
+    return kinds[kind], int(index or 0)
+
+
+def _dtype_name(dtype: Any) -> str | None:
+    if dtype is None or isinstance(dtype, str):
+        return dtype
+    text = str(dtype)
+    if text.startswith("torch."):
+        return text.removeprefix("torch.")
+    return getattr(dtype, "__name__", text)  # numpy.float32 is a class, numpy.dtype("float32") prints its name
+
+
+def _package_folder(package: str) -> Path | None:
+    """Where an installed package is, without importing it."""
+    spec = find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        return None
+    return Path(next(iter(spec.submodule_search_locations)))
+
+
+def _point_to_onnxruntime() -> None:
+    """Tell the onnx plug-in, which opens the library when it is first used, where the wheel has it."""
+    if os.environ.get("CHIASM_ONNXRUNTIME_LIBRARY"):
+        return
+    folder = _package_folder("onnxruntime")
+    libraries = sorted((folder / "capi").glob("libonnxruntime.so*")) if folder else []
+    if libraries:
+        os.environ["CHIASM_ONNXRUNTIME_LIBRARY"] = str(libraries[0])
+
+
+def _torch_is_elsewhere() -> bool:
+    """Whether the torch plug-in of a wheel does not find torch by itself, because torch is not installed beside it."""
+    package = Path(_runtime.__file__).parent
+    return (package / "lib").is_dir() and not (package.parent / "torch" / "lib").is_dir()
+
+
+def _open_libtorch() -> None:
+    """Open the installed libtorch, so that the linker finds it by name when it opens the torch plug-in."""
+    if "torch" in sys.modules or _libtorch:
+        return
+    folder = _package_folder("torch")
+    library = folder / "lib" / "libtorch_cpu.so" if folder else None
+    if library and library.exists():
+        _libtorch.append(ctypes.CDLL(str(library), mode=os.RTLD_NOW))
+
+
+_libtorch: list[ctypes.CDLL] = []
+_point_to_onnxruntime()

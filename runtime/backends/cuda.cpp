@@ -1,0 +1,134 @@
+#include "backends/cuda.h"
+
+#include <dlfcn.h>
+
+#include <string>
+
+#include "backends/plugin.h"
+
+namespace chiasm::plugin {
+namespace {
+
+// The driver's own types, as its ABI has them.
+using Result = int;                  // CUresult
+using Address = unsigned long long;  // CUdeviceptr
+constexpr unsigned kNonBlocking = 1;
+constexpr unsigned kDisableTiming = 2;
+
+struct Driver {
+  Result (*init)(unsigned);
+  Result (*device_count)(int*);
+  Result (*device_get)(int*, int);
+  Result (*context_retain)(void**, int);
+  Result (*context_release)(int);
+  Result (*context_push)(void*);
+  Result (*context_pop)(void**);
+  Result (*memory_allocate)(Address*, std::size_t, void*);
+  Result (*memory_free)(Address, void*);
+  Result (*stream_create)(void**, unsigned);
+  Result (*stream_destroy)(void*);
+  Result (*stream_wait)(void*, void*, unsigned);
+  Result (*event_create)(void**, unsigned);
+  Result (*event_record)(void*, void*);
+  Result (*event_destroy)(void*);
+  Result (*error_string)(Result, const char**);
+};
+
+template <class Function>
+void find(void* library, const char* name, Function* function) {
+  *function = reinterpret_cast<Function>(dlsym(library, name));
+  if (*function == nullptr) throw Error(CHIASM_UNAVAILABLE, std::string("the CUDA driver is too old: it has no ") + name);
+}
+
+Driver open_driver() {
+  void* library = dlopen("libcuda.so.1", RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) throw Error(CHIASM_UNAVAILABLE, std::string("no CUDA driver: ") + dlerror());
+  Driver d{};
+  find(library, "cuInit", &d.init);
+  find(library, "cuDeviceGetCount", &d.device_count);
+  find(library, "cuDeviceGet", &d.device_get);
+  find(library, "cuDevicePrimaryCtxRetain", &d.context_retain);
+  find(library, "cuDevicePrimaryCtxRelease_v2", &d.context_release);
+  find(library, "cuCtxPushCurrent_v2", &d.context_push);
+  find(library, "cuCtxPopCurrent_v2", &d.context_pop);
+  find(library, "cuMemAllocAsync", &d.memory_allocate);
+  find(library, "cuMemFreeAsync", &d.memory_free);
+  find(library, "cuStreamCreate", &d.stream_create);
+  find(library, "cuStreamDestroy_v2", &d.stream_destroy);
+  find(library, "cuStreamWaitEvent", &d.stream_wait);
+  find(library, "cuEventCreate", &d.event_create);
+  find(library, "cuEventRecord", &d.event_record);
+  find(library, "cuEventDestroy_v2", &d.event_destroy);
+  find(library, "cuGetErrorString", &d.error_string);
+  return d;
+}
+
+const Driver& driver() {
+  static const Driver instance = open_driver();  // tried again at the next call if it throws
+  return instance;
+}
+
+void check(Result result, const char* what) {
+  if (result == 0) return;
+  const char* text = nullptr;
+  driver().error_string(result, &text);
+  throw Error(CHIASM_UNAVAILABLE, std::string(what) + ": " + (text != nullptr ? text : "unknown CUDA error"));
+}
+
+}  // namespace
+
+CudaDevice::CudaDevice(int index) {
+  check(driver().init(0), "cuInit");
+  int count = 0;
+  check(driver().device_count(&count), "cuDeviceGetCount");
+  if (index < 0 || index >= count)
+    throw Error(CHIASM_UNAVAILABLE, "no CUDA device " + std::to_string(index) + ": this process sees " + std::to_string(count));
+  check(driver().device_get(&device_, index), "cuDeviceGet");
+  check(driver().context_retain(&context_, device_), "cuDevicePrimaryCtxRetain");
+}
+
+CudaDevice::~CudaDevice() { driver().context_release(device_); }
+
+CudaDevice::Current::Current(const CudaDevice& device) {
+  check(driver().context_push(device.context_), "cuCtxPushCurrent");
+}
+
+CudaDevice::Current::~Current() {
+  void* popped = nullptr;
+  driver().context_pop(&popped);
+}
+
+void* CudaDevice::allocate(std::size_t bytes, void* stream) noexcept {
+  Address address = 0;
+  if (driver().memory_allocate(&address, bytes > 0 ? bytes : 1, stream) != 0) return nullptr;
+  return reinterpret_cast<void*>(address);
+}
+
+void CudaDevice::release(void* data, void* stream) noexcept {
+  if (data != nullptr) driver().memory_free(reinterpret_cast<Address>(data), stream);
+}
+
+CudaStream::CudaStream(const CudaDevice& device) : device_(device) {
+  const CudaDevice::Current current(device_);
+  check(driver().stream_create(&stream_, kNonBlocking), "cuStreamCreate");
+}
+
+CudaStream::~CudaStream() {
+  try {
+    const CudaDevice::Current current(device_);
+    driver().stream_destroy(stream_);
+  } catch (const Error&) {  // the driver is shutting down, and the stream with it
+  }
+}
+
+void CudaStream::order(void* first, void* then) {
+  const CudaDevice::Current current(device_);
+  void* event = nullptr;
+  check(driver().event_create(&event, kDisableTiming), "cuEventCreate");
+  Result result = driver().event_record(event, first);
+  if (result == 0) result = driver().stream_wait(then, event, 0);
+  driver().event_destroy(event);  // the driver keeps it until the streams have passed it
+  check(result, "ordering of CUDA streams");
+}
+
+}  // namespace chiasm::plugin

@@ -1,0 +1,58 @@
+/** The few things that the native and onnx plug-ins do with the CUDA driver. It is found at run time: nothing is linked,
+ *  and no CUDA headers are needed to build. */
+#pragma once
+
+#include <cstddef>
+
+namespace chiasm::plugin {
+
+/** A device's primary context, which is the one that the CUDA runtime uses as well. Throws Error(CHIASM_UNAVAILABLE) where
+ *  there is no driver or no such device. */
+class CudaDevice {
+ public:
+  explicit CudaDevice(int index);
+  CudaDevice(const CudaDevice&) = delete;
+  CudaDevice& operator=(const CudaDevice&) = delete;
+  ~CudaDevice();
+
+  /** While one lives, the device is the calling thread's current one. */
+  class Current {
+   public:
+    explicit Current(const CudaDevice& device);
+    Current(const Current&) = delete;
+    Current& operator=(const Current&) = delete;
+    ~Current();
+  };
+
+  /** Memory in the order of the stream: it may be released while work that uses it is still enqueued. NULL where there is
+   *  none left. The device must be current. */
+  static void* allocate(std::size_t bytes, void* stream) noexcept;
+  static void release(void* data, void* stream) noexcept;
+
+ private:
+  int device_ = 0;
+  void* context_ = nullptr;
+};
+
+/** A stream of our own, ordered with a caller's streams by events. The host never waits. */
+class CudaStream {
+ public:
+  explicit CudaStream(const CudaDevice& device);
+  CudaStream(const CudaStream&) = delete;
+  CudaStream& operator=(const CudaStream&) = delete;
+  ~CudaStream();
+
+  void* handle() const { return stream_; }
+  /** What is enqueued here from now on starts after what `caller` holds now. */
+  void begin_after(void* caller) { order(caller, stream_); }
+  /** What is enqueued on `caller` from now on starts after what is enqueued here now. */
+  void end_before(void* caller) { order(stream_, caller); }
+
+ private:
+  void order(void* first, void* then);
+
+  const CudaDevice& device_;
+  void* stream_ = nullptr;
+};
+
+}  // namespace chiasm::plugin

@@ -1,0 +1,40 @@
+/** Scratch memory for native artifacts on the CPU. */
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <mutex>
+
+namespace chiasm::native {
+
+/** Blocks of memory aligned to 64 bytes. Big blocks are kept when they are released, up to a limit, the ones released last:
+ *  the page faults on a fresh block of 6 MB cost more than a stencil over it. Thread-safe. */
+class Pool {
+ public:
+  static constexpr std::size_t kAlignment = 64;
+  static constexpr std::size_t kSmallestKept = std::size_t{32} << 10;  // below, malloc does as well
+  static constexpr std::size_t kKeptLimit = std::size_t{256} << 20;
+
+  /** NULL where there is no memory left. */
+  void* allocate(std::size_t bytes) noexcept;
+  /** `bytes` is what the block was allocated with. */
+  void release(void* data, std::size_t bytes) noexcept;
+  /** Gives everything that is kept back to the system. */
+  void trim() noexcept;
+  std::size_t kept_bytes() noexcept;
+
+ private:
+  struct Block {
+    void* data;
+    std::size_t bytes;
+  };
+
+  void drop_oldest() noexcept;
+
+  std::mutex mutex_;
+  std::array<Block, 64> kept_;  // oldest first
+  std::size_t count_ = 0;
+  std::size_t kept_bytes_ = 0;
+};
+
+}  // namespace chiasm::native

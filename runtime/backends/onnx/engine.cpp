@@ -1,0 +1,80 @@
+#include "backends/onnx/engine.h"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+#include "backends/plugin.h"
+
+namespace chiasm::onnx {
+namespace {
+
+using plugin::Error;
+
+constexpr uint32_t kOldestApi = 17;
+
+void* open_library() {
+  constexpr const char* name = "libonnxruntime.so.1";
+  if (void* present = dlopen(name, RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD)) return present;
+  std::string problem;
+  const char* chosen = std::getenv("CHIASM_ONNXRUNTIME_LIBRARY");
+  if (chosen != nullptr && chosen[0] != '\0') {
+    if (void* library = dlopen(chosen, RTLD_NOW | RTLD_LOCAL)) return library;
+    problem = std::string(dlerror()) + "; ";
+  }
+  if (void* library = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
+  problem += dlerror();
+  throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime is not found (" + problem + "); CHIASM_ONNXRUNTIME_LIBRARY may name its library");
+}
+
+// Never closed: ONNX Runtime's threads and static objects do not survive it.
+std::string open_and_initialise() {
+  void* library = open_library();
+  const auto get_base = reinterpret_cast<const OrtApiBase* (*)()>(dlsym(library, "OrtGetApiBase"));
+  if (get_base == nullptr) throw Error(CHIASM_UNAVAILABLE, "the ONNX Runtime library has no OrtGetApiBase");
+  const OrtApiBase* base = get_base();
+  const std::string version = base->GetVersionString();
+  // Version 1.N has the tables up to N. Asking for a newer one would print a complaint.
+  unsigned minor = 0;
+  if (std::sscanf(version.c_str(), "1.%u", &minor) != 1 || minor < kOldestApi)
+    throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime " + version + " is too old: expected 1." + std::to_string(kOldestApi) + " or later");
+  const OrtApi* api = base->GetApi(std::min<uint32_t>(minor, ORT_API_VERSION));
+  if (api == nullptr) throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime " + version + " does not offer its own C API");
+  Ort::InitApi(api);
+  return version;
+}
+
+// Spinning threads would hold every core between two frames, so it is off.
+Ort::Env make_environment(int32_t num_threads) {
+  Ort::ThreadingOptions threads;
+  threads.SetGlobalIntraOpNumThreads(num_threads).SetGlobalInterOpNumThreads(1).SetGlobalSpinControl(0);
+  Ort::Env env(threads, ORT_LOGGING_LEVEL_ERROR, "chiasm");
+  env.DisableTelemetryEvents();
+  constexpr int same_as_requested = 1;  // the default doubles what it holds
+  const Ort::ArenaCfg arena(0, same_as_requested, -1, -1);
+  env.CreateAndRegisterAllocator(Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault), arena);
+  return env;
+}
+
+}  // namespace
+
+const std::string& open_engine() {
+  static const std::string version = open_and_initialise();  // tried again at the next call if it throws
+  return version;
+}
+
+const Ort::Env& environment(int32_t num_threads) {
+  open_engine();
+  static const Ort::Env& env = *new Ort::Env(make_environment(num_threads));  // never destroyed: sessions may outlive statics
+  return env;
+}
+
+bool has_provider(const char* name) {
+  open_engine();
+  const std::vector<std::string> providers = Ort::GetAvailableProviders();
+  return std::find(providers.begin(), providers.end(), name) != providers.end();
+}
+
+}  // namespace chiasm::onnx

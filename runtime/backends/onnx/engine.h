@@ -1,0 +1,25 @@
+/** The one ONNX Runtime of the process: its library, environment and thread pool. */
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+// The library is found at run time, so that the plug-in can say what is missing, and its function table is asked for the
+// newest version that it and our header both have.
+#define ORT_API_MANUAL_INIT
+#include <onnxruntime_cxx_api.h>
+
+namespace chiasm::onnx {
+
+/** Opens the library at the first call; throws plugin::Error(CHIASM_UNAVAILABLE), with what to do, where it cannot.
+ *  Looked for in this order: already in the process, the path in CHIASM_ONNXRUNTIME_LIBRARY, the plug-in's run path and
+ *  the system's folders. Returns e.g. "1.31.1". */
+const std::string& open_engine();
+
+/** The environment, with one thread pool and one arena that all sessions share; made with the first call's number. */
+const Ort::Env& environment(int32_t num_threads);
+
+/** Whether this build of ONNX Runtime has the provider, e.g. "CUDAExecutionProvider". */
+bool has_provider(const char* name);
+
+}  // namespace chiasm::onnx

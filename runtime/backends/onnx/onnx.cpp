@@ -1,0 +1,216 @@
+// The onnx backend: one ONNX Runtime session per artifact, which reads the caller's inputs where they are and writes the
+// caller's outputs directly.
+//
+// On CUDA a run returns when its work is enqueued. ONNX Runtime ties a session to one stream when it is made, while each
+// run names its own; so the session works on a stream of ours, and events order the two: the work starts after what the
+// caller's stream held before, and what the caller enqueues there later starts after the work. Runs of one model are
+// enqueued one after the other.
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "backends/cuda.h"
+#include "backends/onnx/engine.h"
+#include "backends/plugin.h"
+
+namespace {
+
+using chiasm::onnx::environment;
+using chiasm::onnx::has_provider;
+using chiasm::onnx::open_engine;
+using chiasm::plugin::CudaDevice;
+using chiasm::plugin::CudaStream;
+using chiasm::plugin::Error;
+using chiasm::plugin::guard;
+
+constexpr const char* kCudaProvider = "CUDAExecutionProvider";
+
+ONNXTensorElementDataType element_type(int32_t dtype) {
+  switch (dtype) {
+    case CHIASM_BOOL: return ONNX_TENSOR_ELEMENT_DATA_TYPE_BOOL;
+    case CHIASM_UINT8: return ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT8;
+    case CHIASM_INT8: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT8;
+    case CHIASM_INT16: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT16;
+    case CHIASM_INT32: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT32;
+    case CHIASM_INT64: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT64;
+    case CHIASM_FLOAT16: return ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT16;
+    case CHIASM_BFLOAT16: return ONNX_TENSOR_ELEMENT_DATA_TYPE_BFLOAT16;
+    case CHIASM_FLOAT32: return ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT;
+    case CHIASM_FLOAT64: return ONNX_TENSOR_ELEMENT_DATA_TYPE_DOUBLE;
+    default: throw Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
+  }
+}
+
+chiasm_code code_of(OrtErrorCode code) {
+  switch (code) {
+    case ORT_INVALID_PROTOBUF:
+    case ORT_INVALID_GRAPH: return CHIASM_CORRUPT;
+    case ORT_NOT_IMPLEMENTED: return CHIASM_UNAVAILABLE;  // no kernel for this op and dtype in this build of the engine
+    default: return CHIASM_INTERNAL;
+  }
+}
+
+// Runs `body`, and gives an error of the engine our code.
+template <class Body>
+void translated(Body&& body) {
+  try {
+    body();
+  } catch (const Ort::Exception& e) {
+    throw Error(code_of(e.GetOrtErrorCode()), e.what());
+  }
+}
+
+// A tensor of the method that the session has: the exporter prunes inputs that the graph does not read.
+struct Binding {
+  std::string name;
+  int32_t index;  // in the method's order
+};
+
+// One loaded artifact. On the CPU `run` works in several threads at once.
+class Model {
+ public:
+  explicit Model(const chiasm_backend_load& request)
+      : memory_(request.device_type == CHIASM_CUDA
+                    ? Ort::MemoryInfo("Cuda", OrtDeviceAllocator, request.device_index, OrtMemTypeDefault)
+                    : Ort::MemoryInfo::CreateCpu(OrtDeviceAllocator, OrtMemTypeDefault)) {
+    if (std::string(request.format) != "onnx")
+      throw Error(CHIASM_INVALID_ARGUMENT, std::string("the onnx backend reads onnx artifacts, not ") + request.format);
+    translated([&] {
+      Ort::SessionOptions options;
+      options.DisablePerSessionThreads();
+      options.AddConfigEntry("session.use_env_allocators", "1");
+      // Not ORT_ENABLE_ALL: its blocked layout makes convolutions of few channels, which most ops are, 3 to 18 times slower.
+      options.SetGraphOptimizationLevel(ORT_ENABLE_EXTENDED);
+      if (request.device_type == CHIASM_CUDA) append_cuda(options, request.device_index);
+      session_.emplace(environment(request.num_threads), request.data, request.size, options);
+    });
+    bind(inputs_, input_names_, session_input_names(), request.input_names, request.input_count, "input");
+    bind(outputs_, output_names_, session_output_names(), request.output_names, request.output_count, "output");
+    if (outputs_.size() != static_cast<size_t>(request.output_count))
+      throw Error(CHIASM_CORRUPT, "the graph has " + std::to_string(outputs_.size()) +
+                                      " outputs, the manifest says " + std::to_string(request.output_count));
+  }
+
+  void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options) {
+    translated([&] {
+      std::vector<Ort::Value> in = wrap(inputs_, inputs);
+      std::vector<Ort::Value> out = wrap(outputs_, outputs);
+      if (!stream_) {
+        enqueue(Ort::RunOptions(nullptr), in, out);
+        return;
+      }
+      Ort::RunOptions run_options;
+      run_options.AddConfigEntry("disable_synchronize_execution_providers", "1");
+      void* caller = options != nullptr ? options->stream : nullptr;
+      const std::lock_guard lock(mutex_);
+      stream_->begin_after(caller);
+      enqueue(run_options, in, out);
+      stream_->end_before(caller);
+    });
+  }
+
+ private:
+  void append_cuda(Ort::SessionOptions& options, int32_t device_index) {
+    if (!has_provider(kCudaProvider))
+      throw Error(CHIASM_UNAVAILABLE, "this ONNX Runtime has no CUDA provider; install onnxruntime-gpu");
+    device_.emplace(device_index);
+    stream_.emplace(*device_);
+    OrtCUDAProviderOptionsV2* raw = nullptr;
+    Ort::ThrowOnError(Ort::GetApi().CreateCUDAProviderOptions(&raw));
+    const std::unique_ptr<OrtCUDAProviderOptionsV2, void (*)(OrtCUDAProviderOptionsV2*)> cuda(
+        raw, Ort::GetApi().ReleaseCUDAProviderOptions);
+    const std::string device = std::to_string(device_index);
+    const char* keys[] = {"device_id", "use_tf32"};
+    const char* values[] = {device.c_str(), "0"};
+    Ort::ThrowOnError(Ort::GetApi().UpdateCUDAProviderOptions(cuda.get(), keys, values, 2));
+    Ort::ThrowOnError(Ort::GetApi().UpdateCUDAProviderOptionsWithValue(cuda.get(), "user_compute_stream", stream_->handle()));
+    options.AppendExecutionProvider_CUDA_V2(*cuda);
+  }
+
+  std::vector<std::string> session_input_names() const {
+    Ort::AllocatorWithDefaultOptions allocator;
+    std::vector<std::string> names;
+    for (size_t i = 0; i < session_->GetInputCount(); ++i)
+      names.emplace_back(session_->GetInputNameAllocated(i, allocator).get());
+    return names;
+  }
+
+  std::vector<std::string> session_output_names() const {
+    Ort::AllocatorWithDefaultOptions allocator;
+    std::vector<std::string> names;
+    for (size_t i = 0; i < session_->GetOutputCount(); ++i)
+      names.emplace_back(session_->GetOutputNameAllocated(i, allocator).get());
+    return names;
+  }
+
+  void bind(std::vector<Binding>& bindings, std::vector<const char*>& names, const std::vector<std::string>& has,
+            const char* const* method, int32_t count, const char* kind) const {
+    std::unordered_map<std::string, int32_t> index;
+    for (int32_t i = 0; i < count; ++i) index.emplace(method[i], i);
+    for (const std::string& name : has) {
+      const auto found = index.find(name);
+      if (found == index.end())
+        throw Error(CHIASM_CORRUPT, std::string("the graph has the ") + kind + " '" + name + "', the manifest does not");
+      bindings.push_back({name, found->second});
+    }
+    for (const Binding& binding : bindings) names.push_back(binding.name.c_str());
+  }
+
+  std::vector<Ort::Value> wrap(const std::vector<Binding>& bindings, const chiasm_tensor* tensors) const {
+    static char nothing = 0;  // an empty tensor may have no memory, but a value must point somewhere
+    std::vector<Ort::Value> values;
+    values.reserve(bindings.size());
+    for (const Binding& binding : bindings) {
+      const chiasm_tensor& tensor = tensors[binding.index];
+      const size_t bytes = chiasm::plugin::element_count(tensor) * chiasm::plugin::element_size(tensor.dtype);
+      values.push_back(Ort::Value::CreateTensor(memory_, tensor.data != nullptr ? tensor.data : &nothing, bytes, tensor.shape,
+                                                static_cast<size_t>(tensor.ndim), element_type(tensor.dtype)));
+    }
+    return values;
+  }
+
+  void enqueue(const Ort::RunOptions& options, std::vector<Ort::Value>& in, std::vector<Ort::Value>& out) {
+    session_->Run(options, input_names_.data(), in.data(), in.size(), output_names_.data(), out.data(), out.size());
+  }
+
+  Ort::MemoryInfo memory_;
+  std::optional<CudaDevice> device_;
+  std::optional<CudaStream> stream_;  // outlives the session, which works on it
+  std::optional<Ort::Session> session_;
+  std::vector<Binding> inputs_, outputs_;
+  std::vector<const char*> input_names_, output_names_;  // of the bindings
+  std::mutex mutex_;                                     // CUDA: one run is enqueued at a time
+};
+
+int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
+  return guard(error, [&] {
+    static const std::string version = "onnxruntime " + open_engine();
+    info->engine_version = version.c_str();
+    info->has_cuda = has_provider(kCudaProvider) && chiasm::plugin::cuda_device_present() ? 1 : 0;
+  });
+}
+
+int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
+  return guard(error, [&] {
+    open_engine();
+    *model = new Model(*request);
+  });
+}
+
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
+            chiasm_error_text* error) {
+  return guard(error, [&] { static_cast<Model*>(model)->run(inputs, outputs, options); });
+}
+
+void unload(void* model) { delete static_cast<Model*>(model); }
+
+const chiasm_backend backend{sizeof(chiasm_backend), CHIASM_BACKEND_ABI, "onnx", probe, load, run, unload};
+
+}  // namespace
+
+extern "C" CHIASM_EXPORT const chiasm_backend* chiasm_backend_entry(uint32_t abi) {
+  return abi == CHIASM_BACKEND_ABI ? &backend : nullptr;
+}

@@ -1,0 +1,401 @@
+// The torch backend: TorchScript artifacts, AOTInductor artifacts that need libtorch, and gradients by autograd.
+//
+// The only file that includes torch's headers, which take most of its compile time.
+#include <ATen/Context.h>
+#include <ATen/Parallel.h>
+#include <ATen/Version.h>
+#include <ATen/ops/from_blob.h>
+#include <c10/core/InferenceMode.h>
+#include <c10/core/impl/DeviceGuardImplInterface.h>
+#include <torch/csrc/autograd/autograd.h>
+#include <torch/csrc/inductor/aoti_package/model_package_loader.h>
+#include <torch/csrc/jit/api/module.h>
+#include <torch/csrc/jit/python/update_graph_executor_opt.h>
+#include <torch/csrc/jit/serialization/import.h>
+#include <torch/headeronly/version.h>
+
+#include <dlfcn.h>
+#include <unistd.h>
+
+#include <istream>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <streambuf>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "backends/plugin.h"
+
+namespace {
+
+using chiasm::plugin::Error;
+using chiasm::plugin::guard;
+using chiasm::plugin::MemoryFile;
+using Tensors = std::vector<at::Tensor>;
+
+constexpr std::string_view kGradient = "grad_";
+
+at::ScalarType scalar_type(int32_t dtype) {
+  switch (dtype) {
+    case CHIASM_BOOL: return at::kBool;
+    case CHIASM_UINT8: return at::kByte;
+    case CHIASM_INT8: return at::kChar;
+    case CHIASM_INT16: return at::kShort;
+    case CHIASM_INT32: return at::kInt;
+    case CHIASM_INT64: return at::kLong;
+    case CHIASM_FLOAT16: return at::kHalf;
+    case CHIASM_BFLOAT16: return at::kBFloat16;
+    case CHIASM_FLOAT32: return at::kFloat;
+    case CHIASM_FLOAT64: return at::kDouble;
+    default: throw Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
+  }
+}
+
+// A tensor over the caller's memory.
+at::Tensor view(const chiasm_tensor& tensor, at::Device device) {
+  const at::IntArrayRef shape(tensor.shape, static_cast<size_t>(tensor.ndim));
+  return at::from_blob(tensor.data, shape, at::TensorOptions().dtype(scalar_type(tensor.dtype)).device(device));
+}
+
+Tensors views(const chiasm_tensor* tensors, size_t count, at::Device device) {
+  Tensors result;
+  result.reserve(count);
+  for (size_t i = 0; i < count; ++i) result.push_back(view(tensors[i], device));
+  return result;
+}
+
+// libtorch_cuda. It and the libraries behind it are large, so they come with the first CUDA method and nothing of them is
+// linked: one plug-in serves the CPU and the CUDA builds of torch, and needs no CUDA headers. Once opened it registers
+// itself with libtorch_cpu.
+class Cuda {
+ public:
+  // Throws where there is no such device.
+  static const Cuda& open(int32_t device_index) {
+    static const Cuda instance;
+    const int count = c10::impl::getDeviceGuardImpl(at::kCUDA)->deviceCount();
+    if (device_index < 0 || device_index >= count)
+      throw Error(CHIASM_UNAVAILABLE, "libtorch sees no CUDA device " + std::to_string(device_index) + ", it sees " + std::to_string(count));
+    return instance;
+  }
+
+  // Without opening it.
+  static bool present() {
+    Dl_info cpu{};
+    if (!chiasm::plugin::cuda_device_present() || dladdr(reinterpret_cast<void*>(&at::show_config), &cpu) == 0) return false;
+    const std::string path = cpu.dli_fname;
+    return access((path.substr(0, path.rfind('/') + 1) + "libtorch_cuda.so").c_str(), R_OK) == 0;
+  }
+
+  // While one lives, torch enqueues the calling thread's work on this stream.
+  class StreamGuard {
+   public:
+    StreamGuard(const Cuda& cuda, void* stream, int32_t device_index) : cuda_(cuda) {
+      if (cuda_.create_(stream, device_index, &guard_) != 0) throw Error(CHIASM_INTERNAL, "cannot enqueue on the given CUDA stream");
+    }
+    StreamGuard(const StreamGuard&) = delete;
+    StreamGuard& operator=(const StreamGuard&) = delete;
+    ~StreamGuard() { cuda_.destroy_(guard_); }
+
+   private:
+    const Cuda& cuda_;
+    void* guard_ = nullptr;
+  };
+
+ private:
+  Cuda() {
+    void* library = dlopen("libtorch_cuda.so", RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr) throw Error(CHIASM_UNAVAILABLE, std::string("this libtorch was built without CUDA: ") + dlerror());
+    create_ = reinterpret_cast<decltype(create_)>(dlsym(library, "aoti_torch_create_cuda_stream_guard"));
+    destroy_ = reinterpret_cast<decltype(destroy_)>(dlsym(library, "aoti_torch_delete_cuda_stream_guard"));
+    if (create_ == nullptr || destroy_ == nullptr) throw Error(CHIASM_UNAVAILABLE, "this libtorch_cuda has no stream guards");
+  }
+
+  int32_t (*create_)(void* stream, int32_t device_index, void** guard) = nullptr;  // C functions of torch's stable interface
+  int32_t (*destroy_)(void* guard) = nullptr;
+};
+
+at::Device device_of(const chiasm_backend_load& request) {
+  if (request.device_type != CHIASM_CUDA) return at::Device(at::kCPU);
+  return at::Device(at::kCUDA, static_cast<c10::DeviceIndex>(request.device_index));
+}
+
+// Bytes in memory as a stream that can be read and rewound.
+class ByteBuffer : public std::streambuf {
+ public:
+  ByteBuffer(const void* data, size_t size) {
+    char* begin = static_cast<char*>(const_cast<void*>(data));
+    setg(begin, begin, begin + size);
+  }
+
+ protected:
+  pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
+    char* base = from == std::ios_base::beg ? eback() : from == std::ios_base::cur ? gptr() : egptr();
+    if (offset < eback() - base || offset > egptr() - base) return pos_type(off_type(-1));
+    setg(eback(), base + offset, egptr());
+    return gptr() - eback();
+  }
+  pos_type seekpos(pos_type position, std::ios_base::openmode mode) override {
+    return seekoff(off_type(position), std::ios_base::beg, mode);
+  }
+};
+
+// What runs an artifact's forward.
+class Program {
+ public:
+  virtual ~Program() = default;
+  virtual Tensors forward(Tensors inputs) = 0;
+};
+
+class Script final : public Program {
+ public:
+  Script(const chiasm_backend_load& request, at::Device device) {
+    ByteBuffer buffer(request.data, request.size);
+    std::istream stream(&buffer);
+    module_ = torch::jit::load(stream, device);
+    module_.eval();
+    method_.emplace(module_.get_method("forward"));
+    input_count_ = method_->function().getSchema().arguments().size() - 1;  // without self
+  }
+
+  size_t input_count() const { return input_count_; }
+
+  Tensors forward(Tensors inputs) override {
+    // Op by op as written: torch's optimising executor would profile the first runs and compile in the second, for each
+    // new shape, which makes those runs many times slower.
+    const OptimizerOff off;
+    torch::jit::Stack stack;
+    stack.reserve(inputs.size() + 1);
+    for (at::Tensor& input : inputs) stack.emplace_back(std::move(input));
+    return unpack((*method_)(std::move(stack)));
+  }
+
+ private:
+  class OptimizerOff {
+   public:
+    OptimizerOff() : before_(torch::jit::getGraphExecutorOptimize()) { torch::jit::setGraphExecutorOptimize(false); }
+    ~OptimizerOff() { torch::jit::setGraphExecutorOptimize(before_); }
+
+   private:
+    bool before_;
+  };
+
+  static Tensors unpack(const c10::IValue& result) {
+    if (result.isTensor()) return {result.toTensor()};
+    if (result.isTensorList()) return result.toTensorVector();
+    if (!result.isTuple()) throw Error(CHIASM_CORRUPT, "the program returned a " + result.tagKind() + ", expected tensors");
+    Tensors tensors;
+    for (const c10::IValue& element : result.toTupleRef().elements()) {
+      if (!element.isTensor()) throw Error(CHIASM_CORRUPT, "the program returned a " + element.tagKind() + " in a tuple, expected tensors");
+      tensors.push_back(element.toTensor());
+    }
+    return tensors;
+  }
+
+  torch::jit::Module module_;
+  std::optional<torch::jit::Method> method_;
+  size_t input_count_ = 0;
+};
+
+class Package final : public Program {
+ public:
+  // The loader wants a path: it gets one of a sealed file in memory, which nobody else can change.
+  Package(const chiasm_backend_load& request, at::Device device) {
+    // The code in the package names libtorch.so, which we do not link; the linker knows it by name once it is open.
+    static void* const libtorch = dlopen("libtorch.so", RTLD_NOW | RTLD_LOCAL);
+    if (libtorch == nullptr) throw Error(CHIASM_UNAVAILABLE, dlerror());
+    MemoryFile file("chiasm-artifact");
+    file.write(request.data, request.size);
+    file.seal();
+    constexpr bool single_threaded = false;
+    constexpr size_t runners = 8;  // how many runs may be in flight before the next waits
+    loader_.emplace(file.path(), "model", single_threaded, runners, device.is_cuda() ? device.index() : c10::DeviceIndex(-1));
+  }
+
+  Tensors forward(Tensors inputs) override { return loader_->boxed_run(std::move(inputs)); }
+
+ private:
+  std::optional<torch::inductor::AOTIModelPackageLoader> loader_;
+};
+
+// One loaded artifact. `run` may be called from several threads at once.
+class Model {
+ public:
+  explicit Model(const chiasm_backend_load& request)
+      : device_(device_of(request)),
+        input_count_(static_cast<size_t>(request.input_count)),
+        output_count_(static_cast<size_t>(request.output_count)) {
+    translated([&] {
+      if (device_.is_cuda()) cuda_ = &Cuda::open(request.device_index);
+      const std::string format = request.format;
+      if (format == "torchscript") {
+        auto script = std::make_unique<Script>(request, device_);
+        size_t expected = input_count_;
+        if (request.autograd != 0) expected = plan_gradients(request, script->input_count());
+        if (script->input_count() != expected)
+          throw Error(CHIASM_CORRUPT, "the program takes " + std::to_string(script->input_count()) +
+                                          " inputs, the manifest says " + std::to_string(expected));
+        program_ = std::move(script);
+      } else if (format == "aotinductor" && request.autograd == 0) {
+        program_ = std::make_unique<Package>(request, device_);
+      } else {
+        throw Error(CHIASM_INVALID_ARGUMENT, "the torch backend cannot read a " + format + " artifact" +
+                                                 (request.autograd != 0 ? " for autograd" : ""));
+      }
+    });
+  }
+
+  void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options) {
+    translated([&] {
+      const at::NoTF32Guard full_precision;
+      std::optional<Cuda::StreamGuard> stream;
+      if (cuda_ != nullptr) stream.emplace(*cuda_, options != nullptr ? options->stream : nullptr, device_.index());
+      if (autograd_) {
+        run_gradients(inputs, outputs);
+      } else {
+        const c10::InferenceMode inference;
+        write(program_->forward(views(inputs, input_count_, device_)), outputs);
+      }
+    });
+  }
+
+ private:
+  // Without the stack trace that torch adds to its messages.
+  template <class Body>
+  static void translated(Body&& body) {
+    try {
+      body();
+    } catch (const c10::Error& e) {
+      throw Error(CHIASM_INTERNAL, e.what_without_backtrace());
+    }
+  }
+
+  // The method's inputs are the forward's, then the gradient of each floating output; its outputs are the gradients of some
+  // of the forward's inputs. Returns how many inputs the forward has.
+  size_t plan_gradients(const chiasm_backend_load& request, size_t forward_count) {
+    autograd_ = true;
+    forward_count_ = std::min(forward_count, input_count_);
+    for (size_t i = forward_count_; i < input_count_; ++i) {
+      if (std::string_view(request.input_names[i]).substr(0, kGradient.size()) != kGradient)
+        throw Error(CHIASM_CORRUPT, std::string("input '") + request.input_names[i] + "' is neither one of the forward nor a gradient");
+    }
+    for (size_t k = 0; k < output_count_; ++k) {
+      const std::string_view name = request.output_names[k];
+      size_t i = 0;
+      while (i < forward_count_ && std::string(kGradient) + request.input_names[i] != name) ++i;
+      if (i == forward_count_)
+        throw Error(CHIASM_CORRUPT, "output '" + std::string(name) + "' is not the gradient of an input of the forward");
+      differentiated_.push_back(i);
+    }
+    return forward_count;
+  }
+
+  void run_gradients(const chiasm_tensor* inputs, const chiasm_tensor* outputs) {
+    const at::AutoGradMode enabled(true);
+    const Tensors all = views(inputs, input_count_, device_);
+    const Tensors arguments(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(forward_count_));
+    Tensors leaves;
+    for (const size_t i : differentiated_) leaves.push_back(arguments[i].requires_grad_());
+
+    Tensors results, gradients;
+    size_t next = forward_count_;
+    for (const at::Tensor& result : program_->forward(arguments)) {
+      if (!result.is_floating_point()) continue;
+      if (next == input_count_) throw Error(CHIASM_CORRUPT, "the forward has more floating outputs than the method has gradients");
+      const at::Tensor& gradient = all[next++];
+      if (!result.requires_grad()) continue;  // does not depend on any input with a gradient
+      if (gradient.sizes() != result.sizes() || gradient.scalar_type() != result.scalar_type())
+        throw Error(CHIASM_INVALID_ARGUMENT, "the gradient of an output has another shape or dtype than the output");
+      results.push_back(result);
+      gradients.push_back(gradient);
+    }
+    if (next != input_count_) throw Error(CHIASM_CORRUPT, "the forward has fewer floating outputs than the method has gradients");
+
+    constexpr bool allow_unused = true;
+    Tensors found(leaves.size());
+    if (!results.empty()) found = torch::autograd::grad(results, leaves, gradients, std::nullopt, false, allow_unused);
+    const at::NoGradGuard off;
+    for (size_t k = 0; k < found.size(); ++k) {
+      at::Tensor target = view(outputs[k], device_);
+      if (found[k].defined()) {
+        target.copy_(found[k], device_.is_cuda());
+      } else {
+        target.zero_();
+      }
+    }
+  }
+
+  void write(const Tensors& results, const chiasm_tensor* outputs) const {
+    if (results.size() != output_count_)
+      throw Error(CHIASM_CORRUPT, "the program returned " + std::to_string(results.size()) +
+                                      " tensors, the manifest says " + std::to_string(output_count_));
+    for (size_t k = 0; k < output_count_; ++k) {
+      at::Tensor target = view(outputs[k], device_);
+      if (results[k].sizes() != target.sizes() || results[k].scalar_type() != target.scalar_type())
+        throw Error(CHIASM_CORRUPT, "output " + std::to_string(k) + " of the program is " + describe(results[k]) +
+                                        ", the manifest says " + describe(target));
+      target.copy_(results[k], device_.is_cuda());
+    }
+  }
+
+  static std::string describe(const at::Tensor& tensor) {
+    std::string text = c10::toString(tensor.scalar_type());
+    text += " [";
+    for (const int64_t size : tensor.sizes()) text += (text.back() == '[' ? "" : ", ") + std::to_string(size);
+    return text + "]";
+  }
+
+  at::Device device_;
+  const Cuda* cuda_ = nullptr;  // where the device is one
+  size_t input_count_, output_count_;
+  std::unique_ptr<Program> program_;
+  bool autograd_ = false;
+  size_t forward_count_ = 0;            // autograd: inputs of the forward
+  std::vector<size_t> differentiated_;  // autograd: for each output, the input whose gradient it is
+};
+
+// Built against one version of libtorch's C++ interface, which changes from one to the next, the plug-in would crash with
+// another in ways that nobody can read.
+void check_version() {
+  const std::string config = at::show_config();
+  const size_t start = config.find("TORCH_VERSION=");
+  if (start == std::string::npos) return;
+  const std::string found = config.substr(start + 14, config.find_first_of(", \n", start) - start - 14);
+  const std::string built = TORCH_VERSION;
+  const std::string built_minor = built.substr(0, built.rfind('.'));
+  if (found.compare(0, built_minor.size() + 1, built_minor + ".") != 0)
+    throw Error(CHIASM_UNAVAILABLE, "the torch backend was built for libtorch " + built + " and found " + found +
+                                        "; install torch " + built_minor + ", or build chiasm against this one");
+}
+
+int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
+  return guard(error, [&] {
+    check_version();
+    info->engine_version = "libtorch " TORCH_VERSION;
+    info->has_cuda = Cuda::present() ? 1 : 0;
+  });
+}
+
+int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
+  return guard(error, [&] {
+    static std::once_flag threads;
+    std::call_once(threads, [&] { at::set_num_threads(request->num_threads); });
+    *model = new Model(*request);
+  });
+}
+
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
+            chiasm_error_text* error) {
+  return guard(error, [&] { static_cast<Model*>(model)->run(inputs, outputs, options); });
+}
+
+void unload(void* model) { delete static_cast<Model*>(model); }
+
+const chiasm_backend backend{sizeof(chiasm_backend), CHIASM_BACKEND_ABI, "torch", probe, load, run, unload};
+
+}  // namespace
+
+extern "C" CHIASM_EXPORT const chiasm_backend* chiasm_backend_entry(uint32_t abi) {
+  return abi == CHIASM_BACKEND_ABI ? &backend : nullptr;
+}
