@@ -10,7 +10,7 @@ PY := .venv/bin/python
 BUNDLES := build/bundles
 SOURCES := $(shell find python/chiasm export runtime/shim -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' | grep -v __pycache__)
 
-.PHONY: help setup build bundles demo test test-quick test-ops test-export test-runtime test-sanitizers test-fuzz test-consumer \
+.PHONY: help setup build bundles demo test test-quick test-ops test-export test-runtime test-sanitizers test-fuzz test-install \
   parity bench lint lock clean
 
 help: ## list the targets
@@ -19,8 +19,8 @@ help: ## list the targets
 setup: ## install what is needed: Debian packages, .venv, ONNX Runtime's headers
 	@tools/setup.sh
 
-build: setup ## configure and build the C++ runtime and its Python module
-	@cmake --preset release > build-configure.log 2>&1 || { cat build-configure.log; exit 1; }; rm -f build-configure.log
+build: setup ## configure and build the C++ runtime, its Python module and its tests
+	@cmake --preset release > /dev/null
 	cmake --build --preset release -j $(JOBS)
 
 bundles: $(BUNDLES)/.exported ## export the whole catalog to build/bundles
@@ -29,12 +29,14 @@ $(BUNDLES)/.exported: $(SOURCES) | setup
 	$(PY) -m chiasm.export export --all -o $(BUNDLES) -j $(JOBS)
 	touch $@
 
-demo: build ## export the catalog, run it from C++ on real photographs, show tables and pictures
-	@$(MAKE) bundles
+demo: setup ## export the catalog, run it from C++ on real photographs, show tables and pictures
+	@cmake --preset release > /dev/null
+	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime demo_runner
+	$(MAKE) bundles
 	$(PY) -m examples.demo
 
 test: build ## every test
-	@$(MAKE) bundles test-ops test-export test-runtime parity test-consumer test-sanitizers test-fuzz
+	@$(MAKE) bundles test-ops test-export test-runtime parity test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
 test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
@@ -61,10 +63,10 @@ test-sanitizers: bundles ## the C++ tests under ASan+UBSan and TSan
 	done
 
 test-fuzz: setup ## libFuzzer over the manifest and bundle readers, bounded in time
-	tests/fuzz/run.sh 30
+	tests/fuzz/run.sh 10
 
-test-consumer: build bundles ## an outside project against the installed tree; pip install
-	tests/consumer/run.sh
+test-install: setup ## `pip install .` into an empty folder, used from outside (ctest covers cmake --install)
+	tests/consumer/pip_install.sh
 
 bench: build bundles ## measure against OpenCV -> docs/benchmarks.md
 	$(PY) -m bench

@@ -158,7 +158,6 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, fol
     import torch._inductor
 
     threads, before = torch.get_num_threads(), os.environ.get("LIBRARY_PATH")
-    os.environ.setdefault("TORCHINDUCTOR_CACHE_DIR", str(cache_folder() / "inductor"))
     os.environ["LIBRARY_PATH"] = f"{folder}:{before}" if before else str(folder)
     torch.set_num_threads(32)  # else loops over a small example are compiled serial
     try:

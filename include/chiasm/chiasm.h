@@ -81,8 +81,9 @@ typedef enum chiasm_device_type { CHIASM_CPU = 0, CHIASM_CUDA = 1 } chiasm_devic
 
 /** A view of a tensor that somebody else owns.
  *
- *  `data` is aligned to the size of one element, and is not NULL, also where a dimension is 0. `strides` counts elements, not bytes; NULL means dense row-major. Engines see only dense row-major memory: any other
- *  stride is refused with a message, never misread. A dimension of size 1 may have any stride.
+ *  `data` is aligned to the size of one element, and is not NULL, also where a dimension is 0. `strides` counts elements,
+ *  not bytes; NULL means dense row-major. Engines see only dense row-major memory: any other stride is refused with a
+ *  message, never misread. A dimension of size 1 may have any stride.
  */
 typedef struct chiasm_tensor {
   size_t struct_size; /**< sizeof(chiasm_tensor) */

@@ -6,11 +6,12 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from ..filters.gaussian import gaussian_blur2d
+from ..filters.gaussian import gaussian_taps
 from ..filters.gradient import spatial_gradient
 from ..geometry.subpix import nms2d
 from ..primitives.checks import check_image
 from ..primitives.ranking import stable_topk
+from ..primitives.stencil import separable_each
 
 
 def harris_response(input: Tensor, k: float = 0.04, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None) -> Tensor:
@@ -38,9 +39,9 @@ def harris_response(input: Tensor, k: float = 0.04, grads_mode: str = "sobel", s
     check_image(input, "input")
     gradient = spatial_gradient(input, grads_mode)
     dx, dy = gradient[:, :, 0], gradient[:, :, 1]
-    xx = gaussian_blur2d(dx * dx, (7, 7), (1.0, 1.0))
-    yy = gaussian_blur2d(dy * dy, (7, 7), (1.0, 1.0))
-    xy = gaussian_blur2d(dx * dy, (7, 7), (1.0, 1.0))
+    taps = gaussian_taps(7, 1.0)
+    blurred = separable_each([dx * dx, dy * dy, dx * dy], taps, taps, "reflect")
+    xx, yy, xy = blurred[0], blurred[1], blurred[2]
     trace = xx + yy
     response = xx * yy - xy * xy - k * trace * trace
     if sigmas is not None:

@@ -4,7 +4,7 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
 from ..primitives.checks import check_choice, check_image
-from ..primitives.stencil import separable_shared
+from ..primitives.stencil import separable_each
 
 
 def ssim(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps: float = 1e-12, padding: str = "same") -> Tensor:
@@ -41,11 +41,11 @@ def ssim(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps
     taps = gaussian_taps(window_size, 1.5)
     c1 = (0.01 * max_val) * (0.01 * max_val)
     c2 = (0.03 * max_val) * (0.03 * max_val)
-    mu1 = separable_shared(img1, taps, taps, "reflect")
-    mu2 = separable_shared(img2, taps, taps, "reflect")
-    var1 = separable_shared(img1 * img1, taps, taps, "reflect") - mu1 * mu1
-    var2 = separable_shared(img2 * img2, taps, taps, "reflect") - mu2 * mu2
-    covariance = separable_shared(img1 * img2, taps, taps, "reflect") - mu1 * mu2
+    means = separable_each([img1, img2, img1 * img1, img2 * img2, img1 * img2], taps, taps, "reflect")
+    mu1, mu2 = means[0], means[1]
+    var1 = means[2] - mu1 * mu1
+    var2 = means[3] - mu2 * mu2
+    covariance = means[4] - mu1 * mu2
     numerator = (2.0 * mu1 * mu2 + c1) * (2.0 * covariance + c2)
     denominator = (mu1 * mu1 + mu2 * mu2 + c1) * (var1 + var2 + c2)
     out = numerator / (denominator + eps)

@@ -1,0 +1,32 @@
+# How chiasm's targets are made: one place for the language, the warnings and what a library exports.
+
+# chiasm_compile_settings(TARGET): C++17, our warnings, hidden symbols, paths that do not leak into binaries.
+function(chiasm_compile_settings target)
+  target_compile_features(${target} PRIVATE cxx_std_17)
+  set_target_properties(${target} PROPERTIES
+    C_STANDARD 11 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF
+    CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON CXX_EXTENSIONS OFF
+    C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+    POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic)
+endfunction()
+
+# chiasm_export_only(TARGET SYMBOL): the library exports SYMBOL and nothing else, not even what a static library or a
+# template of the standard library would add.
+function(chiasm_export_only target symbol)
+  set(map "${CMAKE_CURRENT_BINARY_DIR}/${target}.map")
+  file(CONFIGURE OUTPUT "${map}" CONTENT "{ global: ${symbol}; local: *; };\n" @ONLY)
+  target_link_options(${target} PRIVATE "-Wl,--version-script=${map}" -Wl,--enable-new-dtags)
+  set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS "${map}")
+endfunction()
+
+# chiasm_add_backend(NAME SOURCES...): the plug-in libchiasm_NAME.so (target chiasm_NAME), built beside libchiasm and
+# installed into its subfolder chiasm/. Link the engine to it with target_link_libraries(chiasm_NAME PRIVATE ...).
+function(chiasm_add_backend name)
+  add_library(chiasm_${name} MODULE ${ARGN})
+  chiasm_compile_settings(chiasm_${name})
+  chiasm_export_only(chiasm_${name} chiasm_backend_entry)
+  target_include_directories(chiasm_${name} PRIVATE
+    "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/runtime/core" "${PROJECT_SOURCE_DIR}/runtime")
+  install(TARGETS chiasm_${name} LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/chiasm")
+endfunction()

@@ -1,0 +1,182 @@
+#include "core/api.h"
+
+#include <cstring>
+
+#include "core/bundle.h"
+#include "core/method.h"
+#include "core/self_test.h"
+#include "core/status.h"
+#include "core/threads.h"
+
+struct chiasm_bundle {
+  std::shared_ptr<const chiasm::core::Bundle> bundle;
+};
+
+struct chiasm_method {
+  std::shared_ptr<const chiasm::core::Method> method;
+};
+
+/** One output set: what `chiasm_outputs*` points to is an Outputs. */
+struct chiasm_outputs;
+
+namespace chiasm::core {
+namespace {
+
+void need(const void* pointer, const char* name) {
+  if (pointer == nullptr) fail(CHIASM_INVALID_ARGUMENT, std::string(name) + " is NULL");
+}
+
+const char* library_version() { return CHIASM_LIBRARY_VERSION; }
+
+size_t backend_count() { return kBackendCount; }
+
+chiasm_status* backend_info(size_t index, chiasm_backend_info* info) {
+  return guarded([&] {
+    need(info, "info");
+    if (index >= kBackendCount) {
+      fail(CHIASM_INVALID_ARGUMENT, "there is no backend " + std::to_string(index) + ", only " + std::to_string(kBackendCount));
+    }
+    if (info->struct_size < sizeof(chiasm_backend_info)) {
+      fail(CHIASM_INVALID_ARGUMENT, "backend info: struct_size is " + std::to_string(info->struct_size) +
+                                        ", expected sizeof(chiasm_backend_info), " + std::to_string(sizeof(chiasm_backend_info)));
+    }
+    const Backend& backend = Registry::instance().get(static_cast<BackendKind>(index));
+    info->name = backend.name();
+    info->available = backend.table != nullptr ? 1 : 0;
+    info->has_cuda = backend.has_cuda ? 1 : 0;
+    info->engine_version = backend.engine_version.c_str();
+    info->problem = backend.problem.c_str();
+  });
+}
+
+chiasm_status* set_threads(int32_t count) {
+  return guarded([&] { set_num_threads(count); });
+}
+
+chiasm_status* bundle_open(const char* path, chiasm_bundle** bundle) {
+  return guarded([&] {
+    need(bundle, "bundle");
+    *bundle = nullptr;
+    need(path, "path");
+    *bundle = new chiasm_bundle{std::make_shared<const Bundle>(path)};
+  });
+}
+
+void bundle_close(chiasm_bundle* bundle) { delete bundle; }
+
+const chiasm_bundle_info* bundle_get_info(const chiasm_bundle* bundle) {
+  return bundle == nullptr ? nullptr : &bundle->bundle->info();
+}
+
+chiasm_status* bundle_self_test(chiasm_bundle* bundle, const chiasm_load_options* options, chiasm_self_test_callback callback,
+                                void* user, int32_t* failed) {
+  return guarded([&] {
+    need(bundle, "bundle");
+    const int32_t count = self_test(bundle->bundle, read_load_options(options), Registry::instance(), callback, user);
+    if (failed != nullptr) *failed = count;
+  });
+}
+
+chiasm_status* method_load(chiasm_bundle* bundle, const char* name, const chiasm_load_options* options, chiasm_method** method) {
+  return guarded([&] {
+    need(method, "method");
+    *method = nullptr;
+    need(bundle, "bundle");
+    need(name, "name");
+    *method = new chiasm_method{Method::load(bundle->bundle, name, read_load_options(options))};
+  });
+}
+
+void method_close(chiasm_method* method) { delete method; }
+
+const chiasm_method_info* method_get_info(const chiasm_method* method) {
+  return method == nullptr ? nullptr : &method->method->info();
+}
+
+const char* method_backend(const chiasm_method* method) { return method == nullptr ? "" : method->method->backend(); }
+
+const char* method_artifact(const chiasm_method* method) { return method == nullptr ? "" : method->method->artifact(); }
+
+chiasm_status* method_output_shape(const chiasm_method* method, const chiasm_tensor* inputs, size_t input_count, size_t index,
+                                   int64_t* shape, int32_t* ndim, int32_t* dtype) {
+  return guarded([&] {
+    need(method, "method");
+    need(shape, "shape");
+    need(ndim, "ndim");
+    need(dtype, "dtype");
+    const Signature& signature = method->method->signature();
+    if (index >= signature.output_count()) {
+      fail(CHIASM_INVALID_ARGUMENT,
+           "there is no output " + std::to_string(index) + ", only " + std::to_string(signature.output_count()));
+    }
+    Call call;
+    signature.check_inputs(inputs, input_count, call);
+    *ndim = call.outputs[index].ndim;
+    *dtype = call.outputs[index].dtype;
+    std::memcpy(shape, call.output_shapes[index], sizeof(int64_t) * static_cast<size_t>(*ndim));
+  });
+}
+
+chiasm_status* method_run(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
+                          const chiasm_run_options* options, chiasm_outputs** outputs) {
+  return guarded([&] {
+    need(outputs, "outputs");
+    *outputs = nullptr;
+    need(method, "method");
+    *outputs = reinterpret_cast<chiasm_outputs*>(method->method->run(inputs, input_count, options).release());
+  });
+}
+
+chiasm_status* method_run_into(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
+                               const chiasm_tensor* outputs, size_t output_count, const chiasm_run_options* options) {
+  return guarded([&] {
+    need(method, "method");
+    method->method->run_into(inputs, input_count, outputs, output_count, options);
+  });
+}
+
+size_t outputs_count(const chiasm_outputs* outputs) {
+  return outputs == nullptr ? 0 : reinterpret_cast<const Outputs*>(outputs)->count();
+}
+
+const chiasm_tensor* outputs_get(const chiasm_outputs* outputs, size_t index) {
+  return outputs == nullptr ? nullptr : reinterpret_cast<const Outputs*>(outputs)->get(index);
+}
+
+void outputs_free(chiasm_outputs* outputs) { delete reinterpret_cast<Outputs*>(outputs); }
+
+constexpr chiasm_api kApi = {
+    sizeof(chiasm_api),
+    CHIASM_API_VERSION,
+    status_code,
+    status_message,
+    status_free,
+    library_version,
+    backend_count,
+    backend_info,
+    set_threads,
+    get_num_threads,
+    bundle_open,
+    bundle_close,
+    bundle_get_info,
+    bundle_self_test,
+    method_load,
+    method_close,
+    method_get_info,
+    method_backend,
+    method_artifact,
+    method_output_shape,
+    method_run,
+    method_run_into,
+    outputs_count,
+    outputs_get,
+    outputs_free,
+};
+
+}  // namespace
+
+const chiasm_api* api_table(uint32_t version) noexcept {
+  return version >= 1 && version <= CHIASM_API_VERSION ? &kApi : nullptr;
+}
+
+}  // namespace chiasm::core

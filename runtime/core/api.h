@@ -1,0 +1,11 @@
+/** The function table of the C interface. */
+#pragma once
+
+#include "chiasm/chiasm.h"
+
+namespace chiasm::core {
+
+/** NULL where there is no such version. */
+const chiasm_api* api_table(uint32_t version) noexcept;
+
+}  // namespace chiasm::core

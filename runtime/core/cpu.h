@@ -1,0 +1,11 @@
+/** What the CPU can run. */
+#pragma once
+
+#include "core/manifest.h"
+
+namespace chiasm::core {
+
+/** Whether this CPU has every feature of the level (and the system saves its registers). */
+bool cpu_supports(Isa isa);
+
+}  // namespace chiasm::core

@@ -1,0 +1,3 @@
+#include "core/api.h"
+
+extern "C" const chiasm_api* chiasm_get_api(uint32_t version) { return chiasm::core::api_table(version); }

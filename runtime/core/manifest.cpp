@@ -1,0 +1,318 @@
+#include "core/manifest.h"
+
+#include <algorithm>
+#include <set>
+
+#include "core/dtype.h"
+#include "core/json.h"
+#include "core/status.h"
+
+namespace chiasm::core {
+namespace {
+
+constexpr int64_t kMaxDim = int64_t{1} << 40;
+constexpr int64_t kMaxFileSize = int64_t{1} << 40;
+
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/** A letter or underscore, then those, digits and characters of `more`. */
+bool is_name(std::string_view text, std::string_view more = "") {
+  if (text.empty() || !is_letter(text[0])) return false;
+  for (const char c : text) {
+    if (!is_letter(c) && !is_digit(c) && more.find(c) == std::string_view::npos) return false;
+  }
+  return true;
+}
+
+std::string read_name(const JsonNode& node, std::string_view more = "") {
+  const std::string& text = node.string(256);
+  if (!is_name(text, more)) node.refuse("'" + text + "' is not a name");
+  return text;
+}
+
+/** A plain name: it must not lead out of the bundle's folder. */
+std::string read_file_name(const JsonNode& node) {
+  const std::string& text = node.string(255);
+  bool good = !text.empty() && (is_letter(text[0]) || is_digit(text[0])) && text.find("..") == std::string::npos;
+  for (const char c : text) good = good && (is_letter(c) || is_digit(c) || c == '.' || c == '-');
+  if (!good) node.refuse("'" + text + "' is not the name of a file inside the bundle");
+  return text;
+}
+
+std::string read_sha256(const JsonNode& node) {
+  const std::string& text = node.string(64);
+  const bool good = text.size() == 64 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+  if (!good) node.refuse("'" + text + "' is not a sha256: 64 lower-case hexadecimal digits");
+  return text;
+}
+
+void check_version(const JsonNode& node) {
+  const std::string& text = node.string(64);
+  int dots = 0;
+  bool good = !text.empty() && is_digit(text.front()) && is_digit(text.back());
+  for (size_t i = 0; good && i < text.size(); ++i) {
+    if (text[i] == '.') {
+      ++dots;
+      good = text[i + 1] != '.';
+    } else {
+      good = is_digit(text[i]);
+    }
+  }
+  if (!good || dots != 2) node.refuse("'" + text + "' is not a version like 1.0.0");
+}
+
+int32_t read_dtype(const JsonNode& node) {
+  const std::string& text = node.string(64);
+  const int32_t dtype = dtype_from_name(text);
+  if (dtype < 0) node.refuse("unknown dtype '" + text + "'");
+  return dtype;
+}
+
+std::vector<int32_t> read_dtypes(const JsonNode& node) {
+  std::vector<int32_t> dtypes;
+  for (const JsonNode& element : node.elements(0, kDTypeCount)) {
+    const int32_t dtype = read_dtype(element);
+    if (std::find(dtypes.begin(), dtypes.end(), dtype) != dtypes.end()) element.refuse("occurs twice");
+    dtypes.push_back(dtype);
+  }
+  return dtypes;
+}
+
+/** The place of the node's text among `names`. */
+template <size_t N>
+size_t read_choice(const JsonNode& node, const char* const (&names)[N]) {
+  const std::string& text = node.string(64);
+  std::string all;
+  for (size_t i = 0; i < N; ++i) {
+    if (text == names[i]) return i;
+    all += (i == 0 ? "" : ", ") + std::string(names[i]);
+  }
+  node.refuse("expected one of " + all + "; got '" + text + "'");
+}
+
+/** Reads one manifest; holds what the parts need of each other. */
+class Reader final {
+ public:
+  explicit Reader(const JsonNode& root) : root_(root) {}
+
+  Manifest read() {
+    root_.expect_object();
+    const JsonNode schema = root_.at("schema_version");
+    const int64_t version = schema.integer(1, INT64_MAX);
+    if (version > kSchemaVersion) {
+      schema.refuse("the bundle was written by a newer chiasm (schema " + std::to_string(version) + "); this library reads up to " +
+                        std::to_string(kSchemaVersion) + ": update chiasm, or export the bundle with the older version",
+                    CHIASM_VERSION_MISMATCH);
+    }
+    root_.only({"schema_version", "name", "version", "summary", "reference", "created", "producer", "config", "symbols",
+                "dtypes", "methods", "tolerances", "golden"});
+    manifest_.name = read_name(root_.at("name"), ".");
+    check_version(root_.at("version"));
+    manifest_.version = root_.at("version").string();
+    manifest_.summary = root_.at("summary").string();
+    root_.at("reference").string();
+    root_.at("created").string(64);
+    for (const auto& member : root_.at("producer").members(0, 64)) member.node.string(256);
+    root_.at("config").expect_object();
+    read_symbols();
+    manifest_.dtypes = read_dtypes(root_.at("dtypes"));
+    const JsonNode methods = root_.at("methods");
+    methods.at("forward");
+    for (const auto& member : methods.members(1, 64)) read_method(member);
+    read_tolerances();
+    read_golden();
+    return std::move(manifest_);
+  }
+
+ private:
+  void read_symbols() {
+    for (const auto& member : root_.at("symbols").members(0, kMaxSymbols)) {
+      if (!is_name(member.key)) member.node.refuse("'" + member.key + "' is not a name");
+      member.node.only({"min", "max"});
+      Symbol symbol{member.key, member.node.at("min").integer(1, kMaxDim), member.node.at("max").integer(1, kMaxDim)};
+      if (symbol.min > symbol.max) {
+        member.node.refuse("min " + std::to_string(symbol.min) + " is greater than max " + std::to_string(symbol.max));
+      }
+      symbol_names_.push_back(symbol.name);
+      manifest_.symbols.push_back(std::move(symbol));
+    }
+  }
+
+  Expression read_dim(const JsonNode& node) const {
+    if (node.is_integer()) return Expression(node.integer(0, kMaxDim));
+    const std::string& text = node.string(256);
+    try {
+      return Expression::parse(text, symbol_names_);
+    } catch (const Error& error) {
+      node.refuse(error.what());
+    }
+  }
+
+  TensorSpec read_tensor(const JsonNode& node) const {
+    node.only({"name", "dtype", "shape", "description", "layout", "color", "range"});
+    TensorSpec tensor;
+    tensor.name = read_name(node.at("name"));
+    tensor.description = node.at("description").string();
+    tensor.layout = node.at("layout").string(64);
+    tensor.color = node.at("color").string(64);
+    const JsonNode dtype = node.at("dtype");
+    tensor.dtype = dtype.string() == "T" ? kGeneric : read_dtype(dtype);
+    if (tensor.dtype == kGeneric && manifest_.dtypes.empty()) dtype.refuse("is T, but the manifest's 'dtypes' is empty");
+    for (const JsonNode& dim : node.at("shape").elements(0, CHIASM_MAX_DIMS)) tensor.shape.push_back(read_dim(dim));
+    const JsonNode range = node.at("range");
+    if (!range.is_null()) {
+      const auto limits = range.elements(2, 2);
+      tensor.value_min = limits[0].number();
+      tensor.value_max = limits[1].number();
+      if (tensor.value_min > tensor.value_max) range.refuse("its minimum is greater than its maximum");
+    }
+    return tensor;
+  }
+
+  Artifact read_artifact(const JsonNode& node, const MethodSpec& method) const {
+    static constexpr const char* kFormats[] = {"torchscript", "onnx", "aotinductor"};
+    static constexpr const char* kDevices[] = {"any", "cpu", "cuda"};
+    static constexpr const char* kNeeds[] = {"libtorch"};
+    node.only({"backend", "format", "file", "size", "sha256", "dtypes", "device", "autograd", "isa", "sm", "opset", "ir_version",
+               "needs"});
+    Artifact artifact;
+    artifact.backend = static_cast<BackendKind>(read_choice(node.at("backend"), kBackendNames));
+    artifact.format = kFormats[read_choice(node.at("format"), kFormats)];
+    artifact.file = read_file_name(node.at("file"));
+    artifact.size = static_cast<uint64_t>(node.at("size").integer(1, kMaxFileSize));
+    artifact.sha256 = read_sha256(node.at("sha256"));
+    artifact.dtypes = read_dtypes(node.at("dtypes"));
+    for (const int32_t dtype : artifact.dtypes) {
+      if (std::find(manifest_.dtypes.begin(), manifest_.dtypes.end(), dtype) == manifest_.dtypes.end()) {
+        node.at("dtypes").refuse(std::string(dtype_name(dtype)) + " is not among the manifest's 'dtypes'");
+      }
+    }
+    if (method.generic && artifact.dtypes.empty()) node.at("dtypes").refuse("empty, but the method has tensors of dtype T");
+    artifact.device = static_cast<DevicePlacement>(read_choice(node.at("device"), kDevices));
+    if (node.has("autograd")) artifact.autograd = node.at("autograd").boolean();
+    if (node.has("isa")) {
+      static constexpr const char* kIsas[] = {"x86-64-v3", "x86-64-v4"};
+      artifact.isa = static_cast<Isa>(1 + read_choice(node.at("isa"), kIsas));
+    }
+    if (node.has("sm")) artifact.sm = node.at("sm").integer(1, 9999);
+    if (node.has("opset")) node.at("opset").integer(1, 9999);
+    if (node.has("ir_version")) node.at("ir_version").integer(1, 9999);
+    bool needs_libtorch = false;
+    if (node.has("needs")) {
+      for (const JsonNode& need : node.at("needs").elements(0, 16)) {
+        read_choice(need, kNeeds);
+        needs_libtorch = true;
+      }
+    }
+    check_format(node, artifact, needs_libtorch);
+    return artifact;
+  }
+
+  static void check_format(const JsonNode& node, const Artifact& artifact, bool needs_libtorch) {
+    bool good = false;
+    switch (artifact.backend) {
+      case BackendKind::native: good = artifact.format == "aotinductor" && !needs_libtorch; break;
+      case BackendKind::torch: good = artifact.format == "torchscript" || artifact.format == "aotinductor"; break;
+      case BackendKind::onnx: good = artifact.format == "onnx" && !needs_libtorch; break;
+    }
+    if (!good) {
+      node.refuse(std::string("the ") + kBackendNames[static_cast<int>(artifact.backend)] + " backend does not load format '" +
+                  artifact.format + "'" + (needs_libtorch ? " that needs libtorch" : ""));
+    }
+    if (artifact.autograd && artifact.format != "torchscript") node.refuse("'autograd' is for format torchscript only");
+  }
+
+  void read_method(const JsonNode::Member& member) {
+    const JsonNode& node = member.node;
+    if (!is_name(member.key)) node.refuse("'" + member.key + "' is not a name");
+    node.only({"inputs", "outputs", "artifacts"});
+    MethodSpec method;
+    method.name = member.key;
+    std::set<std::string> names;
+    for (const char* side : {"inputs", "outputs"}) {
+      for (const JsonNode& element : node.at(side).elements(1, kMaxTensors)) {
+        TensorSpec tensor = read_tensor(element);
+        if (!names.insert(tensor.name).second) element.at("name").refuse("a second tensor of the name '" + tensor.name + "'");
+        method.generic = method.generic || tensor.dtype == kGeneric;
+        (side[0] == 'i' ? method.inputs : method.outputs).push_back(std::move(tensor));
+      }
+    }
+    check_symbols_bound(node, method);
+    for (const JsonNode& element : node.at("artifacts").elements(1, 256)) {
+      method.artifacts.push_back(read_artifact(element, method));
+    }
+    manifest_.methods.push_back(std::move(method));
+  }
+
+  /** Each symbol of a method must be, somewhere, a whole dimension of an input: that is where its value comes from. */
+  void check_symbols_bound(const JsonNode& node, const MethodSpec& method) const {
+    std::set<size_t> bound;
+    for (const TensorSpec& tensor : method.inputs) {
+      for (const Expression& dim : tensor.shape) {
+        if (dim.is_symbol()) bound.insert(static_cast<size_t>(dim.operand()));
+      }
+    }
+    for (const auto* tensors : {&method.inputs, &method.outputs}) {
+      for (const TensorSpec& tensor : *tensors) {
+        for (const Expression& dim : tensor.shape) {
+          for (const size_t symbol : dim.symbols()) {
+            if (bound.count(symbol) == 0) {
+              node.refuse("'" + tensor.name + "' has the dimension '" + dim.text() + "', but no input has the dimension '" +
+                          symbol_names_[symbol] + "'");
+            }
+          }
+        }
+      }
+    }
+  }
+
+  void read_tolerances() {
+    for (const auto& member : root_.at("tolerances").members(0, kDTypeCount)) {
+      const int32_t dtype = dtype_from_name(member.key);
+      if (dtype < 0) member.node.refuse("unknown dtype '" + member.key + "'");
+      member.node.only({"atol", "rtol"});
+      const Tolerance tolerance{member.node.at("atol").number(), member.node.at("rtol").number()};
+      if (tolerance.atol < 0 || tolerance.rtol < 0) member.node.refuse("a tolerance must not be negative");
+      manifest_.tolerances[static_cast<size_t>(dtype)] = tolerance;
+    }
+  }
+
+  void read_golden() {
+    const JsonNode node = root_.at("golden");
+    node.only({"file", "size", "sha256", "cases"});
+    manifest_.golden_file = read_file_name(node.at("file"));
+    manifest_.golden_size = static_cast<uint64_t>(node.at("size").integer(1, kMaxFileSize));
+    manifest_.golden_sha256 = read_sha256(node.at("sha256"));
+    for (const JsonNode& element : node.at("cases").elements(1, 4096)) {
+      element.only({"prefix", "method", "dtype"});
+      GoldenCase one;
+      one.prefix = element.at("prefix").string(256);
+      const std::string& name = element.at("method").string(256);
+      const auto found = std::find_if(manifest_.methods.begin(), manifest_.methods.end(),
+                                      [&name](const MethodSpec& method) { return method.name == name; });
+      if (found == manifest_.methods.end()) element.at("method").refuse("there is no method '" + name + "'");
+      one.method = static_cast<size_t>(found - manifest_.methods.begin());
+      const JsonNode dtype = element.at("dtype");
+      if (!dtype.is_null()) one.dtype = read_dtype(dtype);
+      if (found->generic && one.dtype == kGeneric) dtype.refuse("is null, but the method has tensors of dtype T");
+      manifest_.golden_cases.push_back(std::move(one));
+    }
+  }
+
+  JsonNode root_;
+  Manifest manifest_;
+  std::vector<std::string> symbol_names_;
+};
+
+}  // namespace
+
+Manifest parse_manifest(std::string_view text, const std::string& origin) {
+  if (text.size() > kMaxManifestSize) {
+    fail(CHIASM_CORRUPT, origin + ": longer than " + std::to_string(kMaxManifestSize) + " bytes");
+  }
+  const nlohmann::json document = parse_json(text, origin);
+  return Reader(JsonNode(document, origin)).read();
+}
+
+}  // namespace chiasm::core

@@ -1,0 +1,88 @@
+/** A bundle's manifest, read strictly. What is here has been checked; nothing else of the file is trusted. */
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "chiasm/chiasm.h"
+#include "core/expression.h"
+
+namespace chiasm::core {
+
+/** The newest schema_version that this library reads. */
+inline constexpr int64_t kSchemaVersion = 1;
+/** The most inputs or outputs of a method, so that a run needs no memory of its own. */
+inline constexpr size_t kMaxTensors = 64;
+/** The longest manifest, in bytes. */
+inline constexpr uint64_t kMaxManifestSize = 16u << 20;
+/** The dtype of a tensor whose dtype is the type variable T. */
+inline constexpr int32_t kGeneric = -1;
+
+/** In the order in which `auto` tries them. */
+enum class BackendKind : int32_t { native = 0, torch = 1, onnx = 2 };
+inline constexpr int32_t kBackendCount = 3;
+inline constexpr const char* kBackendNames[kBackendCount] = {"native", "torch", "onnx"};
+
+enum class DevicePlacement { any, cpu, cuda };
+enum class Isa { none, x86_64_v3, x86_64_v4 };
+inline constexpr const char* kIsaNames[] = {"", "x86-64-v3", "x86-64-v4"};
+
+struct TensorSpec {
+  std::string name, description, layout, color;
+  int32_t dtype = kGeneric; /**< a chiasm_dtype, or kGeneric */
+  std::vector<Expression> shape;
+  double value_min = 0, value_max = 0;
+};
+
+struct Artifact {
+  BackendKind backend = BackendKind::onnx;
+  std::string format, file, sha256;
+  uint64_t size = 0;
+  std::vector<int32_t> dtypes; /**< values of T that it serves */
+  DevicePlacement device = DevicePlacement::any;
+  bool autograd = false;
+  Isa isa = Isa::none;
+  int64_t sm = 0; /**< compute capability, 90 for 9.0; 0 where not stated */
+};
+
+struct MethodSpec {
+  std::string name;
+  std::vector<TensorSpec> inputs, outputs;
+  std::vector<Artifact> artifacts;
+  bool generic = false; /**< whether some tensor is of dtype T */
+};
+
+struct Symbol {
+  std::string name;
+  int64_t min = 1, max = 1;
+};
+
+struct Tolerance {
+  double atol = 0, rtol = 0;
+};
+
+struct GoldenCase {
+  std::string prefix;
+  size_t method = 0;
+  int32_t dtype = kGeneric; /**< what T stands for in this case */
+};
+
+struct Manifest {
+  std::string name, version, summary;
+  std::vector<Symbol> symbols;
+  std::vector<int32_t> dtypes; /**< what T may stand for */
+  std::vector<MethodSpec> methods;
+  std::array<std::optional<Tolerance>, 10> tolerances; /**< by chiasm_dtype; none means exact */
+  std::string golden_file, golden_sha256;
+  uint64_t golden_size = 0;
+  std::vector<GoldenCase> golden_cases;
+};
+
+/** Read a manifest. `origin` is the file's name, for messages. Throws Error for anything that is not a valid manifest:
+ *  VERSION_MISMATCH for a newer schema, CORRUPT for all else. */
+Manifest parse_manifest(std::string_view text, const std::string& origin);
+
+}  // namespace chiasm::core

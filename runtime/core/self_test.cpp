@@ -1,0 +1,172 @@
+#include "core/self_test.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+#include "core/cuda.h"
+#include "core/dtype.h"
+#include "core/golden.h"
+#include "core/method.h"
+#include "core/safetensors.h"
+#include "core/status.h"
+
+namespace chiasm::core {
+namespace {
+
+using Stored = std::map<std::string, StoredTensor>;
+
+/** A row, with the strings that its C form points to. */
+struct Row {
+  int32_t passed = -1;
+  double max_error = 0, tolerance = 0;
+  std::string message;
+};
+
+const StoredTensor& find(const Stored& stored, const std::string& prefix, const std::string& name, const std::string& file) {
+  const auto found = stored.find(prefix + "/" + name);
+  if (found == stored.end()) fail(CHIASM_CORRUPT, file + ": there is no tensor '" + prefix + "/" + name + "'");
+  return found->second;
+}
+
+/** Memory where the method runs. */
+class Buffer final {
+ public:
+  Buffer(const LoadRequest& request, size_t bytes) : bytes_(bytes), host_(BufferPool::instance().take(bytes)) {
+    if (request.device_type == CHIASM_CUDA) device_ = CudaBuffer(request.device_index, bytes);
+  }
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+  ~Buffer() { BufferPool::instance().give(host_); }
+
+  void* data() const { return device_.data() != nullptr ? device_.data() : host_.data; }
+  void write(const void* source) {
+    if (bytes_ > 0) std::memcpy(host_.data, source, bytes_);
+    if (device_.data() != nullptr) device_.copy_from_host(host_.data, bytes_);
+  }
+  const void* read() {
+    if (device_.data() != nullptr) device_.copy_to_host(host_.data, bytes_);
+    return host_.data;
+  }
+
+ private:
+  size_t bytes_;
+  BufferPool::Block host_;
+  CudaBuffer device_;
+};
+
+chiasm_tensor view(const StoredTensor& stored, void* data, const LoadRequest& request) {
+  return {sizeof(chiasm_tensor),
+          data,
+          stored.dtype,
+          request.device_type,
+          request.device_index,
+          static_cast<int32_t>(stored.shape.size()),
+          stored.shape.data(),
+          nullptr};
+}
+
+/** Run one case and compare; throws Error where it cannot be run. */
+void replay(const Method& method, const MethodSpec& spec, const Manifest& manifest, const GoldenCase& one, const Stored& stored,
+            const LoadRequest& request, const std::string& file, Row& row) {
+  std::vector<std::unique_ptr<Buffer>> buffers;
+  const auto supply = [&](const StoredTensor& tensor) {
+    buffers.push_back(std::make_unique<Buffer>(request, tensor.size));
+    return view(tensor, buffers.back()->data(), request);
+  };
+  std::vector<chiasm_tensor> inputs, outputs;
+  for (const TensorSpec& tensor : spec.inputs) {
+    const StoredTensor& golden = find(stored, one.prefix, tensor.name, file);
+    inputs.push_back(supply(golden));
+    buffers.back()->write(golden.data);
+  }
+  for (const TensorSpec& tensor : spec.outputs) outputs.push_back(supply(find(stored, one.prefix, tensor.name, file)));
+  method.run_into(inputs.data(), inputs.size(), outputs.data(), outputs.size(), nullptr);
+
+  row.passed = 1;
+  for (size_t i = 0; i < outputs.size(); ++i) {
+    const StoredTensor& golden = find(stored, one.prefix, spec.outputs[i].name, file);
+    const Tolerance tolerance = manifest.tolerances[static_cast<size_t>(golden.dtype)].value_or(Tolerance{});
+    const size_t count = golden.size / kDTypes[golden.dtype].size;
+    const Comparison result = compare(buffers[inputs.size() + i]->read(), golden.data, count, golden.dtype, tolerance);
+    row.max_error = std::max(row.max_error, result.max_error);
+    row.tolerance = std::max(row.tolerance, tolerance.atol);
+    if (result.passed) continue;
+    row.passed = 0;
+    row.message += (row.message.empty() ? "" : "; ") + ("output '" + spec.outputs[i].name + "': ") +
+                   std::to_string(result.mismatches) + " of " + std::to_string(count) + " values differ, the worst at element " +
+                   std::to_string(result.worst) + ": " + std::to_string(result.actual) + ", golden " +
+                   std::to_string(result.expected);
+  }
+}
+
+/** Why the artifact is not tried, or "". */
+std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32_t dtype, const Machine& machine,
+                     Registry& registry) {
+  const std::string why = misfit(artifact, request, dtype, machine);
+  if (!why.empty()) return "the artifact " + why;
+  if (artifact.backend != BackendKind::onnx && !request.allow_native_code) return "native code is not allowed";
+  const Backend& backend = registry.get(artifact.backend);
+  if (backend.table == nullptr) return backend.problem;
+  if (request.device_type == CHIASM_CUDA && !backend.has_cuda) {
+    return "the engine (" + backend.engine_version + ") cannot use CUDA here";
+  }
+  return "";
+}
+
+}  // namespace
+
+int32_t self_test(std::shared_ptr<const Bundle> bundle, const LoadRequest& request, Registry& registry,
+                  chiasm_self_test_callback callback, void* user) {
+  const Manifest& manifest = bundle->manifest();
+  const Machine machine = this_machine(request.device_type, request.device_index);
+  const std::string file = bundle->file_path(manifest.golden_file);
+  const Bytes bytes = read_checked(file, manifest.golden_size, manifest.golden_sha256);
+  const Stored stored = read_safetensors(bytes.data(), bytes.size(), file);
+
+  int32_t failed = 0;
+  for (const MethodSpec& spec : manifest.methods) {
+    for (const Artifact& artifact : spec.artifacts) {
+      if (request.backend && *request.backend != artifact.backend) continue;
+      // One load serves all cases of a dtype.
+      std::unique_ptr<Method> method;
+      int32_t loaded_dtype = kGeneric;
+      for (const GoldenCase& one : manifest.golden_cases) {
+        if (&manifest.methods[one.method] != &spec) continue;
+        if (request.dtype != kGeneric && spec.generic && one.dtype != request.dtype) continue;
+        const int32_t dtype = spec.generic ? one.dtype : kGeneric;
+        const auto& served = artifact.dtypes;
+        if (spec.generic && std::find(served.begin(), served.end(), dtype) == served.end()) continue;
+        Row row;
+        row.message = obstacle(artifact, request, dtype, machine, registry);
+        if (row.message.empty()) {
+          try {
+            if (method == nullptr || loaded_dtype != dtype) {
+              method = std::make_unique<Method>(bundle, spec, artifact, registry.get(artifact.backend), dtype, request);
+              loaded_dtype = dtype;
+            }
+            replay(*method, spec, manifest, one, stored, request, file, row);
+          } catch (const std::exception& error) {
+            row.passed = 0;
+            row.message = error.what();
+          }
+        }
+        if (row.passed == 0) ++failed;
+        if (callback == nullptr) continue;
+        const chiasm_self_test_row shown{sizeof(chiasm_self_test_row),
+                                         spec.name.c_str(),
+                                         kBackendNames[static_cast<int>(artifact.backend)],
+                                         artifact.file.c_str(),
+                                         one.dtype == kGeneric ? "" : dtype_name(one.dtype),
+                                         row.passed,
+                                         row.max_error,
+                                         row.tolerance,
+                                         row.message.c_str()};
+        callback(&shown, user);
+      }
+    }
+  }
+  return failed;
+}
+
+}  // namespace chiasm::core

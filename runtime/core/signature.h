@@ -1,0 +1,87 @@
+/** The checks between a caller and an engine: nothing reaches a backend that its method did not ask for. */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/manifest.h"
+
+namespace chiasm::core {
+
+/** One call, as the checks leave it: on the stack, no memory of its own.
+ *
+ *  The tensors are in the layout that engines see: dense row-major, strides NULL.
+ */
+struct Call {
+  chiasm_tensor inputs[kMaxTensors];
+  chiasm_tensor outputs[kMaxTensors];           /**< data NULL until it is supplied */
+  int64_t output_shapes[kMaxTensors][CHIASM_MAX_DIMS];
+  size_t output_bytes[kMaxTensors];
+  int64_t symbols[kMaxSymbols];
+};
+
+/** A method's signature for one value of T, one device, prepared for fast checks. The specs must outlive it. */
+class Signature final {
+ public:
+  Signature(const MethodSpec& method, const std::vector<Symbol>& symbols, int32_t generic_dtype, int32_t device_type,
+            int32_t device_index);
+
+  size_t input_count() const { return inputs_.size(); }
+  size_t output_count() const { return outputs_.size(); }
+
+  /** Check the inputs, and fill `call` but for the outputs' data. Throws Error (INVALID_ARGUMENT) whose message names the
+   *  tensor, what was expected and what came. */
+  void check_inputs(const chiasm_tensor* inputs, size_t count, Call& call) const;
+
+  /** After check_inputs: check the caller's outputs and take them into `call`. */
+  void check_outputs(const chiasm_tensor* outputs, size_t count, Call& call) const;
+
+  /** The call whose every symbol is at its minimum; data is NULL everywhere. `shapes` holds the inputs' shapes. */
+  void smallest_call(Call& call, int64_t (*shapes)[CHIASM_MAX_DIMS]) const;
+
+  /** Bytes of a dense tensor; throws where that is more than memory can be. */
+  static size_t bytes_of(const chiasm_tensor& tensor, const char* kind, const char* name);
+
+ private:
+  /** How a dimension of an input is checked. */
+  enum class Rule : uint8_t { constant, bind, same, expression };
+  struct DimRule {
+    Rule rule;
+    int64_t operand; /**< the constant, or the symbol's index */
+  };
+  struct TensorRule {
+    const TensorSpec* spec;
+    int32_t dtype;
+    std::vector<DimRule> dims;
+  };
+  struct Binding {
+    size_t input, dim;
+  };
+
+  void check_common(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const;
+  void check_strides(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const;
+  [[noreturn]] void refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind, const Call& call,
+                                 size_t tensor_index, const std::string& why) const;
+  int64_t evaluate(const Expression& dim, const TensorRule& rule, const char* kind, const Call& call) const;
+  void infer_outputs(Call& call) const;
+
+  const std::vector<Symbol>& symbols_;
+  std::vector<TensorRule> inputs_, outputs_;
+  std::vector<Binding> bindings_; /**< by symbol: where its value comes from */
+  bool has_input_expressions_ = false;
+  bool generic_ = false;
+  int32_t device_type_, device_index_;
+};
+
+/** "(1, 3, 4, 4)" */
+std::string shape_text(const int64_t* shape, int32_t ndim);
+/** "CPU" or "CUDA device 1" */
+std::string device_text(int32_t type, int32_t index);
+
+/** The caller's i-th tensor: a newer caller's structs may be longer than ours. */
+inline const chiasm_tensor& tensor_at(const chiasm_tensor* tensors, size_t i) {
+  const auto* bytes = reinterpret_cast<const char*>(tensors);
+  return *reinterpret_cast<const chiasm_tensor*>(bytes + i * tensors->struct_size);
+}
+
+}  // namespace chiasm::core

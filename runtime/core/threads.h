@@ -1,0 +1,15 @@
+/** The one thread policy of the process. */
+#pragma once
+
+#include <cstdint>
+
+namespace chiasm::core {
+
+/** 0: all cores this process may run on. Throws Error (FAILED_PRECONDITION) once it was used. */
+void set_num_threads(int32_t count);
+/** Always > 0. */
+int32_t get_num_threads();
+/** The policy, which from now on no longer changes. */
+int32_t use_num_threads();
+
+}  // namespace chiasm::core

@@ -1,0 +1,167 @@
+/** opencv.hpp and eigen.hpp: views without a copy, and nothing misread. */
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "chiasm/eigen.hpp"
+#include "chiasm/opencv.hpp"
+#include "support.h"
+
+namespace chiasm::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(OpenCv, AViewSharesTheMatsMemory) {
+  cv::Mat color(4, 5, CV_8UC3, cv::Scalar(1, 2, 3));
+  const Tensor tensor = view(color);
+  EXPECT_EQ(tensor.shape(), (Shape{4, 5, 3}));
+  EXPECT_EQ(tensor.dtype(), DType::UInt8);
+  EXPECT_TRUE(tensor.is_contiguous());
+  EXPECT_EQ(tensor.data<uint8_t>(), color.data);
+  const cv::Mat gray(4, 5, CV_32F);
+  EXPECT_EQ(view(gray).shape(), (Shape{4, 5}));
+  EXPECT_EQ(view(gray).dtype(), DType::Float32);
+  EXPECT_TRUE(view(gray).read_only());
+  EXPECT_EQ(view(gray).data<const float>(), gray.ptr<float>());
+  EXPECT_THROW(view(gray).data<float>(), Error);
+}
+
+TEST(OpenCv, ARegionOfInterestHasItsStrides) {
+  cv::Mat whole(10, 10, CV_8UC3);
+  cv::Mat part = whole(cv::Rect(2, 3, 4, 5));
+  EXPECT_EQ(view(part).shape(), (Shape{5, 4, 3}));
+  EXPECT_EQ(view(part).strides(), (Shape{30, 3, 1}));
+  EXPECT_FALSE(view(part).is_contiguous());
+  EXPECT_EQ(view(part).data(), whole.ptr(3, 2));
+  const cv::Mat copy = part.clone();
+  EXPECT_TRUE(view(copy).is_contiguous());
+  cv::Mat row = whole(cv::Rect(2, 3, 4, 1));
+  EXPECT_TRUE(view(row).is_contiguous());
+}
+
+TEST(OpenCv, ManyDimensionsAndTypes) {
+  const int sizes[] = {2, 3, 4};
+  cv::Mat volume(3, sizes, CV_64FC2);
+  EXPECT_EQ(view(volume).shape(), (Shape{2, 3, 4, 2}));
+  EXPECT_TRUE(view(volume).is_contiguous());
+  cv::Mat unsigned16(2, 2, CV_16U), empty;
+  EXPECT_THROW(view(unsigned16), Error);
+  EXPECT_THROW(view(empty), Error);
+}
+
+TEST(OpenCv, BackToMat) {
+  std::vector<uint8_t> pixels(4 * 5 * 3);
+  const cv::Mat mat = to_mat(Tensor(pixels.data(), {4, 5, 3}));
+  EXPECT_EQ(mat.type(), CV_8UC3);
+  EXPECT_EQ(mat.rows, 4);
+  EXPECT_EQ(mat.data, pixels.data());
+  std::vector<float> values(6);
+  EXPECT_EQ(to_mat(Tensor(values.data(), {2, 3})).type(), CV_32FC1);
+  cv::Mat whole(10, 10, CV_8UC3);
+  const cv::Mat part = whole(cv::Rect(2, 3, 4, 5));
+  EXPECT_EQ(to_mat(view(part)).step[0], part.step[0]);
+  EXPECT_EQ(to_mat(view(part)).data, part.data);
+  EXPECT_THROW(to_mat(Tensor(values.data(), {6})), Error);
+  EXPECT_THROW(to_mat(Tensor(values.data(), {1, 1, 2, 3})), Error);
+  EXPECT_THROW(to_mat(Tensor(values.data(), {1, 1, 600})), Error);
+  EXPECT_THROW(to_mat(Tensor::strided(values.data(), {2, 3}, {1, 2})), Error);
+  EXPECT_THROW(to_mat(Tensor(values.data(), {2, 3}, Device::cuda())), Error);
+}
+
+TEST(Eigen, RowMajorAndVectorsAreDense) {
+  Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> points(4, 3);
+  EXPECT_EQ(view(points).shape(), (Shape{4, 3}));
+  EXPECT_TRUE(view(points).is_contiguous());
+  EXPECT_EQ(view(points).data<float>(), points.data());
+  Eigen::VectorXd vector(5);
+  EXPECT_EQ(view(vector).shape(), (Shape{5}));
+  EXPECT_TRUE(view(vector).is_contiguous());
+  const Eigen::Vector3f fixed(1, 2, 3);
+  EXPECT_TRUE(view(fixed).read_only());
+  Eigen::RowVector4f row;
+  EXPECT_EQ(view(row).shape(), (Shape{4}));
+  Eigen::Map<Eigen::Matrix<float, 2, 6, Eigen::RowMajor>> map(points.data());
+  EXPECT_EQ(view(map).data(), points.data());
+  EXPECT_FALSE(view(map).read_only());
+}
+
+TEST(Eigen, ColumnMajorIsSeenAsWhatItIs) {
+  Eigen::MatrixXf matrix(2, 3);
+  matrix << 1, 2, 3, 4, 5, 6;
+  const Tensor tensor = view(matrix);
+  EXPECT_EQ(tensor.shape(), (Shape{2, 3}));
+  EXPECT_EQ(tensor.strides(), (Shape{1, 2}));
+  EXPECT_FALSE(tensor.is_contiguous());
+  auto copy = row_major(matrix);
+  EXPECT_TRUE(view(copy).is_contiguous());
+  EXPECT_THAT(std::vector<float>(copy.data(), copy.data() + 6), ::testing::ElementsAre(1, 2, 3, 4, 5, 6));
+  auto of_expression = row_major(matrix.transpose() * 2);
+  EXPECT_EQ(view(of_expression).shape(), (Shape{3, 2}));
+  EXPECT_EQ(of_expression.data()[1], 8);
+  auto block = matrix.block(0, 1, 2, 2);
+  EXPECT_EQ(view(block).strides(), (Shape{1, 2}));
+  EXPECT_EQ(view(block).data(), matrix.data() + 2);
+  const Eigen::VectorXf vector = Eigen::VectorXf::Ones(3);
+  auto vector_copy = row_major(vector);
+  EXPECT_EQ(view(vector_copy).shape(), (Shape{3}));
+}
+
+template <class T, class = void>
+struct CanView : std::false_type {};
+template <class T>
+struct CanView<T, std::void_t<decltype(view(std::declval<T>()))>> : std::true_type {};
+
+TEST(Eigen, TemporariesAreNotViewed) {
+  static_assert(CanView<Eigen::MatrixXf&>::value && CanView<const Eigen::MatrixXf&>::value);
+  static_assert(!CanView<Eigen::MatrixXf>::value && !CanView<Eigen::MatrixXf&&>::value);
+  static_assert(CanView<Eigen::Map<Eigen::MatrixXf>>::value);
+}
+
+TEST(Eigen, QuaternionsComeInTheOrderWxyz) {
+  const Eigen::Quaternionf quaternion(0.5f, 0.1f, 0.2f, 0.3f);
+  const Eigen::Vector4f values = wxyz(quaternion);
+  EXPECT_EQ(values, Eigen::Vector4f(0.5f, 0.1f, 0.2f, 0.3f));
+  EXPECT_EQ(quaternion_from_wxyz(values.data()).coeffs(), quaternion.coeffs());
+}
+
+/** A frame (H, W, 3) through a method, and what run says of views that are not dense. */
+TEST(Adapters, RunTakesDenseViewsAndRefusesOthers) {
+  const TemporaryFolder folder;
+  const std::string path = write_bundle(folder, [](nlohmann::json& m) {
+    m["methods"].erase("vjp");
+    auto& forward = m["methods"]["forward"];
+    for (const char* side : {"inputs", "outputs"}) {
+      forward[side].erase(1);
+      forward[side][0]["shape"] = {"H", "W", 3};
+      forward[side][0]["dtype"] = "uint8";
+    }
+    m["golden"]["cases"][0]["dtype"] = nullptr;
+  });
+  const Method method = Bundle::open(path).method("forward");
+  cv::Mat frame(480, 640, CV_8UC3, cv::Scalar(10, 20, 30));
+  const Outputs outputs = method.run({view(frame)});
+  EXPECT_EQ(to_mat(outputs[0]).at<cv::Vec3b>(479, 639), cv::Vec3b(20, 40, 60));
+  cv::Mat result(480, 640, CV_8UC3);
+  method.run_into({view(frame)}, {view(result)});
+  EXPECT_EQ(result.at<cv::Vec3b>(0, 0), cv::Vec3b(20, 40, 60));
+  cv::Mat part = frame(cv::Rect(10, 10, 100, 100));
+  try {
+    method.run({view(part)});
+    FAIL() << "was accepted";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("cv::Mat: .clone()"));
+  }
+  const cv::Mat copy = part.clone();
+  method.run({view(copy)});
+}
+
+}  // namespace
+}  // namespace chiasm::testing
+
+int main(int argc, char** argv) {
+  ::setenv("CHIASM_BACKEND_PATH", CHIASM_FAKE_FOLDER "/good", 1);
+  ::testing::InitGoogleMock(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,480 @@
+/** The library as a program sees it, with fake backends: what is refused and how, lifetimes, threads, self-test. */
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "chiasm/chiasm.hpp"
+#include "support.h"
+
+namespace chiasm::testing {
+namespace {
+
+using Json = nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/** The message of the refusal; fails where there is none, or of another code. */
+template <class Body>
+std::string refusal(chiasm_code code, const Body& body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), code) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "was accepted";
+  return "";
+}
+
+/** One bundle, its forward loaded on the fake native backend, and good inputs. */
+class Call : public ::testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  std::string path_ = write_bundle(folder_);
+  Method method_ = Bundle::open(path_).method("forward");
+  std::vector<float> image_ = std::vector<float>(2 * 3 * 4 * 5, 1.5f);
+  std::vector<float> sigma_ = {1, 2, 3, 4};
+  Tensor input_{image_.data(), {2, 3, 4, 5}};
+  Tensor sigma_view_{sigma_.data(), {2, 2}};
+
+  std::string refused(std::initializer_list<Tensor> inputs, chiasm_code code = CHIASM_INVALID_ARGUMENT) {
+    return refusal(code, [&] { method_.run(inputs); });
+  }
+};
+
+TEST_F(Call, Runs) {
+  const Outputs outputs = method_.run({input_, sigma_view_});
+  ASSERT_EQ(outputs.size(), 2u);
+  EXPECT_EQ(outputs[0].shape(), (Shape{2, 3, 4, 5}));
+  EXPECT_EQ(outputs[1].shape(), (Shape{2, 2}));
+  EXPECT_EQ(outputs[0].data<float>()[119], 3.0f);
+  EXPECT_EQ(reinterpret_cast<uintptr_t>(outputs[0].data()) % 64, 0u);
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { outputs[2]; }), HasSubstr("there is no output 2"));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { outputs[0].data<double>(); }), HasSubstr("float32, not float64"));
+  EXPECT_EQ(method_.backend(), "native");
+  EXPECT_THAT(method_.artifact(), HasSubstr("forward.v"));
+}
+
+TEST_F(Call, CountAndNull) {
+  EXPECT_EQ(refused({input_}), "expected 2 inputs, got 1");
+  EXPECT_EQ(refused({}), "expected 2 inputs, got 0");
+  EXPECT_EQ(refused({input_, sigma_view_, sigma_view_}), "expected 2 inputs, got 3");
+  EXPECT_EQ(refused({input_, Tensor(static_cast<float*>(nullptr), {2, 2})}), "input 'sigma': its data is NULL");
+}
+
+TEST_F(Call, DtypeAndGenericAgreement) {
+  std::vector<double> doubles(120);
+  std::vector<int32_t> ints(4);
+  EXPECT_THAT(refused({Tensor(doubles.data(), {2, 3, 4, 5}), sigma_view_}),
+              AllOf(HasSubstr("input 'input': expected float32, got float64"), HasSubstr("loaded for float32")));
+  EXPECT_THAT(refused({input_, Tensor(doubles.data(), {2, 2})}), HasSubstr("input 'sigma': expected float32, got float64"));
+  EXPECT_THAT(refused({input_, Tensor(ints.data(), {2, 2})}), HasSubstr("input 'sigma': expected float32, got int32"));
+  EXPECT_THAT(refused({input_, Tensor(static_cast<void*>(ints.data()), static_cast<DType>(77), {2, 2})}),
+              HasSubstr("input 'sigma': expected float32, got an unknown dtype (77)"));
+  const Method wide = Bundle::open(path_).method("forward", LoadOptions().with_dtype(DType::Float64));
+  EXPECT_EQ(wide.artifact(), "forward.float64.onnx");
+  EXPECT_EQ(wide.info().inputs[0].dtypes, std::vector<DType>{DType::Float64});
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { wide.run({input_, sigma_view_}); }), HasSubstr("expected float64, got float32"));
+  EXPECT_EQ(wide.run({Tensor(doubles.data(), {2, 3, 4, 5}), Tensor(doubles.data(), {2, 2})})[0].dtype(), DType::Float64);
+}
+
+TEST_F(Call, RankAndShape) {
+  EXPECT_EQ(refused({Tensor(image_.data(), {3, 4, 5}), sigma_view_}), "input 'input': expected shape (B, 3, H, W), got (3, 4, 5)");
+  EXPECT_EQ(refused({Tensor(image_.data(), {2, 4, 3, 5}), sigma_view_}), "input 'input': expected shape (B, 3, H, W), got (2, 4, 3, 5)");
+  const Tensor three(image_.data(), {3, 3, 3, 3});
+  EXPECT_EQ(refused({three, sigma_view_}), "input 'sigma': expected shape (B, 2) with B=3 (from input 'input'), got (2, 2)");
+  EXPECT_EQ(refused({input_, Tensor(sigma_.data(), {4})}), "input 'sigma': expected shape (B, 2) with B=2 (from input 'input'), got (4,)");
+  EXPECT_EQ(refused({Tensor(image_.data(), {1, 3, 2, 5}), sigma_view_}),
+            "input 'input': expected shape (B, 3, H, W), got (1, 3, 2, 5): H must be from 3 to 4096");
+  EXPECT_THAT(refused({Tensor(image_.data(), {0, 3, 4, 5}), sigma_view_}), HasSubstr("B must be from 1 to 64"));
+  EXPECT_THAT(refused({Tensor(image_.data(), {1, 3, 4, -5}), sigma_view_}), HasSubstr("W must be from 3 to 4096"));
+  EXPECT_THAT(refused({Tensor(image_.data(), {1, 3, 4, 4097}), sigma_view_}), HasSubstr("got (1, 3, 4, 4097)"));
+}
+
+TEST_F(Call, ExpressionsInInputs) {
+  const Method vjp = Bundle::open(path_).method("vjp");
+  EXPECT_EQ(vjp.run({input_, sigma_view_})[0].shape(), (Shape{2, 3, 4, 5}));
+  EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT, [&] { vjp.run({input_, Tensor(sigma_.data(), {1, 2})}); }),
+            "input 'grad_half': expected shape (B, (H+1)//2) with B=2 (from input 'input'), H=4 (from input 'input'), got (1, 2)");
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { vjp.run({input_, Tensor(sigma_.data(), {2, 1})}); }),
+              HasSubstr("got (2, 1): (H+1)//2 is 2"));
+}
+
+TEST_F(Call, Strides) {
+  const Shape shape = {2, 3, 4, 5};
+  EXPECT_THAT(refused({Tensor::strided(image_.data(), shape, {60, 1, 15, 3}), sigma_view_}),
+              AllOf(HasSubstr("input 'input': expected dense row-major memory, got strides (60, 1, 15, 3) for shape (2, 3, 4, 5)"),
+                    HasSubstr("channels-last"), HasSubstr(".contiguous()"), HasSubstr(".clone()")));
+  EXPECT_THAT(refused({Tensor::strided(image_.data(), {1, 3, 4, 4}, {60, 20, 5, 1}), Tensor(sigma_.data(), {1, 2})}),
+              AllOf(HasSubstr("dense row-major"), ::testing::Not(HasSubstr("channels-last"))));
+  EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {60, 20, 5, -1}), sigma_view_}), HasSubstr("(60, 20, 5, -1)"));
+  EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {0, 20, 5, 1}), sigma_view_}), HasSubstr("(0, 20, 5, 1)"));
+  method_.run({Tensor::strided(image_.data(), shape, {60, 20, 5, 1}), sigma_view_});
+  // A dimension of size 1 may have any stride.
+  method_.run({Tensor::strided(image_.data(), {1, 3, 4, 5}, {-7, 20, 5, 1}), Tensor::strided(sigma_.data(), {1, 2}, {99, 1})});
+}
+
+TEST_F(Call, DeviceAndAlignment) {
+  EXPECT_THAT(refused({Tensor(image_.data(), {2, 3, 4, 5}, Device::cuda(1)), sigma_view_}),
+              HasSubstr("input 'input': expected memory on the CPU, where the method was loaded, got CUDA device 1"));
+  EXPECT_THAT(refused({input_, Tensor(sigma_.data(), {2, 2}, Device{CHIASM_CPU, 3})}), HasSubstr("input 'sigma'"));
+  char* const odd = reinterpret_cast<char*>(image_.data()) + 1;
+  EXPECT_THAT(refused({Tensor(static_cast<void*>(odd), DType::Float32, {1, 3, 3, 3}), sigma_view_}), HasSubstr("not aligned to 4 bytes"));
+}
+
+TEST_F(Call, StructSizesAndNullPointersOfTheCInterface) {
+  const chiasm_api& api = *chiasm_get_api(CHIASM_API_VERSION);
+  chiasm_method* const method = method_.c_handle();
+  chiasm_outputs* outputs = nullptr;
+  const auto run = [&](const chiasm_tensor* inputs, size_t count, const chiasm_run_options* options = nullptr) {
+    return refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(api.method_run(method, inputs, count, options, &outputs)); });
+  };
+  chiasm_tensor inputs[] = {input_.c_tensor(), sigma_view_.c_tensor()};
+  EXPECT_THAT(run(nullptr, 2), HasSubstr("NULL"));
+  inputs[0].struct_size = 0;
+  EXPECT_THAT(run(inputs, 2), HasSubstr("struct_size is 0, expected sizeof(chiasm_tensor)"));
+  inputs[0] = input_.c_tensor();
+  inputs[1].struct_size = 8;
+  EXPECT_THAT(run(inputs, 2), HasSubstr("input 'sigma': struct_size is 8"));
+  inputs[1] = sigma_view_.c_tensor();
+  inputs[1].shape = nullptr;
+  EXPECT_THAT(run(inputs, 2), HasSubstr("input 'sigma': its shape is NULL"));
+  inputs[1] = sigma_view_.c_tensor();
+  inputs[1].device_type = 9;
+  EXPECT_THAT(run(inputs, 2), HasSubstr("input 'sigma': expected memory on the CPU, where the method was loaded, got an unknown device type 9"));
+  inputs[1] = sigma_view_.c_tensor();
+  for (const int32_t ndim : {-1, 9, INT32_MAX}) {
+    inputs[1].ndim = ndim;
+    EXPECT_THAT(run(inputs, 2), HasSubstr("input 'sigma': ndim is "));
+  }
+  inputs[1] = sigma_view_.c_tensor();
+  const chiasm_run_options short_options{4, nullptr};
+  EXPECT_THAT(run(inputs, 2, &short_options), HasSubstr("run options: struct_size is 4"));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(api.method_run(method, inputs, 2, nullptr, nullptr)); }), HasSubstr("outputs is NULL"));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(api.method_run(nullptr, inputs, 2, nullptr, &outputs)); }), HasSubstr("method is NULL"));
+  api.status_free(nullptr);
+  EXPECT_EQ(api.status_code(nullptr), CHIASM_OK);
+  EXPECT_STREQ(api.status_message(nullptr), "");
+  EXPECT_EQ(api.outputs_get(nullptr, 0), nullptr);
+  EXPECT_EQ(api.outputs_count(nullptr), 0u);
+  api.outputs_free(nullptr);
+  api.bundle_close(nullptr);
+  api.method_close(nullptr);
+  EXPECT_EQ(api.bundle_get_info(nullptr), nullptr);
+  EXPECT_EQ(api.method_get_info(nullptr), nullptr);
+  EXPECT_EQ(chiasm_get_api(0), nullptr);
+  EXPECT_EQ(chiasm_get_api(CHIASM_API_VERSION + 1), nullptr);
+  EXPECT_GE(api.struct_size, sizeof(chiasm_api));
+}
+
+TEST_F(Call, ANewerCallersLongerStructsAreStepped) {
+  struct Longer {
+    chiasm_tensor tensor;
+    int64_t more;
+  };
+  Longer inputs[] = {{input_.c_tensor(), 1}, {sigma_view_.c_tensor(), 1}};
+  for (Longer& input : inputs) input.tensor.struct_size = sizeof(Longer);
+  chiasm_outputs* outputs = nullptr;
+  detail::check(detail::api().method_run(method_.c_handle(), &inputs[0].tensor, 2, nullptr, &outputs));
+  detail::api().outputs_free(outputs);
+}
+
+TEST_F(Call, RunInto) {
+  std::vector<float> output(120), half(4);
+  const Tensor output_view(output.data(), {2, 3, 4, 5}), half_view(half.data(), {2, 2});
+  method_.run_into({input_, sigma_view_}, {output_view, half_view});
+  EXPECT_EQ(output[7], 3.0f);
+  EXPECT_EQ(half[3], 3.0f);
+  const auto refused_into = [&](std::initializer_list<Tensor> outputs) {
+    return refusal(CHIASM_INVALID_ARGUMENT, [&] { method_.run_into({input_, sigma_view_}, outputs); });
+  };
+  EXPECT_EQ(refused_into({output_view}), "expected 2 outputs, got 1");
+  EXPECT_EQ(refused_into({Tensor(output.data(), {2, 3, 4, 4}), half_view}),
+            "output 'output': expected shape (B, 3, H, W) with B=2 (from input 'input'), H=4 (from input 'input'), W=5 (from input "
+            "'input'), got (2, 3, 4, 4); for these inputs it is (2, 3, 4, 5)");
+  std::vector<double> doubles(120);
+  EXPECT_THAT(refused_into({Tensor(doubles.data(), {2, 3, 4, 5}), half_view}), HasSubstr("output 'output': expected float32, got float64"));
+  EXPECT_THAT(refused_into({output_view, Tensor(static_cast<float*>(nullptr), {2, 2})}), HasSubstr("output 'half': its data is NULL"));
+  EXPECT_THAT(refused_into({Tensor::strided(output.data(), {2, 3, 4, 5}, {60, 1, 15, 3}), half_view}), HasSubstr("channels-last"));
+  EXPECT_EQ(refused_into({input_, half_view}), "output 'output': its memory overlaps that of input 'input'");
+  EXPECT_EQ(refused_into({output_view, Tensor(sigma_.data(), {2, 2})}), "output 'half': its memory overlaps that of input 'sigma'");
+  EXPECT_EQ(refused_into({output_view, Tensor(output.data() + 116, {2, 2})}), "output 'half': its memory overlaps that of output 'output'");
+  EXPECT_THAT(refused_into({output_view, Tensor(static_cast<const float*>(half.data()), {2, 2})}), HasSubstr("output 1 is read-only"));
+}
+
+TEST_F(Call, OutputType) {
+  const TensorType type = method_.output_type({input_, sigma_view_}, 1);
+  EXPECT_EQ(type.shape, (Shape{2, 2}));
+  EXPECT_EQ(type.dtype, DType::Float32);
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { method_.output_type({input_, sigma_view_}, 2); }), HasSubstr("there is no output 2"));
+  EXPECT_THROW(method_.output_type({input_}, 0), Error);
+}
+
+TEST_F(Call, EightThreadsOnOneMethod) {
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 8; ++t) {
+    threads.emplace_back([this, t] {
+      const int64_t height = 3 + t;
+      std::vector<float> image(static_cast<size_t>(3 * height * 64), static_cast<float>(t));
+      const Tensor input(image.data(), {1, 3, height, 64}), sigma(sigma_.data(), {1, 2});
+      for (int i = 0; i < 200; ++i) {
+        const Outputs outputs = method_.run({input, sigma});
+        ASSERT_EQ(outputs[0].count(), 3 * height * 64);
+        ASSERT_EQ(outputs[0].data<float>()[i % 64], 2.0f * static_cast<float>(t));
+        EXPECT_THROW(method_.run({input, input}), Error);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+TEST_F(Call, ThreadsLoadAndCloseMethods) {
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 8; ++t) {
+    threads.emplace_back([this] {
+      for (int i = 0; i < 20; ++i) Bundle::open(path_).method("forward").run({input_, sigma_view_});
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+TEST_F(Call, CostsFewMicroseconds) {
+  std::vector<float> output(120), half(4);
+  const Tensor inputs[] = {input_, sigma_view_};
+  const Tensor outputs[] = {Tensor(output.data(), {2, 3, 4, 5}), Tensor(half.data(), {2, 2})};
+  double best = 1e9;
+  for (int round = 0; round < 20; ++round) {
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < 1000; ++i) method_.run_into(inputs, 2, outputs, 2);
+    best = std::min(best, std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count() / 1000);
+  }
+  RecordProperty("microseconds", std::to_string(best));
+  std::printf("run_into: %.3f microseconds\n", best);
+#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_LT(best, 5);
+#endif
+}
+
+TEST(Lifetime, HandlesCloseInAnyOrder) {
+  const TemporaryFolder folder;
+  auto bundle = std::make_unique<Bundle>(Bundle::open(write_bundle(folder)));
+  auto method = std::make_unique<Method>(bundle->method("forward"));
+  bundle.reset();
+  std::vector<float> image(27, 1), sigma(2);
+  auto outputs = method->run({Tensor(image.data(), {1, 3, 3, 3}), Tensor(sigma.data(), {1, 2})});
+  EXPECT_EQ(method->info().name, "forward");
+  method.reset();
+  EXPECT_EQ(outputs[0].data<float>()[26], 2.0f);
+}
+
+TEST(Lifetime, MovedFromHandlesThrow) {
+  const TemporaryFolder folder;
+  Bundle bundle = Bundle::open(write_bundle(folder));
+  Method method = bundle.method("forward");
+  std::vector<float> image(27, 1), sigma(2);
+  const std::vector<Tensor> inputs = {Tensor(image.data(), {1, 3, 3, 3}), Tensor(sigma.data(), {1, 2})};
+  Outputs outputs = method.run(inputs);
+  const Bundle other_bundle = std::move(bundle);
+  const Method other_method = std::move(method);
+  const Outputs other_outputs = std::move(outputs);
+  EXPECT_FALSE(bundle);
+  EXPECT_TRUE(other_bundle);
+  EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [&] { bundle.info(); }), HasSubstr("this Bundle was moved from"));
+  EXPECT_THROW(bundle.method("forward"), Error);
+  EXPECT_THROW(method.run(inputs), Error);
+  EXPECT_THROW(method.info(), Error);
+  EXPECT_THROW(outputs.size(), Error);
+  EXPECT_THROW(outputs[0], Error);
+  bundle = Bundle::open(other_bundle.info().path);
+  EXPECT_EQ(bundle.methods().size(), 2u);
+}
+
+TEST(Info, IsKnownWithoutLoading) {
+  const TemporaryFolder folder;
+  const Bundle bundle = Bundle::open(write_bundle(folder) + "/");
+  EXPECT_EQ(bundle.info().name, "test.scale");
+  EXPECT_EQ(bundle.info().version, "1.2.3");
+  EXPECT_EQ(Json::parse(bundle.info().manifest)["config"]["factor"], 2);
+  const MethodInfo forward = bundle.methods()[0];
+  EXPECT_EQ(forward.name, "forward");
+  ASSERT_EQ(forward.inputs.size(), 2u);
+  EXPECT_EQ(forward.inputs[0].dtypes, (std::vector<DType>{DType::Float32, DType::Float64}));
+  EXPECT_EQ(forward.inputs[0].dims[1].expression, "3");
+  EXPECT_EQ(forward.inputs[0].dims[1].min, 3);
+  EXPECT_EQ(forward.inputs[0].dims[2].expression, "H");
+  EXPECT_EQ(forward.inputs[0].dims[2].max, 4096);
+  EXPECT_EQ(forward.outputs[1].dims[1].expression, "(H+1)//2");
+  EXPECT_EQ(forward.outputs[1].dims[1].max, 0);
+  EXPECT_EQ(library_version(), "0.1.0");
+}
+
+TEST(Backends, AreListedWithTheirProblems) {
+  const std::vector<BackendInfo> all = backends();
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0].name, "native");
+  EXPECT_TRUE(all[0].available);
+  EXPECT_EQ(all[0].engine_version, "fake 1.0");
+  EXPECT_FALSE(all[1].available);
+  EXPECT_THAT(all[1].problem, HasSubstr("libfake_engine.so"));
+  chiasm_backend_info info{};
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(detail::api().backend_info(0, &info)); }), HasSubstr("struct_size"));
+  info.struct_size = sizeof info;
+  EXPECT_THROW(detail::check(detail::api().backend_info(3, &info)), Error);
+}
+
+TEST(Threads, ThePolicyIsFixedByTheFirstLoad) {
+  EXPECT_GT(get_num_threads(), 0);
+  EXPECT_THROW(set_num_threads(-1), Error);
+  const TemporaryFolder folder;
+  const Bundle bundle = Bundle::open(write_bundle(folder));
+  bundle.method("forward");
+  EXPECT_GT(get_num_threads(), 0);
+  EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [] { set_num_threads(1); }), HasSubstr("after the first method was loaded"));
+}
+
+class Loading : public ::testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  std::string path_ = write_bundle(folder_);
+
+  std::string refused(chiasm_code code, const LoadOptions& options = LoadOptions().with_backend("onnx")) {
+    return refusal(code, [&] { Bundle::open(path_).method("forward", options); });
+  }
+};
+
+TEST_F(Loading, NoSuchBundle) {
+  EXPECT_THAT(refusal(CHIASM_NOT_FOUND, [] { Bundle::open("/nowhere.chiasm"); }), HasSubstr("/nowhere.chiasm"));
+  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(path_ + "/manifest.json"); }), HasSubstr("is a folder"));
+  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(folder_.path()); }), HasSubstr("no manifest.json"));
+  chiasm_bundle* bundle = nullptr;
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(detail::api().bundle_open(nullptr, &bundle)); }), HasSubstr("path is NULL"));
+}
+
+TEST_F(Loading, NewerSchema) {
+  write_bundle(folder_, [](Json& m) { m["schema_version"] = 2; });
+  EXPECT_THAT(refusal(CHIASM_VERSION_MISMATCH, [&] { Bundle::open(path_); }), HasSubstr("manifest.json: schema_version"));
+}
+
+TEST_F(Loading, TruncatedTamperedAndMissingArtifacts) {
+  const std::string file = path_ + "/forward.float32.onnx";
+  write_text(file, "scale");
+  EXPECT_THAT(refused(CHIASM_CORRUPT), AllOf(HasSubstr(file), HasSubstr("truncated: has 5 bytes, the manifest says 7")));
+  write_text(file, "scale 3");
+  EXPECT_THAT(refused(CHIASM_CORRUPT), AllOf(HasSubstr(file), HasSubstr("changed since the bundle was made")));
+  write_text(file, "scale 2 and more");
+  EXPECT_THAT(refused(CHIASM_CORRUPT), HasSubstr(file));
+  std::filesystem::remove(file);
+  EXPECT_THAT(refused(CHIASM_NOT_FOUND), HasSubstr(file));
+  std::filesystem::create_directory(file);
+  EXPECT_THAT(refused(CHIASM_CORRUPT), HasSubstr("not a regular file"));
+}
+
+TEST_F(Loading, EnginesThatFail) {
+  set_artifact(path_, "forward.float32.onnx", "broken");
+  EXPECT_THAT(refused(CHIASM_CORRUPT), AllOf(HasSubstr("forward.float32.onnx"), HasSubstr("the fake engine cannot read this"), HasSubstr("onnx backend")));
+  set_artifact(path_, "forward.float32.onnx", "failing");
+  const Method method = Bundle::open(path_).method("forward", LoadOptions().with_backend("onnx"));
+  std::vector<float> image(27), sigma(2);
+  EXPECT_THAT(refusal(CHIASM_INTERNAL, [&] { method.run({Tensor(image.data(), {1, 3, 3, 3}), Tensor(sigma.data(), {1, 2})}); }),
+              HasSubstr("the fake engine fails in every run"));
+  EXPECT_THAT(refused(CHIASM_INTERNAL, LoadOptions().with_backend("onnx").with_warm_up()), HasSubstr("the fake engine fails"));
+}
+
+TEST_F(Loading, Options) {
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_backend("tensorrt")), HasSubstr("unknown backend 'tensorrt'"));
+  EXPECT_THAT(refused(CHIASM_UNAVAILABLE, LoadOptions().with_backend("torch")), HasSubstr("libfake_engine.so"));
+  EXPECT_THAT(refused(CHIASM_FAILED_PRECONDITION, LoadOptions().with_backend("native").with_native_code(false)), HasSubstr("allow_native_code"));
+  EXPECT_THAT(refused(CHIASM_NOT_FOUND, LoadOptions().with_dtype(DType::Int8)), HasSubstr("has no artifact for int8; it has float32, float64"));
+  EXPECT_THAT(refusal(CHIASM_NOT_FOUND, [&] { Bundle::open(path_).method("backward"); }), HasSubstr("it has forward, vjp"));
+  EXPECT_EQ(Bundle::open(path_).method("forward", LoadOptions().with_native_code(false)).backend(), "onnx");
+  EXPECT_EQ(Bundle::open(path_).method("forward", LoadOptions().with_warm_up()).backend(), "native");
+  chiasm_load_options options = CHIASM_LOAD_OPTIONS_INIT;
+  chiasm_method* method = nullptr;
+  const Bundle bundle = Bundle::open(path_);
+  const auto load = [&] {
+    return refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(detail::api().method_load(bundle.c_handle(), "forward", &options, &method)); });
+  };
+  options.struct_size = 0;
+  EXPECT_THAT(load(), HasSubstr("CHIASM_LOAD_OPTIONS_INIT"));
+  options = CHIASM_LOAD_OPTIONS_INIT;
+  options.device_type = 5;
+  EXPECT_THAT(load(), HasSubstr("device_type 5"));
+  options = CHIASM_LOAD_OPTIONS_INIT;
+  options.device_index = 1;
+  EXPECT_THAT(load(), HasSubstr("device_index is 1"));
+  options = CHIASM_LOAD_OPTIONS_INIT;
+  options.dtype = 10;
+  EXPECT_THAT(load(), HasSubstr("unknown dtype 10"));
+}
+
+TEST_F(Loading, CudaIsRefusedWithoutADeviceOrEngine) {
+  EXPECT_THROW(
+      {
+        try {
+          Bundle::open(path_).method("forward", LoadOptions().with_device(Device::cuda()));
+        } catch (const Error& error) {
+          EXPECT_EQ(error.code(), CHIASM_UNAVAILABLE) << error.what();
+          EXPECT_THAT(error.what(), HasSubstr("CUDA"));
+          throw;
+        }
+      },
+      Error);
+}
+
+TEST_F(Loading, SelfTest) {
+  int passed = 0, not_run = 0;
+  for (const SelfTestRow& row : Bundle::open(path_).self_test()) {
+    EXPECT_NE(row.result, SelfTestRow::Result::Failed) << row.artifact << ": " << row.message;
+    EXPECT_EQ(row.method, "forward");
+    EXPECT_EQ(row.dtype, "float32");
+    if (row.result == SelfTestRow::Result::Passed) {
+      ++passed;
+      EXPECT_EQ(row.max_error, 0);
+      EXPECT_EQ(row.tolerance, 1e-5);
+    } else {
+      ++not_run;
+      EXPECT_NE(row.message, "");
+    }
+  }
+  EXPECT_GE(passed, 2);   // native v3, onnx
+  EXPECT_GE(not_run, 1);  // torch
+  EXPECT_EQ(passed + not_run, 4);
+  EXPECT_EQ(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).size(), 1u);
+  EXPECT_EQ(Bundle::open(path_).self_test(LoadOptions().with_dtype(DType::Float64)).size(), 0u);
+}
+
+TEST_F(Loading, SelfTestFindsWrongNumbersAndDamage) {
+  set_artifact(path_, "forward.float32.onnx", "scale 2.5");
+  const SelfTestRow row = Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0);
+  EXPECT_EQ(row.result, SelfTestRow::Result::Failed);
+  EXPECT_THAT(row.message, AllOf(HasSubstr("output 'output': 60 of 60 values differ"), HasSubstr("output 'half'")));
+  EXPECT_NEAR(row.max_error, 0.5 * 51.5, 1e-4);
+  write_text(path_ + "/forward.float32.onnx", "scale 2");
+  EXPECT_THAT(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).message, HasSubstr("truncated"));
+  const std::string golden = read_text(path_ + "/golden.safetensors");
+  write_text(path_ + "/golden.safetensors", golden.substr(0, golden.size() - 1));
+  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(path_).self_test(); }), HasSubstr("golden.safetensors: truncated"));
+}
+
+TEST_F(Loading, SelfTestNamesAMissingGoldenTensor) {
+  const std::string golden = safetensors({{"forward.float32/input", {1, 3, 3, 3}, std::vector<float>(27)}});
+  write_text(path_ + "/golden.safetensors", golden);
+  Json root = Json::parse(read_text(path_ + "/manifest.json"));
+  root["golden"]["size"] = golden.size();
+  root["golden"]["sha256"] = sha256_of(golden);
+  write_text(path_ + "/manifest.json", root.dump());
+  EXPECT_THAT(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).message, HasSubstr("no tensor 'forward.float32/sigma'"));
+}
+
+}  // namespace
+}  // namespace chiasm::testing
+
+int main(int argc, char** argv) {
+  ::setenv("CHIASM_BACKEND_PATH", CHIASM_FAKE_FOLDER "/good", 1);
+  ::testing::InitGoogleMock(&argc, argv);
+  return RUN_ALL_TESTS();
+}

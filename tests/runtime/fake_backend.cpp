@@ -1,0 +1,107 @@
+/** A backend without an engine, for tests of the core. Its artifacts are words:
+ *
+ *      scale K     every output element j is K times element j (modulo the count) of the first input
+ *      broken      cannot be loaded
+ *      failing     loads, and fails in every run
+ *
+ *  FAKE_NAME is the name it goes by. FAKE_ABI and FAKE_PROBE_FAILS make backends that must be refused.
+ */
+#include <cstdlib>
+#include <cstring>
+#include <sstream>
+#include <string>
+
+#include "core/backend.h"
+
+#ifndef FAKE_ABI
+#define FAKE_ABI CHIASM_BACKEND_ABI
+#endif
+
+namespace {
+
+struct Model {
+  double scale = 1;
+  bool failing = false;
+  int32_t inputs = 0, outputs = 0;
+};
+
+int32_t report(chiasm_error_text* error, int32_t code, const char* text) {
+  std::strncpy(error->text, text, sizeof error->text - 1);
+  return code;
+}
+
+int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
+#ifdef FAKE_PROBE_FAILS
+  (void)info;
+  return report(error, CHIASM_UNAVAILABLE, "the fake engine is too old");
+#else
+  (void)error;
+  info->engine_version = "fake 1.0";
+  info->has_cuda = 0;
+  return CHIASM_OK;
+#endif
+}
+
+int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
+  std::istringstream words(std::string(static_cast<const char*>(request->data), request->size));
+  std::string word;
+  words >> word;
+  if (word == "broken") return report(error, CHIASM_CORRUPT, "the fake engine cannot read this");
+  auto* const loaded = new Model;
+  loaded->failing = word == "failing";
+  if (word == "scale") words >> loaded->scale;
+  loaded->inputs = request->input_count;
+  loaded->outputs = request->output_count;
+  *model = loaded;
+  return CHIASM_OK;
+}
+
+template <class T>
+void scale(double factor, const chiasm_tensor& from, size_t from_count, const chiasm_tensor& to, size_t to_count) {
+  const T* const source = static_cast<const T*>(from.data);
+  T* const target = static_cast<T*>(to.data);
+  for (size_t i = 0; i < to_count; ++i) target[i] = static_cast<T>(factor * static_cast<double>(source[i % from_count]));
+}
+
+size_t count_of(const chiasm_tensor& tensor) {
+  size_t count = 1;
+  for (int32_t i = 0; i < tensor.ndim; ++i) count *= static_cast<size_t>(tensor.shape[i]);
+  return count;
+}
+
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options*, chiasm_error_text* error) {
+  const auto* const self = static_cast<const Model*>(model);
+  if (self->failing) return report(error, CHIASM_INTERNAL, "the fake engine fails in every run");
+  for (int32_t i = 0; i < self->inputs; ++i) {
+    if (inputs[i].strides != nullptr) return report(error, CHIASM_INTERNAL, "the core let strides through");
+  }
+  for (int32_t i = 0; i < self->outputs; ++i) {
+    if (outputs[i].dtype == CHIASM_FLOAT64 && inputs[0].dtype == CHIASM_FLOAT64) {
+      scale<double>(self->scale, inputs[0], count_of(inputs[0]), outputs[i], count_of(outputs[i]));
+    } else if (outputs[i].dtype == CHIASM_FLOAT32 && inputs[0].dtype == CHIASM_FLOAT32) {
+      scale<float>(self->scale, inputs[0], count_of(inputs[0]), outputs[i], count_of(outputs[i]));
+    } else if (outputs[i].dtype == CHIASM_UINT8 && inputs[0].dtype == CHIASM_UINT8) {
+      scale<unsigned char>(self->scale, inputs[0], count_of(inputs[0]), outputs[i], count_of(outputs[i]));
+    } else {
+      return report(error, CHIASM_INTERNAL, "the fake engine does not know these dtypes");
+    }
+  }
+  return CHIASM_OK;
+}
+
+void unload(void* model) { delete static_cast<Model*>(model); }
+
+const chiasm_backend kBackend = {sizeof(chiasm_backend), FAKE_ABI, FAKE_NAME, probe, load, run, unload};
+
+}  // namespace
+
+#ifdef FAKE_NEEDS
+extern "C" int fake_engine_function();
+#endif
+
+extern "C" __attribute__((visibility("default"))) const chiasm_backend* chiasm_backend_entry(uint32_t abi) {
+#ifdef FAKE_NEEDS
+  if (fake_engine_function() != 0) return nullptr;
+#endif
+  return abi == FAKE_ABI ? &kBackend : nullptr;
+}
