@@ -12,6 +12,7 @@ from pathlib import Path
 
 import click
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -88,12 +89,13 @@ def export(patterns, everything, output, formats, isas, jobs) -> None:
             try:
                 seconds = done.result()
                 console.print(f"[green]exported[/] {name}{SUFFIX} [dim]{seconds:.1f} s[/]", highlight=False)
-            except ExportError as error:
-                failures.append(str(error))
-                console.print(f"[red]failed[/] {error}", highlight=False)
+            except Exception as error:  # one op's failure, of whatever kind, does not stop the others
+                failures.append(name)
+                story = str(error) if isinstance(error, ExportError) else f"{name}: {type(error).__name__}: {error}"
+                console.print(f"[red]failed[/] {escape(story)}", highlight=False)
             progress.update(task, advance=1, description=name)
     if failures:
-        raise ExportError(f"{len(failures)} of {len(chosen)} ops failed")
+        raise ExportError(f"{len(failures)} of {len(chosen)} ops failed: {', '.join(failures)}")
     console.print(f"{len(chosen)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}", highlight=False)
 
 

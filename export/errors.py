@@ -40,7 +40,6 @@ def _line(error: BaseException, text: str) -> str | None:
         return _quote(*quoted[0 if "torch.jit" in type(error).__module__ else -1])
     chain: BaseException | None = error
     while chain is not None:
-        own = [f for f in traceback.extract_tb(chain.__traceback__) if not _is_engine(f.filename)]
         # The frames that called the exporter come first; the op's own come last, below the engine's.
         frames = traceback.extract_tb(chain.__traceback__)
         entered = next((i for i, f in enumerate(frames) if _is_engine(f.filename)), len(frames))

@@ -22,7 +22,16 @@ Inputs = dict[str, torch.Tensor]
 def dynamic_shapes(spec: Spec, tensors: list[TensorSpec]) -> dict[str, dict[int, Dim]]:
     """torch.export's description of the symbolic dimensions of `tensors`."""
     dims = {name: Dim(name, min=low, max=high) for name, (low, high) in spec.used_symbols().items()}
-    return {t.name: {i: dims[d] for i, d in enumerate(t.shape) if isinstance(d, str)} for t in tensors}
+    return {t.name: {i: _derived_dim(d, dims) for i, d in enumerate(t.shape) if isinstance(d, str)} for t in tensors}
+
+
+def _derived_dim(expression: str, dims: dict[str, Dim]) -> Dim:
+    """A symbol's Dim, or one derived from it: the gradient of an output has the output's shape, `(-1 + H)` say."""
+    try:
+        # Our own text, from _expression; torch.export derives dims by linear arithmetic.
+        return eval(expression, {"__builtins__": {}}, dims)
+    except (TypeError, NotImplementedError):
+        return Dim.AUTO
 
 
 def trace(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: Inputs, target: str, vjp: bool = False) -> ExportedProgram:
@@ -38,10 +47,12 @@ def trace(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: Inpu
 
 def symbols_of(program: ExportedProgram, tensors: list[TensorSpec]) -> dict[sympy.Symbol, str]:
     """torch.export's own symbols (s77) to the spec's (H)."""
-    placeholders = {n.name: n for n in program.graph.nodes if n.op == "placeholder"}
+    # by position: torch.export writes names in lower case
+    user = set(program.graph_signature.user_inputs)
+    placeholders = [n for n in program.graph.nodes if n.op == "placeholder" and n.name in user]
     found: dict[sympy.Symbol, str] = {}
-    for tensor in tensors:
-        for size, symbol in zip(placeholders[tensor.name].meta["val"].shape, tensor.shape, strict=True):
+    for tensor, placeholder in zip(tensors, placeholders, strict=True):
+        for size, symbol in zip(placeholder.meta["val"].shape, tensor.shape, strict=True):
             if isinstance(size, torch.SymInt) and isinstance(size.node.expr, sympy.Symbol):
                 found[size.node.expr] = str(symbol)
     return found

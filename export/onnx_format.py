@@ -33,6 +33,7 @@ def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outp
                 dynamo=True,
                 opset_version=OPSET,
                 dynamic_shapes=dynamic_shapes(spec, inputs),
+                input_names=[t.name for t in inputs],
                 output_names=[t.name for t in outputs],
                 optimize=False,
                 verbose=False,

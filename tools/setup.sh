@@ -16,10 +16,19 @@ installed() { dpkg-query -W -f '${Status}' "$1" 2>/dev/null | grep -q 'ok instal
 
 missing=()
 for package in "${packages[@]}"; do installed "$package" || missing+=("$package"); done
-if [ ${#missing[@]} -gt 0 ]; then
+debian_packages() {
+  [ ${#missing[@]} -gt 0 ] || return 0
   say "installing Debian packages: ${missing[*]}"
   as_root apt-get -qq update
   as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends "${missing[@]}" >/dev/null
+}
+# Where Python can already make environments, both installs go on at once: one waits for the disk, the other for the network.
+if "$PYTHON" -c 'import ensurepip, venv' 2>/dev/null; then
+  debian_packages &
+  debian=$!
+else
+  debian_packages
+  debian=
 fi
 
 if [ ! -x .venv/bin/python ]; then
@@ -36,5 +45,9 @@ fi
 site=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
 echo "$PWD/python" > "$site/chiasm-source.pth"
 
+if [ -n "$debian" ] && ! wait "$debian"; then
+  say "the Debian packages could not be installed"
+  exit 1
+fi
 tools/onnxruntime.sh
 say "done"

@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Tuple
 
@@ -173,7 +174,7 @@ def test_a_size_that_the_code_fixes_is_named(tmp_path: Path) -> None:
 
 def test_wrong_specs_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="outputs"):
-        export(scaled_difference, Spec("test.bad", SPEC.inputs, [TensorSpec("a"), TensorSpec("b")]), tmp_path, formats=["onnx"])
+        export(scaled_difference, replace(SPEC, outputs=[TensorSpec("a"), TensorSpec("b")]), tmp_path, formats=["onnx"])
     with pytest.raises(ExportError, match="formats"):
         export(scaled_difference, SPEC, tmp_path, formats=["tensorflow"])
     with pytest.raises(ExportError, match="identifier"):

@@ -3,15 +3,16 @@
 import torch
 from torch import Tensor
 
-from .target import native_forward
+from .target import native_forward, tracing_vjp
 
 
 def small_matmul(a: Tensor, b: Tensor) -> Tensor:
     """Matrix product of (..., n, k) and (..., k, m) for small sizes.
 
-    Native code gets a sum of products, which compiles inline instead of calling a library.
+    Native code gets a sum of products, which compiles inline instead of calling a library; so do backward passes, which
+    are traced once for every target.
     """
-    if native_forward():
+    if native_forward() or tracing_vjp():
         return (a[..., :, :, None] * b[..., None, :, :]).sum(-2)
     return torch.matmul(a, b)
 
