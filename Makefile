@@ -32,7 +32,7 @@ $(BUNDLES)/.exported: $(SOURCES) | setup
 demo: setup ## export the catalog, run it from C++ on real photographs, show tables and pictures
 	@cmake --preset release > /dev/null
 	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime demo_runner
-	$(MAKE) bundles
+	$(PY) -m chiasm.export export --all --method forward -o build/demo/bundles -j $(JOBS)
 	$(PY) -m examples.demo
 
 test: build ## every test

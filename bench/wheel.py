@@ -48,7 +48,7 @@ def make(tensor: dict, sizes: dict[str, int]) -> np.ndarray:
     return random.random(shape, np.float32)
 
 
-def interleaved(contenders: list[Callable], seconds: float = 2.0) -> list[float]:
+def interleaved(contenders: list[Callable], seconds: float = 1.0) -> list[float]:
     """Median microseconds of each, taking turns."""
     for call in contenders:
         for _ in range(3):

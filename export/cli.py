@@ -66,8 +66,9 @@ def list_ops(patterns: tuple[str, ...]) -> None:
 @click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), default=Path("bundles"), show_default=True, help="Folder that gets the bundles.")
 @click.option("-f", "--format", "formats", multiple=True, type=click.Choice(["torchscript", "onnx", "native"]), help="Make only this format (may be given again). [default: all]")
 @click.option("--isa", "isas", multiple=True, type=click.Choice(["x86-64-v3", "x86-64-v4"]), default=("x86-64-v3",), show_default=True, help="CPU level of the native code (may be given again).")
+@click.option("--method", "methods", multiple=True, type=click.Choice(["forward", "vjp"]), default=("forward", "vjp"), help="`--method forward` leaves the gradients out, which take most of the time. [default: both]")
 @click.option("-j", "--jobs", type=click.IntRange(1), default=len(os.sched_getaffinity(0)), show_default="one a core", help="Ops to export at once.")
-def export(patterns, everything, output, formats, isas, jobs) -> None:
+def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
     """Export ops to bundles.
 
     PATTERNS are names, or shell patterns such as 'filters.*'. Native code is compiled with g++, 5 to 25 seconds a method;
@@ -83,7 +84,7 @@ def export(patterns, everything, output, formats, isas, jobs) -> None:
     context = multiprocessing.get_context("spawn")
     with Progress(*columns, console=console) as progress, ProcessPoolExecutor(min(jobs, len(chosen)), mp_context=context) as pool:
         task = progress.add_task("exporting", total=len(chosen))
-        pending = {pool.submit(export_entry, name, output, formats, isas): name for name in chosen}
+        pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in chosen}
         for done in as_completed(pending):
             name = pending[done]
             try:
@@ -99,7 +100,7 @@ def export(patterns, everything, output, formats, isas, jobs) -> None:
     console.print(f"{len(chosen)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}", highlight=False)
 
 
-def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...]) -> float:
+def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...], methods: tuple[str, ...]) -> float:
     """Export one op of the catalog, in a process of its own; returns the seconds it took."""
     import warnings
 
@@ -109,7 +110,7 @@ def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[
 
     started = time.monotonic()
     entry = catalog()[name]
-    export_op(entry.function(), entry.spec, output, formats, isas)
+    export_op(entry.function(), entry.spec, output, formats, isas, methods)
     return time.monotonic() - started
 
 

@@ -24,6 +24,7 @@ from .spec import Spec, TensorSpec
 from .torchscript import to_torchscript
 
 FORMATS = ("torchscript", "onnx", "native")
+METHODS = ("forward", "vjp")
 
 
 def export(
@@ -32,6 +33,7 @@ def export(
     path: str | Path,
     formats: Sequence[str] = FORMATS,
     isas: Sequence[str] = ("x86-64-v3",),
+    methods: Sequence[str] = METHODS,
     progress: Callable[[str], None] = lambda step: None,
 ) -> Path:
     """Export an op or a pipeline of ops, and write the bundle `path`/NAME.chiasm.
@@ -42,6 +44,7 @@ def export(
         path: the folder that gets the bundle; made where it does not exist.
         formats: which of "torchscript", "onnx", "native" to make.
         isas: CPU levels to compile native code for.
+        methods: ("forward",) leaves the gradient out, which takes most of an export's time.
         progress: called with the name of each step as it begins.
 
     Returns:
@@ -64,7 +67,7 @@ def export(
     progress("trace")
     first = trace(op, spec, list(spec.inputs), samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0]), "onnx")
     outputs = output_specs(first, spec, spec.variants()[0])
-    gradient = vjp_signature(spec, outputs)
+    gradient = vjp_signature(spec, outputs) if "vjp" in methods else None
     writer = Writer(_manifest(fn, spec, outputs, gradient))
     if "torchscript" in formats:
         progress("torchscript")
@@ -85,7 +88,7 @@ def _export_variant(op, spec, variant, traced, outputs, gradient, formats, isas,
     inputs, dtypes = list(spec.inputs), [variant] if variant else []
     suffix = f".{variant}" if variant else ""
     methods: list[tuple[str, nn.Module, list[TensorSpec], list[TensorSpec]]] = [("forward", op, inputs, outputs)]
-    pullback = vjp_module(op, spec, outputs)
+    pullback = vjp_module(op, spec, outputs) if gradient else None
     if gradient and pullback is not None and variant == spec.variants()[0]:  # other dtypes: the torch backend's autograd
         methods.append(("vjp", pullback, *gradient))
     for method, module, ins, outs in methods:

@@ -18,7 +18,7 @@ import numpy as np
 import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
+from rich.table import Column, Table
 
 from chiasm.export.bundle import read_manifest
 from chiasm.export.catalog import Entry, catalog
@@ -37,8 +37,9 @@ BACKENDS = ("native", "torch", "onnx")
 
 def main() -> int:
     warnings.simplefilter("ignore")
-    console = Console(width=None if sys.stdout.isatty() else 150)
-    shutil.rmtree(DEMO, ignore_errors=True)
+    console = Console(width=None if sys.stdout.isatty() else 170)
+    for stale in ("cases", "pictures"):
+        shutil.rmtree(DEMO / stale, ignore_errors=True)
     reports: dict[str, dict] = {}
     pictures: list[Path] = []
     columns = TextColumn("{task.description:56}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
@@ -66,14 +67,15 @@ def main() -> int:
 def write_cases(name: str, entry: Entry, folder: Path) -> tuple[list[dict], dict[str, torch.Tensor]]:
     """Inputs and eager results as raw files, with an index that the C++ program reads."""
     folder.mkdir(parents=True)
-    bundle = BUILD / "bundles" / f"{name}.chiasm"
+    bundle = DEMO / "bundles" / f"{name}.chiasm"
     manifest = read_manifest(bundle)
     op = bind(entry.function(), [t.name for t in entry.spec.inputs], entry.spec.config, name)
     method, cases, first = manifest["methods"]["forward"], [], None
     for index, (label, inputs) in enumerate(scenes(entry.spec)):
         first = first or inputs
         results = run_eager(op, inputs)
-        case = {"shape": label if any(t.layout for t in entry.spec.inputs) else f"{max(t.shape[0] for t in inputs.values())} at once", "inputs": [], "outputs": []}
+        shapes = label if any(t.layout for t in entry.spec.inputs) else "x".join(map(str, next(iter(inputs.values())).shape))
+        case = {"shape": shapes, "inputs": [], "outputs": []}
         for position, tensor in enumerate(inputs.values()):
             case["inputs"].append(write(folder, f"{index}.in{position}", tensor))
         for position, (described, tensor) in enumerate(zip(method["outputs"], results, strict=True)):
@@ -123,7 +125,7 @@ def print_parity(console: Console, reports: dict[str, dict]) -> tuple[int, int]:
 def print_cost(console: Console, reports: dict[str, dict]) -> None:
     """Load time, memory, time per run on the first input, OpenCV beside."""
     title = "Cost: load ms / memory MB / run ms, one process each; OpenCV (Debian's) on the same threads"
-    table = Table("op", *BACKENDS, "OpenCV run ms", "native vs OpenCV", title=title, box=None, header_style="bold")
+    table = Table(Column("op", no_wrap=True), *BACKENDS, "OpenCV run ms", "native vs OpenCV", title=title, box=None, header_style="bold")
     for name, report in reports.items():
         cells = []
         for backend in BACKENDS:

@@ -35,7 +35,8 @@ def draw(spec: Spec, outputs: list[dict], inputs: dict[str, torch.Tensor], resul
 
 
 def as_rgb(tensor: torch.Tensor, layout: str, color: str) -> np.ndarray:
-    """The first image of a tensor as RGB uint8 (H, W, 3), values outside 0 to 1 stretched into it."""
+    """The first image of a tensor as RGB uint8 (H, W, 3): values outside 0 to 1 are stretched into it, faint ones raised;
+    hue, saturation and value are shown as red, green and blue."""
     array = tensor.numpy()
     if layout == "NCHW":
         array = array[0].transpose(1, 2, 0)
@@ -45,11 +46,11 @@ def as_rgb(tensor: torch.Tensor, layout: str, color: str) -> np.ndarray:
         array = array / np.array([2 * np.pi, 1, 1], array.dtype)
     if array.dtype != np.uint8:
         low, high = (np.percentile(array, q) for q in (1, 99))
-        if array.min() < -1e-3 or array.max() > 1 + 1e-3:
+        if array.min() < -0.05 or array.max() > 1.05:
             array = (array - low) / max(high - low, 1e-12)
+        elif high < 0.4:
+            array = array / max(high, 1e-12)
         array = (array.clip(0, 1) * 255 + 0.5).astype(np.uint8)
-    if color == "HSV":
-        return np.asarray(Image.fromarray(array, "HSV").convert("RGB"))
     if array.shape[2] == 1:
         array = array.repeat(3, 2)
     return np.ascontiguousarray(array[..., ::-1] if color == "BGR" else array)

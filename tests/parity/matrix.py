@@ -20,7 +20,7 @@ from pathlib import Path
 import torch
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
+from rich.table import Column, Table
 
 import chiasm.runtime
 from chiasm.export import samples
@@ -56,7 +56,7 @@ class Check:
 def main(patterns: list[str]) -> int:
     warnings.simplefilter("ignore")
     entries = {n: e for n, e in catalog().items() if not patterns or any(fnmatch(n, p) for p in patterns)}
-    console = Console()
+    console = Console(width=None if sys.stdout.isatty() else 140)
     checks = [c for name in track(entries, "parity", console=console, transient=True) for c in check_bundle(name, entries[name])]
     RESULT.parent.mkdir(exist_ok=True)
     RESULT.write_text(json.dumps([asdict(c) for c in checks], indent=0) + "\n")
@@ -135,7 +135,7 @@ def compare(runner: Runner, inputs, expected, outputs, manifest) -> tuple[float,
 def summary(checks: list[Check]) -> Table:
     """Worst error per op and method, a column a backend."""
     backends = list(dict.fromkeys(c.backend for c in checks))
-    table = Table("op", "method", "dtype", *backends, title="parity: largest difference from eager Python", box=None)
+    table = Table(Column("op", no_wrap=True), "method", "dtype", *backends, title="parity: largest difference from eager Python", box=None)
     for key in dict.fromkeys((c.op, c.method, c.dtype) for c in checks):
         cells = []
         for backend in backends:
