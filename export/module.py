@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 import linecache
+import zlib
 from collections.abc import Callable
 from typing import Any
 
@@ -12,8 +13,6 @@ from torch import nn
 
 from .errors import ExportError
 
-_serial = 0
-
 
 def bind(fn: Callable | nn.Module, arguments: list[str], config: dict[str, Any], name: str) -> nn.Module:
     """An nn.Module whose `forward(arguments...)` calls `fn` with them and with `config`.
@@ -21,7 +20,6 @@ def bind(fn: Callable | nn.Module, arguments: list[str], config: dict[str, Any],
     It is written as source text because torch.jit.script reads source, and because the arguments' names become the
     tensors' names in ONNX.
     """
-    global _serial
     for argument in arguments:
         if not argument.isidentifier() or keyword.iskeyword(argument):
             raise ExportError(f"{name}: input name {argument!r} is not a Python identifier")
@@ -32,8 +30,8 @@ def bind(fn: Callable | nn.Module, arguments: list[str], config: dict[str, Any],
     # The class carries the op's name, so that TorchScript's and ONNX's graphs do.
     class_name = "Op_" + "".join(c if c.isalnum() else "_" for c in name)
     source = f"class {class_name}(nn.Module):\n    def forward(self, {typed}):\n        return {callee}({', '.join(passed)})\n"
-    _serial += 1
-    filename = f"<chiasm {name} {_serial}>"
+    # TorchScript keeps this name in the file, so it must be the same in every export of the same op.
+    filename = f"<chiasm {name} {zlib.crc32(source.encode()):08x}>"
     linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
     namespace: dict[str, Any] = {"nn": nn, "Tensor": torch.Tensor, "fn": fn, "__name__": "chiasm_op"}
     exec(compile(source, filename, "exec"), namespace)

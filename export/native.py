@@ -149,6 +149,7 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
         "cpp.march": isa,
         "cpp.simdlen": ISAS[isa] if spec.vectorize else 1,
         "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
+        "cpp.fallback_scatter_reduce_sum": False,  # atomic additions, not a call of libtorch
         "aot_inductor.enable_line_tables": False,
         "assert_indirect_indexing": False,
     }

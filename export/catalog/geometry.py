@@ -53,8 +53,8 @@ for _mode in ("bilinear", "nearest"):
             [TensorSpec("output", layout="NCHW")],
             config={"mode": _mode, "padding_mode": _padding},
             symbols=_SIZES,
-            # bilinear weights amplify the rounding of coordinates by the image's contrast
-            tolerances={"float32": Tolerance(2e-3, 1e-3)},
+            # weights amplify the rounding of coordinates by the contrast, and the gradient by M is a sum over all pixels
+            tolerances={"float32": Tolerance(5e-3, 2e-3)},
             # One gradient for the family: it takes a minute to compile, and differs between borders in the taps' masks only.
             gradients=None if (_mode, _padding) == ("bilinear", "zeros") else (),
             sample=_sample_warp,
