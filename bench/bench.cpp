@@ -6,7 +6,6 @@
 #include <dlfcn.h>
 
 #include <cstring>
-#include <fstream>
 #include <iostream>
 #include <random>
 #include <string>
@@ -22,13 +21,6 @@
 using nlohmann::json;
 
 namespace {
-
-double resident_megabytes() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);)
-    if (line.rfind("VmRSS:", 0) == 0) return std::stod(line.substr(6)) / 1024;
-  return 0;
-}
 
 // The inputs of a method at one size: noise for images and frames, plausible values for the rest.
 struct Inputs {
@@ -98,7 +90,7 @@ json speed(const std::string& bundle, const std::string& backend, int threads, i
 }
 
 json load_cost(const std::string& bundle, const std::string& backend) {
-  const double before = resident_megabytes();
+  const double before = bench::resident_megabytes();
   const auto start = bench::Clock::now();
   auto method = load(bundle, backend);
   const double loaded = bench::microseconds_since(start);
@@ -106,7 +98,7 @@ json load_cost(const std::string& bundle, const std::string& backend) {
   const auto second = bench::Clock::now();
   auto outputs = method.run(inputs.views);
   const double input_bytes = double(inputs.memory[0].size());
-  return {{"first_result_ms", (loaded + bench::microseconds_since(second)) / 1000}, {"memory_mb", resident_megabytes() - before - input_bytes / (1 << 20)}};
+  return {{"first_result_ms", (loaded + bench::microseconds_since(second)) / 1000}, {"memory_mb", bench::resident_megabytes() - before - input_bytes / (1 << 20)}};
 }
 
 void* allocate(void*, size_t bytes) { return std::aligned_alloc(64, (bytes + 63) / 64 * 64 + 64); }

@@ -5,7 +5,6 @@
 //
 // A process a backend, so that memory is that backend's alone.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -14,27 +13,22 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <chiasm/chiasm.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
+#include "harness.hpp"
 #include "opencv_peers.hpp"
 
 using nlohmann::json;
-using Clock = std::chrono::steady_clock;
+using bench::Clock;
 
 namespace {
 
-double milliseconds_since(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
-
-double resident_megabytes() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);)
-    if (line.rfind("VmRSS:", 0) == 0) return std::stod(line.substr(6)) / 1024;
-  return 0;
-}
+double milliseconds_since(Clock::time_point start) { return bench::microseconds_since(start) / 1000; }
 
 chiasm::DType dtype_named(const std::string& name) {
   for (int32_t i = 0; i < 10; ++i)
@@ -96,12 +90,11 @@ double median_milliseconds(Call call) {
     call();
     times.push_back(milliseconds_since(begin));
   }
-  std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
-  return times[times.size() / 2];
+  return bench::median(std::move(times));
 }
 
 json run_chiasm(const json& cases, const std::string& folder, const std::string& backend) {
-  const double before = resident_megabytes();
+  const double before = bench::resident_megabytes();
   const auto start = Clock::now();
   auto bundle = chiasm::Bundle::open(cases.at("bundle").get<std::string>());
   chiasm::LoadOptions options;
@@ -115,7 +108,7 @@ json run_chiasm(const json& cases, const std::string& folder, const std::string&
     std::vector<chiasm::Tensor> views;
     for (auto& input : inputs) views.push_back(input.view());
     auto outputs = method.run(views);
-    if (first) report["memory_mb"] = resident_megabytes() - before;
+    if (first) report["memory_mb"] = bench::resident_megabytes() - before;
     Difference worst;
     for (size_t i = 0; i < outputs.size(); ++i) {
       const json& want = entry.at("outputs").at(i);
