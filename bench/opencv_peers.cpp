@@ -124,7 +124,7 @@ std::optional<Call> opencv(const std::string& bundle, const Inputs& x) {
   if (bundle == "filters.sobel") return sobel(x);
   if (bundle == "filters.gaussian_blur2d") return gaussian(x);
   if (bundle == "filters.median_blur") return per_image(x[0], [](Batch& b, size_t i) { cv::medianBlur(b.in[i], b.out[i], 3); });
-  if (bundle == "filters.bilateral_blur") return per_image(x[0], [](Batch& b, size_t i) { cv::bilateralFilter(b.in[i], b.out[i], 3, 0.1, 1.5); });
+  if (bundle == "filters.bilateral_blur") return per_image(x[0], [](Batch& b, size_t i) { cv::bilateralFilter(b.in[i], b.out[i], 5, 0.1, 1.5); });
   if (bundle == "morphology.dilation") {
     const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
     return per_image(x[0], [cross](Batch& b, size_t i) { cv::dilate(b.in[i], b.out[i], cross); });

@@ -95,7 +95,7 @@ def opencv(bundle: str, inputs: list[np.ndarray]) -> Callable | None:
         "filters.gaussian_blur2d": lambda m, i: into("out", i, cv2.GaussianBlur, m, (5, 5), 1.1, sigmaY=1.1),
         "pipelines.edges": edges,
         "pipelines.preprocess": preprocess,
-        "filters.bilateral_blur": lambda m, i: into("out", i, cv2.bilateralFilter, m, 3, 0.1, 1.5),
+        "filters.bilateral_blur": lambda m, i: into("out", i, cv2.bilateralFilter, m, 5, 0.1, 1.5),
         "filters.median_blur": lambda m, i: into("out", i, cv2.medianBlur, m, 3),
         "morphology.dilation": lambda m, i: into("out", i, cv2.dilate, m, cross),
         "color.rgb_to_grayscale": lambda m, i: into("out", i, cv2.cvtColor, m, cv2.COLOR_RGB2GRAY),

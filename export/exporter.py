@@ -139,9 +139,9 @@ def _manifest(fn, spec: Spec, outputs: list[TensorSpec], gradient) -> dict[str, 
             producer[package] = version(package)
         except PackageNotFoundError:
             continue
-    methods = {"forward": _method(list(spec.inputs), outputs)}
+    methods = {"forward": _method(spec, "forward", list(spec.inputs), outputs)}
     if gradient:
-        methods["vjp"] = _method(*gradient)
+        methods["vjp"] = _method(spec, "vjp", *gradient)
     return {
         "schema_version": SCHEMA_VERSION,
         "name": spec.name,
@@ -154,13 +154,13 @@ def _manifest(fn, spec: Spec, outputs: list[TensorSpec], gradient) -> dict[str, 
         "symbols": {name: {"min": low, "max": high} for name, (low, high) in spec.used_symbols().items()},
         "dtypes": list(spec.dtypes) if spec.generic else [],
         "methods": methods,
-        "tolerances": _tolerances(spec, outputs),
         "golden": {},
     }
 
 
-def _method(inputs: list[TensorSpec], outputs: list[TensorSpec]) -> dict[str, Any]:
-    return {"inputs": [_tensor(t) for t in inputs], "outputs": [_tensor(t) for t in outputs], "artifacts": []}
+def _method(spec: Spec, method: str, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> dict[str, Any]:
+    return {"inputs": [_tensor(t) for t in inputs], "outputs": [_tensor(t) for t in outputs],
+            "tolerances": _tolerances(spec, method, outputs), "artifacts": []}
 
 
 def _tensor(t: TensorSpec) -> dict[str, Any]:
@@ -168,9 +168,9 @@ def _tensor(t: TensorSpec) -> dict[str, Any]:
             "range": None if t.range is None else list(t.range), "description": t.description}
 
 
-def _tolerances(spec: Spec, outputs: list[TensorSpec]) -> dict[str, Any]:
-    dtypes = [d for t in outputs for d in (spec.dtypes if t.dtype == "T" else (t.dtype,))]
-    found = {d: spec.tolerance(d) for d in dict.fromkeys([*dtypes, *spec.dtypes])}
+def _tolerances(spec: Spec, method: str, outputs: list[TensorSpec]) -> dict[str, Any]:
+    dtypes = dict.fromkeys(d for t in outputs for d in (spec.dtypes if t.dtype == "T" else (t.dtype,)))
+    found = {d: spec.tolerance(method, d) for d in dtypes}
     return {d: {"atol": t.atol, "rtol": t.rtol} for d, t in found.items() if t is not None}
 
 

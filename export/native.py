@@ -16,6 +16,7 @@ import zipfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from unittest.mock import patch
 
 import torch
 from torch.export import ExportedProgram
@@ -93,8 +94,9 @@ def _compiler() -> str:
 @cache
 def _shim_hash() -> str:
     digest = hashlib.sha256()
-    for file in sorted(SHIM.iterdir()):
-        digest.update(file.read_bytes())
+    for file in sorted(SHIM.rglob("*")):
+        if file.is_file():
+            digest.update(file.read_bytes())
     return digest.hexdigest()
 
 
@@ -135,13 +137,14 @@ def _compile(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
     folder = _shim_folder()
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
     link = f"chiasm_shim -Wl,--version-script={folder / 'symbols.map'} {_LINK}"
-    library = _inductor(program, spec, isa, {"aot_inductor.link_libtorch": False, "aot_inductor.custom_op_libs": [link]}, folder)
+    options = {"aot_inductor.link_libtorch": False, "aot_inductor.custom_op_libs": [link]}
+    library = _inductor(program, spec, isa, options, {"LIBRARY_PATH": folder, "CPATH": SHIM / "include"})
     with zipfile.ZipFile(io.BytesIO(library)) as archive:
         (member,) = (n for n in archive.namelist() if n.endswith(".so"))
         code = archive.read(member)
     if not _missing_symbols(code):
         return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
-    return NativeArtifact(_repack(_inductor(program, spec, isa, {}, folder)), needs_libtorch=True)
+    return NativeArtifact(_repack(_inductor(program, spec, isa, {}, {})), needs_libtorch=True)
 
 
 def _settings(spec: Spec, isa: str) -> dict[str, object]:
@@ -155,14 +158,15 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
     }
 
 
-def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, folder: Path) -> bytes:
+def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, search: dict[str, Path]) -> bytes:
+    """AOTInductor's package. `search` goes before the compiler's own search paths, by environment variables."""
     import torch._inductor
 
-    threads, before = torch.get_num_threads(), os.environ.get("LIBRARY_PATH")
-    os.environ["LIBRARY_PATH"] = f"{folder}:{before}" if before else str(folder)
+    threads = torch.get_num_threads()
     torch.set_num_threads(32)  # else loops over a small example are compiled serial
+    paths = {name: os.pathsep.join(filter(None, [str(folder), os.environ.get(name)])) for name, folder in search.items()}
     try:
-        with tempfile.TemporaryDirectory() as scratch:
+        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths):
             path = str(Path(scratch) / "op.pt2")
             torch._inductor.aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)
             return Path(path).read_bytes()
@@ -170,10 +174,6 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, fol
         raise explain(spec.name, f"native code ({isa})", error) from error
     finally:
         torch.set_num_threads(threads)
-        if before is None:
-            del os.environ["LIBRARY_PATH"]
-        else:
-            os.environ["LIBRARY_PATH"] = before
 
 
 def _missing_symbols(code: bytes) -> list[str]:

@@ -63,6 +63,8 @@ class Spec:
     symbols: limits (min, max) of the symbolic dimensions, where they differ from DEFAULT_SYMBOLS.
     dtypes: what "T" stands for; the first is the default.
     gradients: inputs that `vjp` differentiates by; None means every floating input, () means no vjp.
+    tolerances: per dtype of an output, where DEFAULT_TOLERANCES would not do.
+    gradient_tolerances: the same for the results of `vjp`, where they differ from `tolerances`.
     vectorize: False compiles native loops without SIMD, which is faster where bytes are gathered.
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
     """
@@ -75,6 +77,7 @@ class Spec:
     dtypes: tuple[str, ...] = ("float32",)
     gradients: tuple[str, ...] | None = None
     tolerances: dict[str, Tolerance] = field(default_factory=dict)
+    gradient_tolerances: dict[str, Tolerance] = field(default_factory=dict)
     sample: Sampler | None = None
     summary: str = ""
     reference: str = ""
@@ -102,9 +105,10 @@ class Spec:
         names = [d for t in self.inputs for d in t.shape if isinstance(d, str)]
         return {name: self.limits(name) for name in dict.fromkeys(names)}
 
-    def tolerance(self, dtype: str) -> Tolerance | None:
-        """The tolerance for outputs of a dtype; None means exact."""
-        return self.tolerances.get(dtype) or DEFAULT_TOLERANCES.get(dtype)
+    def tolerance(self, method: str, dtype: str) -> Tolerance | None:
+        """The tolerance for a method's outputs of a dtype; None means exact."""
+        own = self.gradient_tolerances if method == "vjp" else {}
+        return own.get(dtype) or self.tolerances.get(dtype) or DEFAULT_TOLERANCES.get(dtype)
 
 
 def image(name: str = "input", channels: int | str = "C", color: str = "", range: tuple[float, float] = (0.0, 1.0), description: str = "") -> TensorSpec:

@@ -75,7 +75,7 @@ def _python_onnx(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], 
     results = onnx_session(folder / artifact["file"])(inputs)
     worst, message = 0.0, ""
     for tensor, result, want in zip(method["outputs"], results, expected, strict=True):
-        error, wrong = difference(result, want, manifest["tolerances"].get(str(want.dtype).removeprefix("torch.")))
+        error, wrong = difference(result, want, method["tolerances"].get(str(want.dtype).removeprefix("torch.")))
         worst, message = max(worst, error), message or (wrong and f"output {tensor['name']!r}: {wrong}")
     return Row(case["method"], dtype or "", "onnx (python)", artifact["file"], not message, worst, message)
 

@@ -80,7 +80,7 @@ def write_cases(name: str, entry: Entry, folder: Path) -> tuple[list[dict], dict
             case["inputs"].append(write(folder, f"{index}.in{position}", tensor))
         for position, (described, tensor) in enumerate(zip(method["outputs"], results, strict=True)):
             dtype = str(tensor.dtype).removeprefix("torch.")
-            tolerance = manifest["tolerances"].get(dtype, {"atol": 0, "rtol": 0})
+            tolerance = method["tolerances"].get(dtype, {"atol": 0, "rtol": 0})
             case["outputs"].append(write(folder, f"{index}.out{position}", tensor) | tolerance | {k: described[k] for k in ("name", "layout", "color")})
         cases.append(case)
     (folder / "cases.json").write_text(json.dumps({"name": name, "bundle": str(bundle), "cases": cases}))

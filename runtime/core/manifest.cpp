@@ -106,7 +106,7 @@ class Reader final {
                     CHIASM_VERSION_MISMATCH);
     }
     root_.only({"schema_version", "name", "version", "summary", "reference", "created", "producer", "config", "symbols",
-                "dtypes", "methods", "tolerances", "golden"});
+                "dtypes", "methods", "golden"});
     manifest_.name = read_name(root_.at("name"), ".");
     check_version(root_.at("version"));
     manifest_.version = root_.at("version").string();
@@ -120,7 +120,6 @@ class Reader final {
     const JsonNode methods = root_.at("methods");
     methods.at("forward");
     for (const auto& member : methods.members(1, 64)) read_method(member);
-    read_tolerances();
     read_golden();
     return std::move(manifest_);
   }
@@ -226,7 +225,7 @@ class Reader final {
   void read_method(const JsonNode::Member& member) {
     const JsonNode& node = member.node;
     if (!is_name(member.key)) node.refuse("'" + member.key + "' is not a name");
-    node.only({"inputs", "outputs", "artifacts"});
+    node.only({"inputs", "outputs", "tolerances", "artifacts"});
     MethodSpec method;
     method.name = member.key;
     std::set<std::string> names;
@@ -239,6 +238,7 @@ class Reader final {
       }
     }
     check_symbols_bound(node, method);
+    read_tolerances(node.at("tolerances"), method);
     for (const JsonNode& element : node.at("artifacts").elements(1, 256)) {
       method.artifacts.push_back(read_artifact(element, method));
     }
@@ -267,14 +267,14 @@ class Reader final {
     }
   }
 
-  void read_tolerances() {
-    for (const auto& member : root_.at("tolerances").members(0, kDTypeCount)) {
+  static void read_tolerances(const JsonNode& node, MethodSpec& method) {
+    for (const auto& member : node.members(0, kDTypeCount)) {
       const int32_t dtype = dtype_from_name(member.key);
       if (dtype < 0) member.node.refuse("unknown dtype '" + member.key + "'");
       member.node.only({"atol", "rtol"});
       const Tolerance tolerance{member.node.at("atol").number(), member.node.at("rtol").number()};
       if (tolerance.atol < 0 || tolerance.rtol < 0) member.node.refuse("a tolerance must not be negative");
-      manifest_.tolerances[static_cast<size_t>(dtype)] = tolerance;
+      method.tolerances[static_cast<size_t>(dtype)] = tolerance;
     }
   }
 

@@ -48,9 +48,14 @@ struct Artifact {
   int64_t sm = 0; /**< compute capability, 90 for 9.0; 0 where not stated */
 };
 
+struct Tolerance {
+  double atol = 0, rtol = 0;
+};
+
 struct MethodSpec {
   std::string name;
   std::vector<TensorSpec> inputs, outputs;
+  std::array<std::optional<Tolerance>, 10> tolerances; /**< of the outputs, by chiasm_dtype; none means exact */
   std::vector<Artifact> artifacts;
   bool generic = false; /**< whether some tensor is of dtype T */
 };
@@ -58,10 +63,6 @@ struct MethodSpec {
 struct Symbol {
   std::string name;
   int64_t min = 1, max = 1;
-};
-
-struct Tolerance {
-  double atol = 0, rtol = 0;
 };
 
 struct GoldenCase {
@@ -75,7 +76,6 @@ struct Manifest {
   std::vector<Symbol> symbols;
   std::vector<int32_t> dtypes; /**< what T may stand for */
   std::vector<MethodSpec> methods;
-  std::array<std::optional<Tolerance>, 10> tolerances; /**< by chiasm_dtype; none means exact */
   std::string golden_file, golden_sha256;
   uint64_t golden_size = 0;
   std::vector<GoldenCase> golden_cases;

@@ -86,7 +86,7 @@ void replay(const Method& method, const MethodSpec& spec, const Manifest& manife
   row.passed = 1;
   for (size_t i = 0; i < outputs.size(); ++i) {
     const StoredTensor& golden = find(stored, one.prefix, spec.outputs[i].name, file);
-    const Tolerance tolerance = manifest.tolerances[static_cast<size_t>(golden.dtype)].value_or(Tolerance{});
+    const Tolerance tolerance = spec.tolerances[static_cast<size_t>(golden.dtype)].value_or(Tolerance{});
     const size_t count = golden.size / kDTypes[golden.dtype].size;
     const Comparison result = compare(buffers[inputs.size() + i]->read(), golden.data, count, golden.dtype, tolerance);
     row.max_error = std::max(row.max_error, result.max_error);

@@ -86,7 +86,7 @@ def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
                 shape = " ".join(f"{k}{v}" for k, v in fitted.items())
                 for backend, artifact, runner in runners(folder, manifest, method, variant):
                     run.add(artifact)
-                    error, message = compare(runner, inputs, expected, signature["outputs"], manifest)
+                    error, message = compare(runner, inputs, expected, signature)
                     yield Check(name, method, variant or "", backend, artifact, shape, error, message)
             for artifact in signature["artifacts"]:
                 serves = not artifact["dtypes"] or variant in artifact["dtypes"]
@@ -118,14 +118,14 @@ def as_tuple(result) -> tuple[torch.Tensor, ...]:
     return result if isinstance(result, tuple) else (result,)
 
 
-def compare(runner: Runner, inputs, expected, outputs, manifest) -> tuple[float, str]:
+def compare(runner: Runner, inputs, expected, method) -> tuple[float, str]:
     try:
         results = runner(inputs)
     except Exception as error:
         return float("inf"), f"{type(error).__name__}: {str(error).splitlines()[0]}"
     worst, message = 0.0, ""
-    for tensor, result, want in zip(outputs, results, expected, strict=True):
-        tolerance = manifest["tolerances"].get(str(want.dtype).removeprefix("torch."))
+    for tensor, result, want in zip(method["outputs"], results, expected, strict=True):
+        tolerance = method["tolerances"].get(str(want.dtype).removeprefix("torch."))
         error, wrong = difference(result, want, tolerance)
         worst = max(worst, error)
         message = message or (wrong and f"output {tensor['name']!r}: {wrong}")

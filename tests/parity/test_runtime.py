@@ -77,6 +77,9 @@ def artifact(backend: str, form: str, file: str, data: bytes, dtypes: list[str],
     return entry | {"dtypes": dtypes, "device": "any"} | more
 
 
+TOLERANCES = {d: {"atol": 1e-6, "rtol": 1e-6} for d in ("float32", "float64")}
+
+
 def write_bundle(folder: Path, name: str, methods: dict, files: dict[str, bytes], golden: dict, cases: list[dict]) -> Path:
     path = folder / f"{name}.chiasm"
     path.mkdir()
@@ -95,8 +98,7 @@ def write_bundle(folder: Path, name: str, methods: dict, files: dict[str, bytes]
         "config": {"answer": 42},
         "symbols": {"H": {"min": 1, "max": 4096}, "W": {"min": 1, "max": 4096}},
         "dtypes": ["float32", "float64"],
-        "methods": methods,
-        "tolerances": {d: {"atol": 1e-6, "rtol": 1e-6} for d in ("float32", "float64")},
+        "methods": {name: {"tolerances": TOLERANCES} | method for name, method in methods.items()},
         "golden": {
             "file": "golden.safetensors",
             "size": len(data),

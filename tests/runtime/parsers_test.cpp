@@ -115,8 +115,8 @@ TEST(Manifest, ReadsAValidOne) {
   EXPECT_EQ(forward.outputs[1].shape[1].text(), "(H+1)//2");
   EXPECT_EQ(forward.artifacts.size(), 5u);
   EXPECT_EQ(forward.artifacts[0].isa, core::Isa::x86_64_v3);
-  EXPECT_EQ(read.tolerances[CHIASM_FLOAT32]->atol, 1e-5);
-  EXPECT_FALSE(read.tolerances[CHIASM_UINT8].has_value());
+  EXPECT_EQ(forward.tolerances[CHIASM_FLOAT32]->atol, 1e-5);
+  EXPECT_FALSE(forward.tolerances[CHIASM_UINT8].has_value());
 }
 
 TEST(Manifest, NewerSchemaIsAVersionMismatch) {
@@ -195,8 +195,10 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"/methods/forward/artifacts/0/dtypes", Json::array(), "artifacts[0].dtypes: empty"},
         Damage{"/methods/forward/artifacts/0/device", "tpu", "artifacts[0].device"},
         Damage{"/methods/forward/artifacts/0/autograd", true, "'autograd' is for format torchscript only"},
-        Damage{"/tolerances/float32/atol", -1, "must not be negative"}, Damage{"/tolerances/float32/rtol", "x", "tolerances.float32.rtol"},
-        Damage{"/tolerances/float31", Json{{"atol", 0}, {"rtol", 0}}, "unknown dtype 'float31'"},
+        Damage{"/methods/forward/tolerances", kRemoved, "the field 'tolerances' is missing"},
+        Damage{"/methods/forward/tolerances/float32/atol", -1, "must not be negative"},
+        Damage{"/methods/vjp/tolerances/float32/rtol", "x", "tolerances.float32.rtol"},
+        Damage{"/methods/forward/tolerances/float31", Json{{"atol", 0}, {"rtol", 0}}, "unknown dtype 'float31'"},
         Damage{"/golden", kRemoved, "the field 'golden' is missing"}, Damage{"/golden/file", "/golden", "golden.file"},
         Damage{"/golden/cases", Json::array(), "golden.cases: has 0 elements"},
         Damage{"/golden/cases/0/method", "backward", "there is no method 'backward'"},

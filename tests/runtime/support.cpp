@@ -82,11 +82,12 @@ Json manifest() {
                {"producer", {{"test", "1"}}},
                {"config", {{"factor", 2}}},
                {"symbols", {{"B", {{"min", 1}, {"max", 64}}}, {"H", {{"min", 3}, {"max", 4096}}}, {"W", {{"min", 3}, {"max", 4096}}}}},
-               {"dtypes", {"float32", "float64"}},
-               {"tolerances", {{"float32", {{"atol", 1e-5}, {"rtol", 1e-5}}}}}};
+               {"dtypes", {"float32", "float64"}}};
+  const Json tolerances = {{"float32", {{"atol", 1e-5}, {"rtol", 1e-5}}}};
   Json& forward = root["methods"]["forward"];
   forward["inputs"] = {tensor("input", image), tensor("sigma", {"B", 2})};
   forward["outputs"] = {tensor("output", image), tensor("half", {"B", "(H+1)//2"})};
+  forward["tolerances"] = tolerances;
   Json v3 = artifact("native", "aotinductor", "forward.v3.so", {"float32"});
   v3["isa"] = "x86-64-v3";
   Json v4 = artifact("native", "aotinductor", "forward.v4.so", {"float32"});
@@ -97,6 +98,7 @@ Json manifest() {
   Json& vjp = root["methods"]["vjp"];
   vjp["inputs"] = {tensor("input", image), tensor("grad_half", {"B", "(H+1)//2"})};
   vjp["outputs"] = Json::array({tensor("grad_input", image)});
+  vjp["tolerances"] = tolerances;
   vjp["artifacts"] = Json::array({artifact("onnx", "onnx", "vjp.float32.onnx", {"float32"})});
 
   root["golden"] = {{"file", "golden.safetensors"}, {"size", 1}, {"sha256", sha256_of("")},
