@@ -174,7 +174,7 @@ class Reader final {
     static constexpr const char* kDevices[] = {"any", "cpu", "cuda"};
     static constexpr const char* kNeeds[] = {"libtorch"};
     node.only({"backend", "format", "file", "size", "sha256", "dtypes", "device", "autograd", "isa", "sm", "opset", "ir_version",
-               "needs"});
+               "needs", "function"});
     Artifact artifact;
     artifact.backend = static_cast<BackendKind>(read_choice(node.at("backend"), kBackendNames));
     artifact.format = kFormats[read_choice(node.at("format"), kFormats)];
@@ -190,6 +190,7 @@ class Reader final {
     if (method.generic && artifact.dtypes.empty()) node.at("dtypes").refuse("empty, but the method has tensors of dtype T");
     artifact.device = static_cast<DevicePlacement>(read_choice(node.at("device"), kDevices));
     if (node.has("autograd")) artifact.autograd = node.at("autograd").boolean();
+    if (node.has("function")) artifact.function = read_name(node.at("function"));
     if (node.has("isa")) {
       static constexpr const char* kIsas[] = {"x86-64-v3", "x86-64-v4"};
       artifact.isa = static_cast<Isa>(1 + read_choice(node.at("isa"), kIsas));
@@ -219,6 +220,7 @@ class Reader final {
       node.refuse(std::string("the ") + kBackendNames[static_cast<int>(artifact.backend)] + " backend does not load format '" +
                   artifact.format + "'" + (needs_libtorch ? " that needs libtorch" : ""));
     }
+    if (!artifact.function.empty() && artifact.format != "onnx") node.refuse("'function' is for format onnx only");
     if (artifact.autograd && artifact.format != "torchscript") node.refuse("'autograd' is for format torchscript only");
   }
 

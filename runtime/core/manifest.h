@@ -40,6 +40,7 @@ struct TensorSpec {
 struct Artifact {
   BackendKind backend = BackendKind::onnx;
   std::string format, file, sha256;
+  std::string function; /**< onnx: the model-local function that holds the whole graph; "" in the flat form */
   uint64_t size = 0;
   std::vector<int32_t> dtypes; /**< values of T that it serves */
   DevicePlacement device = DevicePlacement::any;

@@ -92,6 +92,22 @@ std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t
   return "";
 }
 
+const Artifact* best_fit(const MethodSpec& method, BackendKind kind, const LoadRequest& request, int32_t dtype,
+                         const Machine& machine, std::string& why_not) {
+  const Artifact* best = nullptr;
+  for (const Artifact& artifact : method.artifacts) {
+    if (artifact.backend != kind || !artifact.function.empty()) continue;
+    const std::string why = misfit(artifact, request, dtype, machine);
+    if (why.empty()) {
+      if (best == nullptr || artifact.isa > best->isa || artifact.sm > best->sm) best = &artifact;
+    } else {
+      why_not += (why_not.empty() ? "" : ", ") + artifact.file + " " + why;
+    }
+  }
+  if (best == nullptr && why_not.empty()) why_not = "the bundle has no artifact for it";
+  return best;
+}
+
 Choice choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype, const Machine& machine, Registry& registry) {
   std::string reasons;
   chiasm_code code = CHIASM_NOT_FOUND;
@@ -99,20 +115,11 @@ Choice choose(const MethodSpec& method, const LoadRequest& request, int32_t dtyp
   for (int32_t i = 0; i < kBackendCount; ++i) {
     const auto kind = static_cast<BackendKind>(i);
     if (request.backend && *request.backend != kind) continue;
-    const Artifact* best = nullptr;
-    std::string misfits;
-    for (const Artifact& artifact : method.artifacts) {
-      if (artifact.backend != kind) continue;
-      const std::string why = misfit(artifact, request, dtype, machine);
-      if (why.empty()) {
-        if (best == nullptr || artifact.isa > best->isa || artifact.sm > best->sm) best = &artifact;
-      } else {
-        misfits += (misfits.empty() ? "" : ", ") + artifact.file + " " + why;
-      }
-    }
     const std::string name = kBackendNames[i];
+    std::string why_not;
+    const Artifact* best = best_fit(method, kind, request, dtype, machine, why_not);
     if (best == nullptr) {
-      add_reason(name + ": " + (misfits.empty() ? "the bundle has no artifact for it" : misfits));
+      add_reason(name + ": " + why_not);
       continue;
     }
     if (kind != BackendKind::onnx && !request.allow_native_code) {

@@ -37,6 +37,11 @@ int32_t choose_dtype(const MethodSpec& method, const std::vector<int32_t>& dtype
 /** Why this machine cannot run the artifact with T = dtype, e.g. "needs a CPU with x86-64-v4"; "" where it can. */
 std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t dtype, const Machine& machine);
 
+/** The best artifact for a backend on this machine: for its highest CPU level, in ONNX's flat form. NULL where none fits, and
+ *  then `why_not` says why each does not. */
+const Artifact* best_fit(const MethodSpec& method, BackendKind kind, const LoadRequest& request, int32_t dtype,
+                         const Machine& machine, std::string& why_not);
+
 struct Choice {
   const Artifact* artifact;
   const Backend* backend;

@@ -67,7 +67,7 @@ chiasm_tensor view(const StoredTensor& stored, void* data, const LoadRequest& re
 }
 
 /** Run one case and compare; throws Error where it cannot be run. */
-void replay(const Method& method, const MethodSpec& spec, const Manifest& manifest, const GoldenCase& one, const Stored& stored,
+void replay(const Method& method, const MethodSpec& spec, const GoldenCase& one, const Stored& stored,
             const LoadRequest& request, const std::string& file, Row& row) {
   std::vector<std::unique_ptr<Buffer>> buffers;
   const auto supply = [&](const StoredTensor& tensor) {
@@ -145,7 +145,7 @@ int32_t self_test(std::shared_ptr<const Bundle> bundle, const LoadRequest& reque
               method = std::make_unique<Method>(bundle, spec, artifact, registry.get(artifact.backend), dtype, request);
               loaded_dtype = dtype;
             }
-            replay(*method, spec, manifest, one, stored, request, file, row);
+            replay(*method, spec, one, stored, request, file, row);
           } catch (const std::exception& error) {
             row.passed = 0;
             row.message = error.what();

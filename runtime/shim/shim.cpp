@@ -6,8 +6,6 @@
 #include <torch/csrc/inductor/aoti_runtime/interface.h>
 #include <torch/csrc/inductor/aoti_torch/c/shim.h>
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <mutex>
@@ -97,13 +95,6 @@ struct Handles {
   }
 };
 
-// The caller's thread count for this run only: it is his process.
-struct ThreadCount {
-  int before = omp_get_max_threads();
-  explicit ThreadCount(int count) { omp_set_num_threads(count); }
-  ~ThreadCount() { omp_set_num_threads(before); }
-};
-
 struct CurrentRun {
   explicit CurrentRun(Run* run) { current_run() = run; }
   ~CurrentRun() { current_run() = nullptr; }
@@ -117,7 +108,6 @@ int32_t run(void* handle, const chiasm_native_tensor* inputs, const chiasm_nativ
     const auto plan = model.get_plan();
     Run state{host, outputs, n_out, plan.get()};
     CurrentRun scope(&state);
-    ThreadCount threads(host->num_threads);
     *last_error = 0;
 
     Handles arguments(n_in), results(n_out);

@@ -13,11 +13,13 @@
 #include <vector>
 
 #include "backends/cuda.h"
+#include "backends/onnx/dtype.h"
 #include "backends/onnx/engine.h"
 #include "backends/plugin.h"
 
 namespace {
 
+using chiasm::onnx::element_type;
 using chiasm::onnx::environment;
 using chiasm::onnx::has_provider;
 using chiasm::onnx::open_engine;
@@ -27,22 +29,6 @@ using chiasm::plugin::Error;
 using chiasm::plugin::guard;
 
 constexpr const char* kCudaProvider = "CUDAExecutionProvider";
-
-ONNXTensorElementDataType element_type(int32_t dtype) {
-  switch (dtype) {
-    case CHIASM_BOOL: return ONNX_TENSOR_ELEMENT_DATA_TYPE_BOOL;
-    case CHIASM_UINT8: return ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT8;
-    case CHIASM_INT8: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT8;
-    case CHIASM_INT16: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT16;
-    case CHIASM_INT32: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT32;
-    case CHIASM_INT64: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT64;
-    case CHIASM_FLOAT16: return ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT16;
-    case CHIASM_BFLOAT16: return ONNX_TENSOR_ELEMENT_DATA_TYPE_BFLOAT16;
-    case CHIASM_FLOAT32: return ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT;
-    case CHIASM_FLOAT64: return ONNX_TENSOR_ELEMENT_DATA_TYPE_DOUBLE;
-    default: throw Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
-  }
-}
 
 chiasm_code code_of(OrtErrorCode code) {
   switch (code) {

@@ -1,0 +1,61 @@
+/** One loaded native artifact, whoever runs it: the native backend, or a node of ONNX Runtime. */
+#pragma once
+
+#include <optional>
+
+#include "backends/cuda.h"
+#include "backends/plugin.h"
+#include "shim/abi.h"
+
+namespace chiasm::native {
+
+/** A shared library, loaded from memory. */
+class Library final {
+ public:
+  explicit Library(const plugin::MemoryFile& file);
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+  ~Library();
+
+  /** Throws Error where the library is no native artifact of this version. */
+  const chiasm_native_api* api() const;
+
+ private:
+  void* handle_;
+};
+
+/** `run` may be called from several threads at once. */
+class Model final {
+ public:
+  static constexpr int32_t kMaxTensors = 64;  // inputs, and outputs
+
+  struct Request {
+    const void* data;  // the artifact, a `.pt2`; not needed after the constructor
+    size_t size;
+    int32_t input_count, output_count;
+    int32_t device_type = CHIASM_CPU, device_index = 0;
+  };
+
+  /** Throws Error: CORRUPT, VERSION_MISMATCH, UNAVAILABLE. */
+  explicit Model(const Request& request);
+  Model(const Model&) = delete;
+  Model& operator=(const Model&) = delete;
+  ~Model();
+
+  /** Whether a call is worth more than one thread: below some size, waking another takes longer than the work. */
+  bool worth_forking(const chiasm_tensor* inputs, const chiasm_tensor* outputs) const;
+
+  /** Dense tensors that fit the method's signature. The device of `host` is filled in here. */
+  void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host) const;
+
+ private:
+  std::optional<plugin::CudaDevice::Current> make_current() const;
+
+  Request request_;
+  std::optional<plugin::CudaDevice> cuda_;
+  std::optional<Library> library_;  // outlives the model, whose code it is
+  const chiasm_native_api* api_ = nullptr;
+  void* model_ = nullptr;
+};
+
+}  // namespace chiasm::native

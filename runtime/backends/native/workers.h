@@ -1,0 +1,36 @@
+/** The threads that native artifacts run on. */
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+namespace chiasm::native {
+
+/** A fixed number of threads for the whole process. Each call takes those that are idle, so that methods that run at the same
+ *  time share the cores: there are never more threads at work than callers and workers together. */
+class Workers final {
+ public:
+  using Body = void (*)(void* argument, int32_t index, int32_t count);
+
+  /** `count` threads besides the callers'. */
+  explicit Workers(int32_t count);
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+
+  /** Calls body(argument, i, n) at the same time on n threads, this one being 0, and returns when all have returned. n is 1
+   *  and however many workers are idle. Must not throw. */
+  void fork(Body body, void* argument);
+
+  /** The process's workers: made at the first call, with that call's count. Never destroyed. */
+  static Workers& instance(int32_t count);
+
+ private:
+  struct Job;
+  struct Worker;
+
+  std::vector<Worker*> workers_;
+  int32_t process_;  // a forked child has none of these threads
+};
+
+}  // namespace chiasm::native

@@ -1,0 +1,154 @@
+#include "ort/kernel.h"
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "backends/native/pool.h"
+#include "backends/onnx/dtype.h"
+#include "core/status.h"
+
+namespace chiasm::ort {
+namespace {
+
+/** An error of ONNX Runtime on its way back to it. */
+struct OrtError {
+  OrtStatus* status;
+};
+
+void check(OrtStatus* status) {
+  if (status != nullptr) throw OrtError{status};
+}
+
+OrtErrorCode code_of(int32_t code) {
+  switch (code) {
+    case CHIASM_INVALID_ARGUMENT: return ORT_INVALID_ARGUMENT;
+    case CHIASM_NOT_FOUND: return ORT_NO_SUCHFILE;
+    case CHIASM_UNAVAILABLE: return ORT_NOT_IMPLEMENTED;
+    default: return ORT_FAIL;
+  }
+}
+
+native::Pool& pool() {
+  static native::Pool& instance = *new native::Pool;  // never destroyed: a thread may still run at exit
+  return instance;
+}
+
+/** Compiled reductions make room for a partial result of each of this many threads. */
+int32_t most_threads() {
+  static const auto count = static_cast<int32_t>(std::clamp(std::thread::hardware_concurrency(), 1u, unsigned{Lease::kMost}));
+  return count;
+}
+
+native::Model load(const Node& node) {
+  const core::Bytes bytes = node.bundle->read(node.native);
+  return native::Model({bytes.data(), bytes.size(), static_cast<int32_t>(node.method.inputs.size()),
+                        static_cast<int32_t>(node.method.outputs.size())});
+}
+
+/** The tensor in a value of ONNX Runtime. */
+chiasm_tensor view(const OrtApi& api, const OrtValue& value, int64_t* shape) {
+  chiasm_tensor tensor{};
+  tensor.struct_size = sizeof tensor;
+  tensor.shape = shape;
+  OrtTensorTypeAndShapeInfo* raw = nullptr;
+  check(api.GetTensorTypeAndShape(&value, &raw));
+  const std::unique_ptr<OrtTensorTypeAndShapeInfo, void (*)(OrtTensorTypeAndShapeInfo*)> info(raw, api.ReleaseTensorTypeAndShapeInfo);
+  ONNXTensorElementDataType type;
+  check(api.GetTensorElementType(raw, &type));
+  tensor.dtype = onnx::dtype_of(type);
+  size_t rank = 0;
+  check(api.GetDimensionsCount(raw, &rank));
+  if (rank > CHIASM_MAX_DIMS) core::fail(CHIASM_INVALID_ARGUMENT, "a tensor has " + std::to_string(rank) + " dimensions");
+  check(api.GetDimensions(raw, shape, rank));
+  tensor.ndim = static_cast<int32_t>(rank);
+  check(api.GetTensorMutableData(const_cast<OrtValue*>(&value), &tensor.data));
+  return tensor;
+}
+
+}  // namespace
+
+OrtStatus* status_from_current_exception(const OrtApi& api) noexcept {
+  try {
+    throw;
+  } catch (const OrtError& error) {
+    return error.status;
+  } catch (const core::Error& error) {
+    return api.CreateStatus(code_of(error.code()), error.what());
+  } catch (const plugin::Error& error) {
+    return api.CreateStatus(code_of(error.code()), error.what());
+  } catch (const std::exception& error) {
+    return api.CreateStatus(ORT_FAIL, error.what());
+  } catch (...) {
+    return api.CreateStatus(ORT_FAIL, "an unknown error");
+  }
+}
+
+OrtStatus* Kernel::create(const Node& node, void** kernel) noexcept {
+  try {
+    *kernel = new Kernel(node);
+    return nullptr;
+  } catch (...) {
+    return status_from_current_exception(node.api);
+  }
+}
+
+OrtStatus* Kernel::compute(OrtKernelContext* context) noexcept {
+  try {
+    run(context);
+    return nullptr;
+  } catch (...) {
+    return status_from_current_exception(node_.api);
+  }
+}
+
+Kernel::Kernel(const Node& node)
+    : node_(node), signature_(node.method, node.bundle->manifest().symbols, node.dtype, CHIASM_CPU, 0), model_(load(node)) {}
+
+void Kernel::run(OrtKernelContext* context) {
+  const OrtApi& api = node_.api;
+  chiasm_tensor inputs[core::kMaxTensors];
+  int64_t shapes[core::kMaxTensors][CHIASM_MAX_DIMS];
+  for (size_t i = 0; i < signature_.input_count(); ++i) {
+    const OrtValue* value = nullptr;
+    check(api.KernelContext_GetInput(context, i, &value));
+    inputs[i] = view(api, *value, shapes[i]);
+  }
+  core::Call call;
+  signature_.check_inputs(inputs, signature_.input_count(), call);
+  for (size_t i = 0; i < signature_.output_count(); ++i) {
+    OrtValue* value = nullptr;
+    check(api.KernelContext_GetOutput(context, i, call.outputs[i].shape, static_cast<size_t>(call.outputs[i].ndim), &value));
+    check(api.GetTensorMutableData(value, &call.outputs[i].data));
+  }
+
+  struct Work {
+    const native::Model& model;
+    const core::Call& call;
+    chiasm_native_host host;
+    std::exception_ptr error;
+    void run() noexcept {
+      try {
+        model.run(call.inputs, call.outputs, host);
+      } catch (...) {
+        error = std::current_exception();
+      }
+    }
+  } work{model_, call, {}, nullptr};
+  work.host.allocate = [](void*, size_t bytes) { return pool().allocate(bytes); };
+  work.host.release = [](void*, void* data, size_t bytes) { pool().release(data, bytes); };
+  work.host.num_threads = model_.worth_forking(call.inputs, call.outputs) ? most_threads() : 1;
+  if (work.host.num_threads == 1) {
+    work.run();
+  } else {
+    Lease lease(api, context, experience_);
+    work.host.context = &lease;
+    work.host.fork = [](void* l, Lease::Body body, void* argument) { static_cast<Lease*>(l)->fork(body, argument); };
+    check(lease.run([](void* w) { static_cast<Work*>(w)->run(); }, &work));
+  }
+  if (work.error) std::rethrow_exception(work.error);
+}
+
+}  // namespace chiasm::ort

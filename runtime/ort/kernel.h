@@ -1,0 +1,33 @@
+/** What runs where a model has the node `chiasm::<function>`. */
+#pragma once
+
+#include <onnxruntime_c_api.h>
+
+#include "backends/native/model.h"
+#include "core/signature.h"
+#include "ort/lease.h"
+#include "ort/node.h"
+
+namespace chiasm::ort {
+
+/** One node of one session. `compute` may be called from several threads at once. */
+class Kernel final {
+ public:
+  /** Loads the native artifact. No exception leaves this class: errors become statuses. */
+  static OrtStatus* create(const Node& node, void** kernel) noexcept;
+  OrtStatus* compute(OrtKernelContext* context) noexcept;
+
+ private:
+  explicit Kernel(const Node& node);
+  void run(OrtKernelContext* context);
+
+  const Node& node_;
+  const core::Signature signature_;
+  const native::Model model_;
+  Lease::Experience experience_{0};
+};
+
+/** A status for the exception that is being handled. */
+OrtStatus* status_from_current_exception(const OrtApi& api) noexcept;
+
+}  // namespace chiasm::ort

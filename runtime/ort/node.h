@@ -1,0 +1,33 @@
+/** A chiasm method as an operator of ONNX Runtime. */
+#pragma once
+
+#include <onnxruntime_c_api.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/bundle.h"
+
+namespace chiasm::ort {
+
+/** The operator `chiasm::<function>` for one value of T: what ONNX Runtime asks before it makes kernels. Lives as long as any
+ *  session may, which nothing tells us: for ever. */
+struct Node final : OrtCustomOp {
+  Node(const OrtApi& api, std::shared_ptr<const core::Bundle> bundle, const core::MethodSpec& method,
+       const core::Artifact& native, std::string function, int32_t dtype);
+
+  const OrtApi& api;
+  const std::shared_ptr<const core::Bundle> bundle;
+  const core::MethodSpec& method;
+  const core::Artifact& native; /**< what the kernel runs */
+  const std::string function;
+  const int32_t dtype; /**< what T stands for */
+  const int version;   /**< of the operator: the first part of the bundle's version */
+};
+
+/** The operators of a bundle that this machine has native code for. A method without it is left to its function's body, and
+ *  `report` gets a line that says so. Throws core::Error where the bundle is damaged. */
+std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::string& bundle, std::string& report);
+
+}  // namespace chiasm::ort

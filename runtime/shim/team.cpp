@@ -1,0 +1,98 @@
+// The functions of g++'s OpenMP library that compiled ops call, over threads that the host lends (chiasm_native_host::fork).
+//
+// So the threads are those of whoever runs the op: the native backend's, or the pool of an ONNX Runtime session. All threads of
+// a region run at the same time, which is what makes a barrier possible.
+#include <atomic>
+#include <utility>
+
+#include "tensor.h"
+
+namespace chiasm::shim {
+namespace {
+
+// The threads in one parallel region.
+struct Team {
+  void (*body)(void*);
+  void* argument;
+  std::atomic<int32_t> waiting{0};    // at the barrier
+  std::atomic<uint32_t> barriers{0};  // passed so far
+  std::atomic<uint32_t> singles{0};   // `single` blocks that some thread has taken
+};
+
+// This thread's place in its team. Plain data: a thread_local with a destructor would pin the library in the process.
+struct Member {
+  Team* team;
+  int32_t index, count;
+  uint32_t singles;  // `single` blocks that this thread has met
+};
+
+thread_local Member member;
+
+void enter(void* argument, int32_t index, int32_t count) {
+  auto* team = static_cast<Team*>(argument);
+  const Member outer = std::exchange(member, Member{team, index, count, 0});
+  team->body(team->argument);
+  member = outer;
+}
+
+// Threads of a region reach a barrier within microseconds of each other, unless one has lost its core.
+constexpr int kSpins = 4000;
+
+void pause() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
+}  // namespace
+}  // namespace chiasm::shim
+
+using namespace chiasm::shim;
+
+extern "C" {
+
+int omp_get_thread_num() { return member.index; }
+int omp_get_num_threads() { return member.team ? member.count : 1; }
+
+// Compiled reductions make room for a partial result of each thread.
+int omp_get_max_threads() {
+  const Run* run = current_run();
+  return run ? run->host->num_threads : 1;
+}
+
+// `num_threads` is 0: the exporter compiles loops for the thread count at run time.
+void GOMP_parallel(void (*body)(void*), void* argument, unsigned, unsigned) {
+  const Run* run = current_run();
+  Team team{body, argument};
+  if (member.team || !run || run->host->num_threads == 1) {
+    enter(&team, 0, 1);
+  } else {
+    run->host->fork(run->host->context, enter, &team);
+  }
+}
+
+void GOMP_barrier() {
+  if (!member.team || member.count == 1) return;
+  Team& team = *member.team;
+  const uint32_t passed = team.barriers.load(std::memory_order_acquire);
+  if (team.waiting.fetch_add(1, std::memory_order_acq_rel) + 1 == member.count) {
+    team.waiting.store(0, std::memory_order_relaxed);
+    team.barriers.store(passed + 1, std::memory_order_release);
+    team.barriers.notify_all();
+    return;
+  }
+  for (int i = 0; i < kSpins; ++i) {
+    if (team.barriers.load(std::memory_order_acquire) != passed) return;
+    pause();
+  }
+  team.barriers.wait(passed, std::memory_order_acquire);
+}
+
+// True in one thread of the team for each `single` block: the first that gets there.
+bool GOMP_single_start() {
+  if (!member.team) return true;
+  uint32_t met = member.singles++;
+  return member.team->singles.compare_exchange_strong(met, met + 1, std::memory_order_acq_rel);
+}
+
+}  // extern "C"
