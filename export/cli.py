@@ -137,7 +137,7 @@ def info(bundle: Path, as_json: bool) -> None:
                 table.add_row(kind[:-1], t["name"], dtype, "(" + ", ".join(map(str, t["shape"])) + ")", about)
         console.print(table)
         for a in method["artifacts"]:
-            extra = " ".join(str(a[k]) for k in ("isa", "opset") if k in a) + (f" needs {', '.join(a['needs'])}" if a.get("needs") else "")
+            extra = " ".join(str(a[k]) for k in ("isa", "opset", "function") if k in a) + (f" needs {', '.join(a['needs'])}" if a.get("needs") else "")
             console.print(f"  {a['backend']:7} {a['file']:36} {a['size'] / 1024:8.1f} KiB  {extra}", highlight=False)
 
 

@@ -19,7 +19,7 @@ from .errors import ExportError
 from .graph import output_specs, trace, trace_vjp, vjp_module, vjp_signature
 from .module import bind
 from .native import to_native
-from .onnx_format import IR_VERSION, OPSET, to_onnx
+from .onnx_format import IR_VERSION, OPSET, onnx_bytes, to_fused_onnx, to_onnx
 from .spec import Spec, TensorSpec
 from .torchscript import to_torchscript
 
@@ -99,8 +99,11 @@ def _export_variant(op, spec, variant, traced, outputs, gradient, formats, isas,
             traced = trace_vjp(module, spec, ins, example)
         if "onnx" in formats and variant != "bfloat16":  # ONNX Runtime's CPU kernels have no bfloat16
             progress(f"{method}{suffix} onnx")
-            data = to_onnx(traced or trace(module, spec, ins, example, "onnx"), spec, ins, outs, method)
-            writer.artifact(method, f"{method}{suffix}.onnx", data, backend="onnx", format="onnx", dtypes=dtypes, device="any", opset=OPSET, ir_version=IR_VERSION)
+            flat = to_onnx(traced or trace(module, spec, ins, example, "onnx"), spec, ins, outs, method)
+            entry = {"backend": "onnx", "format": "onnx", "dtypes": dtypes, "device": "any", "opset": OPSET, "ir_version": IR_VERSION}
+            writer.artifact(method, f"{method}{suffix}.onnx", onnx_bytes(flat, spec.name), **entry)
+            fused = to_fused_onnx(flat, spec, method)
+            writer.artifact(method, f"{method}{suffix}.fused.onnx", onnx_bytes(fused, spec.name), **entry, function=fused.functions[0].name)
         if "native" in formats:
             program = traced if method == "vjp" else trace(module, spec, ins, example, "native")
             for isa in isas:

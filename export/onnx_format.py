@@ -12,16 +12,17 @@ import torch
 from onnxscript.optimizer import _constant_folding
 from torch.export import ExportedProgram
 
-from .errors import explain
+from .errors import ExportError, explain
 from .graph import dynamic_shapes
+from .onnx_function import domain_version, function_name, fuse
 from .spec import Spec, TensorSpec
 
 OPSET = 18
 IR_VERSION = 8  # what ONNX Runtime 1.14 and later read
 
 
-def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outputs: list[TensorSpec], method: str) -> bytes:
-    """The bytes of a `.onnx`, checked."""
+def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outputs: list[TensorSpec], method: str) -> onnx.ModelProto:
+    """The model, checked. Its inputs and outputs are those named, all of them and in that order."""
     exporter_log = logging.getLogger("torch.onnx")
     level = exporter_log.level
     exporter_log.setLevel(logging.ERROR)  # it reports the absence of torchvision, which nothing here uses
@@ -54,10 +55,23 @@ def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outp
     del model.metadata_props[:]
     for key, value in (("chiasm.op", spec.name), ("chiasm.version", spec.version), ("chiasm.method", method)):
         model.metadata_props.add(key=key, value=value)
+    for kind, found, wanted in (("inputs", model.graph.input, inputs), ("outputs", model.graph.output, outputs)):
+        if [v.name for v in found] != [t.name for t in wanted]:
+            raise ExportError(f"{spec.name}: the ONNX graph's {kind} are {[v.name for v in found]}, the spec's {[t.name for t in wanted]}")
+    return model
+
+
+def to_fused_onnx(model: onnx.ModelProto, spec: Spec, method: str) -> onnx.ModelProto:
+    """The form of `to_onnx`'s model that is one function call."""
+    return fuse(model, function_name(spec.name, method), domain_version(spec.version))
+
+
+def onnx_bytes(model: onnx.ModelProto, name: str) -> bytes:
+    """The bytes of a `.onnx`, checked."""
     try:
         onnx.checker.check_model(model, full_check=True)
     except Exception as error:
-        raise explain(spec.name, "ONNX", error) from error
+        raise explain(name, "ONNX", error) from error
     return model.SerializeToString(deterministic=True)
 
 

@@ -2,9 +2,9 @@
 
     python tests/parity/matrix.py [PATTERN ...]
 
-Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Every artifact of a bundle must be run by
-some backend; one that is not counts as a failure. Writes build/parity.json; the last line printed is
-`parity: N checks, M failed`, and the exit status is 1 where something failed.
+Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python, on both forms of an ONNX artifact. Every
+artifact of a bundle must be run by some backend; one that is not counts as a failure. Writes build/parity.json; the last line
+printed is `parity: N checks, M failed`, and the exit status is 1 where something failed.
 """
 
 from __future__ import annotations
@@ -108,10 +108,10 @@ def runners(folder: Path, manifest: dict, method: str, variant: str | None) -> I
         yield f"C++ {backend}", loaded.artifact, lambda inputs, m=loaded: as_tuple(m(*inputs.values()))
     for artifact in artifacts:
         if artifact["format"] == "onnx":
-            key = (folder, method, variant, "python")
+            key = (folder, method, variant, artifact["file"])
             if key not in _loaded:
                 _loaded[key] = onnx_session(folder / artifact["file"])
-            yield "Python onnx", artifact["file"], _loaded[key]
+            yield "Python onnx fused body" if "function" in artifact else "Python onnx", artifact["file"], _loaded[key]
 
 
 def as_tuple(result) -> tuple[torch.Tensor, ...]:
