@@ -93,7 +93,7 @@ def _compiler() -> str:
 
 @cache
 def _shim_hash() -> str:
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(Path(__file__).read_bytes())  # how it is compiled and linked
     for file in sorted(SHIM.rglob("*")):
         if file.is_file():
             digest.update(file.read_bytes())
@@ -102,7 +102,7 @@ def _shim_hash() -> str:
 
 @cache
 def _shim_folder() -> Path:
-    """The folder with the shim's static library and its version script, compiled once per compiler and torch."""
+    """The folder with the shim's static libraries and its version script, compiled once per compiler and torch."""
     key = hashlib.sha256(f"{_shim_hash()} {torch.__version__} {_compiler()}".encode()).hexdigest()[:16]
     folder = cache_folder() / f"shim-{key}"
     if (folder / "libchiasm_shim.a").exists():
@@ -116,7 +116,9 @@ def _shim_folder() -> Path:
         flags = ["-std=c++20", "-O2", "-fPIC", "-fvisibility=hidden", "-fopenmp", "-ffunction-sections", "-march=x86-64-v3"]
         for source in sources:
             _run([_compiler(), *flags, f"-I{include}", f"-I{include}/torch/csrc/api/include", "-c", str(source), "-o", str(work / f"{source.stem}.o")])
-        _run(["ar", "rcs", str(work / "libchiasm_shim.a"), *(str(work / f"{s.stem}.o") for s in sources)])
+        # AOTInductor links -lgomp, and finds ours first.
+        for library, members in {"gomp": {"team"}, "chiasm_shim": {s.stem for s in sources} - {"team"}}.items():
+            _run(["ar", "rcs", str(work / f"lib{library}.a"), *(str(work / f"{m}.o") for m in sorted(members))])
         (work / "symbols.map").write_text(f"{{ global: {_ENTRY}; local: *; }};\n")
         try:
             os.rename(work, folder)
@@ -136,15 +138,15 @@ def _run(command: list[str]) -> str:
 def _compile(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
     folder = _shim_folder()
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
-    link = f"chiasm_shim -Wl,--version-script={folder / 'symbols.map'} {_LINK}"
+    link = f"chiasm_shim -L{folder} -Wl,--version-script={folder / 'symbols.map'} {_LINK}"
     options = {"aot_inductor.link_libtorch": False, "aot_inductor.custom_op_libs": [link]}
-    library = _inductor(program, spec, isa, options, {"LIBRARY_PATH": folder, "CPATH": SHIM / "include"})
+    library = _inductor(program, spec, isa, options, SHIM / "include")
     with zipfile.ZipFile(io.BytesIO(library)) as archive:
         (member,) = (n for n in archive.namelist() if n.endswith(".so"))
         code = archive.read(member)
     if not _missing_symbols(code):
         return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
-    return NativeArtifact(_repack(_inductor(program, spec, isa, {}, {})), needs_libtorch=True)
+    return NativeArtifact(_repack(_inductor(program, spec, isa, {})), needs_libtorch=True)
 
 
 def _settings(spec: Spec, isa: str) -> dict[str, object]:
@@ -158,13 +160,13 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
     }
 
 
-def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, search: dict[str, Path]) -> bytes:
-    """AOTInductor's package. `search` goes before the compiler's own search paths, by environment variables."""
+def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, include: Path | None = None) -> bytes:
+    """AOTInductor's package. Headers in `include` go before the compiler's own."""
     import torch._inductor
 
     threads = torch.get_num_threads()
     torch.set_num_threads(32)  # else loops over a small example are compiled serial
-    paths = {name: os.pathsep.join(filter(None, [str(folder), os.environ.get(name)])) for name, folder in search.items()}
+    paths = {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
     try:
         with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths):
             path = str(Path(scratch) / "op.pt2")
@@ -182,7 +184,7 @@ def _missing_symbols(code: bytes) -> list[str]:
         file.write(code)
         file.flush()
         listing = _run(["nm", "-D", "--undefined-only", file.name])
-    return sorted(set(re.findall(r"\b(?:aoti_torch|Sleef)_\w+", listing)))
+    return sorted(set(re.findall(r"\b(?:aoti_torch_|Sleef_|GOMP_|omp_)\w+", listing)))
 
 
 def _repack(package: bytes) -> bytes:

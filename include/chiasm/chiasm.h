@@ -163,9 +163,12 @@ typedef struct chiasm_load_options {
   int32_t dtype; /**< for generic methods: load the artifact for this chiasm_dtype; -1: float32, else the first there is.
                       (Zero is CHIASM_BOOL, so start from CHIASM_LOAD_OPTIONS_INIT.) */
   int32_t warm_up; /**< 1: run once on the smallest valid input, so that the first real run is not the slow one */
+  /** onnx on the CPU: 1 (the default) runs the method's native code as one node inside ONNX Runtime, where the bundle has
+   *  both forms and libchiasm_ort is installed; 0, or no allow_native_code, leaves the graph of standard operators. */
+  int32_t fused;
 } chiasm_load_options;
 
-#define CHIASM_LOAD_OPTIONS_INIT {sizeof(chiasm_load_options), NULL, CHIASM_CPU, 0, 1, -1, 0}
+#define CHIASM_LOAD_OPTIONS_INIT {sizeof(chiasm_load_options), NULL, CHIASM_CPU, 0, 1, -1, 0, 1}
 
 /** How to run a method. NULL stands for the defaults. */
 typedef struct chiasm_run_options {

@@ -344,12 +344,14 @@ struct LoadOptions {
   Device device;
   bool allow_native_code = true; /**< false: only the onnx backend, whose artifacts are data; see chiasm.h */
   int32_t dtype = -1;            /**< a generic method for this DType; -1: float32, else the first there is */
+  bool fused = true;             /**< onnx: native code inside ONNX Runtime where there is some; see chiasm.h */
   bool warm_up = false;          /**< run once on the smallest input, so that the first real run is not the slow one */
 
   LoadOptions& with_backend(std::string value) { backend = std::move(value); return *this; }
   LoadOptions& with_device(Device value) { device = value; return *this; }
   LoadOptions& with_dtype(DType value) { dtype = static_cast<int32_t>(value); return *this; }
   LoadOptions& with_native_code(bool value) { allow_native_code = value; return *this; }
+  LoadOptions& with_fused(bool value) { fused = value; return *this; }
   LoadOptions& with_warm_up(bool value = true) { warm_up = value; return *this; }
 
   /** For the C interface; points into this object. */
@@ -360,6 +362,7 @@ struct LoadOptions {
     options.device_index = device.index;
     options.allow_native_code = allow_native_code ? 1 : 0;
     options.dtype = dtype;
+    options.fused = fused ? 1 : 0;
     options.warm_up = warm_up ? 1 : 0;
     return options;
   }

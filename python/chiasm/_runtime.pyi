@@ -109,6 +109,7 @@ class Bundle:
         device_index: int,
         dtype: str | None,
         allow_native_code: bool,
+        fused: bool,
         warm_up: bool,
     ) -> Method: ...
     def self_test(self, backend: str, device_type: int, device_index: int, allow_native_code: bool) -> list[SelfTestRow]: ...

@@ -9,7 +9,7 @@
 
 #include "chiasm/chiasm.h"
 
-#define CHIASM_BACKEND_ABI 1u
+#define CHIASM_BACKEND_ABI 2u
 
 #ifdef __cplusplus
 extern "C" {
@@ -34,6 +34,10 @@ typedef struct chiasm_backend_load {
   int32_t input_count, output_count;
   const char* const* input_names; /**< in the method's order */
   const char* const* output_names;
+  /** onnx only: the artifact is this one function, for which libchiasm_ort has the native code of the bundle in the folder
+   *  `bundle`. NULL for a graph of standard operators. */
+  const char* function;
+  const char* bundle;
 } chiasm_backend_load;
 
 typedef struct chiasm_backend {

@@ -70,6 +70,13 @@ std::shared_ptr<Method> Method::load(std::shared_ptr<const Bundle> bundle, const
   const int32_t dtype = choose_dtype(spec, bundle->manifest().dtypes, request);
   const Machine machine = this_machine(request.device_type, request.device_index);
   const Choice choice = choose(spec, request, dtype, machine, Registry::instance());
+  if (const Artifact* fused = fused_form(spec, *choice.artifact, request, dtype, machine)) {
+    try {
+      return std::make_shared<Method>(bundle, spec, *fused, *choice.backend, dtype, request);
+    } catch (const Error& error) {
+      if (error.code() != CHIASM_UNAVAILABLE) throw;  // else libchiasm_ort is not installed: the standard operators do as well
+    }
+  }
   return std::make_shared<Method>(std::move(bundle), spec, *choice.artifact, *choice.backend, dtype, request);
 }
 
@@ -112,6 +119,10 @@ void Method::load_model(const LoadRequest& request) {
   load.output_count = static_cast<int32_t>(outputs.size());
   load.input_names = inputs.data();
   load.output_names = outputs.data();
+  if (!artifact_.function.empty()) {
+    load.function = artifact_.function.c_str();
+    load.bundle = bundle_->info().path;
+  }
   chiasm_error_text error;
   error.text[0] = '\0';
   check_backend(backend_.table->load(&load, &model_, &error), error, "loading", backend_, path);

@@ -39,6 +39,7 @@ LoadRequest read_load_options(const chiasm_load_options* options) {
   request.device_index = options->device_index;
   request.allow_native_code = options->allow_native_code != 0;
   request.dtype = options->dtype;
+  request.fused = options->fused != 0;
   request.warm_up = options->warm_up != 0;
   return request;
 }
@@ -106,6 +107,17 @@ const Artifact* best_fit(const MethodSpec& method, BackendKind kind, const LoadR
   }
   if (best == nullptr && why_not.empty()) why_not = "the bundle has no artifact for it";
   return best;
+}
+
+const Artifact* fused_form(const MethodSpec& method, const Artifact& flat, const LoadRequest& request, int32_t dtype,
+                           const Machine& machine) {
+  if (flat.backend != BackendKind::onnx || !request.fused || !request.allow_native_code || request.device_type != CHIASM_CPU) return nullptr;
+  std::string why_not;
+  if (best_fit(method, BackendKind::native, request, dtype, machine, why_not) == nullptr) return nullptr;
+  for (const Artifact& artifact : method.artifacts) {
+    if (!artifact.function.empty() && misfit(artifact, request, dtype, machine).empty()) return &artifact;
+  }
+  return nullptr;
 }
 
 Choice choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype, const Machine& machine, Registry& registry) {

@@ -15,6 +15,7 @@ struct LoadRequest {
   int32_t device_index = 0;
   bool allow_native_code = true;
   int32_t dtype = kGeneric; /**< what T stands for; kGeneric for float32, else the first there is */
+  bool fused = true;
   bool warm_up = false;
 };
 
@@ -41,6 +42,11 @@ std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t
  *  then `why_not` says why each does not. */
 const Artifact* best_fit(const MethodSpec& method, BackendKind kind, const LoadRequest& request, int32_t dtype,
                          const Machine& machine, std::string& why_not);
+
+/** The form of an onnx artifact whose native code can run inside ONNX Runtime here; NULL where there is none, or the caller
+ *  does not want it. */
+const Artifact* fused_form(const MethodSpec& method, const Artifact& flat, const LoadRequest& request, int32_t dtype,
+                           const Machine& machine);
 
 struct Choice {
   const Artifact* artifact;

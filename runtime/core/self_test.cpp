@@ -105,7 +105,8 @@ std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32
                      Registry& registry) {
   const std::string why = misfit(artifact, request, dtype, machine);
   if (!why.empty()) return "the artifact " + why;
-  if (artifact.backend != BackendKind::onnx && !request.allow_native_code) return "native code is not allowed";
+  const bool has_code = artifact.backend != BackendKind::onnx || !artifact.function.empty();
+  if (has_code && !request.allow_native_code) return "native code is not allowed";
   const Backend& backend = registry.get(artifact.backend);
   if (backend.table == nullptr) return backend.problem;
   if (request.device_type == CHIASM_CUDA && !backend.has_cuda) {

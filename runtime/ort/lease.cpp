@@ -3,6 +3,8 @@
 #include <chrono>
 #include <utility>
 
+#include "shim/spin.h"
+
 namespace chiasm::ort {
 namespace {
 
@@ -12,17 +14,11 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kPatience = std::chrono::microseconds(60);
 constexpr int kSpins = 4000;
 
-void pause() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#endif
-}
-
 /** For who waits on threads that all are at work: pauses, and gives the core away where one of them has lost its own. */
 class Waiting {
  public:
   void step() {
-    if (++steps_ < kSpins) pause();
+    if (++steps_ < kSpins) relax();
     else std::this_thread::yield();
   }
 
@@ -70,7 +66,7 @@ void Lease::fork(Body body, void* argument) {
   int32_t count = joined_.load(std::memory_order_acquire);
   if (count < expected) {
     const auto limit = Clock::now() + kPatience;
-    do pause();
+    do relax();
     while ((count = joined_.load(std::memory_order_acquire)) < expected && Clock::now() < limit);
   }
   if (count == 1) {

@@ -78,10 +78,15 @@ std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::string
       if (fused.function.empty()) continue;
       const std::vector<int32_t> dtypes = method.generic ? fused.dtypes : std::vector<int32_t>{core::kGeneric};
       for (const int32_t dtype : dtypes) {
-        const core::Artifact* native = core::best_fit(method, core::BackendKind::native, request, dtype, machine, why_not);
-        if (native != nullptr && !is_there(bundle->file_path(native->file))) why_not = native->file + " is missing";
-        if (!why_not.empty()) break;
-        made.push_back(std::make_unique<Node>(api, bundle, method, *native, fused.function, dtype));
+        std::string misfits;
+        const core::Artifact* native = core::best_fit(method, core::BackendKind::native, request, dtype, machine, misfits);
+        if (native == nullptr) {
+          why_not = misfits;
+        } else if (!is_there(bundle->file_path(native->file))) {
+          why_not = native->file + " is missing";
+        } else {
+          made.push_back(std::make_unique<Node>(api, bundle, method, *native, fused.function, dtype));
+        }
       }
     }
     if (why_not.empty()) {

@@ -254,9 +254,10 @@ class Bundle {
   }
 
   std::unique_ptr<Method> load(const std::string& name, const std::string& backend, int32_t device_type, int32_t device_index,
-                               const std::optional<std::string>& dtype, bool allow_native_code, bool warm_up) const {
+                               const std::optional<std::string>& dtype, bool allow_native_code, bool fused, bool warm_up) const {
     chiasm_load_options options = load_options(backend, device_type, device_index, allow_native_code);
     if (dtype) options.dtype = dtype_from_name(*dtype);
+    options.fused = fused ? 1 : 0;
     options.warm_up = warm_up ? 1 : 0;
     chiasm_method* raw = nullptr;
     chiasm_status* status = nullptr;
@@ -428,7 +429,7 @@ dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
       .def_property_readonly("methods", &Bundle::methods)
       .def("signature", &Bundle::signature, arg("name"))
       .def("load", &Bundle::load, arg("name"), arg("backend"), arg("device_type"), arg("device_index"), arg("dtype"),
-           arg("allow_native_code"), arg("warm_up"))
+           arg("allow_native_code"), arg("fused"), arg("warm_up"))
       .def("self_test", &Bundle::self_test, arg("backend"), arg("device_type"), arg("device_index"), arg("allow_native_code"));
 
   m.def("backends", &backends);

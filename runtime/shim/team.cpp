@@ -5,6 +5,7 @@
 #include <atomic>
 #include <utility>
 
+#include "spin.h"
 #include "tensor.h"
 
 namespace chiasm::shim {
@@ -37,12 +38,6 @@ void enter(void* argument, int32_t index, int32_t count) {
 
 // Threads of a region reach a barrier within microseconds of each other, unless one has lost its core.
 constexpr int kSpins = 4000;
-
-void pause() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#endif
-}
 
 }  // namespace
 }  // namespace chiasm::shim
@@ -83,7 +78,7 @@ void GOMP_barrier() {
   }
   for (int i = 0; i < kSpins; ++i) {
     if (team.barriers.load(std::memory_order_acquire) != passed) return;
-    pause();
+    chiasm::relax();
   }
   team.barriers.wait(passed, std::memory_order_acquire);
 }

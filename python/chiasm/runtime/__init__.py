@@ -99,6 +99,7 @@ class Bundle:
         device: str = "cpu",
         dtype: Any = None,
         allow_native_code: bool = True,
+        fused: bool = True,
         warm_up: bool = False,
     ) -> Method:
         """Load a method.
@@ -117,6 +118,9 @@ class Bundle:
         allow_native_code
             The native and torch artifacts are programs. False leaves the onnx backend, whose artifacts are data: use it for
             bundles whose author you do not trust.
+        fused
+            The onnx backend on the CPU: run the method's native code as one node inside ONNX Runtime, where there is some for
+            this machine. False leaves the graph of standard operators.
         warm_up
             Run once on the smallest valid input, so that the first real run is not the slow one.
 
@@ -135,7 +139,7 @@ class Bundle:
         if backend == "torch" or (backend == "auto" and _torch_is_elsewhere()):
             _open_libtorch()
         kind, index = _parse_device(device)
-        return self._handle.load(name, backend, kind, index, _dtype_name(dtype), allow_native_code, warm_up)
+        return self._handle.load(name, backend, kind, index, _dtype_name(dtype), allow_native_code, fused, warm_up)
 
     def self_test(self, backend: str = "auto", device: str = "cpu", allow_native_code: bool = True) -> list[SelfTestRow]:
         """Replay the golden vectors on this machine: a row for each golden case and backend.

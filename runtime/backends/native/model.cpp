@@ -16,11 +16,16 @@ using plugin::Error;
 using plugin::MemoryFile;
 
 // dlopen knows libraries by the text of their path, and takes one that it has for one that has just been written where
-// the number of a closed file is used again. So each path is new: "/" and "/./" between its parts spell a count.
+// the number of a closed file is used again. So each path is new: "/" and "/./" between its parts spell a number, made of a
+// count and of where this code is: it is in two libraries of ours, which may be in one process.
 std::string unique_path(const MemoryFile& file) {
-  static std::atomic<unsigned> count{0};
+  static std::atomic<uint64_t> count{0};
   std::string path = "/proc/self/fd";
-  for (unsigned bits = ++count; bits != 0; bits /= 2) path += bits % 2 != 0 ? "/." : "/";
+  const auto spell = [&path](uint64_t number, int bits) {
+    for (int i = 0; i < bits; ++i) path += (number >> i) % 2 != 0 ? "/." : "/";
+  };
+  spell(reinterpret_cast<uintptr_t>(&count), 64);
+  spell(++count, 64);
   return path + "/" + std::to_string(file.fd());
 }
 

@@ -6,18 +6,14 @@
 #include <mutex>
 #include <thread>
 
+#include "shim/spin.h"
+
 namespace chiasm::native {
 namespace {
 
 /** How long a thread looks for work before it sleeps: longer than the gap between two loops of an op, shorter than that
- *  between two frames. A pause is 10 to 60 ns. */
+ *  between two frames. */
 constexpr int kSpins = 2000;
-
-void pause() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#endif
-}
 
 }  // namespace
 
@@ -46,7 +42,7 @@ struct Workers::Worker {
   Job* next() {
     for (int i = 0; i < kSpins; ++i) {
       if (Job* work = job.load(std::memory_order_acquire)) return work;
-      pause();
+      relax();
     }
     std::unique_lock<std::mutex> lock(mutex);
     asleep = true;
@@ -88,7 +84,7 @@ void Workers::fork(Body body, void* argument) {
   body(argument, 0, count + 1);
   for (int spins = 0; job.running.load(std::memory_order_acquire) != 0; ++spins) {
     // The others began when this thread did and have as much to do; one that is late has lost its core.
-    if (spins < kSpins) pause();
+    if (spins < kSpins) relax();
     else std::this_thread::yield();
   }
 }

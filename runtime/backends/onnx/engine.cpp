@@ -71,6 +71,16 @@ const Ort::Env& environment(int32_t num_threads) {
   return env;
 }
 
+std::string custom_op_library() {
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(&custom_op_library), &info) == 0) throw Error(CHIASM_INTERNAL, "dladdr failed");
+  const std::string own = info.dli_fname, folder = own.substr(0, own.rfind('/') + 1);
+  for (const std::string& path : {folder + "libchiasm_ort.so", folder + "../libchiasm_ort.so"}) {
+    if (access(path.c_str(), R_OK) == 0) return path;
+  }
+  throw Error(CHIASM_UNAVAILABLE, "libchiasm_ort.so is not beside " + own);
+}
+
 bool has_provider(const char* name) {
   open_engine();
   const std::vector<std::string> providers = Ort::GetAvailableProviders();

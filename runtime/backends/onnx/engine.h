@@ -19,6 +19,9 @@ const std::string& open_engine();
 /** The environment, with one thread pool and one arena that all sessions share; made with the first call's number. */
 const Ort::Env& environment(int32_t num_threads);
 
+/** The path of libchiasm_ort.so, which is installed with this plug-in; throws plugin::Error(CHIASM_UNAVAILABLE) where it is not. */
+std::string custom_op_library();
+
 /** Whether this build of ONNX Runtime has the provider, e.g. "CUDAExecutionProvider". */
 bool has_provider(const char* name);
 

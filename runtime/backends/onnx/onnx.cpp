@@ -19,6 +19,7 @@
 
 namespace {
 
+using chiasm::onnx::custom_op_library;
 using chiasm::onnx::element_type;
 using chiasm::onnx::environment;
 using chiasm::onnx::has_provider;
@@ -70,6 +71,7 @@ class Model {
       options.AddConfigEntry("session.use_env_allocators", "1");
       // Not ORT_ENABLE_ALL: its blocked layout makes convolutions of few channels, which most ops are, 3 to 18 times slower.
       options.SetGraphOptimizationLevel(ORT_ENABLE_EXTENDED);
+      if (request.function != nullptr) append_native_code(options, request.bundle);
       if (request.device_type == CHIASM_CUDA) append_cuda(options, request.device_index);
       session_.emplace(environment(request.num_threads), request.data, request.size, options);
     });
@@ -99,6 +101,13 @@ class Model {
   }
 
  private:
+  static void append_native_code(Ort::SessionOptions& options, const std::string& bundle) {
+    if (bundle.find(':') != std::string::npos)
+      throw Error(CHIASM_UNAVAILABLE, "the entry chiasm.bundles cannot name the folder " + bundle + ", which has a colon");
+    options.AddConfigEntry("chiasm.bundles", bundle.c_str());
+    options.RegisterCustomOpsLibrary(custom_op_library().c_str());
+  }
+
   void append_cuda(Ort::SessionOptions& options, int32_t device_index) {
     if (!has_provider(kCudaProvider))
       throw Error(CHIASM_UNAVAILABLE, "this ONNX Runtime has no CUDA provider; install onnxruntime-gpu");
