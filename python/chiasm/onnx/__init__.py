@@ -12,9 +12,11 @@ runs the bundle's native code instead.
 Only `Node` and `export` import torch.
 
 Example:
-    >>> import chiasm.onnx
-    >>> sobel = chiasm.onnx.session("build/bundles/filters.sobel.chiasm")  # doctest: +SKIP
-    >>> [edges] = sobel.run(None, {"input": image})  # doctest: +SKIP
+    >>> import chiasm.onnx, numpy as np
+    >>> sobel = chiasm.onnx.session("build/bundles/filters.sobel.chiasm")
+    >>> [edges] = sobel.run(None, {"input": np.zeros((1, 3, 32, 48), np.float32)})
+    >>> edges.shape
+    (1, 3, 32, 48)
 """
 
 import importlib

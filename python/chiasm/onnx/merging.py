@@ -47,8 +47,13 @@ def prepend(
 
     Example:
         >>> import chiasm.onnx, onnx
-        >>> merged = chiasm.onnx.prepend("bundles/pipelines.preprocess.chiasm", "classifier.onnx")  # doctest: +SKIP
-        >>> onnx.save(merged, "camera_classifier.onnx")  # doctest: +SKIP
+        >>> model = onnx.parser.parse_model(
+        ...     '<ir_version: 8, opset_import: ["": 18]> classifier (float[N, 3, 224, 224] images) => (float[N, 3, 1, 1] scores)'
+        ...     '{ scores = GlobalAveragePool(images) }'
+        ... )
+        >>> merged = chiasm.onnx.prepend("build/bundles/pipelines.preprocess.chiasm", model)
+        >>> [node.op_type for node in merged.graph.node], [i.name for i in merged.graph.input]
+        (['pipelines_preprocess', 'GlobalAveragePool'], ['frame'])
     """
     given = model if isinstance(model, onnx.ModelProto) else onnx.load(os.fspath(model))
     initialized = {t.name for t in given.graph.initializer}
@@ -96,8 +101,10 @@ def embed(model: onnx.ModelProto, *bundles: BundlePath) -> onnx.ModelProto:
 
     Example:
         >>> import chiasm.onnx, torch
-        >>> program = torch.onnx.export(network, (frame,), dynamo=True)  # doctest: +SKIP
-        >>> model = chiasm.onnx.embed(program.model_proto, "bundles/pipelines.preprocess.chiasm")  # doctest: +SKIP
+        >>> bundle = "build/bundles/filters.sobel.chiasm"
+        >>> program = torch.onnx.export(chiasm.onnx.Node(bundle), (torch.zeros(1, 3, 16, 16),), dynamo=True, verbose=False)
+        >>> [f.name for f in chiasm.onnx.embed(program.model_proto, bundle).functions]
+        ['filters_sobel']
     """
     return embed_methods(model, [Method.open(b, m, None) for b in bundles for m in _called(model, b)])
 

@@ -41,8 +41,10 @@ class Node(nn.Module):
 
     Example:
         >>> import chiasm.onnx, torch
-        >>> prepare = chiasm.onnx.Node("bundles/pipelines.preprocess.chiasm")  # doctest: +SKIP
-        >>> network = torch.nn.Sequential(prepare, torch.nn.Conv2d(3, 8, 3))  # doctest: +SKIP
+        >>> prepare = chiasm.onnx.Node("build/bundles/pipelines.preprocess.chiasm")
+        >>> network = torch.nn.Sequential(prepare, torch.nn.Conv2d(3, 8, 3))
+        >>> network(torch.zeros(48, 64, 3, dtype=torch.uint8)).shape
+        torch.Size([1, 8, 222, 222])
     """
 
     def __init__(self, bundle: str | os.PathLike[str], method: str = "forward", dtype: str | None = None) -> None:
@@ -133,10 +135,12 @@ def export(network: nn.Module, args: tuple[Any, ...], path: str | os.PathLike[st
 
     Example:
         >>> import chiasm.onnx, torch
-        >>> prepare = chiasm.onnx.Node("bundles/pipelines.preprocess.chiasm")  # doctest: +SKIP
-        >>> network = torch.nn.Sequential(prepare, torch.nn.Conv2d(3, 8, 3)).eval()  # doctest: +SKIP
-        >>> frame = torch.zeros(480, 640, 3, dtype=torch.uint8)  # doctest: +SKIP
-        >>> model = chiasm.onnx.export(network, (frame,), "network.onnx")  # doctest: +SKIP
+        >>> prepare = chiasm.onnx.Node("build/bundles/pipelines.preprocess.chiasm")
+        >>> network = torch.nn.Sequential(prepare, torch.nn.Conv2d(3, 8, 3)).eval()
+        >>> frame = torch.zeros(48, 64, 3, dtype=torch.uint8)
+        >>> model = chiasm.onnx.export(network, (frame,), "network.onnx", dynamic_shapes=({0: "H", 1: "W"},))
+        >>> [node.op_type for node in model.graph.node]
+        ['pipelines_preprocess', 'Conv']
     """
     if not options.pop("dynamo", True):
         raise ValueError("dynamo: expected True, got False: only the exporter by torch.export knows how to write a Node")

@@ -47,8 +47,9 @@ def session(
 
     Example:
         >>> import chiasm.onnx
-        >>> sobel = chiasm.onnx.session("build/bundles/filters.sobel.chiasm")  # doctest: +SKIP
-        >>> [edges] = sobel.run(None, {"input": image})  # doctest: +SKIP
+        >>> sobel = chiasm.onnx.session("build/bundles/filters.sobel.chiasm", dtype="float64", fused=False)
+        >>> sobel.get_inputs()[0].type
+        'tensor(double)'
     """
     import onnxruntime
 
