@@ -147,6 +147,16 @@ def test_outputs_that_go_nowhere_are_left_out(tmp_path: Path) -> None:
     assert np.array_equal(got, -x.max(1, keepdims=True))
 
 
+def test_models_of_other_vendors_operators_and_without_shapes(light: Callable[[str], Path]) -> None:
+    """ONNX's checker refuses an output without a shape; ONNX Runtime takes it."""
+    nodes = [helper.make_node("FastGelu", ["x"], ["g"], domain="com.microsoft"), helper.make_node("ReduceMean", ["g"], ["y"], axes=[2, 3])]
+    x, y = helper.make_tensor_value_info("x", TensorProto.FLOAT, ["N", 3, 224, 224]), helper.make_tensor_value_info("y", TensorProto.FLOAT, None)
+    opsets = [helper.make_opsetid("", 13), helper.make_opsetid("com.microsoft", 1)]
+    merged = chiasm.onnx.prepend(light("pipelines.preprocess"), helper.make_model(helper.make_graph(nodes, "g", [x], [y]), opset_imports=opsets, ir_version=7))
+    assert {o.domain: o.version for o in merged.opset_import} == {"": 18, "com.microsoft": 1, "chiasm": 1}
+    assert run(merged, frame=np.zeros((30, 40, 3), np.uint8))[0].shape == (1, 3, 1, 1)
+
+
 def test_what_does_not_fit_is_said(light: Callable[[str], Path]) -> None:
     preprocess_, sobel = light("pipelines.preprocess"), light("filters.sobel")
     with pytest.raises(ValueError, match=r"float32 \(1, 3, 224, 224\), the model's input 'images' is float32 \(N, 3, 256, 256\): 224 is not 256"):

@@ -12,6 +12,7 @@ from torch import Tensor, nn
 from torch.export import Dim
 
 import chiasm.onnx
+from chiasm.export.manifest import BundleError
 from chiasm.filters import sobel
 from chiasm.pipelines import preprocess
 
@@ -70,6 +71,16 @@ def test_what_torch_exports_is_completed_by_embed(light: Callable[[str], Path]) 
     model = chiasm.onnx.embed(program.model_proto, light("filters.sobel"))
     with torch.no_grad():
         np.testing.assert_allclose(run(model, x)[0], network(x).numpy(), atol=1e-5, rtol=1e-4)
+
+
+def test_embedding_in_another_dtype(light: Callable[[str], Path]) -> None:
+    x = torch.rand(1, 3, 30, 40, dtype=torch.float64)
+    program = torch.onnx.export(chiasm.onnx.Node(light("filters.sobel"), dtype="float64"), (x,), dynamo=True, verbose=False)
+    assert program is not None
+    model = chiasm.onnx.embed(program.model_proto, light("filters.sobel"), dtype="float64")
+    np.testing.assert_allclose(run(model, x)[0], sobel(x).numpy(), atol=1e-9)
+    with pytest.raises(BundleError, match="got 'float16'"):
+        chiasm.onnx.embed(program.model_proto, light("filters.sobel"), dtype="float16")
 
 
 def test_symbolic_sizes_go_through_the_manifests_expressions(light: Callable[[str], Path]) -> None:

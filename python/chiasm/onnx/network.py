@@ -17,6 +17,7 @@ from torch import Tensor, nn
 from chiasm.export.manifest import BundleError
 from chiasm.export.onnx_function import DOMAIN, domain_version, function_name
 
+from .functions import nodes
 from .merging import embed_methods
 from .methods import Method
 
@@ -124,11 +125,11 @@ def export(network: nn.Module, args: tuple[Any, ...], path: str | os.PathLike[st
     Args:
         network: any module that ``torch.onnx.export(dynamo=True)`` takes.
         args: example inputs, as for ``torch.onnx.export``.
-        path: where to write the model; by default nowhere.
+        path: where to write the model, in one file of at most 2 GB; by default nowhere.
         options: the other arguments of ``torch.onnx.export``: `dynamic_shapes`, `input_names`, `opset_version` ...
 
     Returns:
-        The whole model, checked.
+        The whole model.
 
     Raises:
         ValueError: two Nodes cannot be in one model.
@@ -148,7 +149,7 @@ def export(network: nn.Module, args: tuple[Any, ...], path: str | os.PathLike[st
     program = torch.onnx.export(network, args, dynamo=True, **options)
     assert program is not None
     model = program.model_proto
-    called = {n.op_type for n in model.graph.node if n.domain == DOMAIN}
+    called = {n.op_type for n in nodes(model.graph) if n.domain == DOMAIN}
     found = [m for m in network.modules() if isinstance(m, Node) and m.function in called]
     whole = embed_methods(model, [m.opened for m in found])
     if path is not None:
