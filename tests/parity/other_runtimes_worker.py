@@ -33,7 +33,7 @@ def by_openvino(file: Path, names: list[str]) -> Runner:
     core = openvino.Core()
     core.set_property("CPU", {"INFERENCE_PRECISION_HINT": "f32"})  # else bfloat16 where the CPU has it
     model = core.compile_model(str(file), "CPU")
-    # By position: OpenVINO renames an input that a cast to its own dtype follows.
+    # By position: an input that a cast to its own dtype follows has the cast's name too, and get_any_name() may give that one.
     return lambda inputs: [np.array(x) for x in model(inputs).values()]
 
 
