@@ -11,7 +11,7 @@ BUNDLES := build/bundles
 SOURCES := $(shell find python/chiasm export runtime/shim -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' | grep -v __pycache__)
 
 .PHONY: help setup build bundles demo test test-quick test-ops test-export test-runtime test-sanitizers test-fuzz test-install \
-  parity bench lint lock clean
+  parity other-runtimes bench lint lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
@@ -55,6 +55,10 @@ test-runtime: build bundles ## GoogleTest
 parity: build bundles ## every op x artifact x backend x shape against eager Python -> build/parity.json
 	$(PY) tests/parity/matrix.py
 
+other-runtimes: bundles ## the ONNX artifacts in an old ONNX Runtime and in OpenVINO, on the golden vectors
+	tools/other_runtimes.sh
+	$(PY) tests/parity/other_runtimes.py
+
 test-sanitizers: bundles ## the C++ tests under ASan+UBSan and TSan
 	@for preset in asan-ubsan tsan; do
 	  cmake --preset $$preset > /dev/null
@@ -77,6 +81,10 @@ lint: setup ## style of the Python code
 lock: setup ## requirements.in -> requirements.txt, pinned with hashes
 	.venv/bin/python -m pip install -q uv
 	.venv/bin/python -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header requirements.in -o requirements.txt
+	for name in ort-1.17 openvino; do
+	  $(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
+	    tools/other_runtimes/$$name.in -o tools/other_runtimes/$$name.txt
+	done
 
 clean: ## remove what was built (not .venv)
 	rm -rf build python/chiasm/*.so

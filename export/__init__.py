@@ -2,11 +2,29 @@
 
     from chiasm.export import Spec, export, image
     export(my_function, Spec("my.op", [image()]), "bundles")
+
+Names load on first use, so that reading a bundle (``chiasm.export.manifest``) does not import torch.
 """
 
-from .bundle import BundleError
-from .errors import ExportError
-from .exporter import FORMATS, export
-from .spec import Spec, TensorSpec, Tolerance, frame, image
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .errors import ExportError
+    from .exporter import FORMATS, export
+    from .manifest import BundleError
+    from .spec import Spec, TensorSpec, Tolerance, frame, image
 
 __all__ = ["FORMATS", "BundleError", "ExportError", "Spec", "TensorSpec", "Tolerance", "export", "frame", "image"]
+
+_HOMES = {"BundleError": "manifest", "ExportError": "errors", "FORMATS": "exporter", "export": "exporter"}
+
+
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        return getattr(importlib.import_module(f"{__name__}.{_HOMES.get(name, 'spec')}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,6 +1,7 @@
 """chiasm: computer-vision ops written once in typed, scriptable Python and run everywhere with the same numbers.
 
-Submodules load on first use, so that ``import chiasm.runtime`` (which runs exported bundles) does not import torch.
+Submodules load on first use, so that ``import chiasm.runtime`` and ``import chiasm.onnx`` (which run exported bundles) do not
+import torch.
 """
 
 import importlib
@@ -18,6 +19,7 @@ _SUBMODULES = (
     "losses",
     "metrics",
     "morphology",
+    "onnx",
     "pipelines",
     "primitives",
     "runtime",

@@ -1,5 +1,6 @@
 """Small bundles that the tests of the exporter share."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ import torch
 from torch import Tensor
 
 from chiasm.export import Spec, TensorSpec, export, image
+from chiasm.export.catalog import catalog
 
 
 def scaled_difference(input: Tensor, gain: Tensor, power: float = 1.0) -> Tensor:
@@ -29,3 +31,18 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A bundle of a user's own function, in every format."""
     torch.manual_seed(0)
     return export(scaled_difference, SPEC, tmp_path_factory.mktemp("bundles"))
+
+
+@pytest.fixture(scope="session")
+def light(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Bundles by name, of the function above or of the catalog, made when first asked for, without native code."""
+    folder = tmp_path_factory.mktemp("light")
+    made: dict[str, Path] = {}
+
+    def get(name: str) -> Path:
+        if name not in made:
+            fn, spec = (scaled_difference, SPEC) if name == SPEC.name else (catalog()[name].function(), catalog()[name].spec)
+            made[name] = export(fn, spec, folder, formats=["torchscript", "onnx"])
+        return made[name]
+
+    return get

@@ -12,7 +12,7 @@ import chiasm
 MODULES = [
     m.name
     for m in pkgutil.walk_packages(chiasm.__path__, "chiasm.", onerror=lambda name: None)
-    if not m.name.startswith(("chiasm.export", "chiasm.runtime"))
+    if not m.name.startswith(("chiasm.export", "chiasm.onnx", "chiasm.runtime"))
 ]
 
 

@@ -1,0 +1,63 @@
+"""Reading a bundle: its manifest and its files, checked. Imports no engine, so that a program that only runs bundles can use it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+
+SUFFIX = ".chiasm"
+SCHEMA_VERSION = 1
+
+
+class BundleError(RuntimeError):
+    """A bundle is damaged, or is not one."""
+
+
+@cache
+def schema() -> dict[str, Any]:
+    """The JSON Schema of manifests."""
+    return json.loads(resources.files(__package__).joinpath("manifest.schema.json").read_text())
+
+
+def sha256(data: bytes) -> str:
+    """The hash, in hexadecimal."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def read_manifest(bundle: Path) -> dict[str, Any]:
+    """The manifest of a bundle, checked against the schema."""
+    file = bundle / "manifest.json"
+    if not file.is_file():
+        raise BundleError(f"{bundle}: not a bundle: it has no manifest.json (`chiasm export --help` makes one)")
+    try:
+        manifest = json.loads(file.read_text())
+    except ValueError as error:
+        raise BundleError(f"{file}: not JSON: {error}") from error
+    version = manifest.get("schema_version") if isinstance(manifest, dict) else None
+    if isinstance(version, int) and version > SCHEMA_VERSION:
+        raise BundleError(f"{file}: written with schema version {version}, this chiasm reads up to {SCHEMA_VERSION}: upgrade chiasm")
+    try:
+        jsonschema.validate(manifest, schema())
+    except jsonschema.ValidationError as error:
+        raise BundleError(f"{file}: at {error.json_path}: {error.message}") from error
+    return manifest
+
+
+def read_file(bundle: Path, entry: dict[str, Any]) -> bytes:
+    """A file of the bundle whose size and hash are those of its manifest entry."""
+    path = bundle / entry["file"]
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise BundleError(f"{path}: {error.strerror}") from error
+    if len(data) != entry["size"]:
+        raise BundleError(f"{path}: {len(data)} bytes, the manifest says {entry['size']}: truncated or replaced")
+    if sha256(data) != entry["sha256"]:
+        raise BundleError(f"{path}: sha256 differs from the manifest's: damaged or tampered with")
+    return data

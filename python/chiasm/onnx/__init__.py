@@ -1,0 +1,42 @@
+"""Bundles in ONNX Runtime, and in models of your own.
+
+A bundle's ONNX artifacts come in two forms: flat, standard operators; and fused, one function call in the domain ``chiasm``.
+ONNX Runtime runs the function's body anywhere; where chiasm's plug-in ``libchiasm_ort.so`` is registered with the session, it
+runs the bundle's native code instead.
+
+* `session` opens a bundle in ONNX Runtime, `register` adds the plug-in to session options of your own, `library` says where it is.
+* `prepend` puts a bundle in front of an existing model.
+* `Node` is a bundle within a torch network, `export` writes such a network as ONNX, `embed` completes a model that was exported
+  otherwise.
+
+Only `Node` and `export` import torch.
+
+Example:
+    >>> import chiasm.onnx, numpy as np
+    >>> sobel = chiasm.onnx.session("build/bundles/filters.sobel.chiasm")
+    >>> [edges] = sobel.run(None, {"input": np.zeros((1, 3, 32, 48), np.float32)})
+    >>> edges.shape
+    (1, 3, 32, 48)
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from .merging import embed, prepend
+from .plugin import library, register
+from .sessions import session
+
+if TYPE_CHECKING:
+    from .network import Node, export
+
+__all__ = ["Node", "embed", "export", "library", "prepend", "register", "session"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("Node", "export"):
+        return getattr(importlib.import_module(f"{__name__}.network"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

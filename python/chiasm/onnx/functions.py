@@ -1,0 +1,108 @@
+"""Putting a bundle's function into a model: opsets, versions and what may not meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import onnx
+from onnx import version_converter
+
+from chiasm.export.onnx_function import DOMAIN, domain_version, function_name, fuse
+
+from .methods import Method
+
+MIN_IR_VERSION = 8  # the first that has functions
+
+
+def opset(model: onnx.ModelProto | onnx.FunctionProto, domain: str = "") -> int | None:
+    """The version of a domain that `model` imports."""
+    names = ("", "ai.onnx") if domain == "" else (domain,)
+    return next((o.version for o in model.opset_import if o.domain in names), None)
+
+
+def fused_model(method: Method, version: int | None = None) -> onnx.ModelProto:
+    """The method's fused model, its body raised to an opset where one is given."""
+    model = onnx.load_from_string(method.read(method.fused() or method.flat()))
+    name = function_name(method.manifest["name"], method.name)
+    if model.functions and version in (None, opset(model.functions[0])):
+        return model
+    flat = onnx.load_from_string(method.read(method.flat()))
+    if version is not None and version != opset(flat):
+        try:
+            flat = version_converter.convert_version(flat, version)
+        except Exception as error:  # the converter's own, of several kinds
+            raise ValueError(f"{method.folder}: its operators (opset {opset(flat)}) cannot be raised to the model's opset {version}: {error}") from error
+    return fuse(flat, name, domain_version(method.manifest["version"]))
+
+
+def at_least(model: onnx.ModelProto, version: int, bundle: str) -> onnx.ModelProto:
+    """A copy of `model` whose opset is at least `version`.
+
+    A function's operators must mean the same to the model that holds it, so the lower opset of the two is raised.
+    """
+    found = opset(model)
+    result = onnx.ModelProto()
+    if found is None or found >= version:
+        result.CopyFrom(model)
+    elif model.functions:
+        raise ValueError(f"the model imports opset {found} and has functions, {bundle} needs opset {version}: export the model with opset {version} or later")
+    else:
+        try:
+            result = version_converter.convert_version(model, version)
+        except Exception as error:  # the converter's own, of several kinds
+            raise ValueError(
+                f"the model imports opset {found}, {bundle} needs {version}, and raising the model failed: {error}: export it with opset {version} or later"
+            ) from error
+        del result.metadata_props[:]
+        result.metadata_props.extend(model.metadata_props)
+    result.ir_version = max(model.ir_version, MIN_IR_VERSION)
+    return result
+
+
+def add_function(model: onnx.ModelProto, method: Method) -> onnx.FunctionProto:
+    """Put the method's function and its domain into `model`, whose opset is high enough; one that is there is not added twice.
+
+    Raises:
+        ValueError: `model` has another function of this name, or another version of the domain.
+    """
+    base = opset(model)
+    fused = fused_model(method, base)
+    function = fused.functions[0]
+    if base is None:
+        model.opset_import.add(domain="", version=opset(fused))
+    wanted, found = opset(fused, DOMAIN), opset(model, DOMAIN)
+    if found is None:
+        model.opset_import.add(domain=DOMAIN, version=wanted)
+    elif found != wanted:
+        raise ValueError(
+            f"{method.folder} is version {method.manifest['version']} (domain {DOMAIN!r} {wanted}), the model holds version {found} of the "
+            f"domain {DOMAIN!r}: a model has one: export the bundles with the same major version"
+        )
+    for other in model.functions:
+        if (other.domain, other.name) == (DOMAIN, function.name):
+            if other.SerializeToString(deterministic=True) != function.SerializeToString(deterministic=True):
+                raise ValueError(
+                    f"{method.folder}: the model has another function {DOMAIN}::{function.name} (of another dtype, configuration or export): "
+                    "give the bundles names of their own"
+                )
+            return other
+    model.functions.append(function)
+    return function
+
+
+def nodes(graph: onnx.GraphProto) -> Iterator[onnx.NodeProto]:
+    """The nodes of a graph and of those nested in it."""
+    for node in graph.node:
+        yield node
+        for attribute in node.attribute:
+            for inner in [*([attribute.g] if attribute.type == onnx.AttributeProto.GRAPH else []), *attribute.graphs]:
+                yield from nodes(inner)
+
+
+def names(graph: onnx.GraphProto) -> set[str]:
+    """Every name of a value in a graph and in those nested in it."""
+    found = {v.name for v in [*graph.input, *graph.output, *graph.value_info, *graph.initializer]}
+    for node in nodes(graph):
+        found.update(node.input)
+        found.update(node.output)
+    return found

@@ -1,0 +1,253 @@
+"""A bundle in front of an existing model, as one node of it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import onnx
+from onnx import TensorProto, helper
+
+from chiasm.export.manifest import read_manifest
+from chiasm.export.onnx_function import DOMAIN, function_name
+
+from .functions import add_function, at_least, fused_model, names, nodes, opset
+from .methods import Method
+
+BundlePath = str | os.PathLike[str]
+
+
+def prepend(
+    bundle: BundlePath,
+    model: onnx.ModelProto | BundlePath,
+    *,
+    method: str = "forward",
+    dtype: str | None = None,
+    connect: dict[str, str] | None = None,
+) -> onnx.ModelProto:
+    """Put a bundle in front of a model: preprocessing before a detector, say.
+
+    The bundle becomes one node, its function comes along, and the result runs in any ONNX Runtime; register the bundle with the
+    session (`register`) to have its native code used. The connected inputs of the model are replaced by the bundle's. An input
+    keeps its name in the bundle where the model has not used it, else the function's name goes before it
+    (``filters_sobel_input``). A size that the model fixes is fixed in the bundle's inputs too.
+
+    Args:
+        bundle: the folder ``NAME.chiasm``.
+        model: the model or its file; it is not changed.
+        method: one of the bundle's methods.
+        dtype: for a bundle of several dtypes, the one to take; by default what the model's input asks for.
+        connect: from names of the bundle's outputs to names of the model's inputs. May be left out where both have only one.
+
+    Returns:
+        The merged model. Its opset is the higher of the two.
+
+    Raises:
+        BundleError: the bundle is damaged, or has no such method or dtype.
+        ValueError: the two do not fit together; the message names what was expected and what came.
+
+    Example:
+        >>> import chiasm.onnx, onnx
+        >>> model = onnx.parser.parse_model(
+        ...     '<ir_version: 8, opset_import: ["": 18]> classifier (float[N, 3, 224, 224] images) => (float[N, 3, 1, 1] scores)'
+        ...     '{ scores = GlobalAveragePool(images) }'
+        ... )
+        >>> merged = chiasm.onnx.prepend("build/bundles/pipelines.preprocess.chiasm", model)
+        >>> [node.op_type for node in merged.graph.node], [i.name for i in merged.graph.input]
+        (['pipelines_preprocess', 'GlobalAveragePool'], ['frame'])
+    """
+    given = model if isinstance(model, onnx.ModelProto) else onnx.load(os.fspath(model))
+    initialized = {t.name for t in given.graph.initializer}
+    wanted = {v.name: v for v in given.graph.input if v.name not in initialized}
+    opened = Method.open(bundle, method, dtype)
+    pairs = _pairs(opened, wanted, connect)
+    if dtype is None:
+        opened = _method_of_dtype(opened, [wanted[name] for name in pairs.values()])
+
+    source = fused_model(opened).graph
+    merged = at_least(given, opset(fused_model(opened).functions[0]), str(opened.folder))
+    taken = names(merged.graph)
+    outputs = {v.name: v for v in source.output}
+    sizes = _fit(opened, [(outputs[ours], wanted[theirs]) for ours, theirs in pairs.items()], _symbols(merged.graph))
+
+    function = add_function(merged, opened)
+    inputs = [_named(v, function.name, taken, sizes) for v in source.input]
+    results = [pairs.get(v.name) or _free(f"{function.name}_{v.name}", taken) for v in source.output]
+    node = helper.make_node(function.name, [v.name for v in inputs], results, name=_free(function.name, {n.name for n in nodes(merged.graph)}), domain=DOMAIN)
+    merged.graph.node.insert(0, node)
+    kept = [v for v in merged.graph.input if v.name not in pairs.values()]
+    replaced = [v for v in merged.graph.input if v.name in pairs.values()]
+    del merged.graph.input[:]
+    merged.graph.input.extend([*inputs, *kept])
+    merged.graph.value_info.extend(replaced)
+    _check(merged, given)
+    return merged
+
+
+def embed(model: onnx.ModelProto, *bundles: BundlePath, dtype: str | None = None) -> onnx.ModelProto:
+    """Give a model that calls functions of bundles their definitions, so that it runs where chiasm is not.
+
+    For models with a `Node` that were exported with ``torch.onnx.export``; `export` does both.
+
+    Args:
+        model: is not changed.
+        bundles: those whose functions it calls; one that it does not call is an error.
+        dtype: for bundles of several dtypes, the one that the calls are in; by default float32, else the first there is.
+
+    Returns:
+        The whole model.
+
+    Raises:
+        BundleError: a bundle is damaged, or has no such dtype.
+        ValueError: a call has no bundle, or a bundle no call.
+
+    Example:
+        >>> import chiasm.onnx, torch
+        >>> bundle = "build/bundles/filters.sobel.chiasm"
+        >>> program = torch.onnx.export(chiasm.onnx.Node(bundle), (torch.zeros(1, 3, 16, 16),), dynamo=True, verbose=False)
+        >>> [f.name for f in chiasm.onnx.embed(program.model_proto, bundle).functions]
+        ['filters_sobel']
+    """
+    return embed_methods(model, [method for bundle in bundles for method in _called(model, bundle, dtype)])
+
+
+def embed_methods(model: onnx.ModelProto, methods: list[Method]) -> onnx.ModelProto:
+    """`embed` for methods that are opened already."""
+    needed = max((opset(fused_model(m).functions[0]) for m in methods), default=0)
+    result = at_least(model, needed, ", ".join(str(m.folder) for m in methods))
+    # The exporter imports a domain of its own making for the calls; the bundles say which version it is.
+    imports = [o for o in result.opset_import if o.domain != DOMAIN or result.functions]
+    del result.opset_import[:]
+    result.opset_import.extend(imports)
+    for method in methods:
+        add_function(result, method)
+    defined = {f.name for f in result.functions if f.domain == DOMAIN}
+    missing = sorted({n.op_type for n in nodes(result.graph) if n.domain == DOMAIN} - defined)
+    if missing:
+        raise ValueError(f"the model calls {', '.join(f'{DOMAIN}::{m}' for m in missing)}, which none of the bundles defines")
+    _check(result, model)
+    return result
+
+
+def _check(result: onnx.ModelProto, given: onnx.ModelProto) -> None:
+    """Check what was made, unless what was given does not pass either: engines take models that ONNX's checker does not."""
+    try:
+        onnx.checker.check_model(given)
+    except onnx.checker.ValidationError:
+        return
+    onnx.checker.check_model(result)
+
+
+def _called(model: onnx.ModelProto, bundle: BundlePath, dtype: str | None) -> list[Method]:
+    """The methods of the bundle whose functions the model calls."""
+    manifest = read_manifest(Path(bundle))
+    calls = {n.op_type for n in nodes(model.graph) if n.domain == DOMAIN}
+    called = [m for m in manifest["methods"] if function_name(manifest["name"], m) in calls]
+    if not called:
+        function = f"{DOMAIN}::{function_name(manifest['name'], 'forward')}"
+        raise ValueError(f"{bundle}: the model does not call {function}; it calls {', '.join(sorted(calls)) or 'nothing of chiasm'}")
+    return [Method.open(bundle, m, dtype if manifest["dtypes"] else None) for m in called]
+
+
+def _pairs(opened: Method, wanted: dict[str, onnx.ValueInfoProto], connect: dict[str, str] | None) -> dict[str, str]:
+    ours = [t["name"] for t in opened.outputs]
+    if connect is None:
+        if len(ours) != 1 or len(wanted) != 1:
+            raise ValueError(
+                f"{opened.folder} has the outputs {', '.join(ours)}, the model the inputs {', '.join(wanted) or '(none)'}: "
+                "say which goes where: connect={OUTPUT: INPUT}"
+            )
+        connect = {ours[0]: next(iter(wanted))}
+    if not connect:
+        raise ValueError("connect: expected at least one pair, got none")
+    for output, target in connect.items():
+        if output not in ours:
+            raise ValueError(f"connect: {opened.folder} has no output {output!r}: it has {', '.join(ours)}")
+        if target not in wanted:
+            raise ValueError(f"connect: the model has no input {target!r}: it has {', '.join(wanted) or '(none)'}")
+    if len(set(connect.values())) != len(connect):
+        raise ValueError(f"connect: an input of the model is named twice: {connect}")
+    return dict(connect)
+
+
+def _method_of_dtype(opened: Method, targets: list[onnx.ValueInfoProto]) -> Method:
+    """The method in the dtype that the model's inputs have, where the bundle is generic and has it."""
+    for target in targets:
+        candidate = replace(opened, dtype=_dtype_name(target))
+        if candidate.dtype in opened.manifest["dtypes"] and candidate.flat() is not None:
+            return candidate
+    return opened
+
+
+def _dtype_name(value: onnx.ValueInfoProto) -> str:
+    name = TensorProto.DataType.Name(value.type.tensor_type.elem_type).lower()
+    return {"float": "float32", "double": "float64"}.get(name, name)
+
+
+def _fit(opened: Method, links: list[tuple[onnx.ValueInfoProto, onnx.ValueInfoProto]], taken: set[str]) -> dict[str, int | str]:
+    """What the bundle's symbolic sizes become in the merged model: a number or a symbol of the model, or a name of their own."""
+    sizes: dict[str, int | str] = {}
+    limits = opened.manifest["symbols"]
+    for ours, theirs in links:
+        story = f"{opened.folder}: output {ours.name!r} is {_text(ours)}, the model's input {theirs.name!r} is {_text(theirs)}"
+        if _dtype_name(ours) != _dtype_name(theirs):
+            raise ValueError(f"{story}: the dtypes differ")
+        if not theirs.type.tensor_type.HasField("shape"):
+            continue
+        mine, yours = ours.type.tensor_type.shape.dim, theirs.type.tensor_type.shape.dim
+        if len(mine) != len(yours):
+            raise ValueError(f"{story}: the numbers of dimensions differ")
+        for a, b in zip(mine, yours):
+            size = b.dim_value if b.HasField("dim_value") else b.dim_param
+            if a.HasField("dim_value"):
+                if b.HasField("dim_value") and a.dim_value != b.dim_value:
+                    raise ValueError(f"{story}: {a.dim_value} is not {b.dim_value}")
+            elif a.dim_param in limits and size:
+                low, high = limits[a.dim_param]["min"], limits[a.dim_param]["max"]
+                if isinstance(size, int) and not low <= size <= high:
+                    raise ValueError(f"{story}: the bundle takes {a.dim_param} from {low} to {high}")
+                known = sizes.get(a.dim_param, size)
+                if isinstance(known, int) and isinstance(size, int) and known != size:
+                    raise ValueError(f"{story}: {a.dim_param} would have to be both {known} and {size}")
+                sizes[a.dim_param] = known if isinstance(known, int) else size
+    # Engines take equal names for equal sizes, so a symbol that means something else in the model gets another name.
+    function = function_name(opened.manifest["name"], opened.name)
+    for symbol in limits:
+        if symbol not in sizes:
+            sizes[symbol] = symbol if symbol not in taken else _free(f"{function}_{symbol}", taken)
+    return sizes
+
+
+def _text(value: onnx.ValueInfoProto) -> str:
+    tensor = value.type.tensor_type
+    shape = [str(d.dim_value) if d.HasField("dim_value") else d.dim_param or "?" for d in tensor.shape.dim]
+    return f"{_dtype_name(value)} ({', '.join(shape) if tensor.HasField('shape') else '...'})"
+
+
+def _symbols(graph: onnx.GraphProto) -> set[str]:
+    return {d.dim_param for v in [*graph.input, *graph.output, *graph.value_info] for d in v.type.tensor_type.shape.dim if d.dim_param}
+
+
+def _named(value: onnx.ValueInfoProto, function: str, taken: set[str], sizes: dict[str, int | str]) -> onnx.ValueInfoProto:
+    """An input of the bundle as an input of the merged model."""
+    result = onnx.ValueInfoProto()
+    result.CopyFrom(value)
+    result.name = value.name if value.name not in taken else _free(f"{function}_{value.name}", taken)
+    taken.add(result.name)
+    for dim in result.type.tensor_type.shape.dim:
+        size = sizes.get(dim.dim_param) if dim.dim_param else None
+        if isinstance(size, int):
+            dim.dim_value = size
+        elif size:
+            dim.dim_param = size
+    return result
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """`name`, with a number after it where it is taken."""
+    free, number = name, 2
+    while free in taken:
+        free, number = f"{name}_{number}", number + 1
+    taken.add(free)
+    return free

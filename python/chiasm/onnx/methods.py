@@ -1,0 +1,78 @@
+"""A method of a bundle, as its manifest describes it, for one dtype."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from chiasm.export.manifest import BundleError, read_file, read_manifest
+
+Artifact = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Method:
+    """`dtype` is what T stands for; None where no tensor of the bundle is of type T."""
+
+    folder: Path
+    manifest: dict[str, Any]
+    name: str
+    dtype: str | None
+
+    @classmethod
+    def open(cls, bundle: str | os.PathLike[str], name: str, dtype: str | None) -> Method:
+        """Read the manifest; without a dtype it is float32, or the first that the bundle has.
+
+        Raises:
+            BundleError: there is no bundle, no such method, or no such dtype.
+        """
+        folder = Path(bundle)
+        manifest = read_manifest(folder)
+        if name not in manifest["methods"]:
+            raise BundleError(f"{folder}: has no method {name!r}: it has {', '.join(manifest['methods'])}")
+        dtypes = manifest["dtypes"]
+        if dtype is not None and dtype not in dtypes:
+            raise BundleError(f"{folder}: expected a dtype of {', '.join(dtypes) or 'its own (no tensor is generic)'}, got {dtype!r}")
+        if dtypes and dtype is None:
+            dtype = "float32" if "float32" in dtypes else dtypes[0]
+        return cls(folder, manifest, name, dtype)
+
+    @property
+    def inputs(self) -> list[dict[str, Any]]:
+        """The manifest's descriptions of the inputs."""
+        return self.manifest["methods"][self.name]["inputs"]
+
+    @property
+    def outputs(self) -> list[dict[str, Any]]:
+        """The manifest's descriptions of the outputs."""
+        return self.manifest["methods"][self.name]["outputs"]
+
+    def artifacts(self) -> list[Artifact]:
+        """Those that serve this dtype."""
+        listed = self.manifest["methods"][self.name]["artifacts"]
+        return [a for a in listed if self.dtype is None or self.dtype in a["dtypes"]]
+
+    def flat(self) -> Artifact | None:
+        """The ONNX artifact of standard operators."""
+        return next((a for a in self.artifacts() if a["format"] == "onnx" and "function" not in a), None)
+
+    def fused(self) -> Artifact | None:
+        """The ONNX artifact that is one function call."""
+        return next((a for a in self.artifacts() if a["format"] == "onnx" and "function" in a), None)
+
+    def has_native(self) -> bool:
+        """Whether there is code for the CPU that needs no engine."""
+        return any(a["backend"] == "native" and a["device"] != "cuda" for a in self.artifacts())
+
+    def read(self, artifact: Artifact | None, what: str = "ONNX artifact") -> bytes:
+        """The artifact's bytes, checked against the manifest."""
+        if artifact is None:
+            dtype = f" in {self.dtype}" if self.dtype else ""
+            raise BundleError(f"{self.folder}: method {self.name!r}{dtype} has no {what}: export the bundle with the format onnx")
+        return read_file(self.folder, artifact)
+
+    def dtype_of(self, tensor: dict[str, Any]) -> str:
+        """A tensor's dtype, T resolved."""
+        return self.dtype if tensor["dtype"] == "T" and self.dtype else tensor["dtype"]

@@ -1,0 +1,97 @@
+"""The plug-in for ONNX Runtime: where it is, and how a session gets it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from chiasm.export.manifest import read_manifest
+
+if TYPE_CHECKING:
+    import onnxruntime
+
+LIBRARY = "libchiasm_ort.so"
+#: The session's configuration entry that tells the plug-in which bundles to serve; it reads it when it is registered.
+ENTRY = "chiasm.bundles"
+
+BundlePath = str | os.PathLike[str]
+
+
+def library() -> Path:
+    """Where chiasm's plug-in for ONNX Runtime is.
+
+    It is looked for where the runtime finds its backends: in the folders of ``CHIASM_BACKEND_PATH``, beside the installed
+    library, and in a source tree's ``build/release/lib``.
+
+    Returns:
+        The path of ``libchiasm_ort.so``.
+
+    Raises:
+        FileNotFoundError: it is in none of them; the message says which, and how to get it.
+
+    Example:
+        >>> import chiasm.onnx
+        >>> chiasm.onnx.library().name  # doctest: +SKIP
+        'libchiasm_ort.so'
+    """
+    folders = _folders()
+    for folder in folders:
+        if (folder / LIBRARY).is_file():
+            return folder / LIBRARY
+    raise FileNotFoundError(
+        f"there is no {LIBRARY} in {', '.join(map(str, folders))}: run `make build` in the source tree, install chiasm with "
+        "`pip install .`, or name its folder in CHIASM_BACKEND_PATH"
+    )
+
+
+def register(options: onnxruntime.SessionOptions, bundles: BundlePath | Iterable[BundlePath]) -> None:
+    """Let sessions made with `options` run the functions of these bundles by native code.
+
+    The bundles must stay where they are while the session is made.
+
+    Args:
+        options: is changed: a configuration entry and the plug-in are added.
+        bundles: one bundle or several.
+
+    Raises:
+        FileNotFoundError: the plug-in is not there.
+        BundleError: one of `bundles` is not a bundle.
+        ValueError: the options have the plug-in already, or a path cannot be passed on.
+
+    Example:
+        >>> import chiasm.onnx, onnxruntime
+        >>> options = onnxruntime.SessionOptions()
+        >>> chiasm.onnx.register(options, "build/bundles/filters.sobel.chiasm")  # doctest: +SKIP
+        >>> session = onnxruntime.InferenceSession("detector.onnx", options)  # doctest: +SKIP
+    """
+    folders = [Path(b).resolve() for b in ([bundles] if isinstance(bundles, (str, os.PathLike)) else bundles)]
+    if not folders:
+        raise ValueError("bundles: expected at least one, got none")
+    for folder in folders:
+        read_manifest(folder)
+        if ":" in str(folder):
+            raise ValueError(f"{folder}: the path has a colon, which separates bundles in {ENTRY!r}: move or link the bundle")
+    before = _entry(options)
+    if before is not None:
+        raise ValueError(
+            f"the options have {ENTRY!r} already ({before}), and the plug-in reads it once: register all bundles in one call, "
+            "on options that no other session was given"
+        )
+    plugin = library()
+    options.add_session_config_entry(ENTRY, ":".join(map(str, folders)))
+    options.register_custom_ops_library(str(plugin))
+
+
+def _entry(options: onnxruntime.SessionOptions) -> str | None:
+    try:
+        return options.get_session_config_entry(ENTRY)
+    except RuntimeError:  # how ONNX Runtime says that there is none
+        return None
+
+
+def _folders() -> list[Path]:
+    package = Path(__file__).resolve().parents[1]
+    named = [Path(folder) for folder in os.environ.get("CHIASM_BACKEND_PATH", "").split(":") if folder]
+    return [*named, package / "lib", package / "lib" / "chiasm", package.parents[1] / "build" / "release" / "lib"]

@@ -1,0 +1,113 @@
+"""Bundles in engines that chiasm does not ship with: an old ONNX Runtime and OpenVINO, on both forms of each ONNX artifact.
+
+    tools/other_runtimes.sh                              # makes the environments
+    python tests/parity/other_runtimes.py [FOLDER]       # of bundles; build/bundles by default
+
+Every ONNX artifact is run on the bundle's golden vectors and compared within the manifest's tolerances. What an engine is
+known not to do is listed below, with the reason; an entry that no longer fails is a failure, so that the list stays true. The
+last line printed is `other runtimes: N checks, M failed`, and the exit status is 1 where something failed.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Column, Table
+
+ROOT = Path(__file__).resolve().parents[2]
+WORKER = Path(__file__).with_name("other_runtimes_worker.py")
+
+#: Engine: its environment below .deps, and the module that it is imported by.
+ENGINES = {
+    "ONNX Runtime 1.17": ("ort-1.17", "onnxruntime"),
+    "OpenVINO": ("openvino", "openvino"),
+}
+
+_OLD_FLOAT64 = "ONNX Runtime 1.17 has no float64 kernel of Cos"
+_FLOAT32_INSIDE = "OpenVINO's CPU plug-in computes float64 in float32"
+
+#: (engine, op, file) -> why the engine cannot do it.
+KNOWN = {
+    ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _OLD_FLOAT64,
+    ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.fused.onnx"): _OLD_FLOAT64,
+    ("OpenVINO", "color.rgb_to_grayscale", "forward.float64.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "filters.sobel", "forward.float64.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _FLOAT32_INSIDE,
+}
+#: engine -> why it cannot do the fused form of any op.
+KNOWN_FUSED = {"OpenVINO": "OpenVINO's ONNX reader does not expand a model's own functions: it takes the flat form"}
+
+
+def main(folder: Path) -> int:
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    bundles = sorted(folder.glob("*.chiasm"))
+    rows = [row for engine in ENGINES for row in run(engine, bundles)]
+    console.print(summary(rows))
+    for engine, reason in KNOWN_FUSED.items():
+        count = sum(r["known"] and r["engine"] == engine and r["fused"] for r in rows)
+        console.print(f"[yellow]known[/] {engine}: {count} fused artifacts: {reason}", highlight=False)
+    for r in rows:
+        if r["known"] and not (r["fused"] and r["engine"] in KNOWN_FUSED):
+            console.print(f"[yellow]known[/] {r['engine']}: {r['op']} {r['file']}: {KNOWN[r['engine'], r['op'], r['file']]}", highlight=False)
+    failed = [r for r in rows if r["message"] and not r["known"]]
+    for r in failed[:40]:
+        console.print(f"[red]FAIL[/] {r['engine']}: {r['op']} {r['file']}: {escape(r['message'][:600])}", highlight=False)
+    print(f"other runtimes: {len(rows)} checks, {len(failed)} failed")
+    return 1 if failed or not rows else 0
+
+
+def run(engine: str, bundles: list[Path]) -> list[dict[str, Any]]:
+    """The worker's rows, and one for every artifact that it should have run and did not."""
+    environment, module = ENGINES[engine]
+    python = ROOT / ".deps" / environment / "bin" / "python"
+    if not python.exists():
+        raise SystemExit(f"{python} is missing: run tools/other_runtimes.sh")
+    done = subprocess.run([python, WORKER, module, *bundles], capture_output=True, text=True)
+    rows = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    seen = {(r["op"], r["file"]) for r in rows}
+    for op, file in [key for bundle in bundles for key in expected(bundle)]:
+        if (op, file) not in seen:
+            last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+            message = f"was not run; the process ended with {done.returncode}: {last}"
+            rows.append({"op": op, "file": file, "fused": ".fused." in file, "error": float("inf"), "message": message, "seconds": 0.0})
+    return [judge(engine, row) for row in rows]
+
+
+def expected(bundle: Path) -> list[tuple[str, str]]:
+    """(op, file) for every ONNX artifact."""
+    manifest = json.loads((bundle / "manifest.json").read_text())
+    return [(manifest["name"], a["file"]) for m in manifest["methods"].values() for a in m["artifacts"] if a["format"] == "onnx"]
+
+
+def judge(engine: str, row: dict[str, Any]) -> dict[str, Any]:
+    """Apply the list of what is known."""
+    reason = KNOWN.get((engine, row["op"], row["file"])) or (KNOWN_FUSED.get(engine) if row["fused"] else None)
+    row |= {"engine": engine, "known": bool(reason and row["message"])}
+    if reason and not row["message"]:
+        row["message"] = f"passes, though it is listed as known not to ({reason}): take it off the list"
+    return row
+
+
+def summary(rows: list[dict[str, Any]]) -> Table:
+    """Worst error per artifact, a column for each engine and form that it can run."""
+    columns = ("ONNX Runtime 1.17", "ONNX Runtime 1.17 fused", "OpenVINO")
+    table = Table(Column("op", no_wrap=True), "artifact", *columns, title="other runtimes: largest difference from eager Python", box=None)
+    cells: dict[tuple[str, str], dict[str, str]] = {}
+    for r in rows:
+        column = f"{r['engine']} fused" if r["fused"] else r["engine"]
+        colour = "yellow" if r["known"] else "red" if r["message"] else "green"
+        key = (r["op"], r["file"].replace(".fused.", "."))
+        cells.setdefault(key, {})[column] = f"[{colour}]{r['error']:.1e}[/]"
+    for key, found in cells.items():
+        table.add_row(*key, *(found.get(column, "") for column in columns))
+    return table
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "build" / "bundles"))

@@ -1,0 +1,86 @@
+"""Replays golden vectors on the ONNX artifacts of bundles, in an environment that has NumPy, safetensors and one engine.
+
+    .deps/ENGINE/bin/python tests/parity/other_runtimes_worker.py onnxruntime|openvino BUNDLE ...
+
+Prints a line of JSON for each artifact and golden case; other_runtimes.py reads them.
+"""
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from safetensors import safe_open
+
+Runner = Callable[[list[np.ndarray]], list[np.ndarray]]
+
+
+def by_onnxruntime(file: Path, names: list[str]) -> Runner:
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.log_severity_level = 3
+    session = onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])
+    return lambda inputs: session.run(None, dict(zip(names, inputs)))
+
+
+def by_openvino(file: Path, names: list[str]) -> Runner:
+    import openvino
+
+    core = openvino.Core()
+    core.set_property("CPU", {"INFERENCE_PRECISION_HINT": "f32"})  # else bfloat16 where the CPU has it
+    model = core.compile_model(str(file), "CPU")
+    # By position: an input that a cast to its own dtype follows has the cast's name too, and get_any_name() may give that one.
+    return lambda inputs: [np.array(x) for x in model(inputs).values()]
+
+
+ENGINES = {"onnxruntime": by_onnxruntime, "openvino": by_openvino}
+
+
+def replay(engine: str, bundle: Path) -> list[dict[str, Any]]:
+    manifest = json.loads((bundle / "manifest.json").read_text())
+    rows = []
+    with safe_open(str(bundle / manifest["golden"]["file"]), "numpy") as golden:
+        for case in manifest["golden"]["cases"]:
+            method = manifest["methods"][case["method"]]
+            for artifact in method["artifacts"]:
+                fused = "function" in artifact
+                serves = artifact["format"] == "onnx" and (case["dtype"] is None or case["dtype"] in artifact["dtypes"])
+                if not serves:
+                    continue
+                inputs, expected = ([golden.get_tensor(f"{case['prefix']}/{t['name']}") for t in method[k]] for k in ("inputs", "outputs"))
+                started = time.perf_counter()
+                try:
+                    results = ENGINES[engine](bundle / artifact["file"], [t["name"] for t in method["inputs"]])(inputs)
+                    error, message = compare(results, expected, method)
+                except Exception as failure:  # whatever the engine throws is the finding
+                    error, message = float("inf"), f"refused: {' '.join(str(failure).split())}"
+                row = {"op": manifest["name"], "file": artifact["file"], "fused": fused, "error": error, "message": message}
+                rows.append(row | {"seconds": time.perf_counter() - started})
+    return rows
+
+
+def compare(results: list[np.ndarray], expected: list[np.ndarray], method: dict[str, Any]) -> tuple[float, str]:
+    """The largest absolute difference, and "" or what is wrong."""
+    worst, message = 0.0, ""
+    for tensor, result, want in zip(method["outputs"], results, expected, strict=True):
+        if result.shape != want.shape or result.dtype != want.dtype:
+            return float("inf"), f"output {tensor['name']!r}: expected {want.shape} {want.dtype}, got {result.shape} {result.dtype}"
+        tolerance = method["tolerances"].get(str(want.dtype), {"atol": 0.0, "rtol": 0.0})
+        a, b = result.astype(np.float64), want.astype(np.float64)
+        same = (a == b) | (np.isnan(a) & np.isnan(b))
+        gap = np.where(same, 0.0, np.nan_to_num(np.abs(a - b), nan=np.inf))
+        wrong = int((gap > tolerance["atol"] + tolerance["rtol"] * np.abs(np.nan_to_num(b))).sum())
+        worst = max(worst, float(gap.max(initial=0.0)))
+        if wrong and not message:
+            message = f"output {tensor['name']!r}: {wrong} of {b.size} values differ by up to {gap.max():.3g}"
+    return worst, message
+
+
+if __name__ == "__main__":
+    for path in sys.argv[2:]:
+        for line in replay(sys.argv[1], Path(path)):
+            print(json.dumps(line), flush=True)
