@@ -36,7 +36,7 @@ demo: setup ## export the catalog, run it from C++ on real photographs, show tab
 	$(PY) -m examples.demo
 
 test: build ## every test
-	@$(MAKE) bundles test-ops test-export test-runtime parity test-install test-sanitizers test-fuzz
+	@$(MAKE) bundles test-ops test-export test-runtime parity other-runtimes test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
 test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
@@ -55,7 +55,7 @@ test-runtime: build bundles ## GoogleTest
 parity: build bundles ## every op x artifact x backend x shape against eager Python -> build/parity.json
 	$(PY) tests/parity/matrix.py
 
-other-runtimes: bundles ## the ONNX artifacts in an old ONNX Runtime and in OpenVINO, on the golden vectors
+other-runtimes: build bundles ## the ONNX artifacts in an old ONNX Runtime and in OpenVINO, on the golden vectors
 	tools/other_runtimes.sh
 	$(PY) tests/parity/other_runtimes.py
 

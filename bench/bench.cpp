@@ -1,6 +1,6 @@
 // C++ measurements; `python -m bench` calls this and writes the tables.
 //
-//     bench speed BUNDLE BACKEND THREADS B H W     microseconds of chiasm and of OpenCV, interleaved
+//     bench speed BUNDLE THREADS B H W             microseconds of native code, ONNX Runtime (fused, stock) and OpenCV, interleaved
 //     bench load BUNDLE BACKEND                    milliseconds to the first result on 256 x 256, and memory over the bare program
 //     bench overhead BUNDLE ARTIFACT.so            microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
 #include <dlfcn.h>
@@ -51,8 +51,8 @@ struct Inputs {
   }
 };
 
-chiasm::Method load(const std::string& path, const std::string& backend) {
-  return chiasm::Bundle::open(path).method("forward", chiasm::LoadOptions().with_backend(backend));
+chiasm::Method load(const std::string& path, const std::string& backend, bool fused = true) {
+  return chiasm::Bundle::open(path).method("forward", chiasm::LoadOptions().with_backend(backend).with_fused(fused));
 }
 
 // Room for the method's outputs, so that neither contender allocates.
@@ -69,24 +69,30 @@ struct Outputs {
   }
 };
 
-json speed(const std::string& bundle, const std::string& backend, int threads, int64_t b, int64_t h, int64_t w) {
+json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t w) {
   chiasm::set_num_threads(threads);
   cv::setNumThreads(threads);
-  auto method = load(bundle, backend);
-  const auto info = method.info();
+  std::vector<chiasm::Method> methods;
+  methods.push_back(load(bundle, "native"));
+  methods.push_back(load(bundle, "onnx"));
+  methods.push_back(load(bundle, "onnx", false));
+  const auto info = methods[0].info();
   const bool frames = info.inputs[0].layout == "HWC";  // one frame a call: a batch is that many calls
   const Inputs inputs(info, frames ? 1 : b, h, w);
-  const Outputs outputs(method, inputs.views);
+  const Outputs outputs(methods[0], inputs.views);
   const int64_t calls = frames ? b : 1;
-  std::vector<std::function<void()>> contenders{[&] {
-    for (int64_t i = 0; i < calls; ++i) method.run_into(inputs.views, outputs.views);
-  }};
+  std::vector<std::function<void()>> contenders;
+  for (auto& method : methods)
+    contenders.push_back([&] {
+      for (int64_t i = 0; i < calls; ++i) method.run_into(inputs.views, outputs.views);
+    });
   const auto peer = peers::opencv(bundle.substr(bundle.rfind('/') + 1, bundle.rfind('.') - bundle.rfind('/') - 1), inputs.views);
-  if (peer) contenders.push_back([&] {
+  if (!peer) throw std::runtime_error("OpenCV has no such op");
+  contenders.push_back([&] {
     for (int64_t i = 0; i < calls; ++i) (*peer)();
   });
-  const auto times = bench::interleaved(contenders, 1.0);
-  return {{"chiasm_us", times[0]}, {"opencv_us", peer ? json(times[1]) : json()}, {"opencv_version", CV_VERSION}};
+  const auto times = bench::interleaved(contenders, 1.5);
+  return {{"native", times[0]}, {"fused", times[1]}, {"stock", times[2]}, {"opencv", times[3]}, {"opencv_version", CV_VERSION}};
 }
 
 json load_cost(const std::string& bundle, const std::string& backend) {
@@ -121,7 +127,7 @@ json overhead(const std::string& bundle, const std::string& artifact) {
   std::vector<chiasm_native_tensor> in, out;
   for (const auto& t : inputs.views) in.push_back(native(t));
   for (const auto& t : outputs.views) out.push_back(native(t));
-  const chiasm_native_host host{nullptr, allocate, release, 0, 0, nullptr, 1};
+  const chiasm_native_host host{nullptr, allocate, release, nullptr, 0, 0, nullptr, 1};
   const auto times = bench::interleaved({[&] { method.run_into(inputs.views, outputs.views); },
                                          [&] { if (api->run(model, in.data(), out.data(), &host, error, sizeof error)) throw std::runtime_error(error); }});
   return {{"chiasm_us", times[0]}, {"engine_us", times[1]}};
@@ -133,10 +139,10 @@ int main(int argc, char** argv) {
   const std::vector<std::string> a(argv + 1, argv + argc);
   try {
     json result;
-    if (a.size() == 7 && a[0] == "speed") result = speed(a[1], a[2], std::stoi(a[3]), std::stoll(a[4]), std::stoll(a[5]), std::stoll(a[6]));
+    if (a.size() == 6 && a[0] == "speed") result = speed(a[1], std::stoi(a[2]), std::stoll(a[3]), std::stoll(a[4]), std::stoll(a[5]));
     else if (a.size() == 3 && a[0] == "load") result = load_cost(a[1], a[2]);
     else if (a.size() == 3 && a[0] == "overhead") result = overhead(a[1], a[2]);
-    else throw std::runtime_error("usage: bench speed BUNDLE BACKEND THREADS B H W | load BUNDLE BACKEND | overhead BUNDLE ARTIFACT.so");
+    else throw std::runtime_error("usage: bench speed BUNDLE THREADS B H W | load BUNDLE BACKEND | overhead BUNDLE ARTIFACT.so");
     std::cout << result << "\n";
     return 0;
   } catch (const std::exception& error) {

@@ -1,4 +1,7 @@
-"""One measurement of chiasm beside OpenCV's pip wheel, in turns: `python -m bench.wheel BUNDLE THREADS B H W` -> JSON."""
+"""One measurement in Python, in turns: chiasm's native backend, ONNX Runtime (fused, stock) and OpenCV's pip wheel.
+
+    python -m bench.wheel BUNDLE THREADS B H W     -> JSON, microseconds
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import onnxruntime
 
+import chiasm.onnx
 import chiasm.runtime
 
 BUNDLES = Path(__file__).resolve().parents[1] / "build" / "bundles"
@@ -21,7 +26,8 @@ SIZES = {"C": 3, "N": 64}
 def main(bundle: str, threads: int, batch: int, height: int, width: int) -> dict:
     chiasm.runtime.set_num_threads(threads)
     cv2.setNumThreads(threads)
-    opened = chiasm.runtime.open(BUNDLES / f"{bundle}.chiasm")
+    folder = BUNDLES / f"{bundle}.chiasm"
+    opened = chiasm.runtime.open(folder)
     method = opened.method("forward", backend="native")
     signature = opened.info["methods"]["forward"]
     frames = signature["inputs"][0]["layout"] == "HWC"
@@ -30,12 +36,30 @@ def main(bundle: str, threads: int, batch: int, height: int, width: int) -> dict
     result = method(*inputs)
     outputs = [np.empty_like(r) for r in (result if isinstance(result, tuple) else (result,))]
     calls = batch if frames else 1
-    peer = opencv(bundle, inputs)
-    contenders = [lambda: [method.run_into(inputs, outputs) for _ in range(calls)]]
-    if peer:
-        contenders.append(lambda: [peer() for _ in range(calls)])
-    times = interleaved(contenders)
-    return {"chiasm_us": times[0], "opencv_us": times[1] if peer else None, "opencv_version": cv2.__version__}
+    contenders = {
+        "native": lambda: method.run_into(inputs, outputs),
+        "fused": onnx_call(folder, True, threads, inputs, outputs),
+        "stock": onnx_call(folder, False, threads, inputs, outputs),
+        "opencv": opencv(bundle, inputs),
+    }
+    times = interleaved([lambda call=call: [call() for _ in range(calls)] for call in contenders.values()])
+    return dict(zip(contenders, times, strict=True)) | {"opencv_version": cv2.__version__}
+
+
+def onnx_call(folder: Path, fused: bool, threads: int, inputs: list[np.ndarray], outputs: list[np.ndarray]) -> Callable[[], None]:
+    """A run into the caller's memory. The pool's threads sleep between runs, else they would take the others' cores."""
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_EXTENDED
+    session = chiasm.onnx.session(folder, fused=fused, options=options)
+    binding = session.io_binding()
+    kept = [(t.name, onnxruntime.OrtValue.ortvalue_from_numpy(x)) for t, x in zip(session.get_inputs(), inputs, strict=True)]
+    for name, value in kept:
+        binding.bind_ortvalue_input(name, value)
+    for tensor, output in zip(session.get_outputs(), outputs, strict=True):
+        binding.bind_output(tensor.name, "cpu", 0, output.dtype, output.shape, output.ctypes.data)
+    return lambda: session.run_with_iobinding(binding)
 
 
 def make(tensor: dict, sizes: dict[str, int]) -> np.ndarray:
@@ -48,7 +72,7 @@ def make(tensor: dict, sizes: dict[str, int]) -> np.ndarray:
     return random.random(shape, np.float32)
 
 
-def interleaved(contenders: list[Callable], seconds: float = 1.0) -> list[float]:
+def interleaved(contenders: list[Callable], seconds: float = 1.5) -> list[float]:
     """Median microseconds of each, taking turns."""
     for call in contenders:
         for _ in range(3):
@@ -63,7 +87,7 @@ def interleaved(contenders: list[Callable], seconds: float = 1.0) -> list[float]
     return [statistics.median(t) for t in times]
 
 
-def opencv(bundle: str, inputs: list[np.ndarray]) -> Callable | None:
+def opencv(bundle: str, inputs: list[np.ndarray]) -> Callable:
     """The wheel's version of bench/opencv_peers.cpp, with results written into matrices that are kept."""
     images = [np.ascontiguousarray(i.transpose(1, 2, 0)) for i in inputs[0]] if inputs[0].ndim == 4 else [inputs[0]]
     kept: dict[tuple, np.ndarray] = {}
@@ -103,8 +127,7 @@ def opencv(bundle: str, inputs: list[np.ndarray]) -> Callable | None:
         "geometry.transform.resize.bilinear": lambda m, i: into("out", i, cv2.resize, m, size),
         "geometry.transform.warp_perspective.bilinear_zeros": lambda m, i: into("out", i, cv2.warpPerspective, m, inputs[1][0], size),
     }
-    call = calls.get(bundle)
-    return None if call is None else lambda: [call(m, i) for i, m in enumerate(images)]
+    return lambda: [calls[bundle](m, i) for i, m in enumerate(images)]
 
 
 if __name__ == "__main__":

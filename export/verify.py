@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from chiasm.onnx import register
+
 from .bundle import read_file, read_golden, read_manifest
 
 
@@ -81,11 +83,14 @@ def _python_onnx(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], 
         yield Row(case["method"], dtype or "", backend, artifact["file"], not message, worst, message)
 
 
-def onnx_session(file: Path) -> Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]:
-    """Load a `.onnx` in ONNX Runtime's Python package; returns a function from named inputs to outputs."""
+def onnx_session(file: Path, bundle: Path | None = None) -> Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]:
+    """Load a `.onnx` in ONNX Runtime's Python package, with the native code of `bundle` where one is given; returns a function
+    from named inputs to outputs."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
+    if bundle is not None:
+        register(options, bundle)
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_EXTENDED
     options.log_severity_level = 3
     session = onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])

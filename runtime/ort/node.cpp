@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <map>
+#include <iterator>
+#include <utility>
 
 #include "backends/onnx/dtype.h"
 #include "core/dtype.h"
@@ -40,7 +41,7 @@ Node::Node(const OrtApi& the_api, std::shared_ptr<const core::Bundle> the_bundle
       native(the_native),
       function(std::move(the_function)),
       dtype(the_dtype),
-      version(std::atoi(bundle->manifest().version.c_str())) {
+      version(std::max(1, std::atoi(bundle->manifest().version.c_str()))) {
   OrtCustomOp& op = *this;
   op.version = kInterface;
   op.GetName = [](const OrtCustomOp* o) { return self(o).function.c_str(); };

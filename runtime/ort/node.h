@@ -23,7 +23,7 @@ struct Node final : OrtCustomOp {
   const core::Artifact& native; /**< what the kernel runs */
   const std::string function;
   const int32_t dtype; /**< what T stands for */
-  const int version;   /**< of the operator: the first part of the bundle's version */
+  const int version;   /**< of the operator: the first part of the bundle's version, but 1 before 1.0 */
 };
 
 /** The operators of a bundle that this machine has native code for. A method without it is left to its function's body, and

@@ -27,6 +27,14 @@ def test_python(index: int, tmp_path: Path) -> None:
     assert list((tmp_path / "bundles").glob("my.*.chiasm/manifest.json"))
 
 
+def test_native_code_inside_onnx_runtime(tmp_path: Path) -> None:
+    script = tmp_path / "example.py"
+    script.write_text(blocks("python")[0] + "\n" + blocks("python")[2])
+    done = subprocess.run([sys.executable, "-W", "ignore", script], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.endswith("(1, 3, 480, 640)\n") and "standard operators" not in done.stderr
+
+
 def test_cpp(tmp_path: Path) -> None:
     (tmp_path / "bundles").symlink_to(ROOT / "build" / "bundles")
     (tmp_path / "main.cpp").write_text(blocks("cpp")[0])

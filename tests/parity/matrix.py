@@ -2,8 +2,8 @@
 
     python tests/parity/matrix.py [PATTERN ...]
 
-Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python, on both forms of an ONNX artifact. Every
-artifact of a bundle must be run by some backend; one that is not counts as a failure. Writes build/parity.json; the last line
+Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Each ONNX artifact is run flat, and fused as
+its body and as the native kernel. Every artifact of a bundle must be run by some backend; one that is not counts as a failure. Writes build/parity.json; the last line
 printed is `parity: N checks, M failed`, and the exit status is 1 where something failed.
 """
 
@@ -100,18 +100,22 @@ _loaded: dict[tuple, Runner] = {}
 def runners(folder: Path, manifest: dict, method: str, variant: str | None) -> Iterator[tuple[str, str, Runner]]:
     """(backend, artifact, run) for everything that serves this method and dtype; engines are loaded once."""
     artifacts = [a for a in manifest["methods"][method]["artifacts"] if not a["dtypes"] or variant in a["dtypes"]]
-    for backend in dict.fromkeys(a["backend"] for a in artifacts):
-        key = (folder, method, variant, backend)
+    forms = {backend: [False] for backend in dict.fromkeys(a["backend"] for a in artifacts)}
+    is_native = "native" in forms
+    if is_native and "onnx" in forms:
+        forms["onnx"] = [False, True]
+    for backend, fused in [(b, f) for b in forms for f in forms[b]]:
+        key = (folder, method, variant, backend, fused)
         if key not in _loaded:
-            _loaded[key] = chiasm.runtime.open(folder).method(method, backend=backend, dtype=variant)
+            _loaded[key] = chiasm.runtime.open(folder).method(method, backend=backend, dtype=variant, fused=fused)
         loaded = _loaded[key]
-        yield f"C++ {backend}", loaded.artifact, lambda inputs, m=loaded: as_tuple(m(*inputs.values()))
-    for artifact in artifacts:
-        if artifact["format"] == "onnx":
-            key = (folder, method, variant, artifact["file"])
+        yield f"C++ {backend}{' fused' * fused}", loaded.artifact, lambda inputs, m=loaded: as_tuple(m(*inputs.values()))
+    for artifact in (a for a in artifacts if a["format"] == "onnx"):
+        for column in ["Python onnx"] if "function" not in artifact else ["Python onnx body", "Python onnx fused"][: 1 + is_native]:
+            key = (folder, method, variant, artifact["file"], column)
             if key not in _loaded:
-                _loaded[key] = onnx_session(folder / artifact["file"])
-            yield "Python onnx fused body" if "function" in artifact else "Python onnx", artifact["file"], _loaded[key]
+                _loaded[key] = onnx_session(folder / artifact["file"], folder if column.endswith("fused") else None)
+            yield column, artifact["file"], _loaded[key]
 
 
 def as_tuple(result) -> tuple[torch.Tensor, ...]:

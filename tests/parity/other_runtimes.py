@@ -3,7 +3,8 @@
     tools/other_runtimes.sh                              # makes the environments
     python tests/parity/other_runtimes.py [FOLDER]       # of bundles; build/bundles by default
 
-Every ONNX artifact is run on the bundle's golden vectors and compared within the manifest's tolerances. What an engine is
+Every ONNX artifact is run on the bundle's golden vectors and compared within the manifest's tolerances; in the old ONNX Runtime
+the fused ones again with chiasm's plug-in. What an engine is
 known not to do is listed below, with the reason; an entry that no longer fails is a failure, so that the list stays true. The
 last line printed is `other runtimes: N checks, M failed`, and the exit status is 1 where something failed.
 """
@@ -16,9 +17,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from other_runtimes_worker import forms
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Column, Table
+
+from chiasm.onnx import library
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKER = Path(__file__).with_name("other_runtimes_worker.py")
@@ -50,10 +54,10 @@ def main(folder: Path) -> int:
     rows = [row for engine in ENGINES for row in run(engine, bundles)]
     console.print(summary(rows))
     for engine, reason in KNOWN_FUSED.items():
-        count = sum(r["known"] and r["engine"] == engine and r["fused"] for r in rows)
+        count = sum(r["known"] and r["engine"] == engine and r["form"] == "body" for r in rows)
         console.print(f"[yellow]known[/] {engine}: {count} fused artifacts: {reason}", highlight=False)
     for r in rows:
-        if r["known"] and not (r["fused"] and r["engine"] in KNOWN_FUSED):
+        if r["known"] and not (r["form"] == "body" and r["engine"] in KNOWN_FUSED):
             console.print(f"[yellow]known[/] {r['engine']}: {r['op']} {r['file']}: {KNOWN[r['engine'], r['op'], r['file']]}", highlight=False)
     failed = [r for r in rows if r["message"] and not r["known"]]
     for r in failed[:40]:
@@ -68,26 +72,29 @@ def run(engine: str, bundles: list[Path]) -> list[dict[str, Any]]:
     python = ROOT / ".deps" / environment / "bin" / "python"
     if not python.exists():
         raise SystemExit(f"{python} is missing: run tools/other_runtimes.sh")
-    done = subprocess.run([python, WORKER, module, *bundles], capture_output=True, text=True)
+    done = subprocess.run([python, WORKER, module, library(), *bundles], capture_output=True, text=True)
     rows = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
-    seen = {(r["op"], r["file"]) for r in rows}
-    for op, file in [key for bundle in bundles for key in expected(bundle)]:
-        if (op, file) not in seen:
+    seen = {(r["op"], r["file"], r["form"]) for r in rows}
+    for op, file, form in [key for bundle in bundles for key in expected(module, bundle)]:
+        if (op, file, form) not in seen:
             last = (done.stderr.strip().splitlines() or ["no message"])[-1]
             message = f"was not run; the process ended with {done.returncode}: {last}"
-            rows.append({"op": op, "file": file, "fused": ".fused." in file, "error": float("inf"), "message": message, "seconds": 0.0})
+            rows.append({"op": op, "file": file, "form": form, "error": float("inf"), "message": message, "seconds": 0.0})
     return [judge(engine, row) for row in rows]
 
 
-def expected(bundle: Path) -> list[tuple[str, str]]:
-    """(op, file) for every ONNX artifact."""
+def expected(engine: str, bundle: Path) -> list[tuple[str, str, str]]:
+    """(op, file, form) for every ONNX artifact."""
     manifest = json.loads((bundle / "manifest.json").read_text())
-    return [(manifest["name"], a["file"]) for m in manifest["methods"].values() for a in m["artifacts"] if a["format"] == "onnx"]
+    artifacts = [(m, a) for m in manifest["methods"].values() for a in m["artifacts"] if a["format"] == "onnx"]
+    return [(manifest["name"], a["file"], form) for m, a in artifacts for form in forms(engine, a, m)]
 
 
 def judge(engine: str, row: dict[str, Any]) -> dict[str, Any]:
     """Apply the list of what is known."""
-    reason = KNOWN.get((engine, row["op"], row["file"])) or (KNOWN_FUSED.get(engine) if row["fused"] else None)
+    reason = KNOWN.get((engine, row["op"], row["file"])) or (KNOWN_FUSED.get(engine) if row["form"] == "body" else None)
+    if row["form"] == "native":  # what is known is of graphs of standard operators
+        reason = None
     row |= {"engine": engine, "known": bool(reason and row["message"])}
     if reason and not row["message"]:
         row["message"] = f"passes, though it is listed as known not to ({reason}): take it off the list"
@@ -96,11 +103,11 @@ def judge(engine: str, row: dict[str, Any]) -> dict[str, Any]:
 
 def summary(rows: list[dict[str, Any]]) -> Table:
     """Worst error per artifact, a column for each engine and form that it can run."""
-    columns = ("ONNX Runtime 1.17", "ONNX Runtime 1.17 fused", "OpenVINO")
+    columns = ("ONNX Runtime 1.17 flat", "ONNX Runtime 1.17 body", "ONNX Runtime 1.17 native", "OpenVINO flat")
     table = Table(Column("op", no_wrap=True), "artifact", *columns, title="other runtimes: largest difference from eager Python", box=None)
     cells: dict[tuple[str, str], dict[str, str]] = {}
     for r in rows:
-        column = f"{r['engine']} fused" if r["fused"] else r["engine"]
+        column = f"{r['engine']} {r['form']}"
         colour = "yellow" if r["known"] else "red" if r["message"] else "green"
         key = (r["op"], r["file"].replace(".fused.", "."))
         cells.setdefault(key, {})[column] = f"[{colour}]{r['error']:.1e}[/]"

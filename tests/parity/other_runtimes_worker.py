@@ -1,8 +1,8 @@
 """Replays golden vectors on the ONNX artifacts of bundles, in an environment that has NumPy, safetensors and one engine.
 
-    .deps/ENGINE/bin/python tests/parity/other_runtimes_worker.py onnxruntime|openvino BUNDLE ...
+    .deps/ENGINE/bin/python tests/parity/other_runtimes_worker.py onnxruntime|openvino PLUGIN BUNDLE ...
 
-Prints a line of JSON for each artifact and golden case; other_runtimes.py reads them.
+PLUGIN is the path of libchiasm_ort.so: in ONNX Runtime a fused artifact runs as its body, and again as native code. Prints a line of JSON for each artifact and golden case; other_runtimes.py reads them.
 """
 
 import json
@@ -18,16 +18,19 @@ from safetensors import safe_open
 Runner = Callable[[list[np.ndarray]], list[np.ndarray]]
 
 
-def by_onnxruntime(file: Path, names: list[str]) -> Runner:
+def by_onnxruntime(file: Path, names: list[str], plugin: str | None) -> Runner:
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
     options.log_severity_level = 3
+    if plugin is not None:
+        options.add_session_config_entry("chiasm.bundles", str(file.parent))
+        options.register_custom_ops_library(plugin)
     session = onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])
     return lambda inputs: session.run(None, dict(zip(names, inputs)))
 
 
-def by_openvino(file: Path, names: list[str]) -> Runner:
+def by_openvino(file: Path, names: list[str], plugin: None) -> Runner:
     import openvino
 
     core = openvino.Core()
@@ -40,26 +43,34 @@ def by_openvino(file: Path, names: list[str]) -> Runner:
 ENGINES = {"onnxruntime": by_onnxruntime, "openvino": by_openvino}
 
 
-def replay(engine: str, bundle: Path) -> list[dict[str, Any]]:
+def forms(engine: str, artifact: dict[str, Any], method: dict[str, Any]) -> list[str]:
+    """How the engine runs an ONNX artifact: "flat", or a fused one as its "body" and as "native" code."""
+    if "function" not in artifact:
+        return ["flat"]
+    has_native = any(a["backend"] == "native" and a["dtypes"] == artifact["dtypes"] for a in method["artifacts"])
+    return ["body", "native"] if engine == "onnxruntime" and has_native else ["body"]
+
+
+def replay(engine: str, plugin: str, bundle: Path) -> list[dict[str, Any]]:
     manifest = json.loads((bundle / "manifest.json").read_text())
     rows = []
     with safe_open(str(bundle / manifest["golden"]["file"]), "numpy") as golden:
         for case in manifest["golden"]["cases"]:
             method = manifest["methods"][case["method"]]
             for artifact in method["artifacts"]:
-                fused = "function" in artifact
                 serves = artifact["format"] == "onnx" and (case["dtype"] is None or case["dtype"] in artifact["dtypes"])
                 if not serves:
                     continue
                 inputs, expected = ([golden.get_tensor(f"{case['prefix']}/{t['name']}") for t in method[k]] for k in ("inputs", "outputs"))
-                started = time.perf_counter()
-                try:
-                    results = ENGINES[engine](bundle / artifact["file"], [t["name"] for t in method["inputs"]])(inputs)
-                    error, message = compare(results, expected, method)
-                except Exception as failure:  # whatever the engine throws is the finding
-                    error, message = float("inf"), f"refused: {' '.join(str(failure).split())}"
-                row = {"op": manifest["name"], "file": artifact["file"], "fused": fused, "error": error, "message": message}
-                rows.append(row | {"seconds": time.perf_counter() - started})
+                for form in forms(engine, artifact, method):
+                    started = time.perf_counter()
+                    try:
+                        run = ENGINES[engine](bundle / artifact["file"], [t["name"] for t in method["inputs"]], plugin if form == "native" else None)
+                        error, message = compare(run(inputs), expected, method)
+                    except Exception as failure:  # whatever the engine throws is the finding
+                        error, message = float("inf"), f"refused: {' '.join(str(failure).split())}"
+                    row = {"op": manifest["name"], "file": artifact["file"], "form": form, "error": error, "message": message}
+                    rows.append(row | {"seconds": time.perf_counter() - started})
     return rows
 
 
@@ -81,6 +92,6 @@ def compare(results: list[np.ndarray], expected: list[np.ndarray], method: dict[
 
 
 if __name__ == "__main__":
-    for path in sys.argv[2:]:
-        for line in replay(sys.argv[1], Path(path)):
+    for path in sys.argv[3:]:
+        for line in replay(sys.argv[1], sys.argv[2], Path(path)):
             print(json.dumps(line), flush=True)

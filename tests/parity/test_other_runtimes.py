@@ -25,13 +25,13 @@ def test_values_are_compared_within_the_tolerance(result: np.ndarray, message: s
 
 
 def test_what_is_known_must_go_on_failing() -> None:
-    row = {"op": "filters.sobel", "file": "forward.float64.onnx", "fused": False, "error": 0.0, "seconds": 0.0}
+    row = {"op": "filters.sobel", "file": "forward.float64.onnx", "form": "flat", "error": 0.0, "seconds": 0.0}
     fails, passes = ({**row, "message": m} for m in ("1 value differs", ""))
     assert other_runtimes.judge("OpenVINO", fails)["known"]
     judged = other_runtimes.judge("OpenVINO", passes)
     assert not judged["known"] and "take it off the list" in judged["message"]
     assert not other_runtimes.judge("ONNX Runtime 1.17", {**row, "message": "1 value differs"})["known"]
-    assert other_runtimes.judge("OpenVINO", {**row, "file": "any.fused.onnx", "fused": True, "message": "refused"})["known"]
+    assert other_runtimes.judge("OpenVINO", {**row, "file": "any.fused.onnx", "form": "body", "message": "refused"})["known"]
 
 
 def test_an_artifact_that_was_not_run_is_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -34,6 +35,13 @@ Bundle open(const std::string& name) { return Bundle::open(bundle_folder() + "/"
 /** The backends that this build has. */
 std::vector<std::string> built_backends() { return core::split_path(CHIASM_TEST_BACKENDS); }
 
+/** These, and "onnx_flat": ONNX Runtime on standard operators, where "onnx" runs native code as one node. */
+std::vector<std::string> ways_to_run() {
+  std::vector<std::string> ways = built_backends();
+  if (std::find(ways.begin(), ways.end(), "onnx") != ways.end()) ways.push_back("onnx_flat");
+  return ways;
+}
+
 template <class T = float>
 std::vector<T> random_values(size_t count, T low = 0, T high = 1) {
   static std::mt19937 generator(7);
@@ -45,14 +53,15 @@ std::vector<T> random_values(size_t count, T low = 0, T high = 1) {
 
 class OnBackend : public ::testing::TestWithParam<std::string> {
  protected:
-  LoadOptions options() const { return LoadOptions().with_backend(GetParam()); }
+  std::string backend() const { return GetParam().substr(0, GetParam().find('_')); }
+  LoadOptions options() const { return LoadOptions().with_backend(backend()).with_fused(backend() == GetParam()); }
 };
 
-INSTANTIATE_TEST_SUITE_P(Built, OnBackend, ::testing::ValuesIn(built_backends()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Built, OnBackend, ::testing::ValuesIn(ways_to_run()), [](const auto& info) { return info.param; });
 
 TEST_P(OnBackend, IsAvailable) {
   for (const BackendInfo& info : backends()) {
-    if (info.name != GetParam()) continue;
+    if (info.name != backend()) continue;
     EXPECT_TRUE(info.available) << info.problem;
     EXPECT_NE(info.engine_version, "");
     return;
@@ -71,7 +80,7 @@ cv::Mat sobel_of(const cv::Mat& image) {
 
 TEST_P(OnBackend, SobelIsThatOfOpenCv) {
   const Method method = open("filters.sobel").method("forward", options());
-  EXPECT_EQ(method.backend(), GetParam());
+  EXPECT_EQ(method.backend(), backend());
   for (const Shape& shape : {Shape{1, 1, 8, 8}, Shape{2, 3, 37, 53}, Shape{1, 2, 8, 128}}) {
     std::vector<float> image = random_values(static_cast<size_t>(shape.count()));
     const Outputs outputs = method.run({Tensor(image.data(), shape)});
@@ -274,6 +283,14 @@ TEST_P(OnBackend, EigensOwnOrderIsRefusedNotMisread) {
   EXPECT_LT((actual - expected).norm(), 1e-4);
 }
 
+TEST_P(OnBackend, TheArtifactSaysWhichFormRuns) {
+  const std::string artifact = open("filters.sobel").method("forward", options()).artifact();
+  const bool fused = artifact.find(".fused.onnx") != std::string::npos;
+  const std::vector<std::string> built = built_backends();
+  const bool has_native = std::find(built.begin(), built.end(), "native") != built.end();
+  EXPECT_EQ(fused, GetParam() == "onnx" && has_native) << artifact;
+}
+
 TEST(Bundles, AutoTakesNativeFirst) {
   if (built_backends().front() != "native") GTEST_SKIP() << "built without the native backend";
   EXPECT_EQ(open("filters.sobel").method("forward").backend(), "native");
@@ -315,7 +332,7 @@ std::string cuda_obstacle(const std::string& backend) {
 }
 
 TEST_P(OnBackend, CudaMemoryStaysOnTheDevice) {
-  const std::string obstacle = cuda_obstacle(GetParam());
+  const std::string obstacle = cuda_obstacle(backend());
   if (!obstacle.empty()) GTEST_SKIP() << obstacle;
   const Bundle bundle = open("filters.sobel");
   const Shape shape = {1, 3, 64, 64};

@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -15,47 +17,57 @@ namespace {
  *  between two frames. */
 constexpr int kSpins = 2000;
 
+/** How long a caller waits for idle workers: one that sleeps comes in 10 to 50 us, unless other work has its core; and to wait
+ *  for that would take longer than to go on without it. */
+constexpr auto kPatience = std::chrono::microseconds(50);
+
 }  // namespace
 
 struct Workers::Job {
   Body body;
   void* argument;
-  int32_t count;
-  std::atomic<int32_t> running;
+  std::atomic<int32_t> count{0};  // of the team, once it is known
+  std::atomic<int32_t> running{0};
 };
 
 struct Workers::Worker {
   std::atomic<bool> taken{false};
-  std::atomic<Job*> job{nullptr};  // set by who took the worker, cleared by the worker when it begins
-  int32_t index = 0;               // in the job
+  std::atomic<Job*> job{nullptr};  // on offer: whoever exchanges it for nullptr, the worker or the caller, has it
+  int32_t index = 0;               // in the team; written before the job's count
   bool asleep = false;             // guarded by the mutex
   std::mutex mutex;
   std::condition_variable wake;
 
-  void give(Job* work, int32_t place) {
-    index = place;
+  void offer(Job* work) {
     job.store(work);
     const std::lock_guard<std::mutex> lock(mutex);
     if (asleep) wake.notify_one();
   }
 
+  /** True where the worker has not seen the offer, and now will not. */
+  bool withdraw(Job* work) { return job.compare_exchange_strong(work, nullptr); }
+
   Job* next() {
-    for (int i = 0; i < kSpins; ++i) {
-      if (Job* work = job.load(std::memory_order_acquire)) return work;
-      relax();
+    for (;;) {
+      for (int i = 0; i < kSpins; ++i) {
+        if (job.load(std::memory_order_relaxed) != nullptr) {
+          if (Job* work = job.exchange(nullptr)) return work;
+        }
+        relax();
+      }
+      std::unique_lock<std::mutex> lock(mutex);
+      asleep = true;
+      wake.wait(lock, [this] { return job.load() != nullptr; });
+      asleep = false;
     }
-    std::unique_lock<std::mutex> lock(mutex);
-    asleep = true;
-    wake.wait(lock, [this] { return job.load() != nullptr; });
-    asleep = false;
-    return job.load();
   }
 
   void serve() {
     for (;;) {
       Job* work = next();
-      job.store(nullptr, std::memory_order_relaxed);
-      work->body(work->argument, index, work->count);
+      int32_t count;
+      while ((count = work->count.load(std::memory_order_acquire)) == 0) relax();
+      work->body(work->argument, index, count);
       // Free before the caller goes on: he may fork again at once. The job may be gone after the second line.
       taken.store(false, std::memory_order_release);
       work->running.fetch_sub(1, std::memory_order_release);
@@ -73,15 +85,29 @@ Workers::Workers(int32_t count) : process_(getpid()) {
 void Workers::fork(Body body, void* argument) {
   constexpr size_t kMost = 256;
   Worker* mine[kMost];
-  int32_t count = 0;
+  size_t offered = 0;
+  Job job{body, argument};
   if (getpid() == process_) {
     for (Worker* worker : workers_) {
-      if (static_cast<size_t>(count) < kMost && !worker->taken.exchange(true, std::memory_order_acquire)) mine[count++] = worker;
+      if (offered == kMost || worker->taken.exchange(true, std::memory_order_acquire)) continue;
+      worker->offer(&job);
+      mine[offered++] = worker;
     }
   }
-  Job job{body, argument, count + 1, {count}};
-  for (int32_t i = 0; i < count; ++i) mine[i]->give(&job, i + 1);
-  body(argument, 0, count + 1);
+  const auto limit = std::chrono::steady_clock::now() + kPatience;
+  const auto has_come = [](const Worker* worker) { return worker->job.load(std::memory_order_relaxed) == nullptr; };
+  while (!std::all_of(mine, mine + offered, has_come) && std::chrono::steady_clock::now() < limit) relax();
+  int32_t count = 1;
+  for (size_t i = 0; i < offered; ++i) {
+    if (mine[i]->withdraw(&job)) {
+      mine[i]->taken.store(false, std::memory_order_release);
+    } else {
+      mine[i]->index = count++;
+    }
+  }
+  job.running.store(count - 1, std::memory_order_relaxed);
+  job.count.store(count, std::memory_order_release);
+  body(argument, 0, count);
   for (int spins = 0; job.running.load(std::memory_order_acquire) != 0; ++spins) {
     // The others began when this thread did and have as much to do; one that is late has lost its core.
     if (spins < kSpins) relax();

@@ -19,7 +19,7 @@ class Workers final {
   Workers& operator=(const Workers&) = delete;
 
   /** Calls body(argument, i, n) at the same time on n threads, this one being 0, and returns when all have returned. n is 1
-   *  and however many workers are idle. Must not throw. */
+   *  and however many workers are idle and come at once. Must not throw. */
   void fork(Body body, void* argument);
 
   /** The process's workers: made at the first call, with that call's count. Never destroyed. */

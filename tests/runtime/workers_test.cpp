@@ -1,0 +1,109 @@
+/** The native backend's threads. */
+#include "backends/native/workers.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <numeric>
+#include <thread>
+#include <vector>
+
+namespace chiasm::native {
+namespace {
+
+/** Which indices were called, and with what count. */
+struct Calls {
+  std::vector<std::atomic<int>> made = std::vector<std::atomic<int>>(64);
+  std::atomic<int32_t> count{0}, present{0};
+  std::atomic<bool> together{true};
+
+  static void body(void* self, int32_t index, int32_t count) {
+    auto& calls = *static_cast<Calls*>(self);
+    calls.count = count;
+    ++calls.made[static_cast<size_t>(index)];
+    // All of a team are there at the same time: each waits for the others.
+    ++calls.present;
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (calls.present < count) {
+      if (std::chrono::steady_clock::now() > limit) {
+        calls.together = false;
+        return;
+      }
+      std::this_thread::yield();
+    }
+  }
+};
+
+TEST(Workers, EachIndexIsCalledOnceAndAllAtTheSameTime) {
+  Workers& workers = *new Workers(3);  // its threads never end
+  for (int round = 0; round < 200; ++round) {
+    Calls calls;
+    workers.fork(Calls::body, &calls);
+    ASSERT_TRUE(calls.together);
+    // A worker that is still on its way back from the last round is left out, and so is one that comes too late.
+    ASSERT_GE(calls.count, 1);
+    ASSERT_LE(calls.count, 4);
+    for (int32_t i = 0; i < 64; ++i) ASSERT_EQ(calls.made[static_cast<size_t>(i)], i < calls.count ? 1 : 0);
+  }
+}
+
+TEST(Workers, IdleOnesAreTakenAgainAfterTheyFellAsleep) {
+  Workers& workers = *new Workers(2);
+  // On a busy machine one may come too late and be left out; not every time.
+  int complete = 0;
+  for (int round = 0; round < 200 && complete < 3; ++round) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    Calls calls;
+    workers.fork(Calls::body, &calls);
+    if (calls.count == 3) ++complete;
+  }
+  EXPECT_EQ(complete, 3);
+}
+
+TEST(Workers, CallersAtTheSameTimeShareThem) {
+  Workers& workers = *new Workers(3);
+  std::atomic<int> at_work{0}, most{0}, wrong{0};
+  struct Work {
+    std::atomic<int>&at_work, &most;
+    std::atomic<int64_t> sum{0};
+  };
+  const auto body = [](void* argument, int32_t index, int32_t count) {
+    auto& work = *static_cast<Work*>(argument);
+    const int now = ++work.at_work;
+    for (int before = work.most; before < now && !work.most.compare_exchange_weak(before, now);) {
+    }
+    for (int64_t i = index; i < 1000; i += count) work.sum += i;
+    --work.at_work;
+  };
+  std::vector<std::thread> callers;
+  for (int c = 0; c < 8; ++c) {
+    callers.emplace_back([&] {
+      for (int round = 0; round < 300; ++round) {
+        Work work{at_work, most};
+        workers.fork(body, &work);
+        if (work.sum != 999 * 1000 / 2) ++wrong;
+      }
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(wrong, 0);
+  EXPECT_LE(most, 8 + 3);
+}
+
+TEST(Workers, AForkedChildGoesOnAlone) {
+  Workers& workers = *new Workers(2);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    Calls calls;
+    workers.fork(Calls::body, &calls);
+    ::_exit(calls.count == 1 && calls.made[0] == 1 ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+}  // namespace
+}  // namespace chiasm::native
