@@ -97,7 +97,7 @@ def onnx_session(file: Path, bundle: Path | None = None) -> Callable[[dict[str, 
     wanted = {i.name for i in session.get_inputs()}
 
     def run(inputs: dict[str, torch.Tensor]) -> tuple[torch.Tensor, ...]:
-        results = session.run(None, {n: np.ascontiguousarray(t.numpy()) for n, t in inputs.items() if n in wanted})
+        results = session.run(None, {n: t.contiguous().numpy() for n, t in inputs.items() if n in wanted})
         return tuple(torch.from_numpy(np.asarray(r)) for r in results)
 
     return run
