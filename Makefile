@@ -47,7 +47,7 @@ test-ops: setup ## values, gradients, scripting, docstrings of the ops
 	$(PY) -m pytest -q tests/ops
 
 test-export: build bundles ## the exporter, the command, the runtime in Python
-	$(PY) -m pytest -q tests/export tests/parity
+	$(PY) -m pytest -q --durations=10 tests/export tests/parity
 
 test-runtime: build bundles ## GoogleTest
 	ctest --preset release

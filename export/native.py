@@ -16,8 +16,10 @@ import zipfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
+import sympy
 import torch
 from torch.export import ExportedProgram
 
@@ -135,7 +137,17 @@ def _run(command: list[str]) -> str:
     return done.stdout
 
 
+def _check_vector_isa(spec: Spec, isa: str) -> None:
+    """AOTInductor writes scalar loops, without a word, where this machine's CPU lacks the vector width."""
+    from torch._inductor import config, cpu_vec_isa
+
+    with config.patch(_settings(spec, isa)):
+        if spec.vectorize and not cpu_vec_isa.pick_vec_isa():
+            raise ExportError(f"{spec.name}: native code ({isa}) needs a CPU with AVX2 to be exported on: this one has none")
+
+
 def _compile(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
+    _check_vector_isa(spec, isa)
     folder = _shim_folder()
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
     link = f"chiasm_shim -L{folder} -Wl,--version-script={folder / 'symbols.map'} {_LINK}"
@@ -153,6 +165,8 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
     return {
         "cpp.march": isa,
         "cpp.simdlen": ISAS[isa] if spec.vectorize else 1,
+        # Else a probe is compiled with these settings, fails without libtorch, and all loops come out scalar.
+        "cpp.vec_isa_ok": True,
         "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
         "cpp.fallback_scatter_reduce_sum": False,  # atomic additions, not a call of libtorch
         "aot_inductor.enable_line_tables": False,
@@ -160,17 +174,29 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
     }
 
 
+class _FastSympy:
+    """sympy, but for `simplify`: Inductor calls it to see whether an index is linear in a loop's variable, for which expanding
+    does as well, in a fraction of the time; on the gradients of large windows that was most of the export."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(sympy, name)
+
+    @staticmethod
+    def simplify(expression: Any) -> sympy.Expr:
+        return sympy.expand(expression)
+
+
 def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, include: Path | None = None) -> bytes:
     """AOTInductor's package. Headers in `include` go before the compiler's own."""
-    import torch._inductor
+    from torch._inductor import aoti_compile_and_package, sizevars
 
     threads = torch.get_num_threads()
     torch.set_num_threads(32)  # else loops over a small example are compiled serial
     paths = {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
     try:
-        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths):
+        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), patch.object(sizevars, "sympy", _FastSympy()):
             path = str(Path(scratch) / "op.pt2")
-            torch._inductor.aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)
+            aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)
             return Path(path).read_bytes()
     except Exception as error:
         raise explain(spec.name, f"native code ({isa})", error) from error

@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -28,6 +29,21 @@ from chiasm.filters import GaussianBlur2d, Sobel
 from .conftest import SPEC, scaled_difference
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_native_loops_are_vectorised(bundle: Path, tmp_path: Path) -> None:
+    """AOTInductor falls back to scalar loops without a word."""
+    with zipfile.ZipFile(bundle / "forward.float32.x86-64-v3.pt2") as archive:
+        archive.extract("chiasm/op.so", tmp_path)
+    code = subprocess.run(["objdump", "-d", tmp_path / "chiasm" / "op.so"], capture_output=True, text=True, check=True).stdout
+    assert sum("ymm" in line and "ps " in line for line in code.splitlines()) > 20
+
+
+def test_native_code_brings_no_threads_and_no_torch(bundle: Path, tmp_path: Path) -> None:
+    with zipfile.ZipFile(bundle / "forward.float32.x86-64-v3.pt2") as archive:
+        archive.extract("chiasm/op.so", tmp_path)
+    needed = subprocess.run(["objdump", "-p", tmp_path / "chiasm" / "op.so"], capture_output=True, text=True, check=True).stdout
+    assert not re.search(r"NEEDED +(libgomp|libtorch|libc10|libonnxruntime)", needed)
 
 
 def test_the_manifest_follows_the_schema_and_its_hashes_are_right(bundle: Path) -> None:
