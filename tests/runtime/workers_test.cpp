@@ -37,7 +37,7 @@ struct Calls {
 };
 
 TEST(Workers, EachIndexIsCalledOnceAndAllAtTheSameTime) {
-  Workers& workers = *new Workers(3);  // its threads never end
+  static Workers& workers = *new Workers(3);  // its threads never end; static, so that it is not taken for a leak
   for (int round = 0; round < 200; ++round) {
     Calls calls;
     workers.fork(Calls::body, &calls);
@@ -50,7 +50,7 @@ TEST(Workers, EachIndexIsCalledOnceAndAllAtTheSameTime) {
 }
 
 TEST(Workers, AnIdleOneIsTakenAgainAfterItFellAsleep) {
-  Workers& workers = *new Workers(1);
+  static Workers& workers = *new Workers(1);
   // On a busy machine it may come too late and be left out; not every time.
   int complete = 0;
   for (int round = 0; round < 1000 && complete < 3; ++round) {
@@ -63,7 +63,7 @@ TEST(Workers, AnIdleOneIsTakenAgainAfterItFellAsleep) {
 }
 
 TEST(Workers, CallersAtTheSameTimeShareThem) {
-  Workers& workers = *new Workers(3);
+  static Workers& workers = *new Workers(3);
   std::atomic<int> at_work{0}, most{0}, wrong{0};
   struct Work {
     std::atomic<int>&at_work, &most;
@@ -93,7 +93,7 @@ TEST(Workers, CallersAtTheSameTimeShareThem) {
 }
 
 TEST(Workers, AForkedChildGoesOnAlone) {
-  Workers& workers = *new Workers(2);
+  static Workers& workers = *new Workers(2);
   const pid_t child = ::fork();
   if (child == 0) {
     Calls calls;

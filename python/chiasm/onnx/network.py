@@ -95,7 +95,7 @@ class Node(nn.Module):
             import onnxruntime
 
             self._session = onnxruntime.InferenceSession(self.opened.read(self.opened.flat()), providers=["CPUExecutionProvider"])
-        named = {t["name"]: np.ascontiguousarray(x.detach().cpu().numpy()) for t, x in zip(self.opened.inputs, inputs)}
+        named = {t["name"]: x.detach().cpu().contiguous().numpy() for t, x in zip(self.opened.inputs, inputs)}
         return [torch.from_numpy(np.asarray(r)).to(inputs[0].device) for r in self._session.run(None, named)]
 
     def _output_shapes(self, inputs: tuple[Tensor, ...]) -> list[list[Size]]:
