@@ -33,7 +33,7 @@ def library() -> Path:
 
     Example:
         >>> import chiasm.onnx
-        >>> chiasm.onnx.library().name  # doctest: +SKIP
+        >>> chiasm.onnx.library().name
         'libchiasm_ort.so'
     """
     folders = _folders()
@@ -63,7 +63,7 @@ def register(options: onnxruntime.SessionOptions, bundles: BundlePath | Iterable
     Example:
         >>> import chiasm.onnx, onnxruntime
         >>> options = onnxruntime.SessionOptions()
-        >>> chiasm.onnx.register(options, "build/bundles/filters.sobel.chiasm")  # doctest: +SKIP
+        >>> chiasm.onnx.register(options, "build/bundles/filters.sobel.chiasm")
         >>> session = onnxruntime.InferenceSession("detector.onnx", options)  # doctest: +SKIP
     """
     folders = [Path(b).resolve() for b in ([bundles] if isinstance(bundles, (str, os.PathLike)) else bundles)]
