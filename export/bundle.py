@@ -15,9 +15,7 @@ import jsonschema
 import torch
 from safetensors.torch import load_file, save
 
-from .manifest import SCHEMA_VERSION, SUFFIX, BundleError, read_file, read_manifest, schema, sha256
-
-__all__ = ["SCHEMA_VERSION", "SUFFIX", "BundleError", "Golden", "Writer", "read_file", "read_golden", "read_manifest", "schema", "sha256"]
+from .manifest import SUFFIX, read_file, schema, sha256
 
 
 @dataclass

@@ -16,8 +16,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from .bundle import SUFFIX, BundleError, read_manifest
 from .errors import ExportError
+from .manifest import SUFFIX, BundleError, read_manifest
 
 console = Console()
 

@@ -14,9 +14,10 @@ from torch import nn
 import chiasm
 
 from . import samples
-from .bundle import SCHEMA_VERSION, Golden, Writer
+from .bundle import Golden, Writer
 from .errors import ExportError
 from .graph import output_specs, trace, trace_vjp, vjp_module, vjp_signature
+from .manifest import SCHEMA_VERSION
 from .module import bind
 from .native import to_native
 from .onnx_format import IR_VERSION, OPSET, onnx_bytes, to_fused_onnx, to_onnx

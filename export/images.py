@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from .bundle import BundleError, read_manifest
+from .manifest import BundleError, read_manifest
 
 
 def run_on_image(bundle: Path, source: Path, target: Path, backend: str, settings: dict[str, str]) -> str:

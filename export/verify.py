@@ -11,7 +11,8 @@ import torch
 
 from chiasm.onnx import register
 
-from .bundle import read_file, read_golden, read_manifest
+from .bundle import read_golden
+from .manifest import read_file, read_manifest
 
 
 @dataclass(frozen=True)

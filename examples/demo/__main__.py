@@ -20,9 +20,9 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Column, Table
 
-from chiasm.export.bundle import read_manifest
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.exporter import run_eager
+from chiasm.export.manifest import read_manifest
 from chiasm.export.module import bind
 
 from .pictures import contact_sheet, draw

@@ -18,10 +18,6 @@ struct OrtError {
   OrtStatus* status;
 };
 
-void check(OrtStatus* status) {
-  if (status != nullptr) throw OrtError{status};
-}
-
 OrtErrorCode code_of(int32_t code) {
   switch (code) {
     case CHIASM_INVALID_ARGUMENT: return ORT_INVALID_ARGUMENT;
@@ -29,11 +25,6 @@ OrtErrorCode code_of(int32_t code) {
     case CHIASM_UNAVAILABLE: return ORT_NOT_IMPLEMENTED;
     default: return ORT_FAIL;
   }
-}
-
-native::Pool& pool() {
-  static native::Pool& instance = *new native::Pool;  // never destroyed: a thread may still run at exit
-  return instance;
 }
 
 /** Compiled reductions make room for a partial result of each of this many threads. */
@@ -69,6 +60,10 @@ chiasm_tensor view(const OrtApi& api, const OrtValue& value, int64_t* shape) {
 }
 
 }  // namespace
+
+void check(OrtStatus* status) {
+  if (status != nullptr) throw OrtError{status};
+}
 
 OrtStatus* status_from_current_exception(const OrtApi& api) noexcept {
   try {
@@ -137,8 +132,8 @@ void Kernel::run(OrtKernelContext* context) {
       }
     }
   } work{model_, call, {}, nullptr};
-  work.host.allocate = [](void*, size_t bytes) { return pool().allocate(bytes); };
-  work.host.release = [](void*, void* data, size_t bytes) { pool().release(data, bytes); };
+  work.host.allocate = [](void*, size_t bytes) { return native::Pool::instance().allocate(bytes); };
+  work.host.release = [](void*, void* data, size_t bytes) { native::Pool::instance().release(data, bytes); };
   work.host.num_threads = model_.worth_forking(call.inputs, call.outputs) ? most_threads() : 1;
   if (work.host.num_threads == 1) {
     work.run();

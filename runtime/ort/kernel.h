@@ -27,6 +27,9 @@ class Kernel final {
   Lease::Experience experience_{0};
 };
 
+/** Throws what a function of ONNX Runtime reported; status_from_current_exception hands it back as it is. */
+void check(OrtStatus* status);
+
 /** A status for the exception that is being handled. */
 OrtStatus* status_from_current_exception(const OrtApi& api) noexcept;
 

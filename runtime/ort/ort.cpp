@@ -27,13 +27,7 @@ constexpr uint32_t kOldestInterface = 17;
 constexpr const char* kEntry = "chiasm.bundles";
 constexpr const char* kDomain = "chiasm";
 
-void check(const OrtApi& api, OrtStatus* status) {
-  if (status == nullptr) return;
-  const std::string message = api.GetErrorMessage(status);
-  api.ReleaseStatus(status);
-  throw std::runtime_error(message);
-}
-
+/** Links are not followed: a link to this library, put beside bundles, serves those. */
 std::string folder_of_this_library() {
   Dl_info info{};
   if (dladdr(reinterpret_cast<const void*>(&folder_of_this_library), &info) == 0) return ".";
@@ -58,12 +52,12 @@ std::vector<std::string> bundles_beside_this_library() {
 
 std::vector<std::string> wanted_bundles(const OrtApi& api, const OrtSessionOptions* options) {
   int present = 0;
-  check(api, api.HasSessionConfigEntry(options, kEntry, &present));
+  check(api.HasSessionConfigEntry(options, kEntry, &present));
   if (present == 0) return bundles_beside_this_library();
   size_t size = 0;
-  check(api, api.GetSessionConfigEntry(options, kEntry, nullptr, &size));
+  check(api.GetSessionConfigEntry(options, kEntry, nullptr, &size));
   std::string value(size, '\0');
-  check(api, api.GetSessionConfigEntry(options, kEntry, value.data(), &size));
+  check(api.GetSessionConfigEntry(options, kEntry, value.data(), &size));
   return core::split_path(value.c_str());
 }
 
@@ -85,8 +79,8 @@ std::unique_ptr<Domain> make_domain(const OrtApi& api, const std::vector<std::st
       domain->nodes.push_back(std::move(node));
     }
   }
-  check(api, api.CreateCustomOpDomain(kDomain, &domain->handle));
-  for (const auto& node : domain->nodes) check(api, api.CustomOpDomain_Add(domain->handle, node.get()));
+  check(api.CreateCustomOpDomain(kDomain, &domain->handle));
+  for (const auto& node : domain->nodes) check(api.CustomOpDomain_Add(domain->handle, node.get()));
   return domain;
 }
 
@@ -105,7 +99,7 @@ void add_domain(const OrtApi& api, OrtSessionOptions* options) {
   auto& domain = domains[{&api, key}];
   if (domain == nullptr) domain = make_domain(api, bundles);
   std::fputs(domain->report.c_str(), stderr);
-  if (!domain->nodes.empty()) check(api, api.AddCustomOpDomain(options, domain->handle));
+  if (!domain->nodes.empty()) check(api.AddCustomOpDomain(options, domain->handle));
 }
 
 }  // namespace

@@ -22,8 +22,8 @@ from torch import Tensor, nn
 
 import chiasm.runtime
 from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image
-from chiasm.export.bundle import BundleError, read_manifest, schema
 from chiasm.export.catalog import catalog
+from chiasm.export.manifest import BundleError, read_manifest, schema
 from chiasm.filters import GaussianBlur2d, Sobel
 
 from .conftest import SPEC, scaled_difference

@@ -24,10 +24,10 @@ from rich.table import Column, Table
 
 import chiasm.runtime
 from chiasm.export import samples
-from chiasm.export.bundle import read_manifest
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.exporter import run_eager, with_cotangents
 from chiasm.export.graph import vjp_module
+from chiasm.export.manifest import read_manifest
 from chiasm.export.module import bind
 from chiasm.export.spec import TensorSpec
 from chiasm.export.verify import difference, onnx_session

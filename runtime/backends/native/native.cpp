@@ -15,11 +15,6 @@ using chiasm::plugin::CudaDevice;
 using chiasm::plugin::Error;
 using chiasm::plugin::guard;
 
-Pool& pool() {
-  static Pool& instance = *new Pool;  // never destroyed: a thread may still run at exit
-  return instance;
-}
-
 class Model {
  public:
   explicit Model(const chiasm_backend_load& request)
@@ -41,8 +36,8 @@ class Model {
       host.release = [](void* stream, void* data, size_t) { CudaDevice::release(data, stream); };
     } else {
       if (host.num_threads > 1) host.context = &Workers::instance(num_threads_ - 1);
-      host.allocate = [](void*, size_t bytes) { return pool().allocate(bytes); };
-      host.release = [](void*, void* data, size_t bytes) { pool().release(data, bytes); };
+      host.allocate = [](void*, size_t bytes) { return Pool::instance().allocate(bytes); };
+      host.release = [](void*, void* data, size_t bytes) { Pool::instance().release(data, bytes); };
       host.fork = [](void* workers, Workers::Body body, void* argument) { static_cast<Workers*>(workers)->fork(body, argument); };
     }
     artifact_.run(inputs, outputs, host);
@@ -76,7 +71,7 @@ int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outpu
 
 void unload(void* model) {
   delete static_cast<Model*>(model);
-  if (--models == 0) pool().trim();
+  if (--models == 0) Pool::instance().trim();
 }
 
 const chiasm_backend backend{sizeof(chiasm_backend), CHIASM_BACKEND_ABI, "native", probe, load, run, unload};

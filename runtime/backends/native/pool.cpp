@@ -18,6 +18,11 @@ constexpr std::size_t kLargest = std::size_t{1} << 62;
 
 }  // namespace
 
+Pool& Pool::instance() {
+  static Pool& pool = *new Pool;
+  return pool;
+}
+
 void* Pool::allocate(std::size_t bytes) noexcept {
   if (bytes > kLargest) return nullptr;
   const std::size_t size = rounded(bytes);

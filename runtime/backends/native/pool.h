@@ -15,6 +15,9 @@ class Pool {
   static constexpr std::size_t kSmallestKept = std::size_t{32} << 10;  // below, malloc does as well
   static constexpr std::size_t kKeptLimit = std::size_t{256} << 20;
 
+  /** The pool of the library that this code is in. Never destroyed: a thread may still run at exit. */
+  static Pool& instance();
+
   /** NULL where there is no memory left. */
   void* allocate(std::size_t bytes) noexcept;
   /** `bytes` is what the block was allocated with. */
