@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,6 +42,15 @@ def difference(result: torch.Tensor, expected: torch.Tensor, tolerance: dict[str
     return worst, "" if wrong == 0 else f"{wrong} of {b.numel()} values differ by up to {worst:.3g}"
 
 
+def compare(method: dict, results: Sequence[torch.Tensor], expected: Sequence[torch.Tensor]) -> tuple[float, str]:
+    """The largest absolute difference of a method's outputs, and "" or what is wrong by its manifest's tolerances."""
+    worst, message = 0.0, ""
+    for tensor, result, want in zip(method["outputs"], results, expected, strict=True):
+        error, wrong = difference(result, want, method["tolerances"].get(str(want.dtype).removeprefix("torch.")))
+        worst, message = max(worst, error), message or (wrong and f"output {tensor['name']!r}: {wrong}")
+    return worst, message
+
+
 def verify(bundle: str | Path) -> list[Row]:
     """Replay a bundle's golden vectors: by the C++ runtime on each of its backends, and by ONNX Runtime in Python.
 
@@ -76,10 +85,7 @@ def _python_onnx(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], 
     for artifact in method["artifacts"]:
         if artifact["format"] != "onnx" or (dtype is not None and dtype not in artifact["dtypes"]):
             continue
-        worst, message = 0.0, ""
-        for tensor, result, want in zip(method["outputs"], onnx_session(folder / artifact["file"])(inputs), expected, strict=True):
-            error, wrong = difference(result, want, method["tolerances"].get(str(want.dtype).removeprefix("torch.")))
-            worst, message = max(worst, error), message or (wrong and f"output {tensor['name']!r}: {wrong}")
+        worst, message = compare(method, onnx_session(folder / artifact["file"])(inputs), expected)
         backend = "onnx (python, fused body)" if "function" in artifact else "onnx (python)"
         yield Row(case["method"], dtype or "", backend, artifact["file"], not message, worst, message)
 

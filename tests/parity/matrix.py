@@ -30,7 +30,7 @@ from chiasm.export.graph import vjp_module
 from chiasm.export.manifest import read_manifest
 from chiasm.export.module import bind
 from chiasm.export.spec import TensorSpec
-from chiasm.export.verify import difference, onnx_session
+from chiasm.export.verify import compare, onnx_session
 
 ROOT = Path(__file__).resolve().parents[2]
 BUNDLES = ROOT / "build" / "bundles"
@@ -86,7 +86,7 @@ def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
                 shape = " ".join(f"{k}{v}" for k, v in fitted.items())
                 for backend, artifact, runner in runners(folder, manifest, method, variant):
                     run.add(artifact)
-                    error, message = compare(runner, inputs, expected, signature)
+                    error, message = judged(runner, inputs, expected, signature)
                     yield Check(name, method, variant or "", backend, artifact, shape, error, message)
             for artifact in signature["artifacts"]:
                 serves = not artifact["dtypes"] or variant in artifact["dtypes"]
@@ -122,18 +122,12 @@ def as_tuple(result) -> tuple[torch.Tensor, ...]:
     return result if isinstance(result, tuple) else (result,)
 
 
-def compare(runner: Runner, inputs, expected, method) -> tuple[float, str]:
+def judged(runner: Runner, inputs, expected, method) -> tuple[float, str]:
     try:
         results = runner(inputs)
     except Exception as error:
         return float("inf"), f"{type(error).__name__}: {str(error).splitlines()[0]}"
-    worst, message = 0.0, ""
-    for tensor, result, want in zip(method["outputs"], results, expected, strict=True):
-        tolerance = method["tolerances"].get(str(want.dtype).removeprefix("torch."))
-        error, wrong = difference(result, want, tolerance)
-        worst = max(worst, error)
-        message = message or (wrong and f"output {tensor['name']!r}: {wrong}")
-    return worst, message
+    return compare(method, results, expected)
 
 
 def summary(checks: list[Check]) -> Table:
