@@ -104,16 +104,12 @@ def _expression(e: sympy.Expr, names: dict[sympy.Symbol, str]) -> str:
 def vjp_signature(spec: Spec, outputs: list[TensorSpec]) -> tuple[list[TensorSpec], list[TensorSpec]] | None:
     """Inputs and outputs of the method `vjp`: the forward's inputs and a `grad_` per floating output, to a `grad_` per
     differentiable input. None where there is nothing to differentiate."""
-    floating = [t for t in spec.inputs if t.dtype == "T" or t.dtype.startswith(("float", "bfloat"))]
-    wanted = [t.name for t in floating] if spec.gradients is None else list(spec.gradients)
-    unknown = set(wanted) - {t.name for t in floating}
-    if unknown:
-        raise ExportError(f"{spec.name}: gradients names {sorted(unknown)}, which are not floating inputs")
+    wanted = spec.differentiated()
     seeds = [t for t in outputs if t.dtype == "T" or t.dtype.startswith(("float", "bfloat"))]
     if not wanted or not seeds:
         return None
     cotangents = [replace(t, name=f"grad_{t.name}", range=(-1.0, 1.0), description=f"gradient with respect to output {t.name}") for t in seeds]
-    gradients = [replace(t, name=f"grad_{t.name}", range=None, description=f"gradient with respect to input {t.name}") for t in floating if t.name in wanted]
+    gradients = [replace(t, name=f"grad_{t.name}", range=None, description=f"gradient with respect to input {t.name}") for t in spec.inputs if t.name in wanted]
     return list(spec.inputs) + cotangents, gradients
 
 

@@ -105,6 +105,14 @@ class Spec:
         names = [d for t in self.inputs for d in t.shape if isinstance(d, str)]
         return {name: self.limits(name) for name in dict.fromkeys(names)}
 
+    def differentiated(self) -> list[str]:
+        """The inputs that `vjp` differentiates by."""
+        floating = [t.name for t in self.inputs if t.dtype == "T" or t.dtype.startswith(("float", "bfloat"))]
+        unknown = set(self.gradients or ()) - set(floating)
+        if unknown:
+            raise ValueError(f"spec {self.name!r}: gradients names {sorted(unknown)}, which are not floating inputs")
+        return floating if self.gradients is None else list(self.gradients)
+
     def tolerance(self, method: str, dtype: str) -> Tolerance | None:
         """The tolerance for a method's outputs of a dtype; None means exact."""
         own = self.gradient_tolerances if method == "vjp" else {}
