@@ -2,7 +2,7 @@
 
 from typing import Optional
 
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..primitives.checks import check_floating, check_rgb
 
@@ -38,19 +38,3 @@ def rgb_to_grayscale(image: Tensor, rgb_weights: Optional[Tensor] = None) -> Ten
         w = rgb_weights.to(image.dtype)
         grey = w[0] * red + w[1] * green + w[2] * blue
     return grey.unsqueeze(-3)
-
-
-class RgbToGrayscale(nn.Module):
-    """``rgb_to_grayscale`` as a module.
-
-    Example:
-        >>> RgbToGrayscale()(torch.ones(2, 3, 4, 5)).shape
-        torch.Size([2, 1, 4, 5])
-    """
-
-    def __init__(self, rgb_weights: Optional[Tensor] = None) -> None:
-        super().__init__()
-        self.rgb_weights = rgb_weights
-
-    def forward(self, image: Tensor) -> Tensor:
-        return rgb_to_grayscale(image, self.rgb_weights)

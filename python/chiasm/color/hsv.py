@@ -1,7 +1,7 @@
 """RGB to hue, saturation, value."""
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..primitives.checks import check_floating, check_rgb
 
@@ -37,19 +37,3 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
     hue = torch.where(value == red, (green - blue) / safe, blue_or_green)
     hue = torch.where(hue < 0, hue + 6.0, hue) * 1.0471975511965976  # pi / 3, one sixth of a turn
     return torch.stack([hue, saturation, value], -3)
-
-
-class RgbToHsv(nn.Module):
-    """``rgb_to_hsv`` as a module.
-
-    Example:
-        >>> RgbToHsv()(torch.ones(2, 3, 4, 5)).shape
-        torch.Size([2, 3, 4, 5])
-    """
-
-    def __init__(self, eps: float = 1e-8) -> None:
-        super().__init__()
-        self.eps = eps
-
-    def forward(self, image: Tensor) -> Tensor:
-        return rgb_to_hsv(image, self.eps)

@@ -1,5 +1,8 @@
 """Intensity transforms."""
 
-from .normalize import Normalize, normalize
+from ..primitives.twin import lazy_twins
+from .normalize import normalize
 
-__all__ = ["Normalize", "normalize"]
+__all__ = ["normalize"]
+
+__getattr__ = lazy_twins(__name__, globals())

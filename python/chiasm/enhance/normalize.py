@@ -1,16 +1,19 @@
 """Standardise channels."""
 
-from torch import Tensor, nn
+from typing import Union
+
+import torch
+from torch import Tensor
 
 from ..primitives.checks import check_floating
 
 
-def normalize(data: Tensor, mean: Tensor, std: Tensor) -> Tensor:
+def normalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor]) -> Tensor:
     """(data - mean) / std, per channel.
 
     Args:
         data: (B, C, *), floating point.
-        mean: a scalar tensor, (1,), (C,) or (B, C).
+        mean: a number, or a scalar tensor, (1,), (C,) or (B, C).
         std: like mean; not zero.
 
     Returns:
@@ -31,29 +34,14 @@ def normalize(data: Tensor, mean: Tensor, std: Tensor) -> Tensor:
     return (data - _per_channel(mean, data, "mean")) / _per_channel(std, data, "std")
 
 
-def _per_channel(value: Tensor, data: Tensor, name: str) -> Tensor:
+def _per_channel(value: Union[float, Tensor], data: Tensor, name: str) -> Tensor:
+    if not isinstance(value, Tensor):
+        return torch.full([1], value, dtype=data.dtype, device=data.device)
     if value.dim() > 2:
-        raise ValueError(f"{name}: expected a scalar tensor, (1,), (C,) or (B, C), got {list(value.shape)}")
+        raise ValueError(f"{name}: expected a number, or a scalar tensor, (1,), (C,) or (B, C), got {list(value.shape)}")
     value = value.to(data.dtype)
     if value.dim() == 0:
         return value
     for _ in range(data.dim() - 2):
         value = value.unsqueeze(-1)
     return value
-
-
-class Normalize(nn.Module):
-    """``normalize`` as a module; mean and std are buffers.
-
-    Example:
-        >>> Normalize(torch.zeros(3), torch.ones(3))(torch.ones(2, 3, 4, 5)).shape
-        torch.Size([2, 3, 4, 5])
-    """
-
-    def __init__(self, mean: Tensor, std: Tensor) -> None:
-        super().__init__()
-        self.register_buffer("mean", mean)
-        self.register_buffer("std", std)
-
-    def forward(self, data: Tensor) -> Tensor:
-        return normalize(data, self.mean, self.std)

@@ -1,15 +1,12 @@
 """Smoothing and derivatives."""
 
-from .bilateral import BilateralBlur, bilateral_blur
-from .gaussian import GaussianBlur2d, gaussian_blur2d, get_gaussian_kernel1d
-from .gradient import Sobel, sobel, spatial_gradient
-from .median import MedianBlur, median_blur
+from ..primitives.twin import lazy_twins
+from .bilateral import bilateral_blur
+from .gaussian import gaussian_blur2d, get_gaussian_kernel1d
+from .gradient import sobel, spatial_gradient
+from .median import median_blur
 
 __all__ = [
-    "BilateralBlur",
-    "GaussianBlur2d",
-    "MedianBlur",
-    "Sobel",
     "bilateral_blur",
     "gaussian_blur2d",
     "get_gaussian_kernel1d",
@@ -17,3 +14,5 @@ __all__ = [
     "sobel",
     "spatial_gradient",
 ]
+
+__getattr__ = lazy_twins(__name__, globals())

@@ -3,7 +3,7 @@
 from typing import List, Tuple, Union
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image, odd_pair
 from ..primitives.padding import join_columns, padded_parts
@@ -84,30 +84,3 @@ def _bilateral_valid(p: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Ten
             total = total + weight
             sums = [sums[c] + taps[c] * weight for c in range(len(planes))]
     return join_channels([s / total for s in sums])
-
-
-class BilateralBlur(nn.Module):
-    """``bilateral_blur`` as a module.
-
-    Example:
-        >>> BilateralBlur(3, 0.1, (1.0, 1.0))(torch.ones(2, 3, 4, 5)).shape
-        torch.Size([2, 3, 4, 5])
-    """
-
-    def __init__(
-        self,
-        kernel_size: Union[int, Tuple[int, int]],
-        sigma_color: Union[float, Tensor],
-        sigma_space: Union[Tuple[float, float], Tensor],
-        border_type: str = "reflect",
-        color_distance_type: str = "l1",
-    ) -> None:
-        super().__init__()
-        self.kernel_size = odd_pair(kernel_size, "kernel_size")
-        self.sigma_color = sigma_color
-        self.sigma_space = sigma_space
-        self.border_type = border_type
-        self.color_distance_type = color_distance_type
-
-    def forward(self, input: Tensor) -> Tensor:
-        return bilateral_blur(input, self.kernel_size, self.sigma_color, self.sigma_space, self.border_type, self.color_distance_type)

@@ -4,7 +4,7 @@ import math
 from typing import List, Tuple, Union
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..primitives.checks import check_image, odd_pair
 from ..primitives.materialise import materialised
@@ -121,28 +121,3 @@ def _blur_2d(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) ->
                 out = out + p[:, :, i : i + height, j : j + width] * weight[:, None, None, None]
         outs.append(out)
     return join_columns(outs)
-
-
-class GaussianBlur2d(nn.Module):
-    """``gaussian_blur2d`` as a module.
-
-    Example:
-        >>> GaussianBlur2d((3, 3), (1.0, 1.0))(torch.ones(2, 3, 4, 5)).shape
-        torch.Size([2, 3, 4, 5])
-    """
-
-    def __init__(
-        self,
-        kernel_size: Union[int, Tuple[int, int]],
-        sigma: Union[Tuple[float, float], Tensor],
-        border_type: str = "reflect",
-        separable: bool = True,
-    ) -> None:
-        super().__init__()
-        self.kernel_size = odd_pair(kernel_size, "kernel_size")
-        self.sigma = sigma
-        self.border_type = border_type
-        self.separable = separable
-
-    def forward(self, input: Tensor) -> Tensor:
-        return gaussian_blur2d(input, self.kernel_size, self.sigma, self.border_type, self.separable)

@@ -3,7 +3,7 @@
 from typing import List, Tuple
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
 from ..primitives.padding import join_columns, padded_parts
@@ -123,20 +123,3 @@ def _five_taps(p: Tensor, dim: int) -> Tuple[Tensor, Tensor, Tensor]:
     a, b, c = p.narrow(dim, 0, size), p.narrow(dim, 1, size), p.narrow(dim, 2, size)
     d, e = p.narrow(dim, 3, size), p.narrow(dim, 4, size)
     return a + 4.0 * b + 6.0 * c + 4.0 * d + e, e - a + 2.0 * (d - b), a - 2.0 * c + e
-
-
-class Sobel(nn.Module):
-    """``sobel`` as a module.
-
-    Example:
-        >>> Sobel()(torch.ones(2, 3, 4, 5)).shape
-        torch.Size([2, 3, 4, 5])
-    """
-
-    def __init__(self, normalized: bool = True, eps: float = 1e-6) -> None:
-        super().__init__()
-        self.normalized = normalized
-        self.eps = eps
-
-    def forward(self, input: Tensor) -> Tensor:
-        return sobel(input, self.normalized, self.eps)

@@ -2,7 +2,7 @@
 
 from typing import List, Tuple, Union
 
-from torch import Tensor, nn
+from torch import Tensor
 
 from ..primitives.checks import check_image, odd_pair
 from ..primitives.padding import join_columns, padded_parts
@@ -52,20 +52,3 @@ def _median_valid(p: Tensor, ky: int, kx: int) -> Tensor:
         if len(keep[i]) > 0:
             candidates += select_ranks([columns[i][..., j : j + width] for j in range(kx)], keep[i])
     return select_ranks(candidates, [len(candidates) // 2])[0]
-
-
-class MedianBlur(nn.Module):
-    """``median_blur`` as a module.
-
-    Example:
-        >>> MedianBlur(3)(torch.ones(2, 3, 4, 5)).shape
-        torch.Size([2, 3, 4, 5])
-    """
-
-    def __init__(self, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect") -> None:
-        super().__init__()
-        self.kernel_size = odd_pair(kernel_size, "kernel_size")
-        self.border_type = border_type
-
-    def forward(self, input: Tensor) -> Tensor:
-        return median_blur(input, self.kernel_size, self.border_type)

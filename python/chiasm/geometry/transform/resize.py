@@ -3,7 +3,7 @@
 from typing import Optional, Tuple, Union
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from ...primitives.checks import check_choice, check_image
 from ...primitives.materialise import materialised, stored_index
@@ -134,30 +134,3 @@ def _weight_dtype(x: Tensor) -> torch.dtype:
     if x.dtype == torch.float64:
         return torch.float64
     return torch.float32
-
-
-class Resize(nn.Module):
-    """``resize`` as a module.
-
-    Example:
-        >>> Resize((2, 3))(torch.ones(2, 3, 4, 5)).shape
-        torch.Size([2, 3, 2, 3])
-    """
-
-    def __init__(
-        self,
-        size: Union[int, Tuple[int, int]],
-        interpolation: str = "bilinear",
-        align_corners: Optional[bool] = None,
-        side: str = "short",
-        antialias: bool = False,
-    ) -> None:
-        super().__init__()
-        self.size = size
-        self.interpolation = interpolation
-        self.align_corners = align_corners
-        self.side = side
-        self.antialias = antialias
-
-    def forward(self, input: Tensor) -> Tensor:
-        return resize(input, self.size, self.interpolation, self.align_corners, self.side, self.antialias)

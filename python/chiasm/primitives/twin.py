@@ -1,0 +1,91 @@
+"""nn.Module twins: `GaussianBlur2d` from `gaussian_blur2d`, made from the function's signature on first use.
+
+The class is written as source text because torch.jit.script reads source.
+"""
+
+import inspect
+import linecache
+from typing import Any, Callable, Dict, List, Tuple, Type, Union, get_args, get_origin
+
+from torch import Tensor, nn
+
+
+def twin(function: Callable[..., Any]) -> Type[nn.Module]:
+    """The class whose `forward` takes the function's tensors and whose constructor takes everything else.
+
+    Tensors are the parameters annotated `Tensor` that have no default. A tensor given to the constructor becomes a buffer, so that
+    it moves with the module, but not a part of its state.
+
+    >>> from chiasm.filters import median_blur
+    >>> blur = twin(median_blur)(3)
+    >>> blur(torch.ones(1, 2, 5, 5)).shape, blur.kernel_size
+    (torch.Size([1, 2, 5, 5]), 3)
+    """
+    signature = inspect.signature(function)
+    tensors = [p for p in signature.parameters.values() if p.annotation is Tensor and p.default is p.empty]
+    settings = [p for p in signature.parameters.values() if p not in tensors]
+    name = class_name(function.__name__)
+    scope: Dict[str, Any] = {"nn": nn, "Tensor": Tensor, "Result": signature.return_annotation, "function": function, "fitted": _fitted}
+    written: List[str] = []
+    for p in settings:
+        scope[f"type_{p.name}"], scope[f"default_{p.name}"] = p.annotation, p.default
+        written.append(p.name if p.default is p.empty else f"{p.name}=default_{p.name}")
+    typed = ", ".join(["self"] + [f"{p.name}: Tensor" for p in tensors])
+    passed = ", ".join([f"{p.name}={p.name}" for p in tensors] + [f"{p.name}=self.{p.name}" for p in settings])
+    lines = [f"class {name}(nn.Module):", f"    def __init__({', '.join(['self'] + written)}):", "        super().__init__()"]
+    lines += [f"        fitted(self, {p.name!r}, {p.name}, type_{p.name})" for p in settings]
+    lines += [f"    def forward({typed}) -> Result:", f"        return function({passed})", ""]
+    source = "\n".join(lines)
+    filename = f"<chiasm twin {function.__module__}.{name}>"
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    exec(compile(source, filename, "exec"), scope)
+    made = scope[name]
+    made.__doc__ = f"`{function.__name__}` as a module.\n\n{inspect.getdoc(function) or ''}"
+    made.__module__ = function.__module__.rpartition(".")[0]
+    return made
+
+
+def class_name(function_name: str) -> str:
+    """The twin's name.
+
+    >>> class_name("rgb_to_hsv")
+    'RgbToHsv'
+    """
+    return "".join(part[:1].upper() + part[1:] for part in function_name.split("_"))
+
+
+def lazy_twins(package: str, functions: Dict[str, Any]) -> Callable[[str], Type[nn.Module]]:
+    """A module-level `__getattr__` (PEP 562) that makes the twin of any public function of a package when it is asked for.
+
+    Args:
+        package: the package's `__name__`.
+        functions: its `globals()`, which also keep the classes that were made.
+    """
+
+    def __getattr__(name: str) -> Type[nn.Module]:
+        for public in functions["__all__"]:
+            if class_name(public) == name and inspect.isfunction(functions[public]):
+                functions[name] = twin(functions[public])
+                return functions[name]
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+
+    return __getattr__
+
+
+def _fitted(module: nn.Module, name: str, value: Any, annotation: Any) -> None:
+    """Store a setting; whole numbers become floats where only floats are meant, which TorchScript tells apart."""
+    if isinstance(value, Tensor):
+        module.register_buffer(name, value, persistent=False)
+    else:
+        setattr(module, name, _as(value, annotation))
+
+
+def _as(value: Any, annotation: Any) -> Any:
+    choices: Tuple[Any, ...] = get_args(annotation) if get_origin(annotation) is Union else (annotation,)
+    if isinstance(value, int) and not isinstance(value, bool) and float in choices and int not in choices:
+        return float(value)
+    for choice in choices:
+        items = get_args(choice)
+        if isinstance(value, (tuple, list)) and get_origin(choice) is tuple and len(items) == len(value):
+            return tuple(_as(v, item) for v, item in zip(value, items))
+    return value

@@ -1,0 +1,66 @@
+"""The nn.Module twins: every op of the catalog has one, it scripts, and it does what the function does."""
+
+import importlib
+import inspect
+
+import pytest
+import torch
+from test_catalog import arguments, assert_same
+
+from chiasm.export.catalog import Entry, catalog
+from chiasm.filters import BilateralBlur, GaussianBlur2d
+from chiasm.primitives.twin import class_name
+
+SIZES = {"B": 2, "C": 3, "H": 19, "W": 22, "N": 9, "OH": 8, "OW": 11}
+
+
+def family(entry: Entry) -> str:
+    """The package whose public name the op is, or "" for what is not public as a function (a wrapper made for export)."""
+    function = entry.function()
+    package = function.__module__.rpartition(".")[0]
+    public = getattr(importlib.import_module(package), "__all__", ())
+    return package if function.__name__ in public and hasattr(importlib.import_module(package), "__getattr__") else ""
+
+
+WITH_TWIN = {name: entry for name, entry in catalog().items() if family(entry)}
+
+
+@pytest.mark.parametrize("entry", WITH_TWIN.values(), ids=WITH_TWIN)
+def test_twin_scripts_and_equals_the_function(entry: Entry) -> None:
+    function = entry.function()
+    given = dict(zip([t.name for t in entry.spec.inputs], arguments(entry, SIZES, "float32"), strict=True))
+    twin = getattr(importlib.import_module(family(entry)), class_name(function.__name__))
+    tensors = list(inspect.signature(twin.forward).parameters)[1:]
+    module = twin(**entry.spec.config, **{n: v for n, v in given.items() if n not in tensors})
+    forward = [given[n] for n in tensors]
+    expected = function(**given, **entry.spec.config)
+    assert_same(module(*forward), expected, 0.0)
+    assert_same(torch.jit.script(module)(*forward), expected, 1e-5)
+
+
+def test_no_op_on_images_is_without() -> None:
+    families = ("color.", "enhance.", "filters.", "morphology.")
+    assert [name for name in catalog() if name.startswith(families) and name not in WITH_TWIN] == []
+
+
+def test_constructor_looks_like_the_function() -> None:
+    assert list(inspect.signature(GaussianBlur2d).parameters) == ["kernel_size", "sigma", "border_type", "separable"]
+    assert GaussianBlur2d.__module__ == "chiasm.filters"
+    with pytest.raises(TypeError, match="sigma"):
+        GaussianBlur2d((3, 3))
+
+
+def test_whole_numbers_stand_for_floats() -> None:
+    blur = torch.jit.script(GaussianBlur2d(3, (1, 2)))
+    assert blur(torch.ones(1, 2, 5, 6)).shape == (1, 2, 5, 6)
+
+
+def test_a_tensor_setting_moves_with_the_module() -> None:
+    blur = BilateralBlur(3, torch.tensor([0.1]), (1.0, 1.0)).double()
+    assert blur.sigma_color.dtype == torch.float64
+    assert not blur.state_dict()
+
+
+def test_unknown_class() -> None:
+    with pytest.raises(ImportError, match="Sobell"):
+        from chiasm.filters import Sobell  # noqa: F401
