@@ -176,3 +176,15 @@ _PAIRS = {"H": (2, 32768), "W": (2, 32768)}
 add(Spec("color.raw_to_rgb", [_RAW], _output(), config={"cfa": "bg"}, symbols=_PAIRS, reference="OpenCV cvtColor(COLOR_BayerBG2RGB); SciPy convolve"))
 add(Spec("color.raw_to_rgb_2x2_downscaled", [_RAW], _output(), config={"cfa": "bg"}, symbols=_PAIRS, reference="NumPy slices"))
 add(Spec("color.rgb_to_raw", [_rgb()], _output("BAYER"), config={"cfa": "bg"}, reference="NumPy slices"))
+
+# --- false colours -----------------------------------------------------------------------------------------------------
+
+_CV_MAPS = "OpenCV applyColorMap"
+add(Spec("color.apply_colormap", [image("input_tensor", channels=1, color="GRAY")], _output(), config={"colormap": "viridis"}, reference=_CV_MAPS))
+add(Spec(
+    "color.apply_colormap.bytes",
+    [TensorSpec("input_tensor", ("B", 1, "H", "W"), "uint8", "NCHW", "GRAY", (0, 255), "image batch")],
+    _output(),
+    config={"colormap": "turbo"},
+    reference=_CV_MAPS,
+), fn="color.apply_colormap")

@@ -1,5 +1,6 @@
 """Colour spaces."""
 
+from .colormap import apply_colormap
 from .gray import RgbToGrayscale, bgr_to_grayscale, grayscale_to_rgb, rgb_to_grayscale
 from .hls import hls_to_rgb, hsl_to_rgb, rgb_to_hls, rgb_to_hsl
 from .hsv import RgbToHsv, hsv_to_rgb, rgb_to_hsv
@@ -18,6 +19,7 @@ from .yuv import planar_yuv_to_rgb, rgb_to_yuv, rgb_to_yuv420, rgb_to_yuv422, yu
 __all__ = [
     "RgbToGrayscale",
     "RgbToHsv",
+    "apply_colormap",
     "bgr_to_grayscale",
     "bgr_to_rgb",
     "bgr_to_rgba",
