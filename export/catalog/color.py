@@ -148,6 +148,8 @@ add(Spec("color.luv_to_rgb", [image("image", channels=3, color="LUV", range=(-14
 # --- video -------------------------------------------------------------------------------------------------------------
 
 _YUV = "Y in [0, 1], U in [-0.436, 0.436], V in [-0.615, 0.615]"
+# tracing wants to know that half of a size is not 1
+_HALF = {"H": (3, 32768), "W": (3, 32768)}
 _PLANES = [TensorSpec("y", layout="NCHW", color="GRAY"), TensorSpec("uv", layout="NCHW", color="UV", description="subsampled chroma")]
 
 add(Spec("color.rgb_to_y", [_rgb()], _output("GRAY"), reference=_OPENCV.format("COLOR_RGB2GRAY")))
@@ -155,8 +157,8 @@ add(Spec("color.rgb_to_ycbcr", [_rgb()], _output("YCbCr"), reference=_OPENCV.for
 add(Spec("color.ycbcr_to_rgb", [image("image", channels=3, color="YCbCr")], _output(), reference=_OPENCV.format("COLOR_YCrCb2RGB")))
 add(Spec("color.rgb_to_yuv", [_rgb()], _output("YUV", _YUV), reference="scikit-image rgb2yuv"))
 add(Spec("color.yuv_to_rgb", [image("image", channels=3, color="YUV", range=(-0.6, 1.0), description=_YUV)], _output(), reference="scikit-image yuv2rgb"))
-add(Spec("color.rgb_to_yuv420", [_rgb()], _PLANES, reference="scikit-image rgb2yuv, then NumPy means of 2 x 2"))
-add(Spec("color.rgb_to_yuv422", [_rgb()], _PLANES, reference="scikit-image rgb2yuv, then NumPy means of 1 x 2"))
+add(Spec("color.rgb_to_yuv420", [_rgb()], _PLANES, symbols=_HALF, reference="scikit-image rgb2yuv, then NumPy means of 2 x 2"))
+add(Spec("color.rgb_to_yuv422", [_rgb()], _PLANES, symbols=_HALF, reference="scikit-image rgb2yuv, then NumPy means of 1 x 2"))
 add(Spec(
     "color.planar_yuv_to_rgb",
     [image("imagey", channels=1, color="GRAY"),
@@ -171,10 +173,9 @@ add(Spec(
 # --- raw ---------------------------------------------------------------------------------------------------------------
 
 _RAW = image("image", channels=1, color="BAYER", description="raw images, red in the top left corner")
-_PAIRS = {"H": (2, 32768), "W": (2, 32768)}
 
-add(Spec("color.raw_to_rgb", [_RAW], _output(), config={"cfa": "bg"}, symbols=_PAIRS, reference="OpenCV cvtColor(COLOR_BayerBG2RGB); SciPy convolve"))
-add(Spec("color.raw_to_rgb_2x2_downscaled", [_RAW], _output(), config={"cfa": "bg"}, symbols=_PAIRS, reference="NumPy slices"))
+add(Spec("color.raw_to_rgb", [_RAW], _output(), config={"cfa": "bg"}, symbols={"H": (2, 32768), "W": (2, 32768)}, reference="OpenCV cvtColor(COLOR_BayerBG2RGB); SciPy convolve"))
+add(Spec("color.raw_to_rgb_2x2_downscaled", [_RAW], _output(), config={"cfa": "bg"}, symbols={"H": (4, 32768), "W": (4, 32768)}, reference="NumPy slices"))
 add(Spec("color.rgb_to_raw", [_rgb()], _output("BAYER"), config={"cfa": "bg"}, reference="NumPy slices"))
 
 # --- false colours -----------------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_floating
+from ..primitives.decimate import every_second
 from ..primitives.padding import padded_parts
 from ..primitives.planes import check_channels, rgb_planes
 
@@ -106,12 +107,12 @@ def raw_to_rgb_2x2_downscaled(image: Tensor, cfa: str) -> Tensor:
     check_floating(image, "image")
     red_row, red_column = _red(cfa)
     height, width = image.size(-2) // 2, image.size(-1) // 2
-    even = image.select(-3, 0).narrow(-2, 0, 2 * height).narrow(-1, 0, 2 * width)
-    blocks = even.unflatten(-1, [width, 2]).unflatten(-3, [height, 2])
+    plane = image.select(-3, 0)
     samples: List[Tensor] = []
     for row in [red_row, 1 - red_row]:
+        rows = every_second(plane, -2, row, height)
         for column in [red_column, 1 - red_column]:
-            samples.append(blocks.select(-3, row).select(-1, column))
+            samples.append(every_second(rows, -1, column, width))
     return torch.stack([samples[0], (samples[1] + samples[2]) * 0.5, samples[3]], -3)
 
 

@@ -73,7 +73,7 @@ def rgba_to_rgb(image: Tensor, background_color: Optional[Tensor] = None) -> Ten
     """
     check_channels(image, 4, "image")
     if background_color is None:
-        return image.narrow(-3, 0, 3)
+        return torch.stack([image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)], -3)
     check_floating(image, "image")
     if background_color.dim() != 1 or background_color.size(0) != 3:
         raise ValueError(f"background_color: expected shape (3,), got {list(background_color.shape)}")
@@ -99,7 +99,7 @@ def rgba_to_bgr(image: Tensor) -> Tensor:
         tensor([2., 1., 0.])
     """
     check_channels(image, 4, "image")
-    return image.narrow(-3, 0, 3).flip([-3])
+    return torch.stack([image.select(-3, 2), image.select(-3, 1), image.select(-3, 0)], -3)
 
 
 def _alpha(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_floating
+from ..primitives.decimate import every_second
 from ..primitives.planes import check_channels, mix_channels
 from ..primitives.sampling import nearest_index
 
@@ -76,7 +77,7 @@ def rgb_to_yuv420(image: Tensor) -> Tuple[Tensor, Tensor]:
         [[1, 1, 4, 6], [1, 2, 2, 3]]
     """
     yuv = rgb_to_yuv(image)
-    return yuv.narrow(-3, 0, 1), _halved(_halved(yuv.narrow(-3, 1, 2), -2), -1)
+    return yuv.select(-3, 0).unsqueeze(-3), _halved(_halved(_chroma(yuv), -2), -1)
 
 
 def rgb_to_yuv422(image: Tensor) -> Tuple[Tensor, Tensor]:
@@ -99,7 +100,7 @@ def rgb_to_yuv422(image: Tensor) -> Tuple[Tensor, Tensor]:
         [[1, 1, 4, 6], [1, 2, 4, 3]]
     """
     yuv = rgb_to_yuv(image)
-    return yuv.narrow(-3, 0, 1), _halved(yuv.narrow(-3, 1, 2), -1)
+    return yuv.select(-3, 0).unsqueeze(-3), _halved(_chroma(yuv), -1)
 
 
 def yuv420_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
@@ -178,14 +179,14 @@ def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
     return yuv_to_rgb(torch.stack([imagey.select(-3, 0), chroma.select(-3, 0), chroma.select(-3, 1)], -3))
 
 
+def _chroma(yuv: Tensor) -> Tensor:
+    return torch.stack([yuv.select(-3, 1), yuv.select(-3, 2)], -3)
+
+
 def _halved(x: Tensor, dim: int) -> Tensor:
     """Means of two neighbours along ``dim``; the last one of an odd number stays as it is."""
-    size = x.size(dim)
-    half = (size + 1) // 2
-    # One too many is appended and cut off again: a length of size % 2 would make two graphs.
-    even = torch.cat([x, x.narrow(dim, size - 1, 1)], dim).narrow(dim, 0, 2 * half)
-    pairs = even.unflatten(dim, [half, 2])  # the axis of the pair is now where ``dim`` was, counted from the end
-    return (pairs.select(dim, 0) + pairs.select(dim, 1)) * 0.5
+    half = (x.size(dim) + 1) // 2
+    return (every_second(x, dim, 0, half) + every_second(x, dim, 1, half)) * 0.5
 
 
 def _check_pair(imagey: Tensor, imageuv: Tensor) -> None:
