@@ -14,6 +14,7 @@ from photos import hwc, photo
 from torch import Tensor
 
 from chiasm import color
+from chiasm.primitives.target import exporting
 
 LEVELS = np.linspace(0.0, 1.0, 17)
 #: All combinations of 17 levels, greys, primaries, black and white among them, as one image (1, 3, 289, 17).
@@ -195,6 +196,15 @@ def test_lab_and_luv_of_greys_have_no_chroma() -> None:
     grey = torch.linspace(0, 1, 101, dtype=torch.float64).expand(1, 3, 1, 101)
     assert color.rgb_to_lab(grey)[:, 1:].abs().max() < 1e-12
     assert color.rgb_to_luv(grey)[:, 1:].abs().max() < 1e-9  # eps
+
+
+@pytest.mark.parametrize("name", [*(f"rgb_to_{s}" for s in SPACES), "xyz_to_rgb", "yuv_to_rgb", "rgb_to_y", "bgr_to_grayscale"])
+def test_form_for_onnx_equals_eager_in_float32(name: str) -> None:
+    """Its convolution is for float32 only, which the tests of every op, in float64, do not see."""
+    function, x = getattr(color, name), photo(2, 3, 19, 22)
+    with exporting("onnx"):
+        torch.testing.assert_close(function(x), function(x.double()).float(), atol=1e-4, rtol=1e-5)
+        assert function(x[0]).shape == function(x)[0].shape
 
 
 @pytest.mark.parametrize("name", [f"rgb_to_{s}" for s in SPACES] + [f"{s}_to_rgb" for s in SPACES] + ["rgb_to_y", "bgr_to_grayscale"])

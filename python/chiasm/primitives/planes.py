@@ -37,7 +37,8 @@ def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -
     """
     first, second, third = rgb_planes(image, name)
     rows = len(matrix) // 3
-    if onnx_forward() and (image.dtype == torch.float32 or image.dtype == torch.float64):
+    # ONNX Runtime has this kernel for float32 alone.
+    if onnx_forward() and image.dtype == torch.float32:
         bias = [0.0] + [offset for _ in range(rows - 1)]
         weight = torch.tensor(matrix, dtype=image.dtype, device=image.device).reshape(rows, 3, 1, 1)
         flat = image.reshape(-1, 3, image.size(-2), image.size(-1))
