@@ -40,7 +40,6 @@ add(Spec(
     config={"min_val": -1.0, "max_val": 2.0, "eps": 1e-6},
     # one pixel's gradient is a sum over its channel
     gradient_tolerances=_SUMS,
-    symbols=STENCIL,
     reference="the formula in NumPy float64; OpenCV normalize(NORM_MINMAX)",
 ))
 
@@ -170,4 +169,180 @@ add(Spec(
     symbols=STENCIL,
     gradient_tolerances=_SUMS,
     reference="Pillow ImageEnhance.Sharpness",
+))
+
+# --- histograms that count: no gradients -------------------------------------------------------------------------------
+
+add(Spec(
+    "enhance.equalize",
+    [image()],
+    _OUTPUT,
+    gradients=(),
+    reference="Pillow ImageOps.equalize",
+))
+
+add(Spec(
+    "enhance.equalize3d",
+    [TensorSpec("input", ("B", "C", "D", "H", "W"), layout="NCDHW", description="batch of volumes")],
+    [TensorSpec("output", layout="NCDHW")],
+    symbols={"D": (1, 4096)},
+    gradients=(),
+    reference="Pillow ImageOps.equalize of the volume's values",
+))
+
+add(Spec(
+    "enhance.autocontrast",
+    [image("image")],
+    _OUTPUT,
+    config={"cutoff": (1.0, 2.5)},
+    gradients=(),
+    reference="Pillow ImageOps.autocontrast",
+))
+
+add(Spec(
+    "enhance.count_histogram",
+    [image("image")],
+    [TensorSpec("counts", description="pixels in each of 64 bins of [0, 1)")],
+    config={"n_bins": 64, "min": 0.0, "max": 1.0},
+    gradients=(),
+    reference="OpenCV calcHist",
+))
+
+add(Spec(
+    "enhance.clahe",
+    [TensorSpec("image", ("B", "C", "H", "W"), "uint8", layout="NCHW", range=(0, 255), description="image batch")],
+    _OUTPUT,
+    config={"clip_limit": 4.0, "tile_grid_size": (4, 3)},
+    symbols=STENCIL,
+    reference="OpenCV createCLAHE",
+))
+
+add(Spec(
+    "enhance.equalize_clahe",
+    [image()],
+    _OUTPUT,
+    config={"clip_limit": 4.0, "grid_size": (3, 4)},
+    symbols=STENCIL,
+    gradients=(),
+    reference="OpenCV createCLAHE",
+))
+
+add(Spec(
+    "enhance.equalize_clahe.differentiable",
+    [image()],
+    _OUTPUT,
+    config={"clip_limit": 4.0, "grid_size": (3, 4), "slow_and_differentiable": True},
+    symbols=STENCIL,
+    # the steepness of a tile's curve amplifies rounding, and so does the number of the pixels that make it
+    tolerances={"float32": Tolerance(1e-4, 1e-4)},
+    gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
+    reference="enhance.equalize_clahe, from which it differs by the rounding that it leaves out",
+), fn="enhance.equalize_clahe")
+
+# --- densities ---------------------------------------------------------------------------------------------------------
+
+_BINS = TensorSpec("bins", ("K",), description="centres of the bins")
+_BANDWIDTH = TensorSpec("bandwidth", (1,), range=(0.1, 0.2), description="standard deviation of the kernel")
+#: The gradient of what all values share is a sum over them.
+_DENSITY_SUMS = {"float32": Tolerance(1e-3, 1e-3)}
+
+add(Spec(
+    "enhance.histogram",
+    [TensorSpec("x", ("B", "N"), description="values"), _BINS, _BANDWIDTH],
+    [TensorSpec("density")],
+    config={"epsilon": 1e-10},
+    symbols={"K": (2, 4096)},
+    gradient_tolerances=_DENSITY_SUMS,
+    reference="the definition in NumPy float64; SciPy gaussian_kde",
+))
+
+add(Spec(
+    "enhance.histogram2d",
+    [TensorSpec("x1", ("B", "N"), description="values"), TensorSpec("x2", ("B", "N"), description="values paired with them"), _BINS, _BANDWIDTH],
+    [TensorSpec("density")],
+    config={"epsilon": 1e-10},
+    symbols={"K": (2, 4096)},
+    gradient_tolerances=_DENSITY_SUMS,
+    reference="the definition in NumPy float64",
+))
+
+for _kernel in ("triangular", "gaussian", "uniform", "epanechnikov"):
+    add(Spec(
+        f"enhance.image_histogram2d.{_kernel}",
+        [image("image")],
+        [TensorSpec("histogram", description="pixels in each of 16 bins"), TensorSpec("density", description="the same, of sum 1")],
+        config={"min": 0.0, "max": 1.0, "n_bins": 16, "return_pdf": True, "kernel": _kernel},
+        # sums over all pixels
+        tolerances={"float32": Tolerance(1e-3, 1e-4)},
+        gradients=() if _kernel == "uniform" else None,
+        reference="the definition in NumPy float64",
+    ), fn="enhance.image_histogram2d")
+
+# --- linear transforms of features -------------------------------------------------------------------------------------
+
+add(Spec(
+    "enhance.linear_transform",
+    [TensorSpec("inp", ("N", 5), description="samples"), TensorSpec("transform_matrix", (5, 5)), TensorSpec("mean_vector", (1, 5))],
+    [TensorSpec("output")],
+    gradient_tolerances=_SUMS,
+    reference="NumPy matrix product",
+))
+
+
+def _sample_features(generator, sizes, dtype):
+    """Correlated features, of the scale of pixels; more samples than features, so that their covariance has full rank."""
+    import torch
+
+    features = torch.rand((sizes["N"], 5), generator=generator, dtype=torch.float64)
+    mixing = torch.tensor([[1.0, 0.5, 0.2, 0.0, 0.1]], dtype=torch.float64)
+    return {"inp": (features + features[:, :1] * mixing).to(dtype)}
+
+
+_FEATURES = [TensorSpec("inp", ("N", 5), description="samples")]
+#: Dividing by the root of a small eigenvalue amplifies rounding.
+_WHITENING = {"float32": Tolerance(1e-3, 1e-3)}
+
+add(Spec(
+    "enhance.zca_mean",
+    _FEATURES,
+    [TensorSpec("transform_matrix"), TensorSpec("mean_vector"), TensorSpec("inverse", description="inverse of transform_matrix")],
+    config={"unbiased": True, "eps": 1e-4, "return_inverse": True},
+    symbols={"N": (8, 1 << 20)},
+    tolerances=_WHITENING,
+    sample=_sample_features,
+    reference="NumPy eigh",
+))
+
+add(Spec(
+    "enhance.zca_whiten",
+    _FEATURES,
+    [TensorSpec("output")],
+    config={"unbiased": True, "eps": 1e-4},
+    symbols={"N": (8, 1 << 20)},
+    tolerances=_WHITENING,
+    sample=_sample_features,
+    reference="NumPy eigh",
+))
+
+# --- JPEG --------------------------------------------------------------------------------------------------------------
+
+
+def _sample_jpeg(generator, sizes, dtype):
+    """Images of little contrast: fewer coefficients near the middle between two steps, where a rounding error decides which."""
+    import torch
+
+    shape = (sizes["B"], 3, sizes["H"], sizes["W"])
+    quality = torch.rand(sizes["B"], generator=generator, dtype=torch.float64) * 60 + 30
+    return {"input": (torch.rand(shape, generator=generator, dtype=torch.float64) * 0.2 + 0.4).to(dtype), "jpeg_quality": quality.to(dtype)}
+
+
+add(Spec(
+    "enhance.jpeg_codec_differentiable",
+    [image(channels=3, color="RGB"), TensorSpec("jpeg_quality", ("B",), range=(30, 90), description="1 to 100, of each image")],
+    [TensorSpec("output", layout="NCHW", color="RGB")],
+    sample=_sample_jpeg,
+    # steps of up to 100 levels times the cube of a rounding error
+    tolerances={"float32": Tolerance(1e-4, 1e-4)},
+    gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},
+    reference="the definition with SciPy dctn in float64; Pillow's JPEG",
 ))

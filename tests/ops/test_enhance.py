@@ -231,7 +231,6 @@ BYTES = X.to(torch.uint8)
 WRONG = [
     (lambda: enhance.adjust_brightness(BYTES, 0.1), TypeError, "image: expected a floating-point tensor"),
     (lambda: enhance.adjust_contrast(X, torch.ones(3)), ValueError, r"factor: expected a number, .* got \[3\]"),
-    (lambda: enhance.adjust_gamma(X, -1.0), ValueError, r"gamma: expected a number that is not negative, got -1.0"),
     (lambda: enhance.adjust_gamma(X, 1.0, torch.ones(2, 1)), ValueError, r"gain: expected a number, .* got \[2, 1\]"),
     (lambda: enhance.adjust_contrast_with_mean_subtraction(X[0, 0], 1.0), ValueError, r"image: expected shape \(\*, C, H, W\)"),
     (lambda: enhance.adjust_saturation_with_gray_subtraction(X[:, :2], 1.0), ValueError, r"image: expected shape \(\*, 3, H, W\)"),

@@ -150,15 +150,13 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if gamma is a negative number, or the shape of gamma or gain is not as above.
+        ValueError: if the shape of gamma or gain is not as above.
 
     Example:
         >>> adjust_gamma(torch.tensor([[0.25, 1.0]]), 0.5)
         tensor([[0.5000, 1.0000]])
     """
     check_floating(input, "input")
-    if not isinstance(gamma, Tensor) and gamma < 0.0:
-        raise ValueError(f"gamma: expected a number that is not negative, got {gamma}")
     exponent = per_sample(gamma, input, "gamma")
     positive = input > 0
     power = torch.pow(torch.where(positive, input, torch.ones_like(input)), exponent)
