@@ -1,8 +1,62 @@
 """Intensity transforms."""
 
 from ..primitives.twin import lazy_twins
-from .normalize import normalize
+from .adjust import (
+    adjust_brightness,
+    adjust_brightness_accumulative,
+    adjust_contrast,
+    adjust_contrast_with_mean_subtraction,
+    adjust_gamma,
+    adjust_log,
+    adjust_saturation_with_gray_subtraction,
+    adjust_sigmoid,
+)
+from .arithmetic import add_weighted, invert, shift_rgb
+from .clahe import clahe, equalize_clahe
+from .counting import count_histogram
+from .density import histogram, histogram2d, image_histogram2d
+from .equalization import autocontrast, equalize, equalize3d
+from .integral import integral_image, integral_tensor
+from .jpeg import jpeg_codec_differentiable
+from .normalize import denormalize, normalize, normalize_min_max
+from .sharp import sharpness
+from .tone import posterize, solarize, threshold
+from .whitening import linear_transform, zca_mean, zca_whiten
 
-__all__ = ["normalize"]
+__all__ = [
+    "add_weighted",
+    "adjust_brightness",
+    "adjust_brightness_accumulative",
+    "adjust_contrast",
+    "adjust_contrast_with_mean_subtraction",
+    "adjust_gamma",
+    "adjust_log",
+    "adjust_saturation_with_gray_subtraction",
+    "adjust_sigmoid",
+    "autocontrast",
+    "clahe",
+    "count_histogram",
+    "denormalize",
+    "equalize",
+    "equalize3d",
+    "equalize_clahe",
+    "histogram",
+    "histogram2d",
+    "image_histogram2d",
+    "integral_image",
+    "integral_tensor",
+    "invert",
+    "jpeg_codec_differentiable",
+    "linear_transform",
+    "normalize",
+    "normalize_min_max",
+    "posterize",
+    "sharpness",
+    "shift_rgb",
+    "solarize",
+    "threshold",
+    "zca_mean",
+    "zca_whiten",
+]
 
 __getattr__ = lazy_twins(__name__, globals())

@@ -1,4 +1,4 @@
-"""Standardise channels."""
+"""Standardise channels, and back."""
 
 from typing import Union
 
@@ -32,6 +32,61 @@ def normalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor
     if data.dim() < 2:
         raise ValueError(f"data: expected shape (B, C, *), got {list(data.shape)}")
     return (data - _per_channel(mean, data, "mean")) / _per_channel(std, data, "std")
+
+
+def denormalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor]) -> Tensor:
+    """data * std + mean, per channel: what undoes ``normalize``.
+
+    Args:
+        data: (B, C, *), floating point.
+        mean: a number, or a scalar tensor, (1,), (C,) or (B, C).
+        std: like mean.
+
+    Returns:
+        Tensor of data's shape and dtype.
+
+    Raises:
+        TypeError: if data is not floating point.
+        ValueError: if data has fewer than two dimensions, or mean or std more than two.
+
+    Example:
+        >>> denormalize(torch.ones(1, 2, 1, 1), torch.tensor([0.0, 1.0]), 2.0).flatten()
+        tensor([2., 3.])
+    """
+    check_floating(data, "data")
+    if data.dim() < 2:
+        raise ValueError(f"data: expected shape (B, C, *), got {list(data.shape)}")
+    return data * _per_channel(std, data, "std") + _per_channel(mean, data, "mean")
+
+
+def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0, eps: float = 1e-6) -> Tensor:
+    """Scale each channel of each sample linearly to [min_val, max_val].
+
+    (input - min) / (max - min + eps) * (max_val - min_val) + min_val, with the least and greatest value of the channel.
+
+    Args:
+        input: (*, C, H, W), floating point.
+        min_val: the new least value.
+        max_val: the new greatest value.
+        eps: keeps the division defined where all values of a channel are equal.
+
+    Returns:
+        Tensor of the input's shape and dtype.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input has fewer than three dimensions.
+
+    Example:
+        >>> normalize_min_max(torch.tensor([[[2.0, 3.0, 4.0]]]), eps=0.0)
+        tensor([[[0.0000, 0.5000, 1.0000]]])
+    """
+    check_floating(input, "input")
+    if input.dim() < 3:
+        raise ValueError(f"input: expected shape (*, C, H, W), got {list(input.shape)}")
+    low = input.amin([-2, -1], keepdim=True)
+    high = input.amax([-2, -1], keepdim=True)
+    return (input - low) * ((max_val - min_val) / (high - low + eps)) + min_val
 
 
 def _per_channel(value: Union[float, Tensor], data: Tensor, name: str) -> Tensor:

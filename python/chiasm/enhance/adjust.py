@@ -1,0 +1,225 @@
+"""Brightness, contrast, saturation, gamma and the logarithmic and sigmoid curves."""
+
+from typing import Union
+
+import torch
+from torch import Tensor
+
+from ..color.gray import rgb_to_grayscale
+from ..primitives.checks import check_floating, check_rgb
+from ..primitives.factors import per_sample
+
+
+def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: bool = True) -> Tensor:
+    """Add ``factor`` to every value.
+
+    R. Szeliski, Computer Vision: Algorithms and Applications, 2nd ed., 3.1.1.
+
+    Args:
+        image: (B, *) in [0, 1], floating point.
+        factor: what to add, usually in [-1, 1]; 0 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        clip_output: limit the result to [0, 1].
+
+    Returns:
+        Tensor of the image's shape and dtype.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if factor's shape is not as above.
+
+    Example:
+        >>> adjust_brightness(torch.tensor([[0.25, 0.75]]), 0.5)
+        tensor([[0.7500, 1.0000]])
+    """
+    check_floating(image, "image")
+    return _clipped(image + per_sample(factor, image, "factor"), clip_output)
+
+
+def adjust_brightness_accumulative(image: Tensor, factor: Union[float, Tensor], clip_output: bool = True) -> Tensor:
+    """Multiply every value by ``factor``, as Pillow's ``ImageEnhance.Brightness`` does.
+
+    Args:
+        image: (B, *) in [0, 1], floating point.
+        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        clip_output: limit the result to [0, 1].
+
+    Returns:
+        Tensor of the image's shape and dtype.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if factor's shape is not as above.
+
+    Example:
+        >>> adjust_brightness_accumulative(torch.tensor([[0.25, 0.75]]), 2.0)
+        tensor([[0.5000, 1.0000]])
+    """
+    check_floating(image, "image")
+    return _clipped(image * per_sample(factor, image, "factor"), clip_output)
+
+
+def adjust_contrast(image: Tensor, factor: Union[float, Tensor], clip_output: bool = True) -> Tensor:
+    """Multiply every value by ``factor``.
+
+    R. Szeliski, Computer Vision: Algorithms and Applications, 2nd ed., 3.1.1. Pillow's contrast is
+    ``adjust_contrast_with_mean_subtraction``.
+
+    Args:
+        image: (B, *) in [0, 1], floating point.
+        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        clip_output: limit the result to [0, 1].
+
+    Returns:
+        Tensor of the image's shape and dtype.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if factor's shape is not as above.
+
+    Example:
+        >>> adjust_contrast(torch.tensor([[0.25, 0.75]]), 0.5)
+        tensor([[0.1250, 0.3750]])
+    """
+    check_floating(image, "image")
+    return _clipped(image * per_sample(factor, image, "factor"), clip_output)
+
+
+def adjust_contrast_with_mean_subtraction(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
+    """Stretch the values about the image's mean grey, as Pillow's ``ImageEnhance.Contrast`` does (which rounds the mean).
+
+    Args:
+        image: (*, C, H, W) in [0, 1], floating point. The grey of three channels is their BT.601 luma, of any other number their mean.
+        factor: not negative; 0 gives the mean grey, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+
+    Returns:
+        Tensor of the image's shape and dtype, in [0, 1].
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image has fewer than three dimensions or factor's shape is not as above.
+
+    Example:
+        >>> adjust_contrast_with_mean_subtraction(torch.tensor([[[0.25, 0.75]]]), 0.5)
+        tensor([[[0.3750, 0.6250]]])
+    """
+    check_floating(image, "image")
+    if image.dim() < 3:
+        raise ValueError(f"image: expected shape (*, C, H, W), got {list(image.shape)}")
+    if image.size(-3) == 3:
+        mean = rgb_to_grayscale(image).mean([-3, -2, -1], keepdim=True)
+    else:
+        mean = image.mean([-3, -2, -1], keepdim=True)
+    return _between(mean, image, factor)
+
+
+def adjust_saturation_with_gray_subtraction(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
+    """Move the colours away from their grey, or towards it, as Pillow's ``ImageEnhance.Color`` does.
+
+    Args:
+        image: RGB (*, 3, H, W) in [0, 1], floating point.
+        factor: not negative; 0 gives the grey image, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+
+    Returns:
+        Tensor of the image's shape and dtype, in [0, 1].
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W) or factor's shape is not as above.
+
+    Example:
+        >>> adjust_saturation_with_gray_subtraction(torch.tensor([1.0, 0.0, 0.0]).reshape(3, 1, 1), 0.0).flatten()
+        tensor([0.2990, 0.2990, 0.2990])
+    """
+    check_rgb(image, "image")
+    check_floating(image, "image")
+    return _between(rgb_to_grayscale(image), image, factor)
+
+
+def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, Tensor] = 1.0) -> Tensor:
+    """Power law: gain * input ** gamma, limited to [0, 1].
+
+    Where the input is zero its gradient is zero, not the infinite one of a gamma below 1.
+
+    Args:
+        input: (B, *) in [0, 1], floating point; what is below zero counts as zero.
+        gamma: exponent, not negative. A number, a scalar tensor or (B,), one a sample.
+        gain: factor, like gamma.
+
+    Returns:
+        Tensor of the input's shape and dtype.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if the shape of gamma or gain is not as above.
+
+    Example:
+        >>> adjust_gamma(torch.tensor([[0.25, 1.0]]), 0.5)
+        tensor([[0.5000, 1.0000]])
+    """
+    check_floating(input, "input")
+    exponent = per_sample(gamma, input, "gamma")
+    positive = input > 0
+    power = torch.pow(torch.where(positive, input, torch.ones_like(input)), exponent)
+    # 0 ** 0 is 1
+    power = torch.where(positive, power, (exponent == 0).to(input.dtype))
+    return (power * per_sample(gain, input, "gain")).clamp(0.0, 1.0)
+
+
+def adjust_log(image: Tensor, gain: float = 1.0, inv: bool = False, clip_output: bool = True) -> Tensor:
+    """Logarithmic curve gain * log2(1 + image), or its inverse form gain * (2 ** image - 1), as scikit-image's ``adjust_log``.
+
+    Args:
+        image: (*) in [0, 1], floating point.
+        gain: factor.
+        inv: take the exponential curve.
+        clip_output: limit the result to [0, 1].
+
+    Returns:
+        Tensor of the image's shape and dtype.
+
+    Raises:
+        TypeError: if image is not floating point.
+
+    Example:
+        >>> adjust_log(torch.tensor([0.0, 1.0]))
+        tensor([0., 1.])
+    """
+    check_floating(image, "image")
+    if inv:
+        return _clipped((torch.exp2(image) - 1.0) * gain, clip_output)
+    return _clipped(torch.log2(image + 1.0) * gain, clip_output)
+
+
+def adjust_sigmoid(image: Tensor, cutoff: float = 0.5, gain: float = 10.0, inv: bool = False) -> Tensor:
+    """Sigmoid curve 1 / (1 + exp(gain * (cutoff - image))), or one minus that, as scikit-image's ``adjust_sigmoid``.
+
+    G. J. Braun, Image lightness rescaling using sigmoidal contrast enhancement functions, J. Electronic Imaging 8(4), 1999.
+
+    Args:
+        image: (*) in [0, 1], floating point.
+        cutoff: the value that becomes one half.
+        gain: steepness.
+        inv: take the falling curve.
+
+    Returns:
+        Tensor of the image's shape and dtype, in [0, 1].
+
+    Raises:
+        TypeError: if image is not floating point.
+
+    Example:
+        >>> adjust_sigmoid(torch.tensor([0.5]))
+        tensor([0.5000])
+    """
+    check_floating(image, "image")
+    slope = -gain if inv else gain
+    return torch.sigmoid((image - cutoff) * slope)
+
+
+def _clipped(image: Tensor, clip_output: bool) -> Tensor:
+    return image.clamp(0.0, 1.0) if clip_output else image
+
+
+def _between(degenerate: Tensor, image: Tensor, factor: Union[float, Tensor]) -> Tensor:
+    """Pillow's blend: 0 gives the degenerate image, 1 the image, more goes beyond it."""
+    return (degenerate + (image - degenerate) * per_sample(factor, image, "factor")).clamp(0.0, 1.0)

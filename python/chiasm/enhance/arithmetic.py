@@ -1,0 +1,96 @@
+"""Sums and differences of images and numbers."""
+
+from typing import Optional, Union
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_rgb
+from ..primitives.factors import per_sample
+
+
+def add_weighted(
+    src1: Tensor, alpha: Union[float, Tensor], src2: Tensor, beta: Union[float, Tensor], gamma: Union[float, Tensor]
+) -> Tensor:
+    """alpha * src1 + beta * src2 + gamma, as OpenCV's ``addWeighted`` (without saturation).
+
+    Args:
+        src1: (B, *), floating point.
+        alpha: weight of src1: a number, a scalar tensor, (B,), one a sample, or a tensor that broadcasts against src1.
+        src2: like src1.
+        beta: weight of src2, like alpha.
+        gamma: what to add, like alpha.
+
+    Returns:
+        Tensor of src1's shape and dtype.
+
+    Raises:
+        TypeError: if src1 or src2 is not floating point.
+        ValueError: if the shapes of src1 and src2 differ, or that of alpha, beta or gamma is not as above.
+
+    Example:
+        >>> add_weighted(torch.ones(1, 2), 0.5, torch.ones(1, 2), 0.25, 1.0)
+        tensor([[1.7500, 1.7500]])
+    """
+    check_floating(src1, "src1")
+    check_floating(src2, "src2")
+    if src1.shape != src2.shape:
+        raise ValueError(f"src2: expected src1's shape {list(src1.shape)}, got {list(src2.shape)}")
+    weighted = src1 * per_sample(alpha, src1, "alpha") + src2 * per_sample(beta, src1, "beta")
+    return weighted + per_sample(gamma, src1, "gamma")
+
+
+def invert(image: Tensor, max_val: Optional[Tensor] = None) -> Tensor:
+    """max_val - image.
+
+    Args:
+        image: (B, *), floating point.
+        max_val: the value of white, 1 by default: a scalar tensor, (B,), one a sample, or a tensor that broadcasts against image.
+
+    Returns:
+        Tensor of the image's shape and dtype.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if max_val's shape is not as above.
+
+    Example:
+        >>> invert(torch.tensor([[0.25, 1.0]]))
+        tensor([[0.7500, 0.0000]])
+    """
+    check_floating(image, "image")
+    if max_val is None:
+        return 1.0 - image
+    return per_sample(max_val, image, "max_val") - image
+
+
+def shift_rgb(image: Tensor, r_shift: Tensor, g_shift: Tensor, b_shift: Tensor) -> Tensor:
+    """Add a number to each channel and limit the result to [0, 1].
+
+    Args:
+        image: RGB (B, 3, H, W) in [0, 1], floating point.
+        r_shift: (B,), one a sample, or a scalar tensor, for red.
+        g_shift: the same for green.
+        b_shift: the same for blue.
+
+    Returns:
+        (B, 3, H, W), in [0, 1].
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (B, 3, H, W) or the shape of a shift is not as above.
+
+    Example:
+        >>> s = torch.tensor([0.5])
+        >>> shift_rgb(torch.full((1, 3, 1, 1), 0.25), s, -s, 2 * s).flatten()
+        tensor([0.7500, 0.0000, 1.0000])
+    """
+    check_rgb(image, "image")
+    check_floating(image, "image")
+    if image.dim() != 4:
+        raise ValueError(f"image: expected shape (B, 3, H, W), got {list(image.shape)}")
+    red, green, blue = image[:, 0], image[:, 1], image[:, 2]
+    red = red + per_sample(r_shift, red, "r_shift")
+    green = green + per_sample(g_shift, green, "g_shift")
+    blue = blue + per_sample(b_shift, blue, "b_shift")
+    return torch.stack([red, green, blue], 1).clamp(0.0, 1.0)

@@ -1,0 +1,196 @@
+"""Contrast-limited adaptive histogram equalisation.
+
+K. Zuiderveld, Contrast limited adaptive histogram equalization, Graphics Gems IV, 1994, as OpenCV's ``createCLAHE`` computes it.
+"""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_rank
+from ..primitives.levels import count_each, look_up, running_sum, to_levels, whole_quotient
+from ..primitives.sampling import smaller
+
+
+def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, int] = (8, 8)) -> Tensor:
+    """OpenCV's ``createCLAHE(clipLimit, tileGridSize).apply`` on each channel of bytes, equal to it.
+
+    Args:
+        image: (B, C, H, W), uint8, H and W greater than the number of tiles.
+        clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not limit.
+        tile_grid_size: number of tiles (across, down), in OpenCV's order.
+
+    Returns:
+        (B, C, H, W), uint8.
+
+    Raises:
+        TypeError: if image is not uint8.
+        ValueError: if image is not 4-D or not larger than the grid, or the grid is not positive.
+
+    Example:
+        >>> clahe(torch.full((1, 1, 16, 16), 7, dtype=torch.uint8)).shape
+        torch.Size([1, 1, 16, 16])
+    """
+    if image.dtype != torch.uint8:
+        raise TypeError(f"image: expected dtype torch.uint8, got {image.dtype}")
+    check_rank(image, 4, "(B, C, H, W)", "image")
+    tiles_x, tiles_y = tile_grid_size
+    _check_grid(image, tiles_y, tiles_x, "image", "tile_grid_size")
+    planes = image.flatten(0, 1).to(torch.int32)
+    return _equalized(planes, clip_limit, tiles_y, tiles_x).to(torch.uint8).reshape(image.shape)
+
+
+def equalize_clahe(
+    input: Tensor, clip_limit: float = 40.0, grid_size: Tuple[int, int] = (8, 8), slow_and_differentiable: bool = False
+) -> Tensor:
+    """Equalise the histogram of each tile, no level counting more than the limit, and blend the tiles' curves.
+
+    On 256 levels it equals OpenCV's ``createCLAHE``, where Kornia's differs in borders and rounding; other values are rounded to
+    the nearest level, and there is no gradient.
+
+    Args:
+        input: (*, H, W) in [0, 1], floating point, H and W greater than the number of tiles; each plane by itself.
+        clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not limit.
+        grid_size: number of tiles (down, across).
+        slow_and_differentiable: share each pixel between its two nearest levels and round nothing, for a curve that has gradients.
+
+    Returns:
+        Tensor of the input's shape and dtype: multiples of 1 / 255 unless slow_and_differentiable.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input has fewer than two dimensions or is not larger than the grid, or the grid is not positive.
+
+    Example:
+        >>> equalize_clahe(torch.rand(1, 3, 20, 30)).shape
+        torch.Size([1, 3, 20, 30])
+    """
+    check_floating(input, "input")
+    if input.dim() < 2:
+        raise ValueError(f"input: expected shape (*, H, W), got {list(input.shape)}")
+    tiles_y, tiles_x = grid_size
+    _check_grid(input, tiles_y, tiles_x, "input", "grid_size")
+    planes = input.reshape([-1, input.size(-2), input.size(-1)])
+    if slow_and_differentiable:
+        return _equalized_softly(planes, clip_limit, tiles_y, tiles_x).reshape(input.shape)
+    return (_equalized(to_levels(planes), clip_limit, tiles_y, tiles_x).to(input.dtype) / 255.0).reshape(input.shape)
+
+
+def _check_grid(image: Tensor, tiles_y: int, tiles_x: int, image_name: str, grid_name: str) -> None:
+    if tiles_y < 1 or tiles_x < 1:
+        raise ValueError(f"{grid_name}: expected positive numbers, got {tiles_y} down and {tiles_x} across")
+    if image.size(-2) <= tiles_y or image.size(-1) <= tiles_x:
+        raise ValueError(f"{image_name}: expected more than {tiles_y} rows and {tiles_x} columns, got {list(image.shape)}")
+
+
+def _padded_size(size: int, other: int, tiles: int, other_tiles: int) -> int:
+    """OpenCV pads both axes if either is not a multiple of its tiles, one that is by a whole pixel a tile."""
+    return size + (tiles - size % tiles) * smaller(size % tiles + other % other_tiles, 1)
+
+
+def _mirrored(size: int, padded: int, device: torch.device) -> Tensor:
+    """Source index of each position of a padded axis, beyond the end mirrored without repeating the last."""
+    last = size - 1
+    return last - (last - torch.arange(padded, device=device)).abs()
+
+
+def _tile_start(padded: int, tile: int, device: torch.device) -> Tensor:
+    return torch.div(torch.arange(padded, device=device), tile, rounding_mode="floor")
+
+
+def _limit(clip_limit: float, pixels: int, device: torch.device) -> Tensor:
+    """The most that a level may count in a tile, a whole number, (1,)."""
+    return torch.floor(torch.full([1], clip_limit, dtype=torch.float64, device=device) * pixels / 256.0).clamp(min=1.0)
+
+
+def _blend(size: int, tile: int, tiles: int, device: torch.device) -> Tuple[Tensor, Tensor, Tensor]:
+    """For each position of an axis the two tiles whose curves it takes and the weight of the second, in OpenCV's float32."""
+    # 2 / (2 tile), because ONNX Runtime turns a product with 1 / tile into a quotient, which rounds differently
+    two = torch.full([1], 2.0, device=device)
+    position = torch.arange(size, device=device).to(torch.float32) * torch.div(two, two * tile) - 0.5
+    first = torch.floor(position)
+    lower = first.to(torch.int64).clamp(min=0)
+    upper = (first.to(torch.int64) + 1).clamp(max=tiles - 1)
+    return lower, upper, position - first
+
+
+def _equalized(levels: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) -> Tensor:
+    """(P, H, W) levels to (P, H, W) levels, float32."""
+    height, width = levels.size(1), levels.size(2)
+    high = _padded_size(height, width, tiles_y, tiles_x)
+    wide = _padded_size(width, height, tiles_x, tiles_y)
+    tile_y, tile_x = high // tiles_y, wide // tiles_x
+    pixels = tile_y * tile_x
+    device = levels.device
+    padded = levels.index_select(1, _mirrored(height, high, device)).index_select(2, _mirrored(width, wide, device))
+    tile = _tile_start(high, tile_y, device)[:, None] * tiles_x + _tile_start(wide, tile_x, device)
+    counts = count_each((tile * 256 + padded).flatten(1), tiles_y * tiles_x * 256).unflatten(1, [tiles_y * tiles_x, 256])
+    if clip_limit > 0.0:
+        counts = _clipped(counts, _limit(clip_limit, pixels, device).to(torch.int32))
+    # float32 products, rounded to even, as OpenCV has them whatever the image's dtype
+    scale = torch.div(torch.full([1], 255.0, device=device), torch.ones([1], device=device) * pixels)
+    table = torch.round(running_sum(counts).to(torch.float32) * scale).clamp(0.0, 255.0).flatten(1)
+    y0, y1, wy = _blend(height, tile_y, tiles_y, device)
+    x0, x1, wx = _blend(width, tile_x, tiles_x, device)
+    corners: List[Tensor] = []
+    for y in [y0, y1]:
+        for x in [x0, x1]:
+            index = (y[:, None] * tiles_x + x) * 256 + levels
+            corners.append(look_up(table, index.flatten(1)).reshape(levels.shape))
+    upper = corners[0] * (1.0 - wx) + corners[1] * wx
+    lower = corners[2] * (1.0 - wx) + corners[3] * wx
+    wy = wy[:, None]
+    return torch.round(upper * (1.0 - wy) + lower * wy)
+
+
+def _clipped(counts: Tensor, limit: Tensor) -> Tensor:
+    """Cut counts (P, T, 256) at the limit and hand what was cut to all levels, the remainder to levels at even distances."""
+    excess = (counts - limit).clamp(min=0).sum(-1, keepdim=True, dtype=torch.int32)
+    levels = torch.full_like(excess, 256)
+    share = whole_quotient(excess, levels).to(torch.int32)
+    rest = excess - share * 256
+    step = whole_quotient(levels, rest.clamp(min=1))
+    level = torch.arange(256, device=counts.device)
+    turn = whole_quotient(level, step)
+    extra = (turn * step == level) & (turn < rest)
+    return torch.minimum(counts, limit) + share + extra.to(torch.int32)
+
+
+def _equalized_softly(x: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) -> Tensor:
+    """(P, H, W) values to (P, H, W) values: ``_equalized`` with every step made continuous."""
+    height, width = x.size(1), x.size(2)
+    high = _padded_size(height, width, tiles_y, tiles_x)
+    wide = _padded_size(width, height, tiles_x, tiles_y)
+    tile_y, tile_x = high // tiles_y, wide // tiles_x
+    pixels = tile_y * tile_x
+    device = x.device
+    scaled = x.clamp(0.0, 1.0) * 255.0
+    level = scaled.detach().to(torch.int64).clamp(0, 254)
+    share = scaled - level
+    rows, columns = _mirrored(height, high, device), _mirrored(width, wide, device)
+    level_padded = level.index_select(1, rows).index_select(2, columns)
+    share_padded = share.index_select(1, rows).index_select(2, columns).flatten(1)
+    tile = _tile_start(high, tile_y, device)[:, None] * tiles_x + _tile_start(wide, tile_x, device)
+    index = (tile * 256 + level_padded).flatten(1)
+    counts = torch.zeros([x.size(0), tiles_y * tiles_x * 256], dtype=x.dtype, device=device)
+    counts = counts.scatter_add(1, index, 1.0 - share_padded).scatter_add(1, index + 1, share_padded)
+    counts = counts.unflatten(1, [tiles_y * tiles_x, 256])
+    if clip_limit > 0.0:
+        limit = _limit(clip_limit, pixels, device).to(x.dtype)
+        excess = (counts - limit).clamp(min=0.0).sum(-1, keepdim=True)
+        counts = torch.minimum(counts, limit) + excess / 256.0
+    table = (running_sum(counts) / pixels).flatten(1)
+    y0, y1, wy = _blend(height, tile_y, tiles_y, device)
+    x0, x1, wx = _blend(width, tile_x, tiles_x, device)
+    wy, wx = wy.to(x.dtype)[:, None], wx.to(x.dtype)
+    corners: List[Tensor] = []
+    for y in [y0, y1]:
+        for column in [x0, x1]:
+            where = ((y[:, None] * tiles_x + column) * 256 + level).flatten(1)
+            below = look_up(table, where).reshape(x.shape)
+            above = look_up(table, where + 1).reshape(x.shape)
+            corners.append(below + (above - below) * share)
+    upper = corners[0] * (1.0 - wx) + corners[1] * wx
+    lower = corners[2] * (1.0 - wx) + corners[3] * wx
+    return upper * (1.0 - wy) + lower * wy

@@ -1,0 +1,111 @@
+"""Histogram equalisation and automatic contrast: one table of 256 levels for each plane."""
+
+from typing import Tuple, Union
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_image, check_rank
+from ..primitives.levels import count_each, look_up, running_sum, to_levels, whole_quotient
+
+
+def equalize(input: Tensor) -> Tensor:
+    """Spread the levels of each channel evenly, as Pillow's ``ImageOps.equalize``.
+
+    The input is rounded to the nearest of 256 levels. There is no gradient.
+
+    Args:
+        input: (B, C, H, W) in [0, 1], floating point.
+
+    Returns:
+        (B, C, H, W): multiples of 1 / 255.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D.
+
+    Example:
+        >>> x = (torch.arange(1024.0) // 8).reshape(1, 1, 32, 32) / 255
+        >>> equalize(x)[0, 0, -1, -1]
+        tensor(1.)
+    """
+    check_image(input, "input")
+    return _equalized(input)
+
+
+def equalize3d(input: Tensor) -> Tensor:
+    """``equalize`` of volumes, one histogram for each channel's whole volume.
+
+    Args:
+        input: (B, C, D, H, W) in [0, 1], floating point.
+
+    Returns:
+        (B, C, D, H, W): multiples of 1 / 255.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 5-D.
+
+    Example:
+        >>> equalize3d(torch.ones(1, 1, 2, 3, 4)).shape
+        torch.Size([1, 1, 2, 3, 4])
+    """
+    check_rank(input, 5, "(B, C, D, H, W)", "input")
+    check_floating(input, "input")
+    return _equalized(input)
+
+
+def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0) -> Tensor:
+    """Stretch the levels of each channel to the whole range, as Pillow's ``ImageOps.autocontrast``.
+
+    The image is rounded to the nearest of 256 levels, and so is the result, downwards and exactly (Pillow's float arithmetic gives
+    one level less at some whole numbers). There is no gradient.
+
+    Args:
+        image: (B, C, H, W) in [0, 1], floating point.
+        cutoff: percentage of the pixels to disregard at either end of the histogram, or (dark end, bright end).
+
+    Returns:
+        (B, C, H, W): multiples of 1 / 255. A channel of one level stays as it is.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not 4-D or a cutoff is negative or their sum 100 or more.
+
+    Example:
+        >>> autocontrast(torch.tensor([51.0, 102.0]).reshape(1, 1, 1, 2) / 255).flatten()
+        tensor([0., 1.])
+    """
+    check_image(image, "image")
+    if isinstance(cutoff, (float, int)):
+        low, high = cutoff * 1.0, cutoff * 1.0
+    else:
+        low, high = cutoff
+    if low < 0.0 or high < 0.0 or low + high >= 100.0:
+        raise ValueError(f"cutoff: expected percentages that are not negative and sum to less than 100, got ({low}, {high})")
+    levels = to_levels(image).flatten(2).flatten(0, 1)
+    counts = count_each(levels, 256)
+    upto = running_sum(counts)
+    pixels = upto[:, 255:].to(torch.float64)
+    darkest = (upto <= torch.floor(pixels * low / 100.0)).sum(1, keepdim=True)
+    brightest = 255 - (pixels - upto + counts <= torch.floor(pixels * high / 100.0)).sum(1, keepdim=True)
+    span = brightest - darkest
+    level = torch.arange(256, device=image.device)
+    stretched = whole_quotient((level - darkest).clamp(min=0) * 255, span.clamp(min=1)).clamp(max=255)
+    table = torch.where(span > 0, stretched, level)
+    return _applied(table, levels, image)
+
+
+def _equalized(x: Tensor) -> Tensor:
+    levels = to_levels(x).flatten(2).flatten(0, 1)
+    counts = count_each(levels, 256)
+    upto = running_sum(counts)
+    level = torch.arange(256, device=x.device)
+    brightest = torch.where(counts > 0, level, torch.zeros_like(level)).amax(1, keepdim=True)
+    step = whole_quotient(upto[:, 255:] - counts.gather(1, brightest), torch.full_like(brightest, 255))
+    spread = whole_quotient(upto - counts + whole_quotient(step, torch.full_like(step, 2)), step.clamp(min=1))
+    return _applied(torch.where(step > 0, spread.clamp(max=255), level), levels, x)
+
+
+def _applied(table: Tensor, levels: Tensor, like: Tensor) -> Tensor:
+    return look_up(table.to(like.dtype) / 255.0, levels).reshape(like.shape)

@@ -1,0 +1,66 @@
+"""Sums over rectangles from the corner."""
+
+from typing import List, Optional
+
+from torch import Tensor
+
+from ..primitives.checks import check_floating
+
+
+def integral_tensor(input: Tensor, dim: Optional[List[int]] = None) -> Tensor:
+    """Cumulative sum along one or more dimensions.
+
+    Unlike Kornia's, dim is a list (a tuple will do in Python), since TorchScript has no tuples of any length.
+
+    Args:
+        input: (*), floating point.
+        dim: dimensions to sum along, the last by default.
+
+    Returns:
+        Tensor of the input's shape and dtype.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if dim is empty or names a dimension that input does not have.
+
+    Example:
+        >>> integral_tensor(torch.ones(2, 3), [0, 1])
+        tensor([[1., 2., 3.],
+                [2., 4., 6.]])
+    """
+    check_floating(input, "input")
+    dims = [-1] if dim is None else dim
+    if len(dims) == 0:
+        raise ValueError("dim: expected at least one dimension, got none")
+    out = input
+    for d in dims:
+        if d < -input.dim() or d >= input.dim():
+            raise ValueError(f"dim: expected dimensions of a tensor with {input.dim()}, got {d}")
+        out = out.cumsum(d)
+    return out
+
+
+def integral_image(image: Tensor) -> Tensor:
+    """Summed-area table: each pixel becomes the sum of all values above and to the left of it, and its own.
+
+    F. C. Crow, Summed-area tables for texture mapping, SIGGRAPH 1984. OpenCV's ``integral`` has a row and a column of zeros before.
+
+    Args:
+        image: (*, H, W), floating point.
+
+    Returns:
+        Tensor of the image's shape and dtype.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image has fewer than two dimensions.
+
+    Example:
+        >>> integral_image(torch.ones(2, 3))
+        tensor([[1., 2., 3.],
+                [2., 4., 6.]])
+    """
+    check_floating(image, "image")
+    if image.dim() < 2:
+        raise ValueError(f"image: expected shape (*, H, W), got {list(image.shape)}")
+    return integral_tensor(image, [-2, -1])

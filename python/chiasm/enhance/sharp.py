@@ -1,0 +1,44 @@
+"""Sharpness."""
+
+from typing import Union
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_image
+from ..primitives.factors import per_sample
+
+
+def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
+    """Move the image away from a smoothed one, or towards it, as Pillow's ``ImageEnhance.Sharpness`` does.
+
+    The smoothing is [[1, 1, 1], [1, 5, 1], [1, 1, 1]] / 13 and leaves the outermost pixels as they are.
+
+    Args:
+        input: (B, C, H, W) in [0, 1], floating point, H and W at least 3.
+        factor: not negative; 0 gives the smoothed image, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+
+    Returns:
+        (B, C, H, W), in [0, 1].
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D or too small, or factor's shape is not as above.
+
+    Example:
+        >>> x = torch.zeros(1, 1, 3, 3)
+        >>> x[0, 0, 1, 1] = 0.5
+        >>> sharpness(x, 2.0)[0, 0, 1]
+        tensor([0.0000, 0.8077, 0.0000])
+    """
+    check_image(input, "input")
+    if input.size(2) < 3 or input.size(3) < 3:
+        raise ValueError(f"input: expected H and W of at least 3, got {list(input.shape)}")
+    height, width = input.size(2) - 2, input.size(3) - 2
+    rows = input[:, :, :height] + input[:, :, 1 : height + 1] + input[:, :, 2:]
+    centre = input[:, :, 1 : height + 1, 1 : width + 1]
+    smooth = (rows[..., :width] + rows[..., 1 : width + 1] + rows[..., 2:] + 4.0 * centre) / 13.0
+    inner = smooth + (centre - smooth) * per_sample(factor, input, "factor")
+    middle = input[:, :, 1 : height + 1]
+    wide = torch.cat([middle[..., :1], inner, middle[..., width + 1 :]], 3)
+    return torch.cat([input[:, :, :1], wide, input[:, :, height + 1 :]], 2).clamp(0.0, 1.0)

@@ -1,0 +1,110 @@
+"""Fewer tones, turned tones, thresholds."""
+
+from typing import Optional, Union
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_choice, check_floating
+from ..primitives.factors import per_sample
+from ..primitives.levels import to_levels
+
+
+def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
+    """Keep the upper bits of the 8-bit levels, as Pillow's ``ImageOps.posterize``.
+
+    The input is rounded to the nearest of the 256 levels. There is no gradient.
+
+    Args:
+        input: (B, *) in [0, 1], floating point.
+        bits: how many bits to keep, 0 to 8: a number, or an integer tensor that is a scalar or (B,), one a sample.
+
+    Returns:
+        Tensor of the input's shape and dtype: multiples of 1 / 255.
+
+    Raises:
+        TypeError: if input is not floating point or bits not of an integer dtype.
+        ValueError: if bits is a number outside 0 to 8 or its shape is not as above.
+
+    Example:
+        >>> (posterize(torch.tensor([[37.0, 255.0]]) / 255, 3) * 255).round()
+        tensor([[ 32., 224.]])
+    """
+    check_floating(input, "input")
+    # a table: powers of two by a general pow need not be exact everywhere
+    steps = torch.tensor([256.0, 128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0], device=input.device)
+    if isinstance(bits, Tensor):
+        if bits.is_floating_point():
+            raise TypeError(f"bits: expected an integer tensor, got dtype {bits.dtype}")
+        step = per_sample(steps.index_select(0, bits.reshape(-1).clamp(0, 8).to(torch.int64)), input.float(), "bits")
+    else:
+        if bits < 0 or bits > 8:
+            raise ValueError(f"bits: expected 0 to 8, got {bits}")
+        step = steps[bits]
+    levels = to_levels(input).to(torch.float32)
+    return (torch.floor(levels / step) * step / 255.0).to(input.dtype)
+
+
+def solarize(input: Tensor, thresholds: Union[float, Tensor] = 0.5, additions: Optional[Union[float, Tensor]] = None) -> Tensor:
+    """Turn what is at or above the threshold into its negative, as Pillow's ``ImageOps.solarize``.
+
+    Args:
+        input: (B, *) in [0, 1], floating point.
+        thresholds: a number, a scalar tensor or (B,), one a sample.
+        additions: added first, and the sum limited to [0, 1]; like thresholds.
+
+    Returns:
+        Tensor of the input's shape and dtype.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if the shape of thresholds or additions is not as above.
+
+    Example:
+        >>> solarize(torch.tensor([[0.25, 0.5, 1.0]]))
+        tensor([[0.2500, 0.5000, 0.0000]])
+    """
+    check_floating(input, "input")
+    if additions is not None:
+        input = (input + per_sample(additions, input, "additions")).clamp(0.0, 1.0)
+    return torch.where(input < per_sample(thresholds, input, "thresholds"), input, 1.0 - input)
+
+
+def threshold(input: Tensor, thresh: Union[float, Tensor], maxval: Union[float, Tensor] = 255.0, type: str = "binary") -> Tensor:
+    """Compare with a threshold, as OpenCV's ``threshold``.
+
+    Unlike Kornia's, the type is named by a string. Where x > thresh: "binary" gives maxval (else 0), "binary_inv" 0 (else maxval),
+    "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x).
+
+    Args:
+        input: (B, *), floating point.
+        thresh: a number, a scalar tensor or (B,), one a sample.
+        maxval: like thresh; read by the binary types only.
+        type: "binary", "binary_inv", "trunc", "tozero" or "tozero_inv".
+
+    Returns:
+        Tensor of the input's shape and dtype.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if type is unknown or the shape of thresh or maxval is not as above.
+
+    Example:
+        >>> threshold(torch.tensor([[0.25, 0.75]]), 0.5, 1.0)
+        tensor([[0., 1.]])
+    """
+    check_floating(input, "input")
+    check_choice(type, ["binary", "binary_inv", "trunc", "tozero", "tozero_inv"], "type")
+    limit = per_sample(thresh, input, "thresh")
+    zero = torch.zeros_like(input)
+    above = input > limit
+    if type == "trunc":
+        return torch.where(above, limit, input)
+    if type == "tozero":
+        return torch.where(above, input, zero)
+    if type == "tozero_inv":
+        return torch.where(above, zero, input)
+    high = per_sample(maxval, input, "maxval")
+    if type == "binary":
+        return torch.where(above, high, zero)
+    return torch.where(above, zero, high)
