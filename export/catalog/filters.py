@@ -1,6 +1,6 @@
 """Filters."""
 
-from ..spec import Spec, TensorSpec, image
+from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
 add(Spec(
@@ -84,6 +84,8 @@ add(Spec(
 
 SAME = [TensorSpec("output", layout="NCHW")]
 DEEP = {**STENCIL, "D": (8, 4096)}
+#: The gradient of a kernel, or of what makes it, is a sum over all pixels whose terms cancel: float32 loses digits of it.
+SUMMED = {"float32": Tolerance(1e-3, 1e-3)}
 VOLUME = TensorSpec("input", ("B", "C", "D", "H", "W"), "T", "NCDHW", range=(0.0, 1.0), description="volumes")
 
 
@@ -97,7 +99,7 @@ for _name, _shape, _config in (
     ("convolve2d", ("B", 3, 3), {"border_type": "reflect", "normalized": True}),
     ("fft_conv", (5, 5), {"padding": "valid"}),
 ):
-    add(Spec(f"filters.{_name}", [image(), _kernel(*_shape)], SAME, config=_config, symbols=STENCIL, reference="OpenCV filter2D, SciPy ndimage.correlate"))
+    add(Spec(f"filters.{_name}", [image(), _kernel(*_shape)], SAME, config=_config, symbols=STENCIL, gradient_tolerances=SUMMED, reference="OpenCV filter2D, SciPy ndimage.correlate"))
 
 add(Spec(
     "filters.filter2d_separable",
@@ -105,6 +107,7 @@ add(Spec(
     SAME,
     config={"border_type": "reflect"},
     symbols=STENCIL,
+    gradient_tolerances=SUMMED,
     reference="OpenCV sepFilter2D, SciPy correlate1d",
 ))
 
@@ -113,7 +116,7 @@ for _name, _shape, _config in (
     ("correlate3d", ("B", 1, 3, 3), {"border_type": "constant"}),
     ("convolve3d", (3, 3, 1), {"border_type": "reflect"}),
 ):
-    add(Spec(f"filters.{_name}", [VOLUME, _kernel(*_shape)], [TensorSpec("output", layout="NCDHW")], config=_config, symbols=DEEP, reference="SciPy ndimage.correlate"))
+    add(Spec(f"filters.{_name}", [VOLUME, _kernel(*_shape)], [TensorSpec("output", layout="NCDHW")], config=_config, symbols=DEEP, gradient_tolerances=SUMMED, reference="SciPy ndimage.correlate"))
 
 add(Spec("filters.box_blur", [image()], SAME, config={"kernel_size": (5, 5)}, symbols=STENCIL, reference="OpenCV blur, SciPy uniform_filter"))
 add(Spec("filters.laplacian", [image()], SAME, config={"kernel_size": (3, 3)}, symbols=STENCIL, reference="OpenCV filter2D"))
@@ -143,6 +146,7 @@ add(Spec(
     config={"kernel_size": 5, "border_type": "reflect", "mode": "nearest"},
     symbols=STENCIL,
     gradients=("input", "direction"),
+    gradient_tolerances=SUMMED,
     reference="OpenCV filter2D with SciPy's rotated kernel",
 ))
 
@@ -152,10 +156,11 @@ add(Spec(
     [TensorSpec("output", layout="NCDHW")],
     config={"kernel_size": 3, "border_type": "replicate", "mode": "bilinear"},
     symbols=DEEP,
+    gradient_tolerances=SUMMED,
     reference="SciPy ndimage.correlate with its rotated kernel",
 ))
 
-add(Spec("filters.gabor", [image(), *WAVE], SAME, config={"kernel_size": (5, 5)}, symbols=STENCIL, reference="OpenCV filter2D with getGaborKernel"))
+add(Spec("filters.gabor", [image(), *WAVE], SAME, config={"kernel_size": (5, 5)}, symbols=STENCIL, gradient_tolerances=SUMMED, reference="OpenCV filter2D with getGaborKernel"))
 
 # --- derivatives -----------------------------------------------------------------------------------------------------
 

@@ -62,7 +62,8 @@ def adaptive_threshold(
     Args:
         input: (B, C, H, W), floating point. If rounded, in whole levels, 0 to 255 say.
         max_value: of the pixels above the threshold.
-        adaptive_method: "mean" of the block, or "gaussian": weighted, with OpenCV's sigma 0.15 * block_size + 0.35.
+        adaptive_method: "mean" of the block, or "gaussian": weighted by ``cv2.getGaussianKernel(block_size, 0)``, which
+            has fixed weights up to 9 and from there on sigma 0.15 * block_size + 0.35.
         threshold_type: "binary" sets pixels above the threshold to max_value and others to 0, "binary_inv" the reverse.
         block_size: side of the neighbourhood, odd, at least 3.
         c: subtracted from the mean.
@@ -89,7 +90,7 @@ def adaptive_threshold(
         # Sums of levels are exact, and a mean of an odd number of them is never half-way between two.
         mean = box_sums(input, size, size, "replicate") * (1.0 / (size * size))
     else:
-        taps = gaussian_taps(size, 0.3 * ((size - 1) * 0.5 - 1.0) + 0.8)
+        taps = _opencv_taps(size)
         mean = separable_shared(input, taps, taps, "replicate")
     offset = c
     if rounded:
@@ -100,6 +101,22 @@ def adaptive_threshold(
     return inside.to(input.dtype) * max_value
 
 
+def _opencv_taps(size: int) -> List[float]:
+    """What OpenCV takes for a sigma of 0. The fixed weights are multiples of 1/256, so that sums of levels are exact."""
+    half: List[float] = []
+    if size == 3:
+        half = [64.0, 128.0]
+    elif size == 5:
+        half = [16.0, 64.0, 96.0]
+    elif size == 7:
+        half = [8.0, 28.0, 56.0, 72.0]
+    elif size == 9:
+        half = [4.0, 13.0, 30.0, 51.0, 60.0]
+    else:
+        return gaussian_taps(size, 0.3 * ((size - 1) * 0.5 - 1.0) + 0.8)
+    return [half[min(i, size - 1 - i)] / 256.0 for i in range(size)]
+
+
 def otsu_threshold(
     x: Tensor, nbins: int = 256, slow_and_differentiable: bool = False, return_mask: bool = False
 ) -> Tuple[Tensor, Tensor]:
@@ -107,14 +124,15 @@ def otsu_threshold(
 
     N. Otsu, A threshold selection method from gray-level histograms, 1979: the threshold maximises the variance between the
     classes. As scikit-image's ``threshold_otsu``, the histogram spans each plane's values and the threshold is the middle of
-    a bin, the first of several that are equally good. On a plane that uses the whole range of 8-bit levels,
-    OpenCV's THRESH_OTSU separates the same pixels.
+    a bin, the first of several that are equally good. What is in later bins is above it; the bin itself is not. So on a
+    plane that uses the whole range of 8-bit levels, OpenCV's THRESH_OTSU separates the same pixels.
 
     Args:
         x: (*, H, W), floating point; each plane has its own threshold, but for fewer than 2^31 pixels.
         nbins: number of bins, at least 2.
         slow_and_differentiable: split each value between the nearest two bins, and average the bins' middles with weights
-            softmax(nbins * variance / greatest variance). The threshold then has a gradient; it is near the exact one.
+            softmax(nbins * variance / greatest variance). The threshold then has a gradient, is near the exact one, and is
+            what x is compared with.
         return_mask: return whether x is above the threshold instead of x itself.
 
     Returns:
@@ -136,8 +154,10 @@ def otsu_threshold(
         raise ValueError(f"nbins: expected at least 2, got {nbins}")
     planes = x.reshape(-1, x.size(-2) * x.size(-1))
     low, high = planes.amin(1, keepdim=True), planes.amax(1, keepdim=True)
+    # A plane of one value has a span of 0: its threshold is that value, and nothing is above it.
     span = torch.where(high > low, high - low, torch.ones_like(high))
     position = (planes - low) / span * float(nbins)
+    index = position.detach().floor().to(torch.int64).clamp(max=nbins - 1)
     counts = torch.zeros([planes.size(0), nbins], dtype=torch.float64, device=x.device)
     if slow_and_differentiable:
         centred = (position - 0.5).clamp(0.0, float(nbins - 1)).to(torch.float64)
@@ -145,20 +165,22 @@ def otsu_threshold(
         share = centred - first
         counts = counts.scatter_add(1, first, 1.0 - share).scatter_add(1, first + 1, share)
     else:
-        index = position.detach().floor().to(torch.int64).clamp(max=nbins - 1)
         counts = counts.scatter_add(1, index, torch.ones_like(position, dtype=torch.float64))
     variance = _between_classes(counts)
     bins = torch.arange(nbins - 1, device=x.device)
     best = variance.amax(1, keepdim=True)
+    width = (high - low) / float(nbins)
     if slow_and_differentiable:
         weights = torch.softmax(variance / torch.where(best > 0, best, torch.ones_like(best)) * float(nbins), 1)
-        found = (weights * bins).sum(1).to(x.dtype)
+        threshold = low + ((weights * bins).sum(1, keepdim=True).to(x.dtype) + 0.5) * width
+        above = planes > threshold
     else:
-        found = torch.where(variance >= best, bins, torch.full_like(bins, nbins)).amin(1).to(x.dtype)
-    threshold = (low[:, 0] + (found + 0.5) * ((high - low)[:, 0] / float(nbins))).reshape(x.shape[:-2])
-    # A plane of one value has a span of 0: its threshold is that value.
-    above = x > threshold[..., None, None]
-    return above if return_mask else torch.where(above, x, torch.zeros_like(x)), threshold
+        found = torch.where(variance >= best, bins, torch.full_like(bins, nbins)).amin(1, keepdim=True)
+        threshold = low + (found.to(x.dtype) + 0.5) * width
+        above = index > found
+    above = above.reshape(x.shape)
+    kept = above if return_mask else torch.where(above, x, torch.zeros_like(x))
+    return kept, threshold.reshape(x.shape[:-2])
 
 
 def _between_classes(counts: Tensor) -> Tensor:
