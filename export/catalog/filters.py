@@ -275,3 +275,13 @@ add(Spec(
     symbols=STENCIL,
     reference="the definition in NumPy float64, and OpenCV bilateralFilter on one channel",
 ))
+
+add(Spec(
+    "filters.canny",
+    [image(channels=3, color="RGB")],
+    [TensorSpec("magnitude", layout="NCHW", description="gradient magnitude on the ridges, 0 elsewhere"),
+     TensorSpec("edges", layout="NCHW", description="1 on edges, 0 elsewhere")],
+    config={"low_threshold": 0.5, "high_threshold": 0.9, "kernel_size": (5, 5), "sigma": (1.0, 1.0), "hysteresis": True},
+    symbols=STENCIL,
+    reference="OpenCV Canny on the same gradients",
+))
