@@ -17,15 +17,12 @@ from . import samples
 from .bundle import Golden, Writer
 from .errors import ExportError
 from .graph import output_specs, trace, trace_vjp, vjp_module, vjp_signature
-from .manifest import SCHEMA_VERSION
+from .manifest import FORMATS, METHODS, SCHEMA_VERSION
 from .module import bind
 from .native import to_native
 from .onnx_format import IR_VERSION, OPSET, onnx_bytes, to_fused_onnx, to_onnx
 from .spec import Spec, TensorSpec
 from .torchscript import to_torchscript
-
-FORMATS = ("torchscript", "onnx", "native")
-METHODS = ("forward", "vjp")
 
 
 def export(
