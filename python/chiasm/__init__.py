@@ -16,6 +16,7 @@ _SUBMODULES = (
     "feature",
     "filters",
     "geometry",
+    "image",
     "losses",
     "metrics",
     "morphology",
