@@ -48,7 +48,7 @@ add(Spec(
     reference="Pillow alpha_composite",
 ))
 add(Spec("color.rgba_to_bgr", [_RGBA], _output("BGR"), reference=_OPENCV.format("COLOR_RGBA2BGR")))
-add(Spec("color.rgb_to_rgb255", [_rgb()], _output(description="bytes"), gradients=(), reference="NumPy rint; OpenCV convertTo"))
+add(Spec("color.rgb_to_rgb255", [_rgb()], _output(description="bytes"), gradients=(), reference="NumPy rint; OpenCV addWeighted(dtype=CV_8U)"))
 add(Spec("color.rgb255_to_rgb", [_BYTES], _output(), reference="NumPy"))
 add(Spec(
     "color.normals_to_rgb255",

@@ -61,12 +61,13 @@ def test_blend_equals_pillow() -> None:
 
 
 def test_bytes_equal_numpy_and_opencv() -> None:
-    x = photo(2, 3, 37, 53, torch.float32) * 1.3 - 0.1
+    x = photo(2, 3, 37, 53) * 4 - 2
+    assert x.min() < 0 and x.max() > 1
     actual = color.rgb_to_rgb255(x)
-    np.testing.assert_array_equal(actual, np.clip(np.rint(x.numpy() * np.float32(255)), 0, 255).astype(np.uint8))
     assert actual.dtype == torch.uint8
-    rounded = cv2.convertScaleAbs(np.ascontiguousarray(x[0].clamp(min=0).permute(1, 2, 0)), alpha=255.0)
-    np.testing.assert_array_equal(hwc(actual), rounded)
+    np.testing.assert_array_equal(actual, np.clip(np.rint(x.numpy() * np.float32(255)), 0, 255))
+    for b in range(2):
+        np.testing.assert_array_equal(hwc(actual, b), cv2.addWeighted(hwc(x, b), 255.0, hwc(x, b), 0.0, 0.0, dtype=cv2.CV_8U))
 
 
 def test_every_byte_returns() -> None:

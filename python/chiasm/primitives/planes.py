@@ -46,6 +46,10 @@ def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -
         return mixed.reshape(list(image.shape[:-3]) + [rows, image.size(-2), image.size(-1)])
     planes: List[Tensor] = []
     for i in range(rows):
-        plane = matrix[3 * i] * first + matrix[3 * i + 1] * second + matrix[3 * i + 2] * third
+        plane = matrix[3 * i] * first
+        if matrix[3 * i + 1] != 0.0:  # compilers may not drop a product with zero
+            plane = plane + matrix[3 * i + 1] * second
+        if matrix[3 * i + 2] != 0.0:
+            plane = plane + matrix[3 * i + 2] * third
         planes.append(plane + offset if i > 0 and offset != 0.0 else plane)
     return torch.stack(planes, -3)
