@@ -106,6 +106,25 @@ for _name, _enhancer in (("adjust_contrast_with_mean_subtraction", "Contrast"), 
         reference=f"Pillow ImageEnhance.{_enhancer}",
     ))
 
+for _name, _low, _high in (("adjust_hue", -3.0, 3.0), ("adjust_saturation", 0.3, 1.7)):
+    _what = "angle in radians" if _name == "adjust_hue" else "strength"
+    add(Spec(
+        f"enhance.{_name}",
+        [image("image", channels=3, color="RGB"), _factor("factor", _low, _high, _what)],
+        [TensorSpec("output", layout="NCHW", color="RGB")],
+        # dividing by the chroma of nearly grey pixels amplifies rounding, and the factor's gradient is a sum over all pixels
+        tolerances={"float32": Tolerance(1e-4, 1e-4)},
+        gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
+        reference="OpenCV cvtColor(COLOR_RGB2HSV) and back",
+    ))
+    add(Spec(
+        f"enhance.{_name}_raw",
+        [image("image", channels=3, color="HSV"), _factor("factor", _low, _high, _what)],
+        [TensorSpec("output", layout="NCHW", color="HSV")],
+        gradient_tolerances=_SUMS,
+        reference="the formula in NumPy float64",
+    ))
+
 add(Spec(
     "enhance.adjust_gamma",
     [image(), _factor("gamma", 0.5, 2.0, "exponent"), _factor("gain", 0.8, 1.2, "factor")],

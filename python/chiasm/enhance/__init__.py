@@ -16,6 +16,7 @@ from .clahe import clahe, equalize_clahe
 from .counting import count_histogram
 from .density import histogram, histogram2d, image_histogram2d
 from .equalization import autocontrast, equalize, equalize3d
+from .hue import adjust_hue, adjust_hue_raw, adjust_saturation, adjust_saturation_raw
 from .integral import integral_image, integral_tensor
 from .jpeg import jpeg_codec_differentiable
 from .normalize import denormalize, normalize, normalize_min_max
@@ -30,7 +31,11 @@ __all__ = [
     "adjust_contrast",
     "adjust_contrast_with_mean_subtraction",
     "adjust_gamma",
+    "adjust_hue",
+    "adjust_hue_raw",
     "adjust_log",
+    "adjust_saturation",
+    "adjust_saturation_raw",
     "adjust_saturation_with_gray_subtraction",
     "adjust_sigmoid",
     "autocontrast",

@@ -1,0 +1,113 @@
+"""Hue and saturation, by way of HSV."""
+
+from typing import Tuple, Union
+
+import torch
+from torch import Tensor
+
+from ..color.hsv import rgb_to_hsv
+from ..color.hue import from_hue
+from ..primitives.checks import check_floating, check_rgb
+from ..primitives.factors import per_sample
+
+
+def adjust_hue(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
+    """Turn the hue of every colour.
+
+    Args:
+        image: RGB (*, 3, H, W) in [0, 1], floating point.
+        factor: angle in radians, usually in [-pi, pi]: a number, a scalar tensor or (B,), one a sample.
+
+    Returns:
+        Tensor of the image's shape and dtype.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W) or factor's shape is not as above.
+
+    Example:
+        >>> adjust_hue(torch.tensor([1.0, 0.0, 0.0]).reshape(3, 1, 1), 2.0943951).flatten()
+        tensor([0., 1., 0.])
+    """
+    hue, saturation, value = _planes(rgb_to_hsv(image), "image")
+    return from_hue(hue + _plane_factor(factor, image), value, value * saturation)
+
+
+def adjust_hue_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
+    """Turn the hue of an HSV image; the result is in [0, 2 pi), where Kornia's keeps the sign of the sum.
+
+    Args:
+        image: HSV (*, 3, H, W), floating point, hue in radians.
+        factor: angle in radians: a number, a scalar tensor or (B,), one a sample.
+
+    Returns:
+        Tensor of the image's shape and dtype: HSV.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W) or factor's shape is not as above.
+
+    Example:
+        >>> adjust_hue_raw(torch.tensor([1.0, 0.5, 0.5]).reshape(3, 1, 1), 0.5).flatten()
+        tensor([1.5000, 0.5000, 0.5000])
+    """
+    hue, saturation, value = _planes(image, "image")
+    turned = hue + _plane_factor(factor, image)
+    turned = turned - 6.283185307179586 * torch.floor(turned.detach() / 6.283185307179586)
+    return torch.stack([turned, saturation, value], -3)
+
+
+def adjust_saturation(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
+    """Multiply the saturation of every colour, in HSV, and limit it to [0, 1].
+
+    Args:
+        image: RGB (*, 3, H, W) in [0, 1], floating point.
+        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+
+    Returns:
+        Tensor of the image's shape and dtype.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W) or factor's shape is not as above.
+
+    Example:
+        >>> adjust_saturation(torch.tensor([0.8, 0.4, 0.4]).reshape(3, 1, 1), 0.5).flatten()
+        tensor([0.8000, 0.6000, 0.6000])
+    """
+    hue, saturation, value = _planes(rgb_to_hsv(image), "image")
+    return from_hue(hue, value, value * (saturation * _plane_factor(factor, image)).clamp(0.0, 1.0))
+
+
+def adjust_saturation_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
+    """Multiply the saturation of an HSV image and limit it to [0, 1].
+
+    Args:
+        image: HSV (*, 3, H, W), floating point.
+        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+
+    Returns:
+        Tensor of the image's shape and dtype: HSV.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W) or factor's shape is not as above.
+
+    Example:
+        >>> adjust_saturation_raw(torch.tensor([1.0, 0.5, 0.5]).reshape(3, 1, 1), 3.0).flatten()
+        tensor([1.0000, 1.0000, 0.5000])
+    """
+    hue, saturation, value = _planes(image, "image")
+    return torch.stack([hue, (saturation * _plane_factor(factor, image)).clamp(0.0, 1.0), value], -3)
+
+
+def _planes(image: Tensor, name: str) -> Tuple[Tensor, Tensor, Tensor]:
+    check_rgb(image, name)
+    check_floating(image, name)
+    return image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)
+
+
+def _plane_factor(factor: Union[float, Tensor], image: Tensor) -> Tensor:
+    """The factor, to broadcast against one plane."""
+    every = per_sample(factor, image, "factor")
+    return every.squeeze(-3) if every.dim() == image.dim() else every
