@@ -7,7 +7,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from .padding import join_columns, padded_parts
-from .stencil import correlate_columns, correlate_rows
+from .stencil import correlate_columns, correlate_rows, separable_shared, weigh_shifts
 from .target import native_forward, onnx_forward, tracing_vjp
 
 
@@ -120,6 +120,16 @@ def box_sums(x: Tensor, ky: int, kx: int, border_type: str, scale: float = 1.0, 
     # Native code of a small window sums it anew for every pixel, which is cheaper than storing the columns' sums.
     parts = padded_parts(x, top, bottom, left, right, border_type)
     return join_columns([_weighted(sum_shifts(sum_shifts(p, 2, ky), 3, kx), p[:, :, top:, left:], scale, centre) for p in parts])
+
+
+def separable_plus(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float, centre: float) -> Tensor:
+    """``scale`` times ``separable_shared`` plus ``centre`` times x, in native code without storing the former."""
+    if not native_forward():
+        return _weighted(separable_shared(x, taps_y, taps_x, border_type), x, scale, centre)
+    ry, rx = len(taps_y) // 2, len(taps_x) // 2
+    tall = join_columns([weigh_shifts(p, 2, taps_y) for p in padded_parts(x, ry, ry, 0, 0, border_type)])
+    pairs = zip(padded_parts(tall, 0, 0, rx, rx, border_type), padded_parts(x, 0, 0, rx, rx, border_type))
+    return join_columns([_weighted(weigh_shifts(p, 3, taps_x), q[..., rx:], scale, centre) for p, q in pairs])
 
 
 def _weighted(sums: Tensor, x: Tensor, scale: float, centre: float) -> Tensor:
