@@ -10,6 +10,7 @@ from borders import CV_BORDER, SCIPY_MODE, SHAPES, per_plane
 from photos import chw, hwc, photo
 
 from chiasm.filters import box_blur, difference_of_gaussians, get_laplacian_kernel2d, laplacian, unsharp_mask
+from chiasm.primitives.target import exporting
 
 X = torch.zeros(2, 3, 8, 9)
 
@@ -63,6 +64,15 @@ def test_unsharp_equals_opencv(border: str) -> None:
     for b in range(2):
         blurred = cv2.GaussianBlur(hwc(x, b), (7, 5), sigmaX=2.0, sigmaY=1.2, borderType=CV_BORDER[border])
         np.testing.assert_allclose(actual[b], chw(cv2.addWeighted(hwc(x, b), 2.0, blurred, -1.0, 0.0)), atol=2e-6)
+
+
+@pytest.mark.parametrize("border", SCIPY_MODE)
+def test_unsharp_in_native_form_and_every_border(border: str) -> None:
+    x = photo(2, 3, 19, 18, torch.float64)
+    expected = unsharp_mask(x, (5, 7), torch.tensor([[1.2, 2.0]], dtype=torch.float64), border)
+    for target in ("eager", "onnx", "native"):
+        with exporting(target):
+            torch.testing.assert_close(unsharp_mask(x, (5, 7), (1.2, 2.0), border), expected, rtol=1e-12, atol=1e-12)
 
 
 def test_unsharp_equals_scikit_image_within_the_border() -> None:

@@ -76,16 +76,11 @@ def gaussian_blur2d(
     """
     check_image(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
-    if isinstance(sigma, Tensor):
-        kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input, "sigma")
-        if separable:
-            return separable_per_sample(input, kernel_y, kernel_x, border_type)
-        kernel = materialised(kernel_y[:, :, None] * kernel_x[:, None, :], 1)
-    parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type)
-    return join_columns([correlate2d_valid(p, kernel) for p in parts])
-    if separable:
+    if separable and not isinstance(sigma, Tensor):
         return separable_shared(input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type)
     kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input, "sigma")
+    if separable:
+        return separable_per_sample(input, kernel_y, kernel_x, border_type)
     kernel = materialised(kernel_y[:, :, None] * kernel_x[:, None, :], 1)
     parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type)
     return join_columns([correlate2d_valid(p, kernel) for p in parts])

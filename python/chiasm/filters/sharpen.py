@@ -4,7 +4,8 @@ from typing import Optional, Tuple, Union
 
 from torch import Tensor
 
-from ..primitives.checks import check_image
+from ..primitives.checks import check_image, odd_pair
+from ..primitives.correlation import separable_plus
 from ..primitives.stencil import separable_shared
 from .gaussian import gaussian_blur2d, gaussian_taps
 
@@ -33,7 +34,10 @@ def unsharp_mask(
         tensor([ 0.0000, -0.2741,  1.2741,  1.0000])
     """
     check_image(input, "input")
-    return input + (input - gaussian_blur2d(input, kernel_size, sigma, border_type))
+    if isinstance(sigma, Tensor):
+        return input + (input - gaussian_blur2d(input, kernel_size, sigma, border_type))
+    ky, kx = odd_pair(kernel_size, "kernel_size")
+    return separable_plus(input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type, -1.0, 2.0)
 
 
 def difference_of_gaussians(

@@ -7,8 +7,8 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from .padding import join_columns, padded_parts
-from .stencil import correlate_columns, correlate_rows
-from .target import native_forward, onnx_forward
+from .stencil import correlate_columns, correlate_rows, separable_shared, weigh_shifts
+from .target import native_forward, onnx_forward, tracing_vjp
 
 
 def centred(size: int) -> Tuple[int, int]:
@@ -27,6 +27,12 @@ def correlate2d_valid(p: Tensor, kernel: Tensor) -> Tensor:
         return flat.reshape(p.size(0), p.size(1), flat.size(2), flat.size(3))
     kh, kw = kernel.size(1), kernel.size(2)
     height, width = p.size(2) - kh + 1, p.size(3) - kw + 1
+    if tracing_vjp():
+        shifts, taps = _shifts(p, kernel)
+        total = (shifts[:, :, :, :height] * taps[:, :, 0, None, None, None]).sum(0)
+        for i in range(1, kh):
+            total = total + (shifts[:, :, :, i : i + height] * taps[:, :, i, None, None, None]).sum(0)
+        return total
     out = p[:, :, :height, :width] * kernel[:, 0, 0, None, None, None]
     for i in range(kh):
         rows = p[:, :, i : i + height]
@@ -39,10 +45,20 @@ def correlate2d_valid(p: Tensor, kernel: Tensor) -> Tensor:
 def correlate3d_valid(p: Tensor, kernel: Tensor) -> Tensor:
     """Correlate (B, C, D + kd - 1, H + kh - 1, W + kw - 1) with (B or 1, kd, kh, kw) to (B, C, D, H, W)."""
     if onnx_forward() and _is_shared(kernel):
-        flat = F.conv3d(p.flatten(0, 1)[:, None], kernel[:, None])
+        # The exporter makes a wrong bias where there is none.
+        flat = F.conv3d(p.flatten(0, 1)[:, None], kernel[:, None], torch.zeros([1], dtype=p.dtype, device=p.device))
         return flat.reshape(p.size(0), p.size(1), flat.size(2), flat.size(3), flat.size(4))
     kd, kh, kw = kernel.size(1), kernel.size(2), kernel.size(3)
     depth, height, width = p.size(2) - kd + 1, p.size(3) - kh + 1, p.size(4) - kw + 1
+    if tracing_vjp():
+        shifts, taps = _shifts(p, kernel)
+        total = (shifts[:, :, :, :depth, :height] * taps[:, :, 0, 0, None, None, None, None]).sum(0)
+        for d in range(kd):
+            slices = shifts[:, :, :, d : d + depth]
+            for i in range(kh):
+                if d + i > 0:
+                    total = total + (slices[:, :, :, :, i : i + height] * taps[:, :, d, i, None, None, None, None]).sum(0)
+        return total
     out = p[:, :, :depth, :height, :width] * kernel[:, 0, 0, 0, None, None, None, None]
     for d in range(kd):
         for i in range(kh):
@@ -51,6 +67,16 @@ def correlate3d_valid(p: Tensor, kernel: Tensor) -> Tensor:
                 if d + i + j > 0:
                     out = out + rows[..., j : j + width] * kernel[:, d, i, j, None, None, None, None]
     return out
+
+
+def _shifts(p: Tensor, kernel: Tensor) -> Tuple[Tensor, Tensor]:
+    """All shifts along the last axis, stacked in front, and the kernel with its last axis in front.
+
+    A sum over a stack is a fraction of the operators that as many products are, and its gradient even more so.
+    """
+    last = kernel.dim() - 1
+    width = p.size(-1) - kernel.size(-1) + 1
+    return torch.stack([p[..., j : j + width] for j in range(kernel.size(-1))]), torch.movedim(kernel, last, 0)
 
 
 def _is_shared(kernel: Tensor) -> bool:
@@ -94,6 +120,16 @@ def box_sums(x: Tensor, ky: int, kx: int, border_type: str, scale: float = 1.0, 
     # Native code of a small window sums it anew for every pixel, which is cheaper than storing the columns' sums.
     parts = padded_parts(x, top, bottom, left, right, border_type)
     return join_columns([_weighted(sum_shifts(sum_shifts(p, 2, ky), 3, kx), p[:, :, top:, left:], scale, centre) for p in parts])
+
+
+def separable_plus(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float, centre: float) -> Tensor:
+    """``scale`` times ``separable_shared`` plus ``centre`` times x, in native code without storing the former."""
+    if not native_forward():
+        return _weighted(separable_shared(x, taps_y, taps_x, border_type), x, scale, centre)
+    ry, rx = len(taps_y) // 2, len(taps_x) // 2
+    tall = join_columns([weigh_shifts(p, 2, taps_y) for p in padded_parts(x, ry, ry, 0, 0, border_type)])
+    pairs = zip(padded_parts(tall, 0, 0, rx, rx, border_type), padded_parts(x, 0, 0, rx, rx, border_type))
+    return join_columns([_weighted(weigh_shifts(p, 3, taps_x), q[..., rx:], scale, centre) for p, q in pairs])
 
 
 def _weighted(sums: Tensor, x: Tensor, scale: float, centre: float) -> Tensor:
