@@ -11,7 +11,6 @@ from torch import Tensor
 from chiasm.color import rgb_to_grayscale
 from chiasm.filters import canny, gaussian_blur2d, sobel
 from chiasm.primitives.components import component_roots
-from chiasm.primitives.target import exporting
 
 BYTES = torch.zeros(1, 3, 8, 8, dtype=torch.uint8)
 
@@ -33,7 +32,7 @@ def test_equals_opencv(shape: tuple[int, ...], thresholds: tuple[float, float]) 
     _, edges = canny(x, *thresholds, 1, (1.0, 1.0), eps=0.0)
     for b in range(shape[0]):
         expected = opencv_edges(x[b, 0].numpy(), *thresholds)
-        assert 0 < expected.sum()
+        assert expected.any()
         np.testing.assert_array_equal(edges[b, 0], expected)
 
 
@@ -89,8 +88,8 @@ def test_edge_of_a_spiral_is_followed_to_its_end() -> None:
 
 
 @pytest.mark.parametrize("shape", [(40, 40), (271, 483)])
-@pytest.mark.parametrize("target", ["eager", "vjp"])
-def test_components_of_hard_masks(shape: tuple[int, int], target: str) -> None:
+@pytest.mark.parametrize("limit", [10, 100])
+def test_components_of_hard_masks(shape: tuple[int, int], limit: int) -> None:
     height, width = shape
     path = spiral(height, width)
     assert ndi.label(path, np.ones((3, 3)))[1] == 1
@@ -100,8 +99,7 @@ def test_components_of_hard_masks(shape: tuple[int, int], target: str) -> None:
     masks = [path, path[::-1], path.T.copy().reshape(shape) if height == width else path[:, ::-1], comb, comb[::-1]]
     masks += [generator.random(shape) < p for p in (0.3, 0.41, 0.6)]  # about where components begin to span the image
     stack = torch.from_numpy(np.stack(masks)) > 0
-    with exporting("onnx", vjp=target == "vjp") if target == "vjp" else exporting("eager"):
-        roots = component_roots(stack, 100)
+    roots = component_roots(stack, limit)  # exported gradients stop after 10 steps
     for n, mask in enumerate(masks):
         labels, count = ndi.label(mask, np.ones((3, 3)))
         first = ndi.minimum(np.arange(mask.size).reshape(shape), labels, np.arange(1, count + 1))
