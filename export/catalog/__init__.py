@@ -41,6 +41,6 @@ def add(spec: Spec, fn: str | None = None) -> None:
 
 def catalog() -> dict[str, Entry]:
     """All entries by name, in alphabetical order."""
-    for family in ("color", "enhance", "feature", "filters", "geometry", "losses", "morphology", "pipelines"):
+    for family in ("color", "contrib", "enhance", "feature", "filters", "geometry", "losses", "morphology", "pipelines"):
         importlib.import_module(f"{__name__}.{family}")
     return dict(sorted(_entries.items()))

@@ -8,7 +8,7 @@ from torch import Tensor
 from ..geometry.transform import resize
 from ..primitives.checks import check_image, odd_pair
 from ..primitives.padding import check_border
-from ..primitives.stencil import separable_shared
+from ..primitives.stencil import separable as separable_sums
 
 
 def guided_blur(
@@ -78,12 +78,10 @@ def guided_blur(
 
 def _linear_models(guidance: Tensor, input: Tensor, ky: int, kx: int, eps: Tensor, border_type: str) -> Tuple[List[Tensor], Tensor]:
     """The slope for each channel of guidance and the offset, (B, D, H, W) each, averaged over the windows of each pixel."""
-    taps_y = [1.0 / ky for _ in range(ky)]
-    taps_x = [1.0 / kx for _ in range(kx)]
     channels = guidance.size(1)
     guides = [guidance[:, i : i + 1] for i in range(channels)]
-    means = [separable_shared(g, taps_y, taps_x, border_type) for g in guides]
-    mean = separable_shared(input, taps_y, taps_x, border_type)
+    means = [_box(g, ky, kx, border_type) for g in guides]
+    mean = _box(input, ky, kx, border_type)
     # The normal equations (covariance + eps I) a = covariance with input, solved by elimination, which needs no pivoting for
     # a positive definite matrix. rows[i][j - i] is the upper triangle.
     rows: List[List[Tensor]] = []
@@ -91,10 +89,10 @@ def _linear_models(guidance: Tensor, input: Tensor, ky: int, kx: int, eps: Tenso
     for i in range(channels):
         row: List[Tensor] = []
         for j in range(i, channels):
-            covariance = separable_shared(guides[i] * guides[j], taps_y, taps_x, border_type) - means[i] * means[j]
+            covariance = _box(guides[i] * guides[j], ky, kx, border_type) - means[i] * means[j]
             row.append(covariance + eps if i == j else covariance)
         rows.append(row)
-        right.append(separable_shared(guides[i] * input, taps_y, taps_x, border_type) - means[i] * mean)
+        right.append(_box(guides[i] * input, ky, kx, border_type) - means[i] * mean)
     for i in range(channels):
         for j in range(i + 1, channels):
             factor = rows[i][j - i] / rows[i][0]
@@ -108,4 +106,12 @@ def _linear_models(guidance: Tensor, input: Tensor, ky: int, kx: int, eps: Tenso
     offset = mean
     for i in range(channels):
         offset = offset - right[i] * means[i]
-    return [separable_shared(a, taps_y, taps_x, border_type) for a in right], separable_shared(offset, taps_y, taps_x, border_type)
+    return [_box(a, ky, kx, border_type) for a in right], _box(offset, ky, kx, border_type)
+
+
+def _box(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
+    # Not the convolution that numbers as taps would become in ONNX: folding the channels of a subsampled image into its batch
+    # makes torch.export doubt sizes such as H // 2.
+    kernel_y = torch.full([1, ky], 1.0 / ky, dtype=x.dtype, device=x.device)
+    kernel_x = torch.full([1, kx], 1.0 / kx, dtype=x.dtype, device=x.device)
+    return separable_sums(x, kernel_y, kernel_x, border_type)

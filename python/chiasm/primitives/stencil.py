@@ -28,7 +28,7 @@ def separable_shared(x: Tensor, taps_y: List[float], taps_x: List[float], border
     rx = len(taps_x) // 2
     if onnx_forward():
         # Channels are folded into the batch: a group count that comes from a size is silently wrong in some backends.
-        flat = x.flatten(0, 1)[:, None]
+        flat = x.reshape(-1, 1, x.size(2), x.size(3))
         padded = padded_parts(flat, ry, ry, rx, rx, border_type)[0]
         column = torch.tensor(taps_y, dtype=x.dtype, device=x.device).reshape(1, 1, -1, 1)
         row = torch.tensor(taps_x, dtype=x.dtype, device=x.device).reshape(1, 1, 1, -1)
