@@ -359,6 +359,7 @@ add(Spec(
     "enhance.jpeg_codec_differentiable",
     [image(channels=3, color="RGB"), TensorSpec("jpeg_quality", ("B",), range=(30, 90), description="1 to 100, of each image")],
     [TensorSpec("output", layout="NCHW", color="RGB")],
+    symbols={"H": (17, 32768), "W": (17, 32768)},  # more than one block: one row of them is broadcast in another way
     sample=_sample_jpeg,
     # steps of up to 100 levels times the cube of a rounding error
     tolerances={"float32": Tolerance(1e-4, 1e-4)},

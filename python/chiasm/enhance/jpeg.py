@@ -1,7 +1,7 @@
 """A JPEG codec without the entropy coding, which loses nothing."""
 
 import math
-from typing import Optional
+from typing import List, Optional
 
 import torch
 from torch import Tensor
@@ -47,7 +47,7 @@ def jpeg_codec_differentiable(
     batch, height, width = input.size(0), input.size(2), input.size(3)
     if jpeg_quality.dim() > 1 or (jpeg_quality.dim() == 1 and jpeg_quality.size(0) != batch and jpeg_quality.size(0) != 1):
         raise ValueError(f"jpeg_quality: expected a scalar tensor, (1,) or ({batch},), got {list(jpeg_quality.shape)}")
-    quality = jpeg_quality.to(input.dtype).reshape(-1, 1, 1, 1)
+    quality = jpeg_quality.to(input.dtype).reshape(-1, 1, 1, 1, 1)
     luma = _steps(_table(quantization_table_y, _luma(), input, "quantization_table_y"), quality)
     chroma = _steps(_table(quantization_table_c, _chroma(), input, "quantization_table_c"), quality)
 
@@ -62,10 +62,12 @@ def jpeg_codec_differentiable(
     cr = _halved(0.5 * red - 0.418687589 * green - 0.081312411 * blue, down * 8, across * 8)
 
     y = _coded(y, luma, down * 2, across * 2) + 128.0
-    cb = _doubled(_coded(cb, chroma, down, across))
-    cr = _doubled(_coded(cr, chroma, down, across))
+    cb = _doubled(_coded(cb, chroma, down, across), down * 16, across * 16)
+    cr = _doubled(_coded(cr, chroma, down, across), down * 16, across * 16)
     decoded = torch.stack([y + 1.402 * cr, y - 0.344136286 * cb - 0.714136286 * cr, y + 1.772 * cb], 1)
-    return (decoded[:, :, :height, :width] / 255.0).clamp(0.0, 1.0)
+    # By index: that a slice's end lies within whole blocks is more than symbolic sizes can prove.
+    rows, columns = torch.arange(height, device=input.device), torch.arange(width, device=input.device)
+    return (decoded.index_select(2, rows).index_select(3, columns) / 255.0).clamp(0.0, 1.0)
 
 
 def _luma() -> Tensor:
@@ -97,18 +99,18 @@ def _chroma() -> Tensor:
 
 
 def _table(table: Optional[Tensor], default: Tensor, like: Tensor, name: str) -> Tensor:
-    """(B or 1, 1, 8, 8)."""
+    """(B or 1, 1, 8, 1, 8), which broadcasts against rows of blocks, their rows, columns of blocks, and their columns."""
     if table is None:
         table = default.to(like.device)
     if table.dim() < 2 or table.dim() > 3 or table.size(-1) != 8 or table.size(-2) != 8:
         raise ValueError(f"{name}: expected shape (8, 8) or (B, 8, 8), got {list(table.shape)}")
     if table.dim() == 3 and table.size(0) != like.size(0) and table.size(0) != 1:
         raise ValueError(f"{name}: expected shape (8, 8) or ({like.size(0)}, 8, 8), got {list(table.shape)}")
-    return table.to(like.dtype).reshape(-1, 1, 8, 8)
+    return table.to(like.dtype).reshape(-1, 1, 8, 1, 8)
 
 
 def _steps(table: Tensor, quality: Tensor) -> Tensor:
-    """The table scaled as by libjpeg: at quality 50 as it is, at 100 ones; (B or 1, 1, 8, 8)."""
+    """The table scaled as by libjpeg: at quality 50 as it is, at 100 ones."""
     scale = torch.where(quality < 50.0, 5000.0 / quality.clamp(min=1.0), 200.0 - 2.0 * quality)
     # floor(x + 1/2), T.81's rounding
     return _rounded(table * scale / 100.0).clamp(1.0, 255.0)
@@ -130,18 +132,25 @@ def _cosines(like: Tensor) -> Tensor:
 def _coded(plane: Tensor, steps: Tensor, down: int, across: int) -> Tensor:
     """(B, 8 down, 8 across) through DCT, rounding to whole steps, and inverse DCT."""
     cosines = _cosines(plane)
-    blocks = plane.reshape(plane.size(0), down, 8, across, 8).permute(0, 1, 3, 2, 4).flatten(1, 2)
-    tall = materialised(small_matmul(cosines, blocks), 0)
-    coefficients = materialised(_rounded(small_matmul(tall, cosines.transpose(0, 1)) / steps) * steps, 0)
-    tall = materialised(small_matmul(cosines.transpose(0, 1), coefficients), 0)
-    blocks = small_matmul(tall, cosines)
-    return blocks.reshape(plane.size(0), down, across, 8, 8).permute(0, 1, 3, 2, 4).reshape(plane.size(0), down * 8, across * 8)
+    waves = cosines.transpose(0, 1)
+    batch, width = plane.size(0), across * 8
+    tall = materialised(small_matmul(cosines, plane.unflatten(1, [down, 8])), 3)
+    coefficients = small_matmul(tall.unflatten(3, [across, 8]), waves)
+    kept = materialised(_rounded(coefficients / steps) * steps, 0)
+    tall = materialised(_merged(small_matmul(kept, cosines), [batch, down, 8, width]), 3)
+    return _merged(small_matmul(waves, tall), [batch, down * 8, width])
 
 
 def _halved(plane: Tensor, height: int, width: int) -> Tensor:
     """Mean of each 2x2 square."""
-    return plane.reshape(plane.size(0), height, 2, width, 2).mean([2, 4])
+    return plane.unflatten(1, [height, 2]).unflatten(3, [width, 2]).mean([2, 4])
 
 
-def _doubled(plane: Tensor) -> Tensor:
-    return plane[:, :, None, :, None].expand(-1, -1, 2, -1, 2).flatten(3, 4).flatten(1, 2)
+def _doubled(plane: Tensor, height: int, width: int) -> Tensor:
+    """Every pixel twice in both directions, to (B, height, width)."""
+    return _merged(plane[:, :, None, :, None].expand(-1, -1, 2, -1, 2), [plane.size(0), height, width])
+
+
+def _merged(x: Tensor, shape: List[int]) -> Tensor:
+    """Reshape by way of one dimension: a direct merge of symbolic sizes asks whether one divides the other."""
+    return x.contiguous().reshape([-1]).reshape(shape)
