@@ -13,8 +13,8 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   \( -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
-.PHONY: help setup build bundles demo test test-quick test-ops test-export test-runtime test-sanitizers test-fuzz test-install \
-  parity other-runtimes bench lint lock clean
+.PHONY: help setup build bundles test-bundles demo gallery test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
+  test-fuzz test-install parity coverage other-runtimes bench lint lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
@@ -32,14 +32,24 @@ $(BUNDLES)/.exported: $(SOURCES) | setup
 	$(PY) -m chiasm.export export --all -o $(BUNDLES) -j $(JOBS)
 	touch $@
 
-demo: setup ## export the catalog, run it from C++ on real photographs, show tables and pictures
+# What tests run on: everything in TorchScript and ONNX, some ops in native code; or all of `make bundles`, where it is there.
+test-bundles: $(BUNDLES)/.tested
+
+$(BUNDLES)/.tested: $(SOURCES) | setup
+	if ! $(MAKE) -q $(BUNDLES)/.exported; then $(PY) tests/parity/rotation.py $(BUNDLES); fi
+	touch $@
+
+demo: setup ## export part of the catalog, run it from C++ on real photographs, show tables and pictures
 	@cmake --preset release > /dev/null
 	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime demo_runner
-	$(PY) -m chiasm.export export --all --method forward -o build/demo/bundles -j $(JOBS)
+	$(PY) -m chiasm.export export $$($(PY) -m examples.demo --list) --method forward -o build/demo/bundles -j $(JOBS)
 	$(PY) -m examples.demo
 
+gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gallery
+	$(PY) -m examples.gallery
+
 test: build ## every test
-	@$(MAKE) bundles test-ops test-export test-runtime parity other-runtimes test-install test-sanitizers test-fuzz
+	@$(MAKE) test-bundles test-ops test-export test-runtime test-parity other-runtimes test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
 test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
@@ -49,20 +59,26 @@ test-quick: build ## what needs no exported bundles: ops, and the runtime's core
 test-ops: setup ## values, gradients, scripting, docstrings of the ops
 	$(PY) -m pytest -q tests/ops
 
-test-export: build bundles ## the exporter, the command, the runtime in Python
+test-export: build test-bundles ## the exporter, the command, the runtime in Python
 	$(PY) -m pytest -q --durations=10 tests/export tests/parity
 
-test-runtime: build bundles ## GoogleTest
+test-runtime: build test-bundles ## GoogleTest
 	ctest --preset release
 
-parity: build bundles ## every op x artifact x backend x shape against eager Python -> build/parity.json
+test-parity: build test-bundles ## every bundle that is there x artifact x backend x shape against eager Python
 	$(PY) tests/parity/matrix.py
 
-other-runtimes: build bundles ## the ONNX artifacts in an old ONNX Runtime and in OpenVINO, on the golden vectors
+parity: build bundles ## the full matrix: every op in every format -> build/parity.json
+	$(PY) tests/parity/matrix.py
+
+coverage: ## docs/coverage.md from the catalog and the last full matrix
+	$(PY) tests/parity/coverage.py
+
+other-runtimes: build test-bundles ## the ONNX artifacts in an old ONNX Runtime and in OpenVINO, on the golden vectors
 	tools/other_runtimes.sh
 	$(PY) tests/parity/other_runtimes.py
 
-test-sanitizers: bundles ## the C++ tests under ASan+UBSan and TSan
+test-sanitizers: test-bundles ## the C++ tests under ASan+UBSan and TSan
 	@for preset in asan-ubsan tsan; do
 	  cmake --preset $$preset > /dev/null
 	  cmake --build --preset $$preset -j $(JOBS)

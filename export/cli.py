@@ -14,10 +14,10 @@ import click
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
+from rich.table import Column, Table
 
 from .errors import ExportError
-from .manifest import SUFFIX, BundleError, read_manifest
+from .manifest import FORMATS, METHODS, SUFFIX, BundleError, read_manifest
 
 console = Console()
 
@@ -53,7 +53,7 @@ def list_ops(patterns: tuple[str, ...]) -> None:
 
     PATTERNS are names, or shell patterns such as 'filters.*'; without one, everything is listed.
     """
-    table = Table("op", "inputs", "what it does", box=None, header_style="dim")
+    table = Table(Column("op", no_wrap=True), "inputs", "what it does", box=None, header_style="dim")
     for name, entry in _select(patterns, everything=True).items():
         inputs = ", ".join(f"{t.name} ({', '.join(map(str, t.shape))})" for t in entry.spec.inputs)
         table.add_row(f"[bold]{name}[/]", inputs, (entry.function().__doc__ or "").strip().split("\n")[0])
@@ -64,9 +64,9 @@ def list_ops(patterns: tuple[str, ...]) -> None:
 @click.argument("patterns", nargs=-1)
 @click.option("-a", "--all", "everything", is_flag=True, help="Export the whole catalog.")
 @click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), default=Path("bundles"), show_default=True, help="Folder that gets the bundles.")
-@click.option("-f", "--format", "formats", multiple=True, type=click.Choice(["torchscript", "onnx", "native"]), help="Make only this format (may be given again). [default: all]")
+@click.option("-f", "--format", "formats", multiple=True, type=click.Choice(FORMATS), help="Make only this format (may be given again). [default: all]")
 @click.option("--isa", "isas", multiple=True, type=click.Choice(["x86-64-v3", "x86-64-v4"]), default=("x86-64-v3",), show_default=True, help="CPU level of the native code (may be given again).")
-@click.option("--method", "methods", multiple=True, type=click.Choice(["forward", "vjp"]), default=("forward", "vjp"), help="`--method forward` leaves the gradients out, which take most of the time. [default: both]")
+@click.option("--method", "methods", multiple=True, type=click.Choice(METHODS), default=METHODS, help="`--method forward` leaves the gradients out, which take most of the time. [default: both]")
 @click.option("-j", "--jobs", type=click.IntRange(1), default=len(os.sched_getaffinity(0)), show_default="one a core", help="Ops to export at once.")
 def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
     """Export ops to bundles.
@@ -77,14 +77,18 @@ def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
     chosen = _select(patterns, everything)
     if not chosen:
         raise click.UsageError("name the ops to export, or --all (`chiasm list` shows them)")
-    formats = formats or ("torchscript", "onnx", "native")
+    export_names(list(chosen), output, formats or FORMATS, isas, methods, jobs)
+
+
+def export_names(names, output: Path, formats=FORMATS, isas=("x86-64-v3",), methods=METHODS, jobs: int = 1) -> None:
+    """Export ops of the catalog, several at once, with a progress bar; ExportError, at the end, where some failed."""
     started, failures = time.monotonic(), []
     columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     # Workers are spawned, not forked: torch's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")
-    with Progress(*columns, console=console) as progress, ProcessPoolExecutor(min(jobs, len(chosen)), mp_context=context) as pool:
-        task = progress.add_task("exporting", total=len(chosen))
-        pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in chosen}
+    with Progress(*columns, console=console) as progress, ProcessPoolExecutor(min(jobs, len(names)), mp_context=context) as pool:
+        task = progress.add_task("exporting", total=len(names))
+        pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in names}
         for done in as_completed(pending):
             name = pending[done]
             try:
@@ -96,8 +100,8 @@ def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
                 console.print(f"[red]failed[/] {escape(story)}", highlight=False)
             progress.update(task, advance=1, description=name)
     if failures:
-        raise ExportError(f"{len(failures)} of {len(chosen)} ops failed: {', '.join(failures)}")
-    console.print(f"{len(chosen)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}", highlight=False)
+        raise ExportError(f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}")
+    console.print(f"{len(names)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}", highlight=False)
 
 
 def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...], methods: tuple[str, ...]) -> float:

@@ -17,15 +17,12 @@ from . import samples
 from .bundle import Golden, Writer
 from .errors import ExportError
 from .graph import output_specs, trace, trace_vjp, vjp_module, vjp_signature
-from .manifest import SCHEMA_VERSION
+from .manifest import FORMATS, METHODS, SCHEMA_VERSION
 from .module import bind
 from .native import to_native
 from .onnx_format import IR_VERSION, OPSET, onnx_bytes, to_fused_onnx, to_onnx
 from .spec import Spec, TensorSpec
 from .torchscript import to_torchscript
-
-FORMATS = ("torchscript", "onnx", "native")
-METHODS = ("forward", "vjp")
 
 
 def export(
@@ -98,13 +95,6 @@ def _export_variant(op, spec, variant, traced, outputs, gradient, formats, isas,
             # Backward passes are traced in one form for all targets, and tracing is the slow part: once serves both.
             progress(f"{method}{suffix} trace")
             traced = trace_vjp(module, spec, ins, example)
-        if "onnx" in formats and variant != "bfloat16":  # ONNX Runtime's CPU kernels have no bfloat16
-            progress(f"{method}{suffix} onnx")
-            flat = to_onnx(traced or trace(module, spec, ins, example, "onnx"), spec, ins, outs, method)
-            entry = {"backend": "onnx", "format": "onnx", "dtypes": dtypes, "device": "any", "opset": OPSET, "ir_version": IR_VERSION}
-            writer.artifact(method, f"{method}{suffix}.onnx", onnx_bytes(flat, spec.name), **entry)
-            fused = to_fused_onnx(flat, spec, method)
-            writer.artifact(method, f"{method}{suffix}.fused.onnx", onnx_bytes(fused, spec.name), **entry, function=fused.functions[0].name)
         if "native" in formats:
             program = traced if method == "vjp" else trace(module, spec, ins, example, "native")
             for isa in isas:
@@ -112,6 +102,14 @@ def _export_variant(op, spec, variant, traced, outputs, gradient, formats, isas,
                 made = to_native(program, spec, isa)
                 backend, needs = ("torch", ["libtorch"]) if made.needs_libtorch else ("native", [])
                 writer.artifact(method, f"{method}{suffix}.{isa}.pt2", made.data, backend=backend, format="aotinductor", dtypes=dtypes, device="cpu", isa=isa, needs=needs)
+        if "onnx" in formats and variant != "bfloat16":  # ONNX Runtime's CPU kernels have no bfloat16
+            progress(f"{method}{suffix} onnx")
+            # Last, because it may change the traced program.
+            flat = to_onnx(traced or trace(module, spec, ins, example, "onnx"), spec, ins, outs, method)
+            entry = {"backend": "onnx", "format": "onnx", "dtypes": dtypes, "device": "any", "opset": OPSET, "ir_version": IR_VERSION}
+            writer.artifact(method, f"{method}{suffix}.onnx", onnx_bytes(flat, spec.name), **entry)
+            fused = to_fused_onnx(flat, spec, method)
+            writer.artifact(method, f"{method}{suffix}.fused.onnx", onnx_bytes(fused, spec.name), **entry, function=fused.functions[0].name)
         golden = with_cotangents(op, spec, samples.fit(spec, samples.GOLDEN), variant, ins)
         cases.append(Golden(method, variant, golden | dict(zip([t.name for t in outs], run_eager(module, golden), strict=True))))
 

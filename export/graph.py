@@ -7,6 +7,7 @@ from dataclasses import replace
 import sympy
 import torch
 from torch import nn
+from torch._decomp import get_decompositions
 from torch.export import Dim, ExportedProgram
 from torch.fx.experimental.proxy_tensor import make_fx
 
@@ -15,6 +16,7 @@ from chiasm.primitives.target import exporting
 from .errors import ExportError, explain
 from .module import bind
 from .spec import Spec, TensorSpec
+from .torch_speed import fast_tracing
 
 Inputs = dict[str, torch.Tensor]
 
@@ -37,7 +39,7 @@ def _derived_dim(expression: str, dims: dict[str, Dim]) -> Dim:
 def trace(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: Inputs, target: str, vjp: bool = False) -> ExportedProgram:
     """Export `module` for a target ("onnx", "native")."""
     try:
-        with torch.no_grad(), exporting(target, vjp=vjp):
+        with torch.no_grad(), exporting(target, vjp=vjp), fast_tracing():
             return torch.export.export(
                 module, tuple(inputs[t.name] for t in tensors), dynamic_shapes=dynamic_shapes(spec, tensors)
             )
@@ -117,6 +119,7 @@ def _slice_backward(grad, input_sizes, dim, start, end, step):
     """Zeros around the gradient: one Pad in ONNX, where PyTorch's own form becomes a ScatterND."""
     if step != 1:
         return NotImplemented
+    dim = dim % len(input_sizes)
     size = input_sizes[dim]
     if isinstance(start, int) and start < 0:
         start = start + size
@@ -124,7 +127,17 @@ def _slice_backward(grad, input_sizes, dim, start, end, step):
     return torch.ops.aten.constant_pad_nd.default(grad, pads, 0.0)
 
 
-_BACKWARD = {torch.ops.aten.slice_backward.default: _slice_backward}
+def _select_backward(grad, input_sizes, dim, index):
+    dim = dim % len(input_sizes)
+    return _slice_backward(grad.unsqueeze(dim), input_sizes, dim, index, None, 1)
+
+
+# What has no ONNX form, or a poor one. A graph that needs no further decomposition is not traced again for ONNX.
+_BACKWARD = {
+    **get_decompositions([torch.ops.aten.rsub]),
+    torch.ops.aten.slice_backward.default: _slice_backward,
+    torch.ops.aten.select_backward.default: _select_backward,
+}
 
 
 class _Vjp(nn.Module):
@@ -161,7 +174,7 @@ def trace_vjp(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: 
     """Export a vjp: torch.export cannot trace torch.func.vjp, so make_fx turns it into a plain graph first."""
     args = tuple(inputs[t.name] for t in tensors)
     try:
-        with exporting("onnx", vjp=True):
+        with exporting("onnx", vjp=True), fast_tracing():
             graph = make_fx(module, tracing_mode="symbolic", decomposition_table=_BACKWARD, _allow_non_fake_inputs=True)(*args)
     except Exception as error:
         raise explain(spec.name, "a gradient graph", error) from error

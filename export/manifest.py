@@ -13,6 +13,8 @@ import jsonschema
 
 SUFFIX = ".chiasm"
 SCHEMA_VERSION = 1
+FORMATS = ("torchscript", "onnx", "native")
+METHODS = ("forward", "vjp")
 
 
 class BundleError(RuntimeError):

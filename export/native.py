@@ -16,15 +16,14 @@ import zipfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
-import sympy
 import torch
 from torch.export import ExportedProgram
 
 from .errors import ExportError, explain
 from .spec import Spec
+from .torch_speed import fast_inductor, fast_tracing
 
 SHIM = Path(__file__).resolve().parent / "shim"
 #: march and vector width (bits) for each instruction set level; v4 too uses 256-bit vectors, with its masks and registers.
@@ -174,27 +173,15 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
     }
 
 
-class _FastSympy:
-    """sympy, but for `simplify`: Inductor calls it to see whether an index is linear in a loop's variable, for which expanding
-    does as well, in a fraction of the time; on the gradients of large windows that was most of the export."""
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(sympy, name)
-
-    @staticmethod
-    def simplify(expression: Any) -> sympy.Expr:
-        return sympy.expand(expression)
-
-
 def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, include: Path | None = None) -> bytes:
     """AOTInductor's package. Headers in `include` go before the compiler's own."""
-    from torch._inductor import aoti_compile_and_package, sizevars
+    from torch._inductor import aoti_compile_and_package
 
     threads = torch.get_num_threads()
     torch.set_num_threads(32)  # else loops over a small example are compiled serial
     paths = {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
     try:
-        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), patch.object(sizevars, "sympy", _FastSympy()):
+        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), fast_tracing(), fast_inductor():
             path = str(Path(scratch) / "op.pt2")
             aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)
             return Path(path).read_bytes()

@@ -16,6 +16,7 @@ from .errors import ExportError, explain
 from .graph import dynamic_shapes
 from .onnx_function import domain_version, function_name, fuse
 from .spec import Spec, TensorSpec
+from .torch_speed import fast_onnx
 
 OPSET = 18
 IR_VERSION = 8  # what ONNX Runtime 1.14 and later read
@@ -27,7 +28,7 @@ def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outp
     level = exporter_log.level
     exporter_log.setLevel(logging.ERROR)  # it reports the absence of torchvision, which nothing here uses
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), fast_onnx():
             warnings.simplefilter("ignore")
             made = torch.onnx.export(
                 program,

@@ -16,6 +16,10 @@ from ..spec import Spec
 STENCIL = {"H": (8, 32768), "W": (8, 32768)}
 
 
+#: Public functions without a spec, and why; docs/coverage.md repeats it.
+NOT_DEPLOYED: dict[str, str] = {}
+
+
 @dataclass(frozen=True)
 class Entry:
     """A spec and the path of its function below `chiasm`."""
@@ -41,6 +45,6 @@ def add(spec: Spec, fn: str | None = None) -> None:
 
 def catalog() -> dict[str, Entry]:
     """All entries by name, in alphabetical order."""
-    for family in ("color", "contrib", "enhance", "feature", "filters", "geometry", "losses", "morphology", "pipelines"):
+    for family in ("color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses", "morphology", "pipelines"):
         importlib.import_module(f"{__name__}.{family}")
     return dict(sorted(_entries.items()))

@@ -1,6 +1,6 @@
 """Filters."""
 
-from ..spec import Spec, TensorSpec, image
+from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
 add(Spec(
@@ -22,6 +22,242 @@ add(Spec(
     reference="OpenCV Sobel(BORDER_REPLICATE)",
 ))
 
+# --- kernels ---------------------------------------------------------------------------------------------------------
+
+SIGMA = TensorSpec("sigma", ("B",), range=(0.5, 3.0), description="standard deviations in pixels")
+KERNELS = [TensorSpec("kernel", description="one kernel for each entry")]
+
+add(Spec(
+    "filters.gaussian",
+    [SIGMA, TensorSpec("mean", ("B",), range=(1.0, 4.0), description="positions of the maxima")],
+    KERNELS,
+    config={"window_size": 5},
+    reference="SciPy stats.norm.pdf",
+))
+
+for _name, _size, _axes, _reference in (
+    ("get_gaussian_kernel1d", 5, 1, "OpenCV getGaussianKernel"),
+    ("get_gaussian_erf_kernel1d", 5, 1, "SciPy stats.norm.cdf"),
+    ("get_gaussian_discrete_kernel1d", 5, 1, "SciPy special.ive"),
+    ("get_gaussian_kernel2d", (5, 3), 2, "OpenCV getGaussianKernel"),
+    ("get_gaussian_kernel3d", (3, 5, 3), 3, "OpenCV getGaussianKernel"),
+):
+    _sigma = SIGMA if _axes == 1 else TensorSpec("sigma", ("B", _axes), range=(0.5, 3.0), description="standard deviations, the last is x's")
+    add(Spec(f"filters.{_name}", [_sigma], KERNELS, config={"kernel_size": _size}, reference=_reference))
+
+ANGLE = TensorSpec("angle", ("B",), range=(-180.0, 180.0), description="degrees, counterclockwise")
+TURN = TensorSpec("angle", ("B", 3), range=(-90.0, 90.0), description="rotation vectors (x, y, z) in degrees")
+DIRECTION = TensorSpec("direction", ("B",), range=(-0.9, 0.9), description="-1 to 1: where along the line the weight is")
+
+add(Spec(
+    "filters.get_motion_kernel2d",
+    [ANGLE, DIRECTION],
+    KERNELS,
+    config={"kernel_size": 5, "mode": "bilinear"},
+    reference="SciPy affine_transform(order=1)",
+))
+
+add(Spec(
+    "filters.get_motion_kernel3d",
+    [TURN, DIRECTION],
+    KERNELS,
+    config={"kernel_size": 5, "mode": "nearest"},
+    gradients=("direction",),
+    reference="SciPy affine_transform(order=0)",
+))
+
+WAVE = [
+    SIGMA,
+    TensorSpec("theta", ("B",), range=(-3.0, 3.0), description="directions in radians"),
+    TensorSpec("lambd", ("B",), range=(3.0, 8.0), description="wavelengths in pixels"),
+]
+
+add(Spec(
+    "filters.get_gabor_kernel2d",
+    [*WAVE, TensorSpec("gamma", ("B",), range=(0.3, 1.5), description="aspect ratios"), TensorSpec("psi", ("B",), range=(-3.0, 3.0), description="phases")],
+    KERNELS,
+    config={"kernel_size": (7, 5)},
+    reference="OpenCV getGaborKernel",
+))
+
+# --- correlation -----------------------------------------------------------------------------------------------------
+
+SAME = [TensorSpec("output", layout="NCHW")]
+DEEP = {**STENCIL, "D": (8, 4096)}
+#: The gradient of a kernel, or of what makes it, is a sum over all pixels whose terms cancel: float32 loses digits of it.
+SUMMED = {"float32": Tolerance(1e-3, 1e-3)}
+VOLUME = TensorSpec("input", ("B", "C", "D", "H", "W"), "T", "NCDHW", range=(0.0, 1.0), description="volumes")
+
+
+def _kernel(*shape, name="kernel"):
+    return TensorSpec(name, shape, range=(-1.0, 1.0), description="one for each sample" if shape[0] == "B" else "shared by all samples")
+
+
+for _name, _shape, _config in (
+    ("filter2d", (3, 3), {"border_type": "reflect"}),
+    ("correlate2d", (3, 5), {"border_type": "replicate"}),
+    ("convolve2d", ("B", 3, 3), {"border_type": "reflect", "normalized": True}),
+    ("fft_conv", (5, 5), {"padding": "valid"}),
+):
+    add(Spec(f"filters.{_name}", [image(), _kernel(*_shape)], SAME, config=_config, symbols=STENCIL, gradient_tolerances=SUMMED, reference="OpenCV filter2D, SciPy ndimage.correlate"))
+
+add(Spec(
+    "filters.filter2d_separable",
+    [image(), _kernel("B", 5, name="kernel_x"), _kernel(3, name="kernel_y")],
+    SAME,
+    config={"border_type": "reflect"},
+    symbols=STENCIL,
+    gradient_tolerances=SUMMED,
+    reference="OpenCV sepFilter2D, SciPy correlate1d",
+))
+
+for _name, _shape, _config in (
+    ("filter3d", (3, 3, 3), {"border_type": "replicate"}),
+    ("correlate3d", ("B", 1, 3, 3), {"border_type": "constant"}),
+    ("convolve3d", (3, 3, 1), {"border_type": "reflect"}),
+):
+    add(Spec(f"filters.{_name}", [VOLUME, _kernel(*_shape)], [TensorSpec("output", layout="NCDHW")], config=_config, symbols=DEEP, gradient_tolerances=SUMMED, reference="SciPy ndimage.correlate"))
+
+add(Spec("filters.box_blur", [image()], SAME, config={"kernel_size": (5, 5)}, symbols=STENCIL, reference="OpenCV blur, SciPy uniform_filter"))
+add(Spec("filters.laplacian", [image()], SAME, config={"kernel_size": (3, 3)}, symbols=STENCIL, reference="OpenCV filter2D"))
+
+add(Spec(
+    "filters.unsharp_mask",
+    [image()],
+    SAME,
+    config={"kernel_size": (5, 5), "sigma": (1.5, 1.5)},
+    symbols=STENCIL,
+    reference="OpenCV GaussianBlur and addWeighted, scikit-image unsharp_mask",
+))
+
+add(Spec(
+    "filters.difference_of_gaussians",
+    [image()],
+    SAME,
+    config={"low_sigma": 1.0, "truncate": 2.0},
+    symbols=STENCIL,
+    reference="scikit-image difference_of_gaussians",
+))
+
+add(Spec(
+    "filters.motion_blur",
+    [image(), ANGLE, DIRECTION],
+    SAME,
+    config={"kernel_size": 5, "border_type": "reflect", "mode": "nearest"},
+    symbols=STENCIL,
+    gradients=("input", "direction"),
+    gradient_tolerances=SUMMED,
+    reference="OpenCV filter2D with SciPy's rotated kernel",
+))
+
+add(Spec(
+    "filters.motion_blur3d",
+    [VOLUME, TURN, DIRECTION],
+    [TensorSpec("output", layout="NCDHW")],
+    config={"kernel_size": 3, "border_type": "replicate", "mode": "bilinear"},
+    symbols=DEEP,
+    gradient_tolerances=SUMMED,
+    reference="SciPy ndimage.correlate with its rotated kernel",
+))
+
+add(Spec("filters.gabor", [image(), *WAVE], SAME, config={"kernel_size": (5, 5)}, symbols=STENCIL, gradient_tolerances=SUMMED, reference="OpenCV filter2D with getGaborKernel"))
+
+# --- derivatives -----------------------------------------------------------------------------------------------------
+
+add(Spec(
+    "filters.spatial_gradient",
+    [image()],
+    [TensorSpec("output", description="d/dx and d/dy")],
+    config={"mode": "sobel", "order": 1, "normalized": True},
+    symbols=STENCIL,
+    reference="OpenCV Sobel(BORDER_REPLICATE)",
+))
+
+add(Spec(
+    "filters.spatial_gradient3d",
+    [VOLUME],
+    [TensorSpec("output", description="d/dx, d/dy and d/dz")],
+    config={"mode": "diff", "order": 1},
+    symbols=DEEP,
+    reference="NumPy gradient, SciPy ndimage.correlate",
+))
+
+for _name, _reference in (
+    ("scharr", "OpenCV Scharr, scikit-image scharr"),
+    ("prewitt", "scikit-image prewitt"),
+    ("roberts", "scikit-image roberts"),
+):
+    add(Spec(f"filters.{_name}", [image()], [TensorSpec("output", layout="NCHW", description="gradient magnitude")], symbols=STENCIL, reference=_reference))
+
+# --- pooling ---------------------------------------------------------------------------------------------------------
+
+for _name in ("blur_pool2d", "max_blur_pool2d"):
+    add(Spec(f"filters.{_name}", [image()], SAME, config={"kernel_size": 3, "stride": 2}, symbols=STENCIL, reference="SciPy ndimage"))
+
+add(Spec(
+    "filters.edge_aware_blur_pool2d",
+    [image(range=(0.55, 1.0))],  # where random pixels are edges here and there, not everywhere
+    SAME,
+    config={"kernel_size": 3},
+    symbols=STENCIL,
+    reference="NumPy and SciPy ndimage",
+))
+
+# --- thresholds ------------------------------------------------------------------------------------------------------
+
+add(Spec(
+    "filters.in_range",
+    [image(), TensorSpec("lower", ("C",), range=(0.0, 0.3), description="of each channel"), TensorSpec("upper", ("C",), range=(0.7, 1.0), description="of each channel")],
+    SAME,
+    symbols=STENCIL,
+    gradients=("input",),
+    reference="OpenCV inRange",
+))
+
+
+def _two_classes(generator, sizes, dtype):
+    """Dark and bright pixels, so that no rounding decides between two thresholds."""
+    import torch
+
+    shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
+    noise = torch.rand(shape, generator=generator, dtype=torch.float64)
+    bright = torch.rand(shape, generator=generator, dtype=torch.float64) < 0.4
+    return {"x": (0.3 * noise + 0.6 * bright).to(dtype)}
+
+
+for _suffix, _differentiable in (("", False), ("_differentiable", True)):
+    add(Spec(
+        f"filters.otsu_threshold{_suffix}",
+        [image("x")],
+        [TensorSpec("output", layout="NCHW"), TensorSpec("threshold", description="of each plane")],
+        config={"slow_and_differentiable": _differentiable},
+        symbols=STENCIL,
+        sample=_two_classes,
+        reference="scikit-image threshold_otsu, OpenCV THRESH_OTSU",
+    ), fn="filters.otsu_threshold")
+
+
+def _levels(generator, sizes, dtype):
+    import torch
+
+    shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
+    return {"input": torch.randint(0, 256, shape, generator=generator).to(dtype)}
+
+
+for _suffix, _method in (("", "mean"), ("_gaussian", "gaussian")):
+    add(Spec(
+        f"filters.adaptive_threshold{_suffix}",
+        [image(range=(0.0, 255.0))],
+        SAME,
+        config={"max_value": 255.0, "adaptive_method": _method, "block_size": 5, "c": 2.0},
+        symbols=STENCIL,
+        gradients=(),
+        sample=_levels,
+        reference="OpenCV adaptiveThreshold",
+    ), fn="filters.adaptive_threshold")
+
+# --- not linear ------------------------------------------------------------------------------------------------------
+
 add(Spec(
     "filters.median_blur",
     [image()],
@@ -38,4 +274,71 @@ add(Spec(
     config={"kernel_size": (5, 5), "sigma_color": 0.1, "sigma_space": (1.5, 1.5), "border_type": "reflect"},
     symbols=STENCIL,
     reference="the definition in NumPy float64, and OpenCV bilateralFilter on one channel",
+))
+
+add(Spec(
+    "filters.canny",
+    [image(channels=3, color="RGB")],
+    [TensorSpec("magnitude", layout="NCHW", description="gradient magnitude on the ridges, 0 elsewhere"),
+     TensorSpec("edges", layout="NCHW", description="1 on edges, 0 elsewhere")],
+    config={"low_threshold": 0.5, "high_threshold": 0.9, "kernel_size": (5, 5), "sigma": (1.0, 1.0), "hysteresis": True},
+    symbols=STENCIL,
+    reference="OpenCV Canny on the same gradients",
+))
+
+add(Spec(
+    "filters.joint_bilateral_blur",
+    [image(), image("guidance", channels=1, color="GRAY")],
+    [TensorSpec("output", layout="NCHW")],
+    config={"kernel_size": (3, 3), "sigma_color": 0.1, "sigma_space": (1.5, 1.5), "border_type": "reflect"},
+    symbols=STENCIL,
+    reference="the definition in NumPy float64",
+))
+
+add(Spec(
+    "filters.guided_blur",
+    [image("guidance", channels=3, color="RGB"), image()],
+    [TensorSpec("output", layout="NCHW")],
+    config={"kernel_size": (5, 5), "eps": 0.01, "border_type": "reflect"},
+    symbols=STENCIL,
+    reference="the definition in NumPy float64",
+))
+
+add(Spec(
+    "filters.fast_guided_blur",
+    [image("guidance", channels=1, color="GRAY"), image()],
+    [TensorSpec("output", layout="NCHW")],
+    config={"kernel_size": (5, 5), "eps": 0.01, "border_type": "reflect", "subsample": 2},
+    # The small images must be stencils' images too.
+    symbols={"H": (16, 32768), "W": (16, 32768)},
+    reference="the definition in NumPy float64",
+), fn="filters.guided_blur")
+
+add(Spec(
+    "filters.rank_filter",
+    [image()],
+    [TensorSpec("output", layout="NCHW")],
+    config={"rank": 2, "kernel_size": (3, 3), "border_type": "reflect"},
+    symbols=STENCIL,
+    reference="SciPy rank_filter(mode='mirror')",
+))
+
+add(Spec(
+    "filters.percentile_filter",
+    [image()],
+    [TensorSpec("output", layout="NCHW")],
+    config={"percentile": 80.0, "kernel_size": (3, 3), "border_type": "reflect"},
+    symbols=STENCIL,
+    reference="SciPy percentile_filter(mode='mirror')",
+))
+
+add(Spec(
+    "filters.non_local_means",
+    [image()],
+    [TensorSpec("output", layout="NCHW")],
+    config={"patch_size": 5, "patch_distance": 5, "h": 0.2, "sigma": 0.05, "border_type": "reflect"},
+    symbols=STENCIL,
+    # A gradient would be 121 copies of the loop's body.
+    gradients=(),
+    reference="the definition in NumPy float64, OpenCV fastNlMeansDenoising",
 ))

@@ -22,3 +22,94 @@ add(Spec(
     sample=_sample,
     reference="OpenCV dilate, SciPy grey_dilation",
 ))
+
+for _name, _reference in (
+    ("erosion", "OpenCV erode, SciPy grey_erosion"),
+    ("opening", "OpenCV MORPH_OPEN, SciPy grey_opening"),
+    ("closing", "OpenCV MORPH_CLOSE, SciPy grey_closing"),
+    ("gradient", "OpenCV MORPH_GRADIENT, SciPy morphological_gradient"),
+    ("top_hat", "OpenCV MORPH_TOPHAT, SciPy white_tophat"),
+    ("bottom_hat", "OpenCV MORPH_BLACKHAT, SciPy black_tophat"),
+):
+    add(Spec(
+        f"morphology.{_name}",
+        [image("tensor"), TensorSpec("kernel", (3, 3), range=(0, 1), description="structuring element, zero where it has no point")],
+        [TensorSpec("output", layout="NCHW")],
+        symbols=STENCIL,
+        gradients=("tensor",),
+        sample=_sample,
+        reference=_reference,
+    ))
+
+for _name, _reference in (("max_filter2d", "OpenCV dilate, SciPy maximum_filter"), ("min_filter2d", "OpenCV erode, SciPy minimum_filter")):
+    add(Spec(
+        f"morphology.{_name}",
+        [image()],
+        [TensorSpec("output", layout="NCHW")],
+        config={"kernel_size": (5, 5), "border_type": "replicate"},
+        symbols=STENCIL,
+        reference=_reference,
+    ))
+
+
+def _seed_and_mask(generator, sizes, dtype):
+    """A mask, and a seed below it that is 0 in three quarters of the pixels."""
+    import torch
+
+    shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
+    mask, chance = (torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype) for _ in range(2))
+    return {"seed": torch.where(chance < 0.25, 0.8 * mask, torch.zeros_like(mask)), "mask": mask}
+
+
+add(Spec(
+    "morphology.reconstruction",
+    [image("seed"), image("mask", description="what the result never exceeds")],
+    [TensorSpec("output", layout="NCHW")],
+    config={"method": "dilation"},
+    symbols=STENCIL,
+    # A loop until nothing changes: eager code differentiates through its steps, no exported graph can.
+    gradients=(),
+    sample=_seed_and_mask,
+    reference="scikit-image reconstruction",
+))
+
+
+def _shapes(generator, sizes, dtype):
+    """A binary image: three of five pixels are set."""
+    import torch
+
+    shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
+    return {"input": (torch.rand(shape, generator=generator) < 0.6).to(dtype)}
+
+
+def _shapes_and_corner(generator, sizes, dtype):
+    """A binary image and the pattern of an upper right corner."""
+    import torch
+
+    hit = torch.tensor([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]], dtype=dtype)
+    miss = torch.tensor([[0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]], dtype=dtype)
+    return _shapes(generator, sizes, dtype) | {"hit": hit, "miss": miss}
+
+
+add(Spec(
+    "morphology.hit_or_miss",
+    [image(description="binary image batch, set above 0"),
+     TensorSpec("hit", (3, 3), range=(0, 1), description="nonzero where a pixel must be set"),
+     TensorSpec("miss", (3, 3), range=(0, 1), description="nonzero where none may be")],
+    [TensorSpec("output", layout="NCHW", description="1 where the pattern is found")],
+    symbols=STENCIL,
+    gradients=(),
+    sample=_shapes_and_corner,
+    reference="SciPy binary_hit_or_miss, OpenCV MORPH_HITMISS",
+))
+
+for _name, _reference in (("skeletonize", "the definition in NumPy"), ("thin", "scikit-image thin")):
+    add(Spec(
+        f"morphology.{_name}",
+        [image(description="binary image batch, set above 0")],
+        [TensorSpec("output", layout="NCHW", description="1 on the skeleton")],
+        symbols=STENCIL,
+        gradients=(),
+        sample=_shapes,
+        reference=_reference,
+    ))

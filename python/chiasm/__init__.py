@@ -17,6 +17,7 @@ _SUBMODULES = (
     "feature",
     "filters",
     "geometry",
+    "image",
     "losses",
     "metrics",
     "morphology",

@@ -29,8 +29,8 @@ typedef struct chiasm_native_host {
   void* context;
   void* (*allocate)(void* context, size_t bytes); /**< scratch, aligned to 64 bytes; NULL where there is none left */
   void (*release)(void* context, void* data, size_t bytes);
-  /** Called where num_threads is not 1. Calls body(argument, i, n) for i = 0 .. n - 1 and returns when all have returned. The host chooses n, 1 to num_threads.
-   *  The n calls go on at the same time, each in its own thread: they may wait for each other. Call 0 is in this thread. */
+  /** Called where num_threads is not 1. Calls body(argument, i, n) for i = 0 .. n - 1 and returns when all have returned. The
+   *  host chooses n, 1 to num_threads. The n calls go on at the same time, each in its own thread: they may wait for each other. Call 0 is in this thread. */
   void (*fork)(void* context, void (*body)(void* argument, int32_t index, int32_t count), void* argument);
   int32_t device_type, device_index; /**< as chiasm_device_type */
   void* stream;                      /**< cudaStream_t, or NULL */

@@ -23,7 +23,7 @@ def test_examples(name: str) -> None:
 
 
 def test_public_functions_have_examples() -> None:
-    packages = ["color", "enhance", "filters", "morphology", "feature", "losses", "metrics", "pipelines"]
+    packages = ["color", "contrib", "enhance", "filters", "morphology", "feature", "losses", "metrics", "pipelines"]
     packages += ["geometry.transform"]
     for package in packages:
         module = importlib.import_module(f"chiasm.{package}")

@@ -9,7 +9,7 @@ from photos import photo
 from chiasm.feature import harris_keypoints, harris_response
 from chiasm.geometry.subpix import nms2d
 from chiasm.primitives.ranking import stable_topk
-from chiasm.primitives.selection import median_candidates, select_ranks, sorting_network
+from chiasm.primitives.selection import rank_candidates, select_ranks, sorting_network
 from chiasm.primitives.target import exporting
 
 
@@ -109,10 +109,13 @@ def test_select_ranks(size: int) -> None:
     np.testing.assert_array_equal(torch.stack(selected), np.sort(x.numpy(), axis=0)[ranks])
 
 
-def test_median_candidates_are_as_many_below_as_above() -> None:
-    for rows in (1, 3, 5, 7):
-        for columns in (1, 3, 5, 7):
-            keep = median_candidates(rows, columns)
-            half = rows * columns // 2
-            below = sum((i + 1) * (j + 1) - 1 <= half and j not in keep[i] for i in range(rows) for j in range(columns))
-            assert below * 2 + sum(len(js) for js in keep) == rows * columns
+def test_rank_candidates_hold_the_rank() -> None:
+    generator = np.random.default_rng(0)
+    for rows, columns in ((1, 1), (3, 3), (3, 5), (5, 5), (7, 4)):
+        # rows sorted, then columns, which keeps the rows sorted; few distinct values, so that there are ties
+        matrix = np.sort(np.sort(generator.integers(0, 9, (200, rows, columns)), axis=2), axis=1)
+        flat = np.sort(matrix.reshape(200, -1), axis=1)
+        for rank in range(rows * columns):
+            keep, below = rank_candidates(rows, columns, rank)
+            left = np.stack([matrix[:, i, j] for i in range(rows) for j in keep[i]], axis=1)
+            np.testing.assert_array_equal(np.sort(left, axis=1)[:, rank - below], flat[:, rank])

@@ -3,16 +3,19 @@
     python tests/parity/matrix.py [PATTERN ...]
 
 Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Each ONNX artifact is run flat, and fused as
-its body and as the native kernel. Every artifact of a bundle must be run by some backend; one that is not counts as a failure. Writes build/parity.json; the last line
-printed is `parity: N checks, M failed`, and the exit status is 1 where something failed.
+its body and as the native kernel. Every artifact of a bundle must be run by some backend; one that is not counts as a failure.
+Several ops are checked at once. Writes build/parity.json; the last line printed is `parity: N checks, M failed`, and the exit status is 1 where something failed.
 """
 
 from __future__ import annotations
 
 import json
+import multiprocessing
+import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from fnmatch import fnmatch
 from pathlib import Path
@@ -57,7 +60,11 @@ def main(patterns: list[str]) -> int:
     warnings.simplefilter("ignore")
     entries = {n: e for n, e in catalog().items() if not patterns or any(fnmatch(n, p) for p in patterns)}
     console = Console(width=None if sys.stdout.isatty() else 140)
-    checks = [c for name in track(entries, "parity", console=console, transient=True) for c in check_bundle(name, entries[name])]
+    # Spawned, not forked: engines do not survive a fork.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(len(os.sched_getaffinity(0)), mp_context=context) as pool:
+        done = track(pool.map(check_op, entries), "parity", total=len(entries), console=console, transient=True)
+        checks = [check for some in done for check in some]
     RESULT.parent.mkdir(exist_ok=True)
     RESULT.write_text(json.dumps([asdict(c) for c in checks], indent=0) + "\n")
     console.print(summary(checks))
@@ -66,6 +73,13 @@ def main(patterns: list[str]) -> int:
         console.print(f"[red]FAIL[/] {c.op} {c.method} {c.dtype} {c.backend} {c.shape}: {c.message}", highlight=False)
     print(f"parity: {len(checks)} checks, {len(failed)} failed")
     return 1 if failed or not checks else 0
+
+
+def check_op(name: str) -> list[Check]:
+    """All checks of one op, in a process of the pool."""
+    warnings.simplefilter("ignore")
+    _loaded.clear()
+    return list(check_bundle(name, catalog()[name]))
 
 
 def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
@@ -94,7 +108,7 @@ def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
                     yield Check(name, method, variant or "", artifact["backend"], artifact["file"], "", float("inf"), "no backend ran this artifact")
 
 
-_loaded: dict[tuple, Runner] = {}
+_loaded: dict[tuple, Runner] = {}  # of one op: check_op clears it, since engines hold memory
 
 
 def runners(folder: Path, manifest: dict, method: str, variant: str | None) -> Iterator[tuple[str, str, Runner]]:

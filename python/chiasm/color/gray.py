@@ -1,10 +1,11 @@
-"""RGB to grey."""
+"""Grey from colour, and colour from grey."""
 
 from typing import Optional
 
+import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rgb
+from ..primitives.planes import check_channels, mix_channels, rgb_planes
 
 
 def rgb_to_grayscale(image: Tensor, rgb_weights: Optional[Tensor] = None) -> Tensor:
@@ -27,14 +28,51 @@ def rgb_to_grayscale(image: Tensor, rgb_weights: Optional[Tensor] = None) -> Ten
         >>> rgb_to_grayscale(torch.ones(2, 3, 4, 5)).shape
         torch.Size([2, 1, 4, 5])
     """
-    check_rgb(image, "image")
-    check_floating(image, "image")
-    red, green, blue = image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)
     if rgb_weights is None:
-        grey = 0.299 * red + 0.587 * green + 0.114 * blue
-    else:
-        if rgb_weights.dim() != 1 or rgb_weights.size(0) != 3:
-            raise ValueError(f"rgb_weights: expected shape (3,), got {list(rgb_weights.shape)}")
-        w = rgb_weights.to(image.dtype)
-        grey = w[0] * red + w[1] * green + w[2] * blue
-    return grey.unsqueeze(-3)
+        return mix_channels(image, [0.299, 0.587, 0.114], 0.0, "image")
+    red, green, blue = rgb_planes(image, "image")
+    if rgb_weights.dim() != 1 or rgb_weights.size(0) != 3:
+        raise ValueError(f"rgb_weights: expected shape (3,), got {list(rgb_weights.shape)}")
+    w = rgb_weights.to(image.dtype)
+    return (w[0] * red + w[1] * green + w[2] * blue).unsqueeze(-3)
+
+
+def bgr_to_grayscale(image: Tensor) -> Tensor:
+    """Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B, of an image whose channels are B, G, R.
+
+    Args:
+        image: BGR image (*, 3, H, W), floating point; the range is kept.
+
+    Returns:
+        (*, 1, H, W) in the image's dtype.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W).
+
+    Example:
+        >>> bgr_to_grayscale(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
+        tensor([0.1140])
+    """
+    return mix_channels(image, [0.114, 0.587, 0.299], 0.0, "image")
+
+
+def grayscale_to_rgb(image: Tensor) -> Tensor:
+    """The grey channel three times.
+
+    Args:
+        image: grey image (*, 1, H, W), any dtype.
+
+    Returns:
+        (*, 3, H, W).
+
+    Raises:
+        ValueError: if image is not (*, 1, H, W).
+
+    Example:
+        >>> grayscale_to_rgb(torch.full((1, 1, 1, 1), 0.5)).flatten()
+        tensor([0.5000, 0.5000, 0.5000])
+    """
+    check_channels(image, 1, "image")
+    grey = image.select(-3, 0)
+    return torch.stack([grey, grey, grey], -3)

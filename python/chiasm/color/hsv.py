@@ -1,15 +1,17 @@
-"""RGB to hue, saturation, value."""
+"""Hue, saturation, value."""
 
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rgb
+from ..primitives.planes import rgb_planes
+from .hue import from_hue, hue_of
 
 
 def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
     """Hue in radians [0, 2 pi), saturation and value in [0, 1].
 
-    A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978. Grey pixels have hue 0.
+    A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978. Grey pixels have hue 0. OpenCV's float32 hue is in degrees; its
+    uint8 form is hue in degrees / 2 (here H * 90 / pi), S * 255, V * 255, rounded.
 
     Args:
         image: RGB image (*, 3, H, W) in [0, 1], floating point.
@@ -26,14 +28,33 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
         >>> rgb_to_hsv(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([0., 1., 1.])
     """
-    check_rgb(image, "image")
-    check_floating(image, "image")
-    red, green, blue = image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)
+    red, green, blue = rgb_planes(image, "image")
     value = torch.maximum(torch.maximum(red, green), blue)
     chroma = value - torch.minimum(torch.minimum(red, green), blue)
-    saturation = chroma / (value + eps)
-    safe = torch.where(chroma == 0, torch.ones_like(chroma), chroma)
-    blue_or_green = torch.where(value == green, 2.0 + (blue - red) / safe, 4.0 + (red - green) / safe)
-    hue = torch.where(value == red, (green - blue) / safe, blue_or_green)
-    hue = torch.where(hue < 0, hue + 6.0, hue) * 1.0471975511965976  # pi / 3, one sixth of a turn
-    return torch.stack([hue, saturation, value], -3)
+    # Half precision has no eps as small as the default, so black must not rely on it.
+    saturation = chroma / torch.where(value == 0, torch.ones_like(value), value + eps)
+    return torch.stack([hue_of(red, green, blue, value, chroma), saturation, value], -3)
+
+
+def hsv_to_rgb(image: Tensor) -> Tensor:
+    """RGB in [0, 1] from hue in radians, saturation and value.
+
+    A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978, written without cases: every channel is
+    V - V S clamp(min(k, 4 - k), 0, 1) with k = (n + 3 H / pi) mod 6, n = 5, 3, 1 for R, G, B.
+
+    Args:
+        image: HSV image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and value in [0, 1].
+
+    Returns:
+        (*, 3, H, W): red, green, blue.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W).
+
+    Example:
+        >>> hsv_to_rgb(torch.tensor([0.0, 1.0, 0.5]).reshape(1, 3, 1, 1)).flatten()
+        tensor([0.5000, 0.0000, 0.0000])
+    """
+    hue, saturation, value = rgb_planes(image, "image")
+    return from_hue(hue, value, value * saturation)

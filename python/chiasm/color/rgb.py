@@ -23,3 +23,22 @@ def bgr_to_rgb(image: Tensor) -> Tensor:
     """
     check_rgb(image, "image")
     return image.flip([-3])
+
+
+def rgb_to_bgr(image: Tensor) -> Tensor:
+    """Reverse the order of the three channels: the same as ``bgr_to_rgb``.
+
+    Args:
+        image: (*, 3, H, W), any dtype.
+
+    Returns:
+        The image with its first and third channel exchanged, (*, 3, H, W).
+
+    Raises:
+        ValueError: if the third dimension from the end is not 3.
+
+    Example:
+        >>> rgb_to_bgr(torch.arange(3.0).reshape(1, 3, 1, 1)).flatten()
+        tensor([2., 1., 0.])
+    """
+    return bgr_to_rgb(image)

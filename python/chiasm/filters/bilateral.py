@@ -44,6 +44,58 @@ def bilateral_blur(
         torch.Size([1, 3, 5, 5])
     """
     check_image(input, "input")
+    return _weighted_mean(input, input, kernel_size, sigma_color, sigma_space, border_type, color_distance_type)
+
+
+def joint_bilateral_blur(
+    input: Tensor,
+    guidance: Tensor,
+    kernel_size: Union[int, Tuple[int, int]],
+    sigma_color: Union[float, Tensor],
+    sigma_space: Union[Tuple[float, float], Tensor],
+    border_type: str = "reflect",
+    color_distance_type: str = "l1",
+) -> Tensor:
+    """Average over neighbours, weighted by closeness in space and in the colour of another image.
+
+    G. Petschnigg et al., Digital photography with flash and no-flash image pairs, SIGGRAPH 2004.
+
+    Args:
+        input: (B, C, H, W), floating point; what is averaged.
+        guidance: (B or 1, D, H, W), floating point; what colour distances are measured in.
+        kernel_size: odd size, one for both axes or (rows, columns).
+        sigma_color: standard deviation of the colour distance in guidance's units; a float, or a tensor (B,) or scalar.
+        sigma_space: standard deviations in pixels, (y, x) or a tensor (B, 2).
+        border_type: "reflect", "replicate", "circular" or "constant" (zeros).
+        color_distance_type: "l1" sums the channels' absolute differences, "l2" is the Euclidean distance.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if input or guidance is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> joint_bilateral_blur(torch.ones(1, 3, 5, 5), torch.ones(1, 1, 5, 5), 3, 0.1, (1.0, 1.0)).shape
+        torch.Size([1, 3, 5, 5])
+    """
+    check_image(input, "input")
+    check_image(guidance, "guidance")
+    if guidance.size(2) != input.size(2) or guidance.size(3) != input.size(3):
+        raise ValueError(f"guidance: expected input's height and width {list(input.shape)}, got {list(guidance.shape)}")
+    return _weighted_mean(input, guidance, kernel_size, sigma_color, sigma_space, border_type, color_distance_type)
+
+
+def _weighted_mean(
+    input: Tensor,
+    guidance: Tensor,
+    kernel_size: Union[int, Tuple[int, int]],
+    sigma_color: Union[float, Tensor],
+    sigma_space: Union[Tuple[float, float], Tensor],
+    border_type: str,
+    color_distance_type: str,
+) -> Tensor:
     check_choice(color_distance_type, ["l1", "l2"], "color_distance_type")
     ky, kx = odd_pair(kernel_size, "kernel_size")
     kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma_space, input, "sigma_space")
@@ -53,26 +105,29 @@ def bilateral_blur(
         color = torch.full([1, 1, 1, 1], sigma_color, dtype=input.dtype, device=input.device)
     falloff = -0.5 / (color * color)
     outs: List[Tensor] = []
-    for p in padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type, store=True):
-        outs.append(_bilateral_valid(p, kernel_y, kernel_x, falloff, color_distance_type))
+    parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type, store=True)
+    guides = parts if guidance is input else padded_parts(guidance.to(input.dtype), ky // 2, ky // 2, kx // 2, kx // 2, border_type, store=True)
+    for i in range(len(parts)):
+        outs.append(_weighted_mean_valid(parts[i], guides[i], kernel_y, kernel_x, falloff, color_distance_type))
     return join_columns(outs)
 
 
-def _bilateral_valid(p: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, distance_type: str) -> Tensor:
+def _weighted_mean_valid(p: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, distance_type: str) -> Tensor:
     ky, kx = kernel_y.size(1), kernel_x.size(1)
     height = p.size(2) - ky + 1
     width = p.size(3) - kx + 1
     planes = split_channels(p)
-    centres = [plane[:, :, ky // 2 : ky // 2 + height, kx // 2 : kx // 2 + width] for plane in planes]
+    guides = split_channels(guide)
+    centres = [plane[:, :, ky // 2 : ky // 2 + height, kx // 2 : kx // 2 + width] for plane in guides]
     total = torch.zeros([1], dtype=p.dtype, device=p.device)
     sums = [total for _ in planes]
     for i in range(ky):
         rows = [plane[:, :, i : i + height] for plane in planes]
+        guide_rows = [plane[:, :, i : i + height] for plane in guides]
         for j in range(kx):
-            taps = [row[..., j : j + width] for row in rows]
             distance = torch.zeros([1], dtype=p.dtype, device=p.device)
-            for c in range(len(planes)):
-                difference = taps[c] - centres[c]
+            for c in range(len(guides)):
+                difference = guide_rows[c][..., j : j + width] - centres[c]
                 if distance_type == "l1":
                     distance = distance + difference.abs().sum(1, keepdim=True)
                 else:
@@ -82,5 +137,5 @@ def _bilateral_valid(p: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Ten
             nearness = (kernel_y[:, i] * kernel_x[:, j])[:, None, None, None]
             weight = torch.exp(distance * falloff) * nearness
             total = total + weight
-            sums = [sums[c] + taps[c] * weight for c in range(len(planes))]
+            sums = [sums[c] + rows[c][..., j : j + width] * weight for c in range(len(planes))]
     return join_channels([s / total for s in sums])

@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image, odd_pair
+from ..primitives.correlation import correlate2d_valid
 from ..primitives.materialise import materialised
 from ..primitives.padding import join_columns, padded_parts
 from ..primitives.stencil import separable as separable_per_sample
@@ -75,15 +76,14 @@ def gaussian_blur2d(
     """
     check_image(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
-    if isinstance(sigma, Tensor):
-        kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input, "sigma")
-        if separable:
-            return separable_per_sample(input, kernel_y, kernel_x, border_type)
-        return _blur_2d(input, kernel_y, kernel_x, border_type)
-    if separable:
+    if separable and not isinstance(sigma, Tensor):
         return separable_shared(input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type)
     kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input, "sigma")
-    return _blur_2d(input, kernel_y, kernel_x, border_type)
+    if separable:
+        return separable_per_sample(input, kernel_y, kernel_x, border_type)
+    kernel = materialised(kernel_y[:, :, None] * kernel_x[:, None, :], 1)
+    parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type)
+    return join_columns([correlate2d_valid(p, kernel) for p in parts])
 
 
 def gaussian_taps(kernel_size: int, sigma: float) -> List[float]:
@@ -106,18 +106,3 @@ def gaussian_kernels(ky: int, kx: int, sigma: Union[Tuple[float, float], Tensor]
     kernel_y = torch.tensor([gaussian_taps(ky, sigma[0])], dtype=like.dtype, device=like.device)
     kernel_x = torch.tensor([gaussian_taps(kx, sigma[1])], dtype=like.dtype, device=like.device)
     return kernel_y, kernel_x
-
-
-def _blur_2d(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) -> Tensor:
-    ky, kx = kernel_y.size(1), kernel_x.size(1)
-    outs = []
-    for p in padded_parts(x, ky // 2, ky // 2, kx // 2, kx // 2, border_type):
-        height = p.size(2) - ky + 1
-        width = p.size(3) - kx + 1
-        out = torch.zeros([1], dtype=x.dtype, device=x.device)
-        for i in range(ky):
-            for j in range(kx):
-                weight = kernel_y[:, i] * kernel_x[:, j]
-                out = out + p[:, :, i : i + height, j : j + width] * weight[:, None, None, None]
-        outs.append(out)
-    return join_columns(outs)

@@ -1,12 +1,12 @@
 """Median filter."""
 
-from typing import List, Tuple, Union
+from typing import Tuple, Union
 
 from torch import Tensor
 
 from ..primitives.checks import check_image, odd_pair
 from ..primitives.padding import join_columns, padded_parts
-from ..primitives.selection import median_candidates, select_ranks
+from ..primitives.selection import window_rank
 
 
 def median_blur(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect") -> Tensor:
@@ -37,18 +37,4 @@ def median_blur(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_
     check_image(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
     parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type)
-    return join_columns([_median_valid(p, ky, kx) for p in parts])
-
-
-def _median_valid(p: Tensor, ky: int, kx: int) -> Tensor:
-    # Neighbouring windows share columns: sort each column once, then, for each rank, sort the ranks across the
-    # window's columns. The window is then a matrix with sorted rows and columns, of which few entries can be the median.
-    height = p.size(2) - ky + 1
-    width = p.size(3) - kx + 1
-    columns = select_ranks([p[:, :, i : i + height] for i in range(ky)], [i for i in range(ky)])
-    keep = median_candidates(ky, kx)
-    candidates: List[Tensor] = []
-    for i in range(ky):
-        if len(keep[i]) > 0:
-            candidates += select_ranks([columns[i][..., j : j + width] for j in range(kx)], keep[i])
-    return select_ranks(candidates, [len(candidates) // 2])[0]
+    return join_columns([window_rank(p, ky, kx, ky * kx // 2) for p in parts])

@@ -67,22 +67,42 @@ def select_ranks(values: List[Tensor], ranks: List[int]) -> List[Tensor]:
     return [work[rank] for rank in ranks]
 
 
-def median_candidates(rows: int, columns: int) -> List[List[int]]:
-    """Which entries of a rows x columns matrix with sorted rows and sorted columns can be its median.
+def rank_candidates(rows: int, columns: int, rank: int) -> Tuple[List[List[int]], int]:
+    """Which entries of a rows x columns matrix with sorted rows and sorted columns can be of the given rank.
 
     Entry (i, j) has (i+1)(j+1)-1 entries known not to exceed it and (rows-i)(columns-j)-1 known not to be below it;
-    it is out as soon as either count passes half of the others. As many fall out below as above, so the median of
-    what remains is the median of all. Returns, for each i, the js.
+    it is out as soon as either count is too large. Returns, for each i, the js, and how many fall out from below: by so much
+    the rank among the others is less.
 
-    >>> median_candidates(3, 3)
-    [[2], [1], [0]]
+    >>> rank_candidates(3, 3, 4)
+    ([[2], [1], [0]], 3)
     """
-    half = (rows * columns) // 2
     keep: List[List[int]] = []
+    below = 0
     for i in range(rows):
         js: List[int] = []
         for j in range(columns):
-            if (i + 1) * (j + 1) - 1 <= half and (rows - i) * (columns - j) - 1 <= half:
+            if (rows - i) * (columns - j) - 1 > rows * columns - 1 - rank:
+                below += 1
+            elif (i + 1) * (j + 1) - 1 <= rank:
                 js.append(j)
         keep.append(js)
-    return keep
+    return keep, below
+
+
+def window_rank(p: Tensor, rows: int, columns: int, rank: int) -> Tensor:
+    """The value of a rank (0 is the smallest) in each whole rows x columns window of (B, C, H, W)."""
+    # Neighbouring windows share columns: sort each column once, then, for each rank, sort the ranks across the
+    # window's columns. The window is then a matrix with sorted rows and columns, of which few entries can be the one.
+    height = p.size(2) - rows + 1
+    width = p.size(3) - columns + 1
+    keep, below = rank_candidates(rows, columns, rank)
+    needed: List[int] = []
+    for i in range(rows):
+        if len(keep[i]) > 0:
+            needed.append(i)
+    sorted_columns = select_ranks([p[:, :, i : i + height] for i in range(rows)], needed)
+    candidates: List[Tensor] = []
+    for n in range(len(needed)):
+        candidates += select_ranks([sorted_columns[n][..., j : j + width] for j in range(columns)], keep[needed[n]])
+    return select_ranks(candidates, [rank - below])[0]

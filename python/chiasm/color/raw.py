@@ -1,0 +1,130 @@
+"""Bayer raw images.
+
+The colour filter array is named as OpenCV does, by the second and third pixel of the second row: "bg" has red in the top left
+corner (RGGB), "gb" green with red beside it (GRBG), "rg" blue (BGGR), "gr" green with blue beside it (GBRG).
+"""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_choice, check_floating
+from ..primitives.decimate import every_second
+from ..primitives.padding import padded_parts
+from ..primitives.planes import check_channels, rgb_planes
+
+
+def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
+    """RGB of a Bayer raw image by bilinear interpolation.
+
+    B. E. Bayer, US patent 3971065, 1976. Known samples are kept, a missing one is the mean of the nearest two or four of its
+    colour; the border is mirrored (reflect), where OpenCV copies its neighbours' colours. Unlike Kornia's, it takes odd sizes.
+
+    Args:
+        image: raw image (*, 1, H, W), floating point, H and W at least 2.
+        cfa: "bg", "gb", "rg" or "gr": the second and third pixel of the second row, as in OpenCV. The top left 2 x 2 pixels are
+            then RGGB, GRBG, BGGR or GBRG.
+
+    Returns:
+        (*, 3, H, W): red, green, blue.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 1, H, W), or cfa is none of these.
+
+    Example:
+        >>> raw_to_rgb(torch.ones(1, 1, 4, 6), "bg").shape
+        torch.Size([1, 3, 4, 6])
+    """
+    check_channels(image, 1, "image")
+    check_floating(image, "image")
+    red_row, red_column = _red(cfa)
+    height, width = image.size(-2), image.size(-1)
+    # Mirroring keeps every sample's colour. Stored: the middle reads it nine times.
+    flat = image.reshape(-1, 1, height, width)
+    p = padded_parts(flat, 1, 1, 1, 1, "reflect", store=True)[0][:, 0]
+    centre = p[:, 1 : height + 1, 1 : width + 1]
+    beside = (p[:, 1 : height + 1, 0:width] + p[:, 1 : height + 1, 2 : width + 2]) * 0.5
+    above = (p[:, 0:height, 1 : width + 1] + p[:, 2 : height + 2, 1 : width + 1]) * 0.5
+    corners = p[:, 0:height, 0:width] + p[:, 0:height, 2 : width + 2] + p[:, 2 : height + 2, 0:width] + p[:, 2 : height + 2, 2 : width + 2]
+    corners = corners * 0.25
+    reds, columns = _parity(height, red_row, image.device)[:, None], _parity(width, red_column, image.device)
+    # In a row with red samples blue is above and below; in the others it is the other way round.
+    red = torch.where(reds, torch.where(columns, centre, beside), torch.where(columns, above, corners))
+    blue = torch.where(reds, torch.where(columns, corners, above), torch.where(columns, beside, centre))
+    green = torch.where(reds == columns, (beside + above) * 0.5, centre)
+    return torch.stack([red, green, blue], 1).reshape(list(image.shape[:-3]) + [3, height, width])
+
+
+def rgb_to_raw(image: Tensor, cfa: str) -> Tensor:
+    """The one colour of each pixel that a Bayer sensor would have seen.
+
+    Args:
+        image: RGB image (*, 3, H, W), floating point.
+        cfa: "bg", "gb", "rg" or "gr", as in ``raw_to_rgb``.
+
+    Returns:
+        (*, 1, H, W).
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W), or cfa is none of these.
+
+    Example:
+        >>> rgb_to_raw(torch.arange(3.0).reshape(3, 1, 1).expand(1, 3, 2, 2), "bg")[0, 0]
+        tensor([[0., 1.],
+                [1., 2.]])
+    """
+    red, green, blue = rgb_planes(image, "image")
+    red_row, red_column = _red(cfa)
+    rows = _parity(image.size(-2), red_row, image.device)[:, None]
+    columns = _parity(image.size(-1), red_column, image.device)
+    return torch.where(rows == columns, torch.where(rows, red, blue), green).unsqueeze(-3)
+
+
+def raw_to_rgb_2x2_downscaled(image: Tensor, cfa: str) -> Tensor:
+    """RGB at half the width and height: one pixel of each 2 x 2 samples, green being the mean of its two.
+
+    Unlike Kornia's, it takes odd sizes: the last row or column is then left out.
+
+    Args:
+        image: raw image (*, 1, H, W), floating point, H and W at least 2.
+        cfa: "bg", "gb", "rg" or "gr", as in ``raw_to_rgb``.
+
+    Returns:
+        (*, 3, H // 2, W // 2): red, green, blue.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 1, H, W), or cfa is none of these.
+
+    Example:
+        >>> raw_to_rgb_2x2_downscaled(torch.arange(4.0).reshape(1, 1, 2, 2), "bg").flatten()
+        tensor([0.0000, 1.5000, 3.0000])
+    """
+    check_channels(image, 1, "image")
+    check_floating(image, "image")
+    red_row, red_column = _red(cfa)
+    height, width = image.size(-2) // 2, image.size(-1) // 2
+    plane = image.select(-3, 0)
+    samples: List[Tensor] = []
+    for row in [red_row, 1 - red_row]:
+        rows = every_second(plane, -2, row, height)
+        for column in [red_column, 1 - red_column]:
+            samples.append(every_second(rows, -1, column, width))
+    return torch.stack([samples[0], (samples[1] + samples[2]) * 0.5, samples[3]], -3)
+
+
+def _red(cfa: str) -> Tuple[int, int]:
+    """Row and column (0 or 1) of the first red sample."""
+    check_choice(cfa, ["bg", "gb", "rg", "gr"], "cfa")
+    row = 0 if cfa == "bg" or cfa == "gb" else 1
+    column = 0 if cfa == "bg" or cfa == "gr" else 1
+    return row, column
+
+
+def _parity(size: int, first: int, device: torch.device) -> Tensor:
+    """(size,) bool: whether the position is even (``first`` 0) or odd (1)."""
+    i = torch.arange(size, device=device)
+    return i - 2 * torch.div(i, 2, rounding_mode="floor") == first

@@ -1,0 +1,114 @@
+"""The alpha channel."""
+
+from typing import Optional, Union
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_rgb
+from ..primitives.planes import check_channels
+
+
+def rgb_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
+    """Append an alpha channel.
+
+    Args:
+        image: RGB image (*, 3, H, W), any dtype.
+        alpha_val: one value for all pixels, or a tensor (*, 1, H, W).
+
+    Returns:
+        (*, 4, H, W): red, green, blue, alpha.
+
+    Raises:
+        ValueError: if image is not (*, 3, H, W) or alpha_val does not fit it.
+
+    Example:
+        >>> rgb_to_rgba(torch.zeros(1, 3, 1, 1), 0.5).flatten()
+        tensor([0.0000, 0.0000, 0.0000, 0.5000])
+    """
+    check_rgb(image, "image")
+    return torch.stack([image.select(-3, 0), image.select(-3, 1), image.select(-3, 2), _alpha(image, alpha_val)], -3)
+
+
+def bgr_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
+    """Bring the channels into the order red, green, blue and append an alpha channel.
+
+    Args:
+        image: BGR image (*, 3, H, W), any dtype.
+        alpha_val: one value for all pixels, or a tensor (*, 1, H, W).
+
+    Returns:
+        (*, 4, H, W): red, green, blue, alpha.
+
+    Raises:
+        ValueError: if image is not (*, 3, H, W) or alpha_val does not fit it.
+
+    Example:
+        >>> bgr_to_rgba(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1), 0.5).flatten()
+        tensor([0.0000, 0.0000, 1.0000, 0.5000])
+    """
+    check_rgb(image, "image")
+    return torch.stack([image.select(-3, 2), image.select(-3, 1), image.select(-3, 0), _alpha(image, alpha_val)], -3)
+
+
+def rgba_to_rgb(image: Tensor, background_color: Optional[Tensor] = None) -> Tensor:
+    """Drop the alpha channel, or blend with a background: alpha C + (1 - alpha) background.
+
+    T. Porter, T. Duff, Compositing digital images, SIGGRAPH 1984 ("over", alpha not premultiplied).
+
+    Args:
+        image: RGBA image (*, 4, H, W), any dtype; floating point with alpha in [0, 1] where there is a background.
+        background_color: (3,) red, green, blue. Without it alpha is ignored, as OpenCV does.
+
+    Returns:
+        (*, 3, H, W): red, green, blue.
+
+    Raises:
+        TypeError: if there is a background and image is not floating point.
+        ValueError: if image is not (*, 4, H, W) or background_color is not (3,).
+
+    Example:
+        >>> rgba_to_rgb(torch.tensor([1.0, 0.0, 0.0, 0.25]).reshape(1, 4, 1, 1), torch.ones(3)).flatten()
+        tensor([1.0000, 0.7500, 0.7500])
+    """
+    check_channels(image, 4, "image")
+    if background_color is None:
+        return torch.stack([image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)], -3)
+    check_floating(image, "image")
+    if background_color.dim() != 1 or background_color.size(0) != 3:
+        raise ValueError(f"background_color: expected shape (3,), got {list(background_color.shape)}")
+    back = background_color.to(image.dtype)
+    alpha = image.select(-3, 3)
+    return torch.stack([back[i] + alpha * (image.select(-3, i) - back[i]) for i in range(3)], -3)
+
+
+def rgba_to_bgr(image: Tensor) -> Tensor:
+    """Drop the alpha channel and bring the others into the order blue, green, red.
+
+    Args:
+        image: RGBA image (*, 4, H, W), any dtype.
+
+    Returns:
+        (*, 3, H, W): blue, green, red.
+
+    Raises:
+        ValueError: if image is not (*, 4, H, W).
+
+    Example:
+        >>> rgba_to_bgr(torch.arange(4.0).reshape(1, 4, 1, 1)).flatten()
+        tensor([2., 1., 0.])
+    """
+    check_channels(image, 4, "image")
+    return torch.stack([image.select(-3, 2), image.select(-3, 1), image.select(-3, 0)], -3)
+
+
+def _alpha(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
+    """The alpha plane (*, H, W)."""
+    plane = image.select(-3, 0)
+    if isinstance(alpha_val, Tensor):
+        check_channels(alpha_val, 1, "alpha_val")
+        alpha = alpha_val.select(-3, 0).to(image.dtype)
+        if alpha.shape != plane.shape:
+            raise ValueError(f"alpha_val: expected (*, 1, H, W) of the image {list(image.shape)}, got {list(alpha_val.shape)}")
+        return alpha
+    return torch.full_like(plane, alpha_val)

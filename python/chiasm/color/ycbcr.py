@@ -1,0 +1,76 @@
+"""Luma and the scaled chroma differences of digital video."""
+
+import torch
+from torch import Tensor
+
+from ..primitives.planes import mix_channels, rgb_planes
+
+
+def rgb_to_y(image: Tensor) -> Tensor:
+    """Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B: the first channel of ``rgb_to_ycbcr``.
+
+    Args:
+        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+
+    Returns:
+        (*, 1, H, W).
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W).
+
+    Example:
+        >>> rgb_to_y(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
+        tensor([0.2990])
+    """
+    return mix_channels(image, [0.299, 0.587, 0.114], 0.0, "image")
+
+
+def rgb_to_ycbcr(image: Tensor) -> Tensor:
+    """Luma and the two chroma differences, full range.
+
+    ITU-R BT.601 with OpenCV's constants: Cb = 0.564 (B - Y) + 0.5, Cr = 0.713 (R - Y) + 0.5. OpenCV's order is Y, Cr, Cb, and its uint8
+    form is 255 times this with the chroma around 128, rounded.
+
+    Args:
+        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+
+    Returns:
+        (*, 3, H, W): Y, Cb, Cr in [0, 1].
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W).
+
+    Example:
+        >>> rgb_to_ycbcr(torch.ones(1, 3, 1, 1)).flatten()
+        tensor([1.0000, 0.5000, 0.5000])
+    """
+    # Each row is the definition with Y written out.
+    rows = [0.299, 0.587, 0.114, -0.168636, -0.331068, 0.499704, 0.499813, -0.418531, -0.081282]
+    return mix_channels(image, rows, 0.5, "image")
+
+
+def ycbcr_to_rgb(image: Tensor) -> Tensor:
+    """RGB from full-range Y, Cb, Cr: R = Y + 1.403 Cr', G = Y - 0.714 Cr' - 0.344 Cb', B = Y + 1.773 Cb' with the chroma less 0.5.
+
+    ITU-R BT.601 with OpenCV's rounded constants, so that the round trip is good to 1e-3 and not better. The result is not
+    clipped.
+
+    Args:
+        image: YCbCr image (*, 3, H, W) in [0, 1], floating point.
+
+    Returns:
+        (*, 3, H, W): red, green, blue.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W).
+
+    Example:
+        >>> ycbcr_to_rgb(torch.tensor([1.0, 0.5, 0.5]).reshape(1, 3, 1, 1)).flatten()
+        tensor([1., 1., 1.])
+    """
+    luma, blue, red = rgb_planes(image, "image")
+    cb, cr = blue - 0.5, red - 0.5
+    return torch.stack([luma + 1.403 * cr, luma - 0.714 * cr - 0.344 * cb, luma + 1.773 * cb], -3)

@@ -1,0 +1,203 @@
+"""Y'UV, with chroma at full, half (4:2:2) and quarter (4:2:0) resolution."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating
+from ..primitives.decimate import every_second
+from ..primitives.planes import check_channels, mix_channels
+from ..primitives.sampling import nearest_index
+
+
+def rgb_to_yuv(image: Tensor) -> Tensor:
+    """Luma and the chroma differences of PAL.
+
+    ITU-R BT.470-6: U = 0.436 (B - Y) / (1 - 0.114), V = 0.615 (R - Y) / (1 - 0.299). Kornia's and OpenCV's matrices are this one rounded
+    to three digits. OpenCV's float32 form has 0.5 added to U and V; its uint8 form is 255 times that, with the chroma around
+    128, rounded.
+
+    Args:
+        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+
+    Returns:
+        (*, 3, H, W): Y in [0, 1], U in [-0.436, 0.436], V in [-0.615, 0.615].
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W).
+
+    Example:
+        >>> rgb_to_yuv(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
+        tensor([ 0.2990, -0.1471,  0.6150])
+    """
+    rows = [0.299, 0.587, 0.114, -0.14713769751693, -0.28886230248307, 0.436, 0.615, -0.5149857346647645, -0.10001426533523537]
+    return mix_channels(image, rows, 0.0, "image")
+
+
+def yuv_to_rgb(image: Tensor) -> Tensor:
+    """RGB from PAL's Y'UV, the inverse of ``rgb_to_yuv``; the result is not clipped.
+
+    Args:
+        image: YUV image (*, 3, H, W), floating point: Y in [0, 1], U in [-0.436, 0.436], V in [-0.615, 0.615].
+
+    Returns:
+        (*, 3, H, W): red, green, blue.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W).
+
+    Example:
+        >>> yuv_to_rgb(torch.tensor([0.299, -0.14714, 0.615]).reshape(1, 3, 1, 1)).flatten().round(decimals=4).abs()
+        tensor([1., 0., 0.])
+    """
+    rows = [1.0, 0.0, 1.1398373983739838, 1.0, -0.39465170435897035, -0.5805986066674977, 1.0, 2.032110091743119, 0.0]
+    return mix_channels(image, rows, 0.0, "image")
+
+
+def rgb_to_yuv420(image: Tensor) -> Tuple[Tensor, Tensor]:
+    """``rgb_to_yuv`` with chroma at half the width and height, each the mean of 2 x 2 pixels.
+
+    Unlike Kornia's, it takes odd sizes: the last row or column then counts twice, as in JPEG.
+
+    Args:
+        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+
+    Returns:
+        Y (*, 1, H, W), and U, V (*, 2, (H + 1) // 2, (W + 1) // 2).
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W).
+
+    Example:
+        >>> [list(part.shape) for part in rgb_to_yuv420(torch.ones(1, 3, 4, 6))]
+        [[1, 1, 4, 6], [1, 2, 2, 3]]
+    """
+    yuv = rgb_to_yuv(image)
+    return yuv.select(-3, 0).unsqueeze(-3), _halved(_halved(_chroma(yuv), -2), -1)
+
+
+def rgb_to_yuv422(image: Tensor) -> Tuple[Tensor, Tensor]:
+    """``rgb_to_yuv`` with chroma at half the width, each the mean of two pixels.
+
+    Unlike Kornia's, it takes an odd width: the last column then counts twice.
+
+    Args:
+        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+
+    Returns:
+        Y (*, 1, H, W), and U, V (*, 2, H, (W + 1) // 2).
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not (*, 3, H, W).
+
+    Example:
+        >>> [list(part.shape) for part in rgb_to_yuv422(torch.ones(1, 3, 4, 6))]
+        [[1, 1, 4, 6], [1, 2, 4, 3]]
+    """
+    yuv = rgb_to_yuv(image)
+    return yuv.select(-3, 0).unsqueeze(-3), _halved(_chroma(yuv), -1)
+
+
+def yuv420_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
+    """RGB from luma and chroma of half the width and height; each chroma sample is repeated over its 2 x 2 pixels.
+
+    Args:
+        imagey: Y (*, 1, H, W) in [0, 1], floating point.
+        imageuv: U, V (*, 2, (H + 1) // 2, (W + 1) // 2), as ``rgb_to_yuv`` scales them.
+
+    Returns:
+        (*, 3, H, W): red, green, blue, not clipped.
+
+    Raises:
+        TypeError: if an image is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> yuv420_to_rgb(torch.ones(1, 1, 4, 6), torch.zeros(1, 2, 2, 3)).shape
+        torch.Size([1, 3, 4, 6])
+    """
+    _check_pair(imagey, imageuv)
+    _check_half(imagey, imageuv, -2)
+    _check_half(imagey, imageuv, -1)
+    return planar_yuv_to_rgb(imagey, imageuv)
+
+
+def yuv422_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
+    """RGB from luma and chroma of half the width; each chroma sample is repeated over its two pixels.
+
+    Args:
+        imagey: Y (*, 1, H, W) in [0, 1], floating point.
+        imageuv: U, V (*, 2, H, (W + 1) // 2), as ``rgb_to_yuv`` scales them.
+
+    Returns:
+        (*, 3, H, W): red, green, blue, not clipped.
+
+    Raises:
+        TypeError: if an image is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> yuv422_to_rgb(torch.ones(1, 1, 4, 6), torch.zeros(1, 2, 4, 3)).shape
+        torch.Size([1, 3, 4, 6])
+    """
+    _check_pair(imagey, imageuv)
+    if imageuv.size(-2) != imagey.size(-2):
+        raise ValueError(f"imageuv: expected the height {imagey.size(-2)} of imagey, got {imageuv.size(-2)}")
+    _check_half(imagey, imageuv, -1)
+    return planar_yuv_to_rgb(imagey, imageuv)
+
+
+def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
+    """RGB from luma and chroma of any resolution, by the nearest chroma sample.
+
+    What ``yuv420_to_rgb`` and ``yuv422_to_rgb`` are deployed as: sizes that depend on each other cannot be stated in a bundle.
+
+    Args:
+        imagey: Y (*, 1, H, W) in [0, 1], floating point.
+        imageuv: U, V (*, 2, h, w), as ``rgb_to_yuv`` scales them.
+
+    Returns:
+        (*, 3, H, W): red, green, blue, not clipped.
+
+    Raises:
+        TypeError: if an image is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> planar_yuv_to_rgb(torch.ones(1, 1, 8, 8), torch.zeros(1, 2, 2, 3)).shape
+        torch.Size([1, 3, 8, 8])
+    """
+    _check_pair(imagey, imageuv)
+    rows = nearest_index(imageuv.size(-2), imagey.size(-2), imageuv.device)
+    columns = nearest_index(imageuv.size(-1), imagey.size(-1), imageuv.device)
+    chroma = imageuv.index_select(-2, rows).index_select(-1, columns)
+    return yuv_to_rgb(torch.stack([imagey.select(-3, 0), chroma.select(-3, 0), chroma.select(-3, 1)], -3))
+
+
+def _chroma(yuv: Tensor) -> Tensor:
+    return torch.stack([yuv.select(-3, 1), yuv.select(-3, 2)], -3)
+
+
+def _halved(x: Tensor, dim: int) -> Tensor:
+    """Means of two neighbours along ``dim``; the last one of an odd number stays as it is."""
+    half = (x.size(dim) + 1) // 2
+    return (every_second(x, dim, 0, half) + every_second(x, dim, 1, half)) * 0.5
+
+
+def _check_pair(imagey: Tensor, imageuv: Tensor) -> None:
+    check_channels(imagey, 1, "imagey")
+    check_floating(imagey, "imagey")
+    check_channels(imageuv, 2, "imageuv")
+    check_floating(imageuv, "imageuv")
+
+
+def _check_half(imagey: Tensor, imageuv: Tensor, dim: int) -> None:
+    expected = (imagey.size(dim) + 1) // 2
+    if imageuv.size(dim) != expected:
+        side = "width" if dim == -1 else "height"
+        raise ValueError(f"imageuv: expected a {side} of {expected} for an imagey of {imagey.size(dim)}, got {imageuv.size(dim)}")

@@ -1,0 +1,59 @@
+"""Labels of connected shapes."""
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_image
+from ..primitives.components import component_roots
+
+
+def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
+    """Number the 8-connected shapes of a binary image.
+
+    Labels do not creep a pixel at a time, as in Kornia: trees of pixels are joined and flattened (see
+    ``primitives.components``), so that a spiral one pixel wide over a whole 1080p frame is done in fewer than ten of the iterations.
+    The loop ends when nothing changes.
+
+    Args:
+        image: (B, C, H, W), floating point; pixels above 0 are set. Every plane is numbered on its own.
+        num_iterations: the most iterations.
+
+    Returns:
+        (B, C, H, W) int64: 0 for what is not set, else 1 + the index (row by row) of the shape's first pixel. Kornia's labels are
+        of the image's dtype, which cannot tell more than 2^24 pixels apart in float32.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not 4-D or num_iterations is negative.
+
+    Example:
+        >>> connected_components(torch.tensor([[[[1.0, 0.0, 1.0], [1.0, 0.0, 1.0]]]]))[0, 0]
+        tensor([[1, 0, 3],
+                [1, 0, 3]])
+    """
+    check_image(image, "image")
+    if num_iterations < 0:
+        raise ValueError(f"num_iterations: expected at least 0, got {num_iterations}")
+    mask = image > 0
+    roots = component_roots(mask.flatten(0, 1), num_iterations).to(torch.int64)
+    return torch.where(mask, roots.reshape(mask.shape) + 1, torch.zeros_like(mask, dtype=torch.int64))
+
+
+def connected_components_union_find(image: Tensor) -> Tensor:
+    """``connected_components`` with as many iterations as it takes.
+
+    Args:
+        image: (B, C, H, W), floating point; pixels above 0 are set. Every plane is numbered on its own.
+
+    Returns:
+        (B, C, H, W) int64, as from ``connected_components``.
+
+    Raises:
+        TypeError: if image is not floating point.
+        ValueError: if image is not 4-D.
+
+    Example:
+        >>> connected_components_union_find(torch.eye(3)[None, None]).max()
+        tensor(1)
+    """
+    return connected_components(image, 2147483647)

@@ -1,0 +1,219 @@
+"""Correlation and convolution with kernels given at run time."""
+
+from typing import List
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_choice, check_floating, check_image, check_rank
+from ..primitives.correlation import centred, correlate2d_valid, correlate3d_valid, separable_any, volume_parts
+from ..primitives.materialise import materialised
+from ..primitives.padding import check_border, join_columns, padded_parts
+
+
+def filter2d(
+    input: Tensor,
+    kernel: Tensor,
+    border_type: str = "reflect",
+    normalized: bool = False,
+    padding: str = "same",
+    behaviour: str = "corr",
+) -> Tensor:
+    """Correlate every channel with a kernel: out(y, x) = sum over i, j of kernel(i, j) * input(y + i - ay, x + j - ax).
+
+    The anchor (ay, ax) is the kernel's middle; of an even size it is (size - 1) // 2, where OpenCV's and SciPy's is
+    size // 2.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        kernel: (kH, kW) or (1, kH, kW) for all samples, or (B, kH, kW) with one for each.
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        normalized: divide the kernel by the sum of its absolute values.
+        padding: "same" for an output of input's size, "valid" for only the pixels whose whole window is inside.
+        behaviour: "corr", or "conv" to turn the kernel by half a turn first, which is a convolution.
+
+    Returns:
+        (B, C, H, W); for "valid" (B, C, H - kH + 1, W - kW + 1).
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> filter2d(torch.ones(1, 1, 3, 4), torch.ones(3, 3), "constant")[0, 0]
+        tensor([[4., 6., 6., 4.],
+                [6., 9., 9., 6.],
+                [4., 6., 6., 4.]])
+    """
+    check_image(input, "input")
+    check_border(border_type)
+    check_choice(padding, ["same", "valid"], "padding")
+    check_choice(behaviour, ["corr", "conv"], "behaviour")
+    k = _ready(kernel, input, 2, "(kH, kW) or (B, kH, kW)", normalized, behaviour == "conv", "kernel")
+    if padding == "valid":
+        return correlate2d_valid(input, k)
+    (top, bottom), (left, right) = centred(k.size(1)), centred(k.size(2))
+    parts = padded_parts(input, top, bottom, left, right, border_type)
+    return join_columns([correlate2d_valid(p, k) for p in parts])
+
+
+def filter2d_separable(
+    input: Tensor,
+    kernel_x: Tensor,
+    kernel_y: Tensor,
+    border_type: str = "reflect",
+    normalized: bool = False,
+    padding: str = "same",
+) -> Tensor:
+    """``filter2d`` with the outer product of two one-dimensional kernels, in two passes.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        kernel_x: along the rows: (kW,) or (1, kW) for all samples, or (B, kW) with one for each.
+        kernel_y: down the columns: (kH,), (1, kH) or (B, kH).
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        normalized: divide each kernel by the sum of its absolute values.
+        padding: "same" for an output of input's size, "valid" for only the pixels whose whole window is inside.
+
+    Returns:
+        (B, C, H, W); for "valid" (B, C, H - kH + 1, W - kW + 1).
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> filter2d_separable(torch.ones(1, 1, 3, 4), torch.ones(3), torch.ones(1), "constant")[0, 0, 0]
+        tensor([2., 3., 3., 2.])
+    """
+    check_image(input, "input")
+    check_border(border_type)
+    check_choice(padding, ["same", "valid"], "padding")
+    kx = _ready(kernel_x, input, 1, "(kW,) or (B, kW)", normalized, False, "kernel_x")
+    ky = _ready(kernel_y, input, 1, "(kH,) or (B, kH)", normalized, False, "kernel_y")
+    if padding == "valid":
+        return separable_any(input, ky, kx, (0, 0), (0, 0), border_type)
+    return separable_any(input, ky, kx, centred(ky.size(1)), centred(kx.size(1)), border_type)
+
+
+def filter3d(input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False, behaviour: str = "corr") -> Tensor:
+    """``filter2d`` of volumes.
+
+    Args:
+        input: (B, C, D, H, W), floating point.
+        kernel: (kD, kH, kW) or (1, kD, kH, kW) for all samples, or (B, kD, kH, kW) with one for each.
+        border_type: "reflect" (the edge voxel is not repeated), "replicate", "circular" or "constant" (zeros).
+        normalized: divide the kernel by the sum of its absolute values.
+        behaviour: "corr", or "conv" to reverse the kernel along its three axes first.
+
+    Returns:
+        (B, C, D, H, W).
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> filter3d(torch.ones(1, 1, 3, 3, 3), torch.ones(3, 3, 3), normalized=True)[0, 0, 1, 1]
+        tensor([1.0000, 1.0000, 1.0000])
+    """
+    check_rank(input, 5, "(B, C, D, H, W)", "input")
+    check_floating(input, "input")
+    check_border(border_type)
+    check_choice(behaviour, ["corr", "conv"], "behaviour")
+    k = _ready(kernel, input, 3, "(kD, kH, kW) or (B, kD, kH, kW)", normalized, behaviour == "conv", "kernel")
+    parts = volume_parts(input, centred(k.size(1)), centred(k.size(2)), centred(k.size(3)), border_type)
+    return join_columns([correlate3d_valid(p, k) for p in parts])
+
+
+def correlate2d(input: Tensor, kernel: Tensor, border_type: str = "reflect", normalized: bool = False, padding: str = "same") -> Tensor:
+    """``filter2d`` as it is: the kernel is not turned.
+
+    Args, Returns, Raises: see ``filter2d``.
+
+    Example:
+        >>> correlate2d(torch.eye(3)[None, None], torch.tensor([[0.0, 0.0, 1.0]]), "constant")[0, 0]
+        tensor([[0., 0., 0.],
+                [1., 0., 0.],
+                [0., 1., 0.]])
+    """
+    return filter2d(input, kernel, border_type, normalized, padding, "corr")
+
+
+def convolve2d(input: Tensor, kernel: Tensor, border_type: str = "reflect", normalized: bool = False, padding: str = "same") -> Tensor:
+    """``filter2d`` with the kernel turned by half a turn.
+
+    Args, Returns, Raises: see ``filter2d``.
+
+    Example:
+        >>> convolve2d(torch.eye(3)[None, None], torch.tensor([[0.0, 0.0, 1.0]]), "constant")[0, 0]
+        tensor([[0., 1., 0.],
+                [0., 0., 1.],
+                [0., 0., 0.]])
+    """
+    return filter2d(input, kernel, border_type, normalized, padding, "conv")
+
+
+def correlate3d(input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False) -> Tensor:
+    """``filter3d`` as it is: the kernel is not reversed.
+
+    Args, Returns, Raises: see ``filter3d``.
+
+    Example:
+        >>> correlate3d(torch.arange(4.0).reshape(1, 1, 1, 1, 4), torch.tensor([[[0.0, 0.0, 1.0]]])).flatten()
+        tensor([1., 2., 3., 3.])
+    """
+    return filter3d(input, kernel, border_type, normalized, "corr")
+
+
+def convolve3d(input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False) -> Tensor:
+    """``filter3d`` with the kernel reversed along its three axes.
+
+    Args, Returns, Raises: see ``filter3d``.
+
+    Example:
+        >>> convolve3d(torch.arange(4.0).reshape(1, 1, 1, 1, 4), torch.tensor([[[0.0, 0.0, 1.0]]])).flatten()
+        tensor([0., 0., 1., 2.])
+    """
+    return filter3d(input, kernel, border_type, normalized, "conv")
+
+
+def fft_conv(
+    input: Tensor,
+    kernel: Tensor,
+    border_type: str = "reflect",
+    normalized: bool = False,
+    padding: str = "same",
+    behaviour: str = "corr",
+) -> Tensor:
+    """``filter2d`` under the name of Kornia's Fourier form.
+
+    There is no Fourier transform inside: not every runtime has one, and the direct sum is exact. Its time grows with the
+    kernel's area.
+
+    Args, Returns, Raises: see ``filter2d``.
+
+    Example:
+        >>> fft_conv(torch.ones(1, 1, 4, 4), torch.ones(3, 3), padding="valid").flatten()
+        tensor([9., 9., 9., 9.])
+    """
+    return filter2d(input, kernel, border_type, normalized, padding, behaviour)
+
+
+def _ready(kernel: Tensor, input: Tensor, rank: int, layout: str, normalized: bool, flip: bool, name: str) -> Tensor:
+    """The kernel with a leading axis of B or 1, in input's dtype, normalised and reversed as asked."""
+    check_floating(kernel, name)
+    if kernel.dim() != rank and kernel.dim() != rank + 1:
+        raise ValueError(f"{name}: expected shape {layout}, got {list(kernel.shape)}")
+    k = kernel.to(input.dtype)
+    if kernel.dim() == rank:
+        k = k[None]
+    elif k.size(0) != input.size(0) and k.size(0) != 1:
+        raise ValueError(f"{name}: expected a first dimension of 1 or input's {input.size(0)}, got {list(kernel.shape)}")
+    axes: List[int] = [i for i in range(1, rank + 1)]
+    if normalized:
+        k = k / k.abs().sum(axes, keepdim=True)
+    if flip:
+        k = torch.flip(k, axes)
+    # Stored, lest every pixel do the kernel's arithmetic again for every tap.
+    return materialised(k, 1)

@@ -1,0 +1,220 @@
+"""Gaussian kernels, sampled, integrated and discrete."""
+
+from typing import List, Optional, Tuple, Union
+
+import torch
+from torch import Tensor
+
+from .gaussian import get_gaussian_kernel1d
+
+
+def gaussian(
+    window_size: int, sigma: Union[float, Tensor], mean: Optional[Union[float, Tensor]] = None, dtype: torch.dtype = torch.float32
+) -> Tensor:
+    """Sampled Gaussian that sums to 1, around any mean.
+
+    Unlike Kornia's, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float sigma.
+
+    Args:
+        window_size: number of taps.
+        sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
+        mean: position of the maximum, a float or a tensor (B,) or (B, 1); of an even window half a pixel less. The middle,
+            window_size // 2, by default.
+        dtype: dtype of the result when sigma is a float.
+
+    Returns:
+        (B, window_size), with B = 1 for floats.
+
+    Raises:
+        ValueError: if window_size is not positive.
+
+    Example:
+        >>> gaussian(3, 1.0, 0.0)
+        tensor([[0.5741, 0.3482, 0.0777]])
+    """
+    if window_size < 1:
+        raise ValueError(f"window_size: expected a positive size, got {window_size}")
+    s = as_column(sigma, dtype)
+    x = _positions(window_size, s, 0.0)
+    if mean is None:
+        x = x - window_size // 2
+    else:
+        x = x - as_column(mean, s.dtype)
+    if window_size % 2 == 0:
+        x = x + 0.5
+    weight = torch.exp(-(x * x) / (2.0 * s * s))
+    return weight / weight.sum(1, keepdim=True)
+
+
+def get_gaussian_erf_kernel1d(
+    kernel_size: int, sigma: Union[float, Tensor], force_even: bool = False, dtype: torch.dtype = torch.float32
+) -> Tensor:
+    """Gaussian integrated over each pixel, normalised to sum 1.
+
+    Unlike Kornia's, an even kernel is symmetric, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts
+    only for a float sigma.
+
+    Args:
+        kernel_size: number of taps, odd unless force_even.
+        sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
+        force_even: allow an even kernel_size.
+        dtype: dtype of the kernel when sigma is a float.
+
+    Returns:
+        (B, kernel_size), with B = 1 for a float sigma.
+
+    Raises:
+        ValueError: if kernel_size is not positive, or even without force_even.
+
+    Example:
+        >>> get_gaussian_erf_kernel1d(3, 1.0)
+        tensor([[0.2790, 0.4420, 0.2790]])
+    """
+    if kernel_size < 1 or (kernel_size % 2 == 0 and not force_even):
+        raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
+    s = as_column(sigma, dtype)
+    # The edges of the pixels, in units of sqrt(2) sigma; each tap is what lies between two.
+    x = _positions(kernel_size, s, (kernel_size - 1) * 0.5)
+    t = 0.7071067811865476 / s
+    weight = torch.erf((x + 0.5) * t) - torch.erf((x - 0.5) * t)
+    return weight / weight.sum(1, keepdim=True)
+
+
+def get_gaussian_discrete_kernel1d(kernel_size: int, sigma: Union[float, Tensor], dtype: torch.dtype = torch.float32) -> Tensor:
+    """The Gaussian's discrete analog exp(-t) I_n(t), t = sigma^2, with modified Bessel functions, normalised to sum 1.
+
+    T. Lindeberg, Scale-space for discrete signals, TPAMI 1990. Right for small sigmas, where a sampled Gaussian is not.
+    Unlike Kornia's there is no ``force_even`` (that makes kernel_size + 1 taps), the device is that of ``sigma`` (CPU for a
+    float), and ``dtype`` counts only for a float sigma.
+
+    Args:
+        kernel_size: number of taps, odd.
+        sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
+        dtype: dtype of the kernel when sigma is a float.
+
+    Returns:
+        (B, kernel_size), with B = 1 for a float sigma.
+
+    Raises:
+        ValueError: if kernel_size is not odd and positive.
+
+    Example:
+        >>> get_gaussian_discrete_kernel1d(3, 1.0)
+        tensor([[0.2358, 0.5283, 0.2358]])
+    """
+    if kernel_size < 1 or kernel_size % 2 == 0:
+        raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
+    s = as_column(sigma, dtype)
+    t = s * s
+    radius = kernel_size // 2
+    # r(n) = I_n / I_(n-1) = t / (2 n + t r(n+1)), from an order so high that the start is forgotten; the start itself is
+    # within O(n^2 / t^2) of the truth (D. E. Amos, Computation of modified Bessel functions and their ratios, 1974).
+    start = radius + 32
+    ratio = t / (start - 0.5 + torch.sqrt((start + 0.5) * (start + 0.5) + t * t))
+    ratios: List[Tensor] = []
+    for step in range(start - 1):
+        order = start - 1 - step
+        ratio = t / (2.0 * order + t * ratio)
+        if order <= radius:
+            ratios.append(ratio)
+    weight = torch.ones_like(s)
+    half = [weight]
+    for n in range(radius):
+        weight = weight * ratios[radius - 1 - n]
+        half.append(weight)
+    taps = [half[radius - n] for n in range(radius)] + half
+    kernel = torch.cat(taps, 1)
+    return kernel / kernel.sum(1, keepdim=True)
+
+
+def get_gaussian_kernel2d(
+    kernel_size: Union[int, Tuple[int, int]],
+    sigma: Union[Tuple[float, float], Tensor],
+    force_even: bool = False,
+    dtype: torch.dtype = torch.float32,
+) -> Tensor:
+    """Outer product of two sampled Gaussians, which sums to 1.
+
+    Unlike Kornia's, the device is that of ``sigma`` (CPU for floats), and ``dtype`` counts only for floats.
+
+    Args:
+        kernel_size: odd unless force_even, one for both axes or (rows, columns).
+        sigma: standard deviations in pixels, (y, x) or a tensor (B, 2).
+        force_even: allow even sizes.
+        dtype: dtype of the kernel when sigma is floats.
+
+    Returns:
+        (B, rows, columns), with B = 1 for floats.
+
+    Raises:
+        ValueError: if a size is not positive, or even without force_even, or sigma's shape is not as above.
+
+    Example:
+        >>> get_gaussian_kernel2d((1, 3), (1.0, 1.0))
+        tensor([[[0.2741, 0.4519, 0.2741]]])
+    """
+    if isinstance(kernel_size, int):
+        ky, kx = kernel_size, kernel_size
+    else:
+        ky, kx = kernel_size
+    if isinstance(sigma, Tensor):
+        s = _check_sigmas(sigma, 2)
+    else:
+        s = torch.tensor([[sigma[0], sigma[1]]], dtype=dtype)
+    along_y = get_gaussian_kernel1d(ky, s[:, 0], force_even)
+    return along_y[:, :, None] * get_gaussian_kernel1d(kx, s[:, 1], force_even)[:, None, :]
+
+
+def get_gaussian_kernel3d(
+    kernel_size: Union[int, Tuple[int, int, int]],
+    sigma: Union[Tuple[float, float, float], Tensor],
+    force_even: bool = False,
+    dtype: torch.dtype = torch.float32,
+) -> Tensor:
+    """Outer product of three sampled Gaussians, which sums to 1.
+
+    Unlike Kornia's, the device is that of ``sigma`` (CPU for floats), and ``dtype`` counts only for floats.
+
+    Args:
+        kernel_size: odd unless force_even, one for all axes or (depth, rows, columns).
+        sigma: standard deviations in voxels, (z, y, x) or a tensor (B, 3).
+        force_even: allow even sizes.
+        dtype: dtype of the kernel when sigma is floats.
+
+    Returns:
+        (B, depth, rows, columns), with B = 1 for floats.
+
+    Raises:
+        ValueError: if a size is not positive, or even without force_even, or sigma's shape is not as above.
+
+    Example:
+        >>> get_gaussian_kernel3d((1, 1, 3), (1.0, 1.0, 1.0))
+        tensor([[[[0.2741, 0.4519, 0.2741]]]])
+    """
+    if isinstance(kernel_size, int):
+        kz, ky, kx = kernel_size, kernel_size, kernel_size
+    else:
+        kz, ky, kx = kernel_size
+    if isinstance(sigma, Tensor):
+        s = _check_sigmas(sigma, 3)
+    else:
+        s = torch.tensor([[sigma[0], sigma[1], sigma[2]]], dtype=dtype)
+    plane = get_gaussian_kernel1d(ky, s[:, 1], force_even)[:, :, None] * get_gaussian_kernel1d(kx, s[:, 2], force_even)[:, None, :]
+    return get_gaussian_kernel1d(kz, s[:, 0], force_even)[:, :, None, None] * plane[:, None]
+
+
+def as_column(value: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
+    """A float as (1, 1) of ``dtype``, a tensor of any shape as (B, 1)."""
+    if isinstance(value, Tensor):
+        return value.reshape(-1, 1)
+    return torch.full([1, 1], value, dtype=dtype)
+
+
+def _positions(size: int, like: Tensor, origin: float) -> Tensor:
+    return torch.arange(size, device=like.device).to(like.dtype) - origin
+
+
+def _check_sigmas(sigma: Tensor, axes: int) -> Tensor:
+    if sigma.dim() != 2 or sigma.size(1) != axes:
+        raise ValueError(f"sigma: expected shape (B, {axes}), got {list(sigma.shape)}")
+    return sigma

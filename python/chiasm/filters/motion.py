@@ -1,0 +1,200 @@
+"""Motion blur: averages along a line of any direction."""
+
+import math
+from typing import Tuple, Union
+
+import torch
+from torch import Tensor
+
+from ..geometry.conversions import axis_angle_to_rotation_matrix
+from ..primitives.checks import check_choice
+from .correlation import filter2d, filter3d
+from .gaussian_kernels import as_column
+
+
+def get_motion_kernel2d(
+    kernel_size: int,
+    angle: Union[float, Tensor],
+    direction: Union[float, Tensor] = 0.0,
+    mode: str = "nearest",
+    dtype: torch.dtype = torch.float32,
+) -> Tensor:
+    """A line through the middle of a square, which sums to 1.
+
+    The horizontal line is turned about the middle and resampled, as OpenCV's ``warpAffine`` with ``getRotationMatrix2D``
+    does. Of two pixels that are equally near neither is taken across the line.
+
+    Args:
+        kernel_size: odd, at least 3.
+        angle: of the motion in degrees, counterclockwise; a float, or a tensor (B,).
+        direction: in [-1, 1], a float or a tensor (B,). 0 gives equal weights; they rise linearly towards the line's end for
+            -1, and fall for 1.
+        mode: "nearest" or "bilinear". Only "bilinear" has a gradient with respect to angle.
+        dtype: dtype of the kernel when angle is a float.
+
+    Returns:
+        (B, kernel_size, kernel_size), with B = 1 for floats.
+
+    Raises:
+        ValueError: if kernel_size or mode is not as above.
+
+    Example:
+        >>> get_motion_kernel2d(3, 90.0)[0]
+        tensor([[0.0000, 0.3333, 0.0000],
+                [0.0000, 0.3333, 0.0000],
+                [0.0000, 0.3333, 0.0000]])
+    """
+    _check(kernel_size, mode)
+    turn = as_column(angle, dtype)[:, :, None] * (math.pi / 180.0)
+    line = _line(kernel_size, direction, turn.dtype)
+    grid = torch.arange(kernel_size, device=turn.device).to(turn.dtype) - kernel_size // 2
+    x, y = grid[None, None, :], grid[None, :, None]
+    c, s = torch.cos(turn), torch.sin(turn)
+    along, across = c * x - s * y, s * x + c * y
+    kernel = _sampled(line.to(turn.device), along, mode) * _nearness(across, mode)
+    return kernel / kernel.sum([1, 2], keepdim=True)
+
+
+def get_motion_kernel3d(
+    kernel_size: int,
+    angle: Union[Tuple[float, float, float], Tensor],
+    direction: Union[float, Tensor] = 0.0,
+    mode: str = "nearest",
+    dtype: torch.dtype = torch.float32,
+) -> Tensor:
+    """A line through the middle of a cube, which sums to 1.
+
+    The line along x is turned about the middle by the rotation vector ``angle`` and resampled. Of two voxels that are
+    equally near neither is taken across the line.
+
+    Args:
+        kernel_size: odd, at least 3.
+        angle: rotation about the axis (x, y, z) by the vector's length in degrees; a tuple, or a tensor (B, 3).
+        direction: in [-1, 1], a float or a tensor (B,). 0 gives equal weights; they rise linearly towards the line's end for
+            -1, and fall for 1.
+        mode: "nearest" or "bilinear". Only "bilinear" has a gradient with respect to angle.
+        dtype: dtype of the kernel when angle is a tuple.
+
+    Returns:
+        (B, kernel_size, kernel_size, kernel_size), with B = 1 for a tuple.
+
+    Raises:
+        ValueError: if a shape, kernel_size or mode is not as above.
+
+    Example:
+        >>> get_motion_kernel3d(3, (0.0, 0.0, 90.0))[0, 1, :, 1]
+        tensor([0.3333, 0.3333, 0.3333])
+    """
+    _check(kernel_size, mode)
+    if isinstance(angle, Tensor):
+        if angle.dim() != 2 or angle.size(1) != 3:
+            raise ValueError(f"angle: expected shape (B, 3), got {list(angle.shape)}")
+        turn = angle
+    else:
+        turn = torch.tensor([[angle[0], angle[1], angle[2]]], dtype=dtype)
+    line = _line(kernel_size, direction, turn.dtype)
+    rotation = axis_angle_to_rotation_matrix(turn * (math.pi / 180.0))[..., None, None, None]
+    grid = torch.arange(kernel_size, device=turn.device).to(turn.dtype) - kernel_size // 2
+    x, y, z = grid[None, None, None, :], grid[None, None, :, None], grid[None, :, None, None]
+    # A rotation's inverse is its transpose: column i gives the coordinate i before the turn.
+    along = rotation[:, 0, 0] * x + rotation[:, 1, 0] * y + rotation[:, 2, 0] * z
+    across_y = rotation[:, 0, 1] * x + rotation[:, 1, 1] * y + rotation[:, 2, 1] * z
+    across_z = rotation[:, 0, 2] * x + rotation[:, 1, 2] * y + rotation[:, 2, 2] * z
+    kernel = _sampled(line.to(turn.device)[:, None], along, mode) * _nearness(across_y, mode) * _nearness(across_z, mode)
+    return kernel / kernel.sum([1, 2, 3], keepdim=True)
+
+
+def motion_blur(
+    input: Tensor,
+    kernel_size: int,
+    angle: Union[float, Tensor],
+    direction: Union[float, Tensor],
+    border_type: str = "reflect",
+    mode: str = "nearest",
+) -> Tensor:
+    """Blur as if the camera had moved along a line.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        kernel_size: length of the line, odd, at least 3.
+        angle: of the motion in degrees, counterclockwise; a float, or a tensor (B,).
+        direction: in [-1, 1], a float or a tensor (B,); see ``get_motion_kernel2d``.
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        mode: how the line is resampled, "nearest" or "bilinear".
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> motion_blur(torch.eye(5)[None, None], 5, 135.0, 0.0, "constant")[0, 0, 2, 2]
+        tensor(1.)
+    """
+    return filter2d(input, get_motion_kernel2d(kernel_size, angle, direction, mode, input.dtype), border_type)
+
+
+def motion_blur3d(
+    input: Tensor,
+    kernel_size: int,
+    angle: Union[Tuple[float, float, float], Tensor],
+    direction: Union[float, Tensor],
+    border_type: str = "replicate",
+    mode: str = "nearest",
+) -> Tensor:
+    """``motion_blur`` of volumes.
+
+    Args:
+        input: (B, C, D, H, W), floating point.
+        kernel_size: length of the line, odd, at least 3.
+        angle: rotation about the axis (x, y, z) by the vector's length in degrees; a tuple, or a tensor (B, 3).
+        direction: in [-1, 1], a float or a tensor (B,); see ``get_motion_kernel3d``.
+        border_type: "reflect" (the edge voxel is not repeated), "replicate", "circular" or "constant" (zeros).
+        mode: how the line is resampled, "nearest" or "bilinear".
+
+    Returns:
+        (B, C, D, H, W).
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> motion_blur3d(torch.ones(1, 1, 3, 4, 5), 3, (10.0, 20.0, 30.0), 0.5).shape
+        torch.Size([1, 1, 3, 4, 5])
+    """
+    return filter3d(input, get_motion_kernel3d(kernel_size, angle, direction, mode, input.dtype), border_type)
+
+
+def _check(kernel_size: int, mode: str) -> None:
+    if kernel_size < 3 or kernel_size % 2 == 0:
+        raise ValueError(f"kernel_size: expected an odd size of at least 3, got {kernel_size}")
+    check_choice(mode, ["nearest", "bilinear"], "mode")
+
+
+def _line(size: int, direction: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
+    """Weights (B, 1, 1, size) that change linearly from one end to the other."""
+    start = 0.5 * (as_column(direction, dtype).to(dtype).clamp(-1.0, 1.0) + 1.0)
+    step = torch.arange(size, device=start.device).to(dtype) / (size - 1)
+    return (start + (1.0 - 2.0 * start) * step)[:, None, None]
+
+
+def _sampled(line: Tensor, along: Tensor, mode: str) -> Tensor:
+    """The line's value at a signed distance from its middle, zero beyond its ends."""
+    taps = torch.arange(line.size(-1), device=along.device).to(along.dtype) - line.size(-1) // 2
+    distance = along[..., None] - taps
+    if mode == "nearest":
+        # Turns by 30 or 60 degrees meet the middle between two taps, where rounding would decide.
+        near = ((distance >= -0.4999) & (distance < 0.5001)).to(along.dtype)
+    else:
+        near = (1.0 - distance.abs()).clamp(min=0.0)
+    return (line * near).sum(-1)
+
+
+def _nearness(across: Tensor, mode: str) -> Tensor:
+    """Weight of a line at that distance."""
+    if mode == "nearest":
+        return (across.abs() < 0.4999).to(across.dtype)
+    return (1.0 - across.abs()).clamp(min=0.0)

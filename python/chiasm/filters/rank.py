@@ -1,0 +1,70 @@
+"""Filters that pick a value by its rank among the neighbours."""
+
+from typing import Tuple, Union
+
+from torch import Tensor
+
+from ..primitives.checks import check_image, odd_pair
+from ..primitives.padding import join_columns, padded_parts
+from ..primitives.selection import window_rank
+
+
+def rank_filter(input: Tensor, rank: int, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect") -> Tensor:
+    """Replace each pixel by the value of a given rank in its neighbourhood, by a network of minima and maxima.
+
+    As SciPy's ``rank_filter``. The gradient goes to the picked element; equal elements share it.
+
+    Args:
+        input: (B, C, H, W), floating point, without NaN.
+        rank: 0 is the smallest, -1 the largest.
+        kernel_size: odd size, one for both axes or (rows, columns). The network grows faster than the area: sizes above
+            7 are slow and their exported graphs large.
+        border_type: "reflect", "replicate", "circular" or "constant" (zeros).
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D, or the rank, the kernel size or the border is not as above.
+
+    Example:
+        >>> rank_filter(torch.arange(5.0).reshape(1, 1, 1, 5), -1, (1, 3))
+        tensor([[[[1., 2., 3., 4., 4.]]]])
+    """
+    check_image(input, "input")
+    ky, kx = odd_pair(kernel_size, "kernel_size")
+    count = ky * kx
+    if rank < -count or rank >= count:
+        raise ValueError(f"rank: expected {-count} to {count - 1} for a ({ky}, {kx}) window, got {rank}")
+    picked = rank % count
+    parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type)
+    return join_columns([window_rank(p, ky, kx, picked) for p in parts])
+
+
+def percentile_filter(input: Tensor, percentile: float, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect") -> Tensor:
+    """Replace each pixel by a percentile of its neighbourhood: the value of rank floor(n * percentile / 100) of n.
+
+    As SciPy's ``percentile_filter``: no interpolation between ranks. The gradient goes to the picked element.
+
+    Args:
+        input: (B, C, H, W), floating point, without NaN.
+        percentile: 0 (minimum) to 100 (maximum).
+        kernel_size: odd size, as for ``rank_filter``.
+        border_type: "reflect", "replicate", "circular" or "constant" (zeros).
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D, or the percentile, the kernel size or the border is not as above.
+
+    Example:
+        >>> percentile_filter(torch.arange(5.0).reshape(1, 1, 1, 5), 50.0, (1, 3), "replicate")
+        tensor([[[[0., 1., 2., 3., 4.]]]])
+    """
+    if percentile < 0.0 or percentile > 100.0:
+        raise ValueError(f"percentile: expected 0 to 100, got {percentile}")
+    ky, kx = odd_pair(kernel_size, "kernel_size")
+    return rank_filter(input, min(int(ky * kx * percentile / 100.0), ky * kx - 1), (ky, kx), border_type)

@@ -1,0 +1,204 @@
+"""Thresholds: given, local, and found from the histogram."""
+
+import math
+from typing import List, Tuple, Union
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_choice, check_floating, check_image, odd_pair
+from ..primitives.correlation import box_sums
+from ..primitives.linalg import small_matmul
+from ..primitives.stencil import separable_shared
+from .gaussian import gaussian_taps
+
+
+def in_range(input: Tensor, lower: Union[List[float], Tensor], upper: Union[List[float], Tensor], return_mask: bool = False) -> Tensor:
+    """Keep the pixels whose channels are all between two bounds, as OpenCV's ``inRange``; the others become 0.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        lower, upper: C numbers, or tensors (C,) or (B, C); pixels equal to a bound are inside.
+        return_mask: return 1 inside and 0 outside instead.
+
+    Returns:
+        (B, C, H, W), or the mask (B, 1, H, W) in input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> in_range(torch.arange(5.0).reshape(1, 1, 1, 5), [1.0], [3.0]).flatten()
+        tensor([0., 1., 2., 3., 0.])
+    """
+    check_image(input, "input")
+    low, high = _bound(lower, input, "lower"), _bound(upper, input, "upper")
+    mask = ((input >= low) & (input <= high)).to(input.dtype).amin(1, keepdim=True)
+    return mask if return_mask else input * mask
+
+
+def _bound(bound: Union[List[float], Tensor], input: Tensor, name: str) -> Tensor:
+    if isinstance(bound, Tensor):
+        b = bound.to(input.dtype)
+    else:
+        b = torch.tensor(bound, dtype=input.dtype, device=input.device)
+    if (b.dim() != 1 and b.dim() != 2) or b.size(-1) != input.size(1):
+        raise ValueError(f"{name}: expected shape (C,) or (B, C) with input's {input.size(1)} channels, got {list(b.shape)}")
+    return b[..., None, None]
+
+
+def adaptive_threshold(
+    input: Tensor,
+    max_value: float,
+    adaptive_method: str = "mean",
+    threshold_type: str = "binary",
+    block_size: int = 3,
+    c: float = 0.0,
+    rounded: bool = True,
+) -> Tensor:
+    """Compare each pixel with the mean of its neighbourhood, as OpenCV's ``adaptiveThreshold``; the border is replicated.
+
+    Args:
+        input: (B, C, H, W), floating point. If rounded, in whole levels, 0 to 255 say.
+        max_value: of the pixels above the threshold.
+        adaptive_method: "mean" of the block, or "gaussian": weighted by ``cv2.getGaussianKernel(block_size, 0)``, which
+            has fixed weights up to 9 and from there on sigma 0.15 * block_size + 0.35.
+        threshold_type: "binary" sets pixels above the threshold to max_value and others to 0, "binary_inv" the reverse.
+        block_size: side of the neighbourhood, odd, at least 3.
+        c: subtracted from the mean.
+        rounded: round the mean and c to whole levels, as OpenCV's bytes are. Without it input may be in any unit.
+
+    Returns:
+        (B, C, H, W) of 0 and max_value.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D, or another argument is not as above.
+
+    Example:
+        >>> adaptive_threshold(torch.tensor([9.0, 9.0, 1.0, 9.0]).reshape(1, 1, 1, 4), 1.0, c=2.0).flatten()
+        tensor([1., 1., 0., 1.])
+    """
+    check_image(input, "input")
+    check_choice(adaptive_method, ["mean", "gaussian"], "adaptive_method")
+    check_choice(threshold_type, ["binary", "binary_inv"], "threshold_type")
+    size = odd_pair(block_size, "block_size")[0]
+    if size < 3:
+        raise ValueError(f"block_size: expected at least 3, got {size}")
+    if adaptive_method == "mean":
+        # Sums of levels are exact, and a mean of an odd number of them is never half-way between two.
+        mean = box_sums(input, size, size, "replicate") * (1.0 / (size * size))
+    else:
+        taps = _opencv_taps(size)
+        mean = separable_shared(input, taps, taps, "replicate")
+    offset = c
+    if rounded:
+        mean = torch.round(mean)
+        offset = float(math.ceil(c)) if threshold_type == "binary" else float(math.floor(c))
+    above = input - mean > -offset
+    inside = above if threshold_type == "binary" else torch.logical_not(above)
+    return inside.to(input.dtype) * max_value
+
+
+def _opencv_taps(size: int) -> List[float]:
+    """What OpenCV takes for a sigma of 0. The fixed weights are multiples of 1/256, so that sums of levels are exact."""
+    half: List[float] = []
+    if size == 3:
+        half = [64.0, 128.0]
+    elif size == 5:
+        half = [16.0, 64.0, 96.0]
+    elif size == 7:
+        half = [8.0, 28.0, 56.0, 72.0]
+    elif size == 9:
+        half = [4.0, 13.0, 30.0, 51.0, 60.0]
+    else:
+        return gaussian_taps(size, 0.3 * ((size - 1) * 0.5 - 1.0) + 0.8)
+    return [half[min(i, size - 1 - i)] / 256.0 for i in range(size)]
+
+
+def otsu_threshold(
+    x: Tensor, nbins: int = 256, slow_and_differentiable: bool = False, return_mask: bool = False
+) -> Tuple[Tensor, Tensor]:
+    """Keep what is above the threshold that separates each plane's values best into two classes; the rest becomes 0.
+
+    N. Otsu, A threshold selection method from gray-level histograms, 1979: the threshold maximises the variance between the
+    classes. As scikit-image's ``threshold_otsu``, the histogram spans each plane's values and the threshold is the middle of
+    a bin, the first of several that are equally good. What is in later bins is above it; the bin itself is not. So on a
+    plane that uses the whole range of 8-bit levels, OpenCV's THRESH_OTSU separates the same pixels.
+
+    Args:
+        x: (*, H, W), floating point; each plane has its own threshold, but for fewer than 2^31 pixels.
+        nbins: number of bins, at least 2.
+        slow_and_differentiable: split each value between the nearest two bins, and average the bins' middles with weights
+            softmax(nbins * variance / greatest variance). The threshold then has a gradient, is near the exact one, and is
+            what x is compared with.
+        return_mask: return whether x is above the threshold instead of x itself.
+
+    Returns:
+        (*, H, W), x or bool, and the thresholds (*,). A plane of one value is its own threshold.
+
+    Raises:
+        TypeError: if x is not floating point.
+        ValueError: if x has fewer than 2 dimensions, or nbins is below 2.
+
+    Example:
+        >>> x = torch.tensor([[0.0, 0.1, 0.2, 0.8, 0.9, 1.0]])
+        >>> otsu_threshold(x, nbins=10)
+        (tensor([[0.0000, 0.0000, 0.0000, 0.8000, 0.9000, 1.0000]]), tensor(0.2500))
+    """
+    check_floating(x, "x")
+    if x.dim() < 2:
+        raise ValueError(f"x: expected shape (*, H, W), got {list(x.shape)}")
+    if nbins < 2:
+        raise ValueError(f"nbins: expected at least 2, got {nbins}")
+    planes = x.reshape(-1, x.size(-2) * x.size(-1))
+    low, high = planes.amin(1, keepdim=True), planes.amax(1, keepdim=True)
+    # A plane of one value has a span of 0: its threshold is that value, and nothing is above it.
+    span = torch.where(high > low, high - low, torch.ones_like(high))
+    position = (planes - low) / span * float(nbins)
+    index = position.detach().floor().to(torch.int64).clamp(max=nbins - 1)
+    counts = torch.zeros([planes.size(0), nbins], dtype=torch.float64, device=x.device)
+    if slow_and_differentiable:
+        centred = (position - 0.5).clamp(0.0, float(nbins - 1)).to(torch.float64)
+        first = centred.detach().floor().to(torch.int64).clamp(max=nbins - 2)
+        share = centred - first
+        counts = counts.scatter_add(1, first, 1.0 - share).scatter_add(1, first + 1, share)
+    else:
+        counts = counts.scatter_add(1, index, torch.ones_like(position, dtype=torch.float64))
+    variance = _between_classes(counts)
+    bins = torch.arange(nbins - 1, device=x.device)
+    best = variance.amax(1, keepdim=True)
+    width = (high - low) / float(nbins)
+    if slow_and_differentiable:
+        weights = torch.softmax(variance / torch.where(best > 0, best, torch.ones_like(best)) * float(nbins), 1)
+        threshold = low + ((weights * bins).sum(1, keepdim=True).to(x.dtype) + 0.5) * width
+        above = planes > threshold
+    else:
+        found = torch.where(variance >= best, bins, torch.full_like(bins, nbins)).amin(1, keepdim=True)
+        threshold = low + (found.to(x.dtype) + 0.5) * width
+        above = index > found
+    above = above.reshape(x.shape)
+    kept = above if return_mask else torch.where(above, x, torch.zeros_like(x))
+    return kept, threshold.reshape(x.shape[:-2])
+
+
+def _between_classes(counts: Tensor) -> Tensor:
+    """Variance between bins 0..j and the others for each j but the last: (*, n) to (*, n - 1).
+
+    Up to a factor it is (s_1 w - s w_1)^2 / (w_1 (w - w_1)) with the number w_1 and the sum s_1 of the values in the first
+    class and w, s of all. With bins numbered by integers, and whole counts, all of these are exact: equal variances are found
+    equal, in whatever order a backend adds.
+    """
+    n = counts.size(-1)
+    number = torch.arange(n, device=counts.device)
+    upto = (number[:, None] <= number[None, : n - 1]).to(counts.dtype)
+    moments = torch.stack([counts, counts * number], -2)
+    partial = small_matmul(moments, upto)
+    total = moments.sum(-1, keepdim=True)
+    w1, s1 = partial[..., 0, :], partial[..., 1, :]
+    w, s = total[..., 0, :], total[..., 1, :]
+    between = w1 * (w - w1)
+    empty = between <= 0
+    difference = s1 * w - s * w1
+    return torch.where(empty, torch.zeros_like(between), difference * difference / torch.where(empty, torch.ones_like(between), between))

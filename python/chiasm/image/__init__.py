@@ -1,0 +1,11 @@
+"""Images at the border of a product: bytes in and out, grids, drawing."""
+
+from ..primitives.twin import lazy_twins
+from .conversion import image_to_tensor, tensor_to_image
+from .draw import draw_line, draw_point2d
+from .grid import make_grid
+from .shapes import draw_convex_polygon, draw_rectangle
+
+__all__ = ["draw_convex_polygon", "draw_line", "draw_point2d", "draw_rectangle", "image_to_tensor", "make_grid", "tensor_to_image"]
+
+__getattr__ = lazy_twins(__name__, globals())

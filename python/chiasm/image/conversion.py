@@ -1,0 +1,63 @@
+"""Between images as cameras and files have them (bytes, channels last) and tensors as ops take them."""
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating
+
+
+def image_to_tensor(image: Tensor) -> Tensor:
+    """Bytes with the channels last as floating point in [0, 1] with the channels first.
+
+    Unlike Kornia's, it takes a tensor (``torch.from_numpy`` makes one of an array without a copy) and always returns a scaled batch.
+    The order of the channels is kept: OpenCV's images are BGR.
+
+    Args:
+        image: (H, W, C) or (B, H, W, C), uint8.
+
+    Returns:
+        (B, C, H, W), float32 in [0, 1]; B is 1 for one image.
+
+    Raises:
+        TypeError: if image is not uint8.
+        ValueError: if image has neither 3 nor 4 dimensions.
+
+    Example:
+        >>> image_to_tensor(torch.full((4, 6, 3), 255, dtype=torch.uint8)).shape
+        torch.Size([1, 3, 4, 6])
+    """
+    if image.dtype != torch.uint8:
+        raise TypeError(f"image: expected dtype torch.uint8, got {image.dtype}")
+    if image.dim() != 3 and image.dim() != 4:
+        raise ValueError(f"image: expected shape (H, W, C) or (B, H, W, C), got {list(image.shape)}")
+    batch = image if image.dim() == 4 else image.unsqueeze(0)
+    return (batch.permute(0, 3, 1, 2).to(torch.float32) / 255.0).contiguous()
+
+
+def tensor_to_image(tensor: Tensor) -> Tensor:
+    """Floating point in [0, 1] with the channels first as bytes with the channels last.
+
+    255 times the value is rounded to the nearest integer (ties to even) and saturated, as OpenCV's ``convertTo`` does. Unlike Kornia's, it
+    returns a tensor, of which ``.numpy()`` is the array.
+
+    Args:
+        tensor: (C, H, W) or (B, C, H, W), floating point.
+
+    Returns:
+        (H, W, C) or (B, H, W, C), uint8.
+
+    Raises:
+        TypeError: if tensor is not floating point.
+        ValueError: if tensor has neither 3 nor 4 dimensions.
+
+    Example:
+        >>> tensor_to_image(torch.tensor([0.5, 1.5]).reshape(2, 1, 1))
+        tensor([[[128, 255]]], dtype=torch.uint8)
+    """
+    check_floating(tensor, "tensor")
+    if tensor.dim() != 3 and tensor.dim() != 4:
+        raise ValueError(f"tensor: expected shape (C, H, W) or (B, C, H, W), got {list(tensor.shape)}")
+    levels = torch.round(tensor * 255.0).clamp(0.0, 255.0).to(torch.uint8)
+    if tensor.dim() == 3:
+        return levels.permute(1, 2, 0).contiguous()
+    return levels.permute(0, 2, 3, 1).contiguous()

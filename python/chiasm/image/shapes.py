@@ -1,0 +1,126 @@
+"""Rectangles and polygons, drawn into a copy of the image."""
+
+from typing import Optional
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_rank
+from .draw import whole_pixels
+
+
+def draw_rectangle(
+    image: Tensor, rectangle: Tensor, color: Optional[Tensor] = None, fill: Optional[bool] = None, line_width: int = 1
+) -> Tensor:
+    """Draw rectangles, later ones over earlier ones.
+
+    Unlike Kornia's, it leaves the input as it is, rounds coordinates instead of cutting them, and makes the corners of wide lines whole.
+
+    Args:
+        image: (B, C, H, W), any dtype.
+        rectangle: (B, N, 4): x1, y1, x2, y2 in pixels, rounded to the nearest; both corners belong to the rectangle, which is empty
+            where x2 < x1 or y2 < y1. It may leave the image.
+        color: (1,), (C,), (B, N, 1) or (B, N, C), in the image's range; 0 by default.
+        fill: whether to fill the rectangles instead of drawing their edges.
+        line_width: width of the edges in pixels, centred (an even width has one pixel more towards the top left).
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        ValueError: if a shape is not as above, or line_width is not positive.
+
+    Example:
+        >>> draw_rectangle(torch.zeros(1, 1, 3, 4), torch.tensor([[[1, 0, 3, 2]]]), torch.tensor([1.0]))[0, 0]
+        tensor([[0., 1., 1., 1.],
+                [0., 1., 0., 1.],
+                [0., 1., 1., 1.]])
+    """
+    check_rank(image, 4, "(B, C, H, W)", "image")
+    batch, channels, height, width = image.shape
+    if rectangle.dim() != 3 or rectangle.size(2) != 4 or rectangle.size(0) != batch:
+        raise ValueError(f"rectangle: expected shape (B, N, 4) for images {list(image.shape)}, got {list(rectangle.shape)}")
+    if line_width < 1:
+        raise ValueError(f"line_width: expected a positive number, got {line_width}")
+    count = rectangle.size(1)
+    corners = whole_pixels(rectangle)[..., None]
+    x1, y1, x2, y2 = corners[:, :, 0], corners[:, :, 1], corners[:, :, 2], corners[:, :, 3]
+    x, y = torch.arange(width, device=image.device), torch.arange(height, device=image.device)
+    before = line_width // 2
+    after = line_width - before - 1
+    if fill is not None and fill:
+        covered = ((x >= x1) & (x <= x2))[:, :, None] & ((y >= y1) & (y <= y2))[..., None]
+    else:
+        outer_x, outer_y = (x >= x1 - before) & (x <= x2 + after), (y >= y1 - before) & (y <= y2 + after)
+        inner_x, inner_y = (x > x1 + after) & (x < x2 - before), (y > y1 + after) & (y < y2 - before)
+        real = ((x2 >= x1) & (y2 >= y1))[..., None]
+        covered = real & outer_x[:, :, None] & outer_y[..., None] & ~(inner_x[:, :, None] & inner_y[..., None])
+    # Of the rectangles that cover a pixel the last one shows.
+    number = torch.arange(1, count + 1, device=image.device)[:, None, None]
+    top = torch.where(covered, number, torch.zeros_like(number)).amax(1)
+    colors = _per_rectangle(color, image, count)
+    index = (top - 1).clamp(min=0).reshape(batch, 1, height * width).expand(batch, channels, height * width)
+    paint = colors.gather(2, index).reshape(batch, channels, height, width)
+    return torch.where((top > 0)[:, None], paint, image)
+
+
+def _per_rectangle(color: Optional[Tensor], image: Tensor, count: int) -> Tensor:
+    """Colours as (B, C, N)."""
+    batch, channels = image.size(0), image.size(1)
+    if color is None:
+        return torch.zeros([batch, channels, count], dtype=image.dtype, device=image.device)
+    known = color.to(image.dtype)
+    if known.dim() == 1 and (known.size(0) == 1 or known.size(0) == channels):
+        return known[None, :, None].expand(batch, channels, count)
+    if known.dim() == 3 and known.size(0) == batch and known.size(1) == count and (known.size(2) == 1 or known.size(2) == channels):
+        return known.transpose(1, 2).expand(batch, channels, count)
+    expected = f"(1,), (C,), (B, N, 1) or (B, N, C) for B = {batch}, N = {count}, C = {channels}"
+    raise ValueError(f"color: expected shape {expected}, got {list(color.shape)}")
+
+
+def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Tensor:
+    """Fill one convex polygon in each image: all pixels whose centre lies in it or on its edge.
+
+    Unlike Kornia's, it leaves the input as it is and takes no list: repeat a vertex where polygons differ in their number. OpenCV's
+    ``fillConvexPoly`` also colours pixels that the edge merely touches.
+
+    Args:
+        images: (B, C, H, W), any dtype.
+        polygons: vertices (B, N, 2), x and y in pixels, in either order around the polygon; fractions count. Pixels outside any of its edges
+            are left out, so of a polygon that is not convex only the core is filled.
+        colors: (B, C), (C,) or (1,), in the image's range.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> triangle = torch.tensor([[[0, 0], [3, 0], [0, 3]]])
+        >>> draw_convex_polygon(torch.zeros(1, 1, 4, 4), triangle, torch.tensor([1.0]))[0, 0]
+        tensor([[1., 1., 1., 1.],
+                [1., 1., 1., 0.],
+                [1., 1., 0., 0.],
+                [1., 0., 0., 0.]])
+    """
+    check_rank(images, 4, "(B, C, H, W)", "images")
+    batch, channels, height, width = images.shape
+    if polygons.dim() != 3 or polygons.size(2) != 2 or polygons.size(0) != batch:
+        raise ValueError(f"polygons: expected shape (B, N, 2) for images {list(images.shape)}, got {list(polygons.shape)}")
+    paint = colors.to(images.dtype)
+    if paint.dim() == 1 and (paint.size(0) == 1 or paint.size(0) == channels):
+        paint = paint.unsqueeze(0)
+    elif paint.dim() != 2 or paint.size(0) != batch or paint.size(1) != channels:
+        raise ValueError(f"colors: expected shape (B, C), (C,) or (1,) for images {list(images.shape)}, got {list(colors.shape)}")
+    # In float64 the products of whole coordinates are exact, hence also which pixels lie on an edge.
+    vertex = polygons.detach().to(torch.float64)[..., None, None]
+    x0, y0 = vertex[:, :, 0], vertex[:, :, 1]
+    x1, y1 = torch.cat([x0[:, 1:], x0[:, :1]], 1), torch.cat([y0[:, 1:], y0[:, :1]], 1)
+    x = torch.arange(width, device=images.device).to(torch.float64)
+    y = torch.arange(height, device=images.device).to(torch.float64)[:, None]
+    side = (x - x0) * (y1 - y0) - (y - y0) * (x1 - x0)
+    inside = (side >= 0).all(1) | (side <= 0).all(1)
+    # Vertices on one line have no side; their extent bounds them.
+    in_box = (x >= x0.amin(1)) & (x <= x0.amax(1)) & (y >= y0.amin(1)) & (y <= y0.amax(1))
+    return torch.where((inside & in_box)[:, None], paint[:, :, None, None], images)

@@ -1,0 +1,44 @@
+"""Erosion."""
+
+from typing import List, Optional
+
+from torch import Tensor
+
+from .element import extreme
+
+
+def erosion(
+    tensor: Tensor,
+    kernel: Tensor,
+    structuring_element: Optional[Tensor] = None,
+    origin: Optional[List[int]] = None,
+    border_type: str = "geodesic",
+    border_value: float = 0.0,
+    max_val: float = 1e4,
+) -> Tensor:
+    """Erode: out(p) = min over the kernel's nonzero offsets b of tensor(p + b) - height(b).
+
+    J. Serra, Image Analysis and Mathematical Morphology, 1982. SciPy's ``grey_erosion``; OpenCV's ``erode`` for a flat element.
+
+    Args:
+        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        kernel: (kh, kw); nonzero entries are the neighbourhood.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
+        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
+        border_value: the outside's value for "constant".
+        max_val: stands for infinity.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if tensor is not floating point.
+        ValueError: if a shape, origin or border is not as above.
+
+    Example:
+        >>> x = torch.tensor([[[[0.0, 1.0, 1.0, 1.0, 0.0]]]])
+        >>> erosion(x, torch.ones(1, 3))[0, 0]
+        tensor([[0., 0., 1., 0., 0.]])
+    """
+    return extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, False)

@@ -1,0 +1,57 @@
+"""Patterns in binary images."""
+
+from typing import List, Optional
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_image
+from ..primitives.padding import join_columns, padded_parts
+
+
+def hit_or_miss(input: Tensor, hit: Tensor, miss: Optional[Tensor] = None) -> Tensor:
+    """Find a pattern: 1 where all pixels under the points of ``hit`` are set and none under those of ``miss`` is.
+
+    Not in Kornia. J. Serra, Image Analysis and Mathematical Morphology, 1982. SciPy's ``binary_hit_or_miss``, but that outside the image
+    nothing is set, as in OpenCV's MORPH_HITMISS on a frame of zeros.
+
+    Args:
+        input: (B, C, H, W), floating point; pixels above 0 are set.
+        hit: (kh, kw), nonzero where a pixel must be set; its centre is [kh // 2, kw // 2].
+        miss: (kh, kw), nonzero where none may be; by default where hit is zero.
+
+    Returns:
+        (B, C, H, W), 0 or 1.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> hit_or_miss(torch.tensor([[[[1.0, 1.0, 1.0, 0.0, 1.0]]]]), torch.tensor([[0.0, 1.0, 0.0]]))
+        tensor([[[[0., 0., 0., 0., 1.]]]])
+    """
+    check_image(input, "input")
+    if hit.dim() != 2:
+        raise ValueError(f"hit: expected shape (kh, kw), got {list(hit.shape)}")
+    kh, kw = hit.size(0), hit.size(1)
+    wanted = hit != 0
+    unwanted = ~wanted
+    if miss is not None:
+        if miss.dim() != 2 or miss.size(0) != kh or miss.size(1) != kw:
+            raise ValueError(f"miss: expected hit's shape ({kh}, {kw}), got {list(miss.shape)}")
+        unwanted = miss != 0
+    # What is tested below: a pixel's value must reach `least` and not exceed `most`.
+    least, most = wanted.to(input.dtype), 1.0 - unwanted.to(input.dtype)
+    filled = (input > 0).to(input.dtype)
+    outs: List[Tensor] = []
+    for p in padded_parts(filled, kh // 2, kh - kh // 2 - 1, kw // 2, kw - kw // 2 - 1, "constant"):
+        height = p.size(2) - kh + 1
+        width = p.size(3) - kw + 1
+        worst = torch.ones([1], dtype=p.dtype, device=p.device)
+        for i in range(kh):
+            for j in range(kw):
+                tap = p[:, :, i : i + height, j : j + width]
+                worst = torch.minimum(worst, torch.minimum(tap - least[i, j], most[i, j] - tap))
+        outs.append((worst >= 0).to(input.dtype))
+    return join_columns(outs)

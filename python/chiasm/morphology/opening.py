@@ -1,0 +1,192 @@
+"""Openings and closings, and what they take away."""
+
+from typing import List, Optional
+
+from torch import Tensor
+
+from .element import extreme
+
+
+def opening(
+    tensor: Tensor,
+    kernel: Tensor,
+    structuring_element: Optional[Tensor] = None,
+    origin: Optional[List[int]] = None,
+    border_type: str = "geodesic",
+    border_value: float = 0.0,
+    max_val: float = 1e4,
+) -> Tensor:
+    """Open: dilate the erosion, which removes what is brighter and smaller than the element.
+
+    SciPy's ``grey_opening``. The dilation takes the origin from the element's other end, so that the result never exceeds tensor
+    wherever the origin is; Kornia's does not, which differs for even sizes and off-centre origins.
+
+    Args:
+        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        kernel: (kh, kw); nonzero entries are the neighbourhood.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
+        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
+        border_value: the outside's value for "constant".
+        max_val: stands for infinity.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if tensor is not floating point.
+        ValueError: if a shape, origin or border is not as above.
+
+    Example:
+        >>> opening(torch.tensor([[[[0.0, 1.0, 0.0, 1.0, 1.0]]]]), torch.ones(1, 2))
+        tensor([[[[0., 0., 0., 1., 1.]]]])
+    """
+    low = extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, False)
+    return extreme(low, kernel, structuring_element, origin, border_type, border_value, max_val, True, True)
+
+
+def closing(
+    tensor: Tensor,
+    kernel: Tensor,
+    structuring_element: Optional[Tensor] = None,
+    origin: Optional[List[int]] = None,
+    border_type: str = "geodesic",
+    border_value: float = 0.0,
+    max_val: float = 1e4,
+) -> Tensor:
+    """Close: erode the dilation, which removes what is darker and smaller than the element.
+
+    SciPy's ``grey_closing``. The dilation takes the origin from the element's other end, so that the result is never below tensor
+    wherever the origin is; Kornia's does not, which differs for even sizes and off-centre origins.
+
+    Args:
+        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        kernel: (kh, kw); nonzero entries are the neighbourhood.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
+        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
+        border_value: the outside's value for "constant".
+        max_val: stands for infinity.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if tensor is not floating point.
+        ValueError: if a shape, origin or border is not as above.
+
+    Example:
+        >>> closing(torch.tensor([[[[1.0, 0.0, 1.0, 0.0, 0.0]]]]), torch.ones(1, 2))
+        tensor([[[[1., 1., 1., 0., 0.]]]])
+    """
+    high = extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, True, True)
+    return extreme(high, kernel, structuring_element, origin, border_type, border_value, max_val, False)
+
+
+def top_hat(
+    tensor: Tensor,
+    kernel: Tensor,
+    structuring_element: Optional[Tensor] = None,
+    origin: Optional[List[int]] = None,
+    border_type: str = "geodesic",
+    border_value: float = 0.0,
+    max_val: float = 1e4,
+) -> Tensor:
+    """What the opening takes away: tensor - opening.
+
+    SciPy's ``white_tophat``.
+
+    Args:
+        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        kernel: (kh, kw); nonzero entries are the neighbourhood.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
+        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
+        border_value: the outside's value for "constant".
+        max_val: stands for infinity.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if tensor is not floating point.
+        ValueError: if a shape, origin or border is not as above.
+
+    Example:
+        >>> top_hat(torch.tensor([[[[0.0, 1.0, 0.0, 1.0, 1.0]]]]), torch.ones(1, 2))
+        tensor([[[[0., 1., 0., 0., 0.]]]])
+    """
+    return tensor - opening(tensor, kernel, structuring_element, origin, border_type, border_value, max_val)
+
+
+def bottom_hat(
+    tensor: Tensor,
+    kernel: Tensor,
+    structuring_element: Optional[Tensor] = None,
+    origin: Optional[List[int]] = None,
+    border_type: str = "geodesic",
+    border_value: float = 0.0,
+    max_val: float = 1e4,
+) -> Tensor:
+    """What the closing fills: closing - tensor.
+
+    SciPy's ``black_tophat``.
+
+    Args:
+        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        kernel: (kh, kw); nonzero entries are the neighbourhood.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
+        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
+        border_value: the outside's value for "constant".
+        max_val: stands for infinity.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if tensor is not floating point.
+        ValueError: if a shape, origin or border is not as above.
+
+    Example:
+        >>> bottom_hat(torch.tensor([[[[1.0, 0.0, 1.0, 0.0, 0.0]]]]), torch.ones(1, 2))
+        tensor([[[[0., 1., 0., 0., 0.]]]])
+    """
+    return closing(tensor, kernel, structuring_element, origin, border_type, border_value, max_val) - tensor
+
+
+def gradient(
+    tensor: Tensor,
+    kernel: Tensor,
+    structuring_element: Optional[Tensor] = None,
+    origin: Optional[List[int]] = None,
+    border_type: str = "geodesic",
+    border_value: float = 0.0,
+    max_val: float = 1e4,
+) -> Tensor:
+    """Dilation minus erosion: bright along edges.
+
+    SciPy's ``morphological_gradient`` for centred elements of odd size.
+
+    Args:
+        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        kernel: (kh, kw); nonzero entries are the neighbourhood.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
+        border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
+        border_value: the outside's value for "constant".
+        max_val: stands for infinity.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if tensor is not floating point.
+        ValueError: if a shape, origin or border is not as above.
+
+    Example:
+        >>> gradient(torch.tensor([[[[0.0, 0.0, 1.0, 1.0, 1.0]]]]), torch.ones(1, 3))
+        tensor([[[[0., 1., 1., 0., 0.]]]])
+    """
+    high = extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, True)
+    return high - extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, False)

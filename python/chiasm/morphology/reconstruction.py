@@ -1,0 +1,71 @@
+"""Morphological reconstruction."""
+
+from typing import Optional
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_choice, check_image
+from ..primitives.loops import until_stable
+from .element import extreme
+
+
+def reconstruction(
+    seed: Tensor,
+    mask: Tensor,
+    kernel: Optional[Tensor] = None,
+    method: str = "dilation",
+    num_iters: Optional[int] = None,
+) -> Tensor:
+    """Dilate a seed image again and again, never above a mask image, until nothing changes.
+
+    L. Vincent, Morphological grayscale reconstruction in image analysis, IEEE TIP 2(2), 1993. scikit-image's
+    ``reconstruction``. A step moves values by one element, so a path as long as the image is large takes many steps; the exported loop
+    ends as soon as nothing changes. Kornia's ``check_every`` and ``engine`` have no counterpart.
+
+    Args:
+        seed: (B, C, H, W), floating point; where it is beyond mask it is cut to mask.
+        mask: (B, C, H, W), floating point, of magnitude below 1e4.
+        kernel: (kh, kw) flat neighbourhood, nonzero where it has a point, the centre among them; 3x3 ones by default.
+        method: "dilation", or "erosion", which erodes the seed and never goes below mask.
+        num_iters: the most steps; None is as many as it takes.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if seed or mask is not floating point.
+        ValueError: if a shape or method is not as above.
+
+    Example:
+        >>> mask = torch.tensor([[[[3.0, 2.0, 0.0, 4.0]]]])
+        >>> seed = torch.tensor([[[[0.0, 9.0, 0.0, 0.0]]]])
+        >>> reconstruction(seed, mask)
+        tensor([[[[2., 2., 0., 0.]]]])
+    """
+    check_image(seed, "seed")
+    check_image(mask, "mask")
+    check_choice(method, ["dilation", "erosion"], "method")
+    if mask.shape != seed.shape:
+        raise ValueError(f"mask: expected seed's shape {list(seed.shape)}, got {list(mask.shape)}")
+    if num_iters is not None and num_iters < 0:
+        raise ValueError(f"num_iters: expected at least 0, got {num_iters}")
+    limit = 2147483647 if num_iters is None else num_iters
+    element = torch.ones([3, 3], dtype=seed.dtype, device=seed.device) if kernel is None else kernel.to(seed.dtype)
+    largest = method == "dilation"
+    state = torch.minimum(seed, mask) if largest else torch.maximum(seed, mask)
+    if torch.jit.is_scripting():
+        step = torch.zeros([], dtype=torch.int64, device=seed.device)
+        for _ in range(limit):
+            moved = _spread(state, step, mask, element, largest)
+            if torch.equal(moved, state):
+                break
+            state = moved
+    else:
+        state = until_stable(_spread, state, (mask, element, largest), limit)
+    return state
+
+
+def _spread(state: Tensor, k: Tensor, mask: Tensor, element: Tensor, largest: bool) -> Tensor:
+    spread = extreme(state, element, None, None, "geodesic", 0.0, 1e4, largest)
+    return torch.minimum(spread, mask) if largest else torch.maximum(spread, mask)

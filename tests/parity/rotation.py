@@ -1,0 +1,85 @@
+"""Which ops a test run compiles natively; all the others are exported to TorchScript and ONNX only.
+
+    python tests/parity/rotation.py            list them, with why
+    python tests/parity/rotation.py OUTPUT     export the catalog to OUTPUT so
+
+Compiling the whole catalog is `make parity`, too long for every run. Chosen are the ops that the tests name, those whose source has
+changed, and three of each family that differ from commit to commit. The sources are compared with $CHIASM_BASE, else with where the
+branch left origin's, else with the commit before.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import os
+import re
+import subprocess
+import sys
+from itertools import groupby
+from pathlib import Path
+
+from rich.console import Console
+
+from chiasm.export.catalog import catalog
+from chiasm.export.cli import export_names
+
+ROOT = Path(__file__).resolve().parents[2]
+PER_FAMILY = 3
+#: A commit that changes more ops than this has them drawn by lot, lest a test run take hours; the rest waits for `make parity`.
+MOST_CHANGED = 30
+
+
+def git(*arguments: str) -> str:
+    """What git says, or nothing where this is no repository or the revision does not exist."""
+    done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True, text=True)
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def changed_files() -> set[str]:
+    """Paths that differ from the base, also those not committed."""
+    base = os.environ.get("CHIASM_BASE") or git("merge-base", "HEAD", "origin/HEAD")
+    if not base or base == git("rev-parse", "HEAD"):
+        base = "HEAD~1"
+    return set(git("diff", "--name-only", base).split() + git("ls-files", "--others", "--exclude-standard").split())
+
+
+def lot(name: str) -> bytes:
+    """A place in an order that every commit shuffles anew."""
+    return hashlib.sha256(f"{git('rev-parse', 'HEAD')} {name}".encode()).digest()
+
+
+def chosen() -> dict[str, str]:
+    """The ops to compile, each with the reason."""
+    entries = catalog()
+    tests = [p for folder in ("export", "parity", "runtime", "consumer") for p in (ROOT / "tests" / folder).rglob("*") if p.suffix in (".py", ".cpp", ".sh", ".c")]
+    named = set(re.findall(r"\b[a-z]+(?:\.[a-z0-9_]+)+", " ".join(p.read_text() for p in tests))) & set(entries)
+    named |= {n.removesuffix(".chiasm") for n in named} & set(entries)
+    changed = changed_files()
+    source = {n: str(Path(inspect.getsourcefile(e.function()) or "").resolve().relative_to(ROOT)) for n, e in entries.items()}
+    touched = sorted((n for n in entries if source[n] in changed), key=lot)
+    result = {n: "a test names it" for n in sorted(named)}
+    for name in touched[:MOST_CHANGED]:
+        result.setdefault(name, f"{source[name]} has changed")
+    for _, family in groupby(entries, key=lambda n: n.partition(".")[0]):
+        for name in sorted(family, key=lot)[:PER_FAMILY]:
+            result.setdefault(name, "its turn")
+    if len(touched) > MOST_CHANGED:
+        Console(stderr=True).print(f"{len(touched)} ops have changed: {MOST_CHANGED} of them are compiled, `make parity` compiles all", style="yellow")
+    return result
+
+
+def main(arguments: list[str]) -> None:
+    native = chosen()
+    if not arguments:
+        for name, reason in native.items():
+            print(f"{name:56} {reason}")
+        return
+    rest = [n for n in catalog() if n not in native]
+    jobs = len(os.sched_getaffinity(0))
+    export_names(list(native), Path(arguments[0]), ("torchscript", "onnx", "native"), jobs=jobs)
+    export_names(rest, Path(arguments[0]), ("torchscript", "onnx"), jobs=jobs)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
