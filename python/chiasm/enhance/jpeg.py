@@ -1,7 +1,7 @@
 """A JPEG codec without the entropy coding, which loses nothing."""
 
 import math
-from typing import List, Optional
+from typing import Optional
 
 import torch
 from torch import Tensor
@@ -9,6 +9,7 @@ from torch import Tensor
 from ..primitives.checks import check_floating, check_rgb
 from ..primitives.linalg import small_matmul
 from ..primitives.materialise import materialised
+from ..primitives.reshaping import reshaped
 
 
 def jpeg_codec_differentiable(
@@ -134,23 +135,18 @@ def _coded(plane: Tensor, steps: Tensor, down: int, across: int) -> Tensor:
     cosines = _cosines(plane)
     waves = cosines.transpose(0, 1)
     batch, width = plane.size(0), across * 8
-    tall = materialised(small_matmul(cosines, plane.unflatten(1, [down, 8])), 3)
-    coefficients = small_matmul(tall.unflatten(3, [across, 8]), waves)
+    tall = materialised(small_matmul(cosines, reshaped(plane, [batch, down, 8, width])), 3)
+    coefficients = small_matmul(reshaped(tall, [batch, down, 8, across, 8]), waves)
     kept = materialised(_rounded(coefficients / steps) * steps, 0)
-    tall = materialised(_merged(small_matmul(kept, cosines), [batch, down, 8, width]), 3)
-    return _merged(small_matmul(waves, tall), [batch, down * 8, width])
+    tall = materialised(reshaped(small_matmul(kept, cosines), [batch, down, 8, width]), 3)
+    return reshaped(small_matmul(waves, tall), [batch, down * 8, width])
 
 
 def _halved(plane: Tensor, height: int, width: int) -> Tensor:
     """Mean of each 2x2 square."""
-    return plane.unflatten(1, [height, 2]).unflatten(3, [width, 2]).mean([2, 4])
+    return reshaped(plane, [plane.size(0), height, 2, width, 2]).mean([2, 4])
 
 
 def _doubled(plane: Tensor, height: int, width: int) -> Tensor:
     """Every pixel twice in both directions, to (B, height, width)."""
-    return _merged(plane[:, :, None, :, None].expand(-1, -1, 2, -1, 2), [plane.size(0), height, width])
-
-
-def _merged(x: Tensor, shape: List[int]) -> Tensor:
-    """Reshape by way of one dimension: a direct merge of symbolic sizes asks whether one divides the other."""
-    return x.contiguous().reshape([-1]).reshape(shape)
+    return reshaped(plane[:, :, None, :, None].expand(-1, -1, 2, -1, 2), [plane.size(0), height, width])
