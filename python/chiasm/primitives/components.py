@@ -8,7 +8,7 @@ of lower index is hung below it, and all trees become shallower.
 import torch
 from torch import Tensor
 
-from .loops import until_stable
+from .loops import is_same, until_stable
 from .target import native_forward
 
 
@@ -26,7 +26,7 @@ def component_roots(mask: Tensor, limit: int) -> Tensor:
     if torch.jit.is_scripting():
         for _ in range(limit):
             joined = _join(parent, own[0], mask)
-            if torch.equal(joined, parent):
+            if is_same(joined, parent):
                 break
             parent = joined
     else:
