@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
-from ..primitives.loops import until_stable
+from ..primitives.loops import is_same, until_stable
 from .element import extreme
 
 
@@ -58,7 +58,7 @@ def reconstruction(
         step = torch.zeros([], dtype=torch.int64, device=seed.device)
         for _ in range(limit):
             moved = _spread(state, step, mask, element, largest)
-            if torch.equal(moved, state):
+            if is_same(moved, state):
                 break
             state = moved
     else:
