@@ -15,7 +15,7 @@ def max_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border
     maxima are taken along columns, then along rows, by doubling the window's length. SciPy's ``maximum_filter``, OpenCV's ``dilate``.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point, without NaN.
         kernel_size: odd size, one for both axes or (rows, columns).
         border_type: "replicate" (the outside never wins), "reflect", "circular" or "constant" (zeros).
 
@@ -39,7 +39,7 @@ def min_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border
     Not in Kornia; see ``max_filter2d``. SciPy's ``minimum_filter``, OpenCV's ``erode``.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point, without NaN.
         kernel_size: odd size, one for both axes or (rows, columns).
         border_type: "replicate" (the outside never wins), "reflect", "circular" or "constant" (zeros).
 

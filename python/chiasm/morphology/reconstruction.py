@@ -25,7 +25,7 @@ def reconstruction(
 
     Args:
         seed: (B, C, H, W), floating point; where it is beyond mask it is cut to mask.
-        mask: (B, C, H, W), floating point, of magnitude below 1e4.
+        mask: (B, C, H, W), floating point, without NaN, of magnitude below 1e4.
         kernel: (kh, kw) flat neighbourhood, nonzero where it has a point, the centre among them; 3x3 ones by default.
         method: "dilation", or "erosion", which erodes the seed and never goes below mask.
         num_iters: the most steps; None is as many as it takes.
