@@ -13,6 +13,7 @@ import re
 import subprocess
 import tempfile
 import zipfile
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,7 +24,7 @@ from torch.export import ExportedProgram
 
 from .errors import ExportError, explain
 from .spec import Spec
-from .torch_speed import fast_inductor, fast_tracing
+from .torch_speed import fast_inductor, fast_tracing, plain_minima
 
 SHIM = Path(__file__).resolve().parent / "shim"
 #: march and vector width (bits) for each instruction set level; v4 too uses 256-bit vectors, with its masks and registers.
@@ -83,6 +84,7 @@ def _key(program: ExportedProgram, spec: Spec, isa: str) -> str:
         _shim_hash(),
         str(sorted(_settings(spec, isa).items())),
         _LINK,
+        str(spec.without_nan),
     ):
         digest.update(part.encode() + b"\0")
     return digest.hexdigest()
@@ -94,7 +96,7 @@ def _compiler() -> str:
 
 @cache
 def _shim_hash() -> str:
-    digest = hashlib.sha256(Path(__file__).read_bytes())  # how it is compiled and linked
+    digest = hashlib.sha256(b"".join(Path(__file__).with_name(f).read_bytes() for f in ("native.py", "torch_speed.py")))  # how it is compiled
     for file in sorted(SHIM.rglob("*")):
         if file.is_file():
             digest.update(file.read_bytes())
@@ -181,7 +183,8 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, inc
     torch.set_num_threads(32)  # else loops over a small example are compiled serial
     paths = {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
     try:
-        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), fast_tracing(), fast_inductor():
+        minima = plain_minima() if spec.without_nan else nullcontext()
+        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), fast_tracing(), fast_inductor(), minima:
             path = str(Path(scratch) / "op.pt2")
             aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)
             return Path(path).read_bytes()

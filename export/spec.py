@@ -66,6 +66,7 @@ class Spec:
     tolerances: per dtype of an output, where DEFAULT_TOLERANCES would not do.
     gradient_tolerances: the same for the results of `vjp`, where they differ from `tolerances`.
     vectorize: False compiles native loops without SIMD, which is faster where bytes are gathered.
+    without_nan: True where the op is documented for images without NaN: native minima and maxima then take one instruction, not three.
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
     """
 
@@ -83,6 +84,7 @@ class Spec:
     reference: str = ""
     version: str = "1.0.0"
     vectorize: bool = True
+    without_nan: bool = False
 
     @property
     def generic(self) -> bool:

@@ -1,6 +1,6 @@
-"""Three things that PyTorch's exporters do slowly for ops with symbolic sizes, put in their place while chiasm exports.
+"""What PyTorch's exporters do slowly, put in its place while chiasm exports.
 
-Together they were more than half of an export's time; the results are the same.
+The first three were together more than half of an export's time, and change nothing in the results.
 """
 
 from __future__ import annotations
@@ -58,6 +58,26 @@ def fast_onnx() -> Iterator[None]:
         patch.object(_registration.ONNXRegistry, "from_torchlib", staticmethod(lambda **_: registry)),
         patch.object(_fx_passes, "decompose_with_registry", _decomposed),
     ):
+        yield
+
+
+@contextmanager
+def plain_minima() -> Iterator[None]:
+    """Native float32 minima and maxima of one instruction. PyTorch's, which pass NaN on, take three, and networks of them are all
+    that a median or a dilation does."""
+    from torch._inductor.codegen.cpp import CppVecOverrides
+
+    def plain(name: str) -> staticmethod:
+        careful = getattr(CppVecOverrides, f"{name}imum")
+
+        def code(a: Any, b: Any) -> str:
+            if a.dtype == b.dtype == torch.float32:
+                return f"decltype({a})(_mm256_{name}_ps({a}, {b}))"
+            return careful(a, b)
+
+        return staticmethod(code)
+
+    with patch.object(CppVecOverrides, "minimum", plain("min")), patch.object(CppVecOverrides, "maximum", plain("max")):
         yield
 
 

@@ -327,6 +327,7 @@ add(Spec(
     [TensorSpec("transform_matrix"), TensorSpec("mean_vector"), TensorSpec("inverse", description="inverse of transform_matrix")],
     config={"unbiased": True, "eps": 1e-4, "return_inverse": True},
     symbols={"N": (8, 1 << 20)},
+    gradients=(),  # it has one in eager code and TorchScript; as a graph, back through every product, it has 1300 nodes
     tolerances=_WHITENING,
     sample=_sample_features,
     reference="NumPy eigh",
@@ -338,6 +339,7 @@ add(Spec(
     [TensorSpec("output")],
     config={"unbiased": True, "eps": 1e-4},
     symbols={"N": (8, 1 << 20)},
+    gradients=(),  # it has one in eager code and TorchScript; as a graph, back through every product, it has 1300 nodes
     tolerances=_WHITENING,
     sample=_sample_features,
     reference="NumPy eigh",
@@ -359,6 +361,7 @@ add(Spec(
     "enhance.jpeg_codec_differentiable",
     [image(channels=3, color="RGB"), TensorSpec("jpeg_quality", ("B",), range=(30, 90), description="1 to 100, of each image")],
     [TensorSpec("output", layout="NCHW", color="RGB")],
+    symbols={"H": (17, 32768), "W": (17, 32768)},  # more than one block: one row of them is broadcast in another way
     sample=_sample_jpeg,
     # steps of up to 100 levels times the cube of a rounding error
     tolerances={"float32": Tolerance(1e-4, 1e-4)},

@@ -264,6 +264,7 @@ add(Spec(
     [TensorSpec("output", layout="NCHW")],
     config={"kernel_size": (3, 3), "border_type": "reflect"},
     symbols=STENCIL,
+    without_nan=True,
     reference="SciPy median_filter(mode='mirror')",
 ))
 
@@ -320,6 +321,7 @@ add(Spec(
     [TensorSpec("output", layout="NCHW")],
     config={"rank": 2, "kernel_size": (3, 3), "border_type": "reflect"},
     symbols=STENCIL,
+    without_nan=True,
     reference="SciPy rank_filter(mode='mirror')",
 ))
 
@@ -329,6 +331,7 @@ add(Spec(
     [TensorSpec("output", layout="NCHW")],
     config={"percentile": 80.0, "kernel_size": (3, 3), "border_type": "reflect"},
     symbols=STENCIL,
+    without_nan=True,
     reference="SciPy percentile_filter(mode='mirror')",
 ))
 

@@ -1,13 +1,13 @@
 """Morphology."""
 
+import torch
+
 from ..spec import Spec, TensorSpec, image
 from . import STENCIL, add
 
 
 def _sample(generator, sizes, dtype):
     """An image and a 3x3 structuring element (a cross: zero means outside)."""
-    import torch
-
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     cross = torch.tensor([[0.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.0]], dtype=dtype)
     return {"tensor": torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype), "kernel": cross}
@@ -20,6 +20,7 @@ add(Spec(
     symbols=STENCIL,
     gradients=("tensor",),
     sample=_sample,
+    without_nan=True,
     reference="OpenCV dilate, SciPy grey_dilation",
 ))
 
@@ -38,6 +39,7 @@ for _name, _reference in (
         symbols=STENCIL,
         gradients=("tensor",),
         sample=_sample,
+        without_nan=True,
         reference=_reference,
     ))
 
@@ -48,14 +50,13 @@ for _name, _reference in (("max_filter2d", "OpenCV dilate, SciPy maximum_filter"
         [TensorSpec("output", layout="NCHW")],
         config={"kernel_size": (5, 5), "border_type": "replicate"},
         symbols=STENCIL,
+        without_nan=True,
         reference=_reference,
     ))
 
 
 def _seed_and_mask(generator, sizes, dtype):
     """A mask, and a seed below it that is 0 in three quarters of the pixels."""
-    import torch
-
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     mask, chance = (torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype) for _ in range(2))
     return {"seed": torch.where(chance < 0.25, 0.8 * mask, torch.zeros_like(mask)), "mask": mask}
@@ -76,16 +77,12 @@ add(Spec(
 
 def _shapes(generator, sizes, dtype):
     """A binary image: three of five pixels are set."""
-    import torch
-
     shape = (sizes["B"], sizes["C"], sizes["H"], sizes["W"])
     return {"input": (torch.rand(shape, generator=generator) < 0.6).to(dtype)}
 
 
 def _shapes_and_corner(generator, sizes, dtype):
     """A binary image and the pattern of an upper right corner."""
-    import torch
-
     hit = torch.tensor([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]], dtype=dtype)
     miss = torch.tensor([[0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]], dtype=dtype)
     return _shapes(generator, sizes, dtype) | {"hit": hit, "miss": miss}

@@ -84,6 +84,12 @@ def test_joint_bilateral_by_definition(channels: tuple[int, int], distance: str,
         np.testing.assert_allclose(actual[b], expected, atol=1e-12)
 
 
+def test_joint_bilateral_shares_one_guide() -> None:
+    x, guide = photo(3, 2, 14, 17), photo(1, 3, 14, 17)
+    shared = joint_bilateral_blur(x, guide, 3, 0.1, (1.0, 1.0))
+    assert torch.equal(shared, joint_bilateral_blur(x, guide.expand(3, 3, 14, 17), 3, 0.1, (1.0, 1.0)))
+
+
 def test_joint_bilateral_guided_by_itself() -> None:
     x = photo(2, 3, 20, 21)
     sigma = torch.tensor([0.1, 0.3])

@@ -282,6 +282,26 @@ WRONG = [
 ]
 
 
+COUNTS = torch.ones(2, dtype=torch.int64)
+WRONG_DTYPE = [
+    (lambda: gaussian(3, COUNTS), "sigma"),
+    (lambda: gaussian(3, 1.0, COUNTS), "mean"),
+    (lambda: get_gaussian_erf_kernel1d(3, COUNTS), "sigma"),
+    (lambda: get_gaussian_discrete_kernel1d(3, COUNTS), "sigma"),
+    (lambda: get_gaussian_kernel2d(3, COUNTS[None]), "sigma"),
+    (lambda: get_motion_kernel2d(3, COUNTS), "angle"),
+    (lambda: get_motion_kernel2d(3, 1.0, COUNTS), "direction"),
+    (lambda: get_motion_kernel3d(3, torch.ones(1, 3).int()), "angle"),
+    (lambda: get_gabor_kernel2d(3, 1.0, COUNTS, 4.0), "theta"),
+]
+
+
+@pytest.mark.parametrize(("call", "name"), WRONG_DTYPE)
+def test_wrong_dtypes(call: object, name: str) -> None:
+    with pytest.raises(TypeError, match=f"{name}: expected a floating-point tensor, got dtype"):
+        call()
+
+
 @pytest.mark.parametrize(("call", "message"), WRONG)
 def test_wrong_arguments(call: object, message: str) -> None:
     with pytest.raises(ValueError, match=message):

@@ -141,6 +141,12 @@ def test_reconstruction_steps() -> None:
     assert reconstruction(2.0 * mask, mask, num_iters=0).equal(mask)
 
 
+def test_reconstruction_ends_in_spite_of_nan() -> None:
+    mask = torch.ones(1, 1, 5, 9)
+    mask[0, 0, 2, 4] = torch.nan
+    assert reconstruction(0.5 * mask, mask).isnan().any()
+
+
 def test_reconstruction_gradient() -> None:
     mask = photo(1, 1, 7, 8, torch.float64).requires_grad_(True)
     seed = (mask.detach() - 0.1).requires_grad_(True)

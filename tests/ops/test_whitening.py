@@ -50,6 +50,18 @@ def test_float32_data_are_whitened_in_float64() -> None:
     torch.testing.assert_close(enhance.zca_whiten(x.float()).double(), exact, atol=2e-3, rtol=0)
 
 
+def test_gradients() -> None:
+    x = patches(12, 1, 2).requires_grad_(True)
+    assert torch.autograd.gradcheck(lambda x: enhance.zca_mean(x, eps=1e-3, return_inverse=True), [x], fast_mode=True)
+    assert torch.autograd.gradcheck(lambda x: enhance.zca_whiten(x, eps=1e-3), [x], fast_mode=True)
+
+
+def test_gradient_with_equal_eigenvalues() -> None:
+    # where an eigen decomposition has none
+    x = torch.cat([torch.eye(4), -torch.eye(4)]).double().requires_grad_(True)
+    assert torch.autograd.gradcheck(lambda x: enhance.zca_whiten(x, eps=1e-3), [x], fast_mode=True)
+
+
 @pytest.mark.parametrize("dim", [0, 1, 2, -1])
 def test_linear_transform(dim: int) -> None:
     x = photo(1, 3, 5, 4, torch.float64)[0]

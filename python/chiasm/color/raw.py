@@ -11,6 +11,7 @@ from torch import Tensor
 
 from ..primitives.checks import check_choice, check_floating
 from ..primitives.decimate import every_second
+from ..primitives.materialise import materialised
 from ..primitives.padding import padded_parts
 from ..primitives.planes import check_channels, rgb_planes
 
@@ -53,7 +54,7 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
     # In a row with red samples blue is above and below; in the others it is the other way round.
     red = torch.where(reds, torch.where(columns, centre, beside), torch.where(columns, above, corners))
     blue = torch.where(reds, torch.where(columns, corners, above), torch.where(columns, beside, centre))
-    green = torch.where(reds == columns, (beside + above) * 0.5, centre)
+    green = torch.where(torch.logical_xor(reds, columns), centre, (beside + above) * 0.5)
     return torch.stack([red, green, blue], 1).reshape(list(image.shape[:-3]) + [3, height, width])
 
 
@@ -80,7 +81,7 @@ def rgb_to_raw(image: Tensor, cfa: str) -> Tensor:
     red_row, red_column = _red(cfa)
     rows = _parity(image.size(-2), red_row, image.device)[:, None]
     columns = _parity(image.size(-1), red_column, image.device)
-    return torch.where(rows == columns, torch.where(rows, red, blue), green).unsqueeze(-3)
+    return torch.where(torch.logical_xor(rows, columns), green, torch.where(rows, red, blue)).unsqueeze(-3)
 
 
 def raw_to_rgb_2x2_downscaled(image: Tensor, cfa: str) -> Tensor:
@@ -126,5 +127,6 @@ def _red(cfa: str) -> Tuple[int, int]:
 
 def _parity(size: int, first: int, device: torch.device) -> Tensor:
     """(size,) bool: whether the position is even (``first`` 0) or odd (1)."""
-    i = torch.arange(size, device=device)
-    return i - 2 * torch.div(i, 2, rounding_mode="floor") == first
+    # As floats, and stored: native code compares eight at once.
+    odd = materialised(torch.bitwise_and(torch.arange(size, device=device), 1).to(torch.float32), 0)
+    return odd == float(first)

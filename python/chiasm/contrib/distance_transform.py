@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image
-from ..primitives.loops import until_stable
+from ..primitives.loops import is_same, until_stable
 from ..primitives.padding import join_columns, padded_parts
 
 
@@ -44,7 +44,7 @@ def distance_transform_edt(image: Tensor) -> Tensor:
             k = 0
             while moving:
                 less = _erode_by_parabola(squared, torch.full([], k, dtype=torch.int64, device=image.device), dim)
-                moving = not torch.equal(less, squared)
+                moving = not is_same(less, squared)
                 squared = less
                 k += 1
         else:
@@ -99,7 +99,7 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
         k = 0
         while moving:
             grown = _grow(state, torch.full([], k, dtype=torch.int64, device=image.device), taps, kernel_size, h)
-            moving = not torch.equal(grown, state)
+            moving = not is_same(grown, state)
             state = grown
             k += 1
     else:

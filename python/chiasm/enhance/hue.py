@@ -1,14 +1,14 @@
 """Hue and saturation, by way of HSV."""
 
-from typing import Tuple, Union
+from typing import Union
 
 import torch
 from torch import Tensor
 
 from ..color.hsv import rgb_to_hsv
 from ..color.hue import from_hue
-from ..primitives.checks import check_floating, check_rgb
 from ..primitives.factors import per_sample
+from ..primitives.planes import rgb_planes
 
 
 def adjust_hue(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
@@ -29,7 +29,7 @@ def adjust_hue(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
         >>> adjust_hue(torch.tensor([1.0, 0.0, 0.0]).reshape(3, 1, 1), 2.0943951).flatten()
         tensor([0., 1., 0.])
     """
-    hue, saturation, value = _planes(rgb_to_hsv(image), "image")
+    hue, saturation, value = rgb_planes(rgb_to_hsv(image), "image")
     return from_hue(hue + _plane_factor(factor, image), value, value * saturation)
 
 
@@ -51,7 +51,7 @@ def adjust_hue_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
         >>> adjust_hue_raw(torch.tensor([1.0, 0.5, 0.5]).reshape(3, 1, 1), 0.5).flatten()
         tensor([1.5000, 0.5000, 0.5000])
     """
-    hue, saturation, value = _planes(image, "image")
+    hue, saturation, value = rgb_planes(image, "image")
     turned = hue + _plane_factor(factor, image)
     turned = turned - 6.283185307179586 * torch.floor(turned.detach() / 6.283185307179586)
     return torch.stack([turned, saturation, value], -3)
@@ -75,7 +75,7 @@ def adjust_saturation(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
         >>> adjust_saturation(torch.tensor([0.8, 0.4, 0.4]).reshape(3, 1, 1), 0.5).flatten()
         tensor([0.8000, 0.6000, 0.6000])
     """
-    hue, saturation, value = _planes(rgb_to_hsv(image), "image")
+    hue, saturation, value = rgb_planes(rgb_to_hsv(image), "image")
     return from_hue(hue, value, value * (saturation * _plane_factor(factor, image)).clamp(0.0, 1.0))
 
 
@@ -97,14 +97,8 @@ def adjust_saturation_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor
         >>> adjust_saturation_raw(torch.tensor([1.0, 0.5, 0.5]).reshape(3, 1, 1), 3.0).flatten()
         tensor([1.0000, 1.0000, 0.5000])
     """
-    hue, saturation, value = _planes(image, "image")
+    hue, saturation, value = rgb_planes(image, "image")
     return torch.stack([hue, (saturation * _plane_factor(factor, image)).clamp(0.0, 1.0), value], -3)
-
-
-def _planes(image: Tensor, name: str) -> Tuple[Tensor, Tensor, Tensor]:
-    check_rgb(image, name)
-    check_floating(image, name)
-    return image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)
 
 
 def _plane_factor(factor: Union[float, Tensor], image: Tensor) -> Tensor:

@@ -9,6 +9,7 @@ from torch import Tensor
 from ..primitives.checks import check_floating, check_rgb
 from ..primitives.linalg import small_matmul
 from ..primitives.materialise import materialised
+from ..primitives.reshaping import reshaped
 
 
 def jpeg_codec_differentiable(
@@ -47,7 +48,7 @@ def jpeg_codec_differentiable(
     batch, height, width = input.size(0), input.size(2), input.size(3)
     if jpeg_quality.dim() > 1 or (jpeg_quality.dim() == 1 and jpeg_quality.size(0) != batch and jpeg_quality.size(0) != 1):
         raise ValueError(f"jpeg_quality: expected a scalar tensor, (1,) or ({batch},), got {list(jpeg_quality.shape)}")
-    quality = jpeg_quality.to(input.dtype).reshape(-1, 1, 1, 1)
+    quality = jpeg_quality.to(input.dtype).reshape(-1, 1, 1, 1, 1, 1)
     luma = _steps(_table(quantization_table_y, _luma(), input, "quantization_table_y"), quality)
     chroma = _steps(_table(quantization_table_c, _chroma(), input, "quantization_table_c"), quality)
 
@@ -58,14 +59,17 @@ def jpeg_codec_differentiable(
     pixels = input.index_select(2, rows).index_select(3, columns) * 255.0
     red, green, blue = pixels[:, 0], pixels[:, 1], pixels[:, 2]
     y = 0.299 * red + 0.587 * green + 0.114 * blue - 128.0
-    cb = _halved(-0.168735892 * red - 0.331264108 * green + 0.5 * blue, down * 8, across * 8)
-    cr = _halved(0.5 * red - 0.418687589 * green - 0.081312411 * blue, down * 8, across * 8)
+    cb = -0.168735892 * red - 0.331264108 * green + 0.5 * blue
+    cr = 0.5 * red - 0.418687589 * green - 0.081312411 * blue
 
-    y = _coded(y, luma, down * 2, across * 2) + 128.0
-    cb = _doubled(_coded(cb, chroma, down, across))
-    cr = _doubled(_coded(cr, chroma, down, across))
+    y = _coded(y[:, None], luma, down * 2, across * 2)[:, 0] + 128.0
+    colour = _coded(_halved(torch.stack([cb, cr], 1), down * 8, across * 8), chroma, down, across)
+    colour = _doubled(colour, down * 16, across * 16)
+    cb, cr = colour[:, 0], colour[:, 1]
     decoded = torch.stack([y + 1.402 * cr, y - 0.344136286 * cb - 0.714136286 * cr, y + 1.772 * cb], 1)
-    return (decoded[:, :, :height, :width] / 255.0).clamp(0.0, 1.0)
+    # By index: that a slice's end lies within whole blocks is more than symbolic sizes can prove.
+    rows, columns = torch.arange(height, device=input.device), torch.arange(width, device=input.device)
+    return (decoded.index_select(2, rows).index_select(3, columns) / 255.0).clamp(0.0, 1.0)
 
 
 def _luma() -> Tensor:
@@ -97,18 +101,18 @@ def _chroma() -> Tensor:
 
 
 def _table(table: Optional[Tensor], default: Tensor, like: Tensor, name: str) -> Tensor:
-    """(B or 1, 1, 8, 8)."""
+    """(B or 1, 1, 1, 8, 1, 8), to broadcast against planes, rows of blocks, their rows, columns of blocks, and their columns."""
     if table is None:
         table = default.to(like.device)
     if table.dim() < 2 or table.dim() > 3 or table.size(-1) != 8 or table.size(-2) != 8:
         raise ValueError(f"{name}: expected shape (8, 8) or (B, 8, 8), got {list(table.shape)}")
     if table.dim() == 3 and table.size(0) != like.size(0) and table.size(0) != 1:
         raise ValueError(f"{name}: expected shape (8, 8) or ({like.size(0)}, 8, 8), got {list(table.shape)}")
-    return table.to(like.dtype).reshape(-1, 1, 8, 8)
+    return table.to(like.dtype).reshape(-1, 1, 1, 8, 1, 8)
 
 
 def _steps(table: Tensor, quality: Tensor) -> Tensor:
-    """The table scaled as by libjpeg: at quality 50 as it is, at 100 ones; (B or 1, 1, 8, 8)."""
+    """The table scaled as by libjpeg: at quality 50 as it is, at 100 ones."""
     scale = torch.where(quality < 50.0, 5000.0 / quality.clamp(min=1.0), 200.0 - 2.0 * quality)
     # floor(x + 1/2), T.81's rounding
     return _rounded(table * scale / 100.0).clamp(1.0, 255.0)
@@ -127,21 +131,24 @@ def _cosines(like: Tensor) -> Tensor:
     return torch.where(k[:, None] == 0, torch.full_like(waves, 0.125**0.5), waves).to(like.dtype)
 
 
-def _coded(plane: Tensor, steps: Tensor, down: int, across: int) -> Tensor:
-    """(B, 8 down, 8 across) through DCT, rounding to whole steps, and inverse DCT."""
-    cosines = _cosines(plane)
-    blocks = plane.reshape(plane.size(0), down, 8, across, 8).permute(0, 1, 3, 2, 4).flatten(1, 2)
-    tall = materialised(small_matmul(cosines, blocks), 0)
-    coefficients = materialised(_rounded(small_matmul(tall, cosines.transpose(0, 1)) / steps) * steps, 0)
-    tall = materialised(small_matmul(cosines.transpose(0, 1), coefficients), 0)
-    blocks = small_matmul(tall, cosines)
-    return blocks.reshape(plane.size(0), down, across, 8, 8).permute(0, 1, 3, 2, 4).reshape(plane.size(0), down * 8, across * 8)
+def _coded(planes: Tensor, steps: Tensor, down: int, across: int) -> Tensor:
+    """(B, P, 8 down, 8 across) through DCT, rounding to whole steps, and inverse DCT."""
+    cosines = _cosines(planes)
+    waves = cosines.transpose(0, 1)
+    batch, count, width = planes.size(0), planes.size(1), across * 8
+    tall = materialised(small_matmul(cosines, reshaped(planes, [batch, count, down, 8, width])), 4)
+    coefficients = small_matmul(reshaped(tall, [batch, count, down, 8, across, 8]), waves)
+    kept = materialised(_rounded(coefficients / steps) * steps, 0)
+    tall = materialised(reshaped(small_matmul(kept, cosines), [batch, count, down, 8, width]), 4)
+    return reshaped(small_matmul(waves, tall), [batch, count, down * 8, width])
 
 
-def _halved(plane: Tensor, height: int, width: int) -> Tensor:
+def _halved(planes: Tensor, height: int, width: int) -> Tensor:
     """Mean of each 2x2 square."""
-    return plane.reshape(plane.size(0), height, 2, width, 2).mean([2, 4])
+    return reshaped(planes, [planes.size(0), planes.size(1), height, 2, width, 2]).mean([3, 5])
 
 
-def _doubled(plane: Tensor) -> Tensor:
-    return plane[:, :, None, :, None].expand(-1, -1, 2, -1, 2).flatten(3, 4).flatten(1, 2)
+def _doubled(planes: Tensor, height: int, width: int) -> Tensor:
+    """Every pixel twice in both directions, to (B, P, height, width)."""
+    twice = planes[:, :, :, None, :, None].expand(-1, -1, -1, 2, -1, 2)
+    return reshaped(twice, [planes.size(0), planes.size(1), height, width])

@@ -39,6 +39,7 @@ def get_gabor_kernel2d(
         (B, rows, columns), with B = 1 for floats; not normalised.
 
     Raises:
+        TypeError: if a tensor is not floating point.
         ValueError: if the kernel size is not odd and positive.
 
     Example:
@@ -46,14 +47,17 @@ def get_gabor_kernel2d(
         tensor([[[-2.6512e-08,  1.0000e+00, -2.6512e-08]]])
     """
     ky, kx = odd_pair(kernel_size, "kernel_size")
-    kind = dtype
+    kind, device = dtype, torch.device("cpu")
     for value in (sigma, theta, lambd, gamma, psi):
         if isinstance(value, Tensor):
-            kind = value.dtype
-    s, angle, wavelength = as_column(sigma, kind)[:, None], as_column(theta, kind)[:, None], as_column(lambd, kind)[:, None]
-    aspect, phase = as_column(gamma, kind)[:, None], as_column(psi, kind)[:, None]
-    x = (torch.arange(kx, device=angle.device).to(kind) - kx // 2)[None, None, :]
-    y = (torch.arange(ky, device=angle.device).to(kind) - ky // 2)[None, :, None]
+            kind, device = value.dtype, value.device
+    s = as_column(sigma, kind, "sigma")[:, None].to(device)
+    angle = as_column(theta, kind, "theta")[:, None].to(device)
+    wavelength = as_column(lambd, kind, "lambd")[:, None].to(device)
+    aspect = as_column(gamma, kind, "gamma")[:, None].to(device)
+    phase = as_column(psi, kind, "psi")[:, None].to(device)
+    x = (torch.arange(kx, device=device).to(kind) - kx // 2)[None, None, :]
+    y = (torch.arange(ky, device=device).to(kind) - ky // 2)[None, :, None]
     u = -(x * torch.cos(angle) + y * torch.sin(angle))
     v = (x * torch.sin(angle) - y * torch.cos(angle)) * aspect
     return torch.exp(-0.5 * (u * u + v * v) / (s * s)) * torch.cos(2.0 * math.pi * u / wavelength + phase)
@@ -81,7 +85,7 @@ def gabor(
         (B, C, H, W).
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if a tensor is not floating point.
         ValueError: if a shape, the kernel size or the border is not as above.
 
     Example:
@@ -89,4 +93,5 @@ def gabor(
         >>> (gabor(stripes, 7, 2.0, 0.0, 4.0).abs() > gabor(stripes, 7, 2.0, math.pi / 2, 4.0).abs())[0, 0, 8, 8]
         tensor(True)
     """
-    return filter2d(input, get_gabor_kernel2d(kernel_size, sigma, theta, lambd, gamma, psi, input.dtype), border_type)
+    kernel = get_gabor_kernel2d(kernel_size, sigma, theta, lambd, gamma, psi, input.dtype)
+    return filter2d(input, kernel.to(input.device), border_type)

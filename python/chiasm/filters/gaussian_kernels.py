@@ -5,6 +5,7 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
+from ..primitives.checks import check_floating
 from .gaussian import get_gaussian_kernel1d
 
 
@@ -26,6 +27,7 @@ def gaussian(
         (B, window_size), with B = 1 for floats.
 
     Raises:
+        TypeError: if a tensor is not floating point.
         ValueError: if window_size is not positive.
 
     Example:
@@ -34,12 +36,12 @@ def gaussian(
     """
     if window_size < 1:
         raise ValueError(f"window_size: expected a positive size, got {window_size}")
-    s = as_column(sigma, dtype)
+    s = as_column(sigma, dtype, "sigma")
     x = _positions(window_size, s, 0.0)
     if mean is None:
         x = x - window_size // 2
     else:
-        x = x - as_column(mean, s.dtype)
+        x = x - as_column(mean, s.dtype, "mean").to(s.device)
     if window_size % 2 == 0:
         x = x + 0.5
     weight = torch.exp(-(x * x) / (2.0 * s * s))
@@ -64,6 +66,7 @@ def get_gaussian_erf_kernel1d(
         (B, kernel_size), with B = 1 for a float sigma.
 
     Raises:
+        TypeError: if a tensor is not floating point.
         ValueError: if kernel_size is not positive, or even without force_even.
 
     Example:
@@ -72,7 +75,7 @@ def get_gaussian_erf_kernel1d(
     """
     if kernel_size < 1 or (kernel_size % 2 == 0 and not force_even):
         raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
-    s = as_column(sigma, dtype)
+    s = as_column(sigma, dtype, "sigma")
     # The edges of the pixels, in units of sqrt(2) sigma; each tap is what lies between two.
     x = _positions(kernel_size, s, (kernel_size - 1) * 0.5)
     t = 0.7071067811865476 / s
@@ -96,6 +99,7 @@ def get_gaussian_discrete_kernel1d(kernel_size: int, sigma: Union[float, Tensor]
         (B, kernel_size), with B = 1 for a float sigma.
 
     Raises:
+        TypeError: if a tensor is not floating point.
         ValueError: if kernel_size is not odd and positive.
 
     Example:
@@ -104,7 +108,7 @@ def get_gaussian_discrete_kernel1d(kernel_size: int, sigma: Union[float, Tensor]
     """
     if kernel_size < 1 or kernel_size % 2 == 0:
         raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
-    s = as_column(sigma, dtype)
+    s = as_column(sigma, dtype, "sigma")
     t = s * s
     radius = kernel_size // 2
     # r(n) = I_n / I_(n-1) = t / (2 n + t r(n+1)), from an order so high that the start is forgotten; the start itself is
@@ -147,6 +151,7 @@ def get_gaussian_kernel2d(
         (B, rows, columns), with B = 1 for floats.
 
     Raises:
+        TypeError: if a tensor is not floating point.
         ValueError: if a size is not positive, or even without force_even, or sigma's shape is not as above.
 
     Example:
@@ -185,6 +190,7 @@ def get_gaussian_kernel3d(
         (B, depth, rows, columns), with B = 1 for floats.
 
     Raises:
+        TypeError: if a tensor is not floating point.
         ValueError: if a size is not positive, or even without force_even, or sigma's shape is not as above.
 
     Example:
@@ -203,9 +209,10 @@ def get_gaussian_kernel3d(
     return get_gaussian_kernel1d(kz, s[:, 0], force_even)[:, :, None, None] * plane[:, None]
 
 
-def as_column(value: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
-    """A float as (1, 1) of ``dtype``, a tensor of any shape as (B, 1)."""
+def as_column(value: Union[float, Tensor], dtype: torch.dtype, name: str) -> Tensor:
+    """A float as (1, 1) of ``dtype``, a floating-point tensor of any shape as (B, 1)."""
     if isinstance(value, Tensor):
+        check_floating(value, name)
         return value.reshape(-1, 1)
     return torch.full([1, 1], value, dtype=dtype)
 
@@ -217,4 +224,5 @@ def _positions(size: int, like: Tensor, origin: float) -> Tensor:
 def _check_sigmas(sigma: Tensor, axes: int) -> Tensor:
     if sigma.dim() != 2 or sigma.size(1) != axes:
         raise ValueError(f"sigma: expected shape (B, {axes}), got {list(sigma.shape)}")
+    check_floating(sigma, "sigma")
     return sigma

@@ -80,19 +80,24 @@ def _linear_models(guidance: Tensor, input: Tensor, ky: int, kx: int, eps: Tenso
     """The slope for each channel of guidance and the offset, (B, D, H, W) each, averaged over the windows of each pixel."""
     channels = guidance.size(1)
     guides = [guidance[:, i : i + 1] for i in range(channels)]
-    means = [_box(g, ky, kx, border_type) for g in guides]
-    mean = _box(input, ky, kx, border_type)
+    products: List[Tensor] = []
+    for i in range(channels):
+        products += [guides[i] * guides[j] for j in range(i, channels)]
+    sums = _boxes(guides + products + [input] + [guide * input for guide in guides], ky, kx, border_type)
+    means, mean = sums[:channels], sums[channels + len(products)]
     # The normal equations (covariance + eps I) a = covariance with input, solved by elimination, which needs no pivoting for
     # a positive definite matrix. rows[i][j - i] is the upper triangle.
     rows: List[List[Tensor]] = []
     right: List[Tensor] = []
+    n = channels
     for i in range(channels):
         row: List[Tensor] = []
         for j in range(i, channels):
-            covariance = _box(guides[i] * guides[j], ky, kx, border_type) - means[i] * means[j]
+            covariance = sums[n] - means[i] * means[j]
             row.append(covariance + eps if i == j else covariance)
+            n += 1
         rows.append(row)
-        right.append(_box(guides[i] * input, ky, kx, border_type) - means[i] * mean)
+        right.append(sums[channels + len(products) + 1 + i] - means[i] * mean)
     for i in range(channels):
         for j in range(i + 1, channels):
             factor = rows[i][j - i] / rows[i][0]
@@ -106,12 +111,21 @@ def _linear_models(guidance: Tensor, input: Tensor, ky: int, kx: int, eps: Tenso
     offset = mean
     for i in range(channels):
         offset = offset - right[i] * means[i]
-    return [_box(a, ky, kx, border_type) for a in right], _box(offset, ky, kx, border_type)
+    averaged = _boxes(right + [offset], ky, kx, border_type)
+    return averaged[:channels], averaged[channels]
 
 
-def _box(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
-    # Not the convolution that numbers as taps would become in ONNX: folding the channels of a subsampled image into its batch
+def _boxes(images: List[Tensor], ky: int, kx: int, border_type: str) -> List[Tensor]:
+    """The means of the windows of images of one height and width, all channels in one pass."""
+    together = torch.cat(images, 1)
+    # Taps that are numbers would become convolutions in ONNX, which fold channels into the batch; for a subsampled image that
     # makes torch.export doubt sizes such as H // 2.
-    kernel_y = torch.full([1, ky], 1.0 / ky, dtype=x.dtype, device=x.device)
-    kernel_x = torch.full([1, kx], 1.0 / kx, dtype=x.dtype, device=x.device)
-    return separable_sums(x, kernel_y, kernel_x, border_type)
+    kernel_y = torch.full([1, ky], 1.0 / ky, dtype=together.dtype, device=together.device)
+    kernel_x = torch.full([1, kx], 1.0 / kx, dtype=together.dtype, device=together.device)
+    means = separable_sums(together, kernel_y, kernel_x, border_type)
+    outs: List[Tensor] = []
+    first = 0
+    for image in images:
+        outs.append(means.narrow(1, first, image.size(1)))
+        first += image.size(1)
+    return outs

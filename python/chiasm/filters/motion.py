@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ..geometry.conversions import axis_angle_to_rotation_matrix
-from ..primitives.checks import check_choice
+from ..primitives.checks import check_choice, check_floating
 from .correlation import filter2d, filter3d
 from .gaussian_kernels import as_column
 
@@ -36,6 +36,7 @@ def get_motion_kernel2d(
         (B, kernel_size, kernel_size), with B = 1 for floats.
 
     Raises:
+        TypeError: if a tensor is not floating point.
         ValueError: if kernel_size or mode is not as above.
 
     Example:
@@ -45,7 +46,7 @@ def get_motion_kernel2d(
                 [0.0000, 0.3333, 0.0000]])
     """
     _check(kernel_size, mode)
-    turn = as_column(angle, dtype)[:, :, None] * (math.pi / 180.0)
+    turn = as_column(angle, dtype, "angle")[:, :, None] * (math.pi / 180.0)
     line = _line(kernel_size, direction, turn.dtype)
     grid = torch.arange(kernel_size, device=turn.device).to(turn.dtype) - kernel_size // 2
     x, y = grid[None, None, :], grid[None, :, None]
@@ -79,6 +80,7 @@ def get_motion_kernel3d(
         (B, kernel_size, kernel_size, kernel_size), with B = 1 for a tuple.
 
     Raises:
+        TypeError: if a tensor is not floating point.
         ValueError: if a shape, kernel_size or mode is not as above.
 
     Example:
@@ -89,6 +91,7 @@ def get_motion_kernel3d(
     if isinstance(angle, Tensor):
         if angle.dim() != 2 or angle.size(1) != 3:
             raise ValueError(f"angle: expected shape (B, 3), got {list(angle.shape)}")
+        check_floating(angle, "angle")
         turn = angle
     else:
         turn = torch.tensor([[angle[0], angle[1], angle[2]]], dtype=dtype)
@@ -126,14 +129,15 @@ def motion_blur(
         (B, C, H, W).
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if a tensor is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
         >>> motion_blur(torch.eye(5)[None, None], 5, 135.0, 0.0, "constant")[0, 0, 2, 2]
         tensor(1.)
     """
-    return filter2d(input, get_motion_kernel2d(kernel_size, angle, direction, mode, input.dtype), border_type)
+    kernel = get_motion_kernel2d(kernel_size, angle, direction, mode, input.dtype)
+    return filter2d(input, kernel.to(input.device), border_type)
 
 
 def motion_blur3d(
@@ -158,14 +162,15 @@ def motion_blur3d(
         (B, C, D, H, W).
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if a tensor is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
         >>> motion_blur3d(torch.ones(1, 1, 3, 4, 5), 3, (10.0, 20.0, 30.0), 0.5).shape
         torch.Size([1, 1, 3, 4, 5])
     """
-    return filter3d(input, get_motion_kernel3d(kernel_size, angle, direction, mode, input.dtype), border_type)
+    kernel = get_motion_kernel3d(kernel_size, angle, direction, mode, input.dtype)
+    return filter3d(input, kernel.to(input.device), border_type)
 
 
 def _check(kernel_size: int, mode: str) -> None:
@@ -176,7 +181,7 @@ def _check(kernel_size: int, mode: str) -> None:
 
 def _line(size: int, direction: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
     """Weights (B, 1, 1, size) that change linearly from one end to the other."""
-    start = 0.5 * (as_column(direction, dtype).to(dtype).clamp(-1.0, 1.0) + 1.0)
+    start = 0.5 * (as_column(direction, dtype, "direction").to(dtype).clamp(-1.0, 1.0) + 1.0)
     step = torch.arange(size, device=start.device).to(dtype) / (size - 1)
     return (start + (1.0 - 2.0 * start) * step)[:, None, None]
 

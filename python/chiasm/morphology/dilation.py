@@ -22,7 +22,7 @@ def dilation(
     reflected; OpenCV's ``dilate`` does not reflect it.
 
     Args:
-        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.

@@ -21,7 +21,7 @@ def erosion(
     J. Serra, Image Analysis and Mathematical Morphology, 1982. SciPy's ``grey_erosion``; OpenCV's ``erode`` for a flat element.
 
     Args:
-        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.

@@ -2,11 +2,10 @@
 
 from typing import Tuple, Union
 
-import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image, odd_pair
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.extremes import rectangle_extreme
 
 
 def max_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "replicate") -> Tensor:
@@ -16,7 +15,7 @@ def max_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border
     maxima are taken along columns, then along rows, by doubling the window's length. SciPy's ``maximum_filter``, OpenCV's ``dilate``.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point, without NaN.
         kernel_size: odd size, one for both axes or (rows, columns).
         border_type: "replicate" (the outside never wins), "reflect", "circular" or "constant" (zeros).
 
@@ -40,7 +39,7 @@ def min_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border
     Not in Kornia; see ``max_filter2d``. SciPy's ``minimum_filter``, OpenCV's ``erode``.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point, without NaN.
         kernel_size: odd size, one for both axes or (rows, columns).
         border_type: "replicate" (the outside never wins), "reflect", "circular" or "constant" (zeros).
 
@@ -61,18 +60,4 @@ def min_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border
 def _filter(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str, largest: bool) -> Tensor:
     check_image(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
-    tall = join_columns([_run(p, 2, ky, largest) for p in padded_parts(input, ky // 2, ky // 2, 0, 0, border_type)])
-    return join_columns([_run(p, 3, kx, largest) for p in padded_parts(tall, 0, 0, kx // 2, kx // 2, border_type)])
-
-
-def _run(p: Tensor, dim: int, count: int, largest: bool) -> Tensor:
-    """The extreme of each ``count`` successive entries along ``dim``."""
-    size = p.size(dim) - count + 1
-    length = 1
-    while length < count:
-        # Two windows of this length make one of up to twice the length; what they share does no harm.
-        step = min(length, count - length)
-        left, right = p.narrow(dim, 0, p.size(dim) - step), p.narrow(dim, step, p.size(dim) - step)
-        p = torch.maximum(left, right) if largest else torch.minimum(left, right)
-        length = length + step
-    return p.narrow(dim, 0, size)
+    return rectangle_extreme(input, ky, kx, border_type, largest)

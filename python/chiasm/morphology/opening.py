@@ -22,7 +22,7 @@ def opening(
     wherever the origin is; Kornia's does not, which differs for even sizes and off-centre origins.
 
     Args:
-        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
@@ -60,7 +60,7 @@ def closing(
     wherever the origin is; Kornia's does not, which differs for even sizes and off-centre origins.
 
     Args:
-        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
@@ -97,7 +97,7 @@ def top_hat(
     SciPy's ``white_tophat``.
 
     Args:
-        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
@@ -133,7 +133,7 @@ def bottom_hat(
     SciPy's ``black_tophat``.
 
     Args:
-        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
@@ -169,7 +169,7 @@ def gradient(
     SciPy's ``morphological_gradient`` for centred elements of odd size.
 
     Args:
-        tensor: (B, C, H, W), floating point, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
         structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
-from ..primitives.loops import until_stable
+from ..primitives.loops import is_same, until_stable
 from .element import extreme
 
 
@@ -25,7 +25,7 @@ def reconstruction(
 
     Args:
         seed: (B, C, H, W), floating point; where it is beyond mask it is cut to mask.
-        mask: (B, C, H, W), floating point, of magnitude below 1e4.
+        mask: (B, C, H, W), floating point, without NaN, of magnitude below 1e4.
         kernel: (kh, kw) flat neighbourhood, nonzero where it has a point, the centre among them; 3x3 ones by default.
         method: "dilation", or "erosion", which erodes the seed and never goes below mask.
         num_iters: the most steps; None is as many as it takes.
@@ -58,7 +58,7 @@ def reconstruction(
         step = torch.zeros([], dtype=torch.int64, device=seed.device)
         for _ in range(limit):
             moved = _spread(state, step, mask, element, largest)
-            if torch.equal(moved, state):
+            if is_same(moved, state):
                 break
             state = moved
     else:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image
-from ..primitives.loops import until_stable
+from ..primitives.loops import is_same, until_stable
 from ..primitives.padding import join_columns, padded_parts
 
 
@@ -71,7 +71,7 @@ def _thinned(input: Tensor, num_iters: int, zhang: bool) -> Tensor:
         k = torch.zeros([], dtype=torch.int64, device=input.device)
         for _ in range(num_iters):
             peeled = _peel(state, k, zhang)
-            if torch.equal(peeled, state):
+            if is_same(peeled, state):
                 break
             state = peeled
     else:

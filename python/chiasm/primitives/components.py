@@ -8,7 +8,8 @@ of lower index is hung below it, and all trees become shallower.
 import torch
 from torch import Tensor
 
-from .loops import until_stable
+from .extremes import rectangle_extreme
+from .loops import is_same, until_stable
 from .target import native_forward
 
 
@@ -26,7 +27,7 @@ def component_roots(mask: Tensor, limit: int) -> Tensor:
     if torch.jit.is_scripting():
         for _ in range(limit):
             joined = _join(parent, own[0], mask)
-            if torch.equal(joined, parent):
+            if is_same(joined, parent):
                 break
             parent = joined
     else:
@@ -61,14 +62,10 @@ def lower_at(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> T
 
 def _join(parent: Tensor, k: Tensor, mask: Tensor) -> Tensor:
     inside = mask.reshape(parent.size(0), parent.size(1))
-    nobody = torch.full_like(parent, 2147483647)
-    lowest = _least_of_nine(torch.where(inside, parent, nobody).reshape(mask.size(0), mask.size(1), mask.size(2))).reshape(parent.size(0), parent.size(1))
+    nobody = 2147483647
+    own = torch.where(inside, parent, torch.full_like(parent, nobody)).reshape(-1, 1, mask.size(1), mask.size(2))
+    lowest = rectangle_extreme(own, 3, 3, "constant", False, float(nobody)).reshape(parent.size(0), parent.size(1))
     parent = lower_at(parent, parent, lowest, inside & (lowest < parent))
     for _ in range(3):
         parent = parent.gather(1, parent.to(torch.int64))
     return parent
-
-
-def _least_of_nine(x: Tensor) -> Tensor:
-    x = torch.minimum(x, torch.minimum(torch.cat([x[:, :1], x[:, :-1]], 1), torch.cat([x[:, 1:], x[:, -1:]], 1)))
-    return torch.minimum(x, torch.minimum(torch.cat([x[:, :, :1], x[:, :, :-1]], 2), torch.cat([x[:, :, 1:], x[:, :, -1:]], 2)))

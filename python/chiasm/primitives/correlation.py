@@ -180,8 +180,9 @@ def weigh_and_thin(p: Tensor, taps_y: List[float], taps_x: List[float], stride: 
         flat = p.reshape(-1, 1, p.size(2), p.size(3))
         column = torch.tensor(taps_y, dtype=p.dtype, device=p.device).reshape(1, 1, -1, 1)
         row = torch.tensor(taps_x, dtype=p.dtype, device=p.device).reshape(1, 1, 1, -1)
-        flat = F.conv2d(F.conv2d(flat, column, stride=[stride, 1]), row, stride=[1, stride])
-        return flat.reshape(p.size(0), p.size(1), flat.size(2), flat.size(3))
+        # Without the axis of 1, over which a reshape to sizes that were divided would stumble.
+        flat = F.conv2d(flat, column * row, stride=[stride, stride])[:, 0]
+        return flat.reshape(p.size(0), p.size(1), flat.size(1), flat.size(2))
     return _thin(_weigh(_thin(_weigh(p, 2, taps_y), 2, stride), 3, taps_x), 3, stride)
 
 

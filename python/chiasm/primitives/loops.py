@@ -30,7 +30,7 @@ def until_stable(step: Callable[..., Tensor], state: Tensor, fixed: Tuple[Any, .
         return repeat(step, state, fixed, min(limit, _COPIED_STEPS))
     for k in range(limit):
         moved = step(state, _counter(k, state), *fixed)
-        if torch.equal(moved, state):
+        if is_same(moved, state):
             break
         state = moved
     return state
@@ -49,6 +49,19 @@ def repeat(step: Callable[..., Tensor], state: Tensor, fixed: Tuple[Any, ...], c
     return state
 
 
+def is_same(after: Tensor, before: Tensor) -> bool:
+    """Whether nothing changed; what was NaN may have become anything, or a loop would never end.
+
+    >>> is_same(torch.tensor([1.0, torch.nan]), torch.tensor([1.0, torch.nan]))
+    True
+    """
+    return not bool(_changed(after, before))
+
+
+def _changed(after: Tensor, before: Tensor) -> Tensor:
+    return ((after != before) & (before == before)).any()
+
+
 def _counter(k: int, state: Tensor) -> Tensor:
     return torch.full([], k, dtype=torch.int64, device=state.device)
 
@@ -61,7 +74,7 @@ def _while_loop(step: Callable[..., Tensor], state: Tensor, fixed: Tuple[Any, ..
 
     def body(k: Tensor, moved: Tensor, state: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
         after = step(state, k, *fixed)
-        return k + 1, (after != state).any() if may_end else moved.clone(), after
+        return k + 1, _changed(after, state) if may_end else moved.clone(), after
 
     # clone: a loop may not begin with a tensor that the caller owns
     return while_loop(moving, body, (_counter(0, state), torch.ones([], dtype=torch.bool, device=state.device), state.clone()))[2]

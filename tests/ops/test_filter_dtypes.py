@@ -1,0 +1,65 @@
+"""Linear filters, their kernels and thresholds keep their input's dtype and device, and in half precision stay near float32."""
+
+import pytest
+import torch
+from torch import Tensor
+
+from chiasm import filters
+from chiasm.export import samples
+from chiasm.export.catalog import Entry, catalog
+from chiasm.export.module import bind
+
+#: Comparisons, whose outputs jump: only the dtype is compared.
+JUMPS = ("adaptive", "otsu", "edge_aware", "in_range", "get_motion_kernel3d")
+MODULES = ("box", "correlation", "edges", "gabor", "gaussian", "gaussian_kernels", "gradient", "gradient3d", "motion", "pooling", "sharpen", "threshold")
+ENTRIES = {n: e for n, e in catalog().items() if e.function().__module__.removeprefix("chiasm.filters.") in MODULES}
+SIZES = {"B": 2, "C": 3, "H": 12, "W": 11, "N": 5}
+
+
+def results(entry: Entry, dtype: str) -> list[Tensor]:
+    spec = entry.spec
+    # The same scene for all: values that every dtype has.
+    made = samples.make(spec, samples.fit(spec, SIZES), "bfloat16")
+    inputs = [v.to(getattr(torch, dtype)) if v.is_floating_point() else v for v in made.values()]
+    result = bind(entry.function(), [t.name for t in spec.inputs], spec.config, spec.name)(*inputs)
+    return [result] if isinstance(result, Tensor) else list(result)
+
+
+@pytest.mark.parametrize(("dtype", "tolerance"), [("float64", 1e-4), ("float16", 2e-2), ("bfloat16", 1e-1)])
+@pytest.mark.parametrize("entry", ENTRIES.values(), ids=ENTRIES)
+def test_dtype_is_kept(entry: Entry, dtype: str, tolerance: float) -> None:
+    for actual, expected in zip(results(entry, dtype), results(entry, "float32"), strict=True):
+        if not expected.is_floating_point():
+            continue
+        assert actual.dtype == getattr(torch, dtype)
+        assert torch.isfinite(actual).all()
+        if not any(word in entry.spec.name for word in JUMPS):
+            scale = expected.abs().max().item()
+            torch.testing.assert_close(actual.float(), expected, rtol=0.0, atol=tolerance * max(scale, 1.0))
+
+
+X = torch.zeros(2, 3, 12, 11, device="meta")
+V = torch.zeros(2, 1, 6, 7, 8, device="meta")
+ANGLES = torch.zeros(2, device="meta")
+
+
+@pytest.mark.parametrize("call", [
+    lambda: filters.motion_blur(X, 5, 30.0, 0.2),
+    lambda: filters.motion_blur(X, 5, ANGLES, 0.2),
+    lambda: filters.motion_blur3d(V, 3, (1.0, 2.0, 3.0), 0.1),
+    lambda: filters.gabor(X, 5, 2.0, 0.3, 4.0),
+    lambda: filters.gabor(X, 5, 2.0, ANGLES, 4.0),
+    lambda: filters.gaussian(5, ANGLES, 1.0),
+    lambda: filters.get_motion_kernel3d(5, V[:, 0, 0, 0, :3], 0.1),
+    lambda: filters.unsharp_mask(X, 3, (1.0, 1.0)),
+    lambda: filters.gaussian_blur2d(X, 3, (1.0, 1.0), separable=False),
+    lambda: filters.edge_aware_blur_pool2d(X, 3),
+    lambda: filters.in_range(X, [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]),
+    lambda: filters.adaptive_threshold(X, 1.0, "gaussian"),
+    lambda: filters.otsu_threshold(X)[0],
+    lambda: filters.otsu_threshold(X, slow_and_differentiable=True)[1],
+    lambda: filters.blur_pool2d(X, 3),
+])  # fmt: skip
+def test_device_is_kept_beside_numbers(call: object) -> None:
+    # The meta device computes nothing, but refuses tensors of the CPU.
+    assert call().device.type == "meta"
