@@ -10,15 +10,17 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from .panels import Panel
-from .plots import FONT, INK
+from .plots import FAINT, FONT, INK
 
 GAP, STRIP = 8, 14
 GIVEN, MADE = (70, 90, 120), (176, 62, 0)
 
 
 def compose(panels: list[Panel], width: int = 480) -> Image.Image:
-    """Panels side by side, in rows of up to three, four of them as a square; over each its label."""
+    """Panels side by side, in rows of up to three, four of them as a square, matrices in one row; over each its label."""
     columns = 2 if len(panels) == 4 and all(p.weight == 1 for p in panels) else min(len(panels), 3)
+    if all(p.matrix for p in panels):
+        columns = len(panels)
     rows = [row_of(panels[i : i + columns], columns, width) for i in range(0, len(panels), columns)]
     canvas = Image.new("RGB", (width, sum(r.height for r in rows) + GAP * (len(rows) - 1)), "white")
     top = 0
@@ -37,6 +39,8 @@ def row_of(panels: list[Panel], columns: int, width: int) -> Image.Image:
     for panel, cell, image in zip(panels, cells, images, strict=True):
         pen.text((left, 0), panel.label, fill=GIVEN if panel.given else MADE, font=FONT)
         canvas.paste(image, (left, STRIP))
+        if panel.matrix:
+            pen.rectangle((left, STRIP, left + image.width - 1, STRIP + image.height - 1), outline=FAINT)
         left += cell + GAP
     return canvas
 

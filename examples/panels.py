@@ -24,6 +24,7 @@ class Panel:
 
     given: whether it is an input.
     weight: its share of a row's width, relative to the others'.
+    matrix: whether it is the values of a small matrix.
     """
 
     label: str
@@ -31,6 +32,7 @@ class Panel:
     note: str = ""
     given: bool = False
     weight: float = 1.0
+    matrix: bool = False
 
 
 @dataclass(frozen=True)
@@ -57,10 +59,11 @@ def panels(shown: Shown) -> list[Panel]:
 def caption(shown: Shown, made: list[Panel]) -> str:
     """Configuration, values of the inputs and outputs that are no pictures, and how values were mapped to colours."""
     said = [", ".join(f"{k}={v!r}" for k, v in shown.spec.config.items())]
-    said += [numbers(n, t) for n, t in shown.inputs.items() if t.dim() and t[0].numel() <= 4 and t.numel() <= 36]
+    seen = {p.label for p in made}
+    said += [numbers(n, t) for n, t in shown.inputs.items() if t.numel() and t.numel() <= 36 and not (seen & {n} or n == "M")]
     said += [numbers(n, t) for n, t in shown.outputs.items() if t.numel() <= 4]
     labels = {p.note: [q.label for q in made if q.note == p.note] for p in made if p.note}
-    said += [f"{', '.join(dict.fromkeys(names))}: {note}" for note, names in labels.items()]
+    said += [note if len(names) == len(made) else f"{', '.join(dict.fromkeys(names))}: {note}" for note, names in labels.items()]
     return "; ".join(s for s in said if s)
 
 
@@ -76,8 +79,8 @@ def input_panels(shown: Shown) -> list[Panel]:
         tensor = shown.inputs[t.name]
         if t.layout or "H" in t.shape:
             made += image_panels(t.name, tensor, t.layout or "NCHW", t.color, True)
-        elif tensor.dim() > 1 and tensor[0].numel() > 1 and tensor.shape[-2] > 1 and tensor.numel() <= 30 and t.name != "M":
-            made.append(kernel_panel(t.name, tensor.reshape(-1, tensor.shape[-1]), True, 0.32))
+        elif t.name in ("kernel", "hit", "miss") and tensor.squeeze().dim() == 2:
+            made.append(kernel_panel(t.name, tensor.squeeze(), True, 0.32))
     return made
 
 
@@ -112,7 +115,7 @@ def kernel_panel(name: str, kernel: torch.Tensor, given: bool = False, weight: f
     """A matrix, enlarged; its values are not spread further than to black and white."""
     values = kernel.numpy()[..., None] / max(float(kernel.abs().max()), 1e-12)
     signed = values.min() < 0
-    return Panel(name, rgb_of(visible(values / 2 + 0.5 if signed else values)[0]), "grey is 0" if signed else "", given, weight)
+    return Panel(name, rgb_of(visible(values / 2 + 0.5 if signed else values)[0]), "grey is 0" if signed else "", given, weight, True)
 
 
 def kernels(shown: Shown) -> list[Panel]:
@@ -194,10 +197,10 @@ def homography(shown: Shown) -> list[Panel]:
     first, second = (shown.inputs[n][0].double() for n in ("points1", "points2"))
     mapped = torch.cat([first, torch.ones_like(first[:, :1])], 1) @ shown.first[0].double().T
     rings, inks, down = (mapped[:, :2] / mapped[:, 2:]).numpy(), plots.hues(len(first)), (1, -1)
-    text = [" ".join(f"{v:9.4f}" for v in row) for row in shown.first[0].tolist()]
+    text = [" ".join(f"{v:.4f}" for v in row) for row in shown.first[0].tolist()]
     return [
         Panel("points1", plots.scatter(first.numpy() * down, inks, HALF, radius=3), given=True),
-        Panel("points2, rings: points1 by the homography", plots.scatter(second.numpy() * down, inks, HALF, rings * down, 3), "\n".join(text)),
+        Panel("points2, rings: points1 mapped", plots.scatter(second.numpy() * down, inks, HALF, rings * down, 3), f"homography {'; '.join(text)}"),
     ]
 
 

@@ -56,7 +56,7 @@ def visible(array: np.ndarray) -> tuple[np.ndarray, str]:
     if low < -0.3 * reach:
         array = array / (2 * reach) + 0.5
         note = f"grey is 0, black {-reach:.2g}, white {reach:.2g}"
-    elif low < -0.03 or high > 1.03 or 0 < high < 0.3:
+    elif low < -0.03 or high > 1.03 or 0 < high < 0.3 or (0 < high < 0.8 and np.median(array) < 0.2 * high):
         low = min(low, 0.0)
         array = (array - low) / (high - low)
         note = f"black is {low:.2g}, white {high:.3g}"

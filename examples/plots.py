@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 FONT = ImageFont.load_default(11)
-INK, PAPER, FAINT = (40, 40, 40), (250, 250, 250), (215, 215, 215)
+INK, PAPER, FAINT = (40, 40, 40), (250, 250, 250), (200, 200, 200)
 #: Of channels, and of the entries of a batch.
 RGB = ((215, 50, 45), (40, 150, 60), (50, 90, 215))
 SERIES = ((31, 119, 180), (214, 90, 10), (44, 140, 44), (150, 80, 180))

@@ -12,7 +12,7 @@ from chiasm.export.spec import Spec
 TURNS = [0.0, 30.0, 90.0, 135.0]
 ROTATION = [[0.0, -18.0, 30.0]]
 EMBOSS = [[-2.0, -1.0, 0.0], [-1.0, 1.0, 1.0], [0.0, 1.0, 2.0]]
-EDGE = [[-1.0, -1.0, -1.0], [-1.0, 8.0, -1.0], [-1.0, -1.0, -1.0]]
+STROKE = [[0.0, 0.0, 1 / 3], [0.0, 1 / 3, 0.0], [1 / 3, 0.0, 0.0]]
 STREAK = [[0.0, 0.0, 0.0, 0.0, 0.2], [0.0, 0.0, 0.0, 0.2, 0.0], [0.0, 0.0, 0.2, 0.0, 0.0], [0.0, 0.2, 0.0, 0.0, 0.0], [0.2, 0.0, 0.0, 0.0, 0.0]]
 CROSS = [[0.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.0]]
 SIGMAS = [0.5, 1.0, 1.5, 3.0]
@@ -44,7 +44,7 @@ VALUES: dict[str, dict[str, Any]] = {
     "filters.convolve2d": {"kernel": EMBOSS},
     "filters.convolve3d": {"kernel": [[[1 / 3], [0.0], [-1 / 3]]] * 3},
     "filters.correlate2d": {"kernel": [[0.0] * 5, [-1.0, -2.0, 0.0, 2.0, 1.0], [0.0] * 5]},
-    "filters.correlate3d": {"kernel": [[EDGE]]},
+    "filters.correlate3d": {"kernel": [[STROKE]]},
     "filters.fft_conv": {"kernel": STREAK},
     "filters.filter2d": {"kernel": EMBOSS},
     "filters.filter2d_separable": {"kernel_x": [0.1, 0.2, 0.4, 0.2, 0.1], "kernel_y": [-1.0, 0.0, 1.0]},
