@@ -60,7 +60,7 @@ def caption(shown: Shown, made: list[Panel]) -> str:
     """Configuration, values of the inputs and outputs that are no pictures, and how values were mapped to colours."""
     said = [", ".join(f"{k}={v!r}" for k, v in shown.spec.config.items())]
     seen = {p.label for p in made}
-    said += [numbers(n, t) for n, t in shown.inputs.items() if t.numel() and t.numel() <= 36 and not (seen & {n} or n == "M")]
+    said += [numbers(n, t) for n, t in shown.inputs.items() if 0 < t.numel() <= 12 and not (seen & {n} or n == "M")]
     said += [numbers(n, t) for n, t in shown.outputs.items() if t.numel() <= 4]
     labels = {p.note: [q.label for q in made if q.note == p.note] for p in made if p.note}
     said += [note if len(names) == len(made) else f"{', '.join(dict.fromkeys(names))}: {note}" for note, names in labels.items()]
