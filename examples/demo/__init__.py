@@ -1,1 +1,1 @@
-"""The demo: the whole catalog on real photographs, run from a C++ program on every backend."""
+"""The demo: part of the catalog on real photographs, run from a C++ program on every backend."""

@@ -1,4 +1,4 @@
-"""make demo: every bundle of the catalog on real photographs, from C++, on every backend.
+"""make demo: part of the catalog on real photographs, from C++, on every backend.
 
 The inputs and eager Python's results are written to build/demo; the C++ program demo_runner runs each bundle in a process a
 backend and says how far it is from eager, how long loading and running took, and how much memory; OpenCV does the same work
@@ -9,50 +9,81 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
 import sys
 import warnings
+from fnmatch import fnmatch
 from pathlib import Path
 
+import click
 import numpy as np
 import torch
+from PIL import Image
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Column, Table
 
 from chiasm.export.catalog import Entry, catalog
-from chiasm.export.exporter import run_eager
-from chiasm.export.manifest import read_manifest
-from chiasm.export.module import bind
+from chiasm.export.manifest import SUFFIX
+from chiasm.export.spec import Spec
+from examples.cases import BUILD, ROOT, Scene, read_results, run, write_cases
+from examples.inputs import inputs
+from examples.layout import compose, contact_sheet, titled
+from examples.panels import Shown, caption, panels
+from examples.photographs import photograph
 
-from .pictures import contact_sheet, draw
-from .scenes import scenes
-
-ROOT = Path(__file__).resolve().parents[2]
-BUILD = ROOT / "build"
 DEMO = BUILD / "demo"
-RUNNER = BUILD / "release" / "bin" / "demo_runner"
 BACKENDS = ("native", "torch", "onnx")
+PICTURE = 720
+#: Names, or shell patterns, of the ops that the demo shows.
+SHOWN = (
+    "pipelines.*",
+    "geometry.*",
+    "feature.*",
+    "losses.*",
+    "color.rgb_to_grayscale",
+    "color.rgb_to_hsv",
+    "contrib.distance_transform_edt",
+    "enhance.adjust_saturation",
+    "enhance.equalize",
+    "enhance.normalize",
+    "filters.bilateral_blur",
+    "filters.gaussian_blur2d",
+    "filters.median_blur",
+    "filters.sobel",
+    "image.draw_rectangle",
+    "morphology.dilation",
+)
 
 
-def main() -> int:
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--list", "listing", is_flag=True, help="Print the names of the ops that the demo shows, and do nothing else.")
+def main(listing: bool) -> None:
+    """Run the demo on the bundles in build/demo/bundles."""
+    if listing:
+        click.echo(" ".join(shown_ops()))
+        return
     warnings.simplefilter("ignore")
+    entries = shown_ops()
+    missing = [name for name in entries if not (bundle_of(name) / "manifest.json").is_file()]
+    if missing:
+        raise click.ClickException(f"{DEMO / 'bundles'} has no bundle of {', '.join(missing)}: `make demo` makes them")
     console = Console(width=None if sys.stdout.isatty() else 170)
     for stale in ("cases", "pictures"):
         shutil.rmtree(DEMO / stale, ignore_errors=True)
+    (DEMO / "pictures").mkdir(parents=True)
     reports: dict[str, dict] = {}
-    pictures: list[Path] = []
+    pictures: list[Image.Image] = []
     columns = TextColumn("{task.description:56}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     with Progress(*columns, console=console) as progress:
-        entries = catalog()
         for name in progress.track(entries, description="running every bundle from C++"):
-            folder = DEMO / "cases" / name
-            cases, first = write_cases(name, entries[name], folder)
+            spec, folder = entries[name].spec, DEMO / "cases" / name
+            made = scenes(spec)
+            outputs = write_cases(entries[name], bundle_of(name), made, folder)[0]["outputs"]
             reports[name] = {b: run(folder / "cases.json", b) for b in (*BACKENDS, "opencv")}
-            picture = DEMO / "pictures" / f"{name}.png"
-            if draw(entries[name].spec, cases[0]["outputs"], first, read_results(folder, cases[0]["outputs"], reports[name]), picture):
-                pictures.append(picture)
-                console.print(f"wrote {picture.relative_to(ROOT)}", highlight=False)
+            ran = next((b for b in BACKENDS if reports[name][b]["cases"]), None)
+            if ran:
+                pictures.append(draw(spec, made[0][1], outputs, read_results(folder, outputs, ran)))
+                pictures[-1].save(DEMO / "pictures" / f"{name}.png")
             if not sys.stdout.isatty():
                 console.print(f"ran {name}", highlight=False)
     (DEMO / "report.json").write_text(json.dumps(reports, indent=1))
@@ -61,47 +92,35 @@ def main() -> int:
     print_cost(console, reports)
     console.print(f"{len(pictures)} pictures in {(DEMO / 'pictures').relative_to(ROOT)}/, all on one page: {(DEMO / 'pictures.png').relative_to(ROOT)}", highlight=False)
     print(f"demo: {checks} checks from C++, {failed} failed")
-    return 1 if failed else 0
+    if failed:
+        raise SystemExit(1)
 
 
-def write_cases(name: str, entry: Entry, folder: Path) -> tuple[list[dict], dict[str, torch.Tensor]]:
-    """Inputs and eager results as raw files, with an index that the C++ program reads."""
-    folder.mkdir(parents=True)
-    bundle = DEMO / "bundles" / f"{name}.chiasm"
-    manifest = read_manifest(bundle)
-    op = bind(entry.function(), [t.name for t in entry.spec.inputs], entry.spec.config, name)
-    method, cases, first = manifest["methods"]["forward"], [], None
-    for index, (label, inputs) in enumerate(scenes(entry.spec)):
-        first = first or inputs
-        results = run_eager(op, inputs)
-        shapes = label if any(t.layout for t in entry.spec.inputs) else "x".join(map(str, next(iter(inputs.values())).shape))
-        case = {"shape": shapes, "inputs": [], "outputs": []}
-        for position, tensor in enumerate(inputs.values()):
-            case["inputs"].append(write(folder, f"{index}.in{position}", tensor))
-        for position, (described, tensor) in enumerate(zip(method["outputs"], results, strict=True)):
-            dtype = str(tensor.dtype).removeprefix("torch.")
-            tolerance = method["tolerances"].get(dtype, {"atol": 0, "rtol": 0})
-            case["outputs"].append(write(folder, f"{index}.out{position}", tensor) | tolerance | {k: described[k] for k in ("name", "layout", "color")})
-        cases.append(case)
-    (folder / "cases.json").write_text(json.dumps({"name": name, "bundle": str(bundle), "cases": cases}))
-    return cases, first
+def bundle_of(name: str) -> Path:
+    return DEMO / "bundles" / f"{name}{SUFFIX}"
 
 
-def write(folder: Path, file: str, tensor: torch.Tensor) -> dict:
-    (folder / file).write_bytes(np.ascontiguousarray(tensor.numpy()).tobytes())
-    return {"file": file, "dtype": str(tensor.dtype).removeprefix("torch."), "shape": list(tensor.shape)}
+def shown_ops() -> dict[str, Entry]:
+    """The part of the catalog that the demo shows."""
+    return {name: entry for name, entry in catalog().items() if any(fnmatch(name, pattern) for pattern in SHOWN)}
 
 
-def run(cases: Path, backend: str) -> dict:
-    """What demo_runner reports; {"problem": ...} where it failed."""
-    done = subprocess.run([RUNNER, cases, backend], capture_output=True, text=True)
-    return json.loads(done.stdout) if done.returncode == 0 else {"problem": done.stderr.strip() or f"exit status {done.returncode}", "cases": []}
+def scenes(spec: Spec) -> list[Scene]:
+    """(label, inputs) of the runs of one op; the first one gives the pictures."""
+    astronaut, cat, coffee = photograph("astronaut.png"), photograph("chelsea.png"), photograph("coffee.png")
+    pairs = np.stack([coffee[60:315, 100:451], coffee[80:335, 140:491]])  # a batch of two, both sides odd
+    photos = {"astronaut 512x512": astronaut[None], "cat 300x451": cat[None], "coffee 2 of 255x351": pairs}
+    made = {label: inputs(spec, images) for label, images in photos.items()}
+    if any(t.layout for t in spec.inputs):
+        return list(made.items())
+    return [("x".join(map(str, next(iter(given.values())).shape)), given) for given in made.values()]
 
 
-def read_results(folder: Path, outputs: list[dict], report: dict) -> list[torch.Tensor]:
-    """The outputs of the first case as the C++ program wrote them, on the first backend that ran."""
-    backend = next(b for b in BACKENDS if report[b]["cases"])
-    return [torch.from_numpy(np.fromfile(folder / f"{backend}.{o['file']}", o["dtype"]).reshape(o["shape"])) for o in outputs]
+def draw(spec: Spec, given: dict[str, torch.Tensor], outputs: list[dict], results: list[torch.Tensor]) -> Image.Image:
+    """The picture of one op."""
+    shown = Shown(spec, photograph("astronaut.png"), given, outputs, {o["name"]: r for o, r in zip(outputs, results, strict=True)})
+    made = panels(shown)
+    return titled(compose(made, PICTURE), spec.name, caption(shown, made))
 
 
 def print_parity(console: Console, reports: dict[str, dict]) -> tuple[int, int]:
@@ -139,4 +158,4 @@ def print_cost(console: Console, reports: dict[str, dict]) -> None:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    main()

@@ -1,0 +1,144 @@
+"""The inputs that show an op at work: made of photographs wherever it takes images."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from torch.nn import functional
+
+from chiasm import color, enhance, filters
+from chiasm.export import samples
+from chiasm.export.spec import Spec, TensorSpec
+
+from .photographs import photograph
+from .values import count, places, values
+
+#: Colour spaces that an eager conversion makes of RGB.
+SPACES = ("HLS", "HSL", "HSV", "LAB", "LUV", "XYZ", "YCbCr", "YUV")
+FRAMES = 9
+
+
+def inputs(spec: Spec, images: np.ndarray, target: tuple[int, int] | None = None, points: int = 1000) -> dict[str, torch.Tensor]:
+    """The op's inputs for photographs (B, H, W, 3); `target` is the height and width of results whose size is an input, `points`
+    how many points or rotations an op gets that takes them."""
+    batch, height, width, _ = images.shape
+    wanted = target or (height * 3 // 4, width * 3 // 4)
+    rgb = torch.from_numpy(images.transpose(0, 3, 1, 2).copy()).float() / 255.0
+    chosen = values(spec)
+    entries = batch if any(is_image(t) for t in spec.inputs) else count(spec)
+    sizes = samples.fit(spec, {"B": entries, "C": 3, "H": height, "W": width, "N": points, "OH": wanted[0], "OW": wanted[1]})
+    known = features(spec, rgb) | places(spec, sizes)
+    made = {}
+    for tensor in spec.inputs:
+        if tensor.name in known:
+            made[tensor.name] = known[tensor.name]
+        elif tensor.name in chosen:
+            made[tensor.name] = repeated(tensor, chosen[tensor.name], sizes)
+        elif is_image(tensor):
+            made[tensor.name] = picture(spec, tensor, rgb)
+    if len(made) < len(spec.inputs):
+        made = samples.make(spec, sizes, spec.variants()[0]) | made
+    return {t.name: made[t.name] for t in spec.inputs}
+
+
+def is_image(tensor: TensorSpec) -> bool:
+    """Whether an input is pictures of the batch's size."""
+    return "H" in tensor.shape or bool(tensor.layout)
+
+
+def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.Tensor:
+    """A value, repeated over the batch and the channels; other named dimensions are its own."""
+    made = torch.as_tensor(value, dtype=samples.dtype_of(tensor.dtype, "float32"))
+    own = dict(zip(reversed(tensor.shape), reversed(made.shape), strict=False))
+    return made.expand([d if isinstance(d, int) else sizes[d] if d in ("B", "C") else own[d] for d in tensor.shape]).contiguous()
+
+
+def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
+    """The photographs as an image input wants them: colour space, channels, layout, dtype, range."""
+    if spec.name == "losses.ssim_loss" and tensor.name == "img2":  # a slightly darker, noisier copy
+        rgb = (rgb * 0.9 + 0.1 * torch.rand(rgb.shape, generator=torch.Generator().manual_seed(2))).clamp(0, 1)
+    if tensor.name in ("src2", "template"):
+        other = torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float() / 255.0
+        rgb = functional.interpolate(other, rgb.shape[-2:], mode="bilinear", antialias=True).clamp(0, 1).expand_as(rgb)
+    if tensor.layout == "NCDHW":
+        return volume(rgb)
+    made = in_color(spec, tensor, rgb)
+    if "binary" in tensor.description:
+        made = rarer(made)
+    if tensor.range == (0, 255):
+        made = made * 255.0
+    if tensor.dtype == "uint8":
+        made = (made if tensor.range == (0, 255) else made * 255.0).round().to(torch.uint8)
+    if tensor.layout == "HWC":
+        made = made[0].permute(1, 2, 0)
+    elif tensor.layout == "NHWC":
+        made = made.permute(0, 2, 3, 1)
+    return made.contiguous()
+
+
+def in_color(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
+    """The photographs in the input's channels."""
+    gray = color.rgb_to_grayscale(rgb)
+    if tensor.name == "alpha_val":
+        return ramp(rgb)
+    if tensor.name == "seed":  # what is left of h-domes
+        return (rgb - 0.25).clamp(0, 1)
+    if "normals" in spec.name:
+        made = normals(gray)
+        return made * 0.5 + 0.5 if tensor.dtype == "uint8" else made
+    if spec.name == "color.linear_rgb_to_rgb":
+        return color.rgb_to_linear_rgb(rgb)
+    if spec.name == "enhance.denormalize":
+        known = values(spec)
+        return enhance.normalize(rgb, torch.tensor(known["mean"]), torch.tensor(known["std"]))
+    if tensor.color in SPACES:
+        return getattr(color, f"rgb_to_{tensor.color.lower()}")(rgb)
+    if tensor.color == "UV":
+        return color.rgb_to_yuv420(rgb)[1]
+    if tensor.color == "BAYER":
+        return color.rgb_to_raw(rgb, spec.config["cfa"])
+    if tensor.color == "RGBA":
+        return torch.cat([rgb, ramp(rgb)], 1)
+    if tensor.color == "BGR":
+        return rgb.flip(1)
+    return gray if 1 in tensor.shape[1:2] else rgb
+
+
+def ramp(rgb: torch.Tensor) -> torch.Tensor:
+    """Alpha that grows from left to right."""
+    return torch.linspace(0, 1, rgb.shape[-1]).expand(rgb.shape[0], 1, *rgb.shape[-2:]).contiguous()
+
+
+def rarer(images: torch.Tensor) -> torch.Tensor:
+    """1 on the rarer side of Otsu's threshold of the grey images, in one channel."""
+    gray = images.mean(1, keepdim=True)
+    bright = (gray > filters.otsu_threshold(gray)[1].view(-1, 1, 1, 1)).float()
+    return torch.where(bright.mean((1, 2, 3), keepdim=True) > 0.5, 1 - bright, bright)
+
+
+def normals(gray: torch.Tensor) -> torch.Tensor:
+    """Unit normals of the surface whose height is the grey value."""
+    slopes = filters.spatial_gradient(filters.gaussian_blur2d(gray, (7, 7), (1.5, 1.5)))[:, 0]
+    return functional.normalize(torch.cat([-12 * slopes, torch.ones_like(gray)], 1), dim=1)
+
+
+def volume(rgb: torch.Tensor) -> torch.Tensor:
+    """Frames of a camera that moves sideways, (B, C, D, H, W)."""
+    width = rgb.shape[-1] - 2 * FRAMES
+    return torch.stack([rgb[..., 2 * i : 2 * i + width] for i in range(FRAMES)], 2).contiguous()
+
+
+def features(spec: Spec, rgb: torch.Tensor) -> dict[str, torch.Tensor]:
+    """Pixels as samples: values for densities, (red, green, blue, x, y) for whitening."""
+    names = {t.name for t in spec.inputs}
+    flat = rgb.flatten(2)
+    if "x1" in names:
+        return {"x1": flat[:1, 0].contiguous(), "x2": flat[:1, 1].contiguous()}
+    if "x" in names and "bins" in names:
+        return {"x": flat[:1].mean(1)}
+    if "inp" in names:
+        y, x = torch.meshgrid(*(torch.linspace(0, 1, n) for n in rgb.shape[-2:]), indexing="ij")
+        points = torch.stack([*rgb[0], x, y], -1).reshape(-1, 5)[::23].contiguous()
+        transform, mean, _ = enhance.zca_mean(points)
+        return {"inp": points, "transform_matrix": transform, "mean_vector": mean}
+    return {}

@@ -1,0 +1,96 @@
+"""Plain plots with Pillow: bars, scattered points, a turned cube, lines of text."""
+
+from __future__ import annotations
+
+import colorsys
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+FONT = ImageFont.load_default(11)
+INK, PAPER, FAINT = (40, 40, 40), (250, 250, 250), (215, 215, 215)
+#: Of channels, and of the entries of a batch.
+RGB = ((215, 50, 45), (40, 150, 60), (50, 90, 215))
+SERIES = ((31, 119, 180), (214, 90, 10), (44, 140, 44), (150, 80, 180))
+
+
+def blank(size: tuple[int, int]) -> tuple[Image.Image, ImageDraw.ImageDraw]:
+    canvas = Image.new("RGB", size, PAPER)
+    return canvas, ImageDraw.Draw(canvas)
+
+
+def bars(series: list[np.ndarray], colors: tuple, labels: list[str], size: tuple[int, int]) -> np.ndarray:
+    """Groups of bars from 0, one colour a series; the values of the axis at the left."""
+    canvas, pen = blank(size)
+    left, top, right, bottom = 42, 16 if labels else 6, size[0] - 4, size[1] - 6
+    low, high = min(0.0, *(float(s.min()) for s in series)), max(float(s.max()) for s in series)
+    scale = (bottom - top) / max(high - low, 1e-12)
+    zero = bottom + low * scale
+    for value in sorted({low, 0.0, high}):
+        y = bottom - (value - low) * scale
+        pen.line((left, y, right, y), fill=FAINT)
+        pen.text((left - 3, y), short(value), fill=INK, font=FONT, anchor="rm")
+    slot = (right - left) / len(series[0])
+    width = slot * (0.8 if slot > 6 else 1) / len(series)
+    for k, values in enumerate(series):
+        for i, value in enumerate(values.tolist()):
+            x, end = left + i * slot + k * width, zero - value * scale
+            pen.rectangle((x, min(zero, end), max(x, x + width - 1), max(zero, end)), fill=colors[k])
+    x = left
+    for text, ink in zip(labels, colors, strict=False):
+        pen.text((x, 2), text, fill=ink, font=FONT)
+        x += pen.textlength(text, font=FONT) + 10
+    return np.asarray(canvas)
+
+
+def short(value: float) -> str:
+    """Three digits, no exponent where that is short."""
+    return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.2g}"
+
+
+def scatter(points: np.ndarray, inks: np.ndarray, size: tuple[int, int], rings: np.ndarray | None = None, radius: int = 1) -> np.ndarray:
+    """Points (N, 2) in their colours, in equal scales, and rings around others."""
+    canvas, pen = blank(size)
+    low, high = points.min(0), points.max(0)
+    scale = min((np.array(size) - 24) / np.maximum(high - low, 1e-12))
+    shift = np.array(size) / 2 - (low + high) / 2 * scale * (1, -1)
+    ends = [np.array([low[0], 0.0]), np.array([high[0], 0.0]), np.array([0.0, low[1]]), np.array([0.0, high[1]])]
+    ends = [e * scale * (1, -1) + shift for e in ends]
+    pen.line((*ends[0], *ends[1]), fill=FAINT)
+    pen.line((*ends[2], *ends[3]), fill=FAINT)
+    for (x, y), ink in zip(points * scale * (1, -1) + shift, inks, strict=True):
+        pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=tuple(int(v) for v in ink))
+    for x, y in () if rings is None else rings * scale * (1, -1) + shift:
+        pen.ellipse((x - 5, y - 5, x + 5, y + 5), outline=INK)
+    return np.asarray(canvas)
+
+
+def hues(count: int) -> np.ndarray:
+    """Distinct colours."""
+    return (np.array([colorsys.hsv_to_rgb(i / count, 0.9, 0.85) for i in range(count)]) * 255).astype(int)
+
+
+def lines(texts: list[str], size: tuple[int, int]) -> np.ndarray:
+    """Lines of text."""
+    canvas, pen = blank(size)
+    pen.multiline_text((8, 6), "\n".join(texts), fill=INK, font=FONT, spacing=5)
+    return np.asarray(canvas)
+
+
+def cube(rotation: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """A cube and its axes x, y, z (red, green, blue), turned by a matrix, seen from the front and a little above."""
+    canvas, pen = blank(size)
+    tilt = np.array([[1.0, 0.0, 0.0], [0.0, 0.94, -0.34], [0.0, 0.34, 0.94]])
+    middle, scale = np.array(size) / 2, min(size) * 0.24
+
+    def seen(point: np.ndarray) -> tuple[float, ...]:
+        return tuple(middle + (tilt @ rotation @ point)[:2] * scale * (1, -1))
+
+    corners = [np.array(c) for c in np.ndindex(2, 2, 2)]
+    for i, a in enumerate(corners):
+        for b in corners[i + 1 :]:
+            if abs(a - b).sum() == 1:
+                pen.line((*seen(2 * a - 1), *seen(2 * b - 1)), fill=(150, 150, 150), width=1)
+    for axis, ink in zip(np.eye(3), RGB, strict=True):
+        pen.line((*seen(axis * 0), *seen(axis * 1.7)), fill=ink, width=3)
+    return np.asarray(canvas)
