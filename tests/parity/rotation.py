@@ -4,7 +4,7 @@
     python tests/parity/rotation.py OUTPUT     export the catalog to OUTPUT so
 
 Compiling the whole catalog is `make parity`, too long for every run. Chosen are the ops that the tests name, those whose source has
-changed, and as many more as make three of each family, others with every commit. The sources are compared with $CHIASM_BASE, else with where the
+changed, and more of each family, others with every commit, until there are three besides those named. The sources are compared with $CHIASM_BASE, else with where the
 branch left origin's, else with the commit before.
 """
 
@@ -62,9 +62,9 @@ def chosen() -> dict[str, str]:
     for name in touched[:MOST_CHANGED]:
         result.setdefault(name, f"{source[name]} has changed")
     for _, family in groupby(entries, key=lambda n: n.partition(".")[0]):
-        names = list(family)
-        rest = sorted((n for n in names if n not in result), key=lot)
-        for name in rest[: max(0, PER_FAMILY - len(names) + len(rest))]:
+        others = [n for n in family if n not in named]  # which the tests name is the same in every run
+        due = PER_FAMILY - sum(n in result for n in others)
+        for name in sorted((n for n in others if n not in result), key=lot)[: max(0, due)]:
             result[name] = "its turn"
     if len(touched) > MOST_CHANGED:
         Console(stderr=True).print(f"{len(touched)} ops have changed: {MOST_CHANGED} of them are compiled, `make parity` compiles all", style="yellow")
