@@ -72,7 +72,8 @@ def _key(program: ExportedProgram, spec: Spec, isa: str) -> str:
     """Everything that the compiled code depends on."""
     digest = hashlib.sha256()
     for part in (
-        program.graph_module.print_readable(print_output=False),
+        # without the comments, which tell where the graph was traced: in generated code, numbered by what the process did before
+        re.sub(r"(?m)^\s*# File: .*\n", "", program.graph_module.print_readable(print_output=False)),
         # sizes and dtypes of the inputs, which the listing leaves out
         str([(n.name, str(n.meta.get("val"))) for n in program.graph.nodes if n.op == "placeholder"]),
         str(sorted((str(k), str(v)) for k, v in program.range_constraints.items())),
