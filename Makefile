@@ -14,7 +14,7 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
-  test-fuzz test-install parity coverage other-runtimes bench lint lock clean
+  test-fuzz test-install parity coverage other-runtimes bench bench-images lint lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
@@ -94,6 +94,10 @@ test-install: setup ## `pip install .` into an empty folder, used from outside (
 bench: build bundles ## measure against OpenCV -> docs/benchmarks.md
 	$(PY) -m bench
 
+bench-images: build bundles ## measure the image ops against OpenCV and Kornia -> docs/benchmarks_images.md
+	tools/kornia.sh
+	$(PY) -m bench.images
+
 lint: setup ## style of the Python code
 	.venv/bin/ruff check python export tests bench examples
 
@@ -104,6 +108,7 @@ lock: setup ## requirements.in -> requirements.txt, pinned with hashes
 	  $(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
 	    tools/other_runtimes/$$name.in -o tools/other_runtimes/$$name.txt
 	done
+	$(PY) -m uv pip compile -q --upgrade --no-deps --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/kornia.in -o tools/kornia.txt
 
 clean: ## remove what was built (not .venv)
 	rm -rf build python/chiasm/*.so

@@ -7,20 +7,16 @@ the two is what chiasm is compared with.
 from __future__ import annotations
 
 import json
-import os
-import platform
 import statistics
 import subprocess
 import sys
 import zipfile
 from datetime import date
-from pathlib import Path
 
 from rich.progress import track
 
-ROOT = Path(__file__).resolve().parents[1]
-BUNDLES = ROOT / "build" / "bundles"
-PROGRAM = ROOT / "build" / "release" / "bin" / "bench"
+from .machine import ROOT, bundle_path, cores, cpu, notes, program
+
 PAGE = ROOT / "docs" / "benchmarks.md"
 SIZES = ((1, 256, 256), (8, 256, 256), (1, 1080, 1920))
 #: bundle, sizes, how many times as fast as OpenCV it should be (None: no aim was set)
@@ -40,29 +36,18 @@ SPEED = (
 
 
 def main() -> int:
-    threads = sorted({1, len(os.sched_getaffinity(0))})
+    threads = sorted({1, cores()})
     runs = [(bundle, aim, size, n) for bundle, sizes, aim in SPEED for size in sizes for n in threads]
     rows = [speed_row(*run) for run in track(runs, description="speed")]
-    loads = [(b, program("load", path("filters.sobel"), b)) for b in track(("native", "onnx", "torch"), description="load")]
+    loads = [(b, program("load", bundle_path("filters.sobel"), b)) for b in track(("native", "onnx", "torch"), description="load")]
     overhead = measure_overhead()
     PAGE.write_text(page(rows, loads, overhead))
     print(PAGE.read_text())
     return 0
 
 
-def path(bundle: str) -> Path:
-    return BUNDLES / f"{bundle}.chiasm"
-
-
-def program(*arguments) -> dict:
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
-    if done.returncode:
-        sys.exit(f"bench {' '.join(map(str, arguments))}: {done.stderr}")
-    return json.loads(done.stdout)
-
-
 def speed_row(bundle: str, aim: float | None, size: tuple[int, int, int], threads: int) -> dict:
-    debian = program("speed", path(bundle), threads, *size)
+    debian = program("speed", bundle_path(bundle), threads, *size)
     # A process of its own: the runtime's thread count is set once a process.
     done = subprocess.run([sys.executable, "-m", "bench.wheel", bundle, str(threads), *map(str, size)], capture_output=True, text=True, cwd=ROOT)
     if done.returncode:
@@ -73,9 +58,9 @@ def speed_row(bundle: str, aim: float | None, size: tuple[int, int, int], thread
 
 def measure_overhead() -> dict:
     library = ROOT / "build" / "bench-sobel.so"
-    with zipfile.ZipFile(path("filters.sobel") / "forward.float32.x86-64-v3.pt2") as archive:
+    with zipfile.ZipFile(bundle_path("filters.sobel") / "forward.float32.x86-64-v3.pt2") as archive:
         library.write_bytes(archive.read("chiasm/op.so"))
-    return program("overhead", path("filters.sobel"), library)
+    return program("overhead", bundle_path("filters.sobel"), library)
 
 
 def page(rows: list[dict], loads: list, overhead: dict) -> str:
@@ -84,7 +69,7 @@ def page(rows: list[dict], loads: list, overhead: dict) -> str:
     lines = [
         "# Benchmarks",
         "",
-        f"Made by `make bench` on {date.today()}: {cpu()}, {len(os.sched_getaffinity(0))} cores, shared with other work;",
+        f"Made by `make bench` on {date.today()}: {cpu()}, {cores()} cores, shared with other work;",
         "chiasm in C++ (native backend, into the caller's buffers) and OpenCV in turns in one process, medians.",
         f"OpenCV is the faster of Debian's {rows[0]['debian']['opencv_version']} (C++) and the wheel {cv2.__version__} (with IPP), each measured beside",
         "chiasm in its own process. *Times as fast* is OpenCV's time over chiasm's; a missed aim is **bold**.",
@@ -107,8 +92,7 @@ def page(rows: list[dict], loads: list, overhead: dict) -> str:
     extra = overhead["chiasm_us"] - overhead["engine_us"]
     lines += ["", "## The runtime's own cost (native sobel, 1x3x16x16, one thread)", "",
               f"`run_into` {overhead['chiasm_us']:.2f} us, the artifact's own call {overhead['engine_us']:.2f} us: {extra:.2f} us for validation and dispatch (aim: under 5).", ""]
-    notes = ROOT / "docs" / "benchmarks_notes.md"
-    return "\n".join(lines) + (("\n" + notes.read_text()) if notes.exists() else "")
+    return "\n".join(lines) + notes(PAGE)
 
 
 def onnx_table(rows: list[dict]) -> list[str]:
@@ -132,13 +116,6 @@ def onnx_table(rows: list[dict]) -> list[str]:
         lines.append(f"{title}: in the geometric mean the fused node is {means['stock']:.1f} times as fast as the stock graph, "
                      f"{means['opencv']:.2f} times as fast as OpenCV, {means['native']:.2f} times as fast as the native backend.")
     return lines
-
-
-def cpu() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor()
 
 
 if __name__ == "__main__":

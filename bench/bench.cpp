@@ -1,14 +1,18 @@
 // C++ measurements; `python -m bench` calls this and writes the tables.
 //
-//     bench speed BUNDLE THREADS B H W             microseconds of native code, ONNX Runtime (fused, stock) and OpenCV, interleaved
-//     bench load BUNDLE BACKEND                    milliseconds to the first result on 256 x 256, and memory over the bare program
-//     bench overhead BUNDLE ARTIFACT.so            microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
+//     bench speed BUNDLE THREADS B H W              microseconds of native code, ONNX Runtime (fused, stock) and OpenCV, interleaved
+//     bench speed ... PHOTOGRAPH VALUES SECONDS     of native code and OpenCV on a file of bytes (B, 3, H, W), other inputs as JSON
+//     bench results BUNDLE B H W PHOTOGRAPH VALUES FILE    what OpenCV makes of it, to compare
+//     bench load BUNDLE BACKEND                     milliseconds to the first result on 256 x 256, and memory over the bare program
+//     bench overhead BUNDLE ARTIFACT.so             microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
 #include <dlfcn.h>
 
-#include <cstring>
+#include <algorithm>
+#include <fstream>
 #include <iostream>
 #include <random>
 #include <string>
+#include <utility>
 
 #include <chiasm/chiasm.hpp>
 #include <nlohmann/json.hpp>
@@ -22,13 +26,21 @@ using nlohmann::json;
 
 namespace {
 
-// The inputs of a method at one size: noise for images and frames, plausible values for the rest.
+// What inputs are made of: images from a file of bytes (B, C, H, W), or noise where there is none; the values of others by name.
+struct Given {
+  std::string photograph;
+  json values = {{"sigma", 1.1}};
+};
+
+// The inputs of a method at one size.
 struct Inputs {
   std::vector<std::vector<char>> memory;
   std::vector<chiasm::Tensor> views;
 
-  Inputs(const chiasm::MethodInfo& method, int64_t batch, int64_t height, int64_t width) {
+  Inputs(const chiasm::MethodInfo& method, int64_t batch, int64_t height, int64_t width, const Given& given = {}) {
     std::mt19937 random(1);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    bool turned = false;  // the second image is the first turned by 180 degrees
     for (const auto& input : method.inputs) {
       std::vector<int64_t> sizes;
       for (const auto& dim : input.dims) {
@@ -36,13 +48,22 @@ struct Inputs {
         sizes.push_back(d == "B" ? batch : d == "C" ? 3 : d == "H" ? height : d == "W" ? width : d == "N" ? 64 : d == "OH" ? height * 3 / 4 : d == "OW" ? width * 3 / 4 : std::stoll(d));
       }
       const chiasm::Shape shape(sizes);
+      const auto count = size_t(shape.count());
       const auto dtype = std::find(input.dtypes.begin(), input.dtypes.end(), chiasm::DType::Float32) != input.dtypes.end() ? chiasm::DType::Float32 : input.dtypes[0];
-      memory.emplace_back(size_t(shape.count()) * (dtype == chiasm::DType::Float32 ? 4 : 1));
-      if (dtype == chiasm::DType::Float32) {
-        auto* data = reinterpret_cast<float*>(memory.back().data());
-        const bool sigma = input.name == "sigma";
-        std::uniform_real_distribution<float> uniform(0, 1);
-        for (int64_t i = 0; i < shape.count(); ++i) data[i] = sigma ? 1.1f : uniform(random);
+      memory.emplace_back(count * (dtype == chiasm::DType::Float32 ? 4 : 1));
+      auto* floats = reinterpret_cast<float*>(memory.back().data());
+      if (input.layout == "NCHW" && !given.photograph.empty()) {
+        std::vector<char> bytes(count);
+        if (!std::ifstream(given.photograph, std::ios::binary).read(bytes.data(), std::streamsize(count))) throw std::runtime_error("cannot read " + given.photograph);
+        if (std::exchange(turned, true)) std::reverse(bytes.begin(), bytes.end());
+        if (dtype == chiasm::DType::Float32) std::transform(bytes.begin(), bytes.end(), floats, [&](char b) { return float(uint8_t(b)) * float(input.value_max / 255); });
+        else memory.back() = bytes;
+      } else if (given.values.contains(input.name)) {
+        const auto& value = given.values[input.name];
+        if (value.is_array() && value.size() != count) throw std::runtime_error(input.name + ": wrong number of values");
+        for (size_t i = 0; i < count; ++i) floats[i] = value.is_array() ? value[i] : value;
+      } else if (dtype == chiasm::DType::Float32) {
+        std::generate_n(floats, count, [&] { return uniform(random); });
       } else {
         for (auto& byte : memory.back()) byte = char(random());
       }
@@ -69,30 +90,55 @@ struct Outputs {
   }
 };
 
-json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t w) {
+std::string op_of(const std::string& bundle) { return bundle.substr(bundle.rfind('/') + 1, bundle.rfind('.') - bundle.rfind('/') - 1); }
+
+peers::Peer opencv(const std::string& bundle, const Inputs& inputs) {
+  auto peer = peers::opencv(op_of(bundle), inputs.views);
+  if (!peer) throw std::runtime_error("OpenCV has no such op");
+  return *peer;
+}
+
+// On photographs ONNX Runtime is left out: Python measures it.
+json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t w, const Given& given, double seconds) {
   chiasm::set_num_threads(threads);
   cv::setNumThreads(threads);
-  std::vector<chiasm::Method> methods;
-  methods.push_back(load(bundle, "native"));
-  methods.push_back(load(bundle, "onnx"));
-  methods.push_back(load(bundle, "onnx", false));
-  const auto info = methods[0].info();
+  std::vector<std::pair<std::string, chiasm::Method>> methods;
+  methods.emplace_back("native", load(bundle, "native"));
+  if (given.photograph.empty()) {
+    methods.emplace_back("fused", load(bundle, "onnx"));
+    methods.emplace_back("stock", load(bundle, "onnx", false));
+  }
+  const auto info = methods[0].second.info();
   const bool frames = info.inputs[0].layout == "HWC";  // one frame a call: a batch is that many calls
-  const Inputs inputs(info, frames ? 1 : b, h, w);
-  const Outputs outputs(methods[0], inputs.views);
+  const Inputs inputs(info, frames ? 1 : b, h, w, given);
+  const Outputs outputs(methods[0].second, inputs.views);
   const int64_t calls = frames ? b : 1;
   std::vector<std::function<void()>> contenders;
-  for (auto& method : methods)
-    contenders.push_back([&] {
+  for (auto& [name, method] : methods)
+    contenders.push_back([&, &method = method] {
       for (int64_t i = 0; i < calls; ++i) method.run_into(inputs.views, outputs.views);
     });
-  const auto peer = peers::opencv(bundle.substr(bundle.rfind('/') + 1, bundle.rfind('.') - bundle.rfind('/') - 1), inputs.views);
-  if (!peer) throw std::runtime_error("OpenCV has no such op");
+  const auto peer = opencv(bundle, inputs);
   contenders.push_back([&] {
-    for (int64_t i = 0; i < calls; ++i) (*peer)();
+    for (int64_t i = 0; i < calls; ++i) peer.call();
   });
-  const auto times = bench::interleaved(contenders, 1.5);
-  return {{"native", times[0]}, {"fused", times[1]}, {"stock", times[2]}, {"opencv", times[3]}, {"opencv_version", CV_VERSION}};
+  const auto times = bench::interleaved(contenders, seconds);
+  json result{{"opencv", times.back()}, {"opencv_version", CV_VERSION}};
+  for (size_t i = 0; i < methods.size(); ++i) result[methods[i].first] = times[i];
+  return result;
+}
+
+// Writes what OpenCV makes, matrix after matrix, to a file, and says what is in it.
+json results(const std::string& bundle, int64_t b, int64_t h, int64_t w, const Given& given, const std::string& path) {
+  const Inputs inputs(load(bundle, "native").info(), b, h, w, given);
+  const auto peer = opencv(bundle, inputs);
+  if (!peer.results) throw std::runtime_error("OpenCV's results are not kept");
+  peer.call();
+  const auto matrices = peer.results();
+  std::ofstream file(path, std::ios::binary);
+  for (const auto& m : matrices) file.write(reinterpret_cast<const char*>(m.data), std::streamsize(m.total() * m.elemSize()));
+  const auto& m = matrices.at(0);
+  return {{"dtype", m.depth() == CV_8U ? "uint8" : "float32"}, {"shape", {matrices.size(), m.rows, m.cols, m.channels()}}};
 }
 
 json load_cost(const std::string& bundle, const std::string& backend) {
@@ -139,10 +185,13 @@ int main(int argc, char** argv) {
   const std::vector<std::string> a(argv + 1, argv + argc);
   try {
     json result;
-    if (a.size() == 6 && a[0] == "speed") result = speed(a[1], std::stoi(a[2]), std::stoll(a[3]), std::stoll(a[4]), std::stoll(a[5]));
+    const auto size = [&](size_t i) { return std::stoll(a[i]); };
+    if (a.size() == 6 && a[0] == "speed") result = speed(a[1], std::stoi(a[2]), size(3), size(4), size(5), {}, 1.5);
+    else if (a.size() == 9 && a[0] == "speed") result = speed(a[1], std::stoi(a[2]), size(3), size(4), size(5), {a[6], json::parse(a[7])}, std::stod(a[8]));
+    else if (a.size() == 8 && a[0] == "results") result = results(a[1], size(2), size(3), size(4), {a[5], json::parse(a[6])}, a[7]);
     else if (a.size() == 3 && a[0] == "load") result = load_cost(a[1], a[2]);
     else if (a.size() == 3 && a[0] == "overhead") result = overhead(a[1], a[2]);
-    else throw std::runtime_error("usage: bench speed BUNDLE THREADS B H W | load BUNDLE BACKEND | overhead BUNDLE ARTIFACT.so");
+    else throw std::runtime_error("usage: see the head of bench.cpp");
     std::cout << result << "\n";
     return 0;
   } catch (const std::exception& error) {

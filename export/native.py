@@ -13,10 +13,12 @@ import re
 import subprocess
 import tempfile
 import zipfile
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import torch
@@ -24,7 +26,7 @@ from torch.export import ExportedProgram
 
 from .errors import ExportError, explain
 from .spec import Spec
-from .torch_speed import fast_inductor, fast_tracing, plain_minima
+from .torch_speed import fast_inductor, fast_tracing
 
 SHIM = Path(__file__).resolve().parent / "shim"
 #: march and vector width (bits) for each instruction set level; v4 too uses 256-bit vectors, with its masks and registers.
@@ -72,7 +74,8 @@ def _key(program: ExportedProgram, spec: Spec, isa: str) -> str:
     """Everything that the compiled code depends on."""
     digest = hashlib.sha256()
     for part in (
-        program.graph_module.print_readable(print_output=False),
+        # without the comments, which tell where the graph was traced: in generated code, numbered by what the process did before
+        re.sub(r"(?m)^\s*# File: .*\n", "", program.graph_module.print_readable(print_output=False)),
         # sizes and dtypes of the inputs, which the listing leaves out
         str([(n.name, str(n.meta.get("val"))) for n in program.graph.nodes if n.op == "placeholder"]),
         str(sorted((str(k), str(v)) for k, v in program.range_constraints.items())),
@@ -96,7 +99,7 @@ def _compiler() -> str:
 
 @cache
 def _shim_hash() -> str:
-    digest = hashlib.sha256(b"".join(Path(__file__).with_name(f).read_bytes() for f in ("native.py", "torch_speed.py")))  # how it is compiled
+    digest = hashlib.sha256(Path(__file__).read_bytes())  # how it is compiled and linked
     for file in sorted(SHIM.rglob("*")):
         if file.is_file():
             digest.update(file.read_bytes())
@@ -175,6 +178,26 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
     }
 
 
+@contextmanager
+def _plain_minima() -> Iterator[None]:
+    """Native float32 minima and maxima of one instruction. PyTorch's, which pass NaN on, take three, and networks of them are all
+    that a median or a dilation does."""
+    from torch._inductor.codegen.cpp import CppVecOverrides
+
+    def plain(name: str) -> staticmethod:
+        careful = getattr(CppVecOverrides, f"{name}imum")
+
+        def code(a: Any, b: Any) -> str:
+            if a.dtype == b.dtype == torch.float32:
+                return f"decltype({a})(_mm256_{name}_ps({a}, {b}))"
+            return careful(a, b)
+
+        return staticmethod(code)
+
+    with patch.object(CppVecOverrides, "minimum", plain("min")), patch.object(CppVecOverrides, "maximum", plain("max")):
+        yield
+
+
 def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, include: Path | None = None) -> bytes:
     """AOTInductor's package. Headers in `include` go before the compiler's own."""
     from torch._inductor import aoti_compile_and_package
@@ -183,7 +206,7 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, inc
     torch.set_num_threads(32)  # else loops over a small example are compiled serial
     paths = {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
     try:
-        minima = plain_minima() if spec.without_nan else nullcontext()
+        minima = _plain_minima() if spec.without_nan else nullcontext()
         with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), fast_tracing(), fast_inductor(), minima:
             path = str(Path(scratch) / "op.pt2")
             aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)

@@ -135,9 +135,9 @@ json run_opencv(const json& cases, const std::string& folder) {
     for (const json& tensor : entry.at("inputs")) inputs.emplace_back(tensor, folder);
     std::vector<chiasm::Tensor> views;
     for (auto& input : inputs) views.push_back(input.view());
-    const auto call = peers::opencv(cases.at("name"), views);
-    if (!call) break;
-    report["cases"].push_back({{"shape", entry.at("shape")}, {"ms", median_milliseconds(*call)}});
+    const auto peer = peers::opencv(cases.at("name"), views);
+    if (!peer) break;
+    report["cases"].push_back({{"shape", entry.at("shape")}, {"ms", median_milliseconds(peer->call)}});
   }
   return report;
 }

@@ -17,7 +17,20 @@ STENCIL = {"H": (8, 32768), "W": (8, 32768)}
 
 
 #: Public functions without a spec, and why; docs/coverage.md repeats it.
-NOT_DEPLOYED: dict[str, str] = {}
+NOT_DEPLOYED = {
+    **{
+        f"filters.{name}": "takes no tensor: its result is a constant, which an op that uses it has compiled into it (it scripts)"
+        for name in (
+            "get_binary_kernel2d", "get_box_kernel1d", "get_box_kernel2d", "get_diff_kernel2d", "get_hanning_kernel1d",
+            "get_hanning_kernel2d", "get_laplacian_kernel1d", "get_laplacian_kernel2d", "get_sobel_kernel2d",
+            "get_spatial_gradient_kernel2d", "get_spatial_gradient_kernel3d", "laplacian_1d",
+        )
+    },
+    **{
+        f"color.{name}": "a spec cannot say that one input is half as large as another: `color.planar_yuv_to_rgb`, whose chroma may have any size, is deployed for it"
+        for name in ("yuv420_to_rgb", "yuv422_to_rgb")
+    },
+}
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ add(Spec(
     "filters.get_gabor_kernel2d",
     [*WAVE, TensorSpec("gamma", ("B",), range=(0.3, 1.5), description="aspect ratios"), TensorSpec("psi", ("B",), range=(-3.0, 3.0), description="phases")],
     KERNELS,
-    config={"kernel_size": (7, 5)},
+    config={"kernel_size": (5, 9)},
     reference="OpenCV getGaborKernel",
 ))
 

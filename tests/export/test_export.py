@@ -21,9 +21,13 @@ import torch
 from torch import Tensor, nn
 
 import chiasm.runtime
-from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image
+from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image, samples
 from chiasm.export.catalog import catalog
+from chiasm.export.exporter import with_cotangents
+from chiasm.export.graph import output_specs, trace, trace_vjp, vjp_module, vjp_signature
 from chiasm.export.manifest import BundleError, read_manifest, schema
+from chiasm.export.module import bind
+from chiasm.export.native import _key
 from chiasm.filters import GaussianBlur2d, Sobel
 
 from .conftest import SPEC, scaled_difference
@@ -99,6 +103,18 @@ def test_exporting_twice_gives_the_same_manifest_but_for_times(tmp_path: Path) -
         done = subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True)
         manifests.append(read_manifest(Path(done.stdout.strip())) | {"created": ""})
     assert manifests[0] == manifests[1]
+
+
+def test_a_compilation_is_found_again_whatever_the_process_did_before() -> None:
+    def key() -> str:
+        op = bind(scaled_difference, [t.name for t in SPEC.inputs], SPEC.config, SPEC.name)
+        inputs = samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32")
+        outputs = output_specs(trace(op, SPEC, list(SPEC.inputs), inputs, "onnx"), SPEC, "float32")
+        tensors, _ = vjp_signature(SPEC, outputs)
+        example = with_cotangents(op, SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32", tensors)
+        return _key(trace_vjp(vjp_module(op, SPEC, outputs), SPEC, tensors, example), SPEC, "x86-64-v3")
+
+    assert key() == key()
 
 
 @pytest.mark.parametrize("backend", ["native", "torch", "onnx"])

@@ -4,7 +4,7 @@
 
 Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Each ONNX artifact is run flat, and fused as
 its body and as the native kernel. Every artifact of a bundle must be run by some backend; one that is not counts as a failure.
-Several ops are checked at once. Writes build/parity.json; the last line printed is `parity: N checks, M failed`, and the exit status is 1 where something failed.
+Several ops are checked at once. Writes build/parity.json (with a PATTERN it replaces those ops' rows); the last line printed is `parity: N checks, M failed`, and the exit status is 1 where something failed.
 """
 
 from __future__ import annotations
@@ -66,7 +66,9 @@ def main(patterns: list[str]) -> int:
         done = track(pool.map(check_op, entries), "parity", total=len(entries), console=console, transient=True)
         checks = [check for some in done for check in some]
     RESULT.parent.mkdir(exist_ok=True)
-    RESULT.write_text(json.dumps([asdict(c) for c in checks], indent=0) + "\n")
+    others = json.loads(RESULT.read_text()) if patterns and RESULT.exists() else []
+    rows = [row for row in others if row["op"] not in entries] + [asdict(c) for c in checks]
+    RESULT.write_text(json.dumps(rows, indent=0) + "\n")
     console.print(summary(checks))
     failed = [c for c in checks if c.message]
     for c in failed[:40]:

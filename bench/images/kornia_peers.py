@@ -1,0 +1,140 @@
+"""Kornia's ops on the inputs of ours, eager and as ONNX files of their own.
+
+    python -m bench.images.kornia_peers    -> build/bench-images/kornia/OP.onnx, and OP.txt: empty, or why there is none
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import logging
+import shutil
+import signal
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import onnxscript  # noqa: F401  here, so that it does not count as export
+import torch
+import torch._dynamo
+
+from ..machine import ROOT
+from .data import FOLDER, SIZES
+from .ops import OPS, Op
+
+sys.path.append(str(ROOT / ".deps" / "kornia"))
+import kornia
+
+FILES = FOLDER / "kornia"
+#: seconds that the export of one op may take
+LIMIT = 120
+
+
+class Module(torch.nn.Module):
+    """The op with its values bound."""
+
+    def __init__(self, op: Op) -> None:
+        super().__init__()
+        self.function = op.kornia
+        self.values = {name: torch.tensor(v) if isinstance(v, list) else v for name, v in op.values.items()}
+
+    def forward(self, *images: torch.Tensor) -> object:
+        return self.function(kornia, self.values, *images)
+
+
+class One(Module):
+    """Arguments with names, which torch.export wants for sizes that vary."""
+
+    def forward(self, image: torch.Tensor) -> object:
+        return super().forward(image)
+
+
+class Two(Module):
+    def forward(self, image: torch.Tensor, other: torch.Tensor) -> object:
+        return super().forward(image, other)
+
+
+def images(inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
+    """Those of the inputs that Kornia takes: the images, as float32 in [0, 1]."""
+    return [x if x.dtype == np.float32 else x / np.float32(255) for x in inputs.values() if x.ndim == 4]
+
+
+def eager(op: Op, inputs: dict[str, np.ndarray]) -> Callable[[], object]:
+    module, tensors = Module(op), [torch.from_numpy(x) for x in images(inputs)]
+
+    def call() -> object:
+        with torch.inference_mode():
+            return module(*tensors)
+
+    return call
+
+
+def onnx_file(op: Op, size: tuple[int, int, int]) -> Path | str:
+    """The op's file, for any size or else for this one, or why there is none."""
+    for path in (FILES / f"{op.bundle}.onnx", FILES / f"{op.bundle}.{size[1]}.onnx"):
+        if path.exists():
+            return path
+    return (FILES / f"{op.bundle}.txt").read_text()
+
+
+def export(op: Op) -> None:
+    """For any size where that can be had, for the sizes that are measured where not."""
+    problem = attempt(op, (2, 48, 64), FILES / f"{op.bundle}.onnx", dynamic=True)
+    if problem:
+        problem = next(filter(None, (attempt(op, size, FILES / f"{op.bundle}.{size[1]}.onnx", dynamic=False) for size in SIZES)), "")
+    (FILES / f"{op.bundle}.txt").write_text(problem)
+
+
+def attempt(op: Op, size: tuple[int, int, int], path: Path, dynamic: bool) -> str:
+    """Why it failed; empty where it did not."""
+    count = 2 if op.bundle == "enhance.add_weighted" else 1
+    generator = torch.Generator().manual_seed(1)
+    arguments = tuple(torch.rand(size[0], 3, *size[1:], generator=generator) for _ in range(count))
+    sizes = {0: torch.export.Dim("B"), 2: torch.export.Dim("H", min=16), 3: torch.export.Dim("W", min=16)}
+    signal.signal(signal.SIGALRM, _too_long)
+    signal.alarm(LIMIT)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            module = (One if count == 1 else Two)(op).eval()
+            program = torch.onnx.export(module, arguments, dynamo=True, verbose=False, dynamic_shapes=(sizes,) * count if dynamic else None)
+            program.save(path)
+    except Exception as error:
+        return _cause(error)
+    finally:
+        signal.alarm(0)
+    return ""
+
+
+def _too_long(number: int, frame: object) -> None:
+    raise TimeoutError(f"not exported within {LIMIT} s")
+
+
+def _cause(error: BaseException) -> str:
+    """The first line of the error under the others."""
+    while error.__cause__ is not None:
+        error = error.__cause__
+    return f"{type(error).__name__}: {str(error).strip().splitlines()[0]}"[:160]
+
+
+def main() -> int:
+    warnings.simplefilter("ignore")
+    logging.disable(logging.WARNING)
+    made_of = [torch.__version__, (ROOT / "tools" / "kornia.txt").read_text()]
+    made_of += [repr((op.bundle, op.values, code.co_code, code.co_consts, code.co_names)) for op in OPS if op.kornia for code in [op.kornia.__code__]]
+    key = hashlib.sha256("".join(made_of).encode()).hexdigest()
+    stamp = FILES / "stamp"
+    if not stamp.exists() or stamp.read_text() != key:
+        shutil.rmtree(FILES, ignore_errors=True)
+        FILES.mkdir(parents=True)
+        stamp.write_text(key)
+    for op in OPS:
+        if op.kornia and not (FILES / f"{op.bundle}.txt").exists():
+            export(op)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,69 @@
+"""What is measured in Python, for one number of threads, which a process can set once.
+
+    python -m bench.images.measure THREADS SECONDS [OP...]    -> a line of JSON, in microseconds, for each op and size
+
+Three races, each with contenders in turns: chiasm's native backend and OpenCV's pip wheel; native and Kornia eager; in ONNX Runtime
+the fused and the flat form and Kornia's own file.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from collections.abc import Callable
+
+import cv2
+import onnxruntime
+import torch
+
+import chiasm.onnx
+import chiasm.runtime
+
+from ..opencv import opencv
+from ..wheel import interleaved, onnx_call, onnx_options
+from . import kornia_peers
+from .chiasm_ops import Native, native
+from .data import SIZES
+from .ops import OPS, Op
+
+#: for the threads of another's pool to fall asleep
+PAUSE = 0.002
+
+
+def main(threads: int, seconds: float, names: list[str]) -> None:
+    warnings.simplefilter("ignore")
+    chiasm.runtime.set_num_threads(threads)
+    cv2.setNumThreads(threads)
+    torch.set_num_threads(threads)
+
+    def race(contenders: dict[str, Callable]) -> dict[str, float]:
+        times = interleaved(list(contenders.values()), seconds, PAUSE if threads > 1 else 0.0)
+        return dict(zip(contenders, times, strict=True))
+
+    for op in OPS:
+        for size in SIZES if not names or op.bundle in names else ():
+            made = native(op, size)
+            row = {"bundle": op.bundle, "size": "x".join(map(str, size)), "threads": threads}
+            row["wheel"] = race({"native": made.call, "opencv": opencv(op.bundle, list(made.inputs.values())).call})
+            if op.kornia:
+                row["kornia"] = race({"native": made.call, "kornia": kornia_peers.eager(op, made.inputs)})
+            row["onnx"] = race(onnx_calls(op, size, made, threads))
+            print(json.dumps(row), flush=True)
+
+
+def onnx_calls(op: Op, size: tuple[int, int, int], made: Native, threads: int) -> dict[str, Callable]:
+    given = list(made.inputs.values())
+    calls = {
+        "fused": onnx_call(chiasm.onnx.session(made.folder, options=onnx_options(threads)), given),
+        "flat": onnx_call(chiasm.onnx.session(made.folder, fused=False, options=onnx_options(threads)), given),
+    }
+    file = kornia_peers.onnx_file(op, size) if op.kornia else ""
+    if not isinstance(file, str):
+        session = onnxruntime.InferenceSession(str(file), onnx_options(threads), providers=["CPUExecutionProvider"])
+        calls["kornia"] = onnx_call(session, kornia_peers.images(made.inputs))
+    return calls
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), float(sys.argv[2]), sys.argv[3:])

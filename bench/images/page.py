@@ -1,0 +1,173 @@
+"""docs/benchmarks_images.md: a table for each question, every number of it from the run."""
+
+from __future__ import annotations
+
+import json
+import statistics
+from collections.abc import Callable, Iterable
+from datetime import date
+from importlib.metadata import version
+
+import cv2
+
+import chiasm
+
+from ..machine import ROOT, cores, cpu, notes
+from .check import REPORT, SIZE
+from .data import SIZES
+from .kornia_peers import kornia, onnx_file
+from .ops import OPS
+
+PAGE = ROOT / "docs" / "benchmarks_images.md"
+#: how many times as fast as OpenCV, as Kornia, as Kornia's ONNX files: in the geometric mean, and at least
+OPENCV, EAGER, ONNX = (1.3, 0.7), (10.0, 0.0), (2.0, 1.0)
+
+
+def page(rows: list[dict]) -> str:
+    debian = rows[0]["debian"]["opencv_version"]
+    lines = [
+        "# Benchmarks of image ops",
+        "",
+        f"Made by `make bench-images` on {date.today()}: {cpu()}, {cores()} cores. Contenders take turns in one process; medians.",
+        f"chiasm {chiasm.__version__}, OpenCV {debian} (Debian, in C++) and {cv2.__version__} (wheel with IPP, in Python), Kornia {kornia.__version__} "
+        f"on PyTorch {version('torch')}, ONNX Runtime {version('onnxruntime')}.",
+        "The inputs are photographs, three channels; [benchmarks.md](benchmarks.md) has pipelines, geometry and the runtime's own cost.",
+        "",
+        *opencv_table(rows),
+        *kornia_table(rows),
+        *onnx_table(rows),
+        *check_table({row["bundle"] for row in rows}),
+    ]
+    return "\n".join(lines) + "\n" + notes(PAGE)
+
+
+def opencv_table(rows: list[dict]) -> list[str]:
+    def cells(row: dict) -> tuple[list[str], float]:
+        peer = min(("debian", "wheel"), key=lambda k: row[k]["opencv"] / row[k]["native"])
+        ratio = row[peer]["opencv"] / row[peer]["native"]
+        return [ms(row[peer]["native"]), f"{ms(row[peer]['opencv'])} {peer}", times(ratio, 1.0, OPENCV[1])], ratio
+
+    types = {op.bundle: op.opencv_type for op in OPS}
+    return [
+        "## Is it as fast as OpenCV?",
+        "",
+        "chiasm's native backend into the caller's buffers, and OpenCV into matrices that are kept; its HWC matrices are made",
+        "beforehand. The faster OpenCV of the two, each with chiasm's time beside it. OpenCV's data are float32 as chiasm's, or uint8 where",
+        f"it has the op for bytes only. Aims: {OPENCV[0]} times as fast in the geometric mean, no op under {OPENCV[1]}.",
+        "Where OpenCV is faster the number is **bold**, under 0.7 ***bold and slanted***.",
+        "",
+        *table(rows, "OpenCV ms", cells, OPENCV, lambda row: [types[row["bundle"]]], ["OpenCV's data"]),
+    ]
+
+
+def kornia_table(rows: list[dict]) -> list[str]:
+    def cells(row: dict) -> tuple[list[str], float]:
+        ratio = row["kornia"]["kornia"] / row["kornia"]["native"]
+        return [ms(row["kornia"]["native"]), ms(row["kornia"]["kornia"]), times(ratio, 1.0, 1.0)], ratio
+
+    without = [op.bundle for op in OPS if not op.kornia]
+    return [
+        "",
+        "## Is it faster than Kornia, from Python?",
+        "",
+        "`Method.run_into` on arrays of NumPy, and Kornia on tensors with the same values, eager, in `torch.inference_mode()`.",
+        f"Aim: {EAGER[0]:g} times as fast in the geometric mean. Where Kornia is faster the number is ***bold***."
+        + (f" Kornia has no {', '.join(without)}." if without else ""),
+        "",
+        *table([r for r in rows if "kornia" in r], "Kornia ms", cells, EAGER),
+    ]
+
+
+def onnx_table(rows: list[dict]) -> list[str]:
+    sizes = {"x".join(map(str, s)): s for s in SIZES}
+    exported = [r for r in rows if "kornia" in r["onnx"]]
+    by_name = {op.bundle: op for op in OPS if op.kornia}
+    missing = sorted({r["bundle"] for r in rows if r["bundle"] in by_name} - {r["bundle"] for r in exported})
+    fixed = sorted({r["bundle"] for r in exported if str(onnx_file(by_name[r["bundle"]], sizes[r["size"]])).endswith(f".{sizes[r['size']][1]}.onnx")})
+
+    def cells(form: str) -> Callable[[dict], tuple[list[str], float]]:
+        def made(row: dict) -> tuple[list[str], float]:
+            ratio = row["onnx"]["kornia"] / row["onnx"][form]
+            return [ms(row["onnx"][form]), ms(row["onnx"]["kornia"]), times(ratio, *(ONNX[1],) * 2)], ratio
+
+        return made
+
+    lines = [
+        "",
+        "## In ONNX Runtime, is it faster than Kornia's own export?",
+        "",
+        "Kornia's ops by `torch.onnx.export(dynamo=True)`, their parameters constants; chiasm's flat file of standard operators, and the fused one",
+        f"with the plug-in. The same sessions' options. Aims: {ONNX[0]:g} times as fast in the geometric mean, no op slower (***bold***).",
+    ]
+    if fixed:
+        lines.append(f"Exported for one size, because the export for any size fails: {', '.join(fixed)}.")
+    for form, title in (("flat", "Flat"), ("fused", "Fused, with the plug-in")):
+        lines += ["", f"### {title}", "", *table(exported, "Kornia ms", cells(form), ONNX)]
+    if missing:
+        lines += ["", "Kornia's ops that cannot be exported:", ""]
+        lines += [f"* {name}: {onnx_file(by_name[name], next(iter(sizes.values())))}" for name in missing]
+    return lines
+
+
+def check_table(bundles: set[str]) -> list[str]:
+    report = json.loads(REPORT.read_text()) if REPORT.exists() else {}
+    lines = [
+        "",
+        "## Is it the same work?",
+        "",
+        f"`python -m bench.images.check`: what the peers make of the photographs at {'x'.join(map(str, SIZE))}, against chiasm's values.",
+        "",
+        "| op | Debian's OpenCV | wheel | OpenCV differs in | Kornia | Kornia differs in |",
+        "|---|---|---|---|---|---|",
+    ]
+    for op in OPS:
+        if op.bundle in bundles & report.keys():
+            text = {peer: row["text"] for peer, row in report[op.bundle].items()}
+            cells = (op.bundle, text["debian"], text["wheel"], op.opencv_agrees.note, text.get("kornia", "no such op"), op.kornia_agrees.note)
+            lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def table(
+    rows: list[dict],
+    peer: str,
+    cells: Callable[[dict], tuple[list[str], float]],
+    aims: tuple[float, float],
+    more: Callable[[dict], list[str]] = lambda row: [],
+    titles: Iterable[str] = (),
+) -> list[str]:
+    """A row for each op and size, with three columns for each number of threads; below it the geometric means."""
+    threads = sorted({row["threads"] for row in rows})
+    columns = ["op", "size", *titles]
+    for n in threads:
+        columns += [f"{n} thread{'s' * (n > 1)}: chiasm ms", peer, "times as fast"]
+    lines = [f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
+    ratios: dict[int, list[float]] = {n: [] for n in threads}
+    slow: list[str] = []
+    for first in (row for row in rows if row["threads"] == threads[0]):
+        line = [first["bundle"], first["size"], *more(first)]
+        for n in threads:
+            row = next(r for r in rows if (r["bundle"], r["size"], r["threads"]) == (first["bundle"], first["size"], n))
+            shown, ratio = cells(row)
+            line += shown
+            ratios[n].append(ratio)
+            if ratio < aims[1]:
+                slow.append(row["bundle"])
+        lines.append(f"| {' | '.join(line)} |")
+    means = [f"{statistics.geometric_mean(r):.2f} on {n} thread{'s' * (n > 1)}" for n, r in ratios.items()]
+    everything = statistics.geometric_mean([r for some in ratios.values() for r in some])
+    said = f"{everything:.2f}" if everything >= aims[0] else f"**{everything:.2f}**"
+    lines += ["", f"Geometric mean: {said} ({', '.join(means)}); the aim is {aims[0]:g}."]
+    if aims[1]:
+        lines.append(f"Under {aims[1]:g} somewhere: {', '.join(dict.fromkeys(slow)) or 'none'}.")
+    return lines
+
+
+def ms(microseconds: float) -> str:
+    return f"{microseconds / 1000:.3f}"
+
+
+def times(ratio: float, bold: float, slanted: float) -> str:
+    shown = f"{ratio:.2f}" if ratio < 9.95 else f"{ratio:.0f}"
+    return f"***{shown}***" if ratio < slanted else f"**{shown}**" if ratio < bold else shown
+

@@ -1,0 +1,42 @@
+"""The machine that tables were made on, and the C++ program that measures on it."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BUNDLES = ROOT / "build" / "bundles"
+PROGRAM = ROOT / "build" / "release" / "bin" / "bench"
+
+
+def cores() -> int:
+    return len(os.sched_getaffinity(0))
+
+
+def cpu() -> str:
+    for line in Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.processor()
+
+
+def program(*arguments) -> dict:
+    """What build/release/bin/bench says."""
+    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"bench {' '.join(map(str, arguments))}: {done.stderr}")
+    return json.loads(done.stdout)
+
+
+def bundle_path(bundle: str) -> Path:
+    return BUNDLES / f"{bundle}.chiasm"
+
+
+def notes(page: Path) -> str:
+    """What is appended to a page: the file beside it whose name ends with _notes."""
+    path = page.with_name(f"{page.stem}_notes.md")
+    return "\n" + path.read_text() if path.exists() else ""
