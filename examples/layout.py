@@ -17,9 +17,9 @@ GIVEN, MADE = (70, 90, 120), (176, 62, 0)
 
 
 def compose(panels: list[Panel], width: int = 480) -> Image.Image:
-    """Panels side by side, in rows of up to three, four of them as a square, matrices in one row; over each its label."""
-    columns = 2 if len(panels) == 4 and all(p.weight == 1 for p in panels) else min(len(panels), 3)
-    if all(p.matrix for p in panels):
+    """Panels side by side, in rows of up to three, four of them as a square, small ones in one row; over each its label."""
+    columns = 2 if len(panels) == 4 else min(len(panels), 3)
+    if all(p.matrix for p in panels) or sum(p.weight for p in panels) <= 3:
         columns = len(panels)
     rows = [row_of(panels[i : i + columns], columns, width) for i in range(0, len(panels), columns)]
     canvas = Image.new("RGB", (width, sum(r.height for r in rows) + GAP * (len(rows) - 1)), "white")

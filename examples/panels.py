@@ -60,7 +60,7 @@ def caption(shown: Shown, made: list[Panel]) -> str:
     """Configuration, values of the inputs and outputs that are no pictures, and how values were mapped to colours."""
     said = [", ".join(f"{k}={v!r}" for k, v in shown.spec.config.items())]
     seen = {p.label for p in made}
-    said += [numbers(n, t) for n, t in shown.inputs.items() if 0 < t.numel() <= 12 and not (seen & {n} or n == "M")]
+    said += [numbers(n, t) for n, t in shown.inputs.items() if 0 < t.numel() <= 9 and not (seen & {n} or n == "M")]
     said += [numbers(n, t) for n, t in shown.outputs.items() if t.numel() <= 4]
     labels = {p.note: [q.label for q in made if q.note == p.note] for p in made if p.note}
     said += [note if len(names) == len(made) else f"{', '.join(dict.fromkeys(names))}: {note}" for note, names in labels.items()]
@@ -94,8 +94,8 @@ def output_panels(shown: Shown) -> list[Panel]:
 
 def image_panels(name: str, tensor: torch.Tensor, layout: str, color: str, given: bool) -> list[Panel]:
     """A panel an image of the batch; one a channel where channels are no red, green and blue."""
-    made = []
-    for array in planes_of(tensor, layout):
+    made, arrays = [], planes_of(tensor, layout)
+    for array in arrays:
         if color in TINTED:
             made += [Panel(label, image, note, given) for label, image, note in channels_of(array, color)]
         elif array.shape[2] == 2:
@@ -107,7 +107,7 @@ def image_panels(name: str, tensor: torch.Tensor, layout: str, color: str, given
                 image = image[..., ::-1]
             elif color == "BGR":
                 note = "blue is shown as red, as it lies"
-            made.append(Panel(name, image, "" if given and color != "BGR" else note, given))
+            made.append(Panel(name, image, "" if given and color != "BGR" else note, given, 0.5 if len(arrays) > 1 else 1.0))
     return made
 
 
@@ -121,12 +121,13 @@ def kernel_panel(name: str, kernel: torch.Tensor, given: bool = False, weight: f
 def kernels(shown: Shown) -> list[Panel]:
     """Bars of 1-D kernels, pictures of 2-D ones, the slices of a 3-D one."""
     kernel, known = shown.first, {n: t for n, t in shown.inputs.items() if len(set(t.flatten().tolist())) > 1}
-    labels = ["  ".join(numbers(n, t[i]) for n, t in known.items()) for i in range(len(kernel))]
+    labels = [", ".join(numbers(n, t[i]) for n, t in known.items()) for i in range(len(kernel))]
     if kernel.dim() == 2:
         return [Panel("kernel", plots.bars([k.numpy() for k in kernel], plots.SERIES, labels, WHOLE))]
     if kernel.dim() == 4:
         return [kernel_panel(f"slice {i}", plane) for i, plane in enumerate(kernel[0] / kernel[0].max())]
-    return [kernel_panel(label, k) for label, k in zip(labels, kernel, strict=True)]
+    values = [", ".join(numbers("", t[i])[1:] for t in known.values()) for i in range(len(kernel))]
+    return [kernel_panel(label, k) for label, k in zip(values, kernel, strict=True)]
 
 
 def gradient(shown: Shown) -> list[Panel]:

@@ -19,7 +19,7 @@ COINS = View("coins.png", (60, 60, 384, 303), CARD)
 MOON = View("moon.png", (0, 60, 512, 444), CARD)
 NIGHT = View("rocket.jpg", (35, 0, 604, 427), CARD)
 HORSE = View("horse.png", None, (216, 177))
-PAGE = View("page.png", (0, 0, 118, 88))
+PAGE = View("page.png", (110, 2, 228, 90))
 MIDDLE = View("page.png", (0, 0, 236, 177))
 STARS = View("hubble_deep_field.jpg", (330, 180, 448, 268))
 
