@@ -1,8 +1,9 @@
 // Stands in for libtorch in a torch-free native artifact: the exporter links this statically with AOTInductor's code.
 //
-// Outputs without a copy: AOTInductor allocates its outputs itself. The generated code is straight-line, so the n-th
-// allocation of a run is always the same buffer. The first run notes which allocation became which output (the *plan*) and
-// copies; later runs are handed the caller's memory at that allocation, and the op writes straight into it.
+// Outputs without a copy: AOTInductor allocates its outputs itself. But for loops, the generated code is straight-line, so the
+// n-th allocation of a run is always the same buffer. The first run notes which allocation became which output (the *plan*)
+// and copies; later runs are handed the caller's memory at that allocation, and the op writes straight into it. Where a loop
+// ran for longer or shorter, another buffer may get that memory; the results are then copied to where they belong.
 #include <torch/csrc/inductor/aoti_runtime/interface.h>
 #include <torch/csrc/inductor/aoti_torch/c/shim.h>
 
@@ -117,6 +118,17 @@ int32_t run(void* handle, const chiasm_native_tensor* inputs, const chiasm_nativ
                                      static_cast<AOTInductorStreamHandle>(host->stream), nullptr))
       return fail(engine_error(), error, error_size);
 
+    state.plan = nullptr;  // what is allocated from here on is scratch
+    for (size_t k = 0; k < n_out; ++k)
+      for (size_t other = 0; other < n_out; ++other) {
+        auto*& result = results.list[k];
+        if (other == k || result->storage->data != outputs[other].data || !outputs[other].data) continue;
+        // It got the memory of an output that is written below, and has to leave first.
+        std::unique_ptr<AtenTensorOpaque> moved(allocate(result->sizes, dense_strides(result->sizes), result->dtype));
+        copy(*result, *moved);
+        delete std::exchange(result, moved.release());
+        break;
+      }
     std::vector<int64_t> found(n_out, -1);
     for (size_t k = 0; k < n_out; ++k) {
       const AtenTensorOpaque& result = *results.list[k];

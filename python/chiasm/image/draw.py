@@ -111,7 +111,7 @@ def _line_pixels(first: Tensor, second: Tensor, height: int, width: int) -> Tupl
 def _minor_offset(step: Tensor, minor: Tensor, major: Tensor) -> Tensor:
     """ceil(step * minor / major - 1/2), of nonnegative integers."""
     safe = major.clamp(min=1)
-    return torch.div(2 * minor * step + safe - 1, 2 * safe, rounding_mode="floor")
+    return torch.floor((2 * minor * step + safe - 1).to(torch.float64) / (2 * safe).to(torch.float64)).to(torch.int64)
 
 
 def _painted(image: Tensor, x: Tensor, y: Tensor, color: Tensor) -> Tensor:

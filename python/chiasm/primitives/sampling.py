@@ -37,13 +37,13 @@ def source_positions(in_size: int, out_size: int, align_corners: bool, dtype: to
         numerator = (2 * i + 1) * in_size - out_size
         denominator = 2 * out_size
         shift = 1  # the first position can be as low as -1/2; a whole one more keeps the division positive
-    whole = torch.div(numerator + shift * denominator, denominator, rounding_mode="floor") - shift
+    whole = torch.floor((numerator + shift * denominator).to(torch.float64) / denominator).to(torch.int64) - shift
     return whole, (numerator - whole * denominator).to(dtype) / denominator
 
 
 def nearest_index(in_size: int, out_size: int, device: torch.device) -> Tensor:
-    """Index of the source pixel of each output pixel, floor(i * in / out), in exact integer arithmetic."""
-    return torch.div(torch.arange(out_size, device=device) * in_size, out_size, rounding_mode="floor")
+    """Index of the source pixel of each output pixel, floor(i * in / out), exactly: by float64, since ONNX's integer division goes through float32."""
+    return torch.floor((torch.arange(out_size, device=device) * in_size).to(torch.float64) / out_size).to(torch.int64)
 
 
 def cubic_weights(t: Tensor, a: float) -> List[Tensor]:
