@@ -33,7 +33,7 @@ from examples.photographs import photograph
 
 DEMO = BUILD / "demo"
 BACKENDS = ("native", "torch", "onnx")
-PICTURE = 720
+PICTURE = 480
 #: Names, or shell patterns, of the ops that the demo shows.
 SHOWN = (
     "pipelines.*",
