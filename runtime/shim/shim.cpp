@@ -122,8 +122,10 @@ int32_t run(void* handle, const chiasm_native_tensor* inputs, const chiasm_nativ
     for (size_t k = 0; k < n_out; ++k)
       for (size_t other = 0; other < n_out; ++other) {
         auto*& result = results.list[k];
-        if (other == k || result->storage->data != outputs[other].data || !outputs[other].data) continue;
-        // It got the memory of an output that is written below, and has to leave first.
+        if (result->storage->data != outputs[other].data || !outputs[other].data) continue;
+        if (other == k && result->is_dense() && result->offset == 0) continue;
+        // It has the memory of another output, or its own in another order (a transposed result is dense where a size is 1, which
+        // the plan may have been made from): it leaves before the outputs are written.
         std::unique_ptr<AtenTensorOpaque> moved(allocate(result->sizes, dense_strides(result->sizes), result->dtype));
         copy(*result, *moved);
         delete std::exchange(result, moved.release());

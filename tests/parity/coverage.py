@@ -66,6 +66,7 @@ def page(entries: dict[str, Entry], checks: list[dict]) -> str:
     if missing:
         raise SystemExit(f"build/parity.json has nothing of {', '.join(missing)}: run `make parity` first")
     public = public_functions()
+    without = [f"`{n}`" for n in entries if not cell(by_op[n], "native (C++)", "forward")]
     failed = sum(bool(c["message"]) for c in checks)
     lines = [
         "# Coverage",
@@ -76,6 +77,7 @@ def page(entries: dict[str, Entry], checks: list[dict]) -> str:
         "",
         f"{len(public)} public functions in {', '.join(COMPLETE)}: {sum(public.values())} are deployed in every format, {len(public) - sum(public.values())} are",
         f"not, for the reasons at the end. {len(entries)} specs in all families (some functions have several), {len(checks)} comparisons, {failed} failed.",
+        f"Not compiled in this run: {', '.join(without)}." if without else "All of them were compiled natively.",
         "",
         "| family | specs | " + " | ".join(WAYS) + " | with vjp |",
         "|---|---|" + "---|" * (len(WAYS) + 1),
