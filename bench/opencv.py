@@ -139,6 +139,7 @@ PEERS: dict[str, tuple[Callable[[np.ndarray], list[np.ndarray]], Callable[..., n
     "color.rgb_to_hsv": (images, plain(cv2.cvtColor, cv2.COLOR_RGB2HSV)),
     "color.rgb_to_lab": (images, plain(cv2.cvtColor, cv2.COLOR_RGB2Lab)),
     "color.rgb_to_ycbcr": (images, plain(cv2.cvtColor, cv2.COLOR_RGB2YCrCb)),
+    "color.rgb_to_yuv": (images, plain(cv2.cvtColor, cv2.COLOR_RGB2YUV)),
     "enhance.add_weighted": (images, add_weighted),
     "enhance.adjust_gamma": (images, lambda into, m, x, other: into("out", cv2.pow, m, float(x[1].flat[0]))),
     "enhance.clahe": (byte_planes, plain(cv2.createCLAHE(4.0, (4, 3)).apply)),

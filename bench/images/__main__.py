@@ -14,8 +14,8 @@ import sys
 from rich.progress import Progress
 
 from ..machine import ROOT, bundle_path, cores, program
+from .chiasm_ops import measured
 from .data import FOLDER, SIZES, bench_arguments
-from .ops import OPS
 from .page import PAGE, page
 
 ROWS = FOLDER / "rows.json"
@@ -24,9 +24,9 @@ ROWS = FOLDER / "rows.json"
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m bench.images", description=__doc__)
     parser.add_argument("ops", nargs="*", help="only these, and no page")
-    parser.add_argument("--seconds", type=float, default=0.7, help="that contenders take turns for")
+    parser.add_argument("--seconds", type=float, default=0.5, help="that contenders take turns for")
     chosen = parser.parse_args()
-    ops = [op for op in OPS if not chosen.ops or op.bundle in chosen.ops]
+    ops = measured(chosen.ops)
     run_module("kornia_peers")
     run_module("check", *chosen.ops)
     rows = []

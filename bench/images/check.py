@@ -18,9 +18,9 @@ from ..machine import bundle_path, program
 from ..opencv import opencv
 from ..wheel import onnx_options
 from . import kornia_peers
-from .chiasm_ops import native
+from .chiasm_ops import measured, native
 from .data import FOLDER, SIZES, bench_arguments
-from .ops import OPS, Agreement, Op
+from .ops import Agreement, Op
 
 SIZE = SIZES[0]
 REPORT = FOLDER / "check.json"
@@ -29,9 +29,7 @@ REPORT = FOLDER / "check.json"
 def main(names: list[str]) -> int:
     warnings.simplefilter("ignore")
     report, failed = {}, 0
-    for op in OPS:
-        if names and op.bundle not in names:
-            continue
+    for op in measured(names):
         report[op.bundle] = compare(op)
         for peer, row in report[op.bundle].items():
             failed += not row["ok"]
@@ -98,7 +96,9 @@ def row(ours: np.ndarray, peer: Callable[[], np.ndarray], agreement: Agreement) 
         difference /= np.abs(theirs).max()
     share = float(np.mean(difference <= agreement.tolerance))
     greatest = float(difference.max())
-    text = f"{share:.2%} within {agreement.tolerance:g}" if share < 1 else f"at most {greatest:.1g}" if greatest else "equal"
+    part = f"{share:.2%}" if share < 0.9999 else "all but a few"
+    near = f"within {agreement.tolerance:g}" if agreement.tolerance else "equal"
+    text = f"{part} {near}" if share < 1 else f"at most {greatest:.1g}" if greatest else "equal"
     return {"ok": share >= agreement.share, "text": text + (" of the greatest value" if agreement.relative else "")}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ import chiasm.runtime
 from ..machine import bundle_path
 from ..wheel import room
 from .data import inputs
-from .ops import Op
+from .ops import OPS, Op
 
 
 class Native(NamedTuple):
@@ -23,6 +23,16 @@ class Native(NamedTuple):
     inputs: dict[str, np.ndarray]
     outputs: list[np.ndarray]
     call: Callable[[], object]
+
+
+def measured(names: Collection[str] = ()) -> list[Op]:
+    """The ops of the list, or those named, whose bundles have native code without libtorch."""
+    return [op for op in OPS if (not names or op.bundle in names) and _has_native(op)]
+
+
+def _has_native(op: Op) -> bool:
+    artifacts = chiasm.runtime.open(bundle_path(op.bundle)).info["methods"]["forward"]["artifacts"]
+    return any(a["backend"] == "native" for a in artifacts)
 
 
 def native(op: Op, size: tuple[int, int, int]) -> Native:

@@ -1,6 +1,6 @@
 """Kornia's ops on the inputs of ours, eager and as ONNX files of their own.
 
-    python -m bench.images.kornia_peers    -> build/bench-images/kornia/OP.onnx, and OP.txt: empty, or why there is none
+    python -m bench.images.kornia_peers    -> build/bench-images/kornia/OP.HASH.onnx, and OP.HASH.txt: empty, or why there is none
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import contextlib
 import hashlib
 import io
 import logging
-import shutil
 import signal
 import sys
 import warnings
@@ -29,8 +28,8 @@ sys.path.append(str(ROOT / ".deps" / "kornia"))
 import kornia
 
 FILES = FOLDER / "kornia"
-#: seconds that the export of one op may take
-LIMIT = 120
+#: seconds of this process that the export of one op may take
+LIMIT = 60
 
 
 class Module(torch.nn.Module):
@@ -74,18 +73,25 @@ def eager(op: Op, inputs: dict[str, np.ndarray]) -> Callable[[], object]:
 
 def onnx_file(op: Op, size: tuple[int, int, int]) -> Path | str:
     """The op's file, for any size or else for this one, or why there is none."""
-    for path in (FILES / f"{op.bundle}.onnx", FILES / f"{op.bundle}.{size[1]}.onnx"):
+    for path in (file_of(op, ".onnx"), file_of(op, f".{size[1]}.onnx")):
         if path.exists():
             return path
-    return (FILES / f"{op.bundle}.txt").read_text()
+    return file_of(op, ".txt").read_text()
+
+
+def file_of(op: Op, ending: str) -> Path:
+    """Named by all that it is made of, so that what is there need not be made again."""
+    code = op.kornia.__code__
+    made_of = op.values, code.co_code, code.co_consts, code.co_names, torch.__version__, kornia.__version__
+    return FILES / f"{op.bundle}.{hashlib.sha256(repr(made_of).encode()).hexdigest()[:8]}{ending}"
 
 
 def export(op: Op) -> None:
     """For any size where that can be had, for the sizes that are measured where not."""
-    problem = attempt(op, (2, 48, 64), FILES / f"{op.bundle}.onnx", dynamic=True)
+    problem = attempt(op, (2, 48, 64), file_of(op, ".onnx"), dynamic=True)
     if problem:
-        problem = next(filter(None, (attempt(op, size, FILES / f"{op.bundle}.{size[1]}.onnx", dynamic=False) for size in SIZES)), "")
-    (FILES / f"{op.bundle}.txt").write_text(problem)
+        problem = next(filter(None, (attempt(op, size, file_of(op, f".{size[1]}.onnx"), dynamic=False) for size in SIZES)), "")
+    file_of(op, ".txt").write_text(problem)
 
 
 def attempt(op: Op, size: tuple[int, int, int], path: Path, dynamic: bool) -> str:
@@ -94,17 +100,19 @@ def attempt(op: Op, size: tuple[int, int, int], path: Path, dynamic: bool) -> st
     generator = torch.Generator().manual_seed(1)
     arguments = tuple(torch.rand(size[0], 3, *size[1:], generator=generator) for _ in range(count))
     sizes = {0: torch.export.Dim("B"), 2: torch.export.Dim("H", min=16), 3: torch.export.Dim("W", min=16)}
-    signal.signal(signal.SIGALRM, _too_long)
-    signal.alarm(LIMIT)
+    signal.signal(signal.SIGPROF, _too_long)
+    signal.setitimer(signal.ITIMER_PROF, LIMIT)
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             module = (One if count == 1 else Two)(op).eval()
             program = torch.onnx.export(module, arguments, dynamo=True, verbose=False, dynamic_shapes=(sizes,) * count if dynamic else None)
+            if dynamic and any(isinstance(d, int) for t in program.model.graph.inputs for i, d in enumerate(t.shape) if i != 1):
+                return "the sizes of the example were taken for constants"
             program.save(path)
     except Exception as error:
         return _cause(error)
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
     return ""
 
 
@@ -122,16 +130,9 @@ def _cause(error: BaseException) -> str:
 def main() -> int:
     warnings.simplefilter("ignore")
     logging.disable(logging.WARNING)
-    made_of = [torch.__version__, (ROOT / "tools" / "kornia.txt").read_text()]
-    made_of += [repr((op.bundle, op.values, code.co_code, code.co_consts, code.co_names)) for op in OPS if op.kornia for code in [op.kornia.__code__]]
-    key = hashlib.sha256("".join(made_of).encode()).hexdigest()
-    stamp = FILES / "stamp"
-    if not stamp.exists() or stamp.read_text() != key:
-        shutil.rmtree(FILES, ignore_errors=True)
-        FILES.mkdir(parents=True)
-        stamp.write_text(key)
+    FILES.mkdir(parents=True, exist_ok=True)
     for op in OPS:
-        if op.kornia and not (FILES / f"{op.bundle}.txt").exists():
+        if op.kornia and not file_of(op, ".txt").exists():
             export(op)
     return 0
 

@@ -23,9 +23,9 @@ import chiasm.runtime
 from ..opencv import opencv
 from ..wheel import interleaved, onnx_call, onnx_options
 from . import kornia_peers
-from .chiasm_ops import Native, native
+from .chiasm_ops import Native, measured, native
 from .data import SIZES
-from .ops import OPS, Op
+from .ops import Op
 
 #: for the threads of another's pool to fall asleep
 PAUSE = 0.002
@@ -41,8 +41,8 @@ def main(threads: int, seconds: float, names: list[str]) -> None:
         times = interleaved(list(contenders.values()), seconds, PAUSE if threads > 1 else 0.0)
         return dict(zip(contenders, times, strict=True))
 
-    for op in OPS:
-        for size in SIZES if not names or op.bundle in names else ():
+    for op in measured(names):
+        for size in SIZES:
             made = native(op, size)
             row = {"bundle": op.bundle, "size": "x".join(map(str, size)), "threads": threads}
             row["wheel"] = race({"native": made.call, "opencv": opencv(op.bundle, list(made.inputs.values())).call})

@@ -14,6 +14,7 @@ import chiasm
 
 from ..machine import ROOT, cores, cpu, notes
 from .check import REPORT, SIZE
+from .chiasm_ops import measured
 from .data import SIZES
 from .kornia_peers import kornia, onnx_file
 from .ops import OPS
@@ -33,12 +34,18 @@ def page(rows: list[dict]) -> str:
         f"on PyTorch {version('torch')}, ONNX Runtime {version('onnxruntime')}.",
         "The inputs are photographs, three channels; [benchmarks.md](benchmarks.md) has pipelines, geometry and the runtime's own cost.",
         "",
+        *left_out(),
         *opencv_table(rows),
         *kornia_table(rows),
         *onnx_table(rows),
         *check_table({row["bundle"] for row in rows}),
     ]
     return "\n".join(lines) + "\n" + notes(PAGE)
+
+
+def left_out() -> list[str]:
+    named = [op.bundle for op in OPS if op not in measured()]
+    return [f"Left out, because native code of it needs libtorch: {', '.join(named)}.", ""] if named else []
 
 
 def opencv_table(rows: list[dict]) -> list[str]:

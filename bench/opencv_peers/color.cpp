@@ -17,6 +17,7 @@ Table color() {
       {"color.rgb_to_hsv", convert(cv::COLOR_RGB2HSV)},
       {"color.rgb_to_lab", convert(cv::COLOR_RGB2Lab)},
       {"color.rgb_to_ycbcr", convert(cv::COLOR_RGB2YCrCb)},
+      {"color.rgb_to_yuv", convert(cv::COLOR_RGB2YUV)},
   };
 }
 
