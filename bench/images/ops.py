@@ -68,7 +68,7 @@ OPS = (
     Op(
         "color.rgb_to_lab",
         lambda k, v, x: k.color.rgb_to_lab(x),
-        opencv_agrees=Agreement(0.5, note="interpolates in a table of 33 x 33 x 33 colours; L is 0 to 100"),
+        opencv_agrees=Agreement(0.5, note="interpolates in a table of colours; L is 0 to 100"),
         kornia_agrees=Agreement(0.05),
     ),
     Op(

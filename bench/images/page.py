@@ -61,7 +61,7 @@ def opencv_table(rows: list[dict]) -> list[str]:
         "chiasm's native backend into the caller's buffers, and OpenCV into matrices that are kept; its HWC matrices are made",
         "beforehand. The faster OpenCV of the two, each with chiasm's time beside it. OpenCV's data are float32 as chiasm's, or uint8 where",
         f"it has the op for bytes only. Aims: {OPENCV[0]} times as fast in the geometric mean, no op under {OPENCV[1]}.",
-        "Where OpenCV is faster the number is **bold**, under 0.7 ***bold and slanted***.",
+        f"Where OpenCV is faster the number is **bold**, under {OPENCV[1]} ***bold and slanted***.",
         "",
         *table(rows, "OpenCV ms", cells, OPENCV, lambda row: [types[row["bundle"]]], ["OpenCV's data"]),
     ]
