@@ -5,16 +5,12 @@ from typing import Callable
 import pytest
 import torch
 from cases import CASES, Case, correspondences, rotations
+from test_catalog import TARGETS, outputs
 from torch import Tensor
 
 from chiasm.primitives.target import current_target, exporting, tracing_vjp
 
 SHAPES = ((2, 20, 24), (3, 17, 33), (1, 29, 12))
-TARGETS = (("onnx", False), ("native", False), ("onnx", True), ("native", True))
-
-
-def outputs(result: object) -> tuple[Tensor, ...]:
-    return (result,) if isinstance(result, Tensor) else tuple(result)
 
 
 def assert_same(actual: object, expected: object, tolerance: float) -> None:

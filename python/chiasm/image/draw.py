@@ -5,6 +5,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.levels import whole_quotient
+
 
 def draw_point2d(image: Tensor, points: Tensor, color: Tensor) -> Tensor:
     """Colour single pixels.
@@ -111,7 +113,7 @@ def _line_pixels(first: Tensor, second: Tensor, height: int, width: int) -> Tupl
 def _minor_offset(step: Tensor, minor: Tensor, major: Tensor) -> Tensor:
     """ceil(step * minor / major - 1/2), of nonnegative integers."""
     safe = major.clamp(min=1)
-    return torch.floor((2 * minor * step + safe - 1).to(torch.float64) / (2 * safe).to(torch.float64)).to(torch.int64)
+    return whole_quotient(2 * minor * step + safe - 1, 2 * safe)
 
 
 def _painted(image: Tensor, x: Tensor, y: Tensor, color: Tensor) -> Tensor:

@@ -40,7 +40,8 @@ def twin(function: Callable[..., Any]) -> Type[nn.Module]:
     linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
     exec(compile(source, filename, "exec"), scope)
     made = scope[name]
-    made.__doc__ = f"`{function.__name__}` as a module.\n\n{inspect.getdoc(function) or ''}"
+    about = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
+    made.__doc__ = f"`{function.__name__}` as a module.\n\n{about}"
     made.__module__ = function.__module__.rpartition(".")[0]
     return made
 
