@@ -53,8 +53,8 @@ def chosen() -> dict[str, str]:
     """The ops to compile, each with the reason."""
     entries = catalog()
     tests = [p for folder in ("export", "parity", "runtime", "consumer") for p in (ROOT / "tests" / folder).rglob("*") if p.suffix in (".py", ".cpp", ".sh", ".c")]
-    named = set(re.findall(r"\b[a-z]+(?:\.[a-z0-9_]+)+", " ".join(p.read_text() for p in tests))) & set(entries)
-    named |= {n.removesuffix(".chiasm") for n in named} & set(entries)
+    words = re.findall(r"\b[a-z]+(?:\.[a-z0-9_]+)+", " ".join(p.read_text() for p in tests))
+    named = {w.removesuffix(".chiasm") for w in words} & set(entries)
     changed = changed_files()
     source = {n: str(Path(inspect.getsourcefile(e.function()) or "").resolve().relative_to(ROOT)) for n, e in entries.items()}
     touched = sorted((n for n in entries if source[n] in changed), key=lot)

@@ -251,15 +251,15 @@ TEST_P(OnBackend, RotationsAreThoseOfEigen) {
     const Eigen::Vector4d quaternion = wxyz(Eigen::Quaterniond(Eigen::AngleAxisd(axis.norm(), axis.normalized())));
     quaternions.insert(quaternions.end(), quaternion.data(), quaternion.data() + 4);
   }
-  const auto run = [this](const std::string& conversion, const std::vector<double>& input, int64_t columns, double* tolerance) {
-    const Method method = load_widest(open("geometry.conversions." + conversion), "forward", options());
+  const auto run = [this](const std::string& name, const std::vector<double>& input, int64_t columns, double* tolerance) {
+    const Method method = load_widest(open(name), "forward", options());
     *tolerance = dtype_of_method(method) == DType::Float64 ? 1e-7 : 1e-4;
     return run_widened(method, {{input, {kCount, columns}}})[0];
   };
   double matrix_tolerance, quaternion_tolerance, from_tolerance;
-  auto matrices = run("axis_angle_to_rotation_matrix", values, 3, &matrix_tolerance);
-  auto actual_quaternions = run("axis_angle_to_quaternion", values, 3, &quaternion_tolerance);
-  auto from_quaternions = run("quaternion_to_rotation_matrix", quaternions, 4, &from_tolerance);
+  auto matrices = run("geometry.conversions.axis_angle_to_rotation_matrix", values, 3, &matrix_tolerance);
+  auto actual_quaternions = run("geometry.conversions.axis_angle_to_quaternion", values, 3, &quaternion_tolerance);
+  auto from_quaternions = run("geometry.conversions.quaternion_to_rotation_matrix", quaternions, 4, &from_tolerance);
   for (int i = 0; i < kCount; ++i) {
     const Eigen::Quaterniond expected = quaternion_from_wxyz(&quaternions[4 * static_cast<size_t>(i)]);
     const Matrix3 rotation = expected.toRotationMatrix();
