@@ -13,7 +13,8 @@ import re
 import subprocess
 import tempfile
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
@@ -29,6 +30,7 @@ from .spec import Spec
 from .torch_speed import fast_inductor, fast_tracing
 
 SHIM = Path(__file__).resolve().parent / "shim"
+KERNELS = SHIM / "kernels"
 #: march and vector width (bits) for each instruction set level; v4 too uses 256-bit vectors, with its masks and registers.
 ISAS = {"x86-64-v3": 256, "x86-64-v4": 256}
 _ENTRY = "chiasm_native_entry"
@@ -88,6 +90,7 @@ def _key(program: ExportedProgram, spec: Spec, isa: str) -> str:
         str(sorted(_settings(spec, isa).items())),
         _LINK,
         str(spec.without_nan),
+        _kernels_hash() if _operators(program) else "",
     ):
         digest.update(part.encode() + b"\0")
     return digest.hexdigest()
@@ -99,17 +102,33 @@ def _compiler() -> str:
 
 @cache
 def _shim_hash() -> str:
-    digest = hashlib.sha256(Path(__file__).read_bytes())  # how it is compiled and linked
-    for file in sorted(SHIM.rglob("*")):
-        if file.is_file():
-            digest.update(file.read_bytes())
+    files = [Path(__file__)]  # how it is compiled and linked
+    return _hash(files + [f for f in SHIM.rglob("*") if f.is_file() and f.parent != KERNELS])
+
+
+@cache
+def _kernels_hash() -> str:
+    return _hash(KERNELS.iterdir())
+
+
+def _hash(files: Iterable[Path]) -> str:
+    digest = hashlib.sha256()
+    for file in sorted(files):
+        digest.update(file.read_bytes())
     return digest.hexdigest()
+
+
+def _operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
+    """The operators of the program that are kernels of our own."""
+    modules = [m for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]  # the bodies of loops too
+    targets = {n.target for m in modules for n in m.graph.nodes if isinstance(n.target, torch._ops.OpOverload)}
+    return sorted((t for t in targets if t.namespace == "chiasm"), key=str)
 
 
 @cache
 def _shim_folder() -> Path:
     """The folder with the shim's static libraries and its version script, compiled once per compiler and torch."""
-    key = hashlib.sha256(f"{_shim_hash()} {torch.__version__} {_compiler()}".encode()).hexdigest()[:16]
+    key = hashlib.sha256(f"{_shim_hash()} {_kernels_hash()} {torch.__version__} {_compiler()}".encode()).hexdigest()[:16]
     folder = cache_folder() / f"shim-{key}"
     if (folder / "libchiasm_shim.a").exists():
         return folder
@@ -118,12 +137,20 @@ def _shim_folder() -> Path:
     with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
         work = Path(scratch) / "shim"
         work.mkdir()
-        sources = sorted(SHIM.glob("*.cpp"))
-        flags = ["-std=c++20", "-O2", "-fPIC", "-fvisibility=hidden", "-fopenmp", "-ffunction-sections", "-march=x86-64-v3"]
-        for source in sources:
-            _run([_compiler(), *flags, f"-I{include}", f"-I{include}/torch/csrc/api/include", "-c", str(source), "-o", str(work / f"{source.stem}.o")])
+        sources, kernels = sorted(SHIM.glob("*.cpp")), sorted(KERNELS.glob("*.cpp"))
+        flags = ["-std=c++20", "-fPIC", "-fvisibility=hidden", "-fopenmp", "-ffunction-sections", "-march=x86-64-v3"]
+
+        def compile(source: Path) -> None:
+            # Kernels round as tensor code does, without fused products and sums.
+            speed = ["-O3", "-ffp-contract=off"] if source in kernels else ["-O2"]
+            headers = [f"-I{include}", f"-I{include}/torch/csrc/api/include"]
+            _run([_compiler(), *flags, *speed, *headers, "-c", str(source), "-o", str(work / f"{source.stem}.o")])
+
+        with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+            list(pool.map(compile, sources + kernels))
         # AOTInductor links -lgomp, and finds ours first.
-        for library, members in {"gomp": {"team"}, "chiasm_shim": {s.stem for s in sources} - {"team"}}.items():
+        libraries = {"gomp": {"team"}, "chiasm_shim": {s.stem for s in sources} - {"team"}, "chiasm_kernels": {s.stem for s in kernels}}
+        for library, members in libraries.items():
             _run(["ar", "rcs", str(work / f"lib{library}.a"), *(str(work / f"{m}.o") for m in sorted(members))])
         (work / "symbols.map").write_text(f"{{ global: {_ENTRY}; local: *; }};\n")
         try:
@@ -154,8 +181,12 @@ def _compile(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
     _check_vector_isa(spec, isa)
     folder = _shim_folder()
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
-    link = f"chiasm_shim -L{folder} -Wl,--version-script={folder / 'symbols.map'} {_LINK}"
-    options = {"aot_inductor.link_libtorch": False, "aot_inductor.custom_op_libs": [link]}
+    link = f"chiasm_kernels -lchiasm_shim -L{folder} -Wl,--version-script={folder / 'symbols.map'} {_LINK}"
+    options = {
+        "aot_inductor.link_libtorch": False,
+        "aot_inductor.custom_op_libs": [link],
+        "aot_inductor.custom_ops_to_c_shims": {operator: [_declaration(operator)] for operator in _operators(program)},
+    }
     library = _inductor(program, spec, isa, options, SHIM / "include")
     with zipfile.ZipFile(io.BytesIO(library)) as archive:
         (member,) = (n for n in archive.namelist() if n.endswith(".so"))
@@ -163,6 +194,13 @@ def _compile(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
     if not _missing_symbols(code):
         return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
     return NativeArtifact(_repack(_inductor(program, spec, isa, {})), needs_libtorch=True)
+
+
+def _declaration(operator: torch._ops.OpOverload) -> str:
+    """The C function (runtime/shim/kernels/calls.cpp) that a kernel's operator is called by."""
+    types = {"Tensor": "AtenTensorHandle", "int": "int64_t", "SymInt": "int64_t", "float": "double", "bool": "int32_t"}
+    arguments = [f"{types[str(a.real_type)]} {a.name}" for a in operator._schema.arguments]
+    return f"AOTITorchError aoti_torch_cpu_{operator._opname}({', '.join([*arguments, 'AtenTensorHandle* ret0'])})"
 
 
 def _settings(spec: Spec, isa: str) -> dict[str, object]:
@@ -181,7 +219,7 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
 @contextmanager
 def _plain_minima() -> Iterator[None]:
     """Native float32 minima and maxima of one instruction. PyTorch's, which pass NaN on, take three, and networks of them are all
-    that a median or a dilation does."""
+    that a rank filter or a dilation does."""
     from torch._inductor.codegen.cpp import CppVecOverrides
 
     def plain(name: str) -> staticmethod:

@@ -44,14 +44,6 @@ void running_sums(const T* values, int64_t outer, int64_t n, int64_t inner, T* s
   }
 }
 
-// `tensor` itself where it is dense, else a dense copy, which `owner` keeps.
-const AtenTensorOpaque& dense(const AtenTensorOpaque& tensor, std::unique_ptr<AtenTensorOpaque>& owner) {
-  if (tensor.is_dense()) return tensor;
-  owner.reset(allocate(tensor.sizes, dense_strides(tensor.sizes), tensor.dtype));
-  copy(tensor, *owner);
-  return *owner;
-}
-
 }  // namespace
 
 extern "C" AOTITorchError aoti_torch_cpu_cumsum(AtenTensorHandle self, int64_t dim, int32_t* dtype, AtenTensorHandle* result) {

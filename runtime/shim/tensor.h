@@ -91,6 +91,14 @@ AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype);
 // Copies between tensors of the same sizes and dtype, whatever their strides.
 void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target);
 
+// `tensor` itself where it is dense, else a dense copy, which `owner` keeps.
+inline const AtenTensorOpaque& dense(const AtenTensorOpaque& tensor, std::unique_ptr<AtenTensorOpaque>& owner) {
+  if (tensor.is_dense()) return tensor;
+  owner.reset(allocate(tensor.sizes, dense_strides(tensor.sizes), tensor.dtype));
+  copy(tensor, *owner);
+  return *owner;
+}
+
 // Calls `body` and turns an exception into AOTInductor's error code, keeping the text for `run` to report.
 int32_t guarded_failure(const char* what);
 template <class Body>

@@ -8,6 +8,7 @@ from torch import Tensor
 from ..color.gray import rgb_to_grayscale
 from ..primitives.checks import check_floating, check_rgb
 from ..primitives.factors import per_sample
+from ..primitives.power import power_each
 
 
 def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: bool = True) -> Tensor:
@@ -159,7 +160,7 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
     check_floating(input, "input")
     exponent = per_sample(gamma, input, "gamma")
     positive = input > 0
-    power = torch.pow(torch.where(positive, input, torch.ones_like(input)), exponent)
+    power = power_each(torch.where(positive, input, torch.ones_like(input)), exponent)
     # 0 ** 0 is 1
     power = torch.where(positive, power, (exponent == 0).to(input.dtype))
     return (power * per_sample(gain, input, "gain")).clamp(0.0, 1.0)

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_floating, check_rank
-from ..primitives.levels import count_each, look_up, running_sum, to_levels, whole_quotient
+from ..primitives.levels import blend_curves, look_up, mirrored, running_sum, tile_counts, tile_start, to_levels, whole_quotient
 from ..primitives.sampling import smaller
 
 
@@ -37,8 +37,7 @@ def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, in
     check_rank(image, 4, "(B, C, H, W)", "image")
     tiles_x, tiles_y = tile_grid_size
     _check_grid(image, tiles_y, tiles_x, "image", "tile_grid_size")
-    planes = image.flatten(0, 1).to(torch.int32)
-    return _equalized(planes, clip_limit, tiles_y, tiles_x).to(torch.uint8).reshape(image.shape)
+    return _equalized(image.flatten(0, 1), clip_limit, tiles_y, tiles_x).to(torch.uint8).reshape(image.shape)
 
 
 def equalize_clahe(
@@ -89,16 +88,6 @@ def _padded_size(size: int, other: int, tiles: int, other_tiles: int) -> int:
     return size + (tiles - size % tiles) * smaller(size % tiles + other % other_tiles, 1)
 
 
-def _mirrored(size: int, padded: int, device: torch.device) -> Tensor:
-    """Source index of each position of a padded axis, beyond the end mirrored without repeating the last."""
-    last = size - 1
-    return last - (last - torch.arange(padded, device=device)).abs()
-
-
-def _tile_start(padded: int, tile: int, device: torch.device) -> Tensor:
-    return torch.div(torch.arange(padded, device=device), tile, rounding_mode="floor")
-
-
 def _limit(clip_limit: float, pixels: int, device: torch.device) -> Tensor:
     """The most that a level may count in a tile, a whole number, (1,)."""
     return torch.floor(torch.full([1], clip_limit, dtype=torch.float64, device=device) * pixels / 256.0).clamp(min=1.0)
@@ -116,16 +105,14 @@ def _blend(size: int, tile: int, tiles: int, device: torch.device) -> Tuple[Tens
 
 
 def _equalized(levels: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) -> Tensor:
-    """(P, H, W) levels to (P, H, W) levels, float32."""
+    """(P, H, W) levels to (P, H, W) levels."""
     height, width = levels.size(1), levels.size(2)
     high = _padded_size(height, width, tiles_y, tiles_x)
     wide = _padded_size(width, height, tiles_x, tiles_y)
     tile_y, tile_x = high // tiles_y, wide // tiles_x
     pixels = tile_y * tile_x
     device = levels.device
-    padded = levels.index_select(1, _mirrored(height, high, device)).index_select(2, _mirrored(width, wide, device))
-    tile = _tile_start(high, tile_y, device)[:, None] * tiles_x + _tile_start(wide, tile_x, device)
-    counts = count_each((tile * 256 + padded).flatten(1), tiles_y * tiles_x * 256).unflatten(1, [tiles_y * tiles_x, 256])
+    counts = tile_counts(levels, tile_y, tile_x, tiles_y, tiles_x)
     if clip_limit > 0.0:
         counts = _clipped(counts, _limit(clip_limit, pixels, device).to(torch.int32))
     # float32 products, rounded to even, as OpenCV has them whatever the image's dtype
@@ -133,15 +120,7 @@ def _equalized(levels: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) ->
     table = torch.round(running_sum(counts).to(torch.float32) * scale).clamp(0.0, 255.0).flatten(1)
     y0, y1, wy = _blend(height, tile_y, tiles_y, device)
     x0, x1, wx = _blend(width, tile_x, tiles_x, device)
-    corners: List[Tensor] = []
-    for y in [y0, y1]:
-        for x in [x0, x1]:
-            index = (y[:, None] * tiles_x + x) * 256 + levels
-            corners.append(look_up(table, index.flatten(1)).reshape(levels.shape))
-    upper = corners[0] * (1.0 - wx) + corners[1] * wx
-    lower = corners[2] * (1.0 - wx) + corners[3] * wx
-    wy = wy[:, None]
-    return torch.round(upper * (1.0 - wy) + lower * wy)
+    return blend_curves(table, tiles_x, levels, y0, y1, wy, x0, x1, wx)
 
 
 def _clipped(counts: Tensor, limit: Tensor) -> Tensor:
@@ -168,10 +147,10 @@ def _equalized_softly(x: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) 
     scaled = x.clamp(0.0, 1.0) * 255.0
     level = scaled.detach().to(torch.int64).clamp(0, 254)
     share = scaled - level
-    rows, columns = _mirrored(height, high, device), _mirrored(width, wide, device)
+    rows, columns = mirrored(height, high, device), mirrored(width, wide, device)
     level_padded = level.index_select(1, rows).index_select(2, columns)
     share_padded = share.index_select(1, rows).index_select(2, columns).flatten(1)
-    tile = _tile_start(high, tile_y, device)[:, None] * tiles_x + _tile_start(wide, tile_x, device)
+    tile = tile_start(high, tile_y, device)[:, None] * tiles_x + tile_start(wide, tile_x, device)
     index = (tile * 256 + level_padded).flatten(1)
     counts = torch.zeros([x.size(0), tiles_y * tiles_x * 256], dtype=x.dtype, device=device)
     counts = counts.scatter_add(1, index, 1.0 - share_padded).scatter_add(1, index + 1, share_padded)

@@ -5,6 +5,7 @@ from typing import List, Optional
 from torch import Tensor
 
 from ..primitives.checks import check_floating
+from ..primitives.summed_area import summed_area
 
 
 def integral_tensor(input: Tensor, dim: Optional[List[int]] = None) -> Tensor:
@@ -63,4 +64,4 @@ def integral_image(image: Tensor) -> Tensor:
     check_floating(image, "image")
     if image.dim() < 2:
         raise ValueError(f"image: expected shape (*, H, W), got {list(image.shape)}")
-    return integral_tensor(image, [-2, -1])
+    return summed_area(image)

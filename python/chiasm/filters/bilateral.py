@@ -1,13 +1,12 @@
 """Edge-preserving smoothing."""
 
-from typing import List, Tuple, Union
+from typing import Tuple, Union
 
 import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image, odd_pair
-from ..primitives.padding import join_columns, padded_parts
-from ..primitives.stencil import join_channels, split_channels
+from ..primitives.nearby import nearby_mean
 from .gaussian import gaussian_kernels
 
 
@@ -104,38 +103,4 @@ def _weighted_mean(
     else:
         color = torch.full([1, 1, 1, 1], sigma_color, dtype=input.dtype, device=input.device)
     falloff = -0.5 / (color * color)
-    outs: List[Tensor] = []
-    parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type, store=True)
-    guides = parts if guidance is input else padded_parts(guidance.to(input.dtype), ky // 2, ky // 2, kx // 2, kx // 2, border_type, store=True)
-    for i in range(len(parts)):
-        outs.append(_weighted_mean_valid(parts[i], guides[i], kernel_y, kernel_x, falloff, color_distance_type))
-    return join_columns(outs)
-
-
-def _weighted_mean_valid(p: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, distance_type: str) -> Tensor:
-    ky, kx = kernel_y.size(1), kernel_x.size(1)
-    height = p.size(2) - ky + 1
-    width = p.size(3) - kx + 1
-    planes = split_channels(p)
-    guides = split_channels(guide)
-    centres = [plane[:, :, ky // 2 : ky // 2 + height, kx // 2 : kx // 2 + width] for plane in guides]
-    total = torch.zeros([1], dtype=p.dtype, device=p.device)
-    sums = [total for _ in planes]
-    for i in range(ky):
-        rows = [plane[:, :, i : i + height] for plane in planes]
-        guide_rows = [plane[:, :, i : i + height] for plane in guides]
-        for j in range(kx):
-            distance = torch.zeros([1], dtype=p.dtype, device=p.device)
-            for c in range(len(guides)):
-                difference = guide_rows[c][..., j : j + width] - centres[c]
-                if distance_type == "l1":
-                    distance = distance + difference.abs().sum(1, keepdim=True)
-                else:
-                    distance = distance + (difference * difference).sum(1, keepdim=True)
-            if distance_type == "l1":
-                distance = distance * distance
-            nearness = (kernel_y[:, i] * kernel_x[:, j])[:, None, None, None]
-            weight = torch.exp(distance * falloff) * nearness
-            total = total + weight
-            sums = [sums[c] + rows[c][..., j : j + width] * weight for c in range(len(planes))]
-    return join_channels([s / total for s in sums])
+    return nearby_mean(input, guidance.to(input.dtype), kernel_y, kernel_x, falloff, color_distance_type == "l2", border_type)

@@ -1,16 +1,13 @@
 """Canny's edges."""
 
-from typing import List, Tuple, Union
+from typing import Tuple, Union
 
-import torch
 from torch import Tensor
 
 from ..color.gray import rgb_to_grayscale
 from ..primitives.checks import check_image
-from ..primitives.components import reached
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.ridges import linked, ridges
 from .gaussian import gaussian_blur2d
-from .gradient import spatial_gradient
 
 
 def canny(
@@ -65,40 +62,10 @@ def canny(
         raise ValueError(f"low_threshold: expected 0 <= low_threshold <= high_threshold, got {low_threshold} and {high_threshold}")
     gray = rgb_to_grayscale(input) if input.size(1) == 3 else input
     blurred = gaussian_blur2d(gray, kernel_size, sigma)
-    gradient = spatial_gradient(blurred, "sobel", 1, False)
-    ridges = _ridges(gradient[:, 0], eps)
-    magnitude = ridges.detach()
-    weak = magnitude > low_threshold
-    strong = magnitude > high_threshold
+    magnitude = ridges(blurred, eps)
+    detached = magnitude.detach()
     if hysteresis:
-        return ridges, reached(weak[:, 0], strong[:, 0], num_iterations)[:, None].to(input.dtype)
-    return ridges, 0.5 * weak.to(input.dtype) + 0.5 * strong.to(input.dtype)
-
-
-def _ridges(gradient: Tensor, eps: float) -> Tensor:
-    """The magnitude (B, 1, H, W) of a gradient (B, 2, H, W) where it is a maximum across the edge, else 0."""
-    squared = gradient[:, 0] * gradient[:, 0] + gradient[:, 1] * gradient[:, 1] + eps
-    positive = squared > 0
-    magnitude = torch.where(positive, torch.sqrt(torch.where(positive, squared, torch.ones_like(squared))), torch.zeros_like(squared))
-    outs: List[Tensor] = []
-    for p in padded_parts(torch.stack([magnitude, gradient[:, 0], gradient[:, 1]], 1), 1, 1, 1, 1, "constant"):
-        height = p.size(2) - 2
-        width = p.size(3) - 2
-        centre = p[:, 0, 1 : height + 1, 1 : width + 1]
-        m = p[:, 0].detach()
-        dx = p[:, 1, 1 : height + 1, 1 : width + 1].detach()
-        dy = p[:, 2, 1 : height + 1, 1 : width + 1].detach()
-        left, right = m[:, 1 : height + 1, 0:width], m[:, 1 : height + 1, 2 : width + 2]
-        above, below = m[:, 0:height, 1 : width + 1], m[:, 2 : height + 2, 1 : width + 1]
-        falling = torch.maximum(m[:, 0:height, 0:width], m[:, 2 : height + 2, 2 : width + 2])
-        rising = torch.maximum(m[:, 0:height, 2 : width + 2], m[:, 2 : height + 2, 0:width])
-        # Two equal pixels side by side are the two sides of an ideal step: the first of them is the ridge.
-        across = (centre > left) & (centre >= right)
-        along = (centre > above) & (centre >= below)
-        diagonal = centre > torch.where((dx > 0) == (dy > 0), falling, rising)
-        tangent = 0.41421356237309503  # of 22.5 degrees
-        horizontal = dy.abs() < dx.abs() * tangent
-        vertical = dx.abs() < dy.abs() * tangent
-        ridge = (horizontal & across) | (vertical & along) | (~horizontal & ~vertical & diagonal)
-        outs.append(torch.where(ridge, centre, torch.zeros_like(centre))[:, None])
-    return join_columns(outs)
+        edges = linked(detached, low_threshold, high_threshold, num_iterations).to(input.dtype)
+    else:
+        edges = 0.5 * (detached > low_threshold).to(input.dtype) + 0.5 * (detached > high_threshold).to(input.dtype)
+    return magnitude, edges

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
+from ..primitives.derivatives import first_derivatives
 from ..primitives.padding import join_columns, padded_parts
 
 
@@ -77,23 +78,6 @@ def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
         dx, dy = first_derivatives(p, "sobel", normalized)
         outs.append(torch.sqrt(dx * dx + dy * dy + eps))
     return join_columns(outs)
-
-
-def first_derivatives(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, Tensor]:
-    """d/dx and d/dy (B, C, H, W) of an image padded by one pixel."""
-    height = p.size(2) - 2
-    width = p.size(3) - 2
-    if mode == "diff":
-        dx = p[:, :, 1 : height + 1, 2 : width + 2] - p[:, :, 1 : height + 1, 0:width]
-        dy = p[:, :, 2 : height + 2, 1 : width + 1] - p[:, :, 0:height, 1 : width + 1]
-        scale = 0.5 if normalized else 1.0
-    else:
-        smooth = p[:, :, 0:height] + 2.0 * p[:, :, 1 : height + 1] + p[:, :, 2 : height + 2]
-        slope = p[:, :, 2 : height + 2] - p[:, :, 0:height]
-        dx = smooth[..., 2 : width + 2] - smooth[..., 0:width]
-        dy = slope[..., 0:width] + 2.0 * slope[..., 1 : width + 1] + slope[..., 2 : width + 2]
-        scale = 0.125 if normalized else 1.0
-    return dx * scale, dy * scale
 
 
 def _second_derivatives(p: Tensor, mode: str, normalized: bool) -> List[Tensor]:

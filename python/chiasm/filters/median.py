@@ -5,7 +5,6 @@ from typing import Tuple, Union
 from torch import Tensor
 
 from ..primitives.checks import check_image, odd_pair
-from ..primitives.padding import join_columns, padded_parts
 from ..primitives.selection import window_rank
 
 
@@ -36,5 +35,4 @@ def median_blur(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_
     """
     check_image(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
-    parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type)
-    return join_columns([window_rank(p, ky, kx, ky * kx // 2) for p in parts])
+    return window_rank(input, ky, kx, ky * kx // 2, border_type)

@@ -5,7 +5,6 @@ from typing import Tuple, Union
 from torch import Tensor
 
 from ..primitives.checks import check_image, odd_pair
-from ..primitives.padding import join_columns, padded_parts
 from ..primitives.selection import window_rank
 
 
@@ -37,9 +36,7 @@ def rank_filter(input: Tensor, rank: int, kernel_size: Union[int, Tuple[int, int
     count = ky * kx
     if rank < -count or rank >= count:
         raise ValueError(f"rank: expected {-count} to {count - 1} for a ({ky}, {kx}) window, got {rank}")
-    picked = rank % count
-    parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type)
-    return join_columns([window_rank(p, ky, kx, picked) for p in parts])
+    return window_rank(input, ky, kx, rank % count, border_type)
 
 
 def percentile_filter(input: Tensor, percentile: float, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect") -> Tensor:

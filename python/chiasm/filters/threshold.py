@@ -8,8 +8,10 @@ from torch import Tensor
 
 from ..primitives.checks import check_choice, check_floating, check_image, odd_pair
 from ..primitives.correlation import box_sums
+from ..primitives.levels import bin_counts
 from ..primitives.linalg import small_matmul
 from ..primitives.stencil import separable_shared
+from ..primitives.target import tracing_vjp
 from .gaussian import gaussian_taps
 
 
@@ -157,15 +159,14 @@ def otsu_threshold(
     # A plane of one value has a span of 0: its threshold is that value, and nothing is above it.
     span = torch.where(high > low, high - low, torch.ones_like(high))
     position = (planes - low) / span * float(nbins)
-    index = position.detach().floor().to(torch.int64).clamp(max=nbins - 1)
-    counts = torch.zeros([planes.size(0), nbins], dtype=torch.float64, device=x.device)
     if slow_and_differentiable:
         centred = (position - 0.5).clamp(0.0, float(nbins - 1)).to(torch.float64)
         first = centred.detach().floor().to(torch.int64).clamp(max=nbins - 2)
         share = centred - first
+        counts = torch.zeros([planes.size(0), nbins], dtype=torch.float64, device=x.device)
         counts = counts.scatter_add(1, first, 1.0 - share).scatter_add(1, first + 1, share)
     else:
-        counts = counts.scatter_add(1, index, torch.ones_like(position, dtype=torch.float64))
+        counts = bin_counts(planes, low, span, nbins).to(torch.float64)
     variance = _between_classes(counts)
     bins = torch.arange(nbins - 1, device=x.device)
     best = variance.amax(1, keepdim=True)
@@ -177,7 +178,7 @@ def otsu_threshold(
     else:
         found = torch.where(variance >= best, bins, torch.full_like(bins, nbins)).amin(1, keepdim=True)
         threshold = low + (found.to(x.dtype) + 0.5) * width
-        above = index > found
+        above = position.floor() > found.to(x.dtype)
     above = above.reshape(x.shape)
     kept = above if return_mask else torch.where(above, x, torch.zeros_like(x))
     return kept, threshold.reshape(x.shape[:-2])
@@ -192,9 +193,11 @@ def _between_classes(counts: Tensor) -> Tensor:
     """
     n = counts.size(-1)
     number = torch.arange(n, device=counts.device)
-    upto = (number[:, None] <= number[None, : n - 1]).to(counts.dtype)
     moments = torch.stack([counts, counts * number], -2)
-    partial = small_matmul(moments, upto)
+    if tracing_vjp():  # a gradient's cumsum has no form in ONNX
+        partial = small_matmul(moments, (number[:, None] <= number[None, : n - 1]).to(counts.dtype))
+    else:
+        partial = moments.cumsum(-1)[..., : n - 1]
     total = moments.sum(-1, keepdim=True)
     w1, s1 = partial[..., 0, :], partial[..., 1, :]
     w, s = total[..., 0, :], total[..., 1, :]

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.extremes import structured_extreme
 
 
 def extreme(
@@ -38,10 +38,7 @@ def extreme(
     if border_type == "geodesic":
         border_type = "constant"
         border_value = -max_val if largest else max_val
-    outs: List[Tensor] = []
-    for p in padded_parts(tensor, row, kh - row - 1, column, kw - column - 1, border_type, border_value):
-        outs.append(_highest(p, heights) if largest else _lowest(p, heights))
-    return join_columns(outs)
+    return structured_extreme(tensor, heights, row, column, border_type, border_value, max_val, largest)
 
 
 def _origin(origin: Optional[List[int]], kh: int, kw: int) -> Tuple[int, int]:
@@ -51,28 +48,3 @@ def _origin(origin: Optional[List[int]], kh: int, kw: int) -> Tuple[int, int]:
     if row < 0 or row >= kh or column < 0 or column >= kw:
         raise ValueError(f"origin: expected a position inside the ({kh}, {kw}) kernel, got [{row}, {column}]")
     return row, column
-
-
-def _highest(p: Tensor, heights: Tensor) -> Tensor:
-    kh, kw = heights.size(0), heights.size(1)
-    height = p.size(2) - kh + 1
-    width = p.size(3) - kw + 1
-    out = p[:, :, 0:height, 0:width] + heights[kh - 1, kw - 1]
-    for i in range(kh):
-        for j in range(kw):
-            if i + j > 0:
-                shifted = p[:, :, i : i + height, j : j + width] + heights[kh - 1 - i, kw - 1 - j]
-                out = torch.maximum(out, shifted)
-    return out
-
-
-def _lowest(p: Tensor, heights: Tensor) -> Tensor:
-    kh, kw = heights.size(0), heights.size(1)
-    height = p.size(2) - kh + 1
-    width = p.size(3) - kw + 1
-    out = p[:, :, 0:height, 0:width] - heights[0, 0]
-    for i in range(kh):
-        for j in range(kw):
-            if i + j > 0:
-                out = torch.minimum(out, p[:, :, i : i + height, j : j + width] - heights[i, j])
-    return out

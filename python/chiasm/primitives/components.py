@@ -8,6 +8,7 @@ of lower index is hung below it, and all trees become shallower.
 import torch
 from torch import Tensor
 
+from . import kernels
 from .extremes import rectangle_extreme
 from .loops import is_same, until_stable
 from .target import native_forward
@@ -21,6 +22,8 @@ def component_roots(mask: Tensor, limit: int) -> Tensor:
     >>> component_roots(torch.tensor([[[True, False, True], [True, False, True]]]), 9)
     tensor([[0, 1, 2, 0, 4, 2]], dtype=torch.int32)
     """
+    if not torch.jit.is_scripting() and (kernels.available(mask) and kernels.runs_to_its_end(limit)):
+        return kernels.component_roots(mask)
     count = mask.size(1) * mask.size(2)
     own = torch.arange(count, device=mask.device, dtype=torch.int32)
     parent = own[None] + torch.zeros_like(mask.reshape(mask.size(0), count), dtype=torch.int32)

@@ -1,17 +1,24 @@
-"""Maxima and minima over rectangles, by doubling the window's length, along columns and then along rows."""
+"""Maxima and minima over windows."""
+
+from typing import List
 
 import torch
 from torch import Tensor
 
+from . import kernels
 from .padding import join_columns, padded_parts
 
 
 def rectangle_extreme(x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0) -> Tensor:
     """The largest or smallest value in the centred rectangle of odd size around each pixel of (B, C, H, W).
 
+    By doubling the window's length, along columns and then along rows.
+
     >>> rectangle_extreme(torch.tensor([[[[0, 3, 1, 2]]]]), 1, 3, "constant", True)
     tensor([[[[3, 3, 3, 2]]]])
     """
+    if not torch.jit.is_scripting() and kernels.has_kernel(x):
+        return kernels.rectangle_extreme(x, rows, columns, border_type, largest, value)
     ry, rx = rows // 2, columns // 2
     tall = join_columns([_along(p, 2, rows, largest) for p in padded_parts(x, ry, ry, 0, 0, border_type, value)])
     return join_columns([_along(p, 3, columns, largest) for p in padded_parts(tall, 0, 0, rx, rx, border_type, value)])
@@ -28,3 +35,45 @@ def _along(p: Tensor, dim: int, count: int, largest: bool) -> Tensor:
         p = torch.maximum(left, right) if largest else torch.minimum(left, right)
         length = length + step
     return p.narrow(dim, 0, size)
+
+
+def structured_extreme(
+    x: Tensor, heights: Tensor, row: int, column: int, border_type: str, value: float, absent: float, largest: bool
+) -> Tensor:
+    """The largest x + height or smallest x - height over a window that begins (row, column) before each pixel of (B, C, H, W).
+
+    As in a dilation the largest take the heights (kh, kw) from the other end. A height of -``absent`` is none.
+    """
+    kh, kw = heights.size(0), heights.size(1)
+    if not torch.jit.is_scripting() and kernels.has_kernel(x):
+        window = heights.flip([0, 1]) if largest else heights
+        return kernels.structured_extreme(x, window, row, column, border_type, value, absent, largest)
+    outs: List[Tensor] = []
+    for p in padded_parts(x, row, kh - row - 1, column, kw - column - 1, border_type, value):
+        outs.append(_highest(p, heights) if largest else _lowest(p, heights))
+    return join_columns(outs)
+
+
+def _highest(p: Tensor, heights: Tensor) -> Tensor:
+    kh, kw = heights.size(0), heights.size(1)
+    height = p.size(2) - kh + 1
+    width = p.size(3) - kw + 1
+    out = p[:, :, 0:height, 0:width] + heights[kh - 1, kw - 1]
+    for i in range(kh):
+        for j in range(kw):
+            if i + j > 0:
+                shifted = p[:, :, i : i + height, j : j + width] + heights[kh - 1 - i, kw - 1 - j]
+                out = torch.maximum(out, shifted)
+    return out
+
+
+def _lowest(p: Tensor, heights: Tensor) -> Tensor:
+    kh, kw = heights.size(0), heights.size(1)
+    height = p.size(2) - kh + 1
+    width = p.size(3) - kw + 1
+    out = p[:, :, 0:height, 0:width] - heights[0, 0]
+    for i in range(kh):
+        for j in range(kw):
+            if i + j > 0:
+                out = torch.minimum(out, p[:, :, i : i + height, j : j + width] - heights[i, j])
+    return out

@@ -1,18 +1,23 @@
 """The 256 levels of 8-bit images: which one a value is, how often each occurs, and tables with an entry for each."""
 
+from typing import List
+
 import torch
 from torch import Tensor
 
+from . import kernels
 from .materialise import materialised
-from .target import native_forward, tracing_vjp
+from .target import tracing_vjp
 
 
 def to_levels(x: Tensor) -> Tensor:
-    """The nearest of the 256 levels of a floating-point image, halves up, as int32; what is outside [0, 1] counts as 0 or 1, NaN as 0.
+    """The nearest of the 256 levels of a floating-point image, halves up, as int32 (uint8 in native code); what is outside [0, 1] counts as 0 or 1, NaN as 0.
 
     >>> to_levels(torch.tensor([-1.0, 0.5, 2.0]))
     tensor([  0, 128, 255], dtype=torch.int32)
     """
+    if not torch.jit.is_scripting() and kernels.has_kernel(x):
+        return kernels.to_levels(x)
     # floor(x * 255 + 0.5) would depend on whether a compiler fuses the product with the sum; a comparison it cannot fuse.
     scaled = (x.to(torch.float32) * 255.0).clamp(0.0, 255.0)
     whole = scaled.to(torch.int32)
@@ -25,9 +30,66 @@ def count_each(index: Tensor, bins: int) -> Tensor:
     >>> count_each(torch.tensor([[0, 2, 2]]), 3)
     tensor([[1, 0, 2]], dtype=torch.int32)
     """
+    if not torch.jit.is_scripting() and kernels.available(index):
+        return kernels.count_each(index, bins)
     where = index.to(torch.int64)
     zeros = torch.zeros([index.size(0), bins], dtype=torch.int32, device=index.device)
     return zeros.scatter_add(1, where, torch.ones_like(where, dtype=torch.int32))
+
+
+def mirrored(size: int, padded: int, device: torch.device) -> Tensor:
+    """Source index of each position of a padded axis, beyond the end mirrored without repeating the last."""
+    last = size - 1
+    return last - (last - torch.arange(padded, device=device)).abs()
+
+
+def tile_start(padded: int, tile: int, device: torch.device) -> Tensor:
+    return torch.div(torch.arange(padded, device=device), tile, rounding_mode="floor")
+
+
+def tile_counts(levels: Tensor, tile_y: int, tile_x: int, tiles_y: int, tiles_x: int) -> Tensor:
+    """How often each level occurs in each of tiles_y x tiles_x tiles of tile_y x tile_x pixels, of planes (P, H, W) that are mirrored at
+    their bottom and right ends: (P, tiles, 256), int32."""
+    if not torch.jit.is_scripting() and kernels.available(levels):
+        return kernels.tile_counts(levels, tile_y, tile_x, tiles_y, tiles_x)
+    device = levels.device
+    high, wide = tile_y * tiles_y, tile_x * tiles_x
+    padded = levels.index_select(1, mirrored(levels.size(1), high, device)).index_select(2, mirrored(levels.size(2), wide, device))
+    tile = tile_start(high, tile_y, device)[:, None] * tiles_x + tile_start(wide, tile_x, device)
+    counts = count_each((tile * 256 + padded).flatten(1), tiles_y * tiles_x * 256)
+    return counts.unflatten(1, [tiles_y * tiles_x, 256])
+
+
+def blend_curves(
+    table: Tensor, tiles_x: int, levels: Tensor, y0: Tensor, y1: Tensor, wy: Tensor, x0: Tensor, x1: Tensor, wx: Tensor
+) -> Tensor:
+    """Each level of (P, H, W) taken through the curves of four tiles, blended bilinearly and rounded to a level again.
+
+    ``table`` (P, tiles * 256) float32 has the tiles' curves; position y takes those of the tile rows y0[y] and, with weight wy[y], y1[y].
+    """
+    if not torch.jit.is_scripting() and kernels.available(levels):
+        return kernels.blend_curves(table, tiles_x, levels, y0, y1, wy, x0, x1, wx)
+    corners: List[Tensor] = []
+    for y in [y0, y1]:
+        for x in [x0, x1]:
+            index = (y[:, None] * tiles_x + x) * 256 + levels
+            corners.append(look_up(table, index.flatten(1)).reshape(levels.shape))
+    upper = corners[0] * (1.0 - wx) + corners[1] * wx
+    lower = corners[2] * (1.0 - wx) + corners[3] * wx
+    below = wy[:, None]
+    return torch.round(upper * (1.0 - below) + lower * below)
+
+
+def bin_counts(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
+    """How many of the values of each row of (P, N) are in each of ``bins`` bins over ``span`` (P, 1) from ``low`` (P, 1): int32.
+
+    >>> bin_counts(torch.tensor([[0.0, 0.4, 1.0]]), torch.zeros(1, 1), torch.ones(1, 1), 2)
+    tensor([[2, 1]], dtype=torch.int32)
+    """
+    if not torch.jit.is_scripting() and kernels.has_kernel(x):
+        return kernels.bin_counts(x, low, span, bins)
+    index = ((x - low) / span * float(bins)).to(torch.int64)
+    return count_each(index.clamp(max=bins - 1), bins)
 
 
 def whole_quotient(a: Tensor, b: Tensor) -> Tensor:
@@ -41,18 +103,20 @@ def whole_quotient(a: Tensor, b: Tensor) -> Tensor:
 
 def look_up(table: Tensor, index: Tensor) -> Tensor:
     """Entries of the rows of ``table`` (P, K) at ``index`` (P, N), integers that must lie in range."""
+    if not torch.jit.is_scripting() and kernels.has_kernel(table) and isinstance(table.size(1), int) and table.size(1) == 256:
+        return kernels.look_up(table, index)
     return materialised(table, 0).gather(1, index.to(torch.int64))
 
 
 def running_sum(x: Tensor) -> Tensor:
     """Inclusive sums along the last axis, of a size that is a multiple of 16 (256 levels), in x's dtype.
 
-    Native code has no loop of its own for ``cumsum``: it sums rows of 16 under a triangle, and then the rows' totals.
+    A gradient's ``cumsum`` has no form in ONNX: there rows of 16 are summed under a triangle, and then the rows' totals.
 
     >>> running_sum(torch.ones(1, 32))[0, -1]
     tensor(32.)
     """
-    if native_forward() or tracing_vjp():
+    if tracing_vjp():
         rows = x.unflatten(-1, [-1, 16])
         i = torch.arange(16, device=x.device)
         inner = (rows[..., None, :] * (i[None, :] <= i[:, None]).to(x.dtype)).sum(-1, dtype=x.dtype)

@@ -6,6 +6,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from . import kernels
 from .padding import join_columns, padded_parts
 from .target import native_forward, onnx_forward
 
@@ -15,6 +16,8 @@ def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) -
 
     The kernel sizes are odd. One-row kernels are shared by the batch.
     """
+    if not torch.jit.is_scripting() and kernels.has_kernel(x):
+        return kernels.separable(x, kernel_y, kernel_x, border_type)
     ry = kernel_y.size(1) // 2
     rx = kernel_x.size(1) // 2
     # The column pass comes first: its rows stay contiguous, and only its result needs padded columns.
@@ -33,6 +36,10 @@ def separable_shared(x: Tensor, taps_y: List[float], taps_x: List[float], border
         column = torch.tensor(taps_y, dtype=x.dtype, device=x.device).reshape(1, 1, -1, 1)
         row = torch.tensor(taps_x, dtype=x.dtype, device=x.device).reshape(1, 1, 1, -1)
         return F.conv2d(F.conv2d(padded, column), row).reshape(x.shape)
+    if not torch.jit.is_scripting() and kernels.has_kernel(x):
+        column = torch.tensor([taps_y], dtype=x.dtype, device=x.device)
+        row = torch.tensor([taps_x], dtype=x.dtype, device=x.device)
+        return kernels.separable(x, column, row, border_type)
     tall = join_columns([weigh_shifts(p, 2, taps_y) for p in padded_parts(x, ry, ry, 0, 0, border_type)])
     return join_columns([weigh_shifts(p, 3, taps_x) for p in padded_parts(tall, 0, 0, rx, rx, border_type)])
 

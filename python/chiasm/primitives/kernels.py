@@ -1,0 +1,161 @@
+"""The operators whose native code is written by hand, for what compiled tensor code measurably cannot reach.
+
+Each function here stands for the tensor form of the primitive that calls it, which stays its definition: what runs in eager
+Python, TorchScript and ONNX, and what gradients are taken of. Here are only names, shapes and types: the loops are in
+runtime/shim/kernels, the exporter (export/native.py) links them into native code, and the parity matrix compares the two.
+"""
+
+from typing import Callable
+
+import torch
+from torch import Tensor
+
+from .target import native_forward
+
+_BORDERS = ("reflect", "replicate", "circular", "constant")
+#: Names of the operators, for the exporter to declare them.
+OPERATORS: list[str] = []
+
+
+def available(x: Tensor) -> bool:
+    """Whether what is computed of x is being exported to native code for the CPU; never in scripted code, which asks all the same."""
+    if torch.jit.is_scripting():
+        return False
+    else:
+        return native_forward() and torch.compiler.is_exporting() and x.device.type == "cpu"
+
+
+def has_kernel(x: Tensor) -> bool:
+    """``available``, and x is of a floating-point type that the kernels have."""
+    return available(x) and (x.dtype == torch.float32 or x.dtype == torch.float64)
+
+
+def runs_to_its_end(limit: int) -> bool:
+    """Whether a loop over connected pixels needs no limit: its steps grow with the logarithm of the pixels' number, and 64 of them are
+    enough for any mask."""
+    return limit >= 64
+
+
+def _operator(schema: str, shape: Callable[..., Tensor]) -> Callable[..., Tensor]:
+    name = schema.partition("(")[0]
+    torch.library.define(f"chiasm::{name}", schema.removeprefix(name))
+    torch.library.register_fake(f"chiasm::{name}", shape)
+    OPERATORS.append(name)
+    return getattr(torch.ops.chiasm, name)
+
+
+_separable = _operator("separable(Tensor x, Tensor kernel_y, Tensor kernel_x, int border) -> Tensor", lambda x, *_: x.new_empty(x.shape))
+_bilateral = _operator(
+    "bilateral(Tensor x, Tensor guide, Tensor nearness, Tensor falloff, int border, bool squares) -> Tensor", lambda x, *_: x.new_empty(x.shape)
+)
+_rectangle_extreme = _operator(
+    "rectangle_extreme(Tensor x, int rows, int columns, int border, float value, bool largest) -> Tensor", lambda x, *_: x.new_empty(x.shape)
+)
+_structured_extreme = _operator(
+    "structured_extreme(Tensor x, Tensor heights, int row, int column, int border, float value, float absent, bool largest) -> Tensor",
+    lambda x, *_: x.new_empty(x.shape),
+)
+_median3x3 = _operator("median3x3(Tensor x, int border) -> Tensor", lambda x, *_: x.new_empty(x.shape))
+_integral = _operator("integral(Tensor x) -> Tensor", lambda x: x.new_empty(x.shape))
+_to_levels = _operator("to_levels(Tensor x) -> Tensor", lambda x: x.new_empty(x.shape, dtype=torch.uint8))
+_bin_counts = _operator(
+    "bin_counts(Tensor x, Tensor low, Tensor span, int bins) -> Tensor",
+    lambda x, low, span, bins: x.new_empty([x.size(0), bins], dtype=torch.int32),
+)
+_count_each = _operator(
+    "count_each(Tensor index, int bins) -> Tensor", lambda index, bins: index.new_empty([index.size(0), bins], dtype=torch.int32)
+)
+_look_up = _operator("look_up(Tensor table, Tensor index) -> Tensor", lambda table, index: table.new_empty(index.shape))
+_tile_counts = _operator(
+    "tile_counts(Tensor levels, SymInt tile_y, SymInt tile_x, int tiles_y, int tiles_x) -> Tensor",
+    lambda levels, tile_y, tile_x, tiles_y, tiles_x: levels.new_empty([levels.size(0), tiles_y * tiles_x, 256], dtype=torch.int32),
+)
+_blend_curves = _operator(
+    "blend_curves(Tensor table, int tiles_x, Tensor levels, Tensor first_y, Tensor second_y, Tensor weight_y, Tensor first_x, "
+    "Tensor second_x, Tensor weight_x) -> Tensor",
+    lambda table, tiles_x, levels, *_: levels.new_empty(levels.shape),
+)
+_component_roots = _operator(
+    "component_roots(Tensor mask) -> Tensor", lambda mask: mask.new_empty([mask.size(0), mask.size(1) * mask.size(2)], dtype=torch.int32)
+)
+_ridges = _operator("ridges(Tensor x, float eps) -> Tensor", lambda x, eps: x.new_empty(x.shape))
+_hysteresis = _operator("hysteresis(Tensor x, float low, float high) -> Tensor", lambda x, low, high: x.new_empty(x.shape, dtype=torch.bool))
+
+
+def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) -> Tensor:
+    """``stencil.separable``."""
+    return _separable(x, kernel_y, kernel_x, _BORDERS.index(border_type))
+
+
+def bilateral(x: Tensor, guide: Tensor, nearness: Tensor, falloff: Tensor, border_type: str, squares: bool) -> Tensor:
+    """``nearby.nearby_mean``."""
+    return _bilateral(x, guide, nearness, falloff, _BORDERS.index(border_type), squares)
+
+
+def rectangle_extreme(x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float) -> Tensor:
+    """``extremes.rectangle_extreme``."""
+    return _rectangle_extreme(x, rows, columns, _BORDERS.index(border_type), value, largest)
+
+
+def structured_extreme(
+    x: Tensor, heights: Tensor, row: int, column: int, border_type: str, value: float, absent: float, largest: bool
+) -> Tensor:
+    """``extremes.structured_extreme``."""
+    return _structured_extreme(x, heights, row, column, _BORDERS.index(border_type), value, absent, largest)
+
+
+def median3x3(x: Tensor, border_type: str) -> Tensor:
+    """``selection.window_rank`` of the padded image with the middle rank of 3 x 3."""
+    return _median3x3(x, _BORDERS.index(border_type))
+
+
+def integral(x: Tensor) -> Tensor:
+    """Cumulative sums along the rows, then along the columns of (*, H, W)."""
+    return _integral(x)
+
+
+def to_levels(x: Tensor) -> Tensor:
+    """``levels.to_levels``, as uint8."""
+    return _to_levels(x)
+
+
+def bin_counts(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
+    """``levels.bin_counts``."""
+    return _bin_counts(x, low, span, bins)
+
+
+def count_each(index: Tensor, bins: int) -> Tensor:
+    """``levels.count_each``."""
+    return _count_each(index.to(torch.uint8 if bins <= 256 else torch.int32), bins)
+
+
+def look_up(table: Tensor, index: Tensor) -> Tensor:
+    """``levels.look_up`` in a table of 256."""
+    return _look_up(table, index.to(torch.uint8))
+
+
+def tile_counts(levels: Tensor, tile_y: int, tile_x: int, tiles_y: int, tiles_x: int) -> Tensor:
+    """``levels.tile_counts``."""
+    return _tile_counts(levels.to(torch.uint8), tile_y, tile_x, tiles_y, tiles_x)
+
+
+def blend_curves(
+    table: Tensor, tiles_x: int, levels: Tensor, first_y: Tensor, second_y: Tensor, weight_y: Tensor, first_x: Tensor, second_x: Tensor, weight_x: Tensor
+) -> Tensor:
+    """``levels.blend_curves``, as uint8."""
+    return _blend_curves(table, tiles_x, levels.to(torch.uint8), first_y, second_y, weight_y, first_x, second_x, weight_x)
+
+
+def component_roots(mask: Tensor) -> Tensor:
+    """``components.component_roots`` without a limit."""
+    return _component_roots(mask)
+
+
+def ridges(x: Tensor, eps: float) -> Tensor:
+    """``ridges.ridges``."""
+    return _ridges(x, eps)
+
+
+def hysteresis(x: Tensor, low: float, high: float) -> Tensor:
+    """``ridges.linked`` without a limit."""
+    return _hysteresis(x, low, high)

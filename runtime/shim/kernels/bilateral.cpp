@@ -1,0 +1,143 @@
+// Bilateral filtering. The weight of two pixels is the same for both: it is computed once, for the later of the two in reading order, and
+// kept for as many rows as the window reaches down.
+#include "rows.h"
+
+extern "C" __m256 _ZGVdN8v_expf(__m256);  // glibc's libmvec
+extern "C" __m256d _ZGVdN4v_exp(__m256d);
+
+namespace chiasm::kernels {
+namespace {
+
+__m256 exp_of(__m256 x) { return _ZGVdN8v_expf(x); }
+__m256d exp_of(__m256d x) { return _ZGVdN4v_exp(x); }
+
+// The way to a pixel's neighbour that comes later, and where the weights for it lie.
+template <class T>
+struct Offset {
+  int64_t dy, dx;
+  T nearness;
+};
+
+// weights[x] = exp(falloff * distance^2) * nearness, of here[c][x] and there[c][x] in `depth` channels; up to a whole vector at the end.
+template <class T>
+void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n, T falloff, T nearness, bool squares, T* weights) {
+  using V = Vector<T>;
+  for (int64_t x = 0; x < n; x += V::kLanes) {
+    auto distance = V::all(0);
+    for (int64_t c = 0; c < depth; ++c) {
+      const auto difference = V::load(there[c] + x) - V::load(here[c] + x);
+      distance += squares ? difference * difference : V::max(difference, -difference);
+    }
+    if (!squares) distance *= distance;
+    V::store(weights + x, exp_of(distance * V::all(falloff)) * V::all(nearness));
+  }
+}
+
+// totals[x] = first + the sum of weights[k][x]; up to a whole vector at the end.
+template <class T>
+void add_weights(T first, const T* const* weights, int64_t count, int64_t n, T* totals) {
+  using V = Vector<T>;
+  for (int64_t x = 0; x < n; x += V::kLanes) {
+    auto total = V::all(first);
+    for (int64_t k = 0; k < count; ++k) total += V::load(weights[k] + x);
+    V::store(totals + x, total);
+  }
+}
+
+// out[x] = (first * centre[x] + the sum of weights[k][x] * values[k][x]) / totals[x]
+template <class T>
+void weighted_means(T first, const T* centre, const T* const* weights, const T* const* values, int64_t count, const T* totals, int64_t n, T* out) {
+  using V = Vector<T>;
+  for (int64_t x = 0; x < n; x += V::kLanes) {
+    auto sum = V::load(centre + x) * V::all(first);
+    for (int64_t k = 0; k < count; ++k) sum += V::load(values[k] + x) * V::load(weights[k] + x);
+    const auto mean = sum / V::load(totals + x);
+    if (x + V::kLanes <= n)
+      V::store(out + x, mean);
+    else
+      store_part<T>(out + x, mean, n - x);
+  }
+}
+
+}  // namespace
+
+template <class T>
+void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool shared_guide, Planes images, const T* nearness, bool shared_nearness,
+               int64_t ky, int64_t kx, const T* falloff, bool shared_falloff, Border border, bool squares, T* out) {
+  const int64_t height = images.height, width = images.width, plane = height * width, rx = kx / 2, ry = ky / 2;
+  const bool own_guide = guide != x;
+  const int64_t sources = channels + (own_guide ? depth : 0), guides = own_guide ? channels : 0, count = ky * kx / 2;
+  // In scratch: a ring of ky padded rows of each source, one of ry + 1 rows of weights for each offset, and the totals.
+  const int64_t image_rows = sources * ky, rows = image_rows + count * (ry + 1) + 1;
+  const int64_t pointer_count = 2 * depth + 4 * count;
+  std::vector<const T*> all_pointers(static_cast<size_t>(pointer_count * omp_get_max_threads()));
+  for_tiles<T>(images, rows, rows, 2 * kx, border, [&](const Tile& tile, T* scratch, int64_t length) {
+    const int64_t columns = tile.right - tile.left;
+    const Span span(tile, width, rx, rx);
+    const T* const window = nearness + (shared_nearness ? 0 : tile.plane * ky * kx);
+    const T fall = falloff[shared_falloff ? 0 : tile.plane];
+    const auto source_row = [&](int64_t c, int64_t y) { return scratch + (c * ky + (y + 2 * ky) % ky) * length + rx; };
+    const auto weight_row = [&](int64_t k, int64_t y) { return scratch + (image_rows + k * (ry + 1) + (y + 2 * ky * (ry + 1)) % (ry + 1)) * length + rx; };
+    T* const totals = scratch + (rows - 1) * length;
+    const auto offset = [&](int64_t k) {  // in the window's order, behind its centre
+      const int64_t i = count + 1 + k;
+      return Offset<T>{i / kx - ry, i % kx - rx, window[i]};
+    };
+    const T** const here = all_pointers.data() + pointer_count * omp_get_thread_num();
+    const T **const there = here + depth, **const weights = there + depth, **const values = weights + 2 * count;
+    const auto fetch = [&](int64_t y) {
+      const int64_t row = inside(y, height, border);
+      for (int64_t c = 0; c < sources; ++c) {
+        T* const p = source_row(c, y);
+        if (row < 0) {
+          std::fill_n(p - rx, columns + 2 * rx, T(0));
+          continue;
+        }
+        const T* const image = c < channels ? x + (tile.plane * channels + c) * plane : guide + ((shared_guide ? 0 : tile.plane) * depth + c - channels) * plane;
+        std::copy_n(image + row * width + span.first, span.count(), p + span.first - tile.left);
+        extend(p, tile, width, rx, rx, border, T(0));
+      }
+    };
+    const auto weigh = [&](int64_t y) {  // row y with those below it
+      for (int64_t k = 0; k < count; ++k) {
+        const auto [dy, dx, near] = offset(k);
+        // From where a pixel of the tile has its weight with the one before it, to the tile's end or beyond.
+        const int64_t start = std::min<int64_t>(-dx, 0), end = columns + std::max<int64_t>(-dx, 0);
+        for (int64_t c = 0; c < depth; ++c) {
+          here[c] = source_row(guides + c, y) + start;
+          there[c] = source_row(guides + c, y + dy) + start + dx;
+        }
+        weigh_pairs(here, there, depth, end - start, fall, near, squares, weight_row(k, y) + start);
+      }
+    };
+    for (int64_t y = tile.top - ry; y < tile.top + ry; ++y) fetch(y);
+    for (int64_t y = tile.top - ry; y < tile.bottom; ++y) {
+      // The first rows' weights are for the rows below them, all of which are there.
+      if (y >= tile.top) fetch(y + ry);
+      weigh(y);
+      if (y < tile.top) continue;
+      for (int64_t k = 0; k < count; ++k) {
+        const auto [dy, dx, near] = offset(k);
+        weights[2 * k] = weight_row(k, y);
+        weights[2 * k + 1] = weight_row(k, y - dy) - dx;
+      }
+      const T self = window[count];
+      add_weights(self, weights, 2 * count, columns, totals);
+      for (int64_t c = 0; c < channels; ++c) {
+        for (int64_t k = 0; k < count; ++k) {
+          const auto [dy, dx, near] = offset(k);
+          values[2 * k] = source_row(c, y + dy) + dx;
+          values[2 * k + 1] = source_row(c, y - dy) - dx;
+        }
+        weighted_means(self, source_row(c, y), weights, values, 2 * count, totals, columns, out + (tile.plane * channels + c) * plane + y * width + tile.left);
+      }
+    }
+  });
+}
+
+template void bilateral(const float*, int64_t, const float*, int64_t, bool, Planes, const float*, bool, int64_t, int64_t, const float*, bool, Border, bool,
+                        float*);
+template void bilateral(const double*, int64_t, const double*, int64_t, bool, Planes, const double*, bool, int64_t, int64_t, const double*, bool, Border,
+                        bool, double*);
+
+}  // namespace chiasm::kernels

@@ -1,0 +1,244 @@
+// How AOTInductor's code calls the kernels: as the operators chiasm::... of python/chiasm/primitives/kernels.py, which has these
+// declarations too.
+#include <torch/csrc/inductor/aoti_torch/c/shim.h>
+
+#include "../tensor.h"
+#include "kernels.h"
+
+using namespace chiasm::shim;
+using namespace chiasm::kernels;
+
+namespace {
+
+using Result = std::unique_ptr<AtenTensorOpaque>;
+
+// A dense tensor among the arguments.
+class Argument {
+ public:
+  explicit Argument(AtenTensorHandle handle) : tensor_(dense(*handle, owner_)) {}
+  template <class T>
+  const T* data() const { return reinterpret_cast<const T*>(tensor_.data()); }
+  const AtenTensorOpaque& operator*() const { return tensor_; }
+  int64_t size(size_t i) const { return tensor_.sizes[i]; }
+
+ private:
+  Result owner_;
+  const AtenTensorOpaque& tensor_;
+};
+
+Result make(const Dims& sizes, int32_t dtype) { return Result(allocate(sizes, dense_strides(sizes), dtype)); }
+
+template <class T>
+T* data(Result& tensor) { return reinterpret_cast<T*>(tensor->data()); }
+
+// The planes of (..., H, W).
+Planes planes_of(const AtenTensorOpaque& tensor) {
+  const size_t n = tensor.sizes.size();
+  Planes planes{1, tensor.sizes[n - 2], tensor.sizes[n - 1]};
+  for (size_t i = 0; i + 2 < n; ++i) planes.count *= tensor.sizes[i];
+  return planes;
+}
+
+// Calls body(T{}) with the floating-point type.
+template <class Body>
+void for_type(int32_t dtype, const Body& body) {
+  switch (dtype) {
+    case kFloat: return body(float{});
+    case kDouble: return body(double{});
+  }
+  throw std::runtime_error("a kernel is not there for element type " + std::to_string(dtype));
+}
+
+}  // namespace
+
+extern "C" {
+
+AOTITorchError aoti_torch_cpu_separable(AtenTensorHandle x, AtenTensorHandle kernel_y, AtenTensorHandle kernel_x, int64_t border, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x), column(kernel_y), row(kernel_x);
+    Result out = make((*image).sizes, (*image).dtype);
+    const int64_t channels = image.size(1);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      separable(image.data<T>(), planes_of(*image), column.data<T>(), column.size(1), column.size(0) == 1 ? 0 : channels, row.data<T>(), row.size(1),
+                row.size(0) == 1 ? 0 : channels, Border(border), data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_bilateral(AtenTensorHandle x, AtenTensorHandle guide, AtenTensorHandle nearness, AtenTensorHandle falloff, int64_t border,
+                                        int32_t squares, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x), guidance(guide), near(nearness), fall(falloff);
+    Result out = make((*image).sizes, (*image).dtype);
+    const Planes images{image.size(0), image.size(2), image.size(3)};
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      bilateral(image.data<T>(), image.size(1), guidance.data<T>(), guidance.size(1), guidance.size(0) == 1, images, near.data<T>(), near.size(0) == 1,
+                near.size(1), near.size(2), fall.data<T>(), fall.size(0) == 1, Border(border), squares != 0, data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_rectangle_extreme(AtenTensorHandle x, int64_t rows, int64_t columns, int64_t border, double value, int32_t largest,
+                                                AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x);
+    Result out = make((*image).sizes, (*image).dtype);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      rectangle_extreme(image.data<T>(), planes_of(*image), rows, columns, Border(border), static_cast<T>(value), largest != 0, data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_structured_extreme(AtenTensorHandle x, AtenTensorHandle heights, int64_t row, int64_t column, int64_t border, double value,
+                                                 double absent, int32_t largest, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x), window(heights);
+    Result out = make((*image).sizes, (*image).dtype);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      structured_extreme(image.data<T>(), planes_of(*image), window.data<T>(), window.size(0), window.size(1), row, column, Border(border),
+                         static_cast<T>(value), static_cast<T>(absent), largest != 0, data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_median3x3(AtenTensorHandle x, int64_t border, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x);
+    Result out = make((*image).sizes, (*image).dtype);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      median3x3(image.data<T>(), planes_of(*image), Border(border), data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_integral(AtenTensorHandle x, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x);
+    Result out = make((*image).sizes, (*image).dtype);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      integral(image.data<T>(), planes_of(*image), data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_to_levels(AtenTensorHandle x, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument values(x);
+    Result levels = make((*values).sizes, kUint8);
+    for_type((*values).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      to_levels(values.data<T>(), (*values).numel(), data<uint8_t>(levels));
+    });
+    *result = levels.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_bin_counts(AtenTensorHandle x, AtenTensorHandle low, AtenTensorHandle span, int64_t bins, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument values(x), least(low), width(span);
+    const int64_t rows = values.size(0), n = values.size(1);
+    Result counts = make({rows, bins}, kInt32);
+    for_type((*values).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      bin_counts(values.data<T>(), least.data<T>(), width.data<T>(), rows, n, bins, data<int32_t>(counts));
+    });
+    *result = counts.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_count_each(AtenTensorHandle index, int64_t bins, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument numbers(index);
+    const int64_t rows = numbers.size(0), n = numbers.size(1);
+    Result counts = make({rows, bins}, kInt32);
+    if ((*numbers).dtype == kUint8) {
+      count_each(numbers.data<uint8_t>(), rows, n, bins, data<int32_t>(counts));
+    } else if ((*numbers).dtype == kInt32) {
+      count_each(numbers.data<int32_t>(), rows, n, bins, data<int32_t>(counts));
+    } else {
+      throw std::runtime_error("count_each is not there for element type " + std::to_string((*numbers).dtype));
+    }
+    *result = counts.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_look_up(AtenTensorHandle table, AtenTensorHandle index, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument entries(table), levels(index);
+    if (entries.size(1) != 256 || (*levels).dtype != kUint8) throw std::runtime_error("look_up: expected a table of 256 entries and uint8");
+    Result out = make((*levels).sizes, (*entries).dtype);
+    for_type((*entries).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      look_up(entries.data<T>(), levels.data<uint8_t>(), levels.size(0), levels.size(1), data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_tile_counts(AtenTensorHandle levels, int64_t tile_y, int64_t tile_x, int64_t tiles_y, int64_t tiles_x, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(levels);
+    Result counts = make({image.size(0), tiles_y * tiles_x, 256}, kInt32);
+    tile_counts(image.data<uint8_t>(), planes_of(*image), tile_y, tile_x, tiles_y, tiles_x, data<int32_t>(counts));
+    *result = counts.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_blend_curves(AtenTensorHandle table, int64_t tiles_x, AtenTensorHandle levels, AtenTensorHandle first_y, AtenTensorHandle second_y,
+                                           AtenTensorHandle weight_y, AtenTensorHandle first_x, AtenTensorHandle second_x, AtenTensorHandle weight_x,
+                                           AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument curves(table), image(levels), y0(first_y), y1(second_y), wy(weight_y), x0(first_x), x1(second_x), wx(weight_x);
+    Result out = make((*image).sizes, kUint8);
+    blend_curves(curves.data<float>(), curves.size(1) / 256, tiles_x, image.data<uint8_t>(), planes_of(*image), y0.data<int64_t>(), y1.data<int64_t>(),
+                 wy.data<float>(), x0.data<int64_t>(), x1.data<int64_t>(), wx.data<float>(), data<uint8_t>(out));
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_component_roots(AtenTensorHandle mask, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument set(mask);
+    Result roots = make({set.size(0), set.size(1) * set.size(2)}, kInt32);
+    component_roots(set.data<bool>(), planes_of(*set), data<int32_t>(roots));
+    *result = roots.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_ridges(AtenTensorHandle x, double eps, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x);
+    Result out = make((*image).sizes, (*image).dtype);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      ridges(image.data<T>(), planes_of(*image), static_cast<T>(eps), data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_hysteresis(AtenTensorHandle x, double low, double high, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x);
+    Result out = make((*image).sizes, kBool);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      hysteresis(image.data<T>(), planes_of(*image), static_cast<T>(low), static_cast<T>(high), data<bool>(out));
+    });
+    *result = out.release();
+  });
+}
+
+}  // extern "C"

@@ -1,0 +1,240 @@
+// Maxima, minima and medians of windows, row by row, through buffers that stay in the nearest cache.
+//
+// The loops over a row are functions of their own, of values and not of references: a vector's store may alias anything that is behind
+// a reference, which would be loaded again in every round.
+#include "rows.h"
+
+namespace chiasm::kernels {
+namespace {
+
+template <class T, bool largest>
+inline auto extreme(typename Vector<T>::Type a, typename Vector<T>::Type b) {
+  return largest ? Vector<T>::max(a, b) : Vector<T>::min(a, b);
+}
+
+template <class T, bool largest>
+inline T extreme_of(T a, T b) {
+  return largest ? std::max(a, b) : std::min(a, b);
+}
+
+// best[k] = the extreme of best[k], p[k] and q[k].
+template <class T, bool largest>
+void include_rows(T* best, const T* p, const T* q, int64_t n) {
+  using V = Vector<T>;
+  int64_t k = 0;
+  for (; k + V::kLanes <= n; k += V::kLanes)
+    V::store(best + k, extreme<T, largest>(V::load(best + k), extreme<T, largest>(V::load(p + k), V::load(q + k))));
+  for (; k < n; ++k) best[k] = extreme_of<T, largest>(best[k], extreme_of<T, largest>(p[k], q[k]));
+}
+
+// row[k] = the extreme of row[k] and row[k + shift], for k = 0 .. n - 1 and on to a whole vector.
+template <class T, bool largest>
+void double_window(T* row, int64_t shift, int64_t n) {
+  using V = Vector<T>;
+  for (int64_t k = 0; k < n; k += V::kLanes) V::store(row + k, extreme<T, largest>(V::load(row + k), V::load(row + k + shift)));
+}
+
+// out[k] = the extreme of row[k], row[k + step], ... and row[k + last], up to a whole vector at the end.
+template <class T, bool largest>
+void extreme_along(const T* row, int64_t step, int64_t last, int64_t n, T* out) {
+  using V = Vector<T>;
+  const auto at = [](const T* p, int64_t step, int64_t last) {
+    auto best = V::load(p + last);
+    for (int64_t j = 0; j < last; j += step) best = extreme<T, largest>(best, V::load(p + j));
+    return best;
+  };
+  int64_t k = 0;
+  for (; k + V::kLanes <= n; k += V::kLanes) V::store(out + k, at(row + k, step, last));
+  if (k < n) store_part<T>(out + k, at(row + k, step, last), n - k);
+}
+
+// Up to this many shifts of a row are compared at once.
+constexpr int64_t kAtOnce = 8;
+
+template <class T, bool largest>
+void rectangle(const T* x, const Planes& planes, int64_t ky, int64_t kx, Border border, T value, T* out) {
+  const int64_t height = planes.height, width = planes.width, ry = ky / 2, rx = kx / 2;
+  for_tiles<T>(planes, ky + 2, 2, kx, border, [=](const Tile& tile, T* scratch, int64_t length) {
+    const T* const image = x + tile.plane * height * width;
+    const Span span(tile, width, rx, rx);
+    T *const buffer = scratch + rx, *const best = buffer + span.first - tile.left, *const constant = scratch + length;
+    std::fill_n(scratch, 2 * length, value);
+    for (int64_t y = tile.top; y < tile.bottom; ++y) {
+      const auto row = [=](int64_t i) {
+        const int64_t source = inside(y + i - ry, height, border);
+        return source < 0 ? constant : image + source * width + span.first;
+      };
+      std::copy_n(row(0), span.count(), best);
+      for (int64_t i = 1; i < ky; i += 2) include_rows<T, largest>(best, row(i), row(i + 1), span.count());
+      extend(buffer, tile, width, rx, rx, border, value);
+      // Two windows of a length make one of up to twice the length; what they share does no harm. Short ones are quicker done at once,
+      // because loads that span two values just stored must wait for them.
+      const int64_t columns = tile.right - tile.left;
+      int64_t n = 1;
+      for (; n * kAtOnce < kx; n *= 2) double_window<T, largest>(scratch, n, columns + kx - 2 * n + 1);
+      extreme_along<T, largest>(scratch, n, kx - n, columns, out + (tile.plane * height + y) * width + tile.left);
+    }
+  });
+}
+
+template <class T>
+struct Tap {
+  int64_t row, column;
+  T height;
+};
+
+// out[k] = the extreme of sources[t][k], plus the tap's height unless all are 0.
+template <class T, bool largest, bool flat>
+void extreme_of_taps(const T* const* sources, const Tap<T>* taps, int64_t count, int64_t n, T* out) {
+  using V = Vector<T>;
+  const auto value = [](const T* p, T height) { return flat ? V::load(p) : V::load(p) + V::all(height); };
+  int64_t k = 0;
+  for (; k + 2 * V::kLanes <= n; k += 2 * V::kLanes) {
+    auto a = value(sources[0] + k, taps[0].height), b = value(sources[0] + k + V::kLanes, taps[0].height);
+    for (int64_t t = 1; t < count; ++t) {
+      a = extreme<T, largest>(a, value(sources[t] + k, taps[t].height));
+      b = extreme<T, largest>(b, value(sources[t] + k + V::kLanes, taps[t].height));
+    }
+    V::store(out + k, a);
+    V::store(out + k + V::kLanes, b);
+  }
+  for (; k < n; ++k) {
+    T best = sources[0][k] + taps[0].height;
+    for (int64_t t = 1; t < count; ++t) best = extreme_of<T, largest>(best, sources[t][k] + taps[t].height);
+    out[k] = best;
+  }
+}
+
+template <class T, bool largest>
+void structured(const T* x, const Planes& planes, const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, Border border,
+                T value, T absent, T* out) {
+  const int64_t height = planes.height, width = planes.width;
+  // What the window leaves out cannot win against a pixel that is there whatever the border: the origin.
+  const bool anchored = heights[row * kw + column] != -absent;
+  std::vector<Tap<T>> taps;
+  bool flat = true;
+  for (int64_t i = 0; i < kh; ++i)
+    for (int64_t j = 0; j < kw; ++j) {
+      const T h = heights[i * kw + j];
+      if (anchored && h == -absent) continue;
+      taps.push_back({i, j, largest ? h : -h});
+      flat = flat && h == 0;
+    }
+  const auto count = static_cast<int64_t>(taps.size());
+  const auto combine = flat ? extreme_of_taps<T, largest, true> : extreme_of_taps<T, largest, false>;
+  std::vector<const T*> all_sources(taps.size() * static_cast<size_t>(omp_get_max_threads()));
+  for_tiles<T>(planes, kh + 2, kh, kw, border, [&](const Tile& tile, T* scratch, int64_t length) {
+    const T* const image = x + tile.plane * height * width;
+    const T** const sources = all_sources.data() + count * omp_get_thread_num();
+    const int64_t columns = tile.right - tile.left;
+    const Span span(tile, width, column, kw - 1 - column);
+    const auto fetch = [&](int64_t y) {  // padded row y, into the ring's place for it
+      T* const p = scratch + (y + kh) % kh * length;
+      const int64_t source = inside(y, height, border);
+      if (source < 0) {
+        std::fill_n(p, columns + kw - 1, value);
+      } else {
+        std::copy_n(image + source * width + span.first, span.count(), p + column + span.first - tile.left);
+        extend(p + column, tile, width, column, kw - 1 - column, border, value);
+      }
+    };
+    for (int64_t i = 0; i + 1 < kh; ++i) fetch(tile.top - row + i);
+    for (int64_t y = tile.top; y < tile.bottom; ++y) {
+      fetch(y - row + kh - 1);
+      for (int64_t t = 0; t < count; ++t) sources[t] = scratch + (y - row + taps[t].row + kh) % kh * length + taps[t].column;
+      combine(sources, taps.data(), count, columns, out + (tile.plane * height + y) * width + tile.left);
+    }
+  });
+}
+
+template <class T>
+inline auto median(typename Vector<T>::Type a, typename Vector<T>::Type b, typename Vector<T>::Type c) {
+  using V = Vector<T>;
+  return V::max(V::min(a, b), V::min(V::max(a, b), c));
+}
+
+template <class T>
+inline void sort_column(const T* above, const T* here, const T* below, T* low, T* middle, T* high) {
+  using V = Vector<T>;
+  const auto a = V::load(above), b = V::load(here), c = V::load(below);
+  const auto small = V::min(a, b), large = V::max(a, b);
+  V::store(low, V::min(small, c));
+  V::store(high, V::max(large, c));
+  V::store(middle, V::max(small, V::min(large, c)));
+}
+
+template <class T>
+void sort_columns(const T* above, const T* here, const T* below, int64_t n, T* low, T* middle, T* high) {
+  using V = Vector<T>;
+  int64_t k = 0;
+  for (; k + V::kLanes <= n; k += V::kLanes) sort_column(above + k, here + k, below + k, low + k, middle + k, high + k);
+  if (k < n) {  // the last few, from copies that a whole vector may be read of
+    T ends[3][V::kLanes] = {};
+    std::copy(above + k, above + n, ends[0]);
+    std::copy(here + k, here + n, ends[1]);
+    std::copy(below + k, below + n, ends[2]);
+    sort_column(ends[0], ends[1], ends[2], low + k, middle + k, high + k);
+  }
+}
+
+// The median of nine is that of the largest of the columns' smallest, the median of their middle and the smallest of their largest.
+template <class T>
+inline auto median_of_columns(const T* low, const T* middle, const T* high) {
+  using V = Vector<T>;
+  const auto lowest = V::max(V::max(V::load(low - 1), V::load(low)), V::load(low + 1));
+  const auto highest = V::min(V::min(V::load(high - 1), V::load(high)), V::load(high + 1));
+  return median<T>(lowest, median<T>(V::load(middle - 1), V::load(middle), V::load(middle + 1)), highest);
+}
+
+template <class T>
+void medians_along(const T* low, const T* middle, const T* high, int64_t n, T* out) {
+  using V = Vector<T>;
+  int64_t k = 0;
+  for (; k + V::kLanes <= n; k += V::kLanes) V::store(out + k, median_of_columns(low + k, middle + k, high + k));
+  if (k < n) store_part<T>(out + k, median_of_columns(low + k, middle + k, high + k), n - k);
+}
+
+}  // namespace
+
+template <class T>
+void rectangle_extreme(const T* x, Planes planes, int64_t ky, int64_t kx, Border border, T value, bool largest, T* out) {
+  (largest ? rectangle<T, true> : rectangle<T, false>)(x, planes, ky, kx, border, value, out);
+}
+
+template <class T>
+void structured_extreme(const T* x, Planes planes, const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, Border border,
+                        T value, T absent, bool largest, T* out) {
+  (largest ? structured<T, true> : structured<T, false>)(x, planes, heights, kh, kw, row, column, border, value, absent, out);
+}
+
+// A. Paeth, Median finding on a 3 x 3 grid, Graphics Gems, 1990; each column of three is sorted once, into three buffers.
+template <class T>
+void median3x3(const T* x, Planes planes, Border border, T* out) {
+  const int64_t height = planes.height, width = planes.width;
+  const std::vector<T> zeros(static_cast<size_t>(width));
+  for_tiles<T>(planes, 3 + 3 + 1, 3, 2, border, [&](const Tile& tile, T* scratch, int64_t length) {
+    const T* const image = x + tile.plane * height * width;
+    const Span span(tile, width, 1, 1);
+    T *const low = scratch + 1, *const middle = low + length, *const high = middle + length;
+    const int64_t start = span.first - tile.left;
+    for (int64_t y = tile.top; y < tile.bottom; ++y) {
+      const auto row = [&](int64_t i) {
+        const int64_t source = inside(i, height, border);
+        return source < 0 ? zeros.data() : image + source * width + span.first;
+      };
+      sort_columns(row(y - 1), row(y), row(y + 1), span.count(), low + start, middle + start, high + start);
+      for (T* const values : {low, middle, high}) extend(values, tile, width, 1, 1, border, T(0));
+      medians_along(low, middle, high, tile.right - tile.left, out + (tile.plane * height + y) * width + tile.left);
+    }
+  });
+}
+
+#define INSTANTIATE(T)                                                                                                       \
+  template void rectangle_extreme(const T*, Planes, int64_t, int64_t, Border, T, bool, T*);                                    \
+  template void structured_extreme(const T*, Planes, const T*, int64_t, int64_t, int64_t, int64_t, Border, T, T, bool, T*);     \
+  template void median3x3(const T*, Planes, Border, T*);
+
+INSTANTIATE(float)
+INSTANTIATE(double)
+
+}  // namespace chiasm::kernels

@@ -1,0 +1,193 @@
+// Counting levels and looking them up: loops that follow the data, which compiled tensor code does by atomic additions and by gathers
+// of 64-bit indices.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "rows.h"
+
+namespace chiasm::kernels {
+namespace {
+
+// Four tables in turn: an addition to a bin does not wait for the one before it, which often is to the same bin.
+constexpr int64_t kTables = 4;
+
+template <class Index>
+void count(const Index* index, int64_t n, int64_t bins, int32_t* tables) {
+  int32_t *const a = tables, *const b = a + bins, *const c = b + bins, *const d = c + bins;
+  const auto valid = [bins](Index i) { return static_cast<uint64_t>(i) < static_cast<uint64_t>(bins); };
+  int64_t k = 0;
+  for (; k + kTables <= n; k += kTables) {
+    if (valid(index[k])) ++a[index[k]];
+    if (valid(index[k + 1])) ++b[index[k + 1]];
+    if (valid(index[k + 2])) ++c[index[k + 2]];
+    if (valid(index[k + 3])) ++d[index[k + 3]];
+  }
+  for (; k < n; ++k)
+    if (valid(index[k])) ++a[index[k]];
+}
+
+// Shares the counting of rows among threads: body(row, first, n, tables) counts n numbers into kTables tables of zeros.
+template <class Body>
+void count_rows(int64_t rows, int64_t n, int64_t bins, int32_t* counts, const Body& body) {
+  // A task's own counting outweighs adding its tables to the others'.
+  const int64_t size = std::max<int64_t>(65536, 32 * bins), chunks = std::max<int64_t>(1, (n + size - 1) / size);
+  const std::unique_ptr<int32_t[]> scratch(new int32_t[static_cast<size_t>(kTables * bins * omp_get_max_threads())]);
+  std::fill_n(counts, rows * bins, 0);
+#pragma omp parallel
+  {
+    int32_t* const tables = scratch.get() + kTables * bins * omp_get_thread_num();
+#pragma omp for
+    for (int64_t i = 0; i < rows * chunks; ++i) {
+      const int64_t row = i / chunks, first = i % chunks * size;
+      std::fill_n(tables, kTables * bins, 0);
+      body(row, first, std::min(size, n - first), tables);
+      for (int64_t k = 0; k < bins; ++k) {
+        const int32_t sum = tables[k] + tables[bins + k] + tables[2 * bins + k] + tables[3 * bins + k];
+        if (sum) {
+#pragma omp atomic
+          counts[row * bins + k] += sum;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+template <class Index>
+void count_each(const Index* index, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {
+  count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) { count(index + row * n + first, size, bins, tables); });
+}
+
+template <class T>
+void bin_counts(const T* x, const T* low, const T* span, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {
+  constexpr int64_t kBlock = 512;
+  count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) {
+    const T* const values = x + row * n + first;
+    const T least = low[row], width = span[row], number = static_cast<T>(bins);
+    int32_t index[kBlock];
+    for (int64_t k = 0; k < size; k += kBlock) {
+      const int64_t m = std::min(kBlock, size - k);
+      for (int64_t j = 0; j < m; ++j) index[j] = std::min(static_cast<int32_t>((values[k + j] - least) / width * number), static_cast<int32_t>(bins - 1));
+      count(index, m, bins, tables);
+    }
+  });
+}
+
+template void bin_counts(const float*, const float*, const float*, int64_t, int64_t, int64_t, int32_t*);
+template void bin_counts(const double*, const double*, const double*, int64_t, int64_t, int64_t, int32_t*);
+
+namespace {
+
+__m256 load_eight(const float* p) { return _mm256_loadu_ps(p); }
+__m256 load_eight(const double* p) { return _mm256_set_m128(_mm256_cvtpd_ps(_mm256_loadu_pd(p + 4)), _mm256_cvtpd_ps(_mm256_loadu_pd(p))); }
+
+// The levels of eight values, in the lower half.
+__m128i eight_levels(__m256 x) {
+  // max's second operand is what NaN becomes.
+  const __m256 scaled = _mm256_min_ps(_mm256_max_ps(x * 255.0f, _mm256_setzero_ps()), _mm256_set1_ps(255.0f));
+  const __m256i whole = _mm256_cvttps_epi32(scaled);
+  const __m256i up = (__m256i)(scaled - _mm256_cvtepi32_ps(whole) >= 0.5f);  // -1 or 0
+  const __m256i level = _mm256_sub_epi32(whole, up);
+  const __m128i shorts = _mm_packus_epi32(_mm256_castsi256_si128(level), _mm256_extracti128_si256(level, 1));
+  return _mm_packus_epi16(shorts, shorts);
+}
+
+}  // namespace
+
+template <class T>
+void to_levels(const T* x, int64_t n, uint8_t* levels) {
+  constexpr int64_t kBlock = 16384;
+#pragma omp parallel for
+  for (int64_t first = 0; first < n; first += kBlock) {
+    const int64_t last = std::min(n, first + kBlock);
+    int64_t k = first;
+    for (; k + 8 <= last; k += 8) _mm_storel_epi64(reinterpret_cast<__m128i*>(levels + k), eight_levels(load_eight(x + k)));
+    if (k < last) {
+      T rest[8] = {};
+      uint8_t bytes[16];
+      std::copy(x + k, x + last, rest);
+      _mm_storeu_si128(reinterpret_cast<__m128i*>(bytes), eight_levels(load_eight(rest)));
+      std::copy_n(bytes, last - k, levels + k);
+    }
+  }
+}
+
+template void to_levels(const float*, int64_t, uint8_t*);
+template void to_levels(const double*, int64_t, uint8_t*);
+
+template void count_each(const uint8_t*, int64_t, int64_t, int64_t, int32_t*);
+template void count_each(const int32_t*, int64_t, int64_t, int64_t, int32_t*);
+
+template <class T>
+void look_up(const T* table, const uint8_t* index, int64_t rows, int64_t n, T* out) {
+  constexpr int64_t size = 65536;
+  const int64_t chunks = (n + size - 1) / size;
+#pragma omp parallel for
+  for (int64_t i = 0; i < rows * chunks; ++i) {
+    const int64_t row = i / chunks, first = i % chunks * size, last = std::min(n, first + size);
+    const T* const entries = table + row * 256;
+    for (int64_t k = row * n + first; k < row * n + last; ++k) out[k] = entries[index[k]];
+  }
+}
+
+template void look_up(const float*, const uint8_t*, int64_t, int64_t, float*);
+template void look_up(const double*, const uint8_t*, int64_t, int64_t, double*);
+
+void tile_counts(const uint8_t* levels, Planes planes, int64_t tile_y, int64_t tile_x, int64_t tiles_y, int64_t tiles_x, int32_t* counts) {
+  const int64_t tiles = tiles_y * tiles_x;
+#pragma omp parallel for
+  for (int64_t i = 0; i < planes.count * tiles; ++i) {
+    const uint8_t* const plane = levels + i / tiles * planes.height * planes.width;
+    const int64_t top = i % tiles / tiles_x * tile_y, left = i % tiles_x * tile_x;
+    const int64_t within = std::clamp<int64_t>(planes.width - left, 0, tile_x);
+    std::array<int32_t, kTables * 256> tables{};
+    for (int64_t y = top; y < top + tile_y; ++y) {
+      const uint8_t* const row = plane + inside(y, planes.height, Border::kReflect) * planes.width;
+      count(row + left, within, 256, tables.data());
+      for (int64_t x = left + within; x < left + tile_x; ++x) ++tables[row[inside(x, planes.width, Border::kReflect)]];
+    }
+    for (int64_t k = 0; k < 256; ++k) counts[i * 256 + k] = tables[k] + tables[256 + k] + tables[512 + k] + tables[768 + k];
+  }
+}
+
+void blend_curves(const float* table, int64_t tiles, int64_t tiles_x, const uint8_t* levels, Planes planes, const int64_t* first_y,
+                  const int64_t* second_y, const float* weight_y, const int64_t* first_x, const int64_t* second_x, const float* weight_x,
+                  uint8_t* out) {
+  const int64_t height = planes.height, width = planes.width;
+  // Between two tiles' centres every pixel takes the same curves: where each such stretch ends.
+  std::vector<int64_t> ends;
+  for (int64_t x = 1; x <= width; ++x)
+    if (x == width || first_x[x] != first_x[x - 1] || second_x[x] != second_x[x - 1]) ends.push_back(x);
+#pragma omp parallel for
+  for (int64_t i = 0; i < planes.count * height; ++i) {
+    const int64_t y = i % height;
+    const float* const curves = table + i / height * tiles * 256;
+    const float *const upper = curves + first_y[y] * tiles_x * 256, *const lower = curves + second_y[y] * tiles_x * 256;
+    const uint8_t* const in = levels + i * width;
+    uint8_t* const target = out + i * width;
+    const __m256 below = _mm256_set1_ps(weight_y[y]), above = 1.0f - below;
+    int64_t x = 0;
+    for (const int64_t end : ends) {
+      const int64_t tile = first_x[x], next = second_x[x];
+      const float *const a = upper + tile * 256, *const b = upper + next * 256, *const c = lower + tile * 256, *const d = lower + next * 256;
+      for (; x + 8 <= end; x += 8) {
+        const __m256i level = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(in + x)));
+        const __m256 right = _mm256_loadu_ps(weight_x + x), left = 1.0f - right;
+        const __m256 top = _mm256_i32gather_ps(a, level, 4) * left + _mm256_i32gather_ps(b, level, 4) * right;
+        const __m256 bottom = _mm256_i32gather_ps(c, level, 4) * left + _mm256_i32gather_ps(d, level, 4) * right;
+        const __m256i whole = _mm256_cvtps_epi32(top * above + bottom * below);  // rounds to even
+        const __m128i shorts = _mm_packus_epi32(_mm256_castsi256_si128(whole), _mm256_extracti128_si256(whole, 1));
+        _mm_storel_epi64(reinterpret_cast<__m128i*>(target + x), _mm_packus_epi16(shorts, shorts));
+      }
+      for (; x < end; ++x) {
+        const float right = weight_x[x], left = 1.0f - right;
+        const float top = a[in[x]] * left + b[in[x]] * right, bottom = c[in[x]] * left + d[in[x]] * right;
+        target[x] = static_cast<uint8_t>(std::nearbyint(top * (1.0f - weight_y[y]) + bottom * weight_y[y]));
+      }
+    }
+  }
+}
+
+}  // namespace chiasm::kernels

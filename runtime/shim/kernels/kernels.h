@@ -1,0 +1,89 @@
+/** Loops that tensor code cannot reach: chiasm's kernels for the CPU, on plain pointers.
+ *
+ *  Each does the work of a function in python/chiasm/primitives/kernels.py, whose tensor form defines it; compiled ops call it in the
+ *  tensor form's place. Tensors are dense and row-major. T is float or double where there is a T. They need AVX2 and FMA, and may
+ *  throw std::bad_alloc. They share the work among the threads of the run that they belong to.
+ */
+#pragma once
+
+#include <cstdint>
+
+namespace chiasm::kernels {
+
+/** What is seen beyond an image; in the order of KERNEL_BORDERS in kernels.py. */
+enum class Border : int64_t { kReflect, kReplicate, kCircular, kConstant };
+
+struct Planes {
+  int64_t count, height, width;
+};
+
+/** Correlation down the columns and then along the rows. `taps_y` has ky weights for each `planes_per_row` planes, or, where that is 0,
+ *  for all; `taps_x` likewise. Sizes are odd; a constant border is 0. */
+template <class T>
+void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t planes_per_row_y, const T* taps_x, int64_t kx,
+               int64_t planes_per_row_x, Border border, T* out);
+
+/** The largest or smallest value of a centred window of ky x kx pixels, both odd. */
+template <class T>
+void rectangle_extreme(const T* x, Planes planes, int64_t ky, int64_t kx, Border border, T value, bool largest, T* out);
+
+/** The largest x + height or smallest x - height over a window of kh x kw that begins (row, column) before the pixel. `heights` are in
+ *  the window's order; -absent stands for a pixel that the window leaves out. */
+template <class T>
+void structured_extreme(const T* x, Planes planes, const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, Border border,
+                        T value, T absent, bool largest, T* out);
+
+/** The median of 3 x 3 pixels. */
+template <class T>
+void median3x3(const T* x, Planes planes, Border border, T* out);
+
+/** Sums over all that is above and to the left, rounded to T along the rows and then along the columns. */
+template <class T>
+void integral(const T* x, Planes planes, T* out);
+
+/** The nearest of 256 levels of each of n values in [0, 1], halves up; what is outside counts as 0 or 1, NaN as 0. */
+template <class T>
+void to_levels(const T* x, int64_t n, uint8_t* levels);
+
+/** counts[row][i]: how many of a row's n values are in bin i = floor((value - low[row]) / span[row] * bins), the last bin at most. */
+template <class T>
+void bin_counts(const T* x, const T* low, const T* span, int64_t rows, int64_t n, int64_t bins, int32_t* counts);
+
+/** counts[row][i]: how often i, 0 <= i < bins, occurs among the n numbers of a row. */
+template <class Index>
+void count_each(const Index* index, int64_t rows, int64_t n, int64_t bins, int32_t* counts);
+
+/** out[row][i] = table[row][index[row][i]]; the table's rows have 256 entries. */
+template <class T>
+void look_up(const T* table, const uint8_t* index, int64_t rows, int64_t n, T* out);
+
+/** How often each of 256 levels occurs in each of the tiles_y x tiles_x tiles, tile_y x tile_x pixels each, of planes that are mirrored at
+ *  their bottom and right ends. */
+void tile_counts(const uint8_t* levels, Planes planes, int64_t tile_y, int64_t tile_x, int64_t tiles_y, int64_t tiles_x, int32_t* counts);
+
+/** Bilinear blend of the curves of four tiles: `table` has 256 entries for each tile of each plane, and position y of an axis takes tiles
+ *  first_y[y] and second_y[y], the second with weight weight_y[y]. Rounded to even. */
+void blend_curves(const float* table, int64_t tiles, int64_t tiles_x, const uint8_t* levels, Planes planes, const int64_t* first_y,
+                  const int64_t* second_y, const float* weight_y, const int64_t* first_x, const int64_t* second_x, const float* weight_x,
+                  uint8_t* out);
+
+/** The lowest flat index in the 8-connected component of each pixel of `mask`; of other pixels their own. */
+void component_roots(const bool* mask, Planes planes, int32_t* roots);
+
+/** Bilateral filtering of `images` with `channels` planes each, by the colours of as many guides (or one shared by all) with `depth`
+ *  planes. A neighbour's weight is exp(falloff * distance^2) * nearness, of ky x kx; the distance sums absolute differences, or with `squares`
+ *  is Euclidean. What is not shared is there for each image. A constant border is 0. */
+template <class T>
+void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool shared_guide, Planes images, const T* nearness, bool shared_nearness,
+               int64_t ky, int64_t kx, const T* falloff, bool shared_falloff, Border border, bool squares, T* out);
+
+/** Canny's ridges: the magnitude sqrt(dx^2 + dy^2 + eps) of the Sobel gradient, the border replicated, where it is a maximum across the
+ *  edge, and 0 elsewhere. */
+template <class T>
+void ridges(const T* x, Planes planes, T eps, T* out);
+
+/** Which values above `low` are 8-connected through such to one above `high`. */
+template <class T>
+void hysteresis(const T* x, Planes planes, T low, T high, bool* out);
+
+}  // namespace chiasm::kernels

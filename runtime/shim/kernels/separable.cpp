@@ -1,0 +1,69 @@
+// Separable correlation: each row is weighted down the columns into a buffer that stays in the nearest cache, and from there along the row.
+#include "rows.h"
+
+namespace chiasm::kernels {
+namespace {
+
+// out[x] = sum of sources[k][x] * taps[k]. Four vectors at a time, whose additions do not wait for each other.
+template <class T>
+void weigh(const T* const* sources, const T* taps, int64_t count, T* out, int64_t n) {
+  using V = Vector<T>;
+  constexpr int64_t lanes = V::kLanes;
+  int64_t x = 0;
+  for (; x + 4 * lanes <= n; x += 4 * lanes) {
+    auto tap = V::all(taps[0]);
+    const T* p = sources[0] + x;
+    auto a = V::load(p) * tap, b = V::load(p + lanes) * tap, c = V::load(p + 2 * lanes) * tap, d = V::load(p + 3 * lanes) * tap;
+    for (int64_t k = 1; k < count; ++k) {
+      tap = V::all(taps[k]);
+      p = sources[k] + x;
+      a += V::load(p) * tap;
+      b += V::load(p + lanes) * tap;
+      c += V::load(p + 2 * lanes) * tap;
+      d += V::load(p + 3 * lanes) * tap;
+    }
+    V::store(out + x, a);
+    V::store(out + x + lanes, b);
+    V::store(out + x + 2 * lanes, c);
+    V::store(out + x + 3 * lanes, d);
+  }
+  for (; x < n; ++x) {
+    T sum = sources[0][x] * taps[0];
+    for (int64_t k = 1; k < count; ++k) sum += sources[k][x] * taps[k];
+    out[x] = sum;
+  }
+}
+
+}  // namespace
+
+template <class T>
+void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t planes_per_row_y, const T* taps_x, int64_t kx,
+               int64_t planes_per_row_x, Border border, T* out) {
+  const int64_t height = planes.height, width = planes.width, ry = ky / 2, rx = kx / 2;
+  std::vector<const T*> all_sources(static_cast<size_t>((ky + kx) * omp_get_max_threads()));
+  const std::vector<T> zeros(border == Border::kConstant ? static_cast<size_t>(width) : 0);
+  for_tiles<T>(planes, ky + 2, 1, kx, border, [&](const Tile& tile, T* scratch, int64_t) {
+    const T* const image = x + tile.plane * height * width;
+    const T* const weights_y = taps_y + (planes_per_row_y ? tile.plane / planes_per_row_y * ky : 0);
+    const T* const weights_x = taps_x + (planes_per_row_x ? tile.plane / planes_per_row_x * kx : 0);
+    const T** const rows = all_sources.data() + (ky + kx) * omp_get_thread_num();
+    const T** const shifts = rows + ky;
+    const Span span(tile, width, rx, rx);
+    T* const buffer = scratch + rx;
+    for (int64_t j = 0; j < kx; ++j) shifts[j] = scratch + j;
+    for (int64_t y = tile.top; y < tile.bottom; ++y) {
+      for (int64_t i = 0; i < ky; ++i) {
+        const int64_t row = inside(y + i - ry, height, border);
+        rows[i] = row < 0 ? zeros.data() : image + row * width + span.first;
+      }
+      weigh(rows, weights_y, ky, buffer + span.first - tile.left, span.count());
+      extend(buffer, tile, width, rx, rx, border, T(0));
+      weigh(shifts, weights_x, kx, out + (tile.plane * height + y) * width + tile.left, tile.right - tile.left);
+    }
+  });
+}
+
+template void separable(const float*, Planes, const float*, int64_t, int64_t, const float*, int64_t, int64_t, Border, float*);
+template void separable(const double*, Planes, const double*, int64_t, int64_t, const double*, int64_t, int64_t, Border, double*);
+
+}  // namespace chiasm::kernels

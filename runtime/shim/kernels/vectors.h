@@ -1,0 +1,51 @@
+// Eight floats or four doubles, so that a kernel is written once for both.
+#pragma once
+
+#include <immintrin.h>
+
+#include <cstdint>
+
+namespace chiasm::kernels {
+
+template <class T>
+struct Vector;
+
+template <>
+struct Vector<float> {
+  using Type = __m256;
+  static constexpr int64_t kLanes = 8;
+  static Type load(const float* p) { return _mm256_loadu_ps(p); }
+  static void store(float* p, Type v) { _mm256_storeu_ps(p, v); }
+  static Type all(float v) { return _mm256_set1_ps(v); }
+  static Type max(Type a, Type b) { return _mm256_max_ps(a, b); }
+  static Type min(Type a, Type b) { return _mm256_min_ps(a, b); }
+  static Type sqrt(Type v) { return _mm256_sqrt_ps(v); }
+  using Mask = decltype(Type{} > Type{});
+  static bool any(Mask m) { return _mm256_movemask_ps((Type)m) != 0; }
+  static Type where(Mask m, Type v) { return _mm256_and_ps((Type)m, v); }  // 0 elsewhere
+};
+
+template <>
+struct Vector<double> {
+  using Type = __m256d;
+  static constexpr int64_t kLanes = 4;
+  static Type load(const double* p) { return _mm256_loadu_pd(p); }
+  static void store(double* p, Type v) { _mm256_storeu_pd(p, v); }
+  static Type all(double v) { return _mm256_set1_pd(v); }
+  static Type max(Type a, Type b) { return _mm256_max_pd(a, b); }
+  static Type min(Type a, Type b) { return _mm256_min_pd(a, b); }
+  static Type sqrt(Type v) { return _mm256_sqrt_pd(v); }
+  using Mask = decltype(Type{} > Type{});
+  static bool any(Mask m) { return _mm256_movemask_pd((Type)m) != 0; }
+  static Type where(Mask m, Type v) { return _mm256_and_pd((Type)m, v); }  // 0 elsewhere
+};
+
+// The first n lanes.
+template <class T>
+inline void store_part(T* p, typename Vector<T>::Type v, int64_t n) {
+  T lanes[Vector<T>::kLanes];
+  Vector<T>::store(lanes, v);
+  for (int64_t i = 0; i < n; ++i) p[i] = lanes[i];
+}
+
+}  // namespace chiasm::kernels
