@@ -55,16 +55,12 @@ def images(x: np.ndarray) -> list[np.ndarray]:
     return [np.ascontiguousarray(i.transpose(1, 2, 0)) for i in x]
 
 
-def byte_images(x: np.ndarray) -> list[np.ndarray]:
-    return images(np.rint(x * 255).astype(np.uint8))
-
-
 def byte_planes(x: np.ndarray) -> list[np.ndarray]:
     return list((x if x.dtype == np.uint8 else np.rint(x * 255).astype(np.uint8)).reshape(-1, *x.shape[2:]))
 
 
-def level_planes(x: np.ndarray) -> list[np.ndarray]:
-    return list(x.astype(np.uint8).reshape(-1, *x.shape[2:]))
+def float_planes(x: np.ndarray) -> list[np.ndarray]:
+    return list(x.reshape(-1, *x.shape[2:]))
 
 
 def frame(x: np.ndarray) -> list[np.ndarray]:
@@ -101,10 +97,24 @@ def unsharp(into: Into, m, x, other):
     return into("out", cv2.addWeighted, m, 2, into("blur", cv2.GaussianBlur, m, (5, 5), 1.5, sigmaY=1.5, borderType=REFLECT), -1, 0)
 
 
-def canny(into: Into, m, x, other):
+def canny(into: Into, m):
     grey = into("grey", cv2.cvtColor, m, cv2.COLOR_RGB2GRAY)
     blurred = into("blur", cv2.GaussianBlur, grey, (5, 5), 1.0, sigmaY=1.0, borderType=REFLECT)
-    return into("out", cv2.Canny, blurred, 0.5 * 255, 0.9 * 255, dst="edges", apertureSize=3, L2gradient=True)
+    return into("edges", cv2.Canny, blurred, 0.5 * 255, 0.9 * 255, dst="edges", apertureSize=3, L2gradient=True)
+
+
+def equalize(into: Into, m):
+    return into("equal", cv2.equalizeHist, m)
+
+
+def adaptive(into: Into, m):
+    return into("binary", cv2.adaptiveThreshold, m, 255, cv2.ADAPTIVE_THRESH_MEAN_C, cv2.THRESH_BINARY, 5, 2)
+
+
+def otsu(into: Into, m, x, other):
+    """The threshold is found on bytes and applied to float32."""
+    limit, _ = cv2.threshold(into("bytes", cv2.convertScaleAbs, m, alpha=255), 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
+    return into("out", cv2.threshold, m, (limit + 0.5) / 255, 0, cv2.THRESH_TOZERO)
 
 
 def normalize(into: Into, m, x, other):
@@ -129,6 +139,16 @@ def warp(into: Into, m, x, other):
     return into("out", cv2.warpPerspective, m, x[1][0], x[-1].shape[::-1])
 
 
+def on_bytes(function: Callable, scale: float) -> Callable:
+    """For what OpenCV does with bytes only, on float32 as chiasm's: the conversions there and back are part of the call."""
+
+    def call(into: Into, m, x, other):
+        made = function(into, into("bytes", cv2.convertScaleAbs, m, alpha=scale))
+        return into("out", cv2.multiply, made, 1 / scale, dtype=cv2.CV_32F)
+
+    return call
+
+
 def plain(function: Callable, *arguments, **options) -> Callable:
     """A call that depends on the matrix alone."""
     return lambda into, m, x, other: into("out", function, m, *arguments, **options)
@@ -143,19 +163,19 @@ PEERS: dict[str, tuple[Callable[[np.ndarray], list[np.ndarray]], Callable[..., n
     "enhance.add_weighted": (images, add_weighted),
     "enhance.adjust_gamma": (images, lambda into, m, x, other: into("out", cv2.pow, m, float(x[1].flat[0]))),
     "enhance.clahe": (byte_planes, plain(cv2.createCLAHE(4.0, (4, 3)).apply)),
-    "enhance.equalize": (byte_planes, plain(cv2.equalizeHist)),
+    "enhance.equalize": (float_planes, on_bytes(equalize, 255)),
     "enhance.integral_image": (images, plain(cv2.integral, dst="sum", sdepth=cv2.CV_32F)),
     "enhance.normalize": (images, normalize),
     "enhance.threshold.binary": (images, threshold),
-    "filters.adaptive_threshold": (level_planes, plain(cv2.adaptiveThreshold, 255, cv2.ADAPTIVE_THRESH_MEAN_C, cv2.THRESH_BINARY, 5, 2)),
+    "filters.adaptive_threshold": (float_planes, on_bytes(adaptive, 1)),
     "filters.bilateral_blur": (images, plain(cv2.bilateralFilter, 5, 0.1, 1.5, borderType=REFLECT)),
     "filters.box_blur": (images, plain(cv2.blur, (5, 5), borderType=REFLECT)),
-    "filters.canny": (byte_images, canny),
+    "filters.canny": (images, on_bytes(canny, 255)),
     "filters.filter2d": (images, lambda into, m, x, other: into("out", cv2.filter2D, m, cv2.CV_32F, x[1], borderType=REFLECT)),
     "filters.gaussian_blur2d": (images, gaussian),
     "filters.laplacian": (images, plain(cv2.filter2D, cv2.CV_32F, LAPLACIAN, borderType=REFLECT)),
     "filters.median_blur": (images, plain(cv2.medianBlur, 3)),
-    "filters.otsu_threshold": (byte_planes, plain(cv2.threshold, 0, 255, cv2.THRESH_TOZERO | cv2.THRESH_OTSU)),
+    "filters.otsu_threshold": (float_planes, otsu),
     "filters.sobel": (images, sobel),
     "filters.unsharp_mask": (images, unsharp),
     "geometry.transform.resize.bilinear": (images, resize),

@@ -47,10 +47,6 @@ def _hsv(x: np.ndarray) -> np.ndarray:
     return x * np.array([math.pi / 180, 1, 1], np.float32)[:, None, None]
 
 
-def _unit(x: np.ndarray) -> np.ndarray:
-    return x.astype(np.float32) / 255
-
-
 _NORMAL = {"mean": [0.485, 0.456, 0.406], "std": [0.229, 0.224, 0.225]}
 _WEIGHTS = {"alpha": 0.6, "beta": 0.3, "gamma": 0.1}
 _SHARPEN = [0.0, -1.0, 0.1, -1.0, 5.0, -1.0, 0.2, -1.0, -0.3]
@@ -107,19 +103,17 @@ OPS = (
         "filters.canny",
         lambda k, v, x: k.filters.canny(x, 0.5, 0.9, (5, 5), (1.0, 1.0)),
         output=1,
-        opencv_type="uint8",
-        aligned=_unit,
+        opencv_type="uint8 inside",
         opencv_agrees=Agreement(0, 0.99, note="grey, blur and gradients in whole numbers, so that single pixels differ; makes no magnitude"),
         kornia_agrees=Agreement(0, 0.999),
     ),
     Op("filters.unsharp_mask", lambda k, v, x: k.filters.unsharp_mask(x, (5, 5), (1.5, 1.5))),
     Op("filters.filter2d", lambda k, v, x: k.filters.filter2d(x, v["kernel"].reshape(1, 3, 3)), {"kernel": _SHARPEN}),
-    Op("filters.adaptive_threshold", None, opencv_type="uint8", opencv_agrees=Agreement(0)),
+    Op("filters.adaptive_threshold", None, opencv_type="uint8 inside", opencv_agrees=Agreement(0)),
     Op(
         "filters.otsu_threshold",
         lambda k, v, x: k.filters.otsu_threshold(x),
-        opencv_type="uint8",
-        aligned=_unit,
+        opencv_type="uint8 inside",
         opencv_agrees=Agreement(1e-6, 0.99, note="256 levels, chiasm 256 bins from the least to the greatest value"),
         kornia_agrees=Agreement(1e-6, 0.999),
     ),
@@ -141,8 +135,7 @@ OPS = (
     Op(
         "enhance.equalize",
         lambda k, v, x: k.enhance.equalize(x),
-        opencv_type="uint8",
-        aligned=_unit,
+        opencv_type="uint8 inside",
         opencv_agrees=Agreement(0.05, 0.85, note="leaves the darkest level out of the curve, chiasm as Pillow the brightest"),
         kornia_agrees=Agreement(1e-6, 0.999),
     ),

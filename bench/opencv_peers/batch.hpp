@@ -49,9 +49,9 @@ inline std::vector<cv::Mat> images(const std::vector<cv::Mat>& planes, int64_t c
 inline std::vector<cv::Mat> images(const chiasm::Tensor& tensor) { return images(planes(tensor), tensor.shape()[1]); }
 
 struct Batch {
-  std::vector<cv::Mat> in, out, scratch, more;
+  std::vector<cv::Mat> in, out, scratch, more, bytes;
 
-  explicit Batch(std::vector<cv::Mat> matrices) : in(std::move(matrices)), out(in.size()), scratch(in.size()), more(in.size()) {}
+  explicit Batch(std::vector<cv::Mat> matrices) : in(std::move(matrices)), out(in.size()), scratch(in.size()), more(in.size()), bytes(in.size()) {}
 };
 
 // `body(batch, i)` makes batch.out[i] of batch.in[i].
@@ -62,6 +62,17 @@ Peer per_image(std::vector<cv::Mat> in, Body body) {
     for (size_t i = 0; i < batch->in.size(); ++i) body(*batch, i);
   };
   return {call, [batch] { return batch->out; }};
+}
+
+// For what OpenCV does with bytes only, on float32 as chiasm's: the conversions there (values are 0 to 1 / scale) and back are part of the
+// call. `body(bytes, result, scratch)` works on bytes.
+template <class Body>
+Peer per_byte_image(std::vector<cv::Mat> in, double scale, Body body) {
+  return per_image(std::move(in), [scale, body](Batch& b, size_t i) {
+    b.in[i].convertTo(b.scratch[i], CV_8U, scale);
+    body(b.scratch[i], b.bytes[i], b.more[i]);
+    b.bytes[i].convertTo(b.out[i], CV_32F, 1 / scale);
+  });
 }
 
 inline float first(const chiasm::Tensor& tensor) { return tensor.data<const float>()[0]; }

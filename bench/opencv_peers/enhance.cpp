@@ -29,7 +29,7 @@ Peer threshold(const Inputs& x) {
 }
 
 Peer equalize(const Inputs& x) {
-  return per_image(byte_planes(x[0], 255), [](Batch& b, size_t i) { cv::equalizeHist(b.in[i], b.out[i]); });
+  return per_byte_image(planes(x[0]), 255, [](const cv::Mat& in, cv::Mat& out, cv::Mat&) { cv::equalizeHist(in, out); });
 }
 
 Peer clahe(const Inputs& x) {

@@ -51,21 +51,26 @@ Peer bilateral(const Inputs& x) {
 }
 
 Peer canny(const Inputs& x) {
-  return per_image(images(byte_planes(x[0], 255), x[0].shape()[1]), [](Batch& b, size_t i) {
-    cv::cvtColor(b.in[i], b.scratch[i], cv::COLOR_RGB2GRAY);
-    cv::GaussianBlur(b.scratch[i], b.more[i], {5, 5}, 1, 1, REFLECT);
-    cv::Canny(b.more[i], b.out[i], 0.5 * 255, 0.9 * 255, 3, true);
+  return per_byte_image(images(x[0]), 255, [](const cv::Mat& in, cv::Mat& out, cv::Mat& grey) {
+    cv::cvtColor(in, grey, cv::COLOR_RGB2GRAY);
+    cv::GaussianBlur(grey, grey, {5, 5}, 1, 1, REFLECT);
+    cv::Canny(grey, out, 0.5 * 255, 0.9 * 255, 3, true);
   });
 }
 
 Peer adaptive(const Inputs& x) {
-  return per_image(byte_planes(x[0], 1), [](Batch& b, size_t i) {
-    cv::adaptiveThreshold(b.in[i], b.out[i], 255, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY, 5, 2);
+  return per_byte_image(planes(x[0]), 1, [](const cv::Mat& in, cv::Mat& out, cv::Mat&) {
+    cv::adaptiveThreshold(in, out, 255, cv::ADAPTIVE_THRESH_MEAN_C, cv::THRESH_BINARY, 5, 2);
   });
 }
 
+// The threshold is found on bytes and applied to float32.
 Peer otsu(const Inputs& x) {
-  return per_image(byte_planes(x[0], 255), [](Batch& b, size_t i) { cv::threshold(b.in[i], b.out[i], 0, 255, cv::THRESH_TOZERO | cv::THRESH_OTSU); });
+  return per_image(planes(x[0]), [](Batch& b, size_t i) {
+    b.in[i].convertTo(b.bytes[i], CV_8U, 255);
+    const double limit = cv::threshold(b.bytes[i], b.more[i], 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
+    cv::threshold(b.in[i], b.out[i], (limit + 0.5) / 255, 0, cv::THRESH_TOZERO);
+  });
 }
 
 }  // namespace

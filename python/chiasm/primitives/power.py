@@ -7,14 +7,40 @@ from .target import native_forward, onnx_forward
 
 
 def power(x: Tensor, exponent: float) -> Tensor:
-    """x ** exponent of positive x.
+    """x ** exponent of positive x; in native code of float32 normal x, where the exponent is 1/3, 2.4 or 1/2.4 (those of colour spaces).
 
     >>> power(torch.tensor([8.0, 27.0]), 1.0 / 3.0)
     tensor([2., 3.])
     """
+    if native_forward() and x.dtype == torch.float32:
+        if exponent == 1.0 / 3.0:
+            return _cube_root(x)
+        if exponent == 2.4:
+            return torch.pow(x * _inverse_root(x, 5, 1277937320.0), 3)
+        if exponent == 1.0 / 2.4:
+            root = _cube_root(x)
+            return root * torch.sqrt(torch.sqrt(root))
     if _by_logarithm(x):
         return torch.exp(torch.log(x) * exponent)
     return torch.pow(x, exponent)
+
+
+def _cube_root(x: Tensor) -> Tensor:
+    return x * torch.pow(_inverse_root(x, 3, 1419917306.0), 2)
+
+
+def _inverse_root(x: Tensor, n: int, origin: float) -> Tensor:
+    """x ** (-1 / n) in float32, by Newton's method for z^-n = x: products alone, a third of the time of a logarithm and an exponential.
+
+    It begins with the number whose bits, read as an integer, are ``origin`` minus an n-th of x's: within 3.5 %, as the integer is nearly a
+    logarithm (W. Kahan's trick). Three steps take that to 4 roundings. AOTInductor writes a value's whole history out wherever the value
+    is named, before it sees that they are the same: powers by ``pow`` name it once.
+    """
+    bits = x.view(torch.int32).to(torch.float32)
+    z = (origin - bits * (1.0 / n)).to(torch.int32).view(torch.float32)
+    for _ in range(3):
+        z = z * (1.0 + 1.0 / n) - torch.pow(z, n + 1) * (x * (1.0 / n))
+    return z
 
 
 def power_each(x: Tensor, exponent: Tensor) -> Tensor:

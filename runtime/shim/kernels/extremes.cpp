@@ -17,64 +17,11 @@ inline T extreme_of(T a, T b) {
   return largest ? std::max(a, b) : std::min(a, b);
 }
 
-// best[k] = the extreme of best[k], p[k] and q[k].
-template <class T, bool largest>
-void include_rows(T* best, const T* p, const T* q, int64_t n) {
-  using V = Vector<T>;
-  int64_t k = 0;
-  for (; k + V::kLanes <= n; k += V::kLanes)
-    V::store(best + k, extreme<T, largest>(V::load(best + k), extreme<T, largest>(V::load(p + k), V::load(q + k))));
-  for (; k < n; ++k) best[k] = extreme_of<T, largest>(best[k], extreme_of<T, largest>(p[k], q[k]));
-}
-
 // row[k] = the extreme of row[k] and row[k + shift], for k = 0 .. n - 1 and on to a whole vector.
 template <class T, bool largest>
 void double_window(T* row, int64_t shift, int64_t n) {
   using V = Vector<T>;
   for (int64_t k = 0; k < n; k += V::kLanes) V::store(row + k, extreme<T, largest>(V::load(row + k), V::load(row + k + shift)));
-}
-
-// out[k] = the extreme of row[k], row[k + step], ... and row[k + last], up to a whole vector at the end.
-template <class T, bool largest>
-void extreme_along(const T* row, int64_t step, int64_t last, int64_t n, T* out) {
-  using V = Vector<T>;
-  const auto at = [](const T* p, int64_t step, int64_t last) {
-    auto best = V::load(p + last);
-    for (int64_t j = 0; j < last; j += step) best = extreme<T, largest>(best, V::load(p + j));
-    return best;
-  };
-  int64_t k = 0;
-  for (; k + V::kLanes <= n; k += V::kLanes) V::store(out + k, at(row + k, step, last));
-  if (k < n) store_part<T>(out + k, at(row + k, step, last), n - k);
-}
-
-// Up to this many shifts of a row are compared at once.
-constexpr int64_t kAtOnce = 8;
-
-template <class T, bool largest>
-void rectangle(const T* x, const Planes& planes, int64_t ky, int64_t kx, Border border, T value, T* out) {
-  const int64_t height = planes.height, width = planes.width, ry = ky / 2, rx = kx / 2;
-  for_tiles<T>(planes, ky + 2, 2, kx, border, [=](const Tile& tile, T* scratch, int64_t length) {
-    const T* const image = x + tile.plane * height * width;
-    const Span span(tile, width, rx, rx);
-    T *const buffer = scratch + rx, *const best = buffer + span.first - tile.left, *const constant = scratch + length;
-    std::fill_n(scratch, 2 * length, value);
-    for (int64_t y = tile.top; y < tile.bottom; ++y) {
-      const auto row = [=](int64_t i) {
-        const int64_t source = inside(y + i - ry, height, border);
-        return source < 0 ? constant : image + source * width + span.first;
-      };
-      std::copy_n(row(0), span.count(), best);
-      for (int64_t i = 1; i < ky; i += 2) include_rows<T, largest>(best, row(i), row(i + 1), span.count());
-      extend(buffer, tile, width, rx, rx, border, value);
-      // Two windows of a length make one of up to twice the length; what they share does no harm. Short ones are quicker done at once,
-      // because loads that span two values just stored must wait for them.
-      const int64_t columns = tile.right - tile.left;
-      int64_t n = 1;
-      for (; n * kAtOnce < kx; n *= 2) double_window<T, largest>(scratch, n, columns + kx - 2 * n + 1);
-      extreme_along<T, largest>(scratch, n, kx - n, columns, out + (tile.plane * height + y) * width + tile.left);
-    }
-  });
 }
 
 template <class T>
@@ -87,22 +34,60 @@ struct Tap {
 template <class T, bool largest, bool flat>
 void extreme_of_taps(const T* const* sources, const Tap<T>* taps, int64_t count, int64_t n, T* out) {
   using V = Vector<T>;
-  const auto value = [](const T* p, T height) { return flat ? V::load(p) : V::load(p) + V::all(height); };
+  const auto value = [=](int64_t t, int64_t k) {
+    const auto v = V::load(sources[t] + k);
+    return flat ? v : v + V::all(taps[t].height);
+  };
   int64_t k = 0;
   for (; k + 2 * V::kLanes <= n; k += 2 * V::kLanes) {
-    auto a = value(sources[0] + k, taps[0].height), b = value(sources[0] + k + V::kLanes, taps[0].height);
+    auto a = value(0, k), b = value(0, k + V::kLanes);
     for (int64_t t = 1; t < count; ++t) {
-      a = extreme<T, largest>(a, value(sources[t] + k, taps[t].height));
-      b = extreme<T, largest>(b, value(sources[t] + k + V::kLanes, taps[t].height));
+      a = extreme<T, largest>(a, value(t, k));
+      b = extreme<T, largest>(b, value(t, k + V::kLanes));
     }
     V::store(out + k, a);
     V::store(out + k + V::kLanes, b);
   }
   for (; k < n; ++k) {
-    T best = sources[0][k] + taps[0].height;
-    for (int64_t t = 1; t < count; ++t) best = extreme_of<T, largest>(best, sources[t][k] + taps[t].height);
+    T best = sources[0][k] + (flat ? 0 : taps[0].height);
+    for (int64_t t = 1; t < count; ++t) best = extreme_of<T, largest>(best, sources[t][k] + (flat ? 0 : taps[t].height));
     out[k] = best;
   }
+}
+
+// Up to this many shifts of a row are compared at once.
+constexpr int64_t kAtOnce = 8;
+
+template <class T, bool largest>
+void rectangle(const T* x, const Planes& planes, int64_t ky, int64_t kx, Border border, T value, T* out) {
+  const int64_t height = planes.height, width = planes.width, ry = ky / 2, rx = kx / 2;
+  std::vector<const T*> all_sources(static_cast<size_t>((ky + kAtOnce) * omp_get_max_threads()));
+  for_tiles<T>(planes, ky + 2, 2, kx, border, [&](const Tile& tile, T* scratch, int64_t length) {
+    const T* const image = x + tile.plane * height * width;
+    const T** const rows = all_sources.data() + (ky + kAtOnce) * omp_get_thread_num();
+    const T** const shifts = rows + ky;
+    const Span span(tile, width, rx, rx);
+    const int64_t columns = tile.right - tile.left;
+    T *const buffer = scratch + rx, *const constant = scratch + length;
+    std::fill_n(scratch, 2 * length, value);
+    // Two windows of a length make one of up to twice the length; what they share does no harm. Short ones are quicker done at once,
+    // because loads that span two values just stored must wait for them.
+    int64_t size = 1;
+    while (size * kAtOnce < kx) size *= 2;
+    int64_t count = 0;
+    for (int64_t j = 0; j < kx - size; j += size) shifts[count++] = scratch + j;
+    shifts[count++] = scratch + kx - size;
+    for (int64_t y = tile.top; y < tile.bottom; ++y) {
+      for (int64_t i = 0; i < ky; ++i) {
+        const int64_t source = inside(y + i - ry, height, border);
+        rows[i] = source < 0 ? constant : image + source * width + span.first;
+      }
+      extreme_of_taps<T, largest, true>(rows, nullptr, ky, span.count(), buffer + span.first - tile.left);
+      extend(buffer, tile, width, rx, rx, border, value);
+      for (int64_t n = 1; n < size; n *= 2) double_window<T, largest>(scratch, n, columns + kx - 2 * n + 1);
+      extreme_of_taps<T, largest, true>(shifts, nullptr, count, columns, out + (tile.plane * height + y) * width + tile.left);
+    }
+  });
 }
 
 template <class T, bool largest>
