@@ -34,29 +34,34 @@ void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int
 }
 
 // totals[x] = first + the sum of weights[k][x]; up to a whole vector at the end.
-template <class T>
-void add_weights(T first, const T* const* weights, int64_t count, int64_t n, T* totals) {
+template <class T, int64_t vectors>
+void add_weights(T first, const T* const* weights, int64_t count, int64_t x, T* totals) {
   using V = Vector<T>;
-  for (int64_t x = 0; x < n; x += V::kLanes) {
-    auto total = V::all(first);
-    for (int64_t k = 0; k < count; ++k) total += V::load(weights[k] + x);
-    V::store(totals + x, total);
-  }
+  typename V::Type total[vectors];
+  for (auto& t : total) t = V::all(first);
+  for (int64_t k = 0; k < count; ++k)
+    for (int64_t v = 0; v < vectors; ++v) total[v] += V::load(weights[k] + x + v * V::kLanes);
+  for (int64_t v = 0; v < vectors; ++v) V::store(totals + x + v * V::kLanes, total[v]);
 }
 
-// out[x] = (first * centre[x] + the sum of weights[k][x] * values[k][x]) / totals[x]
-template <class T>
-void weighted_means(T first, const T* centre, const T* const* weights, const T* const* values, int64_t count, const T* totals, int64_t n, T* out) {
+// means[x] = (first * centre[x] + the sum of weights[k][x] * values[k][x]) / totals[x]; up to a whole vector at the end.
+template <class T, int64_t vectors>
+void weighted_means(T first, const T* centre, const T* const* weights, const T* const* values, int64_t count, const T* totals, int64_t x, T* means) {
   using V = Vector<T>;
-  for (int64_t x = 0; x < n; x += V::kLanes) {
-    auto sum = V::load(centre + x) * V::all(first);
-    for (int64_t k = 0; k < count; ++k) sum += V::load(values[k] + x) * V::load(weights[k] + x);
-    const auto mean = sum / V::load(totals + x);
-    if (x + V::kLanes <= n)
-      V::store(out + x, mean);
-    else
-      store_part<T>(out + x, mean, n - x);
-  }
+  typename V::Type sum[vectors];
+  for (int64_t v = 0; v < vectors; ++v) sum[v] = V::load(centre + x + v * V::kLanes) * V::all(first);
+  for (int64_t k = 0; k < count; ++k)
+    for (int64_t v = 0; v < vectors; ++v) sum[v] += V::load(values[k] + x + v * V::kLanes) * V::load(weights[k] + x + v * V::kLanes);
+  for (int64_t v = 0; v < vectors; ++v) V::store(means + x + v * V::kLanes, sum[v] / V::load(totals + x + v * V::kLanes));
+}
+
+// Calls four(x) for as many blocks of four vectors as n values fill, whose sums do not wait for each other, and one(x) for the rest.
+template <class T, class Four, class One>
+inline void for_blocks(int64_t n, const Four& four, const One& one) {
+  constexpr int64_t lanes = Vector<T>::kLanes;
+  int64_t x = 0;
+  for (; x + 4 * lanes <= n; x += 4 * lanes) four(x);
+  for (; x < n; x += lanes) one(x);
 }
 
 }  // namespace
@@ -67,8 +72,8 @@ void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool
   const int64_t height = images.height, width = images.width, plane = height * width, rx = kx / 2, ry = ky / 2;
   const bool own_guide = guide != x;
   const int64_t sources = channels + (own_guide ? depth : 0), guides = own_guide ? channels : 0, count = ky * kx / 2;
-  // In scratch: a ring of ky padded rows of each source, one of ry + 1 rows of weights for each offset, and the totals.
-  const int64_t image_rows = sources * ky, rows = image_rows + count * (ry + 1) + 1;
+  // In scratch: a ring of ky padded rows of each source, one of ry + 1 rows of weights for each offset, the totals and the means.
+  const int64_t image_rows = sources * ky, rows = image_rows + count * (ry + 1) + 2;
   const int64_t pointer_count = 2 * depth + 4 * count;
   std::vector<const T*> all_pointers(static_cast<size_t>(pointer_count * omp_get_max_threads()));
   for_tiles<T>(images, rows, rows, 2 * kx, border, [&](const Tile& tile, T* scratch, int64_t length) {
@@ -78,7 +83,7 @@ void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool
     const T fall = falloff[shared_falloff ? 0 : tile.plane];
     const auto source_row = [&](int64_t c, int64_t y) { return scratch + (c * ky + (y + 2 * ky) % ky) * length + rx; };
     const auto weight_row = [&](int64_t k, int64_t y) { return scratch + (image_rows + k * (ry + 1) + (y + 2 * ky * (ry + 1)) % (ry + 1)) * length + rx; };
-    T* const totals = scratch + (rows - 1) * length;
+    T *const totals = scratch + (rows - 2) * length, *const means = totals + length;
     const auto offset = [&](int64_t k) {  // in the window's order, behind its centre
       const int64_t i = count + 1 + k;
       return Offset<T>{i / kx - ry, i % kx - rx, window[i]};
@@ -122,14 +127,20 @@ void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool
         weights[2 * k + 1] = weight_row(k, y - dy) - dx;
       }
       const T self = window[count];
-      add_weights(self, weights, 2 * count, columns, totals);
+      for_blocks<T>(
+          columns, [=](int64_t k) { add_weights<T, 4>(self, weights, 2 * count, k, totals); },
+          [=](int64_t k) { add_weights<T, 1>(self, weights, 2 * count, k, totals); });
       for (int64_t c = 0; c < channels; ++c) {
         for (int64_t k = 0; k < count; ++k) {
           const auto [dy, dx, near] = offset(k);
           values[2 * k] = source_row(c, y + dy) + dx;
           values[2 * k + 1] = source_row(c, y - dy) - dx;
         }
-        weighted_means(self, source_row(c, y), weights, values, 2 * count, totals, columns, out + (tile.plane * channels + c) * plane + y * width + tile.left);
+        const T* const centre = source_row(c, y);
+        for_blocks<T>(
+            columns, [=](int64_t k) { weighted_means<T, 4>(self, centre, weights, values, 2 * count, totals, k, means); },
+            [=](int64_t k) { weighted_means<T, 1>(self, centre, weights, values, 2 * count, totals, k, means); });
+        std::copy_n(means, columns, out + (tile.plane * channels + c) * plane + y * width + tile.left);
       }
     }
   });
