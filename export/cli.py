@@ -113,7 +113,7 @@ def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[
     from .catalog import catalog
     from .exporter import export as export_op
 
-    # Graphs are many small objects that all stay: to look through them for garbage at every 700th took an eighth of the time.
+    # Graphs are many small objects that all stay: to look through them for garbage at every 700th took a tenth of the time.
     gc.set_threshold(100_000)
     started = time.monotonic()
     entry = catalog()[name]
