@@ -132,7 +132,7 @@ def _select_backward(grad, input_sizes, dim, index):
     return _slice_backward(grad.unsqueeze(dim), input_sizes, dim, index, None, 1)
 
 
-# What has no ONNX form, or a poor one. A graph that needs no further decomposition is not traced again for ONNX.
+# What has no ONNX form, or a poor one.
 _BACKWARD = {
     **get_decompositions([torch.ops.aten.rsub]),
     torch.ops.aten.slice_backward.default: _slice_backward,

@@ -1,0 +1,124 @@
+"""Operators that have no ONNX form, taken apart where they stand.
+
+`ExportedProgram.run_decompositions` traces the whole graph again, which takes longer than all the rest of the conversion; what there is
+to decompose is a handful of nodes. The graph comes out the same.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import nullcontext
+from functools import cache
+from typing import Any
+
+import torch
+from torch._dispatch.python import enable_python_dispatcher
+from torch._export.utils import _is_cia_op, _is_preservable_cia_op
+from torch._guards import detect_fake_mode
+from torch.export import ExportedProgram
+from torch.fx import Graph, GraphModule, Node
+from torch.fx.experimental.proxy_tensor import make_fx
+
+
+def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
+    """The program in operators that have an ONNX form, what can be. It changes the program that it is given."""
+    table = _table(registry)
+    functional = [_decompose_graph(m.graph, table, program) for m in list(program.graph_module.modules()) if isinstance(m, GraphModule)]
+    return program if all(functional) else program.run_decompositions(table)
+
+
+@cache
+def _table(registry: Any) -> dict:
+    """Decompositions of the operators that have no ONNX form."""
+    from torch.onnx._internal.exporter import _decomp
+
+    return _decomp.create_onnx_friendly_decomposition_table(set(_decomp.get_onnx_implemented_overloads(registry)))
+
+
+def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> bool:
+    """Decompose the nodes of a graph: the program's, or of the body of one of its loops. False where a node that writes to its
+    argument is left."""
+    functional = True
+    sizes: dict[Any, Node] = {}  # who was first to compute each size: tracing again would not compute it again
+    for node in list(graph.nodes):
+        value = node.meta.get("val")
+        first = sizes.setdefault(value.node.expr, node) if isinstance(value, torch.SymInt) else node
+        if first is not node and node.op == "call_function":
+            _replace(node, first, program)
+        elif node.target is torch.ops.aten._assert_tensor_metadata.default:
+            graph.erase_node(node)
+        elif node.target is torch.ops.aten.detach_.default:  # of a constant: there is nothing to detach from
+            _replace(node, node.args[0], program)
+        elif isinstance(node.target, torch._ops.OpOverload):
+            if node.target._schema.is_mutable and not _make_functional(node):
+                functional = False
+            elif node.target in table or node.target is torch.ops.aten.sym_numel.default or _is_composite_view(node.target):
+                _replace(node, _decompose(node, table, sizes), program)
+    return functional
+
+
+def _replace(node: Node, other: Node, program: ExportedProgram) -> None:
+    node.replace_all_uses_with(other)
+    if node.graph is program.graph:
+        program.graph_signature.replace_all_uses(node.name, other.name)  # it names the outputs
+    node.graph.erase_node(node)
+
+
+@cache
+def _is_composite_view(operator: torch._ops.OpOverload) -> bool:
+    """Whether the operator is made of others and may return its argument: `run_decompositions` keeps none of those, not even
+    where they have an ONNX form. `reshape` has one that takes a size of 0 for the argument's."""
+    return _is_cia_op(operator) and not _is_preservable_cia_op(operator)
+
+
+def _make_functional(node: Node) -> bool:
+    """Whether the node writes to a value that nobody else sees; then it is made to return a new value instead.
+
+    Gradients have many: `(a > 0).logical_and_(b)`.
+    """
+    written, operator = node.args[0], node.target
+    fresh = isinstance(written, Node) and isinstance(written.target, torch._ops.OpOverload) and not any(r.alias_info for r in written.target._schema.returns)
+    packet = getattr(torch.ops.aten, operator._schema.name.removeprefix("aten::").removesuffix("_"), None)
+    if not fresh or len(written.users) > 1 or not hasattr(packet, operator._overloadname):
+        return False
+    node.target = getattr(packet, operator._overloadname)
+    return True
+
+
+def _elements(tensor: torch.Tensor) -> int | torch.SymInt:
+    return math.prod(tensor.shape)
+
+
+def _decompose(node: Node, table: dict, sizes: dict[Any, Node]) -> Node:
+    """Insert the nodes that an operator is made of before it; returns the one with the result."""
+    arguments = node.all_input_nodes
+    values = [n.meta["val"] for n in arguments]
+    # make_fx looks up no decomposition for this one
+    operator = _elements if node.target is torch.ops.aten.sym_numel.default else node.target
+
+    def call(*given: Any) -> Any:
+        args, kwargs = torch.fx.map_arg((node.args, node.kwargs), dict(zip(arguments, given, strict=True)).__getitem__)
+        return operator(*args, **kwargs)
+
+    with detect_fake_mode([*values, node.meta["val"]]) or nullcontext(), enable_python_dispatcher():
+        body = make_fx(call, decomposition_table=table)(*values).graph
+    copies = dict(zip(body.find_nodes(op="placeholder"), arguments, strict=True))
+    with node.graph.inserting_before(node):
+        for inner in body.nodes:
+            if inner.op != "call_function":
+                continue
+            value = inner.meta["val"]
+            size = value.node.expr if isinstance(value, torch.SymInt) else None
+            if size in sizes:
+                copies[inner] = sizes[size]
+                continue
+            copy = node.graph.node_copy(inner, copies.__getitem__)
+            copy.meta = node.meta | {"val": value}
+            if copy.target is torch.ops.aten.sym_numel.default:
+                product = _decompose(copy, table, sizes)
+                node.graph.erase_node(copy)
+                copy = product
+            if size is not None:
+                sizes[size] = copy
+            copies[inner] = copy
+    return copies[body.output_node().args[0]]
