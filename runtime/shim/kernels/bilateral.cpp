@@ -2,14 +2,30 @@
 // kept for as many rows as the window reaches down.
 #include "rows.h"
 
-extern "C" __m256 _ZGVdN8v_expf(__m256);  // glibc's libmvec
-extern "C" __m256d _ZGVdN4v_exp(__m256d);
+extern "C" __m256d _ZGVdN4v_exp(__m256d);  // glibc's libmvec
 
 namespace chiasm::kernels {
 namespace {
 
-__m256 exp_of(__m256 x) { return _ZGVdN8v_expf(x); }
-__m256d exp_of(__m256d x) { return _ZGVdN4v_exp(x); }
+// Exponentials of numbers that are not positive. Weights below 1e-34 are 0: arithmetic with numbers that have no exponent of their own
+// takes many times as long, and next to a pixel's weight for itself they are nothing.
+//
+// For float the function of S. Moshier's Cephes library (netlib.org/cephes), within the loop: a vector library's calls spill registers.
+__m256 exp_of(__m256 x) {
+  const __m256 least = _mm256_set1_ps(-78.0f), inside = _mm256_max_ps(x, least);
+  const __m256 n = _mm256_round_ps(inside * 1.44269504088896341f, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
+  const __m256 r = _mm256_fnmadd_ps(n, _mm256_set1_ps(-2.12194440e-4f), _mm256_fnmadd_ps(n, _mm256_set1_ps(0.693359375f), inside));
+  __m256 p = _mm256_set1_ps(1.9875691500e-4f);
+  for (const float c : {1.3981999507e-3f, 8.3334519073e-3f, 4.1665795894e-2f, 1.6666665459e-1f, 5.0000001201e-1f}) p = _mm256_fmadd_ps(p, r, _mm256_set1_ps(c));
+  const __m256 near = _mm256_fmadd_ps(p, r * r, r) + 1.0f;
+  const __m256i exponent = _mm256_slli_epi32(_mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127)), 23);
+  return _mm256_and_ps(near * _mm256_castsi256_ps(exponent), (__m256)(x > least));
+}
+
+__m256d exp_of(__m256d x) {
+  const __m256d least = _mm256_set1_pd(-78.0);
+  return _mm256_and_pd(_ZGVdN4v_exp(_mm256_max_pd(x, least)), (__m256d)(x > least));
+}
 
 // The way to a pixel's neighbour that comes later, and where the weights for it lie.
 template <class T>
