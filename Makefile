@@ -61,7 +61,11 @@ test-ops: setup ## values, gradients, scripting, docstrings of the ops
 	$(PY) -m pytest -q tests/ops
 
 test-export: build test-bundles ## the exporter, the command, the runtime in Python
-	$(PY) -m pytest -q --durations=10 tests/export tests/parity
+	@$(PY) -m pytest -q tests/parity > build/test-parity.log 2>&1 & parity=$$!
+	$(PY) -m pytest -q --durations=10 tests/export
+	wait $$parity && result=0 || result=$$?
+	cat build/test-parity.log
+	exit $$result
 
 test-runtime: build test-bundles ## GoogleTest
 	ctest --preset release

@@ -71,8 +71,8 @@ void blend_curves(const float* table, int64_t tiles, int64_t tiles_x, const uint
 void component_roots(const bool* mask, Planes planes, int32_t* roots);
 
 /** Bilateral filtering of `images` with `channels` planes each, by the colours of as many guides (or one shared by all) with `depth`
- *  planes. A neighbour's weight is exp(falloff * distance^2) * nearness, of ky x kx; the distance sums absolute differences, or with `squares`
- *  is Euclidean. What is not shared is there for each image. A constant border is 0. */
+ *  planes. A neighbour's weight is exp(falloff * distance^2) * nearness; the distance sums absolute differences, or with `squares` is
+ *  Euclidean. `nearness` is ky x kx and the same on opposite sides. What is not shared is there for each image. A constant border is 0. */
 template <class T>
 void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool shared_guide, Planes images, const T* nearness, bool shared_nearness,
                int64_t ky, int64_t kx, const T* falloff, bool shared_falloff, Border border, bool squares, T* out);

@@ -1,0 +1,370 @@
+// The kernels by themselves, against OpenCV or the definition in plain loops of doubles, at sizes that leave parts of vectors and tiles.
+#include "shim/kernels/kernels.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <vector>
+
+using namespace chiasm::kernels;
+
+namespace {
+
+constexpr Border kBorders[] = {Border::kReflect, Border::kReplicate, Border::kCircular, Border::kConstant};
+constexpr int kOpenCvBorders[] = {cv::BORDER_REFLECT_101, cv::BORDER_REPLICATE, cv::BORDER_WRAP, cv::BORDER_CONSTANT};
+// (planes, height, width): a pixel, less than a vector, odd sizes, more than a tile's rows and than a strip's columns.
+const Planes kSizes[] = {{1, 1, 1}, {2, 3, 5}, {3, 9, 17}, {1, 70, 33}, {2, 67, 2050}};
+
+template <class T>
+class Kernels : public ::testing::Test {
+ protected:
+  void SetUp() override {
+#ifdef __SANITIZE_THREAD__
+    omp_set_num_threads(1);  // g++'s OpenMP library synchronises in ways that the sanitizer does not see
+#else
+    omp_set_num_threads(3);
+#endif
+  }
+
+  std::vector<T> random(int64_t n, double low = 0, double high = 1) {
+    std::uniform_real_distribution<double> draw(low, high);
+    std::vector<T> values(static_cast<size_t>(n));
+    for (T& v : values) v = static_cast<T>(draw(engine_));
+    return values;
+  }
+
+  std::mt19937 engine_{7};
+};
+
+using Types = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(Kernels, Types);
+
+int64_t pixels(const Planes& p) { return p.count * p.height * p.width; }
+
+template <class T>
+cv::Mat plane(const std::vector<T>& values, const Planes& p, int64_t i) {
+  return cv::Mat(int(p.height), int(p.width), cv::DataType<T>::type, const_cast<T*>(values.data() + i * p.height * p.width));
+}
+
+// What OpenCV's `filter` makes of each plane with a border of ry, rx pixels around it, against `actual`.
+template <class T>
+void expect_filtered(const std::vector<T>& x, const std::vector<T>& actual, const Planes& p, int ry, int rx, int border, double value, double tolerance,
+                     const std::function<cv::Mat(const cv::Mat&, int64_t)>& filter) {
+  for (int64_t i = 0; i < p.count; ++i) {
+    cv::Mat padded;
+    cv::copyMakeBorder(plane(x, p, i), padded, ry, ry, rx, rx, border, cv::Scalar(value));
+    const cv::Mat expected = filter(padded, i)(cv::Rect(rx, ry, int(p.width), int(p.height)));
+    EXPECT_LE(cv::norm(expected, plane(actual, p, i), cv::NORM_INF), tolerance) << p.height << "x" << p.width << ", border " << border;
+  }
+}
+
+TYPED_TEST(Kernels, SeparableIsThatOfOpenCv) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes)
+    for (int b = 0; b < 4; ++b)
+      for (const bool shared : {true, false}) {
+        const auto x = this->random(pixels(p)), column = this->random(5 * p.count, -1, 1), row = this->random(3 * p.count, -1, 1);
+        std::vector<T> out(x.size());
+        separable(x.data(), p, column.data(), 5, shared ? 0 : 1, row.data(), 3, shared ? 0 : 1, kBorders[b], out.data());
+        expect_filtered<T>(x, out, p, 2, 1, kOpenCvBorders[b], 0, 1e-5, [&](const cv::Mat& padded, int64_t i) {
+          const auto taps = [&](const std::vector<T>& all, int n) { return cv::Mat(1, n, cv::DataType<T>::type, const_cast<T*>(all.data() + (shared ? 0 : i * n))); };
+          cv::Mat result;
+          cv::sepFilter2D(padded, result, -1, taps(row, 3), taps(column, 5));
+          return result;
+        });
+      }
+}
+
+TYPED_TEST(Kernels, RectangleExtremesAreThoseOfOpenCv) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes)
+    for (int b = 0; b < 4; ++b)
+      for (const int size : {1, 3, 5, 9, 31})
+        for (const bool largest : {true, false}) {
+          const auto x = this->random(pixels(p));
+          std::vector<T> out(x.size());
+          rectangle_extreme(x.data(), p, 3, size, kBorders[b], T(0.5), largest, out.data());
+          expect_filtered<T>(x, out, p, 1, size / 2, kOpenCvBorders[b], 0.5, 0, [&](const cv::Mat& padded, int64_t) {
+            cv::Mat result;
+            (largest ? cv::dilate : cv::erode)(padded, result, cv::Mat::ones(3, size, CV_8U), {-1, -1}, 1, cv::BORDER_REPLICATE, cv::Scalar());
+            return result;
+          });
+        }
+}
+
+TYPED_TEST(Kernels, StructuredExtremesAreTheirDefinition) {
+  using T = TypeParam;
+  constexpr int64_t kh = 3, kw = 4, row = 1, column = 2;
+  constexpr T kAbsent = 1e4;
+  for (const Planes& p : kSizes)
+    for (const Border border : kBorders)
+      for (const bool anchored : {true, false})
+        for (const bool flat : {true, false})
+          for (const bool largest : {true, false}) {
+            const auto x = this->random(pixels(p));
+            auto heights = this->random(kh * kw);
+            if (flat) std::fill(heights.begin(), heights.end(), T(0));
+            heights[1] = heights[7] = -kAbsent;
+            if (!anchored) heights[row * kw + column] = -kAbsent;
+            std::vector<T> out(x.size());
+            structured_extreme(x.data(), p, heights.data(), kh, kw, row, column, border, T(0.25), kAbsent, largest, out.data());
+            for (int64_t i = 0; i < p.count; ++i)
+              for (int64_t r = 0; r < p.height; ++r)
+                for (int64_t c = 0; c < p.width; c += p.width > 100 ? 13 : 1) {
+                  T best = largest ? -INFINITY : INFINITY;
+                  for (int64_t k = 0; k < kh * kw; ++k) {
+                    const int v = cv::borderInterpolate(int(r + k / kw - row), int(p.height), kOpenCvBorders[int(border)]);
+                    const int u = cv::borderInterpolate(int(c + k % kw - column), int(p.width), kOpenCvBorders[int(border)]);
+                    const T value = v < 0 || u < 0 ? T(0.25) : x[size_t((i * p.height + v) * p.width + u)];
+                    best = largest ? std::max(best, value + heights[size_t(k)]) : std::min(best, value - heights[size_t(k)]);
+                  }
+                  ASSERT_EQ(out[size_t((i * p.height + r) * p.width + c)], best) << p.height << "x" << p.width << " at " << r << ", " << c;
+                }
+          }
+}
+
+TYPED_TEST(Kernels, MedianIsThatOfOpenCv) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes)
+    for (int b = 0; b < 4; ++b) {
+      auto x = this->random(pixels(p));
+      for (T& v : x) v = static_cast<T>(static_cast<float>(v));  // OpenCV's median has no double
+      std::vector<T> out(x.size());
+      median3x3(x.data(), p, kBorders[b], out.data());
+      expect_filtered<T>(x, out, p, 1, 1, kOpenCvBorders[b], 0, 0, [](const cv::Mat& padded, int64_t) {
+        cv::Mat as_float, result;
+        padded.convertTo(as_float, CV_32F);
+        cv::medianBlur(as_float, result, 3);
+        result.convertTo(result, padded.type());
+        return result;
+      });
+    }
+}
+
+TYPED_TEST(Kernels, IntegralIsThatOfOpenCv) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes) {
+    const auto x = this->random(pixels(p), -1, 1);
+    std::vector<T> out(x.size());
+    integral(x.data(), p, out.data());
+    for (int64_t i = 0; i < p.count; ++i) {
+      cv::Mat sums;
+      cv::integral(plane(x, p, i), sums, CV_64F);
+      cv::Mat expected;
+      sums(cv::Rect(1, 1, int(p.width), int(p.height))).convertTo(expected, cv::DataType<T>::type);
+      EXPECT_LE(cv::norm(expected, plane(out, p, i), cv::NORM_INF), (sizeof(T) == 4 ? 1e-6 : 1e-14) * double(p.height * p.width));
+    }
+  }
+}
+
+TYPED_TEST(Kernels, HysteresisKeepsComponentsWithAStrongPixel) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes) {
+    const auto x = this->random(pixels(p));
+    const T low = T(0.6), high = T(0.97);
+    const std::unique_ptr<bool[]> out(new bool[x.size()]);
+    hysteresis(x.data(), p, low, high, out.get());
+    for (int64_t i = 0; i < p.count; ++i) {
+      const cv::Mat values = plane(x, p, i);
+      cv::Mat labels;
+      cv::connectedComponents(values > low, labels, 8);
+      std::vector<bool> strong(x.size() + 1);
+      for (int k = 0; k < int(values.total()); ++k)
+        if (values.at<T>(k / values.cols, k % values.cols) > high) strong[size_t(labels.at<int>(k / values.cols, k % values.cols))] = true;
+      for (int k = 0; k < int(values.total()); ++k) {
+        const int label = labels.at<int>(k / values.cols, k % values.cols);
+        ASSERT_EQ(out[size_t(i * p.height * p.width + k)], label > 0 && strong[size_t(label)]);
+      }
+    }
+  }
+}
+
+TYPED_TEST(Kernels, RidgesAreMaximaOfOpenCvsGradientAcrossTheEdge) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes) {
+    const auto x = this->random(pixels(p));
+    std::vector<T> out(x.size());
+    ridges(x.data(), p, T(0), out.data());
+    for (int64_t i = 0; i < p.count; ++i) {
+      cv::Mat dx, dy, magnitude;
+      cv::Sobel(plane(x, p, i), dx, CV_64F, 1, 0, 3, 1, 0, cv::BORDER_REPLICATE);
+      cv::Sobel(plane(x, p, i), dy, CV_64F, 0, 1, 3, 1, 0, cv::BORDER_REPLICATE);
+      cv::magnitude(dx, dy, magnitude);
+      cv::copyMakeBorder(magnitude, magnitude, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+      int unlike = 0;
+      for (int r = 0; r < dx.rows; ++r)
+        for (int c = 0; c < dx.cols; ++c) {
+          const double gx = dx.at<double>(r, c), gy = dy.at<double>(r, c), m = magnitude.at<double>(r + 1, c + 1);
+          const double angle = std::atan2(std::abs(gy), std::abs(gx)) * 180 / CV_PI;
+          const int down = angle < 22.5 ? 0 : 1, right = angle > 67.5 ? 0 : down == 0 || (gx > 0) == (gy > 0) ? 1 : -1;
+          const double before = magnitude.at<double>(r + 1 - down, c + 1 - right), after = magnitude.at<double>(r + 1 + down, c + 1 + right);
+          const double expected = m > before && (down && right ? m > after : m >= after) ? m : 0;
+          unlike += std::abs(expected - out[size_t((i * p.height + r) * p.width + c)]) > 1e-5;
+        }
+      EXPECT_LE(unlike, dx.total() / 20000) << p.height << "x" << p.width;  // where a comparison hangs on a rounding
+    }
+  }
+}
+
+TYPED_TEST(Kernels, BilateralIsItsDefinition) {
+  using T = TypeParam;
+  constexpr int64_t ky = 3, kx = 5, channels = 2, depth = 3;
+  for (const Planes& p : kSizes)
+    for (const Border border : kBorders)
+      for (const bool squares : {true, false}) {
+        const auto x = this->random(pixels(p) * channels), guide = this->random(pixels(p) * depth), nearness = this->random(ky * kx * p.count, 0.5, 1);
+        auto symmetric = nearness;  // as every window of distances is
+        for (int64_t n = 0; n < p.count; ++n)
+          for (int64_t k = 0; k < ky * kx; ++k) symmetric[size_t(n * ky * kx + k)] = nearness[size_t(n * ky * kx + std::min(k, ky * kx - 1 - k))];
+        const auto falloff = this->random(p.count, -20, -1);
+        std::vector<T> out(x.size());
+        bilateral(x.data(), channels, guide.data(), depth, false, p, symmetric.data(), false, ky, kx, falloff.data(), false, border, squares, out.data());
+        const auto at = [&](const std::vector<T>& values, int64_t i, int64_t r, int64_t c) {
+          const int v = cv::borderInterpolate(int(r), int(p.height), kOpenCvBorders[int(border)]), u = cv::borderInterpolate(int(c), int(p.width), kOpenCvBorders[int(border)]);
+          return v < 0 || u < 0 ? 0.0 : double(values[size_t((i * p.height + v) * p.width + u)]);
+        };
+        for (int64_t n = 0; n < p.count; ++n)
+          for (int64_t r = 0; r < p.height; ++r)
+            for (int64_t c = 0; c < p.width; c += p.width > 100 ? 29 : 1) {
+              double total = 0, sums[channels] = {};
+              for (int64_t k = 0; k < ky * kx; ++k) {
+                const int64_t v = r + k / kx - ky / 2, u = c + k % kx - kx / 2;
+                double distance = 0;
+                for (int64_t d = 0; d < depth; ++d) {
+                  const double difference = std::abs(at(guide, n * depth + d, v, u) - at(guide, n * depth + d, r, c));
+                  distance += squares ? difference * difference : difference;
+                }
+                const double weight = std::exp(double(falloff[size_t(n)]) * (squares ? distance : distance * distance)) * double(symmetric[size_t(n * ky * kx + k)]);
+                total += weight;
+                for (int64_t i = 0; i < channels; ++i) sums[i] += weight * at(x, n * channels + i, v, u);
+              }
+              for (int64_t i = 0; i < channels; ++i)
+                ASSERT_NEAR(out[size_t(((n * channels + i) * p.height + r) * p.width + c)], sums[i] / total, 1e-5) << p.height << "x" << p.width;
+            }
+      }
+}
+
+TYPED_TEST(Kernels, LevelsAndBinsAreTheirDefinitions) {
+  using T = TypeParam;
+  const int64_t n = 200003;
+  auto x = this->random(n, -0.1, 1.1);
+  x[0] = std::nan("");
+  x[1] = T(0.5);
+  std::vector<uint8_t> levels(x.size());
+  to_levels(x.data(), n, levels.data());
+  for (size_t i = 1; i < x.size(); ++i) {
+    const float scaled = static_cast<float>(x[i]) * 255.0f;
+    ASSERT_EQ(levels[i], std::clamp(std::floor(double(scaled) + 0.5), 0.0, 255.0)) << x[i];
+  }
+  EXPECT_EQ(levels[0], 0);
+
+  std::vector<int32_t> counts(2 * 10);
+  const T low[] = {T(-0.1), T(0.25)}, span[] = {T(1.2), T(0.5)};
+  auto values = this->random(2 * n, 0.25, 0.75);
+  values[0] = T(1.1);  // the end belongs to the last bin
+  bin_counts(values.data(), low, span, 2, n, 10, counts.data());
+  for (int row = 0; row < 2; ++row) {
+    std::vector<int32_t> expected(10);
+    for (int64_t i = 0; i < n; ++i) ++expected[std::min<size_t>(size_t((values[size_t(row * n + i)] - low[row]) / span[row] * T(10)), 9)];
+    EXPECT_EQ(expected, std::vector<int32_t>(counts.begin() + row * 10, counts.begin() + row * 10 + 10));
+  }
+}
+
+class Tables : public Kernels<float> {};
+
+TEST_F(Tables, CountsAreThoseOfOpenCv) {
+  const int64_t rows = 2, n = 100003;
+  std::vector<uint8_t> bytes(size_t(rows * n));
+  for (auto& b : bytes) b = uint8_t(this->engine_() % 251);
+  const std::vector<int32_t> index(bytes.begin(), bytes.end());
+  std::vector<int32_t> counts(rows * 256), others(rows * 300);
+  count_each(bytes.data(), rows, n, 256, counts.data());
+  count_each(index.data(), rows, n, 300, others.data());
+  for (int64_t row = 0; row < rows; ++row) {
+    const cv::Mat values(1, int(n), CV_8U, bytes.data() + row * n);
+    const int channel = 0, size = 256;
+    const float range[] = {0, 256}, *ranges = range;
+    cv::Mat histogram;
+    cv::calcHist(&values, 1, &channel, {}, histogram, 1, &size, &ranges);
+    for (int k = 0; k < 256; ++k) {
+      EXPECT_EQ(counts[size_t(row * 256 + k)], histogram.at<float>(k));
+      EXPECT_EQ(others[size_t(row * 300 + k)], histogram.at<float>(k));
+    }
+  }
+  count_each(index.data(), rows, n, 100, others.data());  // what is beyond the last bin is not counted, nor written anywhere
+  EXPECT_EQ(others[99], counts[99]);
+}
+
+TEST_F(Tables, LookUpTakesEachRowsTable) {
+  const int64_t n = 70001;
+  const auto table = this->random(2 * 256);
+  std::vector<uint8_t> index(size_t(2 * n));
+  for (auto& i : index) i = uint8_t(this->engine_());
+  std::vector<float> out(index.size());
+  look_up(table.data(), index.data(), 2, n, out.data());
+  for (size_t i = 0; i < index.size(); ++i) ASSERT_EQ(out[i], table[i / size_t(n) * 256 + index[i]]);
+}
+
+// From the counts of tiles by OpenCV's rules to its result: both kernels of CLAHE.
+TEST_F(Tables, ClaheOfTheKernelsIsThatOfOpenCv) {
+  for (const Planes& p : {Planes{2, 32, 48}, Planes{1, 61, 77}}) {
+    const int64_t tiles_y = 3, tiles_x = 4, tiles = tiles_y * tiles_x;
+    const bool whole = p.height % tiles_y == 0 && p.width % tiles_x == 0;
+    const int64_t tile_y = whole ? p.height / tiles_y : (p.height + tiles_y - p.height % tiles_y) / tiles_y;
+    const int64_t tile_x = whole ? p.width / tiles_x : (p.width + tiles_x - p.width % tiles_x) / tiles_x;
+    std::vector<uint8_t> levels(size_t(pixels(p))), out(levels.size());
+    for (auto& v : levels) v = uint8_t(this->engine_() % 90 + this->engine_() % 90);
+    std::vector<int32_t> counts(size_t(p.count * tiles * 256));
+    tile_counts(levels.data(), p, tile_y, tile_x, tiles_y, tiles_x, counts.data());
+    std::vector<float> table(counts.size());
+    for (size_t t = 0; t < counts.size(); t += 256)
+      for (size_t k = 0, sum = 0; k < 256; ++k) table[t + k] = std::nearbyint(float(sum += size_t(counts[t + k])) * (255.0f / float(tile_y * tile_x)));
+    const auto axis = [](int64_t size, int64_t tile, int64_t count, std::vector<int64_t>& first, std::vector<int64_t>& second, std::vector<float>& weight) {
+      for (int64_t i = 0; i < size; ++i) {
+        const float position = float(i) * (1.0f / float(tile)) - 0.5f;
+        const auto lower = int64_t(std::floor(position));
+        first.push_back(std::max<int64_t>(lower, 0));
+        second.push_back(std::min(lower + 1, count - 1));
+        weight.push_back(position - float(lower));
+      }
+    };
+    std::vector<int64_t> y0, y1, x0, x1;
+    std::vector<float> wy, wx;
+    axis(p.height, tile_y, tiles_y, y0, y1, wy);
+    axis(p.width, tile_x, tiles_x, x0, x1, wx);
+    blend_curves(table.data(), tiles, tiles_x, levels.data(), p, y0.data(), y1.data(), wy.data(), x0.data(), x1.data(), wx.data(), out.data());
+    const auto clahe = cv::createCLAHE(0, {int(tiles_x), int(tiles_y)});
+    for (int64_t i = 0; i < p.count; ++i) {
+      cv::Mat expected;
+      clahe->apply(plane(levels, p, i), expected);
+      EXPECT_EQ(cv::norm(expected, plane(out, p, i), cv::NORM_INF), 0);
+    }
+  }
+}
+
+TEST_F(Tables, ComponentsAreThoseOfOpenCv) {
+  for (const Planes& p : kSizes)
+    for (const double share : {0.3, 0.45, 0.7}) {
+      const auto x = this->random(pixels(p));
+      const std::unique_ptr<bool[]> mask(new bool[x.size()]);
+      for (size_t i = 0; i < x.size(); ++i) mask[i] = x[i] < share;
+      std::vector<int32_t> roots(x.size());
+      component_roots(mask.get(), p, roots.data());
+      for (int64_t i = 0; i < p.count; ++i) {
+        cv::Mat labels;
+        cv::connectedComponents(plane(x, p, i) < share, labels, 8);
+        std::map<int, int> first;  // OpenCV's label -> where it was seen first
+        for (int k = 0; k < int(labels.total()); ++k) {
+          const int label = labels.at<int>(k / labels.cols, k % labels.cols), root = roots[size_t(i * p.height * p.width + k)];
+          ASSERT_EQ(root, label == 0 ? k : first.try_emplace(label, k).first->second);
+        }
+      }
+    }
+}
+
+}  // namespace
