@@ -70,12 +70,12 @@ TYPED_TEST(Kernels, SeparableIsThatOfOpenCv) {
       for (const bool shared : {true, false}) {
         const auto x = this->random(pixels(p)), column = this->random(5 * p.count, -1, 1), row = this->random(3 * p.count, -1, 1);
         std::vector<T> out(x.size());
-        separable(x.data(), p, column.data(), 5, shared ? 0 : 1, row.data(), 3, shared ? 0 : 1, kBorders[b], out.data());
+        separable(x.data(), p, column.data(), 5, shared ? 0 : 1, row.data(), 3, shared ? 0 : 1, kBorders[b], T(2), T(-0.5), out.data());
         expect_filtered<T>(x, out, p, 2, 1, kOpenCvBorders[b], 0, 1e-5, [&](const cv::Mat& padded, int64_t i) {
           const auto taps = [&](const std::vector<T>& all, int n) { return cv::Mat(1, n, cv::DataType<T>::type, const_cast<T*>(all.data() + (shared ? 0 : i * n))); };
           cv::Mat result;
           cv::sepFilter2D(padded, result, -1, taps(row, 3), taps(column, 5));
-          return result;
+          return cv::Mat(2 * result - 0.5 * padded);
         });
       }
 }
@@ -126,6 +126,19 @@ TYPED_TEST(Kernels, StructuredExtremesAreTheirDefinition) {
                   ASSERT_EQ(out[size_t((i * p.height + r) * p.width + c)], best) << p.height << "x" << p.width << " at " << r << ", " << c;
                 }
           }
+}
+
+TYPED_TEST(Kernels, StructuredRangeIsTheDifferenceOfTheExtremes) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes)
+    for (const Border border : kBorders) {
+      const auto x = this->random(pixels(p)), high = this->random(5 * 3), low = this->random(5 * 3);
+      std::vector<T> out(x.size()), largest(x.size()), smallest(x.size());
+      structured_range(x.data(), p, high.data(), low.data(), 5, 3, 2, 0, border, T(0.25), T(0.75), T(1e4), out.data());
+      structured_extreme(x.data(), p, high.data(), 5, 3, 2, 0, border, T(0.25), T(1e4), true, largest.data());
+      structured_extreme(x.data(), p, low.data(), 5, 3, 2, 0, border, T(0.75), T(1e4), false, smallest.data());
+      for (size_t i = 0; i < x.size(); ++i) ASSERT_EQ(out[i], largest[i] - smallest[i]);
+    }
 }
 
 TYPED_TEST(Kernels, MedianIsThatOfOpenCv) {
@@ -272,6 +285,22 @@ TYPED_TEST(Kernels, LevelsAndBinsAreTheirDefinitions) {
     std::vector<int32_t> expected(10);
     for (int64_t i = 0; i < n; ++i) ++expected[std::min<size_t>(size_t((values[size_t(row * n + i)] - low[row]) / span[row] * T(10)), 9)];
     EXPECT_EQ(expected, std::vector<int32_t>(counts.begin() + row * 10, counts.begin() + row * 10 + 10));
+  }
+}
+
+TYPED_TEST(Kernels, ExtentsAreThoseOfTheStandardLibraryAndPassNaNOn) {
+  using T = TypeParam;
+  for (const int64_t n : {1, 7, 65, 200003}) {
+    auto x = this->random(3 * n, -5, 5);
+    x[size_t(n)] = std::nan("");
+    x[size_t(2 * n)] = INFINITY;
+    std::vector<T> out(6);
+    extents(x.data(), 3, n, out.data());
+    for (const int64_t row : {0, 2}) {
+      EXPECT_EQ(out[size_t(row)], *std::min_element(x.begin() + row * n, x.begin() + (row + 1) * n));
+      EXPECT_EQ(out[size_t(3 + row)], *std::max_element(x.begin() + row * n, x.begin() + (row + 1) * n));
+    }
+    EXPECT_TRUE(std::isnan(out[1]) && std::isnan(out[4]));
   }
 }
 

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from ..primitives.checks import check_choice, check_floating, check_image, odd_pair
 from ..primitives.correlation import box_sums
-from ..primitives.levels import bin_counts
+from ..primitives.levels import bin_counts, extents
 from ..primitives.linalg import small_matmul
 from ..primitives.stencil import separable_shared
 from ..primitives.target import tracing_vjp
@@ -155,7 +155,7 @@ def otsu_threshold(
     if nbins < 2:
         raise ValueError(f"nbins: expected at least 2, got {nbins}")
     planes = x.reshape(-1, x.size(-2) * x.size(-1))
-    low, high = planes.amin(1, keepdim=True), planes.amax(1, keepdim=True)
+    low, high = extents(planes)
     # A plane of one value has a span of 0: its threshold is that value, and nothing is above it.
     span = torch.where(high > low, high - low, torch.ones_like(high))
     position = (planes - low) / span * float(nbins)

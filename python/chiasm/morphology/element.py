@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
-from ..primitives.extremes import structured_extreme
+from ..primitives.extremes import structured_extreme, structured_range
 
 
 def extreme(
@@ -21,24 +21,50 @@ def extreme(
     mirrored: bool = False,
 ) -> Tensor:
     """Dilation (``largest``) or erosion over the window that starts ``origin`` before the pixel; ``mirrored`` takes the origin from the other end."""
+    heights, row, column = _window(tensor, kernel, structuring_element, origin, border_type, max_val)
+    if mirrored:
+        row, column = kernel.size(0) - 1 - row, kernel.size(1) - 1 - column
+    border, value = _border(border_type, border_value, -max_val if largest else max_val)
+    return structured_extreme(tensor, heights, row, column, border, value, max_val, largest)
+
+
+def extreme_range(
+    tensor: Tensor,
+    kernel: Tensor,
+    structuring_element: Optional[Tensor],
+    origin: Optional[List[int]],
+    border_type: str,
+    border_value: float,
+    max_val: float,
+) -> Tensor:
+    """Dilation minus erosion."""
+    heights, row, column = _window(tensor, kernel, structuring_element, origin, border_type, max_val)
+    border, high_value = _border(border_type, border_value, -max_val)
+    low_value = _border(border_type, border_value, max_val)[1]
+    return structured_range(tensor, heights, row, column, border, high_value, low_value, max_val)
+
+
+def _window(
+    tensor: Tensor, kernel: Tensor, structuring_element: Optional[Tensor], origin: Optional[List[int]], border_type: str, max_val: float
+) -> Tuple[Tensor, int, int]:
+    """The element's heights, -max_val where it has no pixel, and its origin."""
     check_image(tensor, "tensor")
     check_choice(border_type, ["geodesic", "reflect", "replicate", "circular", "constant"], "border_type")
     if kernel.dim() != 2:
         raise ValueError(f"kernel: expected shape (kh, kw), got {list(kernel.shape)}")
     kh, kw = kernel.size(0), kernel.size(1)
     row, column = _origin(origin, kh, kw)
-    if mirrored:
-        row, column = kh - 1 - row, kw - 1 - column
     heights = torch.zeros_like(kernel, dtype=tensor.dtype)
     if structuring_element is not None:
         if structuring_element.dim() != 2 or structuring_element.size(0) != kh or structuring_element.size(1) != kw:
             raise ValueError(f"structuring_element: expected the kernel's shape ({kh}, {kw}), got {list(structuring_element.shape)}")
         heights = structuring_element.to(tensor.dtype)
-    heights = torch.where(kernel == 0, torch.full_like(heights, -max_val), heights)
-    if border_type == "geodesic":
-        border_type = "constant"
-        border_value = -max_val if largest else max_val
-    return structured_extreme(tensor, heights, row, column, border_type, border_value, max_val, largest)
+    return torch.where(kernel == 0, torch.full_like(heights, -max_val), heights), row, column
+
+
+def _border(border_type: str, border_value: float, loser: float) -> Tuple[str, float]:
+    """What ``padded_parts`` calls the border, and its value; beyond a geodesic one is what never wins."""
+    return ("constant", loser) if border_type == "geodesic" else (border_type, border_value)
 
 
 def _origin(origin: Optional[List[int]], kh: int, kw: int) -> Tuple[int, int]:

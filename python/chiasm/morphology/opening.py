@@ -4,7 +4,7 @@ from typing import List, Optional
 
 from torch import Tensor
 
-from .element import extreme
+from .element import extreme, extreme_range
 
 
 def opening(
@@ -188,5 +188,4 @@ def gradient(
         >>> gradient(torch.tensor([[[[0.0, 0.0, 1.0, 1.0, 1.0]]]]), torch.ones(1, 3))
         tensor([[[[0., 1., 1., 0., 0.]]]])
     """
-    high = extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, True)
-    return high - extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, False)
+    return extreme_range(tensor, kernel, structuring_element, origin, border_type, border_value, max_val)

@@ -6,8 +6,9 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from . import kernels
 from .padding import join_columns, padded_parts
-from .stencil import correlate_columns, correlate_rows, separable_shared, weigh_shifts
+from .stencil import correlate_columns, correlate_rows, separable_shared
 from .target import native_forward, onnx_forward, tracing_vjp
 
 
@@ -112,6 +113,8 @@ def box_sums(x: Tensor, ky: int, kx: int, border_type: str, scale: float = 1.0, 
         ones = torch.ones([1, 1, ky, kx], dtype=x.dtype, device=x.device)
         sums = F.conv2d(F.conv2d(flat, ones[:, :, :, :1]), ones[:, :, :1]).reshape(x.shape)
         return _weighted(sums, x, scale, centre)
+    if not torch.jit.is_scripting() and (kernels.has_kernel(x) and 9 < ky * kx <= 15 * 15 and ky % 2 == 1 and kx % 2 == 1):
+        return kernels.separable_shared(x, [1.0] * ky, [1.0] * kx, border_type, scale, centre)
     # The pixel is weighted in each part, before the join: what native code joins is stored.
     if native_forward() and ky * kx > 9:
         tall = join_columns([sum_shifts(p, 2, ky) for p in padded_parts(x, top, bottom, 0, 0, border_type)])
@@ -124,12 +127,9 @@ def box_sums(x: Tensor, ky: int, kx: int, border_type: str, scale: float = 1.0, 
 
 def separable_plus(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float, centre: float) -> Tensor:
     """``scale`` times ``separable_shared`` plus ``centre`` times x, in native code without storing the former."""
-    if not native_forward():
-        return _weighted(separable_shared(x, taps_y, taps_x, border_type), x, scale, centre)
-    ry, rx = len(taps_y) // 2, len(taps_x) // 2
-    tall = join_columns([weigh_shifts(p, 2, taps_y) for p in padded_parts(x, ry, ry, 0, 0, border_type)])
-    pairs = zip(padded_parts(tall, 0, 0, rx, rx, border_type), padded_parts(x, 0, 0, rx, rx, border_type))
-    return join_columns([_weighted(weigh_shifts(p, 3, taps_x), q[..., rx:], scale, centre) for p, q in pairs])
+    if not torch.jit.is_scripting() and kernels.has_kernel(x):
+        return kernels.separable_shared(x, taps_y, taps_x, border_type, scale, centre)
+    return _weighted(separable_shared(x, taps_y, taps_x, border_type), x, scale, centre)
 
 
 def _weighted(sums: Tensor, x: Tensor, scale: float, centre: float) -> Tensor:

@@ -54,6 +54,16 @@ def structured_extreme(
     return join_columns(outs)
 
 
+def structured_range(
+    x: Tensor, heights: Tensor, row: int, column: int, border_type: str, high_value: float, low_value: float, absent: float
+) -> Tensor:
+    """The largest minus the smallest ``structured_extreme``; beyond a constant border is ``high_value`` for the one, ``low_value`` for the other."""
+    if not torch.jit.is_scripting() and kernels.has_kernel(x):
+        return kernels.structured_range(x, heights.flip([0, 1]), heights, row, column, border_type, high_value, low_value, absent)
+    high = structured_extreme(x, heights, row, column, border_type, high_value, absent, True)
+    return high - structured_extreme(x, heights, row, column, border_type, low_value, absent, False)
+
+
 def _highest(p: Tensor, heights: Tensor) -> Tensor:
     kh, kw = heights.size(0), heights.size(1)
     height = p.size(2) - kh + 1

@@ -5,7 +5,7 @@ Python, TorchScript and ONNX, and what gradients are taken of. Here are only nam
 runtime/shim/kernels, the exporter (export/native.py) links them into native code, and the parity matrix compares the two.
 """
 
-from typing import Callable
+from typing import Callable, List, Tuple
 
 import torch
 from torch import Tensor
@@ -13,8 +13,6 @@ from torch import Tensor
 from .target import native_forward
 
 _BORDERS = ("reflect", "replicate", "circular", "constant")
-#: Names of the operators, for the exporter to declare them.
-OPERATORS: list[str] = []
 
 
 def available(x: Tensor) -> bool:
@@ -40,11 +38,12 @@ def _operator(schema: str, shape: Callable[..., Tensor]) -> Callable[..., Tensor
     name = schema.partition("(")[0]
     torch.library.define(f"chiasm::{name}", schema.removeprefix(name))
     torch.library.register_fake(f"chiasm::{name}", shape)
-    OPERATORS.append(name)
     return getattr(torch.ops.chiasm, name)
 
 
-_separable = _operator("separable(Tensor x, Tensor kernel_y, Tensor kernel_x, int border) -> Tensor", lambda x, *_: x.new_empty(x.shape))
+_separable = _operator(
+    "separable(Tensor x, Tensor kernel_y, Tensor kernel_x, int border, float scale, float centre) -> Tensor", lambda x, *_: x.new_empty(x.shape)
+)
 _bilateral = _operator(
     "bilateral(Tensor x, Tensor guide, Tensor nearness, Tensor falloff, int border, bool squares) -> Tensor", lambda x, *_: x.new_empty(x.shape)
 )
@@ -55,9 +54,15 @@ _structured_extreme = _operator(
     "structured_extreme(Tensor x, Tensor heights, int row, int column, int border, float value, float absent, bool largest) -> Tensor",
     lambda x, *_: x.new_empty(x.shape),
 )
+_structured_range = _operator(
+    "structured_range(Tensor x, Tensor high_window, Tensor low_window, int row, int column, int border, float high_value, float low_value, "
+    "float absent) -> Tensor",
+    lambda x, *_: x.new_empty(x.shape),
+)
 _median3x3 = _operator("median3x3(Tensor x, int border) -> Tensor", lambda x, *_: x.new_empty(x.shape))
 _integral = _operator("integral(Tensor x) -> Tensor", lambda x: x.new_empty(x.shape))
 _to_levels = _operator("to_levels(Tensor x) -> Tensor", lambda x: x.new_empty(x.shape, dtype=torch.uint8))
+_extents = _operator("extents(Tensor x) -> Tensor", lambda x: x.new_empty([2, x.size(0), 1]))
 _bin_counts = _operator(
     "bin_counts(Tensor x, Tensor low, Tensor span, int bins) -> Tensor",
     lambda x, low, span, bins: x.new_empty([x.size(0), bins], dtype=torch.int32),
@@ -82,9 +87,16 @@ _ridges = _operator("ridges(Tensor x, float eps) -> Tensor", lambda x, eps: x.ne
 _hysteresis = _operator("hysteresis(Tensor x, float low, float high) -> Tensor", lambda x, low, high: x.new_empty(x.shape, dtype=torch.bool))
 
 
-def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) -> Tensor:
-    """``stencil.separable``."""
-    return _separable(x, kernel_y, kernel_x, _BORDERS.index(border_type))
+def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str, scale: float = 1.0, centre: float = 0.0) -> Tensor:
+    """``scale`` times ``stencil.separable`` plus ``centre`` times x."""
+    return _separable(x, kernel_y, kernel_x, _BORDERS.index(border_type), scale, centre)
+
+
+def separable_shared(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float = 1.0, centre: float = 0.0) -> Tensor:
+    """``separable`` with taps that are numbers."""
+    column = torch.tensor([taps_y], dtype=x.dtype, device=x.device)
+    row = torch.tensor([taps_x], dtype=x.dtype, device=x.device)
+    return separable(x, column, row, border_type, scale, centre)
 
 
 def bilateral(x: Tensor, guide: Tensor, nearness: Tensor, falloff: Tensor, border_type: str, squares: bool) -> Tensor:
@@ -104,6 +116,13 @@ def structured_extreme(
     return _structured_extreme(x, heights, row, column, _BORDERS.index(border_type), value, absent, largest)
 
 
+def structured_range(
+    x: Tensor, high_window: Tensor, low_window: Tensor, row: int, column: int, border_type: str, high_value: float, low_value: float, absent: float
+) -> Tensor:
+    """``extremes.structured_range``."""
+    return _structured_range(x, high_window, low_window, row, column, _BORDERS.index(border_type), high_value, low_value, absent)
+
+
 def median3x3(x: Tensor, border_type: str) -> Tensor:
     """``selection.window_rank`` of the padded image with the middle rank of 3 x 3."""
     return _median3x3(x, _BORDERS.index(border_type))
@@ -117,6 +136,12 @@ def integral(x: Tensor) -> Tensor:
 def to_levels(x: Tensor) -> Tensor:
     """``levels.to_levels``, as uint8."""
     return _to_levels(x)
+
+
+def extents(x: Tensor) -> Tuple[Tensor, Tensor]:
+    """``levels.extents``."""
+    both = _extents(x)
+    return both[0], both[1]
 
 
 def bin_counts(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:

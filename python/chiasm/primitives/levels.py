@@ -1,6 +1,6 @@
 """The 256 levels of 8-bit images: which one a value is, how often each occurs, and tables with an entry for each."""
 
-from typing import List
+from typing import List, Tuple
 
 import torch
 from torch import Tensor
@@ -78,6 +78,17 @@ def blend_curves(
     lower = corners[2] * (1.0 - wx) + corners[3] * wx
     below = wy[:, None]
     return torch.round(upper * (1.0 - below) + lower * below)
+
+
+def extents(x: Tensor) -> Tuple[Tensor, Tensor]:
+    """The least and the greatest value of each row of (P, N), both (P, 1).
+
+    >>> extents(torch.tensor([[2.0, 1.0, 3.0]]))
+    (tensor([[1.]]), tensor([[3.]]))
+    """
+    if not torch.jit.is_scripting() and kernels.has_kernel(x):
+        return kernels.extents(x)
+    return x.amin(1, keepdim=True), x.amax(1, keepdim=True)
 
 
 def bin_counts(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:

@@ -37,9 +37,7 @@ def separable_shared(x: Tensor, taps_y: List[float], taps_x: List[float], border
         row = torch.tensor(taps_x, dtype=x.dtype, device=x.device).reshape(1, 1, 1, -1)
         return F.conv2d(F.conv2d(padded, column), row).reshape(x.shape)
     if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        column = torch.tensor([taps_y], dtype=x.dtype, device=x.device)
-        row = torch.tensor([taps_x], dtype=x.dtype, device=x.device)
-        return kernels.separable(x, column, row, border_type)
+        return kernels.separable_shared(x, taps_y, taps_x, border_type)
     tall = join_columns([weigh_shifts(p, 2, taps_y) for p in padded_parts(x, ry, ry, 0, 0, border_type)])
     return join_columns([weigh_shifts(p, 3, taps_x) for p in padded_parts(tall, 0, 0, rx, rx, border_type)])
 

@@ -53,7 +53,8 @@ void for_type(int32_t dtype, const Body& body) {
 
 extern "C" {
 
-AOTITorchError aoti_torch_cpu_separable(AtenTensorHandle x, AtenTensorHandle kernel_y, AtenTensorHandle kernel_x, int64_t border, AtenTensorHandle* result) {
+AOTITorchError aoti_torch_cpu_separable(AtenTensorHandle x, AtenTensorHandle kernel_y, AtenTensorHandle kernel_x, int64_t border, double scale, double centre,
+                                        AtenTensorHandle* result) {
   return guarded([&] {
     const Argument image(x), column(kernel_y), row(kernel_x);
     Result out = make((*image).sizes, (*image).dtype);
@@ -61,7 +62,7 @@ AOTITorchError aoti_torch_cpu_separable(AtenTensorHandle x, AtenTensorHandle ker
     for_type((*image).dtype, [&](auto zero) {
       using T = decltype(zero);
       separable(image.data<T>(), planes_of(*image), column.data<T>(), column.size(1), column.size(0) == 1 ? 0 : channels, row.data<T>(), row.size(1),
-                row.size(0) == 1 ? 0 : channels, Border(border), data<T>(out));
+                row.size(0) == 1 ? 0 : channels, Border(border), static_cast<T>(scale), static_cast<T>(centre), data<T>(out));
     });
     *result = out.release();
   });
@@ -104,6 +105,32 @@ AOTITorchError aoti_torch_cpu_structured_extreme(AtenTensorHandle x, AtenTensorH
       using T = decltype(zero);
       structured_extreme(image.data<T>(), planes_of(*image), window.data<T>(), window.size(0), window.size(1), row, column, Border(border),
                          static_cast<T>(value), static_cast<T>(absent), largest != 0, data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_structured_range(AtenTensorHandle x, AtenTensorHandle high_window, AtenTensorHandle low_window, int64_t row, int64_t column,
+                                               int64_t border, double high_value, double low_value, double absent, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x), high(high_window), low(low_window);
+    Result out = make((*image).sizes, (*image).dtype);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      structured_range(image.data<T>(), planes_of(*image), high.data<T>(), low.data<T>(), high.size(0), high.size(1), row, column, Border(border),
+                       static_cast<T>(high_value), static_cast<T>(low_value), static_cast<T>(absent), data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_extents(AtenTensorHandle x, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument values(x);
+    Result out = make({2, values.size(0), 1}, (*values).dtype);
+    for_type((*values).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      extents(values.data<T>(), values.size(0), values.size(1), data<T>(out));
     });
     *result = out.release();
   });

@@ -90,46 +90,74 @@ void rectangle(const T* x, const Planes& planes, int64_t ky, int64_t kx, Border 
   });
 }
 
+// The pixels of a window in the image, with what is added to them.
 template <class T, bool largest>
-void structured(const T* x, const Planes& planes, const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, Border border,
-                T value, T absent, T* out) {
-  const int64_t height = planes.height, width = planes.width;
-  // What the window leaves out cannot win against a pixel that is there whatever the border: the origin.
-  const bool anchored = heights[row * kw + column] != -absent;
-  std::vector<Tap<T>> taps;
-  bool flat = true;
-  for (int64_t i = 0; i < kh; ++i)
-    for (int64_t j = 0; j < kw; ++j) {
-      const T h = heights[i * kw + j];
-      if (anchored && h == -absent) continue;
-      taps.push_back({i, j, largest ? h : -h});
-      flat = flat && h == 0;
-    }
-  const auto count = static_cast<int64_t>(taps.size());
-  const auto combine = flat ? extreme_of_taps<T, largest, true> : extreme_of_taps<T, largest, false>;
-  std::vector<const T*> all_sources(taps.size() * static_cast<size_t>(omp_get_max_threads()));
-  for_tiles<T>(planes, kh + 2, kh, kw, border, [&](const Tile& tile, T* scratch, int64_t length) {
-    const T* const image = x + tile.plane * height * width;
-    const T** const sources = all_sources.data() + count * omp_get_thread_num();
-    const int64_t columns = tile.right - tile.left;
-    const Span span(tile, width, column, kw - 1 - column);
-    const auto fetch = [&](int64_t y) {  // padded row y, into the ring's place for it
-      T* const p = scratch + (y + kh) % kh * length;
-      const int64_t source = inside(y, height, border);
-      if (source < 0) {
-        std::fill_n(p, columns + kw - 1, value);
-      } else {
-        std::copy_n(image + source * width + span.first, span.count(), p + column + span.first - tile.left);
-        extend(p + column, tile, width, column, kw - 1 - column, border, value);
+class Window {
+ public:
+  Window(const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, T value, T absent) : kh_(kh), kw_(kw), row_(row), column_(column), value_(value) {
+    // What the window leaves out cannot win against a pixel that is there whatever the border: the origin.
+    const bool anchored = heights[row * kw + column] != -absent;
+    for (int64_t i = 0; i < kh; ++i)
+      for (int64_t j = 0; j < kw; ++j) {
+        const T h = heights[i * kw + j];
+        if (anchored && h == -absent) continue;
+        taps_.push_back({i, j, largest ? h : -h});
+        flat_ = flat_ && h == 0;
       }
-    };
-    for (int64_t i = 0; i + 1 < kh; ++i) fetch(tile.top - row + i);
-    for (int64_t y = tile.top; y < tile.bottom; ++y) {
-      fetch(y - row + kh - 1);
-      for (int64_t t = 0; t < count; ++t) sources[t] = scratch + (y - row + taps[t].row + kh) % kh * length + taps[t].column;
-      combine(sources, taps.data(), count, columns, out + (tile.plane * height + y) * width + tile.left);
+  }
+
+  int64_t count() const { return static_cast<int64_t>(taps_.size()); }
+
+  // Puts padded row y of the image into the place for it in `ring`, which has kh rows.
+  void fetch(const T* image, const Planes& planes, const Tile& tile, int64_t y, Border border, T* ring, int64_t length) const {
+    const Span span(tile, planes.width, column_, kw_ - 1 - column_);
+    T* const p = ring + (y + kh_) % kh_ * length;
+    const int64_t source = inside(y, planes.height, border);
+    if (source < 0) {
+      std::fill_n(p, tile.right - tile.left + kw_ - 1, value_);
+    } else {
+      std::copy_n(image + source * planes.width + span.first, span.count(), p + column_ + span.first - tile.left);
+      extend(p + column_, tile, planes.width, column_, kw_ - 1 - column_, border, value_);
     }
+  }
+
+  void fetch_above(const T* image, const Planes& planes, const Tile& tile, Border border, T* ring, int64_t length) const {
+    for (int64_t i = 0; i + 1 < kh_; ++i) fetch(image, planes, tile, tile.top - row_ + i, border, ring, length);
+  }
+
+  // The tile's row y; `sources` has room for count() pointers.
+  void combine(const T* image, const Planes& planes, const Tile& tile, int64_t y, Border border, T* ring, int64_t length, const T** sources, T* out) const {
+    fetch(image, planes, tile, y - row_ + kh_ - 1, border, ring, length);
+    for (int64_t t = 0; t < count(); ++t) sources[t] = ring + (y - row_ + taps_[t].row + kh_) % kh_ * length + taps_[t].column;
+    (flat_ ? extreme_of_taps<T, largest, true> : extreme_of_taps<T, largest, false>)(sources, taps_.data(), count(), tile.right - tile.left, out);
+  }
+
+ private:
+  const int64_t kh_, kw_, row_, column_;
+  const T value_;
+  bool flat_ = true;
+  std::vector<Tap<T>> taps_;
+};
+
+template <class T, bool largest>
+void structured(const T* x, const Planes& planes, const Window<T, largest>& window, int64_t kh, int64_t kw, Border border, T* out) {
+  std::vector<const T*> all_sources(static_cast<size_t>(window.count() * omp_get_max_threads()));
+  for_tiles<T>(planes, kh + 2, kh, kw, border, [&](const Tile& tile, T* ring, int64_t length) {
+    const int64_t plane = tile.plane * planes.height * planes.width;
+    const T** const sources = all_sources.data() + window.count() * omp_get_thread_num();
+    window.fetch_above(x + plane, planes, tile, border, ring, length);
+    for (int64_t y = tile.top; y < tile.bottom; ++y)
+      window.combine(x + plane, planes, tile, y, border, ring, length, sources, out + plane + y * planes.width + tile.left);
   });
+}
+
+// high[k] -= low[k]
+template <class T>
+void subtract(T* high, const T* low, int64_t n) {
+  using V = Vector<T>;
+  int64_t k = 0;
+  for (; k + V::kLanes <= n; k += V::kLanes) V::store(high + k, V::load(high + k) - V::load(low + k));
+  for (; k < n; ++k) high[k] -= low[k];
 }
 
 template <class T>
@@ -189,7 +217,32 @@ void rectangle_extreme(const T* x, Planes planes, int64_t ky, int64_t kx, Border
 template <class T>
 void structured_extreme(const T* x, Planes planes, const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, Border border,
                         T value, T absent, bool largest, T* out) {
-  (largest ? structured<T, true> : structured<T, false>)(x, planes, heights, kh, kw, row, column, border, value, absent, out);
+  if (largest)
+    structured(x, planes, Window<T, true>(heights, kh, kw, row, column, value, absent), kh, kw, border, out);
+  else
+    structured(x, planes, Window<T, false>(heights, kh, kw, row, column, value, absent), kh, kw, border, out);
+}
+
+template <class T>
+void structured_range(const T* x, Planes planes, const T* high_window, const T* low_window, int64_t kh, int64_t kw, int64_t row, int64_t column,
+                      Border border, T high_value, T low_value, T absent, T* out) {
+  const Window<T, true> high(high_window, kh, kw, row, column, high_value, absent);
+  const Window<T, false> low(low_window, kh, kw, row, column, low_value, absent);
+  const int64_t count = std::max(high.count(), low.count());
+  std::vector<const T*> all_sources(static_cast<size_t>(count * omp_get_max_threads()));
+  for_tiles<T>(planes, 2 * kh + 3, 2 * kh + 1, kw, border, [&](const Tile& tile, T* scratch, int64_t length) {
+    const int64_t plane = tile.plane * planes.height * planes.width;
+    const T** const sources = all_sources.data() + count * omp_get_thread_num();
+    T *const low_ring = scratch + kh * length, *const line = low_ring + kh * length;
+    high.fetch_above(x + plane, planes, tile, border, scratch, length);
+    low.fetch_above(x + plane, planes, tile, border, low_ring, length);
+    for (int64_t y = tile.top; y < tile.bottom; ++y) {
+      T* const target = out + plane + y * planes.width + tile.left;
+      high.combine(x + plane, planes, tile, y, border, scratch, length, sources, target);
+      low.combine(x + plane, planes, tile, y, border, low_ring, length, sources, line);
+      subtract(target, line, tile.right - tile.left);
+    }
+  });
 }
 
 // A. Paeth, Median finding on a 3 x 3 grid, Graphics Gems, 1990; each column of three is sorted once, into three buffers.
@@ -217,6 +270,7 @@ void median3x3(const T* x, Planes planes, Border border, T* out) {
 #define INSTANTIATE(T)                                                                                                       \
   template void rectangle_extreme(const T*, Planes, int64_t, int64_t, Border, T, bool, T*);                                    \
   template void structured_extreme(const T*, Planes, const T*, int64_t, int64_t, int64_t, int64_t, Border, T, T, bool, T*);     \
+  template void structured_range(const T*, Planes, const T*, const T*, int64_t, int64_t, int64_t, int64_t, Border, T, T, T, T*); \
   template void median3x3(const T*, Planes, Border, T*);
 
 INSTANTIATE(float)

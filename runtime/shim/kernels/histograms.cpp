@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "rows.h"
 
@@ -59,6 +60,74 @@ template <class Index>
 void count_each(const Index* index, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {
   count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) { count(index + row * n + first, size, bins, tables); });
 }
+
+namespace {
+
+// The least and the greatest of n > 0 values, and whether one is NaN.
+template <class T>
+struct Extent {
+  T least, greatest;
+  bool undefined;
+};
+
+template <class T>
+Extent<T> extent(const T* x, int64_t n) {
+  using V = Vector<T>;
+  T least = x[0], greatest = x[0];
+  bool undefined = false;
+  int64_t k = 0;
+  if (n >= 4 * V::kLanes) {
+    // Four of each, which do not wait for each other.
+    typename V::Type low[4], high[4], order[4];
+    for (int i = 0; i < 4; ++i) low[i] = high[i] = order[i] = V::load(x + i * V::kLanes);
+    for (; k + 4 * V::kLanes <= n; k += 4 * V::kLanes)
+      for (int i = 0; i < 4; ++i) {
+        const auto v = V::load(x + k + i * V::kLanes);
+        low[i] = V::min(low[i], v);
+        high[i] = V::max(high[i], v);
+        order[i] += v - v;  // NaN once a value is, or is infinite
+      }
+    T lows[V::kLanes], highs[V::kLanes];
+    V::store(lows, V::min(V::min(low[0], low[1]), V::min(low[2], low[3])));
+    V::store(highs, V::max(V::max(high[0], high[1]), V::max(high[2], high[3])));
+    least = *std::min_element(lows, lows + V::kLanes);
+    greatest = *std::max_element(highs, highs + V::kLanes);
+    const auto sum = order[0] + order[1] + order[2] + order[3];
+    if (V::any(sum != sum)) undefined = std::any_of(x, x + k, [](T v) { return std::isnan(v); });
+  }
+  for (; k < n; ++k) {
+    least = std::min(least, x[k]);
+    greatest = std::max(greatest, x[k]);
+    undefined = undefined || std::isnan(x[k]);
+  }
+  return {least, greatest, undefined};
+}
+
+}  // namespace
+
+template <class T>
+void extents(const T* x, int64_t rows, int64_t n, T* out) {
+  constexpr int64_t size = 65536;
+  const int64_t chunks = (n + size - 1) / size;
+  std::vector<Extent<T>> parts(static_cast<size_t>(rows * chunks));
+#pragma omp parallel for
+  for (int64_t i = 0; i < rows * chunks; ++i) {
+    const int64_t first = i % chunks * size;
+    parts[static_cast<size_t>(i)] = extent(x + i / chunks * n + first, std::min(size, n - first));
+  }
+  for (int64_t row = 0; row < rows; ++row) {
+    Extent<T> all = parts[static_cast<size_t>(row * chunks)];
+    for (int64_t i = row * chunks; i < (row + 1) * chunks; ++i) {
+      const Extent<T>& part = parts[static_cast<size_t>(i)];
+      all = {std::min(all.least, part.least), std::max(all.greatest, part.greatest), all.undefined || part.undefined};
+    }
+    out[row] = all.undefined ? std::numeric_limits<T>::quiet_NaN() : all.least;
+    out[rows + row] = all.undefined ? std::numeric_limits<T>::quiet_NaN() : all.greatest;
+  }
+}
+
+template void extents(const float*, int64_t, int64_t, float*);
+template void extents(const double*, int64_t, int64_t, double*);
 
 template <class T>
 void bin_counts(const T* x, const T* low, const T* span, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {

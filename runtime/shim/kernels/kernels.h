@@ -17,11 +17,11 @@ struct Planes {
   int64_t count, height, width;
 };
 
-/** Correlation down the columns and then along the rows. `taps_y` has ky weights for each `planes_per_row` planes, or, where that is 0,
+/** scale * (correlation down the columns and then along the rows) + centre * x. `taps_y` has ky weights for each `planes_per_row` planes, or, where that is 0,
  *  for all; `taps_x` likewise. Sizes are odd; a constant border is 0. */
 template <class T>
 void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t planes_per_row_y, const T* taps_x, int64_t kx,
-               int64_t planes_per_row_x, Border border, T* out);
+               int64_t planes_per_row_x, Border border, T scale, T centre, T* out);
 
 /** The largest or smallest value of a centred window of ky x kx pixels, both odd. */
 template <class T>
@@ -32,6 +32,12 @@ void rectangle_extreme(const T* x, Planes planes, int64_t ky, int64_t kx, Border
 template <class T>
 void structured_extreme(const T* x, Planes planes, const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, Border border,
                         T value, T absent, bool largest, T* out);
+
+/** The largest x + height minus the smallest x - height: a morphological gradient. Each extreme has its own window and value beyond the
+ *  image. */
+template <class T>
+void structured_range(const T* x, Planes planes, const T* high_window, const T* low_window, int64_t kh, int64_t kw, int64_t row, int64_t column,
+                      Border border, T high_value, T low_value, T absent, T* out);
 
 /** The median of 3 x 3 pixels. */
 template <class T>
@@ -44,6 +50,10 @@ void integral(const T* x, Planes planes, T* out);
 /** The nearest of 256 levels of each of n values in [0, 1], halves up; what is outside counts as 0 or 1, NaN as 0. */
 template <class T>
 void to_levels(const T* x, int64_t n, uint8_t* levels);
+
+/** The least and the greatest of each row's n values, `rows` least ones first; NaN where a row has NaN. */
+template <class T>
+void extents(const T* x, int64_t rows, int64_t n, T* out);
 
 /** counts[row][i]: how many of a row's n values are in bin i = floor((value - low[row]) / span[row] * bins), the last bin at most. */
 template <class T>

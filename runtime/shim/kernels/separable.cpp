@@ -34,11 +34,20 @@ void weigh(const T* const* sources, const T* taps, int64_t count, T* out, int64_
   }
 }
 
+// out[k] = scale * out[k] + centre * x[k]
+template <class T>
+void combine(const T* x, T scale, T centre, T* out, int64_t n) {
+  using V = Vector<T>;
+  int64_t k = 0;
+  for (; k + V::kLanes <= n; k += V::kLanes) V::store(out + k, V::load(out + k) * V::all(scale) + V::load(x + k) * V::all(centre));
+  for (; k < n; ++k) out[k] = out[k] * scale + x[k] * centre;
+}
+
 }  // namespace
 
 template <class T>
 void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t planes_per_row_y, const T* taps_x, int64_t kx,
-               int64_t planes_per_row_x, Border border, T* out) {
+               int64_t planes_per_row_x, Border border, T scale, T centre, T* out) {
   const int64_t height = planes.height, width = planes.width, ry = ky / 2, rx = kx / 2;
   std::vector<const T*> all_sources(static_cast<size_t>((ky + kx) * omp_get_max_threads()));
   const std::vector<T> zeros(border == Border::kConstant ? static_cast<size_t>(width) : 0);
@@ -58,12 +67,14 @@ void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t p
       }
       weigh(rows, weights_y, ky, buffer + span.first - tile.left, span.count());
       extend(buffer, tile, width, rx, rx, border, T(0));
-      weigh(shifts, weights_x, kx, out + (tile.plane * height + y) * width + tile.left, tile.right - tile.left);
+      const int64_t start = (tile.plane * height + y) * width + tile.left, columns = tile.right - tile.left;
+      weigh(shifts, weights_x, kx, out + start, columns);
+      if (scale != 1 || centre != 0) combine(x + start, scale, centre, out + start, columns);
     }
   });
 }
 
-template void separable(const float*, Planes, const float*, int64_t, int64_t, const float*, int64_t, int64_t, Border, float*);
-template void separable(const double*, Planes, const double*, int64_t, int64_t, const double*, int64_t, int64_t, Border, double*);
+template void separable(const float*, Planes, const float*, int64_t, int64_t, const float*, int64_t, int64_t, Border, float, float, float*);
+template void separable(const double*, Planes, const double*, int64_t, int64_t, const double*, int64_t, int64_t, Border, double, double, double*);
 
 }  // namespace chiasm::kernels
