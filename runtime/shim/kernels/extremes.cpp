@@ -1,4 +1,4 @@
-// Maxima, minima and medians of windows, row by row, through buffers that stay in the nearest cache.
+// Maxima, minima and medians of windows, row by row.
 //
 // The loops over a row are functions of their own, of values and not of references: a vector's store may alias anything that is behind
 // a reference, which would be loaded again in every round.

@@ -1,4 +1,4 @@
-// Canny's gradient and its maxima, row by row, through buffers that stay in the nearest cache.
+// Canny's gradient and its maxima, row by row.
 #include "rows.h"
 
 namespace chiasm::kernels {

@@ -1,4 +1,4 @@
-// Separable correlation: each row is weighted down the columns into a buffer that stays in the nearest cache, and from there along the row.
+// Separable correlation: each row is weighted down the columns into a buffer that stays in cache, and from there along the row.
 #include "rows.h"
 
 namespace chiasm::kernels {
