@@ -38,9 +38,9 @@ constexpr int64_t padded_length(int64_t columns, int64_t ends) {
   return columns + ends + 2 * Vector<T>::kLanes;
 }
 
-// Calls body(tile, scratch, length) for tiles that cover all planes. `rows` rows of a strip, of image and scratch, fit into the nearest
-// cache together. `scratch` has room for `scratch_rows` rows of `length`: a strip's columns and `ends` more. A circular border
-// needs both ends of a row and so whole rows.
+// Calls body(tile, scratch, length) for tiles that cover all planes. `rows` rows of a strip, of image and scratch, fit into the second
+// cache together; strips narrow enough for the first are slower, because their rows are short runs of memory. `scratch` has room
+// for `scratch_rows` rows of `length`: a strip's columns and `ends` more. A circular border needs both ends of a row and so whole rows.
 template <class T, class Body>
 void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t ends, Border border, const Body& body) {
   constexpr int64_t kRows = 64, kCache = 262144, kStep = 64;
