@@ -103,4 +103,5 @@ def _weighted_mean(
     else:
         color = torch.full([1, 1, 1, 1], sigma_color, dtype=input.dtype, device=input.device)
     falloff = -0.5 / (color * color)
-    return nearby_mean(input, guidance.to(input.dtype), kernel_y, kernel_x, falloff, color_distance_type == "l2", border_type)
+    guide = input if guidance is input else guidance.to(input.dtype)  # whose neighbourhoods are then the same
+    return nearby_mean(input, guide, kernel_y, kernel_x, falloff, color_distance_type == "l2", border_type)

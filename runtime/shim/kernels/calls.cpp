@@ -49,79 +49,79 @@ void for_type(int32_t dtype, const Body& body) {
   throw std::runtime_error("a kernel is not there for element type " + std::to_string(dtype));
 }
 
+// Has body(image, planes, its data, the result's data) make a tensor of x's sizes and type.
+template <class Body>
+AOTITorchError like_image(AtenTensorHandle x, AtenTensorHandle* result, const Body& body) {
+  return guarded([&] {
+    const Argument image(x);
+    Result out = make((*image).sizes, (*image).dtype);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      body(image, planes_of(*image), image.data<T>(), data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
 }  // namespace
 
 extern "C" {
 
 AOTITorchError aoti_torch_cpu_separable(AtenTensorHandle x, AtenTensorHandle kernel_y, AtenTensorHandle kernel_x, int64_t border, double scale, double centre,
                                         AtenTensorHandle* result) {
-  return guarded([&] {
-    const Argument image(x), column(kernel_y), row(kernel_x);
-    Result out = make((*image).sizes, (*image).dtype);
+  return like_image(x, result, [&]<class T>(const Argument& image, const Planes& planes, const T* in, T* out) {
+    const Argument column(kernel_y), row(kernel_x);
     const int64_t channels = image.size(1);
-    for_type((*image).dtype, [&](auto zero) {
-      using T = decltype(zero);
-      separable(image.data<T>(), planes_of(*image), column.data<T>(), column.size(1), column.size(0) == 1 ? 0 : channels, row.data<T>(), row.size(1),
-                row.size(0) == 1 ? 0 : channels, Border(border), static_cast<T>(scale), static_cast<T>(centre), data<T>(out));
-    });
-    *result = out.release();
+    separable(in, planes, column.data<T>(), column.size(1), column.size(0) == 1 ? 0 : channels, row.data<T>(), row.size(1),
+              row.size(0) == 1 ? 0 : channels, Border(border), static_cast<T>(scale), static_cast<T>(centre), out);
   });
 }
 
 AOTITorchError aoti_torch_cpu_bilateral(AtenTensorHandle x, AtenTensorHandle guide, AtenTensorHandle nearness, AtenTensorHandle falloff, int64_t border,
                                         int32_t squares, AtenTensorHandle* result) {
-  return guarded([&] {
-    const Argument image(x), guidance(guide), near(nearness), fall(falloff);
-    Result out = make((*image).sizes, (*image).dtype);
+  return like_image(x, result, [&]<class T>(const Argument& image, const Planes&, const T* in, T* out) {
+    const Argument guidance(guide), near(nearness), fall(falloff);
     const Planes images{image.size(0), image.size(2), image.size(3)};
-    for_type((*image).dtype, [&](auto zero) {
-      using T = decltype(zero);
-      bilateral(image.data<T>(), image.size(1), guidance.data<T>(), guidance.size(1), guidance.size(0) == 1, images, near.data<T>(), near.size(0) == 1,
-                near.size(1), near.size(2), fall.data<T>(), fall.size(0) == 1, Border(border), squares != 0, data<T>(out));
-    });
-    *result = out.release();
+    bilateral(in, image.size(1), guidance.data<T>(), guidance.size(1), guidance.size(0) == 1, images, near.data<T>(), near.size(0) == 1, near.size(1),
+              near.size(2), fall.data<T>(), fall.size(0) == 1, Border(border), squares != 0, out);
   });
 }
 
 AOTITorchError aoti_torch_cpu_rectangle_extreme(AtenTensorHandle x, int64_t rows, int64_t columns, int64_t border, double value, int32_t largest,
                                                 AtenTensorHandle* result) {
-  return guarded([&] {
-    const Argument image(x);
-    Result out = make((*image).sizes, (*image).dtype);
-    for_type((*image).dtype, [&](auto zero) {
-      using T = decltype(zero);
-      rectangle_extreme(image.data<T>(), planes_of(*image), rows, columns, Border(border), static_cast<T>(value), largest != 0, data<T>(out));
-    });
-    *result = out.release();
+  return like_image(x, result, [&]<class T>(const Argument&, const Planes& planes, const T* in, T* out) {
+    rectangle_extreme(in, planes, rows, columns, Border(border), static_cast<T>(value), largest != 0, out);
   });
 }
 
 AOTITorchError aoti_torch_cpu_structured_extreme(AtenTensorHandle x, AtenTensorHandle heights, int64_t row, int64_t column, int64_t border, double value,
                                                  double absent, int32_t largest, AtenTensorHandle* result) {
-  return guarded([&] {
-    const Argument image(x), window(heights);
-    Result out = make((*image).sizes, (*image).dtype);
-    for_type((*image).dtype, [&](auto zero) {
-      using T = decltype(zero);
-      structured_extreme(image.data<T>(), planes_of(*image), window.data<T>(), window.size(0), window.size(1), row, column, Border(border),
-                         static_cast<T>(value), static_cast<T>(absent), largest != 0, data<T>(out));
-    });
-    *result = out.release();
+  return like_image(x, result, [&]<class T>(const Argument&, const Planes& planes, const T* in, T* out) {
+    const Argument window(heights);
+    structured_extreme(in, planes, window.data<T>(), window.size(0), window.size(1), row, column, Border(border), static_cast<T>(value),
+                       static_cast<T>(absent), largest != 0, out);
   });
 }
 
 AOTITorchError aoti_torch_cpu_structured_range(AtenTensorHandle x, AtenTensorHandle high_window, AtenTensorHandle low_window, int64_t row, int64_t column,
                                                int64_t border, double high_value, double low_value, double absent, AtenTensorHandle* result) {
-  return guarded([&] {
-    const Argument image(x), high(high_window), low(low_window);
-    Result out = make((*image).sizes, (*image).dtype);
-    for_type((*image).dtype, [&](auto zero) {
-      using T = decltype(zero);
-      structured_range(image.data<T>(), planes_of(*image), high.data<T>(), low.data<T>(), high.size(0), high.size(1), row, column, Border(border),
-                       static_cast<T>(high_value), static_cast<T>(low_value), static_cast<T>(absent), data<T>(out));
-    });
-    *result = out.release();
+  return like_image(x, result, [&]<class T>(const Argument&, const Planes& planes, const T* in, T* out) {
+    const Argument high(high_window), low(low_window);
+    structured_range(in, planes, high.data<T>(), low.data<T>(), high.size(0), high.size(1), row, column, Border(border), static_cast<T>(high_value),
+                     static_cast<T>(low_value), static_cast<T>(absent), out);
   });
+}
+
+AOTITorchError aoti_torch_cpu_median3x3(AtenTensorHandle x, int64_t border, AtenTensorHandle* result) {
+  return like_image(x, result, [&]<class T>(const Argument&, const Planes& planes, const T* in, T* out) { median3x3(in, planes, Border(border), out); });
+}
+
+AOTITorchError aoti_torch_cpu_integral(AtenTensorHandle x, AtenTensorHandle* result) {
+  return like_image(x, result, [&]<class T>(const Argument&, const Planes& planes, const T* in, T* out) { integral(in, planes, out); });
+}
+
+AOTITorchError aoti_torch_cpu_ridges(AtenTensorHandle x, double eps, AtenTensorHandle* result) {
+  return like_image(x, result, [&]<class T>(const Argument&, const Planes& planes, const T* in, T* out) { ridges(in, planes, static_cast<T>(eps), out); });
 }
 
 AOTITorchError aoti_torch_cpu_extents(AtenTensorHandle x, AtenTensorHandle* result) {
@@ -131,30 +131,6 @@ AOTITorchError aoti_torch_cpu_extents(AtenTensorHandle x, AtenTensorHandle* resu
     for_type((*values).dtype, [&](auto zero) {
       using T = decltype(zero);
       extents(values.data<T>(), values.size(0), values.size(1), data<T>(out));
-    });
-    *result = out.release();
-  });
-}
-
-AOTITorchError aoti_torch_cpu_median3x3(AtenTensorHandle x, int64_t border, AtenTensorHandle* result) {
-  return guarded([&] {
-    const Argument image(x);
-    Result out = make((*image).sizes, (*image).dtype);
-    for_type((*image).dtype, [&](auto zero) {
-      using T = decltype(zero);
-      median3x3(image.data<T>(), planes_of(*image), Border(border), data<T>(out));
-    });
-    *result = out.release();
-  });
-}
-
-AOTITorchError aoti_torch_cpu_integral(AtenTensorHandle x, AtenTensorHandle* result) {
-  return guarded([&] {
-    const Argument image(x);
-    Result out = make((*image).sizes, (*image).dtype);
-    for_type((*image).dtype, [&](auto zero) {
-      using T = decltype(zero);
-      integral(image.data<T>(), planes_of(*image), data<T>(out));
     });
     *result = out.release();
   });
@@ -241,18 +217,6 @@ AOTITorchError aoti_torch_cpu_component_roots(AtenTensorHandle mask, AtenTensorH
     Result roots = make({set.size(0), set.size(1) * set.size(2)}, kInt32);
     component_roots(set.data<bool>(), planes_of(*set), data<int32_t>(roots));
     *result = roots.release();
-  });
-}
-
-AOTITorchError aoti_torch_cpu_ridges(AtenTensorHandle x, double eps, AtenTensorHandle* result) {
-  return guarded([&] {
-    const Argument image(x);
-    Result out = make((*image).sizes, (*image).dtype);
-    for_type((*image).dtype, [&](auto zero) {
-      using T = decltype(zero);
-      ridges(image.data<T>(), planes_of(*image), static_cast<T>(eps), data<T>(out));
-    });
-    *result = out.release();
   });
 }
 
