@@ -210,6 +210,7 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
         # Else a probe is compiled with these settings, fails without libtorch, and all loops come out scalar.
         "cpp.vec_isa_ok": True,
         "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
+        "cpp.min_chunk_size": 0,  # however small the example is
         "cpp.fallback_scatter_reduce_sum": False,  # atomic additions, not a call of libtorch
         "aot_inductor.enable_line_tables": False,
         "assert_indirect_indexing": False,
@@ -241,7 +242,7 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, inc
     from torch._inductor import aoti_compile_and_package
 
     threads = torch.get_num_threads()
-    torch.set_num_threads(32)  # else loops over a small example are compiled serial
+    torch.set_num_threads(64)  # loops are shared between threads to a depth of twice as many turns: here, batch, channels and rows
     paths = {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
     try:
         minima = _plain_minima() if spec.without_nan else nullcontext()
