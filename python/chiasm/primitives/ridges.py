@@ -7,7 +7,7 @@ from torch import Tensor
 
 from . import kernels
 from .components import reached
-from .derivatives import first_derivatives
+from .derivatives import sobel_sums
 from .padding import join_columns, padded_parts
 
 
@@ -20,7 +20,7 @@ def ridges(x: Tensor, eps: float) -> Tensor:
         return kernels.ridges(x, eps)
     gradients: List[Tensor] = []
     for p in padded_parts(x, 1, 1, 1, 1, "replicate"):
-        dx, dy = first_derivatives(p, "sobel", False)
+        dx, dy = sobel_sums(p)
         squared = dx * dx + dy * dy + eps
         positive = squared > 0
         magnitude = torch.where(positive, torch.sqrt(torch.where(positive, squared, torch.ones_like(squared))), torch.zeros_like(squared))
