@@ -52,7 +52,7 @@ def smallest_eigenvector(m: Tensor) -> Tensor:
 
     Inverse iteration: the inverse of the slightly shifted matrix, squared until its largest eigenvalue has swamped the
     others. That part carries no gradient; one first-order correction through the deflated inverse follows, which
-    polishes the value and whose derivative is exactly the eigenvector's (for a simple eigenvalue).
+    polishes the value and whose derivative is exactly the eigenvector's (for a simple eigenvalue; 0 for a double one).
     """
     n = m.size(-1)
     eye = torch.eye(n, dtype=m.dtype, device=m.device)
@@ -70,6 +70,9 @@ def smallest_eigenvector(m: Tensor) -> Tensor:
     outer = v[:, :, None] * v[:, None, :]
     eigenvalue = (outer * fixed).sum(-1, keepdim=True).sum(-2, keepdim=True)
     deflated = spd_inverse(fixed - eigenvalue * eye + outer) - outer
+    # Of a double eigenvalue any vector of the plane will do: no correction, and no derivative. (NaN is not less either.)
+    simple = deflated.abs().amax(-1, keepdim=True).amax(-2, keepdim=True) < 1e12
+    deflated = torch.where(simple, deflated, torch.zeros_like(deflated))
     residual = (m * v[:, None, :]).sum(-1)
     v = v - (deflated * residual[:, None, :]).sum(-1)
     return v / torch.sqrt((v * v).sum(-1, keepdim=True))
