@@ -42,7 +42,7 @@ for _source, (_shape, _maker, _about) in _KINDS.items():
             )
 
 _QUATERNION = {"quaternion": (("N", 4), "unit quaternions (w, x, y, z)")}
-_spec("normalize_quaternion", {"quaternion": (("N", 4), "quaternions (w, x, y, z)")}, ["quaternion"], {"quaternion": lambda g, s: 2 * quaternions(g, s["N"])}, "NumPy")
+_spec("normalize_quaternion", {"quaternion": (("N", 4), "quaternions (w, x, y, z)")}, ["output"], {"quaternion": lambda g, s: 2 * quaternions(g, s["N"])}, "NumPy")
 _spec("quaternion_exp_to_log", _QUATERNION, makers={"quaternion": lambda g, s: quaternions(g, s["N"])}, reference="SciPy Rotation")
 _spec("quaternion_log_to_exp", {"quaternion": (("N", 3), "half rotation vectors, in radians")}, makers={"quaternion": lambda g, s: normal(g, s["N"], 3)}, reference="SciPy Rotation")
 _spec("vector_to_skew_symmetric_matrix", {"vec": (("N", 3), "vectors")})
@@ -95,7 +95,7 @@ _spec(
 _spec("convert_points_to_homogeneous", {"points": (("B", "N", "D"), "points")}, symbols={"D": (1, 64)})
 _spec(
     "convert_points_from_homogeneous", {"points": (("B", "N", "D"), "points, the last coordinate the divisor")},
-    makers={"points": lambda g, s: uniform(g, 0.5, 2.0, s["B"], s["N"], s["D"])}, symbols={"D": (2, 64)},
+    makers={"points": lambda g, s: uniform(g, 0.5, 2.0, s["B"], s["N"], s["D"])}, symbols={"D": (3, 64)},
 )
 _spec("convert_affinematrix_to_homography", {"A": (("B", 2, 3), "affine transforms")})
 _spec("convert_affinematrix_to_homography3d", {"A": (("B", 3, 4), "affine transforms")})

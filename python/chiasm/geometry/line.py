@@ -4,8 +4,8 @@ from typing import Optional, Tuple
 
 from torch import Tensor
 
-from ..primitives.linalg import smallest_eigenvector
-from ..primitives.scatter_matrix import mean_and_scatter, trace_minus
+from ..primitives.linalg import largest_eigenvector
+from ..primitives.scatter_matrix import mean_and_scatter
 
 __all__ = ["fit_line"]
 
@@ -31,5 +31,5 @@ def fit_line(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, 
         (tensor([[2., 1.]]), tensor([[1., 0.]]))
     """
     origin, scatter = mean_and_scatter(points, weights)
-    direction = smallest_eigenvector(trace_minus(scatter))
+    direction = largest_eigenvector(scatter)
     return origin.to(points.dtype), direction.to(points.dtype)

@@ -6,8 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_floating, check_last
-from ..primitives.linalg import cross, smallest_eigenvector
-from ..primitives.scatter_matrix import trace_minus
+from ..primitives.linalg import cross, largest_eigenvector
 from .conversions.rotations import axis_angle_to_quaternion, normalize_quaternion, quaternion_to_axis_angle
 
 __all__ = [
@@ -178,6 +177,6 @@ def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
             raise ValueError(f"w: expected shape (*, N) for Q {list(Q.shape)}, got {list(w.shape)}")
         weighted = q * w.to(torch.float64)[..., None]
     m = (weighted[..., :, None] * q[..., None, :]).sum(-3).reshape(-1, 4, 4)
-    mean = smallest_eigenvector(trace_minus(m))
+    mean = largest_eigenvector(m)
     mean = torch.where(mean[:, :1] < 0, -mean, mean).reshape(Q[..., 0, :].shape)
     return mean.to(Q.dtype)

@@ -27,14 +27,3 @@ def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor,
     mean = (w * p).sum(1) / w.sum(1)
     offset = p - mean[:, None]
     return mean, ((w * offset)[..., :, None] * offset[..., None, :]).sum(1)
-
-
-def trace_minus(m: Tensor) -> Tensor:
-    """The trace times the identity, minus m: its eigenvectors in the reverse order, none of the eigenvalues negative where none of m's is.
-
-    >>> trace_minus(torch.diag(torch.tensor([1.0, 2.0]))[None])[0]
-    tensor([[2., 0.],
-            [0., 1.]])
-    """
-    eye = torch.eye(m.size(-1), dtype=m.dtype, device=m.device)
-    return (m * eye).sum(-1, keepdim=True).sum(-2, keepdim=True) * eye - m
