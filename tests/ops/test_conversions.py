@@ -159,6 +159,12 @@ def test_homographies3d() -> None:
     close(c.denormalize_homography3d(made, (4, 7, 12), (6, 5, 9)), m)
 
 
+def test_what_takes_no_tensor_scripts() -> None:
+    made = torch.jit.script(c.normal_transform_pixel)(7, 12, dtype=torch.float64, align_corners=False)
+    torch.testing.assert_close(made, c.normal_transform_pixel(7, 12, dtype=torch.float64, align_corners=False))
+    torch.testing.assert_close(torch.jit.script(c.normal_transform_pixel3d)(5, 7, 12), c.normal_transform_pixel3d(5, 7, 12))
+
+
 def test_symbolic_sizes_stay_symbolic() -> None:
     """An op whose matrices depend on its image's size is exported for every size, one pixel included."""
 

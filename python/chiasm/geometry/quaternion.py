@@ -173,7 +173,7 @@ def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
     weighted = q
     if w is not None:
         check_floating(w, "w")
-        if w.dim() + 1 != Q.dim():
+        if w.dim() + 1 != Q.dim() or w.size(-1) != Q.size(-2):
             raise ValueError(f"w: expected shape (*, N) for Q {list(Q.shape)}, got {list(w.shape)}")
         weighted = q * w.to(torch.float64)[..., None]
     m = (weighted[..., :, None] * q[..., None, :]).sum(-3).reshape(-1, 4, 4)

@@ -21,7 +21,8 @@ def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor,
     p = points.to(torch.float64)
     w = torch.ones_like(p[..., :1])
     if weights is not None:
-        check_rank(weights, 2, "(B, N)", "weights")
+        if weights.dim() != 2 or weights.size(1) != points.size(1):
+            raise ValueError(f"weights: expected shape (B, N) for points {list(points.shape)}, got {list(weights.shape)}")
         check_floating(weights, "weights")
         w = weights.to(torch.float64)[..., None]
     mean = (w * p).sum(1) / w.sum(1)
