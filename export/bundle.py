@@ -44,7 +44,8 @@ class Writer:
         tensors, listed = {}, []
         for case in cases:
             prefix = f"{case.method}.{case.variant}" if case.variant else case.method
-            tensors |= {f"{prefix}/{name}": t.contiguous() for name, t in case.tensors.items()}
+            # cloned: a gradient may be a view of a cotangent, and what shares memory is not saved
+            tensors |= {f"{prefix}/{name}": t.clone(memory_format=torch.contiguous_format) for name, t in case.tensors.items()}
             listed.append({"prefix": prefix, "method": case.method, "dtype": case.variant})
         data = save(tensors)
         self.files["golden.safetensors"] = data

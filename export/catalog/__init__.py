@@ -30,6 +30,15 @@ NOT_DEPLOYED = {
         f"color.{name}": "a spec cannot say that one input is half as large as another: `color.planar_yuv_to_rgb`, whose chroma may have any size, is deployed for it"
         for name in ("yuv420_to_rgb", "yuv422_to_rgb")
     },
+    **{
+        f"geometry.{name}": "takes no tensor: its result is a constant, which an op that uses it has compiled into it (it scripts, and its sizes may be an image's)"
+        for name in ("conversions.normal_transform_pixel", "conversions.normal_transform_pixel3d", "grid.create_meshgrid", "grid.create_meshgrid3d")
+    },
+    **{
+        f"geometry.bbox.{name}": f"returns a Python bool, whether all boxes are valid (it scripts): `geometry.bbox.is_{kind}`, which says it of each, is deployed for it"
+        for name, kind in (("validate_bbox", "bbox"), ("validate_bbox3d", "bbox3d"))
+    },
+    "geometry.bbox.nms": "how many boxes are left depends on the data (it scripts): `geometry.bbox.nms_fixed`, which returns all and a mask, is deployed for it",
 }
 
 
@@ -58,6 +67,7 @@ def add(spec: Spec, fn: str | None = None) -> None:
 
 def catalog() -> dict[str, Entry]:
     """All entries by name, in alphabetical order."""
-    for family in ("color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses", "morphology", "pipelines"):
+    families = ("color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses", "morphology", "pipelines")
+    for family in (*families, "geometry_conversions", "geometry_objects"):
         importlib.import_module(f"{__name__}.{family}")
     return dict(sorted(_entries.items()))

@@ -1,4 +1,4 @@
-"""Geometry: resampling, homographies, rotations."""
+"""Geometry: resampling, homographies."""
 
 import torch
 
@@ -82,42 +82,3 @@ add(Spec(
     sample=_sample_points,
     reference="OpenCV findHomography; NumPy SVD in float64",
 ))
-
-# --- conversions -------------------------------------------------------------------------------------------------------
-
-
-def _quaternions(generator, count):
-    q = torch.randn((count, 4), generator=generator, dtype=torch.float64)
-    return q / q.norm(dim=-1, keepdim=True)
-
-
-def _rotations(generator, count):
-    w, x, y, z = _quaternions(generator, count).unbind(-1)
-    rows = [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-            2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-            2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
-    return torch.stack(rows, -1).reshape(count, 3, 3)
-
-
-_KINDS = {
-    "axis_angle": (("N", 3), lambda g, n: torch.randn((n, 3), generator=g, dtype=torch.float64), "rotation vectors, angle in radians"),
-    "quaternion": (("N", 4), _quaternions, "unit quaternions (w, x, y, z)"),
-    "rotation_matrix": (("N", 3, 3), _rotations, "rotation matrices"),
-}
-
-
-def _sampler(kind):
-    return lambda generator, sizes, dtype: {kind: _KINDS[kind][1](generator, sizes["N"]).to(dtype)}
-
-
-for _source in _KINDS:
-    for _target in _KINDS:
-        if _source != _target:
-            add(Spec(
-                f"geometry.conversions.{_source}_to_{_target}",
-                [TensorSpec(_source, _KINDS[_source][0], description=_KINDS[_source][2])],
-                [TensorSpec(_target, description=_KINDS[_target][2])],
-                dtypes=("float32", "float64") if (_source, _target) == ("axis_angle", "rotation_matrix") else ("float32",),
-                sample=_sampler(_source),
-                reference="SciPy Rotation; Eigen",
-            ))

@@ -172,6 +172,21 @@ def test_several_outputs_integer_outputs_and_uint8_input(tmp_path: Path) -> None
         assert np.allclose(value, image_.max(-1) / 255.0)
 
 
+def passed_on(input: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
+    """An input as it is, and one with a row more."""
+    return input.clone(), torch.cat([matrix, torch.zeros_like(matrix[:1])], 0)
+
+
+def test_gradients_that_are_cotangents_or_parts_of_them(tmp_path: Path) -> None:
+    spec = Spec("test.passed_on", [TensorSpec("input", ("N",)), TensorSpec("matrix", (2, 3))], [TensorSpec("copy"), TensorSpec("longer")])
+    made = export(passed_on, spec, tmp_path, formats=["torchscript", "onnx"])
+    random = np.random.default_rng(0)
+    x, m, dx, dm = (random.random(shape, np.float32) for shape in ((5,), (2, 3), (5,), (3, 3)))
+    for backend in ("torch", "onnx"):
+        gradients = chiasm.runtime.open(made).method("vjp", backend=backend)(x, m, dx, dm)
+        assert np.array_equal(gradients[0], dx) and np.array_equal(gradients[1], dm[:2])
+
+
 # --- errors ------------------------------------------------------------------------------------------------------------
 
 

@@ -19,7 +19,10 @@ from chiasm.export.catalog import NOT_DEPLOYED, Entry, catalog
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "coverage.md"
 #: Families that are complete: each of their public functions is in the catalog, or is listed with the reason why it cannot be.
-COMPLETE = ("color", "enhance", "filters", "morphology", "image", "contrib")
+COMPLETE = (
+    "color", "enhance", "filters", "morphology", "image", "contrib",
+    "geometry.conversions", "geometry.grid", "geometry.bbox", "geometry.quaternion", "geometry.lie", "geometry.line", "geometry.plane",
+)
 WAYS = {
     "TorchScript (C++)": lambda check: check["artifact"].endswith("forward.pt"),
     "ONNX (C++)": lambda check: check["backend"] == "C++ onnx",

@@ -28,5 +28,5 @@ def test_nothing_failed_when_the_page_was_written() -> None:
 
 def test_every_public_function_is_deployed_or_excused() -> None:
     public = public_functions()
-    assert len(public) > 20 * len(COMPLETE)
+    assert len(public) > 15 * len(COMPLETE)
     assert {name for name, deployed in public.items() if not deployed} == set(NOT_DEPLOYED)

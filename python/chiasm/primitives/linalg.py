@@ -52,24 +52,48 @@ def smallest_eigenvector(m: Tensor) -> Tensor:
 
     Inverse iteration: the inverse of the slightly shifted matrix, squared until its largest eigenvalue has swamped the
     others. That part carries no gradient; one first-order correction through the deflated inverse follows, which
-    polishes the value and whose derivative is exactly the eigenvector's (for a simple eigenvalue).
+    polishes the value and whose derivative is exactly the eigenvector's (for a simple eigenvalue; 0 for a double one).
     """
-    n = m.size(-1)
-    eye = torch.eye(n, dtype=m.dtype, device=m.device)
-    m = m / ((m * eye).sum(-1, keepdim=True).sum(-2, keepdim=True) + 1e-300)
+    m = m / (_trace(m) + 1e-300)
+    return _eigenvector(m, spd_inverse(m.detach() + 1e-14 * _eye(m)), 7, 1.0)
+
+
+def largest_eigenvector(m: Tensor) -> Tensor:
+    """Unit eigenvector (B, n) of the largest eigenvalue of a symmetric positive semidefinite (B, n, n), float64.
+
+    As `smallest_eigenvector`, by powers of the matrix itself: they tell apart eigenvalues that differ by a part in a hundred.
+    """
+    m = m / (_trace(m) + 1e-300)
+    return _eigenvector(m, m.detach() + 1e-14 * _eye(m), 12, -1.0)
+
+
+def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tensor:
+    """The eigenvector that powers of `power` tend to, of m's smallest (sign 1) or largest (sign -1) eigenvalue."""
+    eye = _eye(m)
     fixed = m.detach()
-    power = spd_inverse(fixed + 1e-14 * eye)
-    for _ in range(7):
-        power = power / (power * eye).sum(-1, keepdim=True).sum(-2, keepdim=True)
+    for _ in range(squarings):
+        power = power / _trace(power)
         power = small_matmul(power, power)
     # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest diagonal.
     diagonal = (power * eye).sum(-1)
-    pick = (torch.argmax(diagonal, dim=-1)[:, None] == torch.arange(n, device=m.device)).to(m.dtype)
+    pick = (torch.argmax(diagonal, dim=-1)[:, None] == torch.arange(m.size(-1), device=m.device)).to(m.dtype)
     v = (power * pick[:, None, :]).sum(-1)
     v = v / torch.sqrt((v * v).sum(-1, keepdim=True))
     outer = v[:, :, None] * v[:, None, :]
     eigenvalue = (outer * fixed).sum(-1, keepdim=True).sum(-2, keepdim=True)
-    deflated = spd_inverse(fixed - eigenvalue * eye + outer) - outer
+    deflated = sign * (spd_inverse(sign * (fixed - eigenvalue * eye) + outer) - outer)
+    # Of a double eigenvalue any vector of the plane will do: no correction, and no derivative. (NaN is not less either.)
+    simple = deflated.abs().amax(-1, keepdim=True).amax(-2, keepdim=True) < 1e12
+    deflated = torch.where(simple, deflated, torch.zeros_like(deflated))
     residual = (m * v[:, None, :]).sum(-1)
     v = v - (deflated * residual[:, None, :]).sum(-1)
     return v / torch.sqrt((v * v).sum(-1, keepdim=True))
+
+
+def _eye(m: Tensor) -> Tensor:
+    return torch.eye(m.size(-1), dtype=m.dtype, device=m.device)
+
+
+def _trace(m: Tensor) -> Tensor:
+    """(B, 1, 1)."""
+    return (m * _eye(m)).sum(-1, keepdim=True).sum(-2, keepdim=True)

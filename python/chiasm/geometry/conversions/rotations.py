@@ -7,7 +7,8 @@ and the other branch computes on a harmless input so that its gradient is no NaN
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_last
+from ...primitives.checks import check_last, check_matrix
+from ...primitives.linalg import cross, small_matmul
 
 
 def normalize_quaternion(quaternion: Tensor, eps: float = 1e-12) -> Tensor:
@@ -77,16 +78,8 @@ def quaternion_to_axis_angle(quaternion: Tensor) -> Tensor:
     """
     check_last(quaternion, 4, "quaternion")
     q = torch.where(quaternion[..., 0:1] < 0, -quaternion, quaternion)
-    w, v = q[..., 0:1], q[..., 1:]
-    squared = (v * v).sum(-1, keepdim=True)
-    # The series is in |v| / w; where it applies, w is near 1.
-    small = squared < 1e-4 * w * w
-    length = torch.sqrt(torch.where(small, torch.ones_like(squared), squared))
-    exact = 2.0 * torch.atan2(length, torch.where(small, torch.ones_like(w), w)) / length
-    safe = torch.where(small, w, torch.ones_like(w))
-    r = torch.where(small, squared, torch.zeros_like(squared)) / (safe * safe)
-    series = 2.0 / safe * (1.0 - r / 3.0 + r * r / 5.0 - r * r * r / 7.0)
-    return v * torch.where(small, series, exact)
+    v = q[..., 1:]
+    return 2.0 * v * _angle_over_length(q[..., 0:1], (v * v).sum(-1, keepdim=True), 1e-12)
 
 
 def axis_angle_to_rotation_matrix(axis_angle: Tensor) -> Tensor:
@@ -109,23 +102,24 @@ def axis_angle_to_rotation_matrix(axis_angle: Tensor) -> Tensor:
     return quaternion_to_rotation_matrix(axis_angle_to_quaternion(axis_angle))
 
 
-def rotation_matrix_to_axis_angle(rotation_matrix: Tensor) -> Tensor:
+def rotation_matrix_to_axis_angle(rotation_matrix: Tensor, check_rotation: bool = False) -> Tensor:
     """Rotation vector, of length in [0, pi] radians, of a rotation matrix.
 
     Args:
         rotation_matrix: (*, 3, 3), orthonormal with determinant 1, floating point.
+        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be exported.
 
     Returns:
         (*, 3).
 
     Raises:
-        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor.
+        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or is found to be no rotation.
 
     Example:
         >>> rotation_matrix_to_axis_angle(torch.eye(3))
         tensor([0., 0., 0.])
     """
-    return quaternion_to_axis_angle(rotation_matrix_to_quaternion(rotation_matrix))
+    return quaternion_to_axis_angle(rotation_matrix_to_quaternion(rotation_matrix, 1e-8, check_rotation))
 
 
 def quaternion_to_rotation_matrix(quaternion: Tensor) -> Tensor:
@@ -155,7 +149,7 @@ def quaternion_to_rotation_matrix(quaternion: Tensor) -> Tensor:
     return torch.stack(rows, -2)
 
 
-def rotation_matrix_to_quaternion(rotation_matrix: Tensor) -> Tensor:
+def rotation_matrix_to_quaternion(rotation_matrix: Tensor, eps: float = 1e-8, check_rotation: bool = False) -> Tensor:
     """Unit quaternion with w >= 0 of a rotation matrix.
 
     S. W. Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1(3), 1978: of the four rows that are multiples
@@ -163,20 +157,22 @@ def rotation_matrix_to_quaternion(rotation_matrix: Tensor) -> Tensor:
 
     Args:
         rotation_matrix: (*, 3, 3), orthonormal with determinant 1, floating point.
+        eps: not used, here so that Kornia's calls work: the largest pivot is at least 1, so nothing small is divided by.
+        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be exported.
 
     Returns:
         (*, 4) in the order w, x, y, z.
 
     Raises:
-        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor.
+        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or is found to be no rotation.
 
     Example:
         >>> rotation_matrix_to_quaternion(torch.eye(3))
         tensor([1., 0., 0., 0.])
     """
-    check_floating(rotation_matrix, "rotation_matrix")
-    if rotation_matrix.dim() < 2 or rotation_matrix.size(-1) != 3 or rotation_matrix.size(-2) != 3:
-        raise ValueError(f"rotation_matrix: expected shape (*, 3, 3), got {list(rotation_matrix.shape)}")
+    check_matrix(rotation_matrix, 3, 3, "rotation_matrix")
+    if check_rotation:
+        require_rotation(rotation_matrix, "rotation_matrix")
     m = rotation_matrix
     m00, m11, m22 = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
     a, b, c = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
@@ -191,3 +187,104 @@ def rotation_matrix_to_quaternion(rotation_matrix: Tensor) -> Tensor:
     q = torch.where(first[..., None], low, high)
     q = q / torch.sqrt((q * q).sum(-1, keepdim=True))
     return torch.where(q[..., 0:1] < 0, -q, q)
+
+
+def quaternion_log_to_exp(quaternion: Tensor, eps: float = 1e-8) -> Tensor:
+    """Exponential of pure quaternions (0, v): (cos |v|, v sin |v| / |v|).
+
+    Args:
+        quaternion: (*, 3), the vector part, floating point: half a rotation vector, in radians.
+        eps: not used, here so that Kornia's calls work: a series takes over near 0.
+
+    Returns:
+        (*, 4) in the order w, x, y, z, of unit length.
+
+    Raises:
+        TypeError, ValueError: if quaternion is not a floating-point (*, 3) tensor.
+
+    Example:
+        >>> quaternion_log_to_exp(torch.tensor([torch.pi / 2, 0.0, 0.0])).round(decimals=4)
+        tensor([-0., 1., 0., 0.])
+    """
+    check_last(quaternion, 3, "quaternion")
+    return axis_angle_to_quaternion(2.0 * quaternion)
+
+
+def quaternion_exp_to_log(quaternion: Tensor, eps: float = 1e-8) -> Tensor:
+    """Vector part of the logarithm of unit quaternions: the inverse of `quaternion_log_to_exp`, of length in [0, pi].
+
+    Args:
+        quaternion: (*, 4) in the order w, x, y, z, of unit length, floating point. Unlike as rotations, q and -q differ here.
+        eps: near -1, where every vector of length pi would do, the vector part is divided by a length of at least this.
+
+    Returns:
+        (*, 3): half a rotation vector, in radians; 0 for 1 and for -1.
+
+    Raises:
+        TypeError, ValueError: if quaternion is not a floating-point (*, 4) tensor.
+
+    Example:
+        >>> quaternion_exp_to_log(torch.tensor([0.0, 0.0, 0.0, 1.0]))
+        tensor([0.0000, 0.0000, 1.5708])
+    """
+    check_last(quaternion, 4, "quaternion")
+    v = quaternion[..., 1:]
+    return v * _angle_over_length(quaternion[..., 0:1], (v * v).sum(-1, keepdim=True), eps)
+
+
+def vector_to_skew_symmetric_matrix(vec: Tensor) -> Tensor:
+    """The matrix whose product with a vector is the cross product: [v]x u = v x u.
+
+    Args:
+        vec: (*, 3), floating point.
+
+    Returns:
+        (*, 3, 3).
+
+    Raises:
+        TypeError, ValueError: if vec is not a floating-point (*, 3) tensor.
+
+    Example:
+        >>> vector_to_skew_symmetric_matrix(torch.tensor([1.0, 2.0, 3.0]))
+        tensor([[ 0., -3.,  2.],
+                [ 3.,  0., -1.],
+                [-2.,  1.,  0.]])
+    """
+    check_last(vec, 3, "vec")
+    x, y, z = vec[..., 0], vec[..., 1], vec[..., 2]
+    zero = torch.zeros_like(x)
+    rows = [torch.stack([zero, -z, y], -1), torch.stack([z, zero, -x], -1), torch.stack([-y, x, zero], -1)]
+    return torch.stack(rows, -2)
+
+
+def require_rotation(matrix: Tensor, name: str) -> None:
+    """Raise ValueError unless every (3, 3) matrix is a rotation, within 1e-4 (1e-9 in float64). It looks at the values.
+
+    >>> require_rotation(torch.eye(3), "R")
+    """
+    eye = torch.eye(3, dtype=matrix.dtype, device=matrix.device)
+    error = float((small_matmul(matrix, matrix.transpose(-1, -2)) - eye).abs().max())
+    normal = cross(matrix[..., 0, :], matrix[..., 1, :])
+    mirrored = float((normal * matrix[..., 2, :]).sum(-1).min()) < 0.0
+    if mirrored or not error <= (1e-9 if matrix.dtype == torch.float64 else 1e-4):
+        raise ValueError(f"{name}: expected rotation matrices, got |R R^T - I| = {error}, some determinant negative: {mirrored}")
+
+
+def _angle_over_length(w: Tensor, squared: Tensor, eps: float) -> Tensor:
+    """atan2(|v|, w) / |v| for |v|^2 = squared: half the angle of a quaternion (w, v), over the length of v, which is at least eps."""
+    # The series is in |v| / w; where it applies, w is near 1.
+    small = (squared < 1e-4 * w * w) & (w > 0)
+    tiny = squared < eps * eps
+    length = torch.sqrt(torch.where(small | tiny, torch.ones_like(squared), squared))
+    length = torch.where(tiny, torch.full_like(length, eps), length)
+    exact = torch.atan2(length, torch.where(small, torch.ones_like(w), w)) / length
+    safe = torch.where(small, w, torch.ones_like(w))
+    r = torch.where(small, squared, torch.zeros_like(squared)) / (safe * safe)
+    return torch.where(small, (1.0 - r / 3.0 + r * r / 5.0 - r * r * r / 7.0) / safe, exact)
+
+
+# Names that Kornia keeps for its older callers.
+angle_axis_to_quaternion = axis_angle_to_quaternion
+angle_axis_to_rotation_matrix = axis_angle_to_rotation_matrix
+quaternion_to_angle_axis = quaternion_to_axis_angle
+rotation_matrix_to_angle_axis = rotation_matrix_to_axis_angle

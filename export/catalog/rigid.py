@@ -1,0 +1,46 @@
+"""Rotations and motions that samplers share, in float64."""
+
+from __future__ import annotations
+
+import torch
+from torch import Generator, Tensor
+
+
+def normal(generator: Generator, *shape: int) -> Tensor:
+    """Normally distributed values."""
+    return torch.randn(shape, generator=generator, dtype=torch.float64)
+
+
+def uniform(generator: Generator, low: float, high: float, *shape: int) -> Tensor:
+    """Uniformly distributed values."""
+    return torch.rand(shape, generator=generator, dtype=torch.float64) * (high - low) + low
+
+
+def quaternions(generator: Generator, count: int) -> Tensor:
+    """(count, 4), of unit length, w away from the sign's change at 0."""
+    q = normal(generator, count, 4)
+    q[:, 0] += torch.where(q[:, 0] < 0, -0.2, 0.2)
+    return q / q.norm(dim=-1, keepdim=True)
+
+
+def rotations(generator: Generator, count: int) -> Tensor:
+    """(count, 3, 3)."""
+    w, x, y, z = quaternions(generator, count).unbind(-1)
+    rows = [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+            2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+            2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
+    return torch.stack(rows, -1).reshape(count, 3, 3)
+
+
+def rotations2d(generator: Generator, count: int) -> Tensor:
+    """(count, 2, 2), by less than half a turn."""
+    angle = uniform(generator, -2.8, 2.8, count)
+    return torch.stack([angle.cos(), -angle.sin(), angle.sin(), angle.cos()], -1).reshape(count, 2, 2)
+
+
+def motions(generator: Generator, rotation: Tensor) -> Tensor:
+    """(count, n + 1, n + 1) with these rotations (count, n, n) and some translations."""
+    count, n, _ = rotation.shape
+    made = torch.eye(n + 1, dtype=torch.float64).repeat(count, 1, 1)
+    made[:, :n, :n], made[:, :n, n] = rotation, normal(generator, count, n)
+    return made

@@ -1,0 +1,121 @@
+"""Angles and polar coordinates."""
+
+import math
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ...primitives.checks import check_floating
+
+
+def rad2deg(tensor: Tensor) -> Tensor:
+    """Degrees from radians.
+
+    Args:
+        tensor: any shape, floating point.
+
+    Returns:
+        The same shape.
+
+    Raises:
+        TypeError: if tensor is not floating point.
+
+    Example:
+        >>> rad2deg(torch.tensor([0.0, torch.pi]))
+        tensor([  0., 180.])
+    """
+    check_floating(tensor, "tensor")
+    return tensor * (180.0 / math.pi)
+
+
+def deg2rad(tensor: Tensor) -> Tensor:
+    """Radians from degrees.
+
+    Args:
+        tensor: any shape, floating point.
+
+    Returns:
+        The same shape.
+
+    Raises:
+        TypeError: if tensor is not floating point.
+
+    Example:
+        >>> deg2rad(torch.tensor([0.0, 180.0]))
+        tensor([0.0000, 3.1416])
+    """
+    check_floating(tensor, "tensor")
+    return tensor * (math.pi / 180.0)
+
+
+def angle_to_rotation_matrix(angle: Tensor) -> Tensor:
+    """Rotation matrix [[cos a, sin a], [-sin a, cos a]] of an angle.
+
+    It turns counter-clockwise where y points down, as in images; `geometry.lie.so2_exp` is its transpose.
+
+    Args:
+        angle: (*) in degrees, floating point.
+
+    Returns:
+        (*, 2, 2).
+
+    Raises:
+        TypeError: if angle is not floating point.
+
+    Example:
+        >>> angle_to_rotation_matrix(torch.tensor(90.0)).round(decimals=4)
+        tensor([[-0.,  1.],
+                [-1., -0.]])
+    """
+    radians = deg2rad(angle)
+    cosine, sine = torch.cos(radians), torch.sin(radians)
+    return torch.stack([torch.stack([cosine, sine], -1), torch.stack([-sine, cosine], -1)], -2)
+
+
+def cart2pol(x: Tensor, y: Tensor, eps: float = 1e-8) -> Tuple[Tensor, Tensor]:
+    """Polar coordinates of points in the plane.
+
+    Args:
+        x: (*), floating point.
+        y: (*), of x's shape or broadcast with it.
+        eps: at radii below this the gradients, which have no limit at the origin, are 0. The values are exact everywhere.
+
+    Returns:
+        rho, the distance from the origin, and phi, the angle from the x axis towards the y axis in radians, in (-pi, pi]; 0 at the origin.
+
+    Raises:
+        TypeError: if x or y is not floating point.
+
+    Example:
+        >>> cart2pol(torch.tensor(0.0), torch.tensor(2.0))
+        (tensor(2.), tensor(1.5708))
+    """
+    check_floating(x, "x")
+    check_floating(y, "y")
+    squared = x * x + y * y
+    tiny = squared < eps * eps
+    rho = torch.where(tiny, torch.sqrt(squared.detach()), torch.sqrt(torch.where(tiny, torch.ones_like(squared), squared)))
+    return rho, torch.atan2(torch.where(tiny, y.detach(), y), torch.where(tiny, x.detach(), x))
+
+
+def pol2cart(rho: Tensor, phi: Tensor) -> Tuple[Tensor, Tensor]:
+    """Points in the plane from polar coordinates.
+
+    Args:
+        rho: (*), distance from the origin, floating point.
+        phi: (*), angle from the x axis towards the y axis in radians.
+
+    Returns:
+        x and y.
+
+    Raises:
+        TypeError: if rho or phi is not floating point.
+
+    Example:
+        >>> pol2cart(torch.tensor(2.0), torch.tensor(0.0))
+        (tensor(2.), tensor(0.))
+    """
+    check_floating(rho, "rho")
+    check_floating(phi, "phi")
+    return rho * torch.cos(phi), rho * torch.sin(phi)

@@ -1,0 +1,36 @@
+"""Planes through points."""
+
+from typing import Optional, Tuple
+
+from torch import Tensor
+
+from ..primitives.linalg import smallest_eigenvector
+from ..primitives.scatter_matrix import mean_and_scatter
+
+__all__ = ["fit_plane"]
+
+
+def fit_plane(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
+    """The planes (lines in two dimensions) that are nearest to points, by the sum of squared distances, computed in float64.
+
+    K. Pearson, On lines and planes of closest fit to systems of points in space, 1901. Kornia returns an object with the same two values.
+
+    Args:
+        points: (B, N, D), N at least D and D at least 2, floating point.
+        weights: (B, N), not negative, some positive; ones by default.
+
+    Returns:
+        Normal (B, D) of unit length, whose largest coordinate in absolute value is positive, and offset (B,): the plane is normal . x + offset
+        = 0. Differentiable in both arguments. Where no plane is the best (points in one place, on a sphere) it is some plane through the
+        mean.
+
+    Raises:
+        TypeError, ValueError: if an argument is not floating point or not of the shape above.
+
+    Example:
+        >>> fit_plane(torch.tensor([[[0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0], [1.0, 1.0, 2.0]]]))
+        (tensor([[0., 0., 1.]]), tensor([-2.]))
+    """
+    mean, scatter = mean_and_scatter(points, weights)
+    normal = smallest_eigenvector(scatter)
+    return normal.to(points.dtype), -(normal * mean).sum(-1).to(points.dtype)

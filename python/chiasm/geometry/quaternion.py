@@ -1,0 +1,182 @@
+"""Quaternions (w, x, y, z): products, rotated points, interpolation, averages."""
+
+from typing import Optional, Union
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_last
+from ..primitives.linalg import cross, largest_eigenvector
+from .conversions.rotations import axis_angle_to_quaternion, normalize_quaternion, quaternion_to_axis_angle
+
+__all__ = [
+    "average_quaternions",
+    "quaternion_conjugate",
+    "quaternion_inverse",
+    "quaternion_multiply",
+    "quaternion_rotate",
+    "quaternion_slerp",
+]
+
+
+def quaternion_multiply(q1: Tensor, q2: Tensor) -> Tensor:
+    """Hamilton's product: as rotations, q2 first, then q1.
+
+    Args:
+        q1: (*, 4) in the order w, x, y, z, floating point.
+        q2: (*, 4), of q1's shape or broadcast with it.
+
+    Returns:
+        (*, 4).
+
+    Raises:
+        TypeError, ValueError: if an argument is not a floating-point (*, 4) tensor.
+
+    Example:
+        >>> i, j = torch.tensor([0.0, 1.0, 0.0, 0.0]), torch.tensor([0.0, 0.0, 1.0, 0.0])
+        >>> quaternion_multiply(i, j)
+        tensor([0., 0., 0., 1.])
+    """
+    check_last(q1, 4, "q1")
+    check_last(q2, 4, "q2")
+    w1, x1, y1, z1 = q1[..., 0], q1[..., 1], q1[..., 2], q1[..., 3]
+    w2, x2, y2, z2 = q2[..., 0], q2[..., 1], q2[..., 2], q2[..., 3]
+    parts = [
+        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+    ]
+    return torch.stack(parts, -1)
+
+
+def quaternion_conjugate(quaternion: Tensor) -> Tensor:
+    """The quaternion with its vector part negated: the inverse rotation, where it is of unit length.
+
+    Args:
+        quaternion: (*, 4) in the order w, x, y, z, floating point.
+
+    Returns:
+        (*, 4).
+
+    Raises:
+        TypeError, ValueError: if quaternion is not a floating-point (*, 4) tensor.
+
+    Example:
+        >>> quaternion_conjugate(torch.tensor([1.0, 2.0, 3.0, 4.0]))
+        tensor([ 1., -2., -3., -4.])
+    """
+    check_last(quaternion, 4, "quaternion")
+    return torch.cat([quaternion[..., :1], -quaternion[..., 1:]], -1)
+
+
+def quaternion_inverse(quaternion: Tensor) -> Tensor:
+    """The conjugate divided by the squared length, whose product with the quaternion is 1.
+
+    Args:
+        quaternion: (*, 4) in the order w, x, y, z, floating point.
+
+    Returns:
+        (*, 4); 0 for 0, which has no inverse.
+
+    Raises:
+        TypeError, ValueError: if quaternion is not a floating-point (*, 4) tensor.
+
+    Example:
+        >>> quaternion_inverse(torch.tensor([0.0, 2.0, 0.0, 0.0]))
+        tensor([ 0.0000, -0.5000, -0.0000, -0.0000])
+    """
+    conjugate = quaternion_conjugate(quaternion)
+    squared = (quaternion * quaternion).sum(-1, keepdim=True)
+    return conjugate / torch.where(squared == 0, torch.ones_like(squared), squared)
+
+
+def quaternion_rotate(quaternion: Tensor, points: Tensor) -> Tensor:
+    """Points turned by unit quaternions: the vector part of q (0, p) q*.
+
+    Args:
+        quaternion: (*, 4) in the order w, x, y, z, of unit length, floating point.
+        points: (*, 3), of quaternion's shape but for the last axis, or broadcast with it: one rotation for each of N points is (N, 4), one
+            for all of them (4,) or (1, 4).
+
+    Returns:
+        (*, 3).
+
+    Raises:
+        TypeError, ValueError: if an argument is not floating point or not of the shape above.
+
+    Example:
+        >>> half = torch.tensor(0.5).sqrt()
+        >>> quaternion_rotate(torch.stack([half, 0 * half, 0 * half, half]), torch.tensor([1.0, 0.0, 0.0])).round(decimals=4)
+        tensor([0., 1., 0.])
+    """
+    check_last(quaternion, 4, "quaternion")
+    check_last(points, 3, "points")
+    w, v = quaternion[..., :1], quaternion[..., 1:]
+    twice = 2.0 * cross(v, points)
+    return points + w * twice + cross(v, twice)
+
+
+def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
+    """Interpolate rotations at constant angular speed, along the shorter of the two arcs.
+
+    K. Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985, in the form q1 (q1^-1 q2)^t, which has no small sine to
+    divide by.
+
+    Args:
+        q1: (*, 4) in the order w, x, y, z, floating point; it is scaled to unit length.
+        q2: (*, 4), of q1's shape; it is scaled to unit length.
+        t: (*) or a number: 0 is q1, 1 is q2 (or -q2, the same rotation).
+
+    Returns:
+        (*, 4), of unit length.
+
+    Raises:
+        TypeError, ValueError: if q1 or q2 is not a floating-point (*, 4) tensor.
+
+    Example:
+        >>> quaternion_slerp(torch.tensor([1.0, 0.0, 0.0, 0.0]), torch.tensor([0.0, 1.0, 0.0, 0.0]), 0.5)
+        tensor([0.7071, 0.7071, 0.0000, 0.0000])
+    """
+    check_last(q1, 4, "q1")
+    check_last(q2, 4, "q2")
+    start, end = normalize_quaternion(q1), normalize_quaternion(q2)
+    way = quaternion_to_axis_angle(quaternion_multiply(quaternion_conjugate(start), end))
+    part = t[..., None] * way if isinstance(t, Tensor) else t * way
+    return quaternion_multiply(start, axis_angle_to_quaternion(part))
+
+
+def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
+    """The mean rotation: the unit quaternion that maximises the weighted sum of squared cosines of half the angles to those given.
+
+    F. L. Markley et al., Averaging quaternions, J. Guidance, Control, and Dynamics 30(4), 2007: the eigenvector of sum w q q^T of the
+    largest eigenvalue, computed in float64. Signs of the quaternions do not matter.
+
+    Args:
+        Q: (*, N, 4) in the order w, x, y, z, of unit length, floating point.
+        w: (*, N), not negative; ones by default.
+
+    Returns:
+        (*, 4), with w >= 0. Differentiable in both. Where two eigenvalues are largest there is no one mean: some unit quaternion.
+
+    Raises:
+        TypeError, ValueError: if an argument is not floating point or not of the shape above.
+
+    Example:
+        >>> average_quaternions(torch.tensor([[1.0, 0.0, 0.0, 0.0], [0.6, 0.8, 0.0, 0.0]]))
+        tensor([0.8944, 0.4472, 0.0000, 0.0000])
+    """
+    check_last(Q, 4, "Q")
+    if Q.dim() < 2:
+        raise ValueError(f"Q: expected shape (*, N, 4), got {list(Q.shape)}")
+    q = Q.to(torch.float64)
+    weighted = q
+    if w is not None:
+        check_floating(w, "w")
+        if w.dim() + 1 != Q.dim() or w.size(-1) != Q.size(-2):
+            raise ValueError(f"w: expected shape (*, N) for Q {list(Q.shape)}, got {list(w.shape)}")
+        weighted = q * w.to(torch.float64)[..., None]
+    m = (weighted[..., :, None] * q[..., None, :]).sum(-3).reshape(-1, 4, 4)
+    mean = largest_eigenvector(m)
+    mean = torch.where(mean[:, :1] < 0, -mean, mean).reshape(Q[..., 0, :].shape)
+    return mean.to(Q.dtype)
