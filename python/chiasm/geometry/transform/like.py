@@ -10,9 +10,10 @@ import torch
 from torch import Tensor
 
 from .affine import warp_affine
-from .crop import crop_by_transform_mat
+from .crop import center_crop, crop_by_transform_mat
 from .homography_warp import homography_warp
 from .matrices import check_points, get_perspective_transform
+from .polar import warp_polar
 from .resize import resize
 from .warp import warp_perspective
 
@@ -183,3 +184,57 @@ def crop_by_boxes_like(
     check_points(dst_box, 4, 2, "dst_box")
     matrix = get_perspective_transform(src_box.to(torch.float64), dst_box.to(torch.float64))
     return crop_by_transform_mat(input_tensor, matrix, (like.shape[-2], like.shape[-1]), mode, padding_mode, align_corners)
+
+
+def center_crop_like(
+    input_tensor: Tensor,
+    like: Tensor,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
+    """``center_crop`` to the height and width of another tensor.
+
+    Args:
+        input_tensor: images (B, C, H, W).
+        like: a tensor (..., OH, OW) of any dtype, whose values are not read.
+        mode, padding_mode, align_corners: as in :func:`center_crop`.
+
+    Returns:
+        Images (B, C, OH, OW).
+
+    Example:
+        >>> center_crop_like(torch.rand(1, 3, 32, 48), torch.empty(16, 20)).shape
+        torch.Size([1, 3, 16, 20])
+    """
+    return center_crop(input_tensor, (like.shape[-2], like.shape[-1]), mode, padding_mode, align_corners)
+
+
+def warp_polar_like(
+    src: Tensor,
+    center: Tensor,
+    max_radius: Tensor,
+    like: Tensor,
+    mapping: str = "linear",
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
+    """``warp_polar`` to the height and width of another tensor.
+
+    Args:
+        src: images (B, C, H, W).
+        center: (B, 2), x and y in pixels.
+        max_radius: (B,) in pixels.
+        like: a tensor (..., OH, OW) of any dtype, whose values are not read.
+        mapping, mode, padding_mode, align_corners: as in :func:`warp_polar`.
+
+    Returns:
+        Images (B, C, OH, OW).
+
+    Example:
+        >>> middle, radius = torch.tensor([[24.0, 16.0]]), torch.tensor([16.0])
+        >>> warp_polar_like(torch.rand(1, 3, 32, 48), middle, radius, torch.empty(36, 16)).shape
+        torch.Size([1, 3, 36, 16])
+    """
+    return warp_polar(src, (like.shape[-2], like.shape[-1]), center, max_radius, mapping, mode, padding_mode, align_corners)
