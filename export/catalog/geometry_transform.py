@@ -93,7 +93,7 @@ _add("get_rotation_matrix2d", [_CENTER, _BATCHED, _SCALE], "OpenCV getRotationMa
 _add("get_translation_matrix2d", [_TRANSLATIONS], "definition", fn="get_translation_matrix2d", **_PIXELS)
 _add("get_shear_matrix2d", [_CENTER, *_SHEARS], "product of matrices in NumPy", fn="get_shear_matrix2d", **_PIXELS)
 _add("get_affine_matrix2d", [_TRANSLATIONS, _CENTER, _SCALE, _BATCHED, *_SHEARS], "product of matrices in NumPy", fn="get_affine_matrix2d", **_PIXELS)
-_add("invert_affine_transform", [TensorSpec("matrix", ("B", 2, 3))], "OpenCV invertAffineTransform", fn="invert_affine_transform", **_PIXELS)
+_add("invert_affine_transform", [TensorSpec("matrix", ("B", 2, 3))], "OpenCV invertAffineTransform", fn="invert_affine_transform", **{**_PIXELS, "outputs": [TensorSpec("inverse")]})
 _add(
     "projection_from_Rt", [TensorSpec("rmat", ("B", 3, 3)), TensorSpec("tvec", ("B", 3, 1))], "definition",
     fn="projection_from_Rt", outputs=_MATRIX,
@@ -107,26 +107,27 @@ _add(
 
 # --- warps -------------------------------------------------------------------------------------------------------------
 
-for _mode, _paddings in {"bilinear": ("zeros", "border", "reflection"), "nearest": ("zeros", "border"), "bicubic": ("zeros", "border", "reflection")}.items():
-    for _padding in _paddings:
-        _config = {"mode": _mode, "padding_mode": _padding}
-        _tolerance = _CUBIC if _mode == "bicubic" else _WARP
-        _add(
-            f"warp_affine.{_mode}_{_padding}",
-            [image("src"), TensorSpec("M", ("B", 2, 3), description="from source to destination pixels"), _LIKE],
-            "OpenCV warpAffine; SciPy map_coordinates", fn="like.warp_affine_like", config=_config, symbols=_SIZES, **_tolerance,
-        )
-        _add(
-            f"remap.{_mode}_{_padding}",
-            [image("image"), TensorSpec("map_x", ("B", "OH", "OW"), description="columns"), TensorSpec("map_y", ("B", "OH", "OW"), description="rows")],
-            "OpenCV remap; SciPy map_coordinates", fn="remap", config={**_config, "align_corners": True}, symbols=_SIZES, **_tolerance,
-        )
-        if _mode == "bicubic":
-            _add(
-                f"warp_perspective.{_mode}_{_padding}",
-                [image("src"), TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"), _LIKE],
-                "OpenCV warpPerspective", fn="like.warp_perspective_like", makers={"M": "homography"}, config=_config, symbols=_SIZES, **_CUBIC,
-            )
+_WARPED = {
+    "warp_affine": (
+        [image("src"), TensorSpec("M", ("B", 2, 3), description="from source to destination pixels"), _LIKE],
+        {"bilinear": ("zeros", "border", "reflection"), "nearest": ("zeros", "border"), "bicubic": ("zeros", "border", "reflection")},
+        {"fn": "like.warp_affine_like", "reference": "OpenCV warpAffine; SciPy map_coordinates"},
+    ),
+    "warp_perspective": (
+        [image("src"), TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"), _LIKE],
+        {"bicubic": ("zeros", "border")},
+        {"fn": "like.warp_perspective_like", "reference": "OpenCV warpPerspective", "makers": {"M": "homography"}},
+    ),
+    "remap": (
+        [image("image"), TensorSpec("map_x", ("B", "OH", "OW"), description="columns"), TensorSpec("map_y", ("B", "OH", "OW"), description="rows")],
+        {"bilinear": ("zeros", "border", "reflection"), "nearest": ("zeros", "border"), "bicubic": ("zeros", "border")},
+        {"fn": "remap", "reference": "OpenCV remap; SciPy map_coordinates"},
+    ),
+}
+for _name, (_inputs, _modes, _rest) in _WARPED.items():
+    for _mode, _padding in [(mode, padding) for mode, paddings in _modes.items() for padding in paddings]:
+        _config = {"mode": _mode, "padding_mode": _padding, "align_corners": True}
+        _add(f"{_name}.{_mode}_{_padding}", _inputs, config=_config, symbols=_SIZES, **_rest, **(_CUBIC if _mode == "bicubic" else _WARP))
 
 _add(
     "warp_affine.bilinear_fill",
@@ -187,8 +188,7 @@ for _name in ("hflip", "vflip", "rot180"):
     _add(_name, [image()], "NumPy", fn=_name)
 
 _RESIZE = "torch.nn.functional.interpolate"
-_add("rescale.bicubic", [image()], _RESIZE, fn="rescale", config={"factor": (1.5, 0.7), "interpolation": "bicubic"}, symbols=STENCIL)
-_add("rescale.bilinear_antialias", [image()], _RESIZE, fn="rescale", config={"factor": 0.5, "antialias": True}, symbols=STENCIL)
+_add("rescale", [image()], _RESIZE, fn="rescale", config={"factor": (1.5, 0.7), "interpolation": "bicubic"}, symbols=STENCIL)
 _add("resize_to_be_divisible", [image()], _RESIZE, fn="resize_to_be_divisible", config={"divisible_factor": 8}, symbols=STENCIL)
 _add("pyrdown.by_2", [image()], "OpenCV GaussianBlur and torch.nn.functional.interpolate", fn="pyrdown", symbols=STENCIL)
 _add(
@@ -206,7 +206,7 @@ _add("build_laplacian_pyramid", [image()], "the image comes back", fn="build_lap
 _BOXES = TensorSpec("boxes", ("B", 4, 2), description="corners (x, y) from the upper left clockwise")
 _add("center_crop", [image("input_tensor")], "NumPy slices", fn="center_crop", config={"size": (12, 10)}, **_WARP)
 _add("center_crop.like", [image("input_tensor"), _LIKE], "NumPy slices", fn="like.center_crop_like", symbols=_SIZES, **_WARP)
-_add("crop_and_resize", [image("input_tensor"), _BOXES], "OpenCV warpPerspective", fn="crop_and_resize", config={"size": (7, 9)}, **_WARP)
+_add("crop_and_resize", [image("input_tensor"), _BOXES], "OpenCV warpPerspective", fn="crop_and_resize", config={"size": (10, 12)}, **_WARP)
 _add(
     "crop_by_transform_mat",
     [image("input_tensor"), TensorSpec("transform", ("B", 3, 3), description="from source to destination pixels"), _LIKE],

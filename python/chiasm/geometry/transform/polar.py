@@ -24,8 +24,8 @@ def warp_polar(
     """Unroll images around a centre: rows are directions, columns distances. ``cv2.warpPolar``; Kornia has none.
 
     Output pixel (i, j) shows the direction 2 pi i / height (from the x axis towards the y axis, clockwise as seen) at the
-    distance max_radius j / width, or exp(j log(max_radius) / width) for "log". Rotating src shifts the output's rows, and
-    enlarging src shifts the columns of "log".
+    distance max_radius j / width, or exp(j log(max_radius) / width) - 1 for "log". Rotating src shifts the output's rows.
+    (The 1 is what OpenCV does, though not what its manual says; scikit-image's ``warp_polar`` has none.)
 
     Args:
         src: (B, C, H, W), floating point.
@@ -69,7 +69,7 @@ def warp_polar(
     column, row = pixel_axes(dsize[0], dsize[1], precision, src.device)
     angle = row * (2.0 * math.pi) / dsize[0]
     if mapping == "log":
-        distance = torch.exp(column / dsize[1] * torch.log(radius)[:, None, None])
+        distance = torch.exp(column / dsize[1] * torch.log(radius)[:, None, None]) - 1.0
     else:
         distance = column / dsize[1] * radius[:, None, None]
     x = middle[:, 0, None, None] + distance * torch.cos(angle)

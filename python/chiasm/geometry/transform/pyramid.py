@@ -95,7 +95,7 @@ def build_pyramid(input: Tensor, max_level: int, border_type: str = "reflect", a
     check_border(border_type)
     if max_level < 1:
         raise ValueError(f"max_level: expected a positive number, got {max_level}")
-    levels = [input]
+    levels = [input.clone()]  # ONNX has one name for a value, and the image's is its own
     for i in range(max_level - 1):
         levels.append(pyrdown(levels[i], border_type, align_corners))
     return levels
