@@ -1,5 +1,5 @@
 """Geometry of images and points."""
 
-from . import conversions, homography, subpix, transform
+from . import conversions, homography, linalg, solvers, subpix, transform
 
-__all__ = ["conversions", "homography", "subpix", "transform"]
+__all__ = ["conversions", "homography", "linalg", "solvers", "subpix", "transform"]
