@@ -47,7 +47,8 @@ def _rotation(center: Tensor, angle: Tensor, scale: Tensor) -> Tensor:
     radians = angle.to(torch.float64) * (math.pi / 180.0)
     factor = scale.to(torch.float64)
     cosine, sine = torch.cos(radians), torch.sin(radians)
-    return about_center([[cosine * factor[:, 0], sine * factor[:, 1]], [-sine * factor[:, 0], cosine * factor[:, 1]]], center)
+    rows = [[cosine * factor[:, 0], sine * factor[:, 1]], [-sine * factor[:, 0], cosine * factor[:, 1]]]
+    return about_center(from_rows(rows), center)
 
 
 def get_translation_matrix2d(translations: Tensor) -> Tensor:
@@ -101,7 +102,7 @@ def get_shear_matrix2d(center: Tensor, sx: Optional[Tensor] = None, sy: Optional
 
 def _shear(center: Tensor, sx: Optional[Tensor], sy: Optional[Tensor]) -> Tensor:
     along_x, along_y = tangent(sx, center, "sx"), tangent(sy, center, "sy")
-    return about_center([[torch.ones_like(along_x), -along_x], [-along_y, 1.0 + along_x * along_y]], center)
+    return about_center(from_rows([[torch.ones_like(along_x), -along_x], [-along_y, 1.0 + along_x * along_y]]), center)
 
 
 def get_affine_matrix2d(
@@ -282,9 +283,8 @@ def homogeneous(matrix: Tensor) -> Tensor:
     return torch.cat([matrix, torch.cat([zero, torch.ones_like(matrix[:, :1, :1])], 2)], 1)
 
 
-def about_center(linear: List[List[Tensor]], center: Tensor) -> Tensor:
-    """(B, n, n + 1) in float64: a linear map, given by its entries (B,), that leaves ``center`` (B, n) where it is."""
-    m = from_rows(linear)
+def about_center(m: Tensor, center: Tensor) -> Tensor:
+    """(B, n, n + 1) in float64: a linear map (B, n, n), moved so that it leaves ``center`` (B, n) where it is."""
     c = center.to(torch.float64)[:, :, None]
     return torch.cat([m, c - small_matmul(m, c)], 2)
 
