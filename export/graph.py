@@ -154,7 +154,7 @@ class _Vjp(nn.Module):
         def of_differentiable(*values: torch.Tensor):
             merged = inputs | dict(zip(self.gradients, values, strict=True))
             result = self.op(*(merged[n] for n in self.input_names))
-            result = result if isinstance(result, tuple) else (result,)
+            result = result if isinstance(result, (tuple, list)) else (result,)
             return tuple(result[i] for i in self.floating_outputs)
 
         _, pullback = torch.func.vjp(of_differentiable, *(inputs[n] for n in self.gradients))

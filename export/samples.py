@@ -8,7 +8,7 @@ from .spec import Spec, TensorSpec
 
 #: The sizes that ops are exported at. All differ, also from constants that signatures contain (2, 3, 4, 9), because
 #: symbolic tracing takes equal sizes for the same symbol.
-EXAMPLE = {"B": 7, "C": 6, "H": 24, "W": 31, "N": 11, "OH": 14, "OW": 19}
+EXAMPLE = {"B": 7, "C": 6, "H": 24, "W": 31, "N": 11, "OD": 10, "OH": 14, "OW": 19}
 #: The sizes that they are tested at: none of EXAMPLE's, odd and even, batch 1 and 3, 1, 3 and 5 channels, non-square.
 TESTS = (
     {"B": 1, "C": 1, "H": 37, "W": 53, "N": 4, "OH": 50, "OW": 33},

@@ -5,7 +5,7 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..geometry.transform import resize
+from ..geometry.transform.resize import resize
 from ..primitives.checks import check_image, odd_pair
 from ..primitives.padding import check_border
 from ..primitives.stencil import separable as separable_sums

@@ -1,5 +1,5 @@
 """Geometry of images and points."""
 
-from . import bbox, conversions, grid, homography, lie, line, plane, quaternion, subpix, transform
+from . import bbox, conversions, grid, homography, lie, linalg, line, plane, quaternion, solvers, subpix, transform
 
-__all__ = ["bbox", "conversions", "grid", "homography", "lie", "line", "plane", "quaternion", "subpix", "transform"]
+__all__ = ["bbox", "conversions", "grid", "homography", "lie", "linalg", "line", "plane", "quaternion", "solvers", "subpix", "transform"]

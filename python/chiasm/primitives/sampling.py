@@ -135,6 +135,69 @@ def nearest_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Te
     return [row.clamp(0, height - 1) * width + column.clamp(0, width - 1)], [inside.to(x.dtype)]
 
 
+def cubic_taps(x: Tensor, y: Tensor, height: int, width: int, padding_mode: str, align_corners: bool) -> Tuple[List[Tensor], List[Tensor]]:
+    """Flat int32 indices and weights of the 4 x 4 pixels around each position, by Keys' kernel with a = -0.75.
+
+    As in ``grid_sample`` and OpenCV, "border" and "reflection" move the pixels that are read, not the position.
+    """
+    column, across = _cubic_axis(x, width, padding_mode, align_corners)
+    row, down = _cubic_axis(y, height, padding_mode, align_corners)
+    index: List[Tensor] = []
+    weight: List[Tensor] = []
+    for i in range(4):
+        for j in range(4):
+            index.append(row[i] * width + column[j])
+            weight.append(down[i] * across[j])
+    return index, weight
+
+
+def _cubic_axis(x: Tensor, size: int, padding_mode: str, align_corners: bool) -> Tuple[List[Tensor], List[Tensor]]:
+    if padding_mode != "reflection":
+        # Beyond three pixels outside nothing changes any more, and the conversion to integers stays defined.
+        x = x.clamp(-4, size + 3)
+    first = torch.floor(x.detach())
+    weights = cubic_weights(x - first, -0.75)
+    index: List[Tensor] = []
+    weight: List[Tensor] = []
+    for k in range(4):
+        pixel = first + (k - 1.0)
+        if padding_mode == "reflection":
+            pixel = reflect_positions(pixel, size, align_corners)
+        inside = (pixel >= 0) & (pixel <= size - 1)
+        keep = padding_mode == "border" or padding_mode == "reflection"
+        weight.append(weights[k] if keep else torch.where(inside, weights[k], torch.zeros_like(x)))
+        index.append(pixel.clamp(0, size - 1).to(torch.int32))
+    return index, weight
+
+
+def bounded_taps(low: Tensor, extent: Tensor, out_size: int, mode: str, align_corners: bool, dtype: torch.dtype) -> Tuple[List[Tensor], List[Tensor]]:
+    """Indices and weights (B, out_size) of what resizes, along one axis, the ``extent`` (B,) pixels from ``low`` (B,) on.
+
+    mode: "nearest", "bilinear" or "bicubic" as for resizing, or "pad": pixels keep their size and zeros follow.
+    """
+    i = torch.arange(out_size, device=low.device)[None]
+    size, first = extent[:, None], low[:, None]
+    if mode == "pad":
+        return [first + torch.minimum(i, size - 1)], [(i < size).to(dtype)]
+    if mode == "nearest":
+        pixel = torch.floor((i * size).to(torch.float64) / out_size).to(torch.int64)
+        return [first + pixel], [torch.ones_like(pixel).to(dtype)]
+    if align_corners:
+        numerator = i * (size - 1)
+        denominator = larger(out_size - 1, 1)
+    else:
+        numerator = (2 * i + 1) * size - out_size
+        denominator = 2 * out_size
+    whole = torch.floor(numerator.to(torch.float64) / denominator).to(torch.int64)
+    fraction = (numerator - whole * denominator).to(dtype) / denominator
+    if mode == "bilinear":
+        weight, start = [1.0 - fraction, fraction], 0
+    else:
+        weight, start = cubic_weights(fraction, -0.75), -1
+    zero = torch.zeros_like(whole)
+    return [first + torch.minimum(torch.maximum(whole + (start + k), zero), size - 1) for k in range(len(weight))], weight
+
+
 def gather_taps(plane: Tensor, index: List[Tensor], weight: List[Tensor]) -> Tensor:
     """Weighted sum over taps: plane (B, C, H, W), index and weight (B, h, w) each -> (B, C, h, w)."""
     batch, channels = plane.size(0), plane.size(1)

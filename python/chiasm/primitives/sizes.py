@@ -16,3 +16,25 @@ def positive_pair(size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, in
     if ky < 1 or kx < 1:
         raise ValueError(f"{name}: expected positive sizes, got ({ky}, {kx})")
     return ky, kx
+
+
+def as_ratio(value: float) -> Tuple[int, int]:
+    """The simplest ratio of whole numbers that is as good as equal to a positive number, its denominator at most 65536.
+
+    By continued fractions. Sizes times a float would be frozen where they are symbolic; times a ratio they stay.
+
+    >>> as_ratio(0.3), as_ratio(2.0)
+    ((3, 10), (2, 1))
+    """
+    p, q, p_before, q_before = 1, 0, 0, 1
+    rest = value
+    for _ in range(24):
+        whole = int(rest)
+        p_next, q_next = whole * p + p_before, whole * q + q_before
+        if q_next > 65536:
+            break
+        p, q, p_before, q_before = p_next, q_next, p, q
+        if abs(p / q - value) <= 1e-12 * value:
+            break
+        rest = 1.0 / (rest - whole)
+    return p, q

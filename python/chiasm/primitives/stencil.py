@@ -31,11 +31,12 @@ def separable_shared(x: Tensor, taps_y: List[float], taps_x: List[float], border
     rx = len(taps_x) // 2
     if onnx_forward():
         # Channels are folded into the batch: a group count that comes from a size is silently wrong in some backends.
-        flat = x.reshape(-1, 1, x.size(2), x.size(3))
+        # The new dimension apart from the merging: a reshape that does both asks whether the height divides 1.
+        flat = x.flatten(0, 1)[:, None]
         padded = padded_parts(flat, ry, ry, rx, rx, border_type)[0]
         column = torch.tensor(taps_y, dtype=x.dtype, device=x.device).reshape(1, 1, -1, 1)
         row = torch.tensor(taps_x, dtype=x.dtype, device=x.device).reshape(1, 1, 1, -1)
-        return F.conv2d(F.conv2d(padded, column), row).reshape(x.shape)
+        return F.conv2d(F.conv2d(padded, column), row).squeeze(1).reshape(x.shape)
     if not torch.jit.is_scripting() and kernels.has_kernel(x):
         return kernels.separable_shared(x, taps_y, taps_x, border_type)
     tall = join_columns([weigh_shifts(p, 2, taps_y) for p in padded_parts(x, ry, ry, 0, 0, border_type)])

@@ -5,10 +5,9 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_choice, check_floating, check_image
+from ...primitives.checks import check_image
 from ...primitives.linalg import inverse3x3
-from ...primitives.sampling import bilinear_taps, gather_taps, larger, nearest_taps, reflect_positions
-from ...primitives.stencil import join_channels, split_channels
+from ...primitives.warping import away_from_zero, check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, stretched
 
 
 def warp_perspective(
@@ -29,7 +28,7 @@ def warp_perspective(
         src: (B, C, H, W), floating point.
         M: (B, 3, 3), invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear" or "nearest".
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
         padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" (about the corner pixels'
             centres, or the outer edges when align_corners is False) or "fill".
         align_corners: when False, src position x is read at x * W / (W - 1) - 1/2, which is what
@@ -50,51 +49,22 @@ def warp_perspective(
         tensor([0., 0., 1., 2.])
     """
     check_image(src, "src")
-    check_floating(M, "M")
-    if M.dim() != 3 or M.size(1) != 3 or M.size(2) != 3:
-        raise ValueError(f"M: expected shape (B, 3, 3), got {list(M.shape)}")
-    check_choice(mode, ["bilinear", "nearest"], "mode")
-    check_choice(padding_mode, ["zeros", "border", "reflection", "fill"], "padding_mode")
-    height, width = src.size(2), src.size(3)
-    x, y = _source_positions(M, dsize[0], dsize[1], src.dtype)
+    check_matrix(M, 3, 3, "M")
+    check_sampling(mode, padding_mode)
+    x, y = perspective_positions(M, dsize[0], dsize[1], src.dtype)
     if not align_corners:
-        x = x * width / larger(width - 1, 1) - 0.5
-        y = y * height / larger(height - 1, 1) - 0.5
-    if padding_mode == "border":
-        x = x.clamp(0, width - 1)
-        y = y.clamp(0, height - 1)
-    elif padding_mode == "reflection":
-        x = reflect_positions(x, width, align_corners)
-        y = reflect_positions(y, height, align_corners)
-    if mode == "bilinear":
-        index, weight = bilinear_taps(x, y, height, width)
-    else:
-        index, weight = nearest_taps(x, y, height, width)
-    weight = [w.to(src.dtype) for w in weight]
-    out = join_channels([gather_taps(plane, index, weight) for plane in split_channels(src)])
-    if padding_mode == "fill" and fill_value is not None:
-        if fill_value.dim() != 1:
-            raise ValueError(f"fill_value: expected shape (C,), got {list(fill_value.shape)}")
-        covered = weight[0]
-        for w in weight[1:]:
-            covered = covered + w
-        out = out + (1.0 - covered)[:, None] * fill_value.to(src.dtype)[:, None, None]
-    return out
+        x, y = stretched(x, src.size(3)), stretched(y, src.size(2))
+    return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-def _source_positions(M: Tensor, height: int, width: int, dtype: torch.dtype) -> Tuple[Tensor, Tensor]:
-    """Position in src, x and y (B, height, width), of each output pixel."""
+def perspective_positions(M: Tensor, height: int, width: int, dtype: torch.dtype) -> Tuple[Tensor, Tensor]:
+    """Position in src, x and y (B, height, width), of each output pixel, where M leads from src to the output."""
     # The inverse of a homography loses half the digits of float32; nine numbers in float64 cost nothing.
     inverse = inverse3x3(M.to(torch.float64))
-    # Positions in half precision would be off by whole pixels.
-    precision = torch.float64 if dtype == torch.float64 else torch.float32
-    inverse = inverse.to(precision)
-    m = inverse[:, :, :, None, None]
-    column = torch.arange(width, device=M.device).to(precision)[None, None, :]
-    row = torch.arange(height, device=M.device).to(precision)[None, :, None]
-    depth = m[:, 2, 0] * column + m[:, 2, 1] * row + m[:, 2, 2]
-    # Points at infinity land far outside instead of at NaN.
-    depth = torch.where(depth.abs() > 1e-8, depth, torch.full_like(depth, 1e-8))
+    precision = position_dtype(dtype)
+    m = inverse.to(precision)[:, :, :, None, None]
+    column, row = pixel_axes(height, width, precision, M.device)
+    depth = away_from_zero(m[:, 2, 0] * column + m[:, 2, 1] * row + m[:, 2, 2])
     x = (m[:, 0, 0] * column + m[:, 0, 1] * row + m[:, 0, 2]) / depth
     y = (m[:, 1, 0] * column + m[:, 1, 1] * row + m[:, 1, 2]) / depth
     return x, y

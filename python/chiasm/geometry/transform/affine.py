@@ -1,0 +1,215 @@
+"""Affine warps: rotation, scaling, shearing, translation."""
+
+from typing import Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ...primitives.checks import check_image
+from ...primitives.warping import check_matrix, check_sampling, pixel_axes, position_dtype, sample_image
+from .matrices import check_numbers, check_vectors, from_rows, get_rotation_matrix2d, inverse_affine
+
+
+def warp_affine(
+    src: Tensor,
+    M: Tensor,
+    dsize: Tuple[int, int],
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+    fill_value: Optional[Tensor] = None,
+) -> Tensor:
+    """Warp an image by affine transforms: out(p) = src(M^-1 p).
+
+    Pixel centres lie at integers, as for ``cv2.warpAffine(src, M, (width, height))`` with constant border 0 (OpenCV rounds
+    positions to 1/32 pixel).
+
+    Args:
+        src: (B, C, H, W), floating point.
+        M: (B, 2, 3), invertible, mapping src pixels (x, y) to output pixels.
+        dsize: (height, width) of the output; may come from another tensor's shape.
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
+        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
+        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when False. It makes no
+            other difference, since M is in pixels.
+        fill_value: (C,) colour for "fill"; black by default.
+
+    Returns:
+        (B, C, height, width). Differentiable in src and M ("nearest": in src).
+
+    Raises:
+        TypeError: if src or M is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> x = torch.arange(4.0).expand(1, 1, 2, 4)
+        >>> warp_affine(x, torch.tensor([[[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]]]), (2, 4), padding_mode="border")[0, 0, 0]
+        tensor([0.0000, 0.5000, 1.5000, 2.5000])
+    """
+    check_image(src, "src")
+    check_matrix(M, 2, 3, "M")
+    check_sampling(mode, padding_mode)
+    precision = position_dtype(src.dtype)
+    m = inverse_affine(M.to(torch.float64)).to(precision)[:, :, :, None, None]
+    column, row = pixel_axes(dsize[0], dsize[1], precision, src.device)
+    x = m[:, 0, 0] * column + m[:, 0, 1] * row + m[:, 0, 2]
+    y = m[:, 1, 0] * column + m[:, 1, 1] * row + m[:, 1, 2]
+    return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
+
+
+def affine(tensor: Tensor, matrix: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = True) -> Tensor:
+    """``warp_affine`` to the image's own size.
+
+    Args:
+        tensor: (B, C, H, W), floating point.
+        matrix: (B, 2, 3), invertible, mapping source pixels (x, y) to output pixels.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+
+    Returns:
+        (B, C, H, W). Differentiable in tensor and matrix.
+
+    Raises:
+        TypeError: if tensor or matrix is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> half = torch.tensor([[[0.5, 0.0, 0.0], [0.0, 0.5, 0.0]]])
+        >>> affine(torch.arange(4.0).expand(1, 1, 2, 4), half)[0, 0, 0]
+        tensor([0., 2., 0., 0.])
+    """
+    check_image(tensor, "tensor")
+    check_matrix(matrix, 2, 3, "matrix")
+    return warp_affine(tensor, matrix, (tensor.size(2), tensor.size(3)), mode, padding_mode, align_corners)
+
+
+def rotate(
+    tensor: Tensor,
+    angle: Tensor,
+    center: Optional[Tensor] = None,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
+    """Rotate images counterclockwise.
+
+    Args:
+        tensor: (B, C, H, W), floating point.
+        angle: (B,) in degrees.
+        center: (B, 2), x and y in pixels; the middle of the image, ((W - 1) / 2, (H - 1) / 2), by default.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+
+    Returns:
+        (B, C, H, W). Differentiable in tensor, angle and center.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> rotate(torch.tensor([[[[1.0, 2.0], [3.0, 4.0]]]]), torch.tensor([90.0]))[0, 0].round()
+        tensor([[2., 4.],
+                [1., 3.]])
+    """
+    check_image(tensor, "tensor")
+    check_numbers(angle, "angle")
+    factor = torch.ones_like(angle)[:, None].expand(-1, 2)
+    return _about(tensor, angle, factor, center, mode, padding_mode, align_corners)
+
+
+def scale(
+    tensor: Tensor,
+    scale_factor: Tensor,
+    center: Optional[Tensor] = None,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
+    """Enlarge or shrink what an image shows; its size stays.
+
+    Args:
+        tensor: (B, C, H, W), floating point.
+        scale_factor: (B,), or (B, 2) with factors along x and y.
+        center: (B, 2), x and y in pixels of what stays in place; the middle of the image by default.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+
+    Returns:
+        (B, C, H, W). Differentiable in tensor, scale_factor and center.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> scale(torch.arange(5.0).expand(1, 1, 3, 5), torch.tensor([2.0]))[0, 0, 0]
+        tensor([1.0000, 1.5000, 2.0000, 2.5000, 3.0000])
+    """
+    check_image(tensor, "tensor")
+    factor = scale_factor
+    if factor.dim() == 1:
+        factor = factor[:, None].expand(-1, 2)
+    check_vectors(factor, 2, "scale_factor")
+    return _about(tensor, torch.zeros_like(factor[:, 0]), factor, center, mode, padding_mode, align_corners)
+
+
+def _about(tensor: Tensor, angle: Tensor, factor: Tensor, center: Optional[Tensor], mode: str, padding_mode: str, align_corners: bool) -> Tensor:
+    """``affine`` by a rotation matrix in float64."""
+    if center is None:
+        one = torch.ones_like(angle.to(torch.float64))
+        middle = torch.stack([one * (tensor.size(3) - 1) * 0.5, one * (tensor.size(2) - 1) * 0.5], -1)
+    else:
+        check_vectors(center, 2, "center")
+        middle = center.to(torch.float64)
+    return affine(tensor, get_rotation_matrix2d(middle, angle, factor), mode, padding_mode, align_corners)
+
+
+def shear(tensor: Tensor, shear: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = False) -> Tensor:
+    """Shear images by the matrix [[1, shear_x, 0], [shear_y, 1, 0]] from source to destination pixels.
+
+    Args:
+        tensor: (B, C, H, W), floating point.
+        shear: (B, 2), pixels along x per pixel of y, and along y per pixel of x; their product is not 1.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+
+    Returns:
+        (B, C, H, W). Differentiable in tensor and shear.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> shear(torch.arange(4.0).expand(1, 1, 2, 4), torch.tensor([[1.0, 0.0]]))[0, 0]
+        tensor([[0., 1., 2., 3.],
+                [0., 0., 1., 2.]])
+    """
+    check_image(tensor, "tensor")
+    check_vectors(shear, 2, "shear")
+    one, zero = torch.ones_like(shear[:, 0]), torch.zeros_like(shear[:, 0])
+    matrix = from_rows([[one, shear[:, 0], zero], [shear[:, 1], one, zero]])
+    return affine(tensor, matrix, mode, padding_mode, align_corners)
+
+
+def translate(tensor: Tensor, translation: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = True) -> Tensor:
+    """Move images.
+
+    Args:
+        tensor: (B, C, H, W), floating point.
+        translation: (B, 2), by how many pixels to the right and down.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+
+    Returns:
+        (B, C, H, W). Differentiable in tensor and translation.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> translate(torch.arange(4.0).expand(1, 1, 2, 4), torch.tensor([[1.0, 0.0]]))[0, 0, 0]
+        tensor([0., 0., 1., 2.])
+    """
+    check_image(tensor, "tensor")
+    check_vectors(translation, 2, "translation")
+    one, zero = torch.ones_like(translation[:, 0]), torch.zeros_like(translation[:, 0])
+    matrix = from_rows([[one, zero, translation[:, 0]], [zero, one, translation[:, 1]]])
+    return affine(tensor, matrix, mode, padding_mode, align_corners)

@@ -1,0 +1,241 @@
+"""Cutting parts out of images."""
+
+from typing import List, Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ...primitives.checks import check_choice, check_image
+from ...primitives.sampling import bounded_taps
+from ...primitives.warping import check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, weigh_image
+from .matrices import check_points, get_perspective_transform
+from .warp import perspective_positions
+
+
+def center_crop(
+    input_tensor: Tensor,
+    size: Tuple[int, int],
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
+    """Cut out the middle.
+
+    Where the image's size and the crop's differ by an odd number the crop begins half a pixel further, between two pixels.
+
+    Args:
+        input_tensor: (B, C, H, W), floating point.
+        size: (height, width) of the crop, which may be larger than the image; may come from another tensor's shape.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+
+    Returns:
+        (B, C, height, width).
+
+    Raises:
+        TypeError: if input_tensor is not floating point.
+        ValueError: if input_tensor is not 4-D or a choice is not as above.
+
+    Example:
+        >>> center_crop(torch.arange(16.0).reshape(1, 1, 4, 4), (2, 2))[0, 0]
+        tensor([[ 5.,  6.],
+                [ 9., 10.]])
+    """
+    check_image(input_tensor, "input_tensor")
+    check_sampling(mode, padding_mode)
+    height, width = size
+    column, row = pixel_axes(height, width, position_dtype(input_tensor.dtype), input_tensor.device)
+    # Twice the offset is a whole number: halving it is exact.
+    x = (column * 2.0 + (input_tensor.size(3) - width)) * 0.5
+    y = (row * 2.0 + (input_tensor.size(2) - height)) * 0.5
+    shape = [input_tensor.size(0), height, width]
+    return sample_image(input_tensor, x.expand(shape), y.expand(shape), mode, padding_mode, align_corners, None)
+
+
+def crop_and_resize(
+    input_tensor: Tensor,
+    boxes: Tensor,
+    size: Tuple[int, int],
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
+    """Cut out one quadrilateral of each image and bring it to a size; the corners' pixel centres become the corner pixels.
+
+    Args:
+        input_tensor: (B, C, H, W), floating point.
+        boxes: (B, 4, 2), corners (x, y) from the upper left clockwise.
+        size: (height, width) of the crops, more than 1 each; may come from another tensor's shape.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+
+    Returns:
+        (B, C, height, width). Differentiable in input_tensor and boxes.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> box = torch.tensor([[[1.0, 1.0], [3.0, 1.0], [3.0, 2.0], [1.0, 2.0]]])
+        >>> crop_and_resize(torch.arange(16.0).reshape(1, 1, 4, 4), box, (2, 3))[0, 0]
+        tensor([[ 5.,  6.,  7.],
+                [ 9., 10., 11.]])
+    """
+    check_points(boxes, 4, 2, "boxes")
+    corners = torch.tensor([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], dtype=torch.float64, device=boxes.device)
+    span = torch.ones_like(corners[:1])
+    span = torch.cat([span[:, :1] * (size[1] - 1), span[:, 1:] * (size[0] - 1)], 1)
+    target = (corners * span)[None].expand(boxes.size(0), 4, 2)
+    matrix = get_perspective_transform(boxes.to(torch.float64), target)
+    return crop_by_transform_mat(input_tensor, matrix, size, mode, padding_mode, align_corners)
+
+
+def crop_by_boxes(
+    input_tensor: Tensor,
+    src_box: Tensor,
+    dst_box: Tensor,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+    validate_boxes: bool = True,
+) -> Tensor:
+    """Cut out the quadrilaterals that the warp from one box to another brings into view.
+
+    The output is as large as the first dst_box: a size that depends on data, so this is for eager Python and TorchScript.
+    ``like.crop_by_boxes_like`` takes the size from a tensor's shape and is what is deployed.
+
+    Args:
+        input_tensor: (B, C, H, W), floating point.
+        src_box: (B, 4, 2), corners (x, y) in input_tensor from the upper left clockwise.
+        dst_box: (B, 4, 2), the corners in the output: rectangles of one size, at whole pixels.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+        validate_boxes: raise unless dst_box is as said.
+
+    Returns:
+        (B, C, height, width) for dst_box from (x, y) to (x + width - 1, y + height - 1).
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or a choice is not as above, or dst_box is not as said.
+
+    Example:
+        >>> source = torch.tensor([[[1.0, 1.0], [2.0, 1.0], [2.0, 3.0], [1.0, 3.0]]])
+        >>> target = torch.tensor([[[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [0.0, 2.0]]])
+        >>> crop_by_boxes(torch.arange(16.0).reshape(1, 1, 4, 4), source, target)[0, 0]
+        tensor([[ 5.,  6.],
+                [ 9., 10.],
+                [13., 14.]])
+    """
+    check_points(src_box, 4, 2, "src_box")
+    check_points(dst_box, 4, 2, "dst_box")
+    extent = dst_box[:, 2] - dst_box[:, 0]
+    if validate_boxes:
+        rectangle = torch.stack([dst_box[:, 0], dst_box[:, 0] + extent * _x_axis(extent), dst_box[:, 2], dst_box[:, 2] - extent * _x_axis(extent)], 1)
+        if bool((rectangle - dst_box).abs().max() > 1e-4) or bool((extent - extent[:1]).abs().max() > 1e-4):
+            raise ValueError("dst_box: expected rectangles of one size")
+    size = (int(extent[0, 1].round().item()) + 1, int(extent[0, 0].round().item()) + 1)
+    matrix = get_perspective_transform(src_box.to(torch.float64), dst_box.to(torch.float64))
+    return crop_by_transform_mat(input_tensor, matrix, size, mode, padding_mode, align_corners)
+
+
+def _x_axis(like: Tensor) -> Tensor:
+    return torch.tensor([1.0, 0.0], dtype=like.dtype, device=like.device)
+
+
+def crop_by_transform_mat(
+    input_tensor: Tensor,
+    transform: Tensor,
+    out_size: Tuple[int, int],
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
+    """Warp images by homographies in pixels, whatever ``align_corners``: out(p) = input_tensor(transform^-1 p).
+
+    Args:
+        input_tensor: (B, C, H, W), floating point.
+        transform: (B, 3, 3), or (1, 3, 3) for all images, from input_tensor's pixels to the output's.
+        out_size: (height, width) of the output; may come from another tensor's shape.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+
+    Returns:
+        (B, C, height, width). Differentiable in input_tensor and transform.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> left_by_one = torch.tensor([[[1.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]])
+        >>> crop_by_transform_mat(torch.arange(4.0).expand(1, 1, 1, 4), left_by_one, (1, 2))[0, 0]
+        tensor([[1., 2.]])
+    """
+    check_image(input_tensor, "input_tensor")
+    check_matrix(transform, 3, 3, "transform")
+    check_sampling(mode, padding_mode)
+    matrix = transform.expand(input_tensor.size(0), 3, 3)
+    x, y = perspective_positions(matrix, out_size[0], out_size[1], input_tensor.dtype)
+    return sample_image(input_tensor, x, y, mode, padding_mode, align_corners, None)
+
+
+def crop_by_indices(
+    input_tensor: Tensor,
+    src_box: Tensor,
+    size: Optional[Tuple[int, int]] = None,
+    interpolation: str = "bilinear",
+    align_corners: Optional[bool] = None,
+    antialias: bool = False,
+    shape_compensation: str = "resize",
+) -> Tensor:
+    """Cut out one box of whole pixels of each image, and bring the crops to one size.
+
+    A crop is resized as if there were no image around it.
+
+    Args:
+        input_tensor: (B, C, H, W), floating point.
+        src_box: (B, 4, 2), corner pixels (x, y) from the upper left clockwise, inside the image; fractions are cut off.
+        size: (height, width) of the output. None for the boxes' own, which must then be the same; that depends on data and
+            is for eager Python and TorchScript.
+        interpolation, align_corners: as in :func:`resize`.
+        antialias: must be False: the taps of a filter that is stretched by the data are not known in advance.
+        shape_compensation: "resize", or "pad" to put crops at the upper left and zeros around them.
+
+    Returns:
+        (B, C, height, width). Differentiable in input_tensor.
+
+    Raises:
+        TypeError: if input_tensor is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> box = torch.tensor([[[1, 1], [2, 1], [2, 2], [1, 2]]])
+        >>> crop_by_indices(torch.arange(16.0).reshape(1, 1, 4, 4), box)[0, 0]
+        tensor([[ 5.,  6.],
+                [ 9., 10.]])
+    """
+    check_image(input_tensor, "input_tensor")
+    check_choice(interpolation, ["nearest", "bilinear", "bicubic"], "interpolation")
+    check_choice(shape_compensation, ["resize", "pad"], "shape_compensation")
+    if src_box.dim() != 3 or src_box.size(1) != 4 or src_box.size(2) != 2:
+        raise ValueError(f"src_box: expected shape (B, 4, 2), got {list(src_box.shape)}")
+    if antialias:
+        raise ValueError("antialias: expected False, got True")
+    low = src_box[:, 0].to(torch.int64)
+    extent = src_box[:, 2].to(torch.int64) - low + 1
+    if size is None:
+        if bool((extent != extent[:1]).any()):
+            raise ValueError("src_box: expected boxes of one size where size is None")
+        height, width = int(extent[0, 1].item()), int(extent[0, 0].item())
+    else:
+        height, width = size
+    mode = "pad" if shape_compensation == "pad" else interpolation
+    corners = align_corners is not None and align_corners
+    dtype = position_dtype(input_tensor.dtype)
+    column, across = bounded_taps(low[:, 0], extent[:, 0], width, mode, corners, dtype)
+    row, down = bounded_taps(low[:, 1], extent[:, 1], height, mode, corners, dtype)
+    index: List[Tensor] = []
+    weight: List[Tensor] = []
+    for i in range(len(row)):
+        for j in range(len(column)):
+            index.append((row[i][:, :, None] * input_tensor.size(3) + column[j][:, None, :]).to(torch.int32))
+            weight.append(down[i][:, :, None] * across[j][:, None, :])
+    return weigh_image(input_tensor, index, weight, None)

@@ -1,0 +1,108 @@
+"""Cutting parts out of volumes."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ...primitives.volumes import check_volume, check_volume_sampling
+from .matrices import check_points, from_rows
+from .matrices3d import get_perspective_transform3d
+from .volume import crop_by_transform_mat3d, warp_affine3d
+
+
+def center_crop3d(tensor: Tensor, size: Tuple[int, int, int], interpolation: str = "bilinear", align_corners: bool = True) -> Tensor:
+    """Cut out the middle.
+
+    Where the sizes differ by an odd number the crop begins half a voxel further, between two voxels.
+
+    Args:
+        tensor: (B, C, D, H, W), floating point.
+        size: (depth, height, width) of the crop, zeros where it is larger than the volume; may come from another tensor's shape.
+        interpolation, align_corners: as ``flags`` and ``align_corners`` in :func:`warp_affine3d`.
+
+    Returns:
+        (B, C, depth, height, width).
+
+    Raises:
+        TypeError: if tensor is not floating point.
+        ValueError: if tensor is not 5-D or interpolation is not as above.
+
+    Example:
+        >>> center_crop3d(torch.arange(5.0).expand(1, 1, 3, 3, 5), (1, 1, 3)).flatten()
+        tensor([1., 2., 3.])
+    """
+    check_volume(tensor, "tensor")
+    check_volume_sampling(interpolation, "zeros", "interpolation")
+    one = torch.ones([tensor.size(0)], dtype=torch.float64, device=tensor.device)
+    zero = torch.zeros_like(one)
+    x, y, z = one * (size[2] - tensor.size(4)) * 0.5, one * (size[1] - tensor.size(3)) * 0.5, one * (size[0] - tensor.size(2)) * 0.5
+    matrix = from_rows([[one, zero, zero, x], [zero, one, zero, y], [zero, zero, one, z]])
+    return warp_affine3d(tensor, matrix, size, interpolation, "zeros", align_corners)
+
+
+def crop_and_resize3d(tensor: Tensor, boxes: Tensor, size: Tuple[int, int, int], interpolation: str = "bilinear", align_corners: bool = False) -> Tensor:
+    """Cut out one box of each volume and bring it to a size; the corners' voxel centres become the corner voxels.
+
+    Args:
+        tensor: (B, C, D, H, W), floating point.
+        boxes: (B, 8, 3), corners (x, y, z): the front's from the upper left clockwise, then the back's.
+        size: (depth, height, width) of the crops, more than 1 each; may come from another tensor's shape.
+        interpolation, align_corners: as ``flags`` and ``align_corners`` in :func:`warp_affine3d`.
+
+    Returns:
+        (B, C, depth, height, width). Differentiable in tensor and boxes.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or interpolation is not as above.
+
+    Example:
+        >>> front = torch.tensor([[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
+        >>> box = torch.cat([front, front + torch.tensor([0.0, 0.0, 1.0])])[None]
+        >>> crop_and_resize3d(torch.arange(5.0).expand(1, 1, 2, 2, 5), box, (2, 2, 3), align_corners=True)[0, 0, 0, 0].round()
+        tensor([1., 2., 3.])
+    """
+    check_volume(tensor, "tensor")
+    check_points(boxes, 8, 3, "boxes")
+    check_volume_sampling(interpolation, "zeros", "interpolation")
+    one = torch.ones_like(boxes[:, 0, 0].to(torch.float64))
+    low, x, y, z = torch.zeros_like(one), one * (size[2] - 1), one * (size[1] - 1), one * (size[0] - 1)
+    target = from_rows([[low, low, low], [x, low, low], [x, y, low], [low, y, low], [low, low, z], [x, low, z], [x, y, z], [low, y, z]])
+    matrix = get_perspective_transform3d(boxes.to(torch.float64), target)
+    return crop_by_transform_mat3d(tensor, matrix, size, interpolation, "zeros", align_corners)
+
+
+def crop_by_boxes3d(tensor: Tensor, src_box: Tensor, dst_box: Tensor, interpolation: str = "bilinear", align_corners: bool = False) -> Tensor:
+    """Cut out what the warp from one box to another brings into view.
+
+    The output is as large as the first dst_box: a size that depends on data, so this is for eager Python and TorchScript.
+    ``like3d.crop_by_boxes3d_like`` takes the size from a tensor's shape and is what is deployed.
+
+    Args:
+        tensor: (B, C, D, H, W), floating point.
+        src_box: (B, 8, 3), corners (x, y, z) in tensor: the front's from the upper left clockwise, then the back's.
+        dst_box: (B, 8, 3), the corners in the output: boxes of one size along the axes, at whole voxels.
+        interpolation, align_corners: as ``flags`` and ``align_corners`` in :func:`warp_affine3d`.
+
+    Returns:
+        (B, C, depth, height, width) for dst_box from (x, y, z) to (x + width - 1, y + height - 1, z + depth - 1).
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or interpolation is not as above.
+
+    Example:
+        >>> front = torch.tensor([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+        >>> box = torch.cat([front, front + torch.tensor([0.0, 0.0, 1.0])])[None]
+        >>> crop_by_boxes3d(torch.ones(1, 1, 4, 5, 6), box + 1.0, box, align_corners=True).shape
+        torch.Size([1, 1, 2, 2, 3])
+    """
+    check_volume(tensor, "tensor")
+    check_points(src_box, 8, 3, "src_box")
+    check_points(dst_box, 8, 3, "dst_box")
+    check_volume_sampling(interpolation, "zeros", "interpolation")
+    extent = (dst_box[0, 6] - dst_box[0, 0]).round()
+    size = (int(extent[2].item()) + 1, int(extent[1].item()) + 1, int(extent[0].item()) + 1)
+    matrix = get_perspective_transform3d(src_box.to(torch.float64), dst_box.to(torch.float64))
+    return crop_by_transform_mat3d(tensor, matrix, size, interpolation, "zeros", align_corners)

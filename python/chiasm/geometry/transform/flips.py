@@ -1,0 +1,73 @@
+"""Mirror images."""
+
+from torch import Tensor
+
+from ...primitives.checks import check_rank
+
+
+def hflip(input: Tensor) -> Tensor:
+    """Mirror left and right.
+
+    Args:
+        input: (*, H, W), of any dtype.
+
+    Returns:
+        (*, H, W).
+
+    Raises:
+        ValueError: if input has less than two dimensions.
+
+    Example:
+        >>> hflip(torch.tensor([[1, 2], [3, 4]]))
+        tensor([[2, 1],
+                [4, 3]])
+    """
+    _check_planes(input)
+    return input.flip([-1])
+
+
+def vflip(input: Tensor) -> Tensor:
+    """Mirror top and bottom.
+
+    Args:
+        input: (*, H, W), of any dtype.
+
+    Returns:
+        (*, H, W).
+
+    Raises:
+        ValueError: if input has less than two dimensions.
+
+    Example:
+        >>> vflip(torch.tensor([[1, 2], [3, 4]]))
+        tensor([[3, 4],
+                [1, 2]])
+    """
+    _check_planes(input)
+    return input.flip([-2])
+
+
+def rot180(input: Tensor) -> Tensor:
+    """Turn by half a turn.
+
+    Args:
+        input: (*, H, W), of any dtype.
+
+    Returns:
+        (*, H, W).
+
+    Raises:
+        ValueError: if input has less than two dimensions.
+
+    Example:
+        >>> rot180(torch.tensor([[1, 2], [3, 4]]))
+        tensor([[4, 3],
+                [2, 1]])
+    """
+    _check_planes(input)
+    return input.flip([-2, -1])
+
+
+def _check_planes(input: Tensor) -> None:
+    if input.dim() < 2:
+        check_rank(input, 2, "(*, H, W)", "input")

@@ -1,0 +1,104 @@
+"""Warps by homographies between normalised coordinates."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ...primitives.checks import check_image, check_last
+from ...primitives.warping import (
+    away_from_zero,
+    check_matrix,
+    check_sampling,
+    from_normalized,
+    normalized_axis,
+    pixel_axes,
+    position_dtype,
+    sample_image,
+)
+from .warp import perspective_positions
+
+
+def warp_grid(grid: Tensor, src_homo_dst: Tensor) -> Tensor:
+    """Take a grid of points through homographies.
+
+    Args:
+        grid: (B or 1, H, W, 2), points (x, y).
+        src_homo_dst: (B, 3, 3).
+
+    Returns:
+        (B, H, W, 2). Differentiable in both.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> warp_grid(torch.ones(1, 1, 1, 2), torch.diag(torch.tensor([3.0, 2.0, 0.5]))[None])
+        tensor([[[[6., 4.]]]])
+    """
+    check_last(grid, 2, "grid")
+    if grid.dim() != 4:
+        raise ValueError(f"grid: expected shape (B, H, W, 2), got {list(grid.shape)}")
+    check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
+    x, y = _mapped(grid[..., 0], grid[..., 1], src_homo_dst)
+    return torch.stack([x, y], -1)
+
+
+def _mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
+    m = matrix[:, :, :, None, None]
+    depth = away_from_zero(m[:, 2, 0] * x + m[:, 2, 1] * y + m[:, 2, 2])
+    return (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2]) / depth, (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2]) / depth
+
+
+def homography_warp(
+    patch_src: Tensor,
+    src_homo_dst: Tensor,
+    dsize: Tuple[int, int],
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = False,
+    normalized_coordinates: bool = True,
+    normalized_homography: bool = True,
+) -> Tensor:
+    """Warp an image by homographies from the output to the image: out(p) = patch_src(src_homo_dst p).
+
+    Args:
+        patch_src: (B, C, H, W), floating point.
+        src_homo_dst: (B, 3, 3), between coordinates in [-1, 1] unless one of the last two arguments is False.
+        dsize: (height, width) of the output; may come from another tensor's shape.
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
+        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels' centres, or
+            the outer edges when align_corners is False) or "fill" (black here, as "zeros").
+        align_corners: coordinates -1 and 1 are the corner pixels' centres, or the outer edges when False.
+        normalized_coordinates: when False, src_homo_dst leads from output pixels to patch_src's pixels.
+        normalized_homography: when False, src_homo_dst leads the other way, from patch_src's pixels to output pixels as in
+            ``warp_perspective``, and normalized_coordinates does not count. (Both is as in Kornia.)
+
+    Returns:
+        (B, C, height, width). Differentiable in patch_src and src_homo_dst ("nearest": in patch_src).
+
+    Raises:
+        TypeError: if patch_src or src_homo_dst is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> mirror = torch.diag(torch.tensor([-1.0, 1.0, 1.0]))[None]
+        >>> homography_warp(torch.arange(4.0).expand(1, 1, 2, 4), mirror, (2, 4))[0, 0, 0]
+        tensor([3., 2., 1., 0.])
+    """
+    check_image(patch_src, "patch_src")
+    check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
+    check_sampling(mode, padding_mode)
+    precision = position_dtype(patch_src.dtype)
+    if not normalized_homography:
+        x, y = perspective_positions(src_homo_dst, dsize[0], dsize[1], patch_src.dtype)
+    elif normalized_coordinates:
+        column = normalized_axis(dsize[1], align_corners, precision, patch_src.device)[None, None, :]
+        row = normalized_axis(dsize[0], align_corners, precision, patch_src.device)[None, :, None]
+        x, y = _mapped(column, row, src_homo_dst.to(precision))
+        x, y = from_normalized(x, patch_src.size(3), align_corners), from_normalized(y, patch_src.size(2), align_corners)
+    else:
+        column, row = pixel_axes(dsize[0], dsize[1], precision, patch_src.device)
+        x, y = _mapped(column, row, src_homo_dst.to(precision))
+    return sample_image(patch_src, x, y, mode, padding_mode, align_corners, None)

@@ -1,0 +1,184 @@
+"""Matrices of transforms of space, in voxels: x to the right, y down, z away. Computed in float64, as those of the plane."""
+
+import math
+from typing import Optional
+
+import torch
+from torch import Tensor
+
+from ...primitives.linalg import inverse, small_matmul
+from ..conversions import axis_angle_to_rotation_matrix
+from .matrices import about_center, check_points, check_vectors, homogeneous, tangent
+
+
+def get_projective_transform(center: Tensor, angles: Tensor, scales: Tensor) -> Tensor:
+    """Rotation of space about a centre, after scaling: T(center) R(angles) S(scales) T(-center).
+
+    Args:
+        center: (B, 3), x, y and z in voxels; it stays where it is.
+        angles: (B, 3), rotation vector (axis times angle) in degrees.
+        scales: (B, 3), factors along x, y and z.
+
+    Returns:
+        (B, 3, 4), from source to destination voxels.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> get_projective_transform(torch.ones(1, 3), torch.zeros(1, 3), torch.full((1, 3), 2.0))[0]
+        tensor([[ 2.,  0.,  0., -1.],
+                [ 0.,  2.,  0., -1.],
+                [ 0.,  0.,  2., -1.]])
+    """
+    check_vectors(center, 3, "center")
+    check_vectors(angles, 3, "angles")
+    check_vectors(scales, 3, "scales")
+    return _rotation(center, angles, scales).to(center.dtype)
+
+
+def _rotation(center: Tensor, angles: Tensor, scales: Tensor) -> Tensor:
+    rotation = axis_angle_to_rotation_matrix(angles.to(torch.float64) * (math.pi / 180.0))
+    return about_center(rotation * scales.to(torch.float64)[:, None, :], center)
+
+
+def get_shear_matrix3d(
+    center: Tensor,
+    sxy: Optional[Tensor] = None,
+    sxz: Optional[Tensor] = None,
+    syx: Optional[Tensor] = None,
+    syz: Optional[Tensor] = None,
+    szx: Optional[Tensor] = None,
+    szy: Optional[Tensor] = None,
+) -> Tensor:
+    """Homography of space that shears along z, then y, then x, about a centre: T(center) X Y Z T(-center).
+
+    X adds -tan(sxy) x to y and -tan(sxz) x to z; Y adds -tan(syx) y to x and -tan(syz) y to z; Z adds -tan(szx) z to x and
+    -tan(szy) z to y. The centre stays where it is; Kornia's translation moves it.
+
+    Args:
+        center: (B, 3), x, y and z in voxels.
+        sxy, sxz, syx, syz, szx, szy: (B,) angles in radians; zero by default.
+
+    Returns:
+        (B, 4, 4).
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> get_shear_matrix3d(torch.tensor([[2.0, 0.0, 0.0]]), torch.tensor([0.5]))[0, 1]
+        tensor([-0.5463,  1.0000,  0.0000,  1.0926])
+    """
+    check_vectors(center, 3, "center")
+    return homogeneous(_shear(center, sxy, sxz, syx, syz, szx, szy)).to(center.dtype)
+
+
+def _shear(
+    center: Tensor,
+    sxy: Optional[Tensor],
+    sxz: Optional[Tensor],
+    syx: Optional[Tensor],
+    syz: Optional[Tensor],
+    szx: Optional[Tensor],
+    szy: Optional[Tensor],
+) -> Tensor:
+    one = torch.ones_like(center[:, 0].to(torch.float64))
+    zero = torch.zeros_like(one)
+    along_x = torch.stack([one, -tangent(sxy, center, "sxy"), -tangent(sxz, center, "sxz")], -1)
+    along_y = torch.stack([-tangent(syx, center, "syx"), one, -tangent(syz, center, "syz")], -1)
+    along_z = torch.stack([-tangent(szx, center, "szx"), -tangent(szy, center, "szy"), one], -1)
+    unit_x, unit_y = torch.stack([one, zero, zero], -1), torch.stack([zero, one, zero], -1)
+    unit_z = torch.stack([zero, zero, one], -1)
+    x = torch.stack([along_x, unit_y, unit_z], -1)
+    y = torch.stack([unit_x, along_y, unit_z], -1)
+    z = torch.stack([unit_x, unit_y, along_z], -1)
+    return about_center(small_matmul(small_matmul(x, y), z), center)
+
+
+def get_affine_matrix3d(
+    translations: Tensor,
+    center: Tensor,
+    scale: Tensor,
+    angles: Tensor,
+    sxy: Optional[Tensor] = None,
+    sxz: Optional[Tensor] = None,
+    syx: Optional[Tensor] = None,
+    syz: Optional[Tensor] = None,
+    szx: Optional[Tensor] = None,
+    szy: Optional[Tensor] = None,
+) -> Tensor:
+    """Homography of space that shears, scales and rotates about a centre and then moves.
+
+    The product of a translation, ``get_projective_transform(center, -angles, scale)`` (mind the sign, which is Kornia's) and
+    ``get_shear_matrix3d(center, sxy, ...)``.
+
+    Args:
+        translations: (B, 3), voxels along x, y and z.
+        center: (B, 3), x, y and z in voxels.
+        scale: (B, 3), factors along x, y and z.
+        angles: (B, 3), rotation vector in degrees, of the turn back.
+        sxy, sxz, syx, syz, szx, szy: (B,) shearing angles in radians; zero by default.
+
+    Returns:
+        (B, 4, 4).
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> two, zero = torch.full((1, 3), 2.0), torch.zeros(1, 3)
+        >>> get_affine_matrix3d(torch.ones(1, 3), zero, two, zero)[0, 0]
+        tensor([2., 0., 0., 1.])
+    """
+    check_vectors(translations, 3, "translations")
+    check_vectors(center, 3, "center")
+    check_vectors(scale, 3, "scale")
+    check_vectors(angles, 3, "angles")
+    rotation = _rotation(center, -angles, scale)
+    matrix = torch.cat([rotation[:, :, :3], rotation[:, :, 3:] + translations.to(torch.float64)[:, :, None]], 2)
+    given = sxy is not None or sxz is not None or syx is not None or syz is not None or szx is not None or szy is not None
+    if given:
+        matrix = small_matmul(matrix, homogeneous(_shear(center, sxy, sxz, syx, syz, szx, szy)))
+    return homogeneous(matrix).to(center.dtype)
+
+
+def get_perspective_transform3d(src: Tensor, dst: Tensor) -> Tensor:
+    """Homography of space between two boxes of eight corners.
+
+    Five points determine it; as in Kornia these are corners 0, 1, 2, 5 and 7 (front: upper left, upper right, lower right;
+    back: upper right, lower left), of which no four lie in a plane. The other three are not read: where one box is an affine
+    image of the other they come out right, too.
+
+    Args:
+        src: (B, 8, 3), front corners from the upper left clockwise, then the back's.
+        dst: (B, 8, 3), where they go.
+
+    Returns:
+        (B, 4, 4), the last entry 1. Differentiable in both.
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> front = torch.tensor([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+        >>> box = torch.cat([front, front + torch.tensor([0.0, 0.0, 1.0])])[None]
+        >>> get_perspective_transform3d(box, 2.0 * box)[0].round().diagonal()
+        tensor([2., 2., 2., 1.])
+    """
+    check_points(src, 8, 3, "src")
+    check_points(dst, 8, 3, "dst")
+    matrix = small_matmul(_projective_basis(dst.to(torch.float64)), inverse(_projective_basis(src.to(torch.float64))))
+    return (matrix / matrix[:, 3:4, 3:4]).to(src.dtype)
+
+
+def _projective_basis(points: Tensor) -> Tensor:
+    """Matrix (B, 4, 4) that takes the unit vectors to four of the points and their sum to the fifth."""
+    five = torch.stack([points[:, 0], points[:, 1], points[:, 2], points[:, 5], points[:, 7]], 2)
+    p = torch.cat([five, torch.ones_like(five[:, :1])], 1)
+    weight = small_matmul(inverse(p[:, :, :4]), p[:, :, 4:])
+    return p[:, :, :4] * weight.transpose(1, 2)

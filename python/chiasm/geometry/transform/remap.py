@@ -1,0 +1,62 @@
+"""Reading an image at positions that are given by maps."""
+
+from typing import Optional
+
+from torch import Tensor
+
+from ...primitives.checks import check_floating, check_image, check_rank
+from ...primitives.warping import check_sampling, from_normalized, position_dtype, sample_image, stretched
+
+
+def remap(
+    image: Tensor,
+    map_x: Tensor,
+    map_y: Tensor,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: Optional[bool] = None,
+    normalized_coordinates: bool = False,
+) -> Tensor:
+    """Read an image at given positions: out(p) = image(map_x(p), map_y(p)).
+
+    With align_corners=True this is ``cv2.remap(image, map_x, map_y, interpolation)`` with constant border 0 (OpenCV rounds
+    positions to 1/32 pixel).
+
+    Args:
+        image: (B, C, H, W), floating point.
+        map_x: (B, h, w), columns of image.
+        map_y: (B, h, w), rows of image.
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
+        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels' centres, or
+            the outer edges unless align_corners is True) or "fill" (black here, as "zeros").
+        align_corners: True for pixel centres at integers. None is False, as in Kornia: then positions in pixels are read at
+            x * W / (W - 1) - 1/2, so that identity maps are **not** the identity.
+        normalized_coordinates: the maps are in [-1, 1], from corner pixel to corner pixel with align_corners, else from
+            edge to edge.
+
+    Returns:
+        (B, C, h, w). Differentiable in image and the maps ("nearest": in image).
+
+    Raises:
+        TypeError: if an argument is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> x = torch.arange(4.0).expand(1, 1, 2, 4)
+        >>> remap(x, torch.tensor([[[0.25, 2.5]]]), torch.zeros(1, 1, 2), align_corners=True)
+        tensor([[[[0.2500, 2.5000]]]])
+    """
+    check_image(image, "image")
+    check_rank(map_x, 3, "(B, h, w)", "map_x")
+    check_rank(map_y, 3, "(B, h, w)", "map_y")
+    check_floating(map_x, "map_x")
+    check_floating(map_y, "map_y")
+    check_sampling(mode, padding_mode)
+    corners = align_corners is not None and align_corners
+    precision = position_dtype(image.dtype)
+    x, y = map_x.to(precision), map_y.to(precision)
+    if normalized_coordinates:
+        x, y = from_normalized(x, image.size(3), corners), from_normalized(y, image.size(2), corners)
+    elif not corners:
+        x, y = stretched(x, image.size(3)), stretched(y, image.size(2))
+    return sample_image(image, x, y, mode, padding_mode, corners, None)

@@ -1,0 +1,90 @@
+"""Resizing by a factor, or to a multiple."""
+
+from typing import Optional, Tuple, Union
+
+from torch import Tensor
+
+from ...primitives.checks import check_image
+from ...primitives.sizes import as_ratio
+from .resize import resize
+
+
+def rescale(
+    input: Tensor,
+    factor: Union[float, Tuple[float, float]],
+    interpolation: str = "bilinear",
+    align_corners: Optional[bool] = None,
+    antialias: bool = False,
+) -> Tensor:
+    """Resize images by a factor; sizes are rounded down.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        factor: positive, one for both axes or (vertical, horizontal). It is taken as the nearest ratio of numbers up to
+            65536, so that 0.3 of 10 pixels are 3.
+        interpolation, align_corners, antialias: as in :func:`resize`.
+
+    Returns:
+        (B, C, floor(factor * H), floor(factor * W)).
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D, a factor is not positive, no pixel is left, or a choice is not one of resize's.
+
+    Example:
+        >>> rescale(torch.ones(1, 3, 10, 13), (2.0, 0.3)).shape
+        torch.Size([1, 3, 20, 3])
+    """
+    check_image(input, "input")
+    if isinstance(factor, float):
+        down, across = factor, factor
+    else:
+        down, across = factor
+    if down <= 0.0 or across <= 0.0:
+        raise ValueError(f"factor: expected positive numbers, got ({down}, {across})")
+    over_height, under_height = as_ratio(down)
+    over_width, under_width = as_ratio(across)
+    size = (input.size(2) * over_height // under_height, input.size(3) * over_width // under_width)
+    return resize(input, size, interpolation, align_corners, "short", antialias)
+
+
+def resize_to_be_divisible(
+    input: Tensor,
+    divisible_factor: int,
+    interpolation: str = "bilinear",
+    align_corners: Optional[bool] = None,
+    side: str = "short",
+    antialias: bool = False,
+) -> Tensor:
+    """Resize images to the nearest sizes that a number divides.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        divisible_factor: the number.
+        interpolation, align_corners, antialias: as in :func:`resize`.
+        side: not read, since both sizes are given; Kornia has it.
+
+    Returns:
+        (B, C, k * divisible_factor, l * divisible_factor), k and l being H / divisible_factor and W / divisible_factor rounded
+        to the nearest, halves to even.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D, divisible_factor is not positive, no pixel is left, or a choice is not one of resize's.
+
+    Example:
+        >>> resize_to_be_divisible(torch.ones(1, 3, 30, 50), 16).shape
+        torch.Size([1, 3, 32, 48])
+    """
+    check_image(input, "input")
+    if divisible_factor < 1:
+        raise ValueError(f"divisible_factor: expected a positive number, got {divisible_factor}")
+    size = (_nearest_multiple(input.size(2), divisible_factor), _nearest_multiple(input.size(3), divisible_factor))
+    return resize(input, size, interpolation, align_corners, side, antialias)
+
+
+def _nearest_multiple(size: int, factor: int) -> int:
+    """By + and // alone, as sizes of outputs must be: where the multiple's evens and where its odds begin."""
+    odd = (size + (3 * factor - 1) // 2) // (2 * factor)
+    even = (size + factor // 2) // (2 * factor)
+    return (odd + even) * factor

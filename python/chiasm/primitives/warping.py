@@ -1,0 +1,99 @@
+"""Reading an image at given positions: what every warp ends in."""
+
+from typing import List, Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from .checks import check_choice, check_floating
+from .sampling import bilinear_taps, cubic_taps, gather_taps, larger, nearest_taps, reflect_positions
+from .stencil import join_channels, split_channels
+
+
+def check_sampling(mode: str, padding_mode: str) -> None:
+    """Raise ValueError unless both are names that ``sample_image`` knows."""
+    check_choice(mode, ["bilinear", "nearest", "bicubic"], "mode")
+    check_choice(padding_mode, ["zeros", "border", "reflection", "fill"], "padding_mode")
+
+
+def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
+    """Raise unless ``value`` is a floating-point (B, rows, columns) tensor."""
+    check_floating(value, name)
+    if value.dim() != 3 or value.size(1) != rows or value.size(2) != columns:
+        raise ValueError(f"{name}: expected shape (B, {rows}, {columns}), got {list(value.shape)}")
+
+
+def position_dtype(dtype: torch.dtype) -> torch.dtype:
+    """The dtype of positions in images of ``dtype``: half precision would be off by whole pixels."""
+    if dtype == torch.float64:
+        return torch.float64
+    return torch.float32
+
+
+def pixel_axes(height: int, width: int, dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor]:
+    """Columns (1, 1, width) and rows (1, height, 1) of an image's pixels."""
+    column = torch.arange(width, device=device).to(dtype)[None, None, :]
+    return column, torch.arange(height, device=device).to(dtype)[None, :, None]
+
+
+def normalized_axis(size: int, align_corners: bool, dtype: torch.dtype, device: torch.device) -> Tensor:
+    """Pixel centres (size,) where the image reaches from -1 to 1: to its corner pixels' centres or to its outer edges."""
+    i = torch.arange(size, device=device).to(dtype)
+    if align_corners:
+        return i * 2.0 / larger(size - 1, 1) - 1.0
+    return (i * 2.0 + 1.0) / size - 1.0
+
+
+def from_normalized(x: Tensor, size: int, align_corners: bool) -> Tensor:
+    """Pixel positions of positions in [-1, 1], by the same two conventions."""
+    if align_corners:
+        return (x + 1.0) * 0.5 * (size - 1)
+    return ((x + 1.0) * size - 1.0) * 0.5
+
+
+def stretched(x: Tensor, size: int) -> Tensor:
+    """x * size / (size - 1) - 1/2: where normalising by ``size - 1`` and reading by outer edges leads."""
+    return x * size / larger(size - 1, 1) - 0.5
+
+
+def away_from_zero(depth: Tensor) -> Tensor:
+    """A homogeneous coordinate to divide by: points at infinity land far outside instead of at NaN."""
+    return torch.where(depth.abs() > 1e-8, depth, torch.full_like(depth, 1e-8))
+
+
+def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]) -> Tensor:
+    """src (B, C, H, W) at pixel positions x and y (B, h, w): (B, C, h, w).
+
+    Args:
+        mode, padding_mode: as ``check_sampling`` allows; ``fill_value`` (C,) is the colour for "fill", black by default.
+        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
+    """
+    height, width = src.size(2), src.size(3)
+    if mode == "bicubic":
+        index, weight = cubic_taps(x, y, height, width, padding_mode, align_corners)
+    else:
+        if padding_mode == "border":
+            x = x.clamp(0, width - 1)
+            y = y.clamp(0, height - 1)
+        elif padding_mode == "reflection":
+            x = reflect_positions(x, width, align_corners)
+            y = reflect_positions(y, height, align_corners)
+        if mode == "bilinear":
+            index, weight = bilinear_taps(x, y, height, width)
+        else:
+            index, weight = nearest_taps(x, y, height, width)
+    return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
+
+
+def weigh_image(src: Tensor, index: List[Tensor], weight: List[Tensor], fill_value: Optional[Tensor]) -> Tensor:
+    """The taps' sum; where their weights do not add up to 1, the rest is ``fill_value``'s."""
+    weight = [w.to(src.dtype) for w in weight]
+    out = join_channels([gather_taps(plane, index, weight) for plane in split_channels(src)])
+    if fill_value is not None:
+        if fill_value.dim() != 1:
+            raise ValueError(f"fill_value: expected shape (C,), got {list(fill_value.shape)}")
+        covered = weight[0]
+        for w in weight[1:]:
+            covered = covered + w
+        out = out + (1.0 - covered)[:, None] * fill_value.to(src.dtype)[:, None, None]
+    return out
