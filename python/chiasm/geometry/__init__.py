@@ -1,5 +1,5 @@
 """Geometry of images and points."""
 
-from . import conversions, homography, subpix, transform
+from . import calibration, camera, conversions, depth, homography, subpix, transform
 
-__all__ = ["conversions", "homography", "subpix", "transform"]
+__all__ = ["calibration", "camera", "conversions", "depth", "homography", "subpix", "transform"]

@@ -36,6 +36,13 @@ def check_last(value: Tensor, size: int, name: str) -> None:
     check_floating(value, name)
 
 
+def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
+    """Raise unless ``value`` is a floating-point (*, ``rows``, ``columns``) tensor."""
+    if value.dim() < 2 or value.size(-2) != rows or value.size(-1) != columns:
+        raise ValueError(f"{name}: expected shape (*, {rows}, {columns}), got {list(value.shape)}")
+    check_floating(value, name)
+
+
 def check_choice(value: str, choices: List[str], name: str) -> None:
     """Raise ValueError unless ``value`` is one of ``choices``."""
     if value not in choices:
