@@ -10,6 +10,7 @@ from torch import Tensor
 
 from ...primitives.checks import check_last
 
+
 def distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor:
     """Pixels at which a fisheye camera sees points of the plane z = 1.
 
