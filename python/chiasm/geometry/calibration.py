@@ -8,9 +8,12 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_last, check_matrix
-from ..primitives.intrinsics import from_pixels, to_pixels
+from ..primitives.checks import check_floating, check_last, check_matrix, check_rank
+from ..primitives.direct_linear import hartley, projective_equations
+from ..primitives.intrinsics import from_pixels, to_pixels, with_one
 from ..primitives.lens import coefficients, distort, tilt_matrices, under_homography, undistort
+from ..primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenvector
+from ..primitives.rotations import nearest_rotation
 from ..primitives.sampling import bilinear_taps, gather_taps
 
 
@@ -144,6 +147,64 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     index, weight = bilinear_taps(x, y, height, width)
     flat = image.reshape(-1, channels, height, width)
     return gather_taps(flat, index, [w.to(image.dtype) for w in weight]).reshape(image.shape)
+
+
+def solve_pnp_dlt(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor] = None) -> Tensor:
+    """Pose of a camera from points in space and the pixels at which it sees them, by the direct linear transform.
+
+    The 12 entries of the projection matrix by least squares, from normalised points, and the rotation nearest to its left part.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 7.1. In float64 inside. Kornia's svd_eps is not there: an exported op
+    cannot raise for what its values are. An estimate for coplanar points is meaningless.
+
+    Args:
+        world_points: (B, N, 3), N >= 6, not coplanar, floating point.
+        img_points: (B, N, 2), pixels.
+        intrinsics: (B, 3, 3), camera matrices.
+        weights: (B, N), not negative; ones by default.
+
+    Returns:
+        (B, 3, 4), [R | t] from the world to the camera's frame. Differentiable in all tensors.
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> X = torch.tensor([[0, 0, 4], [1, 0, 5], [0, 1, 6], [1, 1, 4], [2, 1, 7], [1, 2, 5], [2, 2, 6]]).float()[None]
+        >>> solve_pnp_dlt(X, X[..., :2] / X[..., 2:], torch.eye(3)[None])[0].round(decimals=3).abs()
+        tensor([[1., 0., 0., 0.],
+                [0., 1., 0., 0.],
+                [0., 0., 1., 0.]])
+    """
+    check_rank(world_points, 3, "(B, N, 3)", "world_points")
+    check_last(world_points, 3, "world_points")
+    check_rank(img_points, 3, "(B, N, 2)", "img_points")
+    check_last(img_points, 2, "img_points")
+    check_rank(intrinsics, 3, "(B, 3, 3)", "intrinsics")
+    check_matrix(intrinsics, 3, 3, "intrinsics")
+    if world_points.size(1) < 6:
+        raise ValueError(f"world_points: expected at least 6 points, got {world_points.size(1)}")
+    if img_points.size(1) != world_points.size(1):
+        raise ValueError(f"img_points: expected as many points as world_points, {world_points.size(1)}, got {img_points.size(1)}")
+    inverse = inverse3x3(intrinsics.to(torch.float64))
+    ray = small_matmul(with_one(img_points.to(torch.float64)), inverse.transpose(1, 2))
+    p, t1 = hartley(world_points.to(torch.float64), None, 1e-8)
+    q, t2 = hartley(ray[..., 0:2] / ray[..., 2:3], None, 1e-8)
+    w = torch.ones_like(p[..., 0])
+    if weights is not None:
+        if weights.dim() != 2:
+            raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
+        w = weights.to(torch.float64)
+    P = smallest_eigenvector(projective_equations(with_one(p), q, w)).reshape(-1, 3, 4)
+    P = small_matmul(small_matmul(inverse3x3(t2), P), t1)
+    m = P[..., 0:3]
+    volume = (m[:, 0] * cross(m[:, 1], m[:, 2])).sum(-1)
+    P = torch.where((volume < 0)[:, None, None], -P, P)
+    m = P[..., 0:3]
+    rotation = nearest_rotation(m)
+    # The mean of the singular values.
+    scale = (rotation * m).sum(-1, keepdim=True).sum(-2, keepdim=True) / 3.0
+    return torch.cat([rotation, P[..., 3:4] / scale], -1).to(world_points.dtype)
 
 
 def _lens(x: Tensor, y: Tensor, dist: Tensor) -> Tuple[Tensor, Tensor]:

@@ -59,3 +59,11 @@ def over_depth(xyz: Tensor, eps: float) -> Tensor:
 def moved(transform: Tensor, xyz: Tensor) -> Tensor:
     """Points (*, 3) under affine transformations (*, 3, 4) or (*, 4, 4), whose last row is taken to be (0, 0, 0, 1)."""
     return (transform[..., 0:3, 0:3] * xyz[..., None, :]).sum(-1) + transform[..., 0:3, 3]
+
+
+def homogeneous(points: Tensor, name: str) -> Tensor:
+    """Points (*, N, 2) or (*, N, 3) in homogeneous coordinates (*, N, 3); raise unless they are such a floating-point tensor."""
+    check_floating(points, name)
+    if points.dim() < 2 or points.size(-1) not in (2, 3):
+        raise ValueError(f"{name}: expected shape (*, N, 2) or (*, N, 3), got {list(points.shape)}")
+    return with_one(points) if points.size(-1) == 2 else points
