@@ -1,5 +1,5 @@
 """Geometry of images and points."""
 
-from . import calibration, camera, conversions, depth, homography, subpix, transform
+from . import calibration, camera, conversions, depth, epipolar, homography, linalg, solvers, subpix, transform
 
-__all__ = ["calibration", "camera", "conversions", "depth", "homography", "subpix", "transform"]
+__all__ = ["calibration", "camera", "conversions", "depth", "epipolar", "homography", "linalg", "solvers", "subpix", "transform"]

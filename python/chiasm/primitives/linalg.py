@@ -1,5 +1,7 @@
 """Small linear algebra in arithmetic only: ONNX has no inverse, SVD or eigen decomposition."""
 
+from typing import List
+
 import torch
 from torch import Tensor
 
@@ -36,14 +38,145 @@ def inverse3x3(m: Tensor) -> Tensor:
     return torch.stack([c0, cross(r2, r0), cross(r0, r1)], -1) / determinant[..., None, None]
 
 
+def cross4(a: Tensor, b: Tensor, c: Tensor) -> Tensor:
+    """The vector of four whose product with any d is the determinant of the rows d, a, b, c; it is orthogonal to all three.
+
+    >>> x, y, z = torch.eye(4)[:3].unbind()
+    >>> cross4(x, y, z)
+    tensor([ 0., -0., 0., -1.])
+    """
+    return (_dual(b, c) * a[..., None, :]).sum(-1)
+
+
+def _dual(a: Tensor, b: Tensor) -> Tensor:
+    """The skew-symmetric (..., 4, 4) that takes c to cross4(c, a, b): the six minors of a and b, at the opposite places."""
+    minors = (a[..., :, None] * b[..., None, :] - b[..., :, None] * a[..., None, :]).flatten(-2)
+    place = torch.tensor([0, 11, 13, 6, 14, 0, 3, 8, 7, 12, 0, 1, 9, 2, 4, 0], device=a.device)
+    return minors.index_select(-1, place).unflatten(-1, [4, 4])
+
+
+def cofactors(m: Tensor) -> Tensor:
+    """Cofactors of (..., n, n) for n up to 4: the derivative of the determinant, and the transpose of the adjugate.
+
+    >>> cofactors(torch.tensor([[1.0, 2.0], [3.0, 4.0]]))
+    tensor([[ 4., -3.],
+            [-2.,  1.]])
+    """
+    n = m.size(-1)
+    if n == 1:
+        return torch.ones_like(m)
+    if n == 2:
+        turned = torch.stack([m[..., 1, 1], -m[..., 1, 0], -m[..., 0, 1], m[..., 0, 0]], -1)
+        return turned.unflatten(-1, [2, 2])
+    if n == 3:
+        r0, r1, r2 = m[..., 0, :], m[..., 1, :], m[..., 2, :]
+        return torch.stack([cross(r1, r2), cross(r2, r0), cross(r0, r1)], -2)
+    a, b, c, d = m[..., 0, :], m[..., 1, :], m[..., 2, :], m[..., 3, :]
+    upper, lower = _dual(a, b), _dual(c, d)
+    rows = [(lower * b[..., None, :]).sum(-1), -(lower * a[..., None, :]).sum(-1), (upper * d[..., None, :]).sum(-1), -(upper * c[..., None, :]).sum(-1)]
+    return torch.stack(rows, -2)
+
+
+def det(m: Tensor) -> Tensor:
+    """Determinant of (..., n, n), computed in float64.
+
+    Up to 4x4 by cofactors, whose error is relative to the product of the rows' lengths and whose derivatives are finite everywhere;
+    larger ones by elimination with the largest pivot of each column, whose gradient is that of a regular matrix.
+
+    >>> det(2.0 * torch.eye(5))
+    tensor(32.)
+    """
+    n = m.size(-1)
+    a = m.to(torch.float64)
+    if n <= 4:
+        return (a[..., 0, :] * cofactors(a)[..., 0, :]).sum(-1).to(m.dtype)
+    free = torch.ones_like(a[..., 0])
+    earlier = torch.ones([n, n], dtype=a.dtype, device=a.device).triu(1)
+    result = torch.ones_like(a[..., 0, 0])
+    exchanges = torch.zeros_like(result)
+    for k in range(n):
+        pick = _largest(a[..., k], free)
+        exchanges = exchanges + (free * (earlier * pick[..., None, :]).sum(-1)).sum(-1)
+        free = free - pick
+        row = (a * pick[..., None]).sum(-2)
+        pivot = row[..., k]
+        result = result * pivot
+        # A column of zeros needs no elimination: the harmless divisor keeps the gradient finite.
+        safe = torch.where(pivot == 0, torch.ones_like(pivot), pivot)
+        a = a - (a[..., k] * free / safe[..., None])[..., None] * row[..., None, :]
+    return (result * (1.0 - 2.0 * (exchanges - 2.0 * torch.floor(0.5 * exchanges)))).to(m.dtype)
+
+
+def _largest(column: Tensor, free: Tensor) -> Tensor:
+    """One at the free row whose entry is largest, zeros elsewhere."""
+    size = torch.where(free > 0, column.detach().abs(), -torch.ones_like(column))
+    return (torch.argmax(size, dim=-1, keepdim=True) == torch.arange(column.size(-1), device=column.device)).to(column.dtype)
+
+
+def inverse(m: Tensor) -> Tensor:
+    """Inverse of (..., n, n), computed in float64; infinite or NaN where m is singular.
+
+    The inverse of the detached matrix, then two of Newton's steps X (2 - M X). They polish the value, and give
+    the first three derivatives, for a step takes an error of first order to one of second order. For images of 3x3 matrices
+    there is `inverse3x3`, in their own dtype.
+
+    >>> inverse(torch.tensor([[2.0, 1.0], [1.0, 1.0]]))
+    tensor([[ 1., -1.],
+            [-1.,  2.]])
+    """
+    a = m.to(torch.float64)
+    eye = torch.eye(m.size(-1), dtype=a.dtype, device=a.device)
+    x = _inverse(a.detach())
+    for _ in range(2):
+        x = x + small_matmul(x, eye - small_matmul(a, x))
+    return x.to(m.dtype)
+
+
+def solve(a: Tensor, b: Tensor) -> Tensor:
+    """The x of a x = b for (..., n, n) and (..., n, k), computed in float64; infinite or NaN where a is singular.
+
+    By the inverse of the detached matrix and two steps of refinement, which also give the first two derivatives.
+
+    >>> solve(torch.tensor([[2.0, 1.0], [1.0, 1.0]]), torch.tensor([[3.0], [2.0]])).flatten()
+    tensor([1., 1.])
+    """
+    m, wanted = a.to(torch.float64), b.to(torch.float64)
+    inverted = _inverse(m.detach())
+    x = small_matmul(inverted, wanted)
+    for _ in range(2):
+        x = x + small_matmul(inverted, wanted - small_matmul(m, x))
+    return x.to(b.dtype)
+
+
+def _inverse(m: Tensor) -> Tensor:
+    """By cofactors up to 2x2; by Gauss-Jordan elimination with the largest pivot of each column beyond.
+
+    Cofactors of larger matrices would lose twice the digits where two singular values are small.
+    """
+    n = m.size(-1)
+    if n <= 2:
+        turned = cofactors(m).transpose(-1, -2)
+        return turned / (m[..., 0:1, :] * turned[..., :, 0:1].transpose(-1, -2)).sum(-1, keepdim=True)
+    joined = torch.cat([m, torch.eye(n, dtype=m.dtype, device=m.device).expand_as(m)], -1)
+    free = torch.ones_like(m[..., 0])
+    order: List[Tensor] = []
+    for k in range(n):
+        pick = _largest(joined[..., k], free)
+        free = free - pick
+        order.append(pick)
+        row = (joined * pick[..., None]).sum(-2)
+        joined = joined - (joined[..., k] - pick)[..., None] * (row / row[..., k : k + 1])[..., None, :]
+    return small_matmul(torch.stack(order, -2), joined[..., n:])
+
+
 def spd_inverse(m: Tensor) -> Tensor:
-    """Inverse of a symmetric positive definite (B, n, n) by n sweeps (Gauss-Jordan without pivoting)."""
+    """Inverse of a symmetric positive definite (..., n, n) by n sweeps (Gauss-Jordan without pivoting)."""
     n = m.size(-1)
     eye = torch.eye(n, dtype=m.dtype, device=m.device)
     for k in range(n):
-        column = m[:, :, k : k + 1] - eye[:, k : k + 1]
-        row = m[:, k : k + 1, :] + eye[k : k + 1, :]
-        m = m - column * (row / m[:, k : k + 1, k : k + 1])
+        column = m[..., :, k : k + 1] - eye[:, k : k + 1]
+        row = m[..., k : k + 1, :] + eye[k : k + 1, :]
+        m = m - column * (row / m[..., k : k + 1, k : k + 1])
     return m
 
 

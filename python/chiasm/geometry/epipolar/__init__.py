@@ -11,6 +11,7 @@ from .essential import (
     project_to_essential,
     relative_camera_motion,
 )
+from .five_point import find_essential, find_essential_5point
 from .fundamental import (
     find_fundamental,
     find_fundamental_7point,
@@ -45,6 +46,8 @@ __all__ = [
     "depth_from_point",
     "essential_from_Rt",
     "essential_from_fundamental",
+    "find_essential",
+    "find_essential_5point",
     "find_fundamental",
     "find_fundamental_7point",
     "fundamental_from_essential",

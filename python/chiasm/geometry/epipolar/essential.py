@@ -6,11 +6,12 @@ import torch
 from torch import Tensor
 
 from ...primitives.checks import check_last, check_matrix
+from ...primitives.factorisation import null_vector, pointed
 from ...primitives.intrinsics import with_one
-from ...primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenvector
+from ...primitives.linalg import cofactors, inverse3x3, small_matmul
 from ...primitives.rotations import nearest_rotation
 from .lines import cross_product_matrix
-from .projection import depth_from_point, largest_sign, left_null_vector
+from .projection import depth_from_point, left_null_vector
 from .triangulation import triangulate_points
 
 
@@ -97,7 +98,7 @@ def decompose_essential_matrix(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
         E_mat: (*, 3, 3) of rank 2 or more, floating point.
 
     Returns:
-        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, its largest entry positive: [t]x R1 is positive multiple of E (of the
+        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, the sign of which does not depend on E's: [t]x R1 is a positive multiple of E (of the
         nearest essential matrix), [t]x R2 a negative one. Differentiable.
 
     Raises:
@@ -126,7 +127,7 @@ def decompose_essential_matrix_no_svd(E_mat: Tensor) -> Tuple[Tensor, Tensor, Te
         E_mat: (*, 3, 3), [t]x R, floating point.
 
     Returns:
-        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, its largest entry positive: [t]x R1 is a positive multiple of E, [t]x R2 a
+        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, the sign of which does not depend on E's: [t]x R1 is a positive multiple of E, [t]x R2 a
         negative one. Differentiable.
 
     Raises:
@@ -142,7 +143,7 @@ def decompose_essential_matrix_no_svd(E_mat: Tensor) -> Tuple[Tensor, Tensor, Te
     b = left_null_vector(E_mat)
     # Half the sum of squares is b . b, since [b]x has it twice; b has unit length here.
     squared = 0.5 * (E_mat * E_mat).sum(-1, keepdim=True).sum(-2, keepdim=True)
-    axis = _cofactors(E_mat) / squared
+    axis = cofactors(E_mat) / squared
     turned = small_matmul(cross_product_matrix(b), E_mat) / torch.sqrt(squared)
     return axis - turned, axis + turned, b[..., None]
 
@@ -245,24 +246,18 @@ def project_to_essential(E_mat: Tensor) -> Tensor:
 
 
 def _parts(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """In float64: u1 v1^T + u2 v2^T and +-u3 v3^T of the singular vectors, which add up to a rotation, and u3 with its largest entry positive."""
+    """In float64: u1 v1^T + u2 v2^T and +-u3 v3^T of the singular vectors, which add up to a rotation, and u3."""
     E = E_mat.to(torch.float64)
     length = torch.sqrt((E * E).sum(-1, keepdim=True).sum(-2, keepdim=True))
     E = E / torch.where(length == 0, torch.ones_like(length), length)
-    gram = small_matmul(E.transpose(-2, -1), E)
-    v = smallest_eigenvector(gram.reshape(-1, 3, 3)).reshape(E.shape[:-1])
+    v = null_vector(E)
     E = E - small_matmul(E, v[..., None]) * v[..., None, :]
-    minors = _cofactors(E)
+    minors = cofactors(E)
     size = torch.sqrt((minors * minors).sum(-1, keepdim=True).sum(-2, keepdim=True))
     axis = minors / torch.where(size == 0, torch.ones_like(size), size)
     u = (axis * v[..., None, :]).sum(-1)
     rotation = nearest_rotation(E + 0.5 * axis)
-    return rotation - axis, axis, u * largest_sign(u.detach())
-
-
-def _cofactors(m: Tensor) -> Tensor:
-    r0, r1, r2 = m[..., 0, :], m[..., 1, :], m[..., 2, :]
-    return torch.stack([cross(r1, r2), cross(r2, r0), cross(r0, r1)], -2)
+    return rotation - axis, axis, u * pointed(u[..., None])[..., 0, :]
 
 
 def _rays(x: Tensor, K: Tensor) -> Tensor:

@@ -7,10 +7,10 @@ from torch import Tensor
 
 from ...primitives.checks import check_choice, check_floating, check_matrix
 from ...primitives.direct_linear import hartley
+from ...primitives.factorisation import null_vector, pointed
 from ...primitives.intrinsics import with_one
 from ...primitives.linalg import inverse3x3, small_matmul, smallest_eigenvector
-from .projection import largest_sign
-from .seven_point import seven_point_normalised
+from .seven_point import epipolar_rows, matrices_of_rank_two
 
 
 def find_fundamental(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None, method: str = "8POINT") -> Tensor:
@@ -47,9 +47,11 @@ def find_fundamental(points1: Tensor, points2: Tensor, weights: Optional[Tensor]
     _check_pair(points1, points2, 8)
     p1, t1 = hartley(points1.to(torch.float64), weights, 1e-8)
     p2, t2 = hartley(points2.to(torch.float64), weights, 1e-8)
-    f = smallest_eigenvector(epipolar_equations(p1, p2, _weights(weights, p1))).reshape(-1, 3, 3)
+    rows = epipolar_rows(p1, p2)
+    weighted = rows * _weights(weights, p1)[..., None]
+    f = smallest_eigenvector(small_matmul(weighted.transpose(1, 2), rows)).reshape(-1, 3, 3)
     # The nearest matrix of rank 2 is without its part in the direction of the least singular vector.
-    v = smallest_eigenvector(small_matmul(f.transpose(1, 2), f))
+    v = null_vector(f)
     f = f - small_matmul(f, v[..., None]) * v[:, None]
     return _denormalised(f, t1, t2).to(points1.dtype)
 
@@ -82,7 +84,7 @@ def find_fundamental_7point(points1: Tensor, points2: Tensor) -> Tuple[Tensor, T
         raise ValueError(f"points1: expected 7 points, got {points1.size(1)}")
     p1, t1 = hartley(points1.to(torch.float64), None, 1e-8)
     p2, t2 = hartley(points2.to(torch.float64), None, 1e-8)
-    f, exists = seven_point_normalised(epipolar_equations(p1, p2, torch.ones_like(p1[..., 0])))
+    f, exists = matrices_of_rank_two(epipolar_rows(p1, p2))
     f = _denormalised(f, t1[:, None], t2[:, None])
     f = torch.where(exists[..., None, None], f, torch.zeros_like(f))
     return f.to(points1.dtype), exists
@@ -182,20 +184,13 @@ def fundamental_from_projections(P1: Tensor, P2: Tensor) -> Tensor:
         >>> P2 = P1 + torch.tensor([[0.0, 0.0, 0.0, 1.0], [0.0] * 4, [0.0] * 4])
         >>> fundamental_from_projections(P1, P2) + 0.0
         tensor([[ 0.,  0.,  0.],
-                [ 0.,  0., -1.],
-                [ 0.,  1.,  0.]])
+                [ 0.,  0.,  1.],
+                [ 0., -1.,  0.]])
     """
     check_matrix(P1, 3, 4, "P1")
     check_matrix(P2, 3, 4, "P2")
     # By Laplace: products of the 2x2 minors of either pair of rows, at complementary columns.
     return (_row_minors(P2)[..., :, None, :] * _complements(_row_minors(P1))[..., None, :, :]).sum(-1)
-
-
-def epipolar_equations(p1: Tensor, p2: Tensor, weights: Tensor) -> Tensor:
-    """A^T W A (B, 9, 9) of the equations x2^T F x1 = 0, of points (B, N, 2)."""
-    x1, x2 = with_one(p1), with_one(p2)
-    row = (x2[..., :, None] * x1[..., None, :]).flatten(-2)
-    return small_matmul((row * weights[..., None]).transpose(1, 2), row)
 
 
 def _row_minors(P: Tensor) -> Tensor:
@@ -214,11 +209,11 @@ def _complements(minors: Tensor) -> Tensor:
 
 
 def _denormalised(f: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
-    """T2^T F T1, scaled so that its last entry is 1 or, where that is near 0, its length, with a positive largest entry."""
+    """T2^T F T1, scaled so that its last entry is 1 or, where that is near 0, its length."""
     f = small_matmul(small_matmul(t2.transpose(-2, -1), f), t1)
     squared = (f * f).sum(-1, keepdim=True).sum(-2, keepdim=True)
     f = f / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))
-    f = f * largest_sign(f.detach().flatten(-2))[..., None]
+    f = f * pointed(f.flatten(-2)[..., None])
     return normalize_transformation(f)
 
 

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ...primitives.checks import check_image, check_matrix
+from ...primitives.factorisation import pointed
 from ...primitives.linalg import cross, small_matmul
 from .lines import cross_product_matrix
 
@@ -137,7 +138,7 @@ def KRt_from_projection(P: Tensor, eps: float = 1e-6) -> Tuple[Tensor, Tensor, T
 def projections_from_fundamental(F_mat: Tensor) -> Tensor:
     """A pair of projection matrices that have a given fundamental matrix: [I | 0] and [[e]x F | e], e the second image's epipole.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., result 9.14. e has unit length and a positive largest entry.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., result 9.14. e has unit length and a sign that does not depend on F's.
 
     Args:
         F_mat: (*, 3, 3) of rank 2, floating point.
@@ -149,7 +150,7 @@ def projections_from_fundamental(F_mat: Tensor) -> Tensor:
         TypeError, ValueError: if F_mat is not a floating-point (*, 3, 3) tensor.
 
     Example:
-        >>> projections_from_fundamental(torch.tensor([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]))[..., 1]
+        >>> projections_from_fundamental(torch.tensor([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]))[..., 1] + 0.0
         tensor([[ 0.,  0.,  0.,  1.],
                 [ 0., -1.,  0.,  0.],
                 [ 0.,  0., -1.,  0.]])
@@ -188,7 +189,7 @@ def depth_from_point(R: Tensor, t: Tensor, X: Tensor) -> Tensor:
 
 
 def left_null_vector(m: Tensor) -> Tensor:
-    """Unit vector (*, 3), its largest entry positive, whose product with the (*, 3, 3) of rank 2 is 0: the longest cross product of two columns."""
+    """Unit vector (*, 3) whose product with the (*, 3, 3) of rank 2 is 0: the longest cross product of two columns, with `pointed`'s sign."""
     a, b, c = m[..., :, 0], m[..., :, 1], m[..., :, 2]
     ab, bc, ca = cross(a, b), cross(b, c), cross(c, a)
     length_ab, length_bc, length_ca = (ab * ab).sum(-1, keepdim=True), (bc * bc).sum(-1, keepdim=True), (ca * ca).sum(-1, keepdim=True)
@@ -196,14 +197,7 @@ def left_null_vector(m: Tensor) -> Tensor:
     longest = torch.where(torch.maximum(length_ab, length_bc) >= length_ca, longest, ca)
     squared = torch.maximum(torch.maximum(length_ab, length_bc), length_ca)
     unit = longest / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))
-    return unit * largest_sign(unit)
-
-
-def largest_sign(vectors: Tensor) -> Tensor:
-    """1 or -1 (*, 1), with which the largest entry of vectors (*, n) becomes positive."""
-    low, high = vectors.amin(-1, keepdim=True), vectors.amax(-1, keepdim=True)
-    # The tolerance gives equally large entries of either sign the same answer however they were rounded.
-    return torch.where(high >= -low * (1.0 - 1e-4), torch.ones_like(low), -torch.ones_like(low))
+    return unit * pointed(unit[..., None])[..., 0, :]
 
 
 def _length_and_direction(v: Tensor, eps: float) -> Tuple[Tensor, Tensor]:

@@ -4,7 +4,7 @@ import torch
 from torch import Tensor
 
 from ...primitives.checks import check_choice, check_last, check_matrix
-from ...primitives.linalg import smallest_eigenvector
+from ...primitives.factorisation import null_vector
 
 
 def triangulate_points(P1: Tensor, P2: Tensor, points1: Tensor, points2: Tensor, solver: str = "eigh") -> Tensor:
@@ -15,7 +15,7 @@ def triangulate_points(P1: Tensor, P2: Tensor, points1: Tensor, points2: Tensor,
     Args:
         P1, P2: (*, 3, 4), projection matrices, floating point.
         points1, points2: (*, N, 2), pixels.
-        solver: "eigh" or "svd". Both name the same computation here: inverse iteration on the 4x4 normal matrix.
+        solver: "eigh" or "svd". Both name the same computation here: the null vector by a QR factorisation.
 
     Returns:
         (*, N, 3). What is at infinity comes out far away. Differentiable in all tensors.
@@ -38,8 +38,7 @@ def triangulate_points(P1: Tensor, P2: Tensor, points1: Tensor, points2: Tensor,
     first = _equations(P1.to(torch.float64), points1.to(torch.float64))
     second = _equations(P2.to(torch.float64), points2.to(torch.float64))
     a = torch.cat([first, second], -2)
-    normal = (a[..., :, :, None] * a[..., :, None, :]).sum(-3)
-    x = smallest_eigenvector(normal.reshape(-1, 4, 4)).reshape(normal.shape[:-1])
+    x = null_vector(a)
     depth = x[..., 3:4]
     least = torch.where(depth < 0, torch.full_like(depth, -1e-12), torch.full_like(depth, 1e-12))
     return (x[..., 0:3] / torch.where(depth.abs() < 1e-12, least, depth)).to(points1.dtype)

@@ -1,0 +1,206 @@
+"""Eigenvalues and singular values of small matrices by Jacobi's rotations, in arithmetic only.
+
+G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 8.5 and 8.6.3. A round rotates n/2 disjoint pairs of columns at once, as
+one product with an orthogonal matrix, and then moves the columns on as players move in a tournament, so that every round is the
+same code: a sweep of all pairs is n - 1 of them (n where n is odd). Rotations that only rounding asks for are left out, equal values
+keep the order in which the rotations left them, and signs are `pointed`'s: engines that round differently find the same vectors,
+also where values are repeated.
+
+The sweeps see no gradient. It comes from one correction of first order after them, in which 1 / (difference of two values) is 0
+where they differ by less than 1e-9 of the largest. Exported gradients copy the rounds, for n up to 4 say: for a null vector
+there is `null_vector`.
+"""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from .factorisation import pointed, qr
+from .linalg import small_matmul
+from .loops import repeat
+from .target import native_forward, onnx_forward
+
+def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
+    """Eigenvalues (..., n), ascending, and unit eigenvectors in the columns of (..., n, n), of a symmetric (..., n, n).
+
+    In float64, for n up to about 10. Eigenvalues closer than 1e-12 of the norm may be in either order.
+
+    >>> values, vectors = symmetric_eigen(torch.tensor([[2.0, 1.0], [1.0, 2.0]]))
+    >>> values
+    tensor([1., 3.])
+    """
+    n = m.size(-1)
+    a = m.to(torch.float64)
+    a = 0.5 * (a + a.transpose(-1, -2))
+    fixed = a.detach()
+    norm = _norm(fixed)
+    eye = torch.eye(n, dtype=a.dtype, device=a.device)
+    state = torch.cat([fixed / norm, eye.expand_as(fixed)], -2)
+    partner, turn, swap, side = _schedule(n, m)
+    if torch.jit.is_scripting():
+        for _ in range(_rounds(n)):
+            state = _two_sided(state, partner, partner, turn, swap, side)
+    else:
+        state = repeat(_two_sided, state, (partner, turn, swap, side), _rounds(n))
+    values = state[..., :n, :].diagonal(0, -2, -1)
+    order = _order(values)
+    vectors = small_matmul(state[..., n:, :], order)
+    vectors = vectors * pointed(vectors)
+    values = small_matmul(values[..., None, :], order)[..., 0, :] * norm[..., 0]
+    if not (native_forward() or onnx_forward()):
+        change = small_matmul(vectors.transpose(-1, -2), small_matmul(a, vectors))
+        change = change - change.detach()
+        gap = _reciprocal(values[..., None, :] - values[..., :, None], norm)
+        values = values + change.diagonal(0, -2, -1)
+        vectors = vectors + small_matmul(vectors, change * gap)
+    return values.to(m.dtype), vectors.to(m.dtype)
+
+
+def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    """U (..., r, n), singular values (..., n), descending and not negative, and V (..., n, n) of (..., r, n), r >= n: U diag(s) V^T.
+
+    In float64, for n up to about 10, by rotations of columns: small singular values are found to their own precision, not to the
+    norm's. U is orthonormal whatever the rank. A singular value below 4e-15 of the norm is 0. Singular values closer than
+    1e-12 of the norm may be in either order. The derivative of U V^T is right also where singular values are repeated.
+    Where r is exported as a symbol, its lower limit has to be above n.
+
+    >>> u, s, v = svd(torch.tensor([[0.0, 2.0], [-1.0, 0.0]]))
+    >>> s
+    tensor([2., 1.])
+    """
+    n = m.size(-1)
+    a = m.to(torch.float64)
+    fixed = a.detach()
+    norm = _norm(fixed)
+    columns = fixed / norm
+    tall = m.size(-2) != n
+    outer = columns
+    if tall:
+        outer, columns = qr(columns)
+    eye = torch.eye(n, dtype=a.dtype, device=a.device)
+    state = torch.cat([columns, eye.expand_as(columns)], -2)
+    partner, turn, swap, side = _schedule(n, m)
+    if torch.jit.is_scripting():
+        for _ in range(_rounds(n)):
+            state = _one_sided(state, partner, partner, turn, swap, side)
+    else:
+        state = repeat(_one_sided, state, (partner, turn, swap, side), _rounds(n))
+    squared = (state[..., :n, :] * state[..., :n, :]).sum(-2)
+    state = small_matmul(state, _order(-torch.sqrt(squared)))
+    v = state[..., n:, :]
+    sign = pointed(v)
+    columns = state[..., :n, :]
+    empty = (columns * columns).sum(-2, keepdim=True) < 1.6e-29
+    # Rotated columns are orthogonal to rounding; the factor's are so too where a column is empty.
+    u, r = qr(torch.where(empty, torch.zeros_like(columns), columns))
+    s = r.diagonal(0, -2, -1) * norm[..., 0]
+    if tall:
+        u = small_matmul(outer, u)
+    u = u * torch.where(empty, pointed(u), sign)
+    v = v * sign
+    if not (native_forward() or onnx_forward()):
+        u, s, v = _with_derivative(a, u, s, v, norm)
+    return u.to(m.dtype), s.to(m.dtype), v.to(m.dtype)
+
+
+def _with_derivative(a: Tensor, u: Tensor, s: Tensor, v: Tensor, norm: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    """The same values, with the derivatives by a.
+
+    With dU = U X and dV = V Y for skew-symmetric X and Y, the entries of U^T dA V = X S + dS - S Y give X + Y by the
+    differences of singular values and X - Y by their sums.
+    """
+    image = small_matmul(a, v)
+    image = image - image.detach()
+    change = small_matmul(u.transpose(-1, -2), image)
+    left, right = s[..., :, None], s[..., None, :]
+    both = (change + change.transpose(-1, -2)) * _reciprocal(right - left, norm)
+    unlike = (change - change.transpose(-1, -2)) * _reciprocal(left + right, norm)
+    outside = (image - small_matmul(u, change)) * _reciprocal(right, norm)
+    moved = u + small_matmul(u, 0.5 * (both + unlike)) + outside
+    return moved, s + change.diagonal(0, -2, -1), v + small_matmul(v, 0.5 * (both - unlike))
+
+
+def _reciprocal(x: Tensor, norm: Tensor) -> Tensor:
+    """1 / x, and 0 where x is next to nothing."""
+    small = x.abs() <= 1e-9 * norm
+    return torch.where(small, torch.zeros_like(x), 1.0 / torch.where(small, torch.ones_like(x), x))
+
+
+def _norm(m: Tensor) -> Tensor:
+    """Frobenius norm (..., 1, 1), of parts of the largest entry so that no square overflows; 1 for zeros."""
+    largest = m.abs().amax(-1, keepdim=True).amax(-2, keepdim=True)
+    largest = torch.where(largest > 0, largest, torch.ones_like(largest))
+    part = m / largest
+    squared = (part * part).sum(-1, keepdim=True).sum(-2, keepdim=True)
+    return largest * torch.sqrt(torch.where(squared > 0, squared, torch.ones_like(squared)))
+
+
+def _rounds(n: int) -> int:
+    """Rounds of whole sweeps, after which the columns are back in their places: one sweep more than any of thousands of matrices
+    took, of condition 1 to 1e12 and with repeated values, until nothing moved."""
+    sweeps = [0, 1, 5, 6, 6, 7, 8, 9, 9, 11]
+    return sweeps[min(n, 10) - 1] * (n if n % 2 == 1 else n - 1)
+
+
+def _schedule(n: int, like: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Each column's partner, the columns' move after a round as a matrix, the same after an exchange of partners, and 1, -1 or
+    0 where a column is the first or second of its pair or has no partner.
+
+    Columns 0 to odd - 1 stand in a circle, the pairs facing each other; an even n's last column stays and plays who is left over.
+    """
+    odd = n if n % 2 == 1 else n - 1
+    partner = [odd - 1 - i for i in range(odd)]
+    if n != odd:
+        partner[odd // 2] = odd
+        partner.append(odd // 2)
+    origin = [(i + 1) % odd for i in range(odd)] + [i for i in range(odd, n)]
+    side: List[float] = []
+    for i in range(n):
+        side.append(1.0 if i < partner[i] else (0.0 if i == partner[i] else -1.0))
+    index = torch.arange(n, device=like.device)
+    pairs = torch.tensor(partner, device=like.device)
+    turn = (index[:, None] == torch.tensor(origin, device=like.device)[None, :]).to(torch.float64)
+    return pairs, turn, turn.index_select(0, pairs), torch.tensor(side, dtype=torch.float64, device=like.device)
+
+
+def _rotation(d: Tensor, b: Tensor, floor: float, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
+    """The orthogonal (..., n, n) that rotates each pair of columns and moves them on, from squared lengths d and products b with the partner."""
+    other = d.index_select(-1, partner)
+    # Products that are rounding count as 0. What is equal but for rounding takes the branch of what is equal.
+    b = torch.where(b * b > 2e-29 * (d * other).abs() + floor, 2.0 * b, torch.zeros_like(b))
+    delta = (other - d) * side
+    sign = torch.where(delta + 1e-13 * (other.abs() + d.abs()) >= 0, 1.0, -1.0).to(d.dtype)
+    # a rotation that is left out divides 0 by 1e-300
+    tangent = side * b / (delta + sign * torch.sqrt(delta * delta + b * b) + sign * 1e-300)
+    cosine = torch.rsqrt(1.0 + tangent * tangent)
+    return cosine[..., :, None] * turn + (cosine * tangent)[..., :, None] * swap
+
+
+def _two_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
+    """One round on the symmetric matrix in the upper half of the state; the lower half gathers the rotations."""
+    n = state.size(-1)
+    a = state[..., :n, :]
+    eye = torch.eye(n, dtype=state.dtype, device=state.device)
+    product = (a.index_select(-1, partner) * eye).sum(-1)
+    rotation = _rotation(a.diagonal(0, -2, -1), product, 2e-29, partner, turn, swap, side)
+    rotated = small_matmul(state, rotation)
+    a = small_matmul(rotation.transpose(-1, -2), rotated[..., :n, :])
+    # Symmetric to the last bit, or the two of a pair would turn by different angles.
+    return torch.cat([0.5 * (a + a.transpose(-1, -2)), rotated[..., n:, :]], -2)
+
+
+def _one_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
+    """One round on the columns in the upper half of the state; the lower half gathers the rotations."""
+    columns = state[..., : state.size(-1), :]
+    product = (columns * columns.index_select(-1, partner)).sum(-2)
+    return small_matmul(state, _rotation((columns * columns).sum(-2), product, 1e-62, partner, turn, swap, side))
+
+
+def _order(values: Tensor) -> Tensor:
+    """The permutation matrix that sorts columns by ascending values (at most 1); values equal to 1e-12 or so keep their order."""
+    key = torch.floor(values * 1e12 + 0.37)
+    index = torch.arange(values.size(-1), device=values.device)
+    one, other = key[..., :, None], key[..., None, :]
+    before = (other < one) | ((other == one) & (index[None, :] < index[:, None]))
+    return (before.to(values.dtype).sum(-1, keepdim=True) == index.to(values.dtype)).to(values.dtype)
