@@ -21,6 +21,7 @@ from .linalg import small_matmul
 from .loops import repeat
 from .target import native_forward, onnx_forward
 
+
 def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
     """Eigenvalues (..., n), ascending, and unit eigenvectors in the columns of (..., n, n), of a symmetric (..., n, n).
 

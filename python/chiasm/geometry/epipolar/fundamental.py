@@ -8,7 +8,6 @@ from torch import Tensor
 from ...primitives.checks import check_choice, check_floating, check_matrix
 from ...primitives.direct_linear import hartley
 from ...primitives.factorisation import null_vector, pointed
-from ...primitives.intrinsics import with_one
 from ...primitives.linalg import inverse3x3, small_matmul, smallest_eigenvector
 from .seven_point import epipolar_rows, matrices_of_rank_two
 
@@ -45,10 +44,14 @@ def find_fundamental(points1: Tensor, points2: Tensor, weights: Optional[Tensor]
     if method == "7POINT":
         return find_fundamental_7point(points1, points2)[0]
     _check_pair(points1, points2, 8)
-    p1, t1 = hartley(points1.to(torch.float64), weights, 1e-8)
-    p2, t2 = hartley(points2.to(torch.float64), weights, 1e-8)
+    w = torch.ones_like(points1[..., 0]) if weights is None else weights
+    if w.dim() != 2:
+        raise ValueError(f"weights: expected shape (B, N), got {list(w.shape)}")
+    w = w.to(torch.float64)
+    p1, t1 = hartley(points1.to(torch.float64), w, 1e-8)
+    p2, t2 = hartley(points2.to(torch.float64), w, 1e-8)
     rows = epipolar_rows(p1, p2)
-    weighted = rows * _weights(weights, p1)[..., None]
+    weighted = rows * w[..., None]
     f = smallest_eigenvector(small_matmul(weighted.transpose(1, 2), rows)).reshape(-1, 3, 3)
     # The nearest matrix of rank 2 is without its part in the direction of the least singular vector.
     v = null_vector(f)
@@ -215,14 +218,6 @@ def _denormalised(f: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
     f = f / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))
     f = f * pointed(f.flatten(-2)[..., None])
     return normalize_transformation(f)
-
-
-def _weights(weights: Optional[Tensor], like: Tensor) -> Tensor:
-    if weights is None:
-        return torch.ones_like(like[..., 0])
-    if weights.dim() != 2:
-        raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
-    return weights.to(torch.float64)
 
 
 def _check_points(points: Tensor, name: str) -> None:
