@@ -1,12 +1,35 @@
 """Homographies from correspondences."""
 
-from typing import Optional, Tuple
+from typing import Optional
 
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating
-from ..primitives.linalg import inverse3x3, small_matmul, smallest_eigenvector
+from ..primitives.checks import check_choice, check_floating, check_matrix, check_rank
+from ..primitives.direct_linear import hartley, projective_equations
+from ..primitives.intrinsics import with_one
+from ..primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenvector
+from ..primitives.loops import repeat
+from .transfer_error import (
+    check_segments,
+    line_segment_transfer_error_one_way,
+    line_through,
+    oneway_transfer_error,
+    sampson_homography_distance,
+    symmetric_transfer_error,
+)
+
+__all__ = [
+    "find_homography_dlt",
+    "find_homography_dlt_iterated",
+    "find_homography_lines_dlt",
+    "find_homography_lines_dlt_iterated",
+    "line_segment_transfer_error_one_way",
+    "oneway_transfer_error",
+    "sample_is_valid_for_homography",
+    "sampson_homography_distance",
+    "symmetric_transfer_error",
+]
 
 
 def find_homography_dlt(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None, solver: str = "lu") -> Tensor:
@@ -41,50 +64,184 @@ def find_homography_dlt(points1: Tensor, points2: Tensor, weights: Optional[Tens
         raise ValueError(f"points1: expected at least 4 points, got {points1.size(1)}")
     if points1.size(1) != points2.size(1):
         raise ValueError(f"points2: expected as many points as points1, {points1.size(1)}, got {points2.size(1)}")
-    p1, t1 = _hartley(points1.to(torch.float64))
-    p2, t2 = _hartley(points2.to(torch.float64))
-    w = torch.ones_like(p1[..., 0])
-    if weights is not None:
-        if weights.dim() != 2:
-            raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
-        w = weights.to(torch.float64)
-    h = smallest_eigenvector(_normal_matrix(p1, p2, w)).reshape(-1, 3, 3)
+    p1, t1 = hartley(points1.to(torch.float64), None, 1e-8)
+    p2, t2 = hartley(points2.to(torch.float64), None, 1e-8)
+    normal = projective_equations(with_one(p1), p2, _weights(weights, p1))
+    return _denormalised(normal, t1, t2).to(points1.dtype)
+
+
+def find_homography_dlt_iterated(points1: Tensor, points2: Tensor, weights: Tensor, soft_inl_th: float = 3.0, n_iter: int = 5) -> Tensor:
+    """Homography by repeated :func:`find_homography_dlt`, each time with weights exp(-e / (2 soft_inl_th^2)).
+
+    e is :func:`symmetric_transfer_error`, not squared, of the homography before: points far from it lose their say.
+
+    Args:
+        points1, points2: (B, N, 2), N >= 4, floating point.
+        weights: (B, N), not negative: those of the first estimate.
+        soft_inl_th: pixels; larger ones are milder.
+        n_iter: number of estimates, at least 1.
+
+    Returns:
+        (B, 3, 3) with the last entry 1, mapping points1 to points2. Differentiable in all tensors.
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape or n_iter is not as above.
+
+    Example:
+        >>> square = torch.tensor([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+        >>> find_homography_dlt_iterated(square, 2.0 * square, torch.ones(1, 4))[0].round(decimals=3).diagonal()
+        tensor([2., 2., 1.])
+    """
+    if n_iter < 1:
+        raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
+    H = find_homography_dlt(points1, points2, weights)
+    if torch.jit.is_scripting():
+        for k in range(n_iter - 1):
+            H = _weighted_again(H, torch.zeros([], dtype=torch.int64), points1, points2, soft_inl_th)
+    else:
+        H = repeat(_weighted_again, H, (points1, points2, soft_inl_th), n_iter - 1)
+    return H
+
+
+def _weighted_again(H: Tensor, k: Tensor, points1: Tensor, points2: Tensor, soft_inl_th: float) -> Tensor:
+    errors = symmetric_transfer_error(points1, points2, H, False)
+    return find_homography_dlt(points1, points2, torch.exp(-errors / (2.0 * soft_inl_th**2)))
+
+
+def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor] = None) -> Tensor:
+    """Homography from four or more corresponding line segments, whose end points need not correspond.
+
+    The end points of the first image's segments must come to lie on the lines through the second image's: two linear equations a
+    segment, with points and lines normalised as for points. E. Dubrofsky, R. Woodham, Combining line and point
+    correspondences for homography estimation, ISVC 2008. The error is minimised in float64.
+
+    Args:
+        ls1, ls2: (B, N, 2, 2), N >= 4, the segments' two end points, floating point.
+        weights: (B, N), not negative; ones by default.
+
+    Returns:
+        (B, 3, 3) with the last entry 1, from the first image to the second. Differentiable in all tensors.
+
+    Raises:
+        TypeError: if ls1 or ls2 is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> corner = torch.tensor([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        >>> segments = torch.stack([corner, corner.roll(1, 0)], 1)[None]
+        >>> find_homography_lines_dlt(segments, 2.0 * segments)[0].round(decimals=3).diagonal()
+        tensor([2., 2., 1.])
+    """
+    check_segments(ls1, "ls1")
+    check_segments(ls2, "ls2")
+    if ls1.size(1) < 4:
+        raise ValueError(f"ls1: expected at least 4 segments, got {ls1.size(1)}")
+    if ls1.size(1) != ls2.size(1):
+        raise ValueError(f"ls2: expected as many segments as ls1, {ls1.size(1)}, got {ls2.size(1)}")
+    p1, t1 = hartley(ls1.to(torch.float64).flatten(1, 2), None, 1e-8)
+    p2, t2 = hartley(ls2.to(torch.float64).flatten(1, 2), None, 1e-8)
+    p = with_one(p1).unflatten(1, [-1, 2])
+    q = with_one(p2).unflatten(1, [-1, 2])
+    line = line_through(q[:, :, 0], q[:, :, 1])
+    # The equation of a line l and a point p is (l x p) . H, hence the product of l l^T and the points' p p^T.
+    pp = (p[..., :, None] * p[..., None, :]).sum(2)
+    ll = line[..., :, None] * line[..., None, :] * _weights(weights, line)[..., None, None]
+    normal = (ll[..., :, None, :, None] * pp[..., None, :, None, :]).sum(1).reshape(-1, 9, 9)
+    return _denormalised(normal, t1, t2).to(ls1.dtype)
+
+
+def find_homography_lines_dlt_iterated(ls1: Tensor, ls2: Tensor, weights: Tensor, soft_inl_th: float = 4.0, n_iter: int = 5) -> Tensor:
+    """Homography by repeated :func:`find_homography_lines_dlt`, each time with weights exp(-e / (2 soft_inl_th^2)).
+
+    e is :func:`line_segment_transfer_error_one_way` of the homography before.
+
+    Args:
+        ls1, ls2: (B, N, 2, 2), N >= 4, the segments' two end points, floating point.
+        weights: (B, N), not negative: those of the first estimate.
+        soft_inl_th: pixels; larger ones are milder.
+        n_iter: number of estimates, at least 1.
+
+    Returns:
+        (B, 3, 3) with the last entry 1, from the first image to the second. Differentiable in all tensors.
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape or n_iter is not as above.
+
+    Example:
+        >>> corner = torch.tensor([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        >>> segments = torch.stack([corner, corner.roll(1, 0)], 1)[None]
+        >>> find_homography_lines_dlt_iterated(segments, 2.0 * segments, torch.ones(1, 4))[0].round(decimals=3).diagonal()
+        tensor([2., 2., 1.])
+    """
+    if n_iter < 1:
+        raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
+    H = find_homography_lines_dlt(ls1, ls2, weights)
+    if torch.jit.is_scripting():
+        for k in range(n_iter - 1):
+            H = _lines_weighted_again(H, torch.zeros([], dtype=torch.int64), ls1, ls2, soft_inl_th)
+    else:
+        H = repeat(_lines_weighted_again, H, (ls1, ls2, soft_inl_th), n_iter - 1)
+    return H
+
+
+def _lines_weighted_again(H: Tensor, k: Tensor, ls1: Tensor, ls2: Tensor, soft_inl_th: float) -> Tensor:
+    errors = line_segment_transfer_error_one_way(ls1, ls2, H)
+    return find_homography_lines_dlt(ls1, ls2, torch.exp(-errors / (2.0 * soft_inl_th**2)))
+
+
+def sample_is_valid_for_homography(points1: Tensor, points2: Tensor) -> Tensor:
+    """Whether four correspondences can be of one plane, seen from one side: each triple of points turns the same way in both images.
+
+    P. Márquez-Neila et al., Speeding-up homography estimation in mobile devices, J. Real-Time Image Processing 11, 2016. Three points
+    on a line in either image determine no homography and are not valid; Kornia lets them pass if they are on a line in both.
+
+    Args:
+        points1, points2: (B, 4, 2), floating point.
+
+    Returns:
+        (B,), bool.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or not (B, 4, 2).
+
+    Example:
+        >>> square = torch.tensor([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+        >>> sample_is_valid_for_homography(square, torch.stack([square[0], square[0, [1, 0, 2, 3]]]))
+        tensor([ True, False])
+    """
+    turns1 = _turns(points1, "points1")
+    turns2 = _turns(points2, "points2")
+    # Signs before the product, which may underflow.
+    return (torch.sign(turns1) * torch.sign(turns2) > 0).all(-1)
+
+
+def _turns(points: Tensor, name: str) -> Tensor:
+    """Twice the signed areas (B, 4) of the triangles of the four triples."""
+    check_rank(points, 3, "(B, 4, 2)", name)
+    check_matrix(points, 4, 2, name)
+    p = with_one(points)
+    a, b, c, d = p[:, 0], p[:, 1], p[:, 2], p[:, 3]
+    return torch.stack([(cross(a, b) * c).sum(-1), (cross(a, b) * d).sum(-1), (cross(a, c) * d).sum(-1), (cross(b, c) * d).sum(-1)], -1)
+
+
+def _denormalised(normal: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
+    """The homography that solves normal equations (B, 9, 9) of normalised points, for points before normalisation."""
+    h = smallest_eigenvector(normal).reshape(-1, 3, 3)
     h = small_matmul(small_matmul(inverse3x3(t2), h), t1)
-    return (h / h[:, 2:3, 2:3]).to(points1.dtype)
+    return h / h[:, 2:3, 2:3]
+
+
+def _weights(weights: Optional[Tensor], like: Tensor) -> Tensor:
+    if weights is None:
+        return torch.ones_like(like[..., 0])
+    if weights.dim() != 2:
+        raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
+    return weights.to(torch.float64)
 
 
 def _check_points(points: Tensor, name: str) -> None:
     check_floating(points, name)
     if points.dim() != 3 or points.size(2) != 2:
         raise ValueError(f"{name}: expected shape (B, N, 2), got {list(points.shape)}")
-
-
-def _hartley(points: Tensor) -> Tuple[Tensor, Tensor]:
-    """Points moved to centroid 0 and mean distance sqrt(2), and the similarity (B, 3, 3) that does it."""
-    centre = points.mean(1, keepdim=True)
-    offset = points - centre
-    # 1e-300 keeps the square root's derivative finite for a point at the centroid and changes no value.
-    distance = torch.sqrt((offset * offset).sum(-1) + 1e-300).mean(1)
-    scale = 1.4142135623730951 / (distance + 1e-8)
-    zero = torch.zeros_like(scale)
-    shift = -scale[:, None] * centre[:, 0]
-    rows = [
-        torch.stack([scale, zero, shift[:, 0]], -1),
-        torch.stack([zero, scale, shift[:, 1]], -1),
-        torch.stack([zero, zero, torch.ones_like(scale)], -1),
-    ]
-    return offset * scale[:, None, None], torch.stack(rows, -2)
-
-
-def _normal_matrix(p1: Tensor, p2: Tensor, weights: Tensor) -> Tensor:
-    """A^T W A (B, 9, 9) of the DLT equations h1.p - u h3.p = 0, h2.p - v h3.p = 0 for p = (x, y, 1)."""
-    p = torch.cat([p1, torch.ones_like(p1[..., :1])], -1)
-    pp = p[..., :, None] * p[..., None, :]
-    u, v = p2[..., 0], p2[..., 1]
-    s = (pp * weights[..., None, None]).sum(1)
-    su = (pp * (weights * u)[..., None, None]).sum(1)
-    sv = (pp * (weights * v)[..., None, None]).sum(1)
-    sq = (pp * (weights * (u * u + v * v))[..., None, None]).sum(1)
-    zero = torch.zeros_like(s)
-    rows = [torch.cat([s, zero, -su], -1), torch.cat([zero, s, -sv], -1), torch.cat([-su, -sv, sq], -1)]
-    return torch.cat(rows, -2)

@@ -1,0 +1,316 @@
+"""Views of one scene: homographies, fundamental and essential matrices, triangulation, poses."""
+
+import torch
+
+from ..spec import Spec, TensorSpec, Tolerance, image
+from . import add
+
+_DOUBLE = torch.float64
+_MATRICES, _VECTORS = ("B", 3, 3), ("B", 3, 1)
+
+
+def _uniform(generator, shape, low=0.0, high=1.0):
+    return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
+
+
+def _cameras(generator, batch, scale):
+    """Camera matrices with focal lengths and principal points of about `scale`."""
+    matrix = torch.eye(3, dtype=_DOUBLE).repeat(batch, 1, 1)
+    matrix[:, 0, 0], matrix[:, 1, 1] = _uniform(generator, (batch,), 0.9, 1.1) * scale, _uniform(generator, (batch,), 0.9, 1.1) * scale
+    matrix[:, :2, 2] = _uniform(generator, (batch, 2), 0.4, 0.6) * scale
+    return matrix
+
+
+def _rotations(generator, batch, angle):
+    v = torch.randn((batch, 3), generator=generator, dtype=_DOUBLE)
+    v = angle * v / v.norm(dim=1, keepdim=True)
+    return torch.linalg.matrix_exp(_skew(v))
+
+
+def _skew(v):
+    x, y, z = v.unbind(-1)
+    zero = torch.zeros_like(x)
+    return torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(-1, 3, 3)
+
+
+def _seen(points, K, R, t):
+    x = (points @ R.transpose(1, 2) + t.transpose(1, 2)) @ K.transpose(1, 2)
+    return x[..., :2] / x[..., 2:]
+
+
+def _scene(generator, batch, count, scale=1.0, noise=2e-4):
+    """Two cameras 0.3 rad and a unit apart, points 4 to 8 units in front, and where they are seen, with noise.
+
+    Pixels are about `scale`: with 1 for gradients, which would be sums of numbers that differ by millions otherwise.
+    """
+    K1, K2 = _cameras(generator, batch, scale), _cameras(generator, batch, scale)
+    R = _rotations(generator, batch, 0.3)
+    t = torch.randn((batch, 3, 1), generator=generator, dtype=_DOUBLE)
+    t = t / t.norm(dim=1, keepdim=True)
+    X = torch.cat([_uniform(generator, (batch, count, 2), -2, 2), _uniform(generator, (batch, count, 1), 4, 8)], -1)
+    eye, zero = torch.eye(3, dtype=_DOUBLE).expand(batch, 3, 3), torch.zeros((batch, 3, 1), dtype=_DOUBLE)
+    blur = torch.randn((2, batch, count, 2), generator=generator, dtype=_DOUBLE) * noise * scale
+    E = _skew(t[..., 0]) @ R
+    F = torch.linalg.inv(K2).transpose(1, 2) @ E @ torch.linalg.inv(K1)
+    return {
+        "K1": K1, "K2": K2, "R": R, "t": t, "X": X, "E": E, "F": F / F.flatten(1).norm(dim=1)[:, None, None],
+        "x1": _seen(X, K1, eye, zero) + blur[0], "x2": _seen(X, K2, R, t) + blur[1],
+        "r1": _seen(X, eye, eye, zero) + blur[0] / scale, "r2": _seen(X, eye, R, t) + blur[1] / scale,
+        "P1": K1 @ torch.cat([eye, zero], -1), "P2": K2 @ torch.cat([R, t], -1),
+        "weights": _uniform(generator, (batch, count), 0.5, 1.5),
+    }
+
+
+def _from_scene(scale=1.0, noise=2e-4, count=None, **names):
+    """A sampler that takes a scene's parts as inputs: argument name to part."""
+
+    def sample(generator, sizes, dtype):
+        scene = _scene(generator, sizes["B"], count or sizes.get("N", 8), scale, noise)
+        return {argument: scene[part].to(dtype) for argument, part in names.items()}
+
+    return sample
+
+
+def _points(name, count="N", description="points"):
+    return TensorSpec(name, ("B", count, 2), description=description)
+
+
+def _matrix(name, description="", shape=_MATRICES):
+    return TensorSpec(name, shape, description=description)
+
+
+def _motion(generator, batch):
+    return _rotations(generator, batch, 1.0), torch.randn((batch, 3, 1), generator=generator, dtype=_DOUBLE)
+
+
+_LOOSE = {"float32": Tolerance(1e-3, 1e-3)}
+_ZISSERMAN = "R. Hartley, A. Zisserman, Multiple View Geometry"
+
+# --- errors and lines --------------------------------------------------------------------------------------------------
+
+for _name, _reference in {
+    "sampson_epipolar_distance": "OpenCV sampsonDistance",
+    "symmetrical_epipolar_distance": "OpenCV computeCorrespondEpilines",
+    "left_to_right_epipolar_distance": "OpenCV computeCorrespondEpilines",
+    "right_to_left_epipolar_distance": "OpenCV computeCorrespondEpilines",
+    "get_closest_point_on_epipolar_line": "OpenCV computeCorrespondEpilines",
+}.items():
+    add(Spec(
+        f"geometry.epipolar.{_name}", [_points("pts1"), _points("pts2"), _matrix("Fm", "fundamental matrices")],
+        # points a hundredth off their lines: distances are differences, and gradients sums over points
+        gradient_tolerances=_LOOSE, sample=_from_scene(noise=0.02, pts1="x1", pts2="x2", Fm="F"), reference=_reference,
+    ))
+add(Spec(
+    "geometry.epipolar.compute_correspond_epilines", [_points("points"), _matrix("F_mat", "fundamental matrices")], [TensorSpec("lines")],
+    gradient_tolerances=_LOOSE, sample=_from_scene(points="x1", F_mat="F"), reference="OpenCV computeCorrespondEpilines",
+))
+add(Spec(
+    "geometry.epipolar.get_perpendicular",
+    [TensorSpec("lines", ("B", "N", 3), range=(-1, 1), description="a, b, c of a x + b y + c = 0"), TensorSpec("points", ("B", "N", 2))],
+    [TensorSpec("perpendiculars")], reference="definition",
+))
+
+# --- matrices of two views ---------------------------------------------------------------------------------------------
+
+add(Spec("geometry.epipolar.cross_product_matrix", [TensorSpec("x", ("N", 3), range=(-1, 1))], [TensorSpec("matrix")], reference="definition"))
+for _name, _from in (("essential_from_fundamental", "F"), ("fundamental_from_essential", "E")):
+    add(Spec(
+        f"geometry.epipolar.{_name}", [_matrix(f"{_from}_mat"), _matrix("K1", "camera matrices"), _matrix("K2", "camera matrices")],
+        sample=_from_scene(**{f"{_from}_mat": _from, "K1": "K1", "K2": "K2"}), reference=f"{_ZISSERMAN}, 9.6",
+    ))
+
+
+def _sample_two_motions(generator, sizes, dtype):
+    (R1, t1), (R2, t2) = _motion(generator, sizes["B"]), _motion(generator, sizes["B"])
+    return {name: value.to(dtype) for name, value in {"R1": R1, "t1": t1, "R2": R2, "t2": t2}.items()}
+
+
+_TWO_MOTIONS = [_matrix("R1"), _matrix("t1", shape=_VECTORS), _matrix("R2"), _matrix("t2", shape=_VECTORS)]
+add(Spec("geometry.epipolar.essential_from_Rt", _TWO_MOTIONS, [TensorSpec("essential")], sample=_sample_two_motions, reference="definition"))
+add(Spec(
+    "geometry.epipolar.relative_camera_motion", _TWO_MOTIONS, [TensorSpec("R"), TensorSpec("t")], sample=_sample_two_motions, reference="definition",
+))
+for _name in ("decompose_essential_matrix", "decompose_essential_matrix_no_svd"):
+    add(Spec(
+        f"geometry.epipolar.{_name}", [_matrix("E_mat", "essential matrices")], [TensorSpec("R1"), TensorSpec("R2"), TensorSpec("t")],
+        gradient_tolerances=_LOOSE, sample=_from_scene(E_mat="E"), reference="OpenCV decomposeEssentialMat",
+    ))
+add(Spec(
+    "geometry.epipolar.motion_from_essential", [_matrix("E_mat", "essential matrices")], [TensorSpec("rotations"), TensorSpec("translations")],
+    gradient_tolerances=_LOOSE, sample=_from_scene(E_mat="E"), reference="OpenCV decomposeEssentialMat",
+))
+add(Spec(
+    "geometry.epipolar.motion_from_essential_choose_solution",
+    [_matrix("E_mat", "essential matrices"), _matrix("K1"), _matrix("K2"), _points("x1", description="pixels"), _points("x2", description="pixels")],
+    [TensorSpec("R"), TensorSpec("t"), TensorSpec("points"), TensorSpec("in_front")],
+    # depths are ill-conditioned
+    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
+    sample=_from_scene(E_mat="E", K1="K1", K2="K2", x1="x1", x2="x2"), reference="OpenCV recoverPose",
+))
+
+
+def _sample_near_essential(generator, sizes, dtype):
+    E = _scene(generator, sizes["B"], 1)["E"]
+    return {"E_mat": (E + _uniform(generator, E.shape, -0.1, 0.1)).to(dtype)}
+
+
+add(Spec(
+    "geometry.epipolar.project_to_essential", [_matrix("E_mat")], [TensorSpec("essential")],
+    gradient_tolerances=_LOOSE, sample=_sample_near_essential, reference="NumPy SVD in float64",
+))
+add(Spec(
+    "geometry.epipolar.normalize_points", [_points("points")], [TensorSpec("normalized"), TensorSpec("similarity")],
+    gradient_tolerances=_LOOSE, sample=_from_scene(points="x1"), reference="definition",
+))
+add(Spec(
+    "geometry.epipolar.normalize_transformation", [TensorSpec("M", _MATRICES, range=(0.5, 1.5))], [TensorSpec("normalized")], reference="definition",
+))
+
+# --- projections -------------------------------------------------------------------------------------------------------
+
+_PROJECTION = ("B", 3, 4)
+add(Spec(
+    "geometry.epipolar.fundamental_from_projections", [_matrix("P1", shape=_PROJECTION), _matrix("P2", shape=_PROJECTION)], [TensorSpec("fundamental")],
+    sample=_from_scene(P1="P1", P2="P2"), reference=f"determinants in NumPy; {_ZISSERMAN}, 17.1",
+))
+add(Spec(
+    "geometry.epipolar.projections_from_fundamental", [_matrix("F_mat")], [TensorSpec("projections")],
+    gradient_tolerances=_LOOSE, sample=_from_scene(F_mat="F"), reference=f"{_ZISSERMAN}, result 9.14",
+))
+add(Spec(
+    "geometry.epipolar.projection_from_KRt", [_matrix("K"), _matrix("R"), _matrix("t", shape=_VECTORS)], [TensorSpec("projection")],
+    sample=_from_scene(K="K2", R="R", t="t"), reference="definition",
+))
+add(Spec(
+    "geometry.epipolar.KRt_from_projection", [_matrix("P", shape=_PROJECTION)], [TensorSpec("K"), TensorSpec("R"), TensorSpec("t")],
+    gradient_tolerances=_LOOSE, sample=_from_scene(P="P2"), reference="OpenCV decomposeProjectionMatrix",
+))
+add(Spec(
+    "geometry.epipolar.depth_from_point", [_matrix("R"), _matrix("t", shape=_VECTORS), TensorSpec("X", ("B", "N", 3))], [TensorSpec("depth")],
+    gradient_tolerances=_LOOSE, sample=_from_scene(R="R", t="t", X="X"), reference="definition",
+))
+add(Spec("geometry.epipolar.intrinsics_like", [image()], [TensorSpec("camera_matrix")], config={"focal": 500.0}, gradients=(), reference="definition"))
+add(Spec(
+    "geometry.epipolar.scale_intrinsics",
+    [TensorSpec("camera_matrix", ("N", 3, 3)), TensorSpec("scale_factor", ("N",), range=(0.5, 2.0))], [TensorSpec("scaled")], reference="definition",
+))
+add(Spec(
+    "geometry.epipolar.triangulate_points",
+    [_matrix("P1", shape=_PROJECTION), _matrix("P2", shape=_PROJECTION), _points("points1", description="pixels"), _points("points2", description="pixels")],
+    [TensorSpec("points")], tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
+    sample=_from_scene(P1="P1", P2="P2", points1="x1", points2="x2"), reference="OpenCV triangulatePoints",
+))
+add(Spec(
+    "geometry.calibration.solve_pnp_dlt",
+    [TensorSpec("world_points", ("B", "N", 3)), _points("img_points", description="pixels"), _matrix("intrinsics"), TensorSpec("weights", ("B", "N"))],
+    [TensorSpec("pose")], symbols={"N": (6, 1 << 20)}, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(5e-2, 1e-2)},
+    sample=_from_scene(world_points="X", img_points="x2", intrinsics="K2", weights="weights"), reference="OpenCV solvePnP",
+))
+
+# --- fundamental and essential matrices from points --------------------------------------------------------------------
+
+_WEIGHTS = TensorSpec("weights", ("B", "N"), range=(0.5, 1.5))
+add(Spec(
+    "geometry.epipolar.find_fundamental", [_points("points1"), _points("points2"), _WEIGHTS], [TensorSpec("fundamental")],
+    symbols={"N": (8, 1 << 20)}, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
+    sample=_from_scene(points1="x1", points2="x2", weights="weights"), reference="OpenCV findFundamentalMat; NumPy SVD in float64",
+))
+add(Spec(
+    "geometry.epipolar.find_fundamental_7point", [_points("points1", 7), _points("points2", 7)], [TensorSpec("fundamental"), TensorSpec("exists")],
+    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
+    sample=_from_scene(count=7, points1="x1", points2="x2"), reference="OpenCV findFundamentalMat",
+))
+add(Spec(
+    "geometry.epipolar.find_essential", [_points("points1"), _points("points2"), _WEIGHTS], [TensorSpec("essential"), TensorSpec("exists")],
+    # a gradient graph would be a copy of each of the loops' steps
+    symbols={"N": (5, 1 << 20)}, gradients=(), tolerances=_LOOSE,
+    sample=_from_scene(points1="r1", points2="r2", weights="weights"), reference="OpenCV findEssentialMat",
+), fn="geometry.epipolar.find_essential_5point")
+
+# --- homographies ------------------------------------------------------------------------------------------------------
+
+
+def _homographies(generator, batch):
+    scale = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [1e-3, 1e-3, 0.0]], dtype=_DOUBLE)
+    return torch.eye(3, dtype=_DOUBLE) + _uniform(generator, (batch, 3, 3), -1, 1) * scale
+
+
+def _mapped(H, points):
+    x = torch.cat([points, torch.ones_like(points[..., :1])], -1) @ H.transpose(1, 2)
+    return x[..., :2] / x[..., 2:]
+
+
+def _sampler_of_pairs(first, second, noise, **more):
+    """Points and where a homography takes them, with noise; `more` are further arguments: "H" or "weights"."""
+
+    def sample(generator, sizes, dtype):
+        H = _homographies(generator, sizes["B"])
+        p = _uniform(generator, (sizes["B"], sizes["N"], 2), 0, 200)
+        q = _mapped(H, p) + noise * torch.randn(p.shape, generator=generator, dtype=_DOUBLE)
+        parts = {"H": H, "weights": _uniform(generator, (sizes["B"], sizes["N"]), 0.5, 1.5)}
+        return {name: value.to(dtype) for name, value in {first: p, second: q, **{n: parts[p] for n, p in more.items()}}.items()}
+
+    return sample
+
+
+def _sampler_of_segments(noise, **more):
+    """Segments, and others on the lines where a homography takes them, with noise."""
+
+    def sample(generator, sizes, dtype):
+        batch, count = sizes["B"], sizes["N"]
+        H = _homographies(generator, batch)
+        ends = _uniform(generator, (batch, 2 * count, 2), 0, 200)
+        along = torch.tensor([[0.9, 0.1], [-0.2, 1.2]], dtype=_DOUBLE)
+        moved = along @ _mapped(H, ends).reshape(batch, count, 2, 2)
+        moved = moved + noise * torch.randn(moved.shape, generator=generator, dtype=_DOUBLE)
+        parts = {"H": H, "weights": _uniform(generator, (batch, count), 0.5, 1.5)}
+        given = {"ls1": ends.reshape(batch, count, 2, 2), "ls2": moved, **{n: parts[p] for n, p in more.items()}}
+        return {name: value.to(dtype) for name, value in given.items()}
+
+    return sample
+
+
+_FOUR = {"N": (4, 1 << 20)}
+_SEGMENTS = [TensorSpec("ls1", ("B", "N", 2, 2), description="segments' end points"), TensorSpec("ls2", ("B", "N", 2, 2), description="segments' end points")]
+# distances of 3 pixels, from coordinates of 200, of which float32 keeps 2e-5
+_DISTANCES = {"float32": Tolerance(5e-3, 2e-3)}
+for _name in ("oneway_transfer_error", "symmetric_transfer_error", "sampson_homography_distance"):
+    add(Spec(
+        f"geometry.homography.{_name}", [_points("pts1"), _points("pts2"), _matrix("H", "homographies")], [TensorSpec("error")],
+        tolerances=_DISTANCES, gradient_tolerances={"float32": Tolerance(20.0, 1e-2)},  # by H: sums of squares of pixels
+        sample=_sampler_of_pairs("pts1", "pts2", 3.0, H="H"), reference="OpenCV perspectiveTransform; definition",
+    ))
+add(Spec(
+    "geometry.homography.line_segment_transfer_error_one_way", [*_SEGMENTS, _matrix("H", "homographies")], [TensorSpec("error")],
+    tolerances=_DISTANCES, gradient_tolerances={"float32": Tolerance(2.0, 1e-2)}, sample=_sampler_of_segments(3.0, H="H"), reference="definition",
+))
+add(Spec(
+    "geometry.homography.find_homography_dlt_iterated", [_points("points1"), _points("points2"), _WEIGHTS], [TensorSpec("homography")],
+    config={"n_iter": 3}, symbols=_FOUR, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
+    sample=_sampler_of_pairs("points1", "points2", 0.05, weights="weights"), reference="NumPy SVD in float64",
+))
+add(Spec(
+    "geometry.homography.find_homography_lines_dlt", _SEGMENTS, [TensorSpec("homography")],
+    symbols=_FOUR, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)}, sample=_sampler_of_segments(0.01),
+    reference="NumPy SVD in float64",
+))
+add(Spec(
+    "geometry.homography.find_homography_lines_dlt_iterated", [*_SEGMENTS, _WEIGHTS], [TensorSpec("homography")],
+    config={"n_iter": 3}, symbols=_FOUR, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
+    sample=_sampler_of_segments(0.01, weights="weights"), reference="NumPy SVD in float64",
+))
+
+
+def _sample_fours(generator, sizes, dtype):
+    """Corners moved about; every other sample has two of them exchanged."""
+    corners = torch.tensor([[0.0, 0.0], [200.0, 0.0], [200.0, 200.0], [0.0, 200.0]], dtype=_DOUBLE)
+    p, q = (corners + _uniform(generator, (sizes["N"], 4, 2), -60, 60) for _ in range(2))
+    q[::2] = q[::2, [1, 0, 2, 3]]
+    return {"points1": p.to(dtype), "points2": q.to(dtype)}
+
+
+add(Spec(
+    "geometry.homography.sample_is_valid_for_homography",
+    [TensorSpec("points1", ("N", 4, 2)), TensorSpec("points2", ("N", 4, 2))], [TensorSpec("valid")],
+    gradients=(), sample=_sample_fours, reference="definition",
+))

@@ -1,0 +1,231 @@
+"""Lens distortion and camera pose.
+
+The distortion is OpenCV's: 4, 5, 8, 12 or 14 coefficients k1, k2, p1, p2 [, k3 [, k4, k5, k6 [, s1, s2, s3, s4 [, taux, tauy]]]].
+"""
+
+from typing import Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_last, check_matrix, check_rank
+from ..primitives.direct_linear import hartley, projective_equations
+from ..primitives.intrinsics import from_pixels, to_pixels, with_one
+from ..primitives.lens import coefficients, distort, tilt_matrices, under_homography, undistort
+from ..primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenvector
+from ..primitives.rotations import nearest_rotation
+from ..primitives.sampling import bilinear_taps, gather_taps
+
+
+def distort_points(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor] = None) -> Tensor:
+    """Pixels at which a lens shows points whose pixels without distortion are given.
+
+    Args:
+        points: (*, N, 2), pixels of an undistorted image with the camera matrix new_K, floating point.
+        K: (*, 3, 3), the camera matrix of the distorted image.
+        dist: (*, n) distortion coefficients, n one of 4, 5, 8, 12, 14.
+        new_K: (*, 3, 3); K by default.
+
+    Returns:
+        (*, N, 2). Differentiable in all.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its last dimensions are not as above.
+
+    Example:
+        >>> K = torch.tensor([[100.0, 0.0, 50.0], [0.0, 100.0, 50.0], [0.0, 0.0, 1.0]])
+        >>> distort_points(torch.tensor([[150.0, 50.0]]), K, torch.tensor([0.1, 0.0, 0.0, 0.0]))
+        tensor([[160.,  50.]])
+    """
+    _check(points, K, dist, new_K)
+    source = K if new_K is None else new_K
+    flat = from_pixels(points, source[..., None, :, :])
+    x, y = _lens(flat[..., 0], flat[..., 1], dist)
+    return to_pixels(torch.stack([x, y], -1), K[..., None, :, :])
+
+
+def undistort_points(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor] = None, num_iters: int = 5) -> Tensor:
+    """Pixels without distortion of points of a distorted image; the inverse of :func:`distort_points`.
+
+    By Newton's method from the distorted point, whose last step carries the gradient; OpenCV and Kornia iterate to a fixed point
+    instead, which takes more steps for the same accuracy.
+
+    Args:
+        points: (*, N, 2), pixels of the distorted image, floating point.
+        K: (*, 3, 3), the camera matrix of the distorted image.
+        dist: (*, n) distortion coefficients, n one of 4, 5, 8, 12, 14.
+        new_K: (*, 3, 3), the camera matrix of the undistorted image; K by default.
+        num_iters: Newton steps, at least 1.
+
+    Returns:
+        (*, N, 2). Differentiable in all.
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if last dimensions are not as above, or num_iters is below 1.
+
+    Example:
+        >>> K = torch.tensor([[100.0, 0.0, 50.0], [0.0, 100.0, 50.0], [0.0, 0.0, 1.0]])
+        >>> undistort_points(torch.tensor([[160.0, 50.0]]), K, torch.tensor([0.1, 0.0, 0.0, 0.0])).round(decimals=3)
+        tensor([[150.,  50.]])
+    """
+    _check(points, K, dist, new_K)
+    if num_iters < 1:
+        raise ValueError(f"num_iters: expected at least 1, got {num_iters}")
+    flat = from_pixels(points, K[..., None, :, :])
+    x, y = flat[..., 0], flat[..., 1]
+    if dist.size(-1) == 14:
+        x, y = under_homography(x, y, tilt_matrices(dist[..., 12], dist[..., 13])[1])
+    x, y = undistort(x, y, coefficients(dist), num_iters)
+    target = K if new_K is None else new_K
+    return to_pixels(torch.stack([x, y], -1), target[..., None, :, :])
+
+
+def tilt_projection(taux: Tensor, tauy: Tensor, return_inverse: bool = False) -> Tensor:
+    """Homography of the plane z = 1 onto a sensor that is tilted about x, then y.
+
+    Args:
+        taux: (*, 1), angles about x in radians, floating point.
+        tauy: (*, 1), angles about y in radians.
+        return_inverse: return the inverse instead.
+
+    Returns:
+        (*, 3, 3). Differentiable in both.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or not (*, 1).
+
+    Example:
+        >>> tilt_projection(torch.zeros(1), torch.zeros(1)).diagonal()
+        tensor([1., 1., 1.])
+    """
+    check_last(taux, 1, "taux")
+    check_last(tauy, 1, "tauy")
+    forth, back = tilt_matrices(taux[..., 0], tauy[..., 0])
+    return back if return_inverse else forth
+
+
+def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
+    """Image without lens distortion: each pixel is read, bilinearly, where :func:`distort_points` puts it; zero outside.
+
+    ``cv2.undistort``, with the same camera matrix before and after.
+
+    Args:
+        image: (*, C, H, W), floating point.
+        K: (*, 3, 3), camera matrices in pixels.
+        dist: (*, n) distortion coefficients, n one of 4, 5, 8, 12, 14.
+
+    Returns:
+        (*, C, H, W). Differentiable in all.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its last dimensions are not as above.
+
+    Example:
+        >>> x = torch.arange(16.0).reshape(1, 1, 4, 4)
+        >>> undistort_image(x, torch.eye(3)[None], torch.zeros(1, 4)).equal(x)
+        True
+    """
+    check_floating(image, "image")
+    if image.dim() < 3:
+        raise ValueError(f"image: expected shape (*, C, H, W), got {list(image.shape)}")
+    _check_lens(K, dist)
+    if K.dim() != image.dim() - 1 or dist.dim() != image.dim() - 2:
+        raise ValueError(f"K, dist: expected the leading dimensions of image, {list(image.shape[:-3])}, got {list(K.shape)}, {list(dist.shape)}")
+    channels, height, width = image.size(-3), image.size(-2), image.size(-1)
+    # Positions in half precision would be off by whole pixels.
+    precision = torch.float64 if image.dtype == torch.float64 else torch.float32
+    camera = K.to(precision).reshape(-1, 3, 3)
+    lens = dist.to(precision).reshape(-1, dist.size(-1))
+    row = torch.arange(height, device=image.device).to(precision)[None, :, None]
+    column = torch.arange(width, device=image.device).to(precision)[None, None, :]
+    x = (column - camera[:, 0:1, 2:3]) / camera[:, 0:1, 0:1] + torch.zeros_like(row)
+    y = (row - camera[:, 1:2, 2:3]) / camera[:, 1:2, 1:2] + torch.zeros_like(column)
+    x, y = _lens(x.flatten(1), y.flatten(1), lens)
+    x = (x * camera[:, 0, 0:1] + camera[:, 0, 2:3]).reshape(-1, height, width)
+    y = (y * camera[:, 1, 1:2] + camera[:, 1, 2:3]).reshape(-1, height, width)
+    index, weight = bilinear_taps(x, y, height, width)
+    flat = image.reshape(-1, channels, height, width)
+    return gather_taps(flat, index, [w.to(image.dtype) for w in weight]).reshape(image.shape)
+
+
+def solve_pnp_dlt(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor] = None) -> Tensor:
+    """Pose of a camera from points in space and the pixels at which it sees them, by the direct linear transform.
+
+    The 12 entries of the projection matrix by least squares, from normalised points, and the rotation nearest to its left part.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 7.1. In float64 inside. Kornia's svd_eps is not there: an exported op
+    cannot raise for what its values are. An estimate for coplanar points is meaningless.
+
+    Args:
+        world_points: (B, N, 3), N >= 6, not coplanar, floating point.
+        img_points: (B, N, 2), pixels.
+        intrinsics: (B, 3, 3), camera matrices.
+        weights: (B, N), not negative; ones by default.
+
+    Returns:
+        (B, 3, 4), [R | t] from the world to the camera's frame. Differentiable in all tensors.
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> X = torch.tensor([[0, 0, 4], [1, 0, 5], [0, 1, 6], [1, 1, 4], [2, 1, 7], [1, 2, 5], [2, 2, 6]]).float()[None]
+        >>> solve_pnp_dlt(X, X[..., :2] / X[..., 2:], torch.eye(3)[None])[0].round(decimals=3).abs()
+        tensor([[1., 0., 0., 0.],
+                [0., 1., 0., 0.],
+                [0., 0., 1., 0.]])
+    """
+    check_rank(world_points, 3, "(B, N, 3)", "world_points")
+    check_last(world_points, 3, "world_points")
+    check_rank(img_points, 3, "(B, N, 2)", "img_points")
+    check_last(img_points, 2, "img_points")
+    check_rank(intrinsics, 3, "(B, 3, 3)", "intrinsics")
+    check_matrix(intrinsics, 3, 3, "intrinsics")
+    if world_points.size(1) < 6:
+        raise ValueError(f"world_points: expected at least 6 points, got {world_points.size(1)}")
+    if img_points.size(1) != world_points.size(1):
+        raise ValueError(f"img_points: expected as many points as world_points, {world_points.size(1)}, got {img_points.size(1)}")
+    inverse = inverse3x3(intrinsics.to(torch.float64))
+    ray = small_matmul(with_one(img_points.to(torch.float64)), inverse.transpose(1, 2))
+    p, t1 = hartley(world_points.to(torch.float64), None, 1e-8)
+    q, t2 = hartley(ray[..., 0:2] / ray[..., 2:3], None, 1e-8)
+    w = torch.ones_like(p[..., 0])
+    if weights is not None:
+        if weights.dim() != 2:
+            raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
+        w = weights.to(torch.float64)
+    P = smallest_eigenvector(projective_equations(with_one(p), q, w)).reshape(-1, 3, 4)
+    P = small_matmul(small_matmul(inverse3x3(t2), P), t1)
+    m = P[..., 0:3]
+    volume = (m[:, 0] * cross(m[:, 1], m[:, 2])).sum(-1)
+    P = torch.where((volume < 0)[:, None, None], -P, P)
+    m = P[..., 0:3]
+    rotation = nearest_rotation(m)
+    # The mean of the singular values.
+    scale = (rotation * m).sum(-1, keepdim=True).sum(-2, keepdim=True) / 3.0
+    return torch.cat([rotation, P[..., 3:4] / scale], -1).to(world_points.dtype)
+
+
+def _lens(x: Tensor, y: Tensor, dist: Tensor) -> Tuple[Tensor, Tensor]:
+    """Points (*, N) of the plane z = 1 through lens and tilt."""
+    x, y = distort(x, y, coefficients(dist))
+    if dist.size(-1) == 14:
+        x, y = under_homography(x, y, tilt_matrices(dist[..., 12], dist[..., 13])[0])
+    return x, y
+
+
+def _check(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor]) -> None:
+    check_last(points, 2, "points")
+    if points.dim() < 2:
+        raise ValueError(f"points: expected shape (*, N, 2), got {list(points.shape)}")
+    _check_lens(K, dist)
+    if new_K is not None:
+        check_matrix(new_K, 3, 3, "new_K")
+
+
+def _check_lens(K: Tensor, dist: Tensor) -> None:
+    check_matrix(K, 3, 3, "K")
+    check_floating(dist, "dist")
+    if dist.dim() < 1 or dist.size(-1) not in (4, 5, 8, 12, 14):
+        raise ValueError(f"dist: expected shape (*, n) with n one of 4, 5, 8, 12, 14, got {list(dist.shape)}")

@@ -1,0 +1,310 @@
+"""Depth maps: points, normals, and images warped by them."""
+
+from typing import Optional, Tuple, Union
+
+import torch
+from torch import Tensor
+
+from ..filters.gradient import spatial_gradient
+from ..primitives.checks import check_floating, check_image, check_last, check_matrix, check_rank
+from ..primitives.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
+from ..primitives.linalg import cross
+from ..primitives.sampling import bilinear_taps, gather_taps, larger
+
+
+def depth_from_disparity(disparity: Tensor, baseline: Union[float, Tensor], focal: Union[float, Tensor]) -> Tensor:
+    """Depth from a stereo pair's disparity: baseline * focal / (disparity + 1e-8).
+
+    Args:
+        disparity: any shape, in pixels, floating point.
+        baseline: distance between the cameras, in the unit wanted for depth; a number, or a tensor that broadcasts with disparity.
+        focal: focal length in pixels; a number, or a tensor that broadcasts with disparity.
+
+    Returns:
+        Depth, in disparity's shape. Differentiable.
+
+    Raises:
+        TypeError: if disparity is not floating point.
+
+    Example:
+        >>> depth_from_disparity(torch.tensor([10.0, 20.0]), 0.5, 400.0)
+        tensor([20., 10.])
+    """
+    check_floating(disparity, "disparity")
+    # Two branches each, because TorchScript narrows a union by isinstance only.
+    if isinstance(baseline, Tensor):
+        inverse = baseline / (disparity + 1e-8)
+    else:
+        inverse = baseline / (disparity + 1e-8)
+    if isinstance(focal, Tensor):
+        return inverse * focal
+    else:
+        return inverse * focal
+
+
+def depth_from_plane_equation(plane_normals: Tensor, plane_offsets: Tensor, points_uv: Tensor, camera_matrix: Tensor, eps: float = 1e-8) -> Tensor:
+    """Depths at which the rays through pixels meet the plane n . X = d.
+
+    Args:
+        plane_normals: (B, 3), n in the camera's frame, floating point.
+        plane_offsets: (B, 1), d.
+        points_uv: (B, N, 2), pixels.
+        camera_matrix: (B, 3, 3).
+        eps: takes the place, with its sign, of a smaller n . ray: rays that hardly meet the plane.
+
+    Returns:
+        (B, N). Differentiable in all tensors.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> normal, offset = torch.tensor([[0.0, 0.0, 1.0]]), torch.tensor([[5.0]])
+        >>> depth_from_plane_equation(normal, offset, torch.tensor([[[3.0, 4.0]]]), torch.eye(3)[None])
+        tensor([[5.]])
+    """
+    check_last(plane_normals, 3, "plane_normals")
+    check_last(plane_offsets, 1, "plane_offsets")
+    check_last(points_uv, 2, "points_uv")
+    check_rank(points_uv, 3, "(B, N, 2)", "points_uv")
+    check_rank(camera_matrix, 3, "(B, 3, 3)", "camera_matrix")
+    check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    ray = with_one(from_pixels(points_uv, camera_matrix[:, None]))
+    slope = (ray * plane_normals[:, None]).sum(-1)
+    least = torch.where(slope < 0, torch.full_like(slope, -eps), torch.full_like(slope, eps))
+    return plane_offsets / torch.where(slope.abs() < eps, least, slope)
+
+
+def depth_to_3d(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
+    """The point that each pixel of a depth map sees, in the camera's frame, as an image of three channels.
+
+    Args:
+        depth: (B, 1, H, W), z of the points; their distances from the camera with ``normalize_points``. Floating point.
+        camera_matrix: (B, 3, 3).
+        normalize_points: scale the rays to unit length first.
+
+    Returns:
+        (B, 3, H, W). Differentiable in both.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> depth_to_3d(torch.full((1, 1, 2, 2), 3.0), torch.eye(3)[None])[0, :, 1, 0]
+        tensor([0., 3., 3.])
+    """
+    check_depth(depth, "depth")
+    check_rank(camera_matrix, 3, "(B, 3, 3)", "camera_matrix")
+    check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    z = depth[:, 0]
+    x, y, one = _rays(camera_matrix, z.size(-2), z.size(-1), normalize_points)
+    return torch.stack([x * z, y * z, one * z], 1)
+
+
+def depth_to_3d_v2(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False, xyz_grid: Optional[Tensor] = None) -> Tensor:
+    """The point that each pixel of a depth map sees, in the camera's frame, coordinates last.
+
+    Args:
+        depth: (*, H, W), z of the points; their distances from the camera with ``normalize_points``. Floating point.
+        camera_matrix: (*, 3, 3).
+        normalize_points: scale the rays to unit length first.
+        xyz_grid: (*, H, W, 3), the rays, from :func:`unproject_meshgrid`, to save computing them.
+
+    Returns:
+        (*, H, W, 3). Differentiable in all.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its last dimensions are not as above.
+
+    Example:
+        >>> depth_to_3d_v2(torch.full((2, 2), 3.0), torch.eye(3))[1, 0]
+        tensor([0., 3., 3.])
+    """
+    check_floating(depth, "depth")
+    if depth.dim() < 2:
+        raise ValueError(f"depth: expected shape (*, H, W), got {list(depth.shape)}")
+    check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    if xyz_grid is not None:
+        check_last(xyz_grid, 3, "xyz_grid")
+        return xyz_grid * depth[..., None]
+    x, y, one = _rays(camera_matrix, depth.size(-2), depth.size(-1), normalize_points)
+    return torch.stack([x * depth, y * depth, one * depth], -1)
+
+
+def unproject_meshgrid(height: int, width: int, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
+    """Rays through the pixels of an image: the points of the plane z = 1 that they see.
+
+    In camera_matrix's dtype and on its device; Kornia has arguments for both.
+
+    Args:
+        height, width: size of the image.
+        camera_matrix: (*, 3, 3), floating point.
+        normalize_points: scale the rays to unit length.
+
+    Returns:
+        (*, height, width, 3).
+
+    Raises:
+        TypeError, ValueError: if camera_matrix is not a floating-point (*, 3, 3) tensor.
+
+    Example:
+        >>> unproject_meshgrid(2, 2, torch.eye(3))[1, 0]
+        tensor([0., 1., 1.])
+    """
+    check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    return torch.stack(_rays(camera_matrix, height, width, normalize_points), -1)
+
+
+def unproject_meshgrid_like(like: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
+    """:func:`unproject_meshgrid` for the height and width of another tensor, which every runtime can pass.
+
+    Args:
+        like: a tensor (..., H, W) of any dtype, whose values are not read.
+        camera_matrix, normalize_points: as in :func:`unproject_meshgrid`.
+
+    Returns:
+        (*, H, W, 3).
+
+    Example:
+        >>> unproject_meshgrid_like(torch.zeros(2, 5), torch.eye(3)).shape
+        torch.Size([2, 5, 3])
+    """
+    return unproject_meshgrid(like.size(-2), like.size(-1), camera_matrix, normalize_points)
+
+
+def depth_to_normals(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
+    """Unit normals of the surface that a depth map shows: of dX/du x dX/dv, by Sobel's derivatives of the points.
+
+    They point away from the camera: a wall in front of it has the normal (0, 0, 1).
+
+    Args:
+        depth: (B, 1, H, W), floating point.
+        camera_matrix: (B, 3, 3).
+        normalize_points: depth is the distance from the camera instead of z.
+
+    Returns:
+        (B, 3, H, W); zero where the derivatives span no plane. Differentiable in both.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> depth_to_normals(torch.ones(1, 1, 3, 3), torch.eye(3)[None])[0, :, 1, 1]
+        tensor([0., 0., 1.])
+    """
+    gradient = spatial_gradient(depth_to_3d(depth, camera_matrix, normalize_points))
+    du, dv = gradient[:, :, 0].movedim(1, -1), gradient[:, :, 1].movedim(1, -1)
+    normal = cross(du, dv).movedim(-1, 1)
+    squared = (normal * normal).sum(1, keepdim=True)
+    tiny = squared < 1e-36
+    unit = normal / torch.sqrt(torch.where(tiny, torch.ones_like(squared), squared))
+    return torch.where(tiny, torch.zeros_like(unit), unit)
+
+
+def depth_warp(
+    intrinsics_dst: Tensor,
+    extrinsics_dst: Tensor,
+    intrinsics_src: Tensor,
+    extrinsics_src: Tensor,
+    depth_src: Tensor,
+    patch_dst: Tensor,
+    align_corners: bool = True,
+) -> Tensor:
+    """What a source camera with a depth map would see, taken from the image of a destination camera.
+
+    Each source pixel is put into space by its depth, projected into the destination camera and read there, bilinearly; zero outside.
+    Kornia takes camera objects and the size of depth_src instead of matrices; each of B entries is a pair of views.
+
+    Args:
+        intrinsics_dst, intrinsics_src: (B, 3, 3) or (B, 4, 4), camera matrices in pixels, floating point.
+        extrinsics_dst, extrinsics_src: (B, 4, 4), rotations and translations from the world to the cameras' frames.
+        depth_src: (B, 1, H, W), z in the source camera's frame.
+        patch_dst: (B, C, H2, W2).
+        align_corners: as in :func:`chiasm.geometry.transform.warp_perspective`.
+
+    Returns:
+        (B, C, H, W); zero also for points behind the destination camera. Differentiable in all tensors.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> K, E = torch.eye(3)[None], torch.eye(4)[None]
+        >>> patch = torch.arange(4.0).reshape(1, 1, 2, 2)
+        >>> depth_warp(K, E, K, E, torch.ones(1, 1, 2, 2), patch).equal(patch)
+        True
+    """
+    check_intrinsics(intrinsics_dst, "intrinsics_dst")
+    check_intrinsics(intrinsics_src, "intrinsics_src")
+    check_matrix(extrinsics_dst, 4, 4, "extrinsics_dst")
+    check_matrix(extrinsics_src, 4, 4, "extrinsics_src")
+    check_depth(depth_src, "depth_src")
+    check_image(patch_dst, "patch_dst")
+    # dst <- world <- src, with R^T in place of the inverse of a rotation.
+    rotation_src = extrinsics_src[:, None, 0:3, 0:3]
+    rotation = (extrinsics_dst[:, 0:3, None, 0:3] * rotation_src).sum(-1)
+    shift = extrinsics_dst[:, 0:3, 3] - (rotation * extrinsics_src[:, None, 0:3, 3]).sum(-1)
+    motion = torch.cat([rotation, shift[..., None]], -1)
+    return _read_through_depth(patch_dst, depth_src, motion, intrinsics_src, intrinsics_dst, False, align_corners)
+
+
+def warp_frame_depth(image_src: Tensor, depth_dst: Tensor, src_trans_dst: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
+    """What a destination camera with a depth map would see, taken from the image of a source camera with the same camera matrix.
+
+    Args:
+        image_src: (B, C, H, W), floating point.
+        depth_dst: (B, 1, H2, W2), z in the destination camera's frame.
+        src_trans_dst: (B, 4, 4), from the destination camera's frame to the source's.
+        camera_matrix: (B, 3, 3).
+        normalize_points: depth is the distance from the camera instead of z.
+
+    Returns:
+        (B, C, H2, W2); zero outside image_src and for points behind the source camera. Differentiable in all tensors.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> image = torch.arange(4.0).reshape(1, 1, 2, 2)
+        >>> warp_frame_depth(image, torch.ones(1, 1, 2, 2), torch.eye(4)[None], torch.eye(3)[None]).equal(image)
+        True
+    """
+    check_image(image_src, "image_src")
+    check_depth(depth_dst, "depth_dst")
+    check_matrix(src_trans_dst, 4, 4, "src_trans_dst")
+    check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    return _read_through_depth(image_src, depth_dst, src_trans_dst, camera_matrix, camera_matrix, normalize_points, True)
+
+
+def _rays(camera_matrix: Tensor, height: int, width: int, unit: bool) -> Tuple[Tensor, Tensor, Tensor]:
+    """x, y and z (*, height, width) of the rays through the pixels, with z = 1 or of unit length."""
+    column = torch.arange(width, device=camera_matrix.device).to(camera_matrix.dtype)
+    row = torch.arange(height, device=camera_matrix.device).to(camera_matrix.dtype)[:, None]
+    m = camera_matrix[..., None, None]
+    x = (column - m[..., 0, 2, :, :]) / m[..., 0, 0, :, :] + torch.zeros_like(row)
+    y = (row - m[..., 1, 2, :, :]) / m[..., 1, 1, :, :] + torch.zeros_like(column)
+    one = torch.ones_like(x)
+    if unit:
+        one = 1.0 / torch.sqrt(x * x + y * y + 1.0)
+    return x * one, y * one, one
+
+
+def _read_through_depth(image: Tensor, depth: Tensor, motion: Tensor, own: Tensor, other: Tensor, unit: bool, align_corners: bool) -> Tensor:
+    """image (B, C, H, W) of the camera ``other`` at the points of a depth map of the camera ``own``, moved by (B, 3 or 4, 4)."""
+    height, width = image.size(2), image.size(3)
+    z = depth[:, 0]
+    x, y, one = _rays(own, z.size(-2), z.size(-1), unit)
+    x, y, z = x * z, y * z, one * z
+    m, k = motion[..., None, None], other[..., None, None]
+    z2 = m[:, 2, 0] * x + m[:, 2, 1] * y + m[:, 2, 2] * z + m[:, 2, 3]
+    in_front = z2 > 1e-8
+    safe = torch.where(in_front, z2, torch.ones_like(z2))
+    u = (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2] * z + m[:, 0, 3]) / safe * k[:, 0, 0] + k[:, 0, 2]
+    v = (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2] * z + m[:, 1, 3]) / safe * k[:, 1, 1] + k[:, 1, 2]
+    if not align_corners:
+        u = u * width / larger(width - 1, 1) - 0.5
+        v = v * height / larger(height - 1, 1) - 0.5
+    # Outside, where bilinear taps weigh nothing.
+    u = torch.where(in_front, u, torch.full_like(u, -2.0))
+    index, weight = bilinear_taps(u, v, height, width)
+    return gather_taps(image, index, [w.to(image.dtype) for w in weight])

@@ -1,0 +1,179 @@
+"""How far correspondences are from obeying a homography."""
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_matrix, check_rank
+from ..primitives.intrinsics import over_depth, with_one
+from ..primitives.linalg import cross, inverse3x3, small_matmul
+
+
+def oneway_transfer_error(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True, eps: float = 1e-8) -> Tensor:
+    """Distances in the second image between points and where the homography takes those of the first.
+
+    Args:
+        pts1, pts2: (B, N, 2), or (B, N, 3) homogeneous, floating point.
+        H: (B, 3, 3), from the first image to the second.
+        squared: return squared distances.
+        eps: added under the square root, so that the derivative at distance 0 is finite.
+
+    Returns:
+        (B, N), in pixels or their squares. Differentiable in all tensors.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> oneway_transfer_error(torch.tensor([[[1.0, 2.0]]]), torch.tensor([[[4.0, 6.0]]]), torch.eye(3)[None])
+        tensor([[25.]])
+    """
+    _check(pts1, pts2, H)
+    offset = _plain(pts2) - _mapped(H, _homogeneous(pts1))
+    error = (offset * offset).sum(-1)
+    return error if squared else torch.sqrt(error + eps)
+
+
+def symmetric_transfer_error(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True, eps: float = 1e-8) -> Tensor:
+    """Squared distances in both images between points and where the homography or its inverse takes their partners, added up.
+
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 4.2.2.
+
+    Args:
+        pts1, pts2: (B, N, 2), or (B, N, 3) homogeneous, floating point.
+        H: (B, 3, 3), from the first image to the second.
+        squared: return the sum; else its square root.
+        eps: added under the square root.
+
+    Returns:
+        (B, N); infinite where H has no inverse (Kornia: the dtype's largest number). Differentiable in all tensors.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> symmetric_transfer_error(torch.tensor([[[1.0, 2.0]]]), torch.tensor([[[4.0, 6.0]]]), torch.eye(3)[None])
+        tensor([[50.]])
+    """
+    _check(pts1, pts2, H)
+    determinant = (H[:, 0] * cross(H[:, 1], H[:, 2])).sum(-1)
+    singular = determinant == 0
+    eye = torch.eye(3, dtype=H.dtype, device=H.device)
+    safe = torch.where(singular[:, None, None], eye, H)
+    there = oneway_transfer_error(pts1, pts2, safe)
+    back = oneway_transfer_error(pts2, pts1, inverse3x3(safe))
+    error = there + back if squared else torch.sqrt(there + back + eps)
+    return torch.where(singular[:, None], torch.full_like(error, float("inf")), error)
+
+
+def sampson_homography_distance(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True) -> Tensor:
+    """First-order approximation of the distance in both images to the nearest points that obey the homography.
+
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 4.2.6: e^T (J J^T)^-1 e, e being the residuals of the two equations of
+    the direct linear transform and J their derivatives by the four coordinates.
+
+    Args:
+        pts1, pts2: (B, N, 2), or (B, N, 3) homogeneous, floating point.
+        H: (B, 3, 3), from the first image to the second.
+        squared: return squared distances.
+
+    Returns:
+        (B, N), in pixels or their squares. Differentiable in all tensors.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> sampson_homography_distance(torch.tensor([[[1.0, 2.0]]]), torch.tensor([[[4.0, 6.0]]]), torch.eye(3)[None])
+        tensor([[12.5000]])
+    """
+    _check(pts1, pts2, H)
+    p, q = _plain(pts1), _plain(pts2)
+    mapped = small_matmul(with_one(p), H.transpose(1, 2))
+    depth = mapped[..., 2]
+    u, v = q[..., 0], q[..., 1]
+    e1, e2 = mapped[..., 0] - u * depth, mapped[..., 1] - v * depth
+    h = H[:, None]
+    a1, b1 = h[..., 0, 0] - u * h[..., 2, 0], h[..., 0, 1] - u * h[..., 2, 1]
+    a2, b2 = h[..., 1, 0] - v * h[..., 2, 0], h[..., 1, 1] - v * h[..., 2, 1]
+    first, second, mixed = a1 * a1 + b1 * b1 + depth * depth, a2 * a2 + b2 * b2 + depth * depth, a1 * a2 + b1 * b2
+    determinant = first * second - mixed * mixed
+    flat = determinant <= 0
+    error = (e1 * e1 * second - 2.0 * e1 * e2 * mixed + e2 * e2 * first) / torch.where(flat, torch.ones_like(determinant), determinant)
+    return error if squared else _safe_root(error)
+
+
+def line_segment_transfer_error_one_way(ls1: Tensor, ls2: Tensor, H: Tensor, squared: bool = False) -> Tensor:
+    """Mean distance of the transferred end points of segments from the lines through the second image's segments.
+
+    A distance in pixels: the lines are normalised, so that long segments count no more than short ones.
+
+    Args:
+        ls1, ls2: (B, N, 2, 2), the segments' two end points, floating point.
+        H: (B, 3, 3), from the first image to the second.
+        squared: return the square of the mean.
+
+    Returns:
+        (B, N). Differentiable in all tensors.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> segment = torch.tensor([[[[0.0, 0.0], [4.0, 0.0]]]])
+        >>> line_segment_transfer_error_one_way(segment + 1.0, segment, torch.eye(3)[None])
+        tensor([[1.]])
+    """
+    check_segments(ls1, "ls1")
+    check_segments(ls2, "ls2")
+    check_rank(H, 3, "(B, 3, 3)", "H")
+    check_matrix(H, 3, 3, "H")
+    line = line_through(with_one(ls2[:, :, 0]), with_one(ls2[:, :, 1]))
+    first = (line * with_one(_mapped(H, with_one(ls1[:, :, 0])))).sum(-1)
+    second = (line * with_one(_mapped(H, with_one(ls1[:, :, 1])))).sum(-1)
+    error = 0.5 * (first.abs() + second.abs())
+    return error * error if squared else error
+
+
+def line_through(a: Tensor, b: Tensor) -> Tensor:
+    """The line (*, 3) through homogeneous points (*, 3), its normal of unit length; zero where the points are one."""
+    line = cross(a, b)
+    squared = line[..., 0:1] * line[..., 0:1] + line[..., 1:2] * line[..., 1:2]
+    return line / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))
+
+
+def check_segments(value: Tensor, name: str) -> None:
+    """Raise unless ``value`` is a floating-point (B, N, 2, 2) tensor."""
+    check_rank(value, 4, "(B, N, 2, 2)", name)
+    check_matrix(value, 2, 2, name)
+
+
+def _check(pts1: Tensor, pts2: Tensor, H: Tensor) -> None:
+    _check_points(pts1, "pts1")
+    _check_points(pts2, "pts2")
+    check_rank(H, 3, "(B, 3, 3)", "H")
+    check_matrix(H, 3, 3, "H")
+
+
+def _check_points(value: Tensor, name: str) -> None:
+    if value.dim() != 3 or value.size(2) not in (2, 3):
+        raise ValueError(f"{name}: expected shape (B, N, 2) or (B, N, 3), got {list(value.shape)}")
+    check_floating(value, name)
+
+
+def _homogeneous(points: Tensor) -> Tensor:
+    return with_one(points) if points.size(-1) == 2 else points
+
+
+def _plain(points: Tensor) -> Tensor:
+    return points if points.size(-1) == 2 else over_depth(points, 1e-8)
+
+
+def _mapped(H: Tensor, points: Tensor) -> Tensor:
+    """Points (B, N, 2) of homogeneous (B, N, 3) under H."""
+    return over_depth(small_matmul(points, H.transpose(1, 2)), 1e-8)
+
+
+def _safe_root(x: Tensor) -> Tensor:
+    """Square root whose derivative at 0 is 0."""
+    positive = x > 0
+    return torch.where(positive, torch.sqrt(torch.where(positive, x, torch.ones_like(x))), torch.zeros_like(x))

@@ -1,0 +1,44 @@
+"""What direct linear transforms share: normalised points, and their equations summed up."""
+
+from typing import Optional, Tuple
+
+import torch
+from torch import Tensor
+
+
+def hartley(points: Tensor, weights: Optional[Tensor], eps: float) -> Tuple[Tensor, Tensor]:
+    """Points (B, N, d) moved to centroid 0 and mean distance sqrt(d), and the similarity (B, d + 1, d + 1) that does it.
+
+    R. Hartley, In defense of the eight-point algorithm, PAMI 19(6), 1997. Weights (B, N) weigh both means.
+
+    >>> moved, similarity = hartley(torch.tensor([[[0.0, 0.0], [4.0, 0.0]]]), None, 0.0)
+    >>> moved
+    tensor([[[-1.4142,  0.0000],
+             [ 1.4142,  0.0000]]])
+    """
+    share = torch.ones_like(points[..., 0]) if weights is None else weights
+    share = (share / share.sum(1, keepdim=True))[..., None]
+    centre = (points * share).sum(1, keepdim=True)
+    offset = points - centre
+    # 1e-300 keeps the square root's derivative finite for a point at the centroid and changes no value.
+    distance = torch.sqrt((offset * offset).sum(-1, keepdim=True) + 1e-300)
+    size = points.size(-1)
+    scale = size**0.5 / ((distance * share).sum(1) + eps)
+    eye = torch.eye(size + 1, dtype=points.dtype, device=points.device)
+    last = eye[size]
+    similarity = scale[..., None] * (eye - last[:, None] * last) + last[:, None] * last
+    shift = torch.cat([-scale * centre[:, 0], torch.zeros_like(scale)], -1)
+    return offset * scale[:, None], similarity + shift[..., :, None] * last
+
+
+def projective_equations(p: Tensor, q: Tensor, weights: Tensor) -> Tensor:
+    """A^T W A (B, 3k, 3k) of the equations h1.p - u h3.p = 0, h2.p - v h3.p = 0 for homogeneous p (B, N, k) and q = (u, v) (B, N, 2)."""
+    pp = p[..., :, None] * p[..., None, :]
+    u, v = q[..., 0], q[..., 1]
+    s = (pp * weights[..., None, None]).sum(1)
+    su = (pp * (weights * u)[..., None, None]).sum(1)
+    sv = (pp * (weights * v)[..., None, None]).sum(1)
+    sq = (pp * (weights * (u * u + v * v))[..., None, None]).sum(1)
+    zero = torch.zeros_like(s)
+    rows = [torch.cat([s, zero, -su], -1), torch.cat([zero, s, -sv], -1), torch.cat([-su, -sv, sq], -1)]
+    return torch.cat(rows, -2)
