@@ -97,8 +97,8 @@ def find_homography_dlt_iterated(points1: Tensor, points2: Tensor, weights: Tens
         raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
     H = find_homography_dlt(points1, points2, weights)
     if torch.jit.is_scripting():
-        for k in range(n_iter - 1):
-            H = _weighted_again(H, torch.zeros([], dtype=torch.int64), points1, points2, soft_inl_th)
+        for _ in range(n_iter - 1):
+            H = _weighted_again(H, torch.zeros([], dtype=torch.int64, device=H.device), points1, points2, soft_inl_th)
     else:
         H = repeat(_weighted_again, H, (points1, points2, soft_inl_th), n_iter - 1)
     return H
@@ -179,8 +179,8 @@ def find_homography_lines_dlt_iterated(ls1: Tensor, ls2: Tensor, weights: Tensor
         raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
     H = find_homography_lines_dlt(ls1, ls2, weights)
     if torch.jit.is_scripting():
-        for k in range(n_iter - 1):
-            H = _lines_weighted_again(H, torch.zeros([], dtype=torch.int64), ls1, ls2, soft_inl_th)
+        for _ in range(n_iter - 1):
+            H = _lines_weighted_again(H, torch.zeros([], dtype=torch.int64, device=H.device), ls1, ls2, soft_inl_th)
     else:
         H = repeat(_lines_weighted_again, H, (ls1, ls2, soft_inl_th), n_iter - 1)
     return H

@@ -70,9 +70,9 @@ def find_essential_5point(points1: Tensor, points2: Tensor, weights: Optional[Te
     basis = subspace_basis(_least_four(small_matmul(weighted.transpose(1, 2), rows)), 4)
     fixed = basis.detach()
     w, exists = _starts(fixed)
-    residual = torch.ones_like(w[..., 0])
-    for _ in range(3):
-        w, residual = _improved(w, fixed)
+    for _ in range(2):
+        w = _improved(w, fixed)[0]
+    w, residual = _improved(w, fixed)
     # What is no solution, or NaN, is replaced before anything is differentiated.
     exists = exists & (residual < 1e-6)
     w, residual = _improved(torch.where(exists[..., None], w, torch.full_like(w, 0.5)), basis)
