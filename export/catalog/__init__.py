@@ -58,6 +58,7 @@ def add(spec: Spec, fn: str | None = None) -> None:
 
 def catalog() -> dict[str, Entry]:
     """All entries by name, in alphabetical order."""
-    for family in ("color", "contrib", "enhance", "feature", "filters", "geometry", "geometry_transform", "geometry_volume", "image", "losses", "morphology", "pipelines"):
+    geometry = ("geometry", "geometry_linalg", "geometry_transform", "geometry_volume")
+    for family in ("color", "contrib", "enhance", "feature", "filters", *geometry, "image", "losses", "morphology", "pipelines"):
         importlib.import_module(f"{__name__}.{family}")
     return dict(sorted(_entries.items()))
