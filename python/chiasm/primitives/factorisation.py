@@ -9,6 +9,19 @@ from .linalg import small_matmul, spd_inverse
 from .target import native_forward, onnx_forward
 
 
+def frobenius_norm(m: Tensor) -> Tensor:
+    """Frobenius norm (..., 1, 1), of parts of the largest entry so that no square overflows; 1 for zeros.
+
+    >>> frobenius_norm(torch.tensor([[3.0, 0.0], [0.0, 4.0]]))
+    tensor([[5.]])
+    """
+    largest = m.abs().amax(-1, keepdim=True).amax(-2, keepdim=True)
+    largest = torch.where(largest > 0, largest, torch.ones_like(largest))
+    part = m / largest
+    squared = (part * part).sum(-1, keepdim=True).sum(-2, keepdim=True)
+    return largest * torch.sqrt(torch.where(squared > 0, squared, torch.ones_like(squared)))
+
+
 def pointed(vectors: Tensor) -> Tensor:
     """One or minus one for each column of (..., n, k), which multiplied with it gives it a sign that does not depend on how it was found.
 
@@ -80,7 +93,7 @@ def null_vector(m: Tensor) -> Tensor:
     tensor([0., 0., 1.])
     """
     a = m.to(torch.float64)
-    a = a / (torch.sqrt((a.detach() * a.detach()).sum(-1, keepdim=True).sum(-2, keepdim=True)) + 1e-300)
+    a = a / frobenius_norm(a.detach())
     fixed = a.detach()
     n = m.size(-1)
     r = _reflect(torch.cat([fixed, torch.zeros_like(fixed[..., :1, :])], -2))[0][..., :n, :].triu()

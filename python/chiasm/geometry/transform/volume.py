@@ -274,6 +274,8 @@ def crop_by_transform_mat3d(
 ) -> Tensor:
     """Warp volumes by homographies of space: out(p) = tensor(transform^-1 p).
 
+    Kornia's leaves out the transform's last row; for affine ones it is the same.
+
     Args:
         tensor: (B, C, D, H, W), floating point.
         transform: (B, 4, 4), or (1, 4, 4) for all volumes, from tensor's voxels to the output's.
