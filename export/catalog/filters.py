@@ -341,7 +341,6 @@ add(Spec(
     [TensorSpec("output", layout="NCHW")],
     config={"patch_size": 5, "patch_distance": 5, "h": 0.2, "sigma": 0.05, "border_type": "reflect"},
     symbols=STENCIL,
-    # A gradient would be 121 copies of the loop's body.
     gradients=(),
     reference="the definition in NumPy float64, OpenCV fastNlMeansDenoising",
 ))

@@ -222,7 +222,6 @@ add(Spec(
 ))
 add(Spec(
     "geometry.epipolar.find_essential", [_points("points1"), _points("points2"), _WEIGHTS], [TensorSpec("essential"), TensorSpec("exists")],
-    # a gradient graph would be a copy of each of the loops' steps
     symbols={"N": (5, 1 << 20)}, gradients=(), tolerances=_LOOSE,
     sample=_from_scene(points1="r1", points2="r2", weights="weights"), reference="OpenCV findEssentialMat",
 ), fn="geometry.epipolar.find_essential_5point")
