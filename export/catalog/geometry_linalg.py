@@ -4,7 +4,8 @@ import torch
 
 from ..spec import Spec, TensorSpec, Tolerance
 from . import add
-from .geometry import _homography, _rotations
+from .geometry import _homography
+from .rigid import rotations
 
 # --- points and transformations ----------------------------------------------------------------------------------------
 
@@ -34,7 +35,7 @@ def _sample_transformed(dimensions):
 
 def _rigid(generator, count):
     shift = torch.randn((count, 3, 1), generator=generator, dtype=torch.float64)
-    upper = torch.cat([_rotations(generator, count), shift], -1)
+    upper = torch.cat([rotations(generator, count), shift], -1)
     return torch.cat([upper, torch.tensor([[0.0, 0.0, 0.0, 1.0]], dtype=torch.float64).expand(count, 1, 4)], 1)
 
 

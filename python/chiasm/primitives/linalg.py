@@ -42,8 +42,8 @@ def cross4(a: Tensor, b: Tensor, c: Tensor) -> Tensor:
     """The vector of four whose product with any d is the determinant of the rows d, a, b, c; it is orthogonal to all three.
 
     >>> x, y, z = torch.eye(4)[:3].unbind()
-    >>> cross4(x, y, z)
-    tensor([ 0., -0., 0., -1.])
+    >>> cross4(x, y, z) + 0.0
+    tensor([ 0.,  0.,  0., -1.])
     """
     return (_dual(b, c) * a[..., None, :]).sum(-1)
 
