@@ -44,10 +44,11 @@ def qr(m: Tensor) -> Tuple[Tensor, Tensor]:
     the gradient is finite also where a column is zero.
 
     >>> q, r = qr(torch.tensor([[3.0, 1.0], [4.0, 2.0]]))
-    >>> q.round(decimals=4), r.round(decimals=4)
-    (tensor([[ 0.6000, -0.8000],
-            [ 0.8000,  0.6000]]), tensor([[5.0000, 2.2000],
-            [0.0000, 0.4000]]))
+    >>> q
+    tensor([[ 0.6000, -0.8000],
+            [ 0.8000,  0.6000]])
+    >>> r.diagonal()
+    tensor([5.0000, 0.4000])
     """
     n = m.size(-1)
     a, mirrors = _reflect(m.to(torch.float64))
@@ -102,7 +103,6 @@ def null_vector(m: Tensor) -> Tensor:
     a = m.to(torch.float64)
     a = a / frobenius_norm(a.detach())
     fixed = a.detach()
-    n = m.size(-1)
     r = _upper(_reflect(torch.cat([fixed, torch.zeros_like(fixed[..., :1, :])], -2))[0])
     v = _longest_column(_upper_inverse(r))
     v = v * pointed(v[..., None])[..., 0, :]
