@@ -54,7 +54,7 @@ def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
         change = small_matmul(vectors.transpose(-1, -2), small_matmul(a, vectors))
         change = change - change.detach()
         gap = _reciprocal(values[..., None, :] - values[..., :, None], norm)
-        values = values + change.diagonal(0, -2, -1)
+        values = values + (change * eye).sum(-1)
         vectors = vectors + small_matmul(vectors, change * gap)
     return values.to(m.dtype), vectors.to(m.dtype)
 
@@ -118,7 +118,8 @@ def _with_derivative(a: Tensor, u: Tensor, s: Tensor, v: Tensor, norm: Tensor) -
     unlike = (change - change.transpose(-1, -2)) * _reciprocal(left + right, norm)
     outside = (image - small_matmul(u, change)) * _reciprocal(right, norm)
     moved = u + small_matmul(u, 0.5 * (both + unlike)) + outside
-    return moved, s + change.diagonal(0, -2, -1), v + small_matmul(v, 0.5 * (both - unlike))
+    own = torch.eye(s.size(-1), dtype=s.dtype, device=s.device)
+    return moved, s + (change * own).sum(-1), v + small_matmul(v, 0.5 * (both - unlike))
 
 
 def _reciprocal(x: Tensor, norm: Tensor) -> Tensor:
@@ -203,8 +204,8 @@ def _settling(vectors: Tensor, values: Tensor) -> Tensor:
     1e-13) and are orthogonal to those before: a sign where the value is single, a basis of the plane where it is double.
     """
     n = vectors.size(-1)
-    # numbers with no pattern, that make a matrix of condition 3 or so up to n = 10
-    directions = [[math.cos(1.1 + 4.6 * i + 2.7 * j + 3.8 * i * j) for j in range(n)] for i in range(n)]
+    # Numbers with no pattern, that make a matrix of condition 3 or so up to n = 10, in whole 64ths: TorchScript's tensor() rounds to float32.
+    directions = [[math.floor(64.0 * math.cos(1.1 + 4.6 * i + 2.7 * j + 3.8 * i * j)) / 64.0 for j in range(n)] for i in range(n)]
     aim = small_matmul(vectors.transpose(-1, -2), torch.tensor(directions, dtype=vectors.dtype, device=vectors.device))
     alike = (values[..., :, None] - values[..., None, :]).abs() < 1e-13
     return qr(torch.where(alike, aim, torch.zeros_like(aim)))[0]
