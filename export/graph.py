@@ -158,7 +158,8 @@ class _Vjp(nn.Module):
             return tuple(result[i] for i in self.floating_outputs)
 
         _, pullback = torch.func.vjp(of_differentiable, *(inputs[n] for n in self.gradients))
-        return pullback(tuple(cotangents))
+        # A gradient that is a cotangent itself is copied: a graph's outputs may not be its inputs.
+        return tuple(g.clone() if any(g is c for c in cotangents) else g for g in pullback(tuple(cotangents)))
 
 
 def vjp_module(op: nn.Module, spec: Spec, outputs: list[TensorSpec]) -> nn.Module | None:
