@@ -61,11 +61,11 @@ def _scene(generator, batch, count, scale=1.0, noise=2e-4):
     }
 
 
-def _from_scene(scale=1.0, noise=2e-4, count=None, **names):
+def _from_scene(scale=1.0, noise=2e-4, count=None, batch="B", **names):
     """A sampler that takes a scene's parts as inputs: argument name to part."""
 
     def sample(generator, sizes, dtype):
-        scene = _scene(generator, sizes["B"], count or sizes.get("N", 8), scale, noise)
+        scene = _scene(generator, sizes[batch], count or sizes.get("N", 8), scale, noise)
         return {argument: scene[part].to(dtype) for argument, part in names.items()}
 
     return sample
@@ -216,9 +216,11 @@ add(Spec(
     sample=_from_scene(points1="x1", points2="x2", weights="weights"), reference="OpenCV findFundamentalMat; NumPy SVD in float64",
 ))
 add(Spec(
-    "geometry.epipolar.find_fundamental_7point", [_points("points1", 7), _points("points2", 7)], [TensorSpec("fundamental"), TensorSpec("exists")],
+    # the batch is N, because it is exported at a B of 7
+    "geometry.epipolar.find_fundamental_7point", [TensorSpec("points1", ("N", 7, 2)), TensorSpec("points2", ("N", 7, 2))],
+    [TensorSpec("fundamental"), TensorSpec("exists")],
     tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
-    sample=_from_scene(count=7, points1="x1", points2="x2"), reference="OpenCV findFundamentalMat",
+    sample=_from_scene(count=7, batch="N", points1="x1", points2="x2"), reference="OpenCV findFundamentalMat",
 ))
 add(Spec(
     "geometry.epipolar.find_essential", [_points("points1"), _points("points2"), _WEIGHTS], [TensorSpec("essential"), TensorSpec("exists")],
