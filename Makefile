@@ -14,7 +14,7 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
-  test-fuzz test-install parity coverage other-runtimes bench bench-images lint lock clean
+  test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images lint lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
@@ -78,6 +78,9 @@ parity: build bundles ## the full matrix: every op in every format -> build/pari
 
 coverage: ## docs/coverage.md from the catalog and the last full matrix
 	$(PY) tests/parity/coverage.py
+
+linalg-accuracy: setup ## measure the linear algebra against NumPy -> docs/linalg.md
+	$(PY) tests/ops/linalg_accuracy.py
 
 other-runtimes: build test-bundles ## the ONNX artifacts in an old ONNX Runtime and in OpenVINO, on the golden vectors
 	tools/other_runtimes.sh

@@ -14,6 +14,7 @@ from unittest.mock import patch
 import sympy
 import torch
 
+from . import onnx_numbers
 from .decomposition import decomposed
 
 
@@ -68,7 +69,9 @@ def fast_onnx() -> Iterator[None]:
 def _registry() -> Any:
     from torch.onnx._internal.exporter import _registration
 
-    return _registration.ONNXRegistry.from_torchlib()
+    registry = _registration.ONNXRegistry.from_torchlib()
+    onnx_numbers.register(registry)
+    return registry
 
 
 def _promoted(interpreter: Any, node: torch.fx.Node) -> Any:

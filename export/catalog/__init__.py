@@ -58,6 +58,6 @@ def add(spec: Spec, fn: str | None = None) -> None:
 
 def catalog() -> dict[str, Entry]:
     """All entries by name, in alphabetical order."""
-    for family in ("color", "contrib", "enhance", "feature", "filters", "geometry", "geometry_camera", "geometry_epipolar", "image", "losses", "morphology", "pipelines"):
+    for family in ("color", "contrib", "enhance", "feature", "filters", "geometry", "geometry_camera", "geometry_epipolar", "geometry_linalg", "image", "losses", "morphology", "pipelines"):
         importlib.import_module(f"{__name__}.{family}")
     return dict(sorted(_entries.items()))

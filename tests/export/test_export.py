@@ -27,6 +27,7 @@ from chiasm.export.graph import output_specs, trace, trace_vjp, vjp_module, vjp_
 from chiasm.export.manifest import BundleError, read_manifest, schema
 from chiasm.export.module import bind
 from chiasm.export.native import _key
+from chiasm.export.verify import onnx_session
 from chiasm.filters import GaussianBlur2d, Sobel
 
 from .conftest import SPEC, scaled_difference
@@ -152,6 +153,17 @@ def test_a_sequential_and_a_plain_function_export_by_the_same_call(tmp_path: Pat
     second = export(composed, Spec("test.composed", [image()], symbols=symbols), tmp_path, formats=["onnx"])
     doubled = chiasm.runtime.open(second).method("forward", backend="onnx")(x)
     torch.testing.assert_close(torch.from_numpy(doubled), 2 * torch.from_numpy(got), atol=1e-5, rtol=1e-4)
+
+
+def thirds(x: Tensor) -> Tensor:
+    return torch.where(x < -1e300, torch.full_like(x, 1e-300), x * 0.1 + torch.full([], 2.0 / 3.0, dtype=x.dtype))
+
+
+def test_numbers_in_float64_graphs_are_not_rounded_to_float32(tmp_path: Path) -> None:
+    bundle = export(thirds, Spec("test.thirds", [TensorSpec("x", ("N",))], dtypes=("float64",)), tmp_path, formats=("onnx",), methods=("forward",))
+    x = torch.tensor([-float("inf"), -1e200, 0.0, 1.0 / 7.0], dtype=torch.float64)
+    [result] = onnx_session(bundle / "forward.float64.onnx")({"x": x})
+    assert torch.equal(result, thirds(x))
 
 
 def test_several_outputs_integer_outputs_and_uint8_input(tmp_path: Path) -> None:

@@ -2,21 +2,21 @@
 
 G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 8.5 and 8.6.3. A round rotates n/2 disjoint pairs of columns at once, as
 one product with an orthogonal matrix, and then moves the columns on as players move in a tournament, so that every round is the
-same code: a sweep of all pairs is n - 1 of them (n where n is odd). Rotations that only rounding asks for are left out, equal values
-keep the order in which the rotations left them, and signs are `pointed`'s: engines that round differently find the same vectors,
-also where values are repeated.
+same code: a sweep of all pairs is n - 1 of them (n where n is odd). Vectors that belong to equal values, and the signs of all, are then chosen
+by one rule (`_settling`), so that engines that round differently find the same.
 
 The sweeps see no gradient. It comes from one correction of first order after them, in which 1 / (difference of two values) is 0
 where they differ by less than 1e-9 of the largest. Exported gradients copy the rounds, for n up to 4 say: for a null vector
 there is `null_vector`.
 """
 
+import math
 from typing import List, Tuple
 
 import torch
 from torch import Tensor
 
-from .factorisation import pointed, qr
+from .factorisation import frobenius_norm, pointed, qr
 from .linalg import small_matmul
 from .loops import repeat
 from .target import native_forward, onnx_forward
@@ -25,7 +25,7 @@ from .target import native_forward, onnx_forward
 def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
     """Eigenvalues (..., n), ascending, and unit eigenvectors in the columns of (..., n, n), of a symmetric (..., n, n).
 
-    In float64, for n up to about 10. Eigenvalues closer than 1e-12 of the norm may be in either order.
+    In float64, for n up to about 10.
 
     >>> values, vectors = symmetric_eigen(torch.tensor([[2.0, 1.0], [1.0, 2.0]]))
     >>> values
@@ -35,7 +35,7 @@ def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
     a = m.to(torch.float64)
     a = 0.5 * (a + a.transpose(-1, -2))
     fixed = a.detach()
-    norm = _norm(fixed)
+    norm = frobenius_norm(fixed)
     eye = torch.eye(n, dtype=a.dtype, device=a.device)
     state = torch.cat([fixed / norm, eye.expand_as(fixed)], -2)
     partner, turn, swap, side = _schedule(n, m)
@@ -46,14 +46,15 @@ def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
         state = repeat(_two_sided, state, (partner, turn, swap, side), _rounds(n))
     values = state[..., :n, :].diagonal(0, -2, -1)
     order = _order(values)
+    values = small_matmul(values[..., None, :], order)[..., 0, :]
     vectors = small_matmul(state[..., n:, :], order)
-    vectors = vectors * pointed(vectors)
-    values = small_matmul(values[..., None, :], order)[..., 0, :] * norm[..., 0]
+    vectors = small_matmul(vectors, _settling(vectors, values))
+    values = values * norm[..., 0]
     if not (native_forward() or onnx_forward()):
         change = small_matmul(vectors.transpose(-1, -2), small_matmul(a, vectors))
         change = change - change.detach()
         gap = _reciprocal(values[..., None, :] - values[..., :, None], norm)
-        values = values + change.diagonal(0, -2, -1)
+        values = values + (change * eye).sum(-1)
         vectors = vectors + small_matmul(vectors, change * gap)
     return values.to(m.dtype), vectors.to(m.dtype)
 
@@ -62,9 +63,8 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """U (..., r, n), singular values (..., n), descending and not negative, and V (..., n, n) of (..., r, n), r >= n: U diag(s) V^T.
 
     In float64, for n up to about 10, by rotations of columns: small singular values are found to their own precision, not to the
-    norm's. U is orthonormal whatever the rank. A singular value below 4e-15 of the norm is 0. Singular values closer than
-    1e-12 of the norm may be in either order. The derivative of U V^T is right also where singular values are repeated.
-    Where r is exported as a symbol, its lower limit has to be above n.
+    norm's. U is orthonormal whatever the rank. A singular value below 4e-15 of the norm is 0. The derivative of U V^T is right also
+    where singular values are repeated. Where r is exported as a symbol, its lower limit has to be above n.
 
     >>> u, s, v = svd(torch.tensor([[0.0, 2.0], [-1.0, 0.0]]))
     >>> s
@@ -73,7 +73,7 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     n = m.size(-1)
     a = m.to(torch.float64)
     fixed = a.detach()
-    norm = _norm(fixed)
+    norm = frobenius_norm(fixed)
     columns = fixed / norm
     tall = m.size(-2) != n
     outer = columns
@@ -87,19 +87,18 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
             state = _one_sided(state, partner, partner, turn, swap, side)
     else:
         state = repeat(_one_sided, state, (partner, turn, swap, side), _rounds(n))
-    squared = (state[..., :n, :] * state[..., :n, :]).sum(-2)
-    state = small_matmul(state, _order(-torch.sqrt(squared)))
-    v = state[..., n:, :]
-    sign = pointed(v)
-    columns = state[..., :n, :]
-    empty = (columns * columns).sum(-2, keepdim=True) < 1.6e-29
-    # Rotated columns are orthogonal to rounding; the factor's are so too where a column is empty.
+    lengths = torch.sqrt((state[..., :n, :] * state[..., :n, :]).sum(-2, keepdim=True))
+    order = _order(-lengths[..., 0, :])
+    state, lengths = small_matmul(state, order), small_matmul(lengths, order)
+    state = small_matmul(state, _settling(state[..., n:, :], lengths[..., 0, :]))
+    columns, v = state[..., :n, :], state[..., n:, :]
+    empty = lengths < 4e-15
+    # The columns are orthogonal to rounding; those of the factor are so too where one is empty.
     u, r = qr(torch.where(empty, torch.zeros_like(columns), columns))
     s = r.diagonal(0, -2, -1) * norm[..., 0]
+    u = u * torch.where(empty, pointed(u), torch.ones_like(lengths))
     if tall:
         u = small_matmul(outer, u)
-    u = u * torch.where(empty, pointed(u), sign)
-    v = v * sign
     if not (native_forward() or onnx_forward()):
         u, s, v = _with_derivative(a, u, s, v, norm)
     return u.to(m.dtype), s.to(m.dtype), v.to(m.dtype)
@@ -119,22 +118,14 @@ def _with_derivative(a: Tensor, u: Tensor, s: Tensor, v: Tensor, norm: Tensor) -
     unlike = (change - change.transpose(-1, -2)) * _reciprocal(left + right, norm)
     outside = (image - small_matmul(u, change)) * _reciprocal(right, norm)
     moved = u + small_matmul(u, 0.5 * (both + unlike)) + outside
-    return moved, s + change.diagonal(0, -2, -1), v + small_matmul(v, 0.5 * (both - unlike))
+    own = torch.eye(s.size(-1), dtype=s.dtype, device=s.device)
+    return moved, s + (change * own).sum(-1), v + small_matmul(v, 0.5 * (both - unlike))
 
 
 def _reciprocal(x: Tensor, norm: Tensor) -> Tensor:
     """1 / x, and 0 where x is next to nothing."""
     small = x.abs() <= 1e-9 * norm
     return torch.where(small, torch.zeros_like(x), 1.0 / torch.where(small, torch.ones_like(x), x))
-
-
-def _norm(m: Tensor) -> Tensor:
-    """Frobenius norm (..., 1, 1), of parts of the largest entry so that no square overflows; 1 for zeros."""
-    largest = m.abs().amax(-1, keepdim=True).amax(-2, keepdim=True)
-    largest = torch.where(largest > 0, largest, torch.ones_like(largest))
-    part = m / largest
-    squared = (part * part).sum(-1, keepdim=True).sum(-2, keepdim=True)
-    return largest * torch.sqrt(torch.where(squared > 0, squared, torch.ones_like(squared)))
 
 
 def _rounds(n: int) -> int:
@@ -168,12 +159,12 @@ def _schedule(n: int, like: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
 def _rotation(d: Tensor, b: Tensor, floor: float, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
     """The orthogonal (..., n, n) that rotates each pair of columns and moves them on, from squared lengths d and products b with the partner."""
     other = d.index_select(-1, partner)
-    # Products that are rounding count as 0. What is equal but for rounding takes the branch of what is equal.
+    # Products that are rounding count as 0, or what belongs to equal values would turn for ever.
     b = torch.where(b * b > 2e-29 * (d * other).abs() + floor, 2.0 * b, torch.zeros_like(b))
     delta = (other - d) * side
-    sign = torch.where(delta + 1e-13 * (other.abs() + d.abs()) >= 0, 1.0, -1.0).to(d.dtype)
-    # a rotation that is left out divides 0 by 1e-300
-    tangent = side * b / (delta + sign * torch.sqrt(delta * delta + b * b) + sign * 1e-300)
+    sign = torch.where(delta >= 0, 1.0, -1.0).to(d.dtype)
+    divisor = delta + sign * torch.sqrt(delta * delta + b * b)
+    tangent = side * b / torch.where(divisor == 0, torch.ones_like(divisor), divisor)
     cosine = torch.rsqrt(1.0 + tangent * tangent)
     return cosine[..., :, None] * turn + (cosine * tangent)[..., :, None] * swap
 
@@ -199,9 +190,22 @@ def _one_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Te
 
 
 def _order(values: Tensor) -> Tensor:
-    """The permutation matrix that sorts columns by ascending values (at most 1); values equal to 1e-12 or so keep their order."""
-    key = torch.floor(values * 1e12 + 0.37)
+    """The permutation matrix that sorts columns by ascending values."""
     index = torch.arange(values.size(-1), device=values.device)
-    one, other = key[..., :, None], key[..., None, :]
+    one, other = values[..., :, None], values[..., None, :]
     before = (other < one) | ((other == one) & (index[None, :] < index[:, None]))
     return (before.to(values.dtype).sum(-1, keepdim=True) == index.to(values.dtype)).to(values.dtype)
+
+
+def _settling(vectors: Tensor, values: Tensor) -> Tensor:
+    """The orthogonal (..., n, n) that takes orthonormal vectors of sorted values to a basis that does not depend on how they were found.
+
+    Column k becomes the nearest to a fixed direction of its own, among the vectors that belong to its value (of a matrix of norm 1, to
+    1e-13) and are orthogonal to those before: a sign where the value is single, a basis of the plane where it is double.
+    """
+    n = vectors.size(-1)
+    # Numbers with no pattern, that make a matrix of condition 3 or so up to n = 10, in whole 64ths: TorchScript's tensor() rounds to float32.
+    directions = [[math.floor(64.0 * math.cos(1.1 + 4.6 * i + 2.7 * j + 3.8 * i * j)) / 64.0 for j in range(n)] for i in range(n)]
+    aim = small_matmul(vectors.transpose(-1, -2), torch.tensor(directions, dtype=vectors.dtype, device=vectors.device))
+    alike = (values[..., :, None] - values[..., None, :]).abs() < 1e-13
+    return qr(torch.where(alike, aim, torch.zeros_like(aim)))[0]

@@ -43,7 +43,7 @@ def cross4(a: Tensor, b: Tensor, c: Tensor) -> Tensor:
 
     >>> x, y, z = torch.eye(4)[:3].unbind()
     >>> cross4(x, y, z)
-    tensor([ 0., -0., 0., -1.])
+    tensor([ 0.,  0.,  0., -1.])
     """
     return (_dual(b, c) * a[..., None, :]).sum(-1)
 

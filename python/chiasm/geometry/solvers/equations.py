@@ -44,7 +44,7 @@ def solve_cubic(coeffs: Tensor) -> Tensor:
     """Real roots of a x^3 + b x^2 + c x + d = 0.
 
     By Cardano's formula, or by cosines where there are three. A discriminant within rounding of 0 gives a double root. Where a is 0
-    the equation is quadratic.
+    the equation is quadratic. One root may be very large or very small; where both are, by more than 1e7 or so from the third, it is lost.
 
     Args:
         coeffs: (*, 4), floating point, a, b, c, d.
@@ -120,17 +120,28 @@ def _cubic(coeffs: Tensor) -> Tensor:
     discriminant = h * h + p * p * p
     rounding = 2.0 * h.abs() * (cube.abs() + 0.5 * (d.abs() + (third * c).abs())) + 3.0 * p * p * (c.abs() / 3.0 + third * third)
     three = discriminant <= 2e-15 * rounding
-    angle = torch.atan2(torch.sqrt(torch.clamp(-discriminant, min=0.0)), -h) / 3.0
-    radius = 2.0 * torch.sqrt(torch.clamp(-p, min=0.0))
-    turn = 2.0943951023931953
     size = torch.pow(h.abs() + torch.sqrt(torch.clamp(discriminant, min=0.0)), 1.0 / 3.0)
     u = torch.where(h >= 0, -size, size)
     v = torch.where(u == 0, torch.zeros_like(u), -p / torch.where(u == 0, torch.ones_like(u), u))
     only = torch.stack([u + v - third, _missing(a), _missing(a)], -1)
-    cosines = torch.stack([torch.cos(angle), torch.cos(angle - turn), torch.cos(angle + turn)], -1)
+    cosine, sine = _third_of_angle(h.abs(), torch.sqrt(torch.clamp(-discriminant, min=0.0)))
+    cosines = torch.stack([cosine, 0.8660254037844386 * sine - 0.5 * cosine, -0.8660254037844386 * sine - 0.5 * cosine], -1)
+    radius = torch.sqrt(torch.clamp(-p, min=0.0)) * torch.where(h > 0, -2.0, 2.0).to(p.dtype)
     roots = _turned_back(torch.where(three[..., None], radius[..., None] * cosines - third[..., None], only), turned)
-    lower = torch.cat([_quadratic(coeffs[..., 1:]), _missing(a)[..., None]], -1)
-    return _polished(coeffs, torch.where((a == 0)[..., None], lower, roots))
+    lower_degree = torch.cat([_quadratic(coeffs[..., 1:]), _missing(a)[..., None]], -1)
+    return _polished(coeffs, torch.where((a == 0)[..., None], lower_degree, roots))
+
+
+def _third_of_angle(x: Tensor, y: Tensor) -> Tuple[Tensor, Tensor]:
+    """Cosine and sine of a third of the angle of (x, y), between 0 and a right angle: ONNX Runtime has no arc functions in float64."""
+    length = torch.sqrt(x * x + y * y)
+    length = torch.where(length == 0, torch.ones_like(length), length)
+    whole = x / length
+    cosine = 0.8660254037844386 + 0.1339745962155614 * whole
+    for _ in range(4):
+        squared = cosine * cosine
+        cosine = cosine - (cosine * (4.0 * squared - 3.0) - whole) / (12.0 * squared - 3.0)
+    return cosine, y / length / (4.0 * cosine * cosine - 1.0)
 
 
 def _quartic(coeffs: Tensor) -> Tensor:
@@ -144,7 +155,9 @@ def _quartic(coeffs: Tensor) -> Tensor:
     q = d - 2.0 * fourth * c + 8.0 * square * fourth
     r = e - fourth * d + square * c - 3.0 * square * square
     resolvent = torch.stack([torch.ones_like(p), p, 0.25 * p * p - r, -0.125 * q * q], -1)
-    m = torch.clamp(_cubic(resolvent).amax(-1), min=0.0)
+    # together with what is left where a is 0
+    cubics = _cubic(torch.stack([resolvent, coeffs[..., 1:]], 0))
+    m = torch.clamp(cubics[0].amax(-1), min=0.0)
     # (y^2 + p / 2 + m)^2 = 2 m (y - q / (4 m))^2
     middle = 0.5 * p + m
     slope = torch.sqrt(2.0 * m)
@@ -156,8 +169,8 @@ def _quartic(coeffs: Tensor) -> Tensor:
     upper = _of_quadratic(one, -slope, middle + shift, rounding)
     lower = _of_quadratic(one, slope, middle - shift, rounding)
     roots = _turned_back(torch.cat([upper, lower], -1) - fourth[..., None], turned)
-    cubic = torch.cat([_cubic(coeffs[..., 1:]), _missing(a)[..., None]], -1)
-    return _polished(coeffs, torch.where((a == 0)[..., None], cubic, roots))
+    lower_degree = torch.cat([cubics[1], _missing(a)[..., None]], -1)
+    return _polished(coeffs, torch.where((a == 0)[..., None], lower_degree, roots))
 
 
 def _well_led(coeffs: Tensor, power: float) -> Tuple[Tensor, Tensor]:
@@ -174,7 +187,7 @@ def _monic(coeffs: Tensor) -> Tensor:
 
 
 def _turned_back(roots: Tensor, turned: Tensor) -> Tensor:
-    lost = (roots < -1e300) | (roots == 0)
+    lost = (roots < -1e30) | (roots == 0)
     return torch.where(turned[..., None], torch.where(lost, _missing(roots), 1.0 / torch.where(lost, torch.ones_like(roots), roots)), roots)
 
 
@@ -201,7 +214,7 @@ def _values(coeffs: Tensor, x: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
 
 def _polished(coeffs: Tensor, roots: Tensor) -> Tensor:
     """Three of Newton's steps, each where it makes the polynomial smaller."""
-    missing = roots < -1e300
+    missing = roots < -1e30
     x = torch.where(missing, torch.zeros_like(roots), roots)
     value, slope, _size = _values(coeffs, x)
     for _ in range(3):
@@ -222,7 +235,7 @@ def _finished(coeffs: Tensor, roots: Tensor) -> Tensor:
             larger, smaller = torch.maximum(columns[k], columns[k + 1]), torch.minimum(columns[k], columns[k + 1])
             columns[k], columns[k + 1] = larger, smaller
     roots = torch.stack(columns, -1)
-    missing = roots < -1e300
+    missing = roots < -1e30
     x = torch.where(missing, torch.zeros_like(roots), roots)
     if native_forward() or onnx_forward():
         return x
