@@ -23,7 +23,7 @@ def subspace_basis(projector: Tensor, size: int) -> Tensor:
     Of the images of fixed vectors: the same basis on every engine, which that of a decomposition would not be.
     """
     place = torch.arange(9 * size, device=projector.device).to(projector.dtype)
-    fixed = torch.sin(1.0 + 7.3 * place * place).reshape(9, size)
+    fixed = torch.sin(1.0 + 7.25 * place * place).reshape(9, size)
     return qr(small_matmul(projector, fixed.expand(list(projector.shape[:-2]) + [9, size])))[0]
 
 
