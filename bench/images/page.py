@@ -71,6 +71,7 @@ def kornia_table(rows: list[dict]) -> list[str]:
         "## Is it faster than Kornia, from Python?",
         "",
         "`Method.run_into` on arrays of NumPy, and Kornia on tensors with the same values, eager, in `torch.inference_mode()`.",
+        "Before each turn on two threads both rest until the other's threads sleep, and make a call that is not timed.",
         f"Aim: {EAGER[0]:g} times as fast in the geometric mean. Where Kornia is faster the number is ***bold***."
         + (f" Kornia has no {', '.join(without)}." if without else ""),
         "",
@@ -92,6 +93,8 @@ def onnx_table(rows: list[dict]) -> list[str]:
         "Kornia's ops by `torch.onnx.export(dynamo=True)`, their parameters constants; chiasm's flat file of standard operators, and the fused one",
         f"with the plug-in. The same sessions' options. Aims: {ONNX[0]:g} times as fast in the geometric mean, no op slower (***bold***).",
     ]
+    if constant := [op.bundle for op in OPS if op.constant]:
+        lines.append(f"chiasm's numbers are inputs, one for each image, but constants in {', '.join(constant)}.")
     if fixed:
         lines.append(f"Exported for one size, because the export for any size fails: {', '.join(fixed)}.")
     for form, title in (("flat", "Flat"), ("fused", "Fused, with the plug-in")):

@@ -33,6 +33,14 @@ NOT_DEPLOYED = {
 }
 
 
+#: Differentiable ops without a `vjp` in their bundles, and why; docs/coverage.md repeats it. Eager code and TorchScript have their gradients.
+NO_GRADIENT = {
+    "contrib.distance_transform": "a loop until nothing changes, as many steps as the largest distance: no exported graph can go back through it",
+    "filters.non_local_means": "the graph would be 121 copies of the loop's body",
+    "morphology.reconstruction": "a loop until nothing changes: no exported graph can go back through it",
+}
+
+
 @dataclass(frozen=True)
 class Entry:
     """A spec and the path of its function below `chiasm`."""

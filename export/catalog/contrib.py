@@ -89,7 +89,6 @@ add(Spec(
     [TensorSpec("output", layout="NCHW", description="distance to the nearest shape")],
     config={"kernel_size": 3, "h": 0.35},
     symbols=STENCIL,
-    # A loop until nothing changes, whose number of steps is the largest distance: no exported graph can differentiate it.
     gradients=(),
     sample=_sparse,
     reference="the definition in NumPy float64; SciPy distance_transform_edt to within its approximation",

@@ -327,7 +327,6 @@ add(Spec(
     [TensorSpec("transform_matrix"), TensorSpec("mean_vector"), TensorSpec("inverse", description="inverse of transform_matrix")],
     config={"unbiased": True, "eps": 1e-4, "return_inverse": True},
     symbols={"N": (8, 1 << 20)},
-    gradients=(),  # it has one in eager code and TorchScript; as a graph, back through every product, it has 1300 nodes
     tolerances=_WHITENING,
     sample=_sample_features,
     reference="NumPy eigh",
@@ -339,7 +338,6 @@ add(Spec(
     [TensorSpec("output")],
     config={"unbiased": True, "eps": 1e-4},
     symbols={"N": (8, 1 << 20)},
-    gradients=(),  # it has one in eager code and TorchScript; as a graph, back through every product, it has 1300 nodes
     tolerances=_WHITENING,
     sample=_sample_features,
     reference="NumPy eigh",

@@ -12,6 +12,16 @@ add(Spec(
     reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
 ))
 
+# Where sigma is a constant the kernels are too, and ONNX Runtime has its convolution.
+add(Spec(
+    "filters.gaussian_blur2d.constant",
+    [image()],
+    [TensorSpec("output", layout="NCHW")],
+    config={"kernel_size": (5, 5), "sigma": (1.1, 1.1), "border_type": "reflect"},
+    symbols=STENCIL,
+    reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
+), fn="filters.gaussian_blur2d")
+
 add(Spec(
     "filters.sobel",
     [image()],
@@ -341,7 +351,6 @@ add(Spec(
     [TensorSpec("output", layout="NCHW")],
     config={"patch_size": 5, "patch_distance": 5, "h": 0.2, "sigma": 0.05, "border_type": "reflect"},
     symbols=STENCIL,
-    # A gradient would be 121 copies of the loop's body.
     gradients=(),
     reference="the definition in NumPy float64, OpenCV fastNlMeansDenoising",
 ))

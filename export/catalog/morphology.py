@@ -68,7 +68,6 @@ add(Spec(
     [TensorSpec("output", layout="NCHW")],
     config={"method": "dilation"},
     symbols=STENCIL,
-    # A loop until nothing changes: eager code differentiates through its steps, no exported graph can.
     gradients=(),
     sample=_seed_and_mask,
     reference="scikit-image reconstruction",

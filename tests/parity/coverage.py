@@ -14,7 +14,7 @@ from collections import defaultdict
 from itertools import groupby
 from pathlib import Path
 
-from chiasm.export.catalog import NOT_DEPLOYED, Entry, catalog
+from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, Entry, catalog
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "coverage.md"
@@ -96,6 +96,8 @@ def page(entries: dict[str, Entry], checks: list[dict]) -> str:
             lines.append("| " + " | ".join(declared(entries[name]) + errors) + " |")
     lines += ["", "## Not deployed", ""]
     lines += [f"* `{name}`: {reason}" for name, reason in sorted(NOT_DEPLOYED.items())]
+    lines += ["", "## Differentiable, without an exported gradient", "", "Eager Python and TorchScript have it.", ""]
+    lines += [f"* `{name}`: {reason}" for name, reason in sorted(NO_GRADIENT.items())]
     return "\n".join(lines) + "\n"
 
 

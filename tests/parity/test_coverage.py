@@ -2,7 +2,7 @@
 
 from coverage import COMPLETE, PAGE, declared, public_functions
 
-from chiasm.export.catalog import NOT_DEPLOYED, catalog
+from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, catalog
 
 
 def rows() -> dict[str, list[str]]:
@@ -30,3 +30,9 @@ def test_every_public_function_is_deployed_or_excused() -> None:
     public = public_functions()
     assert len(public) > 20 * len(COMPLETE)
     assert {name for name, deployed in public.items() if not deployed} == set(NOT_DEPLOYED)
+
+
+def test_ops_without_a_gradient_are_in_the_catalog_and_have_none() -> None:
+    entries = catalog()
+    assert not [name for name in NO_GRADIENT if entries[name].spec.differentiated()]
+    assert all(f"`{name}`: {reason}" in PAGE.read_text() for name, reason in NO_GRADIENT.items()), "run `make parity coverage`"
