@@ -90,7 +90,7 @@ def make(tensor: dict, sizes: dict[str, int]) -> np.ndarray:
 def interleaved(contenders: list[Callable], seconds: float = 1.5, pause: float = 0.0) -> list[float]:
     """Median microseconds of each, taking turns; short calls are repeated within a turn, and long ones have fewer turns.
 
-    `pause` seconds before each turn let the threads of the last contender's pool fall asleep.
+    `pause` seconds before each turn let the threads of the last contender's pool fall asleep; a call that does not count wakes one's own.
     """
     repeats = []
     for call in contenders:
@@ -106,6 +106,8 @@ def interleaved(contenders: list[Callable], seconds: float = 1.5, pause: float =
     while (spent := time.perf_counter() - start) < seconds or len(times[0]) < (7 if spent < 2 * seconds else 3):
         for call, taken, n in zip(contenders, times, repeats, strict=True):
             time.sleep(pause)
+            if pause:
+                call()
             begin = time.perf_counter()
             for _ in range(n):
                 call()

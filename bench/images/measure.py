@@ -20,6 +20,7 @@ import torch
 import chiasm.onnx
 import chiasm.runtime
 
+from ..machine import bundle_path
 from ..opencv import opencv
 from ..wheel import interleaved, onnx_call, onnx_options
 from . import kornia_peers
@@ -27,8 +28,8 @@ from .chiasm_ops import Native, measured, native
 from .data import SIZES
 from .ops import Op
 
-#: for the threads of another's pool to fall asleep
-PAUSE = 0.002
+#: for the threads of another's pool to fall asleep; OpenMP's look for work for about this long
+PAUSE = 0.02
 
 
 def main(threads: int, seconds: float, names: list[str]) -> None:
@@ -53,10 +54,11 @@ def main(threads: int, seconds: float, names: list[str]) -> None:
 
 
 def onnx_calls(op: Op, size: tuple[int, int, int], made: Native, threads: int) -> dict[str, Callable]:
-    given = list(made.inputs.values())
+    folder = bundle_path(op.constant) if op.constant else made.folder
+    given = kornia_peers.images(made.inputs) if op.constant else list(made.inputs.values())
     calls = {
-        "fused": onnx_call(chiasm.onnx.session(made.folder, options=onnx_options(threads)), given),
-        "flat": onnx_call(chiasm.onnx.session(made.folder, fused=False, options=onnx_options(threads)), given),
+        "fused": onnx_call(chiasm.onnx.session(folder, options=onnx_options(threads)), given),
+        "flat": onnx_call(chiasm.onnx.session(folder, fused=False, options=onnx_options(threads)), given),
     }
     file = kornia_peers.onnx_file(op, size) if op.kornia else ""
     if not isinstance(file, str):

@@ -41,6 +41,8 @@ class Op:
     #: which of the outputs OpenCV makes too
     output: int = 0
     opencv_type: str = "float32"
+    #: the bundle in which `values` are constants and so may be another form in ONNX; Kornia's files have them as constants
+    constant: str = ""
 
 
 def _hsv(x: np.ndarray) -> np.ndarray:
@@ -81,7 +83,12 @@ OPS = (
         kornia_agrees=Agreement(2e-3, note="constants of three digits"),
     ),
     Op("filters.box_blur", lambda k, v, x: k.filters.box_blur(x, (5, 5))),
-    Op("filters.gaussian_blur2d", lambda k, v, x: k.filters.gaussian_blur2d(x, (5, 5), (v["sigma"], v["sigma"])), {"sigma": 1.1}),
+    Op(
+        "filters.gaussian_blur2d",
+        lambda k, v, x: k.filters.gaussian_blur2d(x, (5, 5), (v["sigma"], v["sigma"])),
+        {"sigma": 1.1},
+        constant="filters.gaussian_blur2d.constant",
+    ),
     Op(
         "filters.median_blur",
         lambda k, v, x: k.filters.median_blur(x, (3, 3)),

@@ -49,13 +49,6 @@ def left_out() -> list[str]:
 
 
 def opencv_table(rows: list[dict]) -> list[str]:
-    def cells(peer: str) -> Callable[[dict], tuple[list[str], float]]:
-        def made(row: dict) -> tuple[list[str], float]:
-            ratio = row[peer]["opencv"] / row[peer]["native"]
-            return [ms(row[peer]["native"]), ms(row[peer]["opencv"]), times(ratio, 1.0, OPENCV[1])], ratio
-
-        return made
-
     types = {op.bundle: op.opencv_type for op in OPS}
     lines = [
         "## Is it as fast as OpenCV?",
@@ -67,25 +60,22 @@ def opencv_table(rows: list[dict]) -> list[str]:
         f"Where OpenCV is faster the number is **bold**, under {OPENCV[1]} ***bold and slanted***.",
     ]
     for peer, title in (("debian", "In C++, Debian's OpenCV"), ("wheel", "From Python, OpenCV's wheel, which has IPP")):
-        lines += ["", f"### {title}", "", *table(rows, "OpenCV ms", cells(peer), OPENCV, lambda row: [types[row["bundle"]]], ["OpenCV's data"])]
+        lines += ["", f"### {title}", "", *table(rows, "OpenCV ms", compared(peer, "native", "opencv", 1.0, OPENCV[1]), OPENCV, lambda row: [types[row["bundle"]]], ["OpenCV's data"])]
     return lines
 
 
 def kornia_table(rows: list[dict]) -> list[str]:
-    def cells(row: dict) -> tuple[list[str], float]:
-        ratio = row["kornia"]["kornia"] / row["kornia"]["native"]
-        return [ms(row["kornia"]["native"]), ms(row["kornia"]["kornia"]), times(ratio, 1.0, 1.0)], ratio
-
     without = [op.bundle for op in OPS if not op.kornia]
     return [
         "",
         "## Is it faster than Kornia, from Python?",
         "",
         "`Method.run_into` on arrays of NumPy, and Kornia on tensors with the same values, eager, in `torch.inference_mode()`.",
+        "Before each turn on two threads both rest until the other's threads sleep, and make a call that is not timed.",
         f"Aim: {EAGER[0]:g} times as fast in the geometric mean. Where Kornia is faster the number is ***bold***."
         + (f" Kornia has no {', '.join(without)}." if without else ""),
         "",
-        *table([r for r in rows if "kornia" in r], "Kornia ms", cells, EAGER),
+        *table([r for r in rows if "kornia" in r], "Kornia ms", compared("kornia", "native", "kornia", 1.0, 1.0), EAGER),
     ]
 
 
@@ -96,13 +86,6 @@ def onnx_table(rows: list[dict]) -> list[str]:
     missing = sorted({r["bundle"] for r in rows if r["bundle"] in by_name} - {r["bundle"] for r in exported})
     fixed = sorted({r["bundle"] for r in exported if str(onnx_file(by_name[r["bundle"]], sizes[r["size"]])).endswith(f".{sizes[r['size']][1]}.onnx")})
 
-    def cells(form: str) -> Callable[[dict], tuple[list[str], float]]:
-        def made(row: dict) -> tuple[list[str], float]:
-            ratio = row["onnx"]["kornia"] / row["onnx"][form]
-            return [ms(row["onnx"][form]), ms(row["onnx"]["kornia"]), times(ratio, *(ONNX[1],) * 2)], ratio
-
-        return made
-
     lines = [
         "",
         "## In ONNX Runtime, is it faster than Kornia's own export?",
@@ -110,10 +93,12 @@ def onnx_table(rows: list[dict]) -> list[str]:
         "Kornia's ops by `torch.onnx.export(dynamo=True)`, their parameters constants; chiasm's flat file of standard operators, and the fused one",
         f"with the plug-in. The same sessions' options. Aims: {ONNX[0]:g} times as fast in the geometric mean, no op slower (***bold***).",
     ]
+    if constant := [op.bundle for op in OPS if op.constant]:
+        lines.append(f"chiasm's numbers are inputs, one for each image, but constants in {', '.join(constant)}.")
     if fixed:
         lines.append(f"Exported for one size, because the export for any size fails: {', '.join(fixed)}.")
     for form, title in (("flat", "Flat"), ("fused", "Fused, with the plug-in")):
-        lines += ["", f"### {title}", "", *table(exported, "Kornia ms", cells(form), ONNX)]
+        lines += ["", f"### {title}", "", *table(exported, "Kornia ms", compared("onnx", form, "kornia", *(ONNX[1],) * 2), ONNX)]
     if missing:
         lines += ["", "Kornia's ops that cannot be exported:", ""]
         lines += [f"* {name}: {onnx_file(by_name[name], next(iter(sizes.values())))}" for name in missing]
@@ -172,6 +157,16 @@ def table(
     if aims[1]:
         lines.append(f"Under {aims[1]:g} somewhere: {', '.join(dict.fromkeys(slow)) or 'none'}.")
     return lines
+
+
+def compared(race: str, ours: str, peer: str, bold: float, slanted: float) -> Callable[[dict], tuple[list[str], float]]:
+    """What a row shows of one of its races: both times and how many times as fast ours is, and that number."""
+
+    def cells(row: dict) -> tuple[list[str], float]:
+        ratio = row[race][peer] / row[race][ours]
+        return [ms(row[race][ours]), ms(row[race][peer]), times(ratio, bold, slanted)], ratio
+
+    return cells
 
 
 def ms(microseconds: float) -> str:

@@ -45,8 +45,6 @@ NOT_DEPLOYED = {
 #: Differentiable ops without a `vjp` in their bundles, and why; docs/coverage.md repeats it. Eager code and TorchScript have their gradients.
 NO_GRADIENT = {
     "contrib.distance_transform": "a loop until nothing changes, as many steps as the largest distance: no exported graph can go back through it",
-    "enhance.zca_mean": "back through every product of the iteration the graph has 1300 nodes",
-    "enhance.zca_whiten": "back through every product of the iteration the graph has 1300 nodes",
     "filters.non_local_means": "the graph would be 121 copies of the loop's body",
     "geometry.epipolar.find_essential": "the graph would be a copy of each of the loops' steps",
     "morphology.reconstruction": "a loop until nothing changes: no exported graph can go back through it",

@@ -12,6 +12,16 @@ add(Spec(
     reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
 ))
 
+# Where sigma is a constant the kernels are too, and ONNX Runtime has its convolution.
+add(Spec(
+    "filters.gaussian_blur2d.constant",
+    [image()],
+    [TensorSpec("output", layout="NCHW")],
+    config={"kernel_size": (5, 5), "sigma": (1.1, 1.1), "border_type": "reflect"},
+    symbols=STENCIL,
+    reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
+), fn="filters.gaussian_blur2d")
+
 add(Spec(
     "filters.sobel",
     [image()],

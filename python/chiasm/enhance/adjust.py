@@ -158,12 +158,7 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
         tensor([[0.5000, 1.0000]])
     """
     check_floating(input, "input")
-    exponent = per_sample(gamma, input, "gamma")
-    positive = input > 0
-    power = power_each(torch.where(positive, input, torch.ones_like(input)), exponent)
-    # 0 ** 0 is 1
-    power = torch.where(positive, power, (exponent == 0).to(input.dtype))
-    return (power * per_sample(gain, input, "gain")).clamp(0.0, 1.0)
+    return (power_each(input, per_sample(gamma, input, "gamma")) * per_sample(gain, input, "gain")).clamp(0.0, 1.0)
 
 
 def adjust_log(image: Tensor, gain: float = 1.0, inv: bool = False, clip_output: bool = True) -> Tensor:

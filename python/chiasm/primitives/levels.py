@@ -18,10 +18,10 @@ def to_levels(x: Tensor) -> Tensor:
     """
     if not torch.jit.is_scripting() and kernels.has_kernel(x):
         return kernels.to_levels(x)
-    # floor(x * 255 + 0.5) would depend on whether a compiler fuses the product with the sum; a comparison it cannot fuse.
+    # The limits stand between the product and the sum, which a compiler would fuse, with other rounding. Of all float32 numbers up to
+    # 255 only the one before 0.5 would be rounded wrongly by 0.5, and none by the number before 0.5.
     scaled = (x.to(torch.float32) * 255.0).clamp(0.0, 255.0)
-    whole = scaled.to(torch.int32)
-    return (whole + (scaled - whole >= 0.5).to(torch.int32)).clamp(0, 255)
+    return torch.floor(scaled + 0.49999997).to(torch.int32).clamp(0, 255)
 
 
 def count_each(index: Tensor, bins: int) -> Tensor:

@@ -44,10 +44,20 @@ def _inverse_root(x: Tensor, n: int, origin: float) -> Tensor:
 
 
 def power_each(x: Tensor, exponent: Tensor) -> Tensor:
-    """``power`` with a tensor of exponents."""
-    if _by_logarithm(x):
-        return torch.exp(torch.log(x) * exponent)
-    return torch.pow(x, exponent)
+    """x ** exponent with a tensor of exponents that are not negative. What is below zero counts as zero; where x is zero its gradient
+    is zero too, not the infinite one of an exponent below 1.
+
+    >>> power_each(torch.tensor([4.0, 0.0, -1.0]), torch.tensor(0.5))
+    tensor([2., 0., 0.])
+    """
+    if onnx_forward():
+        # the detour's two selections would cost ONNX Runtime more than its ``pow``
+        return torch.pow(x.clamp(min=0.0), exponent)
+    positive = x > 0
+    base = torch.where(positive, x, torch.ones_like(x))
+    raised = torch.exp(torch.log(base) * exponent) if _by_logarithm(x) else torch.pow(base, exponent)
+    # 0 ** 0 is 1
+    return torch.where(positive, raised, (exponent == 0).to(x.dtype))
 
 
 def _by_logarithm(x: Tensor) -> bool:
