@@ -107,27 +107,29 @@ _add(
 
 # --- warps -------------------------------------------------------------------------------------------------------------
 
+# Every mode with every padding is tested eagerly, and deployed in one or another of these ops, which sample alike.
 _WARPED = {
     "warp_affine": (
         [image("src"), TensorSpec("M", ("B", 2, 3), description="from source to destination pixels"), _LIKE],
-        {"bilinear": ("zeros", "border", "reflection"), "nearest": ("zeros", "border"), "bicubic": ("zeros", "border", "reflection")},
+        ("bilinear_zeros", "nearest_border", "bicubic_reflection"),
         {"fn": "like.warp_affine_like", "reference": "OpenCV warpAffine; SciPy map_coordinates"},
     ),
     "warp_perspective": (
         [image("src"), TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"), _LIKE],
-        {"bicubic": ("zeros", "border")},
+        ("bicubic_border",),
         {"fn": "like.warp_perspective_like", "reference": "OpenCV warpPerspective", "makers": {"M": "homography"}},
     ),
     "remap": (
         [image("image"), TensorSpec("map_x", ("B", "OH", "OW"), description="columns"), TensorSpec("map_y", ("B", "OH", "OW"), description="rows")],
-        {"bilinear": ("zeros", "border", "reflection"), "nearest": ("zeros", "border"), "bicubic": ("zeros", "border")},
+        ("bilinear_zeros", "nearest_border", "bicubic_reflection"),
         {"fn": "remap", "reference": "OpenCV remap; SciPy map_coordinates"},
     ),
 }
-for _name, (_inputs, _modes, _rest) in _WARPED.items():
-    for _mode, _padding in [(mode, padding) for mode, paddings in _modes.items() for padding in paddings]:
+for _name, (_inputs, _ways, _rest) in _WARPED.items():
+    for _way in _ways:
+        _mode, _, _padding = _way.partition("_")
         _config = {"mode": _mode, "padding_mode": _padding, "align_corners": True}
-        _add(f"{_name}.{_mode}_{_padding}", _inputs, config=_config, symbols=_SIZES, **_rest, **(_CUBIC if _mode == "bicubic" else _WARP))
+        _add(f"{_name}.{_way}", _inputs, config=_config, symbols=_SIZES, **_rest, **(_CUBIC if _mode == "bicubic" else _WARP))
 
 _add(
     "warp_affine.bilinear_fill",
@@ -140,21 +142,12 @@ _add(
     "torch.nn.functional.grid_sample", fn="remap", makers={"map_x": "", "map_y": ""}, config={"normalized_coordinates": True}, symbols=_SIZES, **_WARP,
 )
 
-for _name, _config in {
-    "bilinear_zeros": {"mode": "bilinear", "padding_mode": "zeros"},
-    "bicubic_border": {"mode": "bicubic", "padding_mode": "border", "align_corners": True},
-}.items():
-    _tolerance = _CUBIC if _config["mode"] == "bicubic" else _WARP
-    _add(
-        f"homography_warp.{_name}",
-        [image("patch_src"), TensorSpec("src_homo_dst", ("B", 3, 3), description="from the output to the image, in [-1, 1]"), _LIKE],
-        "torch.nn.functional.grid_sample", fn="like.homography_warp_like", makers={"src_homo_dst": "normalized"}, config=_config, symbols=_SIZES, **_tolerance,
-    )
-    _add(
-        f"rotate.{_name}", [image("tensor"), _BATCHED], "SciPy map_coordinates", fn="rotate",
-        config=_config, **_tolerance,
-    )
-
+_add(
+    "homography_warp",
+    [image("patch_src"), TensorSpec("src_homo_dst", ("B", 3, 3), description="from the output to the image, in [-1, 1]"), _LIKE],
+    "torch.nn.functional.grid_sample", fn="like.homography_warp_like", makers={"src_homo_dst": "normalized"}, symbols=_SIZES, **_WARP,
+)
+_add("rotate", [image("tensor"), _BATCHED], "SciPy map_coordinates", fn="rotate", config={"mode": "bicubic", "padding_mode": "border"}, **_CUBIC)
 _add("affine", [image("tensor"), TensorSpec("matrix", ("B", 2, 3), description="from source to destination pixels")], "SciPy map_coordinates", fn="affine", **_WARP)
 _add("translate", [image("tensor"), TensorSpec("translation", ("B", 2), description="pixels to the right and down")], "SciPy map_coordinates", fn="translate", **_WARP)
 _add(
@@ -204,8 +197,7 @@ _add("build_laplacian_pyramid", [image()], "the image comes back", fn="build_lap
 # --- crops -------------------------------------------------------------------------------------------------------------
 
 _BOXES = TensorSpec("boxes", ("B", 4, 2), description="corners (x, y) from the upper left clockwise")
-_add("center_crop", [image("input_tensor")], "NumPy slices", fn="center_crop", config={"size": (12, 10)}, **_WARP)
-_add("center_crop.like", [image("input_tensor"), _LIKE], "NumPy slices", fn="like.center_crop_like", symbols=_SIZES, **_WARP)
+_add("center_crop", [image("input_tensor"), _LIKE], "NumPy slices", fn="like.center_crop_like", symbols=_SIZES, **_WARP)
 _add("crop_and_resize", [image("input_tensor"), _BOXES], "OpenCV warpPerspective", fn="crop_and_resize", config={"size": (10, 12)}, **_WARP)
 _add(
     "crop_by_transform_mat",
@@ -230,8 +222,7 @@ def _sample_whole_boxes(generator, sizes, dtype):
 
 
 for _name, _config in {
-    "bilinear": {"interpolation": "bilinear"},
-    "bicubic": {"interpolation": "bicubic"},
+    "resize": {"interpolation": "bilinear"},
     "pad": {"shape_compensation": "pad"},
 }.items():
     add(Spec(

@@ -97,7 +97,7 @@ _add(
 # --- warps -------------------------------------------------------------------------------------------------------------
 
 _M = TensorSpec("M", ("B", 3, 4), description="from source to destination voxels")
-for _mode, _padding in (("bilinear", "zeros"), ("bilinear", "reflection"), ("nearest", "border")):
+for _mode, _padding in (("bilinear", "reflection"), ("nearest", "border")):
     _add(
         f"warp_affine3d.{_mode}_{_padding}", [_volume("src"), _M, _LIKE], "SciPy map_coordinates", "like3d.warp_affine3d_like",
         config={"flags": _mode, "padding_mode": _padding}, symbols=_SIZES, **_WARP,
