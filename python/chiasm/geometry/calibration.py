@@ -14,7 +14,7 @@ from ..primitives.intrinsics import from_pixels, to_pixels, with_one
 from ..primitives.lens import coefficients, distort, tilt_matrices, under_homography, undistort
 from ..primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenvector
 from ..primitives.rotations import nearest_rotation
-from ..primitives.sampling import bilinear_taps, gather_taps
+from ..primitives.warping import sample_image
 
 
 def distort_points(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor] = None) -> Tensor:
@@ -144,9 +144,8 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     x, y = _lens(x.flatten(1), y.flatten(1), lens)
     x = (x * camera[:, 0, 0:1] + camera[:, 0, 2:3]).reshape(-1, height, width)
     y = (y * camera[:, 1, 1:2] + camera[:, 1, 2:3]).reshape(-1, height, width)
-    index, weight = bilinear_taps(x, y, height, width)
     flat = image.reshape(-1, channels, height, width)
-    return gather_taps(flat, index, [w.to(image.dtype) for w in weight]).reshape(image.shape)
+    return sample_image(flat, x, y, "bilinear", "zeros", True, None).reshape(image.shape)
 
 
 def solve_pnp_dlt(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor] = None) -> Tensor:

@@ -9,7 +9,7 @@ from ..filters.gradient import spatial_gradient
 from ..primitives.checks import check_floating, check_image, check_last, check_matrix, check_rank
 from ..primitives.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
 from ..primitives.linalg import cross
-from ..primitives.sampling import bilinear_taps, gather_taps, larger
+from ..primitives.warping import sample_image, stretched
 
 
 def depth_from_disparity(disparity: Tensor, baseline: Union[float, Tensor], focal: Union[float, Tensor]) -> Tensor:
@@ -291,7 +291,6 @@ def _rays(camera_matrix: Tensor, height: int, width: int, unit: bool) -> Tuple[T
 
 def _read_through_depth(image: Tensor, depth: Tensor, motion: Tensor, own: Tensor, other: Tensor, unit: bool, align_corners: bool) -> Tensor:
     """image (B, C, H, W) of the camera ``other`` at the points of a depth map of the camera ``own``, moved by (B, 3 or 4, 4)."""
-    height, width = image.size(2), image.size(3)
     z = depth[:, 0]
     x, y, one = _rays(own, z.size(-2), z.size(-1), unit)
     x, y, z = x * z, y * z, one * z
@@ -302,9 +301,7 @@ def _read_through_depth(image: Tensor, depth: Tensor, motion: Tensor, own: Tenso
     u = (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2] * z + m[:, 0, 3]) / safe * k[:, 0, 0] + k[:, 0, 2]
     v = (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2] * z + m[:, 1, 3]) / safe * k[:, 1, 1] + k[:, 1, 2]
     if not align_corners:
-        u = u * width / larger(width - 1, 1) - 0.5
-        v = v * height / larger(height - 1, 1) - 0.5
+        u, v = stretched(u, image.size(3)), stretched(v, image.size(2))
     # Outside, where bilinear taps weigh nothing.
     u = torch.where(in_front, u, torch.full_like(u, -2.0))
-    index, weight = bilinear_taps(u, v, height, width)
-    return gather_taps(image, index, [w.to(image.dtype) for w in weight])
+    return sample_image(image, u, v, "bilinear", "zeros", align_corners, None)

@@ -13,6 +13,8 @@ from torch import Tensor
 from .target import native_forward
 
 _BORDERS = ("reflect", "replicate", "circular", "constant")
+_INTERPOLATIONS = ("bilinear", "nearest")
+_PADDINGS = ("zeros", "border", "reflection")
 
 
 def available(x: Tensor) -> bool:
@@ -85,6 +87,19 @@ _component_roots = _operator(
 )
 _ridges = _operator("ridges(Tensor x, float eps) -> Tensor", lambda x, eps: x.new_empty(x.shape))
 _hysteresis = _operator("hysteresis(Tensor x, float low, float high) -> Tensor", lambda x, low, high: x.new_empty(x.shape, dtype=torch.bool))
+
+_sample = _operator(
+    "sample(Tensor src, Tensor x, Tensor y, int mode, int padding, bool corners) -> Tensor",
+    lambda src, x, *_: src.new_empty([src.size(0), src.size(1), x.size(1), x.size(2)]),
+)
+_sample_projective = _operator(
+    "sample_projective(Tensor src, Tensor matrix, SymInt height, SymInt width, int mode, int padding, bool corners) -> Tensor",
+    lambda src, matrix, height, width, *_: src.new_empty([src.size(0), src.size(1), height, width]),
+)
+_resample = _operator(
+    "resample(Tensor x, Tensor index_y, Tensor weight_y, Tensor index_x, Tensor weight_x) -> Tensor",
+    lambda x, index_y, weight_y, index_x, weight_x: x.new_empty([x.size(0), x.size(1), index_y.size(0), index_x.size(0)]),
+)
 
 
 def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str, scale: float = 1.0, centre: float = 0.0) -> Tensor:
@@ -184,3 +199,26 @@ def ridges(x: Tensor, eps: float) -> Tensor:
 def hysteresis(x: Tensor, low: float, high: float) -> Tensor:
     """``ridges.linked`` without a limit."""
     return _hysteresis(x, low, high)
+
+
+def samples(src: Tensor, mode: str, padding_mode: str) -> bool:
+    """Whether ``sample`` and ``sample_projective`` have what is wanted."""
+    return has_kernel(src) and mode in _INTERPOLATIONS and padding_mode in _PADDINGS
+
+
+def sample(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool) -> Tensor:
+    """``warping.sample_image``."""
+    x, y = torch.broadcast_tensors(x.to(src.dtype), y.to(src.dtype))
+    x, y = x.expand(src.size(0), -1, -1).contiguous(), y.expand(src.size(0), -1, -1).contiguous()
+    return _sample(src, x, y, _INTERPOLATIONS.index(mode), _PADDINGS.index(padding_mode), align_corners)
+
+
+def sample_projective(src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool) -> Tensor:
+    """``warping.sample_projective``."""
+    matrix = matrix.to(src.dtype).expand(src.size(0), 3, 3).contiguous()
+    return _sample_projective(src, matrix, height, width, _INTERPOLATIONS.index(mode), _PADDINGS.index(padding_mode), align_corners)
+
+
+def resample(x: Tensor, index_y: Tensor, weight_y: Tensor, index_x: Tensor, weight_x: Tensor) -> Tensor:
+    """What ``resize`` does by tables of taps (out_size, taps) for either axis."""
+    return _resample(x, index_y.to(torch.int32), weight_y, index_x.to(torch.int32), weight_x)

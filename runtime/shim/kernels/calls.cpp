@@ -120,6 +120,49 @@ AOTITorchError aoti_torch_cpu_integral(AtenTensorHandle x, AtenTensorHandle* res
   return like_image(x, result, [&]<class T>(const Argument&, const Planes& planes, const T* in, T* out) { integral(in, planes, out); });
 }
 
+AOTITorchError aoti_torch_cpu_sample(AtenTensorHandle src, AtenTensorHandle x, AtenTensorHandle y, int64_t mode, int64_t padding, int32_t corners,
+                                     AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument source(src), column(x), row(y);
+    const Images images{source.size(0), source.size(1), source.size(2), source.size(3)};
+    Result out = make({images.count, images.channels, column.size(1), column.size(2)}, (*source).dtype);
+    for_type((*source).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      sample(source.data<T>(), images, column.data<T>(), row.data<T>(), column.size(1), column.size(2), Interpolation(mode), Padding(padding),
+             corners != 0, data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_sample_projective(AtenTensorHandle src, AtenTensorHandle matrix, int64_t height, int64_t width, int64_t mode, int64_t padding,
+                                                int32_t corners, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument source(src), matrices(matrix);
+    const Images images{source.size(0), source.size(1), source.size(2), source.size(3)};
+    Result out = make({images.count, images.channels, height, width}, (*source).dtype);
+    for_type((*source).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      sample_projective(source.data<T>(), images, matrices.data<T>(), height, width, Interpolation(mode), Padding(padding), corners != 0, data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_resample(AtenTensorHandle x, AtenTensorHandle index_y, AtenTensorHandle weight_y, AtenTensorHandle index_x,
+                                       AtenTensorHandle weight_x, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(x), rows(index_y), down(weight_y), columns(index_x), across(weight_x);
+    Result out = make({image.size(0), image.size(1), rows.size(0), columns.size(0)}, (*image).dtype);
+    for_type((*image).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      resample(image.data<T>(), planes_of(*image), rows.data<int32_t>(), down.data<T>(), rows.size(1), rows.size(0), columns.data<int32_t>(),
+               across.data<T>(), columns.size(1), columns.size(0), data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
 AOTITorchError aoti_torch_cpu_ridges(AtenTensorHandle x, double eps, AtenTensorHandle* result) {
   return like_image(x, result, [&]<class T>(const Argument&, const Planes& planes, const T* in, T* out) { ridges(in, planes, static_cast<T>(eps), out); });
 }

@@ -17,6 +17,14 @@ struct Planes {
   int64_t count, height, width;
 };
 
+struct Images {
+  int64_t count, channels, height, width;
+};
+
+/** How positions between pixels are read, and what is seen beyond an image; in the order of their names in kernels.py. */
+enum class Interpolation : int64_t { kBilinear, kNearest };
+enum class Padding : int64_t { kZeros, kBorder, kReflection };
+
 /** scale * (correlation down the columns and then along the rows) + centre * x. `taps_y` has ky weights for each `planes_per_row` planes, or, where that is 0,
  *  for all; `taps_x` likewise. Sizes are odd; a constant border is 0. */
 template <class T>
@@ -95,5 +103,22 @@ void ridges(const T* x, Planes planes, T eps, T* out);
 /** Which values above `low` are 8-connected through such to one above `high`. */
 template <class T>
 void hysteresis(const T* x, Planes planes, T low, T high, bool* out);
+
+/** Each image at the pixel positions x and y of its own out_height x out_width. `corners`: reflection is about the corner pixels' centres, else
+ *  about the outer edges. */
+template <class T>
+void sample(const T* source, Images images, const T* x, const T* y, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding,
+            bool corners, T* out);
+
+/** `sample` where an image's 3 x 3 matrix leads, from the pixels of the output. */
+template <class T>
+void sample_projective(const T* source, Images images, const T* matrices, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding,
+                       bool corners, T* out);
+
+/** Resizes: pixel (y, x) of the output is the sum over its taps of weight_y * weight_x times the pixels (index_y, index_x). Tables have
+ *  taps_y and taps_x entries for each row and column of the output; entries with a weight of 0 are not read. */
+template <class T>
+void resample(const T* x, Planes planes, const int32_t* index_y, const T* weight_y, int64_t taps_y, int64_t out_height, const int32_t* index_x,
+              const T* weight_x, int64_t taps_x, int64_t out_width, T* out);
 
 }  // namespace chiasm::kernels

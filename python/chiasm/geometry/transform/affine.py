@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ...primitives.checks import check_image
-from ...primitives.warping import check_matrix, check_sampling, pixel_axes, position_dtype, sample_image
+from ...primitives.warping import check_matrix, check_sampling, sample_affine
 from .matrices import check_numbers, check_vectors, from_rows, get_rotation_matrix2d, inverse_affine
 
 
@@ -49,12 +49,8 @@ def warp_affine(
     check_image(src, "src")
     check_matrix(M, 2, 3, "M")
     check_sampling(mode, padding_mode)
-    precision = position_dtype(src.dtype)
-    m = inverse_affine(M.to(torch.float64)).to(precision)[:, :, :, None, None]
-    column, row = pixel_axes(dsize[0], dsize[1], precision, src.device)
-    x = m[:, 0, 0] * column + m[:, 0, 1] * row + m[:, 0, 2]
-    y = m[:, 1, 0] * column + m[:, 1, 1] * row + m[:, 1, 2]
-    return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
+    inverse = inverse_affine(M.to(torch.float64))
+    return sample_affine(src, inverse, dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value)
 
 
 def affine(tensor: Tensor, matrix: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = True) -> Tensor:

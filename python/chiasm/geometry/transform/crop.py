@@ -7,9 +7,9 @@ from torch import Tensor
 
 from ...primitives.checks import check_choice, check_image
 from ...primitives.sampling import bounded_taps
-from ...primitives.warping import check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, weigh_image
+from ...primitives.warping import check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, sample_projective, weigh_image
 from .matrices import check_points, get_perspective_transform
-from .warp import perspective_positions
+from .warp import pixels_to_source
 
 
 def center_crop(
@@ -173,8 +173,7 @@ def crop_by_transform_mat(
     check_matrix(transform, 3, 3, "transform")
     check_sampling(mode, padding_mode)
     matrix = transform.expand(input_tensor.size(0), 3, 3)
-    x, y = perspective_positions(matrix, out_size[0], out_size[1], input_tensor.dtype)
-    return sample_image(input_tensor, x, y, mode, padding_mode, align_corners, None)
+    return sample_projective(input_tensor, pixels_to_source(matrix), out_size[0], out_size[1], mode, padding_mode, align_corners, None)
 
 
 def crop_by_indices(

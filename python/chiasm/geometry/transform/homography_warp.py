@@ -7,16 +7,16 @@ from torch import Tensor
 
 from ...primitives.checks import check_image, check_last
 from ...primitives.warping import (
-    away_from_zero,
     check_matrix,
     check_sampling,
     from_normalized,
+    mapped,
     normalized_axis,
-    pixel_axes,
     position_dtype,
     sample_image,
+    sample_projective,
 )
-from .warp import perspective_positions
+from .warp import pixels_to_source
 
 
 def warp_grid(grid: Tensor, src_homo_dst: Tensor) -> Tensor:
@@ -41,14 +41,8 @@ def warp_grid(grid: Tensor, src_homo_dst: Tensor) -> Tensor:
     if grid.dim() != 4:
         raise ValueError(f"grid: expected shape (B, H, W, 2), got {list(grid.shape)}")
     check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
-    x, y = _mapped(grid[..., 0], grid[..., 1], src_homo_dst)
+    x, y = mapped(grid[..., 0], grid[..., 1], src_homo_dst)
     return torch.stack([x, y], -1)
-
-
-def _mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
-    m = matrix[:, :, :, None, None]
-    depth = away_from_zero(m[:, 2, 0] * x + m[:, 2, 1] * y + m[:, 2, 2])
-    return (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2]) / depth, (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2]) / depth
 
 
 def homography_warp(
@@ -90,15 +84,13 @@ def homography_warp(
     check_image(patch_src, "patch_src")
     check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
     check_sampling(mode, padding_mode)
-    precision = position_dtype(patch_src.dtype)
     if not normalized_homography:
-        x, y = perspective_positions(src_homo_dst, dsize[0], dsize[1], patch_src.dtype)
-    elif normalized_coordinates:
+        return sample_projective(patch_src, pixels_to_source(src_homo_dst), dsize[0], dsize[1], mode, padding_mode, align_corners, None)
+    if normalized_coordinates:
+        precision = position_dtype(patch_src.dtype)
         column = normalized_axis(dsize[1], align_corners, precision, patch_src.device)[None, None, :]
         row = normalized_axis(dsize[0], align_corners, precision, patch_src.device)[None, :, None]
-        x, y = _mapped(column, row, src_homo_dst.to(precision))
+        x, y = mapped(column, row, src_homo_dst.to(precision))
         x, y = from_normalized(x, patch_src.size(3), align_corners), from_normalized(y, patch_src.size(2), align_corners)
-    else:
-        column, row = pixel_axes(dsize[0], dsize[1], precision, patch_src.device)
-        x, y = _mapped(column, row, src_homo_dst.to(precision))
-    return sample_image(patch_src, x, y, mode, padding_mode, align_corners, None)
+        return sample_image(patch_src, x, y, mode, padding_mode, align_corners, None)
+    return sample_projective(patch_src, src_homo_dst, dsize[0], dsize[1], mode, padding_mode, align_corners, None)

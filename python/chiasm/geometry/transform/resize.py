@@ -5,6 +5,7 @@ from typing import Optional, Tuple, Union
 import torch
 from torch import Tensor
 
+from ...primitives import kernels
 from ...primitives.checks import check_choice, check_image
 from ...primitives.materialise import materialised, stored_index
 from ...primitives.sampling import (
@@ -73,6 +74,9 @@ def resize(
     if height < 1 or width < 1:
         raise ValueError(f"size: expected positive sizes, got ({height}, {width})")
     corners = align_corners is not None and align_corners
+    if not torch.jit.is_scripting() and interpolation != "nearest" and kernels.has_kernel(input):
+        down, across = _table(input, height, interpolation, corners, antialias, 2), _table(input, width, interpolation, corners, antialias, 3)
+        return kernels.resample(input, down[0], down[1], across[0], across[1])
     if antialias:
         radius = 1 if interpolation == "bilinear" else 2
         columns = _antialias_axis(input, width, corners, radius, 3)
@@ -83,6 +87,21 @@ def resize(
     if interpolation == "bilinear":
         return _bilinear(input, height, width, corners)
     return _bicubic_axis(_bicubic_axis(input, width, corners, 3), height, corners, 2)
+
+
+def _table(x: Tensor, out_size: int, interpolation: str, align_corners: bool, antialias: bool, dim: int) -> Tuple[Tensor, Tensor]:
+    """Indices and weights (out_size, taps) of the pixels along one axis whose sums are the output."""
+    in_size = x.size(dim)
+    if antialias:
+        index, weight = antialias_table(in_size, out_size, align_corners, 1 if interpolation == "bilinear" else 2, _weight_dtype(x), x.device)
+        return index, weight.to(x.dtype)
+    whole, fraction = source_positions(in_size, out_size, align_corners, _weight_dtype(x), x.device)
+    if interpolation == "bilinear":
+        first, weights = 0, [1.0 - fraction, fraction]
+    else:
+        first, weights = -1, cubic_weights(fraction, -0.75)
+    index = whole[:, None] + torch.arange(first, first + len(weights), device=x.device)
+    return index.clamp(0, in_size - 1), torch.stack(weights, 1).to(x.dtype)
 
 
 def _bilinear(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ...primitives.checks import check_image
 from ...primitives.linalg import inverse3x3
-from ...primitives.warping import away_from_zero, check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, stretched
+from ...primitives.warping import check_matrix, check_sampling, sample_projective
 
 
 def warp_perspective(
@@ -31,8 +31,7 @@ def warp_perspective(
         mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
         padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" (about the corner pixels'
             centres, or the outer edges when align_corners is False) or "fill".
-        align_corners: when False, src position x is read at x * W / (W - 1) - 1/2, which is what
-            Kornia's normalisation followed by ``grid_sample(align_corners=False)`` does.
+        align_corners: what "reflection" mirrors at. It makes no other difference, since M is in pixels.
         fill_value: (C,) colour for "fill"; black by default.
 
     Returns:
@@ -51,20 +50,10 @@ def warp_perspective(
     check_image(src, "src")
     check_matrix(M, 3, 3, "M")
     check_sampling(mode, padding_mode)
-    x, y = perspective_positions(M, dsize[0], dsize[1], src.dtype)
-    if not align_corners:
-        x, y = stretched(x, src.size(3)), stretched(y, src.size(2))
-    return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
+    return sample_projective(src, pixels_to_source(M), dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value)
 
 
-def perspective_positions(M: Tensor, height: int, width: int, dtype: torch.dtype) -> Tuple[Tensor, Tensor]:
-    """Position in src, x and y (B, height, width), of each output pixel, where M leads from src to the output."""
+def pixels_to_source(M: Tensor) -> Tensor:
+    """The inverse (B, 3, 3), float64, of homographies from a source to an output."""
     # The inverse of a homography loses half the digits of float32; nine numbers in float64 cost nothing.
-    inverse = inverse3x3(M.to(torch.float64))
-    precision = position_dtype(dtype)
-    m = inverse.to(precision)[:, :, :, None, None]
-    column, row = pixel_axes(height, width, precision, M.device)
-    depth = away_from_zero(m[:, 2, 0] * column + m[:, 2, 1] * row + m[:, 2, 2])
-    x = (m[:, 0, 0] * column + m[:, 0, 1] * row + m[:, 0, 2]) / depth
-    y = (m[:, 1, 0] * column + m[:, 1, 1] * row + m[:, 1, 2]) / depth
-    return x, y
+    return inverse3x3(M.to(torch.float64))

@@ -1,0 +1,128 @@
+// Resizing: each pixel is a weighted sum of a run of pixels, along the columns and along the rows.
+#include "rows.h"
+
+namespace chiasm::kernels {
+namespace {
+
+constexpr int64_t kRows = 32;
+
+// One axis: the first pixel of each position's run, and the runs' weights, tap after tap.
+template <class T>
+struct Axis {
+  int64_t taps, count;
+  std::vector<int32_t> first;
+  std::vector<T> weights;  // taps x count
+
+  // From `given` taps a position, each with its own pixel: pixels that borders repeat are one tap of the run.
+  Axis(const int32_t* index, const T* given, int64_t per_position, int64_t positions, int64_t size) : taps(1), count(positions), first(positions) {
+    for (int64_t i = 0; i < positions; ++i) {
+      int32_t low = index[i * per_position], high = low;
+      for (int64_t k = 0; k < per_position; ++k) {
+        if (given[i * per_position + k] == 0) continue;
+        low = std::min(low, index[i * per_position + k]);
+        high = std::max(high, index[i * per_position + k]);
+      }
+      first[i] = low;
+      taps = std::max<int64_t>(taps, high - low + 1);
+    }
+    weights.assign(static_cast<size_t>(taps * positions), T(0));
+    for (int64_t i = 0; i < positions; ++i) {
+      first[i] = static_cast<int32_t>(std::min<int64_t>(first[i], size - taps));  // the run ends inside
+      for (int64_t k = 0; k < per_position; ++k) {
+        const T weight = given[i * per_position + k];
+        if (weight != 0) weights[(index[i * per_position + k] - first[i]) * positions + i] += weight;
+      }
+    }
+  }
+};
+
+inline __m256 gather(const float* p, const int32_t* index) {
+  return _mm256_i32gather_ps(p, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), 4);
+}
+
+inline __m256d gather(const double* p, const int32_t* index) {
+  return _mm256_i32gather_pd(p, _mm_loadu_si128(reinterpret_cast<const __m128i*>(index)), 8);
+}
+
+template <class T>
+void along_row(const T* row, const Axis<T>& axis, T* out) {
+  using V = Vector<T>;
+  const int64_t n = axis.count;
+  int64_t i = 0;
+  for (; i + V::kLanes <= n; i += V::kLanes) {
+    auto sum = gather(row, axis.first.data() + i) * V::load(axis.weights.data() + i);
+    for (int64_t k = 1; k < axis.taps; ++k) sum += gather(row + k, axis.first.data() + i) * V::load(axis.weights.data() + k * n + i);
+    V::store(out + i, sum);
+  }
+  for (; i < n; ++i) {
+    T sum = 0;
+    for (int64_t k = 0; k < axis.taps; ++k) sum += row[axis.first[i] + k] * axis.weights[k * n + i];
+    out[i] = sum;
+  }
+}
+
+// out = the sum of the rows first + k * stride, k < taps, by the weights of position i.
+template <class T>
+void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i, int64_t n, T* out) {
+  using V = Vector<T>;
+  const T* const weights = axis.weights.data() + i;
+  int64_t x = 0;
+  for (; x + 2 * V::kLanes <= n; x += 2 * V::kLanes) {
+    auto weight = V::all(weights[0]);
+    auto a = V::load(first + x) * weight, b = V::load(first + x + V::kLanes) * weight;
+    for (int64_t k = 1; k < axis.taps; ++k) {
+      weight = V::all(weights[k * axis.count]);
+      a += V::load(first + k * stride + x) * weight;
+      b += V::load(first + k * stride + x + V::kLanes) * weight;
+    }
+    V::store(out + x, a);
+    V::store(out + x + V::kLanes, b);
+  }
+  for (; x < n; ++x) {
+    T sum = first[x] * weights[0];
+    for (int64_t k = 1; k < axis.taps; ++k) sum += first[k * stride + x] * weights[k * axis.count];
+    out[x] = sum;
+  }
+}
+
+}  // namespace
+
+template <class T>
+void resample(const T* x, Planes planes, const int32_t* index_y, const T* weight_y, int64_t taps_y, int64_t out_height, const int32_t* index_x,
+              const T* weight_x, int64_t taps_x, int64_t out_width, T* out) {
+  const int64_t height = planes.height, width = planes.width, blocks = (out_height + kRows - 1) / kRows;
+  const Axis<T> down(index_y, weight_y, taps_y, out_height, height), across(index_x, weight_x, taps_x, out_width, width);
+  // Shrinking sums rows first, so that fewer are resampled; growing resamples the fewer rows that there are, a block's at once.
+  const bool shrinks = out_height <= height;
+  const auto span = [&](int64_t block) {  // the rows that a block of the output reads
+    const auto begin = down.first.begin() + block * kRows, end = down.first.begin() + std::min((block + 1) * kRows, out_height);
+    const auto [low, high] = std::minmax_element(begin, end);
+    return std::pair<int64_t, int64_t>(*low, *high + down.taps);
+  };
+  int64_t rows = 1;
+  for (int64_t b = 0; !shrinks && b < blocks; ++b) rows = std::max(rows, span(b).second - span(b).first);
+  const int64_t room = rows * std::max(width, out_width);
+  const std::unique_ptr<T[]> scratch(new T[static_cast<size_t>(room * omp_get_max_threads())]);
+#pragma omp parallel for
+  for (int64_t i = 0; i < planes.count * blocks; ++i) {
+    const int64_t block = i % blocks, bottom = std::min((block + 1) * kRows, out_height);
+    const T* const plane = x + i / blocks * height * width;
+    T* const target = out + i / blocks * out_height * out_width;
+    T* const own = scratch.get() + room * omp_get_thread_num();
+    const auto [low, high] = span(block);
+    for (int64_t y = low; !shrinks && y < high; ++y) along_row(plane + y * width, across, own + (y - low) * out_width);
+    for (int64_t y = block * kRows; y < bottom; ++y) {
+      if (shrinks) {
+        down_columns(plane + down.first[y] * width, width, down, y, width, own);
+        along_row(own, across, target + y * out_width);
+      } else {
+        down_columns(own + (down.first[y] - low) * out_width, out_width, down, y, out_width, target + y * out_width);
+      }
+    }
+  }
+}
+
+template void resample(const float*, Planes, const int32_t*, const float*, int64_t, int64_t, const int32_t*, const float*, int64_t, int64_t, float*);
+template void resample(const double*, Planes, const int32_t*, const double*, int64_t, int64_t, const int32_t*, const double*, int64_t, int64_t, double*);
+
+}  // namespace chiasm::kernels

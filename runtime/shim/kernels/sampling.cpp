@@ -1,0 +1,200 @@
+// Images read at positions: for a run of positions the pixels and weights first, which all channels share, and then each channel.
+#include <cmath>
+#include <cstring>
+
+#include "rows.h"
+
+namespace chiasm::kernels {
+namespace {
+
+constexpr int64_t kRun = 128, kRows = 32;
+
+// What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights lie side by side.
+template <class T>
+struct Taps {
+  alignas(64) int32_t index[kRun];
+  alignas(64) T upper[2 * kRun], lower[2 * kRun];
+};
+
+// Folds positions into the image, by mirroring at the corner pixels' centres or at the outer edges.
+template <class T>
+void reflect(T* x, int64_t n, int64_t size, bool corners) {
+  const T low = corners ? T(0) : T(-0.5), span = static_cast<T>(corners ? std::max<int64_t>(size - 1, 1) : size), last = static_cast<T>(size - 1);
+  for (int64_t i = 0; i < n; ++i) {
+    const T t = std::abs(x[i] - low), turns = std::floor(t / span), rest = t - turns * span;
+    const T folded = (turns - 2 * std::floor(turns * T(0.5)) > T(0.5) ? span - rest : rest) + low;
+    x[i] = std::min(std::max(folded, T(0)), last);
+  }
+}
+
+// Limits positions; not a number becomes `low`.
+template <class T>
+void limit(T* x, int64_t n, T low, T high) {
+  for (int64_t i = 0; i < n; ++i) {
+    const T above = x[i] > low ? x[i] : low;
+    x[i] = above < high ? above : high;
+  }
+}
+
+template <class T>
+void place(T* x, int64_t n, int64_t size, Padding padding, bool corners) {
+  if (padding == Padding::kBorder) limit(x, n, T(0), static_cast<T>(size - 1));
+  if (padding == Padding::kReflection) reflect(x, n, size, corners);
+  // One pixel outside is as empty as a thousand.
+  limit(x, n, T(-2), static_cast<T>(size + 1));
+}
+
+// Of each position the pair of pixels to read along an axis, as its first one, and their weights, 0 where they are outside.
+template <class T>
+void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weight1) {
+  const auto last = static_cast<int32_t>(std::max<int64_t>(size - 2, 0)), end = static_cast<int32_t>(size - 1);
+  for (int64_t i = 0; i < n; ++i) {
+    const T whole = std::floor(x[i]), fraction = x[i] - whole;
+    const auto pixel = static_cast<int32_t>(whole);
+    const int32_t from = std::min(std::max(pixel, 0), last);
+    const T near = pixel >= 0 && pixel <= end ? 1 - fraction : T(0), far = pixel >= -1 && pixel < end ? fraction : T(0);
+    // Before the first pixel the second of the two is the pair's first, and at the last pixel the first is the pair's second.
+    first[i] = from;
+    weight0[i] = pixel == from ? near : pixel < from ? far : T(0);
+    weight1[i] = pixel == from ? far : pixel > from ? near : T(0);
+  }
+}
+
+template <class T>
+void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Taps<T>& taps) {
+  int32_t column[kRun], row[kRun];
+  T left[kRun], right[kRun], top[kRun], bottom[kRun];
+  pair_up(x, n, width, column, left, right);
+  pair_up(y, n, height, row, top, bottom);
+  for (int64_t i = 0; i < n; ++i) taps.index[i] = row[i] * static_cast<int32_t>(stride) + column[i];
+  for (int64_t i = 0; i < n; ++i) {
+    taps.upper[2 * i] = top[i] * left[i];
+    taps.upper[2 * i + 1] = top[i] * right[i];
+    taps.lower[2 * i] = bottom[i] * left[i];
+    taps.lower[2 * i + 1] = bottom[i] * right[i];
+  }
+}
+
+inline __m256 pairs(const float* p, const int32_t* index) {
+  const auto two = [&](int64_t i) {
+    const __m128 low = _mm_castpd_ps(_mm_load_sd(reinterpret_cast<const double*>(p + index[i])));
+    return _mm_loadh_pi(low, reinterpret_cast<const __m64*>(p + index[i + 1]));
+  };
+  return _mm256_set_m128(two(2), two(0));
+}
+
+inline __m256d pairs(const double* p, const int32_t* index) { return _mm256_set_m128d(_mm_loadu_pd(p + index[1]), _mm_loadu_pd(p + index[0])); }
+
+inline __m256 sum_pairs(__m256 a, __m256 b) {
+  return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(_mm256_hadd_ps(a, b)), 0b11011000));
+}
+
+inline __m256d sum_pairs(__m256d a, __m256d b) { return _mm256_permute4x64_pd(_mm256_hadd_pd(a, b), 0b11011000); }
+
+template <class T>
+void bilinear(const T* plane, int64_t stride, const Taps<T>& taps, int64_t n, T* out) {
+  using V = Vector<T>;
+  constexpr int64_t lanes = V::kLanes;
+  const T* const below = plane + stride;
+  const auto weighted = [&](int64_t i) {
+    return pairs(plane, taps.index + i) * V::load(taps.upper + 2 * i) + pairs(below, taps.index + i) * V::load(taps.lower + 2 * i);
+  };
+  int64_t i = 0;
+  for (; i + lanes <= n; i += lanes) V::store(out + i, sum_pairs(weighted(i), weighted(i + lanes / 2)));
+  for (; i < n; ++i) {
+    const T *const a = plane + taps.index[i], *const b = below + taps.index[i];
+    out[i] = (a[0] * taps.upper[2 * i] + b[0] * taps.lower[2 * i]) + (a[1] * taps.upper[2 * i + 1] + b[1] * taps.lower[2 * i + 1]);
+  }
+}
+
+// The nearest pixels, halves to the even one, and as weight 1, or 0 outside.
+template <class T>
+void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Taps<T>& taps) {
+  const auto right = static_cast<int32_t>(width - 1), bottom = static_cast<int32_t>(height - 1);
+  for (int64_t i = 0; i < n; ++i) {
+    const auto column = static_cast<int32_t>(std::nearbyint(x[i])), row = static_cast<int32_t>(std::nearbyint(y[i]));
+    const int32_t c = std::min(std::max(column, 0), right), r = std::min(std::max(row, 0), bottom);
+    taps.index[i] = r * static_cast<int32_t>(stride) + c;
+    taps.upper[i] = c == column && r == row ? T(1) : T(0);
+  }
+}
+
+template <class T>
+void nearest(const T* plane, const Taps<T>& taps, int64_t n, T* out) {
+  for (int64_t i = 0; i < n; ++i) out[i] = plane[taps.index[i]] * taps.upper[i];
+}
+
+// Samples where positions(image, row, column, n, x, y) says.
+template <class T, class Positions>
+void sample_at(const T* source, Images images, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding, bool corners, T* out,
+               const Positions& positions) {
+  const int64_t height = images.height, width = images.width, planes = images.count * images.channels;
+  int64_t stride = width, plane_size = height * width;
+  std::vector<T> widened;
+  if (height < 2 || width < 2) {  // where there is no second row or column to load, one with no weight
+    stride = width + 1;
+    plane_size = (height + 1) * stride;
+    widened.resize(static_cast<size_t>(planes * plane_size));
+    for (int64_t p = 0; p < planes; ++p)
+      for (int64_t y = 0; y < height; ++y) std::copy_n(source + (p * height + y) * width, width, widened.data() + p * plane_size + y * stride);
+    source = widened.data();
+  }
+  const int64_t blocks_y = (out_height + kRows - 1) / kRows, blocks_x = (out_width + kRun - 1) / kRun;
+#pragma omp parallel for
+  for (int64_t block = 0; block < images.count * blocks_y * blocks_x; ++block) {
+    const int64_t left = block % blocks_x * kRun, top = block / blocks_x % blocks_y * kRows, image = block / blocks_x / blocks_y;
+    const int64_t n = std::min(kRun, out_width - left);
+    Taps<T> taps;
+    T x[kRun], y[kRun];
+    for (int64_t row = top; row < std::min(top + kRows, out_height); ++row) {
+      positions(image, row, left, n, x, y);
+      place(x, n, width, padding, corners);
+      place(y, n, height, padding, corners);
+      if (mode == Interpolation::kBilinear)
+        bilinear_taps(x, y, n, height, width, stride, taps);
+      else
+        nearest_taps(x, y, n, height, width, stride, taps);
+      for (int64_t c = 0; c < images.channels; ++c) {
+        const int64_t plane = image * images.channels + c;
+        T* const target = out + (plane * out_height + row) * out_width + left;
+        if (mode == Interpolation::kBilinear)
+          bilinear(source + plane * plane_size, stride, taps, n, target);
+        else
+          nearest(source + plane * plane_size, taps, n, target);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+template <class T>
+void sample(const T* source, Images images, const T* x, const T* y, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding,
+            bool corners, T* out) {
+  sample_at(source, images, out_height, out_width, mode, padding, corners, out, [&](int64_t image, int64_t row, int64_t column, int64_t n, T* to_x, T* to_y) {
+    const int64_t start = (image * out_height + row) * out_width + column;
+    std::copy_n(x + start, n, to_x);
+    std::copy_n(y + start, n, to_y);
+  });
+}
+
+template <class T>
+void sample_projective(const T* source, Images images, const T* matrices, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding,
+                       bool corners, T* out) {
+  sample_at(source, images, out_height, out_width, mode, padding, corners, out, [&](int64_t image, int64_t row, int64_t column, int64_t n, T* x, T* y) {
+    const T *const m = matrices + 9 * image, v = static_cast<T>(row);
+    for (int64_t i = 0; i < n; ++i) {
+      const T u = static_cast<T>(column + i), depth = m[6] * u + m[7] * v + m[8];
+      const T divisor = std::abs(depth) > T(1e-8) ? depth : T(1e-8);
+      x[i] = (m[0] * u + m[1] * v + m[2]) / divisor;
+      y[i] = (m[3] * u + m[4] * v + m[5]) / divisor;
+    }
+  });
+}
+
+template void sample(const float*, Images, const float*, const float*, int64_t, int64_t, Interpolation, Padding, bool, float*);
+template void sample(const double*, Images, const double*, const double*, int64_t, int64_t, Interpolation, Padding, bool, double*);
+template void sample_projective(const float*, Images, const float*, int64_t, int64_t, Interpolation, Padding, bool, float*);
+template void sample_projective(const double*, Images, const double*, int64_t, int64_t, Interpolation, Padding, bool, double*);
+
+}  // namespace chiasm::kernels
