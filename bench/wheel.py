@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import math
 import statistics
 import sys
 import time
@@ -90,9 +91,10 @@ def make(tensor: dict, sizes: dict[str, int]) -> np.ndarray:
 def interleaved(contenders: list[Callable], seconds: float = 1.5, pause: float = 0.0) -> list[float]:
     """Median microseconds of each, taking turns; short calls are repeated within a turn, and long ones have fewer turns.
 
-    `pause` seconds before each turn let the threads of the last contender's pool fall asleep; a call that does not count wakes one's own.
+    `pause` seconds before each turn let the threads of the last contender's pool fall asleep. Half as long, calls that do not count wake
+    the machine and its caches up again, and as long do those that count.
     """
-    repeats = []
+    repeats, warming = [], []
     for call in contenders:
         begin = time.perf_counter()
         call()
@@ -100,13 +102,15 @@ def interleaved(contenders: list[Callable], seconds: float = 1.5, pause: float =
             call()
             begin = time.perf_counter()
             call()
-        repeats.append(min(max(int(200e-6 / max(time.perf_counter() - begin, 1e-7)), 1), 2000))
+        taken = max(time.perf_counter() - begin, 1e-7)
+        repeats.append(min(max(int(max(200e-6, pause / 2) / taken), 1), 2000))
+        warming.append(math.ceil(pause / 2 / taken) if taken < 1 else 0)
     times: list[list[float]] = [[] for _ in contenders]
     start = time.perf_counter()
     while (spent := time.perf_counter() - start) < seconds or len(times[0]) < (7 if spent < 2 * seconds else 3):
-        for call, taken, n in zip(contenders, times, repeats, strict=True):
+        for call, taken, n, idle in zip(contenders, times, repeats, warming, strict=True):
             time.sleep(pause)
-            if pause:
+            for _ in range(idle):
                 call()
             begin = time.perf_counter()
             for _ in range(n):

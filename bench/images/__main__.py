@@ -24,7 +24,7 @@ ROWS = FOLDER / "rows.json"
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m bench.images", description=__doc__)
     parser.add_argument("ops", nargs="*", help="only these, and no page")
-    parser.add_argument("--seconds", type=float, default=0.5, help="that contenders take turns for")
+    parser.add_argument("--seconds", type=float, default=0.8, help="that contenders take turns for")
     chosen = parser.parse_args()
     ops = measured(chosen.ops)
     run_module("kornia_peers")

@@ -1,11 +1,12 @@
-"""Which ops a test run compiles natively; all the others are exported to TorchScript and ONNX only.
+"""Which ops a test run compiles natively, and of which others it exports the gradients; all are exported to TorchScript and ONNX.
 
     python tests/parity/rotation.py            list them, with why
     python tests/parity/rotation.py OUTPUT     export the catalog to OUTPUT so
 
 Compiling the whole catalog is `make parity`, too long for every run. Chosen are the ops that the tests name, those whose source has
 changed, and more of each family, others with every commit, until there are three besides those named. The sources are compared with $CHIASM_BASE, else with where the
-branch left origin's, else with the commit before.
+branch left origin's, else with the commit before. Gradients take most of an export's time: of the ops that are not compiled every third
+has them, others with every commit.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ from chiasm.export.cli import export_names
 
 ROOT = Path(__file__).resolve().parents[2]
 PER_FAMILY = 3
+#: Of so many ops one is exported with its gradient.
+GRADIENTS = 3
 #: A commit that changes more ops than this has them drawn by lot, lest a test run take hours; the rest waits for `make parity`.
 MOST_CHANGED = 12
 
@@ -77,10 +80,12 @@ def main(arguments: list[str]) -> None:
         for name, reason in native.items():
             print(f"{name:56} {reason}")
         return
-    rest = [n for n in catalog() if n not in native]
+    rest = sorted((n for n in catalog() if n not in native), key=lot)
     jobs = len(os.sched_getaffinity(0))
     export_names(list(native), Path(arguments[0]), ("torchscript", "onnx", "native"), jobs=jobs)
-    export_names(rest, Path(arguments[0]), ("torchscript", "onnx"), jobs=jobs)
+    with_gradients = rest[:: GRADIENTS]
+    export_names(with_gradients, Path(arguments[0]), ("torchscript", "onnx"), jobs=jobs)
+    export_names([n for n in rest if n not in with_gradients], Path(arguments[0]), ("torchscript", "onnx"), methods=("forward",), jobs=jobs)
 
 
 if __name__ == "__main__":
