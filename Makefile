@@ -14,7 +14,7 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
-  test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images lint lock clean
+  test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry lint lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
@@ -105,6 +105,9 @@ bench: build bundles ## measure against OpenCV -> docs/benchmarks.md
 bench-images: build bundles ## measure the image ops against OpenCV and Kornia -> docs/benchmarks_images.md
 	tools/kornia.sh
 	$(PY) -m bench.images
+
+bench-geometry: build bundles ## measure the geometry ops against OpenCV -> docs/benchmarks_geometry.md
+	$(PY) -m bench.geometry
 
 lint: setup ## style of the Python code
 	.venv/bin/ruff check python export tests bench examples

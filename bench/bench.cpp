@@ -1,15 +1,17 @@
 // C++ measurements; `python -m bench` calls this and writes the tables.
 //
 //     bench speed BUNDLE THREADS B H W              microseconds of native code, ONNX Runtime (fused, stock) and OpenCV, interleaved
-//     bench speed ... PHOTOGRAPH VALUES SECONDS     of native code and OpenCV on a file of bytes (B, 3, H, W), other inputs as JSON
+//     bench speed ... PHOTOGRAPH VALUES SECONDS     of native code and OpenCV on a file of bytes (B, 3, H, W), other inputs and sizes as JSON
 //     bench results BUNDLE B H W PHOTOGRAPH VALUES FILE    what OpenCV makes of it, to compare
 //     bench load BUNDLE BACKEND                     milliseconds to the first result on 256 x 256, and memory over the bare program
 //     bench overhead BUNDLE ARTIFACT.so             microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iostream>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
@@ -19,7 +21,7 @@
 #include <opencv2/core.hpp>
 
 #include "harness.hpp"
-#include "opencv_peers.hpp"
+#include "opencv_peers/batch.hpp"
 #include "runtime/shim/abi.h"
 
 using nlohmann::json;
@@ -45,7 +47,7 @@ struct Inputs {
       std::vector<int64_t> sizes;
       for (const auto& dim : input.dims) {
         const std::string& d = dim.expression;
-        sizes.push_back(d == "B" ? batch : d == "C" ? 3 : d == "H" ? height : d == "W" ? width : d == "N" ? 64 : d == "OH" ? height * 3 / 4 : d == "OW" ? width * 3 / 4 : std::stoll(d));
+        sizes.push_back(given.values.contains(d) ? int64_t(given.values[d]) : d == "B" ? batch : d == "C" ? 3 : d == "H" ? height : d == "W" ? width : d == "N" ? 64 : d == "OH" ? height * 3 / 4 : d == "OW" ? width * 3 / 4 : std::stoll(d));
       }
       const chiasm::Shape shape(sizes);
       const auto count = size_t(shape.count());
@@ -58,6 +60,11 @@ struct Inputs {
         if (std::exchange(turned, true)) std::reverse(bytes.begin(), bytes.end());
         if (dtype == chiasm::DType::Float32) std::transform(bytes.begin(), bytes.end(), floats, [&](char b) { return float(uint8_t(b)) * float(input.value_max / 255); });
         else memory.back() = bytes;
+      } else if (input.name == "map_x" || input.name == "map_y") {  // waves of five pixels
+        for (size_t i = 0; i < count; ++i) {
+          const float x = float(int64_t(i) % sizes.back()), y = float(int64_t(i) / sizes.back() % sizes[sizes.size() - 2]);
+          floats[i] = input.name == "map_x" ? x + 5 * std::sin(y / 20) : y + 5 * std::sin(x / 30);
+        }
       } else if (given.values.contains(input.name)) {
         const auto& value = given.values[input.name];
         if (value.is_array() && value.size() != count) throw std::runtime_error(input.name + ": wrong number of values");
@@ -98,6 +105,23 @@ peers::Peer opencv(const std::string& bundle, const Inputs& inputs) {
   return *peer;
 }
 
+// Between the planes that chiasm made and OpenCV's matrices, where those are kept and have as many values.
+std::optional<double> mean_difference(const chiasm::Tensor& made, const peers::Peer& peer) {
+  if (!peer.results || made.shape().size() != 4 || made.dtype() != chiasm::DType::Float32) return {};
+  const auto ours = peers::planes(made);
+  double sum = 0;
+  size_t plane = 0;
+  for (const auto& image : peer.results()) {
+    std::vector<cv::Mat> theirs;
+    cv::split(image, theirs);
+    for (const auto& t : theirs) {
+      if (plane == ours.size() || t.size() != ours[plane].size() || t.type() != CV_32F) return {};
+      sum += cv::norm(t, ours[plane++], cv::NORM_L1);
+    }
+  }
+  return sum / double(made.shape().count());
+}
+
 // On photographs ONNX Runtime is left out: Python measures it.
 json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t w, const Given& given, double seconds) {
   chiasm::set_num_threads(threads);
@@ -124,6 +148,7 @@ json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t
   });
   const auto times = bench::interleaved(contenders, seconds);
   json result{{"opencv", times.back()}, {"opencv_version", CV_VERSION}};
+  if (const auto difference = mean_difference(outputs.views[0], peer)) result["difference"] = *difference;
   for (size_t i = 0; i < methods.size(); ++i) result[methods[i].first] = times[i];
   return result;
 }

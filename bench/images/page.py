@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import statistics
-from collections.abc import Callable, Iterable
 from datetime import date
 from importlib.metadata import version
 
@@ -13,6 +11,7 @@ import cv2
 import chiasm
 
 from ..machine import ROOT, cores, cpu, notes
+from ..tables import compared, table
 from .check import REPORT, SIZE
 from .chiasm_ops import measured
 from .data import SIZES
@@ -122,58 +121,3 @@ def check_table(bundles: set[str]) -> list[str]:
             cells = (op.bundle, text["debian"], text["wheel"], op.opencv_agrees.note, text.get("kornia", "no such op"), op.kornia_agrees.note)
             lines.append(f"| {' | '.join(cells)} |")
     return lines
-
-
-def table(
-    rows: list[dict],
-    peer: str,
-    cells: Callable[[dict], tuple[list[str], float]],
-    aims: tuple[float, float],
-    more: Callable[[dict], list[str]] = lambda row: [],
-    titles: Iterable[str] = (),
-) -> list[str]:
-    """A row for each op and size, with three columns for each number of threads; below it the geometric means."""
-    threads = sorted({row["threads"] for row in rows})
-    columns = ["op", "size", *titles]
-    for n in threads:
-        columns += [f"{n} thread{'s' * (n > 1)}: chiasm ms", peer, "times as fast"]
-    lines = [f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
-    ratios: dict[int, list[float]] = {n: [] for n in threads}
-    slow: list[str] = []
-    for first in (row for row in rows if row["threads"] == threads[0]):
-        line = [first["bundle"], first["size"], *more(first)]
-        for n in threads:
-            row = next(r for r in rows if (r["bundle"], r["size"], r["threads"]) == (first["bundle"], first["size"], n))
-            shown, ratio = cells(row)
-            line += shown
-            ratios[n].append(ratio)
-            if ratio < aims[1]:
-                slow.append(row["bundle"])
-        lines.append(f"| {' | '.join(line)} |")
-    means = [f"{statistics.geometric_mean(r):.2f} on {n} thread{'s' * (n > 1)}" for n, r in ratios.items()]
-    everything = statistics.geometric_mean([r for some in ratios.values() for r in some])
-    said = f"{everything:.2f}" if everything >= aims[0] else f"**{everything:.2f}**"
-    lines += ["", f"Geometric mean: {said} ({', '.join(means)}); the aim is {aims[0]:g}."]
-    if aims[1]:
-        lines.append(f"Under {aims[1]:g} somewhere: {', '.join(dict.fromkeys(slow)) or 'none'}.")
-    return lines
-
-
-def compared(race: str, ours: str, peer: str, bold: float, slanted: float) -> Callable[[dict], tuple[list[str], float]]:
-    """What a row shows of one of its races: both times and how many times as fast ours is, and that number."""
-
-    def cells(row: dict) -> tuple[list[str], float]:
-        ratio = row[race][peer] / row[race][ours]
-        return [ms(row[race][ours]), ms(row[race][peer]), times(ratio, bold, slanted)], ratio
-
-    return cells
-
-
-def ms(microseconds: float) -> str:
-    return f"{microseconds / 1000:.3f}"
-
-
-def times(ratio: float, bold: float, slanted: float) -> str:
-    shown = f"{ratio:.2f}" if ratio < 9.95 else f"{ratio:.0f}"
-    return f"***{shown}***" if ratio < slanted else f"**{shown}**" if ratio < bold else shown
-

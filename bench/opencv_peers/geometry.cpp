@@ -20,10 +20,53 @@ auto warp(int interpolation, int border) {
   };
 }
 
+Peer affine(const Inputs& x) {
+  const cv::Size size(int(x[2].shape()[1]), int(x[2].shape()[0]));
+  const cv::Mat m(2, 3, CV_32F, const_cast<void*>(x[1].data()));
+  return per_image(images(x[0]), [=](Batch& b, size_t i) { cv::warpAffine(b.in[i], b.out[i], m, size); });
+}
+
+Peer remap(const Inputs& x) {
+  const auto map = [&](const chiasm::Tensor& t) { return cv::Mat(int(t.shape()[1]), int(t.shape()[2]), CV_32F, const_cast<void*>(t.data())); };
+  const cv::Mat column = map(x[1]), row = map(x[2]);  // the same for each image
+  return per_image(images(x[0]), [=](Batch& b, size_t i) { cv::remap(b.in[i], b.out[i], column, row, cv::INTER_LINEAR); });
+}
+
+Peer undistort(const Inputs& x) {
+  const cv::Mat camera(3, 3, CV_32F, const_cast<void*>(x[1].data())), lens(1, int(x[2].shape()[1]), CV_32F, const_cast<void*>(x[2].data()));
+  return per_image(images(x[0]), [=](Batch& b, size_t i) { cv::undistort(b.in[i], b.out[i], camera, lens); });
+}
+
+Peer half(const Inputs& x) {
+  return per_image(images(x[0]), [](Batch& b, size_t i) { cv::pyrDown(b.in[i], b.out[i]); });
+}
+
+// body(matrices) for each entry of the batch, with the inputs' rows as matrices of `channels`.
+template <class Body>
+Peer per_entry(const Inputs& x, std::vector<int> rows, std::vector<int> channels, Body body) {
+  std::vector<std::vector<cv::Mat>> entries(size_t(x[0].shape()[0]));
+  for (size_t i = 0; i < entries.size(); ++i)
+    for (size_t k = 0; k < rows.size(); ++k) {
+      const int64_t values = x[k].shape().count() / x[k].shape()[0], n = rows[k] ? rows[k] : values / channels[k];
+      auto* data = const_cast<float*>(x[k].data<const float>()) + int64_t(i) * values;
+      entries[i].emplace_back(int(n), int(values / n / channels[k]), CV_32FC(channels[k]), data);
+    }
+  return {[entries, body] { for (const auto& e : entries) body(e); }, {}};
+}
+
 Peer homography(const Inputs& x) {
-  const int n = int(x[0].shape()[1]);
-  const cv::Mat a(n, 1, CV_32FC2, const_cast<void*>(x[0].data())), b(n, 1, CV_32FC2, const_cast<void*>(x[1].data()));
-  return {[a, b] { cv::findHomography(a, b); }, {}};
+  return per_entry(x, {0, 0}, {2, 2}, [](const std::vector<cv::Mat>& m) { cv::findHomography(m[0], m[1]); });
+}
+
+Peer four_points(const Inputs& x) {
+  return per_entry(x, {0, 0}, {2, 2}, [](const std::vector<cv::Mat>& m) { cv::getPerspectiveTransform(m[0], m[1]); });
+}
+
+Peer decomposed(const Inputs& x) {
+  return per_entry(x, {3}, {1}, [](const std::vector<cv::Mat>& m) {
+    cv::Mat r1, r2, t;
+    cv::decomposeEssentialMat(m[0], r1, r2, t);
+  });
 }
 
 Peer rodrigues(const Inputs& x) {
@@ -52,7 +95,13 @@ Table geometry() {
       {"geometry.transform.warp_perspective.bilinear_reflection", warp(cv::INTER_LINEAR, cv::BORDER_REFLECT_101)},
       {"geometry.transform.warp_perspective.nearest_zeros", warp(cv::INTER_NEAREST, cv::BORDER_CONSTANT)},
       {"geometry.transform.warp_perspective.nearest_border", warp(cv::INTER_NEAREST, cv::BORDER_REPLICATE)},
+      {"geometry.transform.warp_affine.bilinear_zeros", affine},
+      {"geometry.transform.remap.bilinear_zeros", remap},
+      {"geometry.transform.pyrdown.by_2", half},
+      {"geometry.transform.get_perspective_transform", four_points},
+      {"geometry.calibration.undistort_image", undistort},
       {"geometry.homography.find_homography_dlt", homography},
+      {"geometry.epipolar.decompose_essential_matrix", decomposed},
       {"geometry.conversions.axis_angle_to_rotation_matrix", rodrigues},
       {"geometry.conversions.rotation_matrix_to_axis_angle", rodrigues},
   };

@@ -1,0 +1,86 @@
+"""The one list of cases: a bundle, at which sizes, on what inputs. OpenCV's calls have the bundles' names in bench/opencv_peers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+IMAGES = ((8, 256, 256), (1, 1080, 1920))
+#: How many times as fast as OpenCV: images, and small matrices by the thousand.
+IMAGE_AIM, MATRIX_AIM = 0.8, 2.0
+
+
+@dataclass(frozen=True)
+class Case:
+    bundle: str
+    what: str
+    #: (batch, height, width)
+    sizes: tuple[tuple[int, int, int], ...]
+    #: the inputs that are no images, and the values of symbols, for a size
+    values: Callable[[int, int, int], dict]
+    aim: float = IMAGE_AIM
+
+
+def _scaled(factor: float) -> Callable[[int, int, int], dict]:
+    return lambda b, h, w: {"OH": int(h * factor), "OW": int(w * factor)}
+
+
+def _matrix(rows: list[list[float]]) -> Callable[[int, int, int], dict]:
+    """The same for each image, and an output of the image's size."""
+    return lambda b, h, w: {"M": np.tile(rows, (b, 1, 1)).ravel().tolist(), "OH": h, "OW": w}
+
+
+def _camera(b: int, h: int, w: int) -> dict:
+    matrix = [0.9 * w, 0.0, 0.5 * w, 0.0, 0.9 * w, 0.5 * h, 0.0, 0.0, 1.0]
+    return {"K": matrix * b, "dist": [-0.25, 0.08, 1e-3, -5e-4, 0.01] * b}
+
+
+def _correspondences(count: int) -> Callable[[int, int, int], dict]:
+    """Points, and where a homography takes them, to a tenth of a pixel or so."""
+
+    def values(b: int, h: int, w: int) -> dict:
+        random = np.random.default_rng(1)
+        points = random.uniform(0, 500, (b, count, 2))
+        mapped = np.concatenate([points, np.ones((b, count, 1))], -1) @ np.transpose([[1.1, 0.1, 9.0], [-0.1, 0.9, 5.0], [1e-4, 2e-4, 1.0]])
+        moved = mapped[..., :2] / mapped[..., 2:] + random.normal(0, 0.1, points.shape)
+        return {"N": count, "points1": points.round(2).ravel().tolist(), "points2": moved.round(2).ravel().tolist()}
+
+    return values
+
+
+def _quadrilaterals(b: int, h: int, w: int) -> dict:
+    corners = np.array([[0, 0], [100, 0], [100, 80], [0, 80]]) + np.random.default_rng(2).uniform(-9, 9, (2, b, 4, 2))
+    return {"points_src": corners[0].round(2).ravel().tolist(), "points_dst": corners[1].round(2).ravel().tolist()}
+
+
+def _essentials(b: int, h: int, w: int) -> dict:
+    random = np.random.default_rng(3)
+    rotations = np.linalg.qr(random.normal(size=(b, 3, 3)))[0]
+    t = random.normal(size=(b, 3))
+    skew = np.zeros((b, 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        skew[:, i, j], skew[:, j, i] = -t[:, k], t[:, k]
+    return {"E_mat": (skew @ (rotations * np.linalg.det(rotations)[:, None, None])).round(6).ravel().tolist()}
+
+
+_RESIZE = "geometry.transform.resize"
+_MANY = ((1, 1, 1), (64, 1, 1))
+CASES = (
+    Case(f"{_RESIZE}.bilinear", "to 1/2", IMAGES, _scaled(0.5)),
+    Case(f"{_RESIZE}.bilinear", "to 3/4", IMAGES, _scaled(0.75)),
+    Case(f"{_RESIZE}.bilinear", "to 3/2", IMAGES, _scaled(1.5)),
+    Case(f"{_RESIZE}.bicubic", "to 3/4", IMAGES, _scaled(0.75)),
+    Case(f"{_RESIZE}.bicubic", "to 3/2", IMAGES, _scaled(1.5)),
+    Case(f"{_RESIZE}.nearest", "to 3/4", IMAGES, _scaled(0.75)),
+    Case("geometry.transform.warp_affine.bilinear_zeros", "11 degrees", IMAGES, _matrix([[0.98, 0.19, -9.0], [-0.19, 0.98, 21.0]])),
+    Case("geometry.transform.warp_perspective.bilinear_zeros", "", IMAGES, _matrix([[0.98, 0.05, 3.0], [-0.04, 1.02, 2.0], [1e-5, 2e-5, 1.0]])),
+    Case("geometry.transform.warp_perspective.nearest_zeros", "", IMAGES, _matrix([[0.98, 0.05, 3.0], [-0.04, 1.02, 2.0], [1e-5, 2e-5, 1.0]])),
+    Case("geometry.transform.remap.bilinear_zeros", "waves", IMAGES, lambda b, h, w: {"OH": h, "OW": w}),
+    Case("geometry.calibration.undistort_image", "5 coefficients", IMAGES, _camera),
+    Case("geometry.transform.pyrdown.by_2", "", IMAGES, lambda b, h, w: {}),
+    Case("geometry.homography.find_homography_dlt", "100 points", _MANY, _correspondences(100), MATRIX_AIM),
+    Case("geometry.transform.get_perspective_transform", "", ((1, 1, 1), (1000, 1, 1)), _quadrilaterals, MATRIX_AIM),
+    Case("geometry.epipolar.decompose_essential_matrix", "", ((1, 1, 1), (1000, 1, 1)), _essentials, MATRIX_AIM),
+)
