@@ -1,7 +1,10 @@
-/** chiasm and Eigen: views of dense matrices, vectors, arrays and maps. Optional: needs Eigen 3.3 or later.
+/** chiasm and Eigen: views of dense matrices, vectors, arrays and maps, and copies of small objects. Optional: needs Eigen 3.3 or later.
  *
  *      Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> axis_angle(100, 3);
  *      auto out = method.run({chiasm::view(axis_angle)});
+ *
+ *      std::vector<Eigen::Isometry3f> poses = ...;
+ *      auto inverses = chiasm::unpack<Eigen::Isometry3f>(invert.run({chiasm::pack(poses)})[0]);
  *
  *  Eigen's own order is column-major: the view of such a matrix says so in its strides, and run refuses it rather than
  *  misread it. `row_major(m)` makes the copy that engines take.
@@ -11,7 +14,10 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <string>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "chiasm/chiasm.hpp"
 
@@ -72,6 +78,104 @@ Eigen::Matrix<typename Derived::Scalar, 4, 1> wxyz(const Eigen::QuaternionBase<D
 template <class T>
 Eigen::Quaternion<std::remove_const_t<T>> quaternion_from_wxyz(T* values) {
   return {values[0], values[1], values[2], values[3]};
+}
+
+namespace detail {
+
+/** How one Eigen object lies in chiasm's memory: matrices by rows, transforms as their matrix, quaternions as (w, x, y, z). */
+template <class T, class = void>
+struct EigenLayout;
+
+template <class T>
+struct EigenLayout<T, std::enable_if_t<std::is_base_of_v<Eigen::DenseBase<T>, T>>> {
+  using Scalar = typename T::Scalar;
+  static constexpr int rows = T::RowsAtCompileTime, cols = T::ColsAtCompileTime;
+  static_assert(rows != Eigen::Dynamic && cols != Eigen::Dynamic, "pack and unpack take types of fixed size: use view or row_major for others");
+  using Rows = Eigen::Matrix<Scalar, rows, cols, cols == 1 && rows != 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+  static constexpr bool is_vector = bool(T::IsVectorAtCompileTime);
+  static Shape shape(int64_t n) { return is_vector ? Shape{n, int64_t{rows} * cols} : Shape{n, rows, cols}; }
+  static void put(const T& value, Scalar* out) { Eigen::Map<Rows>{out} = value.matrix(); }
+  static T get(const Scalar* values) { return Eigen::Map<const Rows>(values); }
+};
+
+template <class S, int dimensions, int mode, int options>
+struct EigenLayout<Eigen::Transform<S, dimensions, mode, options>> {
+  using Type = Eigen::Transform<S, dimensions, mode, options>;
+  using Matrix = EigenLayout<std::decay_t<decltype(std::declval<Type>().matrix())>>;
+  using Scalar = S;
+  static Shape shape(int64_t n) { return Matrix::shape(n); }
+  static void put(const Type& value, Scalar* out) { Matrix::put(value.matrix(), out); }
+  static Type get(const Scalar* values) {
+    Type value;
+    value.matrix() = Matrix::get(values);
+    return value;
+  }
+};
+
+template <class T>
+struct EigenLayout<T, std::enable_if_t<std::is_base_of_v<Eigen::QuaternionBase<T>, T>>> {
+  using Scalar = typename T::Scalar;
+  static Shape shape(int64_t n) { return {n, 4}; }
+  static void put(const T& value, Scalar* out) { Eigen::Map<Eigen::Matrix<Scalar, 4, 1>>{out} = wxyz(value); }
+  static Eigen::Quaternion<Scalar> get(const Scalar* values) { return quaternion_from_wxyz(values); }
+};
+
+}  // namespace detail
+
+/** Copies of Eigen objects in chiasm's layout; an input wherever a Tensor is one, for as long as it lives. */
+template <class Scalar>
+class Packed final {
+ public:
+  Packed(std::vector<Scalar> values, Shape shape) : values_(std::move(values)), shape_(shape) {}
+  /** A read-only view. */
+  operator Tensor() const { return Tensor(values_.data(), shape_); }
+
+ private:
+  std::vector<Scalar> values_;
+  Shape shape_;
+};
+
+/** Objects of one type and fixed size: (N, rows, cols) of matrices, transforms and their maps, (N, size) of vectors, and (N, 4) as
+ *  (w, x, y, z) of quaternions, whatever their order in Eigen. */
+template <class T, class Allocator>
+auto pack(const std::vector<T, Allocator>& items) {
+  using Layout = detail::EigenLayout<T>;
+  const Shape shape = Layout::shape(static_cast<int64_t>(items.size()));
+  std::vector<typename Layout::Scalar> values(static_cast<size_t>(shape.count()));
+  const size_t each = static_cast<size_t>(Layout::shape(1).count());
+  for (size_t i = 0; i < items.size(); ++i) Layout::put(items[i], values.data() + i * each);
+  return Packed<typename Layout::Scalar>(std::move(values), shape);
+}
+
+/** One object, as a batch of one. */
+template <class T, class Layout = detail::EigenLayout<T>>
+auto pack(const T& item) {
+  std::vector<typename Layout::Scalar> values(static_cast<size_t>(Layout::shape(1).count()));
+  Layout::put(item, values.data());
+  return Packed<typename Layout::Scalar>(std::move(values), Layout::shape(1));
+}
+
+/** The objects in a dense tensor of T's scalars: (N, rows, cols) or (rows, cols) as matrices or transforms, and so on as in `pack`; a column
+ *  vector may also be (N, rows, 1). Throws Error where the tensor is something else. */
+template <class T>
+auto unpack(const Tensor& tensor) {
+  using Layout = detail::EigenLayout<T>;
+  const Shape one = Layout::shape(1);
+  const int64_t each = one.count();
+  const Shape& shape = tensor.shape();
+  // The last dimensions must be an object's, but for a last one of 1.
+  size_t left = shape.size(), wanted = one.size();
+  if (left > 1 && wanted == 2 && shape[left - 1] == 1 && one[1] != 1) --left;
+  bool fits = tensor.is_contiguous();
+  for (; fits && wanted > 1; --wanted, --left) fits = left > 0 && shape[left - 1] == one[wanted - 1];
+  if (!fits || left > 1) {
+    throw Error(CHIASM_INVALID_ARGUMENT, "unpack: expected dense objects of " + std::to_string(each) + " values in a batch of at most one dimension, got a tensor of " +
+                                             std::to_string(shape.size()) + " dimensions and " + std::to_string(shape.count()) + " values");
+  }
+  std::vector<decltype(Layout::get(nullptr))> items;
+  const auto* values = tensor.data<const typename Layout::Scalar>();
+  for (int64_t i = 0; i < tensor.count() / each; ++i) items.push_back(Layout::get(values + i * each));
+  return items;
 }
 
 }  // namespace chiasm

@@ -126,6 +126,42 @@ TEST(Eigen, QuaternionsComeInTheOrderWxyz) {
   EXPECT_EQ(quaternion_from_wxyz(values.data()).coeffs(), quaternion.coeffs());
 }
 
+TEST(Eigen, PackedObjectsLieByRows) {
+  Eigen::Matrix3f matrix;
+  matrix << 1, 2, 3, 4, 5, 6, 7, 8, 9;
+  const auto one = pack(matrix);
+  const Tensor tensor = one;
+  EXPECT_EQ(tensor.shape(), (Shape{1, 3, 3}));
+  EXPECT_TRUE(tensor.read_only());
+  EXPECT_THAT(std::vector<float>(tensor.data<const float>(), tensor.data<const float>() + 9), ::testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9));
+  EXPECT_EQ(unpack<Eigen::Matrix3f>(tensor).at(0), matrix);
+  const Eigen::Map<const Eigen::Matrix<float, 2, 3>> map(matrix.data());
+  const auto from_map = pack(map);
+  EXPECT_EQ((unpack<Eigen::Matrix<float, 2, 3>>(from_map).at(0)), map);
+  const auto vectors = pack(std::vector<Eigen::Vector2d>{{1, 2}, {3, 4}, {5, 6}});
+  EXPECT_EQ(Tensor(vectors).shape(), (Shape{3, 2}));
+  EXPECT_EQ(unpack<Eigen::Vector2d>(vectors).at(2), Eigen::Vector2d(5, 6));
+  const Eigen::Isometry3d pose = Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ());
+  const auto packed = pack(pose);
+  EXPECT_EQ(Tensor(packed).shape(), (Shape{1, 4, 4}));
+  EXPECT_EQ(Tensor(packed).data<const double>()[3], 1);
+  EXPECT_TRUE(unpack<Eigen::Isometry3d>(packed).at(0).isApprox(pose));
+  const Eigen::Quaternionf quaternion(0.5f, 0.1f, 0.2f, 0.3f);
+  const auto four = pack(quaternion);
+  EXPECT_EQ(Tensor(four).data<const float>()[0], 0.5f);
+  EXPECT_EQ(unpack<Eigen::Quaternionf>(four).at(0).coeffs(), quaternion.coeffs());
+}
+
+TEST(Eigen, WhatDoesNotFitIsNotUnpacked) {
+  std::vector<float> values(36);
+  EXPECT_THROW(unpack<Eigen::Matrix3f>(Tensor(values.data(), {4, 9})), Error);
+  EXPECT_THROW(unpack<Eigen::Matrix3f>(Tensor(values.data(), {2, 2, 3, 3})), Error);
+  EXPECT_THROW(unpack<Eigen::Matrix3d>(Tensor(values.data(), {4, 3, 3})), Error);
+  EXPECT_THROW(unpack<Eigen::Matrix3f>(Tensor::strided(values.data(), {2, 3, 3}, {9, 1, 3})), Error);
+  EXPECT_THROW(unpack<Eigen::Quaternionf>(Tensor(values.data(), {12, 3})), Error);
+  EXPECT_EQ(unpack<Eigen::Vector3f>(Tensor(values.data(), {12, 3, 1})).size(), 12u);
+}
+
 /** A frame (H, W, 3) through a method, and what run says of views that are not dense. */
 TEST(Adapters, RunTakesDenseViewsAndRefusesOthers) {
   const TemporaryFolder folder;

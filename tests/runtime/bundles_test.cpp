@@ -1,5 +1,4 @@
-/** Real bundles on real backends. The bundles are in the folder CHIASM_TEST_BUNDLES; one that is missing is a failure, and so
- *  is a backend that was built and cannot be used. Only what needs a GPU is skipped without one. */
+/** Real bundles on real backends. Only what needs a GPU is skipped without one. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,50 +11,16 @@
 #include <random>
 #include <thread>
 
-#include "chiasm/eigen.hpp"
 #include "chiasm/opencv.hpp"
 #include "core/cuda.h"
-#include "core/registry.h"
 #include "core/status.h"
+#include "on_backend.h"
 
 namespace chiasm::testing {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-std::string bundle_folder() {
-  const char* const folder = std::getenv("CHIASM_TEST_BUNDLES");
-  return folder == nullptr ? "" : folder;
-}
-
-/** Fails, through the exception, where the bundle is missing. */
-Bundle open(const std::string& name) { return Bundle::open(bundle_folder() + "/" + name + ".chiasm"); }
-
-/** The backends that this build has. */
-std::vector<std::string> built_backends() { return core::split_path(CHIASM_TEST_BACKENDS); }
-
-/** These, and "onnx_flat": ONNX Runtime on standard operators, where "onnx" runs native code as one node. */
-std::vector<std::string> ways_to_run() {
-  std::vector<std::string> ways = built_backends();
-  if (std::find(ways.begin(), ways.end(), "onnx") != ways.end()) ways.push_back("onnx_flat");
-  return ways;
-}
-
-template <class T = float>
-std::vector<T> random_values(size_t count, T low = 0, T high = 1) {
-  static std::mt19937 generator(7);
-  std::uniform_real_distribution<T> distribution(low, high);
-  std::vector<T> values(count);
-  for (T& value : values) value = distribution(generator);
-  return values;
-}
-
-class OnBackend : public ::testing::TestWithParam<std::string> {
- protected:
-  std::string backend() const { return GetParam().substr(0, GetParam().find('_')); }
-  LoadOptions options() const { return LoadOptions().with_backend(backend()).with_fused(backend() == GetParam()); }
-};
 
 INSTANTIATE_TEST_SUITE_P(Built, OnBackend, ::testing::ValuesIn(ways_to_run()), [](const auto& info) { return info.param; });
 
@@ -114,40 +79,6 @@ TEST_P(OnBackend, WrongInputsNeverReachTheEngine) {
   EXPECT_THROW(method.run({Tensor(image.data(), {1, 3, 0, 8})}), Error);
   EXPECT_THROW(method.run({Tensor::strided(image.data(), {1, 3, 8, 8}, {192, 1, 24, 3})}), Error);
   EXPECT_THROW(method.run_into({Tensor(image.data(), {1, 3, 8, 8})}, {Tensor(image.data(), {1, 3, 8, 8})}), Error);
-}
-
-/** Load a method in float64, or in float32 where this backend has no more. */
-Method load_widest(const Bundle& bundle, const std::string& name, LoadOptions options) {
-  try {
-    return bundle.method(name, options.with_dtype(DType::Float64));
-  } catch (const Error& error) {
-    if (error.code() != CHIASM_NOT_FOUND) throw;
-    return bundle.method(name, options.with_dtype(DType::Float32));
-  }
-}
-
-DType dtype_of_method(const Method& method) { return method.info().inputs[0].dtypes[0]; }
-
-/** Runs a method of floating inputs in its own dtype, on and to doubles. */
-std::vector<std::vector<double>> run_widened(const Method& method, const std::vector<std::pair<std::vector<double>, Shape>>& inputs) {
-  const bool wide = dtype_of_method(method) == DType::Float64;
-  std::vector<std::vector<float>> narrowed;
-  std::vector<Tensor> tensors;
-  for (const auto& [values, shape] : inputs) {
-    narrowed.emplace_back(values.begin(), values.end());
-    tensors.push_back(wide ? Tensor(values.data(), shape) : Tensor(narrowed.back().data(), shape));
-  }
-  const Outputs outputs = method.run(tensors);
-  std::vector<std::vector<double>> results;
-  for (size_t i = 0; i < outputs.size(); ++i) {
-    const auto count = outputs[i].count();
-    if (wide) {
-      results.emplace_back(outputs[i].data<double>(), outputs[i].data<double>() + count);
-    } else {
-      results.emplace_back(outputs[i].data<float>(), outputs[i].data<float>() + count);
-    }
-  }
-  return results;
 }
 
 /** <u, J v>, by central differences in float64, is <J^T u, v> by vjp. */
@@ -235,52 +166,6 @@ TEST_P(OnBackend, EdgesOfAFrameWithoutACopy) {
   EXPECT_EQ(cv::norm(target, actual, cv::NORM_INF), 0);
   cv::Mat part = frame(cv::Rect(5, 5, 50, 40));
   EXPECT_THAT([&] { method.run({view(part)}); }, ::testing::ThrowsMessage<Error>(AllOf(HasSubstr("'frame'"), HasSubstr("clone()"))));
-}
-
-/** Eigen knows nothing of us: an independent truth for rotations. */
-TEST_P(OnBackend, RotationsAreThoseOfEigen) {
-  constexpr int kCount = 50;
-  using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-  using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  std::vector<double> values = random_values<double>(3 * kCount, -1.7, 1.7), quaternions;
-  values[0] = values[1] = 0;
-  values[2] = 1e-9;  // almost no rotation
-  const Rows3 axis_angle = Eigen::Map<Rows3>(values.data(), kCount, 3);
-  for (int i = 0; i < kCount; ++i) {
-    const Eigen::Vector3d axis = axis_angle.row(i);
-    const Eigen::Vector4d quaternion = wxyz(Eigen::Quaterniond(Eigen::AngleAxisd(axis.norm(), axis.normalized())));
-    quaternions.insert(quaternions.end(), quaternion.data(), quaternion.data() + 4);
-  }
-  const auto run = [this](const std::string& name, const std::vector<double>& input, int64_t columns, double* tolerance) {
-    const Method method = load_widest(open(name), "forward", options());
-    *tolerance = dtype_of_method(method) == DType::Float64 ? 1e-7 : 1e-4;
-    return run_widened(method, {{input, {kCount, columns}}})[0];
-  };
-  double matrix_tolerance, quaternion_tolerance, from_tolerance;
-  auto matrices = run("geometry.conversions.axis_angle_to_rotation_matrix", values, 3, &matrix_tolerance);
-  auto actual_quaternions = run("geometry.conversions.axis_angle_to_quaternion", values, 3, &quaternion_tolerance);
-  auto from_quaternions = run("geometry.conversions.quaternion_to_rotation_matrix", quaternions, 4, &from_tolerance);
-  for (int i = 0; i < kCount; ++i) {
-    const Eigen::Quaterniond expected = quaternion_from_wxyz(&quaternions[4 * static_cast<size_t>(i)]);
-    const Matrix3 rotation = expected.toRotationMatrix();
-    EXPECT_LT((Eigen::Map<Matrix3>(&matrices[9 * static_cast<size_t>(i)]) - rotation).norm(), matrix_tolerance) << i;
-    EXPECT_LT((Eigen::Map<Matrix3>(&from_quaternions[9 * static_cast<size_t>(i)]) - rotation).norm(), from_tolerance) << i;
-    const Eigen::Quaterniond actual = quaternion_from_wxyz(&actual_quaternions[4 * static_cast<size_t>(i)]);
-    EXPECT_LT(actual.angularDistance(expected), 10 * quaternion_tolerance) << i;
-    EXPECT_NEAR(actual.norm(), 1, quaternion_tolerance) << i;
-  }
-}
-
-TEST_P(OnBackend, EigensOwnOrderIsRefusedNotMisread) {
-  const Method method = open("geometry.conversions.axis_angle_to_rotation_matrix").method("forward", options());
-  const Eigen::MatrixXf column_major = Eigen::MatrixXf::Random(5, 3);
-  EXPECT_THAT([&] { method.run({view(column_major)}); }, ::testing::ThrowsMessage<Error>(HasSubstr("row_major")));
-  const auto copy = row_major(column_major);
-  const Outputs outputs = method.run({view(copy)});
-  const Eigen::Vector3f last = column_major.row(4);
-  const Eigen::Matrix3f expected = Eigen::AngleAxisf(last.norm(), last.normalized()).toRotationMatrix();
-  const Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>> actual(outputs[0].data<float>() + 36);
-  EXPECT_LT((actual - expected).norm(), 1e-4);
 }
 
 TEST_P(OnBackend, TheArtifactSaysWhichFormRuns) {
