@@ -50,7 +50,8 @@ double placed(double x, int64_t size, Padding padding, bool corners) {
   return std::clamp(x, 0.0, double(size - 1));
 }
 
-double sampled(const auto* plane, int64_t height, int64_t width, double x, double y, Interpolation mode) {
+template <class T>
+double sampled(const T* plane, int64_t height, int64_t width, double x, double y, Interpolation mode) {
   const auto pixel = [&](double row, double column) {
     return row < 0 || column < 0 || row > double(height - 1) || column > double(width - 1) ? 0.0 : double(plane[int64_t(row) * width + int64_t(column)]);
   };
