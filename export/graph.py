@@ -13,6 +13,7 @@ from torch.fx.experimental.proxy_tensor import make_fx
 
 from chiasm.primitives.target import exporting
 
+from .backward import joined
 from .errors import ExportError, explain
 from .module import bind
 from .spec import Spec, TensorSpec
@@ -115,31 +116,6 @@ def vjp_signature(spec: Spec, outputs: list[TensorSpec]) -> tuple[list[TensorSpe
     return list(spec.inputs) + cotangents, gradients
 
 
-def _slice_backward(grad, input_sizes, dim, start, end, step):
-    """Zeros around the gradient: one Pad in ONNX, where PyTorch's own form becomes a ScatterND."""
-    if step != 1:
-        return NotImplemented
-    dim = dim % len(input_sizes)
-    size = input_sizes[dim]
-    if isinstance(start, int) and start < 0:
-        start = start + size
-    pads = [0, 0] * (len(input_sizes) - 1 - dim) + [start, size - start - grad.shape[dim]]
-    return torch.ops.aten.constant_pad_nd.default(grad, pads, 0.0)
-
-
-def _select_backward(grad, input_sizes, dim, index):
-    dim = dim % len(input_sizes)
-    return _slice_backward(grad.unsqueeze(dim), input_sizes, dim, index, None, 1)
-
-
-# What has no ONNX form, or a poor one.
-_BACKWARD = {
-    **get_decompositions([torch.ops.aten.rsub]),
-    torch.ops.aten.slice_backward.default: _slice_backward,
-    torch.ops.aten.select_backward.default: _select_backward,
-}
-
-
 class _Vjp(nn.Module):
     """inputs..., cotangents... -> gradients, by torch.func."""
 
@@ -176,7 +152,8 @@ def trace_vjp(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: 
     args = tuple(inputs[t.name] for t in tensors)
     try:
         with exporting("onnx", vjp=True), fast_tracing():
-            graph = make_fx(module, tracing_mode="symbolic", decomposition_table=_BACKWARD, _allow_non_fake_inputs=True)(*args)
+            graph = make_fx(module, tracing_mode="symbolic", decomposition_table=get_decompositions([torch.ops.aten.rsub]), _allow_non_fake_inputs=True)(*args)
     except Exception as error:
         raise explain(spec.name, "a gradient graph", error) from error
+    graph = joined(graph)
     return trace(bind(graph, [t.name for t in tensors], {}, spec.name), spec, tensors, inputs, "onnx", vjp=True)

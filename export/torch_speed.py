@@ -5,6 +5,8 @@ Together it was three quarters of an export's time; the results are the same.
 
 from __future__ import annotations
 
+import os
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -30,21 +32,38 @@ class _Sympy:
         return sympy.expand(expression)
 
 
+#: Bytes of C++ above which -O3 takes four times as long as -O2: thousands of lines of arithmetic, with no loop in them to unroll.
+_LARGE = 150_000
+
+
 @contextmanager
 def fast_inductor() -> Iterator[None]:
-    """AOTInductor without `sympy.simplify`."""
-    from torch._inductor import sizevars
+    """AOTInductor without `sympy.simplify`, and long code compiled with -O2."""
+    from torch._inductor import cpp_builder, sizevars
 
-    with patch.object(sizevars, "sympy", _Sympy()):
+    run = cpp_builder.run_compile_cmd
+
+    def compiled(command: str, cwd: str) -> None:
+        large = any(os.path.getsize(word) > _LARGE for word in shlex.split(command) if word.endswith(".kernel.cpp"))
+        run(command.replace(" -O3 ", " -O2 ") if large else command, cwd)
+
+    with patch.object(sizevars, "sympy", _Sympy()), patch.object(cpp_builder, "run_compile_cmd", compiled):
         yield
 
 
 @contextmanager
 def fast_tracing() -> Iterator[None]:
-    """Fake tensors without their cache: with symbolic sizes a hit costs more than computing the result's metadata again."""
+    """Fake tensors without their cache: with symbolic sizes a hit costs more than computing the result's metadata again. And without asking
+    of each operand whether it has its channels last, which takes more such arithmetic than all the rest; what has not is computed as well."""
     import torch._dynamo.config
+    from torch._subclasses import fake_impls
 
-    with torch._dynamo.config.patch(fake_tensor_cache_enabled=False):
+    is_contiguous = fake_impls.is_contiguous_for_memory_format_or_false
+
+    def is_plain(tensor: torch.Tensor, memory_format: torch.memory_format) -> bool:
+        return memory_format is torch.contiguous_format and is_contiguous(tensor, memory_format=memory_format)
+
+    with torch._dynamo.config.patch(fake_tensor_cache_enabled=False), patch.object(fake_impls, "is_contiguous_for_memory_format_or_false", is_plain):
         yield
 
 
