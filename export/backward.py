@@ -31,6 +31,10 @@ def joined(module: GraphModule) -> GraphModule:
     """The graph of a gradient with its parts joined where they can be, and otherwise padded."""
     graph = module.graph
     for node in list(graph.nodes):
+        if node.target is _SLICE and _is_whole(node):
+            node.replace_all_uses_with(node.args[0])
+            graph.erase_node(node)
+    for node in list(graph.nodes):
         if node.target is _ADD and not _is_term(node):
             _join_terms(node)
     for node in graph.nodes:
@@ -41,6 +45,12 @@ def joined(module: GraphModule) -> GraphModule:
     graph.eliminate_dead_code()
     module.recompile()
     return module
+
+
+def _is_whole(node: Node) -> bool:
+    """Whether a slice was all of its axis, as in `x[:, 0]`, for which PyTorch writes that it ends at the greatest number."""
+    _, _, _, start, end, step = node.args
+    return (start, end, step) == (0, torch.iinfo(torch.int64).max, 1)
 
 
 def _is_sum(node: Node) -> bool:
