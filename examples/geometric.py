@@ -11,7 +11,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from chiasm.export.spec import Spec
-from chiasm.geometry import calibration, conversions, transform
+from chiasm.geometry import calibration, conversions, lie, transform
 
 Inputs = dict[str, Tensor]
 #: Sizes by the beginning of an op's name: how many points, samples, boxes.
@@ -48,7 +48,7 @@ WARPED = tuple(f"geometry.{name}" for name in (
 #: The depth of a photograph's volume; its other sides are a third of the photograph's.
 DEPTH, SHARE = 12, 3
 #: Coefficients of a lens as OpenCV orders them: radial and tangential, rational, prisms, tilt.
-LENS = [-0.3, 0.09, 0.004, -0.003, -0.01, 0.03, 0.02, 0.005, 0.03, 0.01, -0.02, 0.01, 0.1, -0.08]
+LENS = [-0.24, 0.06, 0.004, -0.003, -0.01, 0.02, 0.01, 0.005, 0.02, 0.01, -0.02, 0.01, 0.05, -0.04]
 #: Corners from the upper left clockwise, of a box the front's first.
 FACE = torch.tensor([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 BOX = torch.cat([torch.cat([FACE, torch.full((4, 1), z)], 1) for z in (0.0, 1.0)])
@@ -354,18 +354,40 @@ def one_turn(s: Setting) -> Inputs:
     return {"quaternion": turn.expand(s.sizes["N"], 4).contiguous()}
 
 
-def bent_boxes(s: Setting) -> Inputs:
-    """Four boxes, the last of which is none."""
+def tangents(s: Setting) -> Inputs:
+    """Matrices of a Lie algebra."""
+    group = s.spec.name.split(".")[-1].partition("_")[0]
+    size = {"so2": 1, "so3": 3, "se2": 3, "se3": 6}[group]
+    v = torch.randn((s.sizes["N"], size), generator=torch.Generator().manual_seed(0))
+    return {"omega": getattr(lie, f"{group}_hat")(v[:, 0] if size == 1 else v)}
+
+
+def affine_pairs(s: Setting) -> Inputs:
+    """Points, and where an affine map takes them, with a little noise."""
+    random = torch.Generator().manual_seed(0)
+    points = torch.rand((s.sizes["N"], 2), generator=random) * 120
+    moved = points @ torch.tensor([[0.9, 0.3], [-0.2, 0.8]]) + 5 + torch.randn(points.shape, generator=random)
+    return {"points1": s.repeated(points), "points2": s.repeated(moved)}
+
+
+def straight_boxes(s: Setting) -> Inputs:
     axes = 2 if s.shape("boxes")[1:] == (4, 2) else 3
     corners = (FACE if axes == 2 else BOX) * torch.tensor([22.0, 15.0, 10.0])[:axes]
-    starts = torch.tensor([[3.0, 4.0, 2.0], [30.0, 2.0, 6.0], [8.0, 26.0, 4.0], [34.0, 24.0, 2.0]])[:, None, :axes]
-    boxes = (starts + corners).clone()
-    boxes[3, 2] += torch.tensor([6.0, 8.0, 0.0])[:axes]
+    starts = torch.tensor([[3.0, 4.0, 6.0], [30.0, 2.0, 9.0], [8.0, 26.0, 7.0], [34.0, 24.0, 5.0]])[:, None, :axes]
+    return {"boxes": (starts + corners * torch.tensor([1.0, 0.8, 1.1, 0.9])[:, None, None]).contiguous()}
+
+
+def bent_boxes(s: Setting) -> Inputs:
+    """Four boxes, the last of which is none."""
+    boxes = straight_boxes(s)["boxes"]
+    boxes[3, 2] += torch.tensor([6.0, 8.0, 0.0])[: boxes.shape[-1]]
     return {"boxes": boxes}
 
 
 #: By the beginning of an op's name; what a longer one makes, wins.
 MAKERS: dict[str, Callable[[Setting], Inputs]] = {
+    "geometry.bbox.bbox_to_mask": straight_boxes,
+    "geometry.bbox.infer_bbox": straight_boxes,
     "geometry.bbox.is_bbox": bent_boxes,
     "geometry.calibration.distort_points": lenses,
     "geometry.calibration.undistort_image": bent_photo,
@@ -377,9 +399,12 @@ MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "geometry.conversions.normalize_homography": pixel_homographies,
     "geometry.conversions.normalize_pixel": pixels_of,
     "geometry.depth": depths,
+    "geometry.epipolar.scale_intrinsics": cameras,
+    **{f"geometry.lie.{group}_vee": tangents for group in ("so2", "so3", "se2", "se3")},
     "geometry.linalg.transform_points": moved_points,
     "geometry.quaternion.quaternion_rotate": one_turn,
     "geometry.quaternion.quaternion_slerp": slerp,
+    "geometry.solvers.find_affine": affine_pairs,
     "geometry.transform": planar,
     "geometry.transform.crop_by_indices": whole_box,
     "geometry.transform.get_tps": splines,

@@ -212,8 +212,8 @@ def table(values: np.ndarray, width: int, row: int = 16) -> np.ndarray:
 
 def cell_text(value: float, reach: float) -> str:
     """What is nearly 0 beside the others is 0."""
-    if not math.isfinite(value):
-        return str(value)
+    if math.isnan(value):
+        return ""
     if abs(value) < 1e-6 * reach:
         return "0"
     return f"{value:.3g}" if 0.001 <= abs(value) < 1000 else short(value)

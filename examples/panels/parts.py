@@ -13,6 +13,9 @@ from .model import Shown
 
 POINTS = ("point", "pts", "pixel", "coord", "center", "grid", "rays", "corner", "x, y", "rho, phi", "where they go")
 LINES = ("lines", "line", "perpendiculars")
+#: Rotations and translations that belong together.
+POSES = (("R", "t"), ("R1", "t1"), ("R2", "t2"), ("R_out", "t_out"), ("rmat", "tvec"), ("rotations", "translations"))
+EPIPOLAR = ("Fm", "F_mat", "E_mat", "fundamental", "essential")
 WEIGHTS = ("weights", "w", "scores")
 
 
@@ -31,16 +34,20 @@ class Part:
 
     @property
     def many(self) -> bool:
-        return self.kind in ("points", "lines", "values", "flags", "segments", "image")
+        return self.kind in ("points", "lines", "values", "flags", "image")
 
 
 def parts(shown: Shown) -> list[Part]:
     """All that is no image, inputs first."""
     given = [(t.name, items_of(shown, shown.inputs[t.name], t), t.description) for t in shown.spec.inputs if not t.layout and t.dtype != "uint8"]
     made = [(d["name"], items_of(shown, shown.outputs[d["name"]]), "") for d in shown.described if not d["layout"]]
-    first = posed([part_of(*g, True) for g in grouped(given)])
-    pointed = any(p.kind in ("points", "lines") for p in first)
-    return first + posed([part_of(*m, False, pointed) for m in grouped(made)])
+    first = [part_of(*g, True) for g in grouped(given)]
+    like = "point" if any(p.kind in ("points", "lines") for p in first) else ""
+    if any("quaternion" in f"{name} {about}" for name, _, about in given):
+        like = like or "quaternion"
+    if any(n in shown.spec.name for n in ("essential_from", "fundamental_from")):
+        like = "fundamental"
+    return posed(first) + posed([part_of(name, items, like, False) for name, items, _ in grouped(made)])
 
 
 def posed(found: list[Part]) -> list[Part]:
@@ -48,7 +55,7 @@ def posed(found: list[Part]) -> list[Part]:
     made: list[Part] = []
     for part in found:
         before = made[-1] if made else None
-        if before and before.kind == "rotation" and part.name.startswith("t") and part.items.shape == (len(before.items), 3):
+        if before and before.kind == "rotation" and (before.name, part.name) in POSES and part.items.shape == (len(before.items), 3):
             poses = np.tile(np.eye(4, dtype=part.items.dtype), (len(part.items), 1, 1))
             poses[:, :3, :3], poses[:, :3, 3] = before.items, part.items
             made[-1] = Part(f"{before.name}, {part.name}", poses, "motion", part.given)
@@ -66,6 +73,10 @@ def items_of(shown: Shown, tensor: torch.Tensor, described: TensorSpec | None = 
         return array[0].reshape(-1, *array.shape[1 + len(plane) :])
     if len(plane) > 1 and array.shape[-len(plane) :] == plane:
         return array.reshape(plane)
+    if array.ndim == 4 and len(array) == 1 and array.shape[-2:] in ((3, 3), (3, 1)):
+        return array[0]
+    if array.ndim == 4 and array.shape[-1] == 2:
+        return np.moveaxis(array, -1, 1)
     if array.ndim > 1 and (array.shape[:2] == dims or (dims[0] == 1 and described is not None and is_pointed(described) and array.ndim == 3)):
         return array[0]
     return array
@@ -93,17 +104,16 @@ def joins(name: str, array: np.ndarray) -> bool:
     return array.ndim == 1 and name not in WEIGHTS and array.dtype != bool
 
 
-def part_of(name: str, items: np.ndarray, about: str, given: bool, pointed: bool = False) -> Part:
-    """pointed: whether other parts are points."""
+def part_of(name: str, items: np.ndarray, about: str, given: bool) -> Part:
     if items.ndim > 1 and items.shape[1:] == (1,):
         items = items[:, 0]
     if items.ndim == 3 and items.shape[2] == 1:
         items = items[..., 0]
-    kind = kind_of(name, items, about, pointed)
+    kind = kind_of(name, items, about)
     return Part(name, whole(items) if kind == "motion" and items.shape[1] == 3 else items, kind, given)
 
 
-def kind_of(name: str, items: np.ndarray, about: str, pointed: bool) -> str:
+def kind_of(name: str, items: np.ndarray, about: str) -> str:
     shape = items.shape[1:]
     known = {(4,): "quaternion", (3,): "axis_angle"}
     if name == "depth" and items.ndim == 2 and items.shape[1] > 1:
@@ -112,15 +122,17 @@ def kind_of(name: str, items: np.ndarray, about: str, pointed: bool) -> str:
         return "flags"
     if shape == ():
         return "values"
-    if shape == (4,) and ("quaternion" in f"{name} {about}" or name in ("qvec_out", "w, x, y, z")):
+    if shape == (4,) and ("quaternion" in f"{name} {about}" or name == "qvec_out" or name == "w, x, y, z"):
         return "quaternion"
     if name == known.get(shape):
         return name
+    if shape == (3, 3) and (name in EPIPOLAR or about == "fundamental"):
+        return "epipolar"
+    if shape == (3, 3) and name == "homography":
+        return "homography"
     if shape == (3,) and name in LINES:
         return "lines"
-    if shape == (2, 2) and "segment" in about:
-        return "segments"
-    if shape in ((2,), (3,)) and (any(word in f"{name} {about}" for word in POINTS) or (name == "output" and pointed)):
+    if shape in ((2,), (3,)) and (any(word in f"{name} {about}" for word in POINTS) or name in ("X", "x1", "x2")):
         return "points"
     if shape == (3, 4) and is_rigid(whole(items)):
         return "motion"

@@ -7,36 +7,9 @@ import numpy as np
 from examples.plots import SERIES, hues, short
 from examples.sheets import GRAY, Plane, table
 
+from .grids import OUTLINE, draw_grid, grid_of, mapped
 from .model import Panel, Shown
 from .tensors import Size, Sketch, finished, levels, wheel
-
-GRID, OUTLINE, GRID_LINES = (120, 150, 190), (205, 205, 205), 8
-
-
-def square_of(matrix: np.ndarray) -> np.ndarray:
-    """(3, 3) of an affine transform (2, 3) or a homography."""
-    return np.concatenate([matrix, [[0, 0, 1]]]) if matrix.shape == (2, 3) else matrix.astype(np.float64)
-
-
-def mapped(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Where a matrix takes points (..., 2)."""
-    made = np.concatenate([points, np.ones_like(points[..., :1])], -1).astype(np.float64) @ square_of(matrix).T
-    return made[..., :2] / made[..., 2:]
-
-
-def grid_of(low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
-    """The lines of a grid, as paths of points."""
-    steps, along = np.linspace(0, 1, GRID_LINES + 1), np.linspace(0, 1, 25)
-    across = [np.stack([np.full_like(along, s), along], 1) for s in steps]
-    return [low + line * (high - low) for line in (*across, *(a[:, ::-1] for a in across))]
-
-
-def draw_grid(plane: Plane, low: np.ndarray, high: np.ndarray, matrix: np.ndarray | None = None) -> None:
-    """A grid, or where a matrix takes it; its first two sides in red and green."""
-    lines = grid_of(low, high)
-    inks = {0: (40, 150, 60), GRID_LINES + 1: (215, 50, 45)}
-    for index, line in enumerate(lines):
-        plane.path(line if matrix is None else mapped(matrix, line), inks.get(index, GRID), 1.8 if index in inks else 0.8)
 
 
 def domain_of(shown: Shown, given: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -116,8 +89,8 @@ def fitted(shown: Shown) -> list[Panel]:
         things(plane, second, inks)
         return plane.pixels()
 
-    rings = ", rings: where it takes the first" if first.ndim == 2 else ", on the grid"
-    sketches = [Sketch(names[0], before, True), Sketch(f"{names[1]}{rings}"[:28], after, True)]
+    rings = ", rings: mapped" if first.ndim == 2 else ", mapped grid"
+    sketches = [Sketch(names[0], before, True), Sketch(f"{names[1]}{rings}", after, True)]
     for name, tensor in shown.outputs.items():
         values = tensor[0].numpy()
         sketches.append(table_sketch(name, values, False) if values.ndim == 2 else Sketch(name, lambda size, v=values: levels(v, inks, size)))
@@ -184,8 +157,7 @@ def plane_boxes(shown: Shown) -> list[Panel]:
     name, config = shown.spec.name, shown.spec.config
     if "generator" in name:
         given = np.stack([t.numpy() for t in shown.inputs.values()])
-        label = ", ".join(shown.inputs)
-        return finished([Sketch(f"{label}, a box a column"[:44], lambda size: table(given, size[0], 22), True), boxes_sketch("boxes", corners_of(shown.first.numpy()))])
+        return finished([Sketch(", ".join(shown.inputs), lambda size: table(given, size[0], 22), True), boxes_sketch("boxes", corners_of(shown.first.numpy()))])
     boxes = shown.inputs["boxes"][0].numpy() if "transform_bbox" in name else shown.inputs["boxes"].numpy()
     corners = corners_of(boxes, config.get("mode", "xyxy"))
     if "transform_bbox" in name:
@@ -196,8 +168,8 @@ def plane_boxes(shown: Shown) -> list[Panel]:
         kept[shown.first.numpy()] = shown.outputs["kept"].numpy()
         return finished([boxes_sketch("boxes", corners, given=True), boxes_sketch("kept: those in colour", corners, faint=~kept)])
     if "mask" in name:
-        masks = [Panel("mask", (m.numpy()[..., None] * 255).astype(np.uint8).repeat(3, 2)) for m in shown.first[:2]]
-        return [*finished([boxes_sketch("boxes", corners, given=True)] * 3)[:1], *masks]
+        masks = [Panel("mask", (m.numpy()[..., None] * SERIES[i]).astype(np.uint8)) for i, m in enumerate(shown.first[:3])]
+        return [*finished([boxes_sketch("boxes", corners[:3], given=True)] * 4)[:1], *masks]
     return finished([boxes_sketch("boxes", corners, given=True), boxes_sketch(", ".join(shown.outputs), corners, said(shown))])
 
 

@@ -106,8 +106,7 @@ def space_boxes(shown: Shown) -> list[Panel]:
     """Boxes in space, and what the op says of each."""
     if "generator" in shown.spec.name:
         given = np.stack([t.numpy() for t in shown.inputs.values()])
-        label = "x, y, z_start, width, height, depth: a box a column"
-        return finished([Sketch(label, lambda size: table(given, size[0], 22), True), box_sketch("boxes", shown.first.numpy(), None, False)])
+        return finished([Sketch(", ".join(shown.inputs), lambda size: table(given, size[0], 22), True), box_sketch("boxes", shown.first.numpy(), None, False)])
     boxes = shown.inputs["boxes"].numpy()
     if "mask" in shown.spec.name:
         return [finished([box_sketch("boxes", boxes[:1], None, True)] * 2)[0], Panel("mask: slices of the first", montage(shown.first[0].numpy()))]

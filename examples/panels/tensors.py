@@ -12,6 +12,7 @@ from examples.plots import FAINT, INK, short
 from examples.sheets import CAMERA, TEXTBOOK, ZOOM, Plane, Sheet, Space
 
 from .cells import cell
+from .images import image_panels
 from .model import HALF, THIRD, WHOLE, Panel, Shown
 from .parts import WEIGHTS, Part, parts
 
@@ -46,14 +47,16 @@ def finished(sketches: list[Sketch]) -> list[Panel]:
 def tensors(shown: Shown) -> list[Panel]:
     """Many points and values in plots; of other things three samples beside each other."""
     found = parts(shown)
+    images = [p for t in shown.spec.inputs if t.layout for p in image_panels(t.name, shown.inputs[t.name], t.layout, t.color, True)]
     if len(found) == 2 and all(p.kind == "values" for p in found):
         return finished([graph(*found)])
-    if any(p.many for p in found) and all(p.many or len(p.items) == 1 for p in found if not p.given):
+    if any(p.kind in ("points", "lines", "image") for p in found) and all(p.many or len(p.items) == 1 for p in found if not p.given):
         return finished(plots_of(shown, found))
-    samples = min(3, *(len(p.items) for p in found)) if len(found) > 1 else min(3, len(found[0].items))
-    if samples == 1:
-        return finished([Sketch(p.name, lambda size, p=p: cell(p, 0, size[0]), p.given) for p in found])
-    return [Panel(p.name, cell(p, i, THIRD[0]), given=p.given) for p in found for i in range(samples)]
+    samples = min(len(p.items) for p in found)
+    if samples > 1:
+        return [Panel(p.name, cell(p, i, THIRD[0]), given=p.given) for p in found for i in range(min(samples, 3))]
+    cells = [Sketch(p.name, lambda size, p=p, i=i: cell(p, i, size[0]), p.given) for p in found for i in range(min(len(p.items), 4))]
+    return [*images, *finished([*cells, *cells[: len(images)]])[: len(cells)]]
 
 
 def plots_of(shown: Shown, found: list[Part]) -> list[Sketch]:
@@ -71,12 +74,13 @@ def plots_of(shown: Shown, found: list[Part]) -> list[Sketch]:
                 before = None
             made.append(Sketch(part.name, drawer(shown, part, before, inks, weights), part.given))
         elif part.kind == "lines":
-            made.append(Sketch(part.name, line_drawer(shown, part, seen.get(2), inks), part.given))
+            beside = next((p for p in found if p.kind == "points" and p.items.shape == (len(part.items), 2)), None)
+            made.append(Sketch(part.name, line_drawer(shown, part, beside, inks), part.given))
         elif part.kind == "image":
             made.append(Sketch(part.name, lambda size, p=part: gray(p.items), part.given, f"black is 0, white {short(float(part.items.max()))}"))
         elif part.kind == "values" and part.name not in WEIGHTS:
             place = seen.get(2)
-            if part.given and place is not None and len(place.items) == len(part.items):
+            if place is not None and len(place.items) == len(part.items) and (part.given or len(part.items) > 50):
                 note = f"from {short(float(part.items.min()))} (dark) to {short(float(part.items.max()))}"
                 made.append(Sketch(part.name, drawer(shown, place, None, shades(part.items), None), part.given, note))
             elif len(part.items) > 1:
@@ -145,7 +149,7 @@ def line_drawer(shown: Shown, part: Part, through: Part | None, inks: np.ndarray
         extent = through.items if through is not None else np.array([[-1.0, -1.0], [1.0, 1.0]])
         plane = Plane(size, extent, is_down(shown))
         plane.lines(part.items, inks)
-        if through is not None:
+        if through is not None and (part.given or part.name != "lines"):  # epipolar lines are those of the other image
             plane.dots(through.items, inks)
         return plane.pixels()
 

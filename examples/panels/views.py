@@ -8,9 +8,8 @@ from examples.plots import INK
 from examples.sheets import Plane, table
 
 from .model import Panel, Shown
+from .parts import EPIPOLAR
 from .tensors import Size, Sketch, finished, levels, wheel
-
-MATRICES = ("Fm", "F_mat", "E_mat", "fundamental", "essential")
 
 
 def lines_of(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -28,7 +27,7 @@ def pair(shown: Shown) -> tuple[list[str], np.ndarray, np.ndarray]:
 def two_views(shown: Shown) -> list[Panel]:
     """Points of the first image, those of the second on their lines, and what the op says of them."""
     names, first, second = pair(shown)
-    found = next((t[0] for n, t in (shown.inputs | shown.outputs).items() if n in MATRICES)).numpy()
+    found = next((t[0] for n, t in (shown.inputs | shown.outputs).items() if n in EPIPOLAR)).numpy()
     matrix = found if found.ndim == 2 else found[best(found, first, second)]
     inks = wheel(first)
     closest = shown.first[0].numpy() if shown.first.shape[2:] == (2,) else None
