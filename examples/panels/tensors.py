@@ -17,6 +17,7 @@ from .model import HALF, THIRD, WHOLE, Panel, Shown
 from .parts import WEIGHTS, Part, parts
 
 Size = tuple[int, int]
+QUARTER = 114
 JOIN, GHOST = (190, 190, 190), (170, 170, 170)
 #: Families whose y grows upwards.
 UPWARDS = tuple(f"geometry.{n}" for n in (
@@ -56,6 +57,8 @@ def tensors(shown: Shown) -> list[Panel]:
     if samples > 1:
         return [Panel(p.name, cell(p, i, THIRD[0]), given=p.given) for p in found for i in range(min(samples, 3))]
     cells = [Sketch(p.name, lambda size, p=p, i=i: cell(p, i, size[0]), p.given) for p in found for i in range(min(len(p.items), 4))]
+    if len(cells) == 4:  # in one row
+        return [Panel(c.label, c.draw((QUARTER, QUARTER)), given=c.given, weight=0.75) for c in cells]
     return [*images, *finished([*cells, *cells[: len(images)]])[: len(cells)]]
 
 
