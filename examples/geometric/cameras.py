@@ -80,6 +80,6 @@ def bent_photo(s: Setting) -> Inputs:
     """The photograph as a wide lens would have taken it."""
     camera, bend = camera_of(s.height, s.width)[None], torch.tensor([[-0.45, 0.18, 0.0, 0.0, 0.0]])
     pixels = ((mesh(s.width, s.height) + 1) / 2 * torch.tensor([s.width - 1.0, s.height - 1.0])).flatten(0, 1)[None]
-    x, y = calibration.undistort_points(pixels, camera, bend).reshape(1, s.height, s.width, 2).unbind(-1)
+    x, y = calibration.undistort_points(pixels, camera, bend).reshape(1, s.height, s.width, 2).expand(len(s.rgb), -1, -1, -1).unbind(-1)
     taken = transform.remap(lattice(s.rgb), x.contiguous(), y.contiguous(), padding_mode="border", align_corners=True)
     return {"image": taken.contiguous(), "K": s.repeated(camera[0]), "dist": s.repeated(bend[0])}

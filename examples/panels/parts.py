@@ -23,8 +23,11 @@ WEIGHTS = ("weights", "w", "scores")
 class Part:
     """An input or output, or several that are one number each, as `items` (n, ...) of a kind:
 
-    image: values of a grid (H, W); points, lines, values, flags: of which there are many; quaternion, axis_angle, rotation, motion (3-D), turn, move (2-D): drawn as what they turn
-    and move; segments: pairs of points; numbers: anything else.
+    image: values on a grid (H, W);
+    points, lines, values, flags: of which there are many;
+    quaternion, axis_angle, rotation, motion (in space), turn, move (in the plane), homography, epipolar (essential and fundamental matrices): drawn
+    as what they do;
+    numbers: anything else.
     """
 
     name: str
@@ -87,7 +90,7 @@ def is_pointed(described: TensorSpec) -> bool:
 
 
 def grouped(tensors: list[tuple[str, np.ndarray, str]]) -> list[tuple[str, np.ndarray, str]]:
-    """Neighbours that are one number each as one, but weights and what stands beside points."""
+    """Neighbours that are one number each as one, unless they belong to vectors beside them."""
     made: list[tuple[str, np.ndarray, str]] = []
     alone = any(array.ndim == 2 and array.shape[1] > 1 for _, array, _ in tensors)
     for name, array, about in tensors:
@@ -122,7 +125,7 @@ def kind_of(name: str, items: np.ndarray, about: str) -> str:
         return "flags"
     if shape == ():
         return "values"
-    if shape == (4,) and ("quaternion" in f"{name} {about}" or name == "qvec_out" or name == "w, x, y, z"):
+    if shape == (4,) and ("quaternion" in f"{name} {about}" or name in ("qvec_out", "w, x, y, z")):
         return "quaternion"
     if name == known.get(shape):
         return name

@@ -169,7 +169,7 @@ def plane_boxes(shown: Shown) -> list[Panel]:
         return finished([boxes_sketch("boxes", corners, given=True), boxes_sketch("kept: those in colour", corners, faint=~kept)])
     if "mask" in name:
         masks = [Panel("mask", (m.numpy()[..., None] * SERIES[i]).astype(np.uint8)) for i, m in enumerate(shown.first[:3])]
-        return [*finished([boxes_sketch("boxes", corners[:3], given=True)] * 4)[:1], *masks]
+        return [*finished([boxes_sketch("boxes", corners[:3], given=True)], len(masks)), *masks]
     return finished([boxes_sketch("boxes", corners, given=True), boxes_sketch(", ".join(shown.outputs), corners, said(shown))])
 
 

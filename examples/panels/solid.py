@@ -109,7 +109,7 @@ def space_boxes(shown: Shown) -> list[Panel]:
         return finished([Sketch(", ".join(shown.inputs), lambda size: table(given, size[0], 22), True), box_sketch("boxes", shown.first.numpy(), None, False)])
     boxes = shown.inputs["boxes"].numpy()
     if "mask" in shown.spec.name:
-        return [finished([box_sketch("boxes", boxes[:1], None, True)] * 2)[0], Panel("mask: slices of the first", montage(shown.first[0].numpy()))]
+        return [*finished([box_sketch("boxes", boxes[:1], None, True)], 1), Panel("mask: slices of the first", montage(shown.first[0].numpy()))]
     texts = said(shown)
     sketches = [box_sketch("boxes", boxes, None, True), Sketch(", ".join(shown.outputs), lambda size: verdicts(texts, size))]
     return finished(sketches)

@@ -39,9 +39,9 @@ class Sketch:
     note: str = ""
 
 
-def finished(sketches: list[Sketch]) -> list[Panel]:
-    """Panels of the size that their number leaves to each."""
-    size = {1: WHOLE, 2: HALF, 4: HALF}.get(len(sketches), THIRD)
+def finished(sketches: list[Sketch], others: int = 0) -> list[Panel]:
+    """Panels of the size that their number, and that of other panels beside them, leaves to each."""
+    size = {1: WHOLE, 2: HALF, 4: HALF}.get(len(sketches) + others, THIRD)
     return [Panel(s.label, s.draw(size), s.note, s.given) for s in sketches]
 
 
@@ -59,7 +59,7 @@ def tensors(shown: Shown) -> list[Panel]:
     cells = [Sketch(p.name, lambda size, p=p, i=i: cell(p, i, size[0]), p.given) for p in found for i in range(min(len(p.items), 4))]
     if len(cells) == 4:  # in one row
         return [Panel(c.label, c.draw((QUARTER, QUARTER)), given=c.given, weight=0.75) for c in cells]
-    return [*images, *finished([*cells, *cells[: len(images)]])[: len(cells)]]
+    return [*images, *finished(cells, len(images))]
 
 
 def plots_of(shown: Shown, found: list[Part]) -> list[Sketch]:
