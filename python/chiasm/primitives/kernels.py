@@ -203,7 +203,10 @@ def hysteresis(x: Tensor, low: float, high: float) -> Tensor:
 
 def samples(src: Tensor, mode: str, padding_mode: str) -> bool:
     """Whether ``sample`` and ``sample_projective`` have what is wanted."""
-    return has_kernel(src) and mode in _INTERPOLATIONS and padding_mode in _PADDINGS
+    if torch.jit.is_scripting():
+        return False
+    else:
+        return has_kernel(src) and mode in _INTERPOLATIONS and padding_mode in _PADDINGS
 
 
 def sample(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool) -> Tensor:
