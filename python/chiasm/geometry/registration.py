@@ -68,7 +68,7 @@ class Similarity(nn.Module):
         ValueError: if nothing is to be learned.
 
     Example:
-        >>> [name for name, _ in Similarity(scale=False).named_parameters()]
+        >>> [name for name, p in Similarity(scale=False).named_parameters() if p.requires_grad]
         ['rot', 'shift']
     """
 
@@ -199,7 +199,7 @@ class ImageRegistrator(nn.Module):
 
     def _descend(self, source: Tensor, target: Tensor) -> None:
         """One level's steps."""
-        optimizer = self.optimizer([p for p in self.model.parameters() if p.requires_grad], lr=self.lr)
+        optimizer = self.optimizer(self.model.parameters(), lr=self.lr)
         before: Optional[float] = None
         for _ in range(self.num_iterations):
             optimizer.zero_grad()
