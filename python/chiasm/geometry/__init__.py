@@ -14,10 +14,30 @@ from . import (
     line,
     plane,
     quaternion,
+    registration,
     solvers,
     subpix,
     transfer_error,
     transform,
 )
 
-__all__ = ["bbox", "calibration", "camera", "conversions", "depth", "epipolar", "grid", "homography", "lie", "linalg", "line", "plane", "quaternion", "solvers", "subpix", "transfer_error", "transform"]
+__all__ = [
+    "bbox",
+    "calibration",
+    "camera",
+    "conversions",
+    "depth",
+    "epipolar",
+    "grid",
+    "homography",
+    "lie",
+    "linalg",
+    "line",
+    "plane",
+    "quaternion",
+    "registration",
+    "solvers",
+    "subpix",
+    "transfer_error",
+    "transform",
+]

@@ -26,7 +26,7 @@ def warp_perspective(
 
     Args:
         src: (B, C, H, W), floating point.
-        M: (B, 3, 3), invertible, mapping src pixels (x, y) to output pixels.
+        M: (B, 3, 3), or (1, 3, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
         mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
         padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" (about the corner pixels'
