@@ -139,17 +139,23 @@ def _window_means(
     lowest = -1e30  # minus infinity that a weight of 0 may be multiplied by
     # Whatever is subtracted falls out of the means, so it needs no gradient.
     peak = largest(taps).detach().clamp(min=lowest)
-    slices, rows, columns = kernel_size
     total = torch.zeros_like(peak)
     through, down, across, value = total, total, total, total
-    for n in range(len(taps)):
-        below = (taps[n] - peak).clamp(min=lowest)
-        weight = torch.exp(below * sharpness)
-        total = total + weight
-        through = through + weight * (n // (rows * columns) - 0.5 * (slices - 1))
-        down = down + weight * (n // columns % rows - 0.5 * (rows - 1))
-        across = across + weight * (n % columns - 0.5 * (columns - 1))
-        value = value + weight * below
+    slices, rows, columns = kernel_size
+    for k in range(slices):
+        plane = torch.zeros_like(peak)
+        for i in range(rows):
+            line = torch.zeros_like(peak)
+            for j in range(columns):
+                below = (taps[(k * rows + i) * columns + j] - peak).clamp(min=lowest)
+                weight = torch.exp(below * sharpness)
+                line = line + weight
+                across = across + weight * (j - 0.5 * (columns - 1))
+                value = value + weight * below
+            plane = plane + line
+            down = down + line * (i - 0.5 * (rows - 1))
+        total = total + plane
+        through = through + plane * (k - 0.5 * (slices - 1))
     empty = total == 0
     total = torch.where(empty, torch.ones_like(total), total)
     centre = [_centres(peak.size(k + 1), stride[k], 0.5 * (kernel_size[k] - 1) - padding[k], peak) for k in range(3)]
@@ -173,9 +179,11 @@ def _taps(p: Tensor, kernel_size: Tuple[int, int, int], stride: Tuple[int, int, 
     down, along, across = stride
     taps: List[Tensor] = []
     for k in range(kernel_size[0]):
+        sheet = p[:, k : k + depth : down]
         for i in range(kernel_size[1]):
+            row = sheet[:, :, i : i + height : along]
             for j in range(kernel_size[2]):
-                taps.append(p[:, k : k + depth : down, i : i + height : along, j : j + width : across])
+                taps.append(row[..., j : j + width : across])
     return taps
 
 
