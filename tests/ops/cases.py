@@ -348,7 +348,7 @@ CASES = [
     Case(conversions.rotation_matrix_to_quaternion, rotations, pure_image=False),
     Case(conversions.rotation_matrix_to_axis_angle, rotations, pure_image=False),
     Case(nms, image),
-    Case(nms_mask, image, ()),
+    Case(nms_mask, image, (), pure_image=False),
     Case(harris, image),
     Case(harris_keypoints, image, (0,), (1,), False),
     Case(ssim, two_images, (0, 1)),
