@@ -49,13 +49,14 @@ def test_a_plane_is_warped_exactly() -> None:
 
 
 def by_grid_sample(x: Tensor, dsize: tuple[int, int], mode: str, padding: str, align: bool) -> Tensor:
-    """Kornia's definition: positions normalised by size - 1, then grid_sample."""
+    """Positions in pixels, normalised by the convention that ``grid_sample`` undoes."""
     height, width = x.shape[2:]
     yy, xx = torch.meshgrid(torch.arange(dsize[0]).double(), torch.arange(dsize[1]).double(), indexing="ij")
     points = torch.stack([xx, yy, torch.ones_like(xx)], -1).reshape(-1, 3)
     source = points @ torch.linalg.inv(MATRICES).transpose(1, 2)
     source = source[..., :2] / source[..., 2:]
-    grid = source * 2.0 / torch.tensor([width - 1.0, height - 1.0]).double() - 1.0
+    size = torch.tensor([width, height]).double()
+    grid = source * 2.0 / (size - 1.0) - 1.0 if align else (source * 2.0 + 1.0) / size - 1.0
     return F.grid_sample(x, grid.reshape(3, *dsize, 2), mode=mode, padding_mode=padding, align_corners=align)
 
 
@@ -70,6 +71,13 @@ def test_equals_grid_sample(mode: str, padding: str, align: bool) -> None:
         torch.testing.assert_close(actual, expected, rtol=0, atol=1e-9)
     else:  # positions within rounding of a half may go either way; the identity has none
         assert (actual != expected).double().mean() < 1e-3
+
+
+def test_align_corners_is_only_about_reflection() -> None:
+    x = photo(3, 2, 37, 53)
+    for mode, padding in (("bilinear", "zeros"), ("bilinear", "border"), ("bicubic", "zeros"), ("nearest", "fill")):
+        both = [warp_perspective(x, MATRICES.float(), (41, 39), mode, padding, align) for align in (True, False)]
+        assert torch.equal(*both)
 
 
 def test_fill_blends_with_what_is_covered() -> None:

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ...primitives.checks import check_image
 from ...primitives.linalg import inverse3x3
-from ...primitives.warping import away_from_zero, check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, stretched
+from ...primitives.warping import away_from_zero, check_matrix, check_sampling, pixel_axes, position_dtype, sample_image
 
 
 def warp_perspective(
@@ -21,18 +21,17 @@ def warp_perspective(
 ) -> Tensor:
     """Warp an image by homographies: out(p) = src(M^-1 p).
 
-    With align_corners=True pixel centres lie at integers, and this is ``cv2.warpPerspective(src, M, (width, height))``
-    with constant border 0 (OpenCV rounds positions to 1/32 pixel for 8-bit images).
+    Pixel centres lie at integers, as for ``cv2.warpPerspective(src, M, (width, height))`` with constant border 0 (OpenCV rounds positions
+    to 1/32 pixel for 8-bit images).
 
     Args:
         src: (B, C, H, W), floating point.
         M: (B, 3, 3), invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
         mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
-        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" (about the corner pixels'
-            centres, or the outer edges when align_corners is False) or "fill".
-        align_corners: when False, src position x is read at x * W / (W - 1) - 1/2, which is what
-            Kornia's normalisation followed by ``grid_sample(align_corners=False)`` does.
+        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
+        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when False. It makes no
+            other difference, since M is in pixels.
         fill_value: (C,) colour for "fill"; black by default.
 
     Returns:
@@ -52,8 +51,6 @@ def warp_perspective(
     check_matrix(M, 3, 3, "M")
     check_sampling(mode, padding_mode)
     x, y = perspective_positions(M, dsize[0], dsize[1], src.dtype)
-    if not align_corners:
-        x, y = stretched(x, src.size(3)), stretched(y, src.size(2))
     return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
