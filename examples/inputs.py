@@ -10,6 +10,7 @@ from chiasm import color, enhance, filters
 from chiasm.export import samples
 from chiasm.export.spec import Spec, TensorSpec
 
+from .geometric import WARPED, counts, geometric, lattice, solid, volume_sizes
 from .photographs import photograph
 from .values import count, places, values
 
@@ -25,25 +26,26 @@ def inputs(spec: Spec, images: np.ndarray, target: tuple[int, int] | None = None
     wanted = target or (height * 3 // 4, width * 3 // 4)
     rgb = torch.from_numpy(images.transpose(0, 3, 1, 2).copy()).float() / 255.0
     chosen = values(spec)
-    entries = batch if any(is_image(t) for t in spec.inputs) else count(spec)
-    sizes = samples.fit(spec, {"B": entries, "C": 3, "H": height, "W": width, "N": points, "OH": wanted[0], "OW": wanted[1]})
-    known = features(spec, rgb) | places(spec, sizes)
+    entries = batch if any(is_image(spec, t) for t in spec.inputs) else count(spec)
+    sizes = {"B": entries, "C": 3, "H": height, "W": width, "N": points, "OH": wanted[0], "OW": wanted[1]}
+    sizes = samples.fit(spec, sizes | volume_sizes(spec, height, width) | counts(spec))
+    known = features(spec, rgb) | places(spec, sizes) | geometric(spec, sizes, rgb)
     made = {}
     for tensor in spec.inputs:
         if tensor.name in known:
             made[tensor.name] = known[tensor.name]
         elif tensor.name in chosen:
             made[tensor.name] = repeated(tensor, chosen[tensor.name], sizes)
-        elif is_image(tensor):
+        elif is_image(spec, tensor):
             made[tensor.name] = picture(spec, tensor, rgb)
     if len(made) < len(spec.inputs):
         made = samples.make(spec, sizes, spec.variants()[0]) | made
     return {t.name: made[t.name] for t in spec.inputs}
 
 
-def is_image(tensor: TensorSpec) -> bool:
+def is_image(spec: Spec, tensor: TensorSpec) -> bool:
     """Whether an input is pictures of the batch's size."""
-    return "H" in tensor.shape or bool(tensor.layout)
+    return bool(tensor.layout) or ("H" in tensor.shape and not spec.name.startswith("geometry."))
 
 
 def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.Tensor:
@@ -61,7 +63,9 @@ def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
         other = torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float() / 255.0
         rgb = functional.interpolate(other, rgb.shape[-2:], mode="bilinear", antialias=True).clamp(0, 1).expand_as(rgb)
     if tensor.layout == "NCDHW":
-        return volume(rgb)
+        return solid(rgb) if spec.name.startswith("geometry.") else volume(rgb)
+    if spec.name.startswith(WARPED):
+        rgb = lattice(rgb)
     made = in_color(spec, tensor, rgb)
     if "binary" in tensor.description:
         made = rarer(made)
@@ -132,7 +136,7 @@ def features(spec: Spec, rgb: torch.Tensor) -> dict[str, torch.Tensor]:
     """Pixels as samples: values for densities, (red, green, blue, x, y) for whitening."""
     names = {t.name for t in spec.inputs}
     flat = rgb.flatten(2)
-    if "x1" in names:
+    if "x1" in names and spec.name.startswith("enhance."):
         return {"x1": flat[:1, 0].contiguous(), "x2": flat[:1, 1].contiguous()}
     if "x" in names and "bins" in names:
         return {"x": flat[:1].mean(1)}

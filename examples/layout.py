@@ -37,12 +37,19 @@ def row_of(panels: list[Panel], columns: int, width: int) -> Image.Image:
     canvas = Image.new("RGB", (width, max(i.height for i in images) + STRIP), "white")
     pen, left = ImageDraw.Draw(canvas), 0
     for panel, cell, image in zip(panels, cells, images, strict=True):
-        pen.text((left, 0), panel.label, fill=GIVEN if panel.given else MADE, font=FONT)
+        pen.text((left, 0), cut(panel.label, cell), fill=GIVEN if panel.given else MADE, font=FONT)
         canvas.paste(image, (left, STRIP))
         if panel.matrix:
             pen.rectangle((left, STRIP, left + image.width - 1, STRIP + image.height - 1), outline=FAINT)
         left += cell + GAP
     return canvas
+
+
+def cut(text: str, width: int) -> str:
+    """A label as far as there is room."""
+    if FONT.getlength(text) <= width:
+        return text
+    return next(f"{text[:n]}..." for n in range(len(text), -1, -1) if n == 0 or FONT.getlength(f"{text[:n]}...") <= width)
 
 
 def scaled(pixels: np.ndarray, width: int) -> Image.Image:

@@ -1,4 +1,4 @@
-"""Plain plots with Pillow: bars, scattered points, a turned cube, lines of text."""
+"""Plain plots with Pillow: bars, scattered points."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def short(value: float) -> str:
     return f"{value:.0f}" if 100 <= abs(value) < 1e5 else f"{value:.2g}"
 
 
-def scatter(points: np.ndarray, inks: np.ndarray, size: tuple[int, int], rings: np.ndarray | None = None, radius: int = 1) -> np.ndarray:
-    """Points (N, 2) in their colours, in equal scales, and rings around others."""
+def scatter(points: np.ndarray, inks: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Points (N, 2) in their colours, in equal scales."""
     canvas, pen = blank(size)
     low, high = points.min(0), points.max(0)
     scale = min((np.array(size) - 24) / np.maximum(high - low, 1e-12))
@@ -59,38 +59,10 @@ def scatter(points: np.ndarray, inks: np.ndarray, size: tuple[int, int], rings: 
     pen.line((*ends[0], *ends[1]), fill=FAINT)
     pen.line((*ends[2], *ends[3]), fill=FAINT)
     for (x, y), ink in zip(points * scale * (1, -1) + shift, inks, strict=True):
-        pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=tuple(int(v) for v in ink))
-    for x, y in () if rings is None else rings * scale * (1, -1) + shift:
-        pen.ellipse((x - 5, y - 5, x + 5, y + 5), outline=INK)
+        pen.ellipse((x - 1, y - 1, x + 1, y + 1), fill=tuple(int(v) for v in ink))
     return np.asarray(canvas)
 
 
 def hues(count: int) -> np.ndarray:
     """Distinct colours."""
     return (np.array([colorsys.hsv_to_rgb(i / count, 0.9, 0.85) for i in range(count)]) * 255).astype(int)
-
-
-def lines(texts: list[str], size: tuple[int, int]) -> np.ndarray:
-    """Lines of text."""
-    canvas, pen = blank(size)
-    pen.multiline_text((8, 6), "\n".join(texts), fill=INK, font=FONT, spacing=5)
-    return np.asarray(canvas)
-
-
-def cube(rotation: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """A cube and its axes x, y, z (red, green, blue), turned by a matrix, seen from the front and a little above."""
-    canvas, pen = blank(size)
-    tilt = np.array([[1.0, 0.0, 0.0], [0.0, 0.94, -0.34], [0.0, 0.34, 0.94]])
-    middle, scale = np.array(size) / 2, min(size) * 0.24
-
-    def seen(point: np.ndarray) -> tuple[float, ...]:
-        return tuple(middle + (tilt @ rotation @ point)[:2] * scale * (1, -1))
-
-    corners = [np.array(c) for c in np.ndindex(2, 2, 2)]
-    for i, a in enumerate(corners):
-        for b in corners[i + 1 :]:
-            if abs(a - b).sum() == 1:
-                pen.line((*seen(2 * a - 1), *seen(2 * b - 1)), fill=(150, 150, 150), width=1)
-    for axis, ink in zip(np.eye(3), RGB, strict=True):
-        pen.line((*seen(axis * 0), *seen(axis * 1.7)), fill=ink, width=3)
-    return np.asarray(canvas)

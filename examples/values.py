@@ -61,6 +61,14 @@ VALUES: dict[str, dict[str, Any]] = {
     "filters.in_range": {"lower": [0.55, 0.1, 0.0], "upper": [1.0, 0.62, 0.42]},
     "filters.motion_blur": {"angle": 45.0, "direction": 0.0},
     "filters.motion_blur3d": {"angle": ROTATION, "direction": 0.0},
+    "geometry.transform.get_affine_matrix2d": {"angle": 20.0, "scale": [[0.8, 0.7]], "sx": 0.2, "sy": 0.0},
+    "geometry.transform.get_rotation_matrix2d": {"angle": 25.0, "scale": [[0.9, 0.7]]},
+    "geometry.transform.get_shear_matrix2d": {"sx": 0.35, "sy": -0.1},
+    "geometry.transform.rotate": {"angle": 25.0},
+    "geometry.transform.scale": {"scale_factor": [[0.6, 0.8]]},
+    "geometry.transform.shear": {"shear": [[0.3, -0.1]]},
+    "geometry.transform.translate": {"translation": [[40.0, -25.0]]},
+    "geometry.transform.warp_affine.bilinear_fill": {"fill_value": [0.15, 0.3, 0.6]},
     "image.draw_convex_polygon": {"colors": YELLOW},
     "image.draw_line": {"color": YELLOW},
     "image.draw_point2d": {"color": RED},
@@ -84,7 +92,9 @@ def count(spec: Spec) -> int:
 
 
 def places(spec: Spec, sizes: dict[str, int]) -> dict[str, torch.Tensor]:
-    """Points in pixels, for images of the given sizes."""
+    """What is drawn, in pixels, on images of the given sizes."""
+    if not spec.name.startswith("image."):
+        return {}
     h, w, b = sizes.get("H", 1), sizes.get("W", 1), sizes.get("B", 1)
 
     def repeated(points: torch.Tensor) -> torch.Tensor:
@@ -92,8 +102,6 @@ def places(spec: Spec, sizes: dict[str, int]) -> dict[str, torch.Tensor]:
 
     names = {t.name for t in spec.inputs}
     size = torch.tensor([w, h])
-    if "M" in names:
-        return {"M": repeated(torch.tensor([[0.72, -0.16, 0.14 * w], [0.12, 0.68, 0.02 * h], [0.12 / w, -0.1 / h, 1.0]]))}
     if "rectangle" in names:
         share = torch.tensor([[0.08, 0.1, 0.5, 0.6], [0.3, 0.3, 0.8, 0.9], [0.6, 0.05, 0.95, 0.5]])
         return {"rectangle": repeated((share * size.repeat(2)).round())}

@@ -37,7 +37,12 @@ PICTURE = 480
 #: Names, or shell patterns, of the ops that the demo shows.
 SHOWN = (
     "pipelines.*",
-    "geometry.*",
+    "geometry.calibration.undistort_image",
+    "geometry.conversions.axis_angle_to_rotation_matrix",
+    "geometry.homography.find_homography_dlt",
+    "geometry.transform.resize.*",
+    "geometry.transform.warp_affine.*",
+    "geometry.transform.warp_perspective.*",
     "feature.*",
     "losses.*",
     "color.rgb_to_grayscale",

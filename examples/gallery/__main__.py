@@ -7,7 +7,6 @@ import shutil
 import sys
 import warnings
 from fnmatch import fnmatch
-from itertools import groupby
 from pathlib import Path
 
 import click
@@ -22,7 +21,7 @@ from examples.inputs import inputs
 from examples.layout import compose, contact_sheet, titled
 from examples.panels import Shown, caption, panels
 
-from .page import write_pages
+from .page import families, write_pages
 from .views import scene
 
 DOCS = ROOT / "docs" / "gallery"
@@ -60,7 +59,7 @@ def main(patterns: tuple[str, ...], bundles: Path) -> None:
             if problem:
                 problems[name] = problem
                 console.print(f"{name}: {problem}", style="red", highlight=False, markup=False)
-    for family, names in groupby(captions, key=lambda n: n.partition(".")[0]):
+    for family, names in families(captions).items():
         contact_sheet([titled(Image.open(DOCS / f"{n}.jpg"), n, captions[n]) for n in names], WORK / f"{family}.png")
     if not patterns:
         write_pages(captions, {n: (inspect.getdoc(entries[n].function()) or "").split("\n")[0] for n in captions}, DOCS)

@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from html import escape
-from itertools import groupby
 from pathlib import Path
 
-COLUMNS = 3
+COLUMNS, LONGEST = 3, 100
 ABOUT = """Written by `make gallery`; do not edit. Every picture is the work of an exported bundle that a C++ program ran on a photograph
-(from scikit-image), natively where the bundle has native code. Inputs are at the left, with blue labels; outputs at the
+(from scikit-image) or on points and matrices, natively where the bundle has native code. Inputs are at the left, with blue labels; outputs at the
 right, with orange ones."""
+
+
+def families(names: Iterable[str]) -> dict[str, list[str]]:
+    """Names by what is before the first dot, or before the second where that would be too many for a page."""
+    found: dict[str, list[str]] = {}
+    for name in sorted(names):
+        found.setdefault(name.partition(".")[0], []).append(name)
+    made: dict[str, list[str]] = {}
+    for family, members in found.items():
+        for name in members:
+            made.setdefault(".".join(name.split(".")[:2]) if len(members) > LONGEST else family, []).append(name)
+    return made
 
 
 def write_pages(captions: dict[str, str], summaries: dict[str, str], folder: Path) -> None:
     """A page a family and one that leads to them."""
     index = ["# Gallery", "", ABOUT, "", "| family | ops |", "|---|---|"]
-    for family, group in groupby(sorted(captions), key=lambda name: name.partition(".")[0]):
-        names = list(group)
+    for family, names in families(captions).items():
         listed = ", ".join(f"`{n.removeprefix(family)[1:]}`" for n in names)
         index.append(f"| [{family}]({family}.md) | {listed} |")
         (folder / f"{family}.md").write_text(page(family, names, captions, summaries))

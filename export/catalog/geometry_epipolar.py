@@ -38,7 +38,7 @@ def _seen(points, K, R, t):
     return x[..., :2] / x[..., 2:]
 
 
-def _scene(generator, batch, count, scale=1.0, noise=2e-4):
+def scene(generator, batch, count, scale=1.0, noise=2e-4):
     """Two cameras 0.3 rad and a unit apart, points 4 to 8 units in front, and where they are seen, with noise.
 
     Pixels are about `scale`: with 1 for gradients, which would be sums of numbers that differ by millions otherwise.
@@ -65,8 +65,8 @@ def _from_scene(scale=1.0, noise=2e-4, count=None, batch="B", **names):
     """A sampler that takes a scene's parts as inputs: argument name to part."""
 
     def sample(generator, sizes, dtype):
-        scene = _scene(generator, sizes[batch], count or sizes.get("N", 8), scale, noise)
-        return {argument: scene[part].to(dtype) for argument, part in names.items()}
+        parts = scene(generator, sizes[batch], count or sizes.get("N", 8), scale, noise)
+        return {argument: parts[part].to(dtype) for argument, part in names.items()}
 
     return sample
 
@@ -150,7 +150,7 @@ add(Spec(
 
 
 def _sample_near_essential(generator, sizes, dtype):
-    E = _scene(generator, sizes["B"], 1)["E"]
+    E = scene(generator, sizes["B"], 1)["E"]
     return {"E_mat": (E + _uniform(generator, E.shape, -0.1, 0.1)).to(dtype)}
 
 
@@ -231,12 +231,12 @@ add(Spec(
 # --- homographies ------------------------------------------------------------------------------------------------------
 
 
-def _homographies(generator, batch):
+def homographies(generator, batch):
     scale = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [1e-3, 1e-3, 0.0]], dtype=_DOUBLE)
     return torch.eye(3, dtype=_DOUBLE) + _uniform(generator, (batch, 3, 3), -1, 1) * scale
 
 
-def _mapped(H, points):
+def mapped(H, points):
     x = torch.cat([points, torch.ones_like(points[..., :1])], -1) @ H.transpose(1, 2)
     return x[..., :2] / x[..., 2:]
 
@@ -245,9 +245,9 @@ def _sampler_of_pairs(first, second, noise, **more):
     """Points and where a homography takes them, with noise; `more` are further arguments: "H" or "weights"."""
 
     def sample(generator, sizes, dtype):
-        H = _homographies(generator, sizes["B"])
+        H = homographies(generator, sizes["B"])
         p = _uniform(generator, (sizes["B"], sizes["N"], 2), 0, 200)
-        q = _mapped(H, p) + noise * torch.randn(p.shape, generator=generator, dtype=_DOUBLE)
+        q = mapped(H, p) + noise * torch.randn(p.shape, generator=generator, dtype=_DOUBLE)
         parts = {"H": H, "weights": _uniform(generator, (sizes["B"], sizes["N"]), 0.5, 1.5)}
         return {name: value.to(dtype) for name, value in {first: p, second: q, **{n: parts[p] for n, p in more.items()}}.items()}
 
@@ -259,10 +259,10 @@ def _sampler_of_segments(noise, **more):
 
     def sample(generator, sizes, dtype):
         batch, count = sizes["B"], sizes["N"]
-        H = _homographies(generator, batch)
+        H = homographies(generator, batch)
         ends = _uniform(generator, (batch, 2 * count, 2), 0, 200)
         along = torch.tensor([[0.9, 0.1], [-0.2, 1.2]], dtype=_DOUBLE)
-        moved = along @ _mapped(H, ends).reshape(batch, count, 2, 2)
+        moved = along @ mapped(H, ends).reshape(batch, count, 2, 2)
         moved = moved + noise * torch.randn(moved.shape, generator=generator, dtype=_DOUBLE)
         parts = {"H": H, "weights": _uniform(generator, (batch, count), 0.5, 1.5)}
         given = {"ls1": ends.reshape(batch, count, 2, 2), "ls2": moved, **{n: parts[p] for n, p in more.items()}}

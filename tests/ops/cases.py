@@ -65,7 +65,8 @@ def with_element(b: int, c: int, h: int, w: int, dtype: torch.dtype) -> Tuple[Te
 
 
 def with_homography(b: int, c: int, h: int, w: int, dtype: torch.dtype) -> Tuple[Tensor, ...]:
-    m = torch.tensor([[1.1, 0.13, -1.3], [-0.08, 0.93, 0.7], [1.1e-3, -7e-4, 1.0]], dtype=dtype)
+    # No pixel comes from within 1e-4 of a whole position, where bilinear reading has a kink.
+    m = torch.tensor([[1.1, 0.13, -1.33], [-0.08, 0.93, 0.7], [1.1e-3, -7e-4, 1.0]], dtype=dtype)
     return photo(b, c, h, w, dtype), torch.stack([m + 0.01 * k for k in range(b)])
 
 
@@ -348,7 +349,7 @@ CASES = [
     Case(conversions.rotation_matrix_to_quaternion, rotations, pure_image=False),
     Case(conversions.rotation_matrix_to_axis_angle, rotations, pure_image=False),
     Case(nms, image),
-    Case(nms_mask, image, ()),
+    Case(nms_mask, image, (), pure_image=False),
     Case(harris, image),
     Case(harris_keypoints, image, (0,), (1,), False),
     Case(ssim, two_images, (0, 1)),

@@ -1,4 +1,4 @@
-"""Non-maximum suppression, Harris and keypoints against SciPy and NumPy."""
+"""Harris and keypoints against SciPy and NumPy."""
 
 import numpy as np
 import pytest
@@ -11,19 +11,6 @@ from chiasm.geometry.subpix import nms2d
 from chiasm.primitives.ranking import stable_topk
 from chiasm.primitives.selection import rank_candidates, select_ranks, sorting_network
 from chiasm.primitives.target import exporting
-
-
-@pytest.mark.parametrize("size", [(3, 3), (5, 5), (3, 7)])
-@pytest.mark.parametrize("channels", [1, 3])
-def test_nms_equals_scipy(size: tuple[int, int], channels: int) -> None:
-    x = photo(2, channels, 33, 40) - 0.5
-    others = np.ones(size, bool)
-    others[size[0] // 2, size[1] // 2] = False
-    largest = ndi.maximum_filter(x.numpy(), footprint=others[None, None], mode="nearest")
-    expected = x.numpy() > largest
-    assert expected.sum() > 10
-    np.testing.assert_array_equal(nms2d(x, size, True), expected.astype(np.float32))
-    np.testing.assert_array_equal(nms2d(x, size), x.numpy() * expected)
 
 
 def harris_by_definition(x: np.ndarray, k: float) -> np.ndarray:

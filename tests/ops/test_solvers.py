@@ -2,6 +2,7 @@
 
 from typing import Callable
 
+import mpmath
 import numpy as np
 import pytest
 import torch
@@ -62,6 +63,8 @@ KNOWN = [
     ([0, 0, 0, 3], [0, 0, 0]),
     ([1, 0, 0, 8], [-2, 0, 0]),
     ([1e-12, 1, -3, 2], [2, 1, -1e12]),
+    ([1e-10, 1, -3, 1e-10], [3, 1e-10 / 3, -1e10]),
+    ([1, 1e10, 1, 1e-10], [-1e10, 0, 0]),
     ([1, -10, 35, -50, 24], [4, 3, 2, 1]),
     ([1, 0, -5, 0, 4], [2, 1, -1, -2]),
     ([1, 0, 2, 0, 1], [0, 0, 0, 0]),
@@ -72,6 +75,9 @@ KNOWN = [
     ([0, 1, -6, 11, -6], [3, 2, 1, 0]),
     ([0, 0, 1, -3, 2], [2, 1, 0, 0]),
     ([1e-12, 1, -6, 11, -6], [3, 2, 1, -1e12]),
+    ([1e-10, 1, -3, 2, 1e-10], [2, 1, -5e-11, -1e10]),
+    ([1e-10, 1, -3, 1e-10, 1e-25], [3, 1e-10 / 3, -1e-15, -1e10]),
+    ([1, 0, 1e20, 0, 1], [0, 0, 0, 0]),
 ]
 
 
@@ -82,6 +88,36 @@ def test_known_equations(coeffs: list[float], roots: list[float]) -> None:
     np.testing.assert_allclose(found.detach(), roots, rtol=2e-7, atol=1e-12)
     [gradient] = torch.autograd.grad(found.sum(), c)
     assert gradient.isfinite().all()
+
+
+def of_all_sizes(degree: int, spread: float, count: int) -> np.ndarray:
+    """Polynomials whose roots, real or in pairs, have sizes from 10^-spread to 10^spread."""
+    generator = np.random.default_rng(degree)
+    made = []
+    for k in range(count):
+        p = np.ones(1)
+        for _ in range(k % (degree // 2 + 1)):
+            size, angle = 10.0 ** generator.uniform(-spread, spread), generator.uniform(0.1, 3.0)
+            p = np.polymul(p, [1.0, -2.0 * size * np.cos(angle), size * size])
+        while len(p) <= degree:
+            p = np.polymul(p, [1.0, generator.choice([-1.0, 1.0]) * 10.0 ** generator.uniform(-spread, spread)])
+        made.append(p)
+    return np.array(made)
+
+
+@pytest.mark.parametrize("spread", [2, 6, 12])
+@pytest.mark.parametrize("degree", [3, 4])
+def test_roots_of_very_different_sizes(degree: int, spread: float) -> None:
+    """Each is as exact as half a unit in the last place of the coefficients leaves it; the truth has 60 digits."""
+    coeffs = of_all_sizes(degree, spread, 60)
+    found = SOLVERS[degree](torch.from_numpy(coeffs)).numpy()
+    with mpmath.workdps(60):
+        for c, roots in zip(coeffs, found):
+            exact = mpmath.polyroots([mpmath.mpf(v) for v in c], maxsteps=500, extraprec=600)
+            real = np.sort([float(x.real) for x in exact if abs(x.imag) <= 1e-7 * abs(x)])[::-1]
+            terms = np.polyval(abs(c), abs(real)) / abs(np.polyval(np.polyder(c), real))
+            assert (abs(roots[: len(real)] - real) <= 2e-16 * (terms + abs(real))).all(), (c, roots, real)
+            assert (roots[len(real) :] == 0).all()
 
 
 @pytest.mark.parametrize("degree", SOLVERS)

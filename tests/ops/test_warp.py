@@ -73,6 +73,13 @@ def test_equals_grid_sample(mode: str, padding: str, align: bool) -> None:
         assert (actual != expected).double().mean() < 1e-3
 
 
+def test_align_corners_is_only_about_reflection() -> None:
+    x = photo(3, 2, 37, 53)
+    for mode, padding in (("bilinear", "zeros"), ("bilinear", "border"), ("bicubic", "zeros"), ("nearest", "fill")):
+        both = [warp_perspective(x, MATRICES.float(), (41, 39), mode, padding, align) for align in (True, False)]
+        assert torch.equal(*both)
+
+
 def test_fill_blends_with_what_is_covered() -> None:
     x = photo(3, 3, 37, 53, torch.float64)
     fill = torch.tensor([0.1, 0.5, 0.9], dtype=torch.float64)

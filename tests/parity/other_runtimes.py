@@ -35,6 +35,7 @@ ENGINES = {
 }
 
 _OLD_FLOAT64 = "ONNX Runtime 1.17 has no float64 kernel of Cos"
+_OLD_FUSION = "ONNX Runtime 1.17 fuses a float64 product with a transpose into an operator that it has for float32 only"
 _FLOAT32_INSIDE = "OpenVINO's CPU plug-in computes float64 in float32"
 
 #: The ops that were gone through with these engines; each family of image ops is represented.
@@ -46,8 +47,11 @@ OPS = (
 KNOWN = {
     ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _OLD_FLOAT64,
     ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.fused.onnx"): _OLD_FLOAT64,
+    ("ONNX Runtime 1.17", "geometry.calibration.solve_pnp_dlt", "forward.float32.onnx"): _OLD_FUSION,
+    ("ONNX Runtime 1.17", "geometry.calibration.solve_pnp_dlt", "forward.float32.fused.onnx"): _OLD_FUSION,
     ("OpenVINO", "color.rgb_to_grayscale", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "filters.sobel", "forward.float64.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.camera.project_points", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _FLOAT32_INSIDE,
 }
 #: engine -> why it cannot do the fused form of any op.

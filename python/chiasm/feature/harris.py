@@ -65,7 +65,7 @@ def harris_keypoints(
         input: grey image (B, 1, H, W), floating point.
         max_keypoints: number K of slots.
         k: see ``harris_response``.
-        nms_size: odd window within which only a strict maximum is kept.
+        nms_size: window within which only a strict maximum is kept, and which lies inside the image: see ``nms2d``.
         threshold: a corner's response must exceed it; not negative.
 
     Returns:

@@ -154,6 +154,7 @@ def solve_pnp_dlt(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, 
     The 12 entries of the projection matrix by least squares, from normalised points, and the rotation nearest to its left part.
     R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 7.1. In float64 inside. Kornia's svd_eps is not there: an exported op
     cannot raise for what its values are. An estimate for coplanar points is meaningless.
+    :func:`chiasm.geometry.pnp.refine_pnp` makes the distances in the image least.
 
     Args:
         world_points: (B, N, 3), N >= 6, not coplanar, floating point.
@@ -175,24 +176,13 @@ def solve_pnp_dlt(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, 
                 [0., 1., 0., 0.],
                 [0., 0., 1., 0.]])
     """
-    check_rank(world_points, 3, "(B, N, 3)", "world_points")
-    check_last(world_points, 3, "world_points")
-    check_rank(img_points, 3, "(B, N, 2)", "img_points")
-    check_last(img_points, 2, "img_points")
-    check_rank(intrinsics, 3, "(B, 3, 3)", "intrinsics")
-    check_matrix(intrinsics, 3, 3, "intrinsics")
-    if world_points.size(1) < 6:
-        raise ValueError(f"world_points: expected at least 6 points, got {world_points.size(1)}")
-    if img_points.size(1) != world_points.size(1):
-        raise ValueError(f"img_points: expected as many points as world_points, {world_points.size(1)}, got {img_points.size(1)}")
+    check_views(world_points, img_points, intrinsics, weights, 6)
     inverse = inverse3x3(intrinsics.to(torch.float64))
     ray = small_matmul(with_one(img_points.to(torch.float64)), inverse.transpose(1, 2))
     p, t1 = hartley(world_points.to(torch.float64), None, 1e-8)
     q, t2 = hartley(ray[..., 0:2] / ray[..., 2:3], None, 1e-8)
     w = torch.ones_like(p[..., 0])
     if weights is not None:
-        if weights.dim() != 2:
-            raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
         w = weights.to(torch.float64)
     P = smallest_eigenvector(projective_equations(with_one(p), q, w)).reshape(-1, 3, 4)
     P = small_matmul(small_matmul(inverse3x3(t2), P), t1)
@@ -228,3 +218,19 @@ def _check_lens(K: Tensor, dist: Tensor) -> None:
     check_floating(dist, "dist")
     if dist.dim() < 1 or dist.size(-1) not in (4, 5, 8, 12, 14):
         raise ValueError(f"dist: expected shape (*, n) with n one of 4, 5, 8, 12, 14, got {list(dist.shape)}")
+
+
+def check_views(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor], least: int) -> None:
+    """Raise unless there are ``least`` points (B, N, 3), their pixels (B, N, 2), camera matrices (B, 3, 3) and, if any, weights (B, N)."""
+    check_rank(world_points, 3, "(B, N, 3)", "world_points")
+    check_last(world_points, 3, "world_points")
+    check_rank(img_points, 3, "(B, N, 2)", "img_points")
+    check_last(img_points, 2, "img_points")
+    check_rank(intrinsics, 3, "(B, 3, 3)", "intrinsics")
+    check_matrix(intrinsics, 3, 3, "intrinsics")
+    if world_points.size(1) < least:
+        raise ValueError(f"world_points: expected at least {least} points, got {world_points.size(1)}")
+    if img_points.size(1) != world_points.size(1):
+        raise ValueError(f"img_points: expected as many points as world_points, {world_points.size(1)}, got {img_points.size(1)}")
+    if weights is not None and weights.dim() != 2:
+        raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")

@@ -3,13 +3,14 @@
 from typing import Optional, Tuple, Union
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from ..filters.gradient import spatial_gradient
 from ..primitives.checks import check_floating, check_image, check_last, check_matrix, check_rank
 from ..primitives.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
 from ..primitives.linalg import cross
-from ..primitives.warping import sample_image, stretched
+from ..primitives.warping import check_sampling, sample_image, stretched
+from .camera.pinhole import PinholeCamera
 
 
 def depth_from_disparity(disparity: Tensor, baseline: Union[float, Tensor], focal: Union[float, Tensor]) -> Tensor:
@@ -209,21 +210,24 @@ def depth_warp(
     depth_src: Tensor,
     patch_dst: Tensor,
     align_corners: bool = True,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
 ) -> Tensor:
     """What a source camera with a depth map would see, taken from the image of a destination camera.
 
-    Each source pixel is put into space by its depth, projected into the destination camera and read there, bilinearly; zero outside.
-    Kornia takes camera objects and the size of depth_src instead of matrices; each of B entries is a pair of views.
+    Each source pixel is put into space by its depth, projected into the destination camera and read there.
+    Kornia takes camera objects and the size of depth_src instead of matrices; each of B entries is a pair of
+    views. For B views of one source the source's tensors may have a batch of 1.
 
     Args:
         intrinsics_dst, intrinsics_src: (B, 3, 3) or (B, 4, 4), camera matrices in pixels, floating point.
         extrinsics_dst, extrinsics_src: (B, 4, 4), rotations and translations from the world to the cameras' frames.
         depth_src: (B, 1, H, W), z in the source camera's frame.
         patch_dst: (B, C, H2, W2).
-        align_corners: as in :func:`chiasm.geometry.transform.warp_perspective`.
+        align_corners, mode, padding_mode: as in :func:`chiasm.geometry.transform.warp_perspective`.
 
     Returns:
-        (B, C, H, W); zero also for points behind the destination camera. Differentiable in all tensors.
+        (B, C, H, W); zero for points behind the destination camera. Differentiable in all tensors.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
@@ -240,12 +244,63 @@ def depth_warp(
     check_matrix(extrinsics_src, 4, 4, "extrinsics_src")
     check_depth(depth_src, "depth_src")
     check_image(patch_dst, "patch_dst")
+    check_sampling(mode, padding_mode)
     # dst <- world <- src, with R^T in place of the inverse of a rotation.
     rotation_src = extrinsics_src[:, None, 0:3, 0:3]
     rotation = (extrinsics_dst[:, 0:3, None, 0:3] * rotation_src).sum(-1)
     shift = extrinsics_dst[:, 0:3, 3] - (rotation * extrinsics_src[:, None, 0:3, 3]).sum(-1)
     motion = torch.cat([rotation, shift[..., None]], -1)
-    return _read_through_depth(patch_dst, depth_src, motion, intrinsics_src, intrinsics_dst, False, align_corners)
+    return _read_through_depth(patch_dst, depth_src, motion, intrinsics_src, intrinsics_dst, False, align_corners, mode, padding_mode)
+
+
+class DepthWarper(nn.Module):
+    """``depth_warp`` between cameras that are given once: a source camera's view, taken from the images of any number of others.
+
+    E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020.
+
+    Args:
+        pinhole_dst: B cameras, whose images are read.
+        height, width: of the source's depth maps.
+        mode, padding_mode, align_corners: as in :func:`depth_warp`.
+
+    Shape:
+        After ``compute_projection_matrix(pinhole_src)`` with B cameras or one: depth_src (B, 1, height, width), or (1, 1, height,
+        width) for one, and patch_dst (B, C, H2, W2), both floating point, to (B, C, height, width).
+
+    Raises:
+        TypeError, ValueError: as :func:`depth_warp`.
+        ValueError: if no source camera was given or depth_src has another size.
+
+    Example:
+        >>> left = PinholeCamera.from_parameters(10.0, 10.0, 1.5, 0.5, 2, 4)
+        >>> right = PinholeCamera.from_parameters(10.0, 10.0, 1.5, 0.5, 2, 4, tx=-0.1)
+        >>> warper = DepthWarper(right, 2, 4).compute_projection_matrix(left)
+        >>> warper(torch.ones(1, 1, 2, 4), torch.arange(4.0).expand(1, 1, 2, 4))[0, 0, 0]
+        tensor([0., 0., 1., 2.])
+    """
+
+    def __init__(
+        self, pinhole_dst: PinholeCamera, height: int, width: int, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = True
+    ) -> None:
+        super().__init__()
+        check_sampling(mode, padding_mode)
+        self.pinhole_dst, self.pinhole_src = pinhole_dst, None
+        self.height, self.width, self.mode, self.padding_mode, self.align_corners = height, width, mode, padding_mode, align_corners
+
+    def compute_projection_matrix(self, pinhole_src: PinholeCamera) -> "DepthWarper":
+        """Set the source camera; before the module is scripted. (The name is Kornia's.)"""
+        self.pinhole_src = pinhole_src
+        return self
+
+    def forward(self, depth_src: Tensor, patch_dst: Tensor) -> Tensor:
+        if self.pinhole_src is None:
+            raise ValueError("pinhole_src: expected a camera, given to compute_projection_matrix, got None")
+        if depth_src.size(-2) != self.height or depth_src.size(-1) != self.width:
+            raise ValueError(f"depth_src: expected shape (B, 1, {self.height}, {self.width}), got {list(depth_src.shape)}")
+        dst, src = self.pinhole_dst, self.pinhole_src
+        return depth_warp(
+            dst.intrinsics, dst.extrinsics, src.intrinsics, src.extrinsics, depth_src, patch_dst, self.align_corners, self.mode, self.padding_mode
+        )
 
 
 def warp_frame_depth(image_src: Tensor, depth_dst: Tensor, src_trans_dst: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
@@ -273,7 +328,7 @@ def warp_frame_depth(image_src: Tensor, depth_dst: Tensor, src_trans_dst: Tensor
     check_depth(depth_dst, "depth_dst")
     check_matrix(src_trans_dst, 4, 4, "src_trans_dst")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
-    return _read_through_depth(image_src, depth_dst, src_trans_dst, camera_matrix, camera_matrix, normalize_points, True)
+    return _read_through_depth(image_src, depth_dst, src_trans_dst, camera_matrix, camera_matrix, normalize_points, True, "bilinear", "zeros")
 
 
 def _rays(camera_matrix: Tensor, height: int, width: int, unit: bool) -> Tuple[Tensor, Tensor, Tensor]:
@@ -289,7 +344,9 @@ def _rays(camera_matrix: Tensor, height: int, width: int, unit: bool) -> Tuple[T
     return x * one, y * one, one
 
 
-def _read_through_depth(image: Tensor, depth: Tensor, motion: Tensor, own: Tensor, other: Tensor, unit: bool, align_corners: bool) -> Tensor:
+def _read_through_depth(
+    image: Tensor, depth: Tensor, motion: Tensor, own: Tensor, other: Tensor, unit: bool, align_corners: bool, mode: str, padding_mode: str
+) -> Tensor:
     """image (B, C, H, W) of the camera ``other`` at the points of a depth map of the camera ``own``, moved by (B, 3 or 4, 4)."""
     z = depth[:, 0]
     x, y, one = _rays(own, z.size(-2), z.size(-1), unit)
@@ -302,6 +359,9 @@ def _read_through_depth(image: Tensor, depth: Tensor, motion: Tensor, own: Tenso
     v = (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2] * z + m[:, 1, 3]) / safe * k[:, 1, 1] + k[:, 1, 2]
     if not align_corners:
         u, v = stretched(u, image.size(3)), stretched(v, image.size(2))
-    # Outside, where bilinear taps weigh nothing.
-    u = torch.where(in_front, u, torch.full_like(u, -2.0))
-    return sample_image(image, u, v, "bilinear", "zeros", align_corners, None)
+    if padding_mode != "zeros":
+        out = sample_image(image, torch.where(in_front, u, torch.zeros_like(u)), v, mode, padding_mode, align_corners, None)
+        return torch.where(in_front[:, None], out, torch.zeros_like(out))
+    # Outside, where taps weigh nothing.
+    u = torch.where(in_front, u, torch.full_like(u, -4.0))
+    return sample_image(image, u, v, mode, padding_mode, align_corners, None)

@@ -199,12 +199,12 @@ def bounded_taps(low: Tensor, extent: Tensor, out_size: int, mode: str, align_co
 
 
 def gather_taps(plane: Tensor, index: List[Tensor], weight: List[Tensor]) -> Tensor:
-    """Weighted sum over taps: plane (B, C, H, W), index and weight (B, h, w) each -> (B, C, h, w)."""
+    """Weighted sum over taps: plane (B, C, H, W), index and weight (B or 1, h, w) each -> (B, C, h, w)."""
     batch, channels = plane.size(0), plane.size(1)
     height, width = weight[0].size(1), weight[0].size(2)
     flat = plane.reshape(batch, channels, plane.size(2) * plane.size(3))
     out = torch.zeros([1], dtype=plane.dtype, device=plane.device)
     for i in range(len(index)):
-        where = index[i].to(torch.int64).reshape(batch, 1, height * width).expand(batch, channels, height * width)
+        where = index[i].to(torch.int64).reshape(index[i].size(0), 1, height * width).expand(batch, channels, height * width)
         out = out + flat.gather(2, where).reshape(batch, channels, height, width) * weight[i][:, None]
     return out

@@ -5,16 +5,16 @@ The class is written as source text because torch.jit.script reads source.
 
 import inspect
 import linecache
-from typing import Any, Callable, Dict, List, Tuple, Type, Union, get_args, get_origin
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type, Union, get_args, get_origin
 
 from torch import Tensor, nn
 
 
-def twin(function: Callable[..., Any]) -> Type[nn.Module]:
+def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Module]:
     """The class whose `forward` takes the function's tensors and whose constructor takes everything else.
 
-    Tensors are the parameters annotated `Tensor` that have no default. A tensor given to the constructor becomes a buffer, so that
-    it moves with the module, but not a part of its state.
+    Tensors are the parameters annotated `Tensor` that have no default, but for those named in `held`, which the constructor takes
+    too: then the module takes an image alone, as `nn.Sequential` wants. `hold` says what becomes of them.
 
     >>> from chiasm.filters import median_blur
     >>> blur = twin(median_blur)(3)
@@ -22,7 +22,7 @@ def twin(function: Callable[..., Any]) -> Type[nn.Module]:
     (torch.Size([1, 2, 5, 5]), 3)
     """
     signature = inspect.signature(function)
-    tensors = [p for p in signature.parameters.values() if p.annotation is Tensor and p.default is p.empty]
+    tensors = [p for p in signature.parameters.values() if p.annotation is Tensor and p.default is p.empty and p.name not in held]
     settings = [p for p in signature.parameters.values() if p not in tensors]
     name = class_name(function.__name__)
     scope: Dict[str, Any] = {"nn": nn, "Tensor": Tensor, "Result": signature.return_annotation, "function": function, "fitted": _fitted}
@@ -52,31 +52,44 @@ def class_name(function_name: str) -> str:
     >>> class_name("rgb_to_hsv")
     'RgbToHsv'
     """
-    return "".join(part[:1].upper() + part[1:] for part in function_name.split("_"))
+    return _SPELLED.get(function_name) or "".join(part[:1].upper() + part[1:] for part in function_name.split("_"))
 
 
-def lazy_twins(package: str, functions: Dict[str, Any]) -> Callable[[str], Type[nn.Module]]:
+# Words that a function's name runs together.
+_SPELLED = {"pyrdown": "PyrDown", "pyrup": "PyrUp"}
+
+
+def lazy_twins(package: str, functions: Dict[str, Any], held: Optional[Dict[str, Sequence[str]]] = None) -> Callable[[str], Type[nn.Module]]:
     """A module-level `__getattr__` (PEP 562) that makes the twin of any public function of a package when it is asked for.
 
     Args:
         package: the package's `__name__`.
         functions: its `globals()`, which also keep the classes that were made.
+        held: by a function's name, the tensors that its twin's constructor takes.
     """
 
     def __getattr__(name: str) -> Type[nn.Module]:
         for public in functions["__all__"]:
             if class_name(public) == name and inspect.isfunction(functions[public]):
-                functions[name] = twin(functions[public])
+                functions[name] = twin(functions[public], (held or {}).get(public, ()))
                 return functions[name]
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
     return __getattr__
 
 
+def hold(module: nn.Module, name: str, value: Tensor) -> None:
+    """Store a tensor: a Parameter is learned with the module; any other moves with it, but is no part of its state."""
+    if isinstance(value, nn.Parameter):
+        module.register_parameter(name, value)
+    else:
+        module.register_buffer(name, value, persistent=False)
+
+
 def _fitted(module: nn.Module, name: str, value: Any, annotation: Any) -> None:
     """Store a setting; whole numbers become floats where only floats are meant, which TorchScript tells apart."""
     if isinstance(value, Tensor):
-        module.register_buffer(name, value, persistent=False)
+        hold(module, name, value)
     else:
         setattr(module, name, _as(value, annotation))
 

@@ -70,7 +70,7 @@ def mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]) -> Tensor:
-    """src (B, C, H, W) at pixel positions x and y (B, h, w): (B, C, h, w).
+    """src (B, C, H, W) at pixel positions x and y (B, h, w), or (1, h, w) for all of them: (B, C, h, w).
 
     Args:
         mode, padding_mode: as ``check_sampling`` allows; ``fill_value`` (C,) is the colour for "fill", black by default.

@@ -3,7 +3,7 @@
 from ...primitives.twin import lazy_twins
 from .affine import distort_points_affine, dx_distort_points_affine, undistort_points_affine
 from .kannala_brandt import distort_points_kannala_brandt, dx_distort_points_kannala_brandt, undistort_points_kannala_brandt
-from .pinhole import cam2pixel, pixel2cam, project_points, unproject_points
+from .pinhole import PinholeCamera, cam2pixel, pixel2cam, project_points, unproject_points
 from .planes import (
     dx_project_points_orthographic,
     dx_project_points_z1,
@@ -14,6 +14,7 @@ from .planes import (
 )
 
 __all__ = [
+    "PinholeCamera",
     "cam2pixel",
     "distort_points_affine",
     "distort_points_kannala_brandt",

@@ -1,9 +1,16 @@
 """Between points in space and pixels of a pinhole camera."""
 
-from torch import Tensor
+from typing import Optional
+
+import torch
+from torch import Tensor, nn
 
 from ...primitives.checks import check_last, check_matrix, check_rank
-from ...primitives.intrinsics import check_depth, from_pixels, moved, over_depth, to_pixels, with_one
+from ...primitives.intrinsics import check_depth, check_intrinsics, from_pixels, moved, over_depth, to_pixels, with_one
+from ...primitives.linalg import inverse
+from ...primitives.twin import hold
+from ..epipolar.projection import scale_intrinsics
+from ..linalg import inverse_transformation, transform_points
 
 
 def project_points(point_3d: Tensor, camera_matrix: Tensor) -> Tensor:
@@ -109,3 +116,141 @@ def pixel2cam(depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Te
     check_rank(pixel_coords, 4, "(B, H, W, 3)", "pixel_coords")
     check_last(pixel_coords, 3, "pixel_coords")
     return moved(intrinsics_inv[:, None, None], pixel_coords) * depth[:, 0, :, :, None]
+
+
+class PinholeCamera(nn.Module):
+    """B cameras without distortion, each at its place in the world; called with points it is ``project``.
+
+    E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. A tensor that is an
+    ``nn.Parameter`` is learned with the module.
+
+    Args:
+        intrinsics: (B, 3, 3) or (B, 4, 4), camera matrices in pixels, floating point; skew is not read, as in :func:`project_points`.
+        extrinsics: (B, 4, 4), rigid, from the world to the cameras' frames.
+        height, width: (B,), sizes of the images in pixels.
+
+    Raises:
+        TypeError: if intrinsics or extrinsics is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> camera = PinholeCamera.from_parameters(100.0, 100.0, 32.0, 24.0, 48, 64, tz=1.0)
+        >>> camera.project(torch.tensor([[[0.1, 0.2, 1.0]]]))
+        tensor([[[37., 34.]]])
+        >>> camera.unproject(torch.tensor([[[37.0, 34.0]]]), torch.tensor([[[2.0]]]))
+        tensor([[[0.1000, 0.2000, 1.0000]]])
+    """
+
+    def __init__(self, intrinsics: Tensor, extrinsics: Tensor, height: Tensor, width: Tensor) -> None:
+        super().__init__()
+        check_intrinsics(intrinsics, "intrinsics")
+        check_rank(intrinsics, 3, "(B, 3, 3) or (B, 4, 4)", "intrinsics")
+        check_rank(extrinsics, 3, "(B, 4, 4)", "extrinsics")
+        check_matrix(extrinsics, 4, 4, "extrinsics")
+        batch = intrinsics.size(0)
+        for name, value in (("extrinsics", extrinsics), ("height", height), ("width", width)):
+            if value.size(0) != batch:
+                raise ValueError(f"{name}: expected a batch of {batch} as intrinsics has, got {list(value.shape)}")
+        hold(self, "intrinsics", intrinsics)
+        hold(self, "extrinsics", extrinsics)
+        hold(self, "height", height)
+        hold(self, "width", width)
+
+    @classmethod
+    def from_parameters(
+        cls,
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        height: int,
+        width: int,
+        tx: float = 0.0,
+        ty: float = 0.0,
+        tz: float = 0.0,
+        batch_size: int = 1,
+        device: Optional[torch.device] = None,
+        dtype: Optional[torch.dtype] = None,
+    ) -> "PinholeCamera":
+        """Equal cameras that look along the world's z axis, by numbers: pixels, and the translation in the world's unit."""
+        intrinsics, extrinsics = torch.eye(4, dtype=torch.float64), torch.eye(4, dtype=torch.float64)
+        intrinsics[0, 0], intrinsics[1, 1], intrinsics[0, 2], intrinsics[1, 2] = fx, fy, cx, cy
+        extrinsics[0, 3], extrinsics[1, 3], extrinsics[2, 3] = tx, ty, tz
+        values = [v.to(device, dtype or torch.get_default_dtype()) for v in (intrinsics, extrinsics, torch.tensor(height), torch.tensor(width))]
+        return cls(*[v.expand(batch_size, *v.shape).clone() for v in values])
+
+    @property
+    def batch_size(self) -> int:
+        """B."""
+        return self.intrinsics.size(0)
+
+    @property
+    def fx(self) -> Tensor:
+        """(B,), horizontal focal lengths in pixels."""
+        return self.intrinsics[:, 0, 0]
+
+    @property
+    def fy(self) -> Tensor:
+        """(B,), vertical focal lengths in pixels."""
+        return self.intrinsics[:, 1, 1]
+
+    @property
+    def cx(self) -> Tensor:
+        """(B,), columns of the principal points."""
+        return self.intrinsics[:, 0, 2]
+
+    @property
+    def cy(self) -> Tensor:
+        """(B,), rows of the principal points."""
+        return self.intrinsics[:, 1, 2]
+
+    @property
+    def camera_matrix(self) -> Tensor:
+        """(B, 3, 3), K."""
+        return self.intrinsics[:, :3, :3]
+
+    @property
+    def rotation_matrix(self) -> Tensor:
+        """(B, 3, 3), from the world to the cameras' frames."""
+        return self.extrinsics[:, :3, :3]
+
+    @property
+    def translation_vector(self) -> Tensor:
+        """(B, 3, 1), where the world's origin is in the cameras' frames."""
+        return self.extrinsics[:, :3, 3:]
+
+    @property
+    def rt_matrix(self) -> Tensor:
+        """(B, 3, 4), [R | t]."""
+        return self.extrinsics[:, :3]
+
+    @torch.jit.export
+    def intrinsics_inverse(self) -> Tensor:
+        """Inverse of the intrinsics, in their shape."""
+        return inverse(self.intrinsics)
+
+    @torch.jit.export
+    def project(self, point_3d: Tensor) -> Tensor:
+        """Pixels (B, *, 2) at which points of the world (B, *, 3) are seen, as by :func:`project_points`; a batch of 1 goes with any B."""
+        seen = transform_points(self.extrinsics, point_3d)
+        return project_points(seen, self._matrices(seen))
+
+    @torch.jit.export
+    def unproject(self, point_2d: Tensor, depth: Tensor) -> Tensor:
+        """Points of the world (B, *, 3) seen at pixels (B, *, 2) with depths (B, *, 1), z in the cameras' frames."""
+        return transform_points(inverse_transformation(self.extrinsics), unproject_points(point_2d, depth, self._matrices(point_2d)))
+
+    def scale(self, scale_factor: Tensor) -> "PinholeCamera":
+        """The cameras of images scaled by factors (B,), or (1,) for all: see :func:`scale_intrinsics`."""
+        scaled = scale_intrinsics(self.camera_matrix, scale_factor)
+        return PinholeCamera(scaled, self.extrinsics, self.height * scale_factor, self.width * scale_factor)
+
+    def forward(self, point_3d: Tensor) -> Tensor:
+        return self.project(point_3d)
+
+    def _matrices(self, points: Tensor) -> Tensor:
+        """The camera matrices with dimensions for those of points between batch and coordinates."""
+        m = self.camera_matrix
+        for _ in range(points.dim() - 2):
+            m = m.unsqueeze(1)
+        return m

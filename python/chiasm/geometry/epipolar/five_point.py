@@ -11,7 +11,7 @@ from torch import Tensor
 
 from ...primitives.checks import check_floating
 from ...primitives.eigen import symmetric_eigen
-from ...primitives.factorisation import pointed
+from ...primitives.factorisation import pointed, qr
 from ...primitives.linalg import cofactors, cross, small_matmul, solve, spd_inverse
 from ...primitives.polynomials import real_roots
 from ..solvers import determinant_to_polynomial, multiply_deg_one_poly, multiply_deg_two_one_poly
@@ -69,7 +69,7 @@ def find_essential_5point(points1: Tensor, points2: Tensor, weights: Optional[Te
     weighted = rows if weights is None else rows * weights.to(torch.float64)[..., None]
     basis = subspace_basis(_least_four(small_matmul(weighted.transpose(1, 2), rows)), 4)
     fixed = basis.detach()
-    w, exists = _starts(fixed)
+    w, exists = _starts(fixed, 48)
     for _ in range(2):
         w = _improved(w, fixed)[0]
     w, residual = _improved(w, fixed)
@@ -82,6 +82,18 @@ def find_essential_5point(points1: Tensor, points2: Tensor, weights: Optional[Te
     E = E * pointed(E.transpose(1, 2)).transpose(1, 2)
     E = torch.where(exists[..., None], E, torch.zeros_like(E))
     return E.unflatten(2, [3, 3]).to(points1.dtype), exists
+
+
+def essentials_of_five(rows: Tensor) -> Tuple[Tensor, Tensor]:
+    """The essential matrices (B, 10, 3, 3) of five rows (B, 5, 9) of `epipolar_rows`, of unit length, and which of them exist (B, 10).
+
+    To about 1e-6, without gradient: for samples, of which many are tried.
+    """
+    span = qr(rows.detach().transpose(1, 2))[0]
+    projector = torch.eye(9, dtype=rows.dtype, device=rows.device) - small_matmul(span, span.transpose(1, 2))
+    basis = subspace_basis(projector, 4)
+    w, exists = _starts(basis, 24)
+    return small_matmul(w, basis.transpose(1, 2)).unflatten(2, [3, 3]), exists
 
 
 def _least_four(m: Tensor) -> Tensor:
@@ -98,7 +110,7 @@ def _least_four(m: Tensor) -> Tensor:
     return projector + moved + moved.transpose(1, 2)
 
 
-def _starts(basis: Tensor) -> Tuple[Tensor, Tensor]:
+def _starts(basis: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
     """Coefficients (B, 10, 4) of the essential matrices in a basis (B, 9, 4), and which of them exist."""
     reduced = _eliminated(basis.unflatten(1, [3, 3]))
     # Rows x^2 z and x^2, y^2 z and y^2, xyz and xy: the first less z times the second has neither.
@@ -106,7 +118,7 @@ def _starts(basis: Tensor) -> Tuple[Tensor, Tensor]:
     parts = [-b[..., 0:1], a[..., 0:2] - b[..., 1:3], a[..., 2:3], -b[..., 3:4], a[..., 3:5] - b[..., 4:6], a[..., 5:6]]
     parts += [-b[..., 6:7], a[..., 6:9] - b[..., 7:10], a[..., 9:10]]
     matrix = torch.cat(parts, -1)
-    s, exists = real_roots(determinant_to_polynomial(matrix))
+    s, exists = real_roots(determinant_to_polynomial(matrix), halvings)
     c = 1.0 - s.abs()
     # z = s / c: with powers of both, no entry is infinite.
     cubic = torch.stack([s * s * s, s * s * c, s * c * c, c * c * c], -1)

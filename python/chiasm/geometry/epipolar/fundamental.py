@@ -56,7 +56,7 @@ def find_fundamental(points1: Tensor, points2: Tensor, weights: Optional[Tensor]
     # The nearest matrix of rank 2 is without its part in the direction of the least singular vector.
     v = null_vector(f)
     f = f - small_matmul(f, v[..., None]) * v[:, None]
-    return _denormalised(f, t1, t2).to(points1.dtype)
+    return denormalised(f, t1, t2).to(points1.dtype)
 
 
 def find_fundamental_7point(points1: Tensor, points2: Tensor) -> Tuple[Tensor, Tensor]:
@@ -88,7 +88,7 @@ def find_fundamental_7point(points1: Tensor, points2: Tensor) -> Tuple[Tensor, T
     p1, t1 = hartley(points1.to(torch.float64), None, 1e-8)
     p2, t2 = hartley(points2.to(torch.float64), None, 1e-8)
     f, exists = matrices_of_rank_two(epipolar_rows(p1, p2))
-    f = _denormalised(f, t1[:, None], t2[:, None])
+    f = denormalised(f, t1[:, None], t2[:, None])
     f = torch.where(exists[..., None, None], f, torch.zeros_like(f))
     return f.to(points1.dtype), exists
 
@@ -211,7 +211,7 @@ def _complements(minors: Tensor) -> Tensor:
     return torch.stack([f, -e, d, c, -b, a], -1)
 
 
-def _denormalised(f: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
+def denormalised(f: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
     """T2^T F T1, scaled so that its last entry is 1 or, where that is near 0, its length."""
     f = small_matmul(small_matmul(t2.transpose(-2, -1), f), t1)
     squared = (f * f).sum(-1, keepdim=True).sum(-2, keepdim=True)

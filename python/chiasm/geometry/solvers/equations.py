@@ -1,10 +1,11 @@
 """Real roots of equations of degree two to four.
 
-Closed forms in float64, polished by Newton's method. They see no gradient: the derivative of a root x of p is -dp(x) / p'(x), by one
+Closed forms in float64 give one root, Newton's method polishes it, and the equation that is left without it has the others: a closed form moves
+the roots to their mean, where those much smaller than another would be lost. None of this sees a gradient: the derivative of a root x of p is -dp(x) / p'(x), by one
 more step. Among the roots, minus infinity stands for one that is not there.
 """
 
-from typing import Tuple
+from typing import List, Tuple
 
 import torch
 from torch import Tensor
@@ -43,8 +44,9 @@ def solve_quadratic(coeffs: Tensor) -> Tensor:
 def solve_cubic(coeffs: Tensor) -> Tensor:
     """Real roots of a x^3 + b x^2 + c x + d = 0.
 
-    By Cardano's formula, or by cosines where there are three. A discriminant within rounding of 0 gives a double root. Where a is 0
-    the equation is quadratic. One root may be very large or very small; where both are, by more than 1e7 or so from the third, it is lost.
+    The outermost root by Cardano's formula, or by a cosine where there are three, and the others of the quadratic that is left: W. Kahan, To
+    Solve a Real Cubic Equation, 1986. Each root is as exact as rounding of the coefficients leaves it, however far apart their sizes are.
+    A discriminant within rounding of 0 gives a double root. Where a is 0 the equation is quadratic.
 
     Args:
         coeffs: (*, 4), floating point, a, b, c, d.
@@ -69,7 +71,9 @@ def solve_cubic(coeffs: Tensor) -> Tensor:
 def solve_quartic(coeffs: Tensor) -> Tensor:
     """Real roots of a x^4 + b x^3 + c x^2 + d x + e = 0.
 
-    By Ferrari's method: two quadratic factors from the largest root of the resolvent cubic. Where a is 0 the equation is cubic.
+    One root by Ferrari's method (two quadratic factors from the largest root of the resolvent cubic), and the others of the cubic that is
+    left. Each root is as exact as rounding of the coefficients leaves it, however far apart their sizes are. A double root that is nearer than
+    a tenth or so to two others may be taken for a complex pair. Where a is 0 the equation is cubic.
 
     Args:
         coeffs: (*, 5), floating point, a, b, c, d, e.
@@ -109,27 +113,47 @@ def _of_quadratic(a: Tensor, b: Tensor, c: Tensor, rounding: Tensor) -> Tensor:
 
 
 def _cubic(coeffs: Tensor) -> Tensor:
+    """The root that is farther from the roots' mean than the others' real parts, and those of the quadratic that is left without it."""
     a = coeffs[..., 0]
-    turned, chosen = _well_led(coeffs, 1.0 / 3.0)
-    monic = _monic(chosen)
+    x = _polished(coeffs, _outer_root(coeffs)[..., None])[..., 0]
+    rest, bound = _deflated(coeffs, x)
+    sums = 2.0 * rest[..., 1].abs() * bound[..., 1] + 4.0 * a.abs() * bound[..., 2]
+    # What x's own rounding makes of the discriminant: its derivative is -2 a (3 a x + b), unless the quadratic is from the last coefficients.
+    error = _rounding_of_root(coeffs, x)
+    steep, relative = 2.0 * (a * (3.0 * a * x + coeffs[..., 1])).abs() * error, sums * error / torch.where(x == 0, torch.ones_like(x), x.abs())
+    rounding = 1e-15 * (sums + torch.minimum(steep, relative))
+    pair = _of_quadratic(a, rest[..., 1], rest[..., 2], rounding)
+    lower_degree = torch.cat([_quadratic(coeffs[..., 1:]), _missing(a)[..., None]], -1)
+    roots = torch.where((a == 0)[..., None], lower_degree, torch.cat([x[..., None], pair], -1))
+    return _polished(coeffs, roots)
+
+
+def _rounding_of_root(coeffs: Tensor, x: Tensor) -> Tensor:
+    """How far a root moves for a relative change of the coefficients, each by as much as does most; 0 for a multiple root."""
+    _value, slope, _size = _values(coeffs, x[..., None])
+    flat = slope == 0
+    ratio = _terms(coeffs, x[..., None]) / torch.where(flat, torch.ones_like(slope), slope.abs())
+    return torch.where(flat, torch.zeros_like(ratio), ratio)[..., 0]
+
+
+def _outer_root(coeffs: Tensor) -> Tensor:
+    """One root of a cubic, up to rounding of the largest."""
+    monic, scale = _scaled(coeffs)
     third, c, d = monic[..., 1] / 3.0, monic[..., 2], monic[..., 3]
     # x = t - third leaves t^3 + 3 p t + 2 h
     p = c / 3.0 - third * third
-    cube = third * third * third
-    h = cube + 0.5 * (d - third * c)
+    h = third * third * third + 0.5 * (d - third * c)
     discriminant = h * h + p * p * p
-    rounding = 2.0 * h.abs() * (cube.abs() + 0.5 * (d.abs() + (third * c).abs())) + 3.0 * p * p * (c.abs() / 3.0 + third * third)
-    three = discriminant <= 2e-15 * rounding
     size = torch.pow(h.abs() + torch.sqrt(torch.clamp(discriminant, min=0.0)), 1.0 / 3.0)
     u = torch.where(h >= 0, -size, size)
     v = torch.where(u == 0, torch.zeros_like(u), -p / torch.where(u == 0, torch.ones_like(u), u))
-    only = torch.stack([u + v - third, _missing(a), _missing(a)], -1)
-    cosine, sine = _third_of_angle(h.abs(), torch.sqrt(torch.clamp(-discriminant, min=0.0)))
-    cosines = torch.stack([cosine, 0.8660254037844386 * sine - 0.5 * cosine, -0.8660254037844386 * sine - 0.5 * cosine], -1)
-    radius = torch.sqrt(torch.clamp(-p, min=0.0)) * torch.where(h > 0, -2.0, 2.0).to(p.dtype)
-    roots = _turned_back(torch.where(three[..., None], radius[..., None] * cosines - third[..., None], only), turned)
-    lower_degree = torch.cat([_quadratic(coeffs[..., 1:]), _missing(a)[..., None]], -1)
-    return _polished(coeffs, torch.where((a == 0)[..., None], lower_degree, roots))
+    # u + v, where that cancels as a quotient
+    whole = torch.where(p > 0, u * u + p + v * v, torch.ones_like(p))
+    only = torch.where(p > 0, -2.0 * h / whole, u + v)
+    cosine, _sine = _third_of_angle(h.abs(), torch.sqrt(torch.clamp(-discriminant, min=0.0)))
+    radius = 2.0 * torch.sqrt(torch.clamp(-p, min=0.0))
+    outer = torch.where(discriminant > 0, only, torch.where(h > 0, -radius, radius) * cosine)
+    return scale * (outer - third)
 
 
 def _third_of_angle(x: Tensor, y: Tensor) -> Tuple[Tensor, Tensor]:
@@ -145,50 +169,100 @@ def _third_of_angle(x: Tensor, y: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def _quartic(coeffs: Tensor) -> Tensor:
+    """One root that is found well, and those of the cubic that is left without it."""
     a = coeffs[..., 0]
-    turned, chosen = _well_led(coeffs, 0.5)
-    monic = _monic(chosen)
+    # Of roots of very different sizes Ferrari's method finds the large ones, and of the equation for 1 / x the small ones.
+    found = _by_ferrari(torch.stack([coeffs, coeffs.flip(-1)], 0))
+    turned = torch.where(found[1] == 0, torch.zeros_like(found[1]), 1.0 / torch.where(found[1] == 0, torch.ones_like(found[1]), found[1]))
+    candidates = _polished(coeffs, torch.cat([found[0], turned], -1))
+    value, slope, _size = _values(coeffs, candidates)
+    terms = _terms(coeffs, candidates)
+    isolation = torch.where(value.abs() <= 4e-15 * terms, (candidates * slope).abs() / torch.where(terms == 0, torch.ones_like(terms), terms), -torch.ones_like(terms))
+    best = torch.argmax(isolation, dim=-1, keepdim=True)
+    x = candidates.gather(-1, best)[..., 0]
+    exists = isolation.amax(-1) >= 0
+    rest, _bound = _deflated(coeffs, x)
+    linear = (a == 0)[..., None]
+    others = _cubic(torch.where(linear, coeffs[..., 1:], rest))
+    roots = torch.cat([torch.where(a == 0, _missing(x), x)[..., None], others], -1)
+    return _polished(coeffs, torch.where(exists[..., None] | linear, roots, _missing(roots)))
+
+
+def _by_ferrari(coeffs: Tensor) -> Tensor:
+    """Four candidates for the real roots, the complex ones' real parts among them, up to rounding of the largest."""
+    monic, scale = _scaled(coeffs)
     fourth, c, d, e = 0.25 * monic[..., 1], monic[..., 2], monic[..., 3], monic[..., 4]
     # x = y - fourth leaves y^4 + p y^2 + q y + r
     square = fourth * fourth
     p = c - 6.0 * square
     q = d - 2.0 * fourth * c + 8.0 * square * fourth
     r = e - fourth * d + square * c - 3.0 * square * square
-    resolvent = torch.stack([torch.ones_like(p), p, 0.25 * p * p - r, -0.125 * q * q], -1)
-    # together with what is left where a is 0
-    cubics = _cubic(torch.stack([resolvent, coeffs[..., 1:]], 0))
-    m = torch.clamp(cubics[0].amax(-1), min=0.0)
+    m = torch.clamp(_cubic(torch.stack([torch.ones_like(p), p, 0.25 * p * p - r, -0.125 * q * q], -1)).amax(-1), min=0.0)
     # (y^2 + p / 2 + m)^2 = 2 m (y - q / (4 m))^2
     middle = 0.5 * p + m
     slope = torch.sqrt(2.0 * m)
     large = m > 1e-8 * (p.abs() + torch.sqrt(r.abs()))
     by_root = torch.sqrt(torch.clamp(middle * middle - r, min=0.0))
     shift = torch.where(large, q / (2.0 * torch.where(large, slope, torch.ones_like(slope))), torch.where(q >= 0, by_root, -by_root))
-    rounding = 4e-14 * (c.abs() + 6.0 * square + 4.0 * (m + shift.abs()))
-    one = torch.ones_like(p)
-    upper = _of_quadratic(one, -slope, middle + shift, rounding)
-    lower = _of_quadratic(one, slope, middle - shift, rounding)
-    roots = _turned_back(torch.cat([upper, lower], -1) - fourth[..., None], turned)
-    lower_degree = torch.cat([cubics[1], _missing(a)[..., None]], -1)
-    return _polished(coeffs, torch.where((a == 0)[..., None], lower_degree, roots))
+    always = torch.full_like(p, float("inf"))
+    upper = _of_quadratic(torch.ones_like(p), -slope, middle + shift, always)
+    lower = _of_quadratic(torch.ones_like(p), slope, middle - shift, always)
+    return scale[..., None] * (torch.cat([upper, lower], -1) - fourth[..., None])
 
 
-def _well_led(coeffs: Tensor, power: float) -> Tuple[Tensor, Tensor]:
-    """Whether to look for 1 / x, and the coefficients of that: where the leading coefficient is tiny, one root is huge, and
-    a closed form, which moves the roots to their mean, would lose the others."""
-    first, last = coeffs[..., 0].abs(), coeffs[..., -1].abs()
-    turned = coeffs[..., 1].abs() * torch.pow(last, power) > coeffs[..., -2].abs() * torch.pow(first, power)
-    return turned, torch.where(turned[..., None], coeffs.flip(-1), coeffs)
+def _scaled(coeffs: Tensor) -> Tuple[Tensor, Tensor]:
+    """The monic polynomial of x / scale, whose coefficients are 1 at most, and scale; of no meaning where the first is 0."""
+    a = torch.where(coeffs[..., 0] == 0, torch.ones_like(coeffs[..., 0]), coeffs[..., 0])
+    monic = [coeffs[..., k] / a for k in range(coeffs.size(-1))]
+    scale = monic[1].abs()
+    for k in range(2, len(monic)):
+        scale = torch.maximum(scale, torch.pow(monic[k].abs(), 1.0 / k))
+    scale = torch.where(scale == 0, torch.ones_like(scale), scale)
+    for k in range(1, len(monic)):
+        for _ in range(k):
+            monic[k] = monic[k] / scale
+    return torch.stack(monic, -1), scale
 
 
-def _monic(coeffs: Tensor) -> Tensor:
-    a = coeffs[..., 0:1]
-    return coeffs / torch.where(a == 0, torch.ones_like(a), a)
+def _deflated(coeffs: Tensor, x: Tensor) -> Tuple[Tensor, Tensor]:
+    """The polynomial without its root x, and sums of the sizes of what its coefficients are sums of.
+
+    From the first coefficients on and from the last, up to the term that is largest at x: G. Peters, J. H. Wilkinson, Practical problems
+    arising in the solution of polynomial equations, J. Inst. Maths Applics 8, 1971.
+    """
+    last = coeffs.size(-1) - 1
+    size = x.abs()
+    terms = [coeffs[..., last].abs()]
+    power = torch.ones_like(x)
+    for k in range(1, last + 1):
+        power = power * size
+        terms.append(coeffs[..., last - k].abs() * power)
+    high, high_bound = [coeffs[..., 0]], [coeffs[..., 0].abs()]
+    for k in range(1, last):
+        high.append(high[k - 1] * x + coeffs[..., k])
+        high_bound.append(high_bound[k - 1] * size + coeffs[..., k].abs())
+    divisor = torch.where(x == 0, torch.ones_like(x), x)
+    low, low_bound = torch.zeros_like(x), torch.zeros_like(x)
+    out, bound = high, high_bound
+    for k in range(last - 1):
+        low = (low - coeffs[..., last - k]) / divisor
+        low_bound = (low_bound + coeffs[..., last - k].abs()) / divisor.abs()
+        upward = _largest(terms[k + 1 :]) > _largest(terms[: k + 1])
+        out[last - 1 - k] = torch.where(upward, low, high[last - 1 - k])
+        bound[last - 1 - k] = torch.where(upward, low_bound, high_bound[last - 1 - k])
+    return torch.stack(out, -1), torch.stack(bound, -1)
 
 
-def _turned_back(roots: Tensor, turned: Tensor) -> Tensor:
-    lost = (roots < -1e30) | (roots == 0)
-    return torch.where(turned[..., None], torch.where(lost, _missing(roots), 1.0 / torch.where(lost, torch.ones_like(roots), roots)), roots)
+def _terms(coeffs: Tensor, x: Tensor) -> Tensor:
+    """The sum of the sizes of the polynomial's terms at each x."""
+    return _values(coeffs.abs(), x.abs())[0]
+
+
+def _largest(values: List[Tensor]) -> Tensor:
+    out = values[0]
+    for value in values[1:]:
+        out = torch.maximum(out, value)
+    return out
 
 
 def _missing(like: Tensor) -> Tensor:

@@ -1,12 +1,12 @@
 """Geometric image transforms."""
 
 from ...primitives.twin import lazy_twins
-from .affine import affine, rotate, scale, shear, translate, warp_affine
+from .affine import Affine, affine, rotate, scale, shear, translate, warp_affine
 from .crop import center_crop, crop_and_resize, crop_by_boxes, crop_by_indices, crop_by_transform_mat
 from .crop3d import center_crop3d, crop_and_resize3d, crop_by_boxes3d
 from .elastic import elastic_transform2d
 from .flips import hflip, rot180, vflip
-from .homography_warp import homography_warp, warp_grid
+from .homography_warp import HomographyWarper, homography_warp, warp_grid
 from .matrices import (
     get_affine_matrix2d,
     get_perspective_transform,
@@ -27,7 +27,7 @@ from .volume import affine3d, crop_by_transform_mat3d, homography_warp3d, rotate
 from .warp import warp_perspective
 
 __all__ = [
-    "affine", "affine3d", "build_laplacian_pyramid", "build_pyramid", "center_crop", "center_crop3d", "crop_and_resize",
+    "Affine", "HomographyWarper", "affine", "affine3d", "build_laplacian_pyramid", "build_pyramid", "center_crop", "center_crop3d", "crop_and_resize",
     "crop_and_resize3d", "crop_by_boxes", "crop_by_boxes3d", "crop_by_indices", "crop_by_transform_mat",
     "crop_by_transform_mat3d", "elastic_transform2d", "get_affine_matrix2d", "get_affine_matrix3d", "get_perspective_transform",
     "get_perspective_transform3d", "get_projective_transform", "get_rotation_matrix2d", "get_shear_matrix2d",
@@ -37,4 +37,7 @@ __all__ = [
     "warp_grid3d", "warp_image_tps", "warp_perspective", "warp_perspective3d", "warp_points_tps", "warp_polar",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+# As Kornia's: modules that move every image in the same way.
+_HELD = {"rotate": ["angle"], "scale": ["scale_factor"], "shear": ["shear"], "translate": ["translation"]}
+
+__getattr__ = lazy_twins(__name__, globals(), _HELD)

@@ -3,11 +3,12 @@
 from typing import Optional, Tuple
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from ...primitives.checks import check_image
+from ...primitives.twin import hold
 from ...primitives.warping import check_matrix, check_sampling, sample_affine
-from .matrices import check_numbers, check_vectors, from_rows, get_rotation_matrix2d, inverse_affine
+from .matrices import check_numbers, check_vectors, from_rows, get_affine_matrix2d, get_rotation_matrix2d, inverse_affine
 
 
 def warp_affine(
@@ -26,7 +27,7 @@ def warp_affine(
 
     Args:
         src: (B, C, H, W), floating point.
-        M: (B, 2, 3), invertible, mapping src pixels (x, y) to output pixels.
+        M: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
         mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
         padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
@@ -58,7 +59,7 @@ def affine(tensor: Tensor, matrix: Tensor, mode: str = "bilinear", padding_mode:
 
     Args:
         tensor: (B, C, H, W), floating point.
-        matrix: (B, 2, 3), invertible, mapping source pixels (x, y) to output pixels.
+        matrix: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping source pixels (x, y) to output pixels.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -90,8 +91,8 @@ def rotate(
 
     Args:
         tensor: (B, C, H, W), floating point.
-        angle: (B,) in degrees.
-        center: (B, 2), x and y in pixels; the middle of the image, ((W - 1) / 2, (H - 1) / 2), by default.
+        angle: (B,) in degrees, or (1,) for all images.
+        center: as many (x, y) in pixels as there are angles; the middle of the image, ((W - 1) / 2, (H - 1) / 2), by default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -124,8 +125,8 @@ def scale(
 
     Args:
         tensor: (B, C, H, W), floating point.
-        scale_factor: (B,), or (B, 2) with factors along x and y.
-        center: (B, 2), x and y in pixels of what stays in place; the middle of the image by default.
+        scale_factor: (B,), or (B, 2) with factors along x and y; B may be 1, for all images.
+        center: as many (x, y) in pixels as there are factors: what stays in place; the middle of the image by default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -163,7 +164,7 @@ def shear(tensor: Tensor, shear: Tensor, mode: str = "bilinear", padding_mode: s
 
     Args:
         tensor: (B, C, H, W), floating point.
-        shear: (B, 2), pixels along x per pixel of y, and along y per pixel of x; their product is not 1.
+        shear: (B, 2), or (1, 2) for all images: pixels along x per pixel of y, and along y per pixel of x; their product is not 1.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -190,7 +191,7 @@ def translate(tensor: Tensor, translation: Tensor, mode: str = "bilinear", paddi
 
     Args:
         tensor: (B, C, H, W), floating point.
-        translation: (B, 2), by how many pixels to the right and down.
+        translation: (B, 2), or (1, 2) for all images: by how many pixels to the right and down.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -209,3 +210,74 @@ def translate(tensor: Tensor, translation: Tensor, mode: str = "bilinear", paddi
     one, zero = torch.ones_like(translation[:, 0]), torch.zeros_like(translation[:, 0])
     matrix = from_rows([[one, zero, translation[:, 0]], [zero, one, translation[:, 1]]])
     return affine(tensor, matrix, mode, padding_mode, align_corners)
+
+
+class Affine(nn.Module):
+    """Shear, scale, rotate and then move images, all in the same way or each in its own: ``affine`` by ``get_affine_matrix2d``.
+
+    A tensor that is an ``nn.Parameter`` is learned with the module.
+
+    Args:
+        angle: (B,) in degrees, counterclockwise as seen; 0 by default. B may be 1 here and below, for all images.
+        translation: (B, 2), by how many pixels to the right and down; 0 by default.
+        scale_factor: (B, 2), factors along x and y; 1 by default.
+        shear: (B, 2), shearing angles along x and y in radians, as in :func:`get_shear_matrix2d`; 0 by default.
+        center: (B, 2), x and y in pixels of what neither shearing, scaling nor rotation moves; the middle of the image,
+            ((W - 1) / 2, (H - 1) / 2), by default.
+        mode, padding_mode, align_corners: as in :func:`warp_affine`.
+
+    Shape:
+        (B, C, H, W), floating point, to (B, C, H, W).
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> mirror = Affine(translation=torch.tensor([[1.0, 0.0]]), scale_factor=torch.tensor([[-1.0, 1.0]]))
+        >>> mirror(torch.arange(4.0).expand(1, 1, 2, 4))[0, 0, 0]
+        tensor([0., 3., 2., 1.])
+    """
+
+    center: Optional[Tensor]
+
+    def __init__(
+        self,
+        angle: Optional[Tensor] = None,
+        translation: Optional[Tensor] = None,
+        scale_factor: Optional[Tensor] = None,
+        shear: Optional[Tensor] = None,
+        center: Optional[Tensor] = None,
+        mode: str = "bilinear",
+        padding_mode: str = "zeros",
+        align_corners: bool = True,
+    ) -> None:
+        super().__init__()
+        check_sampling(mode, padding_mode)
+        hold(self, "angle", torch.zeros(1) if angle is None else angle)
+        hold(self, "translation", torch.zeros(1, 2) if translation is None else translation)
+        hold(self, "scale_factor", torch.ones(1, 2) if scale_factor is None else scale_factor)
+        hold(self, "shear", torch.zeros(1, 2) if shear is None else shear)
+        check_numbers(self.angle, "angle")
+        for name in ("translation", "scale_factor", "shear"):
+            check_vectors(getattr(self, name), 2, name)
+        if center is None:
+            self.center = None
+        else:
+            check_vectors(center, 2, "center")
+            hold(self, "center", center)
+        self.mode, self.padding_mode, self.align_corners = mode, padding_mode, align_corners
+
+    def forward(self, input: Tensor) -> Tensor:
+        check_image(input, "input")
+        batch = input.size(0)
+        fixed = self.center
+        if fixed is None:
+            width, height = torch.ones_like(self.angle[:1]) * input.size(3), torch.ones_like(self.angle[:1]) * input.size(2)
+            fixed = torch.stack([(width - 1.0) * 0.5, (height - 1.0) * 0.5], -1)
+        center = fixed.to(torch.float64).expand(batch, 2)  # whose dtype is the matrix's
+        shear = self.shear.expand(batch, 2)
+        matrix = get_affine_matrix2d(
+            self.translation.expand(batch, 2), center, self.scale_factor.expand(batch, 2), -self.angle.expand(batch), shear[:, 0], shear[:, 1]
+        )
+        return affine(input, matrix[:, :2], self.mode, self.padding_mode, self.align_corners)

@@ -1,9 +1,9 @@
 """Warps by homographies between normalised coordinates."""
 
-from typing import Tuple
+from typing import Optional, Tuple
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from ...primitives.checks import check_image, check_last
 from ...primitives.warping import (
@@ -16,6 +16,7 @@ from ...primitives.warping import (
     sample_image,
     sample_projective,
 )
+from ..grid import create_meshgrid
 from .warp import pixels_to_source
 
 
@@ -59,7 +60,7 @@ def homography_warp(
 
     Args:
         patch_src: (B, C, H, W), floating point.
-        src_homo_dst: (B, 3, 3), between coordinates in [-1, 1] unless one of the last two arguments is False.
+        src_homo_dst: (B, 3, 3), or (1, 3, 3) for all images, between coordinates in [-1, 1] unless one of the last two arguments is False.
         dsize: (height, width) of the output; may come from another tensor's shape.
         mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
         padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels' centres, or
@@ -94,3 +95,73 @@ def homography_warp(
         x, y = from_normalized(x, patch_src.size(3), align_corners), from_normalized(y, patch_src.size(2), align_corners)
         return sample_image(patch_src, x, y, mode, padding_mode, align_corners, None)
     return sample_projective(patch_src, src_homo_dst, dsize[0], dsize[1], mode, padding_mode, align_corners, None)
+
+
+class HomographyWarper(nn.Module):
+    """``homography_warp`` to one size, by a homography that comes with each image or, once for many, before.
+
+    E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020.
+
+    Args:
+        height, width: of the output.
+        mode, padding_mode: as in :func:`homography_warp`.
+        normalized_coordinates: when False, homographies lead from output pixels to the image's pixels.
+        align_corners: as in :func:`homography_warp`.
+
+    Shape:
+        patch_src (B, C, H, W), floating point, and src_homo_dst (B, 3, 3) or (1, 3, 3), from the output to patch_src, to
+        (B, C, height, width). Without src_homo_dst it is the one that ``precompute_warp_grid`` was given.
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape or a choice is not as above, or there is no homography.
+
+    Example:
+        >>> image, mirror = torch.arange(4.0).expand(1, 1, 2, 4), torch.diag(torch.tensor([-1.0, 1.0, 1.0]))[None]
+        >>> warper = HomographyWarper(2, 4)
+        >>> warper(image, mirror)[0, 0, 0]
+        tensor([3., 2., 1., 0.])
+        >>> warper.precompute_warp_grid(mirror)
+        >>> warper(image)[0, 0, 0]
+        tensor([3., 2., 1., 0.])
+    """
+
+    warped_grid: Optional[Tensor]
+
+    def __init__(
+        self,
+        height: int,
+        width: int,
+        mode: str = "bilinear",
+        padding_mode: str = "zeros",
+        normalized_coordinates: bool = True,
+        align_corners: bool = False,
+    ) -> None:
+        super().__init__()
+        check_sampling(mode, padding_mode)
+        self.height, self.width, self.mode, self.padding_mode = height, width, mode, padding_mode
+        self.normalized_coordinates, self.align_corners = normalized_coordinates, align_corners
+        self.register_buffer("warped_grid", None, persistent=False)
+
+    @torch.jit.export
+    def precompute_warp_grid(self, src_homo_dst: Tensor) -> None:
+        """Keep where (B, 3, 3) homographies lead, for calls with images alone."""
+        check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
+        dtype = position_dtype(src_homo_dst.dtype)
+        grid = create_meshgrid(self.height, self.width, self.normalized_coordinates, src_homo_dst.device, dtype, self.align_corners)
+        self.warped_grid = warp_grid(grid, src_homo_dst.to(dtype))
+
+    def forward(self, patch_src: Tensor, src_homo_dst: Optional[Tensor] = None) -> Tensor:
+        if src_homo_dst is not None:
+            size = (self.height, self.width)
+            return homography_warp(
+                patch_src, src_homo_dst, size, self.mode, self.padding_mode, self.align_corners, self.normalized_coordinates
+            )
+        grid = self.warped_grid
+        if grid is None:
+            raise ValueError("src_homo_dst: expected a homography here or, before, for precompute_warp_grid, got None")
+        check_image(patch_src, "patch_src")
+        x, y = grid[..., 0], grid[..., 1]
+        if self.normalized_coordinates:
+            x, y = from_normalized(x, patch_src.size(3), self.align_corners), from_normalized(y, patch_src.size(2), self.align_corners)
+        return sample_image(patch_src, x, y, self.mode, self.padding_mode, self.align_corners, None)

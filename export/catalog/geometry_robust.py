@@ -1,0 +1,140 @@
+"""Views of one scene where some correspondences are wrong, poses by least squares, and stereo pairs."""
+
+import torch
+
+from ..spec import Spec, TensorSpec, Tolerance
+from . import add
+from .geometry_epipolar import homographies, mapped, scene
+
+_DOUBLE = torch.float64
+_LOOSE = {"float32": Tolerance(1e-3, 1e-3)}
+
+
+def _uniform(generator, shape, low=0.0, high=1.0):
+    return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
+
+
+def _points(name, description="pixels"):
+    return TensorSpec(name, ("B", "N", 2), description=description)
+
+
+def _matrix(name, description="", shape=("B", 3, 3)):
+    return TensorSpec(name, shape, description=description)
+
+
+# --- random sample consensus -------------------------------------------------------------------------------------------
+
+
+def _uniforms(size):
+    return TensorSpec("uniforms", ("B", "S", size), range=(0, 1), description="random numbers, uniform in [0, 1), of which samples are made")
+
+
+def _with_wrong_ones(generator, points, size):
+    """A quarter of the points from the eleventh on are anywhere."""
+    count = points.shape[1]
+    wrong = (torch.arange(count) >= 10) & (torch.arange(count) % 4 == 2)
+    return torch.where(wrong[:, None], _uniform(generator, points.shape, 0.0, size), points)
+
+
+def _sample_plane(generator, sizes, dtype):
+    p = _uniform(generator, (sizes["B"], sizes["N"], 2), 0, 200)
+    q = mapped(homographies(generator, sizes["B"]), p) + 0.05 * torch.randn(p.shape, generator=generator, dtype=_DOUBLE)
+    made = {"points1": p, "points2": _with_wrong_ones(generator, q, 200), "uniforms": _uniform(generator, (sizes["B"], sizes["S"], 4))}
+    return {name: value.to(dtype) for name, value in made.items()}
+
+
+def _sampler_of_scenes(size, **more):
+    """Two views with pixels of about 500 and a noise of 0.1; `more` are further arguments: parts of the scene."""
+
+    def sample(generator, sizes, dtype):
+        parts = scene(generator, sizes["B"], sizes["N"], 500.0)
+        made = {"points1": parts["x1"], "points2": _with_wrong_ones(generator, parts["x2"], 500.0), **{name: parts[part] for name, part in more.items()}}
+        made["uniforms"] = _uniform(generator, (sizes["B"], sizes["S"], size))
+        return {name: value.to(dtype) for name, value in made.items()}
+
+    return sample
+
+
+_MASK = TensorSpec("inliers", description="which correspondences obey the matrix")
+_SAMPLES = {"S": (1, 1 << 16)}
+
+add(Spec(
+    "geometry.ransac.ransac_homography", [_points("points1"), _points("points2"), _uniforms(4)], [TensorSpec("homography"), _MASK],
+    symbols={"N": (4, 1 << 20), **_SAMPLES}, gradients=("points1", "points2"),
+    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)}, sample=_sample_plane, reference="OpenCV findHomography with RANSAC",
+))
+add(Spec(
+    "geometry.ransac.ransac_fundamental", [_points("points1"), _points("points2"), _uniforms(7)], [TensorSpec("fundamental"), _MASK],
+    symbols={"N": (8, 1 << 20), **_SAMPLES}, gradients=("points1", "points2"),
+    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)}, sample=_sampler_of_scenes(7),
+    reference="OpenCV findFundamentalMat with RANSAC",
+))
+add(Spec(
+    "geometry.ransac.ransac_essential",
+    [_points("points1"), _points("points2"), _matrix("K1", "camera matrices"), _matrix("K2", "camera matrices"), _uniforms(5)],
+    [TensorSpec("essential"), _MASK],
+    symbols={"N": (6, 1 << 20), **_SAMPLES}, gradients=(), tolerances=_LOOSE, sample=_sampler_of_scenes(5, K1="K1", K2="K2"),
+    reference="OpenCV findEssentialMat with RANSAC, recoverPose",
+))
+
+# --- poses -------------------------------------------------------------------------------------------------------------
+
+
+def _sample_pose(generator, sizes, dtype):
+    """Points and a pose near the one they are seen from."""
+    parts = scene(generator, sizes["B"], sizes["N"])
+    pose = torch.cat([parts["R"], parts["t"]], -1) + _uniform(generator, (sizes["B"], 3, 4), -0.03, 0.03)
+    made = {"world_points": parts["X"], "img_points": parts["x2"], "intrinsics": parts["K2"], "pose": pose, "weights": parts["weights"]}
+    return {name: value.to(dtype) for name, value in made.items()}
+
+
+add(Spec(
+    "geometry.pnp.refine_pnp",
+    [TensorSpec("world_points", ("B", "N", 3)), _points("img_points"), _matrix("intrinsics", "camera matrices"), _matrix("pose", "[R | t]", ("B", 3, 4)),
+     TensorSpec("weights", ("B", "N"), range=(0.5, 1.5))],
+    [TensorSpec("refined", description="[R | t]")],
+    symbols={"N": (5, 1 << 20)}, gradients=("world_points", "img_points", "intrinsics", "weights"),
+    gradient_tolerances=_LOOSE, sample=_sample_pose, reference="OpenCV solvePnP, solvePnPRefineLM",
+))
+
+# --- stereo ------------------------------------------------------------------------------------------------------------
+
+
+def _sample_rig(generator, sizes, dtype):
+    """Two cameras side by side, hardly turned."""
+    parts = scene(generator, sizes["B"], 1, 50.0)
+    v = _uniform(generator, (sizes["B"], 3), -0.05, 0.05)
+    skew = torch.zeros((sizes["B"], 3, 3), dtype=_DOUBLE)
+    skew[:, 0, 1], skew[:, 0, 2], skew[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
+    shift = torch.tensor([[-0.5], [0.0], [0.0]], dtype=_DOUBLE) + _uniform(generator, (sizes["B"], 3, 1), -0.03, 0.03)
+    made = {"K1": parts["K1"], "K2": parts["K2"], "R": torch.linalg.matrix_exp(skew - skew.transpose(1, 2)), "t": shift}
+    like = torch.zeros((sizes["H"], sizes["W"]), dtype=torch.uint8)
+    return {**{name: value.to(dtype) for name, value in made.items()}, "like": like}
+
+
+add(Spec(
+    "geometry.stereo.stereo_rectify",
+    [_matrix("K1", "camera matrices"), _matrix("K2", "camera matrices"), _matrix("R", "from the first camera to the second"),
+     _matrix("t", "from the first camera to the second", ("B", 3, 1)),
+     TensorSpec("like", ("H", "W"), "uint8", range=(0, 255), description="its shape is the images' size; its values are not read")],
+    [TensorSpec(name) for name in ("R1", "R2", "P1", "P2", "Q")],
+    tolerances=_LOOSE, gradient_tolerances=_LOOSE, sample=_sample_rig, reference="OpenCV stereoRectify",
+), fn="geometry.stereo.stereo_rectify_like")
+
+
+def _sample_disparity(generator, sizes, dtype):
+    """Disparities of 5 to 60 pixels, of rigs with focal lengths of about 500."""
+    batch = sizes["B"]
+    Q = torch.eye(4, dtype=_DOUBLE).repeat(batch, 1, 1)
+    Q[:, :2, 3] = -_uniform(generator, (batch, 2), 10.0, 20.0)
+    Q[:, 2, 2], Q[:, 2, 3], Q[:, 3, 2], Q[:, 3, 3] = 0.0, _uniform(generator, (batch,), 400, 600), _uniform(generator, (batch,), 2, 10), 1.0
+    return {"disparity": _uniform(generator, (batch, 1, sizes["H"], sizes["W"]), 5, 60).to(dtype), "Q": Q.to(dtype)}
+
+
+add(Spec(
+    "geometry.stereo.reproject_disparity_to_3d",
+    [TensorSpec("disparity", ("B", 1, "H", "W"), layout="NCHW", range=(5, 60), description="pixels"), _matrix("Q", "of the rectified pair", ("B", 4, 4))],
+    [TensorSpec("points")],
+    # gradients by Q are sums over all pixels, of points hundreds away
+    gradient_tolerances={"float32": Tolerance(1e-1, 1e-3)}, sample=_sample_disparity, reference="OpenCV reprojectImageTo3D",
+))

@@ -1,0 +1,149 @@
+"""An essential matrix from correspondences some of which are wrong."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ...primitives.checks import check_matrix, check_rank
+from ...primitives.consensus import (
+    best_model,
+    best_of_each,
+    common_frame,
+    costs_less,
+    draw_samples,
+    in_frame,
+    inliers,
+    near_weights,
+    sampson_denominators,
+    score_planes,
+)
+from ...primitives.factorisation import pointed
+from ...primitives.intrinsics import with_one
+from ...primitives.linalg import inverse3x3, small_matmul, spd_inverse
+from ...primitives.loops import repeat
+from ..conversions.rotations import axis_angle_to_rotation_matrix, vector_to_skew_symmetric_matrix
+from ..epipolar.essential import decompose_essential_matrix
+from ..epipolar.five_point import essentials_of_five
+from .arguments import check_arguments
+
+
+def ransac_essential(
+    points1: Tensor, points2: Tensor, K1: Tensor, K2: Tensor, uniforms: Tensor, inl_th: float = 1.0, refinements: int = 5
+) -> Tuple[Tensor, Tensor]:
+    """Essential matrix from five or more correspondences some of which are wrong.
+
+    Each of S samples of five correspondences gives up to ten matrices, by Nister's algorithm, of which the one is kept that fits 32
+    points best, spread over all. The one with the least MSAC cost (the sum over all points of Sampson's squared distance in pixels, which
+    counts as no more than inl_th squared) is refined: three Gauss-Newton steps of rotation and direction of translation on the squared
+    Sampson distances, their denominators held fixed, of the points within a distance that goes from nearly 3 inl_th to begin with down
+    to inl_th. What costs least of all is taken, the first of several samples that cost the same.
+
+    Args:
+        points1, points2: (B, N, 2), N >= 6, pixels, floating point.
+        K1, K2: (B, 3, 3), camera matrices.
+        uniforms: (B, S, 5), random numbers in [0, 1), five for each sample: the k-th number u draws point floor(u (N - 4 + k)), k = 0 to 4,
+            or, where that has been drawn, point N - 5 + k.
+        inl_th: an inlier's Sampson distance, in pixels, is less than this, as for :func:`ransac_fundamental`.
+        refinements: how many times to fit to what is near.
+
+    Returns:
+        E (B, 3, 3), of unit length, for points of the planes z = 1, and the mask (B, N), bool, of its inliers. Where no sample gives a
+        matrix E is zeros. E has no gradient: it would be that of the least cost, which a fixed number of steps only comes near.
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape is not as above, inl_th is not positive or refinements is negative.
+
+    Example:
+        >>> generator = torch.Generator().manual_seed(0)
+        >>> x = 100.0 * torch.rand(1, 30, 2, generator=generator)
+        >>> y = x + torch.tensor([40.0, 0.0]) / (1.0 + torch.rand(1, 30, 1, generator=generator))  # the camera moved along x
+        >>> y[0, :5, 1] += 20.0
+        >>> K = torch.tensor([[[90.0, 0.0, 50.0], [0.0, 90.0, 50.0], [0.0, 0.0, 1.0]]])
+        >>> E, mask = ransac_essential(x, y, K, K, torch.rand(1, 100, 5, generator=generator))
+        >>> mask[0].nonzero().flatten().equal(torch.arange(5, 30))
+        True
+    """
+    check_arguments(points1, points2, uniforms, 6, 5, inl_th, refinements)
+    check_rank(K1, 3, "(B, 3, 3)", "K1")
+    check_matrix(K1, 3, 3, "K1")
+    check_rank(K2, 3, "(B, 3, 3)", "K2")
+    check_matrix(K2, 3, 3, "K2")
+    t1, t2 = common_frame(points1, points2)
+    p, q = in_frame(points1.detach(), t1), in_frame(points2.detach(), t2)
+    planes = score_planes(p, q, t1, inl_th, points1.dtype)
+    # From moved pixels to rays, whose last coordinate is 1: F = M2^T E M1.
+    m1, m2 = _to_rays(K1, t1), _to_rays(K2, t2)
+    rows = _rows(small_matmul(with_one(p), m1.transpose(1, 2)), small_matmul(with_one(q), m2.transpose(1, 2)))
+    index = draw_samples(uniforms, points1.size(1))
+    sizes = [index.size(0), index.size(1)]
+    chosen = rows.gather(1, index.flatten(1)[..., None].expand([sizes[0], sizes[1] * 5, 9]))
+    solutions, exists = essentials_of_five(chosen.reshape(-1, 5, 9))
+    fundamentals = _fundamental(solutions.unflatten(0, sizes), m1[:, None, None], m2[:, None, None])
+    models, exists = best_of_each(fundamentals, exists.unflatten(0, sizes), planes)
+    F = best_model(models, exists, planes, True)
+    E = small_matmul(small_matmul(inverse3x3(m2).transpose(1, 2), F), inverse3x3(m1))
+    R, _, t = decompose_essential_matrix(E)
+    pose = torch.cat([R, t], -1)
+    # the best so far and the latest
+    state = torch.stack([pose, pose], 1)
+    if torch.jit.is_scripting():
+        for k in range(refinements):
+            state = _refined(state, torch.full([], k, dtype=torch.int64, device=p.device), rows, m1, m2, planes, refinements)
+    else:
+        state = repeat(_refined, state, (rows, m1, m2, planes, refinements), refinements)
+    found = (F * F).sum(-1, keepdim=True).sum(-2, keepdim=True) > 0
+    E = _essential(state[:, 0])
+    E = torch.where(found, E * pointed(E.flatten(1)[..., None]) / 2.0**0.5, torch.zeros_like(E))
+    return E.to(points1.dtype), inliers(_fundamental(E, m1, m2), planes, True)
+
+
+def _to_rays(K: Tensor, similarity: Tensor) -> Tensor:
+    return inverse3x3(small_matmul(similarity, K.detach().to(torch.float64)))
+
+
+def _rows(x1: Tensor, x2: Tensor) -> Tensor:
+    """(B, N, 9): products with a matrix's entries are x2^T E x1."""
+    return (x2[..., :, None] * x1[..., None, :]).flatten(-2)
+
+
+def _fundamental(E: Tensor, m1: Tensor, m2: Tensor) -> Tensor:
+    return small_matmul(small_matmul(m2.transpose(-2, -1), E), m1)
+
+
+def _essential(pose: Tensor) -> Tensor:
+    return small_matmul(vector_to_skew_symmetric_matrix(pose[..., 3]), pose[..., 0:3])
+
+
+def _refined(state: Tensor, k: Tensor, rows: Tensor, m1: Tensor, m2: Tensor, planes: Tensor, steps: int) -> Tensor:
+    """Poses [R | t], |t| = 1, (B, 2, 3, 4)."""
+    best, fitted = state[:, 0], state[:, 1]
+    F = _fundamental(_essential(fitted), m1, m2)
+    weights = near_weights(F, planes, True, 5, k, steps) / sampson_denominators(F, planes)
+    moments = small_matmul((rows * weights[..., None]).transpose(1, 2), rows)
+    for _ in range(3):
+        fitted = _step(fitted, moments)
+    kept = costs_less(_fundamental(_essential(best), m1, m2), _fundamental(_essential(fitted), m1, m2), planes, True)
+    return torch.stack([torch.where(kept[:, None, None], best, fitted), fitted], 1)
+
+
+def _step(pose: Tensor, moments: Tensor) -> Tensor:
+    """One Gauss-Newton step to the least e^T M e, e the nine entries of [t]x R and M their moments (B, 9, 9)."""
+    R, t = pose[..., 0:3], pose[..., 3]
+    eye = torch.eye(3, dtype=pose.dtype, device=pose.device)
+    # By a turn about each axis, and by a shift along each but for its part along t, which changes nothing.
+    turns = small_matmul(vector_to_skew_symmetric_matrix(t)[:, None], small_matmul(vector_to_skew_symmetric_matrix(eye), R[:, None]))
+    shifts = small_matmul(vector_to_skew_symmetric_matrix(eye - t[:, :, None] * t[:, None, :]), R[:, None])
+    slope = torch.cat([turns, shifts], 1).flatten(2)
+    weighted = small_matmul(slope, moments)
+    normal = small_matmul(weighted, slope.transpose(1, 2))
+    size = normal.diagonal(0, 1, 2).sum(-1)[:, None, None]
+    along = torch.cat([torch.zeros_like(t), t], -1)
+    normal = normal / size + along[:, :, None] * along[:, None, :] + 1e-14 * torch.eye(6, dtype=pose.dtype, device=pose.device)
+    e = _essential(pose).flatten(1)
+    gradient = (weighted * e[:, None, :]).sum(-1, keepdim=True) / size
+    step = small_matmul(spd_inverse(normal), gradient)[..., 0]
+    moved = t - step[:, 3:6]
+    R = small_matmul(axis_angle_to_rotation_matrix(-step[:, 0:3]), R)
+    return torch.cat([R, (moved / torch.sqrt((moved * moved).sum(-1, keepdim=True)))[..., None]], -1)

@@ -1,0 +1,108 @@
+"""A homography from correspondences some of which are wrong."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ...primitives.consensus import (
+    best_model,
+    common_frame,
+    costs_less,
+    draw_samples,
+    drawn,
+    in_frame,
+    inliers,
+    moved_back,
+    near_weights,
+    score_planes,
+)
+from ...primitives.intrinsics import with_one
+from ...primitives.linalg import cross
+from ...primitives.loops import repeat
+from ..homography import find_homography_dlt
+from .arguments import check_arguments
+
+
+def ransac_homography(points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th: float = 3.0, refinements: int = 3) -> Tuple[Tensor, Tensor]:
+    """Homography from four or more correspondences some of which are wrong.
+
+    Each of S samples of four correspondences gives a homography in closed form; those that turn a triangle over are left out, as one
+    plane seen from one side never does. The one with the least MSAC cost (the sum over all points of the squared distance in the second
+    image, which counts as no more than inl_th squared) is refined: :func:`chiasm.geometry.homography.find_homography_dlt` of the points
+    within a distance that goes from nearly 3 inl_th to begin with down to inl_th. What costs least of all is taken, the first of several samples
+    that cost the same.
+
+    Args:
+        points1, points2: (B, N, 2), N >= 4, pixels, floating point.
+        uniforms: (B, S, 4), random numbers in [0, 1), four for each sample: the k-th number u draws point floor(u (N - 3 + k)), k = 0 to 3,
+            or, where that has been drawn, point N - 4 + k.
+        inl_th: an inlier's distance in the second image from where the homography takes its partner is less than this, in pixels.
+        refinements: how many times to fit to what is near.
+
+    Returns:
+        H (B, 3, 3) with the last entry 1, from the first image to the second, and the mask (B, N), bool, of its inliers. Where no sample
+        gives a homography, the refinements begin with all points (without any H is not finite). Differentiable in the points: the
+        derivative is that of the fit which was taken, with the points it was fitted to; it is 0 where that is a sample's homography.
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape is not as above, inl_th is not positive or refinements is negative.
+
+    Example:
+        >>> x = torch.tensor([[0, 0], [9, 1], [8, 9], [1, 8], [4, 5], [3, 7]]).float()[None]
+        >>> y = 2.0 * x
+        >>> y[0, 5] = 90.0
+        >>> H, mask = ransac_homography(x, y, torch.rand(1, 100, 4, generator=torch.Generator().manual_seed(0)))
+        >>> H[0].round(decimals=3).diagonal(), mask
+        (tensor([2., 2., 1.]), tensor([[ True,  True,  True,  True,  True, False]]))
+    """
+    check_arguments(points1, points2, uniforms, 4, 4, inl_th, refinements)
+    t1, t2 = common_frame(points1, points2)
+    p, q = in_frame(points1, t1), in_frame(points2, t2)
+    planes = score_planes(p, q, t1, inl_th, points1.dtype)
+    index = draw_samples(uniforms, points1.size(1))
+    models, exists = _homographies_of_four(drawn(p.detach(), index), drawn(q.detach(), index))
+    model = best_model(models, exists, planes, False)
+    # the best so far and the latest
+    state = torch.stack([model, model], 1)
+    if torch.jit.is_scripting():
+        for k in range(refinements):
+            state = _refined(state, torch.full([], k, dtype=torch.int64, device=p.device), p, q, planes, refinements)
+    else:
+        state = repeat(_refined, state, (p, q, planes, refinements), refinements)
+    H = state[:, 0]
+    mask = inliers(H, planes, False)
+    H = moved_back(H, t1, t2)
+    return (H / H[:, 2:3, 2:3]).to(points1.dtype), mask
+
+
+def _refined(state: Tensor, k: Tensor, p: Tensor, q: Tensor, planes: Tensor, steps: int) -> Tensor:
+    best, latest = state[:, 0], state[:, 1]
+    fitted = find_homography_dlt(p, q, near_weights(latest, planes, False, 4, k, steps))
+    best = torch.where(costs_less(best, fitted, planes, False)[:, None, None], best, fitted)
+    return torch.stack([best, fitted], 1)
+
+
+def _homographies_of_four(p: Tensor, q: Tensor) -> Tuple[Tensor, Tensor]:
+    """Homographies (..., 3, 3) of four correspondences (..., 4, 2) each, and which of them turn no triangle over.
+
+    Three points and the weights with which they add up to the fourth are a projective basis; the homography takes one image's to the other's:
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 2.3.
+    """
+    p0, p1, p2, p3 = with_one(p).unbind(-2)
+    q0, q1, q2, q3 = with_one(q).unbind(-2)
+    row0, row1, row2 = cross(p1, p2), cross(p2, p0), cross(p0, p1)
+    # Determinants: p3 = (a0 p0 + a1 p1 + a2 p2) / a3
+    a0, a1, a2, a3 = _dot(row0, p3), _dot(row1, p3), _dot(row2, p3), _dot(row2, p2)
+    other = cross(q0, q1)
+    b0, b1, b2, b3 = _dot(cross(q1, q2), q3), _dot(cross(q2, q0), q3), _dot(other, q3), _dot(other, q2)
+    H = q0[..., :, None] * (row0 * (b0 * a1 * a2)[..., None])[..., None, :]
+    H = H + q1[..., :, None] * (row1 * (b1 * a2 * a0)[..., None])[..., None, :]
+    H = H + q2[..., :, None] * (row2 * (b2 * a0 * a1)[..., None])[..., None, :]
+    a, b = torch.stack([a0, a1, a2, a3], -1), torch.stack([b0, b1, b2, b3], -1)
+    return H, (torch.sign(a) * torch.sign(b) > 0).all(-1)
+
+
+def _dot(a: Tensor, b: Tensor) -> Tensor:
+    return (a * b).sum(-1)

@@ -1,0 +1,221 @@
+"""Registration of images by gradient descent: a transform is learned that makes one image look like another.
+
+E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. From coarse to fine, as in
+B. Lucas, T. Kanade, An Iterative Image Registration Technique with an Application to Stereo Vision, IJCAI 1981.
+"""
+
+from typing import Callable, List, Optional, Tuple, Type, Union
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+from ..primitives.checks import check_choice, check_image
+from ..primitives.linalg import inverse3x3
+from .transform import HomographyWarper, build_pyramid
+
+__all__ = ["Homography", "ImageRegistrator", "Similarity"]
+
+
+class Homography(nn.Module):
+    """Homographies to be learned, between normalised coordinates; at first they leave everything in place.
+
+    Shape:
+        forward() and forward_inverse(): (B, 3, 3), the last entry 1, B being 1 unless ``reset_model`` was told otherwise.
+
+    Example:
+        >>> Homography()()[0]
+        tensor([[1., 0., 0.],
+                [0., 1., 0.],
+                [0., 0., 1.]], grad_fn=<SelectBackward0>)
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.model = nn.Parameter(torch.eye(3)[None])
+
+    def reset_model(self, batch_size: int = 1, aspect: float = 1.0) -> None:
+        """Back to the identity, for ``batch_size`` images. Their aspect does not matter here."""
+        like = self.model
+        self.model = nn.Parameter(torch.eye(3, dtype=like.dtype, device=like.device).repeat(batch_size, 1, 1))
+
+    def forward(self) -> Tensor:
+        return self.model / self.model[:, 2:, 2:]
+
+    @torch.jit.export
+    def forward_inverse(self) -> Tensor:
+        """The inverse of what ``forward`` returns."""
+        return _inverse(self.model)
+
+
+class Similarity(nn.Module):
+    """Rotations, scalings and shifts to be learned, or some of these, between normalised coordinates; at first they change nothing.
+
+    Points are rotated about the image's middle and scaled, in pixels, and then shifted.
+
+    Args:
+        rotation, scale, shift: what is learned.
+
+    Attributes:
+        rot: (B,), angles in radians, clockwise as seen.
+        scale: (B,), factors.
+        shift: (B, 2), along x and y, in halves of the image's width and height.
+
+    Shape:
+        forward() and forward_inverse(): (B, 3, 3), B being 1 unless ``reset_model`` was told otherwise.
+
+    Raises:
+        ValueError: if nothing is to be learned.
+
+    Example:
+        >>> [name for name, p in Similarity(scale=False).named_parameters() if p.requires_grad]
+        ['rot', 'shift']
+    """
+
+    def __init__(self, rotation: bool = True, scale: bool = True, shift: bool = True) -> None:
+        super().__init__()
+        if not (rotation or scale or shift):
+            raise ValueError("rotation, scale, shift: expected one of them to be True")
+        self.learned = (rotation, scale, shift)
+        self.rot, self.scale, self.shift = nn.Parameter(torch.zeros(1)), nn.Parameter(torch.ones(1)), nn.Parameter(torch.zeros(1, 2))
+        self.reset_model()
+
+    def reset_model(self, batch_size: int = 1, aspect: float = 1.0) -> None:
+        """Back to the identity, for ``batch_size`` images whose width is ``aspect`` times their height."""
+        self.aspect = aspect
+        like = self.rot.detach()
+        values = (like.new_zeros(batch_size), like.new_ones(batch_size), like.new_zeros(batch_size, 2))
+        for name, value, learned in zip(("rot", "scale", "shift"), values, self.learned):
+            setattr(self, name, nn.Parameter(value, requires_grad=learned))
+
+    def forward(self) -> Tensor:
+        along, across = self.scale * torch.cos(self.rot), self.scale * torch.sin(self.rot)
+        zero, one = torch.zeros_like(along), torch.ones_like(along)
+        rows = [[along, -across / self.aspect, self.shift[:, 0]], [across * self.aspect, along, self.shift[:, 1]], [zero, zero, one]]
+        return torch.stack([torch.stack(row, -1) for row in rows], -2)
+
+    @torch.jit.export
+    def forward_inverse(self) -> Tensor:
+        """The inverse of what ``forward`` returns."""
+        return _inverse(self.forward())
+
+
+def _inverse(matrix: Tensor) -> Tensor:
+    inverse = inverse3x3(matrix.to(torch.float64)).to(matrix.dtype)
+    return inverse / inverse[:, 2:, 2:]
+
+
+class ImageRegistrator(nn.Module):
+    """Finds the transforms that make images look like others: Adam on the images' absolute difference, over a pyramid from coarse to fine.
+
+    At each level the learned model starts where the one before it ended. Only pixels count whose source lies inside the image. Each
+    image of a batch has its own transform. This is a loop for eager Python; the warper and the models script.
+
+    Args:
+        model_type: "homography", "similarity", "translation", "scale" or "rotation"; or a module as :class:`Homography`: parameters,
+            ``forward()`` that returns (B, 3, 3), ``forward_inverse()`` and ``reset_model(batch_size, aspect)``.
+        optimizer: class of the optimizer.
+        loss_fn: of two images and with reduction="none": each pixel's loss.
+        pyramid_levels: number of sizes, each half of the one before.
+        lr: learning rate at each level, in halves of the image's width and height.
+        num_iterations: the most steps at each level.
+        tolerance: a level ends where the loss changes by less in one step; 0 for never. Half of the time may go into digits that do
+            not matter: 1e-4 saves it on images in [0, 1], for two to three times the error.
+        warper: makes, of (height, width), a module as :class:`HomographyWarper`.
+
+    Raises:
+        ValueError: if model_type or a number is not as above.
+
+    Example:
+        >>> row = torch.linspace(-1, 1, 32)
+        >>> image = torch.exp(-4 * (row * row + row[:, None] ** 2))[None, None]
+        >>> registrator = ImageRegistrator("translation", pyramid_levels=2)
+        >>> homography = registrator.register(image, torch.roll(image, 2, 3))
+        >>> (homography[0, :2, 2] * 16).round() + 0.0
+        tensor([-2.,  0.])
+    """
+
+    def __init__(
+        self,
+        model_type: Union[str, nn.Module] = "homography",
+        optimizer: Type[torch.optim.Optimizer] = torch.optim.Adam,
+        loss_fn: Callable[..., Tensor] = F.l1_loss,
+        pyramid_levels: int = 5,
+        lr: float = 1e-3,
+        num_iterations: int = 200,
+        tolerance: float = 0.0,
+        warper: Callable[[int, int], nn.Module] = HomographyWarper,
+    ) -> None:
+        super().__init__()
+        if pyramid_levels < 1 or num_iterations < 1:
+            raise ValueError(f"pyramid_levels, num_iterations: expected positive numbers, got ({pyramid_levels}, {num_iterations})")
+        self.model = _model(model_type) if isinstance(model_type, str) else model_type
+        self.optimizer, self.loss_fn, self.warper = optimizer, loss_fn, warper
+        self.pyramid_levels, self.lr, self.num_iterations, self.tolerance = pyramid_levels, lr, num_iterations, tolerance
+
+    def get_single_level_loss(self, img_src: Tensor, img_dst: Tensor, transform_model: Tensor) -> Tensor:
+        """Mean loss of img_src (B, C, H, W), warped by (B, 3, 3), over the pixels it covers; summed over the images, which are learned apart."""
+        warp = self.warper(img_dst.size(2), img_dst.size(3))
+        loss = self.loss_fn(warp(img_src, transform_model), img_dst, reduction="none").mean(1)
+        covered = (warp(torch.ones_like(img_src[:, :1]), transform_model.detach())[:, 0] > 0.999).to(loss.dtype)
+        return ((loss * covered).sum((1, 2)) / covered.sum((1, 2)).clamp(min=1.0)).sum()
+
+    @torch.enable_grad()
+    def register(self, src_img: Tensor, dst_img: Tensor, output_intermediate_models: bool = False) -> Union[Tensor, Tuple[Tensor, List[Tensor]]]:
+        """Learn, from the identity on, the transforms that bring source images to destination images.
+
+        Args:
+            src_img: (B, C, H, W), floating point, values of the order of 1.
+            dst_img: (B, C, H, W).
+            output_intermediate_models: return each level's transforms too, the coarsest first.
+
+        Returns:
+            (B, 3, 3), from dst_img to src_img in normalised coordinates, as :class:`HomographyWarper` takes them: ``denormalize_homography(result,
+            (H, W), (H, W), align_corners=False)`` is in pixels. A list of such after it if wanted.
+
+        Raises:
+            TypeError: if an image is not floating point.
+            ValueError: if the shapes are not as above, or the images too small for the pyramid.
+        """
+        check_image(src_img, "src_img")
+        check_image(dst_img, "dst_img")
+        if src_img.shape != dst_img.shape:
+            raise ValueError(f"dst_img: expected src_img's shape {list(src_img.shape)}, got {list(dst_img.shape)}")
+        self.model.to(src_img).reset_model(src_img.size(0), src_img.size(3) / src_img.size(2))
+        sources, targets = (build_pyramid(image.detach(), self.pyramid_levels) for image in (src_img, dst_img))
+        models = []
+        for source, target in zip(sources[::-1], targets[::-1]):
+            self._descend(source, target)
+            models.append(self.model().detach())
+        return (models[-1], models) if output_intermediate_models else models[-1]
+
+    def warp_src_into_dst(self, src_img: Tensor) -> Tensor:
+        """Source images (B, C, H, W) as the destination images show them, by the transforms learned last."""
+        return self.warper(src_img.size(2), src_img.size(3))(src_img, self.model())
+
+    def warp_dst_into_src(self, dst_img: Tensor) -> Tensor:
+        """Destination images (B, C, H, W) as the source images show them."""
+        return self.warper(dst_img.size(2), dst_img.size(3))(dst_img, self.model.forward_inverse())
+
+    def _descend(self, source: Tensor, target: Tensor) -> None:
+        """One level's steps."""
+        optimizer = self.optimizer(self.model.parameters(), lr=self.lr)
+        before: Optional[float] = None
+        for _ in range(self.num_iterations):
+            optimizer.zero_grad()
+            loss = self.get_single_level_loss(source, target, self.model())
+            loss.backward()
+            optimizer.step()
+            if self.tolerance > 0.0:
+                now = loss.item()
+                if before is not None and abs(now - before) < self.tolerance:
+                    return
+                before = now
+
+
+def _model(name: str) -> nn.Module:
+    check_choice(name, ["homography", "similarity", "translation", "scale", "rotation"], "model_type")
+    if name == "homography":
+        return Homography()
+    every = name == "similarity"
+    return Similarity(every or name == "rotation", every or name == "scale", every or name == "translation")

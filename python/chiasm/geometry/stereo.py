@@ -1,0 +1,213 @@
+"""Stereo pairs: cameras turned so that rows correspond, and points from disparities."""
+
+from typing import List, Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_matrix, check_rank
+from ..primitives.intrinsics import check_depth, over_depth
+from ..primitives.linalg import cross, small_matmul
+from .calibration import undistort_points
+from .conversions.rotations import quaternion_to_rotation_matrix, rotation_matrix_to_quaternion, vector_to_skew_symmetric_matrix
+
+
+def stereo_rectify(
+    K1: Tensor,
+    K2: Tensor,
+    R: Tensor,
+    t: Tensor,
+    height: int,
+    width: int,
+    dist1: Optional[Tensor] = None,
+    dist2: Optional[Tensor] = None,
+    zero_disparity: bool = True,
+) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+    """Rotations and projection matrices of a stereo pair after which points are in the same row of both images, by J.-Y. Bouguet's method.
+
+    Each camera is turned by half of the rotation between them, then both in the shortest way until the line between them is the x axis, or
+    the y axis where it is nearer to that (points are then in the same column). Both have the mean focal length across the
+    line, and principal points that keep the mean of their images' corners in the middle. ``cv2.stereoRectify`` with its default alpha
+    of -1, images of the same size after as before, and so without regions of interest: scale P1, P2 and Q for other choices.
+
+    Args:
+        K1, K2: (B, 3, 3), camera matrices, floating point.
+        R: (B, 3, 3), rotations from the first camera's frame to the second's.
+        t: (B, 3, 1), translations from the first camera's frame to the second's, not 0.
+        height, width: size of both images.
+        dist1, dist2: (B, n), distortion coefficients as for :func:`chiasm.geometry.calibration.undistort_points`; none by default. They
+            only move the corners.
+        zero_disparity: give both the same principal point, so that what is far away has the disparity 0; else only across the line.
+
+    Returns:
+        R1, R2 (B, 3, 3), rotations from the cameras' frames to the rectified ones; P1, P2 (B, 3, 4), projection matrices of rectified
+        pixels from the first rectified frame; and Q (B, 4, 4) for :func:`reproject_disparity_to_3d`. Differentiable in all tensors.
+
+    Raises:
+        TypeError: if a tensor is not floating point.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> K = torch.tensor([[[100.0, 0.0, 50.0], [0.0, 100.0, 50.0], [0.0, 0.0, 1.0]]])
+        >>> t = torch.tensor([[[-0.6], [0.0], [0.0]]])  # the second camera is 0.6 to the right
+        >>> R1, R2, P1, P2, Q = stereo_rectify(K, K, torch.eye(3)[None], t, 101, 101)
+        >>> P2[0].round(decimals=3) + 0.0
+        tensor([[100.,   0.,  50., -60.],
+                [  0., 100.,  50.,   0.],
+                [  0.,   0.,   1.,   0.]])
+    """
+    _check_pair(K1, K2, R, t)
+    half = _half_rotation(R.to(torch.float64))
+    # Where the second camera is, in a frame turned half of the way.
+    shift = small_matmul(half.transpose(1, 2), t.to(torch.float64))[..., 0]
+    horizontal = shift[:, 0:1].abs() > shift[:, 1:2].abs()
+    eye = torch.eye(3, dtype=torch.float64, device=t.device)
+    axis = torch.where(horizontal, eye[0], eye[1])
+    along = (axis * shift).sum(-1, keepdim=True)
+    turn = _shortest_turn(shift, torch.where(along > 0, axis, -axis))
+    R1, R2 = small_matmul(turn, half), small_matmul(turn, half.transpose(1, 2))
+    # positive with the axis: the turn keeps the length
+    baseline = torch.where(along > 0, 1.0, -1.0).to(along.dtype) * _length(shift)
+    across = torch.where(horizontal, eye[1], eye[0])
+    k1, k2 = K1.to(torch.float64), K2.to(torch.float64)
+    focal = 0.5 * ((k1 + k2).diagonal(0, 1, 2) * across).sum(-1, keepdim=True)
+    c1 = _principal_point(k1, R1, focal, height, width, dist1)
+    c2 = _principal_point(k2, R2, focal, height, width, dist2)
+    mean = 0.5 * (c1 + c2)
+    if zero_disparity:
+        c1, c2 = mean, mean
+    else:
+        kept = axis[:, 0:2] > 0
+        c1, c2 = torch.where(kept, c1, mean), torch.where(kept, c2, mean)
+    P1 = _projection(focal, c1, torch.zeros_like(shift))
+    P2 = _projection(focal, c2, axis * baseline * focal)
+    Q = _reprojection(focal, c1, baseline, ((c1 - c2) * axis[:, 0:2]).sum(-1, keepdim=True))
+    dtype = K1.dtype
+    return R1.to(dtype), R2.to(dtype), P1.to(dtype), P2.to(dtype), Q.to(dtype)
+
+
+def stereo_rectify_like(
+    K1: Tensor,
+    K2: Tensor,
+    R: Tensor,
+    t: Tensor,
+    like: Tensor,
+    dist1: Optional[Tensor] = None,
+    dist2: Optional[Tensor] = None,
+    zero_disparity: bool = True,
+) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+    """:func:`stereo_rectify` for the height and width of another tensor, which every runtime can pass.
+
+    Args:
+        K1, K2, R, t, dist1, dist2, zero_disparity: as in :func:`stereo_rectify`.
+        like: a tensor (..., H, W) of any dtype, whose values are not read.
+
+    Returns:
+        R1, R2, P1, P2, Q as :func:`stereo_rectify`.
+
+    Example:
+        >>> K, t = torch.eye(3)[None], torch.tensor([[[-0.6], [0.0], [0.0]]])
+        >>> stereo_rectify_like(K, K, torch.eye(3)[None], t, torch.zeros(11, 21))[2][0, :2, 2]
+        tensor([0., 0.])
+    """
+    return stereo_rectify(K1, K2, R, t, like.size(-2), like.size(-1), dist1, dist2, zero_disparity)
+
+
+def reproject_disparity_to_3d(disparity: Tensor, Q: Tensor) -> Tensor:
+    """The point that each pixel of a rectified image sees: (X, Y, Z) / W of Q (x, y, disparity, 1). ``cv2.reprojectImageTo3D``.
+
+    :func:`chiasm.geometry.depth.depth_from_disparity` is Z alone, for two cameras with the same principal point.
+
+    Args:
+        disparity: (B, 1, H, W), x in the first image less x in the second (y for a pair one above the other), in pixels, floating point.
+        Q: (B, 4, 4), from :func:`stereo_rectify`.
+
+    Returns:
+        (B, H, W, 3), in the first rectified camera's frame. What is at infinity comes out far away. Differentiable in both.
+
+    Raises:
+        TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
+
+    Example:
+        >>> Q = torch.tensor([[[1.0, 0.0, 0.0, -1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 100.0], [0.0, 0.0, 2.0, 0.0]]])
+        >>> reproject_disparity_to_3d(torch.full((1, 1, 1, 3), 10.0), Q)[0, 0]
+        tensor([[-0.0500,  0.0000,  5.0000],
+                [ 0.0000,  0.0000,  5.0000],
+                [ 0.0500,  0.0000,  5.0000]])
+    """
+    check_depth(disparity, "disparity")
+    check_rank(Q, 3, "(B, 4, 4)", "Q")
+    check_matrix(Q, 4, 4, "Q")
+    d = disparity[:, 0]
+    x = torch.arange(d.size(2), device=d.device).to(d.dtype)
+    y = torch.arange(d.size(1), device=d.device).to(d.dtype)[:, None]
+    q = Q[:, :, :, None, None]
+    rows: List[Tensor] = []
+    for i in range(4):
+        rows.append(q[:, i, 0] * x + q[:, i, 1] * y + q[:, i, 2] * d + q[:, i, 3])
+    w = rows[3]
+    least = torch.where(w < 0, torch.full_like(w, -1e-8), torch.full_like(w, 1e-8))
+    inverse = 1.0 / torch.where(w.abs() < 1e-8, least, w)
+    return torch.stack([rows[0] * inverse, rows[1] * inverse, rows[2] * inverse], -1)
+
+
+def _half_rotation(R: Tensor) -> Tensor:
+    """The rotation (B, 3, 3) that, done twice, is R: its quaternion is halfway between R's and 1."""
+    q = rotation_matrix_to_quaternion(R)
+    q = torch.cat([q[..., 0:1] + 1.0, q[..., 1:]], -1)
+    return quaternion_to_rotation_matrix(q / _length(q))
+
+
+def _shortest_turn(v: Tensor, axis: Tensor) -> Tensor:
+    """The rotation (B, 3, 3) by less than a right angle that turns v (B, 3) into the direction of the unit vector axis (B, 3)."""
+    u = v / _length(v)
+    normal = vector_to_skew_symmetric_matrix(cross(u, axis))
+    eye = torch.eye(3, dtype=v.dtype, device=v.device)
+    return eye + normal + small_matmul(normal, normal) / (1.0 + (u * axis).sum(-1)[:, None, None])
+
+
+def _length(v: Tensor) -> Tensor:
+    return torch.sqrt((v * v).sum(-1, keepdim=True))
+
+
+def _principal_point(K: Tensor, R: Tensor, focal: Tensor, height: int, width: int, dist: Optional[Tensor]) -> Tensor:
+    """(B, 2) such that the mean of the image's turned corners is in its middle."""
+    size = torch.stack([torch.ones_like(focal[0, 0]) * (width - 1), torch.ones_like(focal[0, 0]) * (height - 1)], -1)
+    corner = torch.tensor([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], dtype=K.dtype, device=K.device)
+    corners = (corner * size).expand([K.size(0), 4, 2])
+    if dist is not None:
+        corners = undistort_points(corners, K, dist.to(K.dtype))
+    ray = (corners - K[:, None, 0:2, 2]) / K.diagonal(0, 1, 2)[:, None, 0:2]
+    seen = over_depth(small_matmul(torch.cat([ray, torch.ones_like(ray[..., 0:1])], -1), R.transpose(1, 2)), 1e-12)
+    return 0.5 * size - focal * seen.mean(1)
+
+
+def _projection(focal: Tensor, centre: Tensor, last: Tensor) -> Tensor:
+    """[diag(focal) with the principal point | last] (B, 3, 4)."""
+    eye = torch.eye(3, dtype=focal.dtype, device=focal.device)
+    left = focal[..., None] * (eye - eye[2][:, None] * eye[2])
+    third = torch.cat([centre, torch.ones_like(focal)], -1)
+    return torch.cat([left[..., 0:2], third[..., None], last[..., None]], -1)
+
+
+def _reprojection(focal: Tensor, centre: Tensor, baseline: Tensor, offset: Tensor) -> Tensor:
+    """Q (B, 4, 4): (x - cx, y - cy, focal, (offset - disparity) / baseline)."""
+    zero, one = torch.zeros_like(focal), torch.ones_like(focal)
+    rows = [
+        torch.cat([one, zero, zero, -centre[:, 0:1]], -1),
+        torch.cat([zero, one, zero, -centre[:, 1:2]], -1),
+        torch.cat([zero, zero, zero, focal], -1),
+        torch.cat([zero, zero, -1.0 / baseline, offset / baseline], -1),
+    ]
+    return torch.stack(rows, -2)
+
+
+def _check_pair(K1: Tensor, K2: Tensor, R: Tensor, t: Tensor) -> None:
+    check_rank(K1, 3, "(B, 3, 3)", "K1")
+    check_matrix(K1, 3, 3, "K1")
+    check_rank(K2, 3, "(B, 3, 3)", "K2")
+    check_matrix(K2, 3, 3, "K2")
+    check_rank(R, 3, "(B, 3, 3)", "R")
+    check_matrix(R, 3, 3, "R")
+    check_rank(t, 3, "(B, 3, 1)", "t")
+    check_matrix(t, 3, 1, "t")
