@@ -113,8 +113,12 @@ void resample(const T* x, Planes planes, const int32_t* index_y, const T* weight
     for (int64_t y = low; !shrinks && y < high; ++y) along_row(plane + y * width, across, own + (y - low) * out_width);
     for (int64_t y = block * kRows; y < bottom; ++y) {
       if (shrinks) {
-        down_columns(plane + down.first[y] * width, width, down, y, width, own);
-        along_row(own, across, target + y * out_width);
+        const T* row = plane + down.first[y] * width;
+        if (down.taps > 1 || down.weights[y] != 1) {
+          down_columns(row, width, down, y, width, own);
+          row = own;
+        }
+        along_row(row, across, target + y * out_width);
       } else {
         down_columns(own + (down.first[y] - low) * out_width, out_width, down, y, out_width, target + y * out_width);
       }

@@ -107,12 +107,16 @@ void bilinear(const T* plane, int64_t stride, const Taps<T>& taps, int64_t n, T*
   }
 }
 
+// To the nearest whole number, halves to the even one: by adding a number so large that no fraction is left. Unlike nearbyint it is vectorised.
+inline float rounded(float x) { return (x + 12582912.0f) - 12582912.0f; }
+inline double rounded(double x) { return (x + 6755399441055744.0) - 6755399441055744.0; }
+
 // The nearest pixels, halves to the even one, and as weight 1, or 0 outside.
 template <class T>
 void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Taps<T>& taps) {
   const auto right = static_cast<int32_t>(width - 1), bottom = static_cast<int32_t>(height - 1);
   for (int64_t i = 0; i < n; ++i) {
-    const auto column = static_cast<int32_t>(std::nearbyint(x[i])), row = static_cast<int32_t>(std::nearbyint(y[i]));
+    const auto column = static_cast<int32_t>(rounded(x[i])), row = static_cast<int32_t>(rounded(y[i]));
     const int32_t c = std::min(std::max(column, 0), right), r = std::min(std::max(row, 0), bottom);
     taps.index[i] = r * static_cast<int32_t>(stride) + c;
     taps.upper[i] = c == column && r == row ? T(1) : T(0);

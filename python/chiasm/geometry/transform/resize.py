@@ -74,7 +74,7 @@ def resize(
     if height < 1 or width < 1:
         raise ValueError(f"size: expected positive sizes, got ({height}, {width})")
     corners = align_corners is not None and align_corners
-    if not torch.jit.is_scripting() and interpolation != "nearest" and kernels.has_kernel(input):
+    if not torch.jit.is_scripting() and kernels.has_kernel(input):
         down, across = _table(input, height, interpolation, corners, antialias, 2), _table(input, width, interpolation, corners, antialias, 3)
         return kernels.resample(input, down[0], down[1], across[0], across[1])
     if antialias:
@@ -92,6 +92,9 @@ def resize(
 def _table(x: Tensor, out_size: int, interpolation: str, align_corners: bool, antialias: bool, dim: int) -> Tuple[Tensor, Tensor]:
     """Indices and weights (out_size, taps) of the pixels along one axis whose sums are the output."""
     in_size = x.size(dim)
+    if interpolation == "nearest":
+        index = nearest_index(in_size, out_size, x.device)[:, None]
+        return index, torch.ones_like(index).to(x.dtype)
     if antialias:
         index, weight = antialias_table(in_size, out_size, align_corners, 1 if interpolation == "bilinear" else 2, _weight_dtype(x), x.device)
         return index, weight.to(x.dtype)
