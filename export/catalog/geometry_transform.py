@@ -182,6 +182,7 @@ for _name in ("hflip", "vflip", "rot180"):
 
 _RESIZE = "torch.nn.functional.interpolate"
 _add("rescale", [image()], _RESIZE, fn="rescale", config={"factor": (1.5, 0.7), "interpolation": "bicubic"}, symbols=STENCIL)
+_add("rescale.antialias", [image()], "Pillow resize", fn="rescale", config={"factor": (1.5, 0.7), "antialias": True}, symbols=STENCIL)
 _add("resize_to_be_divisible", [image()], _RESIZE, fn="resize_to_be_divisible", config={"divisible_factor": 8}, symbols=STENCIL)
 _add("pyrdown.by_2", [image()], "OpenCV GaussianBlur and torch.nn.functional.interpolate", fn="pyrdown", symbols=STENCIL)
 _add(

@@ -1,5 +1,6 @@
 """The primitives' linear algebra against NumPy in float64; docs/linalg.md has the errors in full."""
 
+from fractions import Fraction
 from typing import Callable
 
 import numpy as np
@@ -29,8 +30,6 @@ def test_equals_numpy(name: str, n: int, condition: float) -> None:
     for shape in SHAPES:
         m = make(n, condition, shape)
         limit = 0.0 if name in STABLE else 1e-15 * n * condition
-        # cofactors lose the digits of two small factors
-        limit = 1e-15 * condition**2 if name == "det" and n <= 4 else limit
         assert measure(m) < max(limit, 4e-14), shape
         assert measure(m.float()) < max(limit, 1e-6), shape
 
@@ -108,6 +107,23 @@ def test_gradients_are_finite_at_repeated_values(function: Callable, name: str) 
     total = sum(((torch.arange(o.numel()).reshape(o.shape) + 1.0) * o).sum() for o in as_tuple(function(m)))
     [gradient] = torch.autograd.grad(total, m)
     assert gradient.isfinite().all() and gradient.abs().max() < 1e4
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 6])
+@pytest.mark.parametrize("dtype", [torch.float64, torch.float32])
+def test_determinants_of_nearly_singular_matrices(n: int, dtype: torch.dtype) -> None:
+    """Exact determinants, by fractions, of matrices all but one of whose singular values are 1e-6."""
+    m = general(n, 1e6, "one large")[:20].to(dtype) * 1e3
+    for one, found in zip(m, det(m).tolist()):
+        expected = float(exact_determinant([[Fraction(v) for v in row] for row in one.tolist()]))
+        assert found == pytest.approx(expected, rel=1e-8 if dtype == torch.float64 else 1.2e-7)
+
+
+def exact_determinant(rows: list[list[Fraction]]) -> Fraction:
+    if len(rows) == 1:
+        return rows[0][0]
+    minors = ([r[:k] + r[k + 1 :] for r in rows[1:]] for k in range(len(rows)))
+    return sum(((-1) ** k * rows[0][k] * exact_determinant(minor) for k, minor in enumerate(minors)), Fraction(0))
 
 
 @pytest.mark.parametrize("n", [3, 5])

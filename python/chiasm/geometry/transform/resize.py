@@ -8,6 +8,7 @@ from torch import Tensor
 from ...primitives import kernels
 from ...primitives.checks import check_choice, check_image
 from ...primitives.materialise import materialised, stored_index
+from ...primitives.reshaping import reshaped
 from ...primitives.sampling import (
     antialias_table,
     cubic_weights,
@@ -146,9 +147,9 @@ def _antialias_axis(x: Tensor, out_size: int, align_corners: bool, radius: int, 
     weight = weight.to(x.dtype)
     picked = x.index_select(dim, index.reshape(-1))
     if dim == 2:
-        stacked = picked.reshape(x.size(0), x.size(1), out_size, taps, x.size(3))
+        stacked = reshaped(picked, [x.size(0), x.size(1), out_size, taps, x.size(3)])
         return (stacked * weight[:, :, None]).sum(3)
-    return (picked.reshape(x.size(0), x.size(1), x.size(2), out_size, taps) * weight).sum(4)
+    return (reshaped(picked, [x.size(0), x.size(1), x.size(2), out_size, taps]) * weight).sum(4)
 
 
 def _weight_dtype(x: Tensor) -> torch.dtype:
