@@ -22,6 +22,7 @@ PAGE = ROOT / "docs" / "coverage.md"
 COMPLETE = (
     "color", "enhance", "filters", "morphology", "image", "contrib",
     "geometry.conversions", "geometry.grid", "geometry.bbox", "geometry.quaternion", "geometry.lie", "geometry.line", "geometry.plane",
+    "geometry.ransac",
 )
 WAYS = {
     "TorchScript (C++)": lambda check: check["artifact"].endswith("forward.pt"),
