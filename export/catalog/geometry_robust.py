@@ -14,8 +14,8 @@ def _uniform(generator, shape, low=0.0, high=1.0):
     return torch.rand(shape, generator=generator, dtype=_DOUBLE) * (high - low) + low
 
 
-def _points(name, description="pixels"):
-    return TensorSpec(name, ("B", "N", 2), description=description)
+def _points(name, batch="B"):
+    return TensorSpec(name, (batch, "N", 2), description="pixels")
 
 
 def _matrix(name, description="", shape=("B", 3, 3)):
@@ -25,8 +25,8 @@ def _matrix(name, description="", shape=("B", 3, 3)):
 # --- random sample consensus -------------------------------------------------------------------------------------------
 
 
-def _uniforms(size):
-    return TensorSpec("uniforms", ("B", "S", size), range=(0, 1), description="random numbers, uniform in [0, 1), of which samples are made")
+def _uniforms(size, batch="B"):
+    return TensorSpec("uniforms", (batch, "S", size), range=(0, 1), description="random numbers, uniform in [0, 1), of which samples are made")
 
 
 def _with_wrong_ones(generator, points, size):
@@ -43,13 +43,13 @@ def _sample_plane(generator, sizes, dtype):
     return {name: value.to(dtype) for name, value in made.items()}
 
 
-def _sampler_of_scenes(size, **more):
+def _sampler_of_scenes(size, batch="B", **more):
     """Two views with pixels of about 500 and a noise of 0.1; `more` are further arguments: parts of the scene."""
 
     def sample(generator, sizes, dtype):
-        parts = scene(generator, sizes["B"], sizes["N"], 500.0)
+        parts = scene(generator, sizes[batch], sizes["N"], 500.0)
         made = {"points1": parts["x1"], "points2": _with_wrong_ones(generator, parts["x2"], 500.0), **{name: parts[part] for name, part in more.items()}}
-        made["uniforms"] = _uniform(generator, (sizes["B"], sizes["S"], size))
+        made["uniforms"] = _uniform(generator, (sizes[batch], sizes["S"], size))
         return {name: value.to(dtype) for name, value in made.items()}
 
     return sample
@@ -64,9 +64,10 @@ add(Spec(
     tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)}, sample=_sample_plane, reference="OpenCV findHomography with RANSAC",
 ))
 add(Spec(
-    "geometry.ransac.ransac_fundamental", [_points("points1"), _points("points2"), _uniforms(7)], [TensorSpec("fundamental"), _MASK],
-    symbols={"N": (8, 1 << 20), **_SAMPLES}, gradients=("points1", "points2"),
-    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)}, sample=_sampler_of_scenes(7),
+    # the batch is P, because B is 7 in the example, as the size of a sample
+    "geometry.ransac.ransac_fundamental", [_points("points1", "P"), _points("points2", "P"), _uniforms(7, "P")], [TensorSpec("fundamental"), _MASK],
+    symbols={"P": (1, 4096), "N": (8, 1 << 20), **_SAMPLES}, gradients=("points1", "points2"),
+    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)}, sample=_sampler_of_scenes(7, "P"),
     reference="OpenCV findFundamentalMat with RANSAC",
 ))
 add(Spec(

@@ -24,7 +24,10 @@ def test_examples(name: str) -> None:
 
 def test_public_functions_have_examples() -> None:
     packages = ["color", "contrib", "enhance", "filters", "morphology", "feature", "losses", "metrics", "pipelines"]
-    packages += [f"geometry.{name}" for name in ("bbox", "conversions", "grid", "lie", "line", "plane", "quaternion", "registration", "solvers", "subpix", "transform")]
+    packages += [
+        f"geometry.{name}"
+        for name in ("bbox", "conversions", "grid", "lie", "line", "plane", "quaternion", "ransac", "registration", "solvers", "subpix", "transform")
+    ]
     for package in packages:
         module = importlib.import_module(f"chiasm.{package}")
         for name in module.__all__:

@@ -10,7 +10,7 @@ import pytest
 import torch
 from scenes import camera_matrix, points_in_front, pose, project
 
-from chiasm.geometry.epipolar import motion_from_essential_choose_solution, sampson_epipolar_distance
+from chiasm.geometry.epipolar import find_fundamental, motion_from_essential_choose_solution, sampson_epipolar_distance
 from chiasm.geometry.homography import find_homography_dlt
 from chiasm.geometry.ransac import ransac_essential, ransac_fundamental, ransac_homography
 from chiasm.primitives.consensus import best_model, draw_samples, score_planes
@@ -209,6 +209,19 @@ def test_fundamental_is_nearer_than_opencv(share: float) -> None:
         assert mask[0].numpy()[~v.wrong].mean() > 0.9 and mask[0].numpy()[v.wrong].mean() < 0.1
         assert abs(torch.linalg.det(F[0].double())) < 1e-9 * torch.linalg.matrix_norm(F[0].double()) ** 3 + 1e-12
     assert max(ours) < 0.6 and np.mean(ours) < 0.7 * np.mean(theirs)
+
+
+def test_gradient_of_the_fundamental_matrix_is_that_of_the_fit_to_the_inliers() -> None:
+    v = Views(0.3, 0, 80)
+    points = [t.requires_grad_(True) for t in tensors(v.x1, v.x2, dtype=torch.float64)]
+    F, mask = ransac_fundamental(*points, uniforms(600, 7), 1.5)
+    again = find_fundamental(*points, mask.to(torch.float64))
+    torch.testing.assert_close(F, again, rtol=1e-6, atol=1e-9)
+    weights = torch.linspace(-1, 1, 9, dtype=torch.float64).reshape(3, 3)
+    ours, theirs = (torch.autograd.grad((matrix * weights).sum(), points) for matrix in (F, again))
+    for a, b in zip(ours, theirs, strict=True):
+        assert b.abs().max() > 0
+        torch.testing.assert_close(a, b, rtol=1e-5, atol=1e-6 * b.abs().max().item())
 
 
 @pytest.mark.parametrize("share", WRONG)

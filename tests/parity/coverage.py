@@ -21,7 +21,8 @@ PAGE = ROOT / "docs" / "coverage.md"
 #: Families that are complete: each of their public functions is in the catalog, or is listed with the reason why it cannot be.
 COMPLETE = (
     "color", "enhance", "filters", "morphology", "image", "contrib",
-    "geometry.conversions", "geometry.grid", "geometry.bbox", "geometry.quaternion", "geometry.lie", "geometry.line", "geometry.plane", "geometry.subpix",
+    "geometry.conversions", "geometry.grid", "geometry.bbox", "geometry.quaternion", "geometry.lie", "geometry.line", "geometry.plane",
+    "geometry.ransac", "geometry.subpix",
 )
 WAYS = {
     "TorchScript (C++)": lambda check: check["artifact"].endswith("forward.pt"),

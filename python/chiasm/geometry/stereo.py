@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_matrix, check_rank
-from ..primitives.intrinsics import check_depth, over_depth
+from ..primitives.intrinsics import check_depth, focal_lengths, from_pixels, over_depth, with_one
 from ..primitives.linalg import cross, small_matmul
 from .calibration import undistort_points
 from .conversions.rotations import quaternion_to_rotation_matrix, rotation_matrix_to_quaternion, vector_to_skew_symmetric_matrix
@@ -68,9 +68,9 @@ def stereo_rectify(
     R1, R2 = small_matmul(turn, half), small_matmul(turn, half.transpose(1, 2))
     # positive with the axis: the turn keeps the length
     baseline = torch.where(along > 0, 1.0, -1.0).to(along.dtype) * _length(shift)
-    across = torch.where(horizontal, eye[1], eye[0])
+    across = 1.0 - axis[:, 0:2]
     k1, k2 = K1.to(torch.float64), K2.to(torch.float64)
-    focal = 0.5 * ((k1 + k2).diagonal(0, 1, 2) * across).sum(-1, keepdim=True)
+    focal = 0.5 * (focal_lengths(k1 + k2) * across).sum(-1, keepdim=True)
     c1 = _principal_point(k1, R1, focal, height, width, dist1)
     c2 = _principal_point(k2, R2, focal, height, width, dist2)
     mean = 0.5 * (c1 + c2)
@@ -177,8 +177,7 @@ def _principal_point(K: Tensor, R: Tensor, focal: Tensor, height: int, width: in
     corners = (corner * size).expand([K.size(0), 4, 2])
     if dist is not None:
         corners = undistort_points(corners, K, dist.to(K.dtype))
-    ray = (corners - K[:, None, 0:2, 2]) / K.diagonal(0, 1, 2)[:, None, 0:2]
-    seen = over_depth(small_matmul(torch.cat([ray, torch.ones_like(ray[..., 0:1])], -1), R.transpose(1, 2)), 1e-12)
+    seen = over_depth(small_matmul(with_one(from_pixels(corners, K[:, None])), R.transpose(1, 2)), 1e-12)
     return 0.5 * size - focal * seen.mean(1)
 
 
