@@ -1,8 +1,8 @@
 """Real roots of equations of degree two to four.
 
-Closed forms in float64 give one root, Newton's method polishes it, and the equation that is left without it has the others: a closed form moves
-the roots to their mean, where those much smaller than another would be lost. None of this sees a gradient: the derivative of a root x of p is -dp(x) / p'(x), by one
-more step. Among the roots, minus infinity stands for one that is not there.
+Closed forms in float64 give one root, Newton's method polishes it, and the equation that is left without it has the others: a closed form
+moves the roots to their mean, where those much smaller than another would be lost. None of this sees a gradient: the derivative of a root x
+of p is -dp(x) / p'(x), by one more step. Among the roots, minus infinity stands for one that is not there.
 """
 
 from typing import List, Tuple
@@ -120,7 +120,8 @@ def _cubic(coeffs: Tensor) -> Tensor:
     sums = 2.0 * rest[..., 1].abs() * bound[..., 1] + 4.0 * a.abs() * bound[..., 2]
     # What x's own rounding makes of the discriminant: its derivative is -2 a (3 a x + b), unless the quadratic is from the last coefficients.
     error = _rounding_of_root(coeffs, x)
-    steep, relative = 2.0 * (a * (3.0 * a * x + coeffs[..., 1])).abs() * error, sums * error / torch.where(x == 0, torch.ones_like(x), x.abs())
+    steep = 2.0 * (a * (3.0 * a * x + coeffs[..., 1])).abs() * error
+    relative = sums * error / torch.where(x == 0, torch.ones_like(x), x.abs())
     rounding = 1e-15 * (sums + torch.minimum(steep, relative))
     pair = _of_quadratic(a, rest[..., 1], rest[..., 2], rounding)
     lower_degree = torch.cat([_quadratic(coeffs[..., 1:]), _missing(a)[..., None]], -1)
@@ -129,7 +130,7 @@ def _cubic(coeffs: Tensor) -> Tensor:
 
 
 def _rounding_of_root(coeffs: Tensor, x: Tensor) -> Tensor:
-    """How far a root moves for a relative change of the coefficients, each by as much as does most; 0 for a multiple root."""
+    """How far a root moves per relative change of the coefficients, at most; 0 for a multiple root."""
     _value, slope, _size = _values(coeffs, x[..., None])
     flat = slope == 0
     ratio = _terms(coeffs, x[..., None]) / torch.where(flat, torch.ones_like(slope), slope.abs())
@@ -177,7 +178,8 @@ def _quartic(coeffs: Tensor) -> Tensor:
     candidates = _polished(coeffs, torch.cat([found[0], turned], -1))
     value, slope, _size = _values(coeffs, candidates)
     terms = _terms(coeffs, candidates)
-    isolation = torch.where(value.abs() <= 4e-15 * terms, (candidates * slope).abs() / torch.where(terms == 0, torch.ones_like(terms), terms), -torch.ones_like(terms))
+    steepness = (candidates * slope).abs() / torch.where(terms == 0, torch.ones_like(terms), terms)
+    isolation = torch.where(value.abs() <= 4e-15 * terms, steepness, -torch.ones_like(terms))
     best = torch.argmax(isolation, dim=-1, keepdim=True)
     x = candidates.gather(-1, best)[..., 0]
     exists = isolation.amax(-1) >= 0
@@ -243,14 +245,13 @@ def _deflated(coeffs: Tensor, x: Tensor) -> Tuple[Tensor, Tensor]:
         high_bound.append(high_bound[k - 1] * size + coeffs[..., k].abs())
     divisor = torch.where(x == 0, torch.ones_like(x), x)
     low, low_bound = torch.zeros_like(x), torch.zeros_like(x)
-    out, bound = high, high_bound
     for k in range(last - 1):
         low = (low - coeffs[..., last - k]) / divisor
         low_bound = (low_bound + coeffs[..., last - k].abs()) / divisor.abs()
         upward = _largest(terms[k + 1 :]) > _largest(terms[: k + 1])
-        out[last - 1 - k] = torch.where(upward, low, high[last - 1 - k])
-        bound[last - 1 - k] = torch.where(upward, low_bound, high_bound[last - 1 - k])
-    return torch.stack(out, -1), torch.stack(bound, -1)
+        high[last - 1 - k] = torch.where(upward, low, high[last - 1 - k])
+        high_bound[last - 1 - k] = torch.where(upward, low_bound, high_bound[last - 1 - k])
+    return torch.stack(high, -1), torch.stack(high_bound, -1)
 
 
 def _terms(coeffs: Tensor, x: Tensor) -> Tensor:

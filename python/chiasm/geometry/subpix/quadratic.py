@@ -71,9 +71,10 @@ def iterative_quad_interp3d(
     """Refine the strict maxima of volumes to a fraction of a voxel.
 
     A maximum is the extremum of the quadratic through its neighbours, unless that is farther than max_subpixel_shift along an axis: then
-    it is looked for again from the next voxel, one step along each such axis, and so on. It stays what it was where no voxel that is tried is
-    near enough, where one lies on the volume's border (the first included, in a mask), where a quadratic has no extremum (the determinant of its Hessian H is at most
-    1e-7 max |H|^3), and where the extremum is more than 1.5 from the last voxel.
+    it is looked for again from the next voxel, one step along each such axis, and so on. It stays what it was where no voxel that is tried
+    is near enough, where one of them lies on the volume's border, where a quadratic has no extremum (the determinant of its Hessian H is
+    at most 1e-7 max |H|^3), and where the extremum is more than 1.5 from the last voxel. (A mask's voxels on the border stay, too, which
+    Kornia refines from the next inner one.)
 
     Args:
         input: (B, C, D, H, W), floating point, without NaN; D is called the scale.
