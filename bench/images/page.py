@@ -70,7 +70,7 @@ def kornia_table(rows: list[dict]) -> list[str]:
         "## Is it faster than Kornia, from Python?",
         "",
         "`Method.run_into` on arrays of NumPy, and Kornia on tensors with the same values, eager, in `torch.inference_mode()`.",
-        "Before each turn on two threads both rest until the other's threads sleep, and make a call that is not timed.",
+        "Before each turn on two threads both rest until the other's threads sleep, and warm up.",
         f"Aim: {EAGER[0]:g} times as fast in the geometric mean. Where Kornia is faster the number is ***bold***."
         + (f" Kornia has no {', '.join(without)}." if without else ""),
         "",
