@@ -16,6 +16,8 @@ from chiasm.geometry.ransac import ransac_essential, ransac_fundamental, ransac_
 from chiasm.primitives.consensus import best_model, draw_samples, score_planes
 
 WRONG = (0.3, 0.45, 0.6)
+# Of the two-view scenes' seeds none was looked at before the bounds below were set: a sample of so few noisy points fails now and then, so
+# the bounds are of medians and means.
 IMAGE = np.array([640.0, 480.0])
 H = np.array([[1.1, 0.13, -20.0], [-0.08, 0.93, 30.0], [1e-4, -7e-5, 1.0]])
 
@@ -199,16 +201,22 @@ def test_points_on_a_line_have_no_homography_but_an_answer() -> None:
 
 @pytest.mark.parametrize("share", WRONG)
 def test_fundamental_is_nearer_than_opencv(share: float) -> None:
-    ours, theirs = [], []
-    for seed in range(4):
+    ours, theirs, kept = [], [], []
+    for seed in range(200, 208):
         v = Views(share, seed)
         F, mask = ransac_fundamental(*tensors(v.x1, v.x2), uniforms(4000 if share > 0.5 else 600, 7, seed), 1.5)
         by_opencv, _ = cv2.findFundamentalMat(v.x1, v.x2, cv2.FM_RANSAC, 1.5, 0.999, 5000)
         ours.append(v.error(F[0]))
         theirs.append(v.error(by_opencv))
-        assert mask[0].numpy()[~v.wrong].mean() > 0.9 and mask[0].numpy()[v.wrong].mean() < 0.1
+        kept.append(shares_kept(mask, v.wrong))
         assert abs(torch.linalg.det(F[0].double())) < 1e-9 * torch.linalg.matrix_norm(F[0].double()) ** 3 + 1e-12
-    assert max(ours) < 0.6 and np.mean(ours) < 0.7 * np.mean(theirs)
+    assert np.median(ours) < 0.3 and np.mean(ours) < 0.7 * np.mean(theirs)
+    assert np.mean(kept, 0)[0] > 0.95 and np.mean(kept, 0)[1] < 0.05
+
+
+def shares_kept(mask: torch.Tensor, wrong: np.ndarray) -> tuple[float, float]:
+    """Which shares of the right and of the wrong correspondences a mask has."""
+    return mask[0].numpy()[~wrong].mean(), mask[0].numpy()[wrong].mean()
 
 
 def test_gradient_of_the_fundamental_matrix_is_that_of_the_fit_to_the_inliers() -> None:
@@ -226,8 +234,8 @@ def test_gradient_of_the_fundamental_matrix_is_that_of_the_fit_to_the_inliers() 
 
 @pytest.mark.parametrize("share", WRONG)
 def test_essential_and_its_motion_are_near_the_truth(share: float) -> None:
-    ours, theirs = [], []
-    for seed in range(4):
+    ours, theirs, kept, errors = [], [], [], []
+    for seed in range(200, 208):
         v = Views(share, seed, 300)
         x1, x2, K1, K2 = tensors(v.x1, v.x2, v.K1, v.K2)
         E, mask = ransac_essential(x1, x2, K1, K2, uniforms(1000 if share > 0.5 else 250, 5, seed), 1.5)
@@ -237,10 +245,11 @@ def test_essential_and_its_motion_are_near_the_truth(share: float) -> None:
         _, their_R, their_t, _ = cv2.recoverPose(by_opencv, r1, r2, np.eye(3), mask=inlier)
         ours.append(max(degrees(R[0].double().numpy(), v.R), between(t[0].double().numpy(), v.t)))
         theirs.append(max(degrees(their_R, v.R), between(their_t, v.t)))
-        assert mask[0].numpy()[~v.wrong].mean() > 0.97 and mask[0].numpy()[v.wrong].mean() < 0.1
-        assert v.error(v.fundamental(E[0])) < 0.25
+        kept.append(shares_kept(mask, v.wrong))
+        errors.append(v.error(v.fundamental(E[0])))
         assert torch.linalg.svdvals(E[0].double()).numpy() == pytest.approx([0.5**0.5, 0.5**0.5, 0.0], abs=1e-6)
-    assert max(ours) < 2.0 and np.mean(ours) < 0.7 * np.mean(theirs)
+    assert np.median(ours) < 1.0 and np.mean(ours) < 0.7 * np.mean(theirs) and np.median(errors) < 0.25
+    assert np.mean(kept, 0)[0] > 0.97 and np.mean(kept, 0)[1] < 0.05
 
 
 def degrees(a: np.ndarray, b: np.ndarray) -> float:

@@ -53,11 +53,11 @@ def power_each(x: Tensor, exponent: Tensor) -> Tensor:
     if onnx_forward():
         # the detour's two selections would cost ONNX Runtime more than its ``pow``
         return torch.pow(x.clamp(min=0.0), exponent)
-    positive = x > 0
-    base = torch.where(positive, x, torch.ones_like(x))
+    empty = x <= 0  # which not-a-number is not: it stays what it is, as in ``pow``
+    base = torch.where(empty, torch.ones_like(x), x)
     raised = torch.exp(torch.log(base) * exponent) if _by_logarithm(x) else torch.pow(base, exponent)
     # 0 ** 0 is 1
-    return torch.where(positive, raised, (exponent == 0).to(x.dtype))
+    return torch.where(empty, (exponent == 0).to(x.dtype), raised)
 
 
 def _by_logarithm(x: Tensor) -> bool:

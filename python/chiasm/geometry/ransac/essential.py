@@ -7,13 +7,16 @@ from torch import Tensor
 
 from ...primitives.checks import check_matrix, check_rank
 from ...primitives.consensus import (
-    best_model,
+    best_models,
     best_of_each,
+    chosen,
     common_frame,
     costs_less,
     draw_samples,
     in_frame,
     inliers,
+    least,
+    model_costs,
     near_weights,
     sampson_denominators,
     score_planes,
@@ -27,15 +30,14 @@ from ..epipolar.essential import decompose_essential_matrix
 from ..epipolar.five_point import essentials_of_five
 from .arguments import check_arguments
 
-
 def ransac_essential(
     points1: Tensor, points2: Tensor, K1: Tensor, K2: Tensor, uniforms: Tensor, inl_th: float = 1.0, refinements: int = 5
 ) -> Tuple[Tensor, Tensor]:
     """Essential matrix from five or more correspondences some of which are wrong.
 
     Each of S samples of five correspondences gives up to ten matrices, by Nister's algorithm, of which the one is kept that fits 32
-    points best, spread over all. The one with the least MSAC cost (the sum over all points of Sampson's squared distance in pixels, which
-    counts as no more than inl_th squared) is refined: three Gauss-Newton steps of rotation and direction of translation on the squared
+    points best, spread over all. The four with the least MSAC costs (the sum over all points of Sampson's squared distance in pixels, which
+    counts as no more than inl_th squared) are refined: three Gauss-Newton steps of rotation and direction of translation on the squared
     Sampson distances, their denominators held fixed, of the points within a distance that goes from nearly 3 inl_th to begin with down
     to inl_th. What costs least of all is taken, the first of several samples that cost the same.
 
@@ -78,25 +80,34 @@ def ransac_essential(
     rows = _rows(small_matmul(with_one(p), m1.transpose(1, 2)), small_matmul(with_one(q), m2.transpose(1, 2)))
     index = draw_samples(uniforms, points1.size(1))
     sizes = [index.size(0), index.size(1)]
-    chosen = rows.gather(1, index.flatten(1)[..., None].expand([sizes[0], sizes[1] * 5, 9]))
-    solutions, exists = essentials_of_five(chosen.reshape(-1, 5, 9))
+    of_samples = rows.gather(1, index.flatten(1)[..., None].expand([sizes[0], sizes[1] * 5, 9]))
+    solutions, exists = essentials_of_five(of_samples.reshape(-1, 5, 9))
     fundamentals = _fundamental(solutions.unflatten(0, sizes), m1[:, None, None], m2[:, None, None])
     models, exists = best_of_each(fundamentals, exists.unflatten(0, sizes), planes)
-    F = best_model(models, exists, planes, True)
-    E = small_matmul(small_matmul(inverse3x3(m2).transpose(1, 2), F), inverse3x3(m1))
+    # The best of all may lead to a minimum nearby that is not the least.
+    F = best_models(models, exists, planes, True, 4).flatten(0, 1)
+    rows, n1, n2, marks = _for_each(rows), _for_each(m1), _for_each(m2), _for_each(planes)
+    E = small_matmul(small_matmul(inverse3x3(n2).transpose(1, 2), F), inverse3x3(n1))
     R, _, t = decompose_essential_matrix(E)
     pose = torch.cat([R, t], -1)
     # the best so far and the latest
     state = torch.stack([pose, pose], 1)
     if torch.jit.is_scripting():
         for k in range(refinements):
-            state = _refined(state, torch.full([], k, dtype=torch.int64, device=p.device), rows, m1, m2, planes, refinements)
+            state = _refined(state, torch.full([], k, dtype=torch.int64, device=p.device), rows, n1, n2, marks, refinements)
     else:
-        state = repeat(_refined, state, (rows, m1, m2, planes, refinements), refinements)
+        state = repeat(_refined, state, (rows, n1, n2, marks, refinements), refinements)
     found = (F * F).sum(-1, keepdim=True).sum(-2, keepdim=True) > 0
-    E = _essential(state[:, 0])
-    E = torch.where(found, E * pointed(E.flatten(1)[..., None]) / 2.0**0.5, torch.zeros_like(E))
+    E = torch.where(found, _essential(state[:, 0]), torch.zeros_like(F)).unflatten(0, [points1.size(0), 4])
+    cost = model_costs(_fundamental(E, m1[:, None], m2[:, None]), planes, True)
+    E = chosen(E, least(cost, 1))[:, 0]
+    E = E * pointed(E.flatten(1)[..., None]) / 2.0**0.5
     return E.to(points1.dtype), inliers(_fundamental(E, m1, m2), planes, True)
+
+
+def _for_each(x: Tensor) -> Tensor:
+    """(B, ...) four times, once for each of the models that are refined: (B * 4, ...)."""
+    return torch.stack([x, x, x, x], 1).flatten(0, 1)
 
 
 def _to_rays(K: Tensor, similarity: Tensor) -> Tensor:
