@@ -9,7 +9,7 @@ from scenes import pose
 from torch import Tensor, nn
 
 from chiasm.geometry import transform
-from chiasm.geometry.camera import PinholeCamera
+from chiasm.geometry.camera import PinholeCamera, StereoCamera
 from chiasm.geometry.conversions import normalize_homography
 from chiasm.geometry.depth import DepthWarper, depth_warp
 from chiasm.geometry.transform import Affine, HomographyWarper
@@ -148,6 +148,29 @@ def test_camera_has_its_numbers() -> None:
     assert pose.extrinsics.grad[:, :3].abs().min() > 0
 
 
+def test_stereo_camera_equals_opencv() -> None:
+    R, t = pose(4, 0.1)
+    t = np.array([[-0.7], [0.02], [0.05]])
+    _, _, P1, P2, Q, _, _ = cv2.stereoRectify(K, None, K, None, (31, 25), R, t, flags=0, alpha=-1)
+    P1[1, 1] = P2[1, 1] = 1.1 * P1[1, 1]  # OpenCV's rectified pixels are square, others need not be
+    camera = StereoCamera(*(torch.from_numpy(P).expand(2, 3, 4) for P in (P1, P2)))
+    points = np.random.default_rng(0).uniform([-1, -1, 3], [1, 1, 6], (25, 31, 3))
+    seen = [np.c_[points.reshape(-1, 3), np.ones(25 * 31)] @ P.T for P in (P1, P2)]
+    left, right = ((s[:, :2] / s[:, 2:]).reshape(25, 31, 2) for s in seen)
+    assert camera.batch_size == 2 and camera.tx.tolist() == pytest.approx([np.linalg.norm(t)] * 2)
+    np.testing.assert_allclose(left[..., 1], right[..., 1])
+    q = camera.Q[0].numpy() @ np.stack([left[..., 0], left[..., 1], (left - right)[..., 0], np.ones((25, 31))]).reshape(4, -1)
+    np.testing.assert_allclose((q[:3] / q[3]).T.reshape(25, 31, 3), points)
+    Q[1] *= 1.0 / 1.1
+    np.testing.assert_allclose(camera.Q[1], Q, atol=1e-12)
+    disparity = torch.rand(2, 1, 25, 31, dtype=D, generator=torch.Generator().manual_seed(0)) + 3.0
+    for b, found in enumerate(torch.jit.script(camera)(disparity)):
+        np.testing.assert_allclose(found, cv2.reprojectImageTo3D(disparity[b, 0].numpy().astype(np.float32), Q), rtol=1e-4)
+    learned = StereoCamera(camera.rectified_left_camera, nn.Parameter(camera.rectified_right_camera.clone()))
+    learned(disparity).sum().backward()
+    assert learned.rectified_right_camera.grad[:, 0, 2:].abs().min() > 0
+
+
 def by_opencv(picture: np.ndarray, points: np.ndarray, E: np.ndarray, border: int) -> np.ndarray:
     """picture (C, H, W) where a camera at E sees points of the world (H, W, 3)."""
     uv = cv2.projectPoints(points.reshape(-1, 3), cv2.Rodrigues(E[:3, :3])[0], E[:3, 3], K, None)[0].reshape(*points.shape[:2], 2).astype(np.float32)
@@ -196,6 +219,8 @@ WRONG = [
     (lambda: PinholeCamera(E4[0], E4, SIZE, SIZE), ValueError, r"intrinsics: expected shape \(B, 3, 3\) or \(B, 4, 4\)"),
     (lambda: PinholeCamera(E4, E4[:, :3], SIZE, SIZE), ValueError, r"extrinsics: expected shape \(\*, 4, 4\)"),
     (lambda: PinholeCamera(E4, E4.expand(2, 4, 4), SIZE, SIZE), ValueError, "extrinsics: expected a batch of 1"),
+    (lambda: StereoCamera(E4, E4), ValueError, r"rectified_left_camera: expected shape \(\*, 3, 4\)"),
+    (lambda: StereoCamera(E4[:, :3], E4[:, :3].expand(2, 3, 4)), ValueError, r"rectified_right_camera: expected the left one's shape \[1, 3, 4\]"),
     (lambda: DepthWarper(CAMERA, 4, 5)(X[:, :1], X), ValueError, "pinhole_src: expected a camera"),
     (lambda: DepthWarper(CAMERA, 4, 5).compute_projection_matrix(CAMERA)(X[:, :1], X), ValueError, r"depth_src: expected shape \(B, 1, 4, 5\)"),
 ]

@@ -12,9 +12,11 @@ from .planes import (
     unproject_points_orthographic,
     unproject_points_z1,
 )
+from .stereo import StereoCamera
 
 __all__ = [
     "PinholeCamera",
+    "StereoCamera",
     "cam2pixel",
     "distort_points_affine",
     "distort_points_kannala_brandt",

@@ -30,6 +30,7 @@ from ..epipolar.essential import decompose_essential_matrix
 from ..epipolar.five_point import essentials_of_five
 from .arguments import check_arguments
 
+
 def ransac_essential(
     points1: Tensor, points2: Tensor, K1: Tensor, K2: Tensor, uniforms: Tensor, inl_th: float = 1.0, refinements: int = 5
 ) -> Tuple[Tensor, Tensor]:
