@@ -140,8 +140,8 @@ struct Table {
 
 TYPED_TEST(Resampling, ResamplingByTablesIsOpenCvsResize) {
   using T = TypeParam;
-  for (const Planes& p : {Planes{1, 1, 1}, Planes{2, 3, 5}, Planes{1, 40, 71}, Planes{2, 7, 1}})
-    for (const auto& [height, width] : {std::pair<int64_t, int64_t>{1, 1}, {2, 9}, {19, 33}, {80, 142}, {5, 300}, {90, 4}})
+  for (const Planes& p : {Planes{1, 1, 1}, Planes{2, 3, 5}, Planes{1, 40, 71}, Planes{1, 40, 142}, Planes{2, 7, 1}})
+    for (const auto& [height, width] : {std::pair<int64_t, int64_t>{1, 1}, {2, 9}, {19, 33}, {20, 71}, {19, 72}, {80, 142}, {5, 300}, {90, 4}})
       for (const int64_t taps : {2, 4}) {
         const auto x = this->random(p.count * p.height * p.width, 0, 1);
         const Table<T> down(p.height, height, taps), across(p.width, width, taps);

@@ -6,12 +6,22 @@ namespace {
 
 constexpr int64_t kRows = 32;
 
+// Those of 2 n values at even and at odd places; `ordered` puts their order right, which is the same for both.
+inline __m256 evens(__m256 a, __m256 b) { return _mm256_shuffle_ps(a, b, 0b10001000); }
+inline __m256 odds(__m256 a, __m256 b) { return _mm256_shuffle_ps(a, b, 0b11011101); }
+inline __m256 ordered(__m256 v) { return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(v), 0b11011000)); }
+inline __m256d evens(__m256d a, __m256d b) { return _mm256_unpacklo_pd(a, b); }
+inline __m256d odds(__m256d a, __m256d b) { return _mm256_unpackhi_pd(a, b); }
+inline __m256d ordered(__m256d v) { return _mm256_permute4x64_pd(v, 0b11011000); }
+
 // One axis: the first pixel of each position's run, and the runs' weights, tap after tap.
 template <class T>
 struct Axis {
+  static constexpr int64_t kLanes = Vector<T>::kLanes;
   int64_t taps, count;
   std::vector<int32_t> first;
   std::vector<T> weights;  // taps x count
+  std::vector<bool> doubled;  // of each vector of positions: whether its runs begin at every second pixel
 
   // From `given` taps a position, each with its own pixel: pixels that borders repeat are one tap of the run.
   Axis(const int32_t* index, const T* given, int64_t per_position, int64_t positions, int64_t size) : taps(1), count(positions), first(positions) {
@@ -34,6 +44,19 @@ struct Axis {
       }
     }
   }
+
+  // For along_row: finds `doubled`, and puts the weights there in the order in which evens and odds give the pixels (`ordered` undoes itself).
+  void find_doubled(int64_t size) {
+    for (int64_t i = 0; i + kLanes <= count; i += kLanes) {
+      bool every_second = first[i] + 2 * (kLanes - 1) + taps + taps % 2 <= size;
+      for (int64_t k = 1; k < kLanes; ++k) every_second = every_second && first[i + k] == first[i] + 2 * k;
+      doubled.push_back(every_second);
+      for (int64_t k = 0; every_second && k < taps; ++k) {
+        T* const weight = weights.data() + k * count + i;
+        Vector<T>::store(weight, ordered(Vector<T>::load(weight)));
+      }
+    }
+  }
 };
 
 inline __m256 gather(const float* p, const int32_t* index) {
@@ -50,6 +73,17 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
   const int64_t n = axis.count;
   int64_t i = 0;
   for (; i + V::kLanes <= n; i += V::kLanes) {
+    if (axis.doubled[i / V::kLanes]) {
+      auto sum = V::all(0);
+      for (int64_t k = 0; k < axis.taps; k += 2) {
+        const T* const pixel = row + axis.first[i] + k;
+        const auto a = V::load(pixel), b = V::load(pixel + V::kLanes);
+        sum += evens(a, b) * V::load(axis.weights.data() + k * n + i);
+        if (k + 1 < axis.taps) sum += odds(a, b) * V::load(axis.weights.data() + (k + 1) * n + i);
+      }
+      V::store(out + i, ordered(sum));
+      continue;
+    }
     auto sum = gather(row, axis.first.data() + i) * V::load(axis.weights.data() + i);
     for (int64_t k = 1; k < axis.taps; ++k) sum += gather(row + k, axis.first.data() + i) * V::load(axis.weights.data() + k * n + i);
     V::store(out + i, sum);
@@ -91,7 +125,9 @@ template <class T>
 void resample(const T* x, Planes planes, const int32_t* index_y, const T* weight_y, int64_t taps_y, int64_t out_height, const int32_t* index_x,
               const T* weight_x, int64_t taps_x, int64_t out_width, T* out) {
   const int64_t height = planes.height, width = planes.width, blocks = (out_height + kRows - 1) / kRows;
-  const Axis<T> down(index_y, weight_y, taps_y, out_height, height), across(index_x, weight_x, taps_x, out_width, width);
+  const Axis<T> down(index_y, weight_y, taps_y, out_height, height);
+  Axis<T> across(index_x, weight_x, taps_x, out_width, width);
+  across.find_doubled(width);
   // Shrinking sums rows first, so that fewer are resampled; growing resamples the fewer rows that there are, a block's at once.
   const bool shrinks = out_height <= height;
   const auto span = [&](int64_t block) {  // the rows that a block of the output reads

@@ -3,14 +3,17 @@
 P. Burt, E. Adelson, The Laplacian Pyramid as a Compact Image Code, IEEE Trans. Communications 31(4), 1983.
 """
 
-from typing import List
+from typing import List, Tuple
 
+import torch
 from torch import Tensor
 
+from ...primitives import kernels
 from ...primitives.checks import check_image
 from ...primitives.padding import check_border
 from ...primitives.sizes import as_ratio
 from ...primitives.stencil import separable_shared
+from ...primitives.taps import blurred_after, blurred_before, resize_taps
 from .resize import resize
 
 
@@ -43,6 +46,11 @@ def pyrdown(input: Tensor, border_type: str = "reflect", align_corners: bool = F
         raise ValueError(f"factor: expected a positive number, got {factor}")
     over, under = as_ratio(factor)
     size = (input.size(2) * under // over, input.size(3) * under // over)
+    if not torch.jit.is_scripting() and _in_one_pass(input, border_type):
+        down, across = resize_taps(input, size[0], "bilinear", align_corners, False, 2), resize_taps(input, size[1], "bilinear", align_corners, False, 3)
+        down = blurred_before(down, _binomial(), border_type, input.size(2))
+        across = blurred_before(across, _binomial(), border_type, input.size(3))
+        return kernels.resample(input, down[0], down[1], across[0], across[1])
     return resize(_blur(input, border_type), size, "bilinear", align_corners)
 
 
@@ -69,7 +77,7 @@ def pyrup(input: Tensor, border_type: str = "reflect", align_corners: bool = Fal
     """
     check_image(input, "input")
     check_border(border_type)
-    return _blur(resize(input, (2 * input.size(2), 2 * input.size(3)), "bilinear", align_corners), border_type)
+    return _enlarged(input, (2 * input.size(2), 2 * input.size(3)), border_type, align_corners)
 
 
 def build_pyramid(input: Tensor, max_level: int, border_type: str = "reflect", align_corners: bool = False) -> List[Tensor]:
@@ -128,11 +136,27 @@ def build_laplacian_pyramid(input: Tensor, max_level: int, border_type: str = "r
     out: List[Tensor] = []
     for i in range(max_level - 1):
         size = (levels[i].size(2), levels[i].size(3))
-        out.append(levels[i] - _blur(resize(levels[i + 1], size, "bilinear", align_corners), border_type))
+        out.append(levels[i] - _enlarged(levels[i + 1], size, border_type, align_corners))
     out.append(levels[max_level - 1])
     return out
 
 
+def _enlarged(input: Tensor, size: Tuple[int, int], border_type: str, align_corners: bool) -> Tensor:
+    if not torch.jit.is_scripting() and _in_one_pass(input, border_type):
+        down, across = resize_taps(input, size[0], "bilinear", align_corners, False, 2), resize_taps(input, size[1], "bilinear", align_corners, False, 3)
+        down, across = blurred_after(down, _binomial(), border_type), blurred_after(across, _binomial(), border_type)
+        return kernels.resample(input, down[0], down[1], across[0], across[1])
+    return _blur(resize(input, size, "bilinear", align_corners), border_type)
+
+
+def _in_one_pass(input: Tensor, border_type: str) -> bool:
+    """Whether blurring and resizing are one table of taps for each axis."""
+    return kernels.has_kernel(input) and border_type != "circular"
+
+
 def _blur(input: Tensor, border_type: str) -> Tensor:
-    taps = [0.0625, 0.25, 0.375, 0.25, 0.0625]
-    return separable_shared(input, taps, taps, border_type)
+    return separable_shared(input, _binomial(), _binomial(), border_type)
+
+
+def _binomial() -> List[float]:
+    return [0.0625, 0.25, 0.375, 0.25, 0.0625]

@@ -17,6 +17,7 @@ from ...primitives.sampling import (
     smaller,
     source_positions,
 )
+from ...primitives.taps import resize_taps, weight_dtype
 
 
 def resize(
@@ -76,7 +77,8 @@ def resize(
         raise ValueError(f"size: expected positive sizes, got ({height}, {width})")
     corners = align_corners is not None and align_corners
     if not torch.jit.is_scripting() and kernels.has_kernel(input):
-        down, across = _table(input, height, interpolation, corners, antialias, 2), _table(input, width, interpolation, corners, antialias, 3)
+        down = resize_taps(input, height, interpolation, corners, antialias, 2)
+        across = resize_taps(input, width, interpolation, corners, antialias, 3)
         return kernels.resample(input, down[0], down[1], across[0], across[1])
     if antialias:
         radius = 1 if interpolation == "bilinear" else 2
@@ -88,24 +90,6 @@ def resize(
     if interpolation == "bilinear":
         return _bilinear(input, height, width, corners)
     return _bicubic_axis(_bicubic_axis(input, width, corners, 3), height, corners, 2)
-
-
-def _table(x: Tensor, out_size: int, interpolation: str, align_corners: bool, antialias: bool, dim: int) -> Tuple[Tensor, Tensor]:
-    """Indices and weights (out_size, taps) of the pixels along one axis whose sums are the output."""
-    in_size = x.size(dim)
-    if interpolation == "nearest":
-        index = nearest_index(in_size, out_size, x.device)[:, None]
-        return index, torch.ones_like(index).to(x.dtype)
-    if antialias:
-        index, weight = antialias_table(in_size, out_size, align_corners, 1 if interpolation == "bilinear" else 2, _weight_dtype(x), x.device)
-        return index, weight.to(x.dtype)
-    whole, fraction = source_positions(in_size, out_size, align_corners, _weight_dtype(x), x.device)
-    if interpolation == "bilinear":
-        first, weights = 0, [1.0 - fraction, fraction]
-    else:
-        first, weights = -1, cubic_weights(fraction, -0.75)
-    index = whole[:, None] + torch.arange(first, first + len(weights), device=x.device)
-    return index.clamp(0, in_size - 1), torch.stack(weights, 1).to(x.dtype)
 
 
 def _bilinear(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
@@ -122,7 +106,7 @@ def _bilinear(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor
 def _linear_table(x: Tensor, out_size: int, align_corners: bool, dim: int) -> Tuple[Tensor, Tensor, Tensor]:
     """Indices of the two neighbours, and the weight of the second, for each of ``out_size`` positions."""
     in_size = x.size(dim)
-    whole, fraction = source_positions(in_size, out_size, align_corners, _weight_dtype(x), x.device)
+    whole, fraction = source_positions(in_size, out_size, align_corners, weight_dtype(x), x.device)
     first = stored_index(whole.clamp(0, in_size - 1))
     second = stored_index((whole + 1).clamp(0, in_size - 1))
     return first, second, materialised(fraction.to(x.dtype), 0)
@@ -130,7 +114,7 @@ def _linear_table(x: Tensor, out_size: int, align_corners: bool, dim: int) -> Tu
 
 def _bicubic_axis(x: Tensor, out_size: int, align_corners: bool, dim: int) -> Tensor:
     in_size = x.size(dim)
-    whole, fraction = source_positions(in_size, out_size, align_corners, _weight_dtype(x), x.device)
+    whole, fraction = source_positions(in_size, out_size, align_corners, weight_dtype(x), x.device)
     whole = materialised(whole, 0)
     weights = [materialised(w.to(x.dtype), 0) for w in cubic_weights(fraction, -0.75)]
     if dim == 2:
@@ -142,7 +126,7 @@ def _bicubic_axis(x: Tensor, out_size: int, align_corners: bool, dim: int) -> Te
 
 
 def _antialias_axis(x: Tensor, out_size: int, align_corners: bool, radius: int, dim: int) -> Tensor:
-    index, weight = antialias_table(x.size(dim), out_size, align_corners, radius, _weight_dtype(x), x.device)
+    index, weight = antialias_table(x.size(dim), out_size, align_corners, radius, weight_dtype(x), x.device)
     taps = index.size(1)
     weight = weight.to(x.dtype)
     picked = x.index_select(dim, index.reshape(-1))
@@ -150,10 +134,3 @@ def _antialias_axis(x: Tensor, out_size: int, align_corners: bool, radius: int, 
         stacked = reshaped(picked, [x.size(0), x.size(1), out_size, taps, x.size(3)])
         return (stacked * weight[:, :, None]).sum(3)
     return (reshaped(picked, [x.size(0), x.size(1), x.size(2), out_size, taps]) * weight).sum(4)
-
-
-def _weight_dtype(x: Tensor) -> torch.dtype:
-    # Positions in half precision would be off by whole pixels.
-    if x.dtype == torch.float64:
-        return torch.float64
-    return torch.float32
