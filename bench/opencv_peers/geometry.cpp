@@ -58,6 +58,24 @@ Peer homography(const Inputs& x) {
   return per_entry(x, {0, 0}, {2, 2}, [](const std::vector<cv::Mat>& m) { cv::findHomography(m[0], m[1]); });
 }
 
+// So sure of the result that all samples are drawn.
+constexpr double kConfidence = 1 - 1e-15;
+
+Peer robust_homography(const Inputs& x) {
+  const int samples = int(x[2].shape()[1]);
+  return per_entry(x, {0, 0}, {2, 2}, [=](const std::vector<cv::Mat>& m) { cv::findHomography(m[0], m[1], cv::RANSAC, 3.0, cv::noArray(), samples, kConfidence); });
+}
+
+Peer robust_fundamental(const Inputs& x) {
+  const int samples = int(x[2].shape()[1]);
+  return per_entry(x, {0, 0}, {2, 2}, [=](const std::vector<cv::Mat>& m) { cv::findFundamentalMat(m[0], m[1], cv::FM_RANSAC, 1.0, kConfidence, samples); });
+}
+
+Peer robust_essential(const Inputs& x) {
+  const int samples = int(x[4].shape()[1]);
+  return per_entry(x, {0, 0, 3}, {2, 2, 1}, [=](const std::vector<cv::Mat>& m) { cv::findEssentialMat(m[0], m[1], m[2], cv::RANSAC, kConfidence, 1.0, samples); });
+}
+
 Peer four_points(const Inputs& x) {
   return per_entry(x, {0, 0}, {2, 2}, [](const std::vector<cv::Mat>& m) { cv::getPerspectiveTransform(m[0], m[1]); });
 }
@@ -101,6 +119,9 @@ Table geometry() {
       {"geometry.transform.get_perspective_transform", four_points},
       {"geometry.calibration.undistort_image", undistort},
       {"geometry.homography.find_homography_dlt", homography},
+      {"geometry.ransac.ransac_homography", robust_homography},
+      {"geometry.ransac.ransac_fundamental", robust_fundamental},
+      {"geometry.ransac.ransac_essential", robust_essential},
       {"geometry.epipolar.decompose_essential_matrix", decomposed},
       {"geometry.conversions.axis_angle_to_rotation_matrix", rodrigues},
       {"geometry.conversions.rotation_matrix_to_axis_angle", rodrigues},
