@@ -59,14 +59,6 @@ struct Axis {
   }
 };
 
-inline __m256 gather(const float* p, const int32_t* index) {
-  return _mm256_i32gather_ps(p, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), 4);
-}
-
-inline __m256d gather(const double* p, const int32_t* index) {
-  return _mm256_i32gather_pd(p, _mm_loadu_si128(reinterpret_cast<const __m128i*>(index)), 8);
-}
-
 template <class T>
 void along_row(const T* row, const Axis<T>& axis, T* out) {
   using V = Vector<T>;
@@ -84,8 +76,8 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
       V::store(out + i, ordered(sum));
       continue;
     }
-    auto sum = gather(row, axis.first.data() + i) * V::load(axis.weights.data() + i);
-    for (int64_t k = 1; k < axis.taps; ++k) sum += gather(row + k, axis.first.data() + i) * V::load(axis.weights.data() + k * n + i);
+    auto sum = V::gather(row, axis.first.data() + i) * V::load(axis.weights.data() + i);
+    for (int64_t k = 1; k < axis.taps; ++k) sum += V::gather(row + k, axis.first.data() + i) * V::load(axis.weights.data() + k * n + i);
     V::store(out + i, sum);
   }
   for (; i < n; ++i) {

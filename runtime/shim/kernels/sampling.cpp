@@ -7,7 +7,7 @@
 namespace chiasm::kernels {
 namespace {
 
-constexpr int64_t kRun = 128, kRows = 32;
+constexpr int64_t kRun = 256, kRows = 32;
 
 // What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights lie side by side.
 template <class T>
@@ -40,13 +40,12 @@ template <class T>
 void place(T* x, int64_t n, int64_t size, Padding padding, bool corners) {
   if (padding == Padding::kBorder) limit(x, n, T(0), static_cast<T>(size - 1));
   if (padding == Padding::kReflection) reflect(x, n, size, corners);
-  // One pixel outside is as empty as a thousand.
-  limit(x, n, T(-2), static_cast<T>(size + 1));
 }
 
 // Of each position the pair of pixels to read along an axis, as its first one, and their weights, 0 where they are outside.
 template <class T>
-void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weight1) {
+void pair_up(T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weight1) {
+  limit(x, n, T(-2), static_cast<T>(size + 1));  // one pixel outside is as empty as a thousand
   const auto last = static_cast<int32_t>(std::max<int64_t>(size - 2, 0)), end = static_cast<int32_t>(size - 1);
   for (int64_t i = 0; i < n; ++i) {
     const T whole = std::floor(x[i]), fraction = x[i] - whole;
@@ -61,7 +60,7 @@ void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T*
 }
 
 template <class T>
-void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Taps<T>& taps) {
+void bilinear_taps(T* x, T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Taps<T>& taps) {
   int32_t column[kRun], row[kRun];
   T left[kRun], right[kRun], top[kRun], bottom[kRun];
   pair_up(x, n, width, column, left, right);
@@ -114,18 +113,33 @@ inline double rounded(double x) { return (x + 6755399441055744.0) - 675539944105
 // The nearest pixels, halves to the even one, and as weight 1, or 0 outside.
 template <class T>
 void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Taps<T>& taps) {
-  const auto right = static_cast<int32_t>(width - 1), bottom = static_cast<int32_t>(height - 1);
+  const auto right = static_cast<T>(width - 1), bottom = static_cast<T>(height - 1);
+  const auto limited = [](T x, T last) {  // as a number, for not every one is a pixel's; what is not a number becomes 0
+    const T above = x > 0 ? x : T(0);
+    return above < last ? above : last;
+  };
   for (int64_t i = 0; i < n; ++i) {
-    const auto column = static_cast<int32_t>(rounded(x[i])), row = static_cast<int32_t>(rounded(y[i]));
-    const int32_t c = std::min(std::max(column, 0), right), r = std::min(std::max(row, 0), bottom);
-    taps.index[i] = r * static_cast<int32_t>(stride) + c;
-    taps.upper[i] = c == column && r == row ? T(1) : T(0);
+    const T column = rounded(x[i]), row = rounded(y[i]), c = limited(column, right), r = limited(row, bottom);
+    taps.index[i] = static_cast<int32_t>(r) * static_cast<int32_t>(stride) + static_cast<int32_t>(c);
+    taps.upper[i] = (c == column) & (r == row) ? T(1) : T(0);
   }
 }
 
+// The pixels at indices. Where a row is read forwards and not by larger steps than one, they lie among eight in a row, and one load has them.
+inline __m256 pixels(const float* plane, const int32_t* index, int64_t size) {
+  const __m256i from_first = _mm256_sub_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), _mm256_set1_epi32(*index));
+  if (_mm256_testz_si256(from_first, _mm256_set1_epi32(~7)) && *index + 8 <= size) return _mm256_permutevar8x32_ps(_mm256_loadu_ps(plane + *index), from_first);
+  return Vector<float>::gather(plane, index);
+}
+
+inline __m256d pixels(const double* plane, const int32_t* index, int64_t) { return Vector<double>::gather(plane, index); }
+
 template <class T>
-void nearest(const T* plane, const Taps<T>& taps, int64_t n, T* out) {
-  for (int64_t i = 0; i < n; ++i) out[i] = plane[taps.index[i]] * taps.upper[i];
+void nearest(const T* plane, int64_t size, const Taps<T>& taps, int64_t n, T* out) {
+  using V = Vector<T>;
+  int64_t i = 0;
+  for (; i + V::kLanes <= n; i += V::kLanes) V::store(out + i, pixels(plane, taps.index + i, size) * V::load(taps.upper + i));
+  for (; i < n; ++i) out[i] = plane[taps.index[i]] * taps.upper[i];
 }
 
 // Samples where positions(image, row, column, n, x, y) says.
@@ -164,7 +178,7 @@ void sample_at(const T* source, Images images, int64_t out_height, int64_t out_w
         if (mode == Interpolation::kBilinear)
           bilinear(source + plane * plane_size, stride, taps, n, target);
         else
-          nearest(source + plane * plane_size, taps, n, target);
+          nearest(source + plane * plane_size, plane_size, taps, n, target);
       }
     }
   }

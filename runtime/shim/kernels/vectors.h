@@ -16,6 +16,7 @@ struct Vector<float> {
   static constexpr int64_t kLanes = 8;
   static Type load(const float* p) { return _mm256_loadu_ps(p); }
   static void store(float* p, Type v) { _mm256_storeu_ps(p, v); }
+  static Type gather(const float* p, const int32_t* index) { return _mm256_i32gather_ps(p, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), 4); }
   static Type all(float v) { return _mm256_set1_ps(v); }
   static Type max(Type a, Type b) { return _mm256_max_ps(a, b); }
   static Type min(Type a, Type b) { return _mm256_min_ps(a, b); }
@@ -31,6 +32,7 @@ struct Vector<double> {
   static constexpr int64_t kLanes = 4;
   static Type load(const double* p) { return _mm256_loadu_pd(p); }
   static void store(double* p, Type v) { _mm256_storeu_pd(p, v); }
+  static Type gather(const double* p, const int32_t* index) { return _mm256_i32gather_pd(p, _mm_loadu_si128(reinterpret_cast<const __m128i*>(index)), 8); }
   static Type all(double v) { return _mm256_set1_pd(v); }
   static Type max(Type a, Type b) { return _mm256_max_pd(a, b); }
   static Type min(Type a, Type b) { return _mm256_min_pd(a, b); }
