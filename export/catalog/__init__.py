@@ -38,6 +38,16 @@ NOT_DEPLOYED = {
         f"geometry.bbox.{name}": f"returns a Python bool, whether all boxes are valid (it scripts): `geometry.bbox.is_{kind}`, which says it of each, is deployed for it"
         for name, kind in (("validate_bbox", "bbox"), ("validate_bbox3d", "bbox3d"))
     },
+    **{
+        f"geometry.{name}": f"the size of its output is numbers, of which an artifact would have one (it scripts): `{name.rpartition('.')[2]}_like`, which takes that of another input, is deployed for it"
+        for name in (
+            "depth.unproject_meshgrid", "stereo.stereo_rectify", "transform.center_crop", "transform.crop_by_boxes", "transform.crop_by_boxes3d",
+            "transform.crop_by_transform_mat", "transform.crop_by_transform_mat3d", "transform.homography_warp", "transform.homography_warp3d",
+            "transform.resize", "transform.warp_affine", "transform.warp_affine3d", "transform.warp_perspective", "transform.warp_perspective3d",
+            "transform.warp_polar",
+        )
+    },
+    "geometry.epipolar.find_essential": "the first output of `find_essential_5point`, which is deployed under its name",
     "geometry.bbox.nms": "how many boxes are left depends on the data (it scripts): `geometry.bbox.nms_fixed`, which returns all and a mask, is deployed for it",
 }
 

@@ -14,16 +14,13 @@ from collections import defaultdict
 from itertools import groupby
 from pathlib import Path
 
+import chiasm.geometry
 from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, Entry, catalog
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "coverage.md"
 #: Families that are complete: each of their public functions is in the catalog, or is listed with the reason why it cannot be.
-COMPLETE = (
-    "color", "enhance", "filters", "morphology", "image", "contrib",
-    "geometry.conversions", "geometry.grid", "geometry.bbox", "geometry.quaternion", "geometry.lie", "geometry.line", "geometry.plane",
-    "geometry.ransac", "geometry.subpix",
-)
+COMPLETE = ("color", "enhance", "filters", "morphology", "image", "contrib", *(f"geometry.{family}" for family in chiasm.geometry.__all__))
 WAYS = {
     "TorchScript (C++)": lambda check: check["artifact"].endswith("forward.pt"),
     "ONNX (C++)": lambda check: check["backend"] == "C++ onnx",

@@ -1,6 +1,6 @@
 """docs/coverage.md and the catalog say the same, and no public function is left out in silence."""
 
-from coverage import COMPLETE, PAGE, declared, public_functions
+from coverage import PAGE, declared, public_functions
 
 from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, catalog
 
@@ -28,7 +28,7 @@ def test_nothing_failed_when_the_page_was_written() -> None:
 
 def test_every_public_function_is_deployed_or_excused() -> None:
     public = public_functions()
-    assert len(public) > 15 * len(COMPLETE)
+    assert len(public) > 350
     assert {name for name, deployed in public.items() if not deployed} == set(NOT_DEPLOYED)
 
 

@@ -20,7 +20,6 @@ from . import (
     solvers,
     stereo,
     subpix,
-    transfer_error,
     transform,
 )
 
@@ -44,6 +43,5 @@ __all__ = [
     "solvers",
     "stereo",
     "subpix",
-    "transfer_error",
     "transform",
 ]

@@ -16,6 +16,14 @@ from ..primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenv
 from ..primitives.rotations import nearest_rotation
 from ..primitives.warping import sample_image
 
+__all__ = [
+    "distort_points",
+    "solve_pnp_dlt",
+    "tilt_projection",
+    "undistort_image",
+    "undistort_points",
+]
+
 
 def distort_points(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor] = None) -> Tensor:
     """Pixels at which a lens shows points whose pixels without distortion are given.

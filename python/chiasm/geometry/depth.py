@@ -12,6 +12,19 @@ from ..primitives.linalg import cross
 from ..primitives.warping import check_sampling, sample_image, stretched
 from .camera.pinhole import PinholeCamera
 
+__all__ = [
+    "DepthWarper",
+    "depth_from_disparity",
+    "depth_from_plane_equation",
+    "depth_to_3d",
+    "depth_to_3d_v2",
+    "depth_to_normals",
+    "depth_warp",
+    "unproject_meshgrid",
+    "unproject_meshgrid_like",
+    "warp_frame_depth",
+]
+
 
 def depth_from_disparity(disparity: Tensor, baseline: Union[float, Tensor], focal: Union[float, Tensor]) -> Tensor:
     """Depth from a stereo pair's disparity: baseline * focal / (disparity + 1e-8).

@@ -6,6 +6,17 @@ from torch import Tensor
 from ..primitives.checks import check_floating
 from ..primitives.linalg import small_matmul
 
+__all__ = [
+    "batched_dot_product",
+    "batched_squared_norm",
+    "compose_transformations",
+    "euclidean_distance",
+    "inverse_transformation",
+    "point_line_distance",
+    "relative_transformation",
+    "transform_points",
+]
+
 
 def batched_dot_product(x: Tensor, y: Tensor, keepdim: bool = False) -> Tensor:
     """Dot product along the last dimension.

@@ -14,6 +14,8 @@ from ..primitives.target import native_forward, onnx_forward
 from .calibration import check_views
 from .lie.so3 import so3_exp
 
+__all__ = ["refine_pnp"]
+
 
 def refine_pnp(
     world_points: Tensor, img_points: Tensor, intrinsics: Tensor, pose: Tensor, weights: Optional[Tensor] = None, num_iters: int = 10

@@ -11,6 +11,12 @@ from ..primitives.linalg import cross, small_matmul
 from .calibration import undistort_points
 from .conversions.rotations import quaternion_to_rotation_matrix, rotation_matrix_to_quaternion, vector_to_skew_symmetric_matrix
 
+__all__ = [
+    "reproject_disparity_to_3d",
+    "stereo_rectify",
+    "stereo_rectify_like",
+]
+
 
 def stereo_rectify(
     K1: Tensor,
