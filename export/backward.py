@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import operator
 from collections import defaultdict
+from collections.abc import Callable
 from typing import NamedTuple
 
 import torch
@@ -87,15 +88,22 @@ def _join_terms(total: Node) -> None:
                 continue
             for layer in layers:
                 pieces = [(p.start, p.end, p.term.target is _SELECT, *p.term.args[:4]) for p in layer]
-                made.append(total.graph.call_function(_join, (dim, pieces)))
+                made.append(_call(_join, (dim, pieces), total))
             replaced = {part.term for part in some}
             terms = [t for t in terms if t not in replaced]
         if not made:
             return
         result, *others = terms + made
         for term in others:
-            result = total.graph.call_function(operator.add, (result, term))
+            result = _call(operator.add, (result, term), total)
     total.replace_all_uses_with(result)
+
+
+def _call(function: Callable[..., Tensor], arguments: tuple, total: Node) -> Node:
+    """A node of the shape that a sum has, for it may itself be what came back for a part."""
+    node = total.graph.call_function(function, arguments)
+    node.meta["val"] = total.meta["val"]
+    return node
 
 
 def _part(term: Node, total: Node) -> tuple[int, _Part] | None:

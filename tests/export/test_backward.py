@@ -24,7 +24,13 @@ def along_rows(x: Tensor) -> Tensor:
     return x[:, 0] * x[:, 3] - x[:, 1, :]
 
 
-@pytest.mark.parametrize(("function", "shape"), [(components, ("N", 4)), (overlapping, ("N", 3, 5)), (along_rows, ("N", 4, "M"))])
+def of_a_part(x: Tensor) -> Tensor:
+    """What comes back for a part is joined itself."""
+    y = x[..., :3]
+    return y[..., 0] * y[..., 1] * y[..., 2] + x[..., 3]
+
+
+@pytest.mark.parametrize(("function", "shape"), [(components, ("N", 4)), (overlapping, ("N", 3, 5)), (along_rows, ("N", 4, "M")), (of_a_part, ("N", 4))])
 def test_parts_are_joined(function, shape) -> None:
     spec = Spec("test.parts", [TensorSpec("x", shape, range=(-1, 1))], symbols={"N": (2, 100), "M": (2, 100)})
     op = bind(function, ["x"], {}, spec.name)
