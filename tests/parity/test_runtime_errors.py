@@ -1,0 +1,178 @@
+"""The Python API of the runtime: what it says of calls, bundles and artifacts that are not as they should be."""
+
+import io
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from scale_bundle import BACKENDS, artifact, example, tensor, write_bundle, write_scale
+
+import chiasm.runtime as runtime
+from chiasm.runtime import ChiasmError, Code
+
+
+def test_run_into_refuses(method: runtime.Method) -> None:
+    x, scale, keep = example()
+    y, dropped = np.empty_like(x), np.empty_like(keep)
+    for outputs, words in [
+        ([np.empty((4, 7), np.float32), dropped], ["y", "4", "5"]),
+        ([y.astype(np.float64), dropped], ["y", "float64", "float32"]),
+        ([x, dropped], ["y", "overlap"]),
+        ([y, np.empty((7, 5), bool).T], ["dropped", "stride"]),
+    ]:
+        with pytest.raises(ChiasmError) as error:
+            method.run_into((x, scale, keep), outputs)
+        assert error.value.code == Code.INVALID_ARGUMENT
+        assert all(word in str(error.value) for word in words), str(error.value)
+    with pytest.raises(TypeError, match="'dropped', which is missing"):
+        method.run_into((x, scale, keep), [y])
+    y.flags.writeable = False
+    with pytest.raises(ChiasmError, match="output 'y': the array is read-only"):
+        method.run_into((x, scale, keep), [y, dropped])
+
+
+# Errors
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda x: x.astype(np.float64), ["x", "float64"]),
+        (lambda x: x.astype(np.uint16), ["x", "uint16"]),
+        (lambda x: x.astype(">f4"), ["x", ">f4"]),
+        (lambda x: x.astype(np.complex64), ["x", "complex64"]),
+        (lambda x: x[0], ["x"]),
+        (lambda x: x[:, ::-1], ["x", "stride"]),
+        (lambda x: np.asfortranarray(x), ["x", "stride"]),
+        (lambda x: np.broadcast_to(x[:1], (5, 7)), ["x", "stride"]),
+        (lambda x: np.zeros((5, 8), np.float32), ["8", "7"]),
+        (lambda x: np.zeros((0, 7), np.float32), ["x", "0"]),
+        (lambda x: torch.from_numpy(x).t(), ["x"]),
+        (lambda x: torch.from_numpy(x).requires_grad_(), ["x", "requires grad", "detach"]),
+        (lambda x: x.tolist(), ["x", "list", "array"]),
+        (lambda x: None, ["x", "NoneType"]),
+        (lambda x: "text", ["x", "str"]),
+    ],
+)
+def test_bad_inputs_are_named(method: runtime.Method, change, words: list[str]) -> None:
+    x, _, keep = example()
+    with pytest.raises(ChiasmError) as error:
+        method(change(x), np.float32(2), keep)
+    assert error.value.code == Code.INVALID_ARGUMENT
+    assert isinstance(error.value, RuntimeError)
+    assert all(word in str(error.value) for word in words), str(error.value)
+
+
+def test_wrong_calls_are_type_errors(method: runtime.Method) -> None:
+    x, scale, keep = example()
+    with pytest.raises(TypeError, match="takes 3 inputs, got 4"):
+        method(x, scale, keep, x)
+    with pytest.raises(TypeError, match="needs 'keep', which is missing"):
+        method(x, scale)
+    with pytest.raises(TypeError, match="has no input 'sigma'"):
+        method(x, scale, keep, sigma=1)
+    with pytest.raises(TypeError, match="got 'x' by position and by name"):
+        method(x, x=x, scale=scale, keep=keep)
+    with pytest.raises(ChiasmError, match="expected 'numpy', 'torch' or 'dlpack', got 'jax'"):
+        method.run((x, scale, keep), returns="jax")
+
+
+@pytest.mark.parametrize(
+    "options, code, words",
+    [
+        ({"name": "backward"}, Code.NOT_FOUND, ["backward"]),
+        ({"backend": "tensorrt"}, Code.INVALID_ARGUMENT, ["tensorrt"]),
+        ({"dtype": "float31"}, Code.INVALID_ARGUMENT, ["float31"]),
+        ({"backend": "native"}, Code.NOT_FOUND, ["native"]),
+        ({"backend": "torch", "allow_native_code": False}, Code.FAILED_PRECONDITION, ["torch"]),
+    ],
+)
+def test_loading_errors(bundle: runtime.Bundle, options: dict, code: Code, words: list[str]) -> None:
+    with pytest.raises(ChiasmError) as error:
+        bundle.method(**options)
+    assert error.value.code == code
+    assert all(word in str(error.value) for word in words), str(error.value)
+
+
+def test_without_native_code_onnx_is_left(bundle: runtime.Bundle) -> None:
+    assert bundle.method(allow_native_code=False).backend == "onnx"
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device")
+@pytest.mark.parametrize("backend", ["auto", *BACKENDS])
+def test_cuda_is_missed(bundle: runtime.Bundle, backend: str) -> None:
+    with pytest.raises(ChiasmError) as error:
+        bundle.method(backend=backend, device="cuda:0")
+    assert error.value.code == Code.UNAVAILABLE
+
+
+@pytest.mark.parametrize("device", ["gpu", "cuda:x", ""])
+def test_bad_device(bundle: runtime.Bundle, device: str) -> None:
+    with pytest.raises(ValueError, match="device"):
+        bundle.method(device=device)
+
+
+def test_no_bundle(tmp_path: Path) -> None:
+    with pytest.raises(ChiasmError, match=r"nothing\.chiasm") as error:
+        runtime.open(tmp_path / "nothing.chiasm")
+    assert error.value.code == Code.NOT_FOUND
+
+
+@pytest.mark.parametrize("file, backend", [("scale.pt", "torch"), ("scale32.onnx", "onnx")])
+def test_a_changed_artifact_is_refused(tmp_path: Path, file: str, backend: str) -> None:
+    path = write_scale(tmp_path)
+    data = bytearray((path / file).read_bytes())
+    data[len(data) // 2] ^= 1
+    (path / file).write_bytes(data)
+    with pytest.raises(ChiasmError, match=file) as error:
+        runtime.open(path).method(backend=backend)
+    assert error.value.code == Code.CORRUPT
+
+
+def zipped(**files: bytes) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(f"data/{name}.so" if name.startswith("lib") else name, data)
+    return buffer.getvalue()
+
+
+def damaged_zip() -> bytes:
+    data = bytearray(zipped(liba=bytes(range(256)) * 64))
+    data[60] ^= 0xFF  # inside the deflated library
+    return bytes(data)
+
+
+@pytest.mark.parametrize(
+    "backend, form, data, words",
+    [
+        ("native", "aotinductor", b"no zip archive at all", ["not a zip archive"]),
+        ("native", "aotinductor", zipped(readme=b"text"), ["no shared library"]),
+        (
+            "native",
+            "aotinductor",
+            zipped(liba=b"x", libb=b"y"),
+            ["two shared libraries", "data/liba.so", "data/libb.so"],
+        ),
+        ("native", "aotinductor", zipped(liba=b"not an ELF file"), ["cannot load the native code"]),
+        ("native", "aotinductor", damaged_zip(), ["archive"]),
+        ("torch", "torchscript", b"no program", ["bad.bin"]),
+        ("torch", "aotinductor", zipped(readme=b"text"), ["bad.bin"]),
+        ("onnx", "onnx", b"no graph", ["bad.bin"]),
+    ],
+)
+def test_a_bad_artifact_says_so(tmp_path: Path, backend: str, form: str, data: bytes, words: list[str]) -> None:
+    """Artifacts whose hash is right and whose content is not: an exporter's mistake, or an attacker's manifest."""
+    more = {"device": "cpu"} | ({"isa": "x86-64-v3"} if backend == "native" else {})
+    more |= {"needs": ["libtorch"]} if (backend, form) == ("torch", "aotinductor") else {}
+    entry = artifact(backend, form, "bad.bin", data, ["float32"], **more)
+    forward = {"inputs": [tensor("x", "T", ["H"])], "outputs": [tensor("y", "T", ["H"])], "artifacts": [entry]}
+    cases = [{"prefix": "a", "method": "forward", "dtype": "float32"}]
+    golden = {"a/x": np.ones(3, np.float32), "a/y": np.ones(3, np.float32)}
+    path = write_bundle(tmp_path, "test.bad", {"forward": forward}, {"bad.bin": data}, golden, cases)
+    with pytest.raises(ChiasmError) as error:
+        runtime.open(path).method(backend=backend)
+    assert "bad.bin" in str(error.value)
+    assert all(word in str(error.value) for word in words), str(error.value)
