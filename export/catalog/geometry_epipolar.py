@@ -221,6 +221,7 @@ add(Spec(
     [TensorSpec("fundamental"), TensorSpec("exists")],
     tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
     sample=_from_scene(count=7, batch="N", points1="x1", points2="x2"), reference="OpenCV findFundamentalMat",
+    vectorize=False,  # torch 2.13's AOTInductor computes wrong numbers in the SIMD loop of this gradient
 ))
 add(Spec(
     "geometry.epipolar.find_essential", [_points("points1"), _points("points2"), _WEIGHTS], [TensorSpec("essential"), TensorSpec("exists")],
