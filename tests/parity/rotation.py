@@ -4,9 +4,9 @@
     python tests/parity/rotation.py OUTPUT     export the catalog to OUTPUT so
 
 Compiling the whole catalog is `make parity`, too long for every run. Chosen are the ops that the tests name, those whose source has
-changed, and more of each family, others with every commit, until there are three besides those named. The sources are compared with $CHIASM_BASE, else with where the
-branch left origin's, else with the commit before. Gradients take most of an export's time: of the ops that are not compiled every third
-has them, others with every commit.
+changed, and more of each family, others with every commit, until there are three besides those named. The sources are compared with
+$CHIASM_BASE, else with where the branch left origin's, else with the commit before. Gradients take most of an export's time: of the ops
+that are not compiled every third has them, others with every commit.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ def lot(name: str) -> bytes:
 def chosen() -> dict[str, str]:
     """The ops to compile, each with the reason."""
     entries = catalog()
-    tests = [p for folder in ("export", "parity", "runtime", "consumer") for p in (ROOT / "tests" / folder).rglob("*") if p.suffix in (".py", ".cpp", ".sh", ".c")]
+    folders = [ROOT / "tests" / name for name in ("export", "parity", "runtime", "consumer")]
+    tests = [p for folder in folders for p in folder.rglob("*") if p.suffix in (".py", ".cpp", ".sh", ".c")]
     words = re.findall(r"\b[a-z]+(?:\.[a-z0-9_]+)+", " ".join(p.read_text() for p in tests))
     named = {w.removesuffix(".chiasm") for w in words} & set(entries)
     changed = changed_files()
@@ -83,7 +84,7 @@ def main(arguments: list[str]) -> None:
     rest = sorted((n for n in catalog() if n not in native), key=lot)
     jobs = len(os.sched_getaffinity(0))
     export_names(list(native), Path(arguments[0]), ("torchscript", "onnx", "native"), jobs=jobs)
-    with_gradients = rest[:: GRADIENTS]
+    with_gradients = rest[::GRADIENTS]
     export_names(with_gradients, Path(arguments[0]), ("torchscript", "onnx"), jobs=jobs)
     export_names([n for n in rest if n not in with_gradients], Path(arguments[0]), ("torchscript", "onnx"), methods=("forward",), jobs=jobs)
 
