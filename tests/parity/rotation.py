@@ -17,6 +17,7 @@ import os
 import re
 import subprocess
 import sys
+from fnmatch import fnmatch
 from itertools import groupby
 from pathlib import Path
 
@@ -29,6 +30,12 @@ ROOT = Path(__file__).resolve().parents[2]
 PER_FAMILY = 3
 #: Of so many ops one is exported with its gradient.
 GRADIENTS = 3
+#: What takes minutes to compile and is left to `make parity`, unless a test names it.
+SLOW = (
+    "geometry.epipolar.find_*", "geometry.epipolar.motion_from_*", "geometry.epipolar.project_to_essential", "geometry.homography.find_*", "geometry.pnp.*",
+    "geometry.quaternion.average_quaternions", "geometry.ransac.*", "geometry.solvers.solve_cubic", "geometry.solvers.solve_quartic", "geometry.subpix.conv_*",
+    "geometry.subpix.iterative_*", "geometry.transform.*3d",
+)
 #: A commit that changes more ops than this has them drawn by lot, lest a test run take hours; the rest waits for `make parity`.
 MOST_CHANGED = 12
 
@@ -61,14 +68,15 @@ def chosen() -> dict[str, str]:
     named = {w.removesuffix(".chiasm") for w in words} & set(entries)
     changed = changed_files()
     source = {n: str(Path(inspect.getsourcefile(e.function()) or "").resolve().relative_to(ROOT)) for n, e in entries.items()}
-    touched = sorted((n for n in entries if source[n] in changed), key=lot)
+    slow = {n for n in entries if any(fnmatch(n, pattern) for pattern in SLOW)}
+    touched = sorted((n for n in entries if source[n] in changed and n not in slow), key=lot)
     result = {n: "a test names it" for n in sorted(named)}
     for name in touched[:MOST_CHANGED]:
         result.setdefault(name, f"{source[name]} has changed")
     for _, family in groupby(entries, key=lambda n: n.partition(".")[0]):
         others = [n for n in family if n not in named]  # which the tests name is the same in every run
         due = PER_FAMILY - sum(n in result for n in others)
-        for name in sorted((n for n in others if n not in result), key=lot)[: max(0, due)]:
+        for name in sorted((n for n in others if n not in result and n not in slow), key=lot)[: max(0, due)]:
             result[name] = "its turn"
     if len(touched) > MOST_CHANGED:
         Console(stderr=True).print(f"{len(touched)} ops have changed: {MOST_CHANGED} of them are compiled, `make parity` compiles all", style="yellow")
