@@ -184,11 +184,10 @@ def least(cost: Tensor, count: int) -> Tensor:
     tensor([[1, 3, 2]])
     """
     place = torch.arange(cost.size(1), device=cost.device)
-    found: List[Tensor] = []
-    for _ in range(count):
-        best = torch.argmin(cost, dim=1, keepdim=True)
-        cost = _or_infinite(cost, place != best)
-        found.append(best)
+    found = [torch.argmin(cost, dim=1)[:, None]]
+    for k in range(1, count):
+        cost = _or_infinite(cost, place != found[k - 1])
+        found.append(torch.argmin(cost, dim=1)[:, None])
     return torch.cat(found, 1)
 
 
