@@ -170,8 +170,16 @@ def best_of_each(models: Tensor, exists: Tensor, planes: Tensor) -> Tuple[Tensor
     return models.gather(2, pick.expand([models.size(0), models.size(1), 1, 3, 3]))[:, :, 0], exists.any(-1)
 
 
+def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    """The model (B, 3, 3) of (B, S, 3, 3) that costs least, the first of several; zeros where there is none."""
+    models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
+    cost = _or_infinite(model_costs(models, planes, epipolar), exists)
+    best = torch.argmin(cost, dim=1)[:, None, None, None]
+    return models.gather(1, best.expand([models.size(0), 1, 3, 3]))[:, 0]
+
+
 def best_models(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
-    """The ``count`` models (B, count, 3, 3) of (B, S, 3, 3) that cost least, the least first, of equals the first; zeros where there is none."""
+    """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first."""
     models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
     cost = _or_infinite(model_costs(models, planes, epipolar), exists)
     return chosen(models, least(cost, count))
@@ -194,11 +202,6 @@ def least(cost: Tensor, count: int) -> Tensor:
 def chosen(models: Tensor, index: Tensor) -> Tensor:
     """Of models (B, S, 3, 3) those at indices (B, n)."""
     return models.gather(1, index[:, :, None, None].expand([models.size(0), index.size(1), 3, 3]))
-
-
-def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
-    """The model (B, 3, 3) of (B, S, 3, 3) that costs least, the first of several; zeros where there is none."""
-    return best_models(models, exists, planes, epipolar, 1)[:, 0]
 
 
 def inliers(model: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
