@@ -150,12 +150,15 @@ def summary(checks: list[Check]) -> Table:
     """Worst error per op and method, a column a backend."""
     backends = list(dict.fromkeys(c.backend for c in checks))
     table = Table(Column("op", no_wrap=True), "method", "dtype", *backends, title="parity: largest difference from eager Python", box=None)
-    for key in dict.fromkeys((c.op, c.method, c.dtype) for c in checks):
+    by_row: dict[tuple, dict[str, list[Check]]] = {}
+    for c in checks:
+        by_row.setdefault((c.op, c.method, c.dtype), {}).setdefault(c.backend, []).append(c)
+    for key, row in by_row.items():
         cells = []
         for backend in backends:
-            rows = [c for c in checks if (c.op, c.method, c.dtype) == key and c.backend == backend]
-            worst = max((c.error for c in rows), default=0.0)
-            cells.append("" if not rows else f"[{'red' if any(c.message for c in rows) else 'green'}]{worst:.1e}[/]")
+            some = row.get(backend, [])
+            worst = max((c.error for c in some), default=0.0)
+            cells.append("" if not some else f"[{'red' if any(c.message for c in some) else 'green'}]{worst:.1e}[/]")
         table.add_row(*key, *cells)
     return table
 
