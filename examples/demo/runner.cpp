@@ -36,6 +36,20 @@ chiasm::DType dtype_named(const std::string& name) {
   throw std::runtime_error("there is no dtype " + name);
 }
 
+// Calls body(T{}) with the type of a dtype that results have.
+template <class Body>
+auto with_type(chiasm::DType dtype, const Body& body) {
+  switch (dtype) {
+    case chiasm::DType::Bool:
+    case chiasm::DType::UInt8: return body(uint8_t{});
+    case chiasm::DType::Int32: return body(int32_t{});
+    case chiasm::DType::Int64: return body(int64_t{});
+    case chiasm::DType::Float32: return body(float{});
+    case chiasm::DType::Float64: return body(double{});
+    default: throw std::runtime_error(std::string("cases have no ") + chiasm::name(dtype));
+  }
+}
+
 // A tensor that was written as raw bytes beside the case file.
 struct Loaded {
   std::vector<char> bytes;
@@ -45,8 +59,11 @@ struct Loaded {
   Loaded(const json& entry, const std::string& folder) {
     dtype = dtype_named(entry.at("dtype"));
     shape = chiasm::Shape(entry.at("shape").get<std::vector<int64_t>>());
-    std::ifstream file(folder + "/" + entry.at("file").get<std::string>(), std::ios::binary);
+    const std::string path = folder + "/" + entry.at("file").get<std::string>();
+    std::ifstream file(path, std::ios::binary);
     bytes.assign(std::istreambuf_iterator<char>(file), {});
+    const size_t expected = size_t(shape.count()) * with_type(dtype, [](auto value) { return sizeof(value); });
+    if (bytes.size() != expected) throw std::runtime_error(path + ": expected " + std::to_string(expected) + " bytes, got " + std::to_string(bytes.size()));
   }
 
   chiasm::Tensor view() { return {static_cast<void*>(bytes.data()), dtype, shape}; }
@@ -75,8 +92,7 @@ Difference compare(const chiasm::Tensor& result, Loaded& expected, const json& e
   const int64_t n = result.shape().count();
   const double atol = entry.at("atol"), rtol = entry.at("rtol");
   const void *a = result.data(), *b = expected.bytes.data();
-  if (result.dtype() == chiasm::DType::Float32) return difference(static_cast<const float*>(a), static_cast<const float*>(b), n, atol, rtol);
-  return difference(static_cast<const uint8_t*>(a), static_cast<const uint8_t*>(b), n, atol, rtol);
+  return with_type(result.dtype(), [&](auto value) { return difference(static_cast<const decltype(value)*>(a), static_cast<const decltype(value)*>(b), n, atol, rtol); });
 }
 
 // Median milliseconds of a call that is repeated for a while.

@@ -75,7 +75,12 @@ def items_of(shown: Shown, tensor: torch.Tensor, described: TensorSpec | None = 
     if len(plane) > 1 and array.shape[1 : 1 + len(plane)] == plane:
         return array[0].reshape(-1, *array.shape[1 + len(plane) :])
     if len(plane) > 1 and array.shape[-len(plane) :] == plane:
-        return array.reshape(plane)
+        first = array.reshape(-1, *plane)[0]  # of several, such as a position's coordinates
+        if len(plane) == 2:
+            return first
+        return first.max(0) if np.median(first) == 0 else first[len(first) // 2]  # of what is nearly nowhere, all slices
+    if array.ndim > 3 and min(array.shape[-2:]) > 16:
+        return array.reshape(-1, *array.shape[-2:])[0]
     if array.ndim == 4 and len(array) == 1 and array.shape[-2:] in ((3, 3), (3, 1)):
         return array[0]
     if array.ndim == 4 and array.shape[-1] == 2:
@@ -119,7 +124,7 @@ def part_of(name: str, items: np.ndarray, about: str, given: bool) -> Part:
 def kind_of(name: str, items: np.ndarray, about: str) -> str:
     shape = items.shape[1:]
     known = {(4,): "quaternion", (3,): "axis_angle"}
-    if name == "depth" and items.ndim == 2 and items.shape[1] > 1:
+    if items.ndim == 2 and (min(items.shape) > 16 or (name == "depth" and items.shape[1] > 1)):
         return "image"
     if items.dtype == bool:
         return "flags"

@@ -13,6 +13,7 @@ from examples.sheets import CAMERA, TEXTBOOK, ZOOM, Plane, Sheet, Space
 
 from .cells import cell
 from .images import image_panels
+from .images import images as all_images
 from .model import HALF, THIRD, WHOLE, Panel, Shown
 from .parts import WEIGHTS, Part, parts
 
@@ -48,11 +49,14 @@ def finished(sketches: list[Sketch], others: int = 0) -> list[Panel]:
 def tensors(shown: Shown) -> list[Panel]:
     """Many points and values in plots; of other things three samples beside each other."""
     found = parts(shown)
+    if not found:
+        return all_images(shown)
     images = [p for t in shown.spec.inputs if t.layout for p in image_panels(t.name, shown.inputs[t.name], t.layout, t.color, True)]
     if len(found) == 2 and all(p.kind == "values" for p in found):
         return finished([graph(*found)])
     if any(p.kind in ("points", "lines", "image") for p in found) and all(p.many or len(p.items) == 1 for p in found if not p.given):
-        return finished(plots_of(shown, found))
+        before = images if all(p.kind == "image" for p in found) else []
+        return [*before, *finished(plots_of(shown, found), len(before))]
     samples = min(len(p.items) for p in found)
     if samples > 1:
         return [Panel(p.name, cell(p, i, THIRD[0]), given=p.given) for p in found for i in range(min(samples, 3))]
@@ -80,7 +84,7 @@ def plots_of(shown: Shown, found: list[Part]) -> list[Sketch]:
             beside = next((p for p in found if p.kind == "points" and p.items.shape == (len(part.items), 2)), None)
             made.append(Sketch(part.name, line_drawer(shown, part, beside, inks), part.given))
         elif part.kind == "image":
-            made.append(Sketch(part.name, lambda size, p=part: gray(p.items), part.given, f"black is 0, white {short(float(part.items.max()))}"))
+            made.append(Sketch(part.name, lambda size, p=part: gray(p.items), part.given, f"black is {short(lowest(part.items))}, white {short(float(part.items.max()))}"))
         elif part.kind == "values" and part.name not in WEIGHTS:
             place = seen.get(2)
             if place is not None and len(place.items) == len(part.items) and (part.given or len(part.items) > 50):
@@ -109,7 +113,12 @@ def graph(given: Part, made: Part) -> Sketch:
 
 def gray(values: np.ndarray) -> np.ndarray:
     """Values (H, W) as an image."""
-    return (values[..., None].clip(0) / values.max() * 255).astype(np.uint8).repeat(3, 2)
+    low = lowest(values)
+    return ((values[..., None] - low) / max(float(values.max()) - low, 1e-12) * 255).astype(np.uint8).repeat(3, 2)
+
+
+def lowest(values: np.ndarray) -> float:
+    return min(float(values.min()), 0.0)
 
 
 def is_down(shown: Shown) -> bool:
