@@ -6,7 +6,7 @@
 Compiling the whole catalog is `make parity`, too long for every run. Chosen are the ops that the tests name, those whose source has
 changed, and more of each family, others with every commit, until there are three besides those named. The sources are compared with
 $CHIASM_BASE, else with where the branch left origin's, else with the commit before. Gradients take most of an export's time: of the ops
-that are not compiled every third has them, others with every commit.
+that are not compiled every eighth has them, others with every commit.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from chiasm.export.cli import export_names
 ROOT = Path(__file__).resolve().parents[2]
 PER_FAMILY = 3
 #: Of so many ops one is exported with its gradient.
-GRADIENTS = 3
+GRADIENTS = 8
 #: What takes minutes to compile and is left to `make parity`, unless a test names it.
 SLOW = (
     "geometry.epipolar.find_*", "geometry.epipolar.motion_from_*", "geometry.epipolar.project_to_essential", "geometry.homography.find_*", "geometry.pnp.*",
