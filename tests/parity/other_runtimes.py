@@ -34,7 +34,7 @@ ENGINES = {
     "OpenVINO": ("openvino", "openvino"),
 }
 
-_OLD_FLOAT64 = "ONNX Runtime 1.17 has no float64 kernel of Cos"
+_OLD_FLOAT64 = "ONNX Runtime 1.17 has no float64 kernel of Cos and others"
 _OLD_FUSION = "ONNX Runtime 1.17 fuses a float64 product with a transpose into an operator that it has for float32 only"
 _FLOAT32_INSIDE = "OpenVINO's CPU plug-in computes float64 in float32"
 
@@ -43,15 +43,40 @@ OPS = (
     "color.rgb_to_grayscale", "color.rgb_to_hsv", "enhance.normalize", "feature.*", "filters.bilateral_blur", "filters.gaussian_blur2d",
     "filters.median_blur", "filters.sobel", "geometry.*", "losses.*", "morphology.dilation", "pipelines.*",
 )
+
+
+def _old(reason: str, methods: list[str], ops: str) -> dict[tuple[str, str, str], str]:
+    """What ONNX Runtime 1.17 cannot do, of some ops of geometry, in either form."""
+    files = [f"{method}.float32{form}.onnx" for method in methods for form in ("", ".fused")]
+    return {("ONNX Runtime 1.17", f"geometry.{op}", file): reason for op in ops.split() for file in files}
+
+
 #: (engine, op, file) -> why the engine cannot do it.
 KNOWN = {
+    **_old(_OLD_FLOAT64, ["forward", "vjp"], """
+        epipolar.motion_from_essential_choose_solution pnp.refine_pnp transform.get_affine_matrix2d transform.get_affine_matrix3d
+        transform.get_projective_transform transform.get_rotation_matrix2d transform.get_shear_matrix2d transform.get_shear_matrix3d
+        transform.rotate transform.rotate3d transform.scale
+    """),
+    **_old(_OLD_FUSION, ["forward"], """
+        calibration.solve_pnp_dlt epipolar.decompose_essential_matrix epipolar.find_essential epipolar.find_fundamental
+        epipolar.find_fundamental_7point epipolar.motion_from_essential epipolar.project_to_essential epipolar.triangulate_points
+        ransac.ransac_essential ransac.ransac_fundamental solvers.find_affine stereo.stereo_rectify transform.crop_and_resize
+        transform.crop_by_boxes transform.get_perspective_transform
+    """),
     ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _OLD_FLOAT64,
     ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.fused.onnx"): _OLD_FLOAT64,
-    ("ONNX Runtime 1.17", "geometry.calibration.solve_pnp_dlt", "forward.float32.onnx"): _OLD_FUSION,
-    ("ONNX Runtime 1.17", "geometry.calibration.solve_pnp_dlt", "forward.float32.fused.onnx"): _OLD_FUSION,
     ("OpenVINO", "color.rgb_to_grayscale", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "filters.sobel", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.camera.project_points", "forward.float64.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.epipolar.find_essential", "forward.float32.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.epipolar.find_fundamental_7point", "forward.float32.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.epipolar.find_fundamental_7point", "vjp.float32.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.ransac.ransac_essential", "forward.float32.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.ransac.ransac_fundamental", "forward.float32.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.ransac.ransac_fundamental", "vjp.float32.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.solvers.solve_quadratic", "forward.float64.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "geometry.solvers.solve_quartic", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _FLOAT32_INSIDE,
 }
 #: engine -> why it cannot do the fused form of any op.

@@ -76,8 +76,10 @@ void bilinear_taps(T* x, T* y, int64_t n, int64_t height, int64_t width, int64_t
 
 inline __m256 pairs(const float* p, const int32_t* index) {
   const auto two = [&](int64_t i) {
-    const __m128 low = _mm_castpd_ps(_mm_load_sd(reinterpret_cast<const double*>(p + index[i])));
-    return _mm_loadh_pi(low, reinterpret_cast<const __m64*>(p + index[i + 1]));
+    double low, high;  // two pixels each, at any address
+    std::memcpy(&low, p + index[i], sizeof low);
+    std::memcpy(&high, p + index[i + 1], sizeof high);
+    return _mm_castpd_ps(_mm_set_pd(high, low));
   };
   return _mm256_set_m128(two(2), two(0));
 }
