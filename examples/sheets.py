@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from functools import cache
 
 import numpy as np
@@ -47,7 +48,23 @@ class Sheet:
         return np.asarray(self.canvas.resize(self.size, Image.Resampling.LANCZOS))
 
 
-class Plane(Sheet):
+class Chart(Sheet, ABC):
+    """A sheet that shows points by coordinates of their own."""
+
+    @abstractmethod
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """The pixels of points (N, D)."""
+
+    def path(self, points: np.ndarray, ink: Ink = GRAY, width: float = 1, closed: bool = False) -> None:
+        self.stroke(self.at(np.concatenate([points, points[:1]]) if closed else points), ink, width)
+
+    def joins(self, a: np.ndarray, b: np.ndarray, ink: Ink = FAINT, width: float = 1) -> None:
+        """A line between each two points."""
+        for ends in np.stack([a, b], 1):
+            self.path(ends, ink, width)
+
+
+class Plane(Chart):
     """A part of the plane that shows all of `extent` (N, 2), in equal scales, with the limits of both axes at the edges.
 
     down: whether y grows downwards, as in images.
@@ -80,14 +97,6 @@ class Plane(Sheet):
         """The pixels of points (N, 2)."""
         return points * self.scale + self.shift
 
-    def path(self, points: np.ndarray, ink: Ink = GRAY, width: float = 1, closed: bool = False) -> None:
-        self.stroke(self.at(np.concatenate([points, points[:1]]) if closed else points), ink, width)
-
-    def joins(self, a: np.ndarray, b: np.ndarray, ink: Ink = FAINT, width: float = 1) -> None:
-        """A line between each two points."""
-        for ends in np.stack([a, b], 1):
-            self.path(ends, ink, width)
-
     def dots(self, points: np.ndarray, inks: np.ndarray, radius: float | np.ndarray = 2.5, hollow: bool = False) -> None:
         for pixel, ink, r in zip(self.at(points), inks, np.broadcast_to(radius, len(points)), strict=True):
             self.spot(pixel, float(r), tuple(int(v) for v in ink), hollow)
@@ -115,7 +124,7 @@ CAMERA = turned(35, 25)
 TEXTBOOK = turned(-30, 20) @ np.diag([1.0, -1.0, -1.0])
 
 
-class Space(Sheet):
+class Space(Chart):
     """A part of space that shows all of `extent` (N, 3).
 
     box: whether to draw the extent's edges, with the axes' names and limits.
@@ -158,14 +167,6 @@ class Space(Sheet):
     def at(self, points: np.ndarray) -> np.ndarray:
         """The pixels of points (N, 3)."""
         return (points * self.stretch) @ self.view.T[:, :2] * self.scale + self.shift
-
-    def path(self, points: np.ndarray, ink: Ink = GRAY, width: float = 1, closed: bool = False) -> None:
-        self.stroke(self.at(np.concatenate([points, points[:1]]) if closed else points), ink, width)
-
-    def joins(self, a: np.ndarray, b: np.ndarray, ink: Ink = FAINT, width: float = 1) -> None:
-        """A line between each two points."""
-        for ends in np.stack([a, b], 1):
-            self.path(ends, ink, width)
 
     def dots(self, points: np.ndarray, inks: np.ndarray, radius: float | np.ndarray = 2.5, hollow: bool = False) -> None:
         """Far ones first, and smaller."""

@@ -1,15 +1,12 @@
 // The kernels by themselves, against OpenCV or the definition in plain loops of doubles, at sizes that leave parts of vectors and tiles.
-#include "shim/kernels/kernels.h"
-
-#include <gtest/gtest.h>
-#include <omp.h>
-
 #include <cmath>
 #include <functional>
 #include <map>
 #include <opencv2/imgproc.hpp>
-#include <random>
 #include <vector>
+
+#include "kernels_fixture.h"
+#include "shim/kernels/kernels.h"
 
 using namespace chiasm::kernels;
 
@@ -21,24 +18,9 @@ constexpr int kOpenCvBorders[] = {cv::BORDER_REFLECT_101, cv::BORDER_REPLICATE, 
 const Planes kSizes[] = {{1, 1, 1}, {2, 3, 5}, {3, 9, 17}, {2, 70, 33}, {1, 3, 30011}};
 
 template <class T>
-class Kernels : public ::testing::Test {
+class Kernels : public KernelsTest<T> {
  protected:
-  void SetUp() override {
-#ifdef __SANITIZE_THREAD__
-    omp_set_num_threads(1);  // g++'s OpenMP library synchronises in ways that the sanitizer does not see
-#else
-    omp_set_num_threads(3);
-#endif
-  }
-
-  std::vector<T> random(int64_t n, double low = 0, double high = 1) {
-    std::uniform_real_distribution<double> draw(low, high);
-    std::vector<T> values(static_cast<size_t>(n));
-    for (T& v : values) v = static_cast<T>(draw(engine_));
-    return values;
-  }
-
-  std::mt19937 engine_{7};
+  Kernels() : KernelsTest<T>(7) {}
 };
 
 using Types = ::testing::Types<float, double>;

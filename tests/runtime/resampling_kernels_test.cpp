@@ -1,13 +1,10 @@
 // The kernels that read images between pixels, against the definition in plain loops of doubles and against OpenCV's resize.
-#include <gtest/gtest.h>
-#include <omp.h>
-
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
-#include <random>
 #include <vector>
 
+#include "kernels_fixture.h"
 #include "shim/kernels/kernels.h"
 
 using namespace chiasm::kernels;
@@ -15,24 +12,9 @@ using namespace chiasm::kernels;
 namespace {
 
 template <class T>
-class Resampling : public ::testing::Test {
+class Resampling : public KernelsTest<T> {
  protected:
-  void SetUp() override {
-#ifdef __SANITIZE_THREAD__
-    omp_set_num_threads(1);  // g++'s OpenMP library synchronises in ways that the sanitizer does not see
-#else
-    omp_set_num_threads(3);
-#endif
-  }
-
-  std::vector<T> random(int64_t n, double low, double high) {
-    std::uniform_real_distribution<double> draw(low, high);
-    std::vector<T> values(static_cast<size_t>(n));
-    for (T& v : values) v = static_cast<T>(draw(engine_));
-    return values;
-  }
-
-  std::mt19937 engine_{11};
+  Resampling() : KernelsTest<T>(11) {}
 };
 
 using Types = ::testing::Types<float, double>;

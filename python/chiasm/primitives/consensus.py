@@ -170,18 +170,22 @@ def best_of_each(models: Tensor, exists: Tensor, planes: Tensor) -> Tuple[Tensor
     return models.gather(2, pick.expand([models.size(0), models.size(1), 1, 3, 3]))[:, :, 0], exists.any(-1)
 
 
+def _with_costs(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tuple[Tensor, Tensor]:
+    """The models, zeros where there is none, and their costs, infinite there."""
+    models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
+    return models, _or_infinite(model_costs(models, planes, epipolar), exists)
+
+
 def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
     """The model (B, 3, 3) of (B, S, 3, 3) that costs least, the first of several; zeros where there is none."""
-    models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
-    cost = _or_infinite(model_costs(models, planes, epipolar), exists)
+    models, cost = _with_costs(models, exists, planes, epipolar)
     best = torch.argmin(cost, dim=1)[:, None, None, None]
     return models.gather(1, best.expand([models.size(0), 1, 3, 3]))[:, 0]
 
 
 def best_models(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
     """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first."""
-    models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
-    cost = _or_infinite(model_costs(models, planes, epipolar), exists)
+    models, cost = _with_costs(models, exists, planes, epipolar)
     return chosen(models, least(cost, count))
 
 
