@@ -82,7 +82,7 @@ def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
 
 def export_names(names, output: Path, formats=FORMATS, isas=("x86-64-v3",), methods=METHODS, jobs: int = 1) -> None:
     """Export ops of the catalog, several at once, with a progress bar; ExportError, at the end, where some failed."""
-    started, failures = time.monotonic(), []
+    started, failures = time.monotonic(), {}
     columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     # Workers are spawned, not forked: torch's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")
@@ -95,12 +95,12 @@ def export_names(names, output: Path, formats=FORMATS, isas=("x86-64-v3",), meth
                 seconds = done.result()
                 console.print(f"[green]exported[/] {name}{SUFFIX} [dim]{seconds:.1f} s[/]", highlight=False)
             except Exception as error:  # one op's failure, of whatever kind, does not stop the others
-                failures.append(name)
-                story = str(error) if isinstance(error, ExportError) else f"{name}: {type(error).__name__}: {error}"
-                console.print(f"[red]failed[/] {escape(story)}", highlight=False)
+                failures[name] = str(error) if isinstance(error, ExportError) else f"{name}: {type(error).__name__}: {error}"
+                console.print(f"[red]failed[/] {escape(failures[name])}", highlight=False)
             progress.update(task, advance=1, description=name)
     if failures:
-        raise ExportError(f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}")
+        # once more: hundreds of lines may stand between
+        raise ExportError("\n".join([f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}", *failures.values()]))
     console.print(f"{len(names)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}", highlight=False)
 
 

@@ -39,6 +39,8 @@ def _derived_dim(expression: str, dims: dict[str, Dim]) -> Dim:
 
 def trace(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: Inputs, target: str, vjp: bool = False) -> ExportedProgram:
     """Export `module` for a target ("onnx", "native")."""
+    # Loops go through torch.compile, whose code for an op before, made for 4 models say, else leaves the guard `S != 4` on this one.
+    torch._dynamo.reset()
     try:
         with torch.no_grad(), exporting(target, vjp=vjp), fast_tracing():
             return torch.export.export(

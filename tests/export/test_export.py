@@ -29,6 +29,7 @@ from chiasm.export.module import bind
 from chiasm.export.native import _key
 from chiasm.export.verify import onnx_session
 from chiasm.filters import GaussianBlur2d, Sobel
+from chiasm.primitives.consensus import model_costs
 
 from .conftest import SPEC, scaled_difference
 
@@ -244,6 +245,25 @@ def test_a_size_that_the_code_fixes_is_named(tmp_path: Path) -> None:
 
     with pytest.raises(ExportError, match="B"):
         export(first_seven, Spec("test.bad", [image()], gradients=()), tmp_path, formats=["onnx"])
+
+
+def _costs_of_four(models: Tensor, planes: Tensor) -> Tensor:
+    return model_costs(models[:, :4], planes, True)
+
+
+def _costs_of_all(models: Tensor, planes: Tensor) -> Tensor:
+    return model_costs(models, planes, True)
+
+
+def test_an_export_leaves_no_trace_on_the_next() -> None:
+    """Loops are traced by torch.compile, which keeps what it made and asks of the next call whether it fits: a guard on a free size."""
+    models, planes = torch.rand(7, 30, 3, 3), torch.rand(7, 7, 11)
+    for fn, least in (_costs_of_four, 6), (_costs_of_all, 1):
+        tensors = [TensorSpec("models", ("B", "S", 3, 3)), TensorSpec("planes", ("B", 7, "N"))]
+        spec = Spec(f"test.{fn.__name__}", tensors, symbols={"S": (least, 100)})
+        op = bind(fn, ["models", "planes"], {}, spec.name)
+        program = trace(op, spec, tensors, {"models": torch.rand(7, 17, 3, 3), "planes": planes}, "onnx")
+        torch.testing.assert_close(program.module()(models, planes), fn(models, planes))
 
 
 def test_wrong_specs_are_refused(tmp_path: Path) -> None:
