@@ -178,9 +178,7 @@ def _with_costs(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) 
 
 def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
     """The model (B, 3, 3) of (B, S, 3, 3) that costs least, the first of several; zeros where there is none."""
-    models, cost = _with_costs(models, exists, planes, epipolar)
-    best = torch.argmin(cost, dim=1)[:, None, None, None]
-    return models.gather(1, best.expand([models.size(0), 1, 3, 3]))[:, 0]
+    return best_models(models, exists, planes, epipolar, 1)[:, 0]
 
 
 def best_models(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
