@@ -10,6 +10,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
+from . import kernels
 from .linalg import inverse3x3, small_matmul
 from .loops import repeat
 from .target import native_forward, tracing_vjp
@@ -170,21 +171,17 @@ def best_of_each(models: Tensor, exists: Tensor, planes: Tensor) -> Tuple[Tensor
     return models.gather(2, pick.expand([models.size(0), models.size(1), 1, 3, 3]))[:, :, 0], exists.any(-1)
 
 
-def _with_costs(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tuple[Tensor, Tensor]:
-    """The models, zeros where there is none, and their costs, infinite there."""
-    models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
-    return models, _or_infinite(model_costs(models, planes, epipolar), exists)
-
-
 def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
     """The model (B, 3, 3) of (B, S, 3, 3) that costs least, the first of several; zeros where there is none."""
     return best_models(models, exists, planes, epipolar, 1)[:, 0]
 
 
 def best_models(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
-    """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first."""
-    models, cost = _with_costs(models, exists, planes, epipolar)
-    return chosen(models, least(cost, count))
+    """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first; zeros where there is none."""
+    models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
+    if not torch.jit.is_scripting() and kernels.has_kernel(planes):
+        return chosen(models, kernels.cheapest_models(_unit(models, planes), planes, epipolar, count))
+    return chosen(models, least(_or_infinite(model_costs(models, planes, epipolar), exists), count))
 
 
 def least(cost: Tensor, count: int) -> Tensor:

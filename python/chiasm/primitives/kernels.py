@@ -100,6 +100,10 @@ _resample = _operator(
     "resample(Tensor x, Tensor index_y, Tensor weight_y, Tensor index_x, Tensor weight_x) -> Tensor",
     lambda x, index_y, weight_y, index_x, weight_x: x.new_empty([x.size(0), x.size(1), index_y.size(0), index_x.size(0)]),
 )
+_cheapest_models = _operator(
+    "cheapest_models(Tensor models, Tensor planes, bool epipolar, int count) -> Tensor",
+    lambda models, planes, epipolar, count: models.new_empty([models.size(0), count], dtype=torch.int64),
+)
 
 
 def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str, scale: float = 1.0, centre: float = 0.0) -> Tensor:
@@ -222,3 +226,8 @@ def sample_projective(src: Tensor, matrix: Tensor, height: int, width: int, mode
 def resample(x: Tensor, index_y: Tensor, weight_y: Tensor, index_x: Tensor, weight_x: Tensor) -> Tensor:
     """What ``resize`` does by tables of taps (out_size, taps) for either axis."""
     return _resample(x, index_y.to(torch.int32), weight_y, index_x.to(torch.int32), weight_x)
+
+
+def cheapest_models(models: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
+    """``consensus.least`` of ``consensus.model_costs``, for models scaled to length 1; zeros cost infinity."""
+    return _cheapest_models(models.contiguous(), planes.contiguous(), epipolar, count)

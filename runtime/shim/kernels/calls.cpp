@@ -275,4 +275,16 @@ AOTITorchError aoti_torch_cpu_hysteresis(AtenTensorHandle x, double low, double 
   });
 }
 
+AOTITorchError aoti_torch_cpu_cheapest_models(AtenTensorHandle models, AtenTensorHandle planes, int32_t epipolar, int64_t count, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument matrices(models), points(planes);
+    Result index = make({matrices.size(0), count}, kInt64);
+    for_type((*matrices).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      cheapest_models(matrices.data<T>(), points.data<T>(), matrices.size(0), matrices.size(1), points.size(2), epipolar != 0, count, data<int64_t>(index));
+    });
+    *result = index.release();
+  });
+}
+
 }  // extern "C"

@@ -121,4 +121,10 @@ template <class T>
 void resample(const T* x, Planes planes, const int32_t* index_y, const T* weight_y, int64_t taps_y, int64_t out_height, const int32_t* index_x,
               const T* weight_x, int64_t taps_x, int64_t out_width, T* out);
 
+/** Of each item's `per_item` 3 x 3 models the `count` with the least costs, of equals the first; 0 where fewer have a finite cost. A cost is the
+ *  sum of the squared distances in the second image, or with `epipolar` of Sampson's, each at most its bound. `planes` are an item's n
+ *  points: x, y, 1, then u, v, 1, then the bound. */
+template <class T>
+void cheapest_models(const T* models, const T* planes, int64_t batch, int64_t per_item, int64_t n, bool epipolar, int64_t count, int64_t* out);
+
 }  // namespace chiasm::kernels

@@ -1,0 +1,103 @@
+// The kernel that chooses among models, against their whole costs in plain loops of doubles.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "kernels_fixture.h"
+#include "shim/kernels/kernels.h"
+
+using namespace chiasm::kernels;
+
+namespace {
+
+template <class T>
+class Consensus : public KernelsTest<T> {
+ protected:
+  Consensus() : KernelsTest<T>(13) {}
+
+  // Points whose partners are anywhere but for a third, which the first model, nearly the identity, takes to them.
+  std::vector<T> points(int64_t batch, int64_t n) {
+    auto planes = this->random(batch * 7 * n, -1, 1);
+    for (int64_t item = 0; item < batch; ++item) {
+      T* const own = planes.data() + item * 7 * n;
+      for (int64_t i = 0; i < n; ++i) {
+        own[2 * n + i] = own[5 * n + i] = 1;
+        own[6 * n + i] = T(0.01);
+        for (const int64_t row : {0, 1})
+          if (i % 3 == 0) own[(3 + row) * n + i] = own[row * n + i];
+      }
+    }
+    return planes;
+  }
+
+  std::vector<T> models(int64_t count) {
+    auto values = this->random(count * 9, -0.3, 0.3);
+    for (int64_t m = 0; m < count; m += 1 + m / 4)
+      for (const int64_t k : {0, 4, 8}) values[m * 9 + k] += 1;
+    return values;
+  }
+};
+
+template <class T>
+double cost(const T* m, const T* planes, int64_t n, bool epipolar) {
+  double sum = 0;
+  for (int64_t i = 0; i < n; ++i) {
+    const double p[3] = {planes[i], planes[n + i], 1}, q[3] = {planes[3 * n + i], planes[4 * n + i], 1};
+    double forward[3], backward[3];
+    for (int64_t r = 0; r < 3; ++r) {
+      forward[r] = m[3 * r] * p[0] + m[3 * r + 1] * p[1] + m[3 * r + 2];
+      backward[r] = m[r] * q[0] + m[3 + r] * q[1] + m[6 + r];
+    }
+    const double product = forward[0] * q[0] + forward[1] * q[1] + forward[2], u = forward[0] / forward[2] - q[0], v = forward[1] / forward[2] - q[1];
+    const double slopes = forward[0] * forward[0] + forward[1] * forward[1] + backward[0] * backward[0] + backward[1] * backward[1];
+    const double error = epipolar ? product * product / slopes : u * u + v * v;
+    if (std::isnan(error)) return std::numeric_limits<double>::infinity();
+    sum += std::min(error, double(planes[6 * n + i]));
+  }
+  return sum;
+}
+
+using Types = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(Consensus, Types);
+
+TYPED_TEST(Consensus, TakesTheCheapest) {
+  using T = TypeParam;
+  constexpr int64_t batch = 3;
+  for (const int64_t n : {1, 4, 9, 131, 1000})
+    for (const int64_t count : {1, 2, 7, 100})
+      for (const bool epipolar : {false, true}) {
+        const auto planes = this->points(batch, n), models = this->models(batch * count);
+        const int64_t wanted = std::min<int64_t>(count, 4);
+        std::vector<int64_t> index(static_cast<size_t>(batch * wanted));
+        cheapest_models(models.data(), planes.data(), batch, count, n, epipolar, wanted, index.data());
+        for (int64_t item = 0; item < batch; ++item) {
+          std::vector<double> costs;
+          for (int64_t m = 0; m < count; ++m) costs.push_back(cost(models.data() + (item * count + m) * 9, planes.data() + item * 7 * n, n, epipolar));
+          auto sorted = costs;
+          std::sort(sorted.begin(), sorted.end());
+          // What costs the same but for rounding may come in either order.
+          for (int64_t k = 0; k < wanted; ++k) EXPECT_NEAR(costs[index[item * wanted + k]], sorted[k], 1e-5 * (1 + sorted[k])) << n << " points, " << count << " models";
+        }
+      }
+}
+
+TYPED_TEST(Consensus, OfEqualsTheFirstAndNothingThatIsNoModel) {
+  using T = TypeParam;
+  constexpr int64_t n = 50, count = 60;
+  const auto planes = this->points(1, n);
+  const T nan = std::numeric_limits<T>::quiet_NaN();
+  for (const bool epipolar : {false, true}) {
+    std::vector<T> models(count * 9, T(0));
+    // Zeros, but for one that is not a number and two that are the same, which different threads may look at.
+    models[3 * 9 + 4] = nan;
+    const auto good = this->models(1);
+    for (const int64_t m : {9, 55}) std::copy(good.begin(), good.end(), models.begin() + m * 9);
+    std::vector<int64_t> index(3, -1);
+    cheapest_models(models.data(), planes.data(), 1, count, n, epipolar, 3, index.data());
+    EXPECT_EQ(index, (std::vector<int64_t>{9, 55, 0}));
+  }
+}
+
+}  // namespace
