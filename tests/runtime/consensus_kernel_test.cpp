@@ -1,8 +1,9 @@
-// The kernel that chooses among models, against their whole costs in plain loops of doubles.
+// The kernels of robust estimation: models chosen, against their whole costs in plain loops of doubles, and roots, against those that made the
+// polynomials.
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <random>
 #include <vector>
 
 #include "kernels_fixture.h"
@@ -63,15 +64,14 @@ using Types = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(Consensus, Types);
 
 TYPED_TEST(Consensus, TakesTheCheapest) {
-  using T = TypeParam;
   constexpr int64_t batch = 3;
   for (const int64_t n : {1, 4, 9, 131, 1000})
     for (const int64_t count : {1, 2, 7, 100})
       for (const bool epipolar : {false, true}) {
         const auto planes = this->points(batch, n), models = this->models(batch * count);
         const int64_t wanted = std::min<int64_t>(count, 4);
-        std::vector<int64_t> index(static_cast<size_t>(batch * wanted));
-        cheapest_models(models.data(), planes.data(), batch, count, n, epipolar, wanted, index.data());
+        int64_t index[batch * 4];
+        cheapest_models(models.data(), planes.data(), batch, count, n, epipolar, wanted, index);
         for (int64_t item = 0; item < batch; ++item) {
           std::vector<double> costs;
           for (int64_t m = 0; m < count; ++m) costs.push_back(cost(models.data() + (item * count + m) * 9, planes.data() + item * 7 * n, n, epipolar));
@@ -98,6 +98,60 @@ TYPED_TEST(Consensus, OfEqualsTheFirstAndNothingThatIsNoModel) {
     cheapest_models(models.data(), planes.data(), 1, count, n, epipolar, 3, index.data());
     EXPECT_EQ(index, (std::vector<int64_t>{9, 55, 0}));
   }
+}
+
+TEST(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
+  std::mt19937 engine(17);
+  std::uniform_real_distribution<double> draw(-1, 1);
+  for (const int64_t degree : {1, 2, 3, 7, 10, 16})
+    for (const int64_t count : {1, 4, 5, 30}) {
+      std::vector<double> c(static_cast<size_t>((degree + 1) * count)), places(static_cast<size_t>(degree * count)), exist(places);
+      std::vector<std::vector<double>> made(static_cast<size_t>(count));
+      for (int64_t i = 0; i < count; ++i) {
+        // Some real roots, at least 0.05 apart, and pairs of complex ones for the rest.
+        std::vector<double> p{draw(engine) < 0 ? -2.0 : 0.5};
+        const auto times = [&p](const std::vector<double>& factor) {
+          std::vector<double> product(p.size() + factor.size());
+          for (size_t a = 0; a < p.size(); ++a)
+            for (size_t b = 0; b < factor.size(); ++b) product[a + b] += p[a] * factor[b];
+          product.pop_back();
+          p = product;
+        };
+        auto& roots = made[i];
+        while (static_cast<int64_t>(p.size()) <= degree) {
+          const double root = 2 * draw(engine);
+          const bool single = static_cast<int64_t>(p.size()) == degree || draw(engine) < 0;
+          if (single && std::any_of(roots.begin(), roots.end(), [&](double r) { return std::abs(r - root) < 0.05; })) continue;
+          times(single ? std::vector<double>{-root, 1} : std::vector<double>{root * root + 0.2 + std::abs(draw(engine)), -2 * root, 1});
+          if (single) roots.push_back(root);
+        }
+        std::sort(roots.begin(), roots.end());
+        for (int64_t k = 0; k <= degree; ++k) c[k * count + i] = p[k];
+      }
+      real_roots(c.data(), degree, count, places.data(), exist.data());
+      for (int64_t i = 0; i < count; ++i) {
+        std::vector<double> found;
+        for (int64_t k = 0; k < degree; ++k) {
+          const double u = places[k * count + i];
+          EXPECT_GE(u, k > 0 ? places[(k - 1) * count + i] : -1);
+          if (exist[k * count + i] != 0) found.push_back(u / (1 - std::abs(u)));
+        }
+        ASSERT_EQ(found.size(), made[i].size()) << "degree " << degree;
+        // The coefficients' rounding moves roots of a degree of 16 by more than their own.
+        for (size_t k = 0; k < found.size(); ++k) EXPECT_NEAR(found[k], made[i][k], degree > 10 ? 1e-5 : 1e-8) << "degree " << degree;
+      }
+    }
+}
+
+TEST(RealRoots, OfWhatHasNone) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  // Zeros, a constant, no real root, not a number; then x, whose root is 0.
+  const std::vector<double> c{0, 3, 1, nan, 0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 0};
+  std::vector<double> places(10), exist(10);
+  real_roots(c.data(), 2, 5, places.data(), exist.data());
+  for (int64_t i = 0; i < 4; ++i) EXPECT_EQ(exist[i] + exist[5 + i], 0) << i;
+  EXPECT_EQ(exist[4] + exist[9], 1);
+  EXPECT_EQ(exist[4] != 0 ? places[4] : places[9], 0);
 }
 
 }  // namespace

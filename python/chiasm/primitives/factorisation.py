@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from .linalg import small_matmul, spd_inverse
+from .linalg import high_power, small_matmul, spd_inverse
 from .target import native_forward, onnx_forward
 
 
@@ -126,11 +126,7 @@ def _upper_inverse(r: Tensor) -> Tensor:
 
 def _longest_column(half: Tensor) -> Tensor:
     """Unit eigenvector of the largest eigenvalue of half half^T."""
-    eye = torch.eye(half.size(-1), dtype=half.dtype, device=half.device)
-    power = small_matmul(half, half.transpose(-1, -2))
-    for _ in range(8):
-        power = power / (power * eye).sum(-1, keepdim=True).sum(-2, keepdim=True)
-        power = small_matmul(power, power)
+    power = high_power(small_matmul(half, half.transpose(-1, -2)), 8)
     # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest diagonal.
     pick = torch.argmax(power.diagonal(0, -2, -1), dim=-1, keepdim=True) == torch.arange(half.size(-1), device=half.device)
     v = (power * pick.to(half.dtype)[..., None, :]).sum(-1)

@@ -104,6 +104,10 @@ _cheapest_models = _operator(
     "cheapest_models(Tensor models, Tensor planes, bool epipolar, int count) -> Tensor",
     lambda models, planes, epipolar, count: models.new_empty([models.size(0), count], dtype=torch.int64),
 )
+_real_roots = _operator("real_roots(Tensor coefficients) -> Tensor", lambda c: c.new_empty([2, c.size(0) - 1, c.size(1)]))
+_gauss_jordan = _operator("gauss_jordan(Tensor m) -> Tensor", lambda m: m.new_empty(m.shape))
+_spd_inverse = _operator("spd_inverse(Tensor m) -> Tensor", lambda m: m.new_empty(m.shape))
+_high_power = _operator("high_power(Tensor m, int squarings) -> Tensor", lambda m, squarings: m.new_empty(m.shape))
 
 
 def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str, scale: float = 1.0, centre: float = 0.0) -> Tensor:
@@ -231,3 +235,29 @@ def resample(x: Tensor, index_y: Tensor, weight_y: Tensor, index_x: Tensor, weig
 def cheapest_models(models: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
     """``consensus.least`` of ``consensus.model_costs``, for models scaled to length 1; zeros cost infinity."""
     return _cheapest_models(models.contiguous(), planes.contiguous(), epipolar, count)
+
+
+def real_roots(coefficients: Tensor) -> Tuple[Tensor, Tensor]:
+    """``polynomials.real_roots`` of polynomials (n + 1, count), n up to 16: (n, count) of places and of whether there is a root."""
+    both = _real_roots(coefficients.contiguous())
+    return both[0], both[1] > 0
+
+
+def takes_matrices(m: Tensor) -> bool:
+    """Whether the next three take matrices (..., n, n)."""
+    return available(m) and m.dtype == torch.float64 and isinstance(m.size(-1), int) and 3 <= m.size(-1) <= 16
+
+
+def gauss_jordan(m: Tensor) -> Tensor:
+    """``linalg.inverse`` without its refinement."""
+    return _gauss_jordan(m.contiguous())
+
+
+def spd_inverse(m: Tensor) -> Tensor:
+    """``linalg.spd_inverse``."""
+    return _spd_inverse(m.contiguous())
+
+
+def high_power(m: Tensor, squarings: int) -> Tensor:
+    """``linalg.high_power``."""
+    return _high_power(m.contiguous(), squarings)

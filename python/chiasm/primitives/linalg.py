@@ -5,6 +5,7 @@ from typing import List
 import torch
 from torch import Tensor
 
+from . import kernels
 from .target import native_forward, onnx_forward, tracing_vjp
 
 
@@ -175,6 +176,8 @@ def _inverse(m: Tensor) -> Tensor:
     if n <= 2:
         turned = cofactors(m).transpose(-1, -2)
         return turned / (m[..., 0:1, :] * turned[..., :, 0:1].transpose(-1, -2)).sum(-1, keepdim=True)
+    if not torch.jit.is_scripting() and kernels.takes_matrices(m):
+        return kernels.gauss_jordan(m)
     joined = torch.cat([m, torch.eye(n, dtype=m.dtype, device=m.device).expand_as(m)], -1)
     free = torch.ones_like(m[..., 0])
     order: List[Tensor] = []
@@ -189,6 +192,8 @@ def _inverse(m: Tensor) -> Tensor:
 
 def spd_inverse(m: Tensor) -> Tensor:
     """Inverse of a symmetric positive definite (..., n, n) by n sweeps (Gauss-Jordan without pivoting)."""
+    if not torch.jit.is_scripting() and kernels.takes_matrices(m):
+        return kernels.spd_inverse(m)
     n = m.size(-1)
     eye = torch.eye(n, dtype=m.dtype, device=m.device)
     for k in range(n):
@@ -222,9 +227,7 @@ def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tenso
     """The eigenvector that powers of `power` tend to, of m's smallest (sign 1) or largest (sign -1) eigenvalue."""
     eye = _eye(m)
     fixed = m.detach()
-    for _ in range(squarings):
-        power = power / _trace(power)
-        power = small_matmul(power, power)
+    power = high_power(power, squarings)
     # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest diagonal.
     diagonal = (power * eye).sum(-1)
     pick = (torch.argmax(diagonal, dim=-1)[:, None] == torch.arange(m.size(-1), device=m.device)).to(m.dtype)
@@ -241,10 +244,25 @@ def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tenso
     return v / torch.sqrt((v * v).sum(-1, keepdim=True))
 
 
+def high_power(m: Tensor, squarings: int) -> Tensor:
+    """(..., n, n) divided by its trace and squared, so many times: what is left is its largest eigenvalue's.
+
+    >>> high_power(torch.tensor([[2.0, 0.0], [0.0, 1.0]]), 5).round(decimals=3)
+    tensor([[1., 0.],
+            [0., 0.]])
+    """
+    if not torch.jit.is_scripting() and kernels.takes_matrices(m):
+        return kernels.high_power(m, squarings)
+    for _ in range(squarings):
+        m = m / _trace(m)
+        m = small_matmul(m, m)
+    return m
+
+
 def _eye(m: Tensor) -> Tensor:
     return torch.eye(m.size(-1), dtype=m.dtype, device=m.device)
 
 
 def _trace(m: Tensor) -> Tensor:
-    """(B, 1, 1)."""
+    """(..., 1, 1)."""
     return (m * _eye(m)).sum(-1, keepdim=True).sum(-2, keepdim=True)

@@ -5,6 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
+from . import kernels
 from .loops import repeat
 
 
@@ -25,6 +26,9 @@ def real_roots(coefficients: Tensor, halvings: int = 48) -> Tuple[Tensor, Tensor
     c = coefficients.detach().movedim(-1, 0).contiguous()
     c = c / (c.abs().amax(0) + 1e-300)
     degree = c.size(0) - 1
+    if not torch.jit.is_scripting() and kernels.has_kernel(c):
+        u, exists = kernels.real_roots(c.flatten(1))
+        return u.unflatten(1, c.shape[1:]).movedim(0, -1), exists.unflatten(1, c.shape[1:]).movedim(0, -1)
     derivatives = _derivatives(c)
     # Lower ends, upper ends and whether the polynomial is negative at the lower ends (3, n + 1, ...); the first interval is all.
     end = torch.full_like(c, 1.0 - 1e-8)

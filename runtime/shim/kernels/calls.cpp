@@ -63,6 +63,20 @@ AOTITorchError like_image(AtenTensorHandle x, AtenTensorHandle* result, const Bo
   });
 }
 
+// Has body(matrices, planes, the result's data) make matrices like m.
+template <class Body>
+AOTITorchError like_matrices(AtenTensorHandle m, AtenTensorHandle* result, const Body& body) {
+  return guarded([&] {
+    const Argument matrices(m);
+    const Planes planes = planes_of(*matrices);
+    if ((*matrices).dtype != kDouble || planes.height != planes.width || planes.height > kMostRows)
+      throw std::runtime_error("a kernel for matrices: expected float64 and at most 16 rows");
+    Result out = make((*matrices).sizes, kDouble);
+    body(matrices.data<double>(), planes, data<double>(out));
+    *result = out.release();
+  });
+}
+
 }  // namespace
 
 extern "C" {
@@ -285,6 +299,26 @@ AOTITorchError aoti_torch_cpu_cheapest_models(AtenTensorHandle models, AtenTenso
     });
     *result = index.release();
   });
+}
+
+AOTITorchError aoti_torch_cpu_real_roots(AtenTensorHandle coefficients, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument c(coefficients);
+    const int64_t degree = c.size(0) - 1, count = c.size(1);
+    if (degree > kMostDegree || (*c).dtype != kDouble) throw std::runtime_error("real_roots: expected float64 and a degree of at most 16");
+    Result roots = make({2, degree, count}, kDouble);
+    double* const places = data<double>(roots);
+    real_roots(c.data<double>(), degree, count, places, places + degree * count);
+    *result = roots.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_gauss_jordan(AtenTensorHandle m, AtenTensorHandle* result) { return like_matrices(m, result, gauss_jordan); }
+
+AOTITorchError aoti_torch_cpu_spd_inverse(AtenTensorHandle m, AtenTensorHandle* result) { return like_matrices(m, result, spd_inverse); }
+
+AOTITorchError aoti_torch_cpu_high_power(AtenTensorHandle m, int64_t squarings, AtenTensorHandle* result) {
+  return like_matrices(m, result, [&](const double* in, Planes planes, double* out) { high_power(in, planes, squarings, out); });
 }
 
 }  // extern "C"

@@ -121,6 +121,24 @@ template <class T>
 void resample(const T* x, Planes planes, const int32_t* index_y, const T* weight_y, int64_t taps_y, int64_t out_height, const int32_t* index_x,
               const T* weight_x, int64_t taps_x, int64_t out_width, T* out);
 
+/** Most rows of the matrices that the next three take; `planes` are n x n. */
+constexpr int64_t kMostRows = 16;
+
+/** Inverses by Gauss-Jordan elimination with the largest pivot of each column; infinite or not a number where a matrix is singular. */
+void gauss_jordan(const double* m, Planes planes, double* out);
+
+/** Inverses of symmetric positive definite matrices, by n sweeps. */
+void spd_inverse(const double* m, Planes planes, double* out);
+
+/** Each matrix divided by its trace and squared, so many times. */
+void high_power(const double* m, Planes planes, int64_t squarings, double* out);
+
+constexpr int64_t kMostDegree = 16;
+
+/** Real roots of `count` polynomials with coefficients[k][i] of x^k, k <= degree <= kMostDegree: the root is u / (1 - |u|) of places[k][i], ascending, where
+ *  exist[k][i] is 1. Where it is 0, the place is that of a root of the derivative, or the end of the range. */
+void real_roots(const double* coefficients, int64_t degree, int64_t count, double* places, double* exist);
+
 /** Of each item's `per_item` 3 x 3 models the `count` with the least costs, of equals the first; 0 where fewer have a finite cost. A cost is the
  *  sum of the squared distances in the second image, or with `epipolar` of Sampson's, each at most its bound. `planes` are an item's n
  *  points: x, y, 1, then u, v, 1, then the bound. */

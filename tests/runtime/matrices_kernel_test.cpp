@@ -1,0 +1,70 @@
+// The kernels for small matrices, against OpenCV's inverses and powers in plain loops.
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "kernels_fixture.h"
+#include "shim/kernels/kernels.h"
+
+using namespace chiasm::kernels;
+
+namespace {
+
+class Matrices : public KernelsTest<double> {
+ protected:
+  Matrices() : KernelsTest<double>(19) {}
+};
+
+cv::Mat item(const std::vector<double>& values, int64_t n, int64_t i) {
+  return cv::Mat(int(n), int(n), CV_64F, const_cast<double*>(values.data()) + i * n * n);
+}
+
+double difference(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) / cv::norm(b, cv::NORM_INF); }
+
+TEST_F(Matrices, InversesAreOpenCVs) {
+  for (const int64_t n : {1, 2, 3, 4, 5, 9, 10, 16})
+    for (const int64_t count : {1, 7}) {
+      const auto m = random(count * n * n, -1, 1);
+      std::vector<double> symmetric(m.size()), general(m.size()), out(m.size());
+      for (int64_t i = 0; i < count; ++i) {
+        cv::Mat a = item(m, n, i), b = item(general, n, i), c = item(symmetric, n, i);
+        // Zeros on the diagonal are no pivots.
+        a.copyTo(b);
+        for (int k = 0; k < n && n > 1; ++k) b.at<double>(k, k) = 0;
+        cv::Mat(a * a.t() + 0.1 * cv::Mat::eye(int(n), int(n), CV_64F)).copyTo(c);
+      }
+      gauss_jordan(general.data(), {count, n, n}, out.data());
+      for (int64_t i = 0; i < count; ++i) EXPECT_LT(difference(item(out, n, i), item(general, n, i).inv(cv::DECOMP_SVD)), 1e-9) << n;
+      spd_inverse(symmetric.data(), {count, n, n}, out.data());
+      for (int64_t i = 0; i < count; ++i) EXPECT_LT(difference(item(out, n, i), item(symmetric, n, i).inv(cv::DECOMP_CHOLESKY)), 1e-10) << n;
+    }
+}
+
+TEST_F(Matrices, OfASingularMatrixThereIsNoInverse) {
+  const std::vector<double> m{1, 2, 3, 2, 4, 6, 1, 0, 1};
+  std::vector<double> out(9, 0);
+  gauss_jordan(m.data(), {1, 3, 3}, out.data());
+  bool finite = true;
+  for (const double v : out) finite = finite && std::isfinite(v);
+  EXPECT_FALSE(finite);
+}
+
+TEST_F(Matrices, PowersAreTheirDefinition) {
+  for (const int64_t n : {1, 3, 4, 9, 16})
+    for (const int64_t squarings : {0, 1, 7}) {
+      constexpr int64_t count = 5;
+      const auto m = random(count * n * n, 0, 1);
+      std::vector<double> out(m.size());
+      high_power(m.data(), {count, n, n}, squarings, out.data());
+      for (int64_t i = 0; i < count; ++i) {
+        cv::Mat expected = item(m, n, i).clone();
+        for (int64_t s = 0; s < squarings; ++s) {
+          expected /= cv::trace(expected)[0];
+          expected = expected * expected;
+        }
+        EXPECT_LT(difference(item(out, n, i), expected), 1e-12) << n << ", " << squarings;
+      }
+    }
+}
+
+}  // namespace
