@@ -3,13 +3,14 @@
 D. Nister, An efficient solution to the five-point relative pose problem, IEEE TPAMI 26(6), 2004.
 """
 
-from typing import List
+from typing import List, Tuple
 
 import torch
 from torch import Tensor
 
 from ...primitives.checks import check_floating, check_last
 from ...primitives.linalg import cross4, small_matmul
+from ...primitives.target import native_forward
 
 
 def null_vector_3x4(A: Tensor) -> Tensor:
@@ -124,5 +125,29 @@ def _convolved(a: Tensor, b: Tensor) -> Tensor:
 def _product(a: Tensor, b: Tensor, place: List[int], count: int) -> Tensor:
     """Products of all pairs of coefficients, added up at their places."""
     pairs = (a[..., :, None] * b[..., None, :]).flatten(-2)
+    if native_forward():
+        # Fetched: a product with ones and zeros takes ten times as many multiplications.
+        table, weights = _places(place, count)
+        size = len(table) // count
+        fetched = pairs.index_select(-1, torch.tensor(table, device=a.device)) * torch.tensor(weights, dtype=a.dtype, device=a.device)
+        return fetched.unflatten(-1, [count, size]).sum(-1)
     wanted = torch.tensor(place, device=a.device)[:, None] == torch.arange(count, device=a.device)[None, :]
     return small_matmul(pairs[..., None, :], wanted.to(a.dtype))[..., 0, :]
+
+
+def _places(place: List[int], count: int) -> Tuple[List[int], List[float]]:
+    """For each of ``count`` sums which pairs belong to it, as many for each, and their weights: 1, and 0 where there are not so many."""
+    size = 0
+    for k in range(count):
+        size = max(size, place.count(k))
+    table: List[int] = []
+    weights: List[float] = []
+    for k in range(count):
+        for i in range(len(place)):
+            if place[i] == k:
+                table.append(i)
+                weights.append(1.0)
+        for _ in range(size - place.count(k)):
+            table.append(0)
+            weights.append(0.0)
+    return table, weights
