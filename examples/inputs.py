@@ -10,7 +10,7 @@ from chiasm import color, enhance, filters
 from chiasm.export import samples
 from chiasm.export.spec import Spec, TensorSpec
 
-from .geometric import WARPED, counts, geometric, lattice, solid, volume_sizes
+from .geometric import WARPED, counts, geometric, lattice, scale_space, solid, volume_sizes
 from .photographs import photograph
 from .values import count, places, values
 
@@ -62,8 +62,12 @@ def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
     if tensor.name in ("src2", "template"):
         other = torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float() / 255.0
         rgb = functional.interpolate(other, rgb.shape[-2:], mode="bilinear", antialias=True).clamp(0, 1).expand_as(rgb)
+    if tensor.layout == "NCDHW" and spec.name.startswith("geometry.subpix."):
+        return scale_space(rgb)
     if tensor.layout == "NCDHW":
         return solid(rgb) if spec.name.startswith("geometry.") else volume(rgb)
+    if tensor.description in ("heat maps", "distributions"):
+        return hills(rgb) / (hills(rgb).sum((2, 3), keepdim=True) if tensor.description == "distributions" else 1.0)
     if spec.name.startswith(WARPED):
         rgb = lattice(rgb)
     made = in_color(spec, tensor, rgb)
@@ -106,6 +110,13 @@ def in_color(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
     if tensor.color == "BGR":
         return rgb.flip(1)
     return gray if 1 in tensor.shape[1:2] else rgb
+
+
+def hills(rgb: torch.Tensor) -> torch.Tensor:
+    """A hill for each colour, 5 high."""
+    y, x = torch.meshgrid(torch.linspace(0, 1, rgb.shape[2]), torch.linspace(0, 1, rgb.shape[3]), indexing="ij")
+    made = [5.0 * torch.exp(-(((x - a) / 0.12) ** 2 + ((y - b) / 0.2) ** 2)) for a, b in ((0.25, 0.3), (0.5, 0.6), (0.75, 0.4))]
+    return torch.stack(made).expand(rgb.shape).contiguous()
 
 
 def ramp(rgb: torch.Tensor) -> torch.Tensor:

@@ -12,9 +12,9 @@ from .cameras import bent_photo, cameras, depths, lenses
 from .plane import lattice, planar, splines, whole_box
 from .points import affine_matrices, affine_pairs, bent_boxes, moved_points, one_turn, pixel_homographies, pixels_of, slerp, straight_boxes, tangents
 from .setting import Inputs, Setting
-from .space import solid, spatial, volume_sizes
+from .space import scale_space, solid, spatial, volume_sizes
 
-__all__ = ["WARPED", "counts", "geometric", "lattice", "solid", "volume_sizes"]
+__all__ = ["WARPED", "counts", "geometric", "lattice", "scale_space", "solid", "volume_sizes"]
 
 #: Sizes by the beginning of an op's name: how many points, samples, boxes.
 COUNTS = {

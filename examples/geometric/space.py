@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from chiasm import filters
 from chiasm.export.spec import Spec
 from chiasm.geometry import transform
 
@@ -31,6 +32,15 @@ def solid(rgb: Tensor) -> Tensor:
     z, y, x = torch.meshgrid(torch.linspace(-1, 1, DEPTH), torch.linspace(-1, 1, h), torch.linspace(-1, 1, w), indexing="ij")
     inside = (x.abs() ** 4 + y.abs() ** 4) < (1.1 - 0.4 * z.abs()) ** 4
     return torch.where(inside, small[:, :, None], torch.full_like(z, 0.1)).contiguous()
+
+
+def scale_space(rgb: Tensor) -> Tensor:
+    """Differences of Gaussians of the photographs, whose spread grows from slice to slice: blobs are extremes, (B, 3, D, H, W) from 0 to 1."""
+    size = rgb.shape[-2] // SHARE, rgb.shape[-1] // SHARE
+    small = functional.interpolate(rgb, size, mode="bilinear", antialias=True)
+    spreads = [1.2**k for k in range(DEPTH + 1)]
+    blurred = [filters.gaussian_blur2d(small, (31, 31), (s, s)) for s in spreads]
+    return (0.5 + 4.0 * (torch.stack(blurred[:-1], 2) - torch.stack(blurred[1:], 2))).clamp(0, 1).contiguous()
 
 
 def spatial(s: Setting) -> Inputs:

@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw
 from examples.sheets import ZOOM
 
 from .curves import fit, mean_rotation, polynomials
-from .images import image_panels, output_panels
+from .images import image_panels, images, output_panels
 from .model import Panel, Shown
 from .planar import fitted, plane_boxes, plane_maps, quadrilaterals
 from .solid import depth_clouds, depth_images, space_boxes, space_maps, volumes
@@ -59,6 +59,11 @@ def marked(shown: Shown, pixels: np.ndarray) -> np.ndarray:
     return np.asarray(canvas.resize((w, h), Image.Resampling.LANCZOS))
 
 
+def rendered(shown: Shown) -> list[Panel]:
+    """One picture for each entry of the batch."""
+    return image_panels("output", shown.first[:, None], "NCHW", "", False)
+
+
 #: By the beginning of an op's name; what is not named has panels by the kinds of its tensors.
 GEOMETRY: dict[str, Callable[[Shown], list[Panel]]] = {
     "geometry": tensors,
@@ -79,6 +84,8 @@ GEOMETRY: dict[str, Callable[[Shown], list[Panel]]] = {
     "geometry.quaternion.average": mean_rotation,
     "geometry.solvers.find_affine": fitted,
     "geometry.solvers.solve_": polynomials,
+    "geometry.subpix.render_gaussian2d": rendered,
+    "geometry.subpix.spatial_softmax2d": images,
     "geometry.transform": warps,
     "geometry.transform.get_": plane_maps,
     "geometry.transform.get_projective_transform": space_maps,
