@@ -60,8 +60,8 @@ def marked(shown: Shown, pixels: np.ndarray) -> np.ndarray:
 
 
 def rendered(shown: Shown) -> list[Panel]:
-    """One picture for each entry of the batch."""
-    return image_panels("output", shown.first[:, None], "NCHW", "", False)
+    """A picture each of the first three."""
+    return image_panels("output", shown.first[:3, None], "NCHW", "", False)
 
 
 #: By the beginning of an op's name; what is not named has panels by the kinds of its tensors.
