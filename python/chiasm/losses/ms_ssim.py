@@ -43,7 +43,7 @@ def ms_ssim_loss(
 
     Raises:
         TypeError: if an image is not floating point.
-        ValueError: if a shape or a choice is not as above, or sigmas are none or not ascending positive numbers.
+        ValueError: if a shape or a choice is not as above, or sigmas are not ascending positive numbers of which the last is 1/2 or more.
 
     Example:
         >>> x = torch.zeros(1, 1, 20, 20)
@@ -56,13 +56,15 @@ def ms_ssim_loss(
     check_reduction(reduction)
     scales = [0.5, 1.0, 2.0, 4.0, 8.0] if sigmas is None else sigmas
     _check_sigmas(scales)
-    size = 2 * int(2.0 * scales[-1]) + 1
+    reach = int(2.0 * scales[-1])
+    if img1.size(2) <= reach or img1.size(3) <= reach:
+        raise ValueError(f"img1: expected more than {reach} pixels along each side for sigma {scales[-1]}, got {list(img1.shape)}")
     c1, c2 = (K[0] * data_range) * (K[0] * data_range), (K[1] * data_range) * (K[1] * data_range)
     moments = [img1, img2, img1 * img1, img2 * img2, img1 * img2, (img1 - img2).abs()]
     similarity, difference = torch.ones_like(img1), img1
     for sigma in scales:
         widest = sigma == scales[-1]
-        taps = gaussian_taps(size, sigma)
+        taps = gaussian_taps(2 * reach + 1, sigma)
         means = separable_each(moments if widest else moments[:5], taps, taps, "reflect")
         mu1, mu2 = means[0], means[1]
         similarity = similarity * (2.0 * (means[4] - mu1 * mu2) + c2) / (means[2] - mu1 * mu1 + means[3] - mu2 * mu2 + c2)

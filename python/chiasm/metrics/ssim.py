@@ -62,7 +62,7 @@ def ssim3d(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, e
 
     Raises:
         TypeError: if a volume is not floating point.
-        ValueError: if a volume is not 5-D, the shapes differ, window_size is not odd, or padding unknown.
+        ValueError: if a volume is not 5-D or no larger than half a window, the shapes differ, window_size is not odd, or padding unknown.
 
     Example:
         >>> x = torch.ones(1, 1, 6, 8, 8)
@@ -73,10 +73,12 @@ def ssim3d(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, e
     check_volume(img2, "img2")
     check_same_shape(img2, img1, "img2", "img1")
     taps = _window(window_size, padding)
+    r = window_size // 2
+    if img1.size(2) <= r or img1.size(3) <= r or img1.size(4) <= r:
+        raise ValueError(f"img1: expected more than {r} voxels along each side for window_size {window_size}, got {list(img1.shape)}")
     means = [_smoothed_volume(v, taps) for v in _moments(img1, img2)]
     out = _similarity(means, max_val, eps)
     if padding == "valid":
-        r = window_size // 2
         out = out[:, :, r : out.size(2) - r, r : out.size(3) - r, r : out.size(4) - r]
     return out
 
