@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
 from ..primitives.checks import check_image, check_same_shape
-from ..primitives.stencil import separable_each
+from ..primitives.stencil import separable_scales, separable_shared
 from .reduction import check_reduction, reduced
 
 
@@ -60,18 +60,15 @@ def ms_ssim_loss(
     if img1.size(2) <= reach or img1.size(3) <= reach:
         raise ValueError(f"img1: expected more than {reach} pixels along each side for sigma {scales[-1]}, got {list(img1.shape)}")
     c1, c2 = (K[0] * data_range) * (K[0] * data_range), (K[1] * data_range) * (K[1] * data_range)
-    moments = [img1, img2, img1 * img1, img2 * img2, img1 * img2, (img1 - img2).abs()]
-    similarity, difference = torch.ones_like(img1), img1
-    for sigma in scales:
-        widest = sigma == scales[-1]
-        taps = gaussian_taps(2 * reach + 1, sigma)
-        means = separable_each(moments if widest else moments[:5], taps, taps, "reflect")
+    taps = [gaussian_taps(2 * reach + 1, sigma) for sigma in scales]
+    similarity = torch.ones_like(img1)
+    luminance = similarity
+    for means in separable_scales([img1, img2, img1 * img1, img2 * img2, img1 * img2], taps, "reflect"):
         mu1, mu2 = means[0], means[1]
         similarity = similarity * (2.0 * (means[4] - mu1 * mu2) + c2) / (means[2] - mu1 * mu1 + means[3] - mu2 * mu2 + c2)
-        if widest:
-            similarity = similarity * (2.0 * mu1 * mu2 + c1) / (mu1 * mu1 + mu2 * mu2 + c1)
-            difference = means[5]
-    loss = compensation * (alpha * (1.0 - similarity) + ((1.0 - alpha) / data_range) * difference)
+        luminance = (2.0 * mu1 * mu2 + c1) / (mu1 * mu1 + mu2 * mu2 + c1)  # the last one, of the widest, counts
+    difference = separable_shared((img1 - img2).abs(), taps[-1], taps[-1], "reflect")
+    loss = compensation * (alpha * (1.0 - luminance * similarity) + ((1.0 - alpha) / data_range) * difference)
     return reduced(loss, reduction)
 
 
