@@ -2,8 +2,8 @@
 
 from torch import Tensor
 
-from ..metrics.ssim import ssim
-from ..primitives.checks import check_choice
+from ..metrics.ssim import ssim, ssim3d
+from .reduction import check_reduction, reduced
 
 
 def ssim_loss(
@@ -38,10 +38,45 @@ def ssim_loss(
         >>> ssim_loss(x, x, 5)
         tensor(0.)
     """
-    check_choice(reduction, ["mean", "sum", "none"], "reduction")
-    loss = ((1.0 - ssim(img1, img2, window_size, max_val, eps, padding)) * 0.5).clamp(0.0, 1.0)
-    if reduction == "mean":
-        return loss.mean()
-    if reduction == "sum":
-        return loss.sum()
-    return loss
+    check_reduction(reduction)
+    return reduced(_dissimilarity(ssim(img1, img2, window_size, max_val, eps, padding)), reduction)
+
+
+def ssim3d_loss(
+    img1: Tensor,
+    img2: Tensor,
+    window_size: int,
+    max_val: float = 1.0,
+    eps: float = 1e-12,
+    reduction: str = "mean",
+    padding: str = "same",
+) -> Tensor:
+    """(1 - SSIM) / 2 of volumes, clamped to [0, 1]; see ``chiasm.metrics.ssim3d``.
+
+    Args:
+        img1: (B, C, D, H, W), floating point.
+        img2: like img1.
+        window_size: odd number of taps of the window.
+        max_val: the volumes' dynamic range.
+        eps: added to the denominator.
+        reduction: "mean", "sum" or "none".
+        padding: "same" or "valid".
+
+    Returns:
+        A scalar, or the map (B, C, D, H, W) for "none".
+
+    Raises:
+        TypeError: if a volume is not floating point.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> x = torch.ones(1, 1, 6, 8, 8)
+        >>> ssim3d_loss(x, x, 5)
+        tensor(0.)
+    """
+    check_reduction(reduction)
+    return reduced(_dissimilarity(ssim3d(img1, img2, window_size, max_val, eps, padding)), reduction)
+
+
+def _dissimilarity(similarity: Tensor) -> Tensor:
+    return ((1.0 - similarity) * 0.5).clamp(0.0, 1.0)

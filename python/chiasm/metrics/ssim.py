@@ -1,10 +1,13 @@
 """Structural similarity."""
 
+from typing import List
+
 from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
-from ..primitives.checks import check_choice, check_image
-from ..primitives.stencil import separable_each
+from ..primitives.checks import check_choice, check_image, check_same_shape
+from ..primitives.stencil import separable_each, separable_shared
+from ..primitives.volumes import check_volume
 
 
 def ssim(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps: float = 1e-12, padding: str = "same") -> Tensor:
@@ -35,21 +38,78 @@ def ssim(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps
     """
     check_image(img1, "img1")
     check_image(img2, "img2")
+    taps = _window(window_size, padding)
+    out = _similarity(separable_each(_moments(img1, img2), taps, taps, "reflect"), max_val, eps)
+    if padding == "valid":
+        r = window_size // 2
+        out = out[:, :, r : out.size(2) - r, r : out.size(3) - r]
+    return out
+
+
+def ssim3d(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps: float = 1e-12, padding: str = "same") -> Tensor:
+    """Structural similarity map of volumes: ``ssim`` with a window of three dimensions.
+
+    Args:
+        img1: (B, C, D, H, W), floating point.
+        img2: like img1.
+        window_size: odd number of taps of the window.
+        max_val: the volumes' dynamic range L.
+        eps: added to the denominator.
+        padding: "same" reflects at the border, "valid" returns only windows inside the volume.
+
+    Returns:
+        (B, C, D, H, W), each of the last three less by window_size - 1 for "valid".
+
+    Raises:
+        TypeError: if a volume is not floating point.
+        ValueError: if a volume is not 5-D or no larger than half a window, the shapes differ, window_size is not odd, or padding unknown.
+
+    Example:
+        >>> x = torch.ones(1, 1, 6, 8, 8)
+        >>> ssim3d(x, x, 5).min()
+        tensor(1.)
+    """
+    check_volume(img1, "img1")
+    check_volume(img2, "img2")
+    check_same_shape(img2, img1, "img2", "img1")
+    taps = _window(window_size, padding)
+    r = window_size // 2
+    if img1.size(2) <= r or img1.size(3) <= r or img1.size(4) <= r:
+        raise ValueError(f"img1: expected more than {r} voxels along each side for window_size {window_size}, got {list(img1.shape)}")
+    means = [_smoothed_volume(v, taps) for v in _moments(img1, img2)]
+    out = _similarity(means, max_val, eps)
+    if padding == "valid":
+        out = out[:, :, r : out.size(2) - r, r : out.size(3) - r, r : out.size(4) - r]
+    return out
+
+
+def _window(window_size: int, padding: str) -> List[float]:
     check_choice(padding, ["same", "valid"], "padding")
     if window_size < 1 or window_size % 2 == 0:
         raise ValueError(f"window_size: expected a positive odd size, got {window_size}")
-    taps = gaussian_taps(window_size, 1.5)
+    return gaussian_taps(window_size, 1.5)
+
+
+def _moments(img1: Tensor, img2: Tensor) -> List[Tensor]:
+    return [img1, img2, img1 * img1, img2 * img2, img1 * img2]
+
+
+def _smoothed_volume(x: Tensor, taps: List[float]) -> Tensor:
+    """A volume convolved with the same symmetric taps along its three axes."""
+    planes = separable_shared(x.flatten(0, 1), taps, taps, "reflect")
+    # Along the depth, a slice is one row.
+    rows = separable_shared(planes.flatten(2)[:, None], taps, [1.0], "reflect")
+    return rows.reshape(x.shape)
+
+
+def _similarity(means: List[Tensor], max_val: float, eps: float) -> Tensor:
+    """SSIM of the windows' means of both images, their squares and their product."""
     c1 = (0.01 * max_val) * (0.01 * max_val)
     c2 = (0.03 * max_val) * (0.03 * max_val)
-    means = separable_each([img1, img2, img1 * img1, img2 * img2, img1 * img2], taps, taps, "reflect")
     mu1, mu2 = means[0], means[1]
     var1 = means[2] - mu1 * mu1
     var2 = means[3] - mu2 * mu2
     covariance = means[4] - mu1 * mu2
     numerator = (2.0 * mu1 * mu2 + c1) * (2.0 * covariance + c2)
     denominator = (mu1 * mu1 + mu2 * mu2 + c1) * (var1 + var2 + c2)
-    out = numerator / (denominator + eps)
-    if padding == "valid":
-        r = window_size // 2
-        out = out[:, :, r : out.size(2) - r, r : out.size(3) - r]
-    return out
+    return numerator / (denominator + eps)

@@ -43,6 +43,12 @@ def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
     check_floating(value, name)
 
 
+def check_same_shape(value: Tensor, other: Tensor, name: str, other_name: str) -> None:
+    """Raise ValueError unless ``value`` has the shape of ``other``."""
+    if value.shape != other.shape:
+        raise ValueError(f"{name}: expected {other_name}'s shape {list(other.shape)}, got {list(value.shape)}")
+
+
 def check_choice(value: str, choices: List[str], name: str) -> None:
     """Raise ValueError unless ``value`` is one of ``choices``."""
     if value not in choices:

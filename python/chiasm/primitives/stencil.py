@@ -8,7 +8,7 @@ from torch import Tensor
 
 from . import kernels
 from .padding import join_columns, padded_parts
-from .target import native_forward, onnx_forward
+from .target import native_forward, onnx_forward, tracing_vjp
 
 
 def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) -> Tensor:
@@ -53,6 +53,22 @@ def separable_each(images: List[Tensor], taps_y: List[float], taps_x: List[float
     together = separable_shared(torch.cat(images, 1), taps_y, taps_x, border_type)
     channels = images[0].size(1)
     return [together.narrow(1, i * channels, channels) for i in range(len(images))]
+
+
+def separable_scales(images: List[Tensor], taps: List[List[float]], border_type: str) -> List[List[Tensor]]:
+    """``separable_each`` with each of several sets of taps, all of one length, that serve both axes: a list of images for each set.
+
+    Backward passes are traced through one pass for all sets, a fraction of the operators of a pass for each.
+    """
+    if not tracing_vjp():
+        return [separable_each(images, t, t, border_type) for t in taps]
+    together = torch.cat(images, 1)
+    kernels_of_sets = torch.tensor(taps, dtype=together.dtype, device=together.device)
+    reach, channels = kernels_of_sets.size(1) // 2, images[0].size(1)
+    tall = correlate_rows(padded_parts(together.flatten(0, 1)[None], reach, reach, 0, 0, border_type)[0], kernels_of_sets)
+    wide = correlate_columns(padded_parts(tall, 0, 0, reach, reach, border_type)[0], kernels_of_sets)
+    sets = wide.unflatten(1, [together.size(0), together.size(1)])
+    return [[sets[k].narrow(1, i * channels, channels) for i in range(len(images))] for k in range(len(taps))]
 
 
 def weigh_shifts(p: Tensor, dim: int, taps: List[float]) -> Tensor:

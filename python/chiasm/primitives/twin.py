@@ -55,8 +55,19 @@ def class_name(function_name: str) -> str:
     return _SPELLED.get(function_name) or "".join(part[:1].upper() + part[1:] for part in function_name.split("_"))
 
 
-# Words that a function's name runs together.
-_SPELLED = {"pyrdown": "PyrDown", "pyrup": "PyrUp"}
+# Words that a function's name runs together, and those that Kornia writes in capitals.
+_SPELLED = {
+    "hausdorff_er_loss": "HausdorffERLoss",
+    "hausdorff_er_loss3d": "HausdorffERLoss3D",
+    "ms_ssim_loss": "MS_SSIMLoss",
+    "psnr_loss": "PSNRLoss",
+    "pyrdown": "PyrDown",
+    "pyrup": "PyrUp",
+    "ssim": "SSIM",
+    "ssim3d": "SSIM3D",
+    "ssim3d_loss": "SSIM3DLoss",
+    "ssim_loss": "SSIMLoss",
+}
 
 
 def lazy_twins(package: str, functions: Dict[str, Any], held: Optional[Dict[str, Sequence[str]]] = None) -> Callable[[str], Type[nn.Module]]:

@@ -1,0 +1,26 @@
+"""Metrics."""
+
+from ..spec import Spec, TensorSpec, image
+from . import add
+
+add(Spec(
+    "metrics.psnr",
+    [image("image"), image("target")],
+    [TensorSpec("psnr", description="decibels")],
+    config={"max_val": 1.0},
+    reference="scikit-image peak_signal_noise_ratio",
+))
+
+
+def _volume(name):
+    return TensorSpec(name, ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes")
+
+
+add(Spec(
+    "metrics.ssim3d",
+    [_volume("img1"), _volume("img2")],
+    [TensorSpec("similarity", layout="NCDHW")],
+    config={"window_size": 5},
+    symbols={"D": (8, 4096), "H": (8, 32768), "W": (8, 32768)},
+    reference="scikit-image structural_similarity (gaussian weights)",
+))

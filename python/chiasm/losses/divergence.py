@@ -1,0 +1,73 @@
+"""Divergences between heatmaps."""
+
+import math
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_image, check_same_shape
+from .reduction import reduced
+
+
+def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
+    """Kullback-Leibler divergence of pred from target, the sum of target log(target / pred) over each heatmap.
+
+    Args:
+        pred: (B, N, H, W) heatmaps, not negative, each with sum 1; floating point.
+        target: like pred.
+        reduction: "mean", "sum" or "none".
+
+    Returns:
+        A scalar, or (B, N) for "none". Where pred is 0 and target is not, the divergence is infinite, and that pixel's gradient zero.
+
+    Raises:
+        TypeError: if pred or target is not floating point.
+        ValueError: if pred is not 4-D, the shapes differ, or reduction is unknown.
+
+    Example:
+        >>> kl_div_loss_2d(torch.full((1, 1, 2, 2), 0.25), torch.tensor([[[[0.5, 0.5], [0.0, 0.0]]]]))
+        tensor(0.6931)
+    """
+    _check_heatmaps(pred, target)
+    return reduced(_divergence(target, pred), reduction)
+
+
+def js_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
+    """Jensen-Shannon divergence of heatmaps: the mean of their Kullback-Leibler divergences from their mean, at most log 2.
+
+    J. Lin, Divergence measures based on the Shannon entropy, IEEE Trans. Information Theory 37(1), 1991.
+
+    Args:
+        pred: (B, N, H, W) heatmaps, not negative, each with sum 1; floating point.
+        target: like pred.
+        reduction: "mean", "sum" or "none".
+
+    Returns:
+        A scalar, or (B, N) for "none".
+
+    Raises:
+        TypeError: if pred or target is not floating point.
+        ValueError: if pred is not 4-D, the shapes differ, or reduction is unknown.
+
+    Example:
+        >>> js_div_loss_2d(torch.tensor([[[[1.0, 0.0]]]]), torch.tensor([[[[0.0, 1.0]]]]))
+        tensor(0.6931)
+    """
+    _check_heatmaps(pred, target)
+    middle = 0.5 * (pred + target)
+    return reduced(0.5 * (_divergence(target, middle) + _divergence(pred, middle)), reduction)
+
+
+def _check_heatmaps(pred: Tensor, target: Tensor) -> None:
+    check_image(pred, "pred")
+    check_image(target, "target")
+    check_same_shape(target, pred, "target", "pred")
+
+
+def _divergence(p: Tensor, q: Tensor) -> Tensor:
+    """Sum of p log(p / q) over the last two axes; 0 log 0 is 0."""
+    present, possible = p > 0, q > 0
+    one = torch.ones_like(p)
+    ratio = torch.log(torch.where(present, p, one)) - torch.log(torch.where(possible, q, one))
+    term = torch.where(possible, p * ratio, torch.full_like(p, math.inf))
+    return torch.where(present, term, torch.zeros_like(p)).sum([-2, -1])

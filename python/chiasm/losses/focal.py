@@ -1,0 +1,134 @@
+"""Cross entropy that is focused on what is hard to classify."""
+
+from typing import Optional
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_same_shape
+from .labels import check_prediction, class_planes, class_weights
+from .reduction import considered, reduced_where, where_considered
+
+
+def focal_loss(
+    pred: Tensor,
+    target: Tensor,
+    alpha: Optional[float],
+    gamma: float = 2.0,
+    reduction: str = "none",
+    weight: Optional[Tensor] = None,
+    ignore_index: Optional[int] = -100,
+) -> Tensor:
+    """-alpha_t (1 - p_t)^gamma log(p_t), with the softmax p_t of a pixel's own class.
+
+    T.-Y. Lin et al., Focal loss for dense object detection, ICCV 2017. Of two classes it is the binary loss of the difference of their logits.
+
+    Args:
+        pred: (B, C, *) logits of at least two classes, floating point.
+        target: (B, *) integer labels, 0 to C - 1 or ignore_index.
+        alpha: weight of the classes from 1 on; class 0, the background, has 1 - alpha. None for no such weights.
+        gamma: how much less a pixel counts that is classified well; 0 makes it a cross entropy.
+        reduction: "none", "sum" or "mean", which is that of the pixels that are not ignored.
+        weight: (C,), by which the pixels of a class are weighted; by default ones.
+        ignore_index: label of pixels that are left out; None for none.
+
+    Returns:
+        (B, *), 0 where ignored; or a scalar.
+
+    Raises:
+        TypeError: if pred is not floating point or target not of integers.
+        ValueError: if a shape or reduction is not as above.
+
+    Example:
+        >>> focal_loss(torch.tensor([[[0.0, 3.0], [0.0, 0.0]]]), torch.tensor([[1, 0]]), 0.5)
+        tensor([[8.6643e-02, 5.4642e-05]])
+    """
+    check_prediction(pred, target, 2)
+    if pred.size(1) < 2:
+        raise ValueError(f"pred: expected at least 2 classes, got {list(pred.shape)}")
+    counts = considered(target, ignore_index)
+    logits = where_considered(pred, counts)[0]
+    planes = class_planes(target, pred.size(1))
+    own = torch.where(planes, logits, torch.zeros_like(logits)).sum(1)
+    # The odds of the class against all others give p_t and 1 - p_t without cancellation, however sure the prediction.
+    loss = _focused(own - _log_sum_exp(torch.where(planes, torch.full_like(logits, -float("inf")), logits)), gamma)
+    if alpha is not None:
+        loss = loss * torch.where(target > 0, torch.full_like(loss, alpha), torch.full_like(loss, 1.0 - alpha))
+    if weight is not None:
+        shape = [-1] + [1] * (target.dim() - 1)
+        weights = class_weights(weight, pred, "weight").reshape(shape)
+        loss = loss * (planes.to(pred.dtype) * weights).sum(1)
+    return reduced_where(loss, counts, reduction)
+
+
+def binary_focal_loss_with_logits(
+    pred: Tensor,
+    target: Tensor,
+    alpha: Optional[float] = 0.25,
+    gamma: float = 2.0,
+    reduction: str = "none",
+    pos_weight: Optional[Tensor] = None,
+    weight: Optional[Tensor] = None,
+    ignore_index: Optional[int] = -100,
+) -> Tensor:
+    """-alpha (1 - p)^gamma y log(p) - (1 - alpha) p^gamma (1 - y) log(1 - p), with the sigmoid p of pred and the target y.
+
+    T.-Y. Lin et al., Focal loss for dense object detection, ICCV 2017.
+
+    Args:
+        pred: (B, C, *) logits, or of any shape without weights; floating point.
+        target: like pred, 0 or 1 (or between), or ignore_index; of any dtype.
+        alpha: weight of positive examples; negative ones have 1 - alpha. None for no such weights.
+        gamma: how much less an example counts that is classified well; 0 makes it a cross entropy.
+        reduction: "none", "sum" or "mean", which is that of the examples that are not ignored.
+        pos_weight: (C,), by which a class's positive examples are weighted besides; by default ones.
+        weight: (C,), by which all examples of a class are weighted; by default ones.
+        ignore_index: target of examples that are left out; None for none.
+
+    Returns:
+        A tensor of pred's shape, 0 where ignored; or a scalar.
+
+    Raises:
+        TypeError: if pred is not floating point.
+        ValueError: if the shapes differ, or a weight's or reduction is not as above.
+
+    Example:
+        >>> binary_focal_loss_with_logits(torch.tensor([[0.0, 3.0]]), torch.tensor([[1, 0]]))
+        tensor([[0.0433, 2.0747]])
+    """
+    check_floating(pred, "pred")
+    check_same_shape(target, pred, "target", "pred")
+    counts = considered(target, ignore_index)
+    logits = torch.where(counts, pred, torch.zeros_like(pred))
+    y = torch.where(counts, target.to(pred.dtype), torch.zeros_like(pred))
+    positive, negative = y * _focused(logits, gamma), (1.0 - y) * _focused(-logits, gamma)
+    if alpha is not None:
+        positive, negative = alpha * positive, (1.0 - alpha) * negative
+    if pos_weight is not None:
+        positive = positive * _of_channels(pos_weight, pred, "pos_weight")
+    loss = positive + negative
+    if weight is not None:
+        loss = loss * _of_channels(weight, pred, "weight")
+    return reduced_where(loss, counts, reduction)
+
+
+def _focused(logit: Tensor, gamma: float) -> Tensor:
+    """-(1 - p)^gamma log(p) for the sigmoid p; by logarithms, whose gradients are finite also where p is 0 or 1."""
+    return -_log_sigmoid(logit) * torch.exp(gamma * _log_sigmoid(-logit))
+
+
+def _log_sigmoid(x: Tensor) -> Tensor:
+    """PyTorch's own has no ONNX form. The half makes the gradient right at 0 too, where that of \|x\| is taken for 0."""
+    return 0.5 * (x - x.abs()) - torch.log1p(torch.exp(-x.abs()))
+
+
+def _log_sum_exp(x: Tensor) -> Tensor:
+    """log(sum(exp(x))) over the classes, of which one may be minus infinity."""
+    largest = x.detach().amax(1, keepdim=True)
+    return torch.log(torch.exp(x - largest).sum(1)) + largest.squeeze(1)
+
+
+def _of_channels(weight: Tensor, pred: Tensor, name: str) -> Tensor:
+    if pred.dim() < 2:
+        raise ValueError(f"pred: expected shape (B, C, *) with {name}, got {list(pred.shape)}")
+    return class_weights(weight, pred, name).reshape([-1] + [1] * (pred.dim() - 2))

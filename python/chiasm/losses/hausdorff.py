@@ -1,0 +1,123 @@
+"""Losses that estimate the Hausdorff distance of two segmentations by erosion."""
+
+from typing import List
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_image
+from ..primitives.correlation import volume_parts
+from ..primitives.padding import join_columns, padded_parts
+from ..primitives.volumes import check_volume
+from .labels import check_labels, class_planes
+from .reduction import check_reduction, reduced
+
+
+def hausdorff_er_loss(pred: Tensor, target: Tensor, alpha: float = 2.0, k: int = 10, reduction: str = "mean") -> Tensor:
+    """Sum over i = 1..k of i^alpha times (pred - target)^2 eroded i times: what is wrong counts the more, the thicker it is.
+
+    D. Karimi, S. E. Salcudean, Reducing the Hausdorff distance in medical image segmentation with convolutional neural networks, IEEE TMI
+    39(2), 2020, equation 8. An erosion is soft: the mean over a pixel and its four neighbours, 0 beyond the border, less 1/2 and not below
+    0. Each plane is then stretched to [0, 1], without which nothing would be left after two.
+
+    Args:
+        pred: (B, C, H, W) probabilities, floating point: of C classes from 2 on, or of the foreground for C = 1.
+        target: (B, 1, H, W) integer labels, 0 to C - 1, or 1 for the foreground.
+        alpha: how much the distance counts.
+        k: number of erosions, the largest distance in pixels that is told apart.
+        reduction: "mean", "sum" or "none".
+
+    Returns:
+        A scalar, or the map (B, C, H, W) for "none".
+
+    Raises:
+        TypeError: if pred is not floating point or target not of integers.
+        ValueError: if a shape or reduction is not as above, or k not positive.
+
+    Example:
+        >>> target = torch.zeros(1, 1, 5, 5, dtype=torch.int64)
+        >>> hausdorff_er_loss(torch.ones(1, 1, 5, 5), target, k=1), hausdorff_er_loss(torch.ones(1, 1, 5, 5), target, k=2)
+        (tensor(0.6000), tensor(1.6560))
+    """
+    check_image(pred, "pred")
+    error = _squared_error(pred, target, k, reduction)
+    return reduced(_eroded_sum(error, alpha, k), reduction)
+
+
+def hausdorff_er_loss3d(pred: Tensor, target: Tensor, alpha: float = 2.0, k: int = 10, reduction: str = "mean") -> Tensor:
+    """``hausdorff_er_loss`` of volumes, whose voxels are averaged with their six neighbours.
+
+    Args:
+        pred: (B, C, D, H, W) probabilities, floating point: of C classes from 2 on, or of the foreground for C = 1.
+        target: (B, 1, D, H, W) integer labels, 0 to C - 1, or 1 for the foreground.
+        alpha: how much the distance counts.
+        k: number of erosions, the largest distance in voxels that is told apart.
+        reduction: "mean", "sum" or "none".
+
+    Returns:
+        A scalar, or the map (B, C, D, H, W) for "none".
+
+    Raises:
+        TypeError: if pred is not floating point or target not of integers.
+        ValueError: if a shape or reduction is not as above, or k not positive.
+
+    Example:
+        >>> target = torch.zeros(1, 1, 3, 3, 3, dtype=torch.int64)
+        >>> hausdorff_er_loss3d(torch.ones(1, 1, 3, 3, 3), target, k=1, reduction="none")[0, 0, 1]
+        tensor([[0.3333, 0.6667, 0.3333],
+                [0.6667, 1.0000, 0.6667],
+                [0.3333, 0.6667, 0.3333]])
+    """
+    check_volume(pred, "pred")
+    error = _squared_error(pred, target, k, reduction)
+    return reduced(_eroded_sum(error, alpha, k), reduction)
+
+
+def _squared_error(pred: Tensor, target: Tensor, k: int, reduction: str) -> Tensor:
+    check_reduction(reduction)
+    check_labels(target, "target")
+    if target.dim() != pred.dim() or target.size(0) != pred.size(0) or target.size(1) != 1 or target.shape[2:] != pred.shape[2:]:
+        raise ValueError(f"target: expected shape (B, 1, *) for pred (B, C, *) {list(pred.shape)}, got {list(target.shape)}")
+    if k < 1:
+        raise ValueError(f"k: expected a positive number, got {k}")
+    mask = target > 0 if pred.size(1) == 1 else class_planes(target[:, 0], pred.size(1))
+    difference = pred - mask.to(pred.dtype)
+    return difference * difference
+
+
+def _eroded_sum(error: Tensor, alpha: float, k: int) -> Tensor:
+    total = torch.zeros_like(error)
+    for i in range(k):
+        error = _stretched(torch.relu(_cross_mean(error) - 0.5))
+        total = total + error * float(i + 1) ** alpha
+    return total
+
+
+def _cross_mean(x: Tensor) -> Tensor:
+    """The mean over each pixel and its neighbours along the axes, which are 0 beyond the border."""
+    if x.dim() == 4:
+        return join_columns([_cross_sum(p, [2, 3]) for p in padded_parts(x, 1, 1, 1, 1, "constant")]) / 5.0
+    return join_columns([_cross_sum(p, [2, 3, 4]) for p in volume_parts(x, (1, 1), (1, 1), (1, 1), "constant")]) / 7.0
+
+
+def _cross_sum(p: Tensor, dims: List[int]) -> Tensor:
+    out = _inner(p, dims, -1, 0)
+    for dim in dims:
+        out = out + (_inner(p, dims, dim, -1) + _inner(p, dims, dim, 1))
+    return out
+
+
+def _inner(p: Tensor, dims: List[int], moved: int, by: int) -> Tensor:
+    """``p`` without its margin of one pixel, seen ``by`` pixels along the axis ``moved``."""
+    for dim in dims:
+        p = p.narrow(dim, 1 + by if dim == moved else 1, p.size(dim) - 2)
+    return p
+
+
+def _stretched(x: Tensor) -> Tensor:
+    """Each plane from its least to its greatest value mapped to [0, 1]; a constant one stays what it is."""
+    axes = [2, 3] if x.dim() == 4 else [2, 3, 4]
+    low, high = x.amin(axes, keepdim=True), x.amax(axes, keepdim=True)
+    varies = high > low
+    span = torch.where(varies, high - low, torch.ones_like(high))
+    return torch.where(varies, (x - low) / span, x)

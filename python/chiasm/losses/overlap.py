@@ -1,0 +1,96 @@
+"""Losses by how much of two segmentations overlaps."""
+
+from typing import Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_choice
+from .labels import check_prediction, class_planes, class_weights
+from .reduction import considered, where_considered
+
+
+def dice_loss(
+    pred: Tensor, target: Tensor, average: str = "micro", eps: float = 1e-8, weight: Optional[Tensor] = None, ignore_index: Optional[int] = -100
+) -> Tensor:
+    """1 - 2 sum(p g) / (sum(p) + sum(g) + eps), with the softmax p of pred and g = 1 at the pixels of a class; the mean over the batch.
+
+    F. Milletari et al., V-Net, 3DV 2016, without its squares; with weights, C. Sudre et al., Generalised Dice overlap as a deep learning loss
+    function, DLMIA 2017.
+
+    Args:
+        pred: (B, C, *) logits, floating point.
+        target: (B, *) integer labels, 0 to C - 1 or ignore_index.
+        average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the classes' quotients.
+        eps: added to the divisor.
+        weight: (C,), by default ones: of the classes' sums ("micro"), or of their quotients in a weighted mean ("macro").
+        ignore_index: label of pixels that are left out; None for none.
+
+    Returns:
+        A scalar from 0 to 1.
+
+    Raises:
+        TypeError: if pred is not floating point or target not of integers.
+        ValueError: if a shape or average is not as above.
+
+    Example:
+        >>> dice_loss(torch.tensor([[[9.0, -9.0], [-9.0, 9.0]]]), torch.tensor([[0, 0]]))
+        tensor(0.5000)
+    """
+    check_choice(average, ["micro", "macro"], "average")
+    check_prediction(pred, target, 3)
+    both, predicted, labelled = _class_sums(pred, target, ignore_index)
+    weights = class_weights(weight, pred, "weight")
+    return _averaged_loss(2.0 * both, predicted + labelled, weights, average, eps)
+
+
+def tversky_loss(
+    pred: Tensor, target: Tensor, alpha: float, beta: float, eps: float = 1e-8, ignore_index: Optional[int] = -100, average: str = "micro"
+) -> Tensor:
+    """1 - TP / (TP + alpha FP + beta FN + eps) by the softmax of pred: true and false positives, false negatives; the mean over the batch.
+
+    S. Salehi et al., Tversky loss function for image segmentation using 3D fully convolutional deep networks, MLMI 2017. With alpha = beta =
+    1/2 it is ``dice_loss``. Every false positive of one class is a false negative of another: summed over all classes ("micro", as Kornia's) the
+    two are equal, and only alpha + beta matters. To weigh one against the other as the paper does, take "macro".
+
+    Args:
+        pred: (B, C, *) logits, floating point.
+        target: (B, *) integer labels, 0 to C - 1 or ignore_index.
+        alpha: weight of false positives.
+        beta: weight of false negatives.
+        eps: added to the divisor.
+        ignore_index: label of pixels that are left out; None for none.
+        average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the classes' quotients.
+
+    Returns:
+        A scalar from 0 to 1.
+
+    Raises:
+        TypeError: if pred is not floating point or target not of integers.
+        ValueError: if a shape or average is not as above.
+
+    Example:
+        >>> tversky_loss(torch.tensor([[[9.0, -9.0], [-9.0, 9.0]]]), torch.tensor([[0, 0]]), 0.3, 0.7, average="macro")
+        tensor(0.7059)
+    """
+    check_choice(average, ["micro", "macro"], "average")
+    check_prediction(pred, target, 3)
+    both, predicted, labelled = _class_sums(pred, target, ignore_index)
+    union = both + alpha * (predicted - both) + beta * (labelled - both)
+    return _averaged_loss(both, union, class_weights(None, pred, "weight"), average, eps)
+
+
+def _class_sums(pred: Tensor, target: Tensor, ignore_index: Optional[int]) -> Tuple[Tensor, Tensor, Tensor]:
+    """Sums (B, C) over the pixels of a sample: of the softmax at the pixels of a class, of the softmax, and of these pixels."""
+    logits, counts = where_considered(pred, considered(target, ignore_index))
+    probability = torch.softmax(logits, 1) * counts.to(pred.dtype)
+    label = (class_planes(target, pred.size(1)) & counts).to(pred.dtype)
+    return (probability * label).flatten(2).sum(2), probability.flatten(2).sum(2), label.flatten(2).sum(2)
+
+
+def _averaged_loss(part: Tensor, whole: Tensor, weights: Tensor, average: str, eps: float) -> Tensor:
+    if average == "micro":
+        score = (part * weights).sum(1) / ((whole * weights).sum(1) + eps)
+    else:
+        score = (part / (whole + eps) * weights).sum(1) / weights.sum()
+    return (1.0 - score).mean()

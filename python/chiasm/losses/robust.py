@@ -1,0 +1,110 @@
+"""Robust functions of the difference of two tensors.
+
+All are members of the family in J. T. Barron, A general and adaptive robust loss function, CVPR 2019, with scale 1: close to half the
+square of a small difference d, and less and less sensitive to large ones.
+"""
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_same_shape
+from .reduction import reduced
+
+
+def charbonnier_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
+    """sqrt(d^2 + 1) - 1 of the difference d (Barron's alpha = 1, also called pseudo-Huber).
+
+    Args:
+        img1: (*), floating point.
+        img2: like img1.
+        reduction: "none", "mean" or "sum".
+
+    Returns:
+        (*), or a scalar for "mean" and "sum".
+
+    Raises:
+        TypeError: if img1 or img2 is not floating point.
+        ValueError: if the shapes differ or reduction is unknown.
+
+    Example:
+        >>> charbonnier_loss(torch.tensor([0.0, 0.75]), torch.zeros(2))
+        tensor([0.0000, 0.2500])
+    """
+    square = _squared_difference(img1, img2)
+    # of small differences this keeps the digits that the subtraction of 1 would lose
+    return reduced(square / (torch.sqrt(square + 1.0) + 1.0), reduction)
+
+
+def welsch_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
+    """1 - exp(-d^2 / 2) of the difference d (Barron's alpha = -infinity, also called Leclerc).
+
+    Args:
+        img1: (*), floating point.
+        img2: like img1.
+        reduction: "none", "mean" or "sum".
+
+    Returns:
+        (*), or a scalar for "mean" and "sum".
+
+    Raises:
+        TypeError: if img1 or img2 is not floating point.
+        ValueError: if the shapes differ or reduction is unknown.
+
+    Example:
+        >>> welsch_loss(torch.tensor([0.0, 1.0]), torch.zeros(2))
+        tensor([0.0000, 0.3935])
+    """
+    return reduced(-torch.expm1(-0.5 * _squared_difference(img1, img2)), reduction)
+
+
+def cauchy_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
+    """log(d^2 / 2 + 1) of the difference d (Barron's alpha = 0, also called Lorentzian).
+
+    Args:
+        img1: (*), floating point.
+        img2: like img1.
+        reduction: "none", "mean" or "sum".
+
+    Returns:
+        (*), or a scalar for "mean" and "sum".
+
+    Raises:
+        TypeError: if img1 or img2 is not floating point.
+        ValueError: if the shapes differ or reduction is unknown.
+
+    Example:
+        >>> cauchy_loss(torch.tensor([0.0, 2.0]), torch.zeros(2))
+        tensor([0.0000, 1.0986])
+    """
+    return reduced(torch.log1p(0.5 * _squared_difference(img1, img2)), reduction)
+
+
+def geman_mcclure_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:
+    """2 d^2 / (d^2 + 4) of the difference d (Barron's alpha = -2).
+
+    Args:
+        img1: (*), floating point.
+        img2: like img1.
+        reduction: "none", "mean" or "sum".
+
+    Returns:
+        (*), or a scalar for "mean" and "sum".
+
+    Raises:
+        TypeError: if img1 or img2 is not floating point.
+        ValueError: if the shapes differ or reduction is unknown.
+
+    Example:
+        >>> geman_mcclure_loss(torch.tensor([0.0, 2.0]), torch.zeros(2))
+        tensor([0., 1.])
+    """
+    square = _squared_difference(img1, img2)
+    return reduced(2.0 * square / (square + 4.0), reduction)
+
+
+def _squared_difference(img1: Tensor, img2: Tensor) -> Tensor:
+    check_floating(img1, "img1")
+    check_floating(img2, "img2")
+    check_same_shape(img2, img1, "img2", "img1")
+    difference = img1 - img2
+    return difference * difference

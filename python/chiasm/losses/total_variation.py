@@ -1,0 +1,38 @@
+"""How much an image varies."""
+
+from torch import Tensor
+
+from ..primitives.checks import check_choice, check_floating
+
+
+def total_variation(img: Tensor, reduction: str = "sum") -> Tensor:
+    """Sum of the absolute differences between neighbours along rows and columns (the anisotropic total variation).
+
+    L. Rudin, S. Osher, E. Fatemi, Nonlinear total variation based noise removal algorithms, Physica D 60, 1992.
+
+    Args:
+        img: (*, H, W), floating point.
+        reduction: "sum", or "mean": the mean difference down the columns plus that along the rows, for which H and W are at least 2.
+
+    Returns:
+        (*), a number for each plane.
+
+    Raises:
+        TypeError: if img is not floating point.
+        ValueError: if img has fewer than two dimensions or too few pixels, or reduction is unknown.
+
+    Example:
+        >>> total_variation(torch.tensor([[0.0, 1.0], [0.0, 3.0]]))
+        tensor(6.)
+    """
+    check_floating(img, "img")
+    check_choice(reduction, ["sum", "mean"], "reduction")
+    if img.dim() < 2:
+        raise ValueError(f"img: expected shape (*, H, W), got {list(img.shape)}")
+    vertical = (img[..., 1:, :] - img[..., :-1, :]).abs()
+    horizontal = (img[..., 1:] - img[..., :-1]).abs()
+    if reduction == "sum":
+        return vertical.sum([-2, -1]) + horizontal.sum([-2, -1])
+    if img.size(-2) < 2 or img.size(-1) < 2:
+        raise ValueError(f"img: expected at least 2 x 2 pixels for a mean, got {list(img.shape)}")
+    return vertical.mean([-2, -1]) + horizontal.mean([-2, -1])
