@@ -63,6 +63,20 @@ add(Spec(
     symbols={"N": (4, 1 << 20), **_SAMPLES}, gradients=("points1", "points2"),
     tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)}, sample=_sample_plane, reference="OpenCV findHomography with RANSAC",
 ))
+
+
+def _sample_masked_plane(generator, sizes, dtype):
+    made = _sample_plane(generator, sizes, dtype)
+    return made | {"mask": (torch.arange(sizes["N"]) < 8) | (torch.rand((sizes["B"], sizes["N"]), generator=generator) < 0.6)}
+
+
+add(Spec(
+    "geometry.ransac.ransac_homography.masked",
+    [_points("points1"), _points("points2"), _uniforms(4), TensorSpec("mask", ("B", "N"), "bool", description="which correspondences are there")],
+    [TensorSpec("homography"), _MASK],
+    symbols={"N": (4, 1 << 20), **_SAMPLES}, gradients=("points1", "points2"),
+    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)}, sample=_sample_masked_plane, reference="the same of the others alone",
+), fn="geometry.ransac.ransac_homography")
 add(Spec(
     # the batch is P, because B is 7 in the example, as the size of a sample
     "geometry.ransac.ransac_fundamental", [_points("points1", "P"), _points("points2", "P"), _uniforms(7, "P")], [TensorSpec("fundamental"), _MASK],

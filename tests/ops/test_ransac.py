@@ -157,6 +157,28 @@ def test_without_refinements_it_is_one_sample() -> None:
     assert (np.sort(errors)[:4] < 1e-8).all()
 
 
+def test_of_those_that_are_there() -> None:
+    """The same as without the others, whatever stands in their place."""
+    points = [plane(0.4, seed)[:2] for seed in (2, 3)]
+    p, q = (torch.from_numpy(np.stack(both)) for both in zip(*points, strict=True))
+    present = torch.rand(2, 400, generator=torch.Generator().manual_seed(4)) < torch.tensor([[0.3], [0.8]])
+    absent = torch.where(present[..., None], p, torch.tensor([torch.nan, 1e30], dtype=torch.float64))
+    numbers = uniforms(300, 4).repeat(2, 1, 1)
+    estimate, within = ransac_homography(absent, absent.flip(-1).where(~present[..., None], q), numbers, mask=present)
+    assert not (within & ~present).any()
+    for k in range(2):
+        alone, inside = ransac_homography(p[k : k + 1, present[k]], q[k : k + 1, present[k]], numbers[:1])
+        np.testing.assert_allclose(estimate[k], alone[0], rtol=1e-7, atol=1e-9)
+        assert within[k, present[k]].equal(inside[0])
+    few = torch.zeros_like(present)
+    few[:, :3] = True
+    assert not ransac_homography(p, q, numbers, mask=few)[1][:, 3:].any()
+    with pytest.raises(TypeError, match="mask: expected dtype torch.bool"):
+        ransac_homography(p, q, numbers, mask=present.to(torch.uint8))
+    with pytest.raises(ValueError, match="mask: expected shape"):
+        ransac_homography(p, q, numbers, mask=present[:1])
+
+
 def test_far_from_the_origin_and_in_a_batch() -> None:
     pairs = [plane(0.4, seed)[:2] for seed in range(3)]
     shift = np.array([[1.0, 0, 20000.0], [0, 1.0, -30000.0], [0, 0, 1.0]])

@@ -64,10 +64,14 @@ def find_homography_dlt(points1: Tensor, points2: Tensor, weights: Optional[Tens
         raise ValueError(f"points1: expected at least 4 points, got {points1.size(1)}")
     if points1.size(1) != points2.size(1):
         raise ValueError(f"points2: expected as many points as points1, {points1.size(1)}, got {points2.size(1)}")
-    p1, t1 = hartley(points1.to(torch.float64), None, 1e-8)
-    p2, t2 = hartley(points2.to(torch.float64), None, 1e-8)
-    normal = projective_equations(with_one(p1), p2, _weights(weights, p1))
-    return _denormalised(normal, t1, t2).to(points1.dtype)
+    return homography_by_weights(points1.to(torch.float64), points2.to(torch.float64), weights, None).to(points1.dtype)
+
+
+def homography_by_weights(points1: Tensor, points2: Tensor, weights: Optional[Tensor], present: Optional[Tensor]) -> Tensor:
+    """``find_homography_dlt`` in float64, of points whose means are normalised that count as much as ``present`` (B, N) says."""
+    p1, t1 = hartley(points1, present, 1e-8)
+    p2, t2 = hartley(points2, present, 1e-8)
+    return _denormalised(projective_equations(with_one(p1), p2, _weights(weights, p1)), t1, t2)
 
 
 def find_homography_dlt_iterated(points1: Tensor, points2: Tensor, weights: Tensor, soft_inl_th: float = 3.0, n_iter: int = 5) -> Tensor:

@@ -5,7 +5,7 @@ matrix (``epipolar``), whose error is Sampson's squared distance (R. Hartley, A.
 A model's cost is the sum of its errors, each no more than the bound: MSAC, P. Torr, A. Zisserman, MLESAC, CVIU 78(1), 2000.
 """
 
-from typing import List, Tuple
+from typing import List, Optional, Tuple
 
 import torch
 from torch import Tensor
@@ -27,16 +27,36 @@ def draw_samples(uniforms: Tensor, count: int) -> Tensor:
     tensor([[0, 3, 2],
             [0, 1, 4]])
     """
+    return _draw(uniforms, torch.full([1], count, dtype=torch.int64, device=uniforms.device))
+
+
+def draw_present(uniforms: Tensor, mask: Tensor) -> Tensor:
+    """``draw_samples`` (B, S, m) of those of N things that a mask (B, N) says are there; the same one several times where they are fewer than m.
+
+    >>> draw_present(torch.tensor([[[0.0, 0.9]]]), torch.tensor([[False, True, True, False, True]]))
+    tensor([[[1, 4]]])
+    """
+    place = torch.cumsum(mask.to(torch.int64), 1)
+    count = place[:, -1:]
+    # The k-th that is there goes to place k, the others behind.
+    behind = count + torch.cumsum((~mask).to(torch.int64), 1)
+    index = torch.arange(mask.size(1), device=mask.device).expand_as(place)
+    order = torch.zeros_like(place).scatter(1, torch.where(mask, place, behind) - 1, index)
+    picks = _draw(uniforms, count)
+    return order.gather(1, picks.flatten(1)).unflatten(1, [picks.size(1), picks.size(2)])
+
+
+def _draw(uniforms: Tensor, count: Tensor) -> Tensor:
     u = uniforms.detach().to(torch.float64)
     size = u.size(-1)
     picks: List[Tensor] = []
     for k in range(size):
-        last = count - size + k
-        pick = torch.clamp(torch.floor(u[..., k] * (last + 1.0)).to(torch.int64), 0, last)
+        last = torch.clamp(count - size + k, min=0)
+        pick = torch.minimum(torch.clamp(torch.floor(u[..., k] * (last + 1.0)).to(torch.int64), min=0), last)
         taken = torch.zeros_like(pick, dtype=torch.bool)
         for j in range(k):
             taken = taken | (picks[j] == pick)
-        picks.append(torch.where(taken, torch.full_like(pick, last), pick))
+        picks.append(torch.where(taken, last, pick))
     return torch.stack(picks, -1)
 
 
@@ -46,15 +66,20 @@ def drawn(points: Tensor, index: Tensor) -> Tensor:
     return points.gather(1, flat).unflatten(1, [index.size(1), index.size(2)])
 
 
-def common_frame(points1: Tensor, points2: Tensor) -> Tuple[Tensor, Tensor]:
+def common_frame(points1: Tensor, points2: Tensor, mask: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
     """Similarities (B, 3, 3), float64, that move both images' points to centroid 0 and their mean distance to sqrt(2).
 
-    Both scale by the same factor, so that distances of both images still compare. Not differentiated: results are moved back.
+    Both scale by the same factor, so that distances of both images still compare. Of the points that a mask (B, N) says are there. Not
+    differentiated: results are moved back.
     """
     p, q = points1.detach().to(torch.float64), points2.detach().to(torch.float64)
-    centre1, centre2 = p.mean(1), q.mean(1)
+    share = torch.ones_like(p[..., 0]) if mask is None else mask.to(torch.float64)
+    share = share / torch.clamp(share.sum(1, keepdim=True), min=1.0)
+    if mask is not None:
+        p, q = torch.where(mask[..., None], p, torch.zeros_like(p)), torch.where(mask[..., None], q, torch.zeros_like(q))
+    centre1, centre2 = (p * share[..., None]).sum(1), (q * share[..., None]).sum(1)
     a, b = p - centre1[:, None], q - centre2[:, None]
-    distance = 0.5 * (torch.sqrt((a * a).sum(-1)) + torch.sqrt((b * b).sum(-1))).mean(1)
+    distance = 0.5 * ((torch.sqrt((a * a).sum(-1)) + torch.sqrt((b * b).sum(-1))) * share).sum(1)
     scale = 2.0**0.5 / (distance + 1e-8)
     return _similarity(scale, centre1), _similarity(scale, centre2)
 
@@ -71,11 +96,14 @@ def in_frame(points: Tensor, similarity: Tensor) -> Tensor:
     return points.to(torch.float64) * similarity[:, None, 0, 0:1] + similarity[:, None, 0:2, 2]
 
 
-def score_planes(p: Tensor, q: Tensor, similarity: Tensor, inl_th: float, dtype: torch.dtype) -> Tensor:
-    """What errors are computed of (B, 7, N): x, y, 1 of both images' moved points, and the bound, inl_th squared in moved pixels."""
+def score_planes(p: Tensor, q: Tensor, similarity: Tensor, inl_th: float, dtype: torch.dtype, mask: Optional[Tensor] = None) -> Tensor:
+    """What errors are computed of (B, 7, N): x, y, 1 of both images' moved points, and the bound, inl_th squared in moved pixels.
+
+    The bound is 0, so that nothing costs and nothing is within it, of points that a mask (B, N) says are not there.
+    """
     p, q = p.detach(), q.detach()
     one = torch.ones_like(p[..., 0])
-    bound = inl_th * similarity[:, 0, 0:1] * one
+    bound = inl_th * similarity[:, 0, 0:1] * (one if mask is None else mask.to(one.dtype))
     rows = [p[..., 0], p[..., 1], one, q[..., 0], q[..., 1], one, bound * bound]
     return torch.stack(rows, 1).to(torch.float64 if dtype == torch.float64 else torch.float32)
 
@@ -217,7 +245,7 @@ def near_weights(model: Tensor, planes: Tensor, epipolar: bool, least: int, k: T
     factor = 1.0 + 2.0 * (1.0 - (k + 1).to(planes.dtype) / steps)
     mask = model_errors(_unit(model[:, None], planes), planes, epipolar)[:, 0] < planes[:, 6] * factor * factor
     enough = mask.to(torch.int64).sum(1, keepdim=True) >= least
-    return (mask | ~enough).to(torch.float64)
+    return ((mask | ~enough) & (planes[:, 6] > 0)).to(torch.float64)
 
 
 def costs_less(model: Tensor, fitted: Tensor, planes: Tensor, epipolar: bool) -> Tensor:

@@ -1,6 +1,6 @@
 """A homography from correspondences some of which are wrong."""
 
-from typing import Tuple
+from typing import Optional, Tuple
 
 import torch
 from torch import Tensor
@@ -9,6 +9,7 @@ from ...primitives.consensus import (
     best_model,
     common_frame,
     costs_less,
+    draw_present,
     draw_samples,
     drawn,
     in_frame,
@@ -20,11 +21,13 @@ from ...primitives.consensus import (
 from ...primitives.intrinsics import with_one
 from ...primitives.linalg import cross
 from ...primitives.loops import repeat
-from ..homography import find_homography_dlt
+from ..homography import homography_by_weights
 from .arguments import check_arguments
 
 
-def ransac_homography(points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th: float = 3.0, refinements: int = 3) -> Tuple[Tensor, Tensor]:
+def ransac_homography(
+    points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th: float = 3.0, refinements: int = 3, mask: Optional[Tensor] = None
+) -> Tuple[Tensor, Tensor]:
     """Homography from four or more correspondences some of which are wrong.
 
     Each of S samples of four correspondences gives a homography in closed form; those that turn a triangle over are left out, as one
@@ -39,6 +42,7 @@ def ransac_homography(points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th
             or, where that has been drawn, point N - 4 + k.
         inl_th: an inlier's distance in the second image from where the homography takes its partner is less than this, in pixels.
         refinements: how many times to fit to what is near.
+        mask: (B, N), bool, which correspondences are there; all where None. Samples are drawn of those alone, as if there were no others.
 
     Returns:
         H (B, 3, 3) with the last entry 1, from the first image to the second, and the mask (B, N), bool, of its inliers. Where no sample
@@ -46,7 +50,7 @@ def ransac_homography(points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th
         derivative is that of the fit which was taken, with the points it was fitted to; it is 0 where that is a sample's homography.
 
     Raises:
-        TypeError: if a tensor is not floating point.
+        TypeError: if a tensor is not floating point, or mask not bool.
         ValueError: if a shape is not as above, inl_th is not positive or refinements is negative.
 
     Example:
@@ -58,10 +62,18 @@ def ransac_homography(points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th
         (tensor([2., 2., 1.]), tensor([[ True,  True,  True,  True,  True, False]]))
     """
     check_arguments(points1, points2, uniforms, 4, 4, inl_th, refinements)
-    t1, t2 = common_frame(points1, points2)
+    if mask is not None:
+        if mask.dtype != torch.bool:
+            raise TypeError(f"mask: expected dtype torch.bool, got {mask.dtype}")
+        if mask.dim() != 2 or mask.size(0) != points1.size(0) or mask.size(1) != points1.size(1):
+            raise ValueError(f"mask: expected shape (B, N) of points1 {list(points1.shape)}, got {list(mask.shape)}")
+    t1, t2 = common_frame(points1, points2, mask)
     p, q = in_frame(points1, t1), in_frame(points2, t2)
-    planes = score_planes(p, q, t1, inl_th, points1.dtype)
-    index = draw_samples(uniforms, points1.size(1))
+    if mask is not None:
+        # nothing that stands in their place, NaN say, may matter
+        p, q = torch.where(mask[..., None], p, torch.zeros_like(p)), torch.where(mask[..., None], q, torch.zeros_like(q))
+    planes = score_planes(p, q, t1, inl_th, points1.dtype, mask)
+    index = draw_samples(uniforms, points1.size(1)) if mask is None else draw_present(uniforms, mask)
     models, exists = _homographies_of_four(drawn(p.detach(), index), drawn(q.detach(), index))
     model = best_model(models, exists, planes, False)
     # the best so far and the latest
@@ -72,14 +84,15 @@ def ransac_homography(points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th
     else:
         state = repeat(_refined, state, (p, q, planes, refinements), refinements)
     H = state[:, 0]
-    mask = inliers(H, planes, False)
+    within = inliers(H, planes, False)
     H = moved_back(H, t1, t2)
-    return (H / H[:, 2:3, 2:3]).to(points1.dtype), mask
+    return (H / H[:, 2:3, 2:3]).to(points1.dtype), within
 
 
 def _refined(state: Tensor, k: Tensor, p: Tensor, q: Tensor, planes: Tensor, steps: int) -> Tensor:
     best, latest = state[:, 0], state[:, 1]
-    fitted = find_homography_dlt(p, q, near_weights(latest, planes, False, 4, k, steps))
+    present = (planes[:, 6] > 0).to(p.dtype)
+    fitted = homography_by_weights(p, q, near_weights(latest, planes, False, 4, k, steps), present)
     best = torch.where(costs_less(best, fitted, planes, False)[:, None, None], best, fitted)
     return torch.stack([best, fitted], 1)
 
