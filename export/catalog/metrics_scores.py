@@ -145,11 +145,11 @@ for _name in ("mean_bad_pixel_error", "kitti_d1_error"):
 def _rotations(generator, count):
     q, r = torch.linalg.qr(torch.randn((count, 3, 3), generator=generator, dtype=_DOUBLE))
     q = q * torch.sign(torch.diagonal(r, dim1=1, dim2=2))[:, None]
-    return q * torch.linalg.det(q)[:, None, None]
+    return (q * torch.linalg.det(q)[:, None, None]).contiguous()  # LAPACK writes columns
 
 
 def _sample_rotations(generator, sizes, dtype):
-    return {"R1": _rotations(generator, sizes["B"]).to(dtype), "R2": _rotations(generator, sizes["B"]).to(dtype)}
+    return {name: _rotations(generator, sizes["B"]).to(dtype) for name in ("R1", "R2")}
 
 
 def _sample_poses(generator, sizes, dtype):

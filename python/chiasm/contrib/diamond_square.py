@@ -9,7 +9,8 @@ from torch import Tensor
 from ..enhance.normalize import normalize_min_max
 from ..primitives.checks import check_image
 from ..primitives.levels import whole_quotient
-from ..primitives.loops import is_same, until_stable
+from ..primitives.loops import until_stable
+from ..primitives.target import current_target
 
 
 def diamond_square(
@@ -53,31 +54,50 @@ def diamond_square(
     """
     check_image(random, "random")
     factor, scale = _per_sample(roughness, random, "roughness"), _per_sample(random_scale, random, "random_scale")
-    y, x = torch.arange(random.size(2), device=random.device), torch.arange(random.size(3), device=random.device)
-    steps = 16  # images are at most 32768 pixels high and wide
-    powers = torch.pow(2, torch.arange(steps, device=random.device))
-    cell = torch.where(powers < torch.maximum(y.amax(), x.amax()), 2 * powers, torch.ones_like(powers)).amax()
-    corner = (_within(y, cell) == 0)[:, None] & (_within(x, cell) == 0)
-    # Infinity marks what is to come: a step that leaves everything as it was is then one after the last.
-    state = torch.where(corner, random * scale, torch.full_like(random, math.inf))
-    halves = whole_quotient(cell, 2 * powers)
-    if torch.jit.is_scripting():
-        for step in range(steps):
-            refined = _refine(state, torch.full([], step, dtype=torch.int64, device=random.device), random, halves, factor, scale)
-            if is_same(refined, state):
-                break
-            state = refined
+    if torch.jit.is_scripting() or current_target() == "eager":
+        state = _grown(random, factor, scale)
     else:
-        state = until_stable(_refine, state, (random, halves, factor, scale), steps)
+        state = _filled(random, factor, scale)
     if normalize_range is None:
         return state
     return normalize_min_max(state, normalize_range[0], normalize_range[1])
 
 
-def _refine(state: Tensor, k: Tensor, random: Tensor, halves: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
-    """Fill in the middles of the cells and of their sides."""
-    half = halves.index_select(0, k.reshape(1))
-    displacement = random * (scale * torch.pow(factor, k.to(factor.dtype)))
+def _grown(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
+    """By grids that grow: each step costs four times the one before, and all of them a third more than the last."""
+    cell = 1
+    while cell < max(random.size(2), random.size(3)) - 1:
+        cell = cell * 2
+    state = random[:, :, ::cell, ::cell] * scale
+    one = torch.ones([1], dtype=torch.int64, device=random.device)
+    while cell > 1:
+        cell = cell // 2
+        finer = random[:, :, ::cell, ::cell]
+        for dim in [2, 3]:
+            coarse = torch.div(torch.arange(finer.size(dim), device=random.device), 2, rounding_mode="floor")
+            state = state.index_select(dim, coarse)
+        state = _refine(state, one, finer * scale)
+        scale = scale * factor
+    return state
+
+
+def _filled(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
+    """By steps over the whole image, of one form whatever its size: one loop of an exported graph."""
+    y, x = torch.arange(random.size(2), device=random.device), torch.arange(random.size(3), device=random.device)
+    powers = torch.pow(2, torch.arange(16, device=random.device))  # images are at most 32768 pixels high and wide
+    cell = torch.where(powers < torch.maximum(y.amax(0), x.amax(0)), 2 * powers, torch.ones_like(powers)).amax(0)
+    corner = (_within(y, cell) == 0)[:, None] & (_within(x, cell) == 0)
+    # Infinity marks what is to come: a step that leaves everything as it was is then one after the last.
+    state = torch.where(corner, random * scale, torch.full_like(random, math.inf))
+    return until_stable(_step, state, (random, whole_quotient(cell, 2 * powers), factor, scale), 16)
+
+
+def _step(state: Tensor, k: Tensor, random: Tensor, halves: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
+    return _refine(state, halves.index_select(0, k.reshape(1)), random * (scale * torch.pow(factor, k.to(factor.dtype))))
+
+
+def _refine(state: Tensor, half: Tensor, displacement: Tensor) -> Tensor:
+    """Fill in the middles of the cells, which are two halves wide, and of their sides; nothing where half is 0."""
     y, x = torch.arange(state.size(2), device=state.device), torch.arange(state.size(3), device=state.device)
     row, column = _within(y, (2 * half).clamp(min=1)), _within(x, (2 * half).clamp(min=1))
     middle_row, middle_column = ((row == half) & (half > 0))[:, None], (column == half) & (half > 0)

@@ -8,6 +8,7 @@ from torch import Tensor
 from ..primitives.checks import check_floating, check_image, check_rank
 from ..primitives.reshaping import reshaped
 from ..primitives.sizes import positive_pair
+from ..primitives.windows import windows
 
 
 def extract_tensor_patches(
@@ -50,11 +51,8 @@ def extract_tensor_patches(
         raise ValueError(f"window_size: expected one within the padded input {list(input.shape)}, got ({rows}, {columns})")
     top, high = _windows(input.size(2), rows, down, top, bottom, allow_auto_padding)
     left, wide = _windows(input.size(3), columns, right, left, beyond, allow_auto_padding)
-    is_padded = allow_auto_padding or _four(padding, "padding") != (0, 0, 0, 0)
-    cut = _cut(_cut(input, 2, high, rows, down, top, is_padded), 3, wide, columns, right, left, is_padded)
-    batch, channels = input.size(0), input.size(1)
-    windows = reshaped(cut, [batch, channels, high, rows, wide, columns]).permute(0, 2, 4, 1, 3, 5)
-    return reshaped(windows, [batch, high * wide, channels, rows, columns])
+    cut = windows(input, (high, wide), (rows, columns), (down, right), (-top, -left))
+    return reshaped(cut.permute(0, 2, 4, 1, 3, 5), [input.size(0), high * wide, input.size(1), rows, columns])
 
 
 def combine_tensor_patches(
@@ -133,17 +131,6 @@ def _windows(size: int, window: int, stride: int, before: int, after: int, is_fi
         return before, room // stride + 1
     count = (room + stride - 1) // stride + 1
     return before + ((count - 1) * stride - room) // 2, count
-
-
-def _cut(x: Tensor, dim: int, count: int, window: int, stride: int, before: int, is_padded: bool) -> Tensor:
-    """The windows along one axis, one after the other."""
-    start, offset = torch.arange(count, device=x.device) * stride, torch.arange(window, device=x.device)
-    position = (start[:, None] + offset).reshape(-1) - before
-    if not is_padded:
-        return x.index_select(dim, position)
-    inside = _along((position >= 0) & (position < x.size(dim)), dim)
-    cut = x.index_select(dim, position.clamp(min=0, max=x.size(dim) - 1))
-    return torch.where(inside, cut, torch.zeros_like(cut))
 
 
 def _overlap_add(x: Tensor, dim: int, size: int, count: int, window: int, stride: int, before: int) -> Tuple[Tensor, Tensor]:

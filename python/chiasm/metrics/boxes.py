@@ -54,7 +54,8 @@ def mean_average_precision(
     its class in its image that it overlaps most, if their intersection over union is above the threshold; of the detections that belong to
     the same box the one with the highest score (of equals the first) is right, all others are wrong. A class' average precision is the mean, over
     the recalls 0, 0.1, ... 1, of the highest precision reached at such a recall or a greater one. Where Kornia takes a list of tensors, one an image, here
-    tensors have a fixed capacity: images with fewer boxes are filled up with boxes that a mask, or their label, declares void.
+    tensors have a fixed capacity: images with fewer boxes are filled up with boxes that a mask, or their label, declares void. Takes memory for some
+    B * N * (M + n_classes) numbers.
 
     Args:
         pred_boxes: (B, N, 4) as x1, y1, x2, y2, the boxes detected in B images, floating point.
@@ -94,8 +95,9 @@ def mean_average_precision(
     pred_class = _classes(pred_labels, pred_mask, pred_boxes, n_classes, "pred")
     gt_class = _classes(gt_labels, gt_mask, gt_boxes, n_classes, "gt")
     scores = pred_scores.reshape(-1)
-    order = stable_topk(scores, scores.size(0))[1]
-    rank = torch.zeros_like(order).scatter(0, order, torch.arange(order.size(0), device=order.device)).reshape(pred_class.shape)
+    count = pred_scores.size(0) * pred_scores.size(1)
+    order = stable_topk(scores, count)[1]
+    rank = torch.zeros_like(order).scatter(0, order, torch.arange(count, device=order.device)).reshape(pred_class.shape)
     hit = _right(pred_boxes, pred_class, rank, gt_boxes, gt_class, threshold).reshape(-1).index_select(0, order)
     found = pred_class.reshape(-1).index_select(0, order)
     classes = torch.arange(1, n_classes, device=order.device)[:, None]

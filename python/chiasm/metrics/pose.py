@@ -162,7 +162,7 @@ def auc_from_errors(errors: Tensor, thresholds: List[float] = (1.0, 3.0, 5.0, 10
         below = e < t
         sure = torch.where(below, e, torch.zeros_like(e))
         gain = torch.where(below, t - sure, torch.zeros_like(e)).mean()
-        areas.append((gain + sure.amax() / (2.0 * e.size(0))) / t)
+        areas.append((gain + sure.amax(0) / (2.0 * e.size(0))) / t)
     return torch.stack(areas).to(errors.dtype)
 
 

@@ -55,8 +55,8 @@ def class_name(function_name: str) -> str:
     return _SPELLED.get(function_name) or "".join(part[:1].upper() + part[1:] for part in function_name.split("_"))
 
 
-# Words that a function's name runs together.
-_SPELLED = {"pyrdown": "PyrDown", "pyrup": "PyrUp"}
+# Words that a function's name runs together, and abbreviations.
+_SPELLED = {"aepe": "AEPE", "kmeans": "KMeans", "pyrdown": "PyrDown", "pyrup": "PyrUp"}
 
 
 def lazy_twins(package: str, functions: Dict[str, Any], held: Optional[Dict[str, Sequence[str]]] = None) -> Callable[[str], Type[nn.Module]]:
