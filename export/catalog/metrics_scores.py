@@ -44,7 +44,13 @@ _LABELS = [
 _MATRIX = "row i, column j: how often i is taken for j"
 _SCIKIT = "scikit-learn confusion_matrix, torchmetrics"
 
-add(Spec("metrics.confusion_matrix.counts", _LABELS, [TensorSpec("counts", description=_MATRIX)], {"num_classes": 6}, reference=_SCIKIT), fn="metrics.confusion_matrix")
+add(Spec(
+    "metrics.confusion_matrix.counts",
+    _LABELS,
+    [TensorSpec("counts", description=_MATRIX)],
+    {"num_classes": 6},
+    reference=_SCIKIT,
+), fn="metrics.confusion_matrix")
 add(Spec(
     "metrics.confusion_matrix.normalized",
     _LABELS,
@@ -104,7 +110,10 @@ _DETECTED = [
     TensorSpec("gt_boxes", ("B", "M", 4), description="x1, y1, x2, y2 of what is there"),
     TensorSpec("gt_labels", ("B", "M"), "int64", description="its classes; 0 makes a box void"),
 ]
-_MASKS = [TensorSpec("pred_mask", ("B", "N"), "bool", description="which detections there are"), TensorSpec("gt_mask", ("B", "M"), "bool", description="which true boxes there are")]
+_MASKS = [
+    TensorSpec("pred_mask", ("B", "N"), "bool", description="which detections there are"),
+    TensorSpec("gt_mask", ("B", "M"), "bool", description="which true boxes there are"),
+]
 for _variant, _inputs in (("labels", _DETECTED), ("masks", _DETECTED + _MASKS)):
     add(Spec(
         f"metrics.mean_average_precision.{_variant}",
@@ -121,7 +130,10 @@ for _variant, _inputs in (("labels", _DETECTED), ("masks", _DETECTED + _MASKS)):
 
 add(Spec(
     "metrics.aepe",
-    [TensorSpec(name, ("B", "H", "W", 2), range=(-8.0, 8.0), description=f"{what} flow, in pixels") for name, what in (("input", "found"), ("target", "true"))],
+    [
+        TensorSpec(name, ("B", "H", "W", 2), range=(-8.0, 8.0), description=f"{what} flow, in pixels")
+        for name, what in (("input", "found"), ("target", "true"))
+    ],
     [TensorSpec("error", description="in pixels")],
     reference="NumPy hypot",
 ))
@@ -137,7 +149,8 @@ for _name, _output, _reference in (
 ):
     add(Spec(f"metrics.{_name}", _DISPARITIES, [TensorSpec("error", description=_output)], reference=_reference))
 for _name in ("mean_bad_pixel_error", "kitti_d1_error"):
-    add(Spec(f"metrics.{_name}", _DISPARITIES, [TensorSpec("share", description="of the pixels that are bad")], gradients=(), reference="a loop in Python"))
+    _share = TensorSpec("share", description="of the pixels that are bad")
+    add(Spec(f"metrics.{_name}", _DISPARITIES, [_share], gradients=(), reference="a loop in Python"))
 
 # --- poses -------------------------------------------------------------------------------------------------------------
 
@@ -168,9 +181,9 @@ add(Spec(
 ))
 add(Spec(
     "metrics.angle_error_vec",
-    [TensorSpec("v1", ("B", 3), range=(-1.0, 1.0), description="vectors found"), TensorSpec("v2", ("B", 3), range=(-1.0, 1.0), description="true ones")],
+    [TensorSpec(name, ("B", 3), range=(-1.0, 1.0), description=f"vectors {what}") for name, what in (("v1", "found"), ("v2", "that are true"))],
     [TensorSpec("angle", description="in degrees")],
-    reference="NumPy arccos in long double",
+    reference="angles that vectors are made of",
 ))
 add(Spec(
     "metrics.pose_errors",
@@ -181,7 +194,7 @@ add(Spec(
 ))
 add(Spec(
     "metrics.translation_ate",
-    [TensorSpec("t", ("B", 3), range=(-5.0, 5.0), description="positions found"), TensorSpec("t_gt", ("B", 3), range=(-5.0, 5.0), description="true ones")],
+    [TensorSpec(name, ("B", 3), range=(-5.0, 5.0), description=f"{what} positions") for name, what in (("t", "found"), ("t_gt", "true"))],
     [TensorSpec("distance")],
     reference="NumPy norm",
 ))

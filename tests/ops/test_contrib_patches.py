@@ -123,8 +123,8 @@ WRONG = [
     (lambda: combine_tensor_patches(patched().int(), 8, 2, 2), TypeError, "patches: expected a floating-point"),
     (lambda: combine_tensor_patches(patched(), (8, 9), (2, 3), (0, 1)), ValueError, r"stride: expected positive"),
     (lambda: combine_tensor_patches(patched(), (0, 9), (2, 3), 1), ValueError, r"original_size: expected positive"),
-    (lambda: combine_tensor_patches(patched(), (1, 9), (2, 3), 1), ValueError, r"window_size: expected one within the padded image of \(1, 9\), got \(2, 3\)"),
-    (lambda: combine_tensor_patches(patched(11), (8, 9), (2, 3), (2, 3)), ValueError, r"patches: expected shape \(B, 12, C, 2, 3\), got \[2, 11, 3, 2, 3\]"),
+    (lambda: combine_tensor_patches(patched(), (1, 9), (2, 3), 1), ValueError, r"window_size: expected one within .* of \(1, 9\), got \(2, 3\)"),
+    (lambda: combine_tensor_patches(patched(11), (8, 9), (2, 3), (2, 3)), ValueError, r"patches: .*\(B, 12, C, 2, 3\), got \[2, 11, 3, 2, 3\]"),
     (lambda: combine_tensor_patches(patched(12), (8, 9), (2, 2), 2), ValueError, r"patches: expected shape \(B, 16, C, 2, 2\)"),
     (lambda: combine_tensor_patches(patched(), (8, 9), (2, 3), (2, 3), False, -1), ValueError, "unpadding: expected no negative number"),
 ]

@@ -22,17 +22,17 @@ def diamond_square(
     """Plasma: random heights on a coarse grid, refined by midpoints that are displaced less and less.
 
     A. Fournier, D. Fussell, L. Carpenter, Computer rendering of stochastic models, Communications of the ACM 25(6), 1982, in the form of
-    G. Miller, The definition and rendering of terrain maps, SIGGRAPH 1986. The first grid has the least power of two at which one cell covers the image;
-    on it the result is ``random_scale * random``. Then, again and again, the middle of each cell gets the mean of the cell's corners and the middle of each side that
-    of the four points around it, of which only those within the image count, each plus ``random_scale * roughness**k * random``, k = 0, 1, ...
-    being the step.
+    G. Miller, The definition and rendering of terrain maps, SIGGRAPH 1986. On the first grid, the least power of two wide at which one cell covers
+    the image, the result is ``random_scale * random``. Then, again and again, the middle of each cell gets the mean of the cell's corners and
+    the middle of each side that of the four points around it, of which only those within the image count, each plus
+    ``random_scale * roughness**k * random``, k = 0, 1, ... being the step.
 
-    Kornia draws the random numbers itself, by a function. Here they are an input, so that every backend makes the same texture; the shape is theirs, and so are dtype
-    and device. Its way of mixing them with the means and of treating images that are not square is not followed, so textures look alike but are others.
+    Kornia draws the random numbers itself, by a function. Here they are an input, so that every backend makes the same texture; its shape,
+    dtype and device are theirs. Values are not Kornia's: textures are of the same kind, not the same.
 
     Args:
-        random: (B, C, H, W), floating point, for each pixel a random number; with a mean of 0 (uniform in [-1, 1], or normal) textures do not drift. Images
-            of up to 32768 x 32768.
+        random: (B, C, H, W), floating point, for each pixel a random number; with a mean of 0 (uniform in [-1, 1], or normal) textures do
+            not drift. H and W are at most 32768.
         roughness: factor of the displacement from step to step: a number, or a tensor of one for all or of one for each sample.
         random_scale: the first displacement, a number or a tensor like roughness.
         normalize_range: scale each channel of each sample to this range, (least, greatest).

@@ -25,8 +25,8 @@ def extract_tensor_patches(
         window_size: (rows, columns), or one number for both.
         stride: how far windows are apart, (down, right) or one number for both.
         padding: zeros around the image: one number, (above and below, left and right) or (above, below, left, right).
-        allow_auto_padding: add so many zeros that the last windows end with the image, half of them (of an odd number the lesser part) before and half
-            after it. Otherwise what the last windows do not reach is left out.
+        allow_auto_padding: add so many zeros that the last windows end with the image, half of them (of an odd number the lesser
+            part) before and half after it. Otherwise what the last windows do not reach is left out.
 
     Returns:
         (B, N, C, rows, columns) with N = down * right windows, down = (H + padding - rows) // stride + 1.
@@ -80,8 +80,8 @@ def combine_tensor_patches(
 
     Raises:
         TypeError: if patches is not floating point.
-        ValueError: if patches is not (B, N, C, rows, columns) with as many windows as there are in the image, a size or stride not positive, an unpadding
-            negative, or the padded image smaller than the window.
+        ValueError: if patches is not (B, N, C, rows, columns) with as many windows as there are in the image, a size or stride not
+            positive, an unpadding negative, or the padded image smaller than the window.
 
     Example:
         >>> image = torch.arange(6.0).reshape(1, 1, 2, 3)

@@ -53,9 +53,10 @@ def mean_average_precision(
     M. Everingham et al., The Pascal visual object classes (VOC) challenge, IJCV 88, 2010, section 4.2. A detection belongs to the true box of
     its class in its image that it overlaps most, if their intersection over union is above the threshold; of the detections that belong to
     the same box the one with the highest score (of equals the first) is right, all others are wrong. A class' average precision is the mean, over
-    the recalls 0, 0.1, ... 1, of the highest precision reached at such a recall or a greater one. Where Kornia takes a list of tensors, one an image, here
-    tensors have a fixed capacity: images with fewer boxes are filled up with boxes that a mask, or their label, declares void. Takes memory for some
-    B * N * (M + n_classes) numbers.
+    the recalls 0, 0.1, ... 1, of the highest precision reached at such a recall or a greater one.
+
+    Where Kornia takes a list of tensors, one an image, here tensors have a fixed capacity: images with fewer boxes are filled up with
+    boxes that a mask, or their label, declares void. Takes memory for some B * N * (M + n_classes) numbers.
 
     Args:
         pred_boxes: (B, N, 4) as x1, y1, x2, y2, the boxes detected in B images, floating point.

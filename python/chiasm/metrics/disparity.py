@@ -94,7 +94,12 @@ def mean_bad_pixel_error(
 
 
 def kitti_d1_error(
-    input: Tensor, target: Tensor, abs_threshold: float = 3.0, rel_threshold: float = 0.05, valid_mask: Optional[Tensor] = None, reduction: str = "mean"
+    input: Tensor,
+    target: Tensor,
+    abs_threshold: float = 3.0,
+    rel_threshold: float = 0.05,
+    valid_mask: Optional[Tensor] = None,
+    reduction: str = "mean",
 ) -> Tensor:
     """KITTI's D1: share of the valid pixels whose disparity is off by more than 3 pixels and more than 5 % of the true one.
 
