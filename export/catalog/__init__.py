@@ -54,6 +54,8 @@ NOT_DEPLOYED = {
 
 #: Differentiable ops without a `vjp` in their bundles, and why; docs/coverage.md repeats it. Eager code and TorchScript have their gradients.
 NO_GRADIENT = {
+    "contrib.diamond_square.normalized": "the graph would be a copy of each of the loop's steps, of which large images have 15",
+    "contrib.diamond_square.plain": "the graph would be a copy of each of the loop's steps, of which large images have 15",
     "contrib.distance_transform": "a loop until nothing changes, as many steps as the largest distance: no exported graph can go back through it",
     "filters.non_local_means": "the graph would be 121 copies of the loop's body",
     "geometry.epipolar.find_essential": "the graph would be a copy of each of the loops' steps",
@@ -86,7 +88,7 @@ def add(spec: Spec, fn: str | None = None) -> None:
 
 def catalog() -> dict[str, Entry]:
     """All entries by name, in alphabetical order."""
-    families = ("color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses", "metrics", "morphology", "pipelines")
+    families = ("color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses", "metrics", "metrics_scores", "morphology", "pipelines")
     parts = ("camera", "conversions", "epipolar", "linalg", "objects", "robust", "subpix", "transform", "volume")
     for family in (*families, *(f"geometry_{part}" for part in parts)):
         importlib.import_module(f"{__name__}.{family}")

@@ -103,3 +103,60 @@ add(Spec(
     sample=_dense,
     reference="SciPy distance_transform_edt",
 ))
+
+# --- patches ---------------------------------------------------------------------------------------------------------
+
+_PATCHES = TensorSpec("patches", description="the windows, row after row")
+_PATCHED = {"config": {"window_size": (4, 3), "stride": (2, 3), "padding": (1, 2)}, "symbols": STENCIL, "reference": "NumPy sliding_window_view"}
+
+add(Spec("contrib.extract_tensor_patches.padded", [image()], [_PATCHES], **_PATCHED), fn="contrib.extract_tensor_patches")
+add(Spec(
+    "contrib.extract_tensor_patches.fitted", [image()], [_PATCHES],
+    **{**_PATCHED, "config": {"window_size": (5, 4), "stride": (3, 5), "allow_auto_padding": True}},
+), fn="contrib.extract_tensor_patches")
+add(Spec(
+    "contrib.combine_tensor_patches",
+    [TensorSpec("patches", ("B", 56, "C", 4, 5), description="7 x 8 windows of an image of 15 x 23")],
+    [TensorSpec("output", layout="NCHW", description="the image")],
+    config={"original_size": (15, 23), "window_size": (4, 5), "stride": (2, 3), "unpadding": (1, 0, 2, 1)},
+    reference="a loop in NumPy",
+))
+
+# --- clusters and textures ---------------------------------------------------------------------------------------------
+
+
+def _sample_points(generator, sizes, dtype):
+    """Points about as many middles as there are centres, which begin nearby."""
+    count, clusters, axes = sizes["N"], sizes["K"], sizes["C"]
+    middles = torch.rand((clusters, axes), generator=generator, dtype=torch.float64) * 10
+    which = torch.randint(0, clusters, (count,), generator=generator)
+    x = middles[which] + torch.randn((count, axes), generator=generator, dtype=torch.float64)
+    start = middles + torch.randn((clusters, axes), generator=generator, dtype=torch.float64)
+    return {"x": x.to(dtype), "centers": start.to(dtype)}
+
+
+add(Spec(
+    "contrib.kmeans",
+    [TensorSpec("x", ("N", "C"), description="points"), TensorSpec("centers", ("K", "C"), description="first centres")],
+    [TensorSpec("means", description="centres"), TensorSpec("labels", description="the nearest centre of each point")],
+    config={"num_iterations": 8},
+    symbols={"N": (2, 1 << 20), "K": (2, 4096)},
+    gradients=("x",),
+    sample=_sample_points,
+    reference="scikit-learn KMeans",
+))
+
+_RANDOM = image("random", range=(-1.0, 1.0), description="a random number for each pixel")
+add(Spec(
+    "contrib.diamond_square.plain", [_RANDOM], [TensorSpec("texture", layout="NCHW")],
+    symbols=STENCIL, gradients=(), reference="the recursion in Python",
+), fn="contrib.diamond_square")
+add(Spec(
+    "contrib.diamond_square.normalized",
+    [_RANDOM, TensorSpec("roughness", ("B",), range=(0.4, 0.8), description="factor of the displacement from step to step")],
+    [TensorSpec("texture", layout="NCHW", range=(0.0, 1.0))],
+    config={"random_scale": 0.7, "normalize_range": (0.0, 1.0)},
+    symbols=STENCIL,
+    gradients=(),
+    reference="the recursion in Python",
+), fn="contrib.diamond_square")

@@ -2,16 +2,23 @@
 
 from ..primitives.twin import lazy_twins
 from .connected_components import connected_components, connected_components_union_find
+from .diamond_square import diamond_square
 from .distance_transform import distance_transform, distance_transform_edt
 from .histogram import histogram_matching, interp
+from .kmeans import kmeans
+from .patches import combine_tensor_patches, extract_tensor_patches
 
 __all__ = [
+    "combine_tensor_patches",
     "connected_components",
     "connected_components_union_find",
+    "diamond_square",
     "distance_transform",
     "distance_transform_edt",
+    "extract_tensor_patches",
     "histogram_matching",
     "interp",
+    "kmeans",
 ]
 
 __getattr__ = lazy_twins(__name__, globals())

@@ -57,8 +57,10 @@ def class_name(function_name: str) -> str:
 
 # Words that a function's name runs together, and those that Kornia writes in capitals.
 _SPELLED = {
+    "aepe": "AEPE",
     "hausdorff_er_loss": "HausdorffERLoss",
     "hausdorff_er_loss3d": "HausdorffERLoss3D",
+    "kmeans": "KMeans",
     "ms_ssim_loss": "MS_SSIMLoss",
     "psnr_loss": "PSNRLoss",
     "pyrdown": "PyrDown",

@@ -1,0 +1,157 @@
+"""Images as overlapping windows, and back."""
+
+from typing import List, Optional, Tuple, Union
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_image, check_rank
+from ..primitives.reshaping import reshaped
+from ..primitives.sizes import positive_pair
+from ..primitives.windows import windows
+
+
+def extract_tensor_patches(
+    input: Tensor,
+    window_size: Union[int, Tuple[int, int]],
+    stride: Union[int, Tuple[int, int]] = 1,
+    padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
+    allow_auto_padding: bool = False,
+) -> Tensor:
+    """Cut an image into windows, row after row.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        window_size: (rows, columns), or one number for both.
+        stride: how far windows are apart, (down, right) or one number for both.
+        padding: zeros around the image: one number, (above and below, left and right) or (above, below, left, right).
+        allow_auto_padding: add so many zeros that the last windows end with the image, half of them (of an odd number the lesser
+            part) before and half after it. Otherwise what the last windows do not reach is left out.
+
+    Returns:
+        (B, N, C, rows, columns) with N = down * right windows, down = (H + padding - rows) // stride + 1.
+
+    Raises:
+        TypeError: if input is not floating point.
+        ValueError: if input is not 4-D, a window or a stride not positive, a padding negative, or the padded image smaller than the window.
+
+    Example:
+        >>> extract_tensor_patches(torch.arange(6.0).reshape(1, 1, 2, 3), 2)[0, :, 0]
+        tensor([[[0., 1.],
+                 [3., 4.]],
+        <BLANKLINE>
+                [[1., 2.],
+                 [4., 5.]]])
+    """
+    check_image(input, "input")
+    rows, columns = positive_pair(window_size, "window_size")
+    down, right = positive_pair(stride, "stride")
+    top, bottom, left, beyond = _four(padding, "padding")
+    if input.size(2) + top + bottom < rows or input.size(3) + left + beyond < columns:
+        raise ValueError(f"window_size: expected one within the padded input {list(input.shape)}, got ({rows}, {columns})")
+    top, high = _windows(input.size(2), rows, down, top, bottom, allow_auto_padding)
+    left, wide = _windows(input.size(3), columns, right, left, beyond, allow_auto_padding)
+    cut = windows(input, (high, wide), (rows, columns), (down, right), (-top, -left))
+    return reshaped(cut.permute(0, 2, 4, 1, 3, 5), [input.size(0), high * wide, input.size(1), rows, columns])
+
+
+def combine_tensor_patches(
+    patches: Tensor,
+    original_size: Union[int, Tuple[int, int]],
+    window_size: Union[int, Tuple[int, int]],
+    stride: Union[int, Tuple[int, int]],
+    allow_auto_unpadding: bool = False,
+    unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
+    eps: Optional[float] = None,
+) -> Tensor:
+    """Put an image together from its windows, each pixel the mean of those that have it: the inverse of `extract_tensor_patches`.
+
+    Args:
+        patches: (B, N, C, rows, columns), floating point.
+        original_size: (H, W) of the image, or one number for both.
+        window_size: (rows, columns) as they were cut out.
+        stride: as they were cut out.
+        allow_auto_unpadding: whether they were cut out with allow_auto_padding.
+        unpadding: the padding with which they were cut out.
+        eps: added to the number of windows that have a pixel. By default nothing is, and a pixel that no window has is 0.
+
+    Returns:
+        (B, C, H, W).
+
+    Raises:
+        TypeError: if patches is not floating point.
+        ValueError: if patches is not (B, N, C, rows, columns) with as many windows as there are in the image, a size or stride not
+            positive, an unpadding negative, or the padded image smaller than the window.
+
+    Example:
+        >>> image = torch.arange(6.0).reshape(1, 1, 2, 3)
+        >>> combine_tensor_patches(extract_tensor_patches(image, 2), (2, 3), 2, 1)[0, 0]
+        tensor([[0., 1., 2.],
+                [3., 4., 5.]])
+    """
+    check_rank(patches, 5, "(B, N, C, rows, columns)", "patches")
+    check_floating(patches, "patches")
+    height, width = positive_pair(original_size, "original_size")
+    rows, columns = positive_pair(window_size, "window_size")
+    down, right = positive_pair(stride, "stride")
+    top, bottom, left, beyond = _four(unpadding, "unpadding")
+    if height + top + bottom < rows or width + left + beyond < columns:
+        raise ValueError(f"window_size: expected one within the padded image of ({height}, {width}), got ({rows}, {columns})")
+    top, high = _windows(height, rows, down, top, bottom, allow_auto_unpadding)
+    left, wide = _windows(width, columns, right, left, beyond, allow_auto_unpadding)
+    if patches.size(1) != high * wide or patches.size(3) != rows or patches.size(4) != columns:
+        raise ValueError(f"patches: expected shape (B, {high * wide}, C, {rows}, {columns}), got {list(patches.shape)}")
+    strips = patches.unflatten(1, [high, wide]).permute(0, 3, 1, 4, 2, 5).flatten(4, 5).flatten(2, 3)
+    tall, county = _overlap_add(strips, 2, height, high, rows, down, top)
+    image, countx = _overlap_add(tall, 3, width, wide, columns, right, left)
+    count = (county[:, None] * countx).to(patches.dtype)
+    if eps is None:
+        return image / count.clamp(min=1.0)
+    return image / (count + eps)
+
+
+def _four(padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]], name: str) -> Tuple[int, int, int, int]:
+    """Above, below, left and right."""
+    if isinstance(padding, int):
+        top, bottom, left, right = padding, padding, padding, padding
+    elif torch.jit.isinstance(padding, Tuple[int, int]):
+        top, bottom, left, right = padding[0], padding[0], padding[1], padding[1]
+    else:
+        assert torch.jit.isinstance(padding, Tuple[int, int, int, int])
+        top, bottom, left, right = padding
+    if top < 0 or bottom < 0 or left < 0 or right < 0:
+        raise ValueError(f"{name}: expected no negative number, got ({top}, {bottom}, {left}, {right})")
+    return top, bottom, left, right
+
+
+def _windows(size: int, window: int, stride: int, before: int, after: int, is_fitted: bool) -> Tuple[int, int]:
+    """The zeros before an axis, and how many windows there are along it."""
+    room = before + size + after - window
+    if not is_fitted:
+        return before, room // stride + 1
+    count = (room + stride - 1) // stride + 1
+    return before + ((count - 1) * stride - room) // 2, count
+
+
+def _overlap_add(x: Tensor, dim: int, size: int, count: int, window: int, stride: int, before: int) -> Tuple[Tensor, Tensor]:
+    """The sums along an axis of ``size`` of the windows laid out on it, and how many of them each position has."""
+    position = torch.arange(size, device=x.device) + before
+    latest = torch.div(position, stride, rounding_mode="floor")
+    sums: List[Tensor] = []
+    counts: List[Tensor] = []
+    for earlier in range((window + stride - 1) // stride):
+        index = latest - earlier
+        offset = position - index * stride
+        has = (index >= 0) & (index < count) & (offset < window)
+        values = x.index_select(dim, index.clamp(min=0, max=count - 1) * window + offset.clamp(max=window - 1))
+        sums.append(torch.where(_along(has, dim), values, torch.zeros_like(values)))
+        counts.append(has.to(torch.int64))
+    total, covered = sums[0], counts[0]
+    for k in range(1, len(sums)):
+        total, covered = total + sums[k], covered + counts[k]
+    return total, covered
+
+
+def _along(mask: Tensor, dim: int) -> Tensor:
+    """A mask of positions along dimension 2 or 3 of four."""
+    return mask[:, None] if dim == 2 else mask

@@ -1,0 +1,133 @@
+"""Classes of images and of pixels: how many are right, and what they are taken for."""
+
+from typing import List
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_rank
+from ..primitives.levels import count_each
+
+
+def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:
+    """Share of the samples whose true class is among the k that score highest, in percent.
+
+    Of equal scores the lower class counts as the higher, as in a stable sort; NaN counts as the highest of all, but not for the true class.
+
+    Args:
+        pred: (B, C), a score for each class, floating point.
+        target: (B,) or (B, 1), the true classes, integers; one outside 0 to C - 1 is never right.
+        topk: the values of k, each at least 1.
+
+    Returns:
+        (K,) in pred's dtype: the percentages for each k of topk. Kornia's is a list of as many scalars: one tensor has a signature of its own
+        whatever K is, for an artifact's outputs are named one by one; ``acc1, acc5 = accuracy(pred, target, (1, 5))`` reads the same.
+
+    Raises:
+        TypeError: if pred is not floating point, or target not integer.
+        ValueError: if pred is not (B, C), target not (B,) or (B, 1), or topk is empty or has a number below 1.
+
+    Example:
+        >>> accuracy(torch.tensor([[0.1, 0.7, 0.2], [0.5, 0.2, 0.3]]), torch.tensor([1, 2]), (1, 2))
+        tensor([ 50., 100.])
+    """
+    check_rank(pred, 2, "(B, C)", "pred")
+    check_floating(pred, "pred")
+    check_integer(target, "target")
+    if (target.dim() != 1 and not (target.dim() == 2 and target.size(1) == 1)) or target.size(0) != pred.size(0):
+        raise ValueError(f"target: expected shape (B,) or (B, 1) for pred {list(pred.shape)}, got {list(target.shape)}")
+    if len(topk) == 0:
+        raise ValueError("topk: expected at least one number, got none")
+    for k in topk:
+        if k < 1:
+            raise ValueError(f"topk: expected numbers of at least 1, got {k}")
+    truth = target.to(torch.int64).reshape(-1, 1)
+    classes = torch.arange(pred.size(1), device=pred.device)
+    own = pred.gather(1, truth.clamp(min=0, max=pred.size(1) - 1))
+    behind = (pred < own) | ((pred == own) & (classes >= truth)) | (classes == truth)
+    ahead = (~behind).to(torch.int64).sum(1, keepdim=True)
+    known = (truth >= 0) & (truth < pred.size(1))
+    right = known & (ahead < torch.tensor(topk, device=pred.device))
+    return (100.0 * right.to(torch.float64).mean(0)).to(pred.dtype)
+
+
+def confusion_matrix(pred: Tensor, target: Tensor, num_classes: int, normalized: bool = False) -> Tensor:
+    """How often each class is taken for each, for every sample of a batch.
+
+    Args:
+        pred: (B, *), the classes found, integers.
+        target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is counted, so that -1 or 255 may
+            mark what is unknown.
+        num_classes: how many classes there are, at least 2.
+        normalized: divide each column by its sum (scikit-learn's ``normalize="pred"``); a column of zeros stays one.
+
+    Returns:
+        (B, num_classes, num_classes): at row i and column j how often the true class is i and the one found j. int64 and exact
+        (Kornia's is float32, exact up to 2^24); float32 if normalized.
+
+    Raises:
+        TypeError: if pred or target is not integer.
+        ValueError: if pred has no dimension, target is not of its shape, or num_classes is less than 2.
+
+    Example:
+        >>> confusion_matrix(torch.tensor([[0, 1, 1, 1]]), torch.tensor([[0, 0, 1, 1]]), 2)
+        tensor([[[1, 1],
+                 [0, 2]]])
+    """
+    counts = _counts(pred, target, num_classes)
+    if not normalized:
+        return counts
+    total = counts.sum(1, keepdim=True).clamp(min=1)
+    return (counts.to(torch.float64) / total.to(torch.float64)).to(torch.float32)
+
+
+def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) -> Tensor:
+    """Intersection over union of the pixels of each class, for every sample of a batch. Their mean is left to the caller, as with Kornia.
+
+    Args:
+        pred: (B, *), the classes found, integers.
+        target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is counted.
+        num_classes: how many classes there are, at least 2.
+        eps: added to the union: a class that neither has gets 0.
+
+    Returns:
+        (B, num_classes), float32, in [0, 1].
+
+    Raises:
+        TypeError: if pred or target is not integer.
+        ValueError: if pred has no dimension, target is not of its shape, num_classes is less than 2, or eps is not positive.
+
+    Example:
+        >>> mean_iou(torch.tensor([[0, 1, 1, 1]]), torch.tensor([[0, 0, 1, 1]]), 2)
+        tensor([[0.5000, 0.6667]])
+    """
+    if eps <= 0.0:
+        raise ValueError(f"eps: expected a positive number, got {eps}")
+    counts = _counts(pred, target, num_classes)
+    diagonal = torch.arange(num_classes, device=pred.device)
+    common = torch.where(diagonal[:, None] == diagonal, counts, torch.zeros_like(counts)).sum(1)
+    union = counts.sum(1) + counts.sum(2) - common
+    return (common.to(torch.float64) / (union.to(torch.float64) + eps)).to(torch.float32)
+
+
+def check_integer(value: Tensor, name: str) -> None:
+    """Raise TypeError unless ``value`` has an integer dtype."""
+    if value.is_floating_point() or value.is_complex():
+        raise TypeError(f"{name}: expected an integer tensor, got dtype {value.dtype}")
+
+
+def _counts(pred: Tensor, target: Tensor, num_classes: int) -> Tensor:
+    """(B, num_classes, num_classes), int64: rows are true classes."""
+    check_integer(pred, "pred")
+    check_integer(target, "target")
+    if pred.dim() < 1:
+        raise ValueError("pred: expected shape (B, *), got a scalar")
+    if target.shape != pred.shape:
+        raise ValueError(f"target: expected pred's shape {list(pred.shape)}, got {list(target.shape)}")
+    if num_classes < 2:
+        raise ValueError(f"num_classes: expected at least 2, got {num_classes}")
+    found, truth = pred[..., None].flatten(1).to(torch.int64), target[..., None].flatten(1).to(torch.int64)
+    known = (found >= 0) & (found < num_classes) & (truth >= 0) & (truth < num_classes)
+    pairs = num_classes * num_classes
+    index = torch.where(known, truth * num_classes + found, torch.full_like(truth, pairs))
+    return count_each(index, pairs + 1)[:, :pairs].unflatten(1, [num_classes, num_classes]).to(torch.int64)

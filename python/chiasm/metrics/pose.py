@@ -1,0 +1,172 @@
+"""How far a camera's pose is off, and the share of poses that are good enough."""
+
+import math
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_floating, check_last, check_matrix
+from ..primitives.linalg import cross
+from .reductions import vector_length
+
+
+def angle_error_mat(R1: Tensor, R2: Tensor) -> Tensor:
+    """Angle of the rotation between two rotations, in degrees.
+
+    From the sine and the cosine of R1^T R2, which tells small angles apart that the arc cosine of the trace cannot: in float32
+    that ends at 0.02 degrees.
+
+    Args:
+        R1: (*, 3, 3), rotation matrices, floating point.
+        R2: like R1.
+
+    Returns:
+        (*), in [0, 180]. At 0 and 180 the derivatives are 0.
+
+    Raises:
+        TypeError, ValueError: if R1 or R2 is not a floating-point (*, 3, 3) tensor.
+
+    Example:
+        >>> angle_error_mat(torch.eye(3), torch.tensor([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+        tensor(90.)
+    """
+    check_matrix(R1, 3, 3, "R1")
+    check_matrix(R2, 3, 3, "R2")
+    # Of R1^T R2, the sum over rows of outer products: its antisymmetric part is the sum of cross products, its trace that of dot products.
+    sine = 0.5 * vector_length(cross(R1, R2).sum(-2))
+    cosine = 0.5 * ((R1 * R2).sum(-1).sum(-1) - 1.0)
+    return torch.atan2(sine, cosine) * (180.0 / math.pi)
+
+
+def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
+    """Angle between the directions of two vectors, in degrees.
+
+    By twice the arc tangent of |u - w| / |u + w| of the unit vectors (W. Kahan), which is exact for small angles and for near opposites.
+
+    Args:
+        v1: (*, D), floating point, of any length.
+        v2: like v1.
+
+    Returns:
+        (*), in [0, 180]; 90 where a vector is zero, which has no direction and must not count as right. At 0 and 180, and there, the derivatives
+        are 0.
+
+    Raises:
+        TypeError: if v1 or v2 is not floating point.
+        ValueError: if v1 or v2 has no dimension, or the last ones are not of one size.
+
+    Example:
+        >>> angle_error_vec(torch.tensor([1.0, 0.0, 0.0]), torch.tensor([0.0, 3.0, 0.0]))
+        tensor(90.)
+    """
+    check_floating(v1, "v1")
+    check_floating(v2, "v2")
+    if v1.dim() < 1 or v2.dim() < 1 or v1.size(-1) != v2.size(-1):
+        raise ValueError(f"v2: expected shape (*, D) for v1 {list(v1.shape)}, got {list(v2.shape)}")
+    length1, length2 = vector_length(v1), vector_length(v2)
+    lost = (length1 == 0) | (length2 == 0)
+    u = v1 / torch.where(lost, torch.ones_like(length1), length1)[..., None]
+    w = v2 / torch.where(lost, torch.ones_like(length2), length2)[..., None]
+    along = vector_length(u + w)
+    angle = 2.0 * torch.atan2(vector_length(u - w), torch.where(lost, torch.ones_like(along), along))
+    return torch.where(lost, torch.full_like(angle, 90.0), angle * (180.0 / math.pi))
+
+
+def pose_errors(P: Tensor, P_gt: Tensor, fold_translation: bool = True) -> Tuple[Tensor, Tensor]:
+    """Errors of poses [R | t] that are known up to the length of t: angles of the rotations and of the translations, in degrees.
+
+    Args:
+        P: (*, 3, 4) or (*, 4, 4), the poses found, floating point.
+        P_gt: the true ones, in either form.
+        fold_translation: take t and -t as one direction, as an essential matrix does: the second error is then 90 at most.
+
+    Returns:
+        (*) and (*): of the rotations (`angle_error_mat`) and of the translations (`angle_error_vec`). Kornia's are the values of a dict,
+        which artifacts cannot return. `torch.maximum` of both is what is mostly given to `auc_from_errors`.
+
+    Raises:
+        TypeError, ValueError: if P or P_gt is not a floating-point (*, 3, 4) or (*, 4, 4) tensor.
+
+    Example:
+        >>> pose_errors(torch.eye(4), torch.eye(4))
+        (tensor(0.), tensor(90.))
+    """
+    _check_pose(P, "P")
+    _check_pose(P_gt, "P_gt")
+    turned = angle_error_mat(P[..., :3, :3], P_gt[..., :3, :3])
+    moved = angle_error_vec(P[..., :3, 3], P_gt[..., :3, 3])
+    if fold_translation:
+        moved = torch.minimum(moved, 180.0 - moved)
+    return turned, moved
+
+
+def translation_ate(t: Tensor, t_gt: Tensor) -> Tensor:
+    """Absolute translation error: the distance between two positions.
+
+    J. Sturm et al., A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012, for trajectories that are aligned: of one pose.
+    The root of the mean of its squares is that of a trajectory.
+
+    Args:
+        t: (*, 3), the positions found, floating point.
+        t_gt: (*, 3), the true ones.
+
+    Returns:
+        (*), in the unit of the positions.
+
+    Raises:
+        TypeError, ValueError: if t or t_gt is not a floating-point (*, 3) tensor.
+
+    Example:
+        >>> translation_ate(torch.tensor([1.0, 2.0, 2.0]), torch.zeros(3))
+        tensor(3.)
+    """
+    check_last(t, 3, "t")
+    check_last(t_gt, 3, "t_gt")
+    return vector_length(t - t_gt)
+
+
+def auc_from_errors(errors: Tensor, thresholds: List[float] = (1.0, 3.0, 5.0, 10.0)) -> Tensor:
+    """Area under the curve of recall (the share of errors up to e) over e from 0 to a threshold, as part of the threshold.
+
+    P.-E. Sarlin et al., SuperGlue, CVPR 2020, section 5.2: the curve is linear from one error to the next, the first point being (0, 0), and level
+    from the last error below the threshold on. Its area is the sum of (threshold - error) over the errors below, and half the largest of
+    them, divided by how many errors there are: nothing is sorted.
+
+    Args:
+        errors: (*), at least one, floating point and not negative; those that are infinite or NaN are failures.
+        thresholds: numbers above 0.
+
+    Returns:
+        (K,) in errors' dtype, in [0, 1]: an area for each threshold, in their order. Kornia's is a dict from threshold to number, which artifacts
+        cannot return: ``dict(zip(thresholds, areas.tolist()))`` makes it.
+
+    Raises:
+        TypeError: if errors is not floating point.
+        ValueError: if errors or thresholds is empty, or a threshold is not positive.
+
+    Example:
+        >>> auc_from_errors(torch.tensor([0.0, 1.0, 20.0, 30.0]), [2.0, 10.0])
+        tensor([0.4375, 0.4875])
+    """
+    check_floating(errors, "errors")
+    e = errors.to(torch.float64).reshape(-1)
+    if e.size(0) < 1:
+        raise ValueError("errors: expected at least one, got none")
+    if len(thresholds) == 0:
+        raise ValueError("thresholds: expected at least one, got none")
+    areas: List[Tensor] = []
+    for t in thresholds:
+        if t <= 0:
+            raise ValueError(f"thresholds: expected positive numbers, got {t}")
+        below = e < t
+        sure = torch.where(below, e, torch.zeros_like(e))
+        gain = torch.where(below, t - sure, torch.zeros_like(e)).mean()
+        areas.append((gain + sure.amax(0) / (2.0 * e.size(0))) / t)
+    return torch.stack(areas).to(errors.dtype)
+
+
+def _check_pose(value: Tensor, name: str) -> None:
+    if value.dim() < 2 or value.size(-1) != 4 or (value.size(-2) != 3 and value.size(-2) != 4):
+        raise ValueError(f"{name}: expected shape (*, 3, 4) or (*, 4, 4), got {list(value.shape)}")
+    check_floating(value, name)

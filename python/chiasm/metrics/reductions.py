@@ -1,0 +1,56 @@
+"""What the metrics share: lengths whose derivative is finite, and means of what counts."""
+
+import math
+from typing import Optional
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_choice, check_floating
+
+
+def vector_length(v: Tensor) -> Tensor:
+    """Euclidean length along the last axis; its derivative is 0 where the vector is.
+
+    >>> vector_length(torch.tensor([[3.0, 4.0], [0.0, 0.0]]))
+    tensor([5., 0.])
+    """
+    return safe_sqrt((v * v).sum(-1))
+
+
+def safe_sqrt(x: Tensor) -> Tensor:
+    """The square root, with a derivative of 0 at 0."""
+    zero = x == 0
+    return torch.where(zero, torch.zeros_like(x), torch.sqrt(torch.where(zero, torch.ones_like(x), x)))
+
+
+def check_pair(input: Tensor, target: Tensor) -> None:
+    """Raise unless both are floating point and of one shape."""
+    check_floating(input, "input")
+    check_floating(target, "target")
+    if target.shape != input.shape:
+        raise ValueError(f"target: expected input's shape {list(input.shape)}, got {list(target.shape)}")
+
+
+def check_reduction(reduction: str) -> None:
+    """Raise ValueError unless ``reduction`` names one."""
+    check_choice(reduction, ["mean", "sum", "none"], "reduction")
+
+
+def reduced(values: Tensor, valid: Optional[Tensor], reduction: str) -> Tensor:
+    """Mean or sum of the values that are valid, summed in float64, or the values themselves, which must be 0 where invalid.
+
+    The mean of nothing is NaN, with derivatives of 0.
+
+    >>> reduced(torch.tensor([1.0, 0.0, 3.0]), torch.tensor([True, False, True]), "mean")
+    tensor(2.)
+    """
+    if reduction == "none":
+        return values
+    total = values.to(torch.float64).sum()
+    if reduction == "mean":
+        counted = torch.ones_like(values, dtype=torch.float64) if valid is None else valid.to(torch.float64)
+        count = counted.sum()
+        none = count == 0
+        total = torch.where(none, torch.full_like(total, math.nan), total / torch.where(none, torch.ones_like(count), count))
+    return total.to(values.dtype)
