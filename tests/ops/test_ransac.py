@@ -173,7 +173,7 @@ def test_of_those_that_are_there() -> None:
     few = torch.zeros_like(present)
     few[:, :3] = True
     assert not ransac_homography(p, q, numbers, mask=few)[1][:, 3:].any()
-    with pytest.raises(TypeError, match="mask: expected dtype torch.bool"):
+    with pytest.raises(TypeError, match=r"mask: expected dtype torch\.bool"):
         ransac_homography(p, q, numbers, mask=present.to(torch.uint8))
     with pytest.raises(ValueError, match="mask: expected shape"):
         ransac_homography(p, q, numbers, mask=present[:1])
