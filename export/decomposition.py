@@ -53,6 +53,8 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
             if node.target._schema.is_mutable and not _make_functional(node):
                 functional = False
             elif node.target in table or node.target is torch.ops.aten.sym_numel.default or _is_composite_view(node.target):
+                if isinstance(value, torch.SymInt):
+                    del sizes[value.node.expr]  # the node goes
                 _replace(node, _decompose(node, table, sizes), program)
     return functional
 

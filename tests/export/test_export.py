@@ -247,6 +247,18 @@ def test_a_size_that_the_code_fixes_is_named(tmp_path: Path) -> None:
         export(first_seven, Spec("test.bad", [image()], gradients=()), tmp_path, formats=["onnx"])
 
 
+def _twice_with_places(x: Tensor) -> Tensor:
+    """The number of elements is both a size that the graph has and one that it asks for."""
+    flat = x.reshape(-1)
+    return (flat[:, None] * torch.ones([2])).flatten().unflatten(0, [flat.size(0), 2]) + torch.arange(x.numel())[:, None]
+
+
+def test_the_number_of_elements_is_a_size_like_others(tmp_path: Path) -> None:
+    bundle = export(_twice_with_places, Spec("test.places", [TensorSpec("x", ("B", "N"))]), tmp_path, formats=["onnx"])
+    x = torch.rand(2, 5)
+    assert onnx_session(bundle / "forward.float32.onnx")({"x": x})[0].equal(_twice_with_places(x))
+
+
 def _costs_of_four(models: Tensor, planes: Tensor) -> Tensor:
     return model_costs(models[:, :4], planes, True)
 
