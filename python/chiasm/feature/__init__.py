@@ -1,9 +1,38 @@
-"""Interest points."""
+"""Interest points, local affine frames."""
 
 from ..primitives.twin import lazy_twins
 from .harris import harris_keypoints, harris_response
+from .laf import (
+    denormalize_laf,
+    get_laf_center,
+    get_laf_orientation,
+    get_laf_scale,
+    laf_from_center_scale_ori,
+    make_upright,
+    normalize_laf,
+    rotate_laf,
+    scale_laf,
+    set_laf_orientation,
+)
+from .laf_points import (
+    ellipse_to_laf,
+    laf_from_three_points,
+    laf_is_filled,
+    laf_is_inside_image,
+    laf_is_valid,
+    laf_to_boundary_points,
+    laf_to_three_points,
+    perspective_transform_lafs,
+)
+from .patches import LAFDescriptor, extract_patches_from_pyramid, extract_patches_simple, get_laf_descriptors
 from .responses import dog_response, dog_response_single, gftt_response, hessian_response
 
-__all__ = ["dog_response", "dog_response_single", "gftt_response", "harris_keypoints", "harris_response", "hessian_response"]
+__all__ = [
+    "LAFDescriptor", "denormalize_laf", "dog_response", "dog_response_single", "ellipse_to_laf", "extract_patches_from_pyramid",
+    "extract_patches_simple", "get_laf_center", "get_laf_descriptors", "get_laf_orientation", "get_laf_scale", "gftt_response", "harris_keypoints",
+    "harris_response", "hessian_response", "laf_from_center_scale_ori", "laf_from_three_points", "laf_is_filled", "laf_is_inside_image",
+    "laf_is_valid", "laf_to_boundary_points", "laf_to_three_points", "make_upright", "normalize_laf", "perspective_transform_lafs", "rotate_laf",
+    "scale_laf", "set_laf_orientation",
+]
 
 __getattr__ = lazy_twins(__name__, globals())
