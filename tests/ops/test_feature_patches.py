@@ -23,7 +23,7 @@ def positions(laf: np.ndarray, size: int) -> np.ndarray:
 
 
 def halved(plane: np.ndarray) -> np.ndarray:
-    taps = np.array([1, 4, 6, 4, 1]) / 16
+    plane, taps = np.pad(plane, ((0, 1), (0, 1)), "edge"), np.array([1, 4, 6, 4, 1]) / 16
     for axis in (0, 1):
         plane = ndi.correlate1d(plane, taps, axis, mode="nearest")
     return plane[::2, ::2]

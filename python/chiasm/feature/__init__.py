@@ -1,4 +1,4 @@
-"""Interest points, local affine frames."""
+"""Interest points, local affine frames, matching."""
 
 from ..primitives.twin import lazy_twins
 from .harris import harris_keypoints, harris_response
@@ -24,6 +24,7 @@ from .laf_points import (
     laf_to_three_points,
     perspective_transform_lafs,
 )
+from .matching import match_fginn, match_mnn, match_nn, match_smnn, match_smnn_batched, match_snn
 from .patches import LAFDescriptor, extract_patches_from_pyramid, extract_patches_simple, get_laf_descriptors
 from .responses import dog_response, dog_response_single, gftt_response, hessian_response
 
@@ -31,7 +32,8 @@ __all__ = [
     "LAFDescriptor", "denormalize_laf", "dog_response", "dog_response_single", "ellipse_to_laf", "extract_patches_from_pyramid",
     "extract_patches_simple", "get_laf_center", "get_laf_descriptors", "get_laf_orientation", "get_laf_scale", "gftt_response", "harris_keypoints",
     "harris_response", "hessian_response", "laf_from_center_scale_ori", "laf_from_three_points", "laf_is_filled", "laf_is_inside_image",
-    "laf_is_valid", "laf_to_boundary_points", "laf_to_three_points", "make_upright", "normalize_laf", "perspective_transform_lafs", "rotate_laf",
+    "laf_is_valid", "laf_to_boundary_points", "laf_to_three_points", "make_upright", "match_fginn", "match_mnn",
+    "match_nn", "match_smnn", "match_smnn_batched", "match_snn", "normalize_laf", "perspective_transform_lafs", "rotate_laf",
     "scale_laf", "set_laf_orientation",
 ]
 

@@ -184,13 +184,13 @@ def _pyramid(img: Tensor, count: int) -> List[Tensor]:
 
 
 def _halved(x: Tensor, dim: int) -> Tensor:
-    """Every second slice of what (1, 4, 6, 4, 1) / 16 makes of x; the border repeats. Never empty, however small x is."""
-    size = x.size(dim)
-    middle = 2 * torch.arange((size + 1) // 2, device=x.device)
-    out = x.index_select(dim, middle) * 0.375
+    """Every second slice of what (1, 4, 6, 4, 1) / 16 makes of x, whose border repeats, to the last or one beyond it."""
+    last = x.size(dim) - 1
+    middle = 2 * torch.arange(x.size(dim) // 2 + 1, device=x.device)
+    out = x.index_select(dim, middle.clamp(max=last)) * 0.375
     for k, weight in [(1, 0.25), (2, 0.0625)]:
-        before = x.index_select(dim, (middle - k).clamp(min=0))
-        out = out + (before + x.index_select(dim, (middle + k).clamp(max=size - 1))) * weight
+        before, after = (middle - k).clamp(min=0, max=last), (middle + k).clamp(max=last)
+        out = out + (x.index_select(dim, before) + x.index_select(dim, after)) * weight
     return out
 
 
