@@ -113,7 +113,7 @@ class LAFDescriptor(nn.Module):
         self.grayscale_descriptor = grayscale_descriptor
 
     def forward(self, img: Tensor, lafs: Tensor) -> Tensor:
-        patches = _patches_of(img, lafs, self.patch_size, self.grayscale_descriptor)
+        patches = patches_of(img, lafs, self.patch_size, self.grayscale_descriptor)
         return _by_frame(self.descriptor(patches), lafs)
 
 
@@ -141,11 +141,11 @@ def get_laf_descriptors(img: Tensor, lafs: Tensor, patch_descriptor: nn.Module, 
         >>> get_laf_descriptors(torch.rand(1, 1, 40, 40), frame, nn.Flatten(), 8).shape
         torch.Size([1, 1, 64])
     """
-    return _by_frame(patch_descriptor(_patches_of(img, lafs, patch_size, grayscale_descriptor)), lafs)
+    return _by_frame(patch_descriptor(patches_of(img, lafs, patch_size, grayscale_descriptor)), lafs)
 
 
-def _patches_of(img: Tensor, lafs: Tensor, PS: int, grayscale: bool) -> Tensor:
-    """(B * N, C, PS, PS)."""
+def patches_of(img: Tensor, lafs: Tensor, PS: int, grayscale: bool) -> Tensor:
+    """(B * N, C, PS, PS): patches from a pyramid, of an image that is made grey first if it is to be."""
     check_image(img, "img")
     if grayscale and img.size(1) == 3:
         img = rgb_to_grayscale(img)
