@@ -87,7 +87,7 @@ def add(spec: Spec, fn: str | None = None) -> None:
 def catalog() -> dict[str, Entry]:
     """All entries by name, in alphabetical order."""
     families = ("color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses", "morphology", "pipelines")
-    topics = ("descriptors", "frames", "matching")
+    topics = ("descriptors", "detection", "frames", "matching")
     parts = ("camera", "conversions", "epipolar", "linalg", "objects", "robust", "subpix", "transform", "volume")
     for family in (*families, *(f"feature_{topic}" for topic in topics), *(f"geometry_{part}" for part in parts)):
         importlib.import_module(f"{__name__}.{family}")

@@ -1,0 +1,41 @@
+"""Features: key points in scale space."""
+
+import torch
+
+from ..spec import Spec, TensorSpec, Tolerance, image
+from . import add
+
+
+def _sample_blobs(generator, sizes, dtype):
+    """Blobs and some noise: extrema that are clearly so, at many scales."""
+    batch, height, width = (sizes[k] for k in ("B", "H", "W"))
+    draw = torch.rand((batch, 40, 4, 1, 1), generator=generator, dtype=torch.float64)
+    x = torch.arange(width, dtype=torch.float64) - draw[:, :, 0] * width
+    y = torch.arange(height, dtype=torch.float64)[:, None] - draw[:, :, 1] * height
+    radius = 1.5 + 6.0 * draw[:, :, 2] ** 2
+    blobs = ((2.0 * draw[:, :, 3] - 1.0) * torch.exp(-(x * x + y * y) / (2.0 * radius * radius))).sum(1, keepdim=True)
+    noise = torch.rand((batch, 1, height, width), generator=generator, dtype=torch.float64)
+    return {"img": (0.5 + 0.4 * blobs + 0.02 * noise).to(dtype)}
+
+
+for _response, _reference in {
+    "harris": "corners that are known",
+    "gftt": "corners that are known",
+    "hessian": "blobs that are known",
+    "dog": "a loop in NumPy; OpenCV SIFT",
+}.items():
+    add(Spec(
+        f"feature.detect_keypoints.{_response}",
+        [image("img", channels=1, color="GRAY")],
+        [TensorSpec("lafs", description="upright disks, zeros where not valid"),
+         TensorSpec("scores", description="response, sorted, 0 where not valid"),
+         TensorSpec("valid", description="which of the slots hold a key point")],
+        config={"max_keypoints": 32, "response": _response, "num_octaves": 3, "mr_size": 3.0, "threshold": 1e-4},
+        # in the last octave the widest Gaussian, of 27 taps, has to fit twice
+        symbols={"H": (112, 32768), "W": (120, 32768)},
+        gradients=(),
+        # where a quadratic is nearly flat, little changes of the image move its extremum far
+        tolerances={"float32": Tolerance(5e-3, 1e-3)},
+        sample=_sample_blobs,
+        reference=_reference,
+    ), fn="feature.detect_keypoints")
