@@ -64,7 +64,7 @@ def response_octaves(plane: np.ndarray, response: str, octaves: int, levels: int
 def refined(v: np.ndarray, z: int, y: int, x: int) -> tuple[np.ndarray, float]:
     """(scale, y, x) and value."""
     at = np.array([z, y, x])
-    for tries in range(4):
+    for tries in range(3):
         n = v[tuple(slice(k - 1, k + 2) for k in at)]
         gradient = np.array([n[2, 1, 1] - n[0, 1, 1], n[1, 2, 1] - n[1, 0, 1], n[1, 1, 2] - n[1, 1, 0]]) / 2
         hessian = np.empty((3, 3))
@@ -82,7 +82,7 @@ def refined(v: np.ndarray, z: int, y: int, x: int) -> tuple[np.ndarray, float]:
         shift = -np.linalg.solve(hessian, gradient)
         if np.abs(shift).max() <= 0.6:
             return at + shift, n[1, 1, 1] + gradient @ shift / 2
-        if tries < 3:
+        if tries < 2:
             at = np.clip(at + np.where(np.abs(shift) > 0.6, np.sign(shift), 0).astype(int), 1, np.array(v.shape) - 2)
     return np.array([z, y, x], float), v[z, y, x]
 

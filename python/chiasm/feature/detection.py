@@ -34,14 +34,15 @@ def detect_keypoints(
     """The strongest corners or blobs of all scales, in a fixed number of slots.
 
     A key point is a strict maximum of the response among its 3x3x3 neighbours in place and scale; of "dog" also a minimum, by its magnitude. It is refined
-    by quadratics through its neighbours, moving on by up to three voxels, and stays where it was found if that leads nowhere. Key points whose
+    by quadratics through its neighbours, moving on twice at most, and stays where it was found if that leads nowhere. Key points whose
     frame, before refinement, does not lie in the image are left out. The max_keypoints strongest before refinement are refined.
 
     Args:
         img: grey image (B, 1, H, W), floating point, taken to be blurred by 0.5 pixels.
         max_keypoints: number K of slots.
         response: "harris", "gftt" or "hessian", multiplied by the fourth power of the scale, or "dog".
-        num_octaves: how often the image is halved, and one more; each has every second pixel of the one before it, at least one.
+        num_octaves: how often the image is halved, and one more; each octave has every second pixel of the one before it. Octaves
+            of less than 8 pixels are left out.
         n_levels: scales in an octave; neighbouring ones differ by the factor 2^(1 / n_levels).
         init_sigma: the scale before the first at which key points are looked for, in pixels, more than 0.5.
         mr_size: a frame's radius in scales.
@@ -98,16 +99,16 @@ def _responses(img: Tensor, response: str, num_octaves: int, n_levels: int, init
     """(B, n_levels + 2, H, W) of each octave."""
     count = n_levels + 3 if response == "dog" else n_levels + 2
     sigmas = [init_sigma * 2.0 ** (k / n_levels) for k in range(count)]
-    first = _blurred(img, math.sqrt(init_sigma * init_sigma - 0.25))
+    levels = [_blurred(img, math.sqrt(init_sigma * init_sigma - 0.25))]
     out: List[Tensor] = []
     for octave in range(num_octaves):
-        if octave > 0 and (first.size(2) < 8 or first.size(3) < 8):
+        if octave > 0:
+            levels = [_every_second(_every_second(levels[n_levels], 2), 3)]
+        if levels[0].size(2) < 8 or levels[0].size(3) < 8:
             break
-        levels = [first]
         for k in range(1, count):
             levels.append(_blurred(levels[k - 1], math.sqrt(sigmas[k] * sigmas[k] - sigmas[k - 1] * sigmas[k - 1])))
         out.append(_response(torch.cat(levels, 1), response, sigmas))
-        first = _every_second(_every_second(levels[n_levels], 2), 3)
     return out
 
 
@@ -186,14 +187,14 @@ def _located(volumes: List[Tensor], index: Tensor) -> Tuple[Tensor, Tensor, Tens
 def _refined(row: Tensor, place: Tensor, start: Tensor, extent: Tensor) -> Tuple[Tensor, Tensor]:
     """Scale, x and y (B, K, 3) and values (B, K) of the quadratics' extrema, in float64."""
     here = place
-    for _ in range(3):
-        shift, _rise, regular, _value = _quadratic(row, here, start, extent)
+    shift, rise, regular, own = _quadratic(row, here, start, extent)
+    value = own
+    for _ in range(2):
         step = (shift > 0.6).to(torch.int64) - (shift < -0.6).to(torch.int64)
         step = torch.where(regular[..., None], step, torch.zeros_like(step))
         here = torch.minimum((here + step).clamp(min=1), extent - 2)
-    shift, rise, regular, value = _quadratic(row, here, start, extent)
+        shift, rise, regular, value = _quadratic(row, here, start, extent)
     near = (shift.detach().abs() <= 0.6).all(-1) & regular
-    own = _quadratic(row, place, start, extent)[3]
     position = torch.where(near[..., None], here + shift, place.to(shift.dtype))
     return position.index_select(-1, torch.tensor([0, 2, 1], device=row.device)), torch.where(near, value + rise, own)
 
