@@ -56,3 +56,11 @@ add(Spec(
     symbols=_BORDER,
     reference="SciPy gaussian_filter in float64",
 ))
+add(Spec(
+    "feature.fast_response",
+    [image()],
+    [TensorSpec("output", layout="NCHW", description="corner response")],
+    symbols=STENCIL,
+    without_nan=True,
+    reference="OpenCV FastFeatureDetector",
+))

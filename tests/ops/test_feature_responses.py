@@ -90,7 +90,23 @@ def test_dog_single(sigma1: float, sigma2: float, radii: tuple[int, int]) -> Non
             np.testing.assert_allclose(actual[b, c], smoothed(plane, sigma2, radii[1]) - smoothed(plane, sigma1, radii[0]), atol=1e-14)
 
 
+def test_fast_is_opencv() -> None:
+    """cv2 keeps no more than the key points at which the response exceeds the threshold."""
+    x = (photo(3, 1, 61, 75) * 255).round()
+    response = feature.fast_response(x)[:, 0].numpy()
+    detector = cv2.FastFeatureDetector_create(12, nonmaxSuppression=False)
+    scored = cv2.FastFeatureDetector_create(12, nonmaxSuppression=True)
+    for b in range(3):
+        grey = x[b, 0].numpy().astype(np.uint8)
+        found = {(round(k.pt[1]), round(k.pt[0])) for k in detector.detect(grey, None)}
+        ours = {tuple(p) for p in np.argwhere(response[b] > 12).tolist() if 3 <= p[0] < 58 and 3 <= p[1] < 72}
+        assert found == ours and len(found) > 20
+        for k in scored.detect(grey, None):
+            assert k.response == response[b][round(k.pt[1]), round(k.pt[0])] - 1
+
+
 WRONG = [
+    (lambda: feature.fast_response(torch.zeros(8, 8)), ValueError, "input: expected shape"),
     (lambda: feature.gftt_response(torch.zeros(3, 8, 8)), ValueError, r"input: expected shape \(B, C, H, W\)"),
     (lambda: feature.gftt_response(torch.zeros(1, 1, 8, 8), sigmas=torch.ones(1, 1)), ValueError, r"sigmas: expected shape \(B,\)"),
     (lambda: feature.hessian_response(torch.zeros(1, 1, 8, 8), "prewitt"), ValueError, "mode: expected one of"),
