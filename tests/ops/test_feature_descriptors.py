@@ -99,7 +99,8 @@ def test_dense_sift(batch: int, size: int, stride: int) -> None:
         length, direction = gradients(x[b, 0].numpy())
         votes = np.maximum(0, 1 - np.abs((direction[None] / (2 * np.pi) * 8 - np.arange(8)[:, None, None] + 4) % 8 - 4)) * length
         for i, j in ((0, 0), (1, 2), (described.size(2) - 1, described.size(3) - 1)):
-            near = [[np.maximum(0, 1 - np.abs(np.arange(n) - (s * stride + (k + 0.5) * size - 0.5)) / size) for k in range(4)] for n, s in ((21, i), (26, j))]
+            centres = [[s * stride + (k + 0.5) * size - 0.5 for k in range(4)] for s in (i, j)]
+            near = [[np.maximum(0, 1 - np.abs(np.arange(n) - c) / size) for c in cs] for n, cs in zip((21, 26), centres, strict=True)]
             vector = np.einsum("aij,ri,cj->arc", votes, *map(np.array, near)).ravel()
             vector = np.minimum(vector / np.linalg.norm(vector), 0.2)
             np.testing.assert_allclose(described[b, :, i, j], vector / np.linalg.norm(vector), atol=1e-12)

@@ -36,8 +36,9 @@ def test_blob_has_its_place_and_scale(response: str, sigma: float, sign: float) 
 def at_a_level(plane: np.ndarray, response: str) -> np.ndarray:
     if response == "hessian":
         smooth, slope, curve = np.array([1, 4, 6, 4, 1]) / 16, np.array([-1, -2, 0, 2, 1]) / 6, np.array([1, 0, -2, 0, 1]) / 4
-        both = [ndi.correlate1d(ndi.correlate1d(plane, d, 0, mode="nearest"), a, 1, mode="nearest") for d, a in ((smooth, curve), (slope, slope), (curve, smooth))]
-        return both[0] * both[2] - both[1] ** 2
+        taps = ((smooth, curve), (slope, slope), (curve, smooth))
+        xx, xy, yy = (ndi.correlate1d(ndi.correlate1d(plane, d, 0, mode="nearest"), a, 1, mode="nearest") for d, a in taps)
+        return xx * yy - xy * xy
     s = structure(plane, "sobel")
     if response == "gftt":
         return np.linalg.eigvalsh(s)[..., 0]

@@ -33,9 +33,10 @@ def detect_keypoints(
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """The strongest corners or blobs of all scales, in a fixed number of slots.
 
-    A key point is a strict maximum of the response among its 3x3x3 neighbours in place and scale; of "dog" also a minimum, by its magnitude. It is refined
-    by quadratics through its neighbours, moving on twice at most, and stays where it was found if that leads nowhere. Key points whose
-    frame, before refinement, does not lie in the image are left out. The max_keypoints strongest before refinement are refined.
+    A key point is a strict maximum of the response among its 3x3x3 neighbours in place and scale; of "dog" also a minimum, by its
+    magnitude. It is refined by quadratics through its neighbours, moving on twice at most, and stays where it was found if that leads
+    nowhere. Key points whose frame, before refinement, does not lie in the image are left out. The max_keypoints strongest before
+    refinement are refined.
 
     Args:
         img: grey image (B, 1, H, W), floating point, taken to be blurred by 0.5 pixels.
@@ -161,8 +162,8 @@ def _has_room(volume: Tensor, radii: List[float]) -> Tensor:
 
 
 def _located(volumes: List[Tensor], index: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Of places in the row of all voxels: scale, row and column (B, K, 3), at least 1; where their octave begins (B, K), its sizes (B, K, 3) and how large
-    its pixels are (B, K)."""
+    """Of places in the row of all voxels: scale, row and column (B, K, 3), at least 1; where their octave begins (B, K), its sizes (B, K, 3)
+    and how large its pixels are (B, K)."""
     zero = torch.zeros_like(index)
     depth = volumes[0].size(1)
     start, height, width = zero, zero + volumes[0].size(2), zero + volumes[0].size(3)

@@ -48,9 +48,9 @@ def extract_patches_simple(img: Tensor, laf: Tensor, PS: int = 32, normalize_laf
 def extract_patches_from_pyramid(img: Tensor, laf: Tensor, PS: int = 32, normalize_lafs_before_extraction: bool = True) -> Tensor:
     """Patches of frames, each read from the level of a Gaussian pyramid whose pixels are as large as the patch's, or up to half as large.
 
-    There are six levels, whatever the image's size, so frames of up to 32 PS pixels to a side of their square are read without aliasing; each is blurred by
-    (1, 4, 6, 4, 1) / 16 and has every second pixel of the one before it. All lie in one row of pixels, from which a frame gathers
-    those of its level.
+    There are six levels, whatever the image's size, so that frames whose square has a side of up to 64 PS pixels are read without aliasing.
+    Each is the one before it, blurred by (1, 4, 6, 4, 1) / 16, of which it has every second pixel. All lie in one row of pixels, from which
+    a frame gathers those of its level. (Kornia's has levels down to the patch's size.)
 
     Args:
         img: (B, C, H, W), floating point.

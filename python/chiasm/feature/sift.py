@@ -52,7 +52,13 @@ def sift_describe(patches: Tensor, num_ang_bins: int = 8, num_spatial_bins: int 
 
 
 def dense_sift(
-    input: Tensor, num_ang_bins: int = 8, num_spatial_bins: int = 4, spatial_bin_size: int = 4, rootsift: bool = True, clipval: float = 0.2, stride: int = 1
+    input: Tensor,
+    num_ang_bins: int = 8,
+    num_spatial_bins: int = 4,
+    spatial_bin_size: int = 4,
+    rootsift: bool = True,
+    clipval: float = 0.2,
+    stride: int = 1,
 ) -> Tensor:
     """SIFT descriptors of upright windows everywhere in an image, without a Gaussian; gradients outside a window count in its outer places.
 
