@@ -61,6 +61,7 @@ add(Spec(
     [image()],
     [TensorSpec("output", layout="NCHW", description="corner response")],
     symbols=STENCIL,
+    gradients=(),
     without_nan=True,
     reference="OpenCV FastFeatureDetector",
 ))
