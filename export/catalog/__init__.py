@@ -89,7 +89,8 @@ def add(spec: Spec, fn: str | None = None) -> None:
 def catalog() -> dict[str, Entry]:
     """All entries by name, in alphabetical order."""
     families = ("color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses", "metrics", "metrics_scores", "morphology", "pipelines")
+    topics = ("descriptors", "detection", "frames", "matching")
     parts = ("camera", "conversions", "epipolar", "linalg", "objects", "robust", "subpix", "transform", "volume")
-    for family in (*families, *(f"geometry_{part}" for part in parts)):
+    for family in (*families, *(f"feature_{topic}" for topic in topics), *(f"geometry_{part}" for part in parts)):
         importlib.import_module(f"{__name__}.{family}")
     return dict(sorted(_entries.items()))

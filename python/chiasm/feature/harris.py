@@ -6,12 +6,10 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from ..filters.gaussian import gaussian_taps
-from ..filters.gradient import spatial_gradient
 from ..geometry.subpix import nms2d
 from ..primitives.checks import check_image
 from ..primitives.ranking import stable_topk
-from ..primitives.stencil import separable_each
+from .structure import normalised_by_scale, structure_tensor
 
 
 def harris_response(input: Tensor, k: float = 0.04, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None) -> Tensor:
@@ -37,19 +35,9 @@ def harris_response(input: Tensor, k: float = 0.04, grads_mode: str = "sobel", s
         tensor(0.)
     """
     check_image(input, "input")
-    gradient = spatial_gradient(input, grads_mode)
-    dx, dy = gradient[:, :, 0], gradient[:, :, 1]
-    taps = gaussian_taps(7, 1.0)
-    blurred = separable_each([dx * dx, dy * dy, dx * dy], taps, taps, "reflect")
-    xx, yy, xy = blurred[0], blurred[1], blurred[2]
+    xx, yy, xy = structure_tensor(input, grads_mode)
     trace = xx + yy
-    response = xx * yy - xy * xy - k * trace * trace
-    if sigmas is not None:
-        if sigmas.dim() != 1:
-            raise ValueError(f"sigmas: expected shape (B,), got {list(sigmas.shape)}")
-        s = sigmas.to(input.dtype)[:, None, None, None]
-        response = response * (s * s * s * s)
-    return response
+    return normalised_by_scale(xx * yy - xy * xy - k * trace * trace, sigmas)
 
 
 def harris_keypoints(

@@ -164,7 +164,7 @@ def _inner(mask: Tensor) -> Tensor:
 
 def _changes(volume: Tensor, mask: Tensor, reach: Tensor, n_iters: int, limit: float, scale_steps: bool) -> Tensor:
     """How far refinement moves the inner voxels of (N, D, H, W) along scale, x and y, and how much it raises their values: (N, 4, d, h, w)."""
-    shift, rise, regular = _extrema(volume.to(torch.float64))
+    shift, rise, regular = quadratic_extrema(volume.to(torch.float64))
     far = shift.detach()
     step = (far > limit).to(torch.int64) - (far < -limit).to(torch.int64)
     if not scale_steps:
@@ -198,7 +198,7 @@ def _followed(step: Tensor, leads_on: Tensor, n_iters: int) -> Tensor:
     return place
 
 
-def _extrema(v: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+def quadratic_extrema(v: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """For each inner voxel of (N, D, H, W): how far its quadratic's extremum is, how much higher, and whether there is one.
 
     Shifts (N, 3, d, h, w) along scale, x and y; 0 where there is none.

@@ -1,0 +1,42 @@
+"""Features: key points in scale space."""
+
+import torch
+
+from ..spec import Spec, TensorSpec, Tolerance, image
+from . import add
+
+
+def _sample_blobs(generator, sizes, dtype):
+    """Blobs and some noise: extrema that are clearly so, at many scales."""
+    batch, height, width = (sizes[k] for k in ("B", "H", "W"))
+    draw = torch.rand((batch, 40, 4, 1, 1), generator=generator, dtype=torch.float64)
+    x = torch.arange(width, dtype=torch.float64) - draw[:, :, 0] * width
+    y = torch.arange(height, dtype=torch.float64)[:, None] - draw[:, :, 1] * height
+    radius = 1.5 + 6.0 * draw[:, :, 2] ** 2
+    blobs = ((2.0 * draw[:, :, 3] - 1.0) * torch.exp(-(x * x + y * y) / (2.0 * radius * radius))).sum(1, keepdim=True)
+    noise = torch.rand((batch, 1, height, width), generator=generator, dtype=torch.float64)
+    return {"img": (0.5 + 0.4 * blobs + 0.02 * noise).to(dtype)}
+
+
+for _response, _threshold, _reference in (
+    ("harris", 1e-7, "a loop in NumPy"),
+    ("gftt", 1e-4, "a loop in NumPy"),
+    ("hessian", 1e-4, "a loop in NumPy; blobs that are known"),
+    ("dog", 1e-4, "a loop in NumPy; blobs that are known; OpenCV SIFT"),
+):
+    add(Spec(
+        f"feature.detect_keypoints.{_response}",
+        [image("img", channels=1, color="GRAY")],
+        [TensorSpec("lafs", description="upright disks, zeros where not valid"),
+         TensorSpec("scores", description="response, sorted, 0 where not valid"),
+         TensorSpec("valid", description="which of the slots hold a key point")],
+        config={"max_keypoints": 32, "response": _response, "num_octaves": 2, "mr_size": 3.0, "threshold": _threshold},
+        # In the last octave the widest Gaussian, of 27 taps, has to fit twice. An export can tell that halved sizes are more than 1 where the limits
+        # are 2 more than a multiple of the last octave's pixel.
+        symbols={"H": (54, 32768), "W": (58, 32768)},
+        gradients=(),
+        # where a quadratic is nearly flat, little changes of the image move its extremum far
+        tolerances={"float32": Tolerance(5e-3, 1e-3)},
+        sample=_sample_blobs,
+        reference=_reference,
+    ), fn="feature.detect_keypoints")

@@ -1,0 +1,49 @@
+"""Features: matching of descriptors."""
+
+import torch
+
+from ..spec import Spec, TensorSpec
+from . import add
+from .feature_frames import frames
+
+_SIZES = {"M": (2, 1 << 20), "D": (2, 4096)}
+_FIRST = TensorSpec("desc1", ("B", "N", "D"), description="descriptors of the first image")
+_SECOND = TensorSpec("desc2", ("B", "M", "D"), description="descriptors of the second image")
+_MASKS = [TensorSpec("mask1", ("B", "N"), "bool", description="which are there"), TensorSpec("mask2", ("B", "M"), "bool", description="which are there")]
+_FRAMES = [TensorSpec("lafs1", ("B", "N", 2, 3), description="their frames"), TensorSpec("lafs2", ("B", "M", 2, 3), description="their frames")]
+
+
+def _sample(generator, sizes, dtype):
+    """The second set has some of the first, with noise."""
+    batch, count, others, channels = (sizes[k] for k in ("B", "N", "M", "D"))
+    first = torch.rand((batch, count, channels), generator=generator, dtype=torch.float64)
+    noise = 0.3 * torch.rand((batch, others, channels), generator=generator, dtype=torch.float64)
+    second = first[:, torch.arange(others) * 3 % count] + noise
+    there = torch.rand((batch, count + others), generator=generator) < 0.8
+    made = {"desc1": first, "desc2": second, "lafs1": frames(generator, sizes), "lafs2": frames(generator, {**sizes, "N": others})}
+    return {**{name: value.to(dtype) for name, value in made.items()}, "mask1": there[:, :count].clone(), "mask2": there[:, count:].clone()}
+
+
+def _add(name, inputs, measure, reference, **rest):
+    add(Spec(
+        f"feature.{name}",
+        inputs,
+        [TensorSpec("distances", description=f"{measure}, 0 where not valid"), TensorSpec("indices", description="into both sets, -1 where not valid"),
+         TensorSpec("valid", description="which descriptors of the first image have a match")],
+        symbols=_SIZES,
+        gradients=("desc1", "desc2"),
+        sample=_sample,
+        reference=reference,
+        **rest,
+    ), fn=f"feature.{name.partition('.')[0]}")
+
+
+_add("match_nn.plain", [_FIRST, _SECOND], "Euclidean distances", "OpenCV BFMatcher")
+_add("match_nn.masked", [_FIRST, _SECOND, *_MASKS], "Euclidean distances", "OpenCV BFMatcher")
+_add("match_mnn.plain", [_FIRST, _SECOND], "Euclidean distances", "OpenCV BFMatcher with crossCheck")
+_add("match_mnn.masked", [_FIRST, _SECOND, *_MASKS], "Euclidean distances", "OpenCV BFMatcher with crossCheck")
+_add("match_snn", [_FIRST, _SECOND], "ratios of distances", "OpenCV BFMatcher knnMatch", config={"th": 0.9})
+_add("match_smnn", [_FIRST, _SECOND], "larger ratios of distances", "OpenCV BFMatcher knnMatch both ways", config={"th": 0.95})
+_add("match_smnn_batched", [_FIRST, _SECOND, *_MASKS], "larger ratios of distances", "OpenCV BFMatcher knnMatch both ways", config={"th": 0.95})
+_add("match_fginn.plain", [_FIRST, _SECOND, *_FRAMES], "ratios of distances", "a loop in NumPy", config={"th": 0.9})
+_add("match_fginn.mutual", [_FIRST, _SECOND, *_FRAMES, *_MASKS], "ratios of distances", "a loop in NumPy", config={"th": 0.95, "spatial_th": 20.0, "mutual": True})

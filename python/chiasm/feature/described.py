@@ -1,0 +1,29 @@
+"""Frames and descriptors in one call, as an artifact can be called: a module cannot be an input."""
+
+from torch import Tensor
+
+from .patches import patches_of
+from .sift import sift_describe
+
+
+def sift_laf_descriptors(img: Tensor, lafs: Tensor, patch_size: int = 32, rootsift: bool = True) -> Tensor:
+    """``get_laf_descriptors`` by ``sift_describe``.
+
+    Args:
+        img: (B, 1 or 3, H, W), floating point; colours are made grey.
+        lafs: (B, N, 2, 3), floating point, in pixels.
+        patch_size: side of the patches.
+        rootsift: see ``sift_describe``.
+
+    Returns:
+        (B, N, 128).
+
+    Raises:
+        TypeError: if an input is not floating point.
+        ValueError: if a shape or patch_size is not as above.
+
+    Example:
+        >>> sift_laf_descriptors(torch.rand(1, 1, 40, 40), torch.tensor([[[[9.0, 0.0, 20.0], [0.0, 9.0, 20.0]]]])).shape
+        torch.Size([1, 1, 128])
+    """
+    return sift_describe(patches_of(img, lafs, patch_size, True), rootsift=rootsift).unflatten(0, [lafs.size(0), lafs.size(1)])

@@ -1,0 +1,215 @@
+"""Key points in scale space.
+
+T. Lindeberg, Feature detection with automatic scale selection, IJCV 30(2), 1998; D. Lowe, Distinctive Image Features from Scale-Invariant
+Keypoints, IJCV 60(2), 2004. All octaves' responses lie in one row of numbers, so that the strongest are found, and refined, by one piece of code
+however many octaves there are.
+"""
+
+import math
+from typing import List, Tuple
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from ..filters.gaussian import gaussian_blur2d
+from ..geometry.subpix.quadratic import quadratic_extrema
+from ..geometry.subpix.suppression import nms3d, nms3d_minmax
+from ..primitives.checks import check_choice, check_image
+from ..primitives.ranking import stable_topk
+from .harris import harris_response
+from .responses import dog_response, gftt_response, hessian_response
+
+
+def detect_keypoints(
+    img: Tensor,
+    max_keypoints: int,
+    response: str = "hessian",
+    num_octaves: int = 4,
+    n_levels: int = 3,
+    init_sigma: float = 1.6,
+    mr_size: float = 6.0,
+    threshold: float = 0.0,
+) -> Tuple[Tensor, Tensor, Tensor]:
+    """The strongest corners or blobs of all scales, in a fixed number of slots.
+
+    A key point is a strict maximum of the response among its 3x3x3 neighbours in place and scale; of "dog" also a minimum, by its
+    magnitude. It is refined by quadratics through its neighbours, moving on twice at most, and stays where it was found if that leads
+    nowhere. Key points whose frame, before refinement, does not lie in the image are left out. The max_keypoints strongest before
+    refinement are refined.
+
+    Args:
+        img: grey image (B, 1, H, W), floating point, taken to be blurred by 0.5 pixels.
+        max_keypoints: number K of slots.
+        response: "harris", "gftt" or "hessian", multiplied by the fourth power of the scale, or "dog".
+        num_octaves: how often the image is halved, and one more; each octave has every second pixel of the one before it. Octaves
+            of less than 8 pixels are left out.
+        n_levels: scales in an octave; neighbouring ones differ by the factor 2^(1 / n_levels).
+        init_sigma: the scale before the first at which key points are looked for, in pixels, more than 0.5.
+        mr_size: a frame's radius in scales.
+        threshold: a key point's score must exceed it; not negative.
+
+    Returns:
+        lafs (B, K, 2, 3), upright disks in pixels, zeros in slots without a key point; scores (B, K), descending, equal ones by octave, scale and
+        position, 0 in slots without a key point; valid (B, K), bool. Positions, scales and scores are differentiable in img.
+
+    Raises:
+        TypeError: if img is not floating point.
+        ValueError: if img is not (B, 1, H, W), response unknown or a number not as above.
+
+    Example:
+        >>> y, x = torch.arange(80.0)[:, None] - 41.5, torch.arange(80.0) - 37.3
+        >>> lafs, scores, valid = detect_keypoints(torch.exp(-(x * x + y * y) / 50)[None, None], 3)
+        >>> lafs[0, 0, :, 2].round(decimals=1), int(valid.sum())
+        (tensor([37.3000, 41.5000]), 1)
+    """
+    _check(img, max_keypoints, response, num_octaves, n_levels, init_sigma, threshold)
+    volumes = _responses(img, response, num_octaves, n_levels, init_sigma)
+    radii = [mr_size * init_sigma * 2.0 ** (k / n_levels) for k in range(n_levels + 2)]
+    index, found = _strongest(volumes, response == "dog", radii, max_keypoints)
+    place, start, extent, pixel = _located(volumes, index)
+    row = torch.cat([volume.flatten(1) for volume in volumes], 1)
+    position, value = _refined(row, place, start, extent)
+    score = torch.where(found, value.abs().to(img.dtype), torch.zeros_like(value).to(img.dtype))
+    score = torch.where(score > threshold, score, torch.zeros_like(score))
+    scores, order = stable_topk(score, max_keypoints)
+    valid = scores > 0
+    sigma = pixel * torch.exp(position[..., 0] * (math.log(2.0) / n_levels)) * (init_sigma * mr_size)
+    zero = torch.zeros_like(sigma)
+    frames = torch.stack([sigma, zero, position[..., 1] * pixel, zero, sigma, position[..., 2] * pixel], -1).to(img.dtype)
+    frames = frames.gather(1, order[..., None].expand(-1, -1, 6)).unflatten(2, [2, 3])
+    return torch.where(valid[..., None, None], frames, torch.zeros_like(frames)), scores, valid
+
+
+def _check(img: Tensor, max_keypoints: int, response: str, num_octaves: int, n_levels: int, init_sigma: float, threshold: float) -> None:
+    check_image(img, "img")
+    if img.size(1) != 1:
+        raise ValueError(f"img: expected shape (B, 1, H, W), got {list(img.shape)}")
+    if img.size(2) < 8 or img.size(3) < 8:
+        raise ValueError(f"img: expected at least 8 x 8 pixels, got {list(img.shape)}")
+    check_choice(response, ["harris", "gftt", "hessian", "dog"], "response")
+    if max_keypoints < 1 or num_octaves < 1 or n_levels < 1:
+        raise ValueError(f"max_keypoints, num_octaves, n_levels: expected positive numbers, got {max_keypoints}, {num_octaves} and {n_levels}")
+    if init_sigma <= 0.5:
+        raise ValueError(f"init_sigma: expected more than 0.5, got {init_sigma}")
+    if threshold < 0.0:
+        raise ValueError(f"threshold: expected a number >= 0, got {threshold}")
+
+
+def _responses(img: Tensor, response: str, num_octaves: int, n_levels: int, init_sigma: float) -> List[Tensor]:
+    """(B, n_levels + 2, H, W) of each octave."""
+    count = n_levels + 3 if response == "dog" else n_levels + 2
+    sigmas = [init_sigma * 2.0 ** (k / n_levels) for k in range(count)]
+    levels = [_blurred(img, math.sqrt(init_sigma * init_sigma - 0.25))]
+    out: List[Tensor] = []
+    for octave in range(num_octaves):
+        if octave > 0:
+            levels = [_every_second(_every_second(levels[n_levels], 2), 3)]
+        if levels[0].size(2) < 8 or levels[0].size(3) < 8:
+            break
+        for k in range(1, count):
+            levels.append(_blurred(levels[k - 1], math.sqrt(sigmas[k] * sigmas[k] - sigmas[k - 1] * sigmas[k - 1])))
+        out.append(_response(torch.cat(levels, 1), response, sigmas))
+    return out
+
+
+def _response(levels: Tensor, response: str, sigmas: List[float]) -> Tensor:
+    if response == "dog":
+        return dog_response(levels[:, None])[:, 0]
+    if response == "harris":
+        found = harris_response(levels)
+    elif response == "gftt":
+        found = gftt_response(levels)
+    else:
+        found = hessian_response(levels)
+    return torch.stack([found[:, k] * (sigmas[k] * sigmas[k] * sigmas[k] * sigmas[k]) for k in range(len(sigmas))], 1)
+
+
+def _blurred(x: Tensor, sigma: float) -> Tensor:
+    size = 2 * math.ceil(4.0 * sigma) + 1
+    return gaussian_blur2d(x, size, (sigma, sigma), "replicate")
+
+
+def _every_second(x: Tensor, dim: int) -> Tensor:
+    return x.index_select(dim, 2 * torch.arange((x.size(dim) + 1) // 2, device=x.device))
+
+
+def _strongest(volumes: List[Tensor], signed: bool, radii: List[float], count: int) -> Tuple[Tensor, Tensor]:
+    """Where in the row of all octaves' voxels the strongest extrema are, (B, count), and whether there are so many."""
+    rows: List[Tensor] = []
+    for volume in volumes:
+        v = volume.detach()
+        if signed:
+            maxima, minima = nms3d_minmax(v[:, None])
+            extreme = (maxima[:, 0] & (v > 0)) | (minima[:, 0] & (v < 0))
+        else:
+            extreme = nms3d(v[:, None], 3, True)[:, 0] & (v > 0)
+        rows.append(torch.where(extreme & _has_room(v, radii), v.abs(), torch.full_like(v, -1.0)).flatten(1))
+    # A small image may have fewer voxels than there are slots.
+    strength, index = stable_topk(F.pad(torch.cat(rows, 1), [0, count], "constant", -1.0), count)
+    found = strength > 0
+    return torch.where(found, index, torch.zeros_like(index)), found
+
+
+def _has_room(volume: Tensor, radii: List[float]) -> Tensor:
+    """(L, H, W): whether a disk of the level's radius around each voxel lies in the image."""
+    column, row = torch.arange(volume.size(3), device=volume.device), torch.arange(volume.size(2), device=volume.device)[:, None]
+    rooms: List[Tensor] = []
+    for radius in radii:
+        across = (column >= radius) & (column <= volume.size(3) - 1 - radius)
+        rooms.append(across & (row >= radius) & (row <= volume.size(2) - 1 - radius))
+    return torch.stack(rooms)
+
+
+def _located(volumes: List[Tensor], index: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Of places in the row of all voxels: scale, row and column (B, K, 3), at least 1; where their octave begins (B, K), its sizes (B, K, 3)
+    and how large its pixels are (B, K)."""
+    zero = torch.zeros_like(index)
+    depth = volumes[0].size(1)
+    start, height, width = zero, zero + volumes[0].size(2), zero + volumes[0].size(3)
+    pixel = torch.ones_like(index).to(torch.float64)
+    offset, size = 0, 1.0
+    for k in range(1, len(volumes)):
+        offset = offset + depth * volumes[k - 1].size(2) * volumes[k - 1].size(3)
+        size = 2.0 * size
+        beyond = index >= offset
+        start = torch.where(beyond, zero + offset, start)
+        height, width = torch.where(beyond, zero + volumes[k].size(2), height), torch.where(beyond, zero + volumes[k].size(3), width)
+        pixel = torch.where(beyond, torch.full_like(pixel, size), pixel)
+    # By float64, which is exact: integer division in ONNX goes through float32.
+    rest = index - start
+    level = torch.floor(rest.to(torch.float64) / (height * width)).to(torch.int64)
+    rest = rest - level * height * width
+    row = torch.floor(rest.to(torch.float64) / width).to(torch.int64)
+    place = torch.stack([level, row, rest - row * width], -1).clamp(min=1)
+    return place, start, torch.stack([zero + depth, height, width], -1), pixel
+
+
+def _refined(row: Tensor, place: Tensor, start: Tensor, extent: Tensor) -> Tuple[Tensor, Tensor]:
+    """Scale, x and y (B, K, 3) and values (B, K) of the quadratics' extrema, in float64."""
+    here = place
+    shift, rise, regular, own = _quadratic(row, here, start, extent)
+    value = own
+    for _ in range(2):
+        step = (shift > 0.6).to(torch.int64) - (shift < -0.6).to(torch.int64)
+        step = torch.where(regular[..., None], step, torch.zeros_like(step))
+        here = torch.minimum((here + step).clamp(min=1), extent - 2)
+        shift, rise, regular, value = _quadratic(row, here, start, extent)
+    near = (shift.detach().abs() <= 0.6).all(-1) & regular
+    position = torch.where(near[..., None], here + shift, place.to(shift.dtype))
+    return position.index_select(-1, torch.tensor([0, 2, 1], device=row.device)), torch.where(near, value + rise, own)
+
+
+def _quadratic(row: Tensor, place: Tensor, start: Tensor, extent: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Shift (B, K, 3) along scale, row and column to the extremum at each place, its rise, whether there is one, and the voxel's value (B, K)."""
+    cube = torch.arange(3, device=row.device) - 1
+    level = place[..., 0][..., None, None, None] + cube[:, None, None]
+    down = place[..., 1][..., None, None, None] + cube[:, None]
+    across = place[..., 2][..., None, None, None] + cube
+    height, width = extent[..., 1][..., None, None, None], extent[..., 2][..., None, None, None]
+    index = start[..., None, None, None] + (level * height + down) * width + across
+    near = row.gather(1, index.flatten(1)).reshape(-1, 3, 3, 3).to(torch.float64)
+    shift, rise, regular = quadratic_extrema(near)
+    shape = [place.size(0), place.size(1)]
+    shift = shift[:, :, 0, 0, 0].index_select(1, torch.tensor([0, 2, 1], device=row.device)).unflatten(0, shape)
+    return shift, rise[:, 0, 0, 0].unflatten(0, shape), regular[:, 0, 0, 0].unflatten(0, shape), near[:, 1, 1, 1].unflatten(0, shape)

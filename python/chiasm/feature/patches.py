@@ -1,0 +1,219 @@
+"""Patches of local affine frames: a frame's square [-1, 1]^2, resampled to PS x PS pixels.
+
+Pixel (i, j) of a patch is at ((2 j + 1) / PS - 1, (2 i + 1) / PS - 1) of the frame: -1 and 1 are the patch's outer edges. Images are read
+where the frame says, pixel centres at integers, bilinearly, beyond the border their last pixel. (Kornia reads up to half a pixel beside:
+it normalises positions by the corner pixels' centres and reads them by outer edges.)
+"""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor, nn
+
+from ..color.gray import rgb_to_grayscale
+from ..primitives.checks import check_image
+from ..primitives.reshaping import reshaped
+from ..primitives.warping import position_dtype, sample_image
+from .laf import check_laf, denormalize_laf, determinants
+
+
+def extract_patches_simple(img: Tensor, laf: Tensor, PS: int = 32, normalize_lafs_before_extraction: bool = True) -> Tensor:
+    """Patches of frames, read from the image itself: aliased where a frame is much larger than its patch.
+
+    Args:
+        img: (B, C, H, W), floating point.
+        laf: (B, N, 2, 3), floating point.
+        PS: side of a patch in pixels.
+        normalize_lafs_before_extraction: True where frames are in pixels, False where they come from ``normalize_laf``.
+
+    Returns:
+        (B, N, C, PS, PS). Differentiable in img and laf.
+
+    Raises:
+        TypeError: if an input is not floating point.
+        ValueError: if a shape or PS is not as above.
+
+    Example:
+        >>> ramp = torch.arange(9.0).expand(1, 1, 9, 9)
+        >>> extract_patches_simple(ramp, torch.tensor([[[[2.0, 0.0, 4.0], [0.0, 2.0, 4.0]]]]), 2)[0, 0, 0]
+        tensor([[3., 5.],
+                [3., 5.]])
+    """
+    frame = _in_pixels(img, laf, PS, normalize_lafs_before_extraction)
+    x, y = _positions(frame, PS)
+    patches = sample_image(img, x.flatten(1, 2), y.flatten(1, 2), "bilinear", "border", True, None)
+    return reshaped(patches, [img.size(0), img.size(1), laf.size(1), PS, PS]).transpose(1, 2)
+
+
+def extract_patches_from_pyramid(img: Tensor, laf: Tensor, PS: int = 32, normalize_lafs_before_extraction: bool = True) -> Tensor:
+    """Patches of frames, each read from the level of a Gaussian pyramid whose pixels are as large as the patch's, or up to half as large.
+
+    There are six levels, whatever the image's size, so that frames whose square has a side of up to 64 PS pixels are read without aliasing.
+    Each is the one before it, blurred by (1, 4, 6, 4, 1) / 16, of which it has every second pixel. All lie in one row of pixels, from which
+    a frame gathers those of its level. (Kornia's has levels down to the patch's size.)
+
+    Args:
+        img: (B, C, H, W), floating point.
+        laf: (B, N, 2, 3), floating point.
+        PS: side of a patch in pixels.
+        normalize_lafs_before_extraction: True where frames are in pixels, False where they come from ``normalize_laf``.
+
+    Returns:
+        (B, N, C, PS, PS). Differentiable in img and laf.
+
+    Raises:
+        TypeError: if an input is not floating point.
+        ValueError: if a shape or PS is not as above.
+
+    Example:
+        >>> stripes = torch.tensor([0.0, 1.0]).repeat(32).expand(1, 1, 64, 64)
+        >>> extract_patches_from_pyramid(stripes, torch.tensor([[[[16.0, 0.0, 32.0], [0.0, 16.0, 32.0]]]]), 4).flatten()
+        tensor([0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000,
+                0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000])
+    """
+    frame = _in_pixels(img, laf, PS, normalize_lafs_before_extraction)
+    levels = _pyramid(img, 6)
+    # The square of a patch's pixel in the image is compared with those of the levels, so that no logarithm decides.
+    area = determinants(frame.detach()).abs() * (4.0 / (PS * PS))
+    start = torch.zeros_like(area).to(torch.int64)
+    height, width = start + levels[0].size(2), start + levels[0].size(3)
+    shrink = torch.ones_like(frame[..., 0, 0])
+    offset, pixel = 0, 1.0
+    for k in range(1, len(levels)):
+        offset = offset + levels[k - 1].size(2) * levels[k - 1].size(3)
+        pixel = pixel * 2.0
+        coarse = area >= pixel * pixel
+        start = torch.where(coarse, torch.full_like(start, offset), start)
+        height = torch.where(coarse, torch.full_like(start, levels[k].size(2)), height)
+        width = torch.where(coarse, torch.full_like(start, levels[k].size(3)), width)
+        shrink = torch.where(coarse, torch.full_like(shrink, 1.0 / pixel), shrink)
+    x, y = _positions(frame * shrink[..., None, None], PS)
+    index, weight = _level_taps(x, y, start, height, width)
+    patches = _gather(torch.cat([level.flatten(2) for level in levels], 2), index, weight)
+    return reshaped(patches, [img.size(0), img.size(1), laf.size(1), PS, PS]).transpose(1, 2)
+
+
+class LAFDescriptor(nn.Module):
+    """Descriptors of frames: patches, and what a module makes of patches (M, C, PS, PS).
+
+    Args:
+        patch_descriptor: takes (M, C, PS, PS), returns (M, D): ``SiftDescribe``, a network.
+        patch_size: side PS of the patches.
+        grayscale_descriptor: whether to make images of three channels grey first.
+
+    >>> describe = LAFDescriptor(nn.Flatten(), 8)
+    >>> describe(torch.rand(1, 3, 40, 40), torch.tensor([[[[9.0, 0.0, 20.0], [0.0, 9.0, 20.0]]]])).shape
+    torch.Size([1, 1, 64])
+    """
+
+    def __init__(self, patch_descriptor: nn.Module, patch_size: int = 32, grayscale_descriptor: bool = True) -> None:
+        super().__init__()
+        self.descriptor = patch_descriptor
+        self.patch_size = patch_size
+        self.grayscale_descriptor = grayscale_descriptor
+
+    def forward(self, img: Tensor, lafs: Tensor) -> Tensor:
+        patches = patches_of(img, lafs, self.patch_size, self.grayscale_descriptor)
+        return _by_frame(self.descriptor(patches), lafs)
+
+
+def get_laf_descriptors(img: Tensor, lafs: Tensor, patch_descriptor: nn.Module, patch_size: int = 32, grayscale_descriptor: bool = True) -> Tensor:
+    """Descriptors of frames: patches from a pyramid, and what a module makes of them.
+
+    For eager code; ``LAFDescriptor`` is the same as a module that scripts and exports.
+
+    Args:
+        img: (B, C, H, W), floating point.
+        lafs: (B, N, 2, 3), floating point, in pixels.
+        patch_descriptor: takes (M, C, PS, PS), returns (M, D); any callable.
+        patch_size: side PS of the patches.
+        grayscale_descriptor: whether to make images of three channels grey first.
+
+    Returns:
+        (B, N, D).
+
+    Raises:
+        TypeError: if an input is not floating point.
+        ValueError: if a shape or patch_size is not as above.
+
+    Example:
+        >>> frame = torch.tensor([[[[9.0, 0.0, 20.0], [0.0, 9.0, 20.0]]]])
+        >>> get_laf_descriptors(torch.rand(1, 1, 40, 40), frame, nn.Flatten(), 8).shape
+        torch.Size([1, 1, 64])
+    """
+    return _by_frame(patch_descriptor(patches_of(img, lafs, patch_size, grayscale_descriptor)), lafs)
+
+
+def patches_of(img: Tensor, lafs: Tensor, PS: int, grayscale: bool) -> Tensor:
+    """(B * N, C, PS, PS): patches from a pyramid, of an image that is made grey first if it is to be."""
+    check_image(img, "img")
+    if grayscale and img.size(1) == 3:
+        img = rgb_to_grayscale(img)
+    return extract_patches_from_pyramid(img, lafs, PS).flatten(0, 1)
+
+
+def _by_frame(descriptors: Tensor, lafs: Tensor) -> Tensor:
+    return descriptors.unflatten(0, [lafs.size(0), lafs.size(1)])
+
+
+def _in_pixels(img: Tensor, laf: Tensor, PS: int, in_pixels: bool) -> Tensor:
+    check_image(img, "img")
+    check_laf(laf, "laf")
+    if PS < 1:
+        raise ValueError(f"PS: expected a positive number, got {PS}")
+    if laf.size(0) != img.size(0):
+        raise ValueError(f"laf: expected img's batch of {img.size(0)}, got {list(laf.shape)}")
+    frame = laf.to(position_dtype(img.dtype))
+    return frame if in_pixels else denormalize_laf(frame, img)
+
+
+def _positions(frame: Tensor, PS: int) -> Tuple[Tensor, Tensor]:
+    """Where the pixels of each patch are in the image: x and y, (B, N * PS, PS) after flattening; here (B, N, PS, PS)."""
+    side = (2.0 * torch.arange(PS, device=frame.device).to(frame.dtype) + 1.0) / PS - 1.0
+    m = frame[..., None, None]
+    x = m[:, :, 0, 0] * side + m[:, :, 0, 1] * side[:, None] + m[:, :, 0, 2]
+    y = m[:, :, 1, 0] * side + m[:, :, 1, 1] * side[:, None] + m[:, :, 1, 2]
+    return x, y
+
+
+def _pyramid(img: Tensor, count: int) -> List[Tensor]:
+    levels = [img]
+    for k in range(count - 1):
+        levels.append(_halved(_halved(levels[k], 2), 3))
+    return levels
+
+
+def _halved(x: Tensor, dim: int) -> Tensor:
+    """Every second slice of what (1, 4, 6, 4, 1) / 16 makes of x, whose border repeats, to the last or one beyond it."""
+    last = x.size(dim) - 1
+    middle = 2 * torch.arange(x.size(dim) // 2 + 1, device=x.device)
+    out = x.index_select(dim, middle.clamp(max=last)) * 0.375
+    for k, weight in [(1, 0.25), (2, 0.0625)]:
+        before, after = (middle - k).clamp(min=0, max=last), (middle + k).clamp(max=last)
+        out = out + (x.index_select(dim, before) + x.index_select(dim, after)) * weight
+    return out
+
+
+def _level_taps(x: Tensor, y: Tensor, start: Tensor, height: Tensor, width: Tensor) -> Tuple[List[Tensor], List[Tensor]]:
+    """Indices and weights (B, N, PS, PS) of the four pixels around positions in images that begin at ``start`` and are so large, (B, N) each."""
+    start, height, width = start[..., None, None], height[..., None, None], width[..., None, None]
+    x = torch.minimum(x.clamp(min=0), (width - 1).to(x.dtype))
+    y = torch.minimum(y.clamp(min=0), (height - 1).to(y.dtype))
+    left, upper = torch.floor(x.detach()), torch.floor(y.detach())
+    fx, fy = x - left, y - upper
+    # In the image also where a position is not a number.
+    column = torch.minimum(left.to(torch.int64).clamp(min=0), width - 1)
+    row = torch.minimum(upper.to(torch.int64).clamp(min=0), height - 1)
+    right = torch.minimum(column + 1, width - 1)
+    above, below = start + row * width, start + torch.minimum(row + 1, height - 1) * width
+    weight = [(1.0 - fy) * (1.0 - fx), (1.0 - fy) * fx, fy * (1.0 - fx), fy * fx]
+    return [above + column, above + right, below + column, below + right], weight
+
+
+def _gather(pixels: Tensor, index: List[Tensor], weight: List[Tensor]) -> Tensor:
+    """(B, C, N * PS * PS): weighted sums of pixels (B, C, S)."""
+    out = torch.zeros([1], dtype=pixels.dtype, device=pixels.device)
+    for k in range(len(index)):
+        where = index[k].flatten(1)[:, None]
+        out = out + pixels.gather(2, where.expand(-1, pixels.size(1), -1)) * weight[k].flatten(1)[:, None].to(pixels.dtype)
+    return out

@@ -1,0 +1,31 @@
+"""The structure tensor of an image, and responses at the scale they were computed at."""
+
+from typing import Optional, Tuple
+
+from torch import Tensor
+
+from ..filters.gaussian import gaussian_taps
+from ..filters.gradient import spatial_gradient
+from ..primitives.stencil import separable_each
+
+
+def structure_tensor(input: Tensor, grads_mode: str) -> Tuple[Tensor, Tensor, Tensor]:
+    """Mean products xx, yy and xy of the derivatives of (B, C, H, W), weighed by a 7x7 Gaussian of sigma 1."""
+    gradient = spatial_gradient(input, grads_mode)
+    dx, dy = gradient[:, :, 0], gradient[:, :, 1]
+    taps = gaussian_taps(7, 1.0)
+    blurred = separable_each([dx * dx, dy * dy, dx * dy], taps, taps, "reflect")
+    return blurred[0], blurred[1], blurred[2]
+
+
+def normalised_by_scale(response: Tensor, sigmas: Optional[Tensor]) -> Tensor:
+    """The response (B, C, H, W) times the fourth power of each image's scale (B,), if there is one.
+
+    T. Lindeberg, Feature detection with automatic scale selection, IJCV 30(2), 1998: two derivatives of two orders in all.
+    """
+    if sigmas is None:
+        return response
+    if sigmas.dim() != 1:
+        raise ValueError(f"sigmas: expected shape (B,), got {list(sigmas.shape)}")
+    s = sigmas.to(response.dtype)[:, None, None, None]
+    return response * (s * s * s * s)
