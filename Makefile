@@ -54,11 +54,11 @@ test: build ## every test
 	@echo "make test: all passed"
 
 test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
-	$(PY) -m pytest -q -x tests/ops
+	OMP_NUM_THREADS=1 $(PY) -m pytest -q -x -n $(JOBS) tests/ops
 	ctest --preset release -L core
 
 test-ops: setup ## values, gradients, scripting, docstrings of the ops
-	$(PY) -m pytest -q tests/ops
+	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/ops
 
 test-export: build test-bundles ## the exporter, the command, the runtime in Python
 	@$(PY) -m pytest -q tests/parity > build/test-parity.log 2>&1 & parity=$$!

@@ -4,7 +4,7 @@
     python tests/parity/rotation.py OUTPUT     export the catalog to OUTPUT so
 
 Compiling the whole catalog is `make parity`, too long for every run. Chosen are the ops that the tests name, those whose source has
-changed, and more of each family, others with every commit, until there are three besides those named. The sources are compared with
+changed, and more of each family, others with every commit, until there are two besides those named. The sources are compared with
 $CHIASM_BASE, else with where the branch left origin's, else with the commit before. Gradients take most of an export's time: of the ops
 that are not compiled every eighth has them, others with every commit.
 """
@@ -27,7 +27,7 @@ from chiasm.export.catalog import catalog
 from chiasm.export.cli import export_names
 
 ROOT = Path(__file__).resolve().parents[2]
-PER_FAMILY = 3
+PER_FAMILY = 2
 #: Of so many ops one is exported with its gradient.
 GRADIENTS = 8
 #: What takes minutes to compile and is left to `make parity`, unless a test names it.
