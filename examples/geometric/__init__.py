@@ -9,6 +9,7 @@ from torch import Tensor
 from chiasm.export.spec import Spec
 
 from .cameras import bent_photo, cameras, depths, lenses
+from .motorcycle import stereo_pair
 from .plane import lattice, planar, splines, whole_box
 from .points import affine_matrices, affine_pairs, bent_boxes, moved_points, one_turn, pixel_homographies, pixels_of, slerp, straight_boxes, tangents
 from .setting import Inputs, Setting
@@ -30,12 +31,14 @@ COUNTS = {
     "geometry.depth.unproject_meshgrid": {"H": 12, "W": 16},
     "geometry.depth.depth_from_plane": {"N": 15 * 12},
     "geometry.epipolar": {"N": 10},
+    "geometry.epipolar.find_fundamental": {"N": 20},
     "geometry.epipolar.find_fundamental_7point": {"N": 1},
     "geometry.homography": {"N": 10},
     "geometry.homography.sample_is_valid": {"N": 3},
     "geometry.linalg": {"N": 12},
     "geometry.linalg.transform_points.plane": {"N": 9 * 9},
     "geometry.quaternion.quaternion_slerp": {"N": 3},
+    "geometry.ransac.ransac_fundamental": {"P": 1, "N": 40, "S": 500},
     "geometry.solvers": {"N": 3, "K": 1},
     "geometry.solvers.find_affine": {"N": 24},
     "geometry.transform.warp_grid": {"H": 9, "W": 12},
@@ -62,11 +65,13 @@ MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "geometry.conversions.normalize_homography": pixel_homographies,
     "geometry.conversions.normalize_pixel": pixels_of,
     "geometry.depth": depths,
+    "geometry.epipolar.find_fundamental": stereo_pair,
     "geometry.epipolar.scale_intrinsics": cameras,
     **{f"geometry.lie.{group}_vee": tangents for group in ("so2", "so3", "se2", "se3")},
     "geometry.linalg.transform_points": moved_points,
     "geometry.quaternion.quaternion_rotate": one_turn,
     "geometry.quaternion.quaternion_slerp": slerp,
+    "geometry.ransac.ransac_fundamental": stereo_pair,
     "geometry.solvers.find_affine": affine_pairs,
     "geometry.transform": planar,
     "geometry.transform.crop_by_indices": whole_box,

@@ -13,6 +13,7 @@ from examples.sheets import ZOOM
 from .curves import fit, mean_rotation, polynomials
 from .images import image_panels, images, output_panels
 from .model import Panel, Shown
+from .photographed import stereo_views
 from .planar import fitted, plane_boxes, plane_maps, quadrilaterals
 from .solid import depth_clouds, depth_images, space_boxes, space_maps, volumes
 from .tensors import tensors
@@ -77,11 +78,13 @@ GEOMETRY: dict[str, Callable[[Shown], list[Panel]]] = {
     "geometry.depth.depth_from_plane": tensors,
     "geometry.depth.depth_to_3d": depth_clouds,
     "geometry.depth.unproject": tensors,
+    "geometry.epipolar.find_fundamental": stereo_views,
     "geometry.homography": fitted,
     "geometry.homography.sample_is_valid": quadrilaterals,
     "geometry.line": fit,
     "geometry.plane": fit,
     "geometry.quaternion.average": mean_rotation,
+    "geometry.ransac.ransac_fundamental": stereo_views,
     "geometry.solvers.find_affine": fitted,
     "geometry.solvers.solve_": polynomials,
     "geometry.subpix.render_gaussian2d": rendered,
@@ -97,6 +100,6 @@ GEOMETRY: dict[str, Callable[[Shown], list[Panel]]] = {
     **{f"geometry.bbox.{name}": space_boxes for name in ("bbox_generator3d", "bbox_to_mask3d", "infer_bbox_shape3d", "is_bbox3d")},
     **{f"geometry.transform.get_{name}3d": space_maps for name in ("affine_matrix", "perspective_transform", "shear_matrix")},
     **{f"geometry.epipolar.{name}": two_views for name in (
-        "find_", "get_closest", "left_to_right", "right_to_left", "sampson", "symmetrical",
+        "find_essential", "find_fundamental_7point", "get_closest", "left_to_right", "right_to_left", "sampson", "symmetrical",
     )},
 }
