@@ -6,16 +6,24 @@ from ..spec import Spec, TensorSpec, Tolerance, image
 from . import add
 
 
-def _sample_blobs(generator, sizes, dtype):
-    """Blobs and some noise: extrema that are clearly so, at many scales."""
-    batch, height, width = (sizes[k] for k in ("B", "H", "W"))
+def blobs(generator, batch, views, dtype):
+    """Pictures (B, 1, H, W) of the same 40 blobs, and of some noise: extrema that are clearly so, at many scales. ``views`` are each one's height, width
+    and how far it sees to the right of the first."""
+    height, width, _ = views[0]
     draw = torch.rand((batch, 40, 4, 1, 1), generator=generator, dtype=torch.float64)
-    x = torch.arange(width, dtype=torch.float64) - draw[:, :, 0] * width
-    y = torch.arange(height, dtype=torch.float64)[:, None] - draw[:, :, 1] * height
     radius = 1.5 + 6.0 * draw[:, :, 2] ** 2
-    blobs = ((2.0 * draw[:, :, 3] - 1.0) * torch.exp(-(x * x + y * y) / (2.0 * radius * radius))).sum(1, keepdim=True)
-    noise = torch.rand((batch, 1, height, width), generator=generator, dtype=torch.float64)
-    return {"img": (0.5 + 0.4 * blobs + 0.02 * noise).to(dtype)}
+    made = []
+    for rows, columns, shift in views:
+        x = torch.arange(columns, dtype=torch.float64) + shift - draw[:, :, 0] * width
+        y = torch.arange(rows, dtype=torch.float64)[:, None] - draw[:, :, 1] * height
+        hills = ((2.0 * draw[:, :, 3] - 1.0) * torch.exp(-(x * x + y * y) / (2.0 * radius * radius))).sum(1, keepdim=True)
+        noise = torch.rand((batch, 1, rows, columns), generator=generator, dtype=torch.float64)
+        made.append((0.5 + 0.4 * hills + 0.02 * noise).to(dtype))
+    return made
+
+
+def _sample_blobs(generator, sizes, dtype):
+    return {"img": blobs(generator, sizes["B"], [(sizes["H"], sizes["W"], 0)], dtype)[0]}
 
 
 for _response, _threshold, _reference in (

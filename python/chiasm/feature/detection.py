@@ -15,6 +15,7 @@ from torch import Tensor
 from ..filters.gaussian import gaussian_blur2d
 from ..geometry.subpix.quadratic import quadratic_extrema
 from ..geometry.subpix.suppression import nms3d, nms3d_minmax
+from ..geometry.transform.resize import resize
 from ..primitives.checks import check_choice, check_image
 from ..primitives.ranking import stable_topk
 from .harris import harris_response
@@ -30,6 +31,7 @@ def detect_keypoints(
     init_sigma: float = 1.6,
     mr_size: float = 6.0,
     threshold: float = 0.0,
+    double_image: bool = False,
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """The strongest corners or blobs of all scales, in a fixed number of slots.
 
@@ -45,9 +47,10 @@ def detect_keypoints(
         num_octaves: how often the image is halved, and one more; each octave has every second pixel of the one before it. Octaves
             of less than 8 pixels are left out.
         n_levels: scales in an octave; neighbouring ones differ by the factor 2^(1 / n_levels).
-        init_sigma: the scale before the first at which key points are looked for, in pixels, more than 0.5.
+        init_sigma: the scale before the first at which key points are looked for, in pixels of the first octave, more than 0.5 (1 with double_image).
         mr_size: a frame's radius in scales.
         threshold: a key point's score must exceed it; not negative.
+        double_image: begin with the image at twice its size, as Lowe does: four times as many key points, for those of half the scales are found.
 
     Returns:
         lafs (B, K, 2, 3), upright disks in pixels, zeros in slots without a key point; scores (B, K), descending, equal ones by octave, scale and
@@ -63,8 +66,11 @@ def detect_keypoints(
         >>> lafs[0, 0, :, 2].round(decimals=1), int(valid.sum())
         (tensor([37.3000, 41.5000]), 1)
     """
-    _check(img, max_keypoints, response, num_octaves, n_levels, init_sigma, threshold)
-    volumes = _responses(img, response, num_octaves, n_levels, init_sigma)
+    _check(img, max_keypoints, response, num_octaves, n_levels, init_sigma, threshold, double_image)
+    blur = 0.5
+    if double_image:
+        img, blur = resize(img, (2 * img.size(2), 2 * img.size(3)), "bilinear", False), 1.0
+    volumes = _responses(img, response, num_octaves, n_levels, init_sigma, blur)
     radii = [mr_size * init_sigma * 2.0 ** (k / n_levels) for k in range(n_levels + 2)]
     index, found = _strongest(volumes, response == "dog", radii, max_keypoints)
     place, start, extent, pixel = _located(volumes, index)
@@ -75,13 +81,16 @@ def detect_keypoints(
     scores, order = stable_topk(score, max_keypoints)
     valid = scores > 0
     sigma = pixel * torch.exp(position[..., 0] * (math.log(2.0) / n_levels)) * (init_sigma * mr_size)
-    zero = torch.zeros_like(sigma)
-    frames = torch.stack([sigma, zero, position[..., 1] * pixel, zero, sigma, position[..., 2] * pixel], -1).to(img.dtype)
+    zero, x, y = torch.zeros_like(sigma), position[..., 1] * pixel, position[..., 2] * pixel
+    if double_image:
+        # Pixel i of the doubled image has its centre at (i + 0.5) / 2 - 0.5.
+        sigma, x, y = 0.5 * sigma, 0.5 * x - 0.25, 0.5 * y - 0.25
+    frames = torch.stack([sigma, zero, x, zero, sigma, y], -1).to(img.dtype)
     frames = frames.gather(1, order[..., None].expand(-1, -1, 6)).unflatten(2, [2, 3])
     return torch.where(valid[..., None, None], frames, torch.zeros_like(frames)), scores, valid
 
 
-def _check(img: Tensor, max_keypoints: int, response: str, num_octaves: int, n_levels: int, init_sigma: float, threshold: float) -> None:
+def _check(img: Tensor, max_keypoints: int, response: str, num_octaves: int, n_levels: int, init_sigma: float, threshold: float, double_image: bool) -> None:
     check_image(img, "img")
     if img.size(1) != 1:
         raise ValueError(f"img: expected shape (B, 1, H, W), got {list(img.shape)}")
@@ -90,14 +99,15 @@ def _check(img: Tensor, max_keypoints: int, response: str, num_octaves: int, n_l
     check_choice(response, ["harris", "gftt", "hessian", "dog"], "response")
     if max_keypoints < 1 or num_octaves < 1 or n_levels < 1:
         raise ValueError(f"max_keypoints, num_octaves, n_levels: expected positive numbers, got {max_keypoints}, {num_octaves} and {n_levels}")
-    if init_sigma <= 0.5:
-        raise ValueError(f"init_sigma: expected more than 0.5, got {init_sigma}")
+    least = 1.0 if double_image else 0.5
+    if init_sigma <= least:
+        raise ValueError(f"init_sigma: expected more than {least}, got {init_sigma}")
     if threshold < 0.0:
         raise ValueError(f"threshold: expected a number >= 0, got {threshold}")
 
 
-def _responses(img: Tensor, response: str, num_octaves: int, n_levels: int, init_sigma: float) -> List[Tensor]:
-    """(B, n_levels + 2, H, W) of each octave."""
+def _responses(img: Tensor, response: str, num_octaves: int, n_levels: int, init_sigma: float, blur: float) -> List[Tensor]:
+    """(B, n_levels + 2, H, W) of each octave, of an image that is blurred so much already."""
     count = n_levels + 3 if response == "dog" else n_levels + 2
     sigmas = [init_sigma * 2.0 ** (k / n_levels) for k in range(count)]
     levels = [_blurred(img, math.sqrt(init_sigma * init_sigma - 0.25))]

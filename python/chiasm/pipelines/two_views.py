@@ -24,6 +24,7 @@ def two_view_homography(
     threshold: float = 0.01,
     ratio: float = 0.85,
     inl_th: float = 3.0,
+    double_image: bool = True,
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
     """Homography from one image to another: key points in scale space, oriented; RootSIFT; mutual ratio test; random sample consensus.
 
@@ -33,7 +34,7 @@ def two_view_homography(
         image1, image2: grey images (B, 1, H, W), floating point, of any two sizes.
         uniforms: (B, S, 4), random numbers in [0, 1): see ``ransac_homography``.
         max_keypoints: number K of slots for key points in each image.
-        response, num_octaves, mr_size, threshold: see ``detect_keypoints``.
+        response, num_octaves, mr_size, threshold, double_image: see ``detect_keypoints``.
         ratio: see ``match_smnn``.
         inl_th: an inlier's distance in the second image, in pixels.
 
@@ -53,8 +54,8 @@ def two_view_homography(
         >>> homography[0, 0, 2].round()
         tensor(4.)
     """
-    lafs1, _, valid1 = detect_keypoints(image1, max_keypoints, response, num_octaves, mr_size=mr_size, threshold=threshold)
-    lafs2, _, valid2 = detect_keypoints(image2, max_keypoints, response, num_octaves, mr_size=mr_size, threshold=threshold)
+    lafs1, _, valid1 = detect_keypoints(image1, max_keypoints, response, num_octaves, mr_size=mr_size, threshold=threshold, double_image=double_image)
+    lafs2, _, valid2 = detect_keypoints(image2, max_keypoints, response, num_octaves, mr_size=mr_size, threshold=threshold, double_image=double_image)
     described1, described2 = _described(image1, lafs1), _described(image2, lafs2)
     _, indices, matched = match_smnn(described1, described2, ratio, None, valid1, valid2)
     points1, partners = get_laf_center(lafs1), get_laf_center(lafs2)
