@@ -67,7 +67,8 @@ def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
     if tensor.layout == "NCDHW":
         return solid(rgb) if spec.name.startswith("geometry.") else volume(rgb)
     if tensor.description in ("heat maps", "distributions"):
-        return hills(rgb) / (hills(rgb).sum((2, 3), keepdim=True) if tensor.description == "distributions" else 1.0)
+        maps = hills(rgb)
+        return maps / maps.sum((2, 3), keepdim=True) if tensor.description == "distributions" else maps
     if spec.name.startswith(WARPED):
         rgb = lattice(rgb)
     made = in_color(spec, tensor, rgb)

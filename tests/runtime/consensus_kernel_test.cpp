@@ -100,8 +100,12 @@ TYPED_TEST(Consensus, OfEqualsTheFirstAndNothingThatIsNoModel) {
   }
 }
 
-TEST(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
-  std::mt19937 engine(17);
+class RealRoots : public KernelsTest<double> {
+ protected:
+  RealRoots() : KernelsTest<double>(17) {}
+};
+
+TEST_F(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
   std::uniform_real_distribution<double> draw(-1, 1);
   for (const int64_t degree : {1, 2, 3, 7, 10, 16})
     for (const int64_t count : {1, 4, 5, 30}) {
@@ -109,7 +113,7 @@ TEST(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
       std::vector<std::vector<double>> made(static_cast<size_t>(count));
       for (int64_t i = 0; i < count; ++i) {
         // Some real roots, at least 0.05 apart, and pairs of complex ones for the rest.
-        std::vector<double> p{draw(engine) < 0 ? -2.0 : 0.5};
+        std::vector<double> p{draw(engine_) < 0 ? -2.0 : 0.5};
         const auto times = [&p](const std::vector<double>& factor) {
           std::vector<double> product(p.size() + factor.size());
           for (size_t a = 0; a < p.size(); ++a)
@@ -119,10 +123,10 @@ TEST(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
         };
         auto& roots = made[i];
         while (static_cast<int64_t>(p.size()) <= degree) {
-          const double root = 2 * draw(engine);
-          const bool single = static_cast<int64_t>(p.size()) == degree || draw(engine) < 0;
+          const double root = 2 * draw(engine_);
+          const bool single = static_cast<int64_t>(p.size()) == degree || draw(engine_) < 0;
           if (single && std::any_of(roots.begin(), roots.end(), [&](double r) { return std::abs(r - root) < 0.05; })) continue;
-          times(single ? std::vector<double>{-root, 1} : std::vector<double>{root * root + 0.2 + std::abs(draw(engine)), -2 * root, 1});
+          times(single ? std::vector<double>{-root, 1} : std::vector<double>{root * root + 0.2 + std::abs(draw(engine_)), -2 * root, 1});
           if (single) roots.push_back(root);
         }
         std::sort(roots.begin(), roots.end());
@@ -143,7 +147,7 @@ TEST(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
     }
 }
 
-TEST(RealRoots, OfWhatHasNone) {
+TEST_F(RealRoots, OfWhatHasNone) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   // Zeros, a constant, no real root, not a number; then x, whose root is 0.
   const std::vector<double> c{0, 3, 1, nan, 0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 0};

@@ -139,4 +139,35 @@ TYPED_TEST(Resampling, ResamplingByTablesIsOpenCvsResize) {
       }
 }
 
+// Six symmetric taps: the mean of two by two pixels that are blurred by (1, 4, 6, 4, 1) / 16.
+TYPED_TEST(Resampling, BlurringAndHalvingIsOpenCvsInOneStep) {
+  using T = TypeParam;
+  const T binomial[] = {1, 4, 6, 4, 1};
+  const auto table = [&](int64_t size, std::vector<int32_t>& index, std::vector<T>& weight) {
+    for (int i = 0; i < size; ++i)  // both pixels of each position, one after the other
+      for (int k = 0; k < 5; ++k) {
+        index.push_back(cv::borderInterpolate(i + k - 2, int(size), cv::BORDER_REFLECT_101));
+        weight.push_back(binomial[k] / 32);
+      }
+  };
+  for (const Planes& p : {Planes{2, 4, 6}, Planes{1, 16, 34}, Planes{3, 70, 150}}) {
+    const auto x = this->random(p.count * p.height * p.width, 0, 1);
+    std::vector<int32_t> rows, columns;
+    std::vector<T> down, across;
+    table(p.height, rows, down);
+    table(p.width, columns, across);
+    const int64_t height = p.height / 2, width = p.width / 2;
+    std::vector<T> out(static_cast<size_t>(p.count * height * width));
+    resample(x.data(), p, rows.data(), down.data(), 10, height, columns.data(), across.data(), 10, width, out.data());
+    for (int64_t i = 0; i < p.count; ++i) {
+      const cv::Mat plane(int(p.height), int(p.width), cv::DataType<T>::type, const_cast<T*>(x.data() + i * p.height * p.width));
+      const cv::Mat actual(int(height), int(width), cv::DataType<T>::type, out.data() + i * height * width), taps(1, 5, cv::DataType<T>::type, const_cast<T*>(binomial));
+      cv::Mat expected;
+      cv::sepFilter2D(plane, expected, -1, taps / 16, taps / 16, {-1, -1}, 0, cv::BORDER_REFLECT_101);
+      cv::resize(expected, expected, actual.size(), 0, 0, cv::INTER_AREA);
+      EXPECT_LE(cv::norm(expected, actual, cv::NORM_INF), 1e-6) << p.height << "x" << p.width;
+    }
+  }
+}
+
 }  // namespace

@@ -26,7 +26,7 @@ def real_roots(coefficients: Tensor, halvings: int = 48) -> Tuple[Tensor, Tensor
     c = coefficients.detach().movedim(-1, 0).contiguous()
     c = c / (c.abs().amax(0) + 1e-300)
     degree = c.size(0) - 1
-    if not torch.jit.is_scripting() and kernels.has_kernel(c):
+    if not torch.jit.is_scripting() and (kernels.has_kernel(c) and degree <= 16):
         u, exists = kernels.real_roots(c.flatten(1))
         return u.unflatten(1, c.shape[1:]).movedim(0, -1), exists.unflatten(1, c.shape[1:]).movedim(0, -1)
     derivatives = _derivatives(c)

@@ -1,6 +1,5 @@
 // Real roots of polynomials, four at once: between two neighbouring roots of its derivative a polynomial has at most one.
 #include <immintrin.h>
-#include <omp.h>
 
 #include <algorithm>
 

@@ -9,7 +9,6 @@ from ...primitives.checks import check_last, check_matrix
 from ...primitives.factorisation import null_vector, pointed
 from ...primitives.intrinsics import with_one
 from ...primitives.linalg import cofactors, inverse3x3, small_matmul
-from ...primitives.rotations import nearest_rotation
 from .lines import cross_product_matrix
 from .projection import depth_from_point, left_null_vector
 from .triangulation import triangulate_points
@@ -91,8 +90,8 @@ def decompose_essential_matrix(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """The two rotations and the direction of translation of essential matrices, also of such as only nearly are.
 
     With the singular vectors of E: U W V^T and U W^T V^T, and the third column of U (R. Hartley, A. Zisserman, Multiple View
-    Geometry, 2nd ed., 9.6.2). Found without a decomposition, in float64: U diag(1, 1, 0) V^T is part of the rotation
-    nearest to E with its least singular value made large.
+    Geometry, 2nd ed., 9.6.2). Found without a decomposition, in float64: U diag(1, 1, 0) V^T is the 2x2 rotation
+    nearest to E across its null vectors.
 
     Args:
         E_mat: (*, 3, 3) of rank 2 or more, floating point.
@@ -256,8 +255,10 @@ def _parts(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     size = torch.sqrt((minors * minors).sum(-1, keepdim=True).sum(-2, keepdim=True))
     axis = minors / torch.where(size == 0, torch.ones_like(size), size)
     u = (axis * v[..., None, :]).sum(-1)
-    rotation = nearest_rotation(E + 0.5 * axis)
-    return rotation - axis, axis, u * pointed(u[..., None])[..., 0, :]
+    # Across v and u, E is 2x2 with a positive determinant: the rotation nearest to such is it and its cofactors, scaled.
+    upper = E + small_matmul(cross_product_matrix(u), small_matmul(E, cross_product_matrix(v).transpose(-2, -1)))
+    length = torch.sqrt((upper * upper).sum(-1, keepdim=True).sum(-2, keepdim=True) * 0.5)
+    return upper / torch.where(length == 0, torch.ones_like(length), length), axis, u * pointed(u[..., None])[..., 0, :]
 
 
 def _rays(x: Tensor, K: Tensor) -> Tensor:
