@@ -16,6 +16,7 @@ from ..filters.gaussian import gaussian_blur2d
 from ..geometry.subpix.quadratic import quadratic_extrema
 from ..geometry.subpix.suppression import nms3d, nms3d_minmax
 from ..geometry.transform.resize import resize
+from ..primitives import kernels
 from ..primitives.checks import check_choice, check_image
 from ..primitives.ranking import stable_topk
 from .harris import harris_response
@@ -146,19 +147,35 @@ def _every_second(x: Tensor, dim: int) -> Tensor:
 
 def _strongest(volumes: List[Tensor], signed: bool, radii: List[float], count: int) -> Tuple[Tensor, Tensor]:
     """Where in the row of all octaves' voxels the strongest extrema are, (B, count), and whether there are so many."""
-    rows: List[Tensor] = []
+    strengths: List[Tensor] = []
+    places: List[Tensor] = []
+    offset = 0
     for volume in volumes:
-        v = volume.detach()
-        if signed:
-            maxima, minima = nms3d_minmax(v[:, None])
-            extreme = (maxima[:, 0] & (v > 0)) | (minima[:, 0] & (v < 0))
-        else:
-            extreme = nms3d(v[:, None], 3, True)[:, 0] & (v > 0)
-        rows.append(torch.where(extreme & _has_room(v, radii), v.abs(), torch.full_like(v, -1.0)).flatten(1))
-    # A small image may have fewer voxels than there are slots.
-    strength, index = stable_topk(F.pad(torch.cat(rows, 1), [0, count], "constant", -1.0), count)
+        place = strongest_extrema(volume.detach(), radii, signed, count)
+        value = volume.detach().flatten(1).gather(1, place.clamp(min=0)).abs()
+        strengths.append(torch.where(place >= 0, value, torch.full_like(value, -1.0)))
+        places.append(place + offset)
+        offset = offset + volume.size(1) * volume.size(2) * volume.size(3)
+    strength, order = stable_topk(torch.cat(strengths, 1), count)
     found = strength > 0
+    index = torch.cat(places, 1).gather(1, order)
     return torch.where(found, index, torch.zeros_like(index)), found
+
+
+def strongest_extrema(volume: Tensor, radii: List[float], signed: bool, count: int) -> Tensor:
+    """Where in each volume (B, L, H, W) the strongest positive maxima among 3x3x3 voxels are, if signed also negative minima: (B, count), of equals
+    the first, -1 where there are no more. A disk of its level's radius around each lies in the image."""
+    if not torch.jit.is_scripting() and kernels.has_kernel(volume):
+        return kernels.strongest_extrema(volume, [math.ceil(radius) for radius in radii], signed, count)
+    if signed:
+        maxima, minima = nms3d_minmax(volume[:, None])
+        extreme = (maxima[:, 0] & (volume > 0)) | (minima[:, 0] & (volume < 0))
+    else:
+        extreme = nms3d(volume[:, None], 3, True)[:, 0] & (volume > 0)
+    strength = torch.where(extreme & _has_room(volume, radii), volume.abs(), torch.full_like(volume, -1.0)).flatten(1)
+    # A small image may have fewer voxels than there are slots.
+    strength, place = stable_topk(F.pad(strength, [0, count], "constant", -1.0), count)
+    return torch.where(strength > 0, place, torch.full_like(place, -1))
 
 
 def _has_room(volume: Tensor, radii: List[float]) -> Tensor:

@@ -7,7 +7,9 @@ import torch
 from torch import Tensor
 
 from ..filters.gradient import spatial_gradient
+from ..primitives import kernels
 from ..primitives.checks import check_image
+from ..primitives.linalg import small_matmul
 
 
 def check_patches(patches: Tensor) -> None:
@@ -39,6 +41,16 @@ def directed(length: Tensor, direction: Tensor, bins: int) -> Tensor:
     bin = torch.arange(bins, device=length.device).to(length.dtype)[:, None, None]
     away = (place - bin).abs()
     return length[:, None] * (1.0 - torch.minimum(away, bins - away)).clamp(min=0)
+
+
+def direction_histograms(patches: Tensor, window: Tensor, nearness: Tensor, bins: int) -> Tensor:
+    """(N, bins, P, P): lengths of the gradients of patches (N, 1, PS, PS), weighed by window (PS, PS), by their ``directed`` and by the places that
+    rows and columns are near to: nearness (P, PS)."""
+    if not torch.jit.is_scripting() and kernels.has_kernel(patches):
+        return kernels.direction_histograms(patches[:, 0], window, nearness, bins)
+    length, direction = polar_gradient(patches)
+    planes = directed(length * window, direction, bins)
+    return small_matmul(small_matmul(nearness, planes), nearness.transpose(-1, -2))
 
 
 def gaussian_window(size: int, sigma: float, like: Tensor) -> Tensor:

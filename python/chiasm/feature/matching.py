@@ -8,10 +8,8 @@ so that every backend finds the same.
 Descriptors are (N1, D) and (N2, D), or (B, N1, D) and (B, N2, D); results have the batch that the inputs have. Detections of fixed capacity say by
 ``mask1`` and ``mask2`` which of them are there.
 
-Which descriptor is nearest is decided by |a|^2 + |b|^2 - 2 a.b, one matrix product, in float64: in float32 that difference of large numbers
-would leave of a distance of 1e-3 between unit vectors not one digit. For float32 descriptors it is then rounded to float32, so that equal
-descriptors, whose products a library may add up in different orders, are equally far. The distances of the pairs that were chosen are
-computed anew from their differences; they alone carry gradients.
+Which descriptor is nearest is decided by ``nearest.squared_distances``. The distances of the pairs that were chosen are computed anew from their
+differences; they alone carry gradients.
 """
 
 from typing import Optional, Tuple
@@ -20,7 +18,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_floating
-from ..primitives.linalg import small_matmul
+from ..primitives.nearest import squared_distances, two_least
 from .laf import check_laf, get_laf_center
 
 
@@ -50,10 +48,8 @@ def match_nn(
                 [1, 0]]), tensor([True, True]))
     """
     first, second, given = _batched(desc1, desc2, dm)
-    far = _dissimilarities(first, second, given, mask1, mask2)
-    index = torch.argmin(far, -1)
-    valid = torch.amin(far, -1) < float("inf")
-    return _rows(_distances(first, second, given, index), index, valid, desc1)
+    index = two_least(_dissimilarities(first, second, given, mask1, mask2), True)[..., 0]
+    return _rows(_distances(first, second, given, index), index, index >= 0, desc1)
 
 
 def match_mnn(
@@ -78,9 +74,8 @@ def match_mnn(
     """
     first, second, given = _batched(desc1, desc2, dm)
     far = _dissimilarities(first, second, given, mask1, mask2)
-    index = torch.argmin(far, -1)
-    valid = (torch.amin(far, -1) < float("inf")) & _is_mutual(far, index)
-    return _rows(_distances(first, second, given, index), index, valid, desc1)
+    index = two_least(far, True)[..., 0]
+    return _rows(_distances(first, second, given, index), index, _is_mutual(far, index), desc1)
 
 
 def match_snn(
@@ -106,10 +101,9 @@ def match_snn(
         (tensor([[0.2500]]), tensor([[0, 1]]))
     """
     first, second, given = _batched(desc1, desc2, dm)
-    far = _dissimilarities(first, second, given, mask1, mask2)
-    index = torch.argmin(far, -1)
-    ratio, tested = _ratios(first, second, given, far, index, _others(far, index))
-    return _rows(ratio, index, tested & (ratio <= th), desc1)
+    least = two_least(_dissimilarities(first, second, given, mask1, mask2), True)
+    ratio, tested = _ratios(first, second, given, least[..., 0], least[..., 1])
+    return _rows(ratio, least[..., 0], tested & (ratio <= th), desc1)
 
 
 def match_smnn(
@@ -136,14 +130,14 @@ def match_smnn(
     """
     first, second, given = _batched(desc1, desc2, dm)
     far = _dissimilarities(first, second, given, mask1, mask2)
-    back = far.transpose(-1, -2)
-    there, index = torch.argmin(back, -1), torch.argmin(far, -1)
-    ratio, tested = _ratios(first, second, given, far, index, _others(far, index))
-    given_back = None if given is None else given.transpose(-1, -2)
-    ratio_back, tested_back = _ratios(second, first, given_back, back, there, _others(back, there))
+    there, back = two_least(far, True), two_least(far, False)
+    index = there[..., 0]
+    ratio, tested = _ratios(first, second, given, index, there[..., 1])
+    ratio_back, tested_back = _ratios(second, first, None if given is None else given.transpose(-1, -2), back[..., 0], back[..., 1])
+    partner = index.clamp(min=0)
     passed = (ratio_back <= th) & tested_back
-    largest = torch.maximum(ratio, ratio_back.gather(-1, index))
-    valid = tested & (ratio <= th) & passed.gather(-1, index) & _is_mutual(far, index)
+    largest = torch.maximum(ratio, ratio_back.gather(-1, partner))
+    valid = tested & (ratio <= th) & passed.gather(-1, partner) & _points_back(back[..., 0], index)
     return _rows(largest, index, valid, desc1)
 
 
@@ -217,12 +211,13 @@ def match_fginn(
     if lafs2.size(1) != second.size(1):
         raise ValueError(f"lafs2: expected a frame for each of {second.size(1)} descriptors, got {list(lafs2.shape)}")
     far = _dissimilarities(first, second, given, mask1, mask2)
-    index = torch.argmin(far, -1)
+    index = two_least(far, True)[..., 0]
     centre = get_laf_center(lafs2).detach()
-    nearest = centre.gather(1, index[..., None].expand(-1, -1, 2))
+    nearest = centre.gather(1, index.clamp(min=0)[..., None].expand(-1, -1, 2))
     across, down = nearest[:, :, None, 0] - centre[:, None, :, 0], nearest[:, :, None, 1] - centre[:, None, :, 1]
     near = across * across + down * down <= spatial_th * spatial_th
-    ratio, tested = _ratios(first, second, given, far, index, torch.where(near, torch.full_like(far, float("inf")), far))
+    elsewhere = two_least(torch.where(near, torch.full_like(far, float("inf")), far), True)[..., 0]
+    ratio, tested = _ratios(first, second, given, index, elsewhere)
     valid = tested & (ratio <= th)
     if mutual:
         valid = valid & _is_mutual(far, index)
@@ -250,14 +245,7 @@ def _batched(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor]) -> Tuple[Tensor
 
 def _dissimilarities(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], mask1: Optional[Tensor], mask2: Optional[Tensor]) -> Tensor:
     """(B, N1, N2) to compare by: squared distances or what is given; infinite where a mask says so. Without a gradient."""
-    if dm is None:
-        a, b = desc1.detach().to(torch.float64), desc2.detach().to(torch.float64)
-        lengths = (a * a).sum(-1)[:, :, None] + (b * b).sum(-1)[:, None, :]
-        far = lengths - 2.0 * small_matmul(a, b.transpose(-1, -2))
-        if desc1.dtype != torch.float64:
-            far = far.to(torch.float32)
-    else:
-        far = dm.detach()
+    far = squared_distances(desc1, desc2) if dm is None else dm.detach()
     nowhere = torch.full_like(far, float("inf"))
     if mask1 is not None:
         far = torch.where(_checked(mask1, desc1, "mask1")[:, :, None], far, nowhere)
@@ -276,7 +264,8 @@ def _checked(mask: Tensor, desc: Tensor, name: str) -> Tensor:
 
 
 def _distances(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor) -> Tensor:
-    """(B, N1): how far the descriptors of the first set are from those of index (B, N1)."""
+    """(B, N1): how far the descriptors of the first set are from those of index (B, N1), where that is not negative."""
+    index = index.clamp(min=0)
     if dm is not None:
         return dm.gather(-1, index[..., None])[..., 0]
     chosen = desc2.gather(1, index[..., None].expand(-1, -1, desc2.size(2)))
@@ -287,26 +276,22 @@ def _distances(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor
     return torch.where(same, torch.zeros_like(squared), distance).to(desc1.dtype)
 
 
-def _others(far: Tensor, index: Tensor) -> Tensor:
-    """``far`` without the entries at index."""
-    chosen = index[..., None] == torch.arange(far.size(-1), device=far.device)
-    return torch.where(chosen, torch.full_like(far, float("inf")), far)
-
-
-def _ratios(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], far: Tensor, index: Tensor, others: Tensor) -> Tuple[Tensor, Tensor]:
-    """Distance at index over the least distance among ``others``, and whether there are both: (B, N1) each."""
-    nearest = _distances(desc1, desc2, dm, index)
-    second = _distances(desc1, desc2, dm, torch.argmin(others, -1))
-    tested = (torch.amin(others, -1) < float("inf")) & (torch.amin(far, -1) < float("inf"))
+def _ratios(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor, second_index: Tensor) -> Tuple[Tensor, Tensor]:
+    """Distance at index over that at second_index, and whether there are both: (B, N1) each."""
+    nearest, second = _distances(desc1, desc2, dm, index), _distances(desc1, desc2, dm, second_index)
+    tested = (index >= 0) & (second_index >= 0)
     usable = tested & (second > 0)
     ratio = nearest / torch.where(usable, second, torch.ones_like(second))
     return torch.where(usable, ratio, torch.ones_like(ratio)), tested
 
 
 def _is_mutual(far: Tensor, index: Tensor) -> Tensor:
-    """Whether each descriptor of the first set is the nearest to that of the second set at its index."""
-    back = torch.argmin(far, -2)
-    return back.gather(-1, index) == torch.arange(far.size(-2), device=far.device)
+    """Whether each descriptor of the first set has a nearest one, at index, and is the nearest to that."""
+    return _points_back(two_least(far, False)[..., 0], index)
+
+
+def _points_back(back: Tensor, index: Tensor) -> Tensor:
+    return (index >= 0) & (back.gather(-1, index.clamp(min=0)) == torch.arange(index.size(-1), device=index.device))
 
 
 def _rows(distance: Tensor, index: Tensor, valid: Tensor, desc1: Tensor) -> Tuple[Tensor, Tensor, Tensor]:

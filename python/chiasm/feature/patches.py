@@ -11,7 +11,9 @@ import torch
 from torch import Tensor, nn
 
 from ..color.gray import rgb_to_grayscale
+from ..primitives import kernels
 from ..primitives.checks import check_image
+from ..primitives.materialise import materialised
 from ..primitives.reshaping import reshaped
 from ..primitives.warping import position_dtype, sample_image
 from .laf import check_laf, denormalize_laf, determinants
@@ -87,10 +89,8 @@ def extract_patches_from_pyramid(img: Tensor, laf: Tensor, PS: int = 32, normali
         height = torch.where(coarse, torch.full_like(start, levels[k].size(2)), height)
         width = torch.where(coarse, torch.full_like(start, levels[k].size(3)), width)
         shrink = torch.where(coarse, torch.full_like(shrink, 1.0 / pixel), shrink)
-    x, y = _positions(frame * shrink[..., None, None], PS)
-    index, weight = _level_taps(x, y, start, height, width)
-    patches = _gather(torch.cat([level.flatten(2) for level in levels], 2), index, weight)
-    return reshaped(patches, [img.size(0), img.size(1), laf.size(1), PS, PS]).transpose(1, 2)
+    pixels = torch.cat([level.flatten(2) for level in levels], 2)
+    return read_levels(pixels, start, height, width, frame * shrink[..., None, None], PS).transpose(1, 2)
 
 
 class LAFDescriptor(nn.Module):
@@ -149,7 +149,8 @@ def patches_of(img: Tensor, lafs: Tensor, PS: int, grayscale: bool) -> Tensor:
     check_image(img, "img")
     if grayscale and img.size(1) == 3:
         img = rgb_to_grayscale(img)
-    return extract_patches_from_pyramid(img, lafs, PS).flatten(0, 1)
+    # Stored: each pixel of a patch is interpolated once, and read by all derivatives there.
+    return materialised(extract_patches_from_pyramid(img, lafs, PS).flatten(0, 1), 0)
 
 
 def _by_frame(descriptors: Tensor, lafs: Tensor) -> Tensor:
@@ -192,6 +193,15 @@ def _halved(x: Tensor, dim: int) -> Tensor:
         before, after = (middle - k).clamp(min=0, max=last), (middle + k).clamp(max=last)
         out = out + (x.index_select(dim, before) + x.index_select(dim, after)) * weight
     return out
+
+
+def read_levels(pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frame: Tensor, PS: int) -> Tensor:
+    """(B, C, N, PS, PS): patches of frames (B, N, 2, 3), each of the image in pixels (B, C, S) that begins at ``start`` and is so large, (B, N) each."""
+    if not torch.jit.is_scripting() and kernels.has_kernel(pixels):
+        return kernels.sample_patches(pixels, start, height, width, frame, PS)
+    x, y = _positions(frame, PS)
+    index, weight = _level_taps(x, y, start, height, width)
+    return reshaped(_gather(pixels, index, weight), [pixels.size(0), pixels.size(1), frame.size(1), PS, PS])
 
 
 def _level_taps(x: Tensor, y: Tensor, start: Tensor, height: Tensor, width: Tensor) -> Tuple[List[Tensor], List[Tensor]]:

@@ -10,8 +10,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
-from ..primitives.linalg import small_matmul
-from .gradients import check_patches, directed, gaussian_window, polar_gradient, unit
+from .gradients import check_patches, directed, direction_histograms, gaussian_window, polar_gradient, unit
 
 
 def sift_describe(patches: Tensor, num_ang_bins: int = 8, num_spatial_bins: int = 4, rootsift: bool = True, clipval: float = 0.2) -> Tensor:
@@ -44,11 +43,8 @@ def sift_describe(patches: Tensor, num_ang_bins: int = 8, num_spatial_bins: int 
     check_patches(patches)
     _check_bins(num_ang_bins, num_spatial_bins, clipval)
     size = patches.size(3)
-    length, direction = polar_gradient(patches)
-    planes = directed(length * gaussian_window(size, 0.5 * size, length), direction, num_ang_bins)
-    near = _nearness(size, num_spatial_bins, planes)
-    histogram = small_matmul(small_matmul(near, planes), near.transpose(-1, -2))
-    return _finished(histogram.flatten(1), rootsift, clipval)
+    window, near = gaussian_window(size, 0.5 * size, patches), _nearness(size, num_spatial_bins, patches)
+    return _finished(direction_histograms(patches, window, near, num_ang_bins).flatten(1), rootsift, clipval)
 
 
 def dense_sift(

@@ -100,6 +100,23 @@ _resample = _operator(
     "resample(Tensor x, Tensor index_y, Tensor weight_y, Tensor index_x, Tensor weight_x) -> Tensor",
     lambda x, index_y, weight_y, index_x, weight_x: x.new_empty([x.size(0), x.size(1), index_y.size(0), index_x.size(0)]),
 )
+_sample_patches = _operator(
+    "sample_patches(Tensor pixels, Tensor start, Tensor height, Tensor width, Tensor frames, int side) -> Tensor",
+    lambda pixels, start, height, width, frames, side: pixels.new_empty([pixels.size(0), pixels.size(1), frames.size(1), side, side]),
+)
+_strongest_extrema = _operator(
+    "strongest_extrema(Tensor x, Tensor margins, bool minima, int count) -> Tensor",
+    lambda x, margins, minima, count: x.new_empty([x.size(0), count], dtype=torch.int64),
+)
+_squared_distances = _operator("squared_distances(Tensor a, Tensor b) -> Tensor", lambda a, b: a.new_empty([a.size(0), a.size(1), b.size(1)]))
+_two_least = _operator(
+    "two_least(Tensor x, bool along_rows) -> Tensor",
+    lambda x, along_rows: x.new_empty([x.size(0), x.size(1) if along_rows else x.size(2), 2], dtype=torch.int64),
+)
+_direction_histograms = _operator(
+    "direction_histograms(Tensor patches, Tensor window, Tensor nearness, int bins) -> Tensor",
+    lambda patches, window, nearness, bins: patches.new_empty([patches.size(0), bins, nearness.size(0), nearness.size(0)]),
+)
 _cheapest_models = _operator(
     "cheapest_models(Tensor models, Tensor planes, bool epipolar, int count) -> Tensor",
     lambda models, planes, epipolar, count: models.new_empty([models.size(0), count], dtype=torch.int64),
@@ -230,6 +247,32 @@ def sample_projective(src: Tensor, matrix: Tensor, height: int, width: int, mode
 def resample(x: Tensor, index_y: Tensor, weight_y: Tensor, index_x: Tensor, weight_x: Tensor) -> Tensor:
     """What ``resize`` does by tables of taps (out_size, taps) for either axis."""
     return _resample(x, index_y.to(torch.int32), weight_y, index_x.to(torch.int32), weight_x)
+
+
+def sample_patches(pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frames: Tensor, side: int) -> Tensor:
+    """``patches.read_levels``."""
+    frames = frames.to(pixels.dtype).contiguous()
+    return _sample_patches(pixels.contiguous(), start.contiguous(), height.contiguous(), width.contiguous(), frames, side)
+
+
+def strongest_extrema(x: Tensor, margins: List[int], minima: bool, count: int) -> Tensor:
+    """``detection.strongest_extrema``."""
+    return _strongest_extrema(x.contiguous(), torch.tensor(margins, dtype=torch.int64), minima, count)
+
+
+def squared_distances(a: Tensor, b: Tensor) -> Tensor:
+    """``nearest.squared_distances``."""
+    return _squared_distances(a.contiguous(), b.contiguous())
+
+
+def two_least(x: Tensor, along_rows: bool) -> Tensor:
+    """``nearest.two_least``."""
+    return _two_least(x.contiguous(), along_rows)
+
+
+def direction_histograms(patches: Tensor, window: Tensor, nearness: Tensor, bins: int) -> Tensor:
+    """``gradients.direction_histograms``."""
+    return _direction_histograms(patches.contiguous(), window.contiguous(), nearness.contiguous(), bins)
 
 
 def cheapest_models(models: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:

@@ -321,4 +321,70 @@ AOTITorchError aoti_torch_cpu_high_power(AtenTensorHandle m, int64_t squarings, 
   return like_matrices(m, result, [&](const double* in, Planes planes, double* out) { high_power(in, planes, squarings, out); });
 }
 
+AOTITorchError aoti_torch_cpu_sample_patches(AtenTensorHandle pixels, AtenTensorHandle start, AtenTensorHandle height, AtenTensorHandle width,
+                                             AtenTensorHandle frames, int64_t side, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument source(pixels), begin(start), rows(height), columns(width), matrices(frames);
+    const Images images{source.size(0), source.size(1), 1, source.size(2)};
+    const int64_t count = begin.size(1);
+    Result out = make({images.count, images.channels, count, side, side}, (*source).dtype);
+    for_type((*source).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      sample_patches(source.data<T>(), images, begin.data<int64_t>(), rows.data<int64_t>(), columns.data<int64_t>(), matrices.data<T>(), count, side, data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_strongest_extrema(AtenTensorHandle x, AtenTensorHandle margins, int32_t minima, int64_t count, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument values(x), distances(margins);
+    const Images volumes{values.size(0), values.size(1), values.size(2), values.size(3)};
+    Result places = make({volumes.count, count}, kInt64);
+    for_type((*values).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      strongest_extrema(values.data<T>(), volumes, distances.data<int64_t>(), minima != 0, count, data<int64_t>(places));
+    });
+    *result = places.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_squared_distances(AtenTensorHandle a, AtenTensorHandle b, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument rows(a), columns(b);
+    Result out = make({rows.size(0), rows.size(1), columns.size(1)}, (*rows).dtype);
+    for_type((*rows).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      squared_distances(rows.data<T>(), columns.data<T>(), rows.size(0), rows.size(1), columns.size(1), rows.size(2), data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_two_least(AtenTensorHandle x, int32_t along_rows, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument values(x);
+    const Planes planes = planes_of(*values);
+    Result places = make({planes.count, along_rows ? planes.height : planes.width, 2}, kInt64);
+    for_type((*values).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      two_least(values.data<T>(), planes, along_rows != 0, data<int64_t>(places));
+    });
+    *result = places.release();
+  });
+}
+
+AOTITorchError aoti_torch_cpu_direction_histograms(AtenTensorHandle patches, AtenTensorHandle window, AtenTensorHandle nearness, int64_t bins,
+                                                   AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument images(patches), weights(window), near(nearness);
+    Result out = make({images.size(0), bins, near.size(0), near.size(0)}, (*images).dtype);
+    for_type((*images).dtype, [&](auto zero) {
+      using T = decltype(zero);
+      direction_histograms(images.data<T>(), images.size(0), images.size(3), weights.data<T>(), near.data<T>(), near.size(0), bins, data<T>(out));
+    });
+    *result = out.release();
+  });
+}
+
 }  // extern "C"

@@ -145,4 +145,32 @@ void real_roots(const double* coefficients, int64_t degree, int64_t count, doubl
 template <class T>
 void cheapest_models(const T* models, const T* planes, int64_t batch, int64_t per_item, int64_t n, bool epipolar, int64_t count, int64_t* out);
 
+/** Patches of side x side pixels: pixel (i, j) is read, bilinearly and beyond the border the last pixel, where a frame's 2 x 3 matrix leads from
+ *  ((2 j + 1) / side - 1, (2 i + 1) / side - 1). Each row of pixels holds several images; each frame's begins at `start` and has `height` x `width`
+ *  pixels. `rows.height` x `rows.width` is a row's length. */
+template <class T>
+void sample_patches(const T* pixels, Images rows, const int64_t* start, const int64_t* height, const int64_t* width, const T* frames, int64_t frames_per_row,
+                    int64_t side, T* out);
+
+/** Of each volume of `channels` planes the `count` strongest places that exceed their 26 neighbours and 0, or with `minima` fall below them and 0, and
+ *  lie at least margins[plane] pixels from the plane's border: indices in the volume by descending magnitude, of equals the first; -1 where there are
+ *  no more. */
+template <class T>
+void strongest_extrema(const T* x, Images volumes, const int64_t* margins, bool minima, int64_t count, int64_t* out);
+
+/** Squared Euclidean distances of `rows` vectors of `depth` entries from `columns` such, of each item, as differences in double of squared lengths and
+ *  products. */
+template <class T>
+void squared_distances(const T* a, const T* b, int64_t batch, int64_t rows, int64_t columns, int64_t depth, T* out);
+
+/** Where the least and the second least number along each row, or column, is: pairs of indices, of equals the first; -1 where there is none that is
+ *  less than infinity. */
+template <class T>
+void two_least(const T* x, Planes planes, bool along_rows, int64_t* out);
+
+/** Histograms (count, bins, places, places) of the directions of square patches' central differences, the border replicated: lengths times `window`, shared
+ *  linearly by the two nearest of `bins` directions, and by nearness (places x size) along rows and along columns. */
+template <class T>
+void direction_histograms(const T* patches, int64_t count, int64_t size, const T* window, const T* nearness, int64_t places, int64_t bins, T* out);
+
 }  // namespace chiasm::kernels

@@ -108,6 +108,16 @@ void bilinear(const T* plane, int64_t stride, const Taps<T>& taps, int64_t n, T*
   }
 }
 
+// Of an image that is one row or column of `size` pixels.
+template <class T>
+void along_line(const T* line, const T* x, int64_t size, int64_t n, T* out) {
+  for (int64_t i = 0; i < n; ++i) {
+    const auto left = static_cast<int64_t>(x[i]);
+    const T fraction = x[i] - static_cast<T>(left);
+    out[i] = line[left] * (1 - fraction) + line[std::min(left + 1, size - 1)] * fraction;
+  }
+}
+
 // To the nearest whole number, halves to the even one: by adding a number so large that no fraction is left. Unlike nearbyint it is vectorised.
 inline float rounded(float x) { return (x + 12582912.0f) - 12582912.0f; }
 inline double rounded(double x) { return (x + 6755399441055744.0) - 6755399441055744.0; }
@@ -212,8 +222,44 @@ void sample_projective(const T* source, Images images, const T* matrices, int64_
   });
 }
 
+template <class T>
+void sample_patches(const T* pixels, Images rows, const int64_t* start, const int64_t* height, const int64_t* width, const T* frames, int64_t frames_per_row,
+                    int64_t side, T* out) {
+  const int64_t channels = rows.channels, length = rows.height * rows.width, area = side * side;
+#pragma omp parallel for
+  for (int64_t i = 0; i < rows.count * frames_per_row; ++i) {
+    const int64_t row = i / frames_per_row, frame = i % frames_per_row;
+    const T* const m = frames + 6 * i;
+    const T* const image = pixels + row * channels * length + start[i];
+    Taps<T> taps;
+    T x[kRun], y[kRun];
+    for (int64_t first = 0; first < area; first += kRun) {
+      const int64_t n = std::min(kRun, area - first);
+      for (int64_t k = 0; k < n; ++k) {
+        const T u = static_cast<T>(2 * ((first + k) % side) + 1) / static_cast<T>(side) - 1, v = static_cast<T>(2 * ((first + k) / side) + 1) / static_cast<T>(side) - 1;
+        x[k] = m[0] * u + m[1] * v + m[2];
+        y[k] = m[3] * u + m[4] * v + m[5];
+      }
+      place(x, n, width[i], Padding::kBorder, true);
+      place(y, n, height[i], Padding::kBorder, true);
+      const bool thin = height[i] < 2 || width[i] < 2;  // there is no second row or column to load
+      if (!thin) bilinear_taps(x, y, n, height[i], width[i], width[i], taps);
+      for (int64_t c = 0; c < channels; ++c) {
+        const T* const plane = image + c * length;
+        T* const target = out + ((row * channels + c) * frames_per_row + frame) * area + first;
+        if (thin)
+          along_line(plane, width[i] > 1 ? x : y, std::max(height[i], width[i]), n, target);
+        else
+          bilinear(plane, width[i], taps, n, target);
+      }
+    }
+  }
+}
+
 template void sample(const float*, Images, const float*, const float*, int64_t, int64_t, Interpolation, Padding, bool, float*);
 template void sample(const double*, Images, const double*, const double*, int64_t, int64_t, Interpolation, Padding, bool, double*);
+template void sample_patches(const float*, Images, const int64_t*, const int64_t*, const int64_t*, const float*, int64_t, int64_t, float*);
+template void sample_patches(const double*, Images, const int64_t*, const int64_t*, const int64_t*, const double*, int64_t, int64_t, double*);
 template void sample_projective(const float*, Images, const float*, int64_t, int64_t, Interpolation, Padding, bool, float*);
 template void sample_projective(const double*, Images, const double*, int64_t, int64_t, Interpolation, Padding, bool, double*);
 

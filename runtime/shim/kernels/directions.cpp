@@ -1,0 +1,81 @@
+// Histograms of gradients' directions in patches, for descriptors and orientations.
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "kernels.h"
+#include "vectors.h"
+
+// glibc's vector functions, which vector_math.cpp gives to compiled tensor code, too.
+extern "C" __m256 _ZGVdN8vv_atan2f(__m256, __m256);
+extern "C" __m256d _ZGVdN4vv_atan2(__m256d, __m256d);
+
+namespace chiasm::kernels {
+namespace {
+
+inline __m256 atan2(__m256 y, __m256 x) { return _ZGVdN8vv_atan2f(y, x); }
+inline __m256d atan2(__m256d y, __m256d x) { return _ZGVdN4vv_atan2(y, x); }
+
+// Lengths, weighed, and places among the bins of a row's n gradients (dx, dy). Rows are whole vectors long.
+template <class T>
+void to_polar(const T* dx, const T* dy, const T* weight, int64_t n, T bins, T* length, T* place) {
+  using V = Vector<T>;
+  const auto turn = V::all(static_cast<T>(bins / (2 * M_PI)));
+  for (int64_t i = 0; i < n; i += V::kLanes) {
+    const auto x = V::load(dx + i), y = V::load(dy + i), angle = atan2(y, x) * turn;
+    V::store(length + i, V::sqrt(x * x + y * y) * V::load(weight + i));
+    V::store(place + i, angle + V::where(angle < V::all(0), V::all(bins)));
+  }
+}
+
+}  // namespace
+
+template <class T>
+void direction_histograms(const T* patches, int64_t count, int64_t size, const T* window, const T* nearness, int64_t places, int64_t bins, T* out) {
+  constexpr int64_t lanes = Vector<T>::kLanes;
+  const int64_t padded = (size + lanes - 1) / lanes * lanes, room = 5 * padded + bins * places;
+  std::vector<T> scratch(static_cast<size_t>(room * omp_get_max_threads()));
+  std::vector<int64_t> first(static_cast<size_t>(size)), last(first);  // the places that a pixel counts in
+  for (int64_t i = 0; i < size; ++i) {
+    while (first[i] < places && nearness[first[i] * size + i] == 0) ++first[i];
+    last[i] = places;
+    while (last[i] > first[i] && nearness[(last[i] - 1) * size + i] == 0) --last[i];
+  }
+#pragma omp parallel for
+  for (int64_t patch = 0; patch < count; ++patch) {
+    const T* const image = patches + patch * size * size;
+    T* const histogram = out + patch * bins * places * places;
+    T *const dx = scratch.data() + room * omp_get_thread_num(), *const dy = dx + padded, *const length = dy + padded, *const place = length + padded;
+    T *const weight = place + padded, *const row = weight + padded;
+    std::fill_n(histogram, bins * places * places, T(0));
+    for (int64_t y = 0; y < size; ++y) {
+      const T *const here = image + y * size, *const above = y ? here - size : here, *const below = y + 1 < size ? here + size : here;
+      for (int64_t i = 0; i < size; ++i) {
+        dx[i] = T(0.5) * (here[std::min(i + 1, size - 1)] - here[std::max<int64_t>(i - 1, 0)]);
+        dy[i] = T(0.5) * (below[i] - above[i]);
+        weight[i] = window[y * size + i];
+      }
+      to_polar(dx, dy, weight, padded, static_cast<T>(bins), length, place);
+      std::fill_n(row, bins * places, T(0));
+      for (int64_t i = 0; i < size; ++i) {
+        const T whole = std::floor(place[i]), far = (place[i] - whole) * length[i], near = length[i] - far;
+        const int64_t low = whole == whole ? static_cast<int64_t>(whole) % bins : 0, high = (low + 1) % bins;  // what is not a number is seen in bin 0
+        for (int64_t k = first[i]; k < last[i]; ++k) {
+          const T share = nearness[k * size + i];
+          row[low * places + k] += near * share;
+          row[high * places + k] += far * share;
+        }
+      }
+      for (int64_t k = first[y]; k < last[y]; ++k)
+        for (int64_t bin = 0; bin < bins; ++bin)
+          for (int64_t i = 0; i < places; ++i) histogram[(bin * places + k) * places + i] += nearness[k * size + y] * row[bin * places + i];
+    }
+  }
+}
+
+template void direction_histograms(const float*, int64_t, int64_t, const float*, const float*, int64_t, int64_t, float*);
+template void direction_histograms(const double*, int64_t, int64_t, const double*, const double*, int64_t, int64_t, double*);
+
+}  // namespace chiasm::kernels

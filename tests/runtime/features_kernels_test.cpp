@@ -1,0 +1,158 @@
+// The kernels of key points, patches and descriptors, against their definitions in plain loops of doubles and against OpenCV.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "kernels_fixture.h"
+#include "shim/kernels/kernels.h"
+
+using namespace chiasm::kernels;
+
+namespace {
+
+template <class T>
+class FeatureKernels : public KernelsTest<T> {
+ protected:
+  FeatureKernels() : KernelsTest<T>(23) {}
+};
+
+using Types = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(FeatureKernels, Types);
+
+TYPED_TEST(FeatureKernels, TheStrongestExtremaAreThoseOfPlainLoops) {
+  using T = TypeParam;
+  for (const Images& v : {Images{1, 3, 3, 3}, Images{2, 3, 9, 7}, Images{1, 5, 24, 45}, Images{1, 2, 9, 9}})
+    for (const bool minima : {false, true})
+      for (const int64_t count : {1, 7, 400}) {
+        const int64_t plane = v.height * v.width;
+        auto x = this->random(v.count * v.channels * plane, -1, 1);
+        for (T& value : x) value = std::round(value * 20) / 20;  // so that some are equal
+        const std::vector<int64_t> margins{0, 0, 1, 3, 0};
+        std::vector<int64_t> out(static_cast<size_t>(v.count * count));
+        strongest_extrema(x.data(), v, margins.data(), minima, count, out.data());
+        for (int64_t b = 0; b < v.count; ++b) {
+          const T* const volume = x.data() + b * v.channels * plane;
+          std::vector<std::pair<T, int64_t>> expected;
+          for (int64_t l = 1; l + 1 < v.channels; ++l)
+            for (int64_t r = 1; r + 1 < v.height; ++r)
+              for (int64_t c = 1; c + 1 < v.width; ++c) {
+                const int64_t m = margins[size_t(l)], at = l * plane + r * v.width + c;
+                if (r < m || c < m || r >= v.height - m || c >= v.width - m) continue;
+                bool most = volume[at] > 0, least = minima && volume[at] < 0;
+                for (int64_t i = 0; i < 27; ++i) {
+                  const int64_t other = at + (i / 9 - 1) * plane + (i / 3 % 3 - 1) * v.width + i % 3 - 1;
+                  most = most && (other == at || volume[at] > volume[other]);
+                  least = least && (other == at || volume[at] < volume[other]);
+                }
+                if (most || least) expected.emplace_back(-std::abs(volume[at]), at);
+              }
+          std::sort(expected.begin(), expected.end());
+          for (int64_t k = 0; k < count; ++k)
+            ASSERT_EQ(out[size_t(b * count + k)], k < int64_t(expected.size()) ? expected[size_t(k)].second : -1) << v.height << "x" << v.width << ", slot " << k;
+        }
+      }
+}
+
+TYPED_TEST(FeatureKernels, DistancesAreOpenCvs) {
+  using T = TypeParam;
+  for (const auto& [rows, columns, depth] : {std::array<int, 3>{1, 1, 1}, {5, 13, 128}, {9, 24, 3}, {4, 12, 64}})
+    for (const int64_t batch : {1, 2}) {
+      const auto a = this->random(batch * rows * depth, -1, 1), b = this->random(batch * columns * depth, -1, 1);
+      std::vector<T> out(static_cast<size_t>(batch * rows * columns));
+      squared_distances(a.data(), b.data(), batch, rows, columns, depth, out.data());
+      for (int64_t i = 0; i < batch; ++i)
+        for (int r = 0; r < rows; ++r)
+          for (int c = 0; c < columns; ++c) {
+            const cv::Mat left(1, depth, cv::DataType<T>::type, const_cast<T*>(a.data() + (i * rows + r) * depth)),
+                right(1, depth, cv::DataType<T>::type, const_cast<T*>(b.data() + (i * columns + c) * depth));
+            ASSERT_NEAR(out[size_t((i * rows + r) * columns + c)], cv::norm(left, right, cv::NORM_L2SQR), 1e-5 * depth);
+          }
+    }
+}
+
+TYPED_TEST(FeatureKernels, TheTwoLeastAreTheFirstOfTheSorted) {
+  using T = TypeParam;
+  constexpr T kInfinity = std::numeric_limits<T>::infinity();
+  for (const Planes& p : {Planes{1, 1, 1}, Planes{2, 5, 3}, Planes{1, 40, 300}})
+    for (const bool along_rows : {true, false}) {
+      auto x = this->random(p.count * p.height * p.width, 0, 1);
+      for (T& v : x) v = v > T(0.8) ? kInfinity : std::round(v * 10) / 10;
+      if (x.size() > 1) x[1] = std::numeric_limits<T>::quiet_NaN();
+      const int64_t lines = along_rows ? p.height : p.width, length = along_rows ? p.width : p.height;
+      std::vector<int64_t> out(static_cast<size_t>(p.count * lines * 2));
+      two_least(x.data(), p, along_rows, out.data());
+      for (int64_t i = 0; i < p.count * lines; ++i) {
+        std::vector<std::pair<T, int64_t>> line;
+        for (int64_t k = 0; k < length; ++k) {
+          const T value = x[size_t(i / lines * p.height * p.width + (along_rows ? i % lines * p.width + k : k * p.width + i % lines))];
+          if (value < kInfinity) line.emplace_back(value, k);
+        }
+        std::sort(line.begin(), line.end());
+        for (size_t k = 0; k < 2; ++k) ASSERT_EQ(out[size_t(2 * i) + k], k < line.size() ? line[k].second : -1);
+      }
+    }
+}
+
+TYPED_TEST(FeatureKernels, HistogramsOfDirectionsAreTheirDefinition) {
+  using T = TypeParam;
+  for (const auto& sizes : {std::array<int64_t, 3>{16, 4, 8}, {19, 1, 36}, {1, 1, 2}, {33, 3, 5}}) {
+    constexpr int64_t count = 3;
+    const int64_t size = sizes[0], places = sizes[1], bins = sizes[2];
+    const auto patches = this->random(count * size * size, 0, 1), window = this->random(size * size, 0, 1);
+    std::vector<T> nearness(static_cast<size_t>(places * size));
+    for (int64_t p = 0; p < places; ++p)
+      for (int64_t i = 0; i < size; ++i) nearness[size_t(p * size + i)] = std::max(T(0), 1 - std::abs((T(i) + T(0.5)) * T(places) / T(size) - T(p) - T(0.5)));
+    std::vector<T> out(static_cast<size_t>(count * bins * places * places));
+    direction_histograms(patches.data(), count, size, window.data(), nearness.data(), places, bins, out.data());
+    for (int64_t n = 0; n < count; ++n) {
+      std::vector<double> expected(static_cast<size_t>(bins * places * places));
+      const auto pixel = [&](int64_t y, int64_t x) { return double(patches[size_t((n * size + std::clamp<int64_t>(y, 0, size - 1)) * size + std::clamp<int64_t>(x, 0, size - 1))]); };
+      for (int64_t y = 0; y < size; ++y)
+        for (int64_t x = 0; x < size; ++x) {
+          const double dx = (pixel(y, x + 1) - pixel(y, x - 1)) / 2, dy = (pixel(y + 1, x) - pixel(y - 1, x)) / 2, length = std::hypot(dx, dy);
+          const double place = std::atan2(dy, dx) / (2 * M_PI) * double(bins) + double(bins);
+          for (int64_t k = 0; k < bins * places * places; ++k) {
+            const double away = std::fmod(std::abs(place - double(k / (places * places))), double(bins)), share = std::max(0.0, 1 - std::min(away, double(bins) - away));
+            expected[size_t(k)] += length * double(window[size_t(y * size + x)]) * share * double(nearness[size_t(k / places % places * size + y)]) * double(nearness[size_t(k % places * size + x)]);
+          }
+        }
+      for (size_t k = 0; k < expected.size(); ++k) ASSERT_NEAR(out[size_t(n) * expected.size() + k], expected[k], 2e-4) << size << ", entry " << k;
+    }
+  }
+}
+
+TYPED_TEST(FeatureKernels, PatchesAreBilinearReadingsOfTheirImages) {
+  using T = TypeParam;
+  constexpr int64_t batch = 2, channels = 3, frames = 4, side = 18;
+  const int64_t heights[] = {9, 20, 1, 7}, widths[] = {30, 11, 6, 1};  // four images in a row of pixels
+  std::vector<int64_t> start, height, width;
+  int64_t length = 0;
+  for (int64_t k = 0; k < 4; ++k) {
+    start.push_back(length);
+    height.push_back(heights[k]);
+    width.push_back(widths[k]);
+    length += heights[k] * widths[k];
+  }
+  for (auto* list : {&start, &height, &width}) list->insert(list->end(), list->begin(), list->begin() + 4);  // the same for either item
+  const auto pixels = this->random(batch * channels * length, 0, 1), matrices = this->random(batch * frames * 6, -12, 12);
+  std::vector<T> out(static_cast<size_t>(batch * channels * frames * side * side));
+  sample_patches(pixels.data(), Images{batch, channels, 1, length}, start.data(), height.data(), width.data(), matrices.data(), frames, side, out.data());
+  for (int64_t i = 0; i < int64_t(out.size()); ++i) {
+    const int64_t column = i % side, row = i / side % side, frame = i / (side * side) % frames, plane = i / (side * side * frames), own = plane / channels * frames + frame;
+    const double u = double(2 * column + 1) / side - 1, v = double(2 * row + 1) / side - 1;
+    const T* const m = matrices.data() + 6 * own;
+    const double x = std::clamp(m[0] * u + m[1] * v + m[2], 0.0, double(width[size_t(own)] - 1)), y = std::clamp(m[3] * u + m[4] * v + m[5], 0.0, double(height[size_t(own)] - 1));
+    const auto pixel = [&](double r, double c) {
+      const int64_t yy = std::min(int64_t(r), height[size_t(own)] - 1), xx = std::min(int64_t(c), width[size_t(own)] - 1);
+      return double(pixels[size_t(plane * length + start[size_t(own)] + yy * width[size_t(own)] + xx)]);
+    };
+    const double r = std::floor(y), c = std::floor(x), fy = y - r, fx = x - c;
+    const double expected = (pixel(r, c) * (1 - fx) + pixel(r, c + 1) * fx) * (1 - fy) + (pixel(r + 1, c) * (1 - fx) + pixel(r + 1, c + 1) * fx) * fy;
+    ASSERT_NEAR(out[size_t(i)], expected, 2e-5) << "frame " << frame << " at " << x << ", " << y;
+  }
+}
+
+}  // namespace
