@@ -74,9 +74,8 @@ def detect_keypoints(
     volumes = _responses(img, response, num_octaves, n_levels, init_sigma, blur)
     radii = [mr_size * init_sigma * 2.0 ** (k / n_levels) for k in range(n_levels + 2)]
     index, found = _strongest(volumes, response == "dog", radii, max_keypoints)
-    place, start, extent, pixel = _located(volumes, index)
-    row = torch.cat([volume.flatten(1) for volume in volumes], 1)
-    position, value = _refined(row, place, start, extent)
+    place, octave, extent, pixel = _located(volumes, index)
+    position, value = _refined(volumes, place, octave, extent)
     score = torch.where(found, value.abs().to(img.dtype), torch.zeros_like(value).to(img.dtype))
     score = torch.where(score > threshold, score, torch.zeros_like(score))
     scores, order = stable_topk(score, max_keypoints)
@@ -111,7 +110,7 @@ def _responses(img: Tensor, response: str, num_octaves: int, n_levels: int, init
     """(B, n_levels + 2, H, W) of each octave, of an image that is blurred so much already."""
     count = n_levels + 3 if response == "dog" else n_levels + 2
     sigmas = [init_sigma * 2.0 ** (k / n_levels) for k in range(count)]
-    levels = [_blurred(img, math.sqrt(init_sigma * init_sigma - 0.25))]
+    levels = [_blurred(img, math.sqrt(init_sigma * init_sigma - blur * blur))]
     out: List[Tensor] = []
     for octave in range(num_octaves):
         if octave > 0:
@@ -189,18 +188,18 @@ def _has_room(volume: Tensor, radii: List[float]) -> Tensor:
 
 
 def _located(volumes: List[Tensor], index: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Of places in the row of all voxels: scale, row and column (B, K, 3), at least 1; where their octave begins (B, K), its sizes (B, K, 3)
+    """Of places in the row of all voxels: scale, row and column (B, K, 3), at least 1; which octave they are in (B, K), its sizes (B, K, 3)
     and how large its pixels are (B, K)."""
     zero = torch.zeros_like(index)
     depth = volumes[0].size(1)
-    start, height, width = zero, zero + volumes[0].size(2), zero + volumes[0].size(3)
+    octave, start, height, width = zero, zero, zero + volumes[0].size(2), zero + volumes[0].size(3)
     pixel = torch.ones_like(index).to(torch.float64)
     offset, size = 0, 1.0
     for k in range(1, len(volumes)):
         offset = offset + depth * volumes[k - 1].size(2) * volumes[k - 1].size(3)
         size = 2.0 * size
         beyond = index >= offset
-        start = torch.where(beyond, zero + offset, start)
+        octave, start = torch.where(beyond, zero + k, octave), torch.where(beyond, zero + offset, start)
         height, width = torch.where(beyond, zero + volumes[k].size(2), height), torch.where(beyond, zero + volumes[k].size(3), width)
         pixel = torch.where(beyond, torch.full_like(pixel, size), pixel)
     # By float64, which is exact: integer division in ONNX goes through float32.
@@ -209,34 +208,39 @@ def _located(volumes: List[Tensor], index: Tensor) -> Tuple[Tensor, Tensor, Tens
     rest = rest - level * height * width
     row = torch.floor(rest.to(torch.float64) / width).to(torch.int64)
     place = torch.stack([level, row, rest - row * width], -1).clamp(min=1)
-    return place, start, torch.stack([zero + depth, height, width], -1), pixel
+    return place, octave, torch.stack([zero + depth, height, width], -1), pixel
 
 
-def _refined(row: Tensor, place: Tensor, start: Tensor, extent: Tensor) -> Tuple[Tensor, Tensor]:
+def _refined(volumes: List[Tensor], place: Tensor, octave: Tensor, extent: Tensor) -> Tuple[Tensor, Tensor]:
     """Scale, x and y (B, K, 3) and values (B, K) of the quadratics' extrema, in float64."""
     here = place
-    shift, rise, regular, own = _quadratic(row, here, start, extent)
+    shift, rise, regular, own = _quadratic(volumes, here, octave, extent)
     value = own
     for _ in range(2):
         step = (shift > 0.6).to(torch.int64) - (shift < -0.6).to(torch.int64)
         step = torch.where(regular[..., None], step, torch.zeros_like(step))
         here = torch.minimum((here + step).clamp(min=1), extent - 2)
-        shift, rise, regular, value = _quadratic(row, here, start, extent)
+        shift, rise, regular, value = _quadratic(volumes, here, octave, extent)
     near = (shift.detach().abs() <= 0.6).all(-1) & regular
     position = torch.where(near[..., None], here + shift, place.to(shift.dtype))
-    return position.index_select(-1, torch.tensor([0, 2, 1], device=row.device)), torch.where(near, value + rise, own)
+    return position.index_select(-1, torch.tensor([0, 2, 1], device=place.device)), torch.where(near, value + rise, own)
 
 
-def _quadratic(row: Tensor, place: Tensor, start: Tensor, extent: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+def _quadratic(volumes: List[Tensor], place: Tensor, octave: Tensor, extent: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
     """Shift (B, K, 3) along scale, row and column to the extremum at each place, its rise, whether there is one, and the voxel's value (B, K)."""
-    cube = torch.arange(3, device=row.device) - 1
+    cube = torch.arange(3, device=place.device) - 1
     level = place[..., 0][..., None, None, None] + cube[:, None, None]
     down = place[..., 1][..., None, None, None] + cube[:, None]
     across = place[..., 2][..., None, None, None] + cube
     height, width = extent[..., 1][..., None, None, None], extent[..., 2][..., None, None, None]
-    index = start[..., None, None, None] + (level * height + down) * width + across
-    near = row.gather(1, index.flatten(1)).reshape(-1, 3, 3, 3).to(torch.float64)
+    index = ((level * height + down) * width + across).flatten(1)
+    own = octave[..., None, None, None].expand(-1, -1, 3, 3, 3).flatten(1)
+    near = volumes[0].flatten(1).gather(1, torch.where(own == 0, index, torch.zeros_like(index)))
+    for k in range(1, len(volumes)):
+        there = volumes[k].flatten(1).gather(1, torch.where(own == k, index, torch.zeros_like(index)))
+        near = torch.where(own == k, there, near)
+    near = near.reshape(-1, 3, 3, 3).to(torch.float64)
     shift, rise, regular = quadratic_extrema(near)
     shape = [place.size(0), place.size(1)]
-    shift = shift[:, :, 0, 0, 0].index_select(1, torch.tensor([0, 2, 1], device=row.device)).unflatten(0, shape)
+    shift = shift[:, :, 0, 0, 0].index_select(1, torch.tensor([0, 2, 1], device=place.device)).unflatten(0, shape)
     return shift, rise[:, 0, 0, 0].unflatten(0, shape), regular[:, 0, 0, 0].unflatten(0, shape), near[:, 1, 1, 1].unflatten(0, shape)
