@@ -1,0 +1,1 @@
+"""Matching of two views beside OpenCV."""

@@ -1,0 +1,93 @@
+"""make bench-matching: two views of a scene matched by one bundle, beside OpenCV's SIFT, in C++ -> docs/benchmarks_matching.md."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from datetime import date
+from statistics import mean, median
+
+import cv2
+from rich.progress import track
+
+import chiasm
+
+from ..machine import ROOT, bundle_path, cores, cpu, notes
+from .pairs import CHANGES, Pair, pairs
+from .score import score
+
+PAGE = ROOT / "docs" / "benchmarks_matching.md"
+PROGRAM = ROOT / "build" / "release" / "bin" / "bench_matching"
+PIPELINE, DETECTOR = "pipelines.two_view_homography.large", "feature.detect_keypoints.dog_large"
+TURNS = 5
+#: a pair is of the kind that the aim is about where either contender finds so many key points in both images
+MANY = 2000
+
+
+def main() -> int:
+    made = pairs(ROOT / "build" / "bench-matching")
+    rows = [row(pair, threads) for threads in sorted({1, cores()}) for pair in track(made, f"{threads} thread{'s' * (threads > 1)}")]
+    PAGE.write_text(page(rows))
+    print("\n".join(accuracy(rows) + [""] + speed(rows)))
+    return 0
+
+
+def row(pair: Pair, threads: int) -> dict:
+    arguments = [PROGRAM, bundle_path(PIPELINE), bundle_path(DETECTOR), threads, TURNS, pair.first, pair.second]
+    done = subprocess.run([*map(str, arguments)], capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"bench_matching: {done.stderr}")
+    found = json.loads(done.stdout)
+    shape = cv2.imread(str(pair.first), cv2.IMREAD_GRAYSCALE).shape
+    scores = {name: score(found[name], pair.homography, shape) for name in ("chiasm", "OpenCV")}
+    return {"pair": pair, "threads": threads, "version": found["opencv_version"]} | scores
+
+
+def page(rows: list[dict]) -> str:
+    lines = [
+        "# Benchmark of matching",
+        "",
+        f"Made by `make bench-matching` on {date.today()}: {cpu()}, {cores()} cores. chiasm {chiasm.__version__}'s bundle `{PIPELINE}`, native, and Debian's OpenCV",
+        f"{rows[0]['version']} (SIFT of 2500 features, BFMatcher with the ratio test, findHomography with RANSAC), in C++, in turns in one process.",
+        "Ten photographs of scikit-image, each moved by six homographies, with what the change is called done to it (bench/matching/pairs.py).",
+        "",
+        "*Repeatability*: share of the key points in the common part of both images that have one of the other image within 3 pixels; *matching score*: right matches",
+        "among as many; *precision*: right ones among the matches; *corner error*: mean distance of where the homography and the truth take the four corners.",
+        "",
+        *accuracy(rows),
+        "",
+        "Time of a pair, from bytes to the homography, medians of the pairs:",
+        "",
+        *speed(rows),
+    ]
+    return "\n".join(lines) + "\n" + notes(PAGE)
+
+
+def accuracy(rows: list[dict]) -> list[str]:
+    """By the kind of change, of the runs on one thread: the number of threads changes nothing."""
+    lines = [
+        "| change | by | key points | repeatability | matching score | precision | median corner error | within 1 px | within 3 px |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for change in (*CHANGES, "all"):
+        for name in ("chiasm", "OpenCV"):
+            of = [r[name] for r in rows if r["threads"] == 1 and change in (r["pair"].change, "all")]
+            means = [f"{mean(s[k] for s in of):.3f}" for k in ("repeatability", "matching_score", "precision")]
+            errors = [s["error"] for s in of]
+            within = [f"{sum(e <= limit for e in errors)} of {len(errors)}" for limit in (1, 3)]
+            lines.append(f"| {change} | {name} | {mean(s['keypoints'] for s in of):.0f} | {' | '.join(means)} | {median(errors):.3f} | {' | '.join(within)} |")
+    return lines
+
+
+def speed(rows: list[dict]) -> list[str]:
+    lines = ["| pairs | threads | number | chiasm ms | OpenCV ms | times as fast |", "|---|---|---|---|---|---|"]
+    for title, least in (("all", 0), (f"with {MANY} key points or more", MANY)):
+        for threads in sorted({r["threads"] for r in rows}):
+            of = [r for r in rows if r["threads"] == threads and min(r["chiasm"]["keypoints"], r["OpenCV"]["keypoints"]) >= least]
+            ours, theirs = (median(r[name]["ms"] for r in of) for name in ("chiasm", "OpenCV"))
+            lines.append(f"| {title} | {threads} | {len(of)} | {ours:.1f} | {theirs:.1f} | {median(r['OpenCV']['ms'] / r['chiasm']['ms'] for r in of):.2f} |")
+    return lines
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
