@@ -50,8 +50,8 @@ for _response, _threshold, _reference in (
     ), fn="feature.detect_keypoints")
 
 _PROPOSALS = [TensorSpec("coordinates", description="x and y in pixels"), TensorSpec("scores", description="the largest response of each window")]
-#: Responses whose maxima weigh more than the rest of their windows; more than one window each way, as exports treat one apart.
-_PEAKS = {"reference": "a loop in NumPy", "tolerances": {"float32": Tolerance(1e-3, 1e-4)}, "gradient_tolerances": {"float32": Tolerance(1e-2, 1e-3)}}
+#: Symbols: more than one window each way, since an export takes a single one for a constant.
+_PEAKS = {"reference": "a loop in NumPy", "tolerances": {"float32": Tolerance(2e-4, 1e-4)}}
 add(Spec(
     "feature.index_proposal", [image("response", channels=1)], _PROPOSALS, config={"window": 8, "base": 1e3}, symbols={"H": (9, 32768), "W": (9, 32768)}, **_PEAKS,
 ))

@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image
+from ..primitives.reshaping import reshaped
 from ..primitives.warping import position_dtype
 
 
@@ -50,21 +51,22 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
         raise ValueError(f"window: expected a positive number, got {window}")
     if base <= 1.0:
         raise ValueError(f"base: expected more than 1, got {base}")
-    rows, row_inside = _windows(response.size(2), window, response)
-    columns, column_inside = _windows(response.size(3), window, response)
+    rows, columns = _windows(response.size(2), window, response), _windows(response.size(3), window, response)
     # (B, h, window, w, window): beyond the border is the last pixel again, which changes no maximum, and whose weight is taken away.
-    tiles = response[:, 0].index_select(1, rows).index_select(2, columns).unflatten(2, [-1, window]).unflatten(1, [-1, window])
+    tall = response[:, 0].index_select(1, rows.flatten().clamp(max=response.size(2) - 1))
+    tiles = tall.index_select(2, columns.flatten().clamp(max=response.size(3) - 1))
+    tiles = reshaped(tiles, [response.size(0), rows.size(0), window, columns.size(0), window])
     score = tiles.amax([2, 4])
     real = tiles.to(position_dtype(response.dtype)).clamp(min=-1e30)
     # Whatever is subtracted falls out of the mean, so it needs no gradient.
     below = real - real.detach().amax([2, 4], keepdim=True)
-    inside = row_inside[:, :, None, None] & column_inside
+    inside = (rows < response.size(2))[:, :, None, None] & (columns < response.size(3))
     weight = torch.exp(below * math.log(base)) * inside.to(below.dtype)
     across, down = weight.sum(2), weight.sum(4)
     offset = torch.arange(window, device=response.device).to(below.dtype)
     total = across.sum(-1)
-    x = (across * offset).sum(-1) / total + _corners(column_inside, window, total)
-    y = (down * offset[:, None]).sum(2) / total + _corners(row_inside, window, total)[:, None]
+    x = (across * offset).sum(-1) / total + columns[:, 0].to(total.dtype)
+    y = (down * offset[:, None]).sum(2) / total + rows[:, :1].to(total.dtype)
     return torch.stack([x, y], -1).to(response.dtype), score
 
 
@@ -107,12 +109,7 @@ def multi_scale_index_proposal(response: Tensor, windows: Optional[List[int]] = 
     return torch.cat(places, 1), torch.cat(values, 1), torch.cat(which, 1)
 
 
-def _windows(size: int, window: int, like: Tensor) -> Tuple[Tensor, Tensor]:
-    """Indices of the pixels of all windows along an axis, (windows * window,), the last one repeated, and whether each is in the image (windows, window)."""
-    pixel = torch.arange((size + window - 1) // window * window, device=like.device)
-    return pixel.clamp(max=size - 1), (pixel < size).unflatten(0, [-1, window])
-
-
-def _corners(inside: Tensor, window: int, like: Tensor) -> Tensor:
-    """The first pixel of each window."""
-    return torch.arange(inside.size(0), device=like.device).to(like.dtype) * window
+def _windows(size: int, window: int, like: Tensor) -> Tensor:
+    """The pixels of each window along an axis, (windows, window); the last window's may go on beyond the border."""
+    first = torch.arange((size + window - 1) // window, device=like.device) * window
+    return first[:, None] + torch.arange(window, device=like.device)
