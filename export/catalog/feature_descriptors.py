@@ -45,6 +45,20 @@ _add(
 _add("dominant_orientation", [_PATCHES], TensorSpec("angles", description="radians"), "a loop in NumPy; turned patches", sample=_sample_patches)
 _add("affine_shape", [_PATCHES], TensorSpec("ellipses", description="a, b, c"), "NumPy; stretched blobs", sample=_sample_patches)
 
+
+def _sample_learned(generator, sizes, dtype):
+    projection = torch.randn((63, 32), generator=generator, dtype=torch.float64)
+    mean = 0.1 * torch.rand(63, generator=generator, dtype=torch.float64)
+    return {**_sample_patches(generator, sizes, dtype), "whitening": projection.to(dtype), "mean": mean.to(dtype)}
+
+
+_KERNELS = {"reference": "the kernel summed over pairs of pixels in NumPy", "gradient_tolerances": {"float32": Tolerance(5e-3, 1e-3)}}
+_add("mkd_describe.concat", [_PATCHES], _DESCRIPTORS, sample=_sample_patches, **_KERNELS)
+_add(
+    "mkd_describe.whitened", [_PATCHES, TensorSpec("whitening", (63, 32), description="a projection"), TensorSpec("mean", (63,), description="subtracted before it")],
+    _DESCRIPTORS, config={"kernel_type": "cart", "power": 0.5}, sample=_sample_learned, **_KERNELS,
+)
+
 _REGIONS = [image("img", channels=1, color="GRAY"), TensorSpec("laf", ("B", "N", 2, 3), description="local affine frames")]
 _OUT = TensorSpec("output", description="local affine frames")
 _LARGE = {"symbols": {"H": (16, 32768), "W": (16, 32768)}, "sample": _sample_regions, "config": {"PS": 16}}

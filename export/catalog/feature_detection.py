@@ -48,3 +48,14 @@ for _response, _threshold, _reference in (
         sample=_sample_blobs,
         reference=_reference,
     ), fn="feature.detect_keypoints")
+
+_PROPOSALS = [TensorSpec("coordinates", description="x and y in pixels"), TensorSpec("scores", description="the largest response of each window")]
+#: Symbols: more than one window each way, since an export takes a single one for a constant.
+_PEAKS = {"reference": "a loop in NumPy", "tolerances": {"float32": Tolerance(2e-4, 1e-4)}}
+add(Spec(
+    "feature.index_proposal", [image("response", channels=1)], _PROPOSALS, config={"window": 8, "base": 1e3}, symbols={"H": (9, 32768), "W": (9, 32768)}, **_PEAKS,
+))
+add(Spec(
+    "feature.multi_scale_index_proposal", [image("response", channels=1)], [*_PROPOSALS, TensorSpec("size", description="which of the windows' sizes")],
+    config={"base": 1e3}, symbols={"H": (41, 32768), "W": (41, 32768)}, **_PEAKS,
+))

@@ -1,0 +1,115 @@
+"""Soft non-maximum suppression: one key point of each window of a response, differentiable in the response.
+
+A. Barroso-Laguna, E. Riba, D. Ponsa, K. Mikolajczyk, Key.Net: Keypoint Detection by Handcrafted and Learned CNN Filters, ICCV 2019, sections 3.3 and
+3.4. In scale space, and where windows overlap, ``geometry.subpix.conv_soft_argmax3d`` and ``conv_soft_argmax2d`` are soft, ``nms3d`` is not.
+"""
+
+import math
+from typing import List, Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.checks import check_image
+from ..primitives.reshaping import reshaped
+from ..primitives.warping import position_dtype
+
+
+def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple[Tensor, Tensor]:
+    """Where the maximum of each window is, softly: the mean position of its pixels under the weights base^r / sum of base^r.
+
+    Windows lie side by side from the first pixel on; the last of a row or column ends with the image. (The authors' program, not their paper,
+    divides the responses of a window by the largest and takes one from the powers, so that the response's scale does not matter. Here it does:
+    where a maximum exceeds the rest of its window by d, it weighs base^d as much as another pixel.)
+
+    Args:
+        response: (B, 1, H, W), floating point. Half precision is computed in float32. A pixel of -inf weighs nothing; a window of nothing else has
+            its centre for coordinates.
+        window: side of a window in pixels.
+        base: of the powers, more than 1; the larger, the closer to the maximum and the sharper the gradient.
+
+    Returns:
+        Coordinates (B, h, w, 2), x and y in pixels, the first pixel's centre being 0, with h = ceil(H / window) and w alike; scores
+        (B, h, w), the largest response of each window. Differentiable in response.
+
+    Raises:
+        TypeError: if response is not floating point.
+        ValueError: if response is not (B, 1, H, W), window not positive or base not more than 1.
+
+    Example:
+        >>> response = torch.zeros(1, 1, 4, 6)
+        >>> response[0, 0, 2, 1], response[0, 0, 1, 5] = 30.0, 20.0
+        >>> coordinates, scores = index_proposal(response, 4)
+        >>> coordinates[0, 0].round(decimals=2), scores[0, 0]
+        (tensor([[1., 2.],
+                [5., 1.]]), tensor([30., 20.]))
+    """
+    check_image(response, "response")
+    if response.size(1) != 1:
+        raise ValueError(f"response: expected shape (B, 1, H, W), got {list(response.shape)}")
+    if window < 1:
+        raise ValueError(f"window: expected a positive number, got {window}")
+    if base <= 1.0:
+        raise ValueError(f"base: expected more than 1, got {base}")
+    rows, columns = _windows(response.size(2), window, response), _windows(response.size(3), window, response)
+    # (B, h, window, w, window): beyond the border is the last pixel again, which changes no maximum, and whose weight is taken away.
+    tall = response[:, 0].index_select(1, rows.flatten().clamp(max=response.size(2) - 1))
+    tiles = tall.index_select(2, columns.flatten().clamp(max=response.size(3) - 1))
+    tiles = reshaped(tiles, [response.size(0), rows.size(0), window, columns.size(0), window])
+    score = tiles.amax([2, 4])
+    real = tiles.to(position_dtype(response.dtype)).clamp(min=-1e30)
+    # Whatever is subtracted falls out of the mean, so it needs no gradient.
+    below = real - real.detach().amax([2, 4], keepdim=True)
+    inside = (rows < response.size(2))[:, :, None, None] & (columns < response.size(3))
+    weight = torch.exp(below * math.log(base)) * inside.to(below.dtype)
+    across, down = weight.sum(2), weight.sum(4)
+    offset = torch.arange(window, device=response.device).to(below.dtype)
+    total = across.sum(-1)
+    x = (across * offset).sum(-1) / total + columns[:, 0].to(total.dtype)
+    y = (down * offset[:, None]).sum(2) / total + rows[:, :1].to(total.dtype)
+    return torch.stack([x, y], -1).to(response.dtype), score
+
+
+def multi_scale_index_proposal(response: Tensor, windows: Optional[List[int]] = None, base: float = math.e) -> Tuple[Tensor, Tensor, Tensor]:
+    """``index_proposal`` for windows of several sizes, all proposals in one row.
+
+    Args:
+        response: (B, 1, H, W), floating point.
+        windows: sides of the windows in pixels; None is the paper's 8, 16, 24, 32 and 40.
+        base: see ``index_proposal``.
+
+    Returns:
+        Coordinates (B, M, 2), x and y in pixels; scores (B, M); and (B, M), int64, which of ``windows`` a proposal is of. M is the
+        sum of ceil(H / window) ceil(W / window) over the sizes; proposals are in the order of the sizes, then of rows, then of columns.
+        Coordinates and scores are differentiable in response.
+
+    Raises:
+        TypeError: if response is not floating point.
+        ValueError: if response is not (B, 1, H, W), windows empty, a window not positive or base not more than 1.
+
+    Example:
+        >>> response = torch.zeros(1, 1, 6, 6)
+        >>> response[0, 0, 4, 1] = 30.0
+        >>> coordinates, scores, size = multi_scale_index_proposal(response, [3, 6])
+        >>> coordinates[0, [2, 4]].round(decimals=2), size[0]
+        (tensor([[1., 4.],
+                [1., 4.]]), tensor([0, 0, 0, 0, 1]))
+    """
+    sizes = [8, 16, 24, 32, 40] if windows is None else windows
+    if len(sizes) < 1:
+        raise ValueError("windows: expected at least one size, got none")
+    places: List[Tensor] = []
+    values: List[Tensor] = []
+    which: List[Tensor] = []
+    for k in range(len(sizes)):
+        coordinates, scores = index_proposal(response, sizes[k], base)
+        places.append(coordinates.flatten(1, 2))
+        values.append(scores.flatten(1))
+        which.append(torch.full_like(values[k], k, dtype=torch.int64))
+    return torch.cat(places, 1), torch.cat(values, 1), torch.cat(which, 1)
+
+
+def _windows(size: int, window: int, like: Tensor) -> Tensor:
+    """The pixels of each window along an axis, (windows, window); the last window's may go on beyond the border."""
+    first = torch.arange((size + window - 1) // window, device=like.device) * window
+    return first[:, None] + torch.arange(window, device=like.device)
