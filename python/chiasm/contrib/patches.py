@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_floating, check_image, check_rank
+from ..primitives.materialise import stored_index
 from ..primitives.reshaping import reshaped
 from ..primitives.sizes import positive_pair
 from ..primitives.windows import windows
@@ -143,7 +144,7 @@ def _overlap_add(x: Tensor, dim: int, size: int, count: int, window: int, stride
         index = latest - earlier
         offset = position - index * stride
         has = (index >= 0) & (index < count) & (offset < window)
-        values = x.index_select(dim, index.clamp(min=0, max=count - 1) * window + offset.clamp(max=window - 1))
+        values = x.index_select(dim, stored_index(index.clamp(min=0, max=count - 1) * window + offset.clamp(max=window - 1)))
         sums.append(torch.where(_along(has, dim), values, torch.zeros_like(values)))
         counts.append(has.to(torch.int64))
     total, covered = sums[0], counts[0]
