@@ -45,8 +45,9 @@ def inputs(spec: Spec, images: np.ndarray, target: tuple[int, int] | None = None
 
 
 def is_image(spec: Spec, tensor: TensorSpec) -> bool:
-    """Whether an input is pictures of the batch's size."""
-    return bool(tensor.layout) or ("H" in tensor.shape and not spec.name.startswith("geometry."))
+    """Whether an input is pictures of the batch's size; neither masks nor labels are."""
+    shaped = bool(tensor.layout) or ("H" in tensor.shape and not spec.name.startswith("geometry."))
+    return shaped and tensor.dtype in ("T", "uint8")
 
 
 def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.Tensor:

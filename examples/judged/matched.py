@@ -53,10 +53,11 @@ def described(s: Setting) -> Inputs:
 
 
 def two_images(s: Setting) -> Inputs:
-    """The photograph, and it as a worse camera sees it from elsewhere."""
+    """The photograph, and it as a worse camera sees it from elsewhere, when what is at its left has slipped."""
     gray = color.rgb_to_grayscale(s.rgb)
     w, h = s.width, s.height
-    bend = torch.tensor([[[0.8, -0.22, 0.2 * w], [0.2, 0.78, -0.02 * h], [0.15 / w, -0.12 / h, 1.0]]])
-    other = transform.warp_perspective(gray, bend, (h, w)) + noise(tuple(gray.shape), 0.04)
-    uniforms = torch.rand((1, 500, 4), generator=torch.Generator().manual_seed(0))
-    return {"image1": gray, "image2": other.clamp(0, 1).contiguous(), "uniforms": uniforms}
+    bend = s.repeated(torch.tensor([[0.8, -0.22, 0.2 * w], [0.2, 0.78, -0.02 * h], [0.15 / w, -0.12 / h, 1.0]]))
+    slipped = torch.cat([gray[..., : w // 3].roll(h // 8, 2), gray[..., w // 3 :]], 3)
+    other = transform.warp_perspective(slipped, bend, (h, w)) + noise(tuple(gray.shape), 0.04)
+    uniforms = torch.rand((500, 4), generator=torch.Generator().manual_seed(0))
+    return {"image1": gray, "image2": other.clamp(0, 1).contiguous(), "uniforms": s.repeated(uniforms)}

@@ -47,7 +47,7 @@ def frames_of(rgb: Tensor) -> Tensor:
 def noisy_volumes(s: Setting) -> Inputs:
     """Frames of the photograph, and the same with noise that grows from frame to frame."""
     made = frames_of(s.rgb)
-    growing = torch.linspace(0, 0.25, DEPTH).view(1, 1, -1, 1, 1)
+    growing = torch.linspace(0.02, 0.25, DEPTH).view(1, 1, -1, 1, 1)
     return {"img1": made, "img2": (made + growing * noise(tuple(made.shape), 1.0)).clamp(0, 1)}
 
 

@@ -26,7 +26,7 @@ def compared(shown: Shown) -> list[Panel]:
         value = shown.inputs[t.name]
         if (value.dim() > 2 and not t.name.endswith("_mask")) or t.name == "valid_mask":
             pixels, note = picture(t, value, limits)
-            made.append(Panel(t.name, hidden(shown, t.name, pixels), note, True))
+            made.append(Panel(f"{t.name}: slices" if "D" in t.shape else t.name, hidden(shown, t.name, pixels), note, True))
     return [*made, *maps(shown)]
 
 

@@ -70,7 +70,12 @@ def spans(places: np.ndarray) -> bool:
 
 
 def paper(shown: Shown, places: np.ndarray, photo: np.ndarray) -> Chart:
-    return Photo(photo // 2 + 127, HALF[0]) if spans(places) else Plane(HALF, np.array([[0.0, 0.0], [1.0, 1.0]]), equal=False)
+    return pale(photo) if spans(places) else Plane(HALF, np.array([[0.0, 0.0], [1.0, 1.0]]), equal=False)
+
+
+def pale(photo: np.ndarray) -> Photo:
+    """A photograph on which colours are seen well."""
+    return Photo(photo // 2 + 127, HALF[0])
 
 
 def inks_of(count: int) -> np.ndarray:

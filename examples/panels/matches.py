@@ -70,7 +70,7 @@ def two_views(shown: Shown) -> list[Panel]:
     return [
         Panel("image1, image2, matches", sheet.pixels(), note, weight=WIDE),
         Panel("image2, taken back by the homography", bytes_of(moved)),
-        Panel("image1 in red, that in cyan", bytes_of(onto), "grey where both agree"),
+        Panel("image1 in red, the other in cyan", bytes_of(onto), "grey where both agree"),
     ]
 
 

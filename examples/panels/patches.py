@@ -10,9 +10,9 @@ from examples import plots
 from examples.pictures import rgb_of, visible
 from examples.sheets import Photo, Sheet
 
-from .frames import CIRCLE, ellipse, inks_of
+from .frames import CIRCLE, ellipse, inks_of, pale
 from .images import input_panels
-from .model import HALF, THIRD, Panel, Shown
+from .model import THIRD, Panel, Shown
 
 CELL, COLUMNS, EDGE = 56, 4, 3
 MARK = (255, 90, 30)
@@ -99,7 +99,7 @@ def framed(shown: Shown) -> Panel:
     """Frames on the photograph."""
     name = next(n for n in ("laf", "lafs") if n in shown.inputs)
     places = shown.inputs[name][0].double().numpy()
-    sheet = Photo(shown.photo, HALF[0])
+    sheet = pale(shown.photo)
     for place, ink in zip(places, inks_of(len(places)), strict=True):
         ellipse(sheet, place, tuple(int(v) for v in ink))
     return Panel(f"{shown.spec.inputs[0].name}, {name}", sheet.pixels(), given=True)

@@ -12,7 +12,7 @@ from examples.sheets import GRAY, ZOOM, Photo, Plane, Sheet, Space, table
 
 from .cells import whole_pose
 from .compared import compared
-from .model import HALF, THIRD, WHOLE, Panel, Shown
+from .model import HALF, THIRD, WHOLE, WIDE, Panel, Shown
 from .planar import corners_of
 from .seen import CLASSES
 from .tensors import levels
@@ -76,8 +76,8 @@ def areas(shown: Shown) -> list[Panel]:
 def draw_boxes(sheet: Photo, boxes: np.ndarray, inks: np.ndarray, texts: list[str]) -> None:
     for corners, ink, text in zip(corners_of(boxes), inks, texts, strict=True):
         sheet.path(corners, tuple(int(v) for v in ink), 1.8, closed=True)
-        x, y = sheet.at(corners.mean(0)[None])[0]
-        sheet.write((float(x), float(y)), text, (255, 255, 255), "mm", 10)
+        x, y = sheet.at(corners[:1])[0]
+        sheet.write((float(x), float(y) - 1), text, tuple(int(v) for v in ink), "lb", 9)
 
 
 def overlaps(shown: Shown) -> list[Panel]:
@@ -104,7 +104,7 @@ def precisions(shown: Shown) -> list[Panel]:
         sheet = Photo(shown.photo, HALF[0])
         draw_boxes(sheet, boxes, np.where(there[:, None], VIVID[labels - 1], GRAY), texts)
         made.append(Panel(label, sheet.pixels(), "colours are classes" + ("" if there.all() else ", grey: masked"), True))
-    return [*made, Panel("precisions of the classes", levels(shown.outputs["precisions"].numpy(), VIVID, THIRD))]
+    return [*made, Panel("average precision of each class", levels(shown.outputs["precisions"].numpy(), VIVID, (WHOLE[0], 90)), weight=WIDE)]
 
 
 VIVID = np.array([(60, 170, 255), (255, 150, 40), (70, 210, 90), (235, 90, 220)])
@@ -118,18 +118,25 @@ def pose_errors(shown: Shown) -> list[Panel]:
     made = []
     for i in range(len(found)):
         label = ", ".join(f"{value[i]:.3g}°" for value in shown.outputs.values())
-        reach = 0.75 * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-        space = Space(THIRD, reach * (1.6 if found[i].shape == (3, 4) else 1.0), box=False)
+        space = Space(THIRD, np.concatenate([ends_of(found[i]), ends_of(true[i])]), box=False)
         for thing, width in ((true[i], 1.2), (found[i], 3.0)):
             draw_pose(space, thing, width)
-        made.append(Panel(label, space.pixels(), f"{', '.join(shown.outputs)}; the true one is thin"))
+        made.append(Panel(label, space.pixels(), f"{', '.join(shown.outputs)}: the true one is thin"))
     return made
+
+
+def ends_of(thing: np.ndarray) -> np.ndarray:
+    """What is to be seen of it, and the origin."""
+    if thing.ndim == 1:
+        return np.stack([0 * thing, thing / np.linalg.norm(thing)])
+    moved = whole_pose(thing)[:3, 3]
+    return np.concatenate([np.zeros((1, 3)), moved[None], moved + thing[:, :3].T])
 
 
 def draw_pose(space: Space, thing: np.ndarray, width: float) -> None:
     """A direction (3,), or a frame, where it is moved with the way to it."""
     if thing.ndim == 1:
-        space.path(np.stack([0 * thing, thing / np.linalg.norm(thing)]), RIGHT if width < 2 else SERIES[0], width)
+        space.path(ends_of(thing), RIGHT if width < 2 else SERIES[0], width)
         return
     pose = whole_pose(thing)
     if pose[:3, 3].any():
