@@ -11,6 +11,7 @@ from chiasm.export import samples
 from chiasm.export.spec import Spec, TensorSpec
 
 from .geometric import WARPED, counts, geometric, lattice, scale_space, solid, volume_sizes
+from .judged import judged
 from .photographs import photograph
 from .values import count, places, values
 
@@ -29,7 +30,7 @@ def inputs(spec: Spec, images: np.ndarray, target: tuple[int, int] | None = None
     entries = batch if any(is_image(spec, t) for t in spec.inputs) else count(spec)
     sizes = {"B": entries, "C": 3, "H": height, "W": width, "N": points, "OH": wanted[0], "OW": wanted[1]}
     sizes = samples.fit(spec, sizes | volume_sizes(spec, height, width) | counts(spec))
-    known = features(spec, rgb) | places(spec, sizes) | geometric(spec, sizes, rgb)
+    known = features(spec, rgb) | places(spec, sizes) | geometric(spec, sizes, rgb) | judged(spec, sizes, rgb)
     made = {}
     for tensor in spec.inputs:
         if tensor.name in known:
@@ -44,8 +45,9 @@ def inputs(spec: Spec, images: np.ndarray, target: tuple[int, int] | None = None
 
 
 def is_image(spec: Spec, tensor: TensorSpec) -> bool:
-    """Whether an input is pictures of the batch's size."""
-    return bool(tensor.layout) or ("H" in tensor.shape and not spec.name.startswith("geometry."))
+    """Whether an input is pictures of the batch's size; neither masks nor labels are."""
+    shaped = bool(tensor.layout) or ("H" in tensor.shape and not spec.name.startswith("geometry."))
+    return shaped and tensor.dtype in ("T", "uint8")
 
 
 def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.Tensor:
@@ -57,8 +59,6 @@ def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.
 
 def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
     """The photographs as an image input wants them: colour space, channels, layout, dtype, range."""
-    if spec.name == "losses.ssim_loss" and tensor.name == "img2":  # a slightly darker, noisier copy
-        rgb = (rgb * 0.9 + 0.1 * torch.rand(rgb.shape, generator=torch.Generator().manual_seed(2))).clamp(0, 1)
     if tensor.name in ("src2", "template"):
         other = torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float() / 255.0
         rgb = functional.interpolate(other, rgb.shape[-2:], mode="bilinear", antialias=True).clamp(0, 1).expand_as(rgb)

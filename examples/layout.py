@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw
 
-from .panels import Panel
+from .panels import WIDE, Panel
 from .plots import FAINT, FONT, INK
 
 GAP, STRIP = 8, 14
@@ -17,17 +19,26 @@ GIVEN, MADE = (70, 90, 120), (176, 62, 0)
 
 
 def compose(panels: list[Panel], width: int = 480) -> Image.Image:
-    """Panels side by side, in rows of up to three, four of them as a square, small ones in one row; over each its label."""
-    columns = 2 if len(panels) == 4 else min(len(panels), 3)
-    if all(p.matrix for p in panels) or sum(p.weight for p in panels) <= 3:
-        columns = len(panels)
-    rows = [row_of(panels[i : i + columns], columns, width) for i in range(0, len(panels), columns)]
+    """Panels side by side, over each its label; wide ones have rows of their own."""
+    runs = [list(run) for _, run in groupby(panels, lambda p: p.weight >= WIDE)]
+    rows = [row_of(row, columns, width) for run in runs for row, columns in rows_of(run)]
     canvas = Image.new("RGB", (width, sum(r.height for r in rows) + GAP * (len(rows) - 1)), "white")
     top = 0
     for row in rows:
         canvas.paste(row, (0, top))
         top += row.height + GAP
     return canvas
+
+
+def rows_of(panels: list[Panel]) -> Iterator[tuple[list[Panel], int]]:
+    """Rows of up to three, four panels as a square, small ones in one row; and how many have room in each."""
+    columns = 2 if len(panels) == 4 else min(len(panels), 3)
+    if all(p.matrix for p in panels) or sum(p.weight for p in panels) <= 3:
+        columns = len(panels)
+    if panels[0].weight >= WIDE:
+        columns = 1
+    for i in range(0, len(panels), columns):
+        yield panels[i : i + columns], columns
 
 
 def row_of(panels: list[Panel], columns: int, width: int) -> Image.Image:

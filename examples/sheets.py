@@ -113,6 +113,20 @@ class Plane(Chart):
                 self.path(np.array([inside[0], far]), tuple(int(v) for v in ink), width)
 
 
+class Photo(Chart):
+    """A photograph (H, W, 3) of the given width on the sheet; points are its pixels."""
+
+    def __init__(self, pixels: np.ndarray, width: int) -> None:
+        self.scale = width / pixels.shape[1]
+        super().__init__((width, round(pixels.shape[0] * self.scale)))
+        enlarged = self.scale * ZOOM > 4
+        self.canvas.paste(Image.fromarray(np.ascontiguousarray(pixels)).resize(self.canvas.size, Image.Resampling.NEAREST if enlarged else Image.Resampling.LANCZOS))
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """The middles of pixels (N, 2)."""
+        return (points + 0.5) * self.scale
+
+
 def turned(yaw: float, pitch: float) -> np.ndarray:
     """Rows: to the right, down, away from who looks, of axes right, down, away that are turned by degrees."""
     (ca, sa), (cb, sb) = ((math.cos(math.radians(a)), math.sin(math.radians(a))) for a in (yaw, pitch))

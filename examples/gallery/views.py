@@ -21,6 +21,7 @@ NIGHT = View("rocket.jpg", (35, 0, 604, 427), CARD)
 HORSE = View("horse.png", None, (216, 177))
 PAGE = View("page.png", (110, 2, 228, 90))
 MIDDLE = View("page.png", (0, 0, 236, 177))
+TINY = View("chelsea.png", (265, 80, 385, 170), (40, 30))
 STARS = View("hubble_deep_field.jpg", (330, 180, 448, 268))
 
 
@@ -38,6 +39,8 @@ class Scene:
 
 QUARTERS = tuple(View("coffee.png", (x, y, x + 236, y + 177), SMALL) for y in (20, 197) for x in (100, 336))
 
+#: Losses that are of classes.
+CLASSIFIED = ("binary_focal", "dice", "focal", "hausdorff", "lovasz", "one_hot", "tversky")
 #: By the beginning of an op's name; the longest that fits counts.
 SCENES = {
     "": Scene((PORTRAIT,)),
@@ -45,6 +48,9 @@ SCENES = {
     "color.rgb_to_raw": Scene((EYE,)),
     "contrib.connected": Scene((COINS,)),
     "contrib.distance_transform": Scene((HORSE,)),
+    "contrib.extract_tensor_patches": Scene((TINY,)),
+    "contrib.combine_tensor_patches": Scene((replace(TINY, size=None),)),
+    "contrib.kmeans": Scene((CUP,)),
     "enhance": Scene((CAT,)),
     "enhance.adjust_gamma": Scene((NIGHT,)),
     "enhance.adjust_log": Scene((NIGHT,)),
@@ -57,6 +63,7 @@ SCENES = {
     "enhance.jpeg": Scene((EYE,)),
     "enhance.sharpness": Scene((EYE,)),
     "feature": Scene((View("camera.png", (100, 40, 452, 304), CARD),)),
+    "feature.mean_patch": Scene((PORTRAIT,)),
     "filters": Scene((EYE,)),
     "filters.adaptive_threshold": Scene((PAGE,)),
     "filters.bilateral_blur": Scene((replace(FACE, noise=12),)),
@@ -82,6 +89,12 @@ SCENES = {
     "image.draw_point2d": Scene((FACE,)),
     "image.make_grid": Scene(QUARTERS),
     "losses": Scene((CAT,)),
+    **{f"losses.{name}": Scene((HORSE,)) for name in CLASSIFIED},
+    "metrics": Scene((HORSE,)),
+    "metrics.mean_average_precision": Scene((COINS,)),
+    "metrics.mean_iou_bbox": Scene((COINS,)),
+    "metrics.psnr": Scene((CAT,)),
+    "metrics.ssim3d": Scene((CAT,)),
     "morphology": Scene((PAGE,)),
     "morphology.gradient": Scene((MIDDLE,)),
     "morphology.max_filter2d": Scene((EYE,)),
@@ -90,6 +103,7 @@ SCENES = {
     "morphology.skeletonize": Scene((HORSE,)),
     "morphology.thin": Scene((HORSE,)),
     "morphology.top_hat": Scene((STARS,)),
+    "pipelines.two_view": Scene((View("astronaut.png", (0, 0, 512, 384), (354, 266)),)),
 }
 
 

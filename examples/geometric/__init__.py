@@ -12,7 +12,7 @@ from .cameras import bent_photo, cameras, depths, lenses
 from .motorcycle import stereo_pair
 from .plane import lattice, planar, splines, whole_box
 from .points import affine_matrices, affine_pairs, bent_boxes, moved_points, one_turn, pixel_homographies, pixels_of, slerp, straight_boxes, tangents
-from .setting import Inputs, Setting
+from .setting import Inputs, Setting, made_by
 from .space import scale_space, solid, spatial, volume_sizes
 
 __all__ = ["WARPED", "counts", "geometric", "lattice", "scale_space", "solid", "volume_sizes"]
@@ -93,7 +93,4 @@ def counts(spec: Spec) -> dict[str, int]:
 
 def geometric(spec: Spec, sizes: dict[str, int], rgb: Tensor) -> Inputs:
     """Inputs of an op, as far as there are more telling ones than its sampler's."""
-    setting = Setting(spec, sizes, rgb)
-    known = sorted((name for name in MAKERS if spec.name.startswith(name)), key=len)
-    made = {key: value for name in known for key, value in MAKERS[name](setting).items()}
-    return {t.name: made[t.name] for t in spec.inputs if t.name in made}
+    return made_by(MAKERS, Setting(spec, sizes, rgb))

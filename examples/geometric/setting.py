@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import torch
@@ -40,6 +41,14 @@ class Setting:
         """For every entry of the batch."""
         batch = self.sizes.get("B", 1)
         return values.float().expand(batch, *values.shape).contiguous()
+
+
+def made_by(makers: Mapping[str, Callable[[Setting], Inputs]], setting: Setting) -> Inputs:
+    """What those make whose name the op's begins with; longer names win."""
+    spec = setting.spec
+    known = sorted((name for name in makers if spec.name.startswith(name)), key=len)
+    made = {key: value for name in known for key, value in makers[name](setting).items()}
+    return {t.name: made[t.name] for t in spec.inputs if t.name in made}
 
 
 def mesh(w: int, h: int) -> Tensor:

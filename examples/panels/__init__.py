@@ -1,6 +1,6 @@
 """What to show of an op: its inputs and what the C++ program made of them, as labelled pictures, and a caption."""
 
 from .choice import caption, panels
-from .model import Panel, Shown
+from .model import WIDE, Panel, Shown
 
-__all__ = ["Panel", "Shown", "caption", "panels"]
+__all__ = ["WIDE", "Panel", "Shown", "caption", "panels"]

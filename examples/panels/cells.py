@@ -59,6 +59,13 @@ def pose_of(kind: str, item: np.ndarray) -> np.ndarray:
     return made
 
 
+def whole_pose(item: np.ndarray) -> np.ndarray:
+    """(4, 4) of a rotation (3, 3) or a pose (3, 4)."""
+    made = np.eye(4)
+    made[:3, : item.shape[1]] = item
+    return made
+
+
 def cube(pose: np.ndarray, size: tuple[int, int], view: np.ndarray = TEXTBOOK) -> np.ndarray:
     """A cube with axes x, y, z (red, green, blue) in a pose; where it is moved, from the grey axes."""
     moved = np.abs(pose[:3, 3]).max() > 0

@@ -88,11 +88,6 @@ def picture(shown: Shown) -> list[Panel]:
     return [*input_panels(shown), *image_panels("output", shown.first, "NCHW", "", False)]
 
 
-def comparison(shown: Shown) -> list[Panel]:
-    """What a number compares."""
-    return input_panels(shown)
-
-
 def keypoints(shown: Shown) -> list[Panel]:
     """A ring at each valid point (x, y)."""
     given = input_panels(shown)

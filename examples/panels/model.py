@@ -10,6 +10,8 @@ import torch
 from chiasm.export.spec import Spec
 
 HALF, THIRD, WHOLE = (236, 177), (154, 154), (480, 170)
+#: The weight of a panel that has a row of its own.
+WIDE = 3.0
 
 
 @dataclass(frozen=True)

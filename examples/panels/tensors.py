@@ -183,12 +183,13 @@ def wheel(points: np.ndarray) -> np.ndarray:
     return np.array([colorsys.hsv_to_rgb(t, 0.85, 0.85) for t in turn]) * 255
 
 
-def shades(values: np.ndarray) -> np.ndarray:
-    """Colours by value: dark blue to yellow."""
+def shades(values: np.ndarray, limits: tuple[float, float] | None = None) -> np.ndarray:
+    """Colours by value: dark blue to yellow, from the lowest to the highest or between limits."""
     values = values.astype(np.float64)
-    share = (values - values.min()) / max(float(np.ptp(values)), 1e-12)
+    low, high = limits or (float(values.min()), float(values.max()))
+    share = (values - low) / max(high - low, 1e-12)
     stops = np.array([[40, 20, 110], [170, 40, 110], [245, 130, 50], [250, 215, 70]])
-    return np.stack([np.interp(share, np.linspace(0, 1, 4), stops[:, k]) for k in range(3)], 1)
+    return np.stack([np.interp(share, np.linspace(0, 1, 4), stops[:, k]) for k in range(3)], -1)
 
 
 def levels(values: np.ndarray, inks: np.ndarray | None, size: Size) -> np.ndarray:
