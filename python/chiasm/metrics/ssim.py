@@ -39,7 +39,7 @@ def ssim(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps
     check_image(img1, "img1")
     check_image(img2, "img2")
     taps = _window(window_size, padding)
-    out = _similarity(separable_each(_moments(img1, img2), taps, taps, "reflect"), max_val, eps)
+    out = _similarity(separable_each(_moments(img1, img2, max_val), taps, taps, "reflect"), max_val, eps)
     if padding == "valid":
         r = window_size // 2
         out = out[:, :, r : out.size(2) - r, r : out.size(3) - r]
@@ -76,7 +76,7 @@ def ssim3d(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, e
     r = window_size // 2
     if img1.size(2) <= r or img1.size(3) <= r or img1.size(4) <= r:
         raise ValueError(f"img1: expected more than {r} voxels along each side for window_size {window_size}, got {list(img1.shape)}")
-    means = [_smoothed_volume(v, taps) for v in _moments(img1, img2)]
+    means = [_smoothed_volume(v, taps) for v in _moments(img1, img2, max_val)]
     out = _similarity(means, max_val, eps)
     if padding == "valid":
         out = out[:, :, r : out.size(2) - r, r : out.size(3) - r, r : out.size(4) - r]
@@ -90,8 +90,10 @@ def _window(window_size: int, padding: str) -> List[float]:
     return gaussian_taps(window_size, 1.5)
 
 
-def _moments(img1: Tensor, img2: Tensor) -> List[Tensor]:
-    return [img1, img2, img1 * img1, img2 * img2, img1 * img2]
+def _moments(img1: Tensor, img2: Tensor, max_val: float) -> List[Tensor]:
+    """Both images, their squares and their product, from the middle of the range on: mean squares lose less to the squared means that are taken away."""
+    a, b = img1 - 0.5 * max_val, img2 - 0.5 * max_val
+    return [a, b, a * a, b * b, a * b]
 
 
 def _smoothed_volume(x: Tensor, taps: List[float]) -> Tensor:
@@ -103,13 +105,13 @@ def _smoothed_volume(x: Tensor, taps: List[float]) -> Tensor:
 
 
 def _similarity(means: List[Tensor], max_val: float, eps: float) -> Tensor:
-    """SSIM of the windows' means of both images, their squares and their product."""
+    """SSIM of the windows' means of what ``_moments`` gives."""
     c1 = (0.01 * max_val) * (0.01 * max_val)
     c2 = (0.03 * max_val) * (0.03 * max_val)
-    mu1, mu2 = means[0], means[1]
-    var1 = means[2] - mu1 * mu1
-    var2 = means[3] - mu2 * mu2
-    covariance = means[4] - mu1 * mu2
+    mu1, mu2 = means[0] + 0.5 * max_val, means[1] + 0.5 * max_val
+    var1 = means[2] - means[0] * means[0]
+    var2 = means[3] - means[1] * means[1]
+    covariance = means[4] - means[0] * means[1]
     numerator = (2.0 * mu1 * mu2 + c1) * (2.0 * covariance + c2)
     denominator = (mu1 * mu1 + mu2 * mu2 + c1) * (var1 + var2 + c2)
     return numerator / (denominator + eps)
