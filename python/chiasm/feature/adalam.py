@@ -228,12 +228,13 @@ def _pairs(count: int, samples: int) -> Tuple[Tensor, Tensor]:
     """The first pairs of ``count`` things, by the sum of their ranks."""
     first: List[int] = []
     second: List[int] = []
-    for total in range(1, 2 * count - 2):
+    total = 0
+    while len(first) < samples:
+        total += 1
         for i in range(max(0, total - count + 1), (total + 1) // 2):
-            if len(first) < samples:
-                first.append(i)
-                second.append(total - i)
-    return torch.tensor(first), torch.tensor(second)
+            first.append(i)
+            second.append(total - i)
+    return torch.tensor(first[:samples]), torch.tensor(second[:samples])
 
 
 def _fitted(places: Tensor, within: Tensor) -> Tuple[Tensor, Tensor]:
