@@ -24,7 +24,26 @@ def _sample(generator, sizes, dtype):
     return {**{name: value.to(dtype) for name, value in made.items()}, "mask1": there[:, :count].clone(), "mask2": there[:, count:].clone()}
 
 
-def _add(name, inputs, measure, reference, **rest):
+def _sample_moved(generator, sizes, dtype):
+    """Every fifth frame is not where a common similarity takes the others, descriptors nearly the same."""
+    batch, count, others = (sizes[k] for k in ("B", "N", "M"))
+    shared = min(count, others)
+    made = _sample(generator, sizes, dtype)
+    first, noise = torch.rand((batch, count, sizes["D"]), generator=generator, dtype=torch.float64), torch.rand((batch, others, sizes["D"]), generator=generator, dtype=torch.float64)
+    lafs1, lafs2 = frames(generator, sizes), frames(generator, {**sizes, "N": others})
+    moved = torch.tensor([[0.9, -0.4], [0.4, 0.9]], dtype=torch.float64) @ lafs1[:, :shared]
+    jitter = torch.rand((batch, shared, 2), generator=generator, dtype=torch.float64)
+    moved[..., 2] += torch.tensor([40.0, 3.0], dtype=torch.float64) + jitter
+    kept = torch.arange(shared) % 5 != 3
+    lafs2[:, :shared][:, kept] = moved[:, kept]
+    second = noise.clone()
+    second[:, :shared] = first[:, :shared] + 0.1 * noise[:, :shared]
+    size = torch.full((batch, 2), 100.0, dtype=torch.float64)
+    float_inputs = {"desc1": first, "desc2": second, "lafs1": lafs1, "lafs2": lafs2, "hw1": size, "hw2": 1.3 * size}
+    return {**made, **{name: value.to(dtype) for name, value in float_inputs.items()}}
+
+
+def _add(name, inputs, measure, reference, sample=_sample, **rest):
     add(Spec(
         f"feature.{name}",
         inputs,
@@ -32,7 +51,7 @@ def _add(name, inputs, measure, reference, **rest):
          TensorSpec("valid", description="which descriptors of the first image have a match")],
         symbols=_SIZES,
         gradients=("desc1", "desc2"),
-        sample=_sample,
+        sample=sample,
         reference=reference,
         **rest,
     ), fn=f"feature.{name.partition('.')[0]}")
@@ -47,3 +66,9 @@ _add("match_smnn", [_FIRST, _SECOND], "larger ratios of distances", "OpenCV BFMa
 _add("match_smnn_batched", [_FIRST, _SECOND, *_MASKS], "larger ratios of distances", "OpenCV BFMatcher knnMatch both ways", config={"th": 0.95})
 _add("match_fginn.plain", [_FIRST, _SECOND, *_FRAMES], "ratios of distances", "a loop in NumPy", config={"th": 0.9})
 _add("match_fginn.mutual", [_FIRST, _SECOND, *_FRAMES, *_MASKS], "ratios of distances", "a loop in NumPy", config={"th": 0.95, "spatial_th": 20.0, "mutual": True})
+
+_ADALAM = {"area_ratio": 5.0, "ransac_iters": 40, "min_inliers": 3, "num_seeds": 16, "num_neighbors": 24}
+_IMAGES = [TensorSpec("hw1", ("B", 2), description="the first image's height and width"), TensorSpec("hw2", ("B", 2), description="those of the second")]
+_TRUTH = "scenes with known matches; a loop in NumPy"
+_add("match_adalam.plain", [_FIRST, _SECOND, *_FRAMES], "Euclidean distances", _TRUTH, _sample_moved, config=_ADALAM)
+_add("match_adalam.masked", [_FIRST, _SECOND, *_FRAMES, *_IMAGES, *_MASKS], "Euclidean distances", _TRUTH, _sample_moved, config=_ADALAM)

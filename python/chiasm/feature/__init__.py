@@ -1,6 +1,7 @@
 """Interest points, local affine frames, descriptors, matching."""
 
 from ..primitives.twin import lazy_twins
+from .adalam import match_adalam
 from .detection import detect_keypoints
 from .fast import fast_response
 from .harris import harris_keypoints, harris_response
@@ -26,6 +27,7 @@ from .laf_points import (
     laf_to_three_points,
     perspective_transform_lafs,
 )
+from .local import GeometryAwareDescriptorMatcher, LocalFeature, LocalFeatureMatcher, PassLAF, ScaleSpaceDetector
 from .matching import match_fginn, match_mnn, match_nn, match_smnn, match_smnn_batched, match_snn
 from .mkd import MKDDescriptor, mkd_describe
 from .patches import LAFDescriptor, extract_patches_from_pyramid, extract_patches_simple, get_laf_descriptors
@@ -35,13 +37,14 @@ from .shape import adapt_laf_shape, affine_shape, dominant_orientation, orient_l
 from .sift import convert_sift_descriptor_layout, dense_sift, mean_patch, sift_describe
 
 __all__ = [
-    "LAFDescriptor", "MKDDescriptor", "adapt_laf_shape", "affine_shape", "convert_sift_descriptor_layout", "denormalize_laf", "dense_sift",
-    "detect_keypoints", "dog_response", "dog_response_single", "dominant_orientation", "ellipse_to_laf", "extract_patches_from_pyramid",
-    "extract_patches_simple", "fast_response", "get_laf_center", "get_laf_descriptors", "get_laf_orientation", "get_laf_scale", "gftt_response",
-    "harris_keypoints", "harris_response", "hessian_response", "index_proposal", "laf_from_center_scale_ori", "laf_from_three_points",
-    "laf_is_filled", "laf_is_inside_image", "laf_is_valid", "laf_to_boundary_points", "laf_to_three_points", "make_upright", "match_fginn",
-    "match_mnn", "match_nn", "match_smnn", "match_smnn_batched", "match_snn", "mean_patch", "mkd_describe", "multi_scale_index_proposal",
-    "normalize_laf", "orient_laf", "perspective_transform_lafs", "rotate_laf", "scale_laf", "set_laf_orientation", "sift_describe",
+    "GeometryAwareDescriptorMatcher", "LAFDescriptor", "LocalFeature", "LocalFeatureMatcher", "MKDDescriptor", "PassLAF", "ScaleSpaceDetector",
+    "adapt_laf_shape", "affine_shape", "convert_sift_descriptor_layout", "denormalize_laf", "dense_sift", "detect_keypoints", "dog_response",
+    "dog_response_single", "dominant_orientation", "ellipse_to_laf", "extract_patches_from_pyramid", "extract_patches_simple", "fast_response",
+    "get_laf_center", "get_laf_descriptors", "get_laf_orientation", "get_laf_scale", "gftt_response", "harris_keypoints", "harris_response",
+    "hessian_response", "index_proposal", "laf_from_center_scale_ori", "laf_from_three_points", "laf_is_filled", "laf_is_inside_image",
+    "laf_is_valid", "laf_to_boundary_points", "laf_to_three_points", "make_upright", "match_adalam", "match_fginn", "match_mnn", "match_nn",
+    "match_smnn", "match_smnn_batched", "match_snn", "mean_patch", "mkd_describe", "multi_scale_index_proposal", "normalize_laf", "orient_laf",
+    "perspective_transform_lafs", "rotate_laf", "scale_laf", "set_laf_orientation", "sift_describe",
 ]
 
 __getattr__ = lazy_twins(__name__, globals())

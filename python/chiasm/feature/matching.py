@@ -7,9 +7,6 @@ so that every backend finds the same.
 
 Descriptors are (N1, D) and (N2, D), or (B, N1, D) and (B, N2, D); results have the batch that the inputs have. Detections of fixed capacity say by
 ``mask1`` and ``mask2`` which of them are there.
-
-Which descriptor is nearest is decided by ``nearest.squared_distances``. The distances of the pairs that were chosen are computed anew from their
-differences; they alone carry gradients.
 """
 
 from typing import Optional, Tuple
@@ -17,9 +14,9 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating
-from ..primitives.nearest import squared_distances, two_least
+from ..primitives.nearest import two_least
 from .laf import check_laf, get_laf_center
+from .pairing import batched, dissimilarities, distances_to, is_mutual, points_back, ratios_to, result_rows
 
 
 def match_nn(
@@ -47,9 +44,9 @@ def match_nn(
         (tensor([1., 1.]), tensor([[0, 1],
                 [1, 0]]), tensor([True, True]))
     """
-    first, second, given = _batched(desc1, desc2, dm)
-    index = two_least(_dissimilarities(first, second, given, mask1, mask2), True)[..., 0]
-    return _rows(_distances(first, second, given, index), index, index >= 0, desc1)
+    first, second, given = batched(desc1, desc2, dm)
+    index = two_least(dissimilarities(first, second, given, mask1, mask2), True)[..., 0]
+    return result_rows(distances_to(first, second, given, index), index, index >= 0, desc1)
 
 
 def match_mnn(
@@ -72,10 +69,10 @@ def match_mnn(
         tensor([[0, 1],
                 [1, 0]])
     """
-    first, second, given = _batched(desc1, desc2, dm)
-    far = _dissimilarities(first, second, given, mask1, mask2)
+    first, second, given = batched(desc1, desc2, dm)
+    far = dissimilarities(first, second, given, mask1, mask2)
     index = two_least(far, True)[..., 0]
-    return _rows(_distances(first, second, given, index), index, _is_mutual(far, index), desc1)
+    return result_rows(distances_to(first, second, given, index), index, is_mutual(far, index), desc1)
 
 
 def match_snn(
@@ -100,10 +97,10 @@ def match_snn(
         >>> ratios[valid], indices[valid]
         (tensor([[0.2500]]), tensor([[0, 1]]))
     """
-    first, second, given = _batched(desc1, desc2, dm)
-    least = two_least(_dissimilarities(first, second, given, mask1, mask2), True)
-    ratio, tested = _ratios(first, second, given, least[..., 0], least[..., 1])
-    return _rows(ratio, least[..., 0], tested & (ratio <= th), desc1)
+    first, second, given = batched(desc1, desc2, dm)
+    least = two_least(dissimilarities(first, second, given, mask1, mask2), True)
+    ratio, tested = ratios_to(first, second, given, least[..., 0], least[..., 1])
+    return result_rows(ratio, least[..., 0], tested & (ratio <= th), desc1)
 
 
 def match_smnn(
@@ -128,17 +125,17 @@ def match_smnn(
                 [0.5000]]), tensor([[0, 1],
                 [1, 2]]))
     """
-    first, second, given = _batched(desc1, desc2, dm)
-    far = _dissimilarities(first, second, given, mask1, mask2)
+    first, second, given = batched(desc1, desc2, dm)
+    far = dissimilarities(first, second, given, mask1, mask2)
     there, back = two_least(far, True), two_least(far, False)
     index = there[..., 0]
-    ratio, tested = _ratios(first, second, given, index, there[..., 1])
-    ratio_back, tested_back = _ratios(second, first, None if given is None else given.transpose(-1, -2), back[..., 0], back[..., 1])
+    ratio, tested = ratios_to(first, second, given, index, there[..., 1])
+    ratio_back, tested_back = ratios_to(second, first, None if given is None else given.transpose(-1, -2), back[..., 0], back[..., 1])
     partner = index.clamp(min=0)
     passed = (ratio_back <= th) & tested_back
     largest = torch.maximum(ratio, ratio_back.gather(-1, partner))
-    valid = tested & (ratio <= th) & passed.gather(-1, partner) & _points_back(back[..., 0], index)
-    return _rows(largest, index, valid, desc1)
+    valid = tested & (ratio <= th) & passed.gather(-1, partner) & points_back(back[..., 0], index)
+    return result_rows(largest, index, valid, desc1)
 
 
 def match_smnn_batched(
@@ -205,101 +202,20 @@ def match_fginn(
         >>> match_fginn(first, second, frames[:, :1], frames)[0], match_snn(first, second)[2]
         (tensor([[0.2500]]), tensor([False]))
     """
-    first, second, given = _batched(desc1, desc2, dm)
+    first, second, given = batched(desc1, desc2, dm)
     check_laf(lafs1, "lafs1")
     check_laf(lafs2, "lafs2")
     if lafs2.size(1) != second.size(1):
         raise ValueError(f"lafs2: expected a frame for each of {second.size(1)} descriptors, got {list(lafs2.shape)}")
-    far = _dissimilarities(first, second, given, mask1, mask2)
+    far = dissimilarities(first, second, given, mask1, mask2)
     index = two_least(far, True)[..., 0]
     centre = get_laf_center(lafs2).detach()
     nearest = centre.gather(1, index.clamp(min=0)[..., None].expand(-1, -1, 2))
     across, down = nearest[:, :, None, 0] - centre[:, None, :, 0], nearest[:, :, None, 1] - centre[:, None, :, 1]
     near = across * across + down * down <= spatial_th * spatial_th
     elsewhere = two_least(torch.where(near, torch.full_like(far, float("inf")), far), True)[..., 0]
-    ratio, tested = _ratios(first, second, given, index, elsewhere)
+    ratio, tested = ratios_to(first, second, given, index, elsewhere)
     valid = tested & (ratio <= th)
     if mutual:
-        valid = valid & _is_mutual(far, index)
-    return _rows(ratio, index, valid, desc1)
-
-
-def _batched(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor]) -> Tuple[Tensor, Tensor, Optional[Tensor]]:
-    """The inputs, checked, with a batch."""
-    check_floating(desc1, "desc1")
-    check_floating(desc2, "desc2")
-    if desc1.dim() != 2 and desc1.dim() != 3:
-        raise ValueError(f"desc1: expected shape (N1, D) or (B, N1, D), got {list(desc1.shape)}")
-    if desc2.dim() != desc1.dim() or desc2.size(-1) != desc1.size(-1) or desc2.size(0) < 1 or desc2.size(-2) < 1:
-        raise ValueError(f"desc2: expected some descriptors like those of desc1 {list(desc1.shape)}, got {list(desc2.shape)}")
-    if desc1.dim() == 3 and desc2.size(0) != desc1.size(0):
-        raise ValueError(f"desc2: expected desc1's batch of {desc1.size(0)}, got {list(desc2.shape)}")
-    if dm is not None:
-        check_floating(dm, "dm")
-        if dm.dim() != desc1.dim() or dm.size(-2) != desc1.size(-2) or dm.size(-1) != desc2.size(-2):
-            raise ValueError(f"dm: expected {desc1.size(-2)} x {desc2.size(-2)} distances, got {list(dm.shape)}")
-    if desc1.dim() == 2:
-        return desc1[None], desc2[None], None if dm is None else dm[None]
-    return desc1, desc2, dm
-
-
-def _dissimilarities(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], mask1: Optional[Tensor], mask2: Optional[Tensor]) -> Tensor:
-    """(B, N1, N2) to compare by: squared distances or what is given; infinite where a mask says so. Without a gradient."""
-    far = squared_distances(desc1, desc2) if dm is None else dm.detach()
-    nowhere = torch.full_like(far, float("inf"))
-    if mask1 is not None:
-        far = torch.where(_checked(mask1, desc1, "mask1")[:, :, None], far, nowhere)
-    if mask2 is not None:
-        far = torch.where(_checked(mask2, desc2, "mask2")[:, None, :], far, nowhere)
-    return far
-
-
-def _checked(mask: Tensor, desc: Tensor, name: str) -> Tensor:
-    """(B, N)."""
-    if mask.dtype != torch.bool:
-        raise TypeError(f"{name}: expected dtype torch.bool, got {mask.dtype}")
-    if mask.dim() > 2 or mask.size(-1) != desc.size(1):
-        raise ValueError(f"{name}: expected one entry for each of {desc.size(1)} descriptors, got {list(mask.shape)}")
-    return mask if mask.dim() == 2 else mask[None]
-
-
-def _distances(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor) -> Tensor:
-    """(B, N1): how far the descriptors of the first set are from those of index (B, N1), where that is not negative."""
-    index = index.clamp(min=0)
-    if dm is not None:
-        return dm.gather(-1, index[..., None])[..., 0]
-    chosen = desc2.gather(1, index[..., None].expand(-1, -1, desc2.size(2)))
-    difference = desc1.to(torch.float64) - chosen.to(torch.float64)
-    squared = (difference * difference).sum(-1)
-    same = squared == 0
-    distance = torch.sqrt(torch.where(same, torch.ones_like(squared), squared))
-    return torch.where(same, torch.zeros_like(squared), distance).to(desc1.dtype)
-
-
-def _ratios(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor, second_index: Tensor) -> Tuple[Tensor, Tensor]:
-    """Distance at index over that at second_index, and whether there are both: (B, N1) each."""
-    nearest, second = _distances(desc1, desc2, dm, index), _distances(desc1, desc2, dm, second_index)
-    tested = (index >= 0) & (second_index >= 0)
-    usable = tested & (second > 0)
-    ratio = nearest / torch.where(usable, second, torch.ones_like(second))
-    return torch.where(usable, ratio, torch.ones_like(ratio)), tested
-
-
-def _is_mutual(far: Tensor, index: Tensor) -> Tensor:
-    """Whether each descriptor of the first set has a nearest one, at index, and is the nearest to that."""
-    return _points_back(two_least(far, False)[..., 0], index)
-
-
-def _points_back(back: Tensor, index: Tensor) -> Tensor:
-    return (index >= 0) & (back.gather(-1, index.clamp(min=0)) == torch.arange(index.size(-1), device=index.device))
-
-
-def _rows(distance: Tensor, index: Tensor, valid: Tensor, desc1: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """The results, with the batch that desc1 has."""
-    own = torch.arange(index.size(-1), device=index.device).expand_as(index)
-    pairs = torch.stack([own, index], -1)
-    pairs = torch.where(valid[..., None], pairs, torch.full_like(pairs, -1))
-    distance = torch.where(valid, distance, torch.zeros_like(distance))[..., None]
-    if desc1.dim() == 2:
-        return distance[0], pairs[0], valid[0]
-    return distance, pairs, valid
+        valid = valid & is_mutual(far, index)
+    return result_rows(ratio, index, valid, desc1)

@@ -1,0 +1,180 @@
+"""Local features made of exchangeable modules, which script and export as a whole.
+
+A *detector* takes an image (B, C, H, W) and returns frames (B, K, 2, 3) in pixels, scores (B, K) and valid (B, K), bool: K is fixed, and slots without a
+feature hold zeros. A *descriptor* takes the image and the frames and returns (B, K, D): ``LAFDescriptor`` makes one of a network of patches. A
+*matcher* takes both images' descriptors, frames and masks, and returns what ``match_nn`` does. Any nn.Module that torch.jit.script takes may stand for each of
+them; its ``forward`` must be annotated, for TorchScript takes what is not for one Tensor.
+"""
+
+from typing import Optional, Tuple, Union
+
+import torch
+from torch import Tensor, nn
+
+from ..color.gray import rgb_to_grayscale
+from ..primitives.checks import check_choice, check_image
+from .adalam import match_adalam
+from .detection import detect_keypoints
+from .laf import get_laf_center
+from .matching import match_fginn, match_mnn, match_nn, match_smnn, match_snn
+
+_MODES = ["nn", "mnn", "snn", "smnn", "fginn", "adalam"]
+
+
+class PassLAF(nn.Module):
+    """Frames as they are: what stands for no orientation and no affine shape.
+
+    >>> PassLAF()(torch.ones(1, 1, 2, 3), torch.rand(1, 1, 8, 8)).shape
+    torch.Size([1, 1, 2, 3])
+    """
+
+    def forward(self, laf: Tensor, img: Tensor) -> Tensor:
+        return laf
+
+
+class ScaleSpaceDetector(nn.Module):
+    """A detector: ``detect_keypoints``, and the affine shape and the orientation of its frames.
+
+    Args:
+        max_keypoints, response, num_octaves, n_levels, init_sigma, mr_size, threshold, double_image: see ``detect_keypoints``.
+        aff_module: takes frames and the image, returns frames: ``AdaptLafShape()``, a network around patches. None leaves them disks.
+        ori_module: the same, after it: ``OrientLaf()``. None leaves them upright.
+
+    ``forward`` takes (B, 1 or 3, H, W), whose colours are made grey; aff_module and ori_module see the image as it came.
+
+    >>> detect = ScaleSpaceDetector(5, "dog", num_octaves=2, mr_size=3)
+    >>> lafs, scores, valid = detect(torch.rand(1, 3, 64, 80))
+    >>> lafs.shape, scores.shape, valid.shape
+    (torch.Size([1, 5, 2, 3]), torch.Size([1, 5]), torch.Size([1, 5]))
+    """
+
+    def __init__(
+        self,
+        max_keypoints: int = 500,
+        response: str = "hessian",
+        num_octaves: int = 4,
+        n_levels: int = 3,
+        init_sigma: float = 1.6,
+        mr_size: float = 6.0,
+        threshold: float = 0.0,
+        double_image: bool = False,
+        aff_module: Optional[nn.Module] = None,
+        ori_module: Optional[nn.Module] = None,
+    ) -> None:
+        super().__init__()
+        self.max_keypoints, self.response, self.num_octaves, self.n_levels = max_keypoints, response, num_octaves, n_levels
+        self.init_sigma, self.mr_size, self.threshold, self.double_image = float(init_sigma), float(mr_size), float(threshold), double_image
+        self.aff_module = PassLAF() if aff_module is None else aff_module
+        self.ori_module = PassLAF() if ori_module is None else ori_module
+
+    def forward(self, img: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+        check_image(img, "img")
+        grey = rgb_to_grayscale(img) if img.size(1) == 3 else img
+        lafs, scores, valid = detect_keypoints(
+            grey, self.max_keypoints, self.response, self.num_octaves, self.n_levels, self.init_sigma, self.mr_size, self.threshold, self.double_image
+        )
+        return _where(valid, self.ori_module(self.aff_module(lafs, img), img)), scores, valid
+
+
+class LocalFeature(nn.Module):
+    """Frames of an image and their descriptors.
+
+    Args:
+        detector: ``ScaleSpaceDetector``, or any other (see above).
+        descriptor: ``LAFDescriptor(SiftDescribe())``, ``LAFDescriptor`` of a network, or any other (see above).
+
+    ``forward`` takes an image and returns frames (B, K, 2, 3), scores (B, K), valid (B, K) and descriptors (B, K, D), zeros where not valid.
+
+    >>> from chiasm.feature import LAFDescriptor, OrientLaf, SiftDescribe
+    >>> detector = ScaleSpaceDetector(5, num_octaves=2, mr_size=3.0, ori_module=OrientLaf())
+    >>> feature = LocalFeature(detector, LAFDescriptor(SiftDescribe(), 16))
+    >>> lafs, scores, valid, descriptors = feature(torch.rand(1, 1, 64, 80))
+    >>> descriptors.shape
+    torch.Size([1, 5, 128])
+    """
+
+    def __init__(self, detector: nn.Module, descriptor: nn.Module) -> None:
+        super().__init__()
+        self.detector = detector
+        self.descriptor = descriptor
+
+    def forward(self, img: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+        lafs, scores, valid = self.detector(img)
+        return lafs, scores, valid, _where(valid, self.descriptor(img, lafs))
+
+
+class GeometryAwareDescriptorMatcher(nn.Module):
+    """A matcher: one of the ``match_*`` functions.
+
+    Args:
+        match_mode: "nn", "mnn", "snn", "smnn", "fginn" or "adalam".
+        th: what the ratio may be, where one is tested.
+
+    ``forward`` takes descriptors, frames and masks of both images (the masks may be left out), and returns what ``match_nn`` does. Images' sizes, which "adalam" takes
+    its radii from, are those of the rectangles that frames fill.
+
+    >>> frames = torch.eye(2, 3).expand(1, 2, 2, 3)
+    >>> match = GeometryAwareDescriptorMatcher("mnn")
+    >>> match(torch.tensor([[[0.0], [5.0]]]), torch.tensor([[[4.0], [1.0]]]), frames, frames)[1]
+    tensor([[[0, 1],
+             [1, 0]]])
+    """
+
+    def __init__(self, match_mode: str = "smnn", th: float = 0.8) -> None:
+        super().__init__()
+        check_choice(match_mode, _MODES, "match_mode")
+        self.match_mode = match_mode
+        self.th = float(th)
+
+    def forward(
+        self, desc1: Tensor, desc2: Tensor, lafs1: Tensor, lafs2: Tensor, mask1: Optional[Tensor] = None, mask2: Optional[Tensor] = None
+    ) -> Tuple[Tensor, Tensor, Tensor]:
+        if self.match_mode == "nn":
+            return match_nn(desc1, desc2, None, mask1, mask2)
+        if self.match_mode == "mnn":
+            return match_mnn(desc1, desc2, None, mask1, mask2)
+        if self.match_mode == "snn":
+            return match_snn(desc1, desc2, self.th, None, mask1, mask2)
+        if self.match_mode == "smnn":
+            return match_smnn(desc1, desc2, self.th, None, mask1, mask2)
+        if self.match_mode == "fginn":
+            return match_fginn(desc1, desc2, lafs1, lafs2, self.th, mask1=mask1, mask2=mask2)
+        return match_adalam(desc1, desc2, lafs1, lafs2, mask1=mask1, mask2=mask2)
+
+
+class LocalFeatureMatcher(nn.Module):
+    """Matches between two images.
+
+    Args:
+        local_feature: ``LocalFeature``, or any module that takes an image and returns what it does.
+        matcher: a mode of ``GeometryAwareDescriptorMatcher``, or any matcher (see above).
+
+    ``forward`` takes two images of the same batch and any two sizes. It returns, for each of the K slots of the first image:
+    points1 and points2 (B, K, 2), x and y in pixels; distances (B, K), the matcher's; valid (B, K), bool, which slots hold a match;
+    lafs1 and lafs2 (B, K, 2, 3), frames of both images. All but valid are zeros in slots without a match.
+
+    >>> from chiasm.feature import LAFDescriptor
+    >>> feature = LocalFeature(ScaleSpaceDetector(20, num_octaves=2, mr_size=3.0), LAFDescriptor(nn.Flatten(), 8))
+    >>> img = torch.rand(1, 1, 64, 80, generator=torch.Generator().manual_seed(0))
+    >>> points1, points2, distances, valid, _, _ = LocalFeatureMatcher(feature, "smnn")(img, img)
+    >>> bool(valid.all()), points1.equal(points2)
+    (True, True)
+    """
+
+    def __init__(self, local_feature: nn.Module, matcher: Union[str, nn.Module] = "smnn") -> None:
+        super().__init__()
+        self.local_feature = local_feature
+        self.matcher = GeometryAwareDescriptorMatcher(matcher) if isinstance(matcher, str) else matcher
+
+    def forward(self, img1: Tensor, img2: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
+        lafs1, _, valid1, descriptors1 = self.local_feature(img1)
+        lafs2, _, valid2, descriptors2 = self.local_feature(img2)
+        distances, indices, valid = self.matcher(descriptors1, descriptors2, lafs1, lafs2, valid1, valid2)
+        chosen = indices[..., 1].clamp(min=0)[..., None, None]
+        lafs1, lafs2 = _where(valid, lafs1), _where(valid, lafs2.gather(1, chosen.expand(-1, -1, 2, 3)))
+        return get_laf_center(lafs1), get_laf_center(lafs2), distances[..., 0], valid, lafs1, lafs2
+
+
+def _where(valid: Tensor, x: Tensor) -> Tensor:
+    """Zeros where slots (B, K) of x (B, K, ...) are not valid."""
+    return torch.where(valid.reshape(list(valid.shape) + [1] * (x.dim() - 2)), x, torch.zeros_like(x))

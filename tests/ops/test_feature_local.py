@@ -1,0 +1,135 @@
+"""Detectors, descriptors and matchers as modules: each is the functions that it stands for, and any may be another's."""
+
+from typing import Tuple
+
+import numpy as np
+import pytest
+import torch
+import torch.nn.functional as F
+from photos import FOLDER
+from torch import Tensor, nn
+
+from chiasm import feature
+from chiasm.color import rgb_to_grayscale
+
+SLOTS = 250
+
+
+def photo(name: str = "astronaut.png") -> Tensor:
+    import cv2
+
+    image = cv2.resize(cv2.imread(str(FOLDER / name)), (160, 120), interpolation=cv2.INTER_AREA)
+    return torch.from_numpy(np.ascontiguousarray(image[..., ::-1])).permute(2, 0, 1)[None].float() / 255.0
+
+
+def detector(**others: object) -> feature.ScaleSpaceDetector:
+    return feature.ScaleSpaceDetector(SLOTS, "dog", num_octaves=2, mr_size=3, threshold=0.005, **others)
+
+
+def assert_scripts(module: nn.Module, *inputs: Tensor) -> None:
+    scripted = torch.jit.script(module)
+    for _ in range(2):
+        for actual, expected in zip(scripted(*inputs), module(*inputs), strict=True):
+            torch.testing.assert_close(actual, expected)
+
+
+def test_the_detector_is_its_parts() -> None:
+    img = photo()
+    lafs, scores, valid = feature.detect_keypoints(rgb_to_grayscale(img), SLOTS, "dog", 2, mr_size=3.0, threshold=0.005)
+    assert 20 < valid.sum() < SLOTS
+    for actual, expected in zip(detector()(img), (lafs, scores, valid), strict=True):
+        assert actual.equal(expected)
+    found, _, _ = detector(aff_module=feature.AdaptLafShape(16), ori_module=feature.OrientLaf(16))(img)
+    wanted = feature.orient_laf(feature.adapt_laf_shape(lafs, img, 16), img, 16)
+    torch.testing.assert_close(found[valid], wanted[valid])
+    assert (found[~valid] == 0).all() and not torch.allclose(wanted, lafs)
+    assert_scripts(detector(aff_module=feature.AdaptLafShape(16), ori_module=feature.OrientLaf(16)), img)
+    assert_scripts(detector(), rgb_to_grayscale(img))
+
+
+def test_descriptors_of_empty_slots_are_zeros() -> None:
+    img = photo().repeat(2, 1, 1, 1)
+    img[1] = 0.5
+    module = feature.LocalFeature(detector(ori_module=feature.OrientLaf()), feature.LAFDescriptor(feature.SiftDescribe(), 16))
+    lafs, scores, valid, descriptors = module(img)
+    assert valid[0].sum() > 20 and not valid[1].any()
+    assert (descriptors[~valid] == 0).all() and (scores[~valid] == 0).all() and (lafs[~valid] == 0).all()
+    patches = feature.extract_patches_from_pyramid(rgb_to_grayscale(img), lafs, 16)
+    torch.testing.assert_close(descriptors[valid], feature.sift_describe(patches[valid]))
+    assert_scripts(module, img)
+
+
+def test_the_matcher_is_its_functions() -> None:
+    generator = torch.Generator().manual_seed(0)
+    first, noise = torch.rand(2, 40, 8, generator=generator), torch.rand(2, 50, 8, generator=generator)
+    second = noise.clone()
+    second[:, :40] = first + 0.2 * noise[:, :40]
+    lafs1 = torch.cat([torch.eye(2).expand(2, 50, 2, 2), 30 * torch.rand(2, 50, 2, 1, generator=generator)], -1)
+    lafs2 = lafs1 + torch.tensor([[0.0, 0.0, 3.0], [0.0, 0.0, -2.0]])
+    lafs1 = lafs1[:, :40]
+    mask1, mask2 = torch.arange(40).expand(2, 40) % 5 != 2, torch.arange(50).expand(2, 50) % 7 != 1
+    masks = {"mask1": mask1, "mask2": mask2}
+    for mode, expected in {
+        "nn": feature.match_nn(first, second, **masks),
+        "mnn": feature.match_mnn(first, second, **masks),
+        "snn": feature.match_snn(first, second, 0.7, **masks),
+        "smnn": feature.match_smnn(first, second, 0.7, **masks),
+        "fginn": feature.match_fginn(first, second, lafs1, lafs2, 0.7, **masks),
+        "adalam": feature.match_adalam(first, second, lafs1, lafs2, **masks),
+    }.items():
+        module = feature.GeometryAwareDescriptorMatcher(mode, 0.7)
+        for actual, wanted in zip(module(first, second, lafs1, lafs2, mask1, mask2), expected, strict=True):
+            assert actual.equal(wanted)
+    assert_scripts(module, first, second, lafs1, lafs2, mask1, mask2)
+    with pytest.raises(ValueError, match="match_mode: expected one of"):
+        feature.GeometryAwareDescriptorMatcher("flann")
+
+
+@pytest.mark.parametrize("mode", ["smnn", "adalam"])
+def test_two_views_of_a_photo(mode: str) -> None:
+    img = photo("coffee.png")
+    first, second = img[..., :, :145], 0.8 * img[..., 8:, 15:]
+    module = feature.LocalFeatureMatcher(
+        feature.LocalFeature(detector(ori_module=feature.OrientLaf()), feature.LAFDescriptor(feature.SiftDescribe(), 32)), mode
+    )
+    points1, points2, distances, valid, lafs1, lafs2 = module(first, second)
+    assert points1.shape == points2.shape == (1, SLOTS, 2) and distances.shape == valid.shape == (1, SLOTS)
+    moved = (points1 - points2)[valid] - torch.tensor([15.0, 8.0])
+    assert valid.sum() >= 8 and (moved.norm(dim=1) < 1.0).float().mean() > 0.9
+    assert points1.equal(feature.get_laf_center(lafs1)) and points2.equal(feature.get_laf_center(lafs2))
+    for part in (points1, points2, distances, lafs1, lafs2):
+        assert (part[~valid] == 0).all()
+
+
+class Grid(nn.Module):
+    """A detector that finds the same places in all images."""
+
+    def forward(self, img: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+        place = torch.arange(12, device=img.device).to(img.dtype)
+        x, y = 8 * (place % 4) + 10, 8 * torch.floor(place / 4) + 10
+        six, zero = torch.full_like(x, 6.0), torch.zeros_like(x)
+        lafs = torch.stack([torch.stack([six, zero, x], -1), torch.stack([zero, six, y], -1)], -2)
+        return lafs.expand(img.size(0), -1, -1, -1), torch.ones_like(x).expand(img.size(0), -1), (place < 9).expand(img.size(0), -1)
+
+
+class Whitened(nn.Module):
+    """A descriptor with weights to learn."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        torch.manual_seed(0)
+        self.weight = nn.Linear(64, 16)
+
+    def forward(self, patches: Tensor) -> Tensor:
+        return F.normalize(self.weight(patches.flatten(1)), dim=1)
+
+
+def test_a_users_own_modules_learn_through_it() -> None:
+    img = photo()[..., :48, :60]
+    module = feature.LocalFeatureMatcher(feature.LocalFeature(Grid(), feature.LAFDescriptor(Whitened(), 8)), "nn")
+    assert_scripts(module, img, img + 0.02)
+    _, _, distances, valid, _, _ = module(img, img.flip(3))
+    assert valid.tolist() == [[True] * 9 + [False] * 3]
+    distances.sum().backward()
+    gradients = [p.grad for p in module.parameters()]
+    assert all(g is not None and torch.isfinite(g).all() for g in gradients) and gradients[0].abs().max() > 0
