@@ -60,7 +60,8 @@ TYPED_TEST(FeatureKernels, DistancesAreOpenCvs) {
   using T = TypeParam;
   for (const auto& [rows, columns, depth] : {std::array<int, 3>{1, 1, 1}, {5, 13, 128}, {9, 24, 3}, {4, 12, 64}})
     for (const int64_t batch : {1, 2}) {
-      const auto a = this->random(batch * rows * depth, -1, 1), b = this->random(batch * columns * depth, -1, 1);
+      auto a = this->random(batch * rows * depth, -1, 1), b = this->random(batch * columns * depth, -1, 1);
+      for (auto* x : {&a, &b}) std::fill(x->begin() + int64_t(x->size()) / 2, x->end(), T(0));
       std::vector<T> out(static_cast<size_t>(batch * rows * columns));
       squared_distances(a.data(), b.data(), batch, rows, columns, depth, out.data());
       for (int64_t i = 0; i < batch; ++i)
@@ -101,7 +102,9 @@ TYPED_TEST(FeatureKernels, HistogramsOfDirectionsAreTheirDefinition) {
   for (const auto& sizes : {std::array<int64_t, 3>{16, 4, 8}, {19, 1, 36}, {1, 1, 2}, {33, 3, 5}}) {
     constexpr int64_t count = 3;
     const int64_t size = sizes[0], places = sizes[1], bins = sizes[2];
-    const auto patches = this->random(count * size * size, 0, 1), window = this->random(size * size, 0, 1);
+    auto patches = this->random(count * size * size, 0, 1);
+    std::fill_n(patches.begin(), size * size, T(0.5));  // a flat one
+    const auto window = this->random(size * size, 0, 1);
     std::vector<T> nearness(static_cast<size_t>(places * size));
     for (int64_t p = 0; p < places; ++p)
       for (int64_t i = 0; i < size; ++i) nearness[size_t(p * size + i)] = std::max(T(0), 1 - std::abs((T(i) + T(0.5)) * T(places) / T(size) - T(p) - T(0.5)));
@@ -137,7 +140,9 @@ TYPED_TEST(FeatureKernels, PatchesAreBilinearReadingsOfTheirImages) {
     length += heights[k] * widths[k];
   }
   for (auto* list : {&start, &height, &width}) list->insert(list->end(), list->begin(), list->begin() + 4);  // the same for either item
-  const auto pixels = this->random(batch * channels * length, 0, 1), matrices = this->random(batch * frames * 6, -12, 12);
+  const auto pixels = this->random(batch * channels * length, 0, 1);
+  auto matrices = this->random(batch * frames * 6, -12, 12);
+  for (int k : {0, 1, 3, 4}) matrices[size_t(6 + k)] = 0;  // a point
   std::vector<T> out(static_cast<size_t>(batch * channels * frames * side * side));
   sample_patches(pixels.data(), Images{batch, channels, 1, length}, start.data(), height.data(), width.data(), matrices.data(), frames, side, out.data());
   for (int64_t i = 0; i < int64_t(out.size()); ++i) {

@@ -50,6 +50,7 @@ void direction_histograms(const T* patches, int64_t count, int64_t size, const T
     T *const dx = scratch.data() + room * omp_get_thread_num(), *const dy = dx + padded, *const length = dy + padded, *const place = length + padded;
     T *const weight = place + padded, *const row = weight + padded;
     std::fill_n(histogram, bins * places * places, T(0));
+    if (std::all_of(image, image + size * size, [&](T pixel) { return pixel == *image; })) continue;  // an empty slot's
     for (int64_t y = 0; y < size; ++y) {
       const T *const here = image + y * size, *const above = y ? here - size : here, *const below = y + 1 < size ? here + size : here;
       for (int64_t i = 0; i < size; ++i) {

@@ -50,6 +50,11 @@ std::vector<double> squared_lengths(const T* x, int64_t size, int64_t depth) {
   return lengths;
 }
 
+bool is_zero(const std::vector<double>& lengths, int64_t first, int64_t count) {
+  const int64_t end = std::min(first + count, static_cast<int64_t>(lengths.size()));
+  return std::all_of(lengths.begin() + first, lengths.begin() + end, [](double length) { return length == 0; });
+}
+
 }  // namespace
 
 template <class T>
@@ -65,8 +70,9 @@ void squared_distances(const T* a, const T* b, int64_t batch, int64_t rows, int6
       const int64_t first = c * kColumns, wide = std::min(kColumns, columns - first);
       pack(b + first * depth, wide, depth, kColumns, own);
       for (int64_t r = 0; r < row_groups; ++r) {
-        double products[kRows * kColumns];
-        multiply(left.data() + r * kRows * depth, own, depth, products);
+        double products[kRows * kColumns] = {};
+        // Empty slots are zeros, and stand together.
+        if (!is_zero(row_lengths, r * kRows, kRows) && !is_zero(column_lengths, first, wide)) multiply(left.data() + r * kRows * depth, own, depth, products);
         for (int64_t i = 0; i < std::min(kRows, rows - r * kRows); ++i) {
           const int64_t row = r * kRows + i;
           for (int64_t k = 0; k < wide; ++k)

@@ -233,8 +233,9 @@ void sample_patches(const T* pixels, Images rows, const int64_t* start, const in
     const T* const image = pixels + row * channels * length + start[i];
     Taps<T> taps;
     T x[kRun], y[kRun];
-    for (int64_t first = 0; first < area; first += kRun) {
-      const int64_t n = std::min(kRun, area - first);
+    const bool point = m[0] == 0 && m[1] == 0 && m[3] == 0 && m[4] == 0;  // an empty slot's frame: all pixels are the first
+    for (int64_t first = 0; first < (point ? 1 : area); first += kRun) {
+      const int64_t n = point ? 1 : std::min(kRun, area - first);
       for (int64_t k = 0; k < n; ++k) {
         const T u = static_cast<T>(2 * ((first + k) % side) + 1) / static_cast<T>(side) - 1, v = static_cast<T>(2 * ((first + k) / side) + 1) / static_cast<T>(side) - 1;
         x[k] = m[0] * u + m[1] * v + m[2];
@@ -251,6 +252,7 @@ void sample_patches(const T* pixels, Images rows, const int64_t* start, const in
           along_line(plane, width[i] > 1 ? x : y, std::max(height[i], width[i]), n, target);
         else
           bilinear(plane, width[i], taps, n, target);
+        if (point) std::fill_n(target + 1, area - 1, *target);
       }
     }
   }
