@@ -62,7 +62,8 @@ void direction_histograms(const T* patches, int64_t count, int64_t size, const T
       std::fill_n(row, bins * places, T(0));
       for (int64_t i = 0; i < size; ++i) {
         const T whole = std::floor(place[i]), far = (place[i] - whole) * length[i], near = length[i] - far;
-        const int64_t low = whole == whole ? static_cast<int64_t>(whole) % bins : 0, high = (low + 1) % bins;  // what is not a number is seen in bin 0
+        const int64_t bin = whole == whole ? static_cast<int64_t>(whole) : 0;  // what is not a number is seen in bin 0
+        const int64_t low = bin < bins ? bin : 0, high = low + 1 < bins ? low + 1 : 0;
         for (int64_t k = first[i]; k < last[i]; ++k) {
           const T share = nearness[k * size + i];
           row[low * places + k] += near * share;

@@ -27,13 +27,13 @@ void reflect(T* x, int64_t n, int64_t size, bool corners) {
   }
 }
 
+// Runs of positions have room for whole vectors: what stands behind their end is computed, too, and not used.
+
 // Limits positions; not a number becomes `low`.
 template <class T>
 void limit(T* x, int64_t n, T low, T high) {
-  for (int64_t i = 0; i < n; ++i) {
-    const T above = x[i] > low ? x[i] : low;
-    x[i] = above < high ? above : high;
-  }
+  using V = Vector<T>;
+  for (int64_t i = 0; i < n; i += V::kLanes) V::store(x + i, V::min(V::max(V::load(x + i), V::all(low)), V::all(high)));
 }
 
 template <class T>
@@ -45,17 +45,16 @@ void place(T* x, int64_t n, int64_t size, Padding padding, bool corners) {
 // Of each position the pair of pixels to read along an axis, as its first one, and their weights, 0 where they are outside.
 template <class T>
 void pair_up(T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weight1) {
+  using V = Vector<T>;
   limit(x, n, T(-2), static_cast<T>(size + 1));  // one pixel outside is as empty as a thousand
-  const auto last = static_cast<int32_t>(std::max<int64_t>(size - 2, 0)), end = static_cast<int32_t>(size - 1);
-  for (int64_t i = 0; i < n; ++i) {
-    const T whole = std::floor(x[i]), fraction = x[i] - whole;
-    const auto pixel = static_cast<int32_t>(whole);
-    const int32_t from = std::min(std::max(pixel, 0), last);
-    const T near = pixel >= 0 && pixel <= end ? 1 - fraction : T(0), far = pixel >= -1 && pixel < end ? fraction : T(0);
+  const auto zero = V::all(0), end = V::all(static_cast<T>(size - 1)), last = V::all(static_cast<T>(std::max<int64_t>(size - 2, 0)));
+  for (int64_t i = 0; i < n; i += V::kLanes) {
+    const auto position = V::load(x + i), pixel = V::floor(position), fraction = position - pixel, from = V::min(V::max(pixel, zero), last);
+    const auto near = V::where((pixel >= zero) & (pixel <= end), V::all(1) - fraction), far = V::where((pixel >= V::all(-1)) & (pixel < end), fraction);
     // Before the first pixel the second of the two is the pair's first, and at the last pixel the first is the pair's second.
-    first[i] = from;
-    weight0[i] = pixel == from ? near : pixel < from ? far : T(0);
-    weight1[i] = pixel == from ? far : pixel > from ? near : T(0);
+    V::store_whole(first + i, from);
+    V::store(weight0 + i, V::where(pixel == from, near) + V::where(pixel < from, far));
+    V::store(weight1 + i, V::where(pixel == from, far) + V::where(pixel > from, near));
   }
 }
 
@@ -226,6 +225,11 @@ template <class T>
 void sample_patches(const T* pixels, Images rows, const int64_t* start, const int64_t* height, const int64_t* width, const T* frames, int64_t frames_per_row,
                     int64_t side, T* out) {
   const int64_t channels = rows.channels, length = rows.height * rows.width, area = side * side;
+  std::vector<T> across(static_cast<size_t>(area)), down(across);  // where a patch's pixels are in its frame
+  for (int64_t k = 0; k < area; ++k) {
+    across[static_cast<size_t>(k)] = static_cast<T>(2 * (k % side) + 1) / static_cast<T>(side) - 1;
+    down[static_cast<size_t>(k)] = static_cast<T>(2 * (k / side) + 1) / static_cast<T>(side) - 1;
+  }
 #pragma omp parallel for
   for (int64_t i = 0; i < rows.count * frames_per_row; ++i) {
     const int64_t row = i / frames_per_row, frame = i % frames_per_row;
@@ -236,10 +240,10 @@ void sample_patches(const T* pixels, Images rows, const int64_t* start, const in
     const bool point = m[0] == 0 && m[1] == 0 && m[3] == 0 && m[4] == 0;  // an empty slot's frame: all pixels are the first
     for (int64_t first = 0; first < (point ? 1 : area); first += kRun) {
       const int64_t n = point ? 1 : std::min(kRun, area - first);
+      const T *const u = across.data() + first, *const v = down.data() + first;
       for (int64_t k = 0; k < n; ++k) {
-        const T u = static_cast<T>(2 * ((first + k) % side) + 1) / static_cast<T>(side) - 1, v = static_cast<T>(2 * ((first + k) / side) + 1) / static_cast<T>(side) - 1;
-        x[k] = m[0] * u + m[1] * v + m[2];
-        y[k] = m[3] * u + m[4] * v + m[5];
+        x[k] = m[0] * u[k] + m[1] * v[k] + m[2];
+        y[k] = m[3] * u[k] + m[4] * v[k] + m[5];
       }
       place(x, n, width[i], Padding::kBorder, true);
       place(y, n, height[i], Padding::kBorder, true);

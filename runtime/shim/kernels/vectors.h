@@ -21,6 +21,8 @@ struct Vector<float> {
   static Type max(Type a, Type b) { return _mm256_max_ps(a, b); }
   static Type min(Type a, Type b) { return _mm256_min_ps(a, b); }
   static Type sqrt(Type v) { return _mm256_sqrt_ps(v); }
+  static Type floor(Type v) { return _mm256_floor_ps(v); }
+  static void store_whole(int32_t* p, Type v) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), _mm256_cvttps_epi32(v)); }
   using Mask = decltype(Type{} > Type{});
   static bool any(Mask m) { return _mm256_movemask_ps((Type)m) != 0; }
   static Type where(Mask m, Type v) { return _mm256_and_ps((Type)m, v); }  // 0 elsewhere
@@ -37,6 +39,8 @@ struct Vector<double> {
   static Type max(Type a, Type b) { return _mm256_max_pd(a, b); }
   static Type min(Type a, Type b) { return _mm256_min_pd(a, b); }
   static Type sqrt(Type v) { return _mm256_sqrt_pd(v); }
+  static Type floor(Type v) { return _mm256_floor_pd(v); }
+  static void store_whole(int32_t* p, Type v) { _mm_storeu_si128(reinterpret_cast<__m128i*>(p), _mm256_cvttpd_epi32(v)); }
   using Mask = decltype(Type{} > Type{});
   static bool any(Mask m) { return _mm256_movemask_pd((Type)m) != 0; }
   static Type where(Mask m, Type v) { return _mm256_and_pd((Type)m, v); }  // 0 elsewhere
