@@ -14,7 +14,7 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
-  test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry lint lock clean
+  test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
@@ -108,6 +108,9 @@ bench-images: build bundles ## measure the image ops against OpenCV and Kornia -
 
 bench-geometry: build bundles ## measure the geometry ops against OpenCV -> docs/benchmarks_geometry.md
 	$(PY) -m bench.geometry
+
+bench-matching: build ## measure the matching of two views against OpenCV -> docs/benchmarks_matching.md
+	$(PY) -m bench.matching
 
 lint: setup ## style of the Python code
 	.venv/bin/ruff check python export tests bench examples

@@ -40,7 +40,7 @@ add(Spec(
      TensorSpec("points2", description="their matches in image2"),
      TensorSpec("matched", description="which of the slots hold a match"),
      TensorSpec("inliers", description="which matches obey the homography")],
-    config={"max_keypoints": 500, "num_octaves": 2, "mr_size": 3.0, "threshold": 0.005},
+    config={"max_keypoints": 500, "num_octaves": 2, "mr_size": 3.0, "double_image": True},
     symbols={"H": (54, 32768), "W": (58, 32768), "OH": (54, 32768), "OW": (58, 32768), "S": (1, 1 << 16)},
     gradients=(),
     # of points, in pixels; see the detector and the estimator

@@ -21,12 +21,12 @@ def two_view_homography(
     response: str = "dog",
     num_octaves: int = 4,
     mr_size: float = 6.0,
-    threshold: float = 0.01,
-    ratio: float = 0.85,
+    threshold: float = 0.005,
+    ratio: float = 1.0,
     inl_th: float = 3.0,
-    double_image: bool = True,
+    double_image: bool = False,
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """Homography from one image to another: key points in scale space, oriented; RootSIFT; mutual ratio test; random sample consensus.
+    """Homography from one image to another: key points in scale space, oriented; RootSIFT; mutual nearest neighbours; random sample consensus.
 
     ``detect_keypoints``, ``orient_laf``, ``sift_describe``, ``match_smnn`` and ``ransac_homography`` in one piece, for one bundle.
 
@@ -35,7 +35,7 @@ def two_view_homography(
         uniforms: (B, S, 4), random numbers in [0, 1): see ``ransac_homography``.
         max_keypoints: number K of slots for key points in each image.
         response, num_octaves, mr_size, threshold, double_image: see ``detect_keypoints``.
-        ratio: see ``match_smnn``.
+        ratio: what ``match_smnn`` calls th; 1 takes all mutual nearest neighbours, which the consensus can tell apart well.
         inl_th: an inlier's distance in the second image, in pixels.
 
     Returns:
