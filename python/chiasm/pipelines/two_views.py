@@ -47,7 +47,8 @@ def two_view_homography(
         ValueError: if a shape is not as above or a number not as the ops want it.
 
     Example:
-        >>> image = torch.rand(1, 1, 96, 96, generator=torch.Generator().manual_seed(0))
+        >>> from chiasm.geometry.transform import resize
+        >>> image = resize(torch.rand(1, 1, 24, 24, generator=torch.Generator().manual_seed(0)), (96, 96), "bicubic")
         >>> moved = torch.roll(image, 4, 3)
         >>> uniforms = torch.rand(1, 100, 4, generator=torch.Generator().manual_seed(1))
         >>> homography = two_view_homography(image, moved, uniforms, 200, num_octaves=2, mr_size=3.0)[0]
