@@ -47,6 +47,7 @@ NOT_DEPLOYED = {
             "transform.warp_polar",
         )
     },
+    "feature.get_laf_descriptors": "takes a module: `feature.get_laf_descriptors.sift`, with SIFT in its place, is deployed for it, and `LAFDescriptor` exports with any",
     "geometry.epipolar.find_essential": "the first output of `find_essential_5point`, which is deployed under its name",
     "geometry.bbox.nms": "how many boxes are left depends on the data (it scripts): `geometry.bbox.nms_fixed`, which returns all and a mask, is deployed for it",
 }
@@ -59,6 +60,7 @@ NO_GRADIENT = {
     "contrib.distance_transform": "a loop until nothing changes, as many steps as the largest distance: no exported graph can go back through it",
     "filters.non_local_means": "the graph would be 121 copies of the loop's body",
     "geometry.epipolar.find_essential": "the graph would be a copy of each of the loops' steps",
+    "pipelines.two_view_homography": "an artifact of minutes to compile, whose parts are deployed with their gradients",
     "morphology.reconstruction": "a loop until nothing changes: no exported graph can go back through it",
 }
 

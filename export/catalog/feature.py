@@ -61,7 +61,6 @@ add(Spec(
     [image()],
     [TensorSpec("output", layout="NCHW", description="corner response")],
     symbols=STENCIL,
-    gradients=(),
     without_nan=True,
     reference="OpenCV FastFeatureDetector",
 ))

@@ -62,7 +62,7 @@ _add(
 _REGIONS = [image("img", channels=1, color="GRAY"), TensorSpec("laf", ("B", "N", 2, 3), description="local affine frames")]
 _OUT = TensorSpec("output", description="local affine frames")
 _LARGE = {"symbols": {"H": (16, 32768), "W": (16, 32768)}, "sample": _sample_regions, "config": {"PS": 16}}
-_add("orient_laf", _REGIONS, _OUT, "its parts", tolerances={"float32": Tolerance(1e-3, 1e-4)}, gradients=(), **_LARGE)
+_add("orient_laf", _REGIONS, _OUT, "its parts", tolerances={"float32": Tolerance(1e-3, 1e-4)}, **_LARGE)
 _add("adapt_laf_shape", _REGIONS, _OUT, "its parts; stretched blobs", tolerances={"float32": Tolerance(1e-3, 1e-4)}, gradient_tolerances=_ROOT, **_LARGE)
 _add(
     "get_laf_descriptors.sift", [_REGIONS[0], TensorSpec("lafs", ("B", "N", 2, 3), description="local affine frames")], _DESCRIPTORS, "its parts",

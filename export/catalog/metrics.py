@@ -11,6 +11,15 @@ add(Spec(
     reference="scikit-image peak_signal_noise_ratio",
 ))
 
+add(Spec(
+    "metrics.ssim",
+    [image("img1"), image("img2")],
+    [TensorSpec("similarity", layout="NCHW")],
+    config={"window_size": 11},
+    symbols={"H": (12, 32768), "W": (12, 32768)},
+    reference="scikit-image structural_similarity (gaussian weights)",
+))
+
 
 def _volume(name):
     return TensorSpec(name, ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes")

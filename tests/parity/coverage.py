@@ -20,7 +20,7 @@ from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, Entry, catalog
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "coverage.md"
 #: Families that are complete: each of their public functions is in the catalog, or is listed with the reason why it cannot be.
-COMPLETE = ("color", "enhance", "filters", "morphology", "image", "contrib", *(f"geometry.{family}" for family in chiasm.geometry.__all__))
+COMPLETE = ("color", "enhance", "filters", "morphology", "image", "feature", "losses", "metrics", "contrib", "pipelines", *(f"geometry.{family}" for family in chiasm.geometry.__all__))
 WAYS = {
     "TorchScript (C++)": lambda check: check["artifact"].endswith("forward.pt"),
     "ONNX (C++)": lambda check: check["backend"] == "C++ onnx",
