@@ -11,7 +11,7 @@ from examples.geometric.setting import Inputs, Setting, made_by
 
 from .boxes import boxes, detections
 from .classes import classes, heat_maps, scores, silhouettes
-from .frames import frames, patches
+from .frames import frames, patches, response
 from .matched import described, two_images
 from .pairs import differing, disparities, flows, inverse_depth, related, rougher
 from .pieces import clusters, terrain, windows
@@ -30,8 +30,11 @@ MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "feature.affine_shape": patches,
     "feature.convert_sift": patches,
     "feature.dominant_orientation": patches,
+    "feature.index_proposal": response,
     "feature.match_": described,
     "feature.mean_patch": patches,
+    "feature.mkd_describe": patches,
+    "feature.multi_scale_index_proposal": response,
     "feature.sift_describe": patches,
     "losses": classes,
     **{f"losses.{name}": differing for name in ("cauchy", "charbonnier", "geman", "ms_ssim", "psnr", "ssim_loss", "welsch")},
@@ -56,6 +59,7 @@ MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "metrics.mean_iou_bbox": boxes,
     "metrics.pose_errors": rotations,
     "metrics.psnr": differing,
+    "metrics.ssim": differing,
     "metrics.ssim3d": noisy_volumes,
     "metrics.translation_ate": positions,
     **{f"metrics.{name}": disparities for name in DISPARITY},

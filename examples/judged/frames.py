@@ -90,3 +90,9 @@ def patches(s: Setting) -> Inputs:
     described = feature.sift_describe(made, rootsift=False)
     config = s.spec.config
     return {"descriptors": feature.convert_sift_descriptor_layout(described, config["target"], config["source"])}
+
+
+def response(s: Setting) -> Inputs:
+    """How blob-like the photograph is, at most 1."""
+    found = feature.hessian_response(filters.gaussian_blur2d(color.rgb_to_grayscale(s.rgb), (17, 17), (2.0, 2.0))).clamp(min=0)
+    return {"response": (found / found.amax()).contiguous()}

@@ -11,6 +11,7 @@ from chiasm.geometry import transform
 from examples.plots import hues
 from examples.sheets import Chart, Photo, Plane
 
+from .images import input_panels
 from .model import HALF, Panel, Shown
 
 Ink = tuple[int, int, int]
@@ -129,8 +130,20 @@ def detected(shown: Shown) -> list[Panel]:
     return [Panel("img", shown.photo, given=True), Panel("lafs", sheet.pixels(), count)]
 
 
+def proposed(shown: Shown) -> list[Panel]:
+    """A dot where each window's key point is, the larger its response the larger."""
+    given = input_panels(shown)
+    sheet = Photo(given[0].image, HALF[0])
+    places, scores = (shown.outputs[n][0].double().flatten(end_dim=-k).numpy() for n, k in (("coordinates", 2), ("scores", 1)))
+    for (x, y), score in zip(places, (scores / scores.max()).clip(0), strict=True):
+        ring(sheet, np.array([[1 + 5 * score, 0, x], [0, 1 + 5 * score, y]]), NO, 1.2)
+    return [*given, Panel("coordinates", sheet.pixels(), "rings grow with scores")]
+
+
 NAMES = ("ellipse_to_laf", "laf_", "get_laf_center", "get_laf_orientation", "get_laf_scale", "make_upright", "rotate_laf", "scale_laf", "set_laf", "adapt_laf", "orient_laf")
 FRAMES: dict[str, Callable[[Shown], list[Panel]]] = {
     **{f"feature.{name}": frames for name in (*NAMES, "normalize_laf", "denormalize_laf", "perspective_transform_lafs")},
     "feature.detect_keypoints": detected,
+    "feature.index_proposal": proposed,
+    "feature.multi_scale_index_proposal": proposed,
 }

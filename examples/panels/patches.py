@@ -11,7 +11,7 @@ from examples.pictures import rgb_of, visible
 from examples.sheets import Photo, Sheet
 
 from .frames import CIRCLE, ellipse, inks_of, pale
-from .images import input_panels
+from .images import input_panels, kernel_panel
 from .model import THIRD, Panel, Shown
 
 CELL, COLUMNS, EDGE = 56, 4, 3
@@ -95,6 +95,11 @@ def glyphs(shown: Shown) -> list[Panel]:
     return [framed(shown), Panel("descriptors: 4 x 4 parts, 8 directions", sheet_of([glyph(d) for d in found], inks_of(len(found))))]
 
 
+def rows(shown: Shown) -> list[Panel]:
+    """The patches, and a row of colours for each."""
+    return [given(shown), kernel_panel("descriptors: a row for each patch", shown.first)]
+
+
 def framed(shown: Shown) -> Panel:
     """Frames on the photograph."""
     name = next(n for n in ("laf", "lafs") if n in shown.inputs)
@@ -143,5 +148,6 @@ PATCHES: dict[str, Callable[[Shown], list[Panel]]] = {
     "feature.extract_patches": extracted,
     "feature.get_laf_descriptors": glyphs,
     "feature.mean_patch": means,
+    "feature.mkd_describe": rows,
     "feature.sift_describe": glyphs,
 }
