@@ -45,10 +45,10 @@ OPS = (
 )
 
 
-def _old(reason: str, methods: list[str], ops: str) -> dict[tuple[str, str, str], str]:
-    """What ONNX Runtime 1.17 cannot do, of some ops of geometry, in either form."""
+def _old(reason: str, methods: list[str], ops: str, family: str = "geometry") -> dict[tuple[str, str, str], str]:
+    """What ONNX Runtime 1.17 cannot do, of some ops of a family, in either form."""
     files = [f"{method}.float32{form}.onnx" for method in methods for form in ("", ".fused")]
-    return {("ONNX Runtime 1.17", f"geometry.{op}", file): reason for op in ops.split() for file in files}
+    return {("ONNX Runtime 1.17", f"{family}.{op}", file): reason for op in ops.split() for file in files}
 
 
 #: (engine, op, file) -> why the engine cannot do it.
@@ -64,6 +64,11 @@ KNOWN = {
         ransac.ransac_essential ransac.ransac_fundamental solvers.find_affine stereo.stereo_rectify transform.crop_and_resize
         transform.crop_by_boxes transform.get_perspective_transform
     """),
+    **_old(_OLD_FUSION, ["forward"], """
+        match_fginn.mutual match_fginn.plain match_mnn.masked match_mnn.plain match_nn.masked match_nn.plain match_smnn match_smnn_batched match_snn
+        match_adalam.masked match_adalam.plain
+    """, "feature"),
+    **_old(_OLD_FUSION, ["forward"], "two_view_homography", "pipelines"),
     ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _OLD_FLOAT64,
     ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.fused.onnx"): _OLD_FLOAT64,
     ("OpenVINO", "color.rgb_to_grayscale", "forward.float64.onnx"): _FLOAT32_INSIDE,
@@ -77,6 +82,8 @@ KNOWN = {
     ("OpenVINO", "geometry.ransac.ransac_fundamental", "vjp.float32.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.solvers.solve_quadratic", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.solvers.solve_quartic", "forward.float64.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "losses.mutual_information_loss_2d.masked", "vjp.float32.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "losses.normalized_mutual_information_loss_2d.masked", "vjp.float32.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _FLOAT32_INSIDE,
 }
 #: engine -> why it cannot do the fused form of any op.

@@ -150,12 +150,13 @@ def _area(hw: Optional[Union[Tensor, Tuple[int, int]]], frames: Tensor, mask: Op
         nowhere = torch.full_like(centre, float("inf"))
         there = torch.ones_like(centre, dtype=torch.bool) if mask is None else mask[..., None]
         size = torch.amax(torch.where(there, centre, -nowhere), 1) - torch.amin(torch.where(there, centre, nowhere), 1)
-        return torch.clamp(size, min=0.0).prod(1, keepdim=True)
+        size = torch.clamp(size, min=0.0)
+        return size[:, :1] * size[:, 1:]
     if isinstance(hw, Tensor):
         if hw.dim() < 1 or hw.dim() > 2 or hw.size(-1) != 2:
             raise ValueError(f"{name}: expected shape (2,) or (B, 2), got {list(hw.shape)}")
         size = hw.detach().to(torch.float64) + torch.zeros_like(centre[:, 0])
-        return size.prod(1, keepdim=True)
+        return size[:, :1] * size[:, 1:]
     return torch.ones_like(centre[:, 0, :1]) * (hw[0] * hw[1])
 
 
