@@ -58,6 +58,7 @@ NO_GRADIENT = {
     "contrib.diamond_square.normalized": "the graph would be a copy of each of the loop's steps, of which large images have 15",
     "contrib.diamond_square.plain": "the graph would be a copy of each of the loop's steps, of which large images have 15",
     "contrib.distance_transform": "a loop until nothing changes, as many steps as the largest distance: no exported graph can go back through it",
+    **{f"feature.detect_keypoints.{name}": "minutes to compile: the same detector is deployed with its gradient for hessian and dog" for name in ("harris", "gftt")},
     "filters.non_local_means": "the graph would be 121 copies of the loop's body",
     "geometry.epipolar.find_essential": "the graph would be a copy of each of the loops' steps",
     "pipelines.two_view_homography": "an artifact of minutes to compile, whose parts are deployed with their gradients",
