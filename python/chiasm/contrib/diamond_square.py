@@ -84,7 +84,7 @@ def _grown(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
 def _filled(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
     """By steps over the whole image, of one form whatever its size: one loop of an exported graph."""
     y, x = torch.arange(random.size(2), device=random.device), torch.arange(random.size(3), device=random.device)
-    powers = torch.pow(2, torch.arange(16, device=random.device))  # images are at most 32768 pixels high and wide
+    powers = torch.tensor([1 << k for k in range(16)], device=random.device)  # images are at most 32768 pixels high and wide
     cell = torch.where(powers < torch.maximum(y.amax(0), x.amax(0)), 2 * powers, torch.ones_like(powers)).amax(0)
     corner = (_within(y, cell) == 0)[:, None] & (_within(x, cell) == 0)
     # Infinity marks what is to come: a step that leaves everything as it was is then one after the last.

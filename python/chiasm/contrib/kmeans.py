@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_floating, check_rank
+from ..primitives.linalg import small_matmul
 from ..primitives.loops import repeat
 
 
@@ -56,7 +57,7 @@ def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Ten
 def _nearest(points: Tensor, centers: Tensor) -> Tensor:
     """Index of the nearest centre: of the squared distance, what a point adds to that of every centre is left out."""
     fixed = centers.detach()
-    return ((fixed * fixed).sum(1) - 2.0 * torch.matmul(points.detach(), fixed.t())).argmin(1)
+    return ((fixed * fixed).sum(1) - 2.0 * small_matmul(points.detach(), fixed.t())).argmin(1)
 
 
 def _moved(centers: Tensor, k: Tensor, points: Tensor) -> Tensor:
@@ -64,4 +65,4 @@ def _moved(centers: Tensor, k: Tensor, points: Tensor) -> Tensor:
     number = torch.arange(centers.size(0), device=centers.device)
     has = (_nearest(points, centers)[None] == number[:, None]).to(points.dtype)
     count = has.sum(1, keepdim=True)
-    return torch.where(count > 0, torch.matmul(has, points) / count.clamp(min=1.0), centers)
+    return torch.where(count > 0, small_matmul(has, points) / count.clamp(min=1.0), centers)
