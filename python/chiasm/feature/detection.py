@@ -1,8 +1,8 @@
 """Key points in scale space.
 
 T. Lindeberg, Feature detection with automatic scale selection, IJCV 30(2), 1998; D. Lowe, Distinctive Image Features from Scale-Invariant
-Keypoints, IJCV 60(2), 2004. All octaves' responses lie in one row of numbers, so that the strongest are found, and refined, by one piece of code
-however many octaves there are.
+Keypoints, IJCV 60(2), 2004. The voxels of all octaves are numbered in one row, so that the strongest are found, and refined, by one piece of
+code however many octaves there are.
 """
 
 import math
