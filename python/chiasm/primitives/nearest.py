@@ -14,7 +14,7 @@ def squared_distances(a: Tensor, b: Tensor) -> Tensor:
     unit vectors not one digit. For float32 vectors it is then rounded to float32, so that equal vectors, whose products a library may add up in
     different orders, are equally far.
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(a):
+    if not torch.jit.is_scripting() and kernels.has_kernel(a) and b.dtype == a.dtype:
         return kernels.squared_distances(a.detach(), b.detach())
     left, right = a.detach().to(torch.float64), b.detach().to(torch.float64)
     lengths = (left * left).sum(-1)[:, :, None] + (right * right).sum(-1)[:, None, :]
