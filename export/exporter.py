@@ -96,7 +96,7 @@ def _export_variant(op, spec, variant, traced, outputs, gradient, formats, isas,
             progress(f"{method}{suffix} trace")
             traced = trace_vjp(module, spec, ins, example)
         if "native" in formats:
-            program = traced if method == "vjp" else trace(module, spec, ins, example, "native")
+            program = traced if method == "vjp" or (traced and spec.takes_gradients) else trace(module, spec, ins, example, "native")
             for isa in isas:
                 progress(f"{method}{suffix} {isa}")
                 made = to_native(program, spec, isa)
@@ -129,9 +129,9 @@ def with_cotangents(op: nn.Module, spec: Spec, sizes: dict[str, int], variant: s
 
 def run_eager(module: nn.Module, inputs: dict[str, torch.Tensor]) -> tuple[torch.Tensor, ...]:
     """The reference: what eager Python gives."""
-    with torch.no_grad():
+    with torch.enable_grad():  # a step of an optimisation takes gradients itself
         result = module(*inputs.values())
-    return tuple(result) if isinstance(result, (tuple, list)) else (result,)
+    return tuple(r.detach() for r in (result if isinstance(result, (tuple, list)) else (result,)))
 
 
 def _manifest(fn, spec: Spec, outputs: list[TensorSpec], gradient) -> dict[str, Any]:

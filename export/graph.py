@@ -39,6 +39,8 @@ def _derived_dim(expression: str, dims: dict[str, Dim]) -> Dim:
 
 def trace(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: Inputs, target: str, vjp: bool = False) -> ExportedProgram:
     """Export `module` for a target ("onnx", "native")."""
+    if spec.takes_gradients and not vjp:
+        return trace_vjp(module, spec, tensors, inputs)
     # Loops go through torch.compile, whose code for an op before, made for 4 models say, else leaves the guard `S != 4` on this one.
     torch._dynamo.reset()
     try:
@@ -150,7 +152,7 @@ def vjp_module(op: nn.Module, spec: Spec, outputs: list[TensorSpec]) -> nn.Modul
 
 
 def trace_vjp(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: Inputs) -> ExportedProgram:
-    """Export a vjp: torch.export cannot trace torch.func.vjp, so make_fx turns it into a plain graph first."""
+    """Export a vjp, or what takes gradients itself: torch.export cannot trace either, so make_fx turns it into a plain graph first."""
     args = tuple(inputs[t.name] for t in tensors)
     try:
         with exporting("onnx", vjp=True), fast_tracing():

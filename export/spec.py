@@ -67,6 +67,7 @@ class Spec:
     gradient_tolerances: the same for the results of `vjp`, where they differ from `tolerances`.
     vectorize: False compiles native loops without SIMD: faster where bytes are gathered, and right where AOTInductor's SIMD loops are not.
     without_nan: True where the op is documented for images without NaN: native minima and maxima then take one instruction, not three.
+    takes_gradients: True for a function that calls torch.autograd.grad (a step of an optimisation); it is traced as gradients are, and has no vjp.
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
     """
 
@@ -85,6 +86,7 @@ class Spec:
     version: str = "1.0.0"
     vectorize: bool = True
     without_nan: bool = False
+    takes_gradients: bool = False
 
     @property
     def generic(self) -> bool:
@@ -113,6 +115,8 @@ class Spec:
         unknown = set(self.gradients or ()) - set(floating)
         if unknown:
             raise ValueError(f"spec {self.name!r}: gradients names {sorted(unknown)}, which are not floating inputs")
+        if self.takes_gradients:
+            return []
         return floating if self.gradients is None else list(self.gradients)
 
     def tolerance(self, method: str, dtype: str) -> Tolerance | None:

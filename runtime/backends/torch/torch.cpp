@@ -5,7 +5,6 @@
 #include <ATen/Parallel.h>
 #include <ATen/Version.h>
 #include <ATen/ops/from_blob.h>
-#include <c10/core/InferenceMode.h>
 #include <c10/core/impl/DeviceGuardImplInterface.h>
 #include <torch/csrc/autograd/autograd.h>
 #include <torch/csrc/inductor/aoti_package/model_package_loader.h>
@@ -254,7 +253,7 @@ class Model {
       if (autograd_) {
         run_gradients(inputs, outputs);
       } else {
-        const c10::InferenceMode inference;
+        const at::AutoGradMode enabled(true);  // a step of an optimisation takes gradients itself; of other programs nothing is recorded
         write(program_->forward(views(inputs, input_count_, device_)), outputs);
       }
     });
@@ -330,6 +329,7 @@ class Model {
     if (results.size() != output_count_)
       throw Error(CHIASM_CORRUPT, "the program returned " + std::to_string(results.size()) +
                                       " tensors, the manifest says " + std::to_string(output_count_));
+    const at::NoGradGuard off;
     for (size_t k = 0; k < output_count_; ++k) {
       at::Tensor target = view(outputs[k], device_);
       if (results[k].sizes() != target.sizes() || results[k].scalar_type() != target.scalar_type())
