@@ -27,7 +27,6 @@ from chiasm.geometry.transform import (
 )
 from chiasm.geometry.transform.like import crop_by_boxes_like
 from chiasm.primitives.sizes import as_ratio
-from chiasm.primitives.taps import blurred_after, blurred_before, resize_taps
 
 D = torch.float64
 X = photo(2, 3, 37, 53, D)
@@ -158,23 +157,3 @@ def test_crop_by_indices_without_resizing() -> None:
     assert torch.equal(nearest[0], X[0][:, [1 + i * 14 // 7 for i in range(7)]][..., [2 + j * 25 // 5 for j in range(5)]])
     with pytest.raises(ValueError, match="src_box: expected boxes of one size"):
         crop_by_indices(X, BOXES)
-
-
-def dense(taps: tuple[Tensor, Tensor], size: int) -> Tensor:
-    index, weight = taps
-    return torch.zeros(index.size(0), size, dtype=weight.dtype).scatter_add(1, index, weight)
-
-
-@pytest.mark.parametrize("border", list(CV_BORDER))
-@pytest.mark.parametrize("size", [(8, 9), (25, 31), (5, 6)])
-@pytest.mark.parametrize("corners", [False, True])
-def test_blurring_and_resizing_are_one_table_of_taps(border: str, size: tuple[int, int], corners: bool) -> None:
-    """What compiled code does in one pass, as products with matrices."""
-    kernel, image = [0.0625, 0.25, 0.375, 0.25, 0.0625], X[:1, :1, : size[0], : size[1]]
-    for scaled, expected in (([n // 2 for n in size], pyrdown(image, border, corners)), ([2 * n for n in size], pyrup(image, border, corners))):
-        taps = [resize_taps(image, n, "bilinear", corners, False, dim + 2) for dim, n in enumerate(scaled)]
-        if scaled[0] < size[0]:
-            down, across = (blurred_before(t, kernel, border, n) for t, n in zip(taps, size, strict=True))
-        else:
-            down, across = (blurred_after(t, kernel, border) for t in taps)
-        torch.testing.assert_close(dense(down, size[0]) @ image[0, 0] @ dense(across, size[1]).T, expected[0, 0], rtol=0, atol=1e-14)

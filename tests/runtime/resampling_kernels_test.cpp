@@ -101,71 +101,91 @@ TYPED_TEST(Resampling, ProjectiveSamplesAreThoseAtTheMatrixesPositions) {
   }
 }
 
-// The pixels and weights of OpenCV's interpolation: Keys' cubic with a = -0.75 for four taps, linear for two.
-template <class T>
-struct Table {
-  std::vector<int32_t> index;
-  std::vector<T> weight;
-
-  Table(int64_t in, int64_t out, int64_t taps) {
-    for (int64_t i = 0; i < out; ++i) {
-      const double x = (double(i) + 0.5) * double(in) / double(out) - 0.5, whole = std::floor(x);
-      for (int64_t k = 0; k < taps; ++k) {
-        const double pixel = whole + double(k - taps / 2 + 1), d = std::abs(x - pixel), a = -0.75;
-        const double cubic = d <= 1 ? ((a + 2) * d - (a + 3)) * d * d + 1 : d < 2 ? ((a * d - 5 * a) * d + 8 * a) * d - 4 * a : 0;
-        index.push_back(int32_t(std::clamp(pixel, 0.0, double(in - 1))));
-        weight.push_back(T(taps == 2 ? 1 - d : cubic));
-      }
-    }
+// One plane resized along both axes by taps(size, new size), against what `expected` makes of it.
+template <class T, class Taps, class Expected>
+void expect_resized(const std::vector<T>& x, const Planes& p, int64_t height, int64_t width, const Taps& taps, const Expected& expected, double tolerance) {
+  std::vector<T> out(static_cast<size_t>(p.count * height * width));
+  resample(x.data(), p, taps(p.height, height), taps(p.width, width), out.data());
+  for (int64_t i = 0; i < p.count; ++i) {
+    const cv::Mat plane(int(p.height), int(p.width), cv::DataType<T>::type, const_cast<T*>(x.data() + i * p.height * p.width));
+    const cv::Mat actual(int(height), int(width), cv::DataType<T>::type, out.data() + i * height * width);
+    EXPECT_LE(cv::norm(expected(plane, actual.size()), actual, cv::NORM_INF), tolerance) << p.height << "x" << p.width << " to " << height << "x" << width;
   }
-};
+}
 
-TYPED_TEST(Resampling, ResamplingByTablesIsOpenCvsResize) {
+const Planes kPlanes[] = {{1, 1, 1}, {2, 3, 5}, {1, 40, 71}, {1, 40, 142}, {2, 7, 1}, {3, 70, 150}};
+const std::pair<int64_t, int64_t> kSizes[] = {{1, 1}, {2, 9}, {19, 33}, {20, 71}, {19, 72}, {80, 142}, {5, 300}, {90, 4}};
+
+TYPED_TEST(Resampling, ResizingIsOpenCvs) {
   using T = TypeParam;
-  for (const Planes& p : {Planes{1, 1, 1}, Planes{2, 3, 5}, Planes{1, 40, 71}, Planes{1, 40, 142}, Planes{2, 7, 1}})
-    for (const auto& [height, width] : {std::pair<int64_t, int64_t>{1, 1}, {2, 9}, {19, 33}, {20, 71}, {19, 72}, {80, 142}, {5, 300}, {90, 4}})
-      for (const int64_t taps : {2, 4}) {
-        const auto x = this->random(p.count * p.height * p.width, 0, 1);
-        const Table<T> down(p.height, height, taps), across(p.width, width, taps);
-        std::vector<T> out(static_cast<size_t>(p.count * height * width));
-        resample(x.data(), p, down.index.data(), down.weight.data(), taps, height, across.index.data(), across.weight.data(), taps, width, out.data());
-        for (int64_t i = 0; i < p.count; ++i) {
-          const cv::Mat plane(int(p.height), int(p.width), cv::DataType<T>::type, const_cast<T*>(x.data() + i * p.height * p.width));
-          const cv::Mat actual(int(height), int(width), cv::DataType<T>::type, out.data() + i * height * width);
-          cv::Mat expected;
-          cv::resize(plane, expected, actual.size(), 0, 0, taps == 2 ? cv::INTER_LINEAR : cv::INTER_CUBIC);
-          EXPECT_LE(cv::norm(expected, actual, cv::NORM_INF), 2e-5) << p.height << "x" << p.width << " to " << height << "x" << width << ", " << taps << " taps";
-        }
+  for (const Planes& p : kPlanes)
+    for (const auto& [height, width] : kSizes)
+      for (const auto& [filter, flag] : {std::pair{Filter::kBilinear, cv::INTER_LINEAR}, {Filter::kBicubic, cv::INTER_CUBIC}}) {
+        const auto taps = [filter = filter](int64_t in, int64_t out) { return resize_taps<T>(in, out, filter, false, false); };
+        const auto expected = [flag = flag](const cv::Mat& plane, cv::Size size) {
+          cv::Mat resized;
+          cv::resize(plane, resized, size, 0, 0, flag);
+          return resized;
+        };
+        expect_resized(this->random(p.count * p.height * p.width, 0, 1), p, height, width, taps, expected, 2e-5);
       }
 }
 
-// Six symmetric taps: the mean of two by two pixels that are blurred by (1, 4, 6, 4, 1) / 16.
-TYPED_TEST(Resampling, BlurringAndHalvingIsOpenCvsInOneStep) {
+// OpenCV blurs first and interpolates then, or interpolates first.
+TYPED_TEST(Resampling, BlurringAndResizingIsOpenCvsInOneStep) {
   using T = TypeParam;
-  const T binomial[] = {1, 4, 6, 4, 1};
-  const auto table = [&](int64_t size, std::vector<int32_t>& index, std::vector<T>& weight) {
-    for (int i = 0; i < size; ++i)  // both pixels of each position, one after the other
-      for (int k = 0; k < 5; ++k) {
-        index.push_back(cv::borderInterpolate(i + k - 2, int(size), cv::BORDER_REFLECT_101));
-        weight.push_back(binomial[k] / 32);
+  const std::vector<T> kernel{T(1) / 16, T(4) / 16, T(6) / 16, T(4) / 16, T(1) / 16};
+  const std::pair<Border, int> borders[] = {{Border::kReflect, cv::BORDER_REFLECT_101}, {Border::kReplicate, cv::BORDER_REPLICATE}, {Border::kConstant, cv::BORDER_CONSTANT}};
+  for (const Planes& p : {Planes{2, 4, 6}, Planes{1, 16, 34}, Planes{3, 70, 150}})
+    for (const auto& [height, width] : {std::pair<int64_t, int64_t>{p.height / 2, p.width / 2}, {p.height * 2 / 3, p.width * 2 / 3}, {2 * p.height, 2 * p.width}})
+      for (const auto& [border, flag] : borders)
+        for (const bool before : {true, false}) {
+          const auto taps = [&, border = border](int64_t in, int64_t out) {
+            const auto plain = resize_taps<T>(in, out, Filter::kBilinear, false, false);
+            return before ? blurred_before(plain, kernel, border, in) : blurred_after(plain, kernel, border);
+          };
+          const auto expected = [&, flag = flag](const cv::Mat& plane, cv::Size size) {
+            cv::Mat made = plane.clone();
+            if (!before) cv::resize(made, made, size, 0, 0, cv::INTER_LINEAR);
+            cv::sepFilter2D(made, made, -1, kernel, kernel, {-1, -1}, 0, flag);
+            if (before) cv::resize(made, made, size, 0, 0, cv::INTER_LINEAR);
+            return made;
+          };
+          expect_resized(this->random(p.count * p.height * p.width, 0, 1), p, height, width, taps, expected, 2e-5);
+        }
+}
+
+// Keys' cubic with a = -1/2, as Pillow has it for reducing.
+double keys(double d) { return d < 1 ? (1.5 * d - 2.5) * d * d + 1 : d < 2 ? ((-0.5 * d + 2.5) * d - 4) * d + 2 : 0; }
+
+TYPED_TEST(Resampling, AntialiasedTapsAreTheStretchedFilter) {
+  using T = TypeParam;
+  for (const auto& [in, out] : {std::pair<int64_t, int64_t>{40, 13}, {41, 7}, {9, 1}, {10, 25}, {1, 3}})
+    for (const Filter filter : {Filter::kBilinear, Filter::kBicubic}) {
+      const Taps<T> taps = resize_taps<T>(in, out, filter, false, true);
+      const double stretch = std::max(double(in) / double(out), 1.0);
+      for (int64_t i = 0; i < out; ++i) {
+        std::vector<double> expected(size_t(in), 0.0), actual(size_t(in), 0.0);
+        double total = 0;
+        for (int64_t j = 0; j < in; ++j) {
+          const double d = std::abs(double(j) + 0.5 - (double(i) + 0.5) * double(in) / double(out)) / stretch;
+          total += expected[size_t(j)] = filter == Filter::kBilinear ? std::max(1 - d, 0.0) : keys(d);
+        }
+        for (int64_t k = i * taps.each; k < (i + 1) * taps.each; ++k) actual[size_t(taps.index[size_t(k)])] += double(taps.weight[size_t(k)]);
+        for (size_t j = 0; j < size_t(in); ++j) EXPECT_NEAR(actual[j], expected[j] / total, 2e-6) << in << " to " << out << ", pixel " << j << " of " << i;
       }
-  };
-  for (const Planes& p : {Planes{2, 4, 6}, Planes{1, 16, 34}, Planes{3, 70, 150}}) {
-    const auto x = this->random(p.count * p.height * p.width, 0, 1);
-    std::vector<int32_t> rows, columns;
-    std::vector<T> down, across;
-    table(p.height, rows, down);
-    table(p.width, columns, across);
-    const int64_t height = p.height / 2, width = p.width / 2;
-    std::vector<T> out(static_cast<size_t>(p.count * height * width));
-    resample(x.data(), p, rows.data(), down.data(), 10, height, columns.data(), across.data(), 10, width, out.data());
-    for (int64_t i = 0; i < p.count; ++i) {
-      const cv::Mat plane(int(p.height), int(p.width), cv::DataType<T>::type, const_cast<T*>(x.data() + i * p.height * p.width));
-      const cv::Mat actual(int(height), int(width), cv::DataType<T>::type, out.data() + i * height * width), taps(1, 5, cv::DataType<T>::type, const_cast<T*>(binomial));
-      cv::Mat expected;
-      cv::sepFilter2D(plane, expected, -1, taps / 16, taps / 16, {-1, -1}, 0, cv::BORDER_REFLECT_101);
-      cv::resize(expected, expected, actual.size(), 0, 0, cv::INTER_AREA);
-      EXPECT_LE(cv::norm(expected, actual, cv::NORM_INF), 1e-6) << p.height << "x" << p.width;
+    }
+}
+
+TYPED_TEST(Resampling, WithCornersARampStaysOneAndNearestTakesThePixelBelow) {
+  using T = TypeParam;
+  for (const auto& [in, out] : {std::pair<int64_t, int64_t>{9, 17}, {17, 5}, {30, 30}, {5, 1}}) {
+    const Taps<T> linear = resize_taps<T>(in, out, Filter::kBilinear, true, false), nearest = resize_taps<T>(in, out, Filter::kNearest, false, false);
+    for (int64_t i = 0; i < out; ++i) {
+      double position = 0;
+      for (int64_t k = 0; k < 2; ++k) position += double(linear.weight[size_t(2 * i + k)]) * double(linear.index[size_t(2 * i + k)]);
+      EXPECT_NEAR(position, double(i * (in - 1)) / double(std::max<int64_t>(out - 1, 1)), 1e-5);
+      EXPECT_EQ(nearest.index[size_t(i)], int(std::floor(double(i) * double(in) / double(out) + 1e-9)));
     }
   }
 }

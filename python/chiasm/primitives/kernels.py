@@ -14,6 +14,7 @@ from .target import native_forward
 
 _BORDERS = ("reflect", "replicate", "circular", "constant")
 _INTERPOLATIONS = ("bilinear", "nearest")
+_FILTERS = ("nearest", "bilinear", "bicubic")
 _PADDINGS = ("zeros", "border", "reflection")
 
 
@@ -96,9 +97,13 @@ _sample_projective = _operator(
     "sample_projective(Tensor src, Tensor matrix, SymInt height, SymInt width, int mode, int padding, bool corners) -> Tensor",
     lambda src, matrix, height, width, *_: src.new_empty([src.size(0), src.size(1), height, width]),
 )
-_resample = _operator(
-    "resample(Tensor x, Tensor index_y, Tensor weight_y, Tensor index_x, Tensor weight_x) -> Tensor",
-    lambda x, index_y, weight_y, index_x, weight_x: x.new_empty([x.size(0), x.size(1), index_y.size(0), index_x.size(0)]),
+_resize = _operator(
+    "resize(Tensor x, SymInt height, SymInt width, int filter, bool corners, bool antialias) -> Tensor",
+    lambda x, height, width, *_: x.new_empty([x.size(0), x.size(1), height, width]),
+)
+_resize_blurred = _operator(
+    "resize_blurred(Tensor x, Tensor kernel, SymInt height, SymInt width, bool corners, int border, bool before) -> Tensor",
+    lambda x, kernel, height, width, *_: x.new_empty([x.size(0), x.size(1), height, width]),
 )
 _sample_patches = _operator(
     "sample_patches(Tensor pixels, Tensor start, Tensor height, Tensor width, Tensor frames, int side) -> Tensor",
@@ -244,9 +249,14 @@ def sample_projective(src: Tensor, matrix: Tensor, height: int, width: int, mode
     return _sample_projective(src, matrix, height, width, _INTERPOLATIONS.index(mode), _PADDINGS.index(padding_mode), align_corners)
 
 
-def resample(x: Tensor, index_y: Tensor, weight_y: Tensor, index_x: Tensor, weight_x: Tensor) -> Tensor:
-    """What ``resize`` does by tables of taps (out_size, taps) for either axis."""
-    return _resample(x, index_y.to(torch.int32), weight_y, index_x.to(torch.int32), weight_x)
+def resize(x: Tensor, height: int, width: int, interpolation: str, align_corners: bool, antialias: bool) -> Tensor:
+    """``transform.resize``."""
+    return _resize(x, height, width, _FILTERS.index(interpolation), align_corners, antialias)
+
+
+def resize_blurred(x: Tensor, kernel: List[float], height: int, width: int, align_corners: bool, border_type: str, before: bool) -> Tensor:
+    """``transform.resize``, bilinear, after or before a blur along both axes."""
+    return _resize_blurred(x, torch.tensor(kernel, dtype=x.dtype), height, width, align_corners, _BORDERS.index(border_type), before)
 
 
 def sample_patches(pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frames: Tensor, side: int) -> Tensor:

@@ -22,6 +22,13 @@ def smaller(a: int, b: int) -> int:
         return torch.sym_min(a, b)
 
 
+def weight_dtype(x: Tensor) -> torch.dtype:
+    """In which fractions of x's pixels are computed: positions in half precision would be off by whole pixels."""
+    if x.dtype == torch.float64:
+        return torch.float64
+    return torch.float32
+
+
 def source_positions(in_size: int, out_size: int, align_corners: bool, dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor]:
     """Source position of each of ``out_size`` pixels as (whole part, fraction in [0, 1)).
 

@@ -77,6 +77,19 @@ AOTITorchError like_matrices(AtenTensorHandle m, AtenTensorHandle* result, const
   });
 }
 
+// Has taps(T{}, size, new size) say how each axis of an image is resampled.
+template <class MakeTaps>
+AOTITorchError resampled(AtenTensorHandle x, int64_t height, int64_t width, AtenTensorHandle* result, const MakeTaps& taps) {
+  return guarded([&] {
+    const Argument image(x);
+    Result out = make({image.size(0), image.size(1), height, width}, (*image).dtype);
+    for_type((*image).dtype, [&](auto zero) {
+      resample(image.data<decltype(zero)>(), planes_of(*image), taps(zero, image.size(2), height), taps(zero, image.size(3), width), data<decltype(zero)>(out));
+    });
+    *result = out.release();
+  });
+}
+
 }  // namespace
 
 extern "C" {
@@ -163,17 +176,18 @@ AOTITorchError aoti_torch_cpu_sample_projective(AtenTensorHandle src, AtenTensor
   });
 }
 
-AOTITorchError aoti_torch_cpu_resample(AtenTensorHandle x, AtenTensorHandle index_y, AtenTensorHandle weight_y, AtenTensorHandle index_x,
-                                       AtenTensorHandle weight_x, AtenTensorHandle* result) {
-  return guarded([&] {
-    const Argument image(x), rows(index_y), down(weight_y), columns(index_x), across(weight_x);
-    Result out = make({image.size(0), image.size(1), rows.size(0), columns.size(0)}, (*image).dtype);
-    for_type((*image).dtype, [&](auto zero) {
-      using T = decltype(zero);
-      resample(image.data<T>(), planes_of(*image), rows.data<int32_t>(), down.data<T>(), rows.size(1), rows.size(0), columns.data<int32_t>(),
-               across.data<T>(), columns.size(1), columns.size(0), data<T>(out));
-    });
-    *result = out.release();
+AOTITorchError aoti_torch_cpu_resize(AtenTensorHandle x, int64_t height, int64_t width, int64_t filter, int32_t corners, int32_t antialias,
+                                     AtenTensorHandle* result) {
+  return resampled(x, height, width, result, [&]<class T>(T, int64_t in, int64_t out) { return resize_taps<T>(in, out, Filter(filter), corners != 0, antialias != 0); });
+}
+
+AOTITorchError aoti_torch_cpu_resize_blurred(AtenTensorHandle x, AtenTensorHandle kernel, int64_t height, int64_t width, int32_t corners, int64_t border,
+                                             int32_t before, AtenTensorHandle* result) {
+  return resampled(x, height, width, result, [&]<class T>(T, int64_t in, int64_t out) {
+    const Argument given(kernel);
+    const std::vector<T> weights(given.data<T>(), given.data<T>() + given.size(0));
+    const Taps<T> taps = resize_taps<T>(in, out, Filter::kBilinear, corners != 0, false);
+    return before ? blurred_before(taps, weights, Border(border), in) : blurred_after(taps, weights, Border(border));
   });
 }
 

@@ -7,10 +7,11 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 namespace chiasm::kernels {
 
-/** What is seen beyond an image; in the order of KERNEL_BORDERS in kernels.py. */
+/** What is seen beyond an image; in the order of their names in kernels.py. */
 enum class Border : int64_t { kReflect, kReplicate, kCircular, kConstant };
 
 struct Planes {
@@ -115,11 +116,39 @@ template <class T>
 void sample_projective(const T* source, Images images, const T* matrices, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding,
                        bool corners, T* out);
 
-/** Resizes: pixel (y, x) of the output is the sum over its taps of weight_y * weight_x times the pixels (index_y, index_x). Tables have
- *  taps_y and taps_x entries for each row and column of the output; entries with a weight of 0 are not read. */
+/** Between which pixels resizing interpolates; in the order of their names in kernels.py. */
+enum class Filter : int64_t { kNearest, kBilinear, kBicubic };
+
+/** Along an axis each of `count` pixels is the sum of `each` pixels, index[i * each + k], by weights. */
 template <class T>
-void resample(const T* x, Planes planes, const int32_t* index_y, const T* weight_y, int64_t taps_y, int64_t out_height, const int32_t* index_x,
-              const T* weight_x, int64_t taps_x, int64_t out_width, T* out);
+struct Taps {
+  Taps(int64_t count, int64_t each) : count(count), each(each), index(count * each), weight(count * each) {}
+  void put(int64_t i, int64_t k, int64_t pixel, T value) {
+    index[i * each + k] = static_cast<int32_t>(pixel);
+    weight[i * each + k] = value;
+  }
+
+  int64_t count, each;
+  std::vector<int32_t> index;
+  std::vector<T> weight;
+};
+
+/** Those of `out` pixels that `in` pixels are resized to. With `corners` the centres of the first and last pixels coincide, else their outer
+ *  edges; with `antialias` a filter that reduces is as wide as the reduction. */
+template <class T>
+Taps<T> resize_taps(int64_t in, int64_t out, Filter filter, bool corners, bool antialias);
+
+/** Those of an image of `size` pixels that stand for `taps` of what a kernel of odd length makes of it. */
+template <class T>
+Taps<T> blurred_before(const Taps<T>& taps, const std::vector<T>& kernel, Border border, int64_t size);
+
+/** Those that stand for what a kernel of odd length makes of the result of `taps`. */
+template <class T>
+Taps<T> blurred_after(const Taps<T>& taps, const std::vector<T>& kernel, Border border);
+
+/** Pixel (y, x) of the output is the sum of what `down` has for y and `across` for x. Pixels with a weight of 0 are not read. */
+template <class T>
+void resample(const T* x, Planes planes, const Taps<T>& down, const Taps<T>& across, T* out);
 
 /** Most rows of the matrices that the next three take; `planes` are n x n. */
 constexpr int64_t kMostRows = 16;

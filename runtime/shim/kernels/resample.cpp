@@ -20,67 +20,90 @@ inline __m256d ordered(__m256d v) { return _mm256_permute4x64_pd(v, 0b11011000);
 template <class T>
 struct Axis {
   static constexpr int64_t kLanes = Vector<T>::kLanes;
-  // Of a vector of positions: kDoubled where their runs begin at every second pixel, kMirrored where besides all their weights are symmetric.
-  enum class Runs : char { kAny, kDoubled, kMirrored };
+  // Of a vector of positions: kDoubled where their runs begin at every second pixel, kMirrored where besides all their weights are symmetric;
+  // kNear and kWide where they begin inside one vector of pixels or two. Gathering pixels, for kAny, takes several times as long.
+  enum class Runs : char { kAny, kWide, kNear, kDoubled, kMirrored };
 
   int64_t taps, count;
   std::vector<int32_t> first;
   std::vector<T> weights;       // taps x count
   std::vector<bool> symmetric;  // of each position: whether its weights are
   std::vector<Runs> runs;
+  std::vector<int32_t> lanes;  // of each vector of positions, for Vector::pick
 
-  // From `given` taps a position, each with its own pixel: pixels that borders repeat are one tap of the run.
-  Axis(const int32_t* index, const T* given, int64_t per_position, int64_t positions, int64_t size) : taps(1), count(positions), first(positions) {
-    for (int64_t i = 0; i < positions; ++i) {
-      int32_t low = index[i * per_position], high = low;
-      for (int64_t k = 0; k < per_position; ++k) {
-        if (given[i * per_position + k] == 0) continue;
-        low = std::min(low, index[i * per_position + k]);
-        high = std::max(high, index[i * per_position + k]);
+  // Pixels that borders repeat are one tap of a run.
+  Axis(const Taps<T>& given, int64_t size) : taps(1), count(given.count), first(given.count) {
+    for (int64_t i = 0; i < count; ++i) {
+      int32_t low = given.index[i * given.each], high = low;
+      for (int64_t k = i * given.each; k < (i + 1) * given.each; ++k) {
+        if (given.weight[k] == 0) continue;
+        low = std::min(low, given.index[k]);
+        high = std::max(high, given.index[k]);
       }
       first[i] = low;
       taps = std::max<int64_t>(taps, high - low + 1);
     }
-    weights.assign(static_cast<size_t>(taps * positions), T(0));
-    for (int64_t i = 0; i < positions; ++i) {
+    weights.assign(static_cast<size_t>(taps * count), T(0));
+    for (int64_t i = 0; i < count; ++i) {
       first[i] = static_cast<int32_t>(std::min<int64_t>(first[i], size - taps));  // the run ends inside
-      for (int64_t k = 0; k < per_position; ++k) {
-        const T weight = given[i * per_position + k];
-        if (weight != 0) weights[(index[i * per_position + k] - first[i]) * positions + i] += weight;
+      for (int64_t k = i * given.each; k < (i + 1) * given.each; ++k) {
+        if (given.weight[k] != 0) weights[(given.index[k] - first[i]) * count + i] += given.weight[k];
       }
       bool same = true;
-      for (int64_t k = 0; k < taps / 2; ++k) same = same && weights[k * positions + i] == weights[(taps - 1 - k) * positions + i];
+      for (int64_t k = 0; k < taps / 2; ++k) same = same && weights[k * count + i] == weights[(taps - 1 - k) * count + i];
       symmetric.push_back(same);
     }
   }
 
-  // For along_row: finds `runs`, and puts the weights there in the order in which evens and odds give the pixels (`ordered` undoes itself).
+  // For along_row: finds `runs`, and puts the weights of doubled ones in the order in which evens and odds give the pixels (`ordered` undoes itself).
   void find_runs(int64_t size) {
+    lanes.resize(static_cast<size_t>(count / kLanes * 8));
     for (int64_t i = 0; i + kLanes <= count; i += kLanes) {
+      int32_t from[kLanes];
       bool every_second = first[i] + 2 * (kLanes - 1) + taps + taps % 2 <= size;
-      for (int64_t k = 1; k < kLanes; ++k) every_second = every_second && first[i + k] == first[i] + 2 * k;
-      const bool mirrored = std::all_of(symmetric.begin() + i, symmetric.begin() + i + kLanes, [](bool same) { return same; });
-      runs.push_back(!every_second ? Runs::kAny : mirrored ? Runs::kMirrored : Runs::kDoubled);
-      for (int64_t k = 0; every_second && k < taps; ++k) {
-        T* const weight = weights.data() + k * count + i;
-        Vector<T>::store(weight, ordered(Vector<T>::load(weight)));
+      int32_t furthest = 0;
+      bool rising = true;
+      for (int64_t k = 0; k < kLanes; ++k) {
+        from[k] = first[i + k] - first[i];
+        every_second = every_second && from[k] == 2 * k;
+        rising = rising && from[k] >= 0;
+        furthest = std::max(furthest, from[k]);
+      }
+      const int64_t vectors = furthest / kLanes + 1;  // of pixels, from the first run's on
+      if (every_second) {
+        const bool mirrored = std::all_of(symmetric.begin() + i, symmetric.begin() + i + kLanes, [](bool same) { return same; });
+        runs.push_back(mirrored ? Runs::kMirrored : Runs::kDoubled);
+        for (int64_t k = 0; k < taps; ++k) {
+          T* const weight = weights.data() + k * count + i;
+          Vector<T>::store(weight, ordered(Vector<T>::load(weight)));
+        }
+      } else if (rising && vectors <= 2 && first[i] + taps - 1 + vectors * kLanes <= size) {
+        runs.push_back(vectors == 1 ? Runs::kNear : Runs::kWide);
+        store_lanes<T>(from, lanes.data() + i / kLanes * 8);
+      } else {
+        runs.push_back(Runs::kAny);
       }
     }
   }
 };
 
-// The loops over taps are unrolled for kTaps, an even number, which is 0 for any number.
+// The loops over taps are unrolled for kTaps, 1 or an even number, which is 0 for any number.
 template <class T, int kTaps>
 void along_row(const T* row, const Axis<T>& axis, T* out) {
   using V = Vector<T>;
   using Runs = typename Axis<T>::Runs;
   const int64_t n = axis.count, taps = kTaps ? kTaps : axis.taps;
-  const int32_t* const first = axis.first.data();
+  const int32_t *const first = axis.first.data(), *const lanes = axis.lanes.data();
+  const T* const all_weights = axis.weights.data();
+  const Runs* const runs = axis.runs.data();
   int64_t i = 0;
   for (; i + V::kLanes <= n; i += V::kLanes) {
-    const T* const weights = axis.weights.data() + i;
+    const T* const weights = all_weights + i;
+    const Runs kind = runs[i / V::kLanes];
+    // With one tap it is memory that takes the time: the next row is on its way.
+    if (kTaps == 1) _mm_prefetch(reinterpret_cast<const char*>(row + first[n - 1] + first[i]), _MM_HINT_T0);
     auto sum = V::all(0);
-    if (const Runs runs = axis.runs[i / V::kLanes]; kTaps && runs == Runs::kMirrored) {
+    if (kTaps > 1 && kind == Runs::kMirrored) {
       typename V::Type pixels[kTaps + 1];
 #pragma GCC unroll 8
       for (int64_t k = 0; k < kTaps; k += 2) {
@@ -92,7 +115,7 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
 #pragma GCC unroll 8
       for (int64_t k = 0; k < kTaps / 2; ++k) sum += (pixels[k] + pixels[kTaps - 1 - k]) * V::load(weights + k * n);
       sum = ordered(sum);
-    } else if (runs != Runs::kAny) {
+    } else if (kind == Runs::kMirrored || kind == Runs::kDoubled) {
 #pragma GCC unroll 8
       for (int64_t k = 0; k < taps; k += 2) {
         const T* const pixel = row + first[i] + k;
@@ -101,6 +124,17 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
         if (k + 1 < taps) sum += odds(a, b) * V::load(weights + (k + 1) * n);
       }
       sum = ordered(sum);
+    } else if (kind == Runs::kNear) {
+      const auto from = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(lanes + i / V::kLanes * 8));
+#pragma GCC unroll 8
+      for (int64_t k = 0; k < taps; ++k) sum += V::pick(V::load(row + first[i] + k), from) * V::load(weights + k * n);
+    } else if (kind == Runs::kWide) {
+      const auto from = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(lanes + i / V::kLanes * 8));
+#pragma GCC unroll 8
+      for (int64_t k = 0; k < taps; ++k) {
+        const T* const pixel = row + first[i] + k;
+        sum += V::pick(V::load(pixel), V::load(pixel + V::kLanes), from) * V::load(weights + k * n);
+      }
     } else {
 #pragma GCC unroll 8
       for (int64_t k = 0; k < taps; ++k) sum += V::gather(row + k, first + i) * V::load(weights + k * n);
@@ -109,31 +143,37 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
   }
   for (; i < n; ++i) {
     T sum = 0;
-    for (int64_t k = 0; k < taps; ++k) sum += row[first[i] + k] * axis.weights[k * n + i];
+    for (int64_t k = 0; k < taps; ++k) sum += row[first[i] + k] * all_weights[k * n + i];
     out[i] = sum;
   }
 }
 
-// out = the sum of the rows first + k * stride, k < taps, by the weights of position i.
+// out = the sum of the rows first + k * stride, k < taps, by the weights of position i. What the loops need is in values of their own: it would
+// be loaded again after every store of a vector.
 template <class T, int kTaps>
 void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i, int64_t n, T* out) {
   using V = Vector<T>;
-  const int64_t taps = kTaps ? kTaps : axis.taps;
+  const int64_t taps = kTaps ? kTaps : axis.taps, count = axis.count;
   const T* const weights = axis.weights.data() + i;
   int64_t x = 0;
-  for (; kTaps && axis.symmetric[i] && x + V::kLanes <= n; x += V::kLanes) {
-    auto sum = V::all(0);
+  if (kTaps > 1 && axis.symmetric[i]) {
+    typename V::Type half[kTaps / 2 + 1];
+    for (int64_t k = 0; k < kTaps / 2; ++k) half[k] = V::all(weights[k * count]);
+    for (; x + V::kLanes <= n; x += V::kLanes) {
+      // The rows that the next position adds to these are on their way while these are summed.
+      for (int64_t k = 0; k < 2; ++k) _mm_prefetch(reinterpret_cast<const char*>(first + (kTaps + k) * stride + x), _MM_HINT_T0);
+      auto sum = V::all(0);
 #pragma GCC unroll 8
-    for (int64_t k = 0; k < kTaps / 2; ++k)
-      sum += (V::load(first + k * stride + x) + V::load(first + (kTaps - 1 - k) * stride + x)) * V::all(weights[k * axis.count]);
-    V::store(out + x, sum);
+      for (int64_t k = 0; k < kTaps / 2; ++k) sum += (V::load(first + k * stride + x) + V::load(first + (kTaps - 1 - k) * stride + x)) * half[k];
+      V::store(out + x, sum);
+    }
   }
   for (; x + 2 * V::kLanes <= n; x += 2 * V::kLanes) {
     auto weight = V::all(weights[0]);
     auto a = V::load(first + x) * weight, b = V::load(first + x + V::kLanes) * weight;
 #pragma GCC unroll 8
     for (int64_t k = 1; k < taps; ++k) {
-      weight = V::all(weights[k * axis.count]);
+      weight = V::all(weights[k * count]);
       a += V::load(first + k * stride + x) * weight;
       b += V::load(first + k * stride + x + V::kLanes) * weight;
     }
@@ -142,7 +182,7 @@ void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i
   }
   for (; x < n; ++x) {
     T sum = first[x] * weights[0];
-    for (int64_t k = 1; k < taps; ++k) sum += first[k * stride + x] * weights[k * axis.count];
+    for (int64_t k = 1; k < taps; ++k) sum += first[k * stride + x] * weights[k * count];
     out[x] = sum;
   }
 }
@@ -151,6 +191,7 @@ void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i
 template <class Choose>
 auto for_taps(int64_t taps, const Choose& choose) {
   switch (taps) {
+    case 1: return choose(std::integral_constant<int, 1>());
     case 2: return choose(std::integral_constant<int, 2>());
     case 4: return choose(std::integral_constant<int, 4>());
     case 6: return choose(std::integral_constant<int, 6>());
@@ -162,11 +203,11 @@ auto for_taps(int64_t taps, const Choose& choose) {
 }  // namespace
 
 template <class T>
-void resample(const T* x, Planes planes, const int32_t* index_y, const T* weight_y, int64_t taps_y, int64_t out_height, const int32_t* index_x,
-              const T* weight_x, int64_t taps_x, int64_t out_width, T* out) {
-  const int64_t height = planes.height, width = planes.width, blocks = (out_height + kRows - 1) / kRows;
-  const Axis<T> down(index_y, weight_y, taps_y, out_height, height);
-  Axis<T> across(index_x, weight_x, taps_x, out_width, width);
+void resample(const T* x, Planes planes, const Taps<T>& taps_down, const Taps<T>& taps_across, T* out) {
+  const int64_t height = planes.height, width = planes.width, out_height = taps_down.count, out_width = taps_across.count;
+  const int64_t blocks = (out_height + kRows - 1) / kRows;
+  const Axis<T> down(taps_down, height);
+  Axis<T> across(taps_across, width);
   across.find_runs(width);
   const auto rows_loop = for_taps(across.taps, [](auto taps) { return &along_row<T, taps.value>; });
   const auto columns_loop = for_taps(down.taps, [](auto taps) { return &down_columns<T, taps.value>; });
@@ -204,7 +245,7 @@ void resample(const T* x, Planes planes, const int32_t* index_y, const T* weight
   }
 }
 
-template void resample(const float*, Planes, const int32_t*, const float*, int64_t, int64_t, const int32_t*, const float*, int64_t, int64_t, float*);
-template void resample(const double*, Planes, const int32_t*, const double*, int64_t, int64_t, const int32_t*, const double*, int64_t, int64_t, double*);
+template void resample(const float*, Planes, const Taps<float>&, const Taps<float>&, float*);
+template void resample(const double*, Planes, const Taps<double>&, const Taps<double>&, double*);
 
 }  // namespace chiasm::kernels

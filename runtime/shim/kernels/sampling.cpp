@@ -11,7 +11,7 @@ constexpr int64_t kRun = 256, kRows = 32;
 
 // What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights lie side by side.
 template <class T>
-struct Taps {
+struct Neighbours {
   alignas(64) int32_t index[kRun];
   alignas(64) T upper[2 * kRun], lower[2 * kRun];
 };
@@ -59,7 +59,7 @@ void pair_up(T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weigh
 }
 
 template <class T>
-void bilinear_taps(T* x, T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Taps<T>& taps) {
+void bilinear_taps(T* x, T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Neighbours<T>& taps) {
   int32_t column[kRun], row[kRun];
   T left[kRun], right[kRun], top[kRun], bottom[kRun];
   pair_up(x, n, width, column, left, right);
@@ -92,7 +92,7 @@ inline __m256 sum_pairs(__m256 a, __m256 b) {
 inline __m256d sum_pairs(__m256d a, __m256d b) { return _mm256_permute4x64_pd(_mm256_hadd_pd(a, b), 0b11011000); }
 
 template <class T>
-void bilinear(const T* plane, int64_t stride, const Taps<T>& taps, int64_t n, T* out) {
+void bilinear(const T* plane, int64_t stride, const Neighbours<T>& taps, int64_t n, T* out) {
   using V = Vector<T>;
   constexpr int64_t lanes = V::kLanes;
   const T* const below = plane + stride;
@@ -123,7 +123,7 @@ inline double rounded(double x) { return (x + 6755399441055744.0) - 675539944105
 
 // The nearest pixels, halves to the even one, and as weight 1, or 0 outside.
 template <class T>
-void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Taps<T>& taps) {
+void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Neighbours<T>& taps) {
   const auto right = static_cast<T>(width - 1), bottom = static_cast<T>(height - 1);
   const auto limited = [](T x, T last) {  // as a number, for not every one is a pixel's; what is not a number becomes 0
     const T above = x > 0 ? x : T(0);
@@ -146,7 +146,7 @@ inline __m256 pixels(const float* plane, const int32_t* index, int64_t size) {
 inline __m256d pixels(const double* plane, const int32_t* index, int64_t) { return Vector<double>::gather(plane, index); }
 
 template <class T>
-void nearest(const T* plane, int64_t size, const Taps<T>& taps, int64_t n, T* out) {
+void nearest(const T* plane, int64_t size, const Neighbours<T>& taps, int64_t n, T* out) {
   using V = Vector<T>;
   int64_t i = 0;
   for (; i + V::kLanes <= n; i += V::kLanes) V::store(out + i, pixels(plane, taps.index + i, size) * V::load(taps.upper + i));
@@ -173,7 +173,7 @@ void sample_at(const T* source, Images images, int64_t out_height, int64_t out_w
   for (int64_t block = 0; block < images.count * blocks_y * blocks_x; ++block) {
     const int64_t left = block % blocks_x * kRun, top = block / blocks_x % blocks_y * kRows, image = block / blocks_x / blocks_y;
     const int64_t n = std::min(kRun, out_width - left);
-    Taps<T> taps;
+    Neighbours<T> taps;
     T x[kRun], y[kRun];
     for (int64_t row = top; row < std::min(top + kRows, out_height); ++row) {
       positions(image, row, left, n, x, y);
@@ -235,7 +235,7 @@ void sample_patches(const T* pixels, Images rows, const int64_t* start, const in
     const int64_t row = i / frames_per_row, frame = i % frames_per_row;
     const T* const m = frames + 6 * i;
     const T* const image = pixels + row * channels * length + start[i];
-    Taps<T> taps;
+    Neighbours<T> taps;
     T x[kRun], y[kRun];
     const bool point = m[0] == 0 && m[1] == 0 && m[3] == 0 && m[4] == 0;  // an empty slot's frame: all pixels are the first
     for (int64_t first = 0; first < (point ? 1 : area); first += kRun) {

@@ -13,7 +13,6 @@ from ...primitives.checks import check_image
 from ...primitives.padding import check_border
 from ...primitives.sizes import as_ratio
 from ...primitives.stencil import separable_shared
-from ...primitives.taps import blurred_after, blurred_before, resize_taps
 from .resize import resize
 
 
@@ -47,10 +46,7 @@ def pyrdown(input: Tensor, border_type: str = "reflect", align_corners: bool = F
     over, under = as_ratio(factor)
     size = (input.size(2) * under // over, input.size(3) * under // over)
     if not torch.jit.is_scripting() and _in_one_pass(input, border_type):
-        down, across = resize_taps(input, size[0], "bilinear", align_corners, False, 2), resize_taps(input, size[1], "bilinear", align_corners, False, 3)
-        down = blurred_before(down, _binomial(), border_type, input.size(2))
-        across = blurred_before(across, _binomial(), border_type, input.size(3))
-        return kernels.resample(input, down[0], down[1], across[0], across[1])
+        return kernels.resize_blurred(input, _binomial(), size[0], size[1], align_corners, border_type, before=True)
     return resize(_blur(input, border_type), size, "bilinear", align_corners)
 
 
@@ -143,14 +139,12 @@ def build_laplacian_pyramid(input: Tensor, max_level: int, border_type: str = "r
 
 def _enlarged(input: Tensor, size: Tuple[int, int], border_type: str, align_corners: bool) -> Tensor:
     if not torch.jit.is_scripting() and _in_one_pass(input, border_type):
-        down, across = resize_taps(input, size[0], "bilinear", align_corners, False, 2), resize_taps(input, size[1], "bilinear", align_corners, False, 3)
-        down, across = blurred_after(down, _binomial(), border_type), blurred_after(across, _binomial(), border_type)
-        return kernels.resample(input, down[0], down[1], across[0], across[1])
+        return kernels.resize_blurred(input, _binomial(), size[0], size[1], align_corners, border_type, before=False)
     return _blur(resize(input, size, "bilinear", align_corners), border_type)
 
 
 def _in_one_pass(input: Tensor, border_type: str) -> bool:
-    """Whether blurring and resizing are one table of taps for each axis."""
+    """Whether blurring and resizing are one pass: "circular" has pixels too far apart for it."""
     return kernels.has_kernel(input) and border_type != "circular"
 
 

@@ -16,8 +16,8 @@ from ...primitives.sampling import (
     nearest_index,
     smaller,
     source_positions,
+    weight_dtype,
 )
-from ...primitives.taps import resize_taps, weight_dtype
 
 
 def resize(
@@ -77,9 +77,7 @@ def resize(
         raise ValueError(f"size: expected positive sizes, got ({height}, {width})")
     corners = align_corners is not None and align_corners
     if not torch.jit.is_scripting() and kernels.has_kernel(input):
-        down = resize_taps(input, height, interpolation, corners, antialias, 2)
-        across = resize_taps(input, width, interpolation, corners, antialias, 3)
-        return kernels.resample(input, down[0], down[1], across[0], across[1])
+        return kernels.resize(input, height, width, interpolation, corners, antialias)
     if antialias:
         radius = 1 if interpolation == "bilinear" else 2
         columns = _antialias_axis(input, width, corners, radius, 3)
