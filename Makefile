@@ -32,7 +32,7 @@ $(BUNDLES)/.exported: $(SOURCES) | setup
 	$(PY) -m chiasm.export export --all -o $(BUNDLES) -j $(JOBS)
 	touch $@
 
-# What tests run on: everything in TorchScript and ONNX, some ops in native code; or all of `make bundles`, where it is there.
+# What tests run on: a part of the catalog, others with every commit; or all of `make bundles`, where it is there.
 test-bundles: $(BUNDLES)/.tested
 
 $(BUNDLES)/.tested: $(SOURCES) | setup

@@ -1,12 +1,12 @@
-"""Which ops a test run compiles natively, and of which others it exports the gradients; all are exported to TorchScript and ONNX.
+"""Which ops a test run compiles natively, and which others it exports to TorchScript and ONNX.
 
     python tests/parity/rotation.py            list them, with why
-    python tests/parity/rotation.py OUTPUT     export the catalog to OUTPUT so
+    python tests/parity/rotation.py OUTPUT     export them to OUTPUT
 
-Compiling the whole catalog is `make parity`, too long for every run. Chosen are the ops that the tests name, those whose source has
-changed, and more of each family, others with every commit, until there are two besides those named. The sources are compared with
-$CHIASM_BASE, else with where the branch left origin's, else with the commit before. Gradients take most of an export's time: of the ops
-that are not compiled every sixteenth has them, others with every commit.
+All of the catalog is `make parity`, too long for every run. Compiled are the ops that the tests name, those whose source has changed, and
+one more of each family. Of the rest every op that has changed is exported, and every third other one; of these every sixteenth with its
+gradient, which takes most of an export's time. Which ones is drawn anew with every commit. The sources are compared with $CHIASM_BASE,
+else with where the branch left origin's, else with the commit before.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ from chiasm.export.catalog import catalog
 from chiasm.export.cli import export_names
 
 ROOT = Path(__file__).resolve().parents[2]
-PER_FAMILY = 2
+PER_FAMILY = 1
+#: Of so many ops that are not compiled and have not changed one is exported.
+EXPORTED = 3
 #: Of so many ops one is exported with its gradient.
 GRADIENTS = 16
 #: What takes minutes to compile and is left to `make parity`, unless a test names it.
@@ -60,8 +62,8 @@ def lot(name: str) -> bytes:
     return hashlib.sha256(f"{git('rev-parse', 'HEAD')} {name}".encode()).digest()
 
 
-def chosen() -> dict[str, str]:
-    """The ops to compile, each with the reason."""
+def chosen() -> tuple[dict[str, str], list[str]]:
+    """The ops to compile, each with the reason; and those to export without."""
     entries = catalog()
     folders = [ROOT / "tests" / name for name in ("export", "parity", "runtime", "consumer")]
     files = [p for folder in folders for p in folder.rglob("*") if p.suffix in (".py", ".cpp", ".sh", ".c")]
@@ -71,7 +73,8 @@ def chosen() -> dict[str, str]:
     changed = changed_files()
     source = {n: str(Path(inspect.getsourcefile(e.function()) or "").resolve().relative_to(ROOT)) for n, e in entries.items()}
     slow = {n for n in entries if any(fnmatch(n, pattern) for pattern in SLOW)}
-    touched = sorted((n for n in entries if source[n] in changed and n not in slow), key=lot)
+    differing = [n for n in entries if source[n] in changed]
+    touched = sorted((n for n in differing if n not in slow), key=lot)
     result = {n: "a test names it" for n in sorted(named)}
     for name in touched[:MOST_CHANGED]:
         result.setdefault(name, f"{source[name]} has changed")
@@ -82,21 +85,22 @@ def chosen() -> dict[str, str]:
             result[name] = "its turn"
     if len(touched) > MOST_CHANGED:
         Console(stderr=True).print(f"{len(touched)} ops have changed: {MOST_CHANGED} of them are compiled, `make parity` compiles all", style="yellow")
-    return result
+    same = sorted((n for n in entries if n not in result and n not in differing), key=lot)
+    return result, [n for n in differing if n not in result] + same[::EXPORTED]
 
 
 def main(arguments: list[str]) -> None:
-    native = chosen()
+    native, others = chosen()
     if not arguments:
         for name, reason in native.items():
             print(f"{name:56} {reason}")
+        print(f"and {len(others)} without native code: {', '.join(others)}")
         return
-    rest = sorted((n for n in catalog() if n not in native), key=lot)
     jobs = len(os.sched_getaffinity(0))
     export_names(list(native), Path(arguments[0]), ("torchscript", "onnx", "native"), jobs=jobs)
-    with_gradients = rest[::GRADIENTS]
+    with_gradients = others[::GRADIENTS]
     export_names(with_gradients, Path(arguments[0]), ("torchscript", "onnx"), jobs=jobs)
-    export_names([n for n in rest if n not in with_gradients], Path(arguments[0]), ("torchscript", "onnx"), methods=("forward",), jobs=jobs)
+    export_names([n for n in others if n not in with_gradients], Path(arguments[0]), ("torchscript", "onnx"), methods=("forward",), jobs=jobs)
 
 
 if __name__ == "__main__":
