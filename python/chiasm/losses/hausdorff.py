@@ -5,12 +5,12 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
+from ..primitives.checks import check_image, check_reduction
 from ..primitives.correlation import volume_parts
 from ..primitives.padding import join_columns, padded_parts
 from ..primitives.volumes import check_volume
 from .labels import check_labels, class_planes
-from .reduction import check_reduction, reduced
+from .reduction import reduced
 
 
 def hausdorff_er_loss(pred: Tensor, target: Tensor, alpha: float = 2.0, k: int = 10, reduction: str = "mean") -> Tensor:

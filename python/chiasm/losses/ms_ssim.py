@@ -6,9 +6,9 @@ import torch
 from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
-from ..primitives.checks import check_image, check_same_shape
+from ..primitives.checks import check_image, check_reduction, check_same_shape
 from ..primitives.stencil import separable_scales, separable_shared
-from .reduction import check_reduction, reduced
+from .reduction import reduced
 
 
 def ms_ssim_loss(

@@ -5,12 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice
-
-
-def check_reduction(reduction: str) -> None:
-    """Raise ValueError unless ``reduction`` is one that ``reduced`` knows."""
-    check_choice(reduction, ["mean", "sum", "none"], "reduction")
+from ..primitives.checks import check_reduction
 
 
 def reduced(loss: Tensor, reduction: str) -> Tensor:

@@ -3,7 +3,8 @@
 from torch import Tensor
 
 from ..metrics.ssim import ssim, ssim3d
-from .reduction import check_reduction, reduced
+from ..primitives.checks import check_reduction
+from .reduction import reduced
 
 
 def ssim_loss(

@@ -5,7 +5,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from .reductions import check_pair, check_reduction, reduced, safe_sqrt
+from ..primitives.checks import check_reduction
+from .reductions import check_pair, reduced_valid, safe_sqrt
 
 
 def mean_absolute_disparity_error(input: Tensor, target: Tensor, valid_mask: Optional[Tensor] = None, reduction: str = "mean") -> Tensor:
@@ -30,7 +31,7 @@ def mean_absolute_disparity_error(input: Tensor, target: Tensor, valid_mask: Opt
     """
     check_reduction(reduction)
     error, _ = _errors(input, target, valid_mask)
-    return reduced(error, valid_mask, reduction)
+    return reduced_valid(error, valid_mask, reduction)
 
 
 def root_mean_squared_disparity_error(input: Tensor, target: Tensor, valid_mask: Optional[Tensor] = None, reduction: str = "mean") -> Tensor:
@@ -59,7 +60,7 @@ def root_mean_squared_disparity_error(input: Tensor, target: Tensor, valid_mask:
         return error
     # squares of half precision numbers may be out of its range
     exact = error.to(torch.float64)
-    return safe_sqrt(reduced(exact * exact, valid_mask, reduction)).to(error.dtype)
+    return safe_sqrt(reduced_valid(exact * exact, valid_mask, reduction)).to(error.dtype)
 
 
 def mean_bad_pixel_error(
@@ -90,7 +91,7 @@ def mean_bad_pixel_error(
     check_reduction(reduction)
     _check_threshold(threshold, "threshold")
     error, _ = _errors(input, target, valid_mask)
-    return reduced((~(error <= threshold)).to(error.dtype), valid_mask, reduction)
+    return reduced_valid((~(error <= threshold)).to(error.dtype), valid_mask, reduction)
 
 
 def kitti_d1_error(
@@ -129,7 +130,7 @@ def kitti_d1_error(
     _check_threshold(rel_threshold, "rel_threshold")
     error, truth = _errors(input, target, valid_mask)
     good = (error <= abs_threshold) | (error <= rel_threshold * truth.abs())
-    return reduced((~good).to(error.dtype), valid_mask, reduction)
+    return reduced_valid((~good).to(error.dtype), valid_mask, reduction)
 
 
 def _errors(input: Tensor, target: Tensor, valid_mask: Optional[Tensor]) -> Tuple[Tensor, Tensor]:

@@ -2,8 +2,8 @@
 
 from torch import Tensor
 
-from ..primitives.checks import check_last
-from .reductions import check_pair, check_reduction, reduced, vector_length
+from ..primitives.checks import check_last, check_reduction
+from .reductions import check_pair, reduced_valid, vector_length
 
 
 def aepe(input: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
@@ -30,4 +30,4 @@ def aepe(input: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
     check_last(input, 2, "input")
     check_pair(input, target)
     check_reduction(reduction)
-    return reduced(vector_length(input - target), None, reduction)
+    return reduced_valid(vector_length(input - target), None, reduction)

@@ -6,7 +6,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating
+from ..primitives.checks import check_floating
 
 
 def vector_length(v: Tensor) -> Tensor:
@@ -32,17 +32,12 @@ def check_pair(input: Tensor, target: Tensor) -> None:
         raise ValueError(f"target: expected input's shape {list(input.shape)}, got {list(target.shape)}")
 
 
-def check_reduction(reduction: str) -> None:
-    """Raise ValueError unless ``reduction`` names one."""
-    check_choice(reduction, ["mean", "sum", "none"], "reduction")
-
-
-def reduced(values: Tensor, valid: Optional[Tensor], reduction: str) -> Tensor:
+def reduced_valid(values: Tensor, valid: Optional[Tensor], reduction: str) -> Tensor:
     """Mean or sum of the values that are valid, summed in float64, or the values themselves, which must be 0 where invalid.
 
     The mean of nothing is NaN, with derivatives of 0.
 
-    >>> reduced(torch.tensor([1.0, 0.0, 3.0]), torch.tensor([True, False, True]), "mean")
+    >>> reduced_valid(torch.tensor([1.0, 0.0, 3.0]), torch.tensor([True, False, True]), "mean")
     tensor(2.)
     """
     if reduction == "none":

@@ -55,6 +55,11 @@ def check_choice(value: str, choices: List[str], name: str) -> None:
         raise ValueError(f"{name}: expected one of {choices}, got '{value}'")
 
 
+def check_reduction(reduction: str) -> None:
+    """Raise ValueError unless ``reduction`` says what becomes of a loss for every pixel."""
+    check_choice(reduction, ["mean", "sum", "none"], "reduction")
+
+
 def odd_pair(kernel_size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, int]:
     """``kernel_size`` as (rows, columns); raise ValueError unless both are odd and positive.
 
