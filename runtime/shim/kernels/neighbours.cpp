@@ -86,43 +86,72 @@ void squared_distances(const T* a, const T* b, int64_t batch, int64_t rows, int6
 
 namespace {
 
-// The two least values so far, and where they are.
-template <class T>
-struct Two {
-  T first = std::numeric_limits<T>::infinity(), second = first;
-  int64_t first_place = -1, second_place = -1;
+constexpr int64_t kStrip = 256;
 
-  void see(T value, int64_t place) {
-    if (!(value < second)) return;
-    const bool best = value < first;
-    second = best ? first : value;
-    second_place = best ? first_place : place;
-    first = best ? value : first;
-    first_place = best ? place : first_place;
+// The two least values so far of each of some series, and where in these they are.
+template <class T>
+struct TwoLeast {
+  using V = Vector<T>;
+
+  explicit TwoLeast(int64_t count) {
+    std::fill_n(first, count, std::numeric_limits<T>::infinity());
+    std::fill_n(second, count, std::numeric_limits<T>::infinity());
+    std::fill_n(first_place, count, -1);
+    std::fill_n(second_place, count, -1);
   }
+
+  void see(int64_t k, T value, int64_t place) {
+    if (!(value < second[k])) return;
+    const bool best = value < first[k];
+    second[k] = best ? first[k] : value;
+    second_place[k] = best ? first_place[k] : place;
+    first[k] = best ? value : first[k];
+    first_place[k] = best ? place : first_place[k];
+  }
+
+  // n more values of the first series. Few are among the least, and a vector is passed over at once.
+  void see_all(const T* values, int64_t n) {
+    int64_t i = 0;
+    for (; i + V::kLanes <= n; i += V::kLanes) {
+      if (!V::any(V::load(values + i) < V::all(second[0]))) continue;
+      for (int64_t j = i; j < i + V::kLanes; ++j) see(0, values[j], j);
+    }
+    for (; i < n; ++i) see(0, values[i], i);
+  }
+
+  // The value at a place of each of n series.
+  void see_each(const T* values, int64_t n, int64_t place) {
+    int64_t k = 0;
+    for (; k + V::kLanes <= n; k += V::kLanes) {
+      if (!V::any(V::load(values + k) < V::load(second + k))) continue;
+      for (int64_t j = k; j < k + V::kLanes; ++j) see(j, values[j], place);
+    }
+    for (; k < n; ++k) see(k, values[k], place);
+  }
+
+  T first[kStrip], second[kStrip];
+  int64_t first_place[kStrip], second_place[kStrip];
 };
 
 }  // namespace
 
 template <class T>
 void two_least(const T* x, Planes planes, bool along_rows, int64_t* out) {
-  constexpr int64_t kStrip = 256;
   const int64_t height = planes.height, width = planes.width, tasks = along_rows ? height : (width + kStrip - 1) / kStrip;
 #pragma omp parallel for
   for (int64_t task = 0; task < planes.count * tasks; ++task) {
     const T* const plane = x + task / tasks * height * width;
     const int64_t i = task % tasks, first = along_rows ? i : i * kStrip, last = along_rows ? i + 1 : std::min(first + kStrip, width);
-    Two<T> least[kStrip];
+    TwoLeast<T> least(last - first);
     if (along_rows) {
-      for (int64_t k = 0; k < width; ++k) least[0].see(plane[i * width + k], k);
+      least.see_all(plane + i * width, width);
     } else {
-      for (int64_t row = 0; row < height; ++row)
-        for (int64_t k = first; k < last; ++k) least[k - first].see(plane[row * width + k], row);
+      for (int64_t row = 0; row < height; ++row) least.see_each(plane + row * width + first, last - first, row);
     }
     int64_t* target = out + 2 * (task / tasks * (along_rows ? height : width) + first);
     for (int64_t k = 0; k < last - first; ++k) {
-      *target++ = least[k].first_place;
-      *target++ = least[k].second_place;
+      *target++ = least.first_place[k];
+      *target++ = least.second_place[k];
     }
   }
 }
