@@ -33,14 +33,11 @@ class Engine:
     @staticmethod
     def bundles(folder: Path, backend: str) -> Engine:
         """"onnx" with its own operators: native code is another engine."""
-        pyramid, step = (runtime.open(folder / f"registration.{name}.chiasm").method("forward", backend=backend, fused=False) for name in ("pyramid", "step"))
-        return Engine(pyramid, step)
+        opened = (runtime.open(folder / f"registration.{name}.chiasm") for name in ("pyramid", "step"))
+        return Engine(*(bundle.method("forward", backend=backend, fused=False) for bundle in opened))
 
-    def register(self, src: np.ndarray, dst: np.ndarray, settings: Settings, advance: Callable[[], object] = lambda: None) -> list[np.ndarray]:
-        """Frames (H, W, 3), uint8, to homographies (3, 3), from dst to src in normalised coordinates, after each level, the coarsest first.
-
-        advance: called after each level.
-        """
+    def register(self, src: np.ndarray, dst: np.ndarray, settings: Settings) -> list[np.ndarray]:
+        """Frames (H, W, 3), uint8, to homographies (3, 3), from dst to src in normalised coordinates, after each level, the coarsest first."""
         sources, targets = (self.pyramid(torch.from_numpy(frame)) for frame in (src, dst))
         homography, lr, found = torch.eye(3)[None], torch.tensor(settings.lr), []
         for source, target in zip(sources[::-1], targets[::-1], strict=True):
@@ -48,7 +45,6 @@ class Engine:
             for i in range(1, settings.iterations + 1):
                 homography, mean, square, _ = self.step(source, target, homography, mean, square, torch.tensor(float(i)), lr)
             found.append((homography / homography[:, 2:, 2:])[0].numpy())
-            advance()
         return found
 
 

@@ -20,7 +20,7 @@ from .pairs import Pair, corner_error
 from .settings import Settings
 from .step import pyramid
 
-WIDTH = 840
+WIDTH = 800
 #: the difference that is white
 WHITE = 0.05
 

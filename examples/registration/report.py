@@ -61,9 +61,9 @@ def success_table(settings: Settings, trials: list[Trial], opencv: str) -> list[
     """How many pairs ended within the limit, by contender and by how far the corners were."""
     lines = [
         f"Pairs of {len(trials)} whose corners ended within {settings.success:g} pixel on average. OpenCV {opencv} has the images in grey, its own default settings and the same start, the identity;",
-        "time is the median from the images to the homography, on one thread each." if settings.threads == 1 else "time is the median from the images to the homography.",
+        "the time is the processor's from the images to the homography, the median.",
         "",
-        f"| | {' | '.join(f'up to {reach:.0%}' for reach in settings.reaches)} | all | median error of these | ms |",
+        f"| | {' | '.join(f'up to {reach:.0%}' for reach in settings.reaches)} | all | median error of these | CPU ms |",
         "|---" * (len(settings.reaches) + 4) + "|",
     ]
     for key, name in CONTENDERS.items():
@@ -83,7 +83,7 @@ def runs_table(settings: Settings, runs: list[Run]) -> list[str]:
         f"eager Python's (at most {settings.tolerance:g} is asked for), and how far apart in pixels the corners are taken to. ONNX Runtime runs its own operators. In C++ everything,",
         "from the two image files on, is done by exported bundles; neither Python nor a library of torch is in the process.",
         "",
-        "| engine | difference | corners | ms |",
+        "| engine | difference | corners | CPU ms |",
         "|---|---|---|---|",
     ]
     for run in runs:

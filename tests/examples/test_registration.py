@@ -20,7 +20,7 @@ from chiasm.geometry.registration import ImageRegistrator
 from chiasm.image import image_to_tensor
 from examples.registration import bundles as example
 from examples.registration.descent import Engine, in_pixels
-from examples.registration.figure import figure
+from examples.registration.figure import WIDTH, figure
 from examples.registration.pairs import Pair, corner_error, corners_of, pair, pairs
 from examples.registration.peers import ecc, ecc_multi_scale
 from examples.registration.report import CONTENDERS, Run, page, success_table
@@ -164,7 +164,7 @@ def test_page(shown: Pair, tmp_path: Path) -> None:
     lines = page(short, trials, [Run("one", trials[0].levels[-1], 1.0)], 60.0, "5")
     assert "| one | 0.0e+00 | 0.0e+00 | 1 |" in lines and len(lines) > 40
     figure(shown, trials[0].levels, short, tmp_path / "figure.png")
-    assert Image.open(tmp_path / "figure.png").size[0] == 840
+    assert Image.open(tmp_path / "figure.png").size[0] == WIDTH
 
 
 def test_pyramid_of_odd_sides(bundles: Path) -> None:
