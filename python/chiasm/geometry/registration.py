@@ -157,8 +157,7 @@ class ImageRegistrator(nn.Module):
         """Mean loss of img_src (B, C, H, W), warped by (B, 3, 3), over the pixels it covers; summed over the images, which are learned apart."""
         warp = self.warper(img_dst.size(2), img_dst.size(3))
         loss = self.loss_fn(warp(img_src, transform_model), img_dst, reduction="none").mean(1)
-        covered = (warp(torch.ones_like(img_src[:, :1]), transform_model.detach())[:, 0] > 0.999).to(loss.dtype)
-        return ((loss * covered).sum((1, 2)) / covered.sum((1, 2)).clamp(min=1.0)).sum()
+        return mean_over_covered(loss, warp(torch.ones_like(img_src[:, :1]), transform_model.detach())[:, 0]).sum()
 
     @torch.enable_grad()
     def register(self, src_img: Tensor, dst_img: Tensor, output_intermediate_models: bool = False) -> Union[Tensor, Tuple[Tensor, List[Tensor]]]:
@@ -211,6 +210,13 @@ class ImageRegistrator(nn.Module):
                 if before is not None and abs(now - before) < self.tolerance:
                     return
                 before = now
+
+
+def mean_over_covered(loss: Tensor, coverage: Tensor) -> Tensor:
+    """Means (B,) of losses (B, H, W) over the pixels whose source lies inside the image: where ``coverage`` (B, H, W), ones that were warped
+    as the image was, is 1."""
+    covered = (coverage > 0.999).to(loss.dtype)
+    return (loss * covered).sum((1, 2)) / covered.sum((1, 2)).clamp(min=1.0)
 
 
 def _model(name: str) -> nn.Module:

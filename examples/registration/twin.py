@@ -1,0 +1,43 @@
+"""The same in C++: registration.cpp, called on files."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from examples.cases import BUILD
+
+from .pairs import Pair
+from .settings import Settings
+
+PROGRAM = BUILD / "release" / "bin" / "example_registration"
+
+
+@dataclass(frozen=True)
+class Report:
+    """levels: the homographies (3, 3) between normalised coordinates. pixels: the last one, between pixels. warped: (H, W, 3), uint8, BGR."""
+
+    levels: list[np.ndarray]
+    pixels: np.ndarray
+    warped: np.ndarray
+    ms: float
+    torch: bool
+
+
+def twin(pair: Pair, settings: Settings, bundles: Path, backend: str) -> Report:
+    """What the program says of a pair, whose frames it reads from files beside the bundles."""
+    files = [bundles.parent / f"{name}.png" for name in ("src", "dst", f"warped.{backend}")]
+    for file, frame in zip(files, (pair.src, pair.dst), strict=False):
+        cv2.imwrite(str(file), frame)
+    arguments = [PROGRAM, bundles, backend, settings.threads, settings.iterations, settings.lr, *files]
+    done = subprocess.run([*map(str, arguments)], capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(done.stderr.strip())
+    said = json.loads(done.stdout)
+    levels = [np.reshape(level["homography"], (3, 3)) for level in said["levels"]]
+    return Report(levels, np.reshape(said["pixels"], (3, 3)), cv2.imread(str(files[2])), said["ms"], said["torch"])
