@@ -13,11 +13,11 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   \( -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
-.PHONY: help setup build bundles test-bundles demo gallery example-registration test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
-  test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
+.PHONY: help setup build bundles test-bundles demo gallery example-registration test test-quick test-ops test-export test-runtime test-parity \
+  test-examples test-sanitizers test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 18
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
 
 setup: ## install what is needed: Debian packages, .venv, ONNX Runtime's headers
 	@tools/setup.sh
@@ -55,7 +55,7 @@ example-registration: setup ## photographs registered by gradient descent, in Py
 	$(PY) -m examples.registration
 
 test: build ## every test
-	@$(MAKE) test-bundles test-ops test-export test-runtime test-parity other-runtimes test-install test-sanitizers test-fuzz
+	@$(MAKE) test-bundles test-ops test-export test-runtime test-parity other-runtimes test-examples test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
 test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
@@ -90,6 +90,9 @@ linalg-accuracy: setup ## measure the linear algebra against NumPy -> docs/linal
 other-runtimes: build test-bundles ## the ONNX artifacts in an old ONNX Runtime and in OpenVINO, on the golden vectors
 	tools/other_runtimes.sh
 	$(PY) tests/parity/other_runtimes.py
+
+test-examples: build ## the use cases at a small size, in Python and in C++
+	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/examples
 
 test-sanitizers: test-bundles ## the C++ tests under ASan+UBSan and TSan
 	@for preset in asan-ubsan tsan; do
