@@ -36,7 +36,8 @@ BACKENDS = ("native", "torch", "onnx")
 PICTURE = 480
 #: Names, or shell patterns, of the ops that the demo shows.
 SHOWN = (
-    "pipelines.*",
+    "pipelines.edges",
+    "pipelines.preprocess",
     "geometry.calibration.undistort_image",
     "geometry.conversions.axis_angle_to_rotation_matrix",
     "geometry.homography.find_homography_dlt",
