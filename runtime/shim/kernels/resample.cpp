@@ -25,11 +25,14 @@ struct Axis {
   enum class Runs : char { kAny, kWide, kNear, kDoubled, kMirrored };
 
   int64_t taps, count;
+  bool copies;  // each position is a pixel as it is
   std::vector<int32_t> first;
   std::vector<T> weights;       // taps x count
   std::vector<bool> symmetric;  // of each position: whether its weights are
+  // Of each vector of positions:
   std::vector<Runs> runs;
-  std::vector<int32_t> lanes;  // of each vector of positions, for Vector::pick
+  std::vector<int32_t> starts;  // the first run's first pixel
+  std::vector<int32_t> lanes;   // for Vector::pick
 
   // Pixels that borders repeat are one tap of a run.
   Axis(const Taps<T>& given, int64_t size) : taps(1), count(given.count), first(given.count) {
@@ -53,12 +56,14 @@ struct Axis {
       for (int64_t k = 0; k < taps / 2; ++k) same = same && weights[k * count + i] == weights[(taps - 1 - k) * count + i];
       symmetric.push_back(same);
     }
+    copies = taps == 1 && std::all_of(weights.begin(), weights.end(), [](T weight) { return weight == 1; });
   }
 
   // For along_row: finds `runs`, and puts the weights of doubled ones in the order in which evens and odds give the pixels (`ordered` undoes itself).
   void find_runs(int64_t size) {
     lanes.resize(static_cast<size_t>(count / kLanes * 8));
     for (int64_t i = 0; i + kLanes <= count; i += kLanes) {
+      starts.push_back(first[i]);
       int32_t from[kLanes];
       bool every_second = first[i] + 2 * (kLanes - 1) + taps + taps % 2 <= size;
       int32_t furthest = 0;
@@ -87,63 +92,64 @@ struct Axis {
   }
 };
 
-// The loops over taps are unrolled for kTaps, 1 or an even number, which is 0 for any number.
+// The loops over taps are unrolled for kTaps, an even number, which is 0 for any number, or 1 for an axis that copies.
 template <class T, int kTaps>
 void along_row(const T* row, const Axis<T>& axis, T* out) {
   using V = Vector<T>;
   using Runs = typename Axis<T>::Runs;
   const int64_t n = axis.count, taps = kTaps ? kTaps : axis.taps;
-  const int32_t *const first = axis.first.data(), *const lanes = axis.lanes.data();
-  const T* const all_weights = axis.weights.data();
+  const int32_t *const first = axis.first.data(), *const starts = axis.starts.data(), *const lanes = axis.lanes.data();
+  const T* const weights = axis.weights.data();
   const Runs* const runs = axis.runs.data();
   int64_t i = 0;
   for (; i + V::kLanes <= n; i += V::kLanes) {
-    const T* const weights = all_weights + i;
+    const auto weight = [=](int64_t k) { return kTaps == 1 ? V::all(1) : V::load(weights + k * n + i); };
     const Runs kind = runs[i / V::kLanes];
+    const T* const start = row + starts[i / V::kLanes];
     // With one tap it is memory that takes the time: the next row is on its way.
-    if (kTaps == 1) _mm_prefetch(reinterpret_cast<const char*>(row + first[n - 1] + first[i]), _MM_HINT_T0);
+    if (kTaps == 1) _mm_prefetch(reinterpret_cast<const char*>(start + first[n - 1]), _MM_HINT_T0);
     auto sum = V::all(0);
     if (kTaps > 1 && kind == Runs::kMirrored) {
       typename V::Type pixels[kTaps + 1];
 #pragma GCC unroll 8
       for (int64_t k = 0; k < kTaps; k += 2) {
-        const T* const pixel = row + first[i] + k;
+        const T* const pixel = start + k;
         const auto a = V::load(pixel), b = V::load(pixel + V::kLanes);
         pixels[k] = evens(a, b);
         pixels[k + 1] = odds(a, b);
       }
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < kTaps / 2; ++k) sum += (pixels[k] + pixels[kTaps - 1 - k]) * V::load(weights + k * n);
+      for (int64_t k = 0; k < kTaps / 2; ++k) sum += (pixels[k] + pixels[kTaps - 1 - k]) * weight(k);
       sum = ordered(sum);
     } else if (kind == Runs::kMirrored || kind == Runs::kDoubled) {
 #pragma GCC unroll 8
       for (int64_t k = 0; k < taps; k += 2) {
-        const T* const pixel = row + first[i] + k;
+        const T* const pixel = start + k;
         const auto a = V::load(pixel), b = V::load(pixel + V::kLanes);
-        sum += evens(a, b) * V::load(weights + k * n);
-        if (k + 1 < taps) sum += odds(a, b) * V::load(weights + (k + 1) * n);
+        sum += evens(a, b) * weight(k);
+        if (k + 1 < taps) sum += odds(a, b) * weight(k + 1);
       }
       sum = ordered(sum);
     } else if (kind == Runs::kNear) {
       const auto from = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(lanes + i / V::kLanes * 8));
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < taps; ++k) sum += V::pick(V::load(row + first[i] + k), from) * V::load(weights + k * n);
+      for (int64_t k = 0; k < taps; ++k) sum += V::pick(V::load(start + k), from) * weight(k);
     } else if (kind == Runs::kWide) {
       const auto from = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(lanes + i / V::kLanes * 8));
 #pragma GCC unroll 8
       for (int64_t k = 0; k < taps; ++k) {
-        const T* const pixel = row + first[i] + k;
-        sum += V::pick(V::load(pixel), V::load(pixel + V::kLanes), from) * V::load(weights + k * n);
+        const T* const pixel = start + k;
+        sum += V::pick(V::load(pixel), V::load(pixel + V::kLanes), from) * weight(k);
       }
     } else {
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < taps; ++k) sum += V::gather(row + k, first + i) * V::load(weights + k * n);
+      for (int64_t k = 0; k < taps; ++k) sum += V::gather(row + k, first + i) * weight(k);
     }
     V::store(out + i, sum);
   }
   for (; i < n; ++i) {
     T sum = 0;
-    for (int64_t k = 0; k < taps; ++k) sum += row[first[i] + k] * all_weights[k * n + i];
+    for (int64_t k = 0; k < taps; ++k) sum += row[first[i] + k] * weights[k * n + i];
     out[i] = sum;
   }
 }
@@ -187,11 +193,11 @@ void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i
   }
 }
 
-// Calls choose with the number of taps that a loop is to be unrolled for.
-template <class Choose>
-auto for_taps(int64_t taps, const Choose& choose) {
-  switch (taps) {
-    case 1: return choose(std::integral_constant<int, 1>());
+// Calls choose with the number of taps that an axis's loop is to be unrolled for.
+template <class T, class Choose>
+auto for_taps(const Axis<T>& axis, const Choose& choose) {
+  if (axis.copies) return choose(std::integral_constant<int, 1>());
+  switch (axis.taps) {
     case 2: return choose(std::integral_constant<int, 2>());
     case 4: return choose(std::integral_constant<int, 4>());
     case 6: return choose(std::integral_constant<int, 6>());
@@ -209,8 +215,8 @@ void resample(const T* x, Planes planes, const Taps<T>& taps_down, const Taps<T>
   const Axis<T> down(taps_down, height);
   Axis<T> across(taps_across, width);
   across.find_runs(width);
-  const auto rows_loop = for_taps(across.taps, [](auto taps) { return &along_row<T, taps.value>; });
-  const auto columns_loop = for_taps(down.taps, [](auto taps) { return &down_columns<T, taps.value>; });
+  const auto rows_loop = for_taps(across, [](auto taps) { return &along_row<T, taps.value>; });
+  const auto columns_loop = for_taps(down, [](auto taps) { return &down_columns<T, taps.value>; });
   // Shrinking sums rows first, so that fewer are resampled; growing resamples the fewer rows that there are, a block's at once.
   const bool shrinks = out_height <= height;
   const auto span = [&](int64_t block) {  // the rows that a block of the output reads
@@ -233,7 +239,7 @@ void resample(const T* x, Planes planes, const Taps<T>& taps_down, const Taps<T>
     for (int64_t y = block * kRows; y < bottom; ++y) {
       if (shrinks) {
         const T* row = plane + down.first[y] * width;
-        if (down.taps > 1 || down.weights[y] != 1) {
+        if (!down.copies) {
           columns_loop(row, width, down, y, width, own);
           row = own;
         }
