@@ -13,7 +13,7 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   \( -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
-.PHONY: help setup build bundles test-bundles demo gallery test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
+.PHONY: help setup build bundles test-bundles demo gallery example-batch test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
   test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
@@ -48,6 +48,12 @@ demo: setup ## export part of the catalog, run it from C++ on real photographs, 
 
 gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gallery
 	$(PY) -m examples.gallery
+
+example-batch: setup ## Sobel edges and pipelines on batches of images, beside other libraries -> docs/use_cases.md
+	tools/kornia.sh
+	@cmake --preset release > /dev/null
+	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch chiasm_ort _runtime example_batch
+	$(PY) -m examples.batch
 
 test: build ## every test
 	@$(MAKE) test-bundles test-ops test-export test-runtime test-parity other-runtimes test-install test-sanitizers test-fuzz
