@@ -41,7 +41,9 @@ struct Task {
   std::vector<std::vector<cv::Mat>> photographs;  // planes R, G, B of bytes
   json config;
 
-  Task(const json& settings, const std::string& work) : work(work), bundle(settings.at("works").at(work).at("bundle")), size(settings.at("size").at(1), settings.at("size").at(0)) {
+  Task(const json& settings, const std::string& work) : work(work), size(settings.at("size").at(1), settings.at("size").at(0)) {
+    if (!settings.at("works").contains(work)) throw std::runtime_error("there is no work " + work);
+    bundle = settings.at("works").at(work).at("bundle");
     const std::string path = settings.at("photographs");
     std::ifstream file(path, std::ios::binary);
     for (cv::Mat plane(size, CV_8U); file.read(reinterpret_cast<char*>(plane.data), std::streamsize(plane.total())); plane = cv::Mat(size, CV_8U)) {
