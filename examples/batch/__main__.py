@@ -59,7 +59,7 @@ def main() -> int:
                 measured.memory[work][name] = memory(work, name)
     (folder("batch") / "measured.json").write_text(json.dumps([{"work": w, "threads": n, "times": t} for (w, n), t in measured.times.items()], indent=1))
     PICTURES.mkdir(parents=True, exist_ok=True)
-    sheet(setup).quantize(256).save(PICTURES / "batch.png", optimize=True)
+    sheet(setup).save(PICTURES / "batch.png", optimize=True)
     for work in WORKS:
         beside([chart(measured, work, count) for count in threads]).save(PICTURES / f"batch_{work}.png", optimize=True)
     lines = section(measured, settings, threads, versions(opencv), (time.monotonic() - start) / 60)

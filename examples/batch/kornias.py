@@ -32,12 +32,12 @@ def ways(
 ) -> dict[str, Way]:
     """`function(kornia, setup, images)` on a batch as a tensor, eager and compiled."""
 
-    @cache  # one for batches of any size
+    @cache
     def compiled(setup: Setup) -> Callable:
         import torch
 
         kornia = module("kornia")
-        return torch.compile(lambda x: function(kornia, setup, x))
+        return torch.compile(lambda x: function(kornia, setup, x), dynamic=True)  # once for batches of all sizes
 
     def way(compile: bool) -> Way:
         def make(images: Images, setup: Setup) -> Ready:

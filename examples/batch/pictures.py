@@ -14,7 +14,7 @@ from examples.plots import FONT, INK
 from .ways import Images, Setup, photographs
 from .works import WORKS
 
-SIDE, GAP, STRIP = 150, 6, 16
+SIDE, GAP, STRIP = 128, 6, 16
 
 
 def sheet(setup: Setup) -> Image.Image:
@@ -41,4 +41,4 @@ def sheet(setup: Setup) -> Image.Image:
         for column, image in enumerate(planes):
             pixels = Image.fromarray((image.clip(0, 1) * 255).round().astype(np.uint8).transpose(1, 2, 0))
             canvas.paste(pixels.resize((SIDE, SIDE), Image.Resampling.LANCZOS), (column * (SIDE + GAP), top + STRIP))
-    return canvas
+    return canvas.quantize(palette=canvas.quantize(256))  # a third of the bytes

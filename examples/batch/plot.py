@@ -42,7 +42,9 @@ def log_log(lines: Mapping[str, Sequence[tuple[float, float]]], bold: Sequence[s
             at = place(10 ** low[0], y)
             pen.line((at[0], at[1], at[0] + area[0], at[1]), fill=FAINT)
             pen.text((at[0] - 3, at[1]), f"{y:g}", fill=INK, font=FONT, anchor="rm")
-    inks = [tuple(int(v) for v in ink) for ink in hues(len(lines))]
+    count = len(lines)
+    order = [*range(0, count, 2), *range(1, count, 2)]  # neighbours in the list are no neighbours in colour
+    inks = [tuple(int(v) for v in ink) for ink in hues(count)[order]]
     ends = {}
     for ink, (name, line) in zip(inks, lines.items(), strict=True):
         path = [place(*p) for p in line]

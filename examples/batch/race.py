@@ -24,14 +24,15 @@ def race(calls: Mapping[str, Callable[[], object]], repeats: int, seconds: float
 
     Each turn begins with a call that does not count, which brings what it needs back into the caches, unless calls take long.
     """
-    wanted, taken = {}, {}
+    wanted, taken, times = {}, {}, {}
     for name, call in calls.items():
         call()  # the first one makes what is kept
         begin = time.perf_counter()
         call()
         taken[name] = time.perf_counter() - begin
-        wanted[name] = min(max(int(seconds / max(taken[name], 1e-7)), LEAST), repeats)
-    times: dict[str, list[float]] = {name: [] for name in calls}
+        long = taken[name] * LEAST > seconds  # so that this one counts, too
+        times[name] = [taken[name]] if long else []
+        wanted[name] = LEAST - 1 if long else min(int(seconds / max(taken[name], 1e-7)), repeats)
     for turn in range(turns):
         for name, call in calls.items():
             count = wanted[name] * (turn + 1) // turns - wanted[name] * turn // turns

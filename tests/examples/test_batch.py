@@ -24,8 +24,8 @@ from examples.batch.ways import Images, Ready, Setup, Way, photographs
 from examples.batch.works import WORKS, export_bundle
 
 KORNIA = (ROOT / ".deps" / "kornia" / "kornia").exists()
-#: compiled within seconds; the others, which take more of them, are exported to ONNX alone
-NATIVELY = ("sobel",)
+#: compiled within seconds; the other is exported to ONNX alone
+NATIVELY = ("sobel", "edges", "prepare")
 
 
 @pytest.fixture(scope="module")
