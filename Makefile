@@ -13,7 +13,7 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   \( -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
-.PHONY: help setup build bundles test-bundles demo gallery example-registration test test-quick test-ops test-export test-runtime test-parity \
+.PHONY: help setup build bundles test-bundles demo gallery example-batch example-registration test test-quick test-ops test-export test-runtime test-parity \
   test-examples test-sanitizers test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
@@ -53,6 +53,12 @@ example-registration: setup ## photographs registered by gradient descent, in Py
 	@cmake --preset release > /dev/null
 	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx _runtime example_registration
 	$(PY) -m examples.registration
+
+example-batch: setup ## Sobel edges and pipelines on batches of images, beside other libraries -> docs/use_cases.md
+	tools/kornia.sh
+	@cmake --preset release > /dev/null
+	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch chiasm_ort _runtime example_batch
+	$(PY) -m examples.batch
 
 test: build ## every test
 	@$(MAKE) test-bundles test-ops test-export test-runtime test-parity other-runtimes test-examples test-install test-sanitizers test-fuzz

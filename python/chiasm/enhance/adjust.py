@@ -9,6 +9,7 @@ from ..color.gray import rgb_to_grayscale
 from ..primitives.checks import check_floating, check_rgb
 from ..primitives.factors import per_sample
 from ..primitives.power import power_each
+from ..primitives.target import native_forward
 
 
 def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: bool = True) -> Tensor:
@@ -133,7 +134,10 @@ def adjust_saturation_with_gray_subtraction(image: Tensor, factor: Union[float, 
     """
     check_rgb(image, "image")
     check_floating(image, "image")
-    return _between(rgb_to_grayscale(image), image, factor)
+    grey = rgb_to_grayscale(image)
+    if native_forward():  # plane by plane, for else every channel computes the grey, and what the image was made of, anew
+        return torch.stack([_between(grey, image.narrow(-3, c, 1), factor).select(-3, 0) for c in range(3)], -3)
+    return _between(grey, image, factor)
 
 
 def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, Tensor] = 1.0) -> Tensor:

@@ -144,14 +144,15 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     # Positions in half precision would be off by whole pixels.
     precision = torch.float64 if image.dtype == torch.float64 else torch.float32
     camera = K.to(precision).reshape(-1, 3, 3)
-    lens = dist.to(precision).reshape(-1, dist.size(-1))
+    lens = dist.to(precision).reshape(-1, 1, dist.size(-1))
     row = torch.arange(height, device=image.device).to(precision)[None, :, None]
     column = torch.arange(width, device=image.device).to(precision)[None, None, :]
     x = (column - camera[:, 0:1, 2:3]) / camera[:, 0:1, 0:1] + torch.zeros_like(row)
     y = (row - camera[:, 1:2, 2:3]) / camera[:, 1:2, 1:2] + torch.zeros_like(column)
-    x, y = _lens(x.flatten(1), y.flatten(1), lens)
-    x = (x * camera[:, 0, 0:1] + camera[:, 0, 2:3]).reshape(-1, height, width)
-    y = (y * camera[:, 1, 1:2] + camera[:, 1, 2:3]).reshape(-1, height, width)
+    # Rows and columns stay apart: native code has no vector form of dividing a position by the width.
+    x, y = _lens(x, y, lens)
+    x = x * camera[:, 0:1, 0:1] + camera[:, 0:1, 2:3]
+    y = y * camera[:, 1:2, 1:2] + camera[:, 1:2, 2:3]
     flat = image.reshape(-1, channels, height, width)
     return sample_image(flat, x, y, "bilinear", "zeros", True, None).reshape(image.shape)
 
@@ -205,7 +206,7 @@ def solve_pnp_dlt(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, 
 
 
 def _lens(x: Tensor, y: Tensor, dist: Tensor) -> Tuple[Tensor, Tensor]:
-    """Points (*, N) of the plane z = 1 through lens and tilt."""
+    """Points (*, N) of the plane z = 1 through lens and tilt, or (B, H, W) with coefficients (B, 1, n)."""
     x, y = distort(x, y, coefficients(dist))
     if dist.size(-1) == 14:
         x, y = under_homography(x, y, tilt_matrices(dist[..., 12], dist[..., 13])[0])

@@ -38,9 +38,10 @@ def preprocess(
         >>> preprocess(torch.zeros(480, 640, 3, dtype=torch.uint8)).shape
         torch.Size([1, 3, 224, 224])
     """
-    image = resize(_frame_to_rgb(frame), (224, 224)) / 255.0
+    # Plane by plane, before and after: AOTInductor would keep the frame's interleaved layout, which resizing has to copy.
+    planes = join_channels(split_channels(_frame_to_rgb(frame)))
+    image = resize(planes, (224, 224)) / 255.0
     out = normalize(image, torch.tensor(mean, device=image.device), torch.tensor(std, device=image.device))
-    # Plane by plane, for AOTInductor would otherwise keep the frame's interleaved layout in the output.
     return join_channels(split_channels(out))
 
 

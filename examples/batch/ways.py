@@ -1,0 +1,138 @@
+"""What every contender is made of: images in the form that it wants, a call that does a whole batch, and its results in chiasm's form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bench.images.data import PHOTOGRAPHS, photograph
+from bench.images.ops import Agreement
+
+from .settings import Settings
+
+
+class Setup(NamedTuple):
+    """Where bundles are, and how many threads a contender may use."""
+
+    settings: Settings
+    bundles: Path
+    threads: int
+
+
+def photographs(batch: int, size: tuple[int, int]) -> np.ndarray:
+    """scikit-image's colour photographs in turn: (B, 3, H, W), RGB, uint8."""
+    some = photograph(len(PHOTOGRAPHS), *size)
+    return some[np.arange(batch) % len(some)]
+
+
+class Images:
+    """A batch of photographs (B, 3, H, W), RGB, uint8, in the forms that contenders take, each made when first asked for."""
+
+    def __init__(self, pixels: np.ndarray) -> None:
+        self.pixels = pixels
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def bytes(self) -> int:
+        """Of all forms that were made."""
+        made = [v for k, v in vars(self).items() if k not in ("pixels", "planes")]  # planes are views of floats
+        return sum(a.nbytes for form in made for a in (form if isinstance(form, list) else [form]))
+
+    @cached_property
+    def floats(self) -> np.ndarray:
+        """(B, 3, H, W), float32 in [0, 1]."""
+        return self.pixels / np.float32(255)
+
+    @cached_property
+    def planes(self) -> list[np.ndarray]:
+        """Each channel of each image (H, W), of `floats`."""
+        return list(self.floats.reshape(-1, *self.floats.shape[2:]))
+
+    @cached_property
+    def matrices(self) -> list[np.ndarray]:
+        """Each image (H, W, 3), RGB, float32 in [0, 1]."""
+        return [np.ascontiguousarray(i.transpose(1, 2, 0)) for i in self.floats]
+
+    @cached_property
+    def rgb(self) -> list[np.ndarray]:
+        """Each image (H, W, 3), RGB, uint8."""
+        return [np.ascontiguousarray(i.transpose(1, 2, 0)) for i in self.pixels]
+
+    @cached_property
+    def frames(self) -> list[np.ndarray]:
+        """Each image as a camera's frame (H, W, 3), BGR, uint8."""
+        return [np.ascontiguousarray(i[::-1].transpose(1, 2, 0)) for i in self.pixels]
+
+    @cached_property
+    def stacked_frames(self) -> np.ndarray:
+        """(B, H, W, 3), BGR, uint8."""
+        return np.ascontiguousarray(self.pixels[:, ::-1].transpose(0, 2, 3, 1))
+
+
+class Ready(NamedTuple):
+    """A contender with its inputs made.
+
+    call: does the work of the whole batch once, and returns what it made.
+    planes: that as (B, C, H, W) in chiasm's scale.
+    """
+
+    call: Callable[[], Any]
+    planes: Callable[[Any], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Way:
+    """A contender at one work, and how far its results may be from chiasm's."""
+
+    make: Callable[[Images, Setup], Ready]
+    agrees: Agreement
+
+
+@dataclass(frozen=True)
+class Work:
+    """What all contenders of a race do.
+
+    bundle: the one that chiasm's contenders run.
+    ways: the contenders by name; the first is chiasm's eager function, which results are compared with.
+    """
+
+    title: str
+    #: what is done, for the page
+    said: str
+    bundle: str
+    ways: Mapping[str, Way]
+    #: how far the results of Debian's OpenCV may be, where its version computes in another way than the wheel's
+    debian: Agreement | None = None
+
+
+def over_images(one: Callable[[int, dict], Any], count: int, threads: int) -> Callable[[], list]:
+    """A call that does `one(i, scratch)` for each of `count` images; `scratch` is the thread's own, where it keeps what it need not make again."""
+    shares = min(threads, count)
+    scratch: list[dict] = [{} for _ in range(shares)]
+
+    def share(k: int) -> list:
+        return [one(i, scratch[k]) for i in range(count * k // shares, count * (k + 1) // shares)]
+
+    if shares == 1:
+        return lambda: share(0)
+    pool = ThreadPoolExecutor(shares)
+    return lambda: [made for part in pool.map(share, range(shares)) for made in part]
+
+
+def into(scratch: dict, key: str, function: Callable, *arguments: Any, dst: str = "dst", **options: Any) -> Any:
+    """A call of an OpenCV function into the matrix that is kept under the key."""
+    made = function(*arguments, **{dst: scratch.get(key)}, **options)
+    scratch[key] = made[1] if isinstance(made, tuple) else made
+    return scratch[key]
+
+
+def from_matrices(matrices: list[np.ndarray]) -> np.ndarray:
+    """(H, W, C) of each image as (B, C, H, W)."""
+    return np.stack(matrices).transpose(0, 3, 1, 2)
