@@ -1,0 +1,1 @@
+"""The use case `make example-distributed`: a composed op sent to several processes, and an optimisation by all of them, both equal to one process's."""
