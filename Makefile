@@ -13,7 +13,7 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   \( -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
-.PHONY: help setup build bundles test-bundles demo gallery test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
+.PHONY: help setup build bundles test-bundles demo example-depth gallery test test-quick test-ops test-export test-runtime test-parity test-sanitizers \
   test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
@@ -45,6 +45,11 @@ demo: setup ## export part of the catalog, run it from C++ on real photographs, 
 	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime demo_runner
 	$(PY) -m chiasm.export export $$($(PY) -m examples.demo --list) --method forward -o build/demo/bundles -j $(JOBS)
 	$(PY) -m examples.demo
+
+example-depth: setup ## depth of several views by gradient descent, in Python and C++ -> docs/use_cases.md
+	@cmake --preset release > /dev/null
+	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime example_depth
+	$(PY) -m examples.depth
 
 gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gallery
 	$(PY) -m examples.gallery
