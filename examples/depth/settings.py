@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Settings:
-    """Scales, iterations, momentum, size of the rendered views and their number as the paper has them.
+    """Scales, iterations and the size of the rendered views are the paper's.
 
     scales: each half as large as the next.
     iterations: steps at a scale.

@@ -17,7 +17,8 @@ from examples.depth.bundles import export_all, specs
 from examples.depth.descent import Level, descend, eager, loaded
 from examples.depth.pictures import error_colors, figure
 from examples.depth.raycast import Ball
-from examples.depth.runs import PROGRAM, in_cpp, in_python
+from examples.depth.report import section
+from examples.depth.runs import PROGRAM, Run, in_cpp, in_python, judge
 from examples.depth.scenes import ROOM, Scene, motorcycle, pixels, room, save
 from examples.depth.score import depth_at_full_size, difference, score, semi_global
 from examples.depth.settings import SMALL, Settings
@@ -151,6 +152,26 @@ def test_figure_shows_every_scale(name: str, found: dict[str, list[Level]]) -> N
     assert figure(scene, found[name]).width == pytest.approx(SMALL.scales * 154, abs=4)
     colors, known = error_colors(scene.depth, scene), np.isfinite(scene.depth)
     assert (colors[known] == 0).all() and (colors[~known] == 150).all()
+
+
+@both
+def test_section_tells_what_was_found(name: str, found: dict[str, list[Level]]) -> None:
+    scene, levels = SCENES[name], found[name]
+    first = Run("Python, eager", depth_at_full_size(levels[-1].inverse_depth, scene), 0.1, 2.0, 3.0)
+    runs = [first, replace(first, engine="Python, native code"), replace(first, engine="C++, native code", depth=first.depth * 1.001)]
+    judged = judge(runs, scene)
+    text = "\n".join(section(SMALL, [(scene, levels, judged)], 1.0, 2.0))
+    size, best = f"{scene.depth.shape[1]}x{scene.depth.shape[0]}", score(first.depth, scene)
+    assert f"| {size} | {levels[-1].loss:.4f} | {best.error:.2%} | {best.within:.1%} | {best.seen_error:.2%} |" in text
+    assert "| C++, native code | 2 | 3.0 | 0.10000 |" in text and "| 1.0e-03 | 1.0e-03 | 100.0% |" in text
+    assert "did not give both the same bits" in text
+
+
+def test_a_run_that_disagrees_is_an_error(found: dict[str, list[Level]]) -> None:
+    scene = SCENES["room"]
+    first = Run("Python, eager", depth_at_full_size(found["room"][-1].inverse_depth, scene), 0.1, 2.0, 3.0)
+    with pytest.raises(RuntimeError, match=r"room: C.* does not agree with Python, eager"):
+        judge([first, replace(first, engine="C++", depth=first.depth * 1.02)], scene)
 
 
 def test_yardstick_finds_the_true_depth() -> None:
