@@ -13,7 +13,7 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   \( -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
-.PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-distributed example-registration test test-quick test-ops test-export test-runtime test-parity \
+.PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration test test-quick test-ops test-export test-runtime test-parity \
   test-examples test-sanitizers test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
@@ -53,6 +53,11 @@ example-attack: setup ## two photographs are changed until their key points matc
 
 example-distributed: setup ## a pipeline and an optimisation in two processes, equal to one -> docs/use_cases.md
 	$(PY) -m examples.distributed
+
+example-depth: setup ## depth of several views by gradient descent, in Python and C++ -> docs/use_cases.md
+	@cmake --preset release > /dev/null
+	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime example_depth
+	$(PY) -m examples.depth
 
 gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gallery
 	$(PY) -m examples.gallery
