@@ -13,7 +13,8 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
   \( -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
-.PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration test test-quick test-ops test-export test-runtime test-parity \
+.PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration \
+  test test-quick test-ops test-export test-runtime test-parity \
   test-examples test-sanitizers test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
@@ -46,6 +47,22 @@ demo: setup ## export part of the catalog, run it from C++ on real photographs, 
 	$(PY) -m chiasm.export export $$($(PY) -m examples.demo --list) --method forward -o build/demo/bundles -j $(JOBS)
 	$(PY) -m examples.demo
 
+example-batch: setup ## Sobel edges and pipelines on batches of images, beside other libraries -> docs/use_cases.md
+	tools/kornia.sh
+	@cmake --preset release > /dev/null
+	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch chiasm_ort _runtime example_batch
+	$(PY) -m examples.batch
+
+example-registration: setup ## photographs registered by gradient descent, in Python and C++ -> docs/use_cases.md
+	@cmake --preset release > /dev/null
+	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx _runtime example_registration
+	$(PY) -m examples.registration
+
+example-depth: setup ## depth of several views by gradient descent, in Python and C++ -> docs/use_cases.md
+	@cmake --preset release > /dev/null
+	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime example_depth
+	$(PY) -m examples.depth
+
 example-attack: setup ## two photographs are changed until their key points match by a wanted homography -> docs/use_cases.md
 	@cmake --preset release > /dev/null
 	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx example_attack
@@ -54,24 +71,8 @@ example-attack: setup ## two photographs are changed until their key points matc
 example-distributed: setup ## a pipeline and an optimisation in two processes, equal to one -> docs/use_cases.md
 	$(PY) -m examples.distributed
 
-example-depth: setup ## depth of several views by gradient descent, in Python and C++ -> docs/use_cases.md
-	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime example_depth
-	$(PY) -m examples.depth
-
 gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gallery
 	$(PY) -m examples.gallery
-
-example-registration: setup ## photographs registered by gradient descent, in Python and C++ -> docs/use_cases.md
-	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx _runtime example_registration
-	$(PY) -m examples.registration
-
-example-batch: setup ## Sobel edges and pipelines on batches of images, beside other libraries -> docs/use_cases.md
-	tools/kornia.sh
-	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch chiasm_ort _runtime example_batch
-	$(PY) -m examples.batch
 
 test: build ## every test
 	@$(MAKE) test-bundles test-ops test-export test-runtime test-parity other-runtimes test-examples test-install test-sanitizers test-fuzz
