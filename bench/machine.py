@@ -26,9 +26,14 @@ def cpu() -> str:
 
 def program(*arguments) -> dict:
     """What build/release/bin/bench says."""
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+    return said(PROGRAM, *arguments)
+
+
+def said(path: Path, *arguments) -> dict:
+    """What a C++ program says, as JSON; RuntimeError with its words where it fails."""
+    done = subprocess.run([path, *map(str, arguments)], capture_output=True, text=True)
     if done.returncode:
-        raise RuntimeError(f"bench {' '.join(map(str, arguments))}: {done.stderr}")
+        raise RuntimeError(f"{path.name} {' '.join(map(str, arguments))}: {done.stderr.strip()}")
     return json.loads(done.stdout)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
 from dataclasses import replace
 from datetime import date
 from statistics import mean, median
@@ -16,7 +14,7 @@ import chiasm
 from chiasm.export import export
 from chiasm.export.catalog import catalog
 
-from ..machine import ROOT, cores, cpu, notes
+from ..machine import ROOT, cores, cpu, notes, said
 from .pairs import CHANGES, Pair, pairs
 from .score import score
 
@@ -52,11 +50,7 @@ def _export(name: str, options: dict) -> None:
 
 
 def row(pair: Pair, threads: int) -> dict:
-    arguments = [PROGRAM, FOLDER / f"{PIPELINE}.chiasm", FOLDER / f"{DETECTOR}.chiasm", threads, TURNS, pair.first, pair.second]
-    done = subprocess.run([*map(str, arguments)], capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(f"bench_matching: {done.stderr}")
-    found = json.loads(done.stdout)
+    found = said(PROGRAM, FOLDER / f"{PIPELINE}.chiasm", FOLDER / f"{DETECTOR}.chiasm", threads, TURNS, pair.first, pair.second)
     shape = cv2.imread(str(pair.first), cv2.IMREAD_GRAYSCALE).shape
     scores = {name: score(found[name], pair.homography, shape) for name in ("chiasm", "OpenCV")}
     return {"pair": pair, "threads": threads, "version": found["opencv_version"]} | scores

@@ -18,6 +18,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "../../bench/harness.hpp"
+#include "../loaded.hpp"
 
 using nlohmann::json;
 using bench::Clock;
@@ -139,13 +140,6 @@ class Descent {
   static void write(const chiasm::Tensor& inverse_depth, const std::string& path) {
     const cv::Mat view(int(inverse_depth.shape()[2]), int(inverse_depth.shape()[3]), CV_32F, inverse_depth.data());
     if (!cv::imwrite(path, view)) throw std::runtime_error("cannot write " + path);
-  }
-
-  static bool loaded(const std::string& library) {
-    std::ifstream maps("/proc/self/maps");
-    for (std::string line; std::getline(maps, line);)
-      if (line.find(library) != std::string::npos) return true;
-    return false;
   }
 
   chiasm::Method step_, reduce_, enlarge_;

@@ -47,7 +47,7 @@ def section(settings: Settings, results: list[tuple[Scene, list[Level], list[Jud
         f"The optimisations took {running / 60:.1f} minutes, exporting the bundles before {exporting / 60:.1f} (they are cached).",
         "",
         "Of the settings the scales, the iterations, the use of momentum, and the size and number of the room's views are the paper's; the weights",
-        "of SSIM and absolute differences are those of C. Godard et al. (CVPR 2017). The other ones are ours, chosen on these scenes.",
+        "of SSIM and absolute differences are those of C. Godard et al. (CVPR 2017). The other ones are ours, chosen on these scenes, and so is the falling rate.",
         "",
     ]
     return lines + settings_table(settings)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,6 +10,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
+
+from bench.machine import said
 
 from ..cases import BUILD
 from .descent import Functions, Level, descend
@@ -48,10 +48,7 @@ def in_python(
 
 def in_cpp(backend: str, scene: Scene, bundles: Path, folder: Path) -> Run:
     """The C++ program's run of a scene that was saved in a folder."""
-    done = subprocess.run([PROGRAM, bundles, backend, folder], capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(f"{PROGRAM.name}: {done.stderr.strip()}")
-    report = json.loads(done.stdout)
+    report = said(PROGRAM, bundles, backend, folder)
     if report["libtorch"]:
         raise RuntimeError(f"{PROGRAM.name}: libtorch is in its process")
     inverse_depth = torch.from_numpy(cv2.imread(str(folder / f"inverse_depth.{backend}.tiff"), cv2.IMREAD_UNCHANGED))[None, None]

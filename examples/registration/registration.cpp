@@ -7,7 +7,6 @@
 // the processor from images to homography; whether a library of torch is in this process. Writes SOURCE as DESTINATION shows it to the file WARPED.
 #include <array>
 #include <ctime>
-#include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -16,6 +15,8 @@
 #include <chiasm/opencv.hpp>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+
+#include "../loaded.hpp"
 
 using nlohmann::json;
 
@@ -91,13 +92,6 @@ cv::Mat read(const std::string& file) {
   return frame;
 }
 
-bool has_torch() {
-  std::ifstream maps("/proc/self/maps");
-  for (std::string line; std::getline(maps, line);)
-    if (line.find("libtorch") != std::string::npos) return true;
-  return false;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -113,7 +107,7 @@ int main(int argc, char** argv) try {
   json report{{"levels", registration.descend(source, destination, std::stoi(argv[4]), std::stof(argv[5]))}};
   report["ms"] = 1000.0 * double(std::clock() - start) / CLOCKS_PER_SEC;
   report["pixels"] = registration.warp(source, argv[8]);
-  report["torch"] = has_torch();
+  report["torch"] = loaded("libtorch");
   std::cout << report << '\n';
   return 0;
 } catch (const std::exception& error) {

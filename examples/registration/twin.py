@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+from bench.machine import said
 from examples.cases import BUILD
 
 from .pairs import Pair
@@ -34,10 +33,6 @@ def twin(pair: Pair, settings: Settings, bundles: Path, backend: str) -> Report:
     files = [bundles.parent / f"{name}.png" for name in ("src", "dst", f"warped.{backend}")]
     for file, frame in zip(files, (pair.src, pair.dst), strict=False):
         cv2.imwrite(str(file), frame)
-    arguments = [PROGRAM, bundles, backend, settings.threads, settings.iterations, settings.lr, *files]
-    done = subprocess.run([*map(str, arguments)], capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(done.stderr.strip())
-    said = json.loads(done.stdout)
-    levels = [np.reshape(level["homography"], (3, 3)) for level in said["levels"]]
-    return Report(levels, np.reshape(said["pixels"], (3, 3)), cv2.imread(str(files[2])), said["ms"], said["torch"])
+    found = said(PROGRAM, bundles, backend, settings.threads, settings.iterations, settings.lr, *files)
+    levels = [np.reshape(level["homography"], (3, 3)) for level in found["levels"]]
+    return Report(levels, np.reshape(found["pixels"], (3, 3)), cv2.imread(str(files[2])), found["ms"], found["torch"])
