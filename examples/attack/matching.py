@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Tuple
@@ -12,6 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from bench.machine import said
 from bench.matching.score import corner_error
 from chiasm.color import bgr_to_rgb, rgb_to_grayscale
 from chiasm.export import Spec, TensorSpec, export
@@ -52,8 +51,9 @@ def match_frames(
     Returns:
         homography (3, 3) from the first to the second; points1 and points2 (K, 2), key points and their matches; matched and inliers (K,), bool.
     """
-    frames = torch.stack([frame1, frame2]).permute(0, 3, 1, 2)
-    grey = rgb_to_grayscale(bgr_to_rgb(frames.to(torch.float32) / 255.0))
+    # As numbers first: AOTInductor leaves the joining of bytes to libtorch.
+    frames = torch.stack([frame1.to(torch.float32), frame2.to(torch.float32)]).permute(0, 3, 1, 2)
+    grey = rgb_to_grayscale(bgr_to_rgb(frames / 255.0))
     lafs, _, valid = detect_keypoints(grey, max_keypoints, response, num_octaves, mr_size=mr_size, threshold=threshold, double_image=double_image)
     described = sift_laf_descriptors(grey, orient_laf(lafs, grey))
     _, indices, matched = match_mnn(described[0], described[1], None, valid[0], valid[1])
@@ -124,8 +124,5 @@ def by_python(first: np.ndarray, second: np.ndarray, settings: Settings) -> Matc
 
 def by_program(first: Path, second: Path, made: Path, backend: str, settings: Settings) -> Match:
     """Of two files of images, by the C++ program and a bundle."""
-    done = subprocess.run([PROGRAM, made, backend, str(settings.samples), first, second], capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(f"example_attack: {done.stderr.strip()}")
-    said = json.loads(done.stdout)
-    return Match(np.array(said["homography"]).reshape(3, 3), np.array(said["matches"]).reshape(-1, 4), np.array(said["inliers"], bool))
+    found = said(PROGRAM, made, backend, settings.samples, first, second)
+    return Match(np.array(found["homography"]).reshape(3, 3), np.array(found["matches"]).reshape(-1, 4), np.array(found["inliers"], bool))

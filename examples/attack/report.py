@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import wrap
 from typing import NamedTuple
 
 import cv2
@@ -15,6 +16,8 @@ from .matching import Match
 from .optimise import State, wanted
 from .settings import Settings
 
+#: by what the picture of the change multiplies it
+GAIN = 10
 #: of C++, by backend and then by "original" and "attacked"
 Said = dict[str, dict[str, Match]]
 
@@ -34,18 +37,23 @@ def section(settings: Settings, looks: list[Look], said: Said, seconds: dict[str
     first, last = looks[0], looks[-1]
     size = "{2} x {1}".format(*first.state.images.shape)
     level = np.abs(last.state.images.astype(int) - first.state.images).max()
+    summary = (
+        f"Parts of two photographs, {settings.first.file} and {settings.second.file} of scikit-image, {size} pixels each, show different things. Both are changed by gradient "
+        f"descent until their key points match by a homography that was chosen beforehand. After {settings.steps} steps RANSAC finds it with **{last.match.inliers.sum()} inliers** "
+        f"of {len(last.match.matches)} matches, {last.error:.2f} pixels off at the corners, where it found {first.match.inliers.sum()} of {len(first.match.matches)} and was "
+        f"{first.error:.0f} pixels off. The images are then at **{change(first, last, 0):.1f} and {change(first, last, 1):.1f} dB PSNR** from the photographs, no value more than "
+        f"{level} of 255 levels away. All this is said of the images as 8-bit PNG files: rounding is a part of what the attack survives."
+    )
     return [
-        f"Parts of two photographs, {settings.first.file} and {settings.second.file} of scikit-image, {size} pixels each, show different things. Both are changed by gradient",
-        f"descent until their key points match by a homography that was chosen beforehand. After {settings.steps} steps RANSAC finds it with",
-        f"**{last.match.inliers.sum()} inliers** of {len(last.match.matches)} matches, {last.error:.2f} pixels off at the corners, where it found {first.match.inliers.sum()} of",
-        f"{len(first.match.matches)} and was {first.error:.0f} pixels off. The images are then at **{change(first, last, 0):.1f} and {change(first, last, 1):.1f} dB PSNR** from the photographs, no value more",
-        f"than {level} of 255 levels away. All this is said of the images as 8-bit PNG files: rounding is a part of what the attack survives.",
+        *wrap(summary, 160),
         "",
         "![matches before and after](use_cases/attack.png)",
         "",
         "![the attacked images and their change](use_cases/attack_change.png)",
         "",
-        "The matching is `chiasm.pipelines.two_view_homography`: Hessian key points in scale space, orientations, RootSIFT, mutual nearest neighbours, RANSAC. It is",
+        f"Below the attacked images is their change, {GAIN} times as strong, around grey: each takes on what the other shows.",
+        "",
+        "The matching is that of `chiasm.pipelines.two_view_homography`: Hessian key points in scale space, orientations, RootSIFT, mutual nearest neighbours, RANSAC. It is",
         "exported as one bundle, from the bytes of two frames to the homography, which C++ runs on the PNG files, without Python:",
         "",
         *_matchings(settings, first, last, said),
@@ -66,7 +74,7 @@ def section(settings: Settings, looks: list[Look], said: Said, seconds: dict[str
         "The paper's result is a picture of inliers: it states neither their number nor the PSNR, nor its weights and steps, and its photographs are not at hand. So whether",
         "this is as much as its attack reached cannot be said. The paper calls its change not quite imperceptible.",
         "",
-        "Seconds: " + ", ".join(f"{what} {time:.0f}" for what, time in seconds.items()) + ".",
+        f"Seconds, with {torch.get_num_threads()} of torch's threads: " + ", ".join(f"{what} {time:.0f}" for what, time in seconds.items()) + ".",
     ]
 
 
@@ -118,6 +126,6 @@ def _history(looks: list[Look]) -> list[str]:
     for look in looks:
         loss = look.state.loss
         losses = f"{loss.pairs} | {loss.loc:.2f} | {loss.desc:.3f}" if loss else "| |"
-        noise = " ".join(f"{change(looks[0], look, which):.1f}" for which in (0, 1))
+        noise = " ".join(f"{change(looks[0], look, which):.1f}" for which in (0, 1)) if loss else ""
         lines.append(f"| {look.state.step} | {losses} | {noise} | {len(look.match.matches)} | {look.match.inliers.sum()} | {look.error:.2f} |")
     return lines
