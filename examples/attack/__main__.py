@@ -33,7 +33,7 @@ def main() -> None:
     write(looks[0], looks[-1])
     lines = section(settings, looks, said, seconds)
     publish("attack", lines)
-    console.print("\n".join(lines), markup=False, highlight=False)
+    print("\n".join(lines))
 
 
 def run(settings: Settings, console: Console) -> list[Look]:

@@ -9,19 +9,17 @@ from examples.panels.matches import BAD, GOOD
 from examples.sheets import Photo
 from examples.use_cases import PICTURES
 
-from .report import Look
+from .report import GAIN, Look
 
 GUTTER = 6
-#: by what the change is multiplied to be seen
-GAIN = 10
 
 
 def write(first: Look, last: Look) -> None:
     PICTURES.mkdir(parents=True, exist_ok=True)
     before, after = _matches(first), _matches(last)
     _save(np.concatenate([before, np.full((GUTTER, *before.shape[1:]), 255, np.uint8), after]), "attack.png")
-    change = 128 + GAIN * (last.state.images.astype(int) - first.state.images)
-    _save(np.concatenate([_beside(last.state.images), _beside(change.clip(0, 255).astype(np.uint8))]), "attack_change.png")
+    change = 128 + GAIN * (last.state.images.astype(float) - first.state.images).mean(-1, keepdims=True)
+    _save(np.concatenate([_beside(last.state.images), _beside(change.clip(0, 255).astype(np.uint8).repeat(3, -1))]), "attack_change.png")
 
 
 def _matches(look: Look) -> np.ndarray:
@@ -41,4 +39,4 @@ def _beside(images: np.ndarray) -> np.ndarray:
 
 def _save(pixels: np.ndarray, name: str) -> None:
     """With a palette, so that it is small."""
-    Image.fromarray(pixels).quantize(128).save(PICTURES / name, optimize=True)
+    Image.fromarray(pixels).quantize(256).save(PICTURES / name, optimize=True)

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from rich.console import Console
 from rich.progress import Progress
 
 from chiasm.geometry.registration import Homography
@@ -32,7 +31,7 @@ def main() -> None:
     picture(settings, together)
     lines = section(settings, together, single)
     publish("distributed", lines)
-    Console().print("\n".join(lines), markup=False, highlight=False)
+    print("\n".join(lines))
 
 
 def by_processes(settings: Settings, there: Path) -> list[dict[str, Any]]:

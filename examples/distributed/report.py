@@ -54,9 +54,9 @@ def section(settings: Settings, together: list[Result], alone: Result) -> list[s
         + ("**bit for bit** what one process makes of the whole batch." if difference == 0 else f"what one process makes of the whole batch to {difference:.2g}."),
         "",
         "**An optimisation by all.** All photographs were moved by one homography. `DistributedDataParallel(Homography())` learns it, each process from its own photographs, from coarse",
-        "to fine as registration by gradient descent does; gradients are averaged at each step, in float64. A process's loss is weighed by how many photographs it has, so that",
+        "to fine as registration by gradient descent does, of squared differences; gradients are averaged at each step, in float64. A process's loss is weighed by how many photographs it has, so that",
         f"shares need not be equal. After {settings.levels} x {settings.steps} steps the corners are **{apart(settings, together, alone):.1e} pixels** from where one process takes them",
-        f"(allowed: {settings.tolerance:g}), and {off:.3f} pixels from the truth, from {before:.1f} at first.",
+        f"(allowed: {settings.tolerance:g}), and {off:.1e} pixels from the truth, from {before:.1f} at first.",
         "",
         "| | host | photographs | pipeline, s | learning, s |",
         "|---|---|---|---|---|",
@@ -69,8 +69,8 @@ def section(settings: Settings, together: list[Result], alone: Result) -> list[s
         "torchrun --nnodes 2 --nproc-per-node 2 --rdzv-backend c10d --rdzv-endpoint HOST:29400 -m examples.distributed.worker build/examples/distributed",
         "```",
         "",
-        "The machine that gets the first process reads `settings.json` in that folder, which `make example-distributed` writes, and puts `result.pt` there; the others need neither",
-        "the photographs nor the pipeline. Several machines were not at hand: a test starts two `torchrun`s on one, which find each other in this way.",
+        "The machine that gets the first process reads `settings.json` in that folder, which `make example-distributed` writes, and puts `result.pt` there; the others are",
+        "sent settings, op and photographs. Several machines were not at hand: a test starts two `torchrun`s on one, which find each other in this way.",
         "",
         *settings_table(settings),
     ]
@@ -100,7 +100,7 @@ def picture(settings: Settings, together: list[Result]) -> None:
         sheet.paste(strip, (0, top))
         top += strip.height + GAP
     PICTURES.mkdir(parents=True, exist_ok=True)
-    sheet.quantize(128).save(PICTURES / "distributed.png", optimize=True)
+    sheet.quantize(256).save(PICTURES / "distributed.png", optimize=True)
 
 
 def _bytes(image: Tensor) -> np.ndarray:
