@@ -17,6 +17,7 @@ from . import samples
 from .bundle import Golden, Writer
 from .errors import ExportError
 from .graph import output_specs, trace, trace_vjp, vjp_module, vjp_signature
+from .independence import SYMBOL, has_samples, independent
 from .manifest import FORMATS, METHODS, SCHEMA_VERSION
 from .module import bind
 from .native import to_native
@@ -66,7 +67,11 @@ def export(
     first = trace(op, spec, list(spec.inputs), samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0]), "onnx")
     outputs = output_specs(first, spec, spec.variants()[0])
     gradient = vjp_signature(spec, outputs) if "vjp" in methods else None
-    writer = Writer(_manifest(fn, spec, outputs, gradient))
+    manifest = _manifest(fn, spec, outputs, gradient)
+    if "native" in formats:
+        progress("samples")
+        _note_samples(op, spec, manifest["methods"], {"forward": (list(spec.inputs), outputs)} | ({"vjp": gradient} if gradient else {}))
+    writer = Writer(manifest)
     if "torchscript" in formats:
         progress("torchscript")
         data = to_torchscript(op, spec.name)
@@ -158,6 +163,21 @@ def _manifest(fn, spec: Spec, outputs: list[TensorSpec], gradient) -> dict[str, 
         "methods": methods,
         "golden": {},
     }
+
+
+def _note_samples(op: nn.Module, spec: Spec, methods: dict[str, Any], signatures: dict[str, tuple[list[TensorSpec], list[TensorSpec]]]) -> None:
+    """Say of each method whether its samples are independent; a gradient's are where the forward's are and no gradient is a sum over the batch."""
+    inputs, outputs = signatures["forward"]
+    if not has_samples(inputs, outputs) or spec.limits(SYMBOL)[0] != 1 or spec.limits(SYMBOL)[1] < 2:
+        return
+    made = samples.make(spec, samples.fit(spec, samples.TESTS[1]), spec.variants()[0])
+    results = run_eager(op, made)
+    tolerances = [spec.tolerance("forward", str(r.dtype).removeprefix("torch.")) for r in results]
+    if not independent(lambda tensors: run_eager(op, tensors), inputs, made, tolerances):
+        return
+    for method, signature in signatures.items():
+        if has_samples(*signature):
+            methods[method]["samples"] = SYMBOL
 
 
 def _method(spec: Spec, method: str, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> dict[str, Any]:

@@ -9,7 +9,7 @@
 
 #include "chiasm/chiasm.h"
 
-#define CHIASM_BACKEND_ABI 2u
+#define CHIASM_BACKEND_ABI 3u
 
 #ifdef __cplusplus
 extern "C" {
@@ -38,6 +38,9 @@ typedef struct chiasm_backend_load {
    *  `bundle`. NULL for a graph of standard operators. */
   const char* function;
   const char* bundle;
+  /** native only: bit i is set where input (output) i begins with the dimension that counts independent samples, so that a batch
+   *  may be run in parts; 0 where samples depend on each other. */
+  uint64_t sample_inputs, sample_outputs;
 } chiasm_backend_load;
 
 typedef struct chiasm_backend {

@@ -9,7 +9,7 @@
 #define CHIASM_SIZE(type, size) static_assert(sizeof(type) == (size), #type " has another size")
 
 static_assert(sizeof(void*) == 8, "the layouts below are those of 64-bit machines");
-static_assert(CHIASM_API_VERSION == 1u && CHIASM_BACKEND_ABI == 2u, "freeze the new version's layout here too");
+static_assert(CHIASM_API_VERSION == 1u && CHIASM_BACKEND_ABI == 3u, "freeze the new version's layout here too");
 
 CHIASM_AT(chiasm_tensor, struct_size, 0);
 CHIASM_AT(chiasm_tensor, data, 8);
@@ -136,7 +136,9 @@ CHIASM_AT(chiasm_backend_load, input_names, 64);
 CHIASM_AT(chiasm_backend_load, output_names, 72);
 CHIASM_AT(chiasm_backend_load, function, 80);
 CHIASM_AT(chiasm_backend_load, bundle, 88);
-CHIASM_SIZE(chiasm_backend_load, 96);
+CHIASM_AT(chiasm_backend_load, sample_inputs, 96);
+CHIASM_AT(chiasm_backend_load, sample_outputs, 104);
+CHIASM_SIZE(chiasm_backend_load, 112);
 
 CHIASM_AT(chiasm_backend, struct_size, 0);
 CHIASM_AT(chiasm_backend, abi, 8);

@@ -227,7 +227,7 @@ class Reader final {
   void read_method(const JsonNode::Member& member) {
     const JsonNode& node = member.node;
     if (!is_name(member.key)) node.refuse("'" + member.key + "' is not a name");
-    node.only({"inputs", "outputs", "tolerances", "artifacts"});
+    node.only({"inputs", "outputs", "samples", "tolerances", "artifacts"});
     MethodSpec method;
     method.name = member.key;
     std::set<std::string> names;
@@ -240,6 +240,7 @@ class Reader final {
       }
     }
     check_symbols_bound(node, method);
+    if (node.has("samples")) read_samples(node.at("samples"), method);
     read_tolerances(node.at("tolerances"), method);
     for (const JsonNode& element : node.at("artifacts").elements(1, 256)) {
       method.artifacts.push_back(read_artifact(element, method));
@@ -267,6 +268,32 @@ class Reader final {
         }
       }
     }
+  }
+
+  /** The symbol that counts samples is the first dimension of every output and of some inputs, and of nothing else a part. */
+  void read_samples(const JsonNode& node, MethodSpec& method) const {
+    const std::string& name = node.string(64);
+    const auto found = std::find(symbol_names_.begin(), symbol_names_.end(), name);
+    if (found == symbol_names_.end()) node.refuse("there is no symbol '" + name + "'");
+    const auto symbol = static_cast<size_t>(found - symbol_names_.begin());
+    if (manifest_.symbols[symbol].min != 1) node.refuse("'" + name + "' cannot be 1, so a batch has no parts");
+    const auto mask = [&](const std::vector<TensorSpec>& tensors) {
+      uint64_t first = 0;
+      for (size_t i = 0; i < tensors.size(); ++i) {
+        for (size_t d = 0; d < tensors[i].shape.size(); ++d) {
+          const std::vector<size_t> used = tensors[i].shape[d].symbols();
+          if (std::find(used.begin(), used.end(), symbol) == used.end()) continue;
+          if (d != 0 || !tensors[i].shape[d].is_symbol()) {
+            node.refuse("'" + name + "' must be a first dimension, but '" + tensors[i].name + "' has it elsewhere");
+          }
+          first |= uint64_t{1} << i;
+        }
+      }
+      return first;
+    };
+    method.sample_inputs = mask(method.inputs);
+    method.sample_outputs = mask(method.outputs);
+    if (method.sample_outputs != (~uint64_t{0} >> (64 - method.outputs.size()))) node.refuse("an output has no first dimension '" + name + "'");
   }
 
   static void read_tolerances(const JsonNode& node, MethodSpec& method) {

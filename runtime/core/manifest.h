@@ -59,6 +59,8 @@ struct MethodSpec {
   std::array<std::optional<Tolerance>, 10> tolerances; /**< of the outputs, by chiasm_dtype; none means exact */
   std::vector<Artifact> artifacts;
   bool generic = false; /**< whether some tensor is of dtype T */
+  /** Bit i is set where input (output) i begins with the symbol that counts independent samples; 0 where there is none. */
+  uint64_t sample_inputs = 0, sample_outputs = 0;
 };
 
 struct Symbol {

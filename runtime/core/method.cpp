@@ -119,6 +119,8 @@ void Method::load_model(const LoadRequest& request) {
   load.output_count = static_cast<int32_t>(outputs.size());
   load.input_names = inputs.data();
   load.output_names = outputs.data();
+  load.sample_inputs = spec_.sample_inputs;
+  load.sample_outputs = spec_.sample_outputs;
   if (!artifact_.function.empty()) {
     load.function = artifact_.function.c_str();
     load.bundle = bundle_->info().path;

@@ -36,7 +36,7 @@ int32_t most_threads() {
 native::Model load(const Node& node) {
   const core::Bytes bytes = node.bundle->read(node.native);
   return native::Model({bytes.data(), bytes.size(), static_cast<int32_t>(node.method.inputs.size()),
-                        static_cast<int32_t>(node.method.outputs.size())});
+                        static_cast<int32_t>(node.method.outputs.size()), node.method.sample_inputs, node.method.sample_outputs});
 }
 
 /** The tensor in a value of ONNX Runtime. */

@@ -124,6 +124,31 @@ TEST_P(OnBackend, EightThreadsOnOneMethod) {
   for (std::thread& thread : threads) thread.join();
 }
 
+// Large enough to be run in parts, of a number that the threads' is no multiple of.
+TEST_P(OnBackend, LargeBatchesGiveWhatTheirSamplesGive) {
+  const Bundle bundle = open("filters.sobel");
+  const int64_t batch = 13;
+  const Shape one = {1, 3, 161, 203}, all = {batch, 3, 161, 203};
+  const auto size = static_cast<size_t>(one.count());
+  std::vector<float> image = random_values(size * batch), cotangent = random_values(size * batch);
+  for (const char* name : {"forward", "vjp"}) {
+    const Method method = bundle.method(name, options());
+    const auto inputs = [&](size_t sample, const Shape& shape) {
+      std::vector<Tensor> tensors = {Tensor(image.data() + sample * size, shape)};
+      if (name == std::string("vjp")) tensors.emplace_back(cotangent.data() + sample * size, shape);
+      return tensors;
+    };
+    const Outputs together = method.run(inputs(0, all));
+    ASSERT_EQ(together[0].shape(), all);
+    for (size_t sample = 0; sample < batch; ++sample) {
+      const Outputs alone = method.run(inputs(sample, one));
+      const cv::Mat expected(1, static_cast<int>(size), CV_32F, alone[0].data<float>());
+      const cv::Mat actual(1, static_cast<int>(size), CV_32F, together[0].data<float>() + sample * size);
+      EXPECT_LT(cv::norm(actual, expected, cv::NORM_INF), 1e-5) << name << ", sample " << sample;
+    }
+  }
+}
+
 TEST_P(OnBackend, GrayscaleIsThatOfOpenCv) {
   const Method method = open("color.rgb_to_grayscale").method("forward", options());
   std::vector<float> image = random_values(3 * 20 * 30);

@@ -119,6 +119,31 @@ TEST(Manifest, ReadsAValidOne) {
   EXPECT_FALSE(forward.tolerances[CHIASM_UINT8].has_value());
 }
 
+TEST(Manifest, SaysWhichTensorsHaveSamples) {
+  Json root = manifest();
+  root["methods"]["forward"]["samples"] = "B";
+  root["methods"]["forward"]["inputs"].push_back({{"name", "weights"}, {"dtype", "float32"}, {"shape", {3}}, {"description", ""}, {"layout", ""}, {"color", ""}, {"range", nullptr}});
+  const core::Manifest read = core::parse_manifest(root.dump(), "m");
+  EXPECT_EQ(read.methods[0].sample_inputs, 0b011u);
+  EXPECT_EQ(read.methods[0].sample_outputs, 0b11u);
+  EXPECT_EQ(read.methods[1].sample_outputs, 0u);
+}
+
+TEST(Manifest, SamplesMustBeCutAlongTheFirstDimension) {
+  const auto refusal_of = [](const char* symbol, const std::function<void(Json&)>& change) {
+    return manifest_refusal([&](Json& m) {
+      m["methods"]["forward"]["samples"] = symbol;
+      change(m);
+    });
+  };
+  const auto outputs = [](Json& m) -> Json& { return m["methods"]["forward"]["outputs"]; };
+  EXPECT_THAT(refusal_of("N", [](Json&) {}), HasSubstr("methods.forward.samples: there is no symbol 'N'"));
+  EXPECT_THAT(refusal_of("H", [](Json&) {}), HasSubstr("'H' cannot be 1"));
+  EXPECT_THAT(refusal_of("B", [&](Json& m) { outputs(m)[1]["shape"] = {"H"}; }), HasSubstr("an output has no first dimension 'B'"));
+  EXPECT_THAT(refusal_of("B", [&](Json& m) { outputs(m)[1]["shape"] = {"2*B"}; }), HasSubstr("but 'half' has it elsewhere"));
+  EXPECT_THAT(refusal_of("B", [&](Json& m) { outputs(m)[1]["shape"] = {"H", "B"}; }), HasSubstr("but 'half' has it elsewhere"));
+}
+
 TEST(Manifest, NewerSchemaIsAVersionMismatch) {
   const std::string message = manifest_refusal([](Json& m) { m = {{"schema_version", 2}, {"whatever", true}}; }, CHIASM_VERSION_MISMATCH);
   EXPECT_THAT(message, HasSubstr("x/manifest.json: schema_version"));

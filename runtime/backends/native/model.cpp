@@ -2,8 +2,13 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <numeric>
 #include <string>
 
 #include "backends/native/archive.h"
@@ -67,12 +72,31 @@ Model::~Model() {
   }
 }
 
+size_t Model::bytes_of(const chiasm_tensor* inputs, const chiasm_tensor* outputs, uint64_t which_inputs, uint64_t which_outputs) const {
+  size_t bytes = 0;
+  const auto add = [&bytes](const chiasm_tensor* tensors, int32_t count, uint64_t which) {
+    for (int32_t i = 0; i < count; ++i)
+      if ((which >> i & 1) != 0) bytes += plugin::element_count(tensors[i]) * plugin::element_size(tensors[i].dtype);
+  };
+  add(inputs, request_.input_count, which_inputs);
+  add(outputs, request_.output_count, which_outputs);
+  return bytes;
+}
+
 bool Model::worth_forking(const chiasm_tensor* inputs, const chiasm_tensor* outputs) const {
   constexpr size_t kLeast = 64 << 10;
-  size_t bytes = 0;
-  for (int32_t i = 0; i < request_.input_count; ++i) bytes += plugin::element_count(inputs[i]) * plugin::element_size(inputs[i].dtype);
-  for (int32_t i = 0; i < request_.output_count; ++i) bytes += plugin::element_count(outputs[i]) * plugin::element_size(outputs[i].dtype);
-  return bytes >= kLeast;
+  return bytes_of(inputs, outputs, ~uint64_t{0}, ~uint64_t{0}) >= kLeast;
+}
+
+int64_t Model::count_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, int32_t threads) const {
+  // Of samples in and out: what an op stores on its way is some times as much, and should stay in the second cache. Smaller parts
+  // would do what is shared by all samples, such as a map or a table, more often.
+  constexpr size_t kPart = 4 << 20;
+  if (request_.sample_outputs == 0) return 1;
+  const int64_t samples = outputs[0].shape[0];
+  const auto parts = static_cast<int64_t>((bytes_of(inputs, outputs, request_.sample_inputs, request_.sample_outputs) + kPart - 1) / kPart);
+  if (parts < 2 || samples < 2 || samples < threads) return 1;
+  return std::min((parts + threads - 1) / threads * threads, samples);  // as many for each thread
 }
 
 void Model::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host) const {
@@ -84,9 +108,63 @@ void Model::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chias
   host.device_type = request_.device_type;
   host.device_index = request_.device_index;
   const auto current = make_current();
+  const int64_t parts = host.device_type == CHIASM_CPU ? count_parts(inputs, outputs, host.num_threads) : 1;
+  if (parts > 1) run_parts(in.data(), out.data(), host, parts);
+  else run_whole(in.data(), out.data(), host);
+}
+
+void Model::run_whole(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host) const {
   char text[1024];
   text[0] = '\0';
-  if (api_->run(model_, in.data(), out.data(), &host, text, sizeof(text)) != 0) throw Error(CHIASM_INTERNAL, text);
+  if (api_->run(model_, inputs, outputs, &host, text, sizeof(text)) != 0) throw Error(CHIASM_INTERNAL, text);
+}
+
+/** What the threads that share a batch have in common. */
+struct Model::Parts {
+  const Model& model;
+  const chiasm_native_tensor* inputs;
+  const chiasm_native_tensor* outputs;
+  chiasm_native_host host;
+  int64_t count;
+  std::atomic<int64_t> next{0};
+  std::mutex mutex;  // guards `error`, the first
+  std::exception_ptr error;
+
+  void work() noexcept {
+    try {
+      for (int64_t part; (part = next++) < count;) run(part);
+    } catch (...) {
+      next = count;
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (!error) error = std::current_exception();
+    }
+  }
+
+  void run(int64_t part) const {
+    const int64_t samples = outputs[0].shape[0], begin = samples * part / count, end = samples * (part + 1) / count;
+    const Request& request = model.request_;
+    std::array<chiasm_native_tensor, kMaxTensors> in, out;
+    std::array<std::array<int64_t, CHIASM_MAX_DIMS>, kMaxTensors> in_shapes, out_shapes;
+    const auto cut = [begin, end](const chiasm_native_tensor& whole, std::array<int64_t, CHIASM_MAX_DIMS>& shape) {
+      std::copy_n(whole.shape, whole.ndim, shape.begin());
+      shape[0] = end - begin;
+      const int64_t values = std::accumulate(whole.shape + 1, whole.shape + whole.ndim, int64_t{1}, std::multiplies<>());
+      const auto bytes = static_cast<int64_t>(plugin::element_size(whole.dtype)) * values;
+      return chiasm_native_tensor{static_cast<char*>(whole.data) + begin * bytes, whole.dtype, whole.ndim, shape.data()};
+    };
+    for (int32_t i = 0; i < request.input_count; ++i)
+      in[i] = (request.sample_inputs >> i & 1) != 0 ? cut(inputs[i], in_shapes[i]) : inputs[i];
+    for (int32_t i = 0; i < request.output_count; ++i) out[i] = cut(outputs[i], out_shapes[i]);
+    model.run_whole(in.data(), out.data(), host);
+  }
+};
+
+void Model::run_parts(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host, int64_t parts) const {
+  Parts shared{*this, inputs, outputs, host, parts, {}, {}, {}};
+  shared.host.num_threads = 1;
+  if (host.num_threads > 1) host.fork(host.context, [](void* all, int32_t, int32_t) { static_cast<Parts*>(all)->work(); }, &shared);
+  else shared.work();
+  if (shared.error) std::rethrow_exception(shared.error);
 }
 
 std::optional<CudaDevice::Current> Model::make_current() const {

@@ -33,6 +33,7 @@ class Model final {
     const void* data;  // the artifact, a `.pt2`; not needed after the constructor
     size_t size;
     int32_t input_count, output_count;
+    uint64_t sample_inputs = 0, sample_outputs = 0;  // as in chiasm_backend_load
     int32_t device_type = CHIASM_CPU, device_index = 0;
   };
 
@@ -45,11 +46,20 @@ class Model final {
   /** Whether a call is worth more than one thread: below some size, waking another takes longer than the work. */
   bool worth_forking(const chiasm_tensor* inputs, const chiasm_tensor* outputs) const;
 
-  /** Dense tensors that fit the method's signature. The device of `host` is filled in here. */
+  /** Dense tensors that fit the method's signature. The device of `host` is filled in here.
+   *
+   *  A large batch of independent samples is run in parts, which stay in the caches from an op's first loop to its last, and which
+   *  the threads share: they wait for each other once, not after each loop. */
   void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host) const;
 
  private:
+  struct Parts;
+
   std::optional<plugin::CudaDevice::Current> make_current() const;
+  size_t bytes_of(const chiasm_tensor* inputs, const chiasm_tensor* outputs, uint64_t which_inputs, uint64_t which_outputs) const;
+  int64_t count_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, int32_t threads) const;
+  void run_whole(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host) const;
+  void run_parts(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host, int64_t parts) const;
 
   Request request_;
   std::optional<plugin::CudaDevice> cuda_;

@@ -20,7 +20,8 @@ class Model {
   explicit Model(const chiasm_backend_load& request)
       : num_threads_(request.num_threads),
         device_type_(request.device_type),
-        artifact_({request.data, request.size, request.input_count, request.output_count, request.device_type, request.device_index}) {
+        artifact_({request.data, request.size, request.input_count, request.output_count, request.sample_inputs,
+                   request.sample_outputs, request.device_type, request.device_index}) {
     if (std::string(request.format) != "aotinductor")
       throw Error(CHIASM_INVALID_ARGUMENT, std::string("the native backend reads aotinductor artifacts, not ") + request.format);
   }
