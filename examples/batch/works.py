@@ -32,5 +32,6 @@ def export_bundle(work: str, settings: Settings, folder: Path, formats: Sequence
         config=five_ops.config(settings),
         symbols={"H": (8, 8192), "W": (8, 8192)},
         reference="OpenCV undistort, resize, cvtColor, GaussianBlur",
+        without_nan=True,
     )
     return export(prepare, spec, folder, formats=formats, methods=("forward",))

@@ -11,7 +11,6 @@ add(Spec(
     [frame()],
     [TensorSpec("output", layout="NCHW", color="RGB", description="224 x 224, normalised by ImageNet's mean and standard deviation")],
     symbols=STENCIL,
-    vectorize=False,  # byte gathers: scalar loops were measured three times as fast
     reference="OpenCV resize and blobFromImage",
 ))
 

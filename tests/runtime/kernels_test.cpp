@@ -244,6 +244,22 @@ TYPED_TEST(Kernels, BilateralIsItsDefinition) {
       }
 }
 
+TEST(Frames, PlanesAndLumaAreThoseOfOpenCv) {
+  for (const int64_t n : {1, 7, 8, 9, 10, 31, 8191, 8201, 20011}) {
+    cv::Mat frame(1, int(n), CV_8UC3), numbers, luma;
+    cv::randu(frame, 0, 256);
+    frame.convertTo(numbers, CV_32F);
+    cv::cvtColor(numbers, luma, cv::COLOR_BGR2GRAY);
+    std::vector<cv::Mat> channels;
+    cv::split(numbers, channels);
+    std::vector<float> planes(size_t(3 * n)), grey(static_cast<size_t>(n));
+    frame_to_rgb(frame.data, n, planes.data());
+    frame_to_grey(frame.data, n, grey.data());
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(cv::norm(channels[size_t(2 - c)], cv::Mat(1, int(n), CV_32F, planes.data() + c * n), cv::NORM_INF), 0) << n;
+    EXPECT_LE(cv::norm(luma, cv::Mat(1, int(n), CV_32F, grey.data()), cv::NORM_INF), 1e-4) << n;
+  }
+}
+
 TYPED_TEST(Kernels, LevelsAndBinsAreTheirDefinitions) {
   using T = TypeParam;
   const int64_t n = 200003;

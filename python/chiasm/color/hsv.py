@@ -1,5 +1,7 @@
 """Hue, saturation, value."""
 
+from typing import Tuple
+
 import torch
 from torch import Tensor
 
@@ -28,12 +30,21 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
         >>> rgb_to_hsv(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([0., 1., 1.])
     """
+    hue, value, chroma = hue_value_chroma(image)
+    return torch.stack([hue, saturation_of(value, chroma, eps), value], -3)
+
+
+def hue_value_chroma(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    """Planes (*, H, W): hue, largest channel and spread, apart from each other, because native code stores what is stacked."""
     red, green, blue = rgb_planes(image, "image")
     value = torch.maximum(torch.maximum(red, green), blue)
     chroma = value - torch.minimum(torch.minimum(red, green), blue)
+    return hue_of(red, green, blue, value, chroma), value, chroma
+
+
+def saturation_of(value: Tensor, chroma: Tensor, eps: float) -> Tensor:
     # Half precision has no eps as small as the default, so black must not rely on it.
-    saturation = chroma / torch.where(value == 0, torch.ones_like(value), value + eps)
-    return torch.stack([hue_of(red, green, blue, value, chroma), saturation, value], -3)
+    return chroma / torch.where(value == 0, torch.ones_like(value), value + eps)
 
 
 def hsv_to_rgb(image: Tensor) -> Tensor:

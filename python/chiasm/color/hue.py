@@ -7,8 +7,9 @@ from torch import Tensor
 def hue_of(red: Tensor, green: Tensor, blue: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
     """Hue in radians [0, 2 pi), 0 where there is no chroma; ``value`` is the largest channel, ``chroma`` the spread."""
     safe = torch.where(chroma == 0, torch.ones_like(chroma), chroma)
-    blue_or_green = torch.where(value == green, 2.0 + (blue - red) / safe, 4.0 + (red - green) / safe)
-    hue = torch.where(value == red, (green - blue) / safe, blue_or_green)
+    # One division for the three cases, which compilers would compute and choose from.
+    step = torch.where(value == red, green - blue, torch.where(value == green, blue - red, red - green)) / safe
+    hue = torch.where(value == red, step, torch.where(value == green, 2.0 + step, 4.0 + step))
     return torch.where(hue < 0, hue + 6.0, hue) * 1.0471975511965976  # pi / 3, one sixth of a turn
 
 
@@ -20,5 +21,5 @@ def from_hue(hue: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
 
 def _channel(sixths: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
     # Without cases, so that no rounding near a multiple of 60 degrees can tell two backends apart.
-    k = sixths - 6.0 * torch.floor(sixths.detach() / 6.0)
+    k = sixths - 6.0 * torch.floor(sixths.detach() * 0.16666666666666666)
     return value - chroma * torch.minimum(k, 4.0 - k).clamp(0.0, 1.0)

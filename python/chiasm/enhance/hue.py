@@ -5,7 +5,7 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..color.hsv import rgb_to_hsv
+from ..color.hsv import hue_value_chroma, saturation_of
 from ..color.hue import from_hue
 from ..primitives.factors import per_sample
 from ..primitives.planes import rgb_planes
@@ -29,8 +29,8 @@ def adjust_hue(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
         >>> adjust_hue(torch.tensor([1.0, 0.0, 0.0]).reshape(3, 1, 1), 2.0943951).flatten()
         tensor([0., 1., 0.])
     """
-    hue, saturation, value = rgb_planes(rgb_to_hsv(image), "image")
-    return from_hue(hue + _plane_factor(factor, image), value, value * saturation)
+    hue, value, chroma = hue_value_chroma(image)
+    return from_hue(hue + _plane_factor(factor, image), value, chroma)
 
 
 def adjust_hue_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
@@ -75,7 +75,8 @@ def adjust_saturation(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
         >>> adjust_saturation(torch.tensor([0.8, 0.4, 0.4]).reshape(3, 1, 1), 0.5).flatten()
         tensor([0.8000, 0.6000, 0.6000])
     """
-    hue, saturation, value = rgb_planes(rgb_to_hsv(image), "image")
+    hue, value, chroma = hue_value_chroma(image)
+    saturation = saturation_of(value, chroma, 1e-8)
     return from_hue(hue, value, value * (saturation * _plane_factor(factor, image)).clamp(0.0, 1.0))
 
 

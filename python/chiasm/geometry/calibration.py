@@ -13,6 +13,7 @@ from ..primitives.direct_linear import hartley, projective_equations
 from ..primitives.intrinsics import from_pixels, to_pixels, with_one
 from ..primitives.lens import coefficients, distort, tilt_matrices, under_homography, undistort
 from ..primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenvector
+from ..primitives.materialise import materialised
 from ..primitives.rotations import nearest_rotation
 from ..primitives.warping import sample_image
 
@@ -147,9 +148,9 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     lens = dist.to(precision).reshape(-1, 1, dist.size(-1))
     row = torch.arange(height, device=image.device).to(precision)[None, :, None]
     column = torch.arange(width, device=image.device).to(precision)[None, None, :]
-    x = (column - camera[:, 0:1, 2:3]) / camera[:, 0:1, 0:1] + torch.zeros_like(row)
-    y = (row - camera[:, 1:2, 2:3]) / camera[:, 1:2, 1:2] + torch.zeros_like(column)
-    # Rows and columns stay apart: native code has no vector form of dividing a position by the width.
+    # Rows and columns stay apart: native code has no vector form of dividing a position by the width. Stored, a column is divided once.
+    x = materialised((column - camera[:, 0:1, 2:3]) / camera[:, 0:1, 0:1], 2)
+    y = (row - camera[:, 1:2, 2:3]) / camera[:, 1:2, 1:2]
     x, y = _lens(x, y, lens)
     x = x * camera[:, 0:1, 0:1] + camera[:, 0:1, 2:3]
     y = y * camera[:, 1:2, 1:2] + camera[:, 1:2, 2:3]

@@ -7,12 +7,11 @@ from torch import Tensor
 
 from ..color.gray import rgb_to_grayscale
 from ..color.rgb import bgr_to_rgb
-from ..enhance.normalize import normalize
 from ..filters.gaussian import gaussian_blur2d
 from ..filters.gradient import sobel
 from ..geometry.transform.resize import resize
-from ..primitives.materialise import materialised
-from ..primitives.stencil import join_channels, split_channels
+from ..primitives import kernels
+from ..primitives.stencil import join_channels
 
 
 def preprocess(
@@ -38,11 +37,10 @@ def preprocess(
         >>> preprocess(torch.zeros(480, 640, 3, dtype=torch.uint8)).shape
         torch.Size([1, 3, 224, 224])
     """
-    # Plane by plane, before and after: AOTInductor would keep the frame's interleaved layout, which resizing has to copy.
-    planes = join_channels(split_channels(_frame_to_rgb(frame)))
-    image = resize(planes, (224, 224)) / 255.0
-    out = normalize(image, torch.tensor(mean, device=image.device), torch.tensor(std, device=image.device))
-    return join_channels(split_channels(out))
+    image = resize(frame_to_rgb(frame), (224, 224))
+    # As one product and one sum of each plane, numbers that native code has in its loop.
+    planes = [image[:, c : c + 1] * (1.0 / (255.0 * s)) - m / s for c, (m, s) in enumerate(zip(mean, std))]
+    return join_channels(planes)
 
 
 def edges(frame: Tensor) -> Tensor:
@@ -65,15 +63,28 @@ def edges(frame: Tensor) -> Tensor:
         >>> edges(torch.full((48, 64, 3), 7, dtype=torch.uint8)).max()
         tensor(0, dtype=torch.uint8)
     """
-    grey = materialised(rgb_to_grayscale(_frame_to_rgb(frame)), 2)
-    strength = sobel(gaussian_blur2d(grey, (5, 5), (1.0, 1.0)), normalized=False)
+    strength = sobel(gaussian_blur2d(frame_to_grey(frame), (5, 5), (1.0, 1.0)), normalized=False)
     return torch.round(strength).clamp(0.0, 255.0).to(torch.uint8)[0, 0]
 
 
-def _frame_to_rgb(frame: Tensor) -> Tensor:
-    """(1, 3, H, W), float32, RGB, in [0, 255]."""
+def frame_to_rgb(frame: Tensor) -> Tensor:
+    """(1, 3, H, W), float32, RGB, in [0, 255], of a frame."""
+    _check(frame)
+    if not torch.jit.is_scripting() and kernels.available(frame):
+        return kernels.frame_to_rgb(frame)
+    return bgr_to_rgb(frame.permute(2, 0, 1)[None].to(torch.float32))
+
+
+def frame_to_grey(frame: Tensor) -> Tensor:
+    """(1, 1, H, W), float32, in [0, 255]: the luma of a frame."""
+    _check(frame)
+    if not torch.jit.is_scripting() and kernels.available(frame):
+        return kernels.frame_to_grey(frame)
+    return rgb_to_grayscale(frame_to_rgb(frame))
+
+
+def _check(frame: Tensor) -> None:
     if frame.dtype != torch.uint8:
         raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
     if frame.dim() != 3 or frame.size(2) != 3:
         raise ValueError(f"frame: expected shape (H, W, 3), got {list(frame.shape)}")
-    return bgr_to_rgb(frame.permute(2, 0, 1)[None].to(torch.float32))

@@ -64,6 +64,12 @@ _structured_range = _operator(
 )
 _median3x3 = _operator("median3x3(Tensor x, int border) -> Tensor", lambda x, *_: x.new_empty(x.shape))
 _integral = _operator("integral(Tensor x) -> Tensor", lambda x: x.new_empty(x.shape))
+_frame_to_rgb = _operator(
+    "frame_to_rgb(Tensor frame) -> Tensor", lambda frame: frame.new_empty([1, 3, frame.size(0), frame.size(1)], dtype=torch.float32)
+)
+_frame_to_grey = _operator(
+    "frame_to_grey(Tensor frame) -> Tensor", lambda frame: frame.new_empty([1, 1, frame.size(0), frame.size(1)], dtype=torch.float32)
+)
 _to_levels = _operator("to_levels(Tensor x) -> Tensor", lambda x: x.new_empty(x.shape, dtype=torch.uint8))
 _extents = _operator("extents(Tensor x) -> Tensor", lambda x: x.new_empty([2, x.size(0), 1]))
 _bin_counts = _operator(
@@ -176,6 +182,16 @@ def median3x3(x: Tensor, border_type: str) -> Tensor:
 def integral(x: Tensor) -> Tensor:
     """Cumulative sums along the rows, then along the columns of (*, H, W)."""
     return _integral(x)
+
+
+def frame_to_rgb(frame: Tensor) -> Tensor:
+    """``frames.frame_to_rgb``."""
+    return _frame_to_rgb(frame)
+
+
+def frame_to_grey(frame: Tensor) -> Tensor:
+    """``frames.frame_to_grey``."""
+    return _frame_to_grey(frame)
 
 
 def to_levels(x: Tensor) -> Tensor:

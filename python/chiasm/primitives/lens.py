@@ -1,7 +1,7 @@
 """Lens distortion on the plane z = 1: D. Brown's radial and tangential terms, and what OpenCV adds to them.
 
-Coefficients are a list of 14, each of which broadcasts with the points: k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 and the tilt of
-the sensor about x and y. Sources: D. Brown, Close-range camera calibration, Photogrammetric Engineering 37(8), 1971; OpenCV's
+Coefficients are a list of 4, 5, 8, 12 or 14, each of which broadcasts with the points: k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 and
+the tilt of the sensor about x and y. What a list leaves out is not computed. Sources: D. Brown, Close-range camera calibration, Photogrammetric Engineering 37(8), 1971; OpenCV's
 documentation of calib3d; T. Louhichi et al., Self-calibration of Scheimpflug cameras, Meas. Sci. Technol. 18, 2007, for the tilt.
 """
 
@@ -14,23 +14,21 @@ from .linalg import small_matmul
 
 
 def coefficients(dist: Tensor) -> List[Tensor]:
-    """The columns of (*, n), n <= 14, as 14 tensors (*, 1); those that are not there are zeros."""
-    columns: List[Tensor] = []
-    for i in range(14):
-        if i < dist.size(-1):
-            columns.append(dist[..., i : i + 1])
-        else:
-            columns.append(torch.zeros_like(dist[..., 0:1]))
-    return columns
+    """The columns of (*, n), as n tensors (*, 1)."""
+    return [dist[..., i : i + 1] for i in range(dist.size(-1))]
 
 
 def distort(x: Tensor, y: Tensor, k: List[Tensor]) -> Tuple[Tensor, Tensor]:
     """Where the lens takes points of the plane z = 1 (the tilt apart)."""
     q = x * x + y * y
-    ratio, _ = _radial(q, k)
+    ratio = _polynomial(q, k, 0)
+    if len(k) > 5:
+        ratio = ratio / _polynomial(q, k, 5)
     twist = 2.0 * x * y
-    dx = x * ratio + k[2] * twist + k[3] * (q + 2.0 * x * x) + q * (k[8] + q * k[9])
-    dy = y * ratio + k[2] * (q + 2.0 * y * y) + k[3] * twist + q * (k[10] + q * k[11])
+    dx = x * ratio + k[2] * twist + k[3] * (q + 2.0 * x * x)
+    dy = y * ratio + k[2] * (q + 2.0 * y * y) + k[3] * twist
+    if len(k) > 8:
+        dx, dy = dx + q * (k[8] + q * k[9]), dy + q * (k[10] + q * k[11])
     return dx, dy
 
 
@@ -45,26 +43,37 @@ def undistort(x: Tensor, y: Tensor, k: List[Tensor], steps: int) -> Tuple[Tensor
     return _newton_step(u, v, dx - x, dy - y, fixed)
 
 
-def _radial(q: Tensor, k: List[Tensor]) -> Tuple[Tensor, Tensor]:
-    """The radial factor as a function of the squared radius, and its derivative."""
-    upper = 1.0 + q * (k[0] + q * (k[1] + q * k[4]))
-    lower = 1.0 + q * (k[5] + q * (k[6] + q * k[7]))
-    d_upper = k[0] + q * (2.0 * k[1] + q * 3.0 * k[4])
-    d_lower = k[5] + q * (2.0 * k[6] + q * 3.0 * k[7])
-    ratio = upper / lower
-    return ratio, (d_upper - ratio * d_lower) / lower
+def _polynomial(q: Tensor, k: List[Tensor], first: int) -> Tensor:
+    """1 + k1 q + k2 q^2 + k3 q^3, or with ``first`` 5 that of k4, k5 and k6."""
+    third = 4 if first == 0 else 7
+    if third < len(k):
+        return 1.0 + q * (k[first] + q * (k[first + 1] + q * k[third]))
+    return 1.0 + q * (k[first] + q * k[first + 1])
+
+
+def _slope(q: Tensor, k: List[Tensor], first: int) -> Tensor:
+    """The derivative of ``_polynomial``."""
+    third = 4 if first == 0 else 7
+    if third < len(k):
+        return k[first] + q * (2.0 * k[first + 1] + q * 3.0 * k[third])
+    return k[first] + q * (2.0 * k[first + 1])
 
 
 def _newton_step(u: Tensor, v: Tensor, rx: Tensor, ry: Tensor, k: List[Tensor]) -> Tuple[Tensor, Tensor]:
     """(u, v) minus the inverse of distort's derivative there times the residual (rx, ry)."""
     q = u * u + v * v
-    ratio, slope = _radial(q, k)
-    thin_x, thin_y = 2.0 * (k[8] + 2.0 * q * k[9]), 2.0 * (k[10] + 2.0 * q * k[11])
-    mixed = 2.0 * (u * v * slope + k[2] * u + k[3] * v)
-    a = ratio + 2.0 * u * u * slope + 2.0 * k[2] * v + 6.0 * k[3] * u + thin_x * u
-    b = mixed + thin_x * v
-    c = mixed + thin_y * u
-    d = ratio + 2.0 * v * v * slope + 6.0 * k[2] * v + 2.0 * k[3] * u + thin_y * v
+    ratio, slope = _polynomial(q, k, 0), _slope(q, k, 0)
+    if len(k) > 5:
+        lower = _polynomial(q, k, 5)
+        ratio = ratio / lower
+        slope = (slope - ratio * _slope(q, k, 5)) / lower
+    b = 2.0 * (u * v * slope + k[2] * u + k[3] * v)
+    a = ratio + 2.0 * u * u * slope + 2.0 * k[2] * v + 6.0 * k[3] * u
+    d = ratio + 2.0 * v * v * slope + 6.0 * k[2] * v + 2.0 * k[3] * u
+    c = b
+    if len(k) > 8:
+        thin_x, thin_y = 2.0 * (k[8] + 2.0 * q * k[9]), 2.0 * (k[10] + 2.0 * q * k[11])
+        a, b, c, d = a + thin_x * u, b + thin_x * v, c + thin_y * u, d + thin_y * v
     determinant = a * d - b * c
     return u - (d * rx - b * ry) / determinant, v - (a * ry - c * rx) / determinant
 

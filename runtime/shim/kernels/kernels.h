@@ -56,6 +56,12 @@ void median3x3(const T* x, Planes planes, Border border, T* out);
 template <class T>
 void integral(const T* x, Planes planes, T* out);
 
+/** The planes R, G, B of n pixels that are bytes B, G, R. */
+void frame_to_rgb(const uint8_t* frame, int64_t n, float* out);
+
+/** Their luma of ITU-R BT.601, in [0, 255]. */
+void frame_to_grey(const uint8_t* frame, int64_t n, float* out);
+
 /** The nearest of 256 levels of each of n values in [0, 1], halves up; what is outside counts as 0 or 1, NaN as 0. */
 template <class T>
 void to_levels(const T* x, int64_t n, uint8_t* levels);
