@@ -66,6 +66,30 @@ TYPED_TEST(Resampling, SamplesAreTheirDefinition) {
         }
 }
 
+TYPED_TEST(Resampling, RowsReadForwardsAcrossAllBordersAreTheirDefinition) {
+  using T = TypeParam;
+  constexpr int64_t height = 70, width = 190;
+  const Images images{1, 2, 40, 150};
+  const int64_t plane = images.height * images.width;
+  const auto image = this->random(images.channels * plane, 0, 1);
+  std::vector<T> x(height * width), y(x), out(static_cast<size_t>(images.channels * height * width));
+  for (const double step : {0.0625, 0.9375, 1.0, 1.25})
+    for (const double slope : {0.0, 0.03125, -0.03125, 1.0}) {
+      for (int64_t i = 0; i < height * width; ++i) {
+        const double u = double(i % width), v = double(i / width);
+        x[size_t(i)] = T(u * step - 10.5 + 0.25 * v);
+        y[size_t(i)] = T(0.75 * v - 3.5 + u * slope);
+      }
+      sample(image.data(), images, x.data(), y.data(), height, width, Interpolation::kBilinear, Padding::kZeros, true, out.data());
+      for (int64_t i = 0; i < int64_t(out.size()); ++i) {
+        const size_t at = size_t(i % (height * width));
+        const T* const source = image.data() + i / (height * width) * plane;
+        ASSERT_NEAR(double(out[size_t(i)]), sampled(source, images.height, images.width, double(x[at]), double(y[at]), Interpolation::kBilinear), 1e-5)
+            << "at " << x[at] << ", " << y[at] << ", step " << step << ", slope " << slope;
+      }
+    }
+}
+
 TYPED_TEST(Resampling, PositionsThatAreNoNumbersOrHugeReadNothing) {
   using T = TypeParam;
   const Images images{1, 1, 9, 9};

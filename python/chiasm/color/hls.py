@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.planes import rgb_planes
-from .hue import from_hue, hue_of
+from .hue import from_hue, radians, sixths_of
 
 
 def rgb_to_hls(image: Tensor, eps: float = 1e-8) -> Tensor:
@@ -110,7 +110,7 @@ def _hue_lightness_saturation(image: Tensor, eps: float) -> Tuple[Tensor, Tensor
     # The largest chroma that this lightness allows: zero for black and for white.
     room = torch.minimum(total, 2.0 - total)
     saturation = chroma / torch.where(room == 0, torch.ones_like(room), room + eps)
-    return hue_of(red, green, blue, value, chroma), total * 0.5, saturation
+    return radians(sixths_of(red, green, blue, value, chroma)), total * 0.5, saturation
 
 
 def _rgb(hue: Tensor, lightness: Tensor, saturation: Tensor) -> Tensor:

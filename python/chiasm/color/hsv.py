@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.planes import rgb_planes
-from .hue import from_hue, hue_of
+from .hue import from_hue, radians, sixths_of
 
 
 def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
@@ -30,16 +30,16 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
         >>> rgb_to_hsv(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([0., 1., 1.])
     """
-    hue, value, chroma = hue_value_chroma(image)
-    return torch.stack([hue, saturation_of(value, chroma, eps), value], -3)
+    sixths, value, chroma = sixths_value_chroma(image)
+    return torch.stack([radians(sixths), saturation_of(value, chroma, eps), value], -3)
 
 
-def hue_value_chroma(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """Planes (*, H, W): hue, largest channel and spread, apart from each other, because native code stores what is stacked."""
+def sixths_value_chroma(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    """Planes (*, H, W): hue in sixths of a turn, largest channel and spread, apart from each other, because native code stores what is stacked."""
     red, green, blue = rgb_planes(image, "image")
     value = torch.maximum(torch.maximum(red, green), blue)
     chroma = value - torch.minimum(torch.minimum(red, green), blue)
-    return hue_of(red, green, blue, value, chroma), value, chroma
+    return sixths_of(red, green, blue, value, chroma), value, chroma
 
 
 def saturation_of(value: Tensor, chroma: Tensor, eps: float) -> Tensor:
@@ -51,7 +51,7 @@ def hsv_to_rgb(image: Tensor) -> Tensor:
     """RGB in [0, 1] from hue in radians, saturation and value.
 
     A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978, written without cases: every channel is
-    V - V S clamp(min(k, 4 - k), 0, 1) with k = (n + 3 H / pi) mod 6, n = 5, 3, 1 for R, G, B.
+    V - V S clamp(d, 0, 1) with d = 2 - |h - 3|, |h - 2| - 1, |h - 4| - 1 for R, G, B and h = 3 H / pi mod 6.
 
     Args:
         image: HSV image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and value in [0, 1].

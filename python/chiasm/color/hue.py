@@ -4,22 +4,29 @@ import torch
 from torch import Tensor
 
 
-def hue_of(red: Tensor, green: Tensor, blue: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
-    """Hue in radians [0, 2 pi), 0 where there is no chroma; ``value`` is the largest channel, ``chroma`` the spread."""
+def sixths_of(red: Tensor, green: Tensor, blue: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
+    """Hue in sixths of a turn, [-1, 5], 0 where there is no chroma; ``value`` is the largest channel, ``chroma`` the spread."""
     safe = torch.where(chroma == 0, torch.ones_like(chroma), chroma)
-    # One division for the three cases, which compilers would compute and choose from.
+    # One division for the three cases: compilers would compute all and choose.
     step = torch.where(value == red, green - blue, torch.where(value == green, blue - red, red - green)) / safe
-    hue = torch.where(value == red, step, torch.where(value == green, 2.0 + step, 4.0 + step))
-    return torch.where(hue < 0, hue + 6.0, hue) * 1.0471975511965976  # pi / 3, one sixth of a turn
+    return torch.where(value == red, step, torch.where(value == green, 2.0 + step, 4.0 + step))
+
+
+def radians(sixths: Tensor) -> Tensor:
+    """What ``sixths_of`` gives, in radians [0, 2 pi)."""
+    return torch.where(sixths < 0, sixths + 6.0, sixths) * 1.0471975511965976  # pi / 3
 
 
 def from_hue(hue: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
-    """(*, 3, H, W) of the given hue (radians, any number of turns), largest channel and spread."""
-    sixths = hue * 0.954929658551372  # 3 / pi
-    return torch.stack([_channel(sixths + 5.0, value, chroma), _channel(sixths + 3.0, value, chroma), _channel(sixths + 1.0, value, chroma)], -3)
+    """``from_sixths`` of a hue in radians."""
+    return from_sixths(hue * 0.954929658551372, value, chroma)  # 3 / pi
 
 
-def _channel(sixths: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
+def from_sixths(sixths: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
+    """(*, 3, H, W) of the given hue (sixths of a turn, any number of turns), largest channel and spread."""
     # Without cases, so that no rounding near a multiple of 60 degrees can tell two backends apart.
-    k = sixths - 6.0 * torch.floor(sixths.detach() * 0.16666666666666666)
-    return value - chroma * torch.minimum(k, 4.0 - k).clamp(0.0, 1.0)
+    h = sixths - 6.0 * torch.floor(sixths.detach() * 0.16666666666666666)
+    red = value - chroma * (2.0 - (h - 3.0).abs()).clamp(0.0, 1.0)
+    green = value - chroma * ((h - 2.0).abs() - 1.0).clamp(0.0, 1.0)
+    blue = value - chroma * ((h - 4.0).abs() - 1.0).clamp(0.0, 1.0)
+    return torch.stack([red, green, blue], -3)

@@ -5,8 +5,8 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..color.hsv import hue_value_chroma, saturation_of
-from ..color.hue import from_hue
+from ..color.hsv import saturation_of, sixths_value_chroma
+from ..color.hue import from_sixths
 from ..primitives.factors import per_sample
 from ..primitives.planes import rgb_planes
 
@@ -29,8 +29,8 @@ def adjust_hue(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
         >>> adjust_hue(torch.tensor([1.0, 0.0, 0.0]).reshape(3, 1, 1), 2.0943951).flatten()
         tensor([0., 1., 0.])
     """
-    hue, value, chroma = hue_value_chroma(image)
-    return from_hue(hue + _plane_factor(factor, image), value, chroma)
+    sixths, value, chroma = sixths_value_chroma(image)
+    return from_sixths(sixths + _plane_factor(factor, image) * 0.954929658551372, value, chroma)  # 3 / pi
 
 
 def adjust_hue_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
@@ -75,9 +75,9 @@ def adjust_saturation(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
         >>> adjust_saturation(torch.tensor([0.8, 0.4, 0.4]).reshape(3, 1, 1), 0.5).flatten()
         tensor([0.8000, 0.6000, 0.6000])
     """
-    hue, value, chroma = hue_value_chroma(image)
+    sixths, value, chroma = sixths_value_chroma(image)
     saturation = saturation_of(value, chroma, 1e-8)
-    return from_hue(hue, value, value * (saturation * _plane_factor(factor, image)).clamp(0.0, 1.0))
+    return from_sixths(sixths, value, value * (saturation * _plane_factor(factor, image)).clamp(0.0, 1.0))
 
 
 def adjust_saturation_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor:

@@ -148,9 +148,9 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     lens = dist.to(precision).reshape(-1, 1, dist.size(-1))
     row = torch.arange(height, device=image.device).to(precision)[None, :, None]
     column = torch.arange(width, device=image.device).to(precision)[None, None, :]
-    # Rows and columns stay apart: native code has no vector form of dividing a position by the width. Stored, a column is divided once.
+    # Rows and columns stay apart: native code has no vector form of dividing a position by the width. Stored, each is divided once.
     x = materialised((column - camera[:, 0:1, 2:3]) / camera[:, 0:1, 0:1], 2)
-    y = (row - camera[:, 1:2, 2:3]) / camera[:, 1:2, 1:2]
+    y = materialised((row - camera[:, 1:2, 2:3]) / camera[:, 1:2, 1:2], 1)
     x, y = _lens(x, y, lens)
     x = x * camera[:, 0:1, 0:1] + camera[:, 0:1, 2:3]
     y = y * camera[:, 1:2, 1:2] + camera[:, 1:2, 2:3]

@@ -9,11 +9,13 @@ namespace {
 
 constexpr int64_t kRun = 256, kRows = 32;
 
-// What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights lie side by side.
+// What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights lie side by side. Where the pairs of a
+// vector of positions lie among nine pixels in a row, which two loads have, the first ones' weights come before the second ones'.
 template <class T>
 struct Neighbours {
   alignas(64) int32_t index[kRun];
   alignas(64) T upper[2 * kRun], lower[2 * kRun];
+  bool near[kRun / Vector<T>::kLanes];
 };
 
 // Folds positions into the image, by mirroring at the corner pixels' centres or at the outer edges.
@@ -44,13 +46,22 @@ void place(T* x, int64_t n, int64_t size, Padding padding, bool corners) {
 
 // Of each position the pair of pixels to read along an axis, as its first one, and their weights, 0 where they are outside.
 template <class T>
-void pair_up(T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weight1) {
+void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weight1) {
   using V = Vector<T>;
-  limit(x, n, T(-2), static_cast<T>(size + 1));  // one pixel outside is as empty as a thousand
-  const auto zero = V::all(0), end = V::all(static_cast<T>(size - 1)), last = V::all(static_cast<T>(std::max<int64_t>(size - 2, 0)));
+  const auto zero = V::all(0), one = V::all(1), end = V::all(static_cast<T>(size - 1)), last = V::all(static_cast<T>(std::max<int64_t>(size - 2, 0)));
+  const auto least = V::all(-2), greatest = V::all(static_cast<T>(size + 1));
   for (int64_t i = 0; i < n; i += V::kLanes) {
-    const auto position = V::load(x + i), pixel = V::floor(position), fraction = position - pixel, from = V::min(V::max(pixel, zero), last);
-    const auto near = V::where((pixel >= zero) & (pixel <= end), V::all(1) - fraction), far = V::where((pixel >= V::all(-1)) & (pixel < end), fraction);
+    const auto given = V::load(x + i);
+    if (size > 1 && V::all_of((given >= zero) & (given <= end))) {
+      const auto from = V::min(V::floor(given), last), fraction = given - from;
+      V::store_whole(first + i, from);
+      V::store(weight0 + i, one - fraction);
+      V::store(weight1 + i, fraction);
+      continue;
+    }
+    const auto position = V::min(V::max(given, least), greatest);  // one pixel outside is as empty as a thousand; not a number is, too
+    const auto pixel = V::floor(position), fraction = position - pixel, from = V::min(V::max(pixel, zero), last);
+    const auto near = V::where((pixel >= zero) & (pixel <= end), one - fraction), far = V::where((pixel >= -one) & (pixel < end), fraction);
     // Before the first pixel the second of the two is the pair's first, and at the last pixel the first is the pair's second.
     V::store_whole(first + i, from);
     V::store(weight0 + i, V::where(pixel == from, near) + V::where(pixel < from, far));
@@ -58,18 +69,51 @@ void pair_up(T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weigh
   }
 }
 
+// Where a row is read forwards and not by larger steps than one, the pixels at indices lie among eight in a row: how far each is from the first.
+inline __m256i from_first(const int32_t* index) {
+  return _mm256_sub_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), _mm256_set1_epi32(*index));
+}
+
+inline bool among_eight(__m256i from_first) { return _mm256_testz_si256(from_first, _mm256_set1_epi32(~7)); }
+
+// Puts weights of pairs side by side.
+inline void store_pairs(float* p, __m256 first, __m256 second) {
+  const __m256 low = _mm256_unpacklo_ps(first, second), high = _mm256_unpackhi_ps(first, second);
+  _mm256_storeu_ps(p, _mm256_permute2f128_ps(low, high, 0x20));
+  _mm256_storeu_ps(p + 8, _mm256_permute2f128_ps(low, high, 0x31));
+}
+
+inline void store_pairs(double* p, __m256d first, __m256d second) {
+  const __m256d low = _mm256_unpacklo_pd(first, second), high = _mm256_unpackhi_pd(first, second);
+  _mm256_storeu_pd(p, _mm256_permute2f128_pd(low, high, 0x20));
+  _mm256_storeu_pd(p + 4, _mm256_permute2f128_pd(low, high, 0x31));
+}
+
 template <class T>
-void bilinear_taps(T* x, T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Neighbours<T>& taps) {
+void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Neighbours<T>& taps) {
+  using V = Vector<T>;
+  constexpr int64_t lanes = V::kLanes;
   int32_t column[kRun], row[kRun];
   T left[kRun], right[kRun], top[kRun], bottom[kRun];
   pair_up(x, n, width, column, left, right);
   pair_up(y, n, height, row, top, bottom);
   for (int64_t i = 0; i < n; ++i) taps.index[i] = row[i] * static_cast<int32_t>(stride) + column[i];
-  for (int64_t i = 0; i < n; ++i) {
-    taps.upper[2 * i] = top[i] * left[i];
-    taps.upper[2 * i + 1] = top[i] * right[i];
-    taps.lower[2 * i] = bottom[i] * left[i];
-    taps.lower[2 * i + 1] = bottom[i] * right[i];
+  const int64_t last = (height - 2) * stride + width - 9;  // the last pixel that has nine in its row and below
+  for (int64_t i = 0; i < n; i += lanes) {
+    const auto first = V::load(left + i), second = V::load(right + i), above = V::load(top + i), below = V::load(bottom + i);
+    bool near = false;
+    if constexpr (lanes == 8) near = i + lanes <= n && taps.index[i] <= last && among_eight(from_first(taps.index + i));
+    taps.near[i / lanes] = near;
+    T *const upper = taps.upper + 2 * i, *const lower = taps.lower + 2 * i;
+    if (near) {
+      V::store(upper, above * first);
+      V::store(upper + lanes, above * second);
+      V::store(lower, below * first);
+      V::store(lower + lanes, below * second);
+    } else {
+      store_pairs(upper, above * first, above * second);
+      store_pairs(lower, below * first, below * second);
+    }
   }
 }
 
@@ -100,7 +144,19 @@ void bilinear(const T* plane, int64_t stride, const Neighbours<T>& taps, int64_t
     return pairs(plane, taps.index + i) * V::load(taps.upper + 2 * i) + pairs(below, taps.index + i) * V::load(taps.lower + 2 * i);
   };
   int64_t i = 0;
-  for (; i + lanes <= n; i += lanes) V::store(out + i, sum_pairs(weighted(i), weighted(i + lanes / 2)));
+  for (; i + lanes <= n; i += lanes) {
+    if constexpr (lanes == 8) {
+      if (taps.near[i / lanes]) {
+        const T *const a = plane + taps.index[i], *const b = a + stride, *const upper = taps.upper + 2 * i, *const lower = taps.lower + 2 * i;
+        const __m256i from = from_first(taps.index + i);
+        const auto first = V::pick(V::load(a), from) * V::load(upper) + V::pick(V::load(b), from) * V::load(lower);
+        const auto second = V::pick(V::load(a + 1), from) * V::load(upper + lanes) + V::pick(V::load(b + 1), from) * V::load(lower + lanes);
+        V::store(out + i, first + second);
+        continue;
+      }
+    }
+    V::store(out + i, sum_pairs(weighted(i), weighted(i + lanes / 2)));
+  }
   for (; i < n; ++i) {
     const T *const a = plane + taps.index[i], *const b = below + taps.index[i];
     out[i] = (a[0] * taps.upper[2 * i] + b[0] * taps.lower[2 * i]) + (a[1] * taps.upper[2 * i + 1] + b[1] * taps.lower[2 * i + 1]);
@@ -136,10 +192,10 @@ void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t wid
   }
 }
 
-// The pixels at indices. Where a row is read forwards and not by larger steps than one, they lie among eight in a row, and one load has them.
+// The pixels at indices, by one load where they lie among eight.
 inline __m256 pixels(const float* plane, const int32_t* index, int64_t size) {
-  const __m256i from_first = _mm256_sub_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), _mm256_set1_epi32(*index));
-  if (_mm256_testz_si256(from_first, _mm256_set1_epi32(~7)) && *index + 8 <= size) return _mm256_permutevar8x32_ps(_mm256_loadu_ps(plane + *index), from_first);
+  const __m256i from = from_first(index);
+  if (among_eight(from) && *index + 8 <= size) return Vector<float>::pick(Vector<float>::load(plane + *index), from);
   return Vector<float>::gather(plane, index);
 }
 
@@ -156,7 +212,7 @@ void nearest(const T* plane, int64_t size, const Neighbours<T>& taps, int64_t n,
 // Has pixels on their way that are read a row later: an image of some megabytes is read across its rows, which the CPU does not foresee.
 template <class T>
 void prefetch(const T* plane, const int32_t* index, int64_t n) {
-  for (int64_t i = 0; i < n; i += 4) _mm_prefetch(reinterpret_cast<const char*>(plane + index[i]), _MM_HINT_T0);
+  for (int64_t i = 0; i < n; i += 8) _mm_prefetch(reinterpret_cast<const char*>(plane + index[i]), _MM_HINT_T0);
 }
 
 // Samples where positions(image, row, column, n, x, y) says.

@@ -34,6 +34,50 @@ void weigh(const T* const* sources, const T* taps, int64_t count, T* out, int64_
   }
 }
 
+// The same with 2 * kPairs + 1 taps that are the same from both ends: a product for each pair, as stencil.weigh_shifts has it.
+template <class T, int kPairs>
+void weigh_pairs(const T* const* sources, const T* taps, int64_t, T* out, int64_t n) {
+  using V = Vector<T>;
+  constexpr int64_t lanes = V::kLanes;
+  const T* from[2 * kPairs + 1];
+  typename V::Type tap[kPairs + 1];
+  for (int k = 0; k <= 2 * kPairs; ++k) from[k] = sources[k];
+  for (int k = 0; k <= kPairs; ++k) tap[k] = V::all(taps[k]);
+  int64_t x = 0;
+  for (; x + 2 * lanes <= n; x += 2 * lanes) {
+    const T* p = from[kPairs] + x;
+    auto a = V::load(p) * tap[kPairs], b = V::load(p + lanes) * tap[kPairs];
+#pragma GCC unroll 8
+    for (int k = 0; k < kPairs; ++k) {
+      const T *const first = from[k] + x, *const last = from[2 * kPairs - k] + x;
+      a += (V::load(first) + V::load(last)) * tap[k];
+      b += (V::load(first + lanes) + V::load(last + lanes)) * tap[k];
+    }
+    V::store(out + x, a);
+    V::store(out + x + lanes, b);
+  }
+  for (; x < n; ++x) {
+    T sum = from[kPairs][x] * taps[kPairs];
+    for (int k = 0; k < kPairs; ++k) sum += (from[k][x] + from[2 * kPairs - k][x]) * taps[k];
+    out[x] = sum;
+  }
+}
+
+template <class T>
+using Weigh = void (*)(const T* const* sources, const T* taps, int64_t count, T* out, int64_t n);
+
+template <class T>
+Weigh<T> weigh_by(const T* taps, int64_t count) {
+  for (int64_t k = 0; k < count / 2; ++k)
+    if (taps[k] != taps[count - 1 - k]) return weigh<T>;
+  switch (count) {
+    case 3: return weigh_pairs<T, 1>;
+    case 5: return weigh_pairs<T, 2>;
+    case 7: return weigh_pairs<T, 3>;
+    default: return weigh<T>;
+  }
+}
+
 // out[k] = scale * out[k] + centre * x[k]
 template <class T>
 void combine(const T* x, T scale, T centre, T* out, int64_t n) {
@@ -55,6 +99,7 @@ void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t p
     const T* const image = x + tile.plane * height * width;
     const T* const weights_y = taps_y + (planes_per_row_y ? tile.plane / planes_per_row_y * ky : 0);
     const T* const weights_x = taps_x + (planes_per_row_x ? tile.plane / planes_per_row_x * kx : 0);
+    const Weigh<T> down = weigh_by(weights_y, ky), across = weigh_by(weights_x, kx);
     const T** const rows = all_sources.data() + (ky + kx) * omp_get_thread_num();
     const T** const shifts = rows + ky;
     const Span span(tile, width, rx, rx);
@@ -65,10 +110,10 @@ void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t p
         const int64_t row = inside(y + i - ry, height, border);
         rows[i] = row < 0 ? zeros.data() : image + row * width + span.first;
       }
-      weigh(rows, weights_y, ky, buffer + span.first - tile.left, span.count());
+      down(rows, weights_y, ky, buffer + span.first - tile.left, span.count());
       extend(buffer, tile, width, rx, rx, border, T(0));
       const int64_t start = (tile.plane * height + y) * width + tile.left, columns = tile.right - tile.left;
-      weigh(shifts, weights_x, kx, out + start, columns);
+      across(shifts, weights_x, kx, out + start, columns);
       if (scale != 1 || centre != 0) combine(x + start, scale, centre, out + start, columns);
     }
   });

@@ -28,6 +28,7 @@ struct Vector<float> {
   static void store_whole(int32_t* p, Type v) { _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), _mm256_cvttps_epi32(v)); }
   using Mask = decltype(Type{} > Type{});
   static bool any(Mask m) { return _mm256_movemask_ps((Type)m) != 0; }
+  static bool all_of(Mask m) { return _mm256_movemask_ps((Type)m) == 0xff; }
   static Type where(Mask m, Type v) { return _mm256_and_ps((Type)m, v); }  // 0 elsewhere
 };
 
@@ -48,6 +49,7 @@ struct Vector<double> {
   static void store_whole(int32_t* p, Type v) { _mm_storeu_si128(reinterpret_cast<__m128i*>(p), _mm256_cvttpd_epi32(v)); }
   using Mask = decltype(Type{} > Type{});
   static bool any(Mask m) { return _mm256_movemask_pd((Type)m) != 0; }
+  static bool all_of(Mask m) { return _mm256_movemask_pd((Type)m) == 0xf; }
   static Type where(Mask m, Type v) { return _mm256_and_pd((Type)m, v); }  // 0 elsewhere
 };
 
