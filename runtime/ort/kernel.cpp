@@ -126,7 +126,7 @@ void Kernel::run(OrtKernelContext* context) {
     std::exception_ptr error;
     void run() noexcept {
       try {
-        model.run(call.inputs, call.outputs, host);
+        model.run(call.inputs, call.outputs, host, host.fork);
       } catch (...) {
         error = std::current_exception();
       }

@@ -62,6 +62,32 @@ TEST(Workers, AnIdleOneIsTakenAgainAfterItFellAsleep) {
   EXPECT_EQ(complete, 3);
 }
 
+TEST(Workers, SharedPiecesAreEachDoneOnceAlsoByThoseThatComeLate) {
+  static Workers& workers = *new Workers(3);
+  struct Work {
+    std::atomic<int> next{0}, callers{0};
+    std::vector<std::atomic<int>> done = std::vector<std::atomic<int>>(1000);
+  };
+  const auto body = [](void* argument, int32_t, int32_t) {
+    auto& work = *static_cast<Work*>(argument);
+    ++work.callers;
+    for (int piece; (piece = work.next++) < 1000;) {
+      ++work.done[static_cast<size_t>(piece)];
+      // Nobody ends alone: the pieces last until another has come, who may have been asleep.
+      const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+      while (piece == 999 && work.callers < 2 && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
+    }
+  };
+  for (int round = 0; round < 50; ++round) {
+    if (round % 10 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    Work work;
+    workers.share(body, &work);
+    EXPECT_GE(work.callers, 2);
+    EXPECT_LE(work.callers, 4);
+    for (const auto& count : work.done) ASSERT_EQ(count, 1);
+  }
+}
+
 TEST(Workers, CallersAtTheSameTimeShareThem) {
   static Workers& workers = *new Workers(3);
   std::atomic<int> at_work{0}, most{0}, wrong{0};

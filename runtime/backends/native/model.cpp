@@ -99,7 +99,7 @@ int64_t Model::count_parts(const chiasm_tensor* inputs, const chiasm_tensor* out
   return std::min((parts + threads - 1) / threads * threads, samples);  // as many for each thread
 }
 
-void Model::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host) const {
+void Model::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host, Share share) const {
   std::array<chiasm_native_tensor, kMaxTensors> in;
   std::array<chiasm_native_tensor, kMaxTensors> out;
   for (int32_t i = 0; i < request_.input_count; ++i) in[i] = {inputs[i].data, inputs[i].dtype, inputs[i].ndim, inputs[i].shape};
@@ -109,7 +109,7 @@ void Model::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chias
   host.device_index = request_.device_index;
   const auto current = make_current();
   const int64_t parts = host.device_type == CHIASM_CPU ? count_parts(inputs, outputs, host.num_threads) : 1;
-  if (parts > 1) run_parts(in.data(), out.data(), host, parts);
+  if (parts > 1) run_parts(in.data(), out.data(), host, share, parts);
   else run_whole(in.data(), out.data(), host);
 }
 
@@ -159,10 +159,11 @@ struct Model::Parts {
   }
 };
 
-void Model::run_parts(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host, int64_t parts) const {
+void Model::run_parts(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host, Share share,
+                      int64_t parts) const {
   Parts shared{*this, inputs, outputs, host, parts, {}, {}, {}};
   shared.host.num_threads = 1;
-  if (host.num_threads > 1) host.fork(host.context, [](void* all, int32_t, int32_t) { static_cast<Parts*>(all)->work(); }, &shared);
+  if (host.num_threads > 1) share(host.context, [](void* all, int32_t, int32_t) { static_cast<Parts*>(all)->work(); }, &shared);
   else shared.work();
   if (shared.error) std::rethrow_exception(shared.error);
 }

@@ -41,7 +41,7 @@ class Model {
       host.release = [](void*, void* data, size_t bytes) { Pool::instance().release(data, bytes); };
       host.fork = [](void* workers, Workers::Body body, void* argument) { static_cast<Workers*>(workers)->fork(body, argument); };
     }
-    artifact_.run(inputs, outputs, host);
+    artifact_.run(inputs, outputs, host, [](void* workers, Workers::Body body, void* argument) { static_cast<Workers*>(workers)->share(body, argument); });
   }
 
  private:

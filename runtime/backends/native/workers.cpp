@@ -27,7 +27,15 @@ struct Workers::Job {
   Body body;
   void* argument;
   std::atomic<int32_t> count{0};  // of the team, once it is known
-  std::atomic<int32_t> running{0};
+  std::atomic<int32_t> returned{0};
+
+  void wait_for(int32_t others) const {
+    for (int spins = 0; returned.load(std::memory_order_acquire) != others; ++spins) {
+      // The others began when this thread did and have as much to do; one that is late has lost its core.
+      if (spins < kSpins) relax();
+      else std::this_thread::yield();
+    }
+  }
 };
 
 struct Workers::Worker {
@@ -70,7 +78,7 @@ struct Workers::Worker {
       work->body(work->argument, index, count);
       // Free before the caller goes on: he may fork again at once. The job may be gone after the second line.
       taken.store(false, std::memory_order_release);
-      work->running.fetch_sub(1, std::memory_order_release);
+      work->returned.fetch_add(1, std::memory_order_release);
     }
   }
 };
@@ -82,37 +90,63 @@ Workers::Workers(int32_t count) : process_(getpid()) {
   }
 }
 
-void Workers::fork(Body body, void* argument) {
-  constexpr size_t kMost = 256;
-  Worker* mine[kMost];
-  size_t offered = 0;
-  Job job{body, argument};
-  if (getpid() == process_) {
-    for (Worker* worker : workers_) {
-      if (offered == kMost || worker->taken.exchange(true, std::memory_order_acquire)) continue;
+/** The idle workers that a job was offered to; all others' until they have returned. */
+class Workers::Offers {
+ public:
+  Offers(const Workers& workers, Job& job) : job_(job) {
+    if (getpid() != workers.process_) return;
+    for (Worker* worker : workers.workers_) {
+      if (count_ == kMost || worker->taken.exchange(true, std::memory_order_acquire)) continue;
       worker->offer(&job);
-      mine[offered++] = worker;
+      workers_[count_++] = worker;
     }
   }
+
+  bool all_have_come() const {
+    return std::all_of(workers_, workers_ + count_, [](const Worker* w) { return w->job.load(std::memory_order_relaxed) == nullptr; });
+  }
+
+  /** Takes the job back from those that have not come. Returns how many have. */
+  int32_t close() {
+    size_t come = 0;
+    for (size_t i = 0; i < count_; ++i) {
+      if (workers_[i]->withdraw(&job_)) workers_[i]->taken.store(false, std::memory_order_release);
+      else workers_[come++] = workers_[i];
+    }
+    count_ = come;
+    return static_cast<int32_t>(come);
+  }
+
+  /** Those that have come, from 1 on. They must be waiting for the job's count. */
+  void number() {
+    for (size_t i = 0; i < count_; ++i) workers_[i]->index = static_cast<int32_t>(i + 1);
+  }
+
+ private:
+  static constexpr size_t kMost = 256;
+  Job& job_;
+  Worker* workers_[kMost];
+  size_t count_ = 0;
+};
+
+void Workers::fork(Body body, void* argument) {
+  Job job{body, argument};
+  Offers offers(*this, job);
   const auto limit = std::chrono::steady_clock::now() + kPatience;
-  const auto has_come = [](const Worker* worker) { return worker->job.load(std::memory_order_relaxed) == nullptr; };
-  while (!std::all_of(mine, mine + offered, has_come) && std::chrono::steady_clock::now() < limit) relax();
-  int32_t count = 1;
-  for (size_t i = 0; i < offered; ++i) {
-    if (mine[i]->withdraw(&job)) {
-      mine[i]->taken.store(false, std::memory_order_release);
-    } else {
-      mine[i]->index = count++;
-    }
-  }
-  job.running.store(count - 1, std::memory_order_relaxed);
-  job.count.store(count, std::memory_order_release);
-  body(argument, 0, count);
-  for (int spins = 0; job.running.load(std::memory_order_acquire) != 0; ++spins) {
-    // The others began when this thread did and have as much to do; one that is late has lost its core.
-    if (spins < kSpins) relax();
-    else std::this_thread::yield();
-  }
+  while (!offers.all_have_come() && std::chrono::steady_clock::now() < limit) relax();
+  const int32_t others = offers.close();
+  offers.number();
+  job.count.store(others + 1, std::memory_order_release);
+  body(argument, 0, others + 1);
+  job.wait_for(others);
+}
+
+void Workers::share(Body body, void* argument) {
+  Job job{body, argument};
+  job.count.store(1, std::memory_order_release);  // nobody waits for a team
+  Offers offers(*this, job);
+  body(argument, 0, 1);
+  job.wait_for(offers.close());
 }
 
 Workers& Workers::instance(int32_t count) {

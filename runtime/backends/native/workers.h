@@ -22,12 +22,18 @@ class Workers final {
    *  and however many workers are idle and come at once. Must not throw. */
   void fork(Body body, void* argument);
 
+  /** Calls body(argument, ...) on this thread and on however many workers are idle, also on those that come late, and returns when all have
+   *  returned. For work that they take piece by piece: the numbers that body gets mean nothing, and who comes when all is taken finds
+   *  nothing to do. Must not throw. */
+  void share(Body body, void* argument);
+
   /** The process's workers: made at the first call, with that call's count. Never destroyed. */
   static Workers& instance(int32_t count);
 
  private:
   struct Job;
   struct Worker;
+  class Offers;
 
   std::vector<Worker*> workers_;
   int32_t process_;  // a forked child has none of these threads
