@@ -65,7 +65,7 @@ class Spec:
     gradients: inputs that `vjp` differentiates by; None means every floating input, () means no vjp.
     tolerances: per dtype of an output, where DEFAULT_TOLERANCES would not do.
     gradient_tolerances: the same for the results of `vjp`, where they differ from `tolerances`.
-    vectorize: False compiles native loops without SIMD: faster where bytes are gathered, and right where AOTInductor's SIMD loops are not.
+    vectorize: False compiles native loops without SIMD: right where AOTInductor's SIMD loops are not.
     without_nan: True where the op is documented for images without NaN: native minima and maxima then take one instruction, not three.
     takes_gradients: True for a function that calls torch.autograd.grad (a step of an optimisation); it is traced as gradients are, and has no vjp.
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.

@@ -15,7 +15,7 @@ from bench.machine import ROOT
 from examples import use_cases
 from examples.batch import memory, twin
 from examples.batch.measure import Disagreement, agreement, check, measure
-from examples.batch.ours import EAGER, FLAT, NATIVE
+from examples.batch.ours import FLAT, NATIVE
 from examples.batch.page import Measured, aim, section, standing, table
 from examples.batch.plot import log_log
 from examples.batch.race import race
@@ -24,29 +24,25 @@ from examples.batch.ways import Images, Ready, Setup, Way, photographs
 from examples.batch.works import WORKS, export_bundle
 
 KORNIA = (ROOT / ".deps" / "kornia" / "kornia").exists()
-#: compiled within seconds; the other is exported to ONNX alone
-NATIVELY = ("sobel", "edges", "prepare")
 
 
 @pytest.fixture(scope="module")
 def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
     folder = tmp_path_factory.mktemp("batch")
     for work in WORKS:
-        export_bundle(work, SMALL, folder, ("native", "onnx") if work in NATIVELY else ("onnx",))
+        export_bundle(work, SMALL, folder)
     return Setup(SMALL, folder, chiasm.runtime.get_num_threads() or 1)
 
 
 def names(work: str) -> list[str]:
     """The contenders that can run here, but for what compiles for minutes."""
-    without = {"Kornia, torch.compile"} | (set() if work in NATIVELY else {n for n in WORKS[work].ways if n.startswith("chiasm") and n not in (EAGER, FLAT)})
-    return [n for n in WORKS[work].ways if n not in without and (KORNIA or not n.lower().startswith("kornia"))]
+    return [n for n in WORKS[work].ways if n != "Kornia, torch.compile" and (KORNIA or not n.lower().startswith("kornia"))]
 
 
 @pytest.mark.parametrize("work", WORKS)
 def test_contenders_do_the_same_work(setup: Setup, work: str) -> None:
     found = check(work, setup, names(work))
-    assert {"OpenCV", FLAT} <= set(found)
-    assert (NATIVE in found) == (work in NATIVELY)
+    assert {"OpenCV", FLAT, NATIVE} <= set(found)
     assert found["OpenCV"]["most"] > 0  # it is not chiasm's own result
 
 
@@ -116,7 +112,7 @@ class TestTwin:
     def settings(self, setup: Setup, tmp_path_factory: pytest.TempPathFactory) -> Path:
         return twin.write_settings(setup, tmp_path_factory.mktemp("twin"))
 
-    @pytest.mark.parametrize("work", NATIVELY)
+    @pytest.mark.parametrize("work", WORKS)
     def test_makes_what_python_makes(self, setup: Setup, settings: Path, work: str) -> None:
         found, version = twin.check(work, setup, settings)
         assert found[twin.CHIASM]["most"] <= WORKS[work].ways[NATIVE].agrees.tolerance

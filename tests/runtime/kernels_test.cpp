@@ -246,20 +246,36 @@ TYPED_TEST(Kernels, BilateralIsItsDefinition) {
       }
 }
 
-TEST(Frames, PlanesAndLumaAreThoseOfOpenCv) {
+class Frames : public Kernels<float> {};
+
+TEST_F(Frames, LumaIsThatOfOpenCv) {
   for (const int64_t n : {1, 7, 8, 9, 10, 31, 8191, 8201, 20011}) {
     cv::Mat frame(1, int(n), CV_8UC3), numbers, luma;
     cv::randu(frame, 0, 256);
     frame.convertTo(numbers, CV_32F);
     cv::cvtColor(numbers, luma, cv::COLOR_BGR2GRAY);
-    std::vector<cv::Mat> channels;
-    cv::split(numbers, channels);
-    std::vector<float> planes(size_t(3 * n)), grey(static_cast<size_t>(n));
-    frame_to_rgb(frame.data, n, planes.data());
+    std::vector<float> grey(static_cast<size_t>(n));
     frame_to_grey(frame.data, n, grey.data());
-    for (int c = 0; c < 3; ++c) EXPECT_EQ(cv::norm(channels[size_t(2 - c)], cv::Mat(1, int(n), CV_32F, planes.data() + c * n), cv::NORM_INF), 0) << n;
     EXPECT_LE(cv::norm(luma, cv::Mat(1, int(n), CV_32F, grey.data()), cv::NORM_INF), 1e-4) << n;
   }
+}
+
+TEST_F(Frames, ResizingIsThatOfOpenCvOfNumbers) {
+  for (const cv::Size size : {cv::Size(2, 1), cv::Size(5, 8), cv::Size(37, 21), cv::Size(256, 256), cv::Size(301, 133)})
+    for (const cv::Size to : {cv::Size(1, 1), cv::Size(3, 2), cv::Size(37, 21), cv::Size(224, 224)}) {
+      // Of its own memory, so that a sanitizer sees what is read beyond it.
+      std::vector<uint8_t> bytes(static_cast<size_t>(3 * size.area()));
+      cv::Mat frame(size, CV_8UC3, bytes.data()), numbers, resized;
+      cv::randu(frame, 0, 256);
+      frame.convertTo(numbers, CV_32F);
+      cv::resize(numbers, resized, to, 0, 0, cv::INTER_LINEAR);  // at positions rounded to float
+      std::vector<cv::Mat> channels;
+      cv::split(resized, channels);
+      std::vector<float> planes(static_cast<size_t>(3 * to.area()));
+      resize_frame(bytes.data(), size.height, size.width, to.height, to.width, planes.data());
+      for (int c = 0; c < 3; ++c)
+        EXPECT_LE(cv::norm(channels[size_t(2 - c)], cv::Mat(to, CV_32F, planes.data() + c * to.area()), cv::NORM_INF), 1e-2) << size << " to " << to;
+    }
 }
 
 TYPED_TEST(Kernels, LevelsAndBinsAreTheirDefinitions) {

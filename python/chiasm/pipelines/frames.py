@@ -31,13 +31,17 @@ def preprocess(
 
     Raises:
         TypeError: if frame is not uint8.
-        ValueError: if frame is not (H, W, 3).
+        ValueError: if frame is not (H, W, 3), or a standard deviation is not above 0.
 
     Example:
         >>> preprocess(torch.zeros(480, 640, 3, dtype=torch.uint8)).shape
         torch.Size([1, 3, 224, 224])
     """
-    image = resize(frame_to_rgb(frame), (224, 224))
+    _check(frame)
+    for s in std:
+        if s <= 0.0:
+            raise ValueError(f"std: expected numbers above 0, got {std}")
+    image = _resized(frame, 224, 224)
     # As one product and one sum of each plane, numbers that native code has in its loop.
     planes = [image[:, c : c + 1] * (1.0 / (255.0 * s)) - m / s for c, (m, s) in enumerate(zip(mean, std))]
     return join_channels(planes)
@@ -63,24 +67,28 @@ def edges(frame: Tensor) -> Tensor:
         >>> edges(torch.full((48, 64, 3), 7, dtype=torch.uint8)).max()
         tensor(0, dtype=torch.uint8)
     """
-    strength = sobel(gaussian_blur2d(frame_to_grey(frame), (5, 5), (1.0, 1.0)), normalized=False)
+    _check(frame)
+    strength = sobel(gaussian_blur2d(_grey(frame), (5, 5), (1.0, 1.0)), normalized=False)
     return torch.round(strength).clamp(0.0, 255.0).to(torch.uint8)[0, 0]
 
 
-def frame_to_rgb(frame: Tensor) -> Tensor:
+def _rgb(frame: Tensor) -> Tensor:
     """(1, 3, H, W), float32, RGB, in [0, 255], of a frame."""
-    _check(frame)
-    if not torch.jit.is_scripting() and kernels.available(frame):
-        return kernels.frame_to_rgb(frame)
     return bgr_to_rgb(frame.permute(2, 0, 1)[None].to(torch.float32))
 
 
-def frame_to_grey(frame: Tensor) -> Tensor:
+def _grey(frame: Tensor) -> Tensor:
     """(1, 1, H, W), float32, in [0, 255]: the luma of a frame."""
-    _check(frame)
     if not torch.jit.is_scripting() and kernels.available(frame):
         return kernels.frame_to_grey(frame)
-    return rgb_to_grayscale(frame_to_rgb(frame))
+    return rgb_to_grayscale(_rgb(frame))
+
+
+def _resized(frame: Tensor, height: int, width: int) -> Tensor:
+    """(1, 3, height, width), float32, RGB, in [0, 255]."""
+    if not torch.jit.is_scripting() and kernels.available(frame):
+        return kernels.resize_frame(frame, height, width)
+    return resize(_rgb(frame), (height, width))
 
 
 def _check(frame: Tensor) -> None:

@@ -64,11 +64,11 @@ _structured_range = _operator(
 )
 _median3x3 = _operator("median3x3(Tensor x, int border) -> Tensor", lambda x, *_: x.new_empty(x.shape))
 _integral = _operator("integral(Tensor x) -> Tensor", lambda x: x.new_empty(x.shape))
-_frame_to_rgb = _operator(
-    "frame_to_rgb(Tensor frame) -> Tensor", lambda frame: frame.new_empty([1, 3, frame.size(0), frame.size(1)], dtype=torch.float32)
-)
 _frame_to_grey = _operator(
     "frame_to_grey(Tensor frame) -> Tensor", lambda frame: frame.new_empty([1, 1, frame.size(0), frame.size(1)], dtype=torch.float32)
+)
+_resize_frame = _operator(
+    "resize_frame(Tensor frame, SymInt height, SymInt width) -> Tensor", lambda frame, height, width: frame.new_empty([1, 3, height, width], dtype=torch.float32)
 )
 _to_levels = _operator("to_levels(Tensor x) -> Tensor", lambda x: x.new_empty(x.shape, dtype=torch.uint8))
 _extents = _operator("extents(Tensor x) -> Tensor", lambda x: x.new_empty([2, x.size(0), 1]))
@@ -184,14 +184,14 @@ def integral(x: Tensor) -> Tensor:
     return _integral(x)
 
 
-def frame_to_rgb(frame: Tensor) -> Tensor:
-    """``frames.frame_to_rgb``."""
-    return _frame_to_rgb(frame)
-
-
 def frame_to_grey(frame: Tensor) -> Tensor:
-    """``frames.frame_to_grey``."""
+    """``frames._grey``."""
     return _frame_to_grey(frame)
+
+
+def resize_frame(frame: Tensor, height: int, width: int) -> Tensor:
+    """``frames._resized``."""
+    return _resize_frame(frame, height, width)
 
 
 def to_levels(x: Tensor) -> Tensor:

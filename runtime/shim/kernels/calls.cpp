@@ -90,25 +90,33 @@ AOTITorchError resampled(AtenTensorHandle x, int64_t height, int64_t width, Aten
   });
 }
 
-// Has body(pixels, their number, the result's data) make `channels` planes of a frame (H, W, 3) of bytes.
-template <class Body>
-AOTITorchError from_frame(AtenTensorHandle frame, int64_t channels, AtenTensorHandle* result, const Body& body) {
-  return guarded([&] {
-    const Argument image(frame);
-    if ((*image).dtype != kUint8) throw std::runtime_error("a kernel for frames: expected uint8");
-    Result out = make({1, channels, image.size(0), image.size(1)}, kFloat);
-    body(image.data<uint8_t>(), image.size(0) * image.size(1), data<float>(out));
-    *result = out.release();
-  });
+// A frame (H, W, 3) of bytes.
+const uint8_t* frame_of(const Argument& image) {
+  if ((*image).dtype != kUint8 || image.size(1) < 2) throw std::runtime_error("a kernel for frames: expected uint8, two pixels wide or more");
+  return image.data<uint8_t>();
 }
 
 }  // namespace
 
 extern "C" {
 
-AOTITorchError aoti_torch_cpu_frame_to_rgb(AtenTensorHandle frame, AtenTensorHandle* result) { return from_frame(frame, 3, result, frame_to_rgb); }
+AOTITorchError aoti_torch_cpu_frame_to_grey(AtenTensorHandle frame, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(frame);
+    Result out = make({1, 1, image.size(0), image.size(1)}, kFloat);
+    frame_to_grey(frame_of(image), image.size(0) * image.size(1), data<float>(out));
+    *result = out.release();
+  });
+}
 
-AOTITorchError aoti_torch_cpu_frame_to_grey(AtenTensorHandle frame, AtenTensorHandle* result) { return from_frame(frame, 1, result, frame_to_grey); }
+AOTITorchError aoti_torch_cpu_resize_frame(AtenTensorHandle frame, int64_t height, int64_t width, AtenTensorHandle* result) {
+  return guarded([&] {
+    const Argument image(frame);
+    Result out = make({1, 3, height, width}, kFloat);
+    resize_frame(frame_of(image), image.size(0), image.size(1), height, width, data<float>(out));
+    *result = out.release();
+  });
+}
 
 AOTITorchError aoti_torch_cpu_separable(AtenTensorHandle x, AtenTensorHandle kernel_y, AtenTensorHandle kernel_x, int64_t border, double scale, double centre,
                                         AtenTensorHandle* result) {

@@ -56,11 +56,11 @@ void median3x3(const T* x, Planes planes, Border border, T* out);
 template <class T>
 void integral(const T* x, Planes planes, T* out);
 
-/** The planes R, G, B of n pixels that are bytes B, G, R. */
-void frame_to_rgb(const uint8_t* frame, int64_t n, float* out);
-
-/** Their luma of ITU-R BT.601, in [0, 255]. */
+/** The luma of ITU-R BT.601, in [0, 255], of n pixels that are bytes B, G, R. */
 void frame_to_grey(const uint8_t* frame, int64_t n, float* out);
+
+/** The planes R, G, B, in [0, 255], of a frame of such pixels, bilinearly resized; it is two pixels wide or more. */
+void resize_frame(const uint8_t* frame, int64_t height, int64_t width, int64_t new_height, int64_t new_width, float* out);
 
 /** The nearest of 256 levels of each of n values in [0, 1], halves up; what is outside counts as 0 or 1, NaN as 0. */
 template <class T>
