@@ -18,7 +18,7 @@ class Settings:
     #: of each contender at each batch size, unless they take longer than `seconds`; 3 at least
     repeats: int = 500
     #: that the repeats of one contender at one batch size may take
-    seconds: float = 1.0
+    seconds: float = 0.6
     #: parts that the repeats are made in, the contenders taking turns
     turns: int = 20
     #: images in the batch that memory is measured on
