@@ -8,6 +8,9 @@ MAKEFLAGS += --no-print-directory
 JOBS ?= $(shell nproc)
 PY := .venv/bin/python
 BUNDLES := build/bundles
+MUTANTS ?= 20000
+FIRST ?= 0
+MINUTES ?= 60
 # What bundles are made of: not what reads them.
 SOURCES := $(shell find python/chiasm export runtime/shim \
   \( -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
@@ -15,7 +18,7 @@ SOURCES := $(shell find python/chiasm export runtime/shim \
 
 .PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration \
   test test-quick test-ops test-export test-runtime test-parity \
-  test-examples test-sanitizers test-fuzz test-install parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
+  test-examples test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -75,7 +78,7 @@ gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gall
 	$(PY) -m examples.gallery
 
 test: build ## every test
-	@$(MAKE) test-bundles test-ops test-export test-runtime test-parity other-runtimes test-examples test-install test-sanitizers test-fuzz
+	@$(MAKE) test-bundles test-ops test-export test-runtime test-parity test-special-values other-runtimes test-examples test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
 test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
@@ -101,6 +104,12 @@ test-parity: build test-bundles ## every bundle that is there x artifact x backe
 parity: build bundles ## the full matrix: every op in every format -> build/parity.json
 	$(PY) tests/parity/matrix.py
 
+test-special-values: build test-bundles ## NaN, infinities and extreme numbers into the ops that tests name, for a minute
+	@$(PY) tests/parity/special_values.py --seconds 60 $$($(PY) tests/parity/rotation.py 2> /dev/null | awk '/a test names it/ {print $$1}')
+
+special-values: build bundles ## NaN, infinities and extreme numbers into every input of every op on every backend -> build/special_values.json
+	$(PY) tests/parity/special_values.py
+
 coverage: ## docs/coverage.md from the catalog and the last full matrix
 	$(PY) tests/parity/coverage.py
 
@@ -120,9 +129,27 @@ test-sanitizers: test-bundles ## the C++ tests under ASan+UBSan and TSan
 	  cmake --build --preset $$preset -j $(JOBS)
 	  ctest --preset $$preset
 	done
+	OMP_NUM_THREADS=1 $(PY) tests/robustness/sanitized_artifacts.py --few
 
-test-fuzz: setup ## libFuzzer over the manifest and bundle readers, bounded in time
+sanitize-artifacts: setup ## forty compiled ops under AddressSanitizer and UBSan, with guards around every tensor (an hour the first time)
+	OMP_NUM_THREADS=1 $(PY) tests/robustness/sanitized_artifacts.py
+
+attack: build test-bundles ## MUTANTS=20000 damaged bundles, from FIRST=0 on: an error or a right answer, never a signal
+	cd build && CHIASM_TEST_BUNDLES=../$(BUNDLES) release/bin/mutants $(MUTANTS) $(FIRST) $(JOBS)
+
+soak: build test-bundles ## 64 threads on every backend for MINUTES=60, a quarter of it under TSan; and 20,000 loads on each
+	cmake --preset tsan > /dev/null
+	cmake --build --preset tsan -j $(JOBS) --target soak chiasm_native
+	export CHIASM_TEST_BUNDLES=$(BUNDLES)
+	CHIASM_RELOADS=20000 build/release/bin/reload_test
+	build/release/bin/soak $$(($(MINUTES) * 45))
+	TSAN_OPTIONS=suppressions=$$PWD/tests/runtime/tsan.supp build/tsan/bin/soak $$(($(MINUTES) * 15)) native
+
+test-fuzz: setup ## libFuzzer over every reader, whole bundles and the C interface, 10 seconds each
 	tests/fuzz/run.sh 10
+
+fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, two at a time, a line a minute
+	tests/fuzz/run.sh $(or $(SECONDS),3600)
 
 test-install: setup ## `pip install .` into an empty folder, used from outside (ctest covers cmake --install)
 	tests/consumer/pip_install.sh

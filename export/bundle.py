@@ -13,9 +13,10 @@ from typing import Any
 
 import jsonschema
 import torch
-from safetensors.torch import load_file, save
+from safetensors.torch import load, save
 
-from .manifest import SUFFIX, read_file, schema, sha256
+from .errors import ExportError
+from .manifest import SUFFIX, BundleError, read_file, schema, sha256
 
 
 @dataclass
@@ -51,24 +52,61 @@ class Writer:
         self.files["golden.safetensors"] = data
         self.manifest["golden"] = {"file": "golden.safetensors", "size": len(data), "sha256": sha256(data), "cases": listed}
 
+    def document(self, kind: str, file: str, data: bytes) -> None:
+        """Add a file that travels with the bundle and that no engine reads."""
+        self.files[file] = data
+        self.manifest.setdefault("documents", {})[kind] = {"file": file, "size": len(data), "sha256": sha256(data)}
+
     def write(self, folder: Path) -> Path:
-        """Write `folder`/NAME.chiasm, replacing one that is there; returns its path."""
-        self.manifest["created"] = datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+        """Write `folder`/NAME.chiasm, replacing one that is there, whole or not at all; returns its path."""
+        self.manifest["created"] = _now()
         jsonschema.validate(self.manifest, schema())
         target = folder / f"{self.manifest['name']}{SUFFIX}"
-        folder.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(dir=folder, prefix=".writing-"))
-        for name, data in self.files.items():
-            (scratch / name).write_bytes(data)
-        (scratch / "manifest.json").write_text(json.dumps(self.manifest, indent=1) + "\n")
-        scratch.chmod(0o755)
-        if target.exists():
-            shutil.rmtree(target)
-        os.rename(scratch, target)
+        made = None
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            made = Path(tempfile.mkdtemp(dir=folder, prefix=".writing-"))
+            new = made / "new"
+            new.mkdir()
+            for name, data in (*self.files.items(), ("manifest.json", (json.dumps(self.manifest, indent=1) + "\n").encode())):
+                (new / name).write_bytes(data)
+            if target.is_symlink() or (target.exists() and not target.is_dir()):
+                raise ExportError(f"{target}: in the way: not a folder; move it away, or export to another folder")
+            if target.exists():
+                os.rename(target, made / "old")
+            os.rename(new, target)
+        except OSError as error:
+            if made is not None and (made / "old").exists():
+                os.rename(made / "old", target)
+            raise ExportError(f"{target}: cannot be written: {error.strerror} ({error.filename or folder}); nothing was changed") from error
+        finally:
+            if made is not None:
+                shutil.rmtree(made, ignore_errors=True)
         return target
 
 
+def _now() -> str:
+    """The time in the manifest; that of $SOURCE_DATE_EPOCH where it is set, as reproducible builds have it."""
+    seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
+    if seconds and not seconds.isdecimal():
+        raise ExportError(f"SOURCE_DATE_EPOCH: expected seconds since 1970, got {seconds!r}")
+    moment = datetime.fromtimestamp(int(seconds), timezone.utc) if seconds else datetime.now(timezone.utc)
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
 def read_golden(bundle: Path, manifest: dict[str, Any]) -> dict[str, torch.Tensor]:
-    """The golden vectors by name."""
-    read_file(bundle, manifest["golden"])
-    return load_file(bundle / manifest["golden"]["file"])
+    """The golden vectors by name, all that the manifest's cases have."""
+    data = read_file(bundle, manifest["golden"])
+    file = bundle / manifest["golden"]["file"]
+    try:
+        tensors = load(data)
+    except Exception as error:  # safetensors' own, and what its tensors' sizes may cause
+        raise BundleError(f"{file}: not golden vectors: {error}") from error
+    for case in manifest["golden"]["cases"]:
+        if case["method"] not in manifest["methods"]:
+            raise BundleError(f"{file}: has a case of the method {case['method']!r}, which the bundle has not")
+        method = manifest["methods"][case["method"]]
+        for tensor in (*method["inputs"], *method["outputs"]):
+            if f"{case['prefix']}/{tensor['name']}" not in tensors:
+                raise BundleError(f"{file}: lacks the tensor {case['prefix']}/{tensor['name']}: damaged, or of another bundle")
+    return tensors

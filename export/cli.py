@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import signal
+import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -16,23 +19,14 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Column, Table
 
-from .errors import ExportError
-from .manifest import FORMATS, METHODS, SUFFIX, BundleError, read_manifest
+from .command import Group
+from .errors import ExportError, one_line, plain
+from .manifest import FORMATS, METHODS, SUFFIX, read_manifest
 
-console = Console()
-
-
-class _Group(click.Group):
-    """Turns the package's own errors into one line on stderr and exit status 1."""
-
-    def invoke(self, ctx: click.Context):
-        try:
-            return super().invoke(ctx)
-        except (ExportError, BundleError) as error:
-            raise click.ClickException(str(error)) from error
+console = Console(emoji=False)
 
 
-@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
 def main() -> None:
     """Export computer-vision ops to bundles, and look into, prove and run them.
 
@@ -51,7 +45,11 @@ def main() -> None:
 def list_ops(patterns: tuple[str, ...]) -> None:
     """List the ops that can be exported.
 
-    PATTERNS are names, or shell patterns such as 'filters.*'; without one, everything is listed.
+    PATTERNS are names, or shell patterns; without one, everything is listed.
+
+    \b
+    Example:
+      chiasm list 'filters.*' color.rgb_to_hsv
     """
     table = Table(Column("op", no_wrap=True), "inputs", "what it does", box=None, header_style="dim")
     for name, entry in _select(patterns, everything=True).items():
@@ -69,10 +67,15 @@ def list_ops(patterns: tuple[str, ...]) -> None:
 @click.option("--method", "methods", multiple=True, type=click.Choice(METHODS), default=METHODS, help="`--method forward` leaves the gradients out, which take most of the time. [default: both]")
 @click.option("-j", "--jobs", type=click.IntRange(1), default=len(os.sched_getaffinity(0)), show_default="one a core", help="Ops to export at once.")
 def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
-    """Export ops to bundles.
+    """Export ops of the catalog to bundles. (Your own: `chiasm.export.export` in Python.)
 
-    PATTERNS are names, or shell patterns such as 'filters.*'. Native code is compiled with g++, 5 to 25 seconds a method;
-    compilations are kept in $CHIASM_CACHE (~/.cache/chiasm) and fetched from there when nothing has changed.
+    PATTERNS are names, or shell patterns. Native code is compiled with g++, 5 to 25 seconds a method; compilations are kept in
+    $CHIASM_CACHE (~/.cache/chiasm) and fetched from there when nothing has changed.
+
+    \b
+    Examples:
+      chiasm export filters.sobel 'color.*' -o bundles
+      chiasm export filters.canny -f onnx --method forward
     """
     chosen = _select(patterns, everything)
     if not chosen:
@@ -86,22 +89,44 @@ def export_names(names, output: Path, formats=FORMATS, isas=("x86-64-v3",), meth
     columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
     # Workers are spawned, not forked: torch's threads do not survive a fork.
     context = multiprocessing.get_context("spawn")
-    with Progress(*columns, console=console) as progress, ProcessPoolExecutor(min(jobs, len(names)), mp_context=context) as pool:
+    with Progress(*columns, console=console) as progress, ProcessPoolExecutor(min(jobs, len(names)), mp_context=context, initializer=_worker) as pool:
         task = progress.add_task("exporting", total=len(names))
         pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in names}
-        for done in as_completed(pending):
-            name = pending[done]
-            try:
-                seconds = done.result()
-                console.print(f"[green]exported[/] {name}{SUFFIX} [dim]{seconds:.1f} s[/]", highlight=False)
-            except Exception as error:  # one op's failure, of whatever kind, does not stop the others
-                failures[name] = str(error) if isinstance(error, ExportError) else f"{name}: {type(error).__name__}: {error}"
-                console.print(f"[red]failed[/] {escape(failures[name])}", highlight=False)
-            progress.update(task, advance=1, description=name)
+        try:
+            for done in as_completed(pending):
+                name = pending[done]
+                try:
+                    seconds = done.result()
+                    console.print(f"[green]exported[/] {name}{SUFFIX} [dim]{seconds:.1f} s[/]", highlight=False)
+                except Exception as error:  # one op's failure, of whatever kind, does not stop the others
+                    failures[name] = _failure(name, error)
+                    if len(names) > 1:
+                        console.print(f"[red]failed[/] {escape(failures[name])}", highlight=False)
+                progress.update(task, advance=1, description=name)
+        except KeyboardInterrupt:
+            for process in multiprocessing.active_children():
+                process.terminate()
+            pool.shutdown(cancel_futures=True)
+            raise
     if failures:
         # once more: hundreds of lines may stand between
-        raise ExportError("\n".join([f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}", *failures.values()]))
-    console.print(f"{len(names)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}", highlight=False)
+        many = [f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}"] if len(names) > 1 else []
+        raise ExportError("\n".join([*many, *failures.values()]))
+    click.echo(f"{len(names)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}")
+
+
+def _worker() -> None:
+    """An interrupt is the parent's to handle; a worker that is told to end cleans up what it was writing."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+
+
+def _failure(name: str, error: Exception) -> str:
+    if isinstance(error, ExportError):
+        return plain(str(error))
+    if isinstance(error, BrokenProcessPool):
+        return f"{name}: the process that exported it was killed; where memory is short, export fewer at once: --jobs 1"
+    return f"{name}: {type(error).__name__}: {one_line(error)}"
 
 
 def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...], methods: tuple[str, ...]) -> float:
@@ -125,48 +150,96 @@ def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[
 @click.argument("bundle", type=click.Path(path_type=Path, exists=True))
 @click.option("--json", "as_json", is_flag=True, help="Print the manifest itself.")
 def info(bundle: Path, as_json: bool) -> None:
-    """Show what a bundle says of itself, without loading any engine."""
+    """Show what a bundle says of itself, without loading any engine.
+
+    \b
+    Examples:
+      chiasm info bundles/filters.sobel.chiasm
+      chiasm info --json bundles/filters.sobel.chiasm
+    """
     manifest = read_manifest(bundle)
     if as_json:
         click.echo(json.dumps(manifest, indent=1))
         return
-    console.print(f"[bold]{manifest['name']}[/] {manifest['version']}  {manifest['summary']}", highlight=False)
+    console.print(f"[bold]{manifest['name']}[/] {manifest['version']}  {_shown(manifest['summary'])}", highlight=False)
     if manifest["config"]:
-        console.print("config: " + ", ".join(f"{k}={v!r}" for k, v in manifest["config"].items()), highlight=False)
+        console.print(_shown("config: " + ", ".join(f"{k}={v!r}" for k, v in manifest["config"].items())), highlight=False)
     limits = ", ".join(f"{s} {d['min']}..{d['max']}" for s, d in manifest["symbols"].items())
     console.print(f"sizes: {limits}", highlight=False)
     for name, method in manifest["methods"].items():
-        table = Table("", "name", "dtype", "shape", "description", title=f"method {name}", title_justify="left", box=None, header_style="dim")
+        table = Table("", "name", "dtype", "shape", "description", title=_shown(f"method {name}"), title_justify="left", box=None, header_style="dim")
         for kind in ("inputs", "outputs"):
             for t in method[kind]:
                 dtype = "|".join(manifest["dtypes"]) if t["dtype"] == "T" else t["dtype"]
                 about = ", ".join(x for x in (t["description"], t["layout"], t["color"]) if x)
-                table.add_row(kind[:-1], t["name"], dtype, "(" + ", ".join(map(str, t["shape"])) + ")", about)
+                table.add_row(kind[:-1], t["name"], dtype, "(" + ", ".join(map(str, t["shape"])) + ")", _shown(about))
         console.print(table)
         for a in method["artifacts"]:
-            extra = " ".join(str(a[k]) for k in ("isa", "opset", "function") if k in a) + (f" needs {', '.join(a['needs'])}" if a.get("needs") else "")
-            console.print(f"  {a['backend']:7} {a['file']:36} {a['size'] / 1024:8.1f} KiB  {extra}", highlight=False)
+            extra = " ".join(str(a[k]) for k in ("isa", "opset", "function") if k in a) + (f" needs {a.get('why') or ', '.join(a['needs'])}" if a.get("needs") else "")
+            console.print(f"  {a['backend']:7} {a['file']:36} {a['size'] / 1024:8.1f} KiB  {_shown(extra)}", highlight=False, soft_wrap=True)
+
+
+@main.command()
+@click.argument("key", type=click.Path(path_type=Path, exists=True, dir_okay=False))
+@click.argument("bundles", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True, file_okay=False))
+@click.option("--password-file", type=click.Path(path_type=Path, exists=True, dir_okay=False), help="Its first line is the key's password. [default: ask]")
+def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> None:
+    """Sign bundles with the minisign secret key in the file KEY (`minisign -G` makes one).
+
+    Each gets a manifest.json.minisig, which covers every file of the bundle; `chiasm verify --key` proves it, and so do the
+    runtime and `minisign -V`.
+    """
+    from . import signing
+
+    def password() -> str:
+        if password_file is None:
+            return click.prompt(f"Password of {key}", hide_input=True)
+        lines = password_file.read_text().splitlines()
+        return lines[0] if lines else ""
+
+    secret = signing.read_secret_key(key, password)
+    for bundle in bundles:
+        console.print(f"signed {signing.sign(bundle, secret)}", highlight=False, markup=False, soft_wrap=True)
 
 
 @main.command()
 @click.argument("bundles", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
-def verify(bundles: tuple[Path, ...]) -> None:
+@click.option("--key", help="Prove first that this minisign public key (56 characters, or a file) has signed every bundle.")
+def verify(bundles: tuple[Path, ...], key: str | None) -> None:
     """Replay a bundle's golden vectors on every backend present here.
 
-    Exit status 1 where a value is wrong or a file damaged; a backend that is missing is reported, and is no failure.
+    Exit status 1 where a value is wrong, a file damaged or a signature missing or wrong; a backend that is missing is reported, and
+    is no failure.
+
+    \b
+    Examples:
+      chiasm verify bundles/*.chiasm
+      chiasm verify --key minisign.pub bundles/filters.sobel.chiasm
     """
+    if key is not None:
+        from . import signing
+
+        for bundle in bundles:
+            comment = "".join(c if c.isprintable() else " " for c in signing.check_signature(bundle, key))
+            console.print(f"{bundle}: signed by the key; {comment}", highlight=False, markup=False, soft_wrap=True)
+        signing.trust_only(key)  # so that what is run below is what was signed, whatever happens to the files meanwhile
     from .verify import verify as verify_bundle
 
     table = Table("bundle", "method", "dtype", "backend", "largest error", "", box=None, header_style="bold")
     ran = failed = 0
+    said: list[str] = []  # in lines of their own: a table's last column has no room
     with Progress(TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), console=console, transient=True) as progress:
         for bundle in progress.track(bundles, description="verifying"):
             for row in verify_bundle(bundle):
                 ran += row.passed is not None
                 failed += row.passed is False
-                verdict = {True: "[green]pass[/]", False: f"[red]FAIL[/] {row.message}", None: f"[yellow]not run[/] {row.message}"}[row.passed]
-                table.add_row(bundle.name.removesuffix(SUFFIX), row.method, row.dtype, row.backend, f"{row.error:.2e}" if row.passed is not None else "", verdict)
+                verdict = {True: "[green]pass[/]", False: "[red]FAIL[/]", None: "[yellow]not run[/]"}[row.passed]
+                if not row.passed:
+                    said.append(f"{'FAIL' if row.passed is False else 'not run'}: {bundle}: {row.method} {row.dtype} on {row.backend}: {one_line(row.message)}")
+                table.add_row(escape(bundle.resolve().name.removesuffix(SUFFIX)), row.method, row.dtype, row.backend, f"{row.error:.2e}" if row.passed is not None else "", verdict)
     console.print(table)
+    for line in dict.fromkeys(said):
+        click.echo(line)
     console.print(f"verify: {ran} checks, {failed} failed", highlight=False)
     if failed or not ran:
         raise SystemExit(1)
@@ -179,18 +252,35 @@ def verify(bundles: tuple[Path, ...]) -> None:
 @click.option("-b", "--backend", type=click.Choice(["auto", "native", "torch", "onnx"]), default="auto", show_default=True)
 @click.option("-s", "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Another input of the op, as JSON: --set 'sigma=[[1.5, 1.5]]'. For an input that only gives a size: --set like=480x640.")
 def run(bundle: Path, source: Path, target: Path, backend: str, settings: tuple[str, ...]) -> None:
-    """Run a bundle on the image file SOURCE and write its result to the image file TARGET."""
+    """Run a bundle on the image file SOURCE and write its result to the image file TARGET.
+
+    Files are read as cv2.imread reads them: turned as their EXIF entry says, without transparency, 16-bit values as their upper eight
+    bits; an op on numbers gets them from 0 to 1, grey ones with all 16 bits. Results outside 0 to 1 are stretched to it.
+
+    \b
+    Examples:
+      chiasm run bundles/filters.sobel.chiasm photo.jpg edges.png
+      chiasm run bundles/filters.gaussian_blur2d.chiasm photo.jpg soft.png -s 'sigma=[[1.5, 1.5]]'
+      chiasm run bundles/geometry.transform.resize.bilinear.chiasm photo.jpg small.png -s like=480x640
+    """
     from .images import run_on_image
 
-    report = run_on_image(bundle, source, target, backend, dict(_setting(s) for s in settings))
-    console.print(report, highlight=False)
+    given = [_setting(s) for s in settings]
+    if twice := [name for i, (name, _) in enumerate(given) if name in dict(given[:i])]:
+        raise click.UsageError(f"--set: {twice[0]} is given twice")
+    click.echo(one_line(run_on_image(bundle, source, target, backend, dict(given))))
 
 
 def _setting(text: str) -> tuple[str, str]:
     name, separator, value = text.partition("=")
-    if not separator:
+    if not separator or not name:
         raise click.UsageError(f"--set: expected NAME=VALUE, got {text!r}")
     return name, value
+
+
+def _shown(text: str) -> str:
+    """Text from a bundle, which may hold anything, as it stands in a line of the terminal."""
+    return escape(one_line(text))
 
 
 def _select(patterns: tuple[str, ...], everything: bool) -> dict:

@@ -7,6 +7,7 @@ to decompose is a handful of nodes. The graph comes out the same.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import cache
 from typing import Any
@@ -55,8 +56,22 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
             elif node.target in table or node.target is torch.ops.aten.sym_numel.default or _is_composite_view(node.target):
                 if isinstance(value, torch.SymInt):
                     del sizes[value.node.expr]  # the node goes
-                _replace(node, _decompose(node, table, sizes), program)
+                made = _decompose(node, table, sizes)
+                if isinstance(made, Node):
+                    _replace(node, made, program)
+                else:
+                    _replace_results(node, made, program)
     return functional
+
+
+def _replace_results(node: Node, made: Sequence[Node | None], program: ExportedProgram) -> None:
+    """The same for an operator with several results: each is taken from it by an index."""
+    for taken in list(node.users):
+        if taken.users:
+            _replace(taken, made[taken.args[1]], program)
+        else:  # a result that is asked for nowhere may not be there at all
+            node.graph.erase_node(taken)
+    node.graph.erase_node(node)
 
 
 def _replace(node: Node, other: Node, program: ExportedProgram) -> None:
@@ -91,8 +106,8 @@ def _elements(tensor: torch.Tensor) -> int | torch.SymInt:
     return math.prod(tensor.shape)
 
 
-def _decompose(node: Node, table: dict, sizes: dict[Any, Node]) -> Node:
-    """Insert the nodes that an operator is made of before it; returns the one with the result."""
+def _decompose(node: Node, table: dict, sizes: dict[Any, Node]) -> Node | Sequence[Node | None]:
+    """Insert the nodes that an operator is made of before it; returns the one with the result, or those with the results."""
     arguments = node.all_input_nodes
     values = [n.meta["val"] for n in arguments]
     # make_fx looks up no decomposition for this one
@@ -123,4 +138,4 @@ def _decompose(node: Node, table: dict, sizes: dict[Any, Node]) -> Node:
             if size is not None:
                 sizes[size] = copy
             copies[inner] = copy
-    return copies[body.output_node().args[0]]
+    return torch.fx.map_arg(body.output_node().args[0], copies.__getitem__)

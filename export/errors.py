@@ -2,50 +2,99 @@
 
 from __future__ import annotations
 
+import importlib.util
+import linecache
 import re
+import sysconfig
 import traceback
+from collections.abc import Sequence
 from pathlib import Path
 
-import torch
-
-_ENGINE_ROOTS = (str(Path(torch.__file__).parent), str(Path(__file__).resolve().parent), "<chiasm", "<eval_with_key>", "<string>")
+_EXPORT = str(Path(__file__).resolve().parent)
+_PACKAGES = ("torch", "numpy", "scipy", "cv2", "PIL", "onnx", "onnxscript", "onnx_ir", "sympy", "click", "jsonschema", "safetensors")
+_ENGINE_ROOTS = (
+    _EXPORT, "<chiasm", "<eval_with_key>", "<frozen", "<__array_function__",
+    *(str(Path(spec.origin).parent) for spec in map(importlib.util.find_spec, _PACKAGES) if spec and spec.origin),
+)
+_LIBRARY = sysconfig.get_paths()["stdlib"]
+#: Terminals' colours and cursor movements, and other characters that would not stand in a line.
+_CONTROL = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)|\x1b.|[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+#: What an engine says, and what to do about it.
+_REMEDIES = (
+    (r"\.numpy\(\) is not supported|array\(\)|__array__|numpy", "instead: NumPy cannot be exported: use the function of torch that does the same (torch.quantile for np.percentile)"),
+    (r"data-dependent|on.*[Tt]ensor.*bool|control flow", "instead: choose by torch.where(condition, a, b): a graph has no branches that data decide"),
+    (r"Expected a single top-level function", "instead: write a function with def and typed arguments: TorchScript cannot read a lambda"),
+    (r"qualified name|source.*(not|access)|OSError|get the source", "instead: put the function into a file: TorchScript reads its source text, which an interactive session does not have"),
+    (r"variable number of arguments|keyword-only|\*args|\*\*kwargs|vararg", "instead: name every argument: def f(input: Tensor, sigma: float = 1.0) -> Tensor"),
+    (r"because it was not annotated|was not annotated with an explicit type", "instead: give the argument its type: `k: float = 2.0`; what has none is taken for a tensor"),
+)
+_ROUNDED = re.compile(r"round\(|trunc|ceil|floor\(|sym_float| / ")
+_SIZES = (
+    "instead: sizes may be computed with + - * // only: take a size that is rounded from another input "
+    "(as geometry.transform.resize does), or write fixed sizes into the input's shape"
+)
+_LIMITS = "instead: narrow the symbols' limits in the spec (symbols={...}), or write the size into the input's shape"
 
 
 class ExportError(RuntimeError):
     """An op could not be exported: the message says to which format, at which line or operator, and why."""
 
 
-def explain(name: str, target: str, error: BaseException) -> ExportError:
-    """An ExportError that names the line of the user's code, or the operator, that `error` comes from."""
-    text = str(error)
-    where = _line(error, text)
+def plain(text: str) -> str:
+    """Text without what would move a terminal's cursor or change its colours."""
+    return _CONTROL.sub("", text)
+
+
+def one_line(text: object, most: int = 600) -> str:
+    """The same in one line, cut where it is very long."""
+    line = " ".join(plain(str(text)).split())
+    return line if len(line) <= most else f"{line[:most]} ..."
+
+
+def explain(name: str, target: str | None, error: BaseException, guards: Sequence[tuple[str, str]] = (), shapes: str = "") -> ExportError:
+    """An ExportError that names the line of the user's code, or the operator, that `error` comes from, and what to do where that is known.
+
+    `target` is what was being made; None says that the op itself failed, in eager PyTorch, with inputs of `shapes`. `guards` are what a trace assumed of sizes, each with the user's line that it was assumed for.
+    """
+    text = plain(str(error))
+    assumed = _assumption(text, guards) if "Constraints violated" in text else None
+    where = assumed or _line(error, text)
     operator = _operator(text)
-    parts = [f"{name}: cannot be exported to {target}"]
+    parts = [f"{name}: cannot be exported to {target}" if target else f"{name}: the op fails when it is called, with {shapes}"]
     if where:
         parts.append(f"  at {where}")
     if operator:
         parts.append(f"  operator {operator}")
-    parts.append(f"  because: {_reason(text) or type(error).__name__}")
+    because = [type(error).__name__] if target is None or not text.strip() else []
+    parts.append(f"  because: {': '.join([*because, *filter(None, [_reason(text)])])}")
+    if target and (remedy := _remedy(text)):
+        parts.append(f"  {remedy}")
     return ExportError("\n".join(parts))
 
 
+def own_line(frames: Sequence[traceback.FrameSummary]) -> str | None:
+    """The innermost line of the op in a stack, quoted; None where the op has no lines of its own (a Sequential)."""
+    # Those that called the exporter come first, then the module that it made for the op.
+    marks = [i for i, f in enumerate(frames) if f.filename.startswith("<chiasm")] or [i for i, f in enumerate(frames) if f.filename.startswith(_EXPORT)][:1]
+    marks = marks or [i for i, f in enumerate(frames) if _is_engine(f.filename)][:1]
+    own = [f for f in frames[marks[-1] :] if not _is_engine(f.filename)] if marks else []
+    return _quote(own[-1].filename, own[-1].lineno or 0) if own else None
+
+
+def quoted_line(text: str, last: bool = False) -> str | None:
+    """The first line of the user's code (or the last) that an engine quotes in a text."""
+    own = [(file, int(number)) for file, number in re.findall(r'File "([^"]+)", line (\d+)', text) if not _is_engine(file)]
+    return _quote(*own[-1 if last else 0]) if own else None
+
+
 def _line(error: BaseException, text: str) -> str | None:
-    # TorchScript and torch.export quote the user's stack in the message, innermost last.
-    quoted = [
-        (file, int(number))
-        for file, number in re.findall(r'File "([^"]+)", line (\d+)', text)
-        if not _is_engine(file)
-    ]
-    if quoted:
-        return _quote(*quoted[0 if "torch.jit" in type(error).__module__ else -1])
+    # TorchScript and torch.export quote the user's stack in the message, torch.export's innermost last.
+    if quoted := quoted_line(text, last="torch.jit" not in type(error).__module__):
+        return quoted
     chain: BaseException | None = error
     while chain is not None:
-        # The frames that called the exporter come first; the op's own come last, below the engine's.
-        frames = traceback.extract_tb(chain.__traceback__)
-        entered = next((i for i, f in enumerate(frames) if _is_engine(f.filename)), len(frames))
-        own = [f for f in frames[entered:] if not _is_engine(f.filename)]
-        if own:
-            return _quote(own[-1].filename, own[-1].lineno or 0)
+        if found := own_line(traceback.extract_tb(chain.__traceback__)):
+            return found
         chain = chain.__cause__ or chain.__context__
     return None
 
@@ -53,15 +102,22 @@ def _line(error: BaseException, text: str) -> str | None:
 def _is_engine(filename: str) -> bool:
     if filename.startswith(_ENGINE_ROOTS) or str(Path(filename).resolve()).startswith(_ENGINE_ROOTS):
         return True
-    return any(part in filename for part in ("/onnxscript/", "/onnx_ir/", "/sympy/", "/contextlib.py", "/concurrent/", "/functools.py"))
+    return filename.startswith(_LIBRARY) and "site-packages" not in filename
 
 
 def _quote(filename: str, number: int) -> str:
-    try:
-        source = Path(filename).read_text().splitlines()[number - 1].strip()
-    except (OSError, IndexError):
-        return f"{filename}:{number}"
-    return f"{filename}:{number}: {source}"
+    source = linecache.getline(filename, number).strip()
+    return f"{filename}:{number}: {source}" if source else f"{filename}:{number}"
+
+
+def _assumption(text: str, guards: Sequence[tuple[str, str]]) -> str | None:
+    """The line that made the assumption which is violated."""
+    constant = re.search(r"to be a constant \((\d+)\)", text)
+    telling = ["Round|Trunc|Ceil", "TrueDiv|Floor|ToFloat"] if _ROUNDED.search(text) else [rf"\b{constant[1]}\b"] if constant else []
+    for pattern in (*telling, ""):
+        if found := next((line for expression, line in guards if re.search(pattern, expression)), None):
+            return found
+    return None
 
 
 def _operator(text: str) -> str | None:
@@ -78,8 +134,18 @@ def _reason(text: str) -> str:
     if "Constraints violated" in text:
         # torch.export lists what the code assumed of a dimension, once per use
         facts = [line[2:].split(" If you're using")[0] for line in lines if line.startswith("- ")]
-        return "; ".join(["the code does not allow every size that the spec's symbols do", *dict.fromkeys(facts)])
+        fact = re.sub(r"L\['(\w+)'\]\.size\(\)\[(\d+)\]", r"\1.shape[\2]", facts[0] if facts else "")
+        fact = re.sub(r"torch\.sym_float\(([^()]*)\)", r"\1", fact)
+        return f"the code does not allow every size that the spec's symbols do: {fact}"
+    if summary := re.search(r"## Exception summary\s+<class '[^']+'>: (.+)", text):
+        return re.sub(r"<OpOverload\(op='([^']+)'.*?\)>.*", r"\1", summary[1])
     useful = [line for line in lines if line and not line.startswith(("File ", "From user code", "from user code", "⬆", "<class", "## "))]
     cause = next((line for line in useful if "Caused by" in line or "not supported" in line.lower()), None)
     head = useful[0] if useful else ""
     return head if cause is None or cause == head else f"{head} ({cause})"
+
+
+def _remedy(text: str) -> str | None:
+    if "Constraints violated" in text:
+        return _SIZES if _ROUNDED.search(text) else _LIMITS
+    return next((remedy for pattern, remedy in _REMEDIES if re.search(pattern, text)), None)

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import torch
 from torch import nn
+from torch.export import ExportedProgram
 
 import chiasm
 
 from . import samples
 from .bundle import Golden, Writer
-from .errors import ExportError
+from .checks import check_call, check_inputs, check_results
+from .documents import provenance, sbom
+from .errors import ExportError, explain
 from .graph import output_specs, trace, trace_vjp, vjp_module, vjp_signature
 from .independence import SYMBOL, has_samples, independent
 from .manifest import FORMATS, METHODS, SCHEMA_VERSION
 from .module import bind
-from .native import to_native
+from .native import signature_text, to_native
 from .onnx_format import IR_VERSION, OPSET, onnx_bytes, to_fused_onnx, to_onnx
+from .purity import check_op, preserved
 from .spec import Spec, TensorSpec
 from .torchscript import to_torchscript
 
@@ -32,18 +37,20 @@ def export(
     path: str | Path,
     formats: Sequence[str] = FORMATS,
     isas: Sequence[str] = ("x86-64-v3",),
-    methods: Sequence[str] = METHODS,
+    methods: Sequence[str] | None = None,
     progress: Callable[[str], None] = lambda step: None,
 ) -> Path:
     """Export an op or a pipeline of ops, and write the bundle `path`/NAME.chiasm.
 
     Args:
-        fn: a typed function on tensors, or an nn.Module (torch.nn.Sequential of ops, say).
+        fn: a typed function on tensors, or an nn.Module (torch.nn.Sequential of ops, say), which is exported in evaluation mode and
+            left exactly as it was. It gives the same for the same inputs, and changes neither them nor a state.
         spec: its inputs, outputs, configuration and tolerances.
         path: the folder that gets the bundle; made where it does not exist.
         formats: which of "torchscript", "onnx", "native" to make.
         isas: CPU levels to compile native code for.
-        methods: ("forward",) leaves the gradient out, which takes most of an export's time.
+        methods: ("forward",) leaves the gradient out, which takes most of an export's time; ("forward", "vjp") demands it. Without
+            either the gradient is exported in the formats that have one, and a warning names the others.
         progress: called with the name of each step as it begins.
 
     Returns:
@@ -59,64 +66,135 @@ def export(
         >>> bundle.name
         'my.sobel.chiasm'
     """
-    unknown = set(formats) - set(FORMATS)
-    if unknown or not formats:
-        raise ExportError(f"formats: expected some of {FORMATS}, got {tuple(formats)}")
-    op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
-    progress("trace")
-    first = trace(op, spec, list(spec.inputs), samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0]), "onnx")
-    outputs = output_specs(first, spec, spec.variants()[0])
-    gradient = vjp_signature(spec, outputs) if "vjp" in methods else None
-    manifest = _manifest(fn, spec, outputs, gradient)
-    if "native" in formats:
-        progress("samples")
-        _note_samples(op, spec, manifest["methods"], {"forward": (list(spec.inputs), outputs)} | ({"vjp": gradient} if gradient else {}))
-    writer = Writer(manifest)
-    if "torchscript" in formats:
-        progress("torchscript")
-        data = to_torchscript(op, spec.name)
-        entry = {"backend": "torch", "format": "torchscript", "dtypes": [v for v in spec.variants() if v], "device": "any"}
-        writer.artifact("forward", "forward.pt", data, **entry)
-        if gradient:
-            writer.artifact("vjp", "forward.pt", data, autograd=True, **entry)
-    cases = []
-    for variant in spec.variants():
-        traced = first if variant == spec.variants()[0] else None
-        _export_variant(op, spec, variant, traced, outputs, gradient, formats, isas, writer, cases, progress)
-    writer.golden(cases)
-    return writer.write(Path(path))
+    check_call(fn, spec, formats, isas, METHODS if methods is None else methods)
+    with preserved(fn):
+        return _Export(fn, spec, formats, isas, methods, progress).run(Path(path))
 
 
-def _export_variant(op, spec, variant, traced, outputs, gradient, formats, isas, writer, cases, progress) -> None:
-    inputs, dtypes = list(spec.inputs), [variant] if variant else []
-    suffix = f".{variant}" if variant else ""
-    methods: list[tuple[str, nn.Module, list[TensorSpec], list[TensorSpec]]] = [("forward", op, inputs, outputs)]
-    pullback = vjp_module(op, spec, outputs) if gradient else None
-    if gradient and pullback is not None and variant == spec.variants()[0]:  # other dtypes: the torch backend's autograd
-        methods.append(("vjp", pullback, *gradient))
-    for method, module, ins, outs in methods:
-        example = with_cotangents(op, spec, samples.fit(spec, samples.EXAMPLE), variant, ins)
-        if method == "vjp":
+class _Export:
+    """One export, step by step."""
+
+    def __init__(self, fn, spec: Spec, formats, isas, methods, progress) -> None:
+        self.fn, self.spec, self.formats, self.isas, self.methods, self.progress = fn, spec, formats, isas, methods, progress
+        self.op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
+        self.cases: list[Golden] = []
+        self.missing: dict[str, ExportError] = {}  # formats without the gradient, and why
+
+    def run(self, path: Path) -> Path:
+        spec, variants = self.spec, self.spec.variants()
+        self.progress("check")
+        taken = [self._check(variant) for variant in variants]
+        if any(map(any, taken)):
+            self.op = bind(self.fn, [t.name for t in spec.inputs], spec.config, spec.name, [any(of) for of in zip(*taken, strict=True)])
+        self.progress("trace")
+        first = trace(self.op, spec, list(spec.inputs), samples.make(spec, samples.fit(spec, samples.EXAMPLE), variants[0]), "onnx")
+        self.outputs = output_specs(first, spec, variants[0])
+        self.gradient = vjp_signature(spec, self.outputs) if self.methods is None or "vjp" in self.methods else None
+        self.writer = Writer(_manifest(self.fn, spec, self.outputs, self.gradient))
+        if "native" in self.formats:
+            self.progress("samples")
+            signatures = {"forward": (list(spec.inputs), self.outputs)} | ({"vjp": self.gradient} if self.gradient else {})
+            _note_samples(self.op, spec, self.writer.manifest["methods"], signatures)
+        if "torchscript" in self.formats:
+            self.progress("torchscript")
+            data = to_torchscript(self.op, spec)
+            entry = {"backend": "torch", "format": "torchscript", "dtypes": [v for v in variants if v], "device": "any"}
+            self.writer.artifact("forward", "forward.pt", data, **entry)
+            if self.gradient:
+                self.writer.artifact("vjp", "forward.pt", data, autograd=True, **entry)
+        for variant in variants:
+            self._forward(variant, first if variant == variants[0] else None)
+            if self.gradient and variant == variants[0]:  # other dtypes: the torch backend's autograd
+                self._gradient(variant)
+        self._warn()
+        self.writer.golden(self.cases)
+        asked = {"formats": self.formats, "isas": self.isas, "methods": self.methods or METHODS}
+        self.writer.document("sbom", "sbom.cdx.json", sbom(self.writer.manifest, self.writer.files))
+        self.writer.document("provenance", "provenance.json", provenance(self.fn, self.writer.manifest, self.writer.files, asked))
+        return self.writer.write(path)
+
+    def _check(self, variant: str | None) -> list[bool]:
+        """Refuse an op that fails or is no function of its inputs, before a tracer tells it in its own words; returns which results are
+        an input themselves, or another result."""
+        sizes = samples.fit(self.spec, samples.GOLDEN)
+        inputs = samples.make(self.spec, sizes, variant)
+        check_inputs(self.spec, inputs, sizes, variant)
+        try:
+            return check_op(self.spec.name, lambda tensors: check_results(self.spec, _call(self.op, tensors)), inputs, self.op)
+        except ExportError:
+            raise
+        except (Exception, SystemExit) as error:
+            raise explain(self.spec.name, None, error, shapes=", ".join(f"{key} {tuple(t.shape)}" for key, t in inputs.items())) from error
+
+    def _forward(self, variant: str | None, traced: ExportedProgram | None) -> None:
+        spec, inputs = self.spec, list(self.spec.inputs)
+        example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), variant)
+        if "native" in self.formats:
+            program = traced if traced and spec.takes_gradients else trace(self.op, spec, inputs, example, "native")
+            self._native("forward", variant, program, inputs, self.outputs)
+        if "onnx" in self.formats and variant != "bfloat16":  # ONNX Runtime's CPU kernels have no bfloat16
+            self._onnx("forward", variant, traced or trace(self.op, spec, inputs, example, "onnx"), inputs, self.outputs)
+        self._golden("forward", variant, self.op, inputs, self.outputs)
+
+    def _gradient(self, variant: str | None) -> None:
+        """The gradient in the formats that have one; in all, where it was asked for."""
+        module, (inputs, outputs) = vjp_module(self.op, self.spec, self.outputs), self.gradient
+        try:
+            example = with_cotangents(self.op, self.spec, samples.fit(self.spec, samples.EXAMPLE), variant, inputs)
             # Backward passes are traced in one form for all targets, and tracing is the slow part: once serves both.
-            progress(f"{method}{suffix} trace")
-            traced = trace_vjp(module, spec, ins, example)
-        if "native" in formats:
-            program = traced if method == "vjp" or (traced and spec.takes_gradients) else trace(module, spec, ins, example, "native")
-            for isa in isas:
-                progress(f"{method}{suffix} {isa}")
-                made = to_native(program, spec, isa)
-                backend, needs = ("torch", ["libtorch"]) if made.needs_libtorch else ("native", [])
-                writer.artifact(method, f"{method}{suffix}.{isa}.pt2", made.data, backend=backend, format="aotinductor", dtypes=dtypes, device="cpu", isa=isa, needs=needs)
-        if "onnx" in formats and variant != "bfloat16":  # ONNX Runtime's CPU kernels have no bfloat16
-            progress(f"{method}{suffix} onnx")
-            # Last, because it may change the traced program.
-            flat = to_onnx(traced or trace(module, spec, ins, example, "onnx"), spec, ins, outs, method)
-            entry = {"backend": "onnx", "format": "onnx", "dtypes": dtypes, "device": "any", "opset": OPSET, "ir_version": IR_VERSION}
-            writer.artifact(method, f"{method}{suffix}.onnx", onnx_bytes(flat, spec.name), **entry)
-            fused = to_fused_onnx(flat, spec, method)
-            writer.artifact(method, f"{method}{suffix}.fused.onnx", onnx_bytes(fused, spec.name), **entry, function=fused.functions[0].name)
-        golden = with_cotangents(op, spec, samples.fit(spec, samples.GOLDEN), variant, ins)
-        cases.append(Golden(method, variant, golden | dict(zip([t.name for t in outs], run_eager(module, golden), strict=True))))
+            self.progress(f"vjp{_suffix(variant)} trace")
+            traced = trace_vjp(module, self.spec, inputs, example)
+        except ExportError as error:
+            self._lacks([f for f in ("native", "onnx") if f in self.formats], error)
+        else:
+            for form, make in (("native", self._native), ("onnx", self._onnx)):
+                if form in self.formats and (form, variant) != ("onnx", "bfloat16"):
+                    try:
+                        make("vjp", variant, traced, inputs, outputs)
+                    except ExportError as error:
+                        self._lacks([form], error)
+        if self.writer.manifest["methods"]["vjp"]["artifacts"]:
+            self._golden("vjp", variant, module, inputs, outputs)
+        else:
+            del self.writer.manifest["methods"]["vjp"]
+
+    def _lacks(self, formats: list[str], error: ExportError) -> None:
+        if self.methods is not None:
+            raise error
+        self.missing |= dict.fromkeys(formats, error)
+
+    def _warn(self) -> None:
+        for form, error in self.missing.items():
+            reason = "; ".join(line.strip() for line in str(error).splitlines()[1:])
+            asked = "methods=('forward',) asks for none, methods=('forward', 'vjp') for all or an error"
+            warnings.warn(f"{self.spec.name}: exported without its gradient in the format {form}: {reason} ({asked})", stacklevel=4)
+
+    def _native(self, method: str, variant: str | None, program: ExportedProgram, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> None:
+        signature = signature_text(self.spec, inputs, outputs, variant, self.writer.manifest["methods"][method].get("samples"))
+        for isa in self.isas:
+            self.progress(f"{method}{_suffix(variant)} {isa}")
+            made = to_native(program, self.spec, isa, signature)
+            backend = {"backend": "torch", "needs": ["libtorch"], "why": made.why} if made.needs_libtorch else {"backend": "native", "needs": []}
+            entry = {"format": "aotinductor", "dtypes": [variant] if variant else [], "device": "cpu", "isa": isa}
+            self.writer.artifact(method, f"{method}{_suffix(variant)}.{isa}.pt2", made.data, **backend, **entry)
+
+    def _onnx(self, method: str, variant: str | None, program: ExportedProgram, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> None:
+        self.progress(f"{method}{_suffix(variant)} onnx")
+        # It may change the program: whatever else is made of that comes before.
+        flat = to_onnx(program, self.spec, inputs, outputs, method)
+        fused = to_fused_onnx(flat, self.spec, method)
+        entry = {"backend": "onnx", "format": "onnx", "dtypes": [variant] if variant else [], "device": "any", "opset": OPSET, "ir_version": IR_VERSION}
+        files = [(f"{method}{_suffix(variant)}.{form}", onnx_bytes(model, self.spec.name)) for form, model in (("onnx", flat), ("fused.onnx", fused))]
+        self.writer.artifact(method, *files[0], **entry)
+        self.writer.artifact(method, *files[1], **entry, function=fused.functions[0].name)
+
+    def _golden(self, method: str, variant: str | None, module: nn.Module, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> None:
+        made = with_cotangents(self.op, self.spec, samples.fit(self.spec, samples.GOLDEN), variant, inputs)
+        self.cases.append(Golden(method, variant, made | dict(zip([t.name for t in outputs], run_eager(module, made), strict=True))))
+
+
+def _suffix(variant: str | None) -> str:
+    return f".{variant}" if variant else ""
 
 
 def with_cotangents(op: nn.Module, spec: Spec, sizes: dict[str, int], variant: str | None, tensors: list[TensorSpec]) -> dict[str, torch.Tensor]:
@@ -134,9 +212,13 @@ def with_cotangents(op: nn.Module, spec: Spec, sizes: dict[str, int], variant: s
 
 def run_eager(module: nn.Module, inputs: dict[str, torch.Tensor]) -> tuple[torch.Tensor, ...]:
     """The reference: what eager Python gives."""
-    with torch.enable_grad():  # a step of an optimisation takes gradients itself
-        result = module(*inputs.values())
+    result = _call(module, inputs)
     return tuple(r.detach() for r in (result if isinstance(result, (tuple, list)) else (result,)))
+
+
+def _call(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> Any:
+    with torch.enable_grad():  # a step of an optimisation takes gradients itself
+        return module(*inputs.values())
 
 
 def _manifest(fn, spec: Spec, outputs: list[TensorSpec], gradient) -> dict[str, Any]:

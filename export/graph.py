@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import logging
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any
+from unittest.mock import patch
 
 import sympy
 import torch
 from torch import nn
 from torch._decomp import get_decompositions
-from torch.export import Dim, ExportedProgram
+from torch.export import Dim, ExportedProgram, _trace
 from torch.fx.experimental.proxy_tensor import make_fx
+from torch.fx.experimental.symbolic_shapes import ShapeEnv
 
 from chiasm.primitives.target import exporting
 
 from .backward import joined
-from .errors import ExportError, explain
+from .errors import ExportError, explain, own_line
 from .module import bind
+from .purity import check_program
 from .spec import Spec, TensorSpec
 from .torch_speed import fast_tracing
 
@@ -43,13 +51,42 @@ def trace(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: Inpu
         return trace_vjp(module, spec, tensors, inputs)
     # Loops go through torch.compile, whose code for an op before, made for 4 models say, else leaves the guard `S != 4` on this one.
     torch._dynamo.reset()
+    guards: list[tuple[str, str]] = []
+    args = tuple(inputs[t.name] for t in tensors)
     try:
-        with torch.no_grad(), exporting(target, vjp=vjp), fast_tracing():
-            return torch.export.export(
-                module, tuple(inputs[t.name] for t in tensors), dynamic_shapes=dynamic_shapes(spec, tensors)
-            )
+        with torch.no_grad(), exporting(target, vjp=vjp), fast_tracing(), _noted(guards), _quiet():
+            program = torch.export.export(module, args, dynamic_shapes=dynamic_shapes(spec, tensors))
     except Exception as error:
-        raise explain(spec.name, f"a graph ({target})", error) from error
+        raise explain(spec.name, f"a graph ({target})", error, guards) from error
+    check_program(spec.name, program, {t.name: inputs[t.name] for t in tensors})
+    return program
+
+
+@contextmanager
+def _noted(guards: list[tuple[str, str]]) -> Iterator[None]:
+    """Note what the trace assumes of sizes, and the user's line that it does so for."""
+    log_guard = ShapeEnv._log_guard
+
+    def noting(shapes: ShapeEnv, prefix: str, guard: Any, forcing_spec: bool) -> None:
+        if line := own_line(traceback.extract_stack()):
+            guards.append((str(guard), line))
+        log_guard(shapes, prefix, guard, forcing_spec)
+
+    with patch.object(ShapeEnv, "_log_guard", noting):
+        yield
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without torch's own reports of what it raises anyway: to its log, and the graph so far to standard output."""
+    logger = logging.getLogger("torch")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        with patch.object(_trace, "print", lambda *_, **__: None, create=True):
+            yield
+    finally:
+        logger.setLevel(level)
 
 
 def symbols_of(program: ExportedProgram, tensors: list[TensorSpec]) -> dict[sympy.Symbol, str]:

@@ -1,33 +1,47 @@
-"""Image files in and out of a bundle, for `chiasm run`."""
+"""Image files in and out of a bundle, for `chiasm run`.
+
+Files are read as OpenCV's `imread` reads them: turned as their EXIF entry says, without transparency, and 16-bit values as the upper eight
+bits where an op takes bytes; where it takes numbers from 0 to 1, 16-bit grey values keep all their bits.
+"""
 
 from __future__ import annotations
 
+import io
 import json
+import os
 import re
+import struct
+import tempfile
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageOps
 
+from .errors import one_line
 from .manifest import BundleError, read_manifest
+
+_LAYOUTS = ("NCHW", "HWC", "HW")
 
 
 def run_on_image(bundle: Path, source: Path, target: Path, backend: str, settings: dict[str, str]) -> str:
     """Run `forward` on an image file and write the first image among its outputs; returns a line that says what was done."""
-    import chiasm.runtime
-
     manifest = read_manifest(bundle)
     method = manifest["methods"]["forward"]
-    takes_image = [t for t in method["inputs"] if t["layout"] in ("NCHW", "HWC")]
-    gives_image = [i for i, t in enumerate(method["outputs"]) if t["layout"] in ("NCHW", "HWC", "HW")]
+    takes_image = [t for t in method["inputs"] if t["layout"] in _LAYOUTS[:2]]
+    gives_image = [i for i, t in enumerate(method["outputs"]) if t["layout"] in _LAYOUTS]
     if not takes_image or not gives_image:
         raise BundleError(f"{manifest['name']} does not map an image to an image: use chiasm.runtime from Python or C++")
     unknown = set(settings) - {t["name"] for t in method["inputs"]}
     if unknown:
         raise BundleError(f"{manifest['name']} has no input {sorted(unknown)[0]!r}: it has {', '.join(t['name'] for t in method['inputs'])}")
+    check_target(target)
     picture = read_image(source)
-    inputs = [to_array(t, picture) if t in takes_image else _setting(t, settings, picture) for t in method["inputs"]]
+    inputs = [to_array(t, picture, manifest["dtypes"]) if t in takes_image and t["name"] not in settings
+              else _setting(t, settings, manifest["dtypes"]) for t in method["inputs"]]
+    import chiasm.runtime
+
     try:
         loaded = chiasm.runtime.open(bundle).method("forward", backend=backend)
         result = loaded(*inputs)
@@ -39,46 +53,126 @@ def run_on_image(bundle: Path, source: Path, target: Path, backend: str, setting
     return f"{source} -> {manifest['name']} ({loaded.backend}) -> {target}"
 
 
+def check_target(path: Path) -> None:
+    """Refuse a name that no image can be written to, before anything is computed."""
+    known = {extension for extension, form in Image.registered_extensions().items() if form in Image.SAVE}
+    if path.suffix.lower() not in known:
+        what = f"{path.suffix!r} is no extension of an image" if path.suffix else "it has no extension"
+        raise BundleError(f"{path}: {what}, which says how to write it: use .png, .jpg, .tif, .bmp or .webp")
+    if not path.parent.is_dir():
+        raise BundleError(f"{path}: the folder {path.parent} does not exist: make it first (mkdir -p {path.parent})")
+
+
 def read_image(path: Path) -> np.ndarray:
-    """An RGB uint8 array (H, W, 3)."""
+    """An RGB array (H, W, 3), or a grey one (H, W, 1) of 16 bits: uint8 or uint16."""
     try:
-        return np.asarray(Image.open(path).convert("RGB"))
-    except OSError as error:
-        raise BundleError(f"{path}: not an image that can be read: {error}") from error
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # large images: what is far too large is an error
+            with Image.open(path) as image:
+                if image.mode in ("I", "F"):
+                    raise BundleError(f"{path}: pixels of 32 bits ({image.mode}): convert the image to 8 or 16 bits, or use chiasm.runtime from Python")
+                turned = _turned(image)
+                if turned.mode.startswith("I;16"):
+                    return np.asarray(turned).astype(np.uint16)[..., None]
+                return np.asarray(turned.convert("RGB"))
+    except Image.DecompressionBombError as error:
+        raise BundleError(f"{path}: too many pixels for an image file that is to be trusted: {one_line(error)}") from error
+    except (OSError, SyntaxError, ValueError, EOFError, IndexError, TypeError, struct.error) as error:  # whatever a decoder raises
+        raise BundleError(f"{path}: not an image that can be read: {one_line(getattr(error, 'strerror', None) or error)}") from error
 
 
-def to_array(tensor: dict[str, Any], picture: np.ndarray) -> np.ndarray:
-    """The picture in the layout, colour order and dtype that an input asks for."""
-    if tensor["layout"] == "HWC":
-        return np.ascontiguousarray(picture[..., ::-1] if tensor["color"] == "BGR" else picture)
-    planes = picture.astype(np.float32).transpose(2, 0, 1) / 255.0
-    if tensor["shape"][1] == 1:
-        planes = np.tensordot(np.array([0.299, 0.587, 0.114], np.float32), planes, 1)[None]
-    return np.ascontiguousarray(planes[None])
+def _turned(image: Image.Image) -> Image.Image:
+    image.load()
+    try:
+        return ImageOps.exif_transpose(image)
+    except Exception:  # an EXIF entry that cannot be read says nothing, as for OpenCV
+        return image
 
 
-def _setting(tensor: dict[str, Any], settings: dict[str, str], picture: np.ndarray) -> np.ndarray:
-    name, dtype = tensor["name"], "float32" if tensor["dtype"] == "T" else tensor["dtype"]
+def to_array(tensor: dict[str, Any], picture: np.ndarray, dtypes: list[str]) -> np.ndarray:
+    """The picture in the layout, colour order and dtype that an input asks for: bytes, or numbers from 0 to 1."""
+    dtype = _dtype(tensor, dtypes)
+    depth = np.iinfo(picture.dtype).max
+    if dtype == "uint8":
+        values = picture if depth == 255 else (picture >> 8).astype(np.uint8)
+    else:
+        values = picture.astype(np.float64 if dtype == "float64" else np.float32) / depth
+    planes = tensor["layout"] == "NCHW"
+    channels = tensor["shape"][1 if planes else 2]
+    if channels == 1 and values.shape[2] == 3:
+        grey = np.tensordot(values, np.array([0.299, 0.587, 0.114], np.float64 if dtype == "float64" else np.float32), 1)[..., None]
+        values = (grey + 0.5).astype(np.uint8) if dtype == "uint8" else grey
+    elif channels != 1 and values.shape[2] == 1:
+        values = np.repeat(values, 3, 2)
+    if tensor["color"] == "BGR":
+        values = values[..., ::-1]
+    return np.ascontiguousarray(values[None].transpose(0, 3, 1, 2) if planes else values, None if dtype == "uint8" else dtype)
+
+
+def _dtype(tensor: dict[str, Any], dtypes: list[str]) -> str:
+    """The NumPy dtype of an input; what is generic gets float32, where it is among the bundle's."""
+    wanted = tensor["dtype"]
+    if wanted == "T":
+        wanted = "float32" if "float32" in dtypes else dtypes[0]
+    if wanted == "bfloat16":
+        raise BundleError(f"input {tensor['name']!r} is bfloat16, which NumPy does not have: use chiasm.runtime with torch")
+    return wanted
+
+
+def _setting(tensor: dict[str, Any], settings: dict[str, str], dtypes: list[str]) -> np.ndarray:
+    name, dtype = tensor["name"], _dtype(tensor, dtypes)
     if name not in settings:
         raise BundleError(f"input {name!r} ({tensor['description']}; shape {tuple(tensor['shape'])}) is needed: --set {name}=VALUE")
     value = settings[name]
-    if size := re.fullmatch(r"(\d+)x(\d+)", value):
-        return np.zeros((int(size[1]), int(size[2])), dtype)
     try:
-        return np.asarray(json.loads(value), dtype)
-    except ValueError as error:
-        raise BundleError(f"input {name!r}: {value!r} is neither JSON nor HEIGHTxWIDTH: {error}") from error
+        if size := re.fullmatch(r"(\d{1,6})x(\d{1,6})", value):
+            return np.zeros((int(size[1]), int(size[2])), dtype)
+        parsed = json.loads(value)
+        if not all(isinstance(v, (bool, int, float)) for v in _leaves(parsed)):
+            raise ValueError("expected numbers, or lists of numbers")
+        return np.asarray(parsed, dtype)
+    except (ValueError, TypeError, OverflowError, RecursionError, MemoryError) as error:
+        raise BundleError(f"input {name!r}: {one_line(value, 60)!r} is neither JSON for {dtype} {tuple(tensor['shape'])} nor HEIGHTxWIDTH: {one_line(error)}") from error
+
+
+def _leaves(value: Any) -> list[Any]:
+    return [leaf for v in value for leaf in _leaves(v)] if isinstance(value, list) else [value]
 
 
 def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
-    """Write the first image of an output. Float values are taken as 0 to 1 where they lie there, else stretched to it."""
+    """Write the first image of an output, whole or not at all. Float values are taken as 0 to 1 where they lie there, else stretched to it."""
+    if array.size == 0:
+        raise BundleError(f"{path}: output {tensor['name']!r} is empty: its shape is {array.shape}")
     if tensor["layout"] == "NCHW":
         array = array[0].transpose(1, 2, 0)
     if array.dtype != np.uint8:
-        low, high = float(array.min()), float(array.max())
+        array = array.astype(np.float64)
+        finite = array[np.isfinite(array)]
+        low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
         if low < -1e-3 or high > 1.0 + 1e-3:
             array = (array - low) / max(high - low, 1e-12)
-        array = (np.clip(array, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
+        array = (np.clip(np.nan_to_num(array), 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
     if array.ndim == 3 and array.shape[2] not in (3, 4):
         array = array[..., 0]
-    Image.fromarray(np.ascontiguousarray(array)).save(path)
+    elif tensor["color"] == "BGR":
+        array = array[..., ::-1]
+    scratch = None
+    try:
+        encoded = io.BytesIO()  # not right to the file: Pillow takes no notice of a disk that is full
+        Image.fromarray(np.ascontiguousarray(array)).save(encoded, Image.registered_extensions()[path.suffix.lower()])
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".writing-", delete=False) as file:
+            scratch = Path(file.name)
+            file.write(encoded.getbuffer())
+        scratch.chmod(0o666 & ~_umask())
+        os.replace(scratch, path)
+    except (OSError, ValueError, KeyError) as error:
+        raise BundleError(f"{path}: cannot be written: {one_line(getattr(error, 'strerror', None) or error)}") from error
+    finally:
+        if scratch is not None:
+            scratch.unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

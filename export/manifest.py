@@ -12,7 +12,7 @@ from typing import Any
 import jsonschema
 
 SUFFIX = ".chiasm"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 FORMATS = ("torchscript", "onnx", "native")
 METHODS = ("forward", "vjp")
 
@@ -35,11 +35,15 @@ def sha256(data: bytes) -> str:
 def read_manifest(bundle: Path) -> dict[str, Any]:
     """The manifest of a bundle, checked against the schema."""
     file = bundle / "manifest.json"
-    if not file.is_file():
-        raise BundleError(f"{bundle}: not a bundle: it has no manifest.json (`chiasm export --help` makes one)")
     try:
-        manifest = json.loads(file.read_text())
-    except ValueError as error:
+        text = file.read_bytes()
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError) as error:
+        raise BundleError(f"{bundle}: not a bundle: it has no manifest.json (`chiasm export --help` makes one)") from error
+    except OSError as error:
+        raise BundleError(f"{file}: {error.strerror}") from error
+    try:
+        manifest = json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise BundleError(f"{file}: not JSON: {error}") from error
     version = manifest.get("schema_version") if isinstance(manifest, dict) else None
     if isinstance(version, int) and version > SCHEMA_VERSION:
@@ -47,7 +51,9 @@ def read_manifest(bundle: Path) -> dict[str, Any]:
     try:
         jsonschema.validate(manifest, schema())
     except jsonschema.ValidationError as error:
-        raise BundleError(f"{file}: at {error.json_path}: {error.message}") from error
+        raise BundleError(f"{file}: at {error.json_path}: {error.message[:300]}") from error
+    except RecursionError as error:
+        raise BundleError(f"{file}: nested too deeply") from error
     return manifest
 
 

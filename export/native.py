@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 import os
 import re
 import subprocess
 import tempfile
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
@@ -26,7 +27,8 @@ import torch
 from torch.export import ExportedProgram
 
 from .errors import ExportError, explain
-from .spec import Spec
+from .native_checks import checked_native_code
+from .spec import Spec, TensorSpec
 from .torch_speed import fast_inductor, fast_tracing
 
 SHIM = Path(__file__).resolve().parent / "shim"
@@ -40,10 +42,11 @@ _LINK = f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -Wl,--as-needed -lmvec"
 
 @dataclass(frozen=True)
 class NativeArtifact:
-    """The bytes of a `.pt2`, and whether it needs libtorch."""
+    """The bytes of a `.pt2`; whether it needs libtorch, and what for: the operators that the shim does not have."""
 
     data: bytes
     needs_libtorch: bool
+    why: str = ""
 
 
 def cache_folder() -> Path:
@@ -51,20 +54,41 @@ def cache_folder() -> Path:
     return Path(os.environ.get("CHIASM_CACHE") or Path.home() / ".cache" / "chiasm")
 
 
-def to_native(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
-    """Compile for a CPU of level `isa`, or fetch the same compilation from the cache."""
+def signature_text(spec: Spec, inputs: Sequence[TensorSpec], outputs: Sequence[TensorSpec], variant: str | None, batch: str | None) -> str:
+    """What compiled code relies on: the runtime writes the same text from the manifest (runtime/core/signature_text.cpp) and compares.
+
+    Args:
+        spec: the symbols' limits.
+        inputs: of the method.
+        outputs: of the method, with the shapes that were derived.
+        variant: what T stands for.
+        batch: the symbol that counts independent samples, if there is one.
+    """
+    lines = ["chiasm 1"] + sorted(f"symbol {name} {low} {high}" for name, (low, high) in spec.used_symbols().items())
+    for kind, tensors in (("input", inputs), ("output", outputs)):
+        for t in tensors:
+            batched = " batched" if batch and t.shape[:1] == (batch,) else ""
+            lines.append(f"{kind} {t.name} {variant if t.dtype == 'T' else t.dtype} [{', '.join(map(str, t.shape))}]{batched}")
+    return "\n".join(lines) + "\n"
+
+
+def to_native(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> NativeArtifact:
+    """Compile for a CPU of level `isa`, or fetch the same compilation from the cache. The code carries `signature`."""
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
-    entry = cache_folder() / "native" / f"{_key(program, spec, isa)}.pt2"
+    entry = cache_folder() / "native" / f"{_key(program, spec, isa, signature)}.pt2"
+    why = entry.with_suffix(".why")
     if not entry.exists():
-        artifact = _compile(program, spec, isa)
+        artifact = _compile(program, spec, isa, signature)
         entry.parent.mkdir(parents=True, exist_ok=True)
         # A rename is atomic: two exports at once leave one whole file.
-        with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
-            file.write(artifact.data)
-        os.replace(file.name, entry)
+        for path, data in (why, artifact.why.encode()), (entry, artifact.data):
+            if data:
+                with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
+                    file.write(data)
+                os.replace(file.name, path)
     data = entry.read_bytes()
-    return NativeArtifact(data, needs_libtorch=not _is_torch_free(data))
+    return NativeArtifact(data, needs_libtorch=False) if _is_torch_free(data) else NativeArtifact(data, needs_libtorch=True, why=why.read_text())
 
 
 def _is_torch_free(data: bytes) -> bool:
@@ -72,7 +96,7 @@ def _is_torch_free(data: bytes) -> bool:
         return "chiasm/op.so" in archive.namelist()
 
 
-def _key(program: ExportedProgram, spec: Spec, isa: str) -> str:
+def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> str:
     """Everything that the compiled code depends on."""
     digest = hashlib.sha256()
     for part in (
@@ -84,6 +108,7 @@ def _key(program: ExportedProgram, spec: Spec, isa: str) -> str:
         str({k: v.tolist() for k, v in sorted(program.constants.items()) if isinstance(v, torch.Tensor)}),
         str({k: v.tolist() for k, v in sorted(program.state_dict.items())}),
         isa,
+        signature,
         torch.__version__,
         subprocess.run([_compiler(), "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0],
         _shim_hash(),
@@ -102,7 +127,8 @@ def _compiler() -> str:
 
 @cache
 def _shim_hash() -> str:
-    files = [Path(__file__)]  # how it is compiled and linked
+    folder = Path(__file__).parent
+    files = [Path(__file__), folder / "native_checks.py", folder / "index_ranges.py", folder / "torch_speed.py"]  # how it is compiled and linked
     return _hash(files + [f for f in SHIM.rglob("*") if f.is_file() and f.parent != KERNELS])
 
 
@@ -177,23 +203,34 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
             raise ExportError(f"{spec.name}: native code ({isa}) needs a CPU with AVX2 to be exported on: this one has none")
 
 
-def _compile(program: ExportedProgram, spec: Spec, isa: str) -> NativeArtifact:
+def _compile(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> NativeArtifact:
     _check_vector_isa(spec, isa)
     folder = _shim_folder()
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
     link = f"chiasm_kernels -lchiasm_shim -L{folder} -Wl,--version-script={folder / 'symbols.map'} {_LINK}"
-    options = {
-        "aot_inductor.link_libtorch": False,
-        "aot_inductor.custom_op_libs": [link],
-        "aot_inductor.custom_ops_to_c_shims": {operator: [_declaration(operator)] for operator in _operators(program)},
-    }
-    library = _inductor(program, spec, isa, options, SHIM / "include")
+    with tempfile.TemporaryDirectory() as scratch:
+        options = {
+            "aot_inductor.link_libtorch": False,
+            "aot_inductor.custom_op_libs": [link],
+            "aot_inductor.custom_ops_to_c_shims": {operator: [_declaration(operator)] for operator in _operators(program)},
+        }
+        library = _inductor(program, spec, isa, options, SHIM / "include", [_compile_signature(signature, Path(scratch))])
     with zipfile.ZipFile(io.BytesIO(library)) as archive:
         (member,) = (n for n in archive.namelist() if n.endswith(".so"))
         code = archive.read(member)
-    if not _missing_symbols(code):
+    missing = _missing_symbols(code)
+    if not missing:
         return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
-    return NativeArtifact(_repack(_inductor(program, spec, isa, {})), needs_libtorch=True)
+    return NativeArtifact(_repack(_inductor(program, spec, isa, {})), needs_libtorch=True, why=f"libtorch's {', '.join(missing)}")
+
+
+def _compile_signature(signature: str, folder: Path) -> Path:
+    """An object file with the signature, for the shim."""
+    source, compiled = folder / "signature.cpp", folder / "signature.o"
+    text = "".join(f"\n  {json.dumps(line)}" for line in signature.splitlines(keepends=True))
+    source.write_text(f'extern "C" {{ extern const char chiasm_native_signature[]; const char chiasm_native_signature[] ={text}; }}\n')
+    _run([_compiler(), "-fPIC", "-fvisibility=hidden", "-c", str(source), "-o", str(compiled)])
+    return compiled
 
 
 def _declaration(operator: torch._ops.OpOverload) -> str:
@@ -213,7 +250,7 @@ def _settings(spec: Spec, isa: str) -> dict[str, object]:
         "cpp.min_chunk_size": 0,  # however small the example is
         "cpp.fallback_scatter_reduce_sum": False,  # atomic additions, not a call of libtorch
         "aot_inductor.enable_line_tables": False,
-        "assert_indirect_indexing": False,
+        "assert_indirect_indexing": False,  # `checked_native_code` checks without ending the process
     }
 
 
@@ -237,8 +274,8 @@ def _plain_minima() -> Iterator[None]:
         yield
 
 
-def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, include: Path | None = None) -> bytes:
-    """AOTInductor's package. Headers in `include` go before the compiler's own."""
+def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, include: Path | None = None, objects: Sequence[Path] = ()) -> bytes:
+    """AOTInductor's package, linked with `objects`. Headers in `include` go before the compiler's own."""
     from torch._inductor import aoti_compile_and_package
 
     threads = torch.get_num_threads()
@@ -246,7 +283,8 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, inc
     paths = {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
     try:
         minima = _plain_minima() if spec.without_nan else nullcontext()
-        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), fast_tracing(), fast_inductor(), minima:
+        checks = checked_native_code() if include else nullcontext()  # libtorch has no place to note a wrong index in
+        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), fast_tracing(), fast_inductor(objects), minima, checks:
             path = str(Path(scratch) / "op.pt2")
             aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)
             return Path(path).read_bytes()

@@ -67,6 +67,7 @@ class Spec:
     gradient_tolerances: the same for the results of `vjp`, where they differ from `tolerances`.
     vectorize: False compiles native loops without SIMD: right where AOTInductor's SIMD loops are not.
     without_nan: True where the op is documented for images without NaN: native minima and maxima then take one instruction, not three.
+    special_values: why backends may differ from eager Python on inputs with NaN or infinity; empty where they agree (tests/parity/special_values.py).
     takes_gradients: True for a function that calls torch.autograd.grad (a step of an optimisation); it is traced as gradients are, and has no vjp.
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
     """
@@ -86,6 +87,7 @@ class Spec:
     version: str = "1.0.0"
     vectorize: bool = True
     without_nan: bool = False
+    special_values: str = ""
     takes_gradients: bool = False
 
     @property

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -37,15 +38,23 @@ _LARGE = 150_000
 
 
 @contextmanager
-def fast_inductor() -> Iterator[None]:
-    """AOTInductor without `sympy.simplify`, and long code compiled with -O2."""
+def fast_inductor(objects: Sequence[Path] = ()) -> Iterator[None]:
+    """AOTInductor without `sympy.simplify`, and long code compiled with -O2. Texts of errors name files without their folders, which
+    would make the same export on another machine another file. `objects` are linked too: among Inductor's own settings they would
+    be a part of what its precompiled headers are kept by, which then were made anew for each op."""
     from torch._inductor import cpp_builder, sizevars
 
     run = cpp_builder.run_compile_cmd
+    headers = f"-ffile-prefix-map={Path(torch.__file__).parent / 'include'}="
 
     def compiled(command: str, cwd: str) -> None:
-        large = any(os.path.getsize(word) > _LARGE for word in shlex.split(command) if word.endswith(".kernel.cpp"))
-        run(command.replace(" -O3 ", " -O2 ") if large else command, cwd)
+        sources = [word for word in shlex.split(command) if word.endswith(".cpp")]
+        large = any(os.path.getsize(source) > _LARGE for source in sources if source.endswith(".kernel.cpp"))
+        names = [f"-ffile-prefix-map={source}={'.'.join(source.split('.')[-2:])}" for source in sources]
+        command = command.replace(" -O3 ", " -O2 ") if large else command
+        links = not sources and " -shared " in command
+        more = map(str, objects) if links else [headers, *names]
+        run(" ".join([command, *map(shlex.quote, more)]), cwd)
 
     with patch.object(sizevars, "sympy", _Sympy()), patch.object(cpp_builder, "run_compile_cmd", compiled):
         yield

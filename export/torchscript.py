@@ -3,19 +3,33 @@
 from __future__ import annotations
 
 import io
+import zipfile
 
 import torch
 from torch import nn
 
 from .errors import explain
+from .script_purity import check_script
+from .spec import Spec
 
 
-def to_torchscript(module: nn.Module, name: str) -> bytes:
+def to_torchscript(module: nn.Module, spec: Spec) -> bytes:
     """The bytes of a `.pt`."""
     try:
         scripted = torch.jit.script(module)
     except Exception as error:
-        raise explain(name, "TorchScript", error) from error
+        raise explain(spec.name, "TorchScript", error) from error
+    check_script(spec.name, scripted, {t.name: spec.dtypes if t.dtype == "T" else (t.dtype,) for t in spec.inputs})
     buffer = io.BytesIO()
     torch.jit.save(scripted, buffer)
-    return buffer.getvalue()
+    return _anywhere(buffer)
+
+
+def _anywhere(program: io.BytesIO) -> bytes:
+    """The program without what tells where it was made: the paths of the sources, and a number that depends on them."""
+    result = io.BytesIO()
+    with zipfile.ZipFile(program) as given, zipfile.ZipFile(result, "w", zipfile.ZIP_STORED) as kept:
+        for entry in given.infolist():
+            if not entry.filename.endswith((".debug_pkl", ".data/serialization_id")):
+                kept.writestr(zipfile.ZipInfo(entry.filename, (1980, 1, 1, 0, 0, 0)), given.read(entry))
+    return result.getvalue()

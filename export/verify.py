@@ -12,7 +12,8 @@ import torch
 from chiasm.onnx import register
 
 from .bundle import read_golden
-from .manifest import read_file, read_manifest
+from .errors import one_line
+from .manifest import BundleError, read_file, read_manifest
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,8 @@ def verify(bundle: str | Path) -> list[Row]:
     for method in manifest["methods"].values():
         for artifact in method["artifacts"]:
             read_file(folder, artifact)
+    for document in manifest.get("documents", {}).values():
+        read_file(folder, document)
     golden = read_golden(folder, manifest)
     rows = [row for case in manifest["golden"]["cases"] for row in _python_onnx(folder, manifest, golden, case)]
     return _runtime(folder) + rows
@@ -70,10 +73,11 @@ def verify(bundle: str | Path) -> list[Row]:
 def _runtime(folder: Path) -> list[Row]:
     import chiasm.runtime
 
-    return [
-        Row(r.method, r.dtype, r.backend, r.artifact, {1: True, 0: False}.get(r.passed), r.max_error, r.message)
-        for r in chiasm.runtime.open(folder).self_test()
-    ]
+    try:
+        rows = chiasm.runtime.open(folder).self_test()
+    except chiasm.runtime.ChiasmError as error:
+        raise BundleError(str(error)) from error
+    return [Row(r.method, r.dtype, r.backend, r.artifact, {1: True, 0: False}.get(r.passed), r.max_error, r.message) for r in rows]
 
 
 def _python_onnx(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], case: dict) -> Iterator[Row]:
@@ -85,7 +89,10 @@ def _python_onnx(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], 
     for artifact in method["artifacts"]:
         if artifact["format"] != "onnx" or (dtype is not None and dtype not in artifact["dtypes"]):
             continue
-        worst, message = compare(method, onnx_session(folder / artifact["file"])(inputs), expected)
+        try:
+            worst, message = compare(method, onnx_session(folder / artifact["file"])(inputs), expected)
+        except Exception as error:  # ONNX Runtime's have no common class
+            worst, message = float("inf"), one_line(error)
         backend = "onnx (python, fused body)" if "function" in artifact else "onnx (python)"
         yield Row(case["method"], dtype or "", backend, artifact["file"], not message, worst, message)
 

@@ -70,6 +70,7 @@ add(Spec(
     symbols=STENCIL,
     gradients=(),
     sample=_seed_and_mask,
+    without_nan=True,
     reference="scikit-image reconstruction",
 ))
 

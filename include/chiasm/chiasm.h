@@ -41,7 +41,7 @@ extern "C" {
 #endif
 
 /** The version of the function table that this header describes. */
-#define CHIASM_API_VERSION 1u
+#define CHIASM_API_VERSION 2u
 
 /** Upper limit on the number of dimensions of a tensor. */
 #define CHIASM_MAX_DIMS 8
@@ -56,11 +56,21 @@ typedef enum chiasm_code {
   CHIASM_NOT_FOUND = 16,       /**< no such file, method, or artifact for this machine */
   CHIASM_CORRUPT = 17,         /**< truncated, tampered with, or not a bundle; the message names the file */
   CHIASM_VERSION_MISMATCH = 18, /**< written by a newer schema, or for another interface version */
+  CHIASM_UNTRUSTED = 19,        /**< since 2: refused by the trust policy: not signed, or not by a trusted key */
   /* the machine */
-  CHIASM_UNAVAILABLE = 32, /**< a backend, engine library or device is missing; the message says how to get it */
+  CHIASM_UNAVAILABLE = 32,   /**< a backend, engine library or device is missing; the message says how to get it */
+  CHIASM_OUT_OF_MEMORY = 33, /**< since 2: the message says how many bytes were asked for, where that is known */
+  CHIASM_IO_ERROR = 34,      /**< since 2: the system refused a file: no permission, too many open files, a failing disk */
   /* the engine, or chiasm itself */
   CHIASM_INTERNAL = 48
 } chiasm_code;
+
+/** Which bundles this process runs. Values are stable. */
+typedef enum chiasm_trust_policy {
+  CHIASM_TRUST_ANY = 0,      /**< the default */
+  CHIASM_TRUST_SIGNED = 1,   /**< those that a trusted key has signed (`chiasm sign`, docs/signing.md) */
+  CHIASM_TRUST_DATA_ONLY = 2 /**< any, but only the onnx backend's standard operators: data, never a program */
+} chiasm_trust_policy;
 
 /** Element types. Values are stable. */
 typedef enum chiasm_dtype {
@@ -254,6 +264,17 @@ typedef struct chiasm_api {
   size_t (*outputs_count)(const chiasm_outputs* outputs);
   const chiasm_tensor* (*outputs_get)(const chiasm_outputs* outputs, size_t index); /**< NULL if out of range */
   void (*outputs_free)(chiasm_outputs* outputs);                                    /**< NULL is allowed */
+
+  /* since 2: trust */
+  /** The one trust policy of the process, a chiasm_trust_policy, in place of what the environment says:
+   *  CHIASM_TRUST_POLICY (`any`, `signed`, `data_only`) and CHIASM_TRUSTED_KEYS (separated by colons). A key is a minisign
+   *  public key, or the path of a file that holds one; SIGNED needs at least one. The policy is obeyed when a bundle is
+   *  opened and again when a method is loaded, before anything of the bundle is run. Fails with FAILED_PRECONDITION after the
+   *  first load, whether that succeeded or not. */
+  chiasm_status* (*set_trust)(int32_t policy, const char* const* keys, size_t key_count);
+  /** The policy and the trusted keys, each of 56 characters; they live as long as the process. `keys` and `key_count` may be
+   *  NULL. */
+  chiasm_status* (*get_trust)(int32_t* policy, const char* const** keys, size_t* key_count);
 } chiasm_api;
 
 /** The function table, or NULL where the library does not have this version. The table lives as long as the process. */

@@ -132,7 +132,7 @@ class Shape final {
  *  The memory must outlive every use of the view. Made from a pointer to const, the view is read-only: it may be an input, not
  *  an output.
  */
-class Tensor final {
+class Tensor {
  public:
   /** A dense row-major tensor in CPU memory, or on `device`. */
   template <class T, class = std::enable_if_t<!std::is_void_v<T>>>
@@ -368,6 +368,17 @@ struct LoadOptions {
   }
 };
 
+/** A view of an output of Outputs that end with this statement: `b.run({a.run({x})[0]})`. What would keep its memory is not
+ *  offered: `float* p = a.run({x})[0].data<float>()` does not compile. Keep the Outputs in a variable. */
+class TemporaryTensor final : public Tensor {
+ public:
+  explicit TemporaryTensor(const Tensor& tensor) : Tensor(tensor) {}
+  template <class T>
+  T* data() const = delete;
+  void* data() const = delete;
+  chiasm_tensor c_tensor() const = delete;
+};
+
 /** Output tensors that the library allocated; they own their memory and need neither method nor bundle. */
 class Outputs final {
  public:
@@ -376,13 +387,14 @@ class Outputs final {
 
   size_t size() const { return detail::api().outputs_count(detail::use(handle_, "Outputs")); }
   /** A view, valid as long as these Outputs. Throws Error where there is no such output. */
-  Tensor operator[](size_t i) const {
+  Tensor operator[](size_t i) const& {
     const chiasm_tensor* const tensor = detail::api().outputs_get(detail::use(handle_, "Outputs"), i);
     if (tensor == nullptr) {
       throw Error(CHIASM_INVALID_ARGUMENT, "there is no output " + std::to_string(i) + ", only " + std::to_string(size()));
     }
     return Tensor(*tensor);
   }
+  TemporaryTensor operator[](size_t i) const&& { return TemporaryTensor((*this)[i]); }
 
  private:
   std::unique_ptr<chiasm_outputs, detail::FreeOutputs> handle_;
@@ -570,6 +582,22 @@ inline std::vector<BackendInfo> backends() {
 /** How many threads a run may use, in every backend; 0: all cores of this process. Before the first method is loaded. */
 inline void set_num_threads(int32_t count) { detail::check(detail::api().set_num_threads(count)); }
 inline int32_t get_num_threads() { return detail::api().get_num_threads(); }
+
+/** Which bundles this process runs; the values are those of chiasm_trust_policy. */
+enum class TrustPolicy : int32_t { Any = CHIASM_TRUST_ANY, Signed = CHIASM_TRUST_SIGNED, DataOnly = CHIASM_TRUST_DATA_ONLY };
+
+/** The trust policy of the process, in place of the environment's; before the first load. `keys`, for Signed: minisign public
+ *  keys, or paths of files that hold one; see chiasm.h. */
+inline void set_trust(TrustPolicy policy, const std::vector<std::string>& keys = {}) {
+  std::vector<const char*> c_keys;
+  for (const std::string& key : keys) c_keys.push_back(key.c_str());
+  detail::check(detail::api().set_trust(static_cast<int32_t>(policy), c_keys.data(), c_keys.size()));
+}
+inline TrustPolicy trust_policy() {
+  int32_t policy = 0;
+  detail::check(detail::api().get_trust(&policy, nullptr, nullptr));
+  return static_cast<TrustPolicy>(policy);
+}
 
 }  // namespace chiasm
 

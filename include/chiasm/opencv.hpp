@@ -88,12 +88,13 @@ inline Tensor view(cv::Mat& mat) { return detail::view_mat(mat, static_cast<void
 inline Tensor view(const cv::Mat& mat) { return detail::view_mat(mat, static_cast<const void*>(mat.data)); }
 
 /** A Mat that shares the tensor's memory, which must outlive it: of (H, W) with one channel, of (H, W, C) with C channels.
- *  Other shapes throw Error. bool comes as CV_8U. */
+ *  Other shapes throw Error, and so does a read-only tensor, because whoever has a Mat may write to it. bool comes as CV_8U. */
 inline cv::Mat to_mat(const Tensor& tensor) {
   const Shape& shape = tensor.shape();
   const Shape strides = tensor.strides();
   const bool has_channels = shape.size() == 3;
   if (tensor.device() != Device::cpu()) throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: the tensor is not in CPU memory");
+  if (tensor.read_only()) throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: the tensor is read-only, a cv::Mat is writable: copy the tensor first");
   if (shape.size() != 2 && !has_channels) {
     throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: expected a tensor of shape (H, W) or (H, W, C), got one of " +
                                              std::to_string(shape.size()) + " dimensions");
@@ -109,6 +110,8 @@ inline cv::Mat to_mat(const Tensor& tensor) {
   const size_t step = shape[0] <= 1 ? size_t{cv::Mat::AUTO_STEP} : static_cast<size_t>(strides[0]) * CV_ELEM_SIZE1(type);
   return cv::Mat(static_cast<int>(shape[0]), static_cast<int>(shape[1]), type, tensor.data(), step);
 }
+/** The memory would be gone before the Mat is used: keep the Outputs in a variable. */
+cv::Mat to_mat(const TemporaryTensor& tensor) = delete;
 
 }  // namespace chiasm
 

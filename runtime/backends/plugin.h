@@ -44,7 +44,9 @@ int32_t guard(chiasm_error_text* error, Body&& body) noexcept {
   } catch (const Error& e) {
     return report(error, e.code(), e.what());
   } catch (const std::bad_alloc&) {
-    return report(error, CHIASM_INTERNAL, "out of memory");
+    return report(error, CHIASM_OUT_OF_MEMORY, "out of memory");
+  } catch (const std::length_error&) {  // of a container that was asked for more than there can be
+    return report(error, CHIASM_OUT_OF_MEMORY, "out of memory");
   } catch (const std::exception& e) {
     return report(error, CHIASM_INTERNAL, e.what());
   } catch (...) {
@@ -85,7 +87,7 @@ inline bool cuda_device_present() {
 class MemoryFile {
  public:
   explicit MemoryFile(const char* name) : fd_(memfd_create(name, MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
-    if (fd_ < 0) throw Error(CHIASM_INTERNAL, std::string("memfd_create: ") + std::strerror(errno));
+    if (fd_ < 0) throw Error(CHIASM_IO_ERROR, std::string("memfd_create: ") + std::strerror(errno));
   }
   MemoryFile(MemoryFile&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
   MemoryFile& operator=(MemoryFile&&) = delete;
@@ -100,7 +102,10 @@ class MemoryFile {
     while (size > 0) {
       const ssize_t n = ::write(fd_, p, std::min<size_t>(size, size_t{1} << 30));
       if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) throw Error(CHIASM_INTERNAL, std::string("write to memory file: ") + std::strerror(errno));
+      if (n <= 0) {
+        const chiasm_code code = errno == ENOMEM || errno == ENOSPC ? CHIASM_OUT_OF_MEMORY : CHIASM_IO_ERROR;
+        throw Error(code, "write " + std::to_string(size) + " bytes to a memory file: " + std::strerror(errno));
+      }
       p += n;
       size -= static_cast<size_t>(n);
     }
@@ -111,7 +116,13 @@ class MemoryFile {
       throw Error(CHIASM_INTERNAL, std::string("seal memory file: ") + std::strerror(errno));
   }
 
-  std::string path() const { return "/proc/self/fd/" + std::to_string(fd_); }
+  /** Who opens it reads the bytes. */
+  std::string path() const {
+    std::string path = "/proc/self/fd/" + std::to_string(fd_);
+    if (access(path.c_str(), R_OK) != 0)
+      throw Error(CHIASM_UNAVAILABLE, "code is loaded through " + path + ", which cannot be read (" + std::strerror(errno) + "): mount /proc");
+    return path;
+  }
 
  private:
   int fd_;

@@ -1,12 +1,15 @@
 #include "core/api.h"
 
 #include <cstring>
+#include <map>
+#include <mutex>
 
 #include "core/bundle.h"
 #include "core/method.h"
 #include "core/self_test.h"
 #include "core/status.h"
 #include "core/threads.h"
+#include "core/trust.h"
 
 struct chiasm_bundle {
   std::shared_ptr<const chiasm::core::Bundle> bundle;
@@ -21,6 +24,8 @@ struct chiasm_outputs;
 
 namespace chiasm::core {
 namespace {
+
+constexpr size_t kMaxKeys = 1024;
 
 void need(const void* pointer, const char* name) {
   if (pointer == nullptr) fail(CHIASM_INVALID_ARGUMENT, std::string(name) + " is NULL");
@@ -53,12 +58,51 @@ chiasm_status* set_threads(int32_t count) {
   return guarded([&] { set_num_threads(count); });
 }
 
+chiasm_status* set_trust_policy(int32_t policy, const char* const* keys, size_t key_count) {
+  return guarded([&] {
+    if (key_count > kMaxKeys) {
+      fail(CHIASM_INVALID_ARGUMENT, std::to_string(key_count) + " keys, expected at most " + std::to_string(kMaxKeys));
+    }
+    if (key_count > 0) need(keys, "keys");
+    std::vector<std::string> texts;
+    for (size_t i = 0; i < key_count; ++i) {
+      need(keys[i], "a key");
+      texts.emplace_back(keys[i]);
+    }
+    set_trust(policy, texts);
+  });
+}
+
+/** The texts of these keys, in memory that stays. */
+const std::vector<const char*>& interned(const std::vector<PublicKey>& keys) {
+  static std::mutex& mutex = *new std::mutex;
+  static auto& lists = *new std::map<std::vector<std::string>, std::vector<const char*>>;
+  std::vector<std::string> texts;
+  for (const PublicKey& key : keys) texts.push_back(text_of(key));
+  const std::lock_guard<std::mutex> lock(mutex);
+  const auto [place, is_new] = lists.try_emplace(std::move(texts));
+  if (is_new) {
+    for (const std::string& text : place->first) place->second.push_back(text.c_str());
+  }
+  return place->second;
+}
+
+chiasm_status* get_trust_policy(int32_t* policy, const char* const** keys, size_t* key_count) {
+  return guarded([&] {
+    need(policy, "policy");
+    const Trust trust = get_trust();
+    *policy = trust.policy;
+    if (keys != nullptr) *keys = interned(trust.keys).data();
+    if (key_count != nullptr) *key_count = trust.keys.size();
+  });
+}
+
 chiasm_status* bundle_open(const char* path, chiasm_bundle** bundle) {
   return guarded([&] {
     need(bundle, "bundle");
     *bundle = nullptr;
     need(path, "path");
-    *bundle = new chiasm_bundle{std::make_shared<const Bundle>(path)};
+    *bundle = new chiasm_bundle{std::make_shared<const Bundle>(path, get_trust())};
   });
 }
 
@@ -171,6 +215,8 @@ constexpr chiasm_api kApi = {
     outputs_count,
     outputs_get,
     outputs_free,
+    set_trust_policy,
+    get_trust_policy,
 };
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include "chiasm/chiasm.h"
 
-#define CHIASM_BACKEND_ABI 3u
+#define CHIASM_BACKEND_ABI 4u
 
 #ifdef __cplusplus
 extern "C" {
@@ -41,6 +41,10 @@ typedef struct chiasm_backend_load {
   /** native only: bit i is set where input (output) i begins with the dimension that counts independent samples, so that a batch
    *  may be run in parts; 0 where samples depend on each other. */
   uint64_t sample_inputs, sample_outputs;
+  /** native only: the signature as the manifest has it, which must be what the code was compiled for. */
+  const char* signature;
+  /** With `function`: the hash of the manifest that the core has checked, which libchiasm_ort must find in `bundle` too. */
+  const char* manifest_sha256;
 } chiasm_backend_load;
 
 typedef struct chiasm_backend {

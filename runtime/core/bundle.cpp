@@ -1,33 +1,39 @@
 #include "core/bundle.h"
 
-#include <sys/stat.h>
-
-#include <cerrno>
-#include <cstring>
-
 #include "core/status.h"
 
 namespace chiasm::core {
 namespace {
 
-std::string read_manifest_text(const std::string& folder) {
-  struct stat info {};
-  if (::stat(folder.c_str(), &info) != 0) {
-    fail(CHIASM_NOT_FOUND, "cannot open the bundle " + folder + ": " + std::strerror(errno));
+constexpr const char* kManifest = "manifest.json";
+constexpr const char* kSignature = "manifest.json.minisig";
+
+/** None where there is no such file. */
+std::optional<std::string> read_text(const Folder& folder, const char* name, uint64_t limit) {
+  try {
+    const Bytes bytes = folder.read(name, limit);
+    return std::string(bytes.begin(), bytes.end());
+  } catch (const Error& error) {
+    if (error.code() == CHIASM_NOT_FOUND) return std::nullopt;
+    throw;
   }
-  if (!S_ISDIR(info.st_mode)) fail(CHIASM_CORRUPT, folder + " is not a bundle: a bundle is a folder");
-  const std::string path = folder + "/manifest.json";
-  if (::stat(path.c_str(), &info) != 0) fail(CHIASM_CORRUPT, folder + " is not a bundle: there is no manifest.json in it");
-  const Bytes bytes = read_file(path, kMaxManifestSize);
-  return std::string(bytes.begin(), bytes.end());
 }
 
 }  // namespace
 
-Bundle::Bundle(const char* path) : path_(path) {
+Bundle::Bundle(const char* path, const Trust& trust) : path_(path) {
   while (path_.size() > 1 && path_.back() == '/') path_.pop_back();
-  text_ = read_manifest_text(path_);
-  manifest_ = parse_manifest(text_, file_path("manifest.json"));
+  const Folder folder(path_);
+  std::optional<std::string> text = read_text(folder, kManifest, kMaxManifestSize);
+  if (!text) fail(CHIASM_CORRUPT, path_ + " is not a bundle: there is no manifest.json in it");
+  text_ = std::move(*text);
+  text_sha256_ = sha256(text_.data(), text_.size());
+  signature_ = read_text(folder, kSignature, kMaxSignatureSize);
+  check_signature(trust);  // before the manifest is read: who made it is not known
+  manifest_ = parse_manifest(text_, file_path(kManifest));
+  std::set<std::string> files = manifest_.files;
+  files.insert({kManifest, kSignature});
+  folder.only(files);
   methods_.reserve(manifest_.methods.size());
   for (const MethodSpec& method : manifest_.methods) {
     methods_.emplace_back(method, manifest_.symbols, manifest_.dtypes);
@@ -41,6 +47,21 @@ Bundle::Bundle(const char* path) : path_(path) {
   info_.method_count = static_cast<int32_t>(method_infos_.size());
   info_.methods = method_infos_.data();
   info_.manifest = text_.c_str();
+}
+
+void Bundle::check_signature(const Trust& trust) const {
+  if (trust.policy != CHIASM_TRUST_SIGNED) return;
+  if (!signature_) {
+    fail(CHIASM_UNTRUSTED, path_ + ": is not signed, and the trust policy is 'signed': there is no " + kSignature +
+                               " in it (`chiasm sign` makes one)");
+  }
+  verify_signature(text_, *signature_, trust.keys, file_path(kSignature));
+}
+
+void Bundle::check_trust(const Trust& trust) const {
+  check_signature(trust);
+  if (trust.policy != CHIASM_TRUST_SIGNED) return;
+  for (const BundleFile& document : manifest_.documents) read(document);
 }
 
 const MethodSpec& Bundle::method(const char* name) const {

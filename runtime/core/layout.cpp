@@ -1,4 +1,4 @@
-/** The frozen layout of the C interface: version 1 on a 64-bit machine. A line here never changes; new members get new
+/** The frozen layout of the C interface: version 2 on a 64-bit machine. A line here never changes; new members get new
  *  lines, and then the struct a new size. */
 #include <cstddef>
 
@@ -9,7 +9,7 @@
 #define CHIASM_SIZE(type, size) static_assert(sizeof(type) == (size), #type " has another size")
 
 static_assert(sizeof(void*) == 8, "the layouts below are those of 64-bit machines");
-static_assert(CHIASM_API_VERSION == 1u && CHIASM_BACKEND_ABI == 3u, "freeze the new version's layout here too");
+static_assert(CHIASM_API_VERSION == 2u && CHIASM_BACKEND_ABI == 4u, "freeze the new version's layout here too");
 
 CHIASM_AT(chiasm_tensor, struct_size, 0);
 CHIASM_AT(chiasm_tensor, data, 8);
@@ -116,7 +116,9 @@ CHIASM_AT(chiasm_api, method_run_into, 168);
 CHIASM_AT(chiasm_api, outputs_count, 176);
 CHIASM_AT(chiasm_api, outputs_get, 184);
 CHIASM_AT(chiasm_api, outputs_free, 192);
-CHIASM_SIZE(chiasm_api, 200);
+CHIASM_AT(chiasm_api, set_trust, 200);
+CHIASM_AT(chiasm_api, get_trust, 208);
+CHIASM_SIZE(chiasm_api, 216);
 
 CHIASM_AT(chiasm_error_text, text, 0);
 CHIASM_SIZE(chiasm_error_text, 2048);
@@ -138,7 +140,9 @@ CHIASM_AT(chiasm_backend_load, function, 80);
 CHIASM_AT(chiasm_backend_load, bundle, 88);
 CHIASM_AT(chiasm_backend_load, sample_inputs, 96);
 CHIASM_AT(chiasm_backend_load, sample_outputs, 104);
-CHIASM_SIZE(chiasm_backend_load, 112);
+CHIASM_AT(chiasm_backend_load, signature, 112);
+CHIASM_AT(chiasm_backend_load, manifest_sha256, 120);
+CHIASM_SIZE(chiasm_backend_load, 128);
 
 CHIASM_AT(chiasm_backend, struct_size, 0);
 CHIASM_AT(chiasm_backend, abi, 8);
@@ -152,6 +156,8 @@ CHIASM_SIZE(chiasm_backend, 56);
 // Values that bundles, plug-ins and programs keep.
 static_assert(CHIASM_OK == 0 && CHIASM_INVALID_ARGUMENT == 1 && CHIASM_FAILED_PRECONDITION == 2 && CHIASM_NOT_FOUND == 16 &&
               CHIASM_CORRUPT == 17 && CHIASM_VERSION_MISMATCH == 18 && CHIASM_UNAVAILABLE == 32 && CHIASM_INTERNAL == 48);
+static_assert(CHIASM_UNTRUSTED == 19 && CHIASM_OUT_OF_MEMORY == 33 && CHIASM_IO_ERROR == 34 && CHIASM_TRUST_ANY == 0 &&
+              CHIASM_TRUST_SIGNED == 1 && CHIASM_TRUST_DATA_ONLY == 2);
 static_assert(CHIASM_BOOL == 0 && CHIASM_UINT8 == 1 && CHIASM_INT8 == 2 && CHIASM_INT16 == 3 && CHIASM_INT32 == 4 &&
               CHIASM_INT64 == 5 && CHIASM_FLOAT16 == 6 && CHIASM_BFLOAT16 == 7 && CHIASM_FLOAT32 == 8 && CHIASM_FLOAT64 == 9);
 static_assert(CHIASM_CPU == 0 && CHIASM_CUDA == 1 && CHIASM_MAX_DIMS == 8);

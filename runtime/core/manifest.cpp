@@ -12,6 +12,8 @@ namespace {
 
 constexpr int64_t kMaxDim = int64_t{1} << 40;
 constexpr int64_t kMaxFileSize = int64_t{1} << 40;
+/** The longest `why`, in characters. */
+constexpr size_t kMaxWhy = 4096;
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -31,10 +33,11 @@ std::string read_name(const JsonNode& node, std::string_view more = "") {
   return text;
 }
 
-/** A plain name: it must not lead out of the bundle's folder. */
+/** A plain name, which must not lead out of the bundle's folder, nor to the manifest and its signature. */
 std::string read_file_name(const JsonNode& node) {
   const std::string& text = node.string(255);
-  bool good = !text.empty() && (is_letter(text[0]) || is_digit(text[0])) && text.find("..") == std::string::npos;
+  bool good = !text.empty() && (is_letter(text[0]) || is_digit(text[0])) && text.find("..") == std::string::npos &&
+              text.rfind("manifest.json", 0) != 0;
   for (const char c : text) good = good && (is_letter(c) || is_digit(c) || c == '.' || c == '-');
   if (!good) node.refuse("'" + text + "' is not the name of a file inside the bundle");
   return text;
@@ -45,6 +48,15 @@ std::string read_sha256(const JsonNode& node) {
   const bool good = text.size() == 64 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (!good) node.refuse("'" + text + "' is not a sha256: 64 lower-case hexadecimal digits");
   return text;
+}
+
+/** The members `file`, `size` and `sha256` of the node. */
+BundleFile read_bundle_file(const JsonNode& node) {
+  BundleFile file;
+  file.file = read_file_name(node.at("file"));
+  file.size = static_cast<uint64_t>(node.at("size").integer(1, kMaxFileSize));
+  file.sha256 = read_sha256(node.at("sha256"));
+  return file;
 }
 
 void check_version(const JsonNode& node) {
@@ -99,14 +111,15 @@ class Reader final {
   Manifest read() {
     root_.expect_object();
     const JsonNode schema = root_.at("schema_version");
-    const int64_t version = schema.integer(1, INT64_MAX);
-    if (version > kSchemaVersion) {
-      schema.refuse("the bundle was written by a newer chiasm (schema " + std::to_string(version) + "); this library reads up to " +
+    version_ = schema.integer(1, INT64_MAX);
+    if (version_ > kSchemaVersion) {
+      schema.refuse("the bundle was written by a newer chiasm (schema " + std::to_string(version_) + "); this library reads up to " +
                         std::to_string(kSchemaVersion) + ": update chiasm, or export the bundle with the older version",
                     CHIASM_VERSION_MISMATCH);
     }
+    if (version_ < 2 && root_.has("documents")) root_.refuse("'documents' is for schema version 2, this is 1");
     root_.only({"schema_version", "name", "version", "summary", "reference", "created", "producer", "config", "symbols",
-                "dtypes", "methods", "golden"});
+                "dtypes", "methods", "golden", "documents"});
     manifest_.name = read_name(root_.at("name"), ".");
     check_version(root_.at("version"));
     manifest_.version = root_.at("version").string();
@@ -121,6 +134,7 @@ class Reader final {
     methods.at("forward");
     for (const auto& member : methods.members(1, 64)) read_method(member);
     read_golden();
+    if (root_.has("documents")) read_documents(root_.at("documents"));
     return std::move(manifest_);
   }
 
@@ -174,13 +188,11 @@ class Reader final {
     static constexpr const char* kDevices[] = {"any", "cpu", "cuda"};
     static constexpr const char* kNeeds[] = {"libtorch"};
     node.only({"backend", "format", "file", "size", "sha256", "dtypes", "device", "autograd", "isa", "sm", "opset", "ir_version",
-               "needs", "function"});
+               "needs", "function", "why"});
     Artifact artifact;
+    static_cast<BundleFile&>(artifact) = read_bundle_file(node);
     artifact.backend = static_cast<BackendKind>(read_choice(node.at("backend"), kBackendNames));
     artifact.format = kFormats[read_choice(node.at("format"), kFormats)];
-    artifact.file = read_file_name(node.at("file"));
-    artifact.size = static_cast<uint64_t>(node.at("size").integer(1, kMaxFileSize));
-    artifact.sha256 = read_sha256(node.at("sha256"));
     artifact.dtypes = read_dtypes(node.at("dtypes"));
     for (const int32_t dtype : artifact.dtypes) {
       if (std::find(manifest_.dtypes.begin(), manifest_.dtypes.end(), dtype) == manifest_.dtypes.end()) {
@@ -198,18 +210,26 @@ class Reader final {
     if (node.has("sm")) artifact.sm = node.at("sm").integer(1, 9999);
     if (node.has("opset")) node.at("opset").integer(1, 9999);
     if (node.has("ir_version")) node.at("ir_version").integer(1, 9999);
-    bool needs_libtorch = false;
     if (node.has("needs")) {
       for (const JsonNode& need : node.at("needs").elements(0, 16)) {
         read_choice(need, kNeeds);
-        needs_libtorch = true;
+        artifact.needs_libtorch = true;
       }
     }
-    check_format(node, artifact, needs_libtorch);
+    if (node.has("why")) {
+      if (version_ < 2) node.refuse("'why' is for schema version 2, this is 1");
+      artifact.why = node.at("why").string(4 * kMaxWhy);
+      const auto is_first_byte = [](char c) { return (c & 0xC0) != 0x80; };  // of a character in UTF-8
+      if (std::count_if(artifact.why.begin(), artifact.why.end(), is_first_byte) > static_cast<std::ptrdiff_t>(kMaxWhy)) {
+        node.at("why").refuse("longer than " + std::to_string(kMaxWhy) + " characters");
+      }
+    }
+    check_format(node, artifact);
     return artifact;
   }
 
-  static void check_format(const JsonNode& node, const Artifact& artifact, bool needs_libtorch) {
+  static void check_format(const JsonNode& node, const Artifact& artifact) {
+    const bool needs_libtorch = artifact.needs_libtorch;
     bool good = false;
     switch (artifact.backend) {
       case BackendKind::native: good = artifact.format == "aotinductor" && !needs_libtorch; break;
@@ -244,6 +264,7 @@ class Reader final {
     read_tolerances(node.at("tolerances"), method);
     for (const JsonNode& element : node.at("artifacts").elements(1, 256)) {
       method.artifacts.push_back(read_artifact(element, method));
+      manifest_.files.insert(method.artifacts.back().file);
     }
     manifest_.methods.push_back(std::move(method));
   }
@@ -310,9 +331,8 @@ class Reader final {
   void read_golden() {
     const JsonNode node = root_.at("golden");
     node.only({"file", "size", "sha256", "cases"});
-    manifest_.golden_file = read_file_name(node.at("file"));
-    manifest_.golden_size = static_cast<uint64_t>(node.at("size").integer(1, kMaxFileSize));
-    manifest_.golden_sha256 = read_sha256(node.at("sha256"));
+    manifest_.golden = read_bundle_file(node);
+    manifest_.files.insert(manifest_.golden.file);
     for (const JsonNode& element : node.at("cases").elements(1, 4096)) {
       element.only({"prefix", "method", "dtype"});
       GoldenCase one;
@@ -329,7 +349,20 @@ class Reader final {
     }
   }
 
+  /** Each is a file of its own. */
+  void read_documents(const JsonNode& node) {
+    for (const auto& member : node.members(0, 64)) {
+      member.node.only({"file", "size", "sha256"});
+      BundleFile document = read_bundle_file(member.node);
+      if (!manifest_.files.insert(document.file).second) {
+        member.node.at("file").refuse("'" + document.file + "' is the name of another file of the bundle");
+      }
+      manifest_.documents.push_back(std::move(document));
+    }
+  }
+
   JsonNode root_;
+  int64_t version_ = 0;
   Manifest manifest_;
   std::vector<std::string> symbol_names_;
 };

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,7 +14,7 @@
 namespace chiasm::core {
 
 /** The newest schema_version that this library reads. */
-inline constexpr int64_t kSchemaVersion = 1;
+inline constexpr int64_t kSchemaVersion = 2;
 /** The most inputs or outputs of a method, so that a run needs no memory of its own. */
 inline constexpr size_t kMaxTensors = 64;
 /** The longest manifest, in bytes. */
@@ -37,16 +38,23 @@ struct TensorSpec {
   double value_min = 0, value_max = 0;
 };
 
-struct Artifact {
-  BackendKind backend = BackendKind::onnx;
-  std::string format, file, sha256;
-  std::string function; /**< onnx: the model-local function that holds the whole graph; "" in the flat form */
+/** A file of the bundle, inside its folder. */
+struct BundleFile {
+  std::string file, sha256;
   uint64_t size = 0;
+};
+
+struct Artifact : BundleFile {
+  BackendKind backend = BackendKind::onnx;
+  std::string format;
+  std::string function; /**< onnx: the model-local function that holds the whole graph; "" in the flat form */
   std::vector<int32_t> dtypes; /**< values of T that it serves */
   DevicePlacement device = DevicePlacement::any;
   bool autograd = false;
   Isa isa = Isa::none;
   int64_t sm = 0; /**< compute capability, 90 for 9.0; 0 where not stated */
+  bool needs_libtorch = false;
+  std::string why; /**< which operator needs it; "" where not stated */
 };
 
 struct Tolerance {
@@ -79,9 +87,10 @@ struct Manifest {
   std::vector<Symbol> symbols;
   std::vector<int32_t> dtypes; /**< what T may stand for */
   std::vector<MethodSpec> methods;
-  std::string golden_file, golden_sha256;
-  uint64_t golden_size = 0;
+  BundleFile golden;
   std::vector<GoldenCase> golden_cases;
+  std::vector<BundleFile> documents; /**< what travels with the bundle: a list of parts, where it comes from */
+  std::set<std::string> files;       /**< the names of all these */
 };
 
 /** Read a manifest. `origin` is the file's name, for messages. Throws Error for anything that is not a valid manifest:

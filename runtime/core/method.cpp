@@ -1,8 +1,11 @@
 #include "core/method.h"
 
 #include <cstring>
+#include <new>
 
 #include "core/cuda.h"
+#include "core/onnx_file.h"
+#include "core/signature_text.h"
 #include "core/status.h"
 #include "core/threads.h"
 
@@ -19,7 +22,10 @@ void check_backend(int32_t code, chiasm_error_text& error, const char* doing, co
     case CHIASM_NOT_FOUND:
     case CHIASM_CORRUPT:
     case CHIASM_VERSION_MISMATCH:
-    case CHIASM_UNAVAILABLE: break;
+    case CHIASM_UNTRUSTED:
+    case CHIASM_UNAVAILABLE:
+    case CHIASM_OUT_OF_MEMORY:
+    case CHIASM_IO_ERROR: break;
     default: code = CHIASM_INTERNAL;
   }
   fail(static_cast<chiasm_code>(code), std::string(doing) + " " + what + " on the " + backend.name() + " backend failed: " +
@@ -45,14 +51,15 @@ void check_run_options(const chiasm_run_options* options) {
 
 }  // namespace
 
-Outputs::Outputs(Call& call, size_t count) : slots_(count) {
-  for (size_t i = 0; i < count; ++i) {
+Outputs::Outputs(Call& call, const std::vector<TensorSpec>& outputs) : slots_(outputs.size()) {
+  for (size_t i = 0; i < outputs.size(); ++i) {
     Slot& slot = slots_[i];
     try {
       slot.block = BufferPool::instance().take(call.output_bytes[i]);
-    } catch (...) {
+    } catch (const std::bad_alloc&) {
       for (Slot& taken : slots_) BufferPool::instance().give(taken.block);
-      throw;
+      fail(CHIASM_OUT_OF_MEMORY, "output '" + outputs[i].name + "': out of memory: it needs " + std::to_string(call.output_bytes[i]) +
+                                     " bytes, its shape is " + shape_text(call.output_shapes[i], call.outputs[i].ndim));
     }
     std::memcpy(slot.shape, call.output_shapes[i], sizeof slot.shape);
     call.outputs[i].data = slot.block.data;
@@ -65,7 +72,8 @@ Outputs::~Outputs() {
   for (Slot& slot : slots_) BufferPool::instance().give(slot.block);
 }
 
-std::shared_ptr<Method> Method::load(std::shared_ptr<const Bundle> bundle, const char* name, const LoadRequest& request) {
+std::shared_ptr<Method> Method::load(std::shared_ptr<const Bundle> bundle, const char* name, const LoadRequest& asked) {
+  const LoadRequest request = under(use_trust(), asked);
   const MethodSpec& spec = bundle->method(name);
   const int32_t dtype = choose_dtype(spec, bundle->manifest().dtypes, request);
   const Machine machine = this_machine(request.device_type, request.device_index);
@@ -88,6 +96,7 @@ Method::Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, con
       backend_(backend),
       device_type_(request.device_type),
       device_index_(request.device_index),
+      dtype_(dtype),
       signature_(spec, bundle_->manifest().symbols, dtype, request.device_type, request.device_index),
       info_(spec, bundle_->manifest().symbols, generic_dtypes(dtype)) {
   load_model(request);
@@ -101,9 +110,17 @@ Method::Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, con
 
 Method::~Method() { backend_.table->unload(model_); }
 
+// What is trusted is the manifest that was parsed, and by its hash the artifact's bytes, which are read once: those that are checked
+// here are those that the backend gets.
 void Method::load_model(const LoadRequest& request) {
   const std::string path = bundle_->file_path(artifact_.file);
+  const Trust& trust = use_trust();
+  bundle_->check_trust(trust);
+  if (is_program(artifact_) && trust.policy == CHIASM_TRUST_DATA_ONLY) {
+    fail(CHIASM_UNTRUSTED, path + " is a program, and the trust policy is 'data_only'");
+  }
   const Bytes bytes = bundle_->read(artifact_);
+  if (artifact_.backend == BackendKind::onnx) check_onnx(bytes.data(), bytes.size(), path);
   const std::vector<const char*> inputs = names_of(spec_.inputs), outputs = names_of(spec_.outputs);
   chiasm_backend_load load{};
   load.struct_size = sizeof load;
@@ -121,9 +138,12 @@ void Method::load_model(const LoadRequest& request) {
   load.output_names = outputs.data();
   load.sample_inputs = spec_.sample_inputs;
   load.sample_outputs = spec_.sample_outputs;
+  const std::string signature = signature_text(spec_, bundle_->manifest().symbols, dtype_);
+  load.signature = signature.c_str();
   if (!artifact_.function.empty()) {
     load.function = artifact_.function.c_str();
     load.bundle = bundle_->info().path;
+    load.manifest_sha256 = bundle_->manifest_sha256().c_str();
   }
   chiasm_error_text error;
   error.text[0] = '\0';
@@ -145,7 +165,7 @@ std::unique_ptr<Outputs> Method::run(const chiasm_tensor* inputs, size_t count, 
     fail(CHIASM_FAILED_PRECONDITION,
          "run allocates its outputs on the CPU only; for a method on CUDA allocate them on the device and call run_into");
   }
-  auto outputs = std::make_unique<Outputs>(call, signature_.output_count());
+  auto outputs = std::make_unique<Outputs>(call, spec_.outputs);
   execute(call, options);
   return outputs;
 }
@@ -163,26 +183,32 @@ void Method::warm_up() const {
   Call call;
   int64_t shapes[kMaxTensors][CHIASM_MAX_DIMS];
   signature_.smallest_call(call, shapes);
-  std::vector<Bytes> host;
+  struct Host {
+    std::vector<BufferPool::Block> blocks;
+    ~Host() {
+      for (const BufferPool::Block& block : blocks) BufferPool::instance().give(block);
+    }
+  } host;
   std::vector<CudaBuffer> device;
   const auto supply = [&](chiasm_tensor& tensor) {
     const size_t bytes = Signature::bytes_of(tensor, "tensor", "of the warm-up");
-    // Zeros; one vector element more than a cache line, so that the engine sees memory as aligned as that of a real run.
-    host.emplace_back(bytes + 64);
-    if (device_type_ == CHIASM_CPU) {
-      const auto address = reinterpret_cast<uintptr_t>(host.back().data());
-      tensor.data = host.back().data() + (64 - address % 64) % 64;
-    } else {
-      device.emplace_back(device_index_, bytes);
-      device.back().copy_from_host(host.back().data(), bytes);
-      tensor.data = device.back().data();
+    try {
+      host.blocks.push_back(BufferPool::instance().take(bytes));
+    } catch (const std::bad_alloc&) {
+      fail(CHIASM_OUT_OF_MEMORY, "the warm-up of '" + spec_.name + "': out of memory: a tensor of it needs " + std::to_string(bytes) + " bytes");
     }
+    tensor.data = host.blocks.back().data;
+    std::memset(tensor.data, 0, bytes);
+    if (device_type_ == CHIASM_CPU) return;
+    device.emplace_back(device_index_, bytes);
+    device.back().copy_from_host(tensor.data, bytes);
+    tensor.data = device.back().data();
   };
   for (size_t i = 0; i < signature_.input_count(); ++i) supply(call.inputs[i]);
   for (size_t i = 0; i < signature_.output_count(); ++i) supply(call.outputs[i]);
   execute(call, nullptr);
   // Wait: the buffers are about to go.
-  if (!device.empty()) device.back().copy_to_host(host.back().data(), 1);
+  if (!device.empty()) device.back().copy_to_host(host.blocks.back().data, 1);
 }
 
 }  // namespace chiasm::core

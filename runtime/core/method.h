@@ -16,7 +16,7 @@ namespace chiasm::core {
 class Outputs final {
  public:
   /** Memory for the outputs of `call`; the pointers are entered there. */
-  explicit Outputs(Call& call, size_t count);
+  Outputs(Call& call, const std::vector<TensorSpec>& outputs);
   Outputs(const Outputs&) = delete;
   Outputs& operator=(const Outputs&) = delete;
   ~Outputs();
@@ -37,7 +37,7 @@ class Outputs final {
 class Method final {
  public:
   /** Load by the caller's wishes. Throws Error. */
-  static std::shared_ptr<Method> load(std::shared_ptr<const Bundle> bundle, const char* name, const LoadRequest& request);
+  static std::shared_ptr<Method> load(std::shared_ptr<const Bundle> bundle, const char* name, const LoadRequest& asked);
 
   /** Load this artifact with this backend, which is available. */
   Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, const Artifact& artifact, const Backend& backend,
@@ -65,7 +65,7 @@ class Method final {
   const MethodSpec& spec_;
   const Artifact& artifact_;
   const Backend& backend_;
-  int32_t device_type_, device_index_;
+  int32_t device_type_, device_index_, dtype_;
   Signature signature_;
   MethodInfo info_;
   void* model_ = nullptr;

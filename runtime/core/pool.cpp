@@ -1,7 +1,11 @@
 #include "core/pool.h"
 
+#include <pthread.h>
+
 #include <cstdlib>
 #include <new>
+
+#include "core/fork.h"
 
 namespace chiasm::core {
 namespace {
@@ -67,8 +71,18 @@ size_t BufferPool::cached_bytes() const {
   return cached_bytes_;
 }
 
+void BufferPool::go_on_in_child() noexcept {
+  if (free_in_child(mutex_)) return;
+  cached_bytes_ = 0;  // the blocks are lost: which are whose is not known
+  new (&cached_) std::vector<Block>;
+  cached_.reserve(kMaxCachedBlocks + 1);
+}
+
 BufferPool& BufferPool::instance() {
-  static BufferPool* const pool = new BufferPool;
+  static BufferPool* const pool = [] {
+    ::pthread_atfork(nullptr, nullptr, [] { instance().go_on_in_child(); });
+    return new BufferPool;
+  }();
   return *pool;
 }
 

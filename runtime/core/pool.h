@@ -30,6 +30,9 @@ class BufferPool final {
   BufferPool& operator=(const BufferPool&) = delete;
 
  private:
+  /** In a child of fork, whose parent's other threads may have been at work here. */
+  void go_on_in_child() noexcept;
+
   mutable std::mutex mutex_;
   std::vector<Block> cached_; /**< oldest first */
   size_t cached_bytes_ = 0;

@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 
+#include "core/fork.h"
 #include "core/status.h"
 
 namespace chiasm::core {
@@ -13,8 +14,7 @@ namespace {
 /** How a user gets what a backend needs. */
 constexpr const char* kAdvice[kBackendCount] = {
     "it needs no engine: install it with chiasm, or name its folder in CHIASM_BACKEND_PATH",
-    "get libtorch with 'pip install torch' and put its folder site-packages/torch/lib on LD_LIBRARY_PATH, or build chiasm "
-    "where torch is installed",
+    "get libtorch with 'pip install torch' and put its folder site-packages/torch/lib on LD_LIBRARY_PATH",
     "get ONNX Runtime with 'pip install onnxruntime' and put its folder site-packages/onnxruntime/capi on LD_LIBRARY_PATH "
     "(with a link libonnxruntime.so.1 to the library in it), or use an onnxruntime release",
 };
@@ -74,7 +74,10 @@ Registry& Registry::instance() {
 const Backend& Registry::get(BackendKind kind) {
   const auto index = static_cast<size_t>(kind);
   Backend& backend = backends_[index];
-  std::call_once(opened_[index], [this, &backend] { open(backend); });
+  std::call_once(opened_[index], [this, &backend] {
+    const ForkGate::Passage passage;  // a child could neither open a library nor begin again while its parent was opening one
+    open(backend);
+  });
   return backend;
 }
 

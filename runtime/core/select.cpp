@@ -44,6 +44,17 @@ LoadRequest read_load_options(const chiasm_load_options* options) {
   return request;
 }
 
+LoadRequest under(const Trust& trust, LoadRequest request) {
+  request.data_only = trust.policy == CHIASM_TRUST_DATA_ONLY;
+  return request;
+}
+
+std::string LoadRequest::programs_refused() const {
+  return data_only            ? "the trust policy is 'data_only'"
+         : !allow_native_code ? "allow_native_code is 0"
+                              : "";
+}
+
 Machine this_machine(int32_t device_type, int32_t device_index) {
   Machine machine;
   machine.isa = cpu_supports(Isa::x86_64_v4)   ? Isa::x86_64_v4
@@ -93,6 +104,18 @@ std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t
   return "";
 }
 
+namespace {
+
+/** Why the method has compiled code, but none for the native backend; "" where it has no compiled code. */
+std::string needs_of(const MethodSpec& method) {
+  for (const Artifact& artifact : method.artifacts) {
+    if (artifact.needs_libtorch) return artifact.file + " needs libtorch" + (artifact.why.empty() ? "" : ": " + artifact.why);
+  }
+  return "";
+}
+
+}  // namespace
+
 const Artifact* best_fit(const MethodSpec& method, BackendKind kind, const LoadRequest& request, int32_t dtype,
                          const Machine& machine, std::string& why_not) {
   const Artifact* best = nullptr;
@@ -105,13 +128,15 @@ const Artifact* best_fit(const MethodSpec& method, BackendKind kind, const LoadR
       why_not += (why_not.empty() ? "" : ", ") + artifact.file + " " + why;
     }
   }
+  if (best == nullptr && why_not.empty() && kind == BackendKind::native) why_not = needs_of(method);
   if (best == nullptr && why_not.empty()) why_not = "the bundle has no artifact for it";
   return best;
 }
 
 const Artifact* fused_form(const MethodSpec& method, const Artifact& flat, const LoadRequest& request, int32_t dtype,
                            const Machine& machine) {
-  if (flat.backend != BackendKind::onnx || !request.fused || !request.allow_native_code || request.device_type != CHIASM_CPU) return nullptr;
+  if (flat.backend != BackendKind::onnx || !request.fused || !request.programs_refused().empty()) return nullptr;
+  if (request.device_type != CHIASM_CPU) return nullptr;
   std::string why_not;
   if (best_fit(method, BackendKind::native, request, dtype, machine, why_not) == nullptr) return nullptr;
   for (const Artifact& artifact : method.artifacts) {
@@ -134,9 +159,10 @@ Choice choose(const MethodSpec& method, const LoadRequest& request, int32_t dtyp
       add_reason(name + ": " + why_not);
       continue;
     }
-    if (kind != BackendKind::onnx && !request.allow_native_code) {
-      add_reason(name + ": its artifacts are programs, and allow_native_code is 0");
-      if (code == CHIASM_NOT_FOUND) code = CHIASM_FAILED_PRECONDITION;
+    const std::string refused = request.programs_refused();
+    if (is_program(*best) && !refused.empty()) {
+      add_reason(name + ": its artifacts are programs, and " + refused);
+      if (code == CHIASM_NOT_FOUND) code = request.data_only ? CHIASM_UNTRUSTED : CHIASM_FAILED_PRECONDITION;
       continue;
     }
     const Backend& backend = registry.get(kind);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/registry.h"
+#include "core/trust.h"
 
 namespace chiasm::core {
 
@@ -14,13 +15,23 @@ struct LoadRequest {
   int32_t device_type = CHIASM_CPU;
   int32_t device_index = 0;
   bool allow_native_code = true;
+  bool data_only = false; /**< the trust policy's word on the same */
   int32_t dtype = kGeneric; /**< what T stands for; kGeneric for float32, else the first there is */
   bool fused = true;
   bool warm_up = false;
+
+  /** "" where artifacts that are programs may be loaded. */
+  std::string programs_refused() const;
 };
+
+/** Whether loading it runs code that came with the bundle. */
+inline bool is_program(const Artifact& artifact) { return artifact.backend != BackendKind::onnx || !artifact.function.empty(); }
 
 /** Checks the options of the C interface; NULL stands for the defaults. Throws Error (INVALID_ARGUMENT). */
 LoadRequest read_load_options(const chiasm_load_options* options);
+
+/** The same within a trust policy. */
+LoadRequest under(const Trust& trust, LoadRequest request);
 
 /** What artifacts must fit to. */
 struct Machine {

@@ -105,8 +105,8 @@ std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32
                      Registry& registry) {
   const std::string why = misfit(artifact, request, dtype, machine);
   if (!why.empty()) return "the artifact " + why;
-  const bool has_code = artifact.backend != BackendKind::onnx || !artifact.function.empty();
-  if (has_code && !request.allow_native_code) return "native code is not allowed";
+  const std::string refused = request.programs_refused();
+  if (is_program(artifact) && !refused.empty()) return "the artifact is a program, and " + refused;
   const Backend& backend = registry.get(artifact.backend);
   if (backend.table == nullptr) return backend.problem;
   if (request.device_type == CHIASM_CUDA && !backend.has_cuda) {
@@ -117,12 +117,14 @@ std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32
 
 }  // namespace
 
-int32_t self_test(std::shared_ptr<const Bundle> bundle, const LoadRequest& request, Registry& registry,
+int32_t self_test(std::shared_ptr<const Bundle> bundle, const LoadRequest& asked, Registry& registry,
                   chiasm_self_test_callback callback, void* user) {
+  const LoadRequest request = under(use_trust(), asked);
   const Manifest& manifest = bundle->manifest();
   const Machine machine = this_machine(request.device_type, request.device_index);
-  const std::string file = bundle->file_path(manifest.golden_file);
-  const Bytes bytes = read_checked(file, manifest.golden_size, manifest.golden_sha256);
+  const std::string file = bundle->file_path(manifest.golden.file);
+  bundle->check_trust(use_trust());
+  const Bytes bytes = bundle->read(manifest.golden);
   const Stored stored = read_safetensors(bytes.data(), bytes.size(), file);
 
   int32_t failed = 0;

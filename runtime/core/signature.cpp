@@ -22,7 +22,10 @@ void check_array(const chiasm_tensor* tensors, size_t count, size_t expected, co
     fail(CHIASM_INVALID_ARGUMENT, "expected " + counted(expected, kind) + ", got " + std::to_string(count));
   }
   if (tensors == nullptr) fail(CHIASM_INVALID_ARGUMENT, std::string("the array of ") + kind + "s is NULL");
-  if (tensors->struct_size < sizeof(chiasm_tensor) || tensors->struct_size % alignof(chiasm_tensor) != 0) {
+  // The upper bound: no version of the struct is that long, so the caller has not set it, and the next one would be anywhere.
+  constexpr size_t kLongest = 1024;
+  const size_t size = tensors->struct_size;
+  if (size < sizeof(chiasm_tensor) || size > kLongest || size % alignof(chiasm_tensor) != 0) {
     fail(CHIASM_INVALID_ARGUMENT, std::string(kind) + " 0: struct_size is " + std::to_string(tensors->struct_size) +
                                       ", expected sizeof(chiasm_tensor), " + std::to_string(sizeof(chiasm_tensor)));
   }
@@ -54,7 +57,7 @@ std::string device_text(int32_t type, int32_t index) {
 
 Signature::Signature(const MethodSpec& method, const std::vector<Symbol>& symbols, int32_t generic_dtype,
                      int32_t device_type, int32_t device_index)
-    : symbols_(symbols), generic_(method.generic), device_type_(device_type), device_index_(device_index) {
+    : symbols_(symbols), device_type_(device_type), device_index_(device_index) {
   std::vector<bool> bound(symbols.size(), false);
   bindings_.resize(symbols.size());
   const auto dtype_of = [generic_dtype](const TensorSpec& spec) { return spec.dtype == kGeneric ? generic_dtype : spec.dtype; };

@@ -69,7 +69,6 @@ class Signature final {
   std::vector<TensorRule> inputs_, outputs_;
   std::vector<Binding> bindings_; /**< by symbol: where its value comes from */
   bool has_input_expressions_ = false;
-  bool generic_ = false;
   int32_t device_type_, device_index_;
 };
 

@@ -1,6 +1,7 @@
 #include "core/status.h"
 
 #include <new>
+#include <stdexcept>
 
 struct chiasm_status {
   int32_t code;
@@ -12,7 +13,7 @@ namespace {
 
 /** The one status that needs no memory. Made before it can be needed, never freed. */
 chiasm_status* out_of_memory() noexcept {
-  static chiasm_status status{CHIASM_INTERNAL, "out of memory"};
+  static chiasm_status status{CHIASM_OUT_OF_MEMORY, "out of memory"};
   return &status;
 }
 
@@ -34,6 +35,8 @@ chiasm_status* status_from_current_exception() noexcept {
   } catch (const Error& error) {
     return make_status(error.code(), error.what());
   } catch (const std::bad_alloc&) {
+    return out_of_memory();
+  } catch (const std::length_error&) {  // of a container that was asked for more than there can be
     return out_of_memory();
   } catch (const std::exception& error) {
     return make_status(CHIASM_INTERNAL, error.what());

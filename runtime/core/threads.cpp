@@ -1,11 +1,13 @@
 #include "core/threads.h"
 
+#include <pthread.h>
 #include <sched.h>
 
 #include <mutex>
 #include <string>
 #include <thread>
 
+#include "core/fork.h"
 #include "core/status.h"
 
 namespace chiasm::core {
@@ -20,7 +22,10 @@ struct Policy {
 };
 
 Policy& policy() {
-  static Policy* const instance = new Policy;
+  static Policy* const instance = [] {
+    ::pthread_atfork(nullptr, nullptr, [] { free_in_child(policy().mutex); });
+    return new Policy;
+  }();
   return *instance;
 }
 

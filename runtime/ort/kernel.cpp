@@ -8,6 +8,7 @@
 
 #include "backends/native/pool.h"
 #include "backends/onnx/dtype.h"
+#include "core/signature_text.h"
 #include "core/status.h"
 
 namespace chiasm::ort {
@@ -35,8 +36,10 @@ int32_t most_threads() {
 
 native::Model load(const Node& node) {
   const core::Bytes bytes = node.bundle->read(node.native);
+  const std::string signature = core::signature_text(node.method, node.bundle->manifest().symbols, node.dtype);
   return native::Model({bytes.data(), bytes.size(), static_cast<int32_t>(node.method.inputs.size()),
-                        static_cast<int32_t>(node.method.outputs.size()), node.method.sample_inputs, node.method.sample_outputs});
+                        static_cast<int32_t>(node.method.outputs.size()), node.method.sample_inputs, node.method.sample_outputs,
+                        CHIASM_CPU, 0, signature.c_str()});
 }
 
 /** The tensor in a value of ONNX Runtime. */

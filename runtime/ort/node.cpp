@@ -66,15 +66,14 @@ Node::Node(const OrtApi& the_api, std::shared_ptr<const core::Bundle> the_bundle
   op.KernelDestroy = [](void* kernel) { delete static_cast<Kernel*>(kernel); };
 }
 
-std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::string& path, std::string& report) {
-  const auto bundle = std::make_shared<const core::Bundle>(path.c_str());
+std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::shared_ptr<const core::Bundle>& bundle,
+                                            const core::LoadRequest& request, std::string& report) {
   const core::Machine machine = core::this_machine(CHIASM_CPU, 0);
-  const core::LoadRequest request;
   std::vector<std::unique_ptr<Node>> nodes;
   for (const core::MethodSpec& method : bundle->manifest().methods) {
     // All or none of a function's dtypes: ONNX Runtime looks no further than the name before it drops the body.
     std::vector<std::unique_ptr<Node>> made;
-    std::string why_not;
+    std::string why_not = request.programs_refused();
     for (const core::Artifact& fused : method.artifacts) {
       if (fused.function.empty()) continue;
       const std::vector<int32_t> dtypes = method.generic ? fused.dtypes : std::vector<int32_t>{core::kGeneric};
@@ -93,7 +92,7 @@ std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::string
     if (why_not.empty()) {
       std::move(made.begin(), made.end(), std::back_inserter(nodes));
     } else {
-      report += "chiasm: '" + method.name + "' of " + path + " runs as standard operators: native: " + why_not + "\n";
+      report += "chiasm: '" + method.name + "' of " + bundle->info().path + " runs as standard operators: native: " + why_not + "\n";
     }
   }
   return nodes;

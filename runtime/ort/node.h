@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/bundle.h"
+#include "core/select.h"
 
 namespace chiasm::ort {
 
@@ -26,8 +27,9 @@ struct Node final : OrtCustomOp {
   const int version;   /**< of the operator: the first part of the bundle's version, but 1 before 1.0 */
 };
 
-/** The operators of a bundle that this machine has native code for. A method without it is left to its function's body, and
- *  `report` gets a line that says so. Throws core::Error where the bundle is damaged. */
-std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::string& bundle, std::string& report);
+/** The operators of a bundle that this machine has native code for and the request allows it. A method without is left to its
+ *  function's body, and `report` gets a line that says so. */
+std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::shared_ptr<const core::Bundle>& bundle,
+                                            const core::LoadRequest& request, std::string& report);
 
 }  // namespace chiasm::ort

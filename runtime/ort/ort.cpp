@@ -3,6 +3,7 @@
 //
 // It serves the bundles that the session's configuration entry `chiasm.bundles` names (folders, separated by colons), or
 // where there is no such entry, those in the folder that this library is in: for servers that take a library's name and no more.
+// It obeys the process's trust policy (docs/signing.md).
 #include <dirent.h>
 #include <dlfcn.h>
 
@@ -11,11 +12,13 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "backends/plugin.h"
 #include "core/registry.h"
+#include "core/select.h"
 #include "core/status.h"
 #include "ort/kernel.h"
 #include "ort/node.h"
@@ -25,6 +28,8 @@ namespace {
 
 constexpr uint32_t kOldestInterface = 17;
 constexpr const char* kEntry = "chiasm.bundles";
+/** Set by chiasm's own onnx backend: the hash of the manifest that it was given. */
+constexpr const char* kCheckedEntry = "chiasm.checked";
 constexpr const char* kDomain = "chiasm";
 
 /** Links are not followed: a link to this library, put beside bundles, serves those. */
@@ -50,15 +55,52 @@ std::vector<std::string> bundles_beside_this_library() {
   return found;
 }
 
-std::vector<std::string> wanted_bundles(const OrtApi& api, const OrtSessionOptions* options) {
+/** None where the session has no such entry. */
+std::optional<std::string> entry_of(const OrtApi& api, const OrtSessionOptions* options, const char* name) {
   int present = 0;
-  check(api.HasSessionConfigEntry(options, kEntry, &present));
-  if (present == 0) return bundles_beside_this_library();
+  check(api.HasSessionConfigEntry(options, name, &present));
+  if (present == 0) return std::nullopt;
   size_t size = 0;
-  check(api.GetSessionConfigEntry(options, kEntry, nullptr, &size));
+  check(api.GetSessionConfigEntry(options, name, nullptr, &size));
   std::string value(size, '\0');
-  check(api.GetSessionConfigEntry(options, kEntry, value.data(), &size));
-  return core::split_path(value.c_str());
+  check(api.GetSessionConfigEntry(options, name, value.data(), &size));
+  return std::string(value.c_str());
+}
+
+std::vector<std::string> wanted_bundles(const OrtApi& api, const OrtSessionOptions* options) {
+  const std::optional<std::string> entry = entry_of(api, options, kEntry);
+  return entry ? core::split_path(entry->c_str()) : bundles_beside_this_library();
+}
+
+/** The trust policy of libchiasm, where the program has that too and may have set one; else the environment's. */
+core::Trust trust_of_process() {
+  const std::unique_ptr<void, int (*)(void*)> library(dlopen(CHIASM_SONAME, RTLD_LAZY | RTLD_LOCAL | RTLD_NOLOAD), dlclose);
+  const auto get_api = library ? reinterpret_cast<decltype(&chiasm_get_api)>(dlsym(library.get(), "chiasm_get_api")) : nullptr;
+  const chiasm_api* const chiasm = get_api == nullptr ? nullptr : get_api(CHIASM_API_VERSION);
+  if (chiasm == nullptr) return core::use_trust();
+  core::Trust trust;
+  const char* const* keys = nullptr;
+  size_t key_count = 0;
+  const std::unique_ptr<chiasm_status, void (*)(chiasm_status*)> status(chiasm->get_trust(&trust.policy, &keys, &key_count), chiasm->status_free);
+  if (status) core::fail(static_cast<chiasm_code>(chiasm->status_code(status.get())), chiasm->status_message(status.get()));
+  for (size_t i = 0; i < key_count; ++i) trust.keys.push_back(core::read_public_key(keys[i], "a trusted key"));
+  return trust;
+}
+
+using Bundles = std::vector<std::shared_ptr<const core::Bundle>>;
+
+/** Opens the bundles and proves that they may be run: by the policy and, where `checked` is given, by having that manifest still. */
+Bundles open_bundles(const std::vector<std::string>& paths, const core::Trust& trust, const std::optional<std::string>& checked) {
+  Bundles bundles;
+  for (const std::string& path : paths) {
+    auto bundle = std::make_shared<const core::Bundle>(path.c_str(), trust);
+    bundle->check_trust(trust);
+    if (checked && bundle->manifest_sha256() != *checked) {
+      core::fail(CHIASM_UNTRUSTED, path + ": its manifest was changed while the bundle was loaded");
+    }
+    bundles.push_back(std::move(bundle));
+  }
+  return bundles;
 }
 
 /** The operators of a list of bundles, in one domain. */
@@ -68,14 +110,15 @@ struct Domain {
   std::string report;
 };
 
-std::unique_ptr<Domain> make_domain(const OrtApi& api, const std::vector<std::string>& bundles) {
+std::unique_ptr<Domain> make_domain(const OrtApi& api, const Bundles& bundles, const core::LoadRequest& request) {
   auto domain = std::make_unique<Domain>();
   std::map<std::string, std::string> owners;
-  for (const std::string& bundle : bundles) {
-    for (auto& node : nodes_of(api, bundle, domain->report)) {
-      const auto [owner, is_new] = owners.emplace(node->function, bundle);
-      if (!is_new && owner->second != bundle)
-        core::fail(CHIASM_INVALID_ARGUMENT, "both " + owner->second + " and " + bundle + " have the function " + node->function);
+  for (const auto& bundle : bundles) {
+    const std::string path = bundle->info().path;
+    for (auto& node : nodes_of(api, bundle, request, domain->report)) {
+      const auto [owner, is_new] = owners.emplace(node->function, path);
+      if (!is_new && owner->second != path)
+        core::fail(CHIASM_INVALID_ARGUMENT, "both " + owner->second + " and " + path + " have the function " + node->function);
       domain->nodes.push_back(std::move(node));
     }
   }
@@ -85,19 +128,19 @@ std::unique_ptr<Domain> make_domain(const OrtApi& api, const std::vector<std::st
 }
 
 void add_domain(const OrtApi& api, OrtSessionOptions* options) {
-  const std::vector<std::string> bundles = wanted_bundles(api, options);
+  const std::optional<std::string> checked = entry_of(api, options, kCheckedEntry);
+  const core::Trust trust = trust_of_process();
+  const Bundles bundles = open_bundles(wanted_bundles(api, options), trust, checked);
+  const core::LoadRequest request = core::under(trust, {});
   // Sessions keep pointers into a domain and do not say when they end, so each is made once and kept. What a session needs of
   // a bundle is only its manifest; the code is a kernel's, and goes with the session. Never destroyed, like ONNX Runtime's own.
   static std::mutex& mutex = *new std::mutex;
   static auto& domains = *new std::map<std::pair<const OrtApi*, std::string>, std::unique_ptr<Domain>>;
-  std::string key;
-  for (const std::string& bundle : bundles) {
-    const core::Bytes manifest = core::read_file(bundle + "/manifest.json", core::kMaxManifestSize);
-    key += bundle + "=" + core::sha256(manifest.data(), manifest.size()) + "\n";
-  }
+  std::string key = request.programs_refused() + "\n";
+  for (const auto& bundle : bundles) key += bundle->info().path + ("=" + bundle->manifest_sha256()) + "\n";
   const std::lock_guard<std::mutex> lock(mutex);
   auto& domain = domains[{&api, key}];
-  if (domain == nullptr) domain = make_domain(api, bundles);
+  if (domain == nullptr) domain = make_domain(api, bundles, request);
   std::fputs(domain->report.c_str(), stderr);
   if (!domain->nodes.empty()) check(api.AddCustomOpDomain(options, domain->handle));
 }

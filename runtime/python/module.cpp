@@ -3,12 +3,17 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <array>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/minisign.h"
+#include "core/status.h"
 #include "error.h"
 #include "tensors.h"
 
@@ -330,6 +335,41 @@ void translate(std::exception_ptr pointer) {
   }
 }
 
+constexpr const char* kPolicies[] = {"any", "signed", "data_only"};
+
+void set_trust(const std::string& policy, const std::vector<std::string>& keys) {
+  const auto found = std::find(std::begin(kPolicies), std::end(kPolicies), policy);
+  if (found == std::end(kPolicies)) {
+    throw Error(CHIASM_INVALID_ARGUMENT, "policy: expected 'any', 'signed' or 'data_only', got '" + policy + "'");
+  }
+  std::vector<const char*> texts;
+  for (const std::string& key : keys) texts.push_back(key.c_str());
+  check(api().set_trust(static_cast<int32_t>(found - std::begin(kPolicies)), texts.data(), texts.size()));
+}
+
+std::string get_trust() {
+  int32_t policy = 0;
+  check(api().get_trust(&policy, nullptr, nullptr));
+  return kPolicies[policy];
+}
+
+// What chiasm.export signs with; a program that runs bundles has set_trust.
+py::bytes sign(const std::string& message, const std::string& secret_key) {
+  std::array<unsigned char, 64> key;
+  if (secret_key.size() != key.size()) throw Error(CHIASM_INVALID_ARGUMENT, "secret_key: expected 64 bytes");
+  std::copy(secret_key.begin(), secret_key.end(), key.begin());
+  const auto signature = core::sign(message, key);
+  return {reinterpret_cast<const char*>(signature.data()), signature.size()};
+}
+
+py::bytes verify_signature(const std::string& message, const std::string& signature, const std::string& key, const std::string& origin) {
+  try {
+    return core::verify_signature(message, signature, {core::read_public_key(key, "the key")}, origin);
+  } catch (const core::Error& error) {
+    throw Error(error.code(), error.what());
+  }
+}
+
 py::object dlpack(const Output& output, const py::object&, const py::object& max_version, const py::object& device, const py::object& copy) {
   if (!device.is_none() && !device.equal(output.device())) throw py::buffer_error("this output cannot be exported to another device");
   if (!copy.is_none() && copy.cast<bool>()) throw py::buffer_error("this output is exported without a copy only");
@@ -352,7 +392,10 @@ PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
       .value("NOT_FOUND", CHIASM_NOT_FOUND)
       .value("CORRUPT", CHIASM_CORRUPT)
       .value("VERSION_MISMATCH", CHIASM_VERSION_MISMATCH)
+      .value("UNTRUSTED", CHIASM_UNTRUSTED)
       .value("UNAVAILABLE", CHIASM_UNAVAILABLE)
+      .value("OUT_OF_MEMORY", CHIASM_OUT_OF_MEMORY)
+      .value("IO_ERROR", CHIASM_IO_ERROR)
       .value("INTERNAL", CHIASM_INTERNAL)
       .finalize();
   m.attr("Code").attr("__module__") = "chiasm.runtime";
@@ -436,4 +479,8 @@ dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
   m.def("library_version", [] { return api().library_version(); });
   m.def("set_num_threads", [](int32_t count) { check(api().set_num_threads(count)); }, arg("count"));
   m.def("get_num_threads", [] { return api().get_num_threads(); });
+  m.def("set_trust", &set_trust, arg("policy"), arg("keys"));
+  m.def("get_trust", &get_trust);
+  m.def("sign", &sign, arg("message"), arg("secret_key"));
+  m.def("verify_signature", &verify_signature, arg("message"), arg("signature"), arg("key"), arg("origin"));
 }

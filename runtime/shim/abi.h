@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define CHIASM_NATIVE_ABI 2u
+#define CHIASM_NATIVE_ABI 3u
 
 #ifdef __cplusplus
 extern "C" {
@@ -37,14 +37,23 @@ typedef struct chiasm_native_host {
   int32_t num_threads;               /**< the most that `fork` will use, > 0 */
 } chiasm_native_host;
 
+enum chiasm_native_result {
+  CHIASM_NATIVE_OK = 0,
+  CHIASM_NATIVE_FAILED = 1,
+  CHIASM_NATIVE_BAD_VALUE = 2,    /**< a value of an input is not allowed, such as an index that is out of range */
+  CHIASM_NATIVE_OUT_OF_MEMORY = 3 /**< `allocate` had nothing left */
+};
+
 typedef struct chiasm_native_api {
   size_t struct_size;
   uint32_t abi; /**< CHIASM_NATIVE_ABI */
-  /** Each returns 0, or writes a message (NUL-terminated, truncated) and returns 1. */
+  /** Each returns a chiasm_native_result; where that is not 0 it has written a message (NUL-terminated, truncated). */
   int32_t (*create)(int32_t device_type, int32_t device_index, void** model, char* error, size_t error_size);
   int32_t (*run)(void* model, const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs,
                  const chiasm_native_host* host, char* error, size_t error_size);
   void (*destroy)(void* model);
+  /** What the code was compiled for, as core::signature_text writes it: dtypes, shapes, limits of symbols. Whoever runs it compares. */
+  const char* signature;
 } chiasm_native_api;
 
 typedef const chiasm_native_api* (*chiasm_native_entry_fn)(uint32_t abi);

@@ -11,10 +11,11 @@ using namespace chiasm::shim;
 namespace {
 
 template <class T>
-T item(AtenTensorHandle tensor) {
-  T value;
-  std::memcpy(&value, tensor->data(), sizeof(T));
-  return value;
+AOTITorchError item(AtenTensorHandle tensor, T* value) {
+  return guarded([&] {
+    if (tensor->numel() != 1 || element_size(tensor->dtype) != sizeof(T)) throw std::runtime_error("the compiled op reads a number from a tensor of another size");
+    std::memcpy(value, tensor->data(), sizeof(T));
+  });
 }
 
 thread_local bool grad_mode = false;  // there is no autograd here; AOTInductor sets and restores it around a run
@@ -41,7 +42,9 @@ bool aoti_torch_grad_mode_is_enabled() { return grad_mode; }
 void aoti_torch_grad_mode_set_enabled(bool enabled) { grad_mode = enabled; }
 
 void aoti_torch_check(bool condition, const char*, const char*, uint32_t, const char* message) {
-  if (!condition) throw std::runtime_error(message);
+  if (condition) return;
+  if (!in_parallel_region()) throw std::runtime_error(message);
+  refuse(message);  // an exception must not leave a parallel region
 }
 
 AOTITorchError aoti_torch_delete_tensor_object(AtenTensorHandle tensor) {
@@ -75,8 +78,7 @@ AOTITorchError aoti_torch_get_sizes(AtenTensorHandle tensor, int64_t** result) {
 }
 
 AOTITorchError aoti_torch_get_size(AtenTensorHandle tensor, int64_t dim, int64_t* result) {
-  *result = tensor->sizes.at(dim);
-  return AOTI_TORCH_SUCCESS;
+  return guarded([&] { *result = tensor->sizes.at(dim); });
 }
 
 AOTITorchError aoti_torch_get_strides(AtenTensorHandle tensor, int64_t** result) {
@@ -85,8 +87,7 @@ AOTITorchError aoti_torch_get_strides(AtenTensorHandle tensor, int64_t** result)
 }
 
 AOTITorchError aoti_torch_get_stride(AtenTensorHandle tensor, int64_t dim, int64_t* result) {
-  *result = tensor->strides.at(dim);
-  return AOTI_TORCH_SUCCESS;
+  return guarded([&] { *result = tensor->strides.at(dim); });
 }
 
 AOTITorchError aoti_torch_get_dtype(AtenTensorHandle tensor, int32_t* result) {
@@ -125,6 +126,8 @@ AOTITorchError aoti_torch__reinterpret_tensor(AtenTensorHandle self, int64_t ndi
     view->sizes.assign(sizes, sizes + ndim);
     view->strides.assign(strides, strides + ndim);
     view->offset += offset;
+    if (view->offset < 0 || (view->offset + span(view->sizes, view->strides)) * element_size(view->dtype) > static_cast<int64_t>(view->storage->bytes))
+      throw std::runtime_error("the compiled op views memory outside of a tensor");
     *result = view.release();
   });
 }
@@ -176,23 +179,19 @@ AOTITorchError aoti_torch_clone(AtenTensorHandle self, AtenTensorHandle* result)
 }
 
 AOTITorchError aoti_torch_item_bool(AtenTensorHandle tensor, bool* result) {
-  *result = item<bool>(tensor);
-  return AOTI_TORCH_SUCCESS;
+  return item(tensor, result);
 }
 
 AOTITorchError aoti_torch_item_int64(AtenTensorHandle tensor, int64_t* result) {
-  *result = item<int64_t>(tensor);
-  return AOTI_TORCH_SUCCESS;
+  return item(tensor, result);
 }
 
 AOTITorchError aoti_torch_item_float32(AtenTensorHandle tensor, float* result) {
-  *result = item<float>(tensor);
-  return AOTI_TORCH_SUCCESS;
+  return item(tensor, result);
 }
 
 AOTITorchError aoti_torch_item_float64(AtenTensorHandle tensor, double* result) {
-  *result = item<double>(tensor);
-  return AOTI_TORCH_SUCCESS;
+  return item(tensor, result);
 }
 
 AOTITorchError aoti_torch_zero_(AtenTensorHandle self) {

@@ -33,14 +33,14 @@ void topk_rows(const T* values, int64_t rows, int64_t n, int64_t k, bool largest
   }
 }
 
-// Running sums along the middle one of (outer, n, inner), kept in double as PyTorch's are for floats.
+// Running sums along the middle one of (outer, n, inner), kept in double as PyTorch's are for floats; integers wrap around, also signed ones.
 template <class T, class Sum>
 void running_sums(const T* values, int64_t outer, int64_t n, int64_t inner, T* sums) {
   std::vector<Sum> total(inner);
   for (int64_t o = 0; o < outer; ++o) {
     std::fill(total.begin(), total.end(), Sum(0));
     for (int64_t i = 0; i < n; ++i, values += inner, sums += inner)
-      for (int64_t k = 0; k < inner; ++k) sums[k] = static_cast<T>(total[k] += values[k]);
+      for (int64_t k = 0; k < inner; ++k) sums[k] = static_cast<T>(total[k] += static_cast<Sum>(values[k]));
   }
 }
 
@@ -65,8 +65,8 @@ extern "C" AOTITorchError aoti_torch_cpu_cumsum(AtenTensorHandle self, int64_t d
     switch (self->dtype) {
       case kFloat: fill(float{}, double{}); break;
       case kDouble: fill(double{}, double{}); break;
-      case kInt64: fill(int64_t{}, int64_t{}); break;
-      case kInt32: fill(int32_t{}, int32_t{}); break;
+      case kInt64: fill(int64_t{}, uint64_t{}); break;
+      case kInt32: fill(int32_t{}, uint32_t{}); break;
       default: throw std::runtime_error("cumsum is not there for element type " + std::to_string(self->dtype));
     }
     *result = sums.release();
@@ -79,7 +79,7 @@ extern "C" AOTITorchError aoti_torch_cpu_topk(AtenTensorHandle self, int64_t k, 
     const int64_t ndim = static_cast<int64_t>(self->sizes.size());
     if (ndim == 0 || (dim != -1 && dim != ndim - 1)) throw std::runtime_error("topk is compiled for the last dimension only");
     const int64_t n = self->sizes.back();
-    if (k > n) throw std::runtime_error("topk: " + std::to_string(k) + " values asked for, the dimension has " + std::to_string(n));
+    if (k < 0 || k > n) throw std::runtime_error("topk: " + std::to_string(k) + " values asked for, the dimension has " + std::to_string(n));
     std::unique_ptr<AtenTensorOpaque> packed;
     const AtenTensorOpaque& source = dense(*self, packed);
     Dims sizes = self->sizes;

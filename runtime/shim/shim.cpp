@@ -20,6 +20,7 @@ namespace {
 
 // Plain memory: a thread_local with a destructor would pin the library in the process.
 thread_local char last_error[1024];
+thread_local bool out_of_memory;
 
 // chiasm_dtype -> c10::ScalarType
 constexpr int32_t kScalarType[] = {kBool, kUint8, kInt8, kInt16, kInt32, kInt64, kHalf, kBFloat16, kFloat, kDouble};
@@ -39,9 +40,9 @@ struct Model {
   }
 };
 
-int32_t fail(const std::string& text, char* error, size_t size) {
+int32_t fail(const std::string& text, char* error, size_t size, int32_t result = CHIASM_NATIVE_FAILED) {
   if (size) std::snprintf(error, size, "%s", text.c_str());
-  return 1;
+  return result;
 }
 
 // The engine's last words: what the shim noted, else what AOTInductor did.
@@ -107,16 +108,18 @@ int32_t run(void* handle, const chiasm_native_tensor* inputs, const chiasm_nativ
     auto& model = *static_cast<Model*>(handle);
     const size_t n_in = model.input_count, n_out = model.output_count;
     const auto plan = model.get_plan();
-    Run state{host, outputs, n_out, plan.get()};
+    Run state(host, outputs, n_out, plan.get());
     CurrentRun scope(&state);
     *last_error = 0;
+    out_of_memory = false;
 
     Handles arguments(n_in), results(n_out);
     for (size_t i = 0; i < n_in; ++i) arguments.list[i] = borrow(inputs[i], *host);
     auto stolen = std::exchange(arguments.list, {});  // the engine owns them from here on, also when it fails
     if (AOTInductorModelContainerRun(model.container, stolen.data(), n_in, results.list.data(), n_out,
                                      static_cast<AOTInductorStreamHandle>(host->stream), nullptr))
-      return fail(engine_error(), error, error_size);
+      return fail(engine_error(), error, error_size, out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
+    if (state.refused.load(std::memory_order_acquire)) return fail(state.refusal, error, error_size, CHIASM_NATIVE_BAD_VALUE);
 
     state.plan = nullptr;  // what is allocated from here on is scratch
     for (size_t k = 0; k < n_out; ++k)
@@ -147,7 +150,7 @@ int32_t run(void* handle, const chiasm_native_tensor* inputs, const chiasm_nativ
     }
     return 0;
   } catch (const std::exception& e) {
-    return fail(e.what(), error, error_size);
+    return fail(e.what(), error, error_size, out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
   }
 }
 
@@ -167,8 +170,7 @@ AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype) {
   Run* run = current_run();
   if (!run) throw std::runtime_error("the compiled op allocates outside of a run");
   auto tensor = std::make_unique<AtenTensorOpaque>();
-  int64_t elements = 1;
-  for (size_t i = 0; i < sizes.size(); ++i) elements = sizes[i] == 0 ? 0 : elements + (elements ? (sizes[i] - 1) * strides[i] : 0);
+  const int64_t elements = span(sizes, strides);
   tensor->sizes = std::move(sizes);
   tensor->strides = std::move(strides);
   tensor->dtype = dtype;
@@ -188,7 +190,10 @@ AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype) {
     return tensor.release();
   }
   storage.data = static_cast<char*>(run->host->allocate(run->host->context, storage.bytes));
-  if (!storage.data && storage.bytes) throw std::bad_alloc();
+  if (!storage.data && storage.bytes) {
+    out_of_memory = true;
+    throw std::runtime_error("out of memory: the op asked for " + std::to_string(storage.bytes) + " bytes to work in");
+  }
   storage.owner = run->host;
   return tensor.release();
 }
@@ -215,8 +220,11 @@ void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target) {
 
 }  // namespace chiasm::shim
 
+// Compiled for each artifact (export/native.py).
+extern "C" const char chiasm_native_signature[];
+
 extern "C" __attribute__((visibility("default"))) const chiasm_native_api* chiasm_native_entry(uint32_t abi) {
   using namespace chiasm::shim;
-  static const chiasm_native_api api{sizeof(chiasm_native_api), CHIASM_NATIVE_ABI, create, run, destroy};
+  static const chiasm_native_api api{sizeof(chiasm_native_api), CHIASM_NATIVE_ABI, create, run, destroy, chiasm_native_signature};
   return abi == CHIASM_NATIVE_ABI ? &api : nullptr;
 }

@@ -15,6 +15,7 @@ namespace {
 struct Team {
   void (*body)(void*);
   void* argument;
+  Run* run;
   std::atomic<int32_t> waiting{0};    // at the barrier
   std::atomic<uint32_t> barriers{0};  // passed so far
   std::atomic<uint32_t> singles{0};   // `single` blocks that some thread has taken
@@ -40,6 +41,11 @@ void enter(void* argument, int32_t index, int32_t count) {
 constexpr int kSpins = 4000;
 
 }  // namespace
+
+bool in_parallel_region() { return member.team != nullptr; }
+
+Run* run_of_this_thread() { return member.team ? member.team->run : current_run(); }
+
 }  // namespace chiasm::shim
 
 using namespace chiasm::shim;
@@ -57,8 +63,8 @@ int omp_get_max_threads() {
 
 // `num_threads` is 0: the exporter compiles loops for the thread count at run time.
 void GOMP_parallel(void (*body)(void*), void* argument, unsigned, unsigned) {
-  const Run* run = current_run();
-  Team team{body, argument};
+  Run* run = current_run();
+  Team team{body, argument, member.team ? member.team->run : run};
   if (member.team || !run || run->host->num_threads == 1) {
     enter(&team, 0, 1);
   } else {

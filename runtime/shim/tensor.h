@@ -1,6 +1,7 @@
 // The tensor behind AtenTensorHandle in a torch-free artifact, and the run that it belongs to.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -22,10 +23,23 @@ struct Run {
   // For each output, the ordinal of the allocation that became it in the first run, or -1: see shim.cpp.
   const std::vector<int64_t>* plan;
   int64_t allocations = 0;
+  // A value that is not allowed (chiasm/checked.h): `refuse` keeps the first text, from whatever thread.
+  std::atomic<bool> refused{false};
+  char refusal[256] = "";
+
+  Run(const chiasm_native_host* the_host, const chiasm_native_tensor* the_outputs, size_t count, const std::vector<int64_t>* the_plan)
+      : host(the_host), outputs(the_outputs), output_count(count), plan(the_plan) {}
 };
 
 // The run of this thread; null while a model is created.
 Run*& current_run();
+
+// The run that this thread works for, also as a member of a team; null where there is none.
+Run* run_of_this_thread();
+bool in_parallel_region();
+
+// The run returns this text as its error (errors.cpp); the first one counts.
+void refuse(const char* text);
 
 // Memory with a known owner: the caller (inputs, outputs, constants: never freed here) or the host's scratch.
 struct Storage {
@@ -40,6 +54,8 @@ struct Storage {
 
 // Codes of c10::ScalarType, as AOTInductor's code writes them.
 enum ScalarType : int32_t { kUint8 = 0, kInt8, kInt16, kInt32, kInt64, kHalf, kFloat, kDouble, kBool = 11, kBFloat16 = 15 };
+
+inline constexpr int64_t kMostElements = int64_t{1} << 56;
 
 inline int64_t element_size(int32_t dtype) {
   switch (dtype) {
@@ -85,6 +101,19 @@ inline Dims dense_strides(const Dims& sizes) {
   return strides;
 }
 
+// How many elements lie between a tensor's first and its last, with both.
+inline int64_t span(const Dims& sizes, const Dims& strides) {
+  int64_t elements = 1;
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    if (sizes[i] < 0 || strides[i] < 0) throw std::runtime_error("the compiled op makes a tensor of negative size");
+    if (sizes[i] == 0) return 0;
+    int64_t reach = 0;
+    if (__builtin_mul_overflow(sizes[i] - 1, strides[i], &reach) || __builtin_add_overflow(elements, reach, &elements) || elements > kMostElements)
+      throw std::runtime_error("the compiled op makes a tensor of more elements than memory can hold");
+  }
+  return elements;
+}
+
 // A new tensor in scratch memory, or in the caller's output where the plan says that it will be returned as such.
 AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype);
 
@@ -108,6 +137,8 @@ int32_t guarded(Body body) {
     return 0;
   } catch (const std::exception& error) {
     return guarded_failure(error.what());
+  } catch (...) {
+    return guarded_failure("an unknown error");
   }
 }
 

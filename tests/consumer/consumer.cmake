@@ -20,6 +20,8 @@ if(NOT plugins)
   message(FATAL_ERROR "no plug-in was installed into ${LIBDIR}/chiasm")
 endif()
 
+step("${SOURCE_DIR}/run_paths.sh" "${PROJECT_DIR}" "${prefix}")
+
 set(flags "")
 if(SANITIZE)
   set(flags "-fsanitize=${SANITIZE}")
@@ -34,6 +36,24 @@ step("${CMAKE_COMMAND}" -S "${SOURCE_DIR}/cpp" -B "${WORK_DIR}/cpp" "-DCMAKE_PRE
   "-DCMAKE_CXX_COMPILER=${CXX_COMPILER}" "-DCMAKE_CXX_FLAGS=${flags}" -DCMAKE_BUILD_TYPE=Release)
 step("${CMAKE_COMMAND}" --build "${WORK_DIR}/cpp")
 step("${WORK_DIR}/cpp/consumer" ${bundle})
+
+# An installed backend whose engine is nowhere says so, and what to do; told where the engine is, it takes it.
+function(engines expected)
+  execute_process(COMMAND "${CMAKE_COMMAND}" -E env --unset=LD_LIBRARY_PATH --unset=CHIASM_ONNXRUNTIME_LIBRARY ${ARGN} "${WORK_DIR}/cpp/consumer"
+    OUTPUT_VARIABLE output COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT output MATCHES "${expected}")
+    message(FATAL_ERROR "expected '${expected}' in:\n${output}")
+  endif()
+endfunction()
+if(ONNXRUNTIME AND NOT SANITIZE)
+  engines("onnx: the onnx backend is not available: [^\n]*CHIASM_ONNXRUNTIME_LIBRARY[^\n]*pip install onnxruntime")
+  engines("onnx: onnxruntime 1" "CHIASM_ONNXRUNTIME_LIBRARY=${ONNXRUNTIME}")
+endif()
+if(LIBTORCH AND NOT SANITIZE)
+  get_filename_component(libtorch_dir "${LIBTORCH}" DIRECTORY)
+  engines("torch: the torch backend is not available: [^\n]*LD_LIBRARY_PATH")
+  engines("torch: libtorch 2" "LD_LIBRARY_PATH=${libtorch_dir}")
+endif()
 
 # C11, pkg-config
 find_program(PKG_CONFIG NAMES pkg-config pkgconf REQUIRED)

@@ -6,6 +6,7 @@ root=$PWD
 site=$root/build/pip-site
 rm -rf "$site"
 .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --target "$site" .
+tests/consumer/run_paths.sh "$root" "$site"
 cd / # so that nothing is imported from the current folder
 export PYTHONPATH=$site
 "$root/.venv/bin/python" - <<'PY'

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import torch
 from photos import frame, photo
+from torch.utils._python_dispatch import TorchDispatchMode
 
 from chiasm import image
 
@@ -194,6 +195,41 @@ def test_polygons_equal_opencv(count: int, whole: bool) -> None:
 def test_degenerate_polygons(points: list[list[float]], pixels: int) -> None:
     drawn = image.draw_convex_polygon(torch.zeros(1, 1, 8, 8), torch.tensor([points], dtype=torch.float32), torch.ones(1))
     assert drawn.sum() == pixels
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_polygons_are_filled_by_the_side_of_every_edge(seed: int) -> None:
+    """Against the definition, pixel by pixel: whole and fractional vertices, convex or not, either way round, beyond the image."""
+    torch.manual_seed(seed)
+    vertices = torch.rand(4, 3 + seed, 2, dtype=torch.float64) * 24.0 - 6.0
+    if seed % 2 == 0:
+        vertices = vertices.round()
+    drawn = image.draw_convex_polygon(torch.zeros(4, 1, 11, 13), vertices, torch.ones(1))[:, 0]
+    for b in range(4):
+        p = vertices[b].numpy()
+        q = np.roll(p, -1, 0)
+        for y in range(11):
+            for x in range(13):
+                side = (x - p[:, 0]) * (q - p)[:, 1] - (y - p[:, 1]) * (q - p)[:, 0]
+                boxed = (p.min(0) <= (x, y)).all() and (p.max(0) >= (x, y)).all()
+                assert drawn[b, y, x] == float(boxed and ((side >= 0).all() or (side <= 0).all()))
+
+
+def test_a_polygon_of_many_vertices_takes_no_memory_for_each_pixel() -> None:
+    largest = 0
+
+    class Watched(TorchDispatchMode):
+        def __torch_dispatch__(self, func, types, args=(), kwargs=None):
+            nonlocal largest
+            result = func(*args, **(kwargs or {}))
+            largest = max([largest, *(t.numel() for t in (result if isinstance(result, tuple) else (result,)) if isinstance(t, torch.Tensor))])
+            return result
+
+    turn = torch.arange(300) * (2 * torch.pi / 300)
+    with Watched():
+        drawn = image.draw_convex_polygon(torch.zeros(1, 1, 100, 100), torch.stack([torch.cos(turn), torch.sin(turn)], -1)[None] * 40 + 50, torch.ones(1))
+    assert abs(float(drawn.sum()) - torch.pi * 1600) < 50
+    assert largest <= 300 * 100
 
 
 def test_the_input_is_left_alone_and_bytes_can_be_drawn_on() -> None:

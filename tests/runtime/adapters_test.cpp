@@ -60,7 +60,7 @@ TEST(OpenCv, BackToMat) {
   std::vector<float> values(6);
   EXPECT_EQ(to_mat(Tensor(values.data(), {2, 3})).type(), CV_32FC1);
   cv::Mat whole(10, 10, CV_8UC3);
-  const cv::Mat part = whole(cv::Rect(2, 3, 4, 5));
+  cv::Mat part = whole(cv::Rect(2, 3, 4, 5));
   EXPECT_EQ(to_mat(view(part)).step[0], part.step[0]);
   EXPECT_EQ(to_mat(view(part)).data, part.data);
   EXPECT_THROW(to_mat(Tensor(values.data(), {6})), Error);
@@ -68,6 +68,30 @@ TEST(OpenCv, BackToMat) {
   EXPECT_THROW(to_mat(Tensor(values.data(), {1, 1, 600})), Error);
   EXPECT_THROW(to_mat(Tensor::strided(values.data(), {2, 3}, {1, 2})), Error);
   EXPECT_THROW(to_mat(Tensor(values.data(), {2, 3}, Device::cuda())), Error);
+}
+
+TEST(OpenCv, AReadOnlyTensorIsNotMadeAMat) {
+  const std::vector<float> values(6);
+  EXPECT_THAT([&] { to_mat(Tensor(values.data(), {2, 3})); }, ::testing::ThrowsMessage<Error>(HasSubstr("read-only")));
+  const cv::Mat mat(2, 3, CV_32F, cv::Scalar(0));
+  EXPECT_THROW(to_mat(view(mat)), Error);
+}
+
+template <class T, class = void>
+struct CanBeMat : std::false_type {};
+template <class T>
+struct CanBeMat<T, std::void_t<decltype(to_mat(std::declval<T>()))>> : std::true_type {};
+template <class T, class = void>
+struct HasData : std::false_type {};
+template <class T>
+struct HasData<T, std::void_t<decltype(std::declval<T>().template data<float>())>> : std::true_type {};
+
+TEST(OpenCv, OutputsThatEndWithTheStatementAreNotMadeAMat) {
+  using Kept = decltype(std::declval<const Outputs&>()[0]);
+  using Temporary = decltype(std::declval<const Method&>().run({})[0]);
+  static_assert(CanBeMat<Kept>::value && !CanBeMat<Temporary>::value && !CanBeMat<Temporary&>::value);
+  static_assert(HasData<Kept>::value && !HasData<Temporary>::value);
+  static_assert(std::is_convertible_v<Temporary, Tensor>, "an argument of another run");
 }
 
 TEST(Eigen, RowMajorAndVectorsAreDense) {

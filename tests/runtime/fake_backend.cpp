@@ -4,6 +4,8 @@
  *      broken      cannot be loaded
  *      failing     loads, and fails in every run
  *
+ *  In format onnx they are the doc_string of a model.
+ *
  *  FAKE_NAME is the name it goes by. FAKE_ABI and FAKE_PROBE_FAILS make backends that must be refused.
  */
 #include <cstdlib>
@@ -43,7 +45,9 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
 }
 
 int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
-  std::istringstream words(std::string(static_cast<const char*>(request->data), request->size));
+  // An ONNX model begins with the tag and the size of its doc_string, which holds the words.
+  const size_t start = std::strcmp(request->format, "onnx") == 0 && request->size > 2 ? 2 : 0;
+  std::istringstream words(std::string(static_cast<const char*>(request->data) + start, request->size - start));
   std::string word;
   words >> word;
   if (word == "broken") return report(error, CHIASM_CORRUPT, "the fake engine cannot read this");

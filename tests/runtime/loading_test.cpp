@@ -119,6 +119,30 @@ TEST_F(Choice, WithoutNativeCodeOnlyOnnxIsLeft) {
   EXPECT_THAT(refusal(request, CHIASM_FAILED_PRECONDITION), HasSubstr("allow_native_code"));
 }
 
+TEST_F(Choice, SaysWhyThereIsNoNativeCode) {
+  core::MethodSpec method = forward_;
+  method.artifacts.erase(method.artifacts.begin(), method.artifacts.begin() + 2);
+  LoadRequest request;
+  request.backend = BackendKind::native;
+  const auto says = [&] {
+    try {
+      core::choose(method, request, CHIASM_FLOAT32, {}, registry_);
+    } catch (const core::Error& error) {
+      EXPECT_EQ(error.code(), CHIASM_NOT_FOUND);
+      return std::string(error.what());
+    }
+    return std::string("was accepted");
+  };
+  EXPECT_THAT(says(), HasSubstr("native: the bundle has no artifact for it"));
+  Artifact package = method.artifacts[0];
+  package.file = "forward.float32.pt2";
+  package.needs_libtorch = true;
+  method.artifacts.push_back(package);
+  EXPECT_THAT(says(), HasSubstr("native: forward.float32.pt2 needs libtorch"));
+  method.artifacts.back().why = "aten.foo";
+  EXPECT_THAT(says(), HasSubstr("native: forward.float32.pt2 needs libtorch: aten.foo"));
+}
+
 TEST_F(Choice, AnExplicitBackendIsNotReplaced) {
   LoadRequest request;
   request.backend = BackendKind::onnx;

@@ -145,9 +145,9 @@ TEST(Manifest, SamplesMustBeCutAlongTheFirstDimension) {
 }
 
 TEST(Manifest, NewerSchemaIsAVersionMismatch) {
-  const std::string message = manifest_refusal([](Json& m) { m = {{"schema_version", 2}, {"whatever", true}}; }, CHIASM_VERSION_MISMATCH);
+  const std::string message = manifest_refusal([](Json& m) { m = {{"schema_version", 3}, {"whatever", true}}; }, CHIASM_VERSION_MISMATCH);
   EXPECT_THAT(message, HasSubstr("x/manifest.json: schema_version"));
-  EXPECT_THAT(message, HasSubstr("newer chiasm (schema 2)"));
+  EXPECT_THAT(message, HasSubstr("newer chiasm (schema 3)"));
 }
 
 struct Damage {
@@ -248,6 +248,44 @@ TEST(Manifest, EveryPrefixIsRefusedAndNoneCrashes) {
   }
 }
 
+TEST(Manifest, Version2HasDocumentsAndReasons) {
+  const Json sbom = {{"file", "sbom.cdx.json"}, {"size", 3}, {"sha256", sha256_of("abc")}};
+  const auto version_2 = [&](const std::function<void(Json&)>& change) {
+    return [&, change](Json& m) {
+      m["schema_version"] = 2;
+      m["documents"]["sbom"] = sbom;
+      m["methods"]["forward"]["artifacts"][2]["why"] = "aten.foo";
+      change(m);
+    };
+  };
+  Json root = manifest();
+  version_2([](Json&) {})(root);
+  const core::Manifest read = core::parse_manifest(root.dump(), "m");
+  ASSERT_EQ(read.documents.size(), 1u);
+  EXPECT_EQ(read.documents[0].file, "sbom.cdx.json");
+  EXPECT_EQ(read.methods[0].artifacts[2].why, "aten.foo");
+  EXPECT_EQ(read.files.count("sbom.cdx.json"), 1u);
+  EXPECT_EQ(read.files.count("golden.safetensors"), 1u);
+
+  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["schema_version"] = 1; })), HasSubstr("'documents' is for schema version 2"));
+  EXPECT_THAT(manifest_refusal([](Json& m) { m["methods"]["forward"]["artifacts"][2]["why"] = "x"; }), HasSubstr("'why' is for schema version 2"));
+  EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["documents"]["again"] = sbom; })), HasSubstr("'sbom.cdx.json' is the name of another file"));
+  for (const char* taken : {"golden.safetensors", "forward.pt"}) {
+    EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["documents"]["sbom"]["file"] = taken; })), HasSubstr("is the name of another file"));
+  }
+  for (const char* name : {"manifest.json", "manifest.json.minisig", "../x", "a/b", ".x", ""}) {
+    EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["documents"]["sbom"]["file"] = name; })), HasSubstr("is not the name of a file inside"));
+  }
+  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["documents"]["sbom"].erase("sha256"); })), HasSubstr("documents.sbom: the field 'sha256' is missing"));
+  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["documents"]["sbom"]["more"] = 1; })), HasSubstr("unknown field 'more'"));
+  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["documents"] = Json::array(); })), HasSubstr("documents: expected an object"));
+  std::string longest;
+  for (int i = 0; i < 4096; ++i) longest += "\xc3\xa4";  // 4096 characters in 8192 bytes
+  root["methods"]["forward"]["artifacts"][2]["why"] = longest;
+  EXPECT_EQ(core::parse_manifest(root.dump(), "m").methods[0].artifacts[2].why, longest);
+  EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["methods"]["forward"]["artifacts"][2]["why"] = longest + "x"; })), HasSubstr("longer than 4096 characters"));
+}
+
 TEST(File, Sha256IsThatOfTheStandard) {
   EXPECT_EQ(sha256_of(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
@@ -256,12 +294,13 @@ TEST(File, Sha256IsThatOfTheStandard) {
 TEST(File, ChecksSizeAndHash) {
   const TemporaryFolder folder;
   const std::string path = folder.write("f", "abc");
-  EXPECT_EQ(core::read_checked(path, 3, sha256_of("abc")).size(), 3u);
-  EXPECT_THAT(refusal([&] { core::read_checked(path, 4, sha256_of("abc")); }), HasSubstr(path + ": truncated"));
-  EXPECT_THAT(refusal([&] { core::read_checked(path, 2, sha256_of("abc")); }), HasSubstr(path));
-  EXPECT_THAT(refusal([&] { core::read_checked(path, 3, sha256_of("abd")); }), HasSubstr(path + ": changed"));
-  EXPECT_THAT(refusal([&] { core::read_checked(path + "x", 3, ""); }, CHIASM_NOT_FOUND), HasSubstr(path + "x"));
-  EXPECT_THAT(refusal([&] { core::read_checked(folder.path(), 3, ""); }), HasSubstr("not a regular file"));
+  const core::Folder in(folder.path());
+  EXPECT_EQ(in.read_checked("f", 3, sha256_of("abc")).size(), 3u);
+  EXPECT_THAT(refusal([&] { in.read_checked("f", 4, sha256_of("abc")); }), HasSubstr(path + ": truncated"));
+  EXPECT_THAT(refusal([&] { in.read_checked("f", 2, sha256_of("abc")); }), HasSubstr(path));
+  EXPECT_THAT(refusal([&] { in.read_checked("f", 3, sha256_of("abd")); }), HasSubstr(path + ": changed"));
+  EXPECT_THAT(refusal([&] { in.read_checked("fx", 3, ""); }, CHIASM_NOT_FOUND), HasSubstr(path + "x"));
+  EXPECT_THAT(refusal([&] { in.read_checked(".", 3, ""); }), HasSubstr("not a regular file"));
 }
 
 std::map<std::string, core::StoredTensor> read(const std::string& file) {

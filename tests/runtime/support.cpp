@@ -19,8 +19,9 @@ Json tensor(const std::string& name, const Json& shape) {
 }
 
 Json artifact(const std::string& backend, const std::string& format, const std::string& file, const Json& dtypes) {
-  return {{"backend", backend}, {"format", format}, {"file", file},        {"size", 7},
-          {"sha256", sha256_of("scale 2")}, {"dtypes", dtypes}, {"device", backend == "native" ? "cpu" : "any"}};
+  const std::string content = artifact_content(file, "scale 2");
+  return {{"backend", backend}, {"format", format}, {"file", file},        {"size", content.size()},
+          {"sha256", sha256_of(content)}, {"dtypes", dtypes}, {"device", backend == "native" ? "cpu" : "any"}};
 }
 
 }  // namespace
@@ -53,6 +54,11 @@ void write_text(const std::string& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file << text;
   if (!file) throw std::runtime_error("cannot write " + path);
+}
+
+std::string artifact_content(const std::string& file, const std::string& words) {
+  const bool is_onnx = file.size() > 5 && file.compare(file.size() - 5, 5, ".onnx") == 0;
+  return is_onnx ? "2" + std::string(1, static_cast<char>(words.size())) + words : words;
 }
 
 std::string sha256_of(const std::string& content) { return core::sha256(content.data(), content.size()); }
@@ -111,7 +117,10 @@ std::string write_bundle(const TemporaryFolder& folder, const std::function<void
   std::filesystem::create_directory(bundle);
   Json root = manifest();
   for (const auto& method : root["methods"]) {
-    for (const auto& entry : method["artifacts"]) write_text(bundle + "/" + entry["file"].get<std::string>(), "scale 2");
+    for (const auto& entry : method["artifacts"]) {
+      const auto file = entry["file"].get<std::string>();
+      write_text(bundle + "/" + file, artifact_content(file, "scale 2"));
+    }
   }
   std::vector<float> input(1 * 3 * 4 * 5), output, half;
   for (size_t i = 0; i < input.size(); ++i) input[i] = static_cast<float>(i) - 7.5f;
@@ -125,11 +134,19 @@ std::string write_bundle(const TemporaryFolder& folder, const std::function<void
   root["golden"]["size"] = golden.size();
   root["golden"]["sha256"] = sha256_of(golden);
   if (change) change(root);
-  write_text(bundle + "/manifest.json", root.dump(1));
+  const std::string text = root.dump(1);
+  write_text(bundle + "/manifest.json", text);
+  std::vector<std::filesystem::path> unnamed;
+  for (const auto& entry : std::filesystem::directory_iterator(bundle)) {
+    const std::string name = entry.path().filename().string();
+    if (name != "manifest.json" && text.find("\"" + name + "\"") == std::string::npos) unnamed.push_back(entry.path());
+  }
+  for (const auto& path : unnamed) std::filesystem::remove(path);
   return bundle;
 }
 
-void set_artifact(const std::string& bundle, const std::string& file, const std::string& content) {
+void set_artifact(const std::string& bundle, const std::string& file, const std::string& words) {
+  const std::string content = artifact_content(file, words);
   Json root = Json::parse(read_text(bundle + "/manifest.json"));
   for (auto& method : root["methods"]) {
     for (auto& entry : method["artifacts"]) {

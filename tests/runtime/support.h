@@ -1,11 +1,15 @@
 /** What several tests need: folders that go away, and small bundles to open or to spoil. */
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "chiasm/chiasm.h"
 
 namespace chiasm::testing {
 
@@ -45,10 +49,27 @@ std::string safetensors(const std::vector<NamedTensor>& tensors);
  */
 nlohmann::json manifest();
 
-/** Its files, and the manifest's sizes and hashes made to fit; `change` may alter the manifest last. Returns the path. */
+/** Its files, and the manifest's sizes and hashes made to fit; `change` may alter the manifest last, and what that
+ *  then does not name is left out. Returns the path. */
 std::string write_bundle(const TemporaryFolder& folder, const std::function<void(nlohmann::json&)>& change = {});
 
-/** Replace the content of an artifact and its size and hash in the manifest. */
-void set_artifact(const std::string& bundle, const std::string& file, const std::string& content);
+/** What a fake backend reads as these words (fewer than 128 characters); for `.onnx` a model whose doc_string they are. */
+std::string artifact_content(const std::string& file, const std::string& words);
+
+/** Replace the words of an artifact and its size and hash in the manifest. */
+void set_artifact(const std::string& bundle, const std::string& file, const std::string& words);
+
+/** The message of the refusal; fails where there is none, or of another code. */
+template <class AnyError, class Body>
+std::string refusal_of(chiasm_code code, const Body& body) {
+  try {
+    body();
+  } catch (const AnyError& error) {
+    EXPECT_EQ(error.code(), code) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "was accepted";
+  return "";
+}
 
 }  // namespace chiasm::testing

@@ -6,9 +6,13 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
+#include <mutex>
 #include <numeric>
 #include <thread>
 #include <vector>
+
+#include "core/fork.h"
 
 namespace chiasm::native {
 namespace {
@@ -129,6 +133,48 @@ TEST(Workers, AForkedChildGoesOnAlone) {
   int status = -1;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+#ifndef __SANITIZE_THREAD__  // in whose children no threads can be made
+TEST(Workers, AForkedChildHasTheProcessesWorkersAnew) {
+  const Workers& workers = Workers::instance(2);
+  ASSERT_EQ(workers.count(), 2u);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const Workers& own = Workers::instance(2);
+    ::_exit(&own != &workers && own.count() == 2 ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+#endif
+
+/** Without the gate most children would find the mutex taken, for ever. */
+TEST(ForkGate, AChildFindsFreeWhatIsLockedInside) {
+  static std::mutex& mutex = *new std::mutex;
+  std::atomic<bool> stop{false};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 3; ++i) {
+    threads.emplace_back([&stop] {
+      while (!stop) {
+        const core::ForkGate::Passage passage;
+        const std::lock_guard<std::mutex> lock(mutex);
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+      }
+    });
+  }
+  int taken = 0;
+  for (int round = 0; round < 50; ++round) {
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(mutex.try_lock() ? 0 : 1);
+    int status = -1;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) ++taken;
+  }
+  stop = true;
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(taken, 0);
 }
 
 }  // namespace

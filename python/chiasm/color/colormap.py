@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.planes import check_channels
+from ..primitives.whole import to_index
 from .colormap_tables import colormap_levels
 
 
@@ -39,7 +40,7 @@ def apply_colormap(input_tensor: Tensor, colormap: str) -> Tensor:
         position = plane.clamp(0.0, 1.0) * 255.0
         first = torch.floor(position.detach())
         fraction = position - first
-        index = first.to(torch.int64).reshape(-1)
+        index = to_index(first, 256).reshape(-1)
     elif plane.dtype == torch.uint8:
         fraction = torch.zeros([1], dtype=torch.float32, device=plane.device)
         index = plane.to(torch.int64).reshape(-1)

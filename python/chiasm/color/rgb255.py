@@ -5,6 +5,7 @@ from torch import Tensor
 
 from ..primitives.checks import check_floating, check_rgb
 from ..primitives.planes import rgb_planes
+from ..primitives.whole import known_or
 
 
 def rgb_to_rgb255(image: Tensor) -> Tensor:
@@ -28,7 +29,7 @@ def rgb_to_rgb255(image: Tensor) -> Tensor:
     """
     check_rgb(image, "image")
     check_floating(image, "image")
-    return torch.round(image * 255.0).clamp(0.0, 255.0).to(torch.uint8)
+    return known_or(torch.round(image * 255.0), 0.0).clamp(0.0, 255.0).to(torch.uint8)
 
 
 def rgb255_to_rgb(image: Tensor) -> Tensor:
@@ -71,7 +72,7 @@ def normals_to_rgb255(image: Tensor) -> Tensor:
     """
     check_rgb(image, "image")
     check_floating(image, "image")
-    return torch.round((image + 1.0) * 127.5).clamp(0.0, 255.0).to(torch.uint8)
+    return known_or(torch.round((image + 1.0) * 127.5), 0.0).clamp(0.0, 255.0).to(torch.uint8)
 
 
 def rgb255_to_normals(image: Tensor) -> Tensor:

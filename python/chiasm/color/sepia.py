@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from ..primitives.planes import mix_channels
+from ..primitives.reductions import greatest
 
 
 def sepia(input: Tensor, rescale: bool = True, eps: float = 1e-6) -> Tensor:
@@ -28,5 +29,5 @@ def sepia(input: Tensor, rescale: bool = True, eps: float = 1e-6) -> Tensor:
     """
     toned = mix_channels(input, [0.393, 0.769, 0.189, 0.349, 0.686, 0.168, 0.272, 0.534, 0.131], 0.0, "input")
     if rescale:
-        return toned / (toned.amax(dim=[-2, -1], keepdim=True) + eps)
+        return toned / (greatest(toned, [-2, -1]) + eps)
     return toned

@@ -67,7 +67,7 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
     the shape's pixels in the kernel, at distances d. ``distance_transform_edt`` is exact.
 
     Args:
-        image: (B, C, H, W), floating point, 1 on the shape and 0 elsewhere.
+        image: (B, C, H, W), floating point, 1 on the shape and 0 elsewhere. Of values outside [0, 1] no distances come out, but it ends.
         kernel_size: odd size of the kernel, at least 3.
         h: how sharp the minimum is, > 0; small values are more exact until exp(-d / h) underflows.
 
@@ -94,16 +94,16 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
         for j in range(kernel_size):
             taps.append(math.exp(-math.sqrt(float((i - radius) * (i - radius) + (j - radius) * (j - radius))) / h))
     state = torch.stack([torch.zeros_like(image), image])
+    # A shape grows by a pixel a step at least, along rows and columns; negative values could make it shrink and grow for ever.
+    limit = image.size(2) + image.size(3)
     if torch.jit.is_scripting():
-        moving = True
-        k = 0
-        while moving:
+        for k in range(limit):
             grown = _grow(state, torch.full([], k, dtype=torch.int64, device=image.device), taps, kernel_size, h)
-            moving = not is_same(grown, state)
+            if is_same(grown, state):
+                break
             state = grown
-            k += 1
     else:
-        state = until_stable(_grow, state, (taps, kernel_size, h), 2147483647)
+        state = until_stable(_grow, state, (taps, kernel_size, h), limit)
     return state[0]
 
 

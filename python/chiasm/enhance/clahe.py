@@ -11,6 +11,7 @@ from torch import Tensor
 from ..primitives.checks import check_floating, check_rank
 from ..primitives.levels import blend_curves, look_up, mirrored, running_sum, tile_counts, tile_start, to_levels, whole_quotient
 from ..primitives.sampling import smaller
+from ..primitives.whole import to_index
 
 
 def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, int] = (8, 8)) -> Tensor:
@@ -145,7 +146,7 @@ def _equalized_softly(x: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) 
     pixels = tile_y * tile_x
     device = x.device
     scaled = x.clamp(0.0, 1.0) * 255.0
-    level = scaled.detach().to(torch.int64).clamp(0, 254)
+    level = to_index(scaled.detach(), 255)
     share = scaled - level
     rows, columns = mirrored(height, high, device), mirrored(width, wide, device)
     level_padded = level.index_select(1, rows).index_select(2, columns)

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_floating
+from ..primitives.reductions import greatest, least
 
 
 def normalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor]) -> Tensor:
@@ -84,8 +85,7 @@ def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0,
     check_floating(input, "input")
     if input.dim() < 3:
         raise ValueError(f"input: expected shape (*, C, H, W), got {list(input.shape)}")
-    low = input.amin([-2, -1], keepdim=True)
-    high = input.amax([-2, -1], keepdim=True)
+    low, high = least(input, [-2, -1]), greatest(input, [-2, -1])
     return (input - low) * ((max_val - min_val) / (high - low + eps)) + min_val
 
 

@@ -8,6 +8,7 @@ from torch import Tensor
 
 from ..filters.gradient import spatial_gradient
 from ..primitives import kernels
+from ..primitives.angles import angle_of
 from ..primitives.checks import check_image
 from ..primitives.linalg import small_matmul
 
@@ -30,7 +31,7 @@ def polar_gradient(image: Tensor) -> Tuple[Tensor, Tensor]:
     flat = squared == 0
     zero, one = torch.zeros_like(dx), torch.ones_like(dx)
     length = torch.sqrt(torch.where(flat, one, squared))
-    direction = torch.atan2(torch.where(flat, zero, dy), torch.where(flat, one, dx))
+    direction = angle_of(torch.where(flat, zero, dy), torch.where(flat, one, dx))
     return torch.where(flat, zero, length), direction
 
 

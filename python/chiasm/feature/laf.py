@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from ..geometry.conversions.angles import angle_to_rotation_matrix, rad2deg
+from ..primitives.angles import angle_of
 from ..primitives.checks import check_floating, check_image
 from ..primitives.linalg import small_matmul
 from ..primitives.sampling import larger, smaller
@@ -81,7 +82,7 @@ def get_laf_orientation(LAF: Tensor) -> Tensor:
     check_laf(LAF, "LAF")
     across, down = LAF[..., 0, 0], LAF[..., 0, 1]
     nowhere = (across == 0) & (down == 0)
-    angle = torch.atan2(down, torch.where(nowhere, torch.ones_like(across), across))
+    angle = angle_of(down, torch.where(nowhere, torch.ones_like(across), across))
     return rad2deg(torch.where(nowhere, torch.zeros_like(angle), angle))[..., None]
 
 

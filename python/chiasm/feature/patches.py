@@ -16,6 +16,7 @@ from ..primitives.checks import check_image
 from ..primitives.materialise import materialised
 from ..primitives.reshaping import reshaped
 from ..primitives.warping import position_dtype, sample_image
+from ..primitives.whole import known_or
 from .laf import check_laf, denormalize_laf, determinants
 
 
@@ -212,8 +213,8 @@ def _level_taps(x: Tensor, y: Tensor, start: Tensor, height: Tensor, width: Tens
     left, upper = torch.floor(x.detach()), torch.floor(y.detach())
     fx, fy = x - left, y - upper
     # In the image also where a position is not a number.
-    column = torch.minimum(left.to(torch.int64).clamp(min=0), width - 1)
-    row = torch.minimum(upper.to(torch.int64).clamp(min=0), height - 1)
+    column = torch.minimum(known_or(left, 0.0).to(torch.int64), width - 1)
+    row = torch.minimum(known_or(upper, 0.0).to(torch.int64), height - 1)
     right = torch.minimum(column + 1, width - 1)
     above, below = start + row * width, start + torch.minimum(row + 1, height - 1) * width
     weight = [(1.0 - fy) * (1.0 - fx), (1.0 - fy) * fx, fy * (1.0 - fx), fy * fx]

@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image
+from ..primitives.reductions import greatest
 from ..primitives.reshaping import reshaped
 from ..primitives.warping import position_dtype
 
@@ -56,7 +57,7 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
     tall = response[:, 0].index_select(1, rows.flatten().clamp(max=response.size(2) - 1))
     tiles = tall.index_select(2, columns.flatten().clamp(max=response.size(3) - 1))
     tiles = reshaped(tiles, [response.size(0), rows.size(0), window, columns.size(0), window])
-    score = tiles.amax([2, 4])
+    score = greatest(tiles, [2, 4])[:, :, 0, :, 0]
     real = tiles.to(position_dtype(response.dtype)).clamp(min=-1e30)
     # Whatever is subtracted falls out of the mean, so it needs no gradient.
     below = real - real.detach().amax([2, 4], keepdim=True)

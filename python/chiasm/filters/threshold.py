@@ -12,6 +12,7 @@ from ..primitives.levels import bin_counts, extents
 from ..primitives.linalg import small_matmul
 from ..primitives.stencil import separable_shared
 from ..primitives.target import tracing_vjp
+from ..primitives.whole import to_index
 from .gaussian import gaussian_taps
 
 
@@ -161,7 +162,7 @@ def otsu_threshold(
     position = (planes - low) / span * float(nbins)
     if slow_and_differentiable:
         centred = (position - 0.5).clamp(0.0, float(nbins - 1)).to(torch.float64)
-        first = centred.detach().floor().to(torch.int64).clamp(max=nbins - 2)
+        first = to_index(centred.detach(), nbins - 1)
         share = centred - first
         counts = torch.zeros([planes.size(0), nbins], dtype=torch.float64, device=x.device)
         counts = counts.scatter_add(1, first, 1.0 - share).scatter_add(1, first + 1, share)

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_floating
+from ..primitives.whole import known_or
 
 
 def image_to_tensor(image: Tensor) -> Tensor:
@@ -57,7 +58,7 @@ def tensor_to_image(tensor: Tensor) -> Tensor:
     check_floating(tensor, "tensor")
     if tensor.dim() != 3 and tensor.dim() != 4:
         raise ValueError(f"tensor: expected shape (C, H, W) or (B, C, H, W), got {list(tensor.shape)}")
-    levels = torch.round(tensor * 255.0).clamp(0.0, 255.0).to(torch.uint8)
+    levels = known_or(torch.round(tensor * 255.0), 0.0).clamp(0.0, 255.0).to(torch.uint8)
     if tensor.dim() == 3:
         return levels.permute(1, 2, 0).contiguous()
     return levels.permute(0, 2, 3, 1).contiguous()

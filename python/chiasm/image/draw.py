@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.levels import whole_quotient
+from ..primitives.whole import known_or
 
 
 def draw_point2d(image: Tensor, points: Tensor, color: Tensor) -> Tensor:
@@ -75,9 +76,9 @@ def draw_line(image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor:
 
 
 def whole_pixels(points: Tensor) -> Tensor:
-    """Coordinates as int64, rounded; beyond 2^20 pixels from the origin they saturate, which keeps products exact."""
+    """Coordinates as int64, rounded; beyond 2^20 pixels from the origin they saturate, which keeps products exact. NaN is as far as that to the left or above."""
     if points.is_floating_point():
-        return torch.round(points).clamp(-1048576.0, 1048576.0).to(torch.int64)
+        return known_or(torch.round(points), -1048576.0).clamp(-1048576.0, 1048576.0).to(torch.int64)
     return points.to(torch.int64).clamp(-1048576, 1048576)
 
 

@@ -1,6 +1,7 @@
 """Rectangles and polygons, drawn into a copy of the image."""
 
-from typing import Optional
+import math
+from typing import Optional, Tuple
 
 import torch
 from torch import Tensor
@@ -114,13 +115,33 @@ def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Ten
     elif paint.dim() != 2 or paint.size(0) != batch or paint.size(1) != channels:
         raise ValueError(f"colors: expected shape (B, C), (C,) or (1,) for images {list(images.shape)}, got {list(colors.shape)}")
     # In float64 the products of whole coordinates are exact, hence also which pixels lie on an edge.
-    vertex = polygons.detach().to(torch.float64)[..., None, None]
+    vertex = polygons.detach().to(torch.float64)[..., None]
     x0, y0 = vertex[:, :, 0], vertex[:, :, 1]
-    x1, y1 = torch.cat([x0[:, 1:], x0[:, :1]], 1), torch.cat([y0[:, 1:], y0[:, :1]], 1)
+    dx, dy = torch.cat([x0[:, 1:], x0[:, :1]], 1) - x0, torch.cat([y0[:, 1:], y0[:, :1]], 1) - y0
     x = torch.arange(width, device=images.device).to(torch.float64)
-    y = torch.arange(height, device=images.device).to(torch.float64)[:, None]
-    side = (x - x0) * (y1 - y0) - (y - y0) * (x1 - x0)
-    inside = (side >= 0).all(1) | (side <= 0).all(1)
+    y = torch.arange(height, device=images.device).to(torch.float64)
+    first, last = _span(x0, y0, dx, dy, y)
+    first_back, last_back = _span(x0, y0, -dx, -dy, y)  # the other way round
+    inside = ((x >= first) & (x <= last)) | ((x >= first_back) & (x <= last_back))
     # Vertices on one line have no side; their extent bounds them.
-    in_box = (x >= x0.amin(1)) & (x <= x0.amax(1)) & (y >= y0.amin(1)) & (y <= y0.amax(1))
+    in_rows = ((y >= y0.amin(1)) & (y <= y0.amax(1)))[..., None]
+    in_box = (x >= x0.amin(1)[..., None]) & (x <= x0.amax(1)[..., None]) & in_rows
     return torch.where((inside & in_box)[:, None], paint[:, :, None, None], images)
+
+
+def _span(x0: Tensor, y0: Tensor, dx: Tensor, dy: Tensor, y: Tensor) -> Tuple[Tensor, Tensor]:
+    """The first and the last column (B, H, 1) of each row that lie on the inner side of all edges, (x - x0) dy - (y - y0) dx >= 0.
+
+    Edges begin at x0, y0 and go by dx, dy (B, N, 1). Where an edge meets a row is rounded; what decides is the side of the three columns there.
+    """
+    lag = (y - y0) * dx
+    meets = torch.round(x0 + lag / torch.where(dy == 0, torch.ones_like(dy), dy))
+    before, here, after = (meets - 1.0 - x0) * dy - lag >= 0, (meets - x0) * dy - lag >= 0, (meets + 1.0 - x0) * dy - lag >= 0
+    first = torch.where(before, meets - 1.0, torch.where(here, meets, meets + 1.0))
+    last = torch.where(after, meets + 1.0, torch.where(here, meets, meets - 1.0))
+    everywhere = torch.full_like(meets, math.inf)
+    first = torch.where(dy > 0, first, -everywhere)
+    last = torch.where(dy < 0, last, everywhere)
+    # A level edge has the whole row on one side. What is not a number has no side.
+    outside = ~(lag * dy == lag * dy) | ((dy == 0) & (lag > 0))
+    return torch.where(outside, everywhere, first).amax(1)[..., None], last.amin(1)[..., None]

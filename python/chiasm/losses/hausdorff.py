@@ -8,6 +8,7 @@ from torch import Tensor
 from ..primitives.checks import check_image, check_reduction
 from ..primitives.correlation import volume_parts
 from ..primitives.padding import join_columns, padded_parts
+from ..primitives.reductions import greatest, least
 from ..primitives.volumes import check_volume
 from .labels import check_labels, class_planes
 from .reduction import reduced
@@ -117,7 +118,7 @@ def _inner(p: Tensor, dims: List[int], moved: int, by: int) -> Tensor:
 def _stretched(x: Tensor) -> Tensor:
     """Each plane from its least to its greatest value mapped to [0, 1]; a constant one stays what it is."""
     axes = [2, 3] if x.dim() == 4 else [2, 3, 4]
-    low, high = x.amin(axes, keepdim=True), x.amax(axes, keepdim=True)
+    low, high = least(x, axes), greatest(x, axes)
     varies = high > low
     span = torch.where(varies, high - low, torch.ones_like(high))
     return torch.where(varies, (x - low) / span, x)

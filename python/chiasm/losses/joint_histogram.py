@@ -7,6 +7,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_floating, check_same_shape
+from ..primitives.reductions import greatest, least
+from ..primitives.whole import to_index
 
 
 def check_signals(input: Tensor, target: Tensor, kernel_function: str, num_bins: int, window_radius: float) -> None:
@@ -78,15 +80,15 @@ def _shares(signal: Tensor, counts: Tensor, kernel_function: str, num_bins: int,
         distance = (position - bin).abs()
         near = counts & (distance < window_radius) & (bin >= 0) & (bin <= num_bins - 1)
         share = _kernel(distance, kernel_function, window_radius)
-        bins.append(bin.to(torch.int64).clamp(0, num_bins - 1))
+        bins.append(to_index(bin, num_bins))
         shares.append(torch.where(near, share, torch.zeros_like(share)))
     return bins, shares
 
 
 def _positions(signal: Tensor, counts: Tensor, num_bins: int) -> Tensor:
     """Each value in bins: those that count lie from 0, the least of them, to num_bins - 1."""
-    low = torch.where(counts, signal, torch.full_like(signal, math.inf)).amin(-1, keepdim=True)
-    high = torch.where(counts, signal, torch.full_like(signal, -math.inf)).amax(-1, keepdim=True)
+    low = least(torch.where(counts, signal, torch.full_like(signal, math.inf)), [-1])
+    high = greatest(torch.where(counts, signal, torch.full_like(signal, -math.inf)), [-1])
     varies = high > low
     origin = torch.where(varies, low, torch.zeros_like(low))
     span = torch.where(varies, high - low, torch.ones_like(low))

@@ -129,5 +129,6 @@ def _counts(pred: Tensor, target: Tensor, num_classes: int) -> Tensor:
     found, truth = pred[..., None].flatten(1).to(torch.int64), target[..., None].flatten(1).to(torch.int64)
     known = (found >= 0) & (found < num_classes) & (truth >= 0) & (truth < num_classes)
     pairs = num_classes * num_classes
+    truth = torch.where(known, truth, torch.zeros_like(truth))  # else the product may overflow
     index = torch.where(known, truth * num_classes + found, torch.full_like(truth, pairs))
     return count_each(index, pairs + 1)[:, :pairs].unflatten(1, [num_classes, num_classes]).to(torch.int64)

@@ -6,6 +6,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.angles import angle_of
 from ..primitives.checks import check_floating, check_last, check_matrix
 from ..primitives.linalg import cross
 from .reductions import vector_length
@@ -36,7 +37,7 @@ def angle_error_mat(R1: Tensor, R2: Tensor) -> Tensor:
     # Of R1^T R2, the sum over rows of outer products: its antisymmetric part is the sum of cross products, its trace that of dot products.
     sine = 0.5 * vector_length(cross(R1, R2).sum(-2))
     cosine = 0.5 * ((R1 * R2).sum(-1).sum(-1) - 1.0)
-    return torch.atan2(sine, cosine) * (180.0 / math.pi)
+    return angle_of(sine, cosine) * (180.0 / math.pi)
 
 
 def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
@@ -69,7 +70,7 @@ def angle_error_vec(v1: Tensor, v2: Tensor) -> Tensor:
     u = v1 / torch.where(lost, torch.ones_like(length1), length1)[..., None]
     w = v2 / torch.where(lost, torch.ones_like(length2), length2)[..., None]
     along = vector_length(u + w)
-    angle = 2.0 * torch.atan2(vector_length(u - w), torch.where(lost, torch.ones_like(along), along))
+    angle = 2.0 * angle_of(vector_length(u - w), torch.where(lost, torch.ones_like(along), along))
     return torch.where(lost, torch.full_like(angle, 90.0), angle * (180.0 / math.pi))
 
 

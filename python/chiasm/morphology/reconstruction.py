@@ -50,7 +50,8 @@ def reconstruction(
         raise ValueError(f"mask: expected seed's shape {list(seed.shape)}, got {list(mask.shape)}")
     if num_iters is not None and num_iters < 0:
         raise ValueError(f"num_iters: expected at least 0, got {num_iters}")
-    limit = 2147483647 if num_iters is None else num_iters
+    # No path from pixel to pixel is longer than the image; a kernel without its centre could go to and fro for ever.
+    limit = mask.size(2) * mask.size(3) if num_iters is None else num_iters
     element = torch.ones([3, 3], dtype=seed.dtype, device=seed.device) if kernel is None else kernel.to(seed.dtype)
     largest = method == "dilation"
     state = torch.minimum(seed, mask) if largest else torch.maximum(seed, mask)

@@ -14,6 +14,7 @@ from . import kernels
 from .linalg import inverse3x3, small_matmul
 from .loops import repeat
 from .target import native_forward, tracing_vjp
+from .whole import known_or
 
 
 def draw_samples(uniforms: Tensor, count: int) -> Tensor:
@@ -52,7 +53,7 @@ def _draw(uniforms: Tensor, count: Tensor) -> Tensor:
     picks: List[Tensor] = []
     for k in range(size):
         last = torch.clamp(count - size + k, min=0)
-        pick = torch.minimum(torch.clamp(torch.floor(u[..., k] * (last + 1.0)).to(torch.int64), min=0), last)
+        pick = torch.minimum(known_or(torch.floor(u[..., k] * (last + 1.0)), 0.0).clamp(min=0.0), last.to(u.dtype)).to(torch.int64)
         taken = torch.zeros_like(pick, dtype=torch.bool)
         for j in range(k):
             taken = taken | (picks[j] == pick)

@@ -7,7 +7,9 @@ from torch import Tensor
 
 from . import kernels
 from .materialise import materialised
+from .reductions import greatest, least
 from .target import tracing_vjp
+from .whole import known_or, to_index
 
 
 def to_levels(x: Tensor) -> Tensor:
@@ -20,7 +22,7 @@ def to_levels(x: Tensor) -> Tensor:
         return kernels.to_levels(x)
     # The limits stand between the product and the sum, which a compiler would fuse, with other rounding. Of all float32 numbers up to
     # 255 only the one before 0.5 would be rounded wrongly by 0.5, and none by the number before 0.5.
-    scaled = (x.to(torch.float32) * 255.0).clamp(0.0, 255.0)
+    scaled = known_or(x.to(torch.float32) * 255.0, 0.0).clamp(0.0, 255.0)
     return torch.floor(scaled + 0.49999997).to(torch.int32).clamp(0, 255)
 
 
@@ -88,7 +90,7 @@ def extents(x: Tensor) -> Tuple[Tensor, Tensor]:
     """
     if not torch.jit.is_scripting() and kernels.has_kernel(x):
         return kernels.extents(x)
-    return x.amin(1, keepdim=True), x.amax(1, keepdim=True)
+    return least(x, [1]), greatest(x, [1])
 
 
 def bin_counts(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
@@ -99,8 +101,7 @@ def bin_counts(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
     """
     if not torch.jit.is_scripting() and kernels.has_kernel(x):
         return kernels.bin_counts(x, low, span, bins)
-    index = ((x - low) / span * float(bins)).to(torch.int64)
-    return count_each(index.clamp(max=bins - 1), bins)
+    return count_each(to_index((x - low) / span * float(bins), bins), bins)
 
 
 def whole_quotient(a: Tensor, b: Tensor) -> Tensor:

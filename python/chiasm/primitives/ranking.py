@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from .target import current_target
+from .target import current_target, onnx_forward
 
 
 def stable_topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
@@ -24,6 +24,10 @@ def stable_topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
         places = _among_largest(x, k)
         values, order = torch.sort(x.gather(-1, places), stable=True, dim=-1, descending=True)
         return values, places.gather(-1, order)
+    if onnx_forward() and x.is_floating_point():
+        # ONNX Runtime leaves open where NaN goes.
+        indices = torch.topk(torch.where(x == x, x, torch.full_like(x, float("inf"))), k, dim=-1)[1]
+        return x.gather(-1, indices), indices
     values, indices = torch.topk(x, k, dim=-1)
     return values, indices
 

@@ -5,6 +5,8 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
+from .whole import known_or
+
 
 def larger(a: int, b: int) -> int:
     """max of two sizes without fixing their order when the sizes are symbolic."""
@@ -116,8 +118,9 @@ def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[T
     # Clamping first keeps the conversion to integers defined; one pixel outside is as empty as a thousand.
     x = x.clamp(-2, width + 1)
     y = y.clamp(-2, height + 1)
-    left = torch.floor(x.detach())
-    upper = torch.floor(y.detach())
+    # What is not a number is outside.
+    left = known_or(torch.floor(x.detach()), -2.0)
+    upper = known_or(torch.floor(y.detach()), -2.0)
     fx = x - left
     fy = y - upper
     zero = torch.zeros_like(fx)
@@ -136,8 +139,8 @@ def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[T
 
 def nearest_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Tensor], List[Tensor]]:
     """Flat int32 index and weight (1, or 0 outside the image) of the nearest pixel; halves go to the even neighbour."""
-    column = torch.round(x.detach().clamp(-2, width + 1)).to(torch.int32)
-    row = torch.round(y.detach().clamp(-2, height + 1)).to(torch.int32)
+    column = known_or(torch.round(x.detach().clamp(-2, width + 1)), -2.0).to(torch.int32)
+    row = known_or(torch.round(y.detach().clamp(-2, height + 1)), -2.0).to(torch.int32)
     inside = (column >= 0) & (column <= width - 1) & (row >= 0) & (row <= height - 1)
     return [row.clamp(0, height - 1) * width + column.clamp(0, width - 1)], [inside.to(x.dtype)]
 
@@ -145,7 +148,8 @@ def nearest_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Te
 def cubic_taps(x: Tensor, y: Tensor, height: int, width: int, padding_mode: str, align_corners: bool) -> Tuple[List[Tensor], List[Tensor]]:
     """Flat int32 indices and weights of the 4 x 4 pixels around each position, by Keys' kernel with a = -0.75.
 
-    As in ``grid_sample`` and OpenCV, "border" and "reflection" move the pixels that are read, not the position.
+    As in ``grid_sample`` and OpenCV, "border" and "reflection" move the pixels that are read, not the position. A position that is not a
+    number, or is infinite where its reflection is asked for, reads nothing: all weights are 0.
     """
     column, across = _cubic_axis(x, width, padding_mode, align_corners)
     row, down = _cubic_axis(y, height, padding_mode, align_corners)
@@ -163,16 +167,21 @@ def _cubic_axis(x: Tensor, size: int, padding_mode: str, align_corners: bool) ->
         # Beyond three pixels outside nothing changes any more, and the conversion to integers stays defined.
         x = x.clamp(-4, size + 3)
     first = torch.floor(x.detach())
-    weights = cubic_weights(x - first, -0.75)
+    fraction = x - first
+    known = fraction == fraction  # nor is it of an infinity
+    # Finite, so that no arithmetic below makes NaN of it; what is further away has no fraction to speak of.
+    first = torch.where(known, first, torch.full_like(first, -4.0)).clamp(-4503599627370496.0, 4503599627370496.0)
+    weights = cubic_weights(fraction, -0.75)
     index: List[Tensor] = []
     weight: List[Tensor] = []
     for k in range(4):
         pixel = first + (k - 1.0)
         if padding_mode == "reflection":
             pixel = reflect_positions(pixel, size, align_corners)
-        inside = (pixel >= 0) & (pixel <= size - 1)
-        keep = padding_mode == "border" or padding_mode == "reflection"
-        weight.append(weights[k] if keep else torch.where(inside, weights[k], torch.zeros_like(x)))
+        read = known
+        if padding_mode != "border" and padding_mode != "reflection":
+            read = (pixel >= 0) & (pixel <= size - 1)
+        weight.append(torch.where(read, weights[k], torch.zeros_like(x)))
         index.append(pixel.clamp(0, size - 1).to(torch.int32))
     return index, weight
 

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from .checks import check_choice, check_floating, check_rank
 from .sampling import gather_taps, reflect_positions
+from .whole import known_or
 
 
 def check_volume(value: Tensor, name: str) -> None:
@@ -61,10 +62,10 @@ def _axis(x: Tensor, size: int, mode: str, padding_mode: str, align_corners: boo
     # Clamping keeps the conversion to integers defined; one voxel outside is as empty as a thousand.
     x = x.clamp(-2, size + 1)
     if mode == "nearest":
-        nearest = torch.round(x.detach())
+        nearest = known_or(torch.round(x.detach()), -2.0)  # what is not a number is outside
         inside = (nearest >= 0) & (nearest <= size - 1)
         return [nearest.to(torch.int32).clamp(0, size - 1)], [inside.to(x.dtype)]
-    first = torch.floor(x.detach())
+    first = known_or(torch.floor(x.detach()), -2.0)
     fraction = x - first
     zero = torch.zeros_like(fraction)
     low = torch.where((first >= 0) & (first <= size - 1), 1.0 - fraction, zero)

@@ -18,6 +18,7 @@ import ctypes
 import json
 import os
 import sys
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,8 +37,10 @@ __all__ = [
     "TensorInfo",
     "backends",
     "get_num_threads",
+    "get_trust",
     "open",
     "set_num_threads",
+    "set_trust",
 ]
 
 
@@ -216,6 +219,34 @@ def get_num_threads() -> int:
     True
     """
     return _runtime.get_num_threads()
+
+
+def set_trust(policy: str, keys: Sequence[str | os.PathLike[str]] = ()) -> None:
+    """Set which bundles this process runs, in place of what ``CHIASM_TRUST_POLICY`` and ``CHIASM_TRUSTED_KEYS`` say.
+
+    Must come before the first method is loaded. docs/signing.md says how bundles are signed.
+
+    Parameters
+    ----------
+    policy
+        "any"; "signed": bundles that a trusted key has signed; "data_only": any, but only the onnx backend's standard operators,
+        which are data, and never a program.
+    keys
+        For "signed": minisign public keys, each as its 56 characters or as the path of a file.
+    """
+    _runtime.set_trust(policy, [os.fspath(key) for key in keys])
+
+
+def get_trust() -> str:
+    """The trust policy of this process.
+
+    Examples
+    --------
+    >>> import chiasm.runtime
+    >>> chiasm.runtime.get_trust()
+    'any'
+    """
+    return _runtime.get_trust()
 
 
 def _parse_device(device: Any) -> tuple[int, int]:

@@ -56,7 +56,10 @@ MemoryFile extract_library(const void* data, std::size_t size) {
   MemoryFile bytes("chiasm-artifact");  // minizip reads files
   bytes.write(data, size);
   bytes.seal();
-  std::unique_ptr<void, CloseArchive> archive(unzOpen64(bytes.path().c_str()));
+  const std::string path = bytes.path();
+  errno = 0;
+  std::unique_ptr<void, CloseArchive> archive(unzOpen64(path.c_str()));
+  if (archive == nullptr && (errno == EMFILE || errno == ENFILE || errno == ENOMEM)) throw Error(CHIASM_IO_ERROR, path + ": " + std::strerror(errno));
   if (archive == nullptr) corrupt("not a zip archive");
 
   std::string found;

@@ -34,6 +34,19 @@ std::string unique_path(const MemoryFile& file) {
   return path + "/" + std::to_string(file.fd());
 }
 
+// The manifest promises what `expected` says; code that was compiled for anything else would read and write outside of its tensors.
+void check_signature(const std::string& compiled, const std::string& expected) {
+  if (compiled == expected) return;
+  size_t start = 0;  // of the first line that differs
+  for (size_t i = 0; i < std::min(compiled.size(), expected.size()) && compiled[i] == expected[i]; ++i)
+    if (compiled[i] == '\n') start = i + 1;
+  const auto line = [start](const std::string& text) {
+    return start < text.size() ? "'" + text.substr(start, text.find('\n', start) - start) + "'" : "nothing more";
+  };
+  throw Error(CHIASM_CORRUPT, "the manifest says " + line(expected) + ", the native code was compiled for " + line(compiled) +
+                                  ": the manifest was changed after the export; export the bundle again");
+}
+
 }  // namespace
 
 Library::Library(const MemoryFile& file) : handle_(dlopen(unique_path(file).c_str(), RTLD_NOW | RTLD_LOCAL)) {
@@ -60,6 +73,8 @@ Model::Model(const Request& request) : request_(request) {
   library_.emplace(extract_library(request.data, request.size));
   request_.data = nullptr;
   api_ = library_->api();
+  check_signature(api_->signature, request.signature);
+  request_.signature = nullptr;
   char text[1024] = "";
   if (api_->create(request.device_type, request.device_index, &model_, text, sizeof(text)) != 0) throw Error(CHIASM_INTERNAL, text);
 }
@@ -116,7 +131,12 @@ void Model::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chias
 void Model::run_whole(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host) const {
   char text[1024];
   text[0] = '\0';
-  if (api_->run(model_, inputs, outputs, &host, text, sizeof(text)) != 0) throw Error(CHIASM_INTERNAL, text);
+  switch (api_->run(model_, inputs, outputs, &host, text, sizeof(text))) {
+    case CHIASM_NATIVE_OK: return;
+    case CHIASM_NATIVE_BAD_VALUE: throw Error(CHIASM_INVALID_ARGUMENT, text);
+    case CHIASM_NATIVE_OUT_OF_MEMORY: throw Error(CHIASM_OUT_OF_MEMORY, text);
+    default: throw Error(CHIASM_INTERNAL, text);
+  }
 }
 
 /** What the threads that share a batch have in common. */

@@ -35,9 +35,10 @@ class Model final {
     int32_t input_count, output_count;
     uint64_t sample_inputs = 0, sample_outputs = 0;  // as in chiasm_backend_load
     int32_t device_type = CHIASM_CPU, device_index = 0;
+    const char* signature = "";  // core::signature_text; not needed after the constructor
   };
 
-  /** Throws Error: CORRUPT, VERSION_MISMATCH, UNAVAILABLE. */
+  /** Throws Error: CORRUPT (also where the code has another signature), VERSION_MISMATCH, UNAVAILABLE. */
   explicit Model(const Request& request);
   Model(const Model&) = delete;
   Model& operator=(const Model&) = delete;

@@ -6,10 +6,12 @@
 #include "backends/native/model.h"
 #include "backends/native/pool.h"
 #include "backends/native/workers.h"
+#include "core/fork.h"
 
 namespace {
 
 using chiasm::native::Pool;
+using chiasm::core::ForkGate;
 using chiasm::native::Workers;
 using chiasm::plugin::CudaDevice;
 using chiasm::plugin::Error;
@@ -21,7 +23,7 @@ class Model {
       : num_threads_(request.num_threads),
         device_type_(request.device_type),
         artifact_({request.data, request.size, request.input_count, request.output_count, request.sample_inputs,
-                   request.sample_outputs, request.device_type, request.device_index}) {
+                   request.sample_outputs, request.device_type, request.device_index, request.signature}) {
     if (std::string(request.format) != "aotinductor")
       throw Error(CHIASM_INVALID_ARGUMENT, std::string("the native backend reads aotinductor artifacts, not ") + request.format);
   }
@@ -50,8 +52,8 @@ class Model {
 };
 
 int32_t probe(chiasm_backend_info* info, chiasm_error_text*) {
-  info->engine_version = "native code, interface 2";
-  static_assert(CHIASM_NATIVE_ABI == 2, "say the new number above");
+  info->engine_version = "native code, interface 3";
+  static_assert(CHIASM_NATIVE_ABI == 3, "say the new number above");
   info->has_cuda = chiasm::plugin::cuda_device_present() ? 1 : 0;
   return CHIASM_OK;
 }
@@ -60,6 +62,7 @@ std::atomic<int> models{0};
 
 int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
   return guard(error, [&] {
+    const ForkGate::Passage passage;
     *model = new Model(*request);
     ++models;
   });
@@ -67,10 +70,14 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
 
 int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
             chiasm_error_text* error) {
-  return guard(error, [&] { static_cast<const Model*>(model)->run(inputs, outputs, options); });
+  return guard(error, [&] {
+    const ForkGate::Passage passage;
+    static_cast<const Model*>(model)->run(inputs, outputs, options);
+  });
 }
 
 void unload(void* model) {
+  const ForkGate::Passage passage;
   delete static_cast<Model*>(model);
   if (--models == 0) Pool::instance().trim();
 }

@@ -1,7 +1,11 @@
 #include "backends/native/pool.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <cstdlib>
+
+#include "core/fork.h"
 
 namespace chiasm::native {
 namespace {
@@ -19,8 +23,17 @@ constexpr std::size_t kLargest = std::size_t{1} << 62;
 }  // namespace
 
 Pool& Pool::instance() {
-  static Pool& pool = *new Pool;
+  static Pool& pool = []() -> Pool& {
+    pthread_atfork(nullptr, nullptr, [] { instance().go_on_in_child(); });
+    return *new Pool;
+  }();
   return pool;
+}
+
+void Pool::go_on_in_child() noexcept {
+  if (core::free_in_child(mutex_)) return;
+  count_ = 0;  // the blocks are lost: which are whose is not known
+  kept_bytes_ = 0;
 }
 
 void* Pool::allocate(std::size_t bytes) noexcept {

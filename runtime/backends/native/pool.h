@@ -27,6 +27,9 @@ class Pool {
   std::size_t kept_bytes() noexcept;
 
  private:
+  /** In a child of fork, whose parent's other threads may have been at work here. */
+  void go_on_in_child() noexcept;
+
   struct Block {
     void* data;
     std::size_t bytes;

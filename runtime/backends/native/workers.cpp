@@ -1,11 +1,14 @@
 #include "backends/native/workers.h"
 
+#include <pthread.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <memory>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 #include "shim/spin.h"
@@ -85,8 +88,14 @@ struct Workers::Worker {
 
 Workers::Workers(int32_t count) : process_(getpid()) {
   for (int32_t i = 0; i < count; ++i) {
-    workers_.push_back(new Worker);
-    std::thread(&Worker::serve, workers_.back()).detach();
+    auto worker = std::make_unique<Worker>();
+    workers_.reserve(workers_.size() + 1);
+    try {
+      std::thread(&Worker::serve, worker.get()).detach();
+    } catch (const std::system_error&) {
+      return;  // the process may have no more threads: runs share those that there are
+    }
+    workers_.push_back(worker.release());
   }
 }
 
@@ -150,8 +159,19 @@ void Workers::share(Body body, void* argument) {
 }
 
 Workers& Workers::instance(int32_t count) {
-  static Workers& workers = *new Workers(count);
-  return workers;
+  static std::atomic<Workers*> workers{nullptr};
+  static std::mutex mutex;  // never held at a fork, which waits for runs to end (core/fork.h)
+  Workers* present = workers.load(std::memory_order_acquire);
+  if (present != nullptr) return *present;
+  const std::lock_guard<std::mutex> lock(mutex);
+  present = workers.load(std::memory_order_acquire);
+  if (present == nullptr) {
+    static const int handler = pthread_atfork(nullptr, nullptr, [] { workers.store(nullptr, std::memory_order_relaxed); });
+    static_cast<void>(handler);
+    present = new Workers(count);
+    workers.store(present, std::memory_order_release);
+  }
+  return *present;
 }
 
 }  // namespace chiasm::native

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -13,7 +14,7 @@ class Workers final {
  public:
   using Body = void (*)(void* argument, int32_t index, int32_t count);
 
-  /** `count` threads besides the callers'. */
+  /** `count` threads besides the callers', or as many as the system has left. */
   explicit Workers(int32_t count);
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
@@ -27,7 +28,9 @@ class Workers final {
    *  nothing to do. Must not throw. */
   void share(Body body, void* argument);
 
-  /** The process's workers: made at the first call, with that call's count. Never destroyed. */
+  size_t count() const { return workers_.size(); }
+
+  /** The process's workers: made at the first call, with that call's count; in a child of fork anew. Never destroyed. */
   static Workers& instance(int32_t count);
 
  private:

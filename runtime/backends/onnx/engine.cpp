@@ -1,12 +1,14 @@
 #include "backends/onnx/engine.h"
 
 #include <dlfcn.h>
+#include <execinfo.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
 #include "backends/plugin.h"
+#include "backends/threads.h"
 
 namespace chiasm::onnx {
 namespace {
@@ -31,6 +33,9 @@ void* open_library() {
 
 // Never closed: ONNX Runtime's threads and static objects do not survive it.
 std::string open_and_initialise() {
+  // ONNX Runtime notes the stack with each error. The first time that loads a library, and where there is no memory for it ends the process.
+  void* frame = nullptr;
+  backtrace(&frame, 1);
   void* library = open_library();
   const auto get_base = reinterpret_cast<const OrtApiBase* (*)()>(dlsym(library, "OrtGetApiBase"));
   if (get_base == nullptr) throw Error(CHIASM_UNAVAILABLE, "the ONNX Runtime library has no OrtGetApiBase");
@@ -48,8 +53,10 @@ std::string open_and_initialise() {
 
 // Spinning threads would hold every core between two frames, so it is off.
 Ort::Env make_environment(int32_t num_threads) {
+  // Where a thread of the pool cannot be made, ONNX Runtime waits for ever. It makes one more, for itself.
+  const int32_t workers = std::max(plugin::threads_left(num_threads) - 1, 0);
   Ort::ThreadingOptions threads;
-  threads.SetGlobalIntraOpNumThreads(num_threads).SetGlobalInterOpNumThreads(1).SetGlobalSpinControl(0);
+  threads.SetGlobalIntraOpNumThreads(1 + workers).SetGlobalInterOpNumThreads(1).SetGlobalSpinControl(0);
   Ort::Env env(threads, ORT_LOGGING_LEVEL_ERROR, "chiasm");
   env.DisableTelemetryEvents();
   constexpr int same_as_requested = 1;  // the default doubles what it holds

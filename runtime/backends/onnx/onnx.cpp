@@ -16,9 +16,11 @@
 #include "backends/onnx/dtype.h"
 #include "backends/onnx/engine.h"
 #include "backends/plugin.h"
+#include "core/fork.h"
 
 namespace {
 
+using chiasm::core::ForkGate;
 using chiasm::onnx::custom_op_library;
 using chiasm::onnx::element_type;
 using chiasm::onnx::environment;
@@ -46,7 +48,12 @@ void translated(Body&& body) {
   try {
     body();
   } catch (const Ort::Exception& e) {
-    throw Error(code_of(e.GetOrtErrorCode()), e.what());
+    const std::string text = e.what();
+    for (const char* words : {"out of memory", "Failed to allocate memory", "bad_alloc", "bad allocation"}) {
+      if (text.find(words) != std::string::npos) throw Error(CHIASM_OUT_OF_MEMORY, text);
+    }
+    if (text.find(std::strerror(EMFILE)) != std::string::npos) throw Error(CHIASM_IO_ERROR, text);  // of native code inside it
+    throw Error(code_of(e.GetOrtErrorCode()), text);
   }
 }
 
@@ -71,7 +78,7 @@ class Model {
       options.AddConfigEntry("session.use_env_allocators", "1");
       // Not ORT_ENABLE_ALL: its blocked layout makes convolutions of few channels, which most ops are, 3 to 18 times slower.
       options.SetGraphOptimizationLevel(ORT_ENABLE_EXTENDED);
-      if (request.function != nullptr) append_native_code(options, request.bundle);
+      if (request.function != nullptr) append_native_code(options, request.bundle, request.manifest_sha256);
       if (request.device_type == CHIASM_CUDA) append_cuda(options, request.device_index);
       session_.emplace(environment(request.num_threads), request.data, request.size, options);
     });
@@ -101,10 +108,11 @@ class Model {
   }
 
  private:
-  static void append_native_code(Ort::SessionOptions& options, const std::string& bundle) {
+  static void append_native_code(Ort::SessionOptions& options, const std::string& bundle, const char* manifest_sha256) {
     if (bundle.find(':') != std::string::npos)
       throw Error(CHIASM_UNAVAILABLE, "the entry chiasm.bundles cannot name the folder " + bundle + ", which has a colon");
     options.AddConfigEntry("chiasm.bundles", bundle.c_str());
+    options.AddConfigEntry("chiasm.checked", manifest_sha256);
     options.RegisterCustomOpsLibrary(custom_op_library().c_str());
   }
 
@@ -190,6 +198,7 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
 
 int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
   return guard(error, [&] {
+    const ForkGate::Passage passage;
     open_engine();
     *model = new Model(*request);
   });
@@ -197,10 +206,16 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
 
 int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
             chiasm_error_text* error) {
-  return guard(error, [&] { static_cast<Model*>(model)->run(inputs, outputs, options); });
+  return guard(error, [&] {
+    const ForkGate::Passage passage;
+    static_cast<Model*>(model)->run(inputs, outputs, options);
+  });
 }
 
-void unload(void* model) { delete static_cast<Model*>(model); }
+void unload(void* model) {
+  const ForkGate::Passage passage;
+  delete static_cast<Model*>(model);
+}
 
 const chiasm_backend backend{sizeof(chiasm_backend), CHIASM_BACKEND_ABI, "onnx", probe, load, run, unload};
 

@@ -3,7 +3,9 @@
 // The only file that includes torch's headers, which take most of its compile time.
 #include <ATen/Context.h>
 #include <ATen/Parallel.h>
+#include <ATen/TensorIterator.h>
 #include <ATen/Version.h>
+#include <ATen/ops/empty.h>
 #include <ATen/ops/from_blob.h>
 #include <c10/core/impl/DeviceGuardImplInterface.h>
 #include <torch/csrc/autograd/autograd.h>
@@ -26,9 +28,12 @@
 #include <vector>
 
 #include "backends/plugin.h"
+#include "backends/threads.h"
+#include "core/fork.h"
 
 namespace {
 
+using chiasm::core::ForkGate;
 using chiasm::plugin::Error;
 using chiasm::plugin::guard;
 using chiasm::plugin::MemoryFile;
@@ -223,6 +228,7 @@ class Model {
  public:
   explicit Model(const chiasm_backend_load& request)
       : device_(device_of(request)),
+        num_threads_(request.num_threads),
         input_count_(static_cast<size_t>(request.input_count)),
         output_count_(static_cast<size_t>(request.output_count)) {
     translated([&] {
@@ -245,6 +251,8 @@ class Model {
     });
   }
 
+  int32_t num_threads() const { return num_threads_; }
+
   void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options) {
     translated([&] {
       const at::NoTF32Guard full_precision;
@@ -265,9 +273,27 @@ class Model {
   static void translated(Body&& body) {
     try {
       body();
+    } catch (const Error&) {
+      throw;
+    } catch (const std::bad_alloc&) {
+      throw;
     } catch (const c10::Error& e) {
-      throw Error(CHIASM_INTERNAL, e.what_without_backtrace());
+      rethrow(e.what_without_backtrace());
+    } catch (const std::exception& e) {
+      rethrow(e.what());  // TorchScript's
     }
+  }
+
+  [[noreturn]] static void rethrow(const std::string& text) {
+    const auto after = [&text](std::string_view words) {
+      const size_t at = text.rfind(words);
+      return at == std::string::npos ? std::string() : text.substr(at + words.size());
+    };
+    const std::string bytes = after("you tried to allocate ");
+    if (!bytes.empty()) throw Error(CHIASM_OUT_OF_MEMORY, "out of memory: " + bytes.substr(0, bytes.find(' ')) + " bytes were asked for");
+    if (text.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
+    const std::string reason = after("\nRuntimeError: ");  // what stands before it is TorchScript's stack
+    throw Error(CHIASM_INTERNAL, reason.empty() ? text : reason.substr(0, reason.find('\n')));
   }
 
   // The method's inputs are the forward's, then the gradient of each floating output; its outputs are the gradients of some
@@ -347,6 +373,7 @@ class Model {
   }
 
   at::Device device_;
+  int32_t num_threads_;
   const Cuda* cuda_ = nullptr;  // where the device is one
   size_t input_count_, output_count_;
   std::unique_ptr<Program> program_;
@@ -369,6 +396,27 @@ void check_version() {
                                         "; install torch " + built_minor + ", or build chiasm against this one");
 }
 
+/** A call of libtorch. OpenMP keeps a team of threads for each calling thread; where it can make none it ends the process, and in a
+ *  child of fork it waits for the parent's team. So each thread's first call looks whether there are threads to be had, and a
+ *  child's calls work on one thread. */
+class Call {
+ public:
+  explicit Call(int32_t num_threads) {
+    thread_local uint32_t prepared = ~uint32_t{0};
+    const uint32_t generation = ForkGate::generation();
+    if (prepared == generation) return;
+    // Twice as many, since set_num_threads makes a second pool, which belongs to XNNPACK.
+    const int32_t count = generation == 0 ? 1 + chiasm::plugin::threads_left(2 * (num_threads - 1)) / 2 : 1;
+    at::set_num_threads(count);
+    // The team is made now, while there are threads: by a loop that is long enough for all of it.
+    if (count > 1) at::empty({count * at::internal::GRAIN_SIZE}, at::kByte).fill_(1);
+    prepared = generation;
+  }
+
+ private:
+  const ForkGate::Passage passage_;
+};
+
 int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
   return guard(error, [&] {
     check_version();
@@ -379,18 +427,24 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
 
 int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
   return guard(error, [&] {
-    static std::once_flag threads;
-    std::call_once(threads, [&] { at::set_num_threads(request->num_threads); });
+    const Call call(request->num_threads);
     *model = new Model(*request);
   });
 }
 
 int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
             chiasm_error_text* error) {
-  return guard(error, [&] { static_cast<Model*>(model)->run(inputs, outputs, options); });
+  return guard(error, [&] {
+    auto& loaded = *static_cast<Model*>(model);
+    const Call call(loaded.num_threads());
+    loaded.run(inputs, outputs, options);
+  });
 }
 
-void unload(void* model) { delete static_cast<Model*>(model); }
+void unload(void* model) {
+  const ForkGate::Passage passage;
+  delete static_cast<Model*>(model);
+}
 
 const chiasm_backend backend{sizeof(chiasm_backend), CHIASM_BACKEND_ABI, "torch", probe, load, run, unload};
 

@@ -7,24 +7,24 @@ extern "C" __m256d _ZGVdN4v_exp(__m256d);  // glibc's libmvec
 namespace chiasm::kernels {
 namespace {
 
-// Exponentials of numbers that are not positive. Weights below 1e-34 are 0: arithmetic with numbers that have no exponent of their own
+// Exponentials of numbers that are not positive; NaN stays. Weights below 1e-34 are 0: arithmetic with numbers that have no exponent of their own
 // takes many times as long, and next to a pixel's weight for itself they are nothing.
 //
 // For float the function of S. Moshier's Cephes library (netlib.org/cephes), within the loop: a vector library's calls spill registers.
 __m256 exp_of(__m256 x) {
-  const __m256 least = _mm256_set1_ps(-78.0f), inside = _mm256_max_ps(x, least);
+  const __m256 least = _mm256_set1_ps(-78.0f), inside = _mm256_max_ps(least, x);
   const __m256 n = _mm256_round_ps(inside * 1.44269504088896341f, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
   const __m256 r = _mm256_fnmadd_ps(n, _mm256_set1_ps(-2.12194440e-4f), _mm256_fnmadd_ps(n, _mm256_set1_ps(0.693359375f), inside));
   __m256 p = _mm256_set1_ps(1.9875691500e-4f);
   for (const float c : {1.3981999507e-3f, 8.3334519073e-3f, 4.1665795894e-2f, 1.6666665459e-1f, 5.0000001201e-1f}) p = _mm256_fmadd_ps(p, r, _mm256_set1_ps(c));
   const __m256 near = _mm256_fmadd_ps(p, r * r, r) + 1.0f;
   const __m256i exponent = _mm256_slli_epi32(_mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127)), 23);
-  return _mm256_and_ps(near * _mm256_castsi256_ps(exponent), (__m256)(x > least));
+  return _mm256_andnot_ps((__m256)(x <= least), near * _mm256_castsi256_ps(exponent));
 }
 
 __m256d exp_of(__m256d x) {
   const __m256d least = _mm256_set1_pd(-78.0);
-  return _mm256_and_pd(_ZGVdN4v_exp(_mm256_max_pd(x, least)), (__m256d)(x > least));
+  return _mm256_andnot_pd((__m256d)(x <= least), _ZGVdN4v_exp(_mm256_max_pd(least, x)));
 }
 
 // The way to a pixel's neighbour that comes later, and where the weights for it lie.
@@ -86,7 +86,8 @@ template <class T>
 void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool shared_guide, Planes images, const T* nearness, bool shared_nearness,
                int64_t ky, int64_t kx, const T* falloff, bool shared_falloff, Border border, bool squares, T* out) {
   const int64_t height = images.height, width = images.width, plane = height * width, rx = kx / 2, ry = ky / 2;
-  const bool own_guide = guide != x;
+  // A view of the image's first planes, or of its first image, begins where the image does.
+  const bool own_guide = guide != x || depth != channels || (shared_guide && images.count > 1);
   const int64_t sources = channels + (own_guide ? depth : 0), guides = own_guide ? channels : 0, count = ky * kx / 2;
   // In scratch: a ring of ky padded rows of each source, one of ry + 1 rows of weights for each offset, the totals and the means.
   const int64_t image_rows = sources * ky, rows = image_rows + count * (ry + 1) + 2;

@@ -26,7 +26,7 @@ void component_roots(const bool* mask, Planes planes, int32_t* roots) {
   const int64_t width = planes.width, size = planes.height * width;
 #pragma omp parallel for
   for (int64_t plane = 0; plane < planes.count; ++plane) {
-    const bool* const set = mask + plane * size;
+    const auto* const set = reinterpret_cast<const uint8_t*>(mask) + plane * size;  // a caller's bytes: what is not 0 is set
     int32_t* const parent = roots + plane * size;
     std::iota(parent, parent + size, 0);
     for (int64_t y = 0; y < planes.height; ++y)

@@ -62,9 +62,9 @@ T cost_of(const T* model, const T* planes, int64_t n, T most) {
 template <class T>
 using Ranking = std::vector<std::pair<T, int64_t>>;
 
+// Puts the cheapest `count` into `ranking`, which has room for one more.
 template <bool kEpipolar, class T>
-Ranking<T> cheapest(const T* models, int64_t begin, int64_t end, const T* planes, int64_t n, int64_t count) {
-  Ranking<T> ranking;
+void cheapest(const T* models, int64_t begin, int64_t end, const T* planes, int64_t n, int64_t count, Ranking<T>& ranking) {
   T most = std::numeric_limits<T>::max();
   for (int64_t i = begin; i < end; ++i) {
     const std::pair<T, int64_t> entry(cost_of<kEpipolar>(models + 9 * i, planes, n, most), i);
@@ -73,7 +73,6 @@ Ranking<T> cheapest(const T* models, int64_t begin, int64_t end, const T* planes
     if (static_cast<int64_t>(ranking.size()) > count) ranking.pop_back();
     if (static_cast<int64_t>(ranking.size()) == count) most = ranking.back().first;
   }
-  return ranking;
 }
 
 }  // namespace
@@ -82,11 +81,14 @@ template <class T>
 void cheapest_models(const T* models, const T* planes, int64_t batch, int64_t per_item, int64_t n, bool epipolar, int64_t count, int64_t* out) {
   const int64_t parts = omp_get_max_threads();
   std::vector<Ranking<T>> rankings(static_cast<size_t>(batch * parts));
+  // Allocated here, because nothing may be thrown inside the parallel region.
+  for (Ranking<T>& ranking : rankings) ranking.reserve(static_cast<size_t>(std::min(count, per_item) + 1));
 #pragma omp parallel for
   for (int64_t i = 0; i < batch * parts; ++i) {
     const int64_t item = i / parts, part = i % parts, begin = per_item * part / parts, end = per_item * (part + 1) / parts;
     const T *const own = models + item * per_item * 9, *const points = planes + item * 7 * n;
-    rankings[i] = epipolar ? cheapest<true>(own, begin, end, points, n, count) : cheapest<false>(own, begin, end, points, n, count);
+    if (epipolar) cheapest<true>(own, begin, end, points, n, count, rankings[i]);
+    else cheapest<false>(own, begin, end, points, n, count, rankings[i]);
   }
   for (int64_t item = 0; item < batch; ++item) {
     Ranking<T> all;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "kernels.h"
@@ -18,16 +19,20 @@ namespace {
 inline __m256 atan2(__m256 y, __m256 x) { return _ZGVdN8vv_atan2f(y, x); }
 inline __m256d atan2(__m256d y, __m256d x) { return _ZGVdN4vv_atan2(y, x); }
 
-// Lengths, weighed, and places among the bins of a row's n gradients (dx, dy). Rows are whole vectors long.
+// Lengths, weighed, and places among the bins of a row's n gradients (dx, dy); whether all lengths are numbers. Rows are whole vectors long.
 template <class T>
-void to_polar(const T* dx, const T* dy, const T* weight, int64_t n, T bins, T* length, T* place) {
+bool to_polar(const T* dx, const T* dy, const T* weight, int64_t n, T bins, T* length, T* place) {
   using V = Vector<T>;
   const auto turn = V::all(static_cast<T>(bins / (2 * M_PI)));
+  auto rest = V::all(0);  // NaN once a length is, or is infinite
   for (int64_t i = 0; i < n; i += V::kLanes) {
     const auto x = V::load(dx + i), y = V::load(dy + i), angle = atan2(y, x) * turn;
-    V::store(length + i, V::sqrt(x * x + y * y) * V::load(weight + i));
+    const auto weighed = V::sqrt(x * x + y * y) * V::load(weight + i);
+    rest += weighed - weighed;
+    V::store(length + i, weighed);
     V::store(place + i, angle + V::where(angle < V::all(0), V::all(bins)));
   }
+  return V::all_of(rest == rest);
 }
 
 }  // namespace
@@ -50,7 +55,9 @@ void direction_histograms(const T* patches, int64_t count, int64_t size, const T
     T *const dx = scratch.data() + room * omp_get_thread_num(), *const dy = dx + padded, *const length = dy + padded, *const place = length + padded;
     T *const weight = place + padded, *const row = weight + padded;
     std::fill_n(histogram, bins * places * places, T(0));
-    if (std::all_of(image, image + size * size, [&](T pixel) { return pixel == *image; })) continue;  // an empty slot's
+    const auto same = [&](T pixel) { return pixel == *image; };
+    if (size && std::isfinite(*image) && std::all_of(image, image + size * size, same)) continue;  // an empty slot's
+    bool defined = true;
     for (int64_t y = 0; y < size; ++y) {
       const T *const here = image + y * size, *const above = y ? here - size : here, *const below = y + 1 < size ? here + size : here;
       for (int64_t i = 0; i < size; ++i) {
@@ -58,11 +65,11 @@ void direction_histograms(const T* patches, int64_t count, int64_t size, const T
         dy[i] = T(0.5) * (below[i] - above[i]);
         weight[i] = window[y * size + i];
       }
-      to_polar(dx, dy, weight, padded, static_cast<T>(bins), length, place);
+      defined &= to_polar(dx, dy, weight, padded, static_cast<T>(bins), length, place);
       std::fill_n(row, bins * places, T(0));
       for (int64_t i = 0; i < size; ++i) {
         const T whole = std::floor(place[i]), far = (place[i] - whole) * length[i], near = length[i] - far;
-        const int64_t bin = whole == whole ? static_cast<int64_t>(whole) : 0;  // what is not a number is seen in bin 0
+        const int64_t bin = whole == whole ? static_cast<int64_t>(whole) : 0;
         const int64_t low = bin < bins ? bin : 0, high = low + 1 < bins ? low + 1 : 0;
         for (int64_t k = first[i]; k < last[i]; ++k) {
           const T share = nearness[k * size + i];
@@ -74,6 +81,8 @@ void direction_histograms(const T* patches, int64_t count, int64_t size, const T
         for (int64_t bin = 0; bin < bins; ++bin)
           for (int64_t i = 0; i < places; ++i) histogram[(bin * places + k) * places + i] += nearness[k * size + y] * row[bin * places + i];
     }
+    // As where all pixels are weighed for all bins, of which most weights are 0.
+    if (!defined) std::fill_n(histogram, bins * places * places, std::numeric_limits<T>::quiet_NaN());
   }
 }
 

@@ -11,7 +11,7 @@
 namespace chiasm::kernels {
 namespace {
 
-// Widens the range from `least` to `most` by the 3 x 3 values around p, without p's own where `own`.
+// Widens the range from `least` to `most` by the 3 x 3 values around p, without p's own where `own`. NaN leaves it too narrow, or empty.
 template <class V, class Load>
 inline void widen(const Load& load, const typename V::Scalar* p, int64_t row, bool own, typename V::Value& most, typename V::Value& least) {
   for (int64_t y = -1; y <= 1; ++y)
@@ -47,6 +47,17 @@ inline int bits(Vector<float>::Mask m) { return _mm256_movemask_ps((__m256)m); }
 inline int bits(Vector<double>::Mask m) { return _mm256_movemask_pd((__m256d)m); }
 inline int bits(bool m) { return m ? 1 : 0; }
 
+// One bit for each of the values around p that are NaN somewhere. Seldom called, and not to take the loop's registers.
+template <class V, class Load>
+__attribute__((noinline)) int unordered(const Load& load, const typename V::Scalar* p, int64_t row, int64_t plane) {
+  int found = 0;
+  for (int64_t i = 0; i < 27; ++i) {
+    const auto value = load(p + (i / 9 - 1) * plane + (i / 3 % 3 - 1) * row + i % 3 - 1);
+    found |= bits(value != value);
+  }
+  return found;
+}
+
 // One bit for each of the values from p on that is an extremum: a positive maximum or, with `minima`, a negative minimum.
 template <class V, class Load>
 inline int extrema(const Load& load, const typename V::Scalar* p, int64_t row, int64_t plane, bool minima) {
@@ -57,7 +68,8 @@ inline int extrema(const Load& load, const typename V::Scalar* p, int64_t row, i
   if (!found()) return 0;  // seldom is there anything to be seen in the planes above and below
   widen<V>(load, p - plane, row, false, most, least);
   widen<V>(load, p + plane, row, false, most, least);
-  return found();
+  const int set = found();
+  return set ? set & ~unordered<V>(load, p, row, plane) : 0;  // beside NaN nothing is an extremum
 }
 
 }  // namespace

@@ -13,10 +13,11 @@ namespace {
 // Four tables in turn: an addition to a bin does not wait for the one before it, which often is to the same bin.
 constexpr int64_t kTables = 4;
 
-template <class Index>
+// Counts those of n numbers that are bins, or all of them where they are known to be.
+template <bool known = false, class Index>
 void count(const Index* index, int64_t n, int64_t bins, int32_t* tables) {
   int32_t *const a = tables, *const b = a + bins, *const c = b + bins, *const d = c + bins;
-  const auto valid = [bins](Index i) { return static_cast<uint64_t>(i) < static_cast<uint64_t>(bins); };
+  const auto valid = [bins](Index i) { return known || static_cast<uint64_t>(i) < static_cast<uint64_t>(bins); };
   int64_t k = 0;
   for (; k + kTables <= n; k += kTables) {
     if (valid(index[k])) ++a[index[k]];
@@ -131,15 +132,23 @@ template void extents(const double*, int64_t, int64_t, double*);
 
 template <class T>
 void bin_counts(const T* x, const T* low, const T* span, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {
+  using V = Vector<T>;
   constexpr int64_t kBlock = 512;
   count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) {
     const T* const values = x + row * n + first;
-    const T least = low[row], width = span[row], number = static_cast<T>(bins);
+    const T least = low[row], width = span[row], number = static_cast<T>(bins), last = static_cast<T>(bins - 1);
     int32_t index[kBlock];
     for (int64_t k = 0; k < size; k += kBlock) {
       const int64_t m = std::min(kBlock, size - k);
-      for (int64_t j = 0; j < m; ++j) index[j] = std::min(static_cast<int32_t>((values[k + j] - least) / width * number), static_cast<int32_t>(bins - 1));
-      count(index, m, bins, tables);
+      // Limited as numbers, for not every one is an integer; max's second operand is what NaN becomes.
+      int64_t j = 0;
+      for (; j + V::kLanes <= m; j += V::kLanes)
+        V::store_whole(index + j, V::min(V::max((V::load(values + k + j) - V::all(least)) / V::all(width) * V::all(number), V::all(0)), V::all(last)));
+      for (; j < m; ++j) {
+        const T place = (values[k + j] - least) / width * number;
+        index[j] = static_cast<int32_t>(place > 0 ? std::min(place, last) : T(0));
+      }
+      count<true>(index, m, bins, tables);
     }
   });
 }
@@ -253,7 +262,8 @@ void blend_curves(const float* table, int64_t tiles, int64_t tiles_x, const uint
       for (; x < end; ++x) {
         const float right = weight_x[x], left = 1.0f - right;
         const float top = a[in[x]] * left + b[in[x]] * right, bottom = c[in[x]] * left + d[in[x]] * right;
-        target[x] = static_cast<uint8_t>(std::nearbyint(top * (1.0f - weight_y[y]) + bottom * weight_y[y]));
+        const float level = std::nearbyint(top * (1.0f - weight_y[y]) + bottom * weight_y[y]);
+        target[x] = level > 0 ? static_cast<uint8_t>(std::min(level, 255.0f)) : uint8_t{0};
       }
     }
   }

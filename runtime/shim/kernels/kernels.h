@@ -70,7 +70,8 @@ void to_levels(const T* x, int64_t n, uint8_t* levels);
 template <class T>
 void extents(const T* x, int64_t rows, int64_t n, T* out);
 
-/** counts[row][i]: how many of a row's n values are in bin i = floor((value - low[row]) / span[row] * bins), the last bin at most. */
+/** counts[row][i]: how many of a row's n values are in bin i = floor((value - low[row]) / span[row] * bins), the first bin at least, also for NaN, and the last at
+ *  most; of 2^24 bins at most. */
 template <class T>
 void bin_counts(const T* x, const T* low, const T* span, int64_t rows, int64_t n, int64_t bins, int32_t* counts);
 

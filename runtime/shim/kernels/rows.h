@@ -44,6 +44,7 @@ constexpr int64_t padded_length(int64_t columns, int64_t ends) {
 template <class T, class Body>
 void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t ends, Border border, const Body& body) {
   constexpr int64_t kRows = 64, kCache = 262144, kStep = 64;
+  if (planes.count * planes.height * planes.width == 0) return;
   int64_t strips = planes.width * rows * static_cast<int64_t>(sizeof(T)) / kCache + 1;
   int64_t columns = ((planes.width + strips - 1) / strips + kStep - 1) / kStep * kStep;
   if (border == Border::kCircular || columns < 4 * ends || columns > planes.width) columns = planes.width;

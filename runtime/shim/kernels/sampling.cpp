@@ -1,6 +1,7 @@
 // Images read at positions: for a run of positions the pixels and weights first, which all channels share, and then each channel.
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "rows.h"
 
@@ -31,11 +32,11 @@ void reflect(T* x, int64_t n, int64_t size, bool corners) {
 
 // Runs of positions have room for whole vectors: what stands behind their end is computed, too, and not used.
 
-// Limits positions; not a number becomes `low`.
+// Limits positions; NaN stays.
 template <class T>
 void limit(T* x, int64_t n, T low, T high) {
   using V = Vector<T>;
-  for (int64_t i = 0; i < n; i += V::kLanes) V::store(x + i, V::min(V::max(V::load(x + i), V::all(low)), V::all(high)));
+  for (int64_t i = 0; i < n; i += V::kLanes) V::store(x + i, V::min(V::all(high), V::max(V::all(low), V::load(x + i))));
 }
 
 template <class T>
@@ -310,6 +311,8 @@ void sample_patches(const T* pixels, Images rows, const int64_t* start, const in
     const T* const image = pixels + row * channels * length + start[i];
     Neighbours<T> taps;
     T x[kRun], y[kRun];
+    // Else no sum of products of theirs with numbers from -1 to 1 is NaN, and all patches but broken ones are read without looking.
+    const bool broken = !std::all_of(m, m + 6, [](T v) { return std::abs(v) < std::numeric_limits<T>::max() / 4; });
     const bool point = m[0] == 0 && m[1] == 0 && m[3] == 0 && m[4] == 0;  // an empty slot's frame: all pixels are the first
     for (int64_t first = 0; first < (point ? 1 : area); first += kRun) {
       const int64_t n = point ? 1 : std::min(kRun, area - first);
@@ -318,6 +321,9 @@ void sample_patches(const T* pixels, Images rows, const int64_t* start, const in
         x[k] = m[0] * u[k] + m[1] * v[k] + m[2];
         y[k] = m[3] * u[k] + m[4] * v[k] + m[5];
       }
+      bool undefined[kRun];  // where `broken`
+      for (int64_t k = 0; broken && k < n; ++k)
+        if ((undefined[k] = std::isnan(x[k]) || std::isnan(y[k]))) x[k] = y[k] = 0;
       place(x, n, width[i], Padding::kBorder, true);
       place(y, n, height[i], Padding::kBorder, true);
       const bool thin = height[i] < 2 || width[i] < 2;  // there is no second row or column to load
@@ -329,6 +335,8 @@ void sample_patches(const T* pixels, Images rows, const int64_t* start, const in
           along_line(plane, width[i] > 1 ? x : y, std::max(height[i], width[i]), n, target);
         else
           bilinear(plane, width[i], taps, n, target);
+        for (int64_t k = 0; broken && k < n; ++k)
+          if (undefined[k]) target[k] = std::numeric_limits<T>::quiet_NaN();
         if (point) std::fill_n(target + 1, area - 1, *target);
       }
     }

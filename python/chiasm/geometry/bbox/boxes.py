@@ -10,6 +10,7 @@ from torch import Tensor
 
 from ...primitives.checks import check_choice, check_floating, check_last, check_matrix, check_rank
 from ...primitives.linalg import small_matmul
+from ...primitives.reductions import greatest, least
 from ..conversions.homogeneous import convert_points_from_homogeneous, convert_points_to_homogeneous
 
 
@@ -90,7 +91,7 @@ def bbox_to_mask(boxes: Tensor, width: int, height: int) -> Tensor:
                 [0., 0., 0., 0.]])
     """
     _check_boxes(boxes, 4, 2)
-    low, high = boxes.amin(1), boxes.amax(1)
+    low, high = least(boxes, [1])[:, 0], greatest(boxes, [1])[:, 0]
     x, y = torch.arange(width, device=boxes.device), torch.arange(height, device=boxes.device)
     columns = (x >= low[:, :1]) & (x <= high[:, :1])
     rows = (y >= low[:, 1:]) & (y <= high[:, 1:])

@@ -72,7 +72,7 @@ def nms_fixed(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tuple[Tens
                 break
             kept = decided
     else:
-        kept = until_stable(_undropped, kept, (drops,), 1 << 30)
+        kept = until_stable(_undropped, kept, (drops,), order.size(0))
     return order, kept
 
 

@@ -6,6 +6,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
+from ...primitives.angles import angle_of
 from ...primitives.checks import check_floating
 
 
@@ -96,7 +97,7 @@ def cart2pol(x: Tensor, y: Tensor, eps: float = 1e-8) -> Tuple[Tensor, Tensor]:
     squared = x * x + y * y
     tiny = squared < eps * eps
     rho = torch.where(tiny, torch.sqrt(squared.detach()), torch.sqrt(torch.where(tiny, torch.ones_like(squared), squared)))
-    return rho, torch.atan2(torch.where(tiny, y.detach(), y), torch.where(tiny, x.detach(), x))
+    return rho, angle_of(torch.where(tiny, y.detach(), y), torch.where(tiny, x.detach(), x))
 
 
 def pol2cart(rho: Tensor, phi: Tensor) -> Tuple[Tensor, Tensor]:

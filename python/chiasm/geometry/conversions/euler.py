@@ -5,6 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
+from ...primitives.angles import angle_of
 from ...primitives.checks import check_floating
 
 
@@ -39,12 +40,12 @@ def euler_from_quaternion(w: Tensor, x: Tensor, y: Tensor, z: Tensor) -> Tuple[T
     locked = squared < (1e-28 if w.dtype == torch.float64 else 1e-12)
     zero, one = torch.zeros_like(squared), torch.ones_like(squared)
     cosine = torch.where(locked, zero, torch.sqrt(torch.where(locked, one, squared)))
-    roll = torch.atan2(torch.where(locked, zero, a), torch.where(locked, one, b))
+    roll = angle_of(torch.where(locked, zero, a), torch.where(locked, one, b))
     # The y axis of R Rx(-roll) is (-sin yaw, cos yaw, 0), of length 1 wherever the pitch is.
     s, c = torch.sin(roll), torch.cos(roll)
     yaw_sine = 2.0 * (s * (x * z + w * y) - c * (x * y - w * z))
     yaw_cosine = c * (1.0 - 2.0 * (x * x + z * z)) - s * 2.0 * (y * z - w * x)
-    return roll, torch.atan2(sine, cosine), torch.atan2(yaw_sine, yaw_cosine)
+    return roll, angle_of(sine, cosine), angle_of(yaw_sine, yaw_cosine)
 
 
 def quaternion_from_euler(roll: Tensor, pitch: Tensor, yaw: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:

@@ -7,6 +7,7 @@ and the other branch computes on a harmless input so that its gradient is no NaN
 import torch
 from torch import Tensor
 
+from ...primitives.angles import angle_of
 from ...primitives.checks import check_last, check_matrix
 from ...primitives.linalg import cross, small_matmul
 
@@ -277,7 +278,7 @@ def _angle_over_length(w: Tensor, squared: Tensor, eps: float) -> Tensor:
     tiny = squared < eps * eps
     length = torch.sqrt(torch.where(small | tiny, torch.ones_like(squared), squared))
     length = torch.where(tiny, torch.full_like(length, eps), length)
-    exact = torch.atan2(length, torch.where(small, torch.ones_like(w), w)) / length
+    exact = angle_of(length, torch.where(small, torch.ones_like(w), w)) / length
     safe = torch.where(small, w, torch.ones_like(w))
     r = torch.where(small, squared, torch.zeros_like(squared)) / (safe * safe)
     return torch.where(small, (1.0 - r / 3.0 + r * r / 5.0 - r * r * r / 7.0) / safe, exact)

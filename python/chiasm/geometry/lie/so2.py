@@ -6,6 +6,7 @@ It is commutative, so adjoint and Jacobians are 1; they are here so that the fou
 import torch
 from torch import Tensor
 
+from ...primitives.angles import angle_of
 from ...primitives.checks import check_floating, check_matrix
 
 
@@ -48,7 +49,7 @@ def so2_log(rotation: Tensor) -> Tensor:
         tensor(0.)
     """
     check_matrix(rotation, 2, 2, "rotation")
-    return torch.atan2(rotation[..., 1, 0], rotation[..., 0, 0])
+    return angle_of(rotation[..., 1, 0], rotation[..., 0, 0])
 
 
 def so2_hat(theta: Tensor) -> Tensor:

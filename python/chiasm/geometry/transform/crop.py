@@ -8,6 +8,7 @@ from torch import Tensor
 from ...primitives.checks import check_choice, check_image
 from ...primitives.sampling import bounded_taps
 from ...primitives.warping import check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, sample_projective, weigh_image
+from ...primitives.whole import to_index
 from .matrices import check_points, get_perspective_transform
 from .warp import pixels_to_source
 
@@ -191,7 +192,8 @@ def crop_by_indices(
 
     Args:
         input_tensor: (B, C, H, W), floating point.
-        src_box: (B, 4, 2), corner pixels (x, y) from the upper left clockwise, inside the image; fractions are cut off.
+        src_box: (B, 4, 2), corner pixels (x, y) from the upper left clockwise, inside the image; fractions are cut off. A corner beyond the image
+            counts as the nearest pixel of it, a lower right one before the upper left as the same pixel.
         size: (height, width) of the output. None for the boxes' own, which must then be the same; that depends on data and
             is for eager Python and TorchScript.
         interpolation, align_corners: as in :func:`resize`.
@@ -218,8 +220,10 @@ def crop_by_indices(
         raise ValueError(f"src_box: expected shape (B, 4, 2), got {list(src_box.shape)}")
     if antialias:
         raise ValueError("antialias: expected False, got True")
-    low = src_box[:, 0].to(torch.int64)
-    extent = src_box[:, 2].to(torch.int64) - low + 1
+    rows, columns = input_tensor.size(2), input_tensor.size(3)
+    low = torch.stack([_pixel(src_box[:, 0, 0], columns), _pixel(src_box[:, 0, 1], rows)], -1)
+    last = torch.stack([_pixel(src_box[:, 2, 0], columns), _pixel(src_box[:, 2, 1], rows)], -1)
+    extent = torch.maximum(last, low) - low + 1
     if size is None:
         if bool((extent != extent[:1]).any()):
             raise ValueError("src_box: expected boxes of one size where size is None")
@@ -238,3 +242,10 @@ def crop_by_indices(
             index.append((row[i][:, :, None] * input_tensor.size(3) + column[j][:, None, :]).to(torch.int32))
             weight.append(down[i][:, :, None] * across[j][:, None, :])
     return weigh_image(input_tensor, index, weight, None)
+
+
+def _pixel(x: Tensor, size: int) -> Tensor:
+    """Whole coordinates inside the image."""
+    if x.is_floating_point():
+        return to_index(x, size)
+    return x.to(torch.int64).clamp(0, size - 1)

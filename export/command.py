@@ -1,0 +1,60 @@
+"""How the command `chiasm` ends: whatever goes wrong is one message on stderr and an exit status, never a traceback."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from typing import Any
+
+import click
+
+from .errors import ExportError, one_line, plain
+from .manifest import BundleError
+
+#: Set, it lets an unexpected exception through.
+TRACEBACK = "CHIASM_TRACEBACK"
+
+
+class Group(click.Group):
+    """Commands whose exceptions become one line on stderr: exit status 2 where the command was typed wrong, 130 where it was interrupted,
+    else 1."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            result = super().invoke(ctx)
+            sys.stdout.flush()  # what cannot be written is known here, not when the interpreter ends
+            return result
+        except click.UsageError as error:
+            command = error.ctx.command_path if error.ctx else "chiasm"
+            _fail(f"{one_line(error.format_message())} (`{command} --help` shows an example)", 2)
+        except ExportError as error:
+            _fail(plain(str(error)), 1)
+        except BundleError as error:
+            _fail(one_line(error), 1)
+        except (KeyboardInterrupt, click.Abort):
+            _fail("interrupted", 130)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # nobody reads any more; what is buffered goes nowhere
+            raise SystemExit(128 + signal.SIGPIPE) from None
+        except MemoryError:
+            _fail("out of memory", 1)
+        except OSError as error:
+            _fail(f"{': '.join(str(part) for part in (error.filename, error.strerror or error) if part)}", 1)
+        except (click.ClickException, click.exceptions.Exit):
+            raise
+        except Exception as error:
+            if type(error).__name__ == "ChiasmError":  # the runtime's, which cannot be imported where the runtime is not
+                _fail(one_line(error), 1)
+            if os.environ.get(TRACEBACK):
+                raise
+            _fail(f"internal error: {type(error).__name__}: {one_line(error)}: please report it; {TRACEBACK}=1 shows where it comes from", 1)
+
+
+def _fail(message: str, status: int) -> None:
+    try:
+        click.echo(f"Error: {message}", err=True)
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    raise SystemExit(status) from None

@@ -1,0 +1,327 @@
+"""Which indices of a compiled loop are in range whatever the data: bounds on the nodes of Inductor's loop bodies, as expressions of sizes.
+
+Inductor's own bounds are numbers, so that they cannot say that `clamp(i, 0, W - 1)` is less than `W`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy
+import torch
+
+#: Integers up to here are exact in a floating type: a bound that is greater may be rounded up to the limit itself.
+_EXACT = {torch.float64: 1 << 53, torch.float32: 1 << 24, torch.float16: 1 << 11, torch.bfloat16: 1 << 8}
+_MOST_BOUNDS = 4
+
+
+@dataclass(frozen=True)
+class _Range:
+    """Every bound that is known of a value, whether it is certainly a number (not NaN), and how large it is at most: arithmetic on
+    what is certainly finite makes no NaN."""
+
+    lows: tuple[sympy.Expr, ...] = ()
+    highs: tuple[sympy.Expr, ...] = ()
+    number: bool = False
+    dtype: torch.dtype | None = None
+    magnitude: float = math.inf
+
+
+class IndexRanges:
+    """The ranges of one compilation. What a buffer holds is looked up where an earlier loop stored it, and kept."""
+
+    #: Through so many buffers a bound is followed.
+    _DEPTH = 8
+
+    def __init__(self) -> None:
+        self._buffers: dict[tuple[int, str], _Range] = {}
+        self._depth = 0
+
+    def proves(self, node: Any, size: Any, wrapped: bool) -> bool:
+        """Whether the index that a node of a loop body computes is certainly in [0, size), or in [-size, size) where it is `wrapped`."""
+        from torch._inductor.virtualized import V
+
+        if not isinstance(node, torch.fx.Node):
+            return False
+        found = _Ranges(V.interpreter.submodules["get_index"], V.kernel.var_ranges(), self._stored).of(node)
+        size = sympy.sympify(size)
+        lowest = -size if wrapped else sympy.Integer(0)
+        return any(_not_negative(low - lowest) for low in found.lows) and any(_not_negative(size - 1 - high) for high in found.highs)
+
+    def _stored(self, name: str) -> _Range:
+        """The range of what an earlier loop stored in a buffer."""
+        from torch._inductor.virtualized import V
+
+        key = (id(V.graph), name)
+        if key not in self._buffers:
+            buffer = V.graph.scheduler.name_to_buf.get(name)
+            body = getattr(getattr(buffer, "defining_op", None), "_body", None)
+            if body is None or name in V.graph.mutated_buffers or self._depth == self._DEPTH:
+                return _Range()
+            stores = [n for n in body.root_block.graph.nodes if n.target == "store" and n.args[1] == name]
+            if len(stores) != 1 or stores[0].kwargs or any(mode is not None for mode in stores[0].args[4:]):
+                return _Range()
+            self._depth += 1
+            self._buffers[key] = _Ranges(body.indexing_exprs.__getitem__, body.var_ranges, self._stored).of(stores[0].args[3])
+            self._depth -= 1
+        return self._buffers[key]
+
+
+def depends_on_data(node: Any) -> bool:
+    """Whether a node of a loop body is computed from a tensor's values, not from sizes and positions alone."""
+    seen, todo = set(), [node]
+    while todo:
+        node = todo.pop()
+        if not isinstance(node, torch.fx.Node) or node in seen:
+            continue
+        seen.add(node)
+        if node.op == "call_module" and str(node.target) != "get_index":
+            return True
+        if str(node.target) in ("load", "reduction", "scan", "sort", "bucketize", "frexp"):
+            return True
+        todo.extend(node.all_input_nodes)
+    return False
+
+
+def _not_negative(expression: sympy.Expr) -> bool:
+    from torch._inductor.virtualized import V
+
+    difference = sympy.expand(expression)
+    if difference.is_Integer:
+        return bool(difference >= 0)
+    return bool(V.graph.sizevars.statically_known_true(sympy.Ge(difference, 0)))
+
+
+def _greatest(expression: sympy.Expr) -> Any:
+    """The greatest value that an expression of sizes can take, by the sizes' limits."""
+    from torch._inductor.virtualized import V
+    from torch.utils._sympy.value_ranges import bound_sympy
+
+    return bound_sympy(expression, V.graph.sizevars.shape_env.var_to_range).upper
+
+
+def _simplest(bounds: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
+    """The bounds that are worth keeping: those of a clamp are shorter than those of what is clamped."""
+    return tuple(sorted(dict.fromkeys(bounds), key=lambda b: b.count_ops())[:_MOST_BOUNDS])
+
+
+class _Ranges:
+    """The ranges of the nodes of one loop body: `get_index` has its expressions by name, in the variables of `var_ranges`."""
+
+    def __init__(self, get_index: Callable[[str], sympy.Expr], var_ranges: dict[sympy.Symbol, sympy.Expr], stored: Callable[[str], _Range]) -> None:
+        self._get_index, self._var_ranges, self._stored = get_index, var_ranges, stored
+        self._known: dict[Any, _Range] = {}
+        self._equals: dict[tuple[Any, Any], bool] = {}
+
+    def of(self, value: Any) -> _Range:
+        if isinstance(value, (int, sympy.Integer)) and not isinstance(value, bool):
+            return _Range((sympy.Integer(value),), (sympy.Integer(value),), True, torch.int64)
+        if not isinstance(value, torch.fx.Node):
+            return _Range()
+        if value not in self._known:
+            rule = getattr(self, f"_{value.target}", None) if value.op == "call_method" else None
+            found = rule(value) if rule is not None else _Range()
+            found = replace(found, lows=_simplest(found.lows), highs=_simplest(found.highs))
+            self._known[value] = replace(found, magnitude=min(found.magnitude, self._most(found)))
+        return self._known[value]
+
+    @staticmethod
+    def _most(found: _Range) -> float:
+        """How large a value is at most, by its bounds."""
+        if not found.number:
+            return math.inf
+        if found.lows and found.highs:
+            ends = [_greatest(found.highs[0]), _greatest(-found.lows[0])]
+            if all(e.is_finite for e in map(sympy.sympify, ends)):
+                return max(abs(float(e)) for e in ends)
+        return math.inf if found.dtype is None or found.dtype.is_floating_point else 2.0**64
+
+    # One rule for each operation of a loop body, whose arguments are (ops, ...).
+
+    def _constant(self, node: Any) -> _Range:
+        value, dtype = node.args[1], node.args[2]
+        if math.isnan(value):
+            return _Range((), (), False, dtype)
+        if math.isinf(value) or int(value) != value:
+            return _Range((), (), True, dtype, abs(value))
+        return _Range((sympy.Integer(int(value)),), (sympy.Integer(int(value)),), True, dtype)
+
+    def _index_expr(self, node: Any) -> _Range:
+        expression = self._get_index(node.args[1].args[0])
+        low, high = self._extreme(expression, greatest=False), self._extreme(expression, greatest=True)
+        return self._fitting(_Range(() if low is None else (low,), () if high is None else (high,), True, node.args[2]))
+
+    def _load(self, node: Any) -> _Range:
+        from torch._inductor.virtualized import V
+
+        dtype = V.graph.get_dtype(node.args[1])
+        stored = self._stored(node.args[1])
+        if stored.dtype == dtype and (stored.number or stored.lows or stored.highs):
+            return stored
+        if dtype.is_floating_point or dtype.is_complex:
+            return _Range((), (), False, dtype)
+        if dtype == torch.bool:
+            return _Range((sympy.Integer(0),), (sympy.Integer(1),), True, dtype)
+        limits = torch.iinfo(dtype)
+        return _Range((sympy.Integer(limits.min),), (sympy.Integer(limits.max),), True, dtype)
+
+    def _to_dtype(self, node: Any) -> _Range:
+        found, dtype = self.of(node.args[1]), node.args[2]
+        if not found.number:  # the conversion of NaN is any number
+            return _Range((), (), not dtype.is_floating_point, dtype)
+        if dtype.is_floating_point:
+            exact = _EXACT[dtype]
+            low = tuple(b for b in found.lows if abs(_greatest(sympy.Abs(b))) <= exact)
+            fits = found.magnitude < float(torch.finfo(dtype).max)
+            return _Range(low, tuple(b for b in found.highs if _greatest(b) <= exact), True, dtype, found.magnitude if fits else math.inf)
+        if dtype == torch.bool:
+            return _Range((sympy.Integer(0),), (sympy.Integer(1),), True, dtype)
+        if not found.lows or not found.highs:
+            return _Range((), (), True, dtype)
+        return self._fitting(_Range(found.lows, found.highs, True, dtype))
+
+    def _maximum(self, node: Any) -> _Range:
+        a, b = self.of(node.args[1]), self.of(node.args[2])
+        highs = tuple(x for x in a.highs if x in b.highs)
+        highs += self._greater_of(a.highs, b.highs) if not highs else ()
+        return _Range(a.lows + b.lows, highs, a.number and b.number, a.dtype or b.dtype)
+
+    def _minimum(self, node: Any) -> _Range:
+        a, b = self.of(node.args[1]), self.of(node.args[2])
+        lows = tuple(x for x in a.lows if x in b.lows)
+        lows += self._less_of(a.lows, b.lows) if not lows else ()
+        return _Range(lows, a.highs + b.highs, a.number and b.number, a.dtype or b.dtype)
+
+    def _where(self, node: Any) -> _Range:
+        condition, a, b = node.args[1], self.of(node.args[2]), self.of(node.args[3])
+        a_number = a.number or self._says_number(condition, node.args[2], "eq")
+        b_number = b.number or self._says_number(condition, node.args[3], "ne", "isnan")
+        lows = tuple(x for x in a.lows if x in b.lows) or self._less_of(a.lows, b.lows)
+        highs = tuple(x for x in a.highs if x in b.highs) or self._greater_of(a.highs, b.highs)
+        return _Range(lows, highs, a_number and b_number, a.dtype or b.dtype, max(a.magnitude, b.magnitude))
+
+    def _add(self, node: Any) -> _Range:
+        a, b = self.of(node.args[1]), self.of(node.args[2])
+        return self._computed(a, b, a.magnitude + b.magnitude, [x + y for x in a.lows for y in b.lows], [x + y for x in a.highs for y in b.highs])
+
+    def _sub(self, node: Any) -> _Range:
+        a, b = self.of(node.args[1]), self.of(node.args[2])
+        return self._computed(a, b, a.magnitude + b.magnitude, [x - y for x in a.lows for y in b.highs], [x - y for x in a.highs for y in b.lows])
+
+    def _mul(self, node: Any) -> _Range:
+        a, b = self.of(node.args[1]), self.of(node.args[2])
+        lows: list[sympy.Expr] = []
+        highs: list[sympy.Expr] = []
+        if any(map(_not_negative, a.lows)) and any(map(_not_negative, b.lows)):
+            lows = [x * y for x in a.lows for y in b.lows if _not_negative(x) and _not_negative(y)]
+            highs = [x * y for x in a.highs for y in b.highs if _not_negative(x) and _not_negative(y)]
+        return self._computed(a, b, a.magnitude * b.magnitude, lows, highs)
+
+    def _truediv(self, node: Any) -> _Range:
+        a, b = self.of(node.args[1]), self.of(node.args[2])
+        at_least_one = any(_not_negative(low - 1) for low in b.lows)
+        return self._computed(a, b, a.magnitude if at_least_one else math.inf, [], [])
+
+    def _neg(self, node: Any) -> _Range:
+        a = self.of(node.args[1])
+        return self._computed(a, a, a.magnitude, [-x for x in a.highs], [-x for x in a.lows])
+
+    def _abs(self, node: Any) -> _Range:
+        a = self.of(node.args[1])
+        return _Range((sympy.Integer(0),) if a.number else (), (), a.number, a.dtype, a.magnitude)
+
+    def _same(self, node: Any) -> _Range:
+        """Rounding: a whole bound holds still."""
+        return self.of(node.args[1])
+
+    _floor = _ceil = _trunc = _round = _same
+
+    def _floor_to_int(self, node: Any) -> _Range:
+        return self._to_dtype(node)
+
+    _trunc_to_int = _ceil_to_int = _round_to_int = _floor_to_int
+
+    # --- helpers ---------------------------------------------------------------------------------------------------------
+
+    def _says_number(self, condition: Any, value: Any, *names: str) -> bool:
+        """Whether `condition` is value == value (value != value, isnan(value)), so that the branch of `where` has no NaN. What a sum or a
+        product is made of is no NaN either where that is none."""
+        if not isinstance(condition, torch.fx.Node) or condition.target not in names:
+            return False
+        tested = condition.args[1]
+        if not all(self._equal(a, tested) for a in condition.args[2:]):
+            return False
+        parts = tested.args[1:] if isinstance(tested, torch.fx.Node) and tested.target in ("add", "sub", "mul") else ()
+        return any(self._equal(a, value) for a in (tested, *parts))
+
+    def _equal(self, a: Any, b: Any) -> bool:
+        """Whether two nodes compute the same: a value that is used twice may stand there twice."""
+        if not isinstance(a, torch.fx.Node) or not isinstance(b, torch.fx.Node):
+            return a == b
+        if a is b:
+            return True
+        pair = (a, b)
+        if pair not in self._equals:
+            alike = a.op == b.op and a.target == b.target and len(a.args) == len(b.args) and a.kwargs == b.kwargs
+            self._equals[pair] = alike and all(self._equal(x, y) for x, y in zip(a.args, b.args, strict=True))
+        return self._equals[pair]
+
+    @staticmethod
+    def _less_of(a: tuple[sympy.Expr, ...], b: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
+        return tuple(x if _not_negative(y - x) else y for x in a for y in b if _not_negative(y - x) or _not_negative(x - y))
+
+    @staticmethod
+    def _greater_of(a: tuple[sympy.Expr, ...], b: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
+        return tuple(y if _not_negative(y - x) else x for x in a for y in b if _not_negative(y - x) or _not_negative(x - y))
+
+    def _computed(self, a: _Range, b: _Range, magnitude: float, lows: list[sympy.Expr], highs: list[sympy.Expr]) -> _Range:
+        """The result of arithmetic. Integers must not overflow; a float is rounded, which keeps a bound that it can represent."""
+        dtype = torch.promote_types(a.dtype, b.dtype) if a.dtype and b.dtype else None
+        if dtype is None:
+            return _Range()
+        lows, highs = [sympy.expand(x) for x in lows], [sympy.expand(x) for x in highs]
+        if not dtype.is_floating_point:
+            return self._fitting(_Range(tuple(lows), tuple(highs), True, dtype))
+        if not (a.number and b.number and magnitude < float(torch.finfo(dtype).max) / 2):
+            return _Range((), (), False, dtype)
+        exact = _EXACT[dtype]
+        return _Range(tuple(x for x in lows if _greatest(-x) <= exact), tuple(x for x in highs if _greatest(x) <= exact), True, dtype, magnitude)
+
+    @staticmethod
+    def _fitting(found: _Range) -> _Range:
+        """`found`, without bounds where the value may not fit its integer type."""
+        if found.dtype is None or found.dtype.is_floating_point:
+            return found
+        limits = torch.iinfo(found.dtype) if found.dtype != torch.bool else None
+        fits = limits is not None and any(_greatest(h) <= limits.max for h in found.highs) and any(_greatest(-low) <= -limits.min for low in found.lows)
+        return found if fits else _Range((), (), True, found.dtype)
+
+    def _extreme(self, expression: sympy.Expr, greatest: bool) -> sympy.Expr | None:
+        """The least or greatest value of an expression that is linear in the loop's variables, as an expression of sizes."""
+        expression = sympy.expand(expression)
+        for variable, size in self._var_ranges.items():
+            if variable not in expression.free_symbols:
+                continue
+            factor = expression.coeff(variable, 1)
+            rest = sympy.expand(expression - factor * variable)
+            if variable in rest.free_symbols or variable in factor.free_symbols:
+                return None
+            if _not_negative(factor):
+                rising = True
+            elif _not_negative(-factor):
+                rising = False
+            else:
+                return None
+            expression = rest + factor * (size - 1 if rising == greatest else 0)
+        sizes = {s for s in expression.free_symbols if s in self._size_symbols()}
+        return sympy.expand(expression) if sizes == expression.free_symbols else None
+
+    @staticmethod
+    def _size_symbols() -> set[sympy.Symbol]:
+        from torch._inductor.virtualized import V
+
+        return set(V.graph.sizevars.shape_env.var_to_range)
+

@@ -1,0 +1,129 @@
+"""What AOTInductor's code leaves to luck, made safe while chiasm compiles: indices and divisors that come from data.
+
+AOTInductor either trusts an index (a wrong one reads and writes anywhere) or throws inside a parallel region, which ends the
+process. Here a wrong index is noted for the run, an allowed one takes its place, and the run returns the error
+(`runtime/shim/include/chiasm/checked.h`). An index that `IndexRanges` proves to be in range costs nothing.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+from unittest.mock import patch
+
+import sympy
+
+from .index_ranges import IndexRanges, depends_on_data
+
+#: Calls of PyTorch's header whose checked forms stand in namespace chiasm.
+_DIVISIONS = re.compile(r"(?<![\w:.])(floor_divide_integral|remainder_integral|mod)\(")
+_PREFIX = "#include <torch/csrc/inductor/cpp_prefix.h>\n"
+#: PyTorch notes a division by zero in a global pointer to a local variable, which concurrent runs overwrite for each other.
+_DIVISION_FLAG = re.compile(r"^\s*(?:std::atomic<int> )?inductor_cpu_(?:integer_div_error|throw_if_integer_div_error)\b.*\n", re.M)
+_DIVISION_POINTER = re.compile(r"^\s*inductor_cpu_integer_div_error_flag = .*\n", re.M)
+
+
+@contextmanager
+def checked_native_code() -> Iterator[None]:
+    """While this lasts, AOTInductor writes loops that check what comes from data."""
+    from torch._inductor.codegen import common, cpp, cpp_wrapper_cpu
+    from torch._inductor.index_propagation import IndexPropagation
+
+    ranges = IndexRanges()
+    trusted = common.CSEProxy.indirect_indexing
+    propagated = IndexPropagation.indirect_indexing
+    group = cpp.KernelGroup.codegen_group
+    interface = cpp_wrapper_cpu.CppWrapperCpu._write_aoti_interface_header
+
+    def indirect_indexing(self: Any, var: Any, size: Any, check: bool = True, wrap_neg: bool = True) -> sympy.Symbol:
+        from torch._inductor.virtualized import V
+
+        wrapped = wrap_neg and bool(var.bounds.lower < 0)
+        node = V.interpreter.current_node.args[0]
+        proved = ranges.proves(node, size, wrapped) or not (check or depends_on_data(node))
+        symbol = trusted(self, var, size, False, wrap_neg)
+        if proved:
+            return symbol
+        index = self.kernel.cse.varname_map[symbol.name]
+        safe = self.kernel.cse.generate(self.kernel.compute, _checked(self.kernel, index, size, wrapped), bounds=index.bounds, dtype=index.dtype, shape=index.shape)
+        safe.update_on_args("checked_index", (index,), {})
+        return self.parent_handler.indirect_indexing(safe, size, False)
+
+    def propagate(self: Any, index: Any, size: Any, check: bool = True, wrap_neg: bool = True) -> Any:
+        """An index that is an expression of sizes is checked as one from data, unless it is proved."""
+        if check and getattr(index, "is_symbolic", False):
+            expression = sympy.sympify(index.value.expr)
+            low = self.statically_true(expression >= 0) or (wrap_neg and self.statically_true(-size <= expression))
+            if not (low and self.statically_true(expression < size)):
+                return self.fallback("indirect_indexing", (index, size, check, wrap_neg), {}).value
+        return propagated(self, index, size, check, wrap_neg)
+
+    def codegen_group(self: Any, name: str | None = None) -> str:
+        code = group(self, name)
+        if not code:
+            return code
+        code, count = _DIVISION_POINTER.subn("", code)
+        code, others = _DIVISION_FLAG.subn("", code)
+        if count != 2 or others != 2 or _PREFIX not in code:
+            raise RuntimeError("this PyTorch writes its loops differently: export/native_checks.py was made for 2.13")
+        return _DIVISIONS.sub(r"chiasm::\1(", code).replace(_PREFIX, _PREFIX + "#include <chiasm/checked.h>\n")
+
+    def write_interface(self: Any) -> None:
+        interface(self)
+        _replace(self.header, "static thread_local std::string g_aoti_last_error;", "static thread_local chiasm::LastError g_aoti_last_error;")
+        _replace(self.header, "#include <iostream>", "#include <iostream>\n#include <chiasm/last_error.h>")
+        for said in ("\"Error: \" << e.what() << '\\n'", '"Unknown exception occurred.\\n"'):
+            _replace(self.header, f"std::cerr << {said};", "")
+
+    def quotient(a: Any, b: Any) -> str:
+        return f"chiasm::truncated_quotient({a}, {b})"
+
+    with ExitStack() as stack:
+        for owner, attribute, replacement in (
+            (common.CSEProxy, "indirect_indexing", indirect_indexing),
+            (IndexPropagation, "indirect_indexing", propagate),
+            (cpp.KernelGroup, "codegen_group", codegen_group),
+            (cpp.CppOverrides, "truncdiv", staticmethod(quotient)),
+            (cpp.CppVecOverrides, "truncdiv", staticmethod(quotient)),
+            (cpp_wrapper_cpu.CppWrapperCpu, "_write_aoti_interface_header", write_interface),
+        ):
+            stack.enter_context(patch.object(owner, attribute, replacement))
+        yield
+
+
+def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
+    """The C++ expression for `index` with its check."""
+    from torch._inductor.codegen.cpp_utils import cexpr_index
+
+    limit = cexpr_index(kernel.rename_indexing(sympy.sympify(size)))
+    arguments = [str(index), f"static_cast<int64_t>({limit})", f'"{_reader(kernel)}"']
+    mask = kernel._load_mask
+    masked_by_vector = mask is not None and getattr(mask, "is_vec", False)
+    if getattr(index, "is_vec", False):
+        used = kernel.tail_size or f"chiasm::Lanes<std::decay_t<decltype({index})>>::count"
+        arguments.append(used if isinstance(used, str) else f"static_cast<int>({cexpr_index(used)})")
+        if mask is not None:
+            arguments.append(f"[&](int lane) {{ return bool({f'{mask}.is_masked(lane)' if masked_by_vector else mask}); }}")
+    elif mask is not None:
+        arguments.append(f"!{mask}.all_zero()" if masked_by_vector else f"bool({mask})")
+    return f"chiasm::checked_index<{str(wrapped).lower()}>({', '.join(arguments)})"
+
+
+def _reader(kernel: Any) -> str:
+    """The ATen operators that the loop was made of and that use indices: what an error names."""
+    origins = kernel.current_node.node.get_origins() if kernel.current_node is not None else ()
+    names = {str(n.target) for n in origins if n.op == "call_function"}
+    indexing = {n for n in names if re.search(r"index|gather|scatter|embedding|put|take|select", n)}
+    return " or ".join(sorted(n.rpartition(".")[0] or n for n in indexing or names)) or "an index"
+
+
+def _replace(buffer: Any, old: str, new: str) -> None:
+    """Replace `old` in the lines of an IndentedBuffer."""
+    found = False
+    for i, line in enumerate(buffer._lines):
+        if isinstance(line, str) and old in line:
+            buffer._lines[i], found = line.replace(old, new), True
+    if not found:
+        raise RuntimeError(f"this PyTorch's AOTInductor has no line with {old!r}: export/native_checks.py was made for 2.13")

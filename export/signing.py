@@ -1,0 +1,158 @@
+"""Signing bundles, and proving who signed them, in minisign's format.
+
+The manifest names every file of a bundle with its hash, so its signature, `manifest.json.minisig`, covers all of them.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from .errors import ExportError
+from .manifest import BundleError, read_file, read_manifest
+
+SIGNATURE = "manifest.json.minisig"
+_UNTRUSTED, _TRUSTED = "untrusted comment: ", "trusted comment: "
+
+
+@dataclass(frozen=True)
+class SecretKey:
+    """An Ed25519 key pair as minisign keeps it: a seed and the public key, and a number that names the pair."""
+
+    id: bytes
+    key: bytes
+
+
+def read_secret_key(file: Path, ask_password: Callable[[], str]) -> SecretKey:
+    """Read a key file that `minisign -G` has written; `ask_password` is called where it is protected.
+
+    Raises:
+        ExportError: the file is no such key, or the password is wrong.
+    """
+    try:
+        lines = file.read_text().splitlines()
+        data = base64.b64decode(lines[1], validate=True)
+    except OSError as error:
+        raise ExportError(f"{file}: {error.strerror}") from error
+    except (ValueError, IndexError) as error:
+        raise ExportError(f"{file}: not a minisign secret key (`minisign -G` makes one)") from error
+    if len(data) != 158 or data[:2] != b"Ed" or data[2:4] not in (b"Sc", b"\0\0") or data[4:6] != b"B2":
+        raise ExportError(f"{file}: not a minisign secret key (`minisign -G` makes one)")
+    body, check = data[54:126], data[126:]
+    protected = data[2:4] == b"Sc"
+    if protected:
+        stream = _scrypt(file, ask_password(), data[6:38], int.from_bytes(data[38:46], "little"), int.from_bytes(data[46:54], "little"))
+        plain = bytes(a ^ b for a, b in zip(data[54:], stream, strict=True))
+        body, check = plain[:72], plain[72:]
+    if (protected or any(check)) and check != hashlib.blake2b(data[:2] + body, digest_size=32).digest():
+        raise ExportError(f"{file}: the password is wrong" if protected else f"{file}: damaged: its checksum is another")
+    return SecretKey(body[:8], body[8:])
+
+
+def _scrypt(file: Path, password: str, salt: bytes, opslimit: int, memlimit: int) -> bytes:
+    """The key's mask. minisign states the cost as libsodium's two limits, from which that makes scrypt's N and p (r is 8)."""
+    opslimit = max(opslimit, 32768)
+    bound_by_work = opslimit < memlimit // 32
+    most = opslimit // 32 if bound_by_work else memlimit // 1024
+    n = 2
+    while n <= most // 2:
+        n *= 2
+    p = 1 if bound_by_work else min(opslimit // 4 // n, 0x3FFFFFFF) // 8
+    memory = 128 * 8 * (n + p + 2)
+    if memory >= 2**31:
+        raise ExportError(f"{file}: its password protection needs {memory} bytes of memory, which is more than this program takes")
+    try:
+        return hashlib.scrypt(password.encode(), salt=salt, n=n, r=8, p=p, maxmem=memory, dklen=104)
+    except (ValueError, MemoryError) as error:
+        raise ExportError(f"{file}: its password protection cannot be computed: {error}") from error
+
+
+def sign(bundle: str | Path, key: SecretKey) -> Path:
+    """Write the bundle's signature, in place of one that is there; returns its path.
+
+    Raises:
+        BundleError: a file is not what the manifest says: what is damaged is not signed.
+    """
+    from chiasm import _runtime
+
+    folder = Path(bundle)
+    message = _proved_manifest(folder)
+    signature = _runtime.sign(hashlib.blake2b(message).digest(), key.key)
+    comment = f"timestamp:{int(time.time())}\tfile:manifest.json\thashed"
+    lines = [
+        f"{_UNTRUSTED}signature of a chiasm bundle",
+        base64.b64encode(b"ED" + key.id + signature).decode(),
+        f"{_TRUSTED}{comment}",
+        base64.b64encode(_runtime.sign(signature + comment.encode(), key.key)).decode(),
+    ]
+    target = folder / SIGNATURE
+    try:
+        target.write_text("\n".join(lines) + "\n")
+    except OSError as error:
+        target.unlink(missing_ok=True)
+        raise BundleError(f"{target}: {error.strerror}") from error
+    return target
+
+
+def check_signature(bundle: str | Path, key: str) -> str:
+    """Prove that this public key (its text or the path of a file) has signed the bundle, and that every file is what was signed.
+
+    Returns the signature's trusted comment.
+
+    Raises:
+        BundleError: it is not so.
+    """
+    from chiasm import _runtime
+
+    folder, file = Path(bundle), Path(bundle) / SIGNATURE
+    if not file.exists():
+        raise BundleError(f"{folder}: is not signed: there is no {SIGNATURE} in it (`chiasm sign` makes one)")
+    try:
+        comment = _runtime.verify_signature((folder / "manifest.json").read_bytes(), file.read_bytes(), read_public_key(key), str(file))
+    except OSError as error:
+        raise BundleError(f"{error.filename}: {error.strerror}") from error
+    except _runtime.ChiasmError as error:
+        raise BundleError(str(error)) from error
+    _proved_manifest(folder)
+    return comment.decode(errors="replace")
+
+
+def trust_only(key: str) -> None:
+    """From now on this process runs only bundles that this public key has signed."""
+    from chiasm import _runtime
+
+    try:
+        _runtime.set_trust("signed", [read_public_key(key).splitlines()[-1]])
+    except _runtime.ChiasmError as error:
+        raise BundleError(str(error)) from error
+
+
+def read_public_key(key: str) -> str:
+    """The key's text, where `key` is that or the path of a file that holds it."""
+    try:
+        if len(key) == 56 and len(base64.b64decode(key, validate=True)) == 42:
+            return key
+    except binascii.Error:
+        pass
+    try:
+        return Path(key).read_text()
+    except (OSError, ValueError) as error:
+        raise BundleError(f"{key}: neither a minisign public key nor a file that holds one: {getattr(error, 'strerror', None) or error}") from error
+
+
+def _proved_manifest(folder: Path) -> bytes:
+    """The manifest's bytes, where each file that it names is what it says and there is no other."""
+    manifest = read_manifest(folder)
+    entries = [a for method in manifest["methods"].values() for a in method["artifacts"]]
+    entries += [manifest["golden"], *manifest.get("documents", {}).values()]
+    for entry in entries:
+        read_file(folder, entry)
+    others = {p.name for p in folder.iterdir()} - {e["file"] for e in entries} - {"manifest.json", SIGNATURE}
+    if others:
+        raise BundleError(f"{folder} has {min(others)!r}, which its manifest does not name: remove it, or export the bundle again")
+    return (folder / "manifest.json").read_bytes()

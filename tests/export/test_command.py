@@ -1,0 +1,306 @@
+"""Whatever is typed wrong, damaged or full: one line on stderr and an exit status, never a traceback, and nothing half-written."""
+
+import json
+import os
+import resource
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+from chiasm.export import ExportError, cli
+from chiasm.export.bundle import Writer
+from chiasm.export.cli import main
+from chiasm.export.images import read_image, to_array
+from chiasm.export.manifest import sha256
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = [sys.executable, "-m", "chiasm.export"]
+Folder = Callable[[str], Path]
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """The command in this process."""
+    result = CliRunner().invoke(main, [str(a) for a in arguments])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return subprocess.CompletedProcess(arguments, result.exit_code, result.stdout, result.stderr)
+
+
+def spawn(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
+    """The command in a process of its own."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "python"), "COLUMNS": "200"}
+    return subprocess.run([*COMMAND, *map(str, arguments)], env=environment, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, timeout=100,
+                          **{"stdout": subprocess.PIPE} | options)
+
+
+def refused(done: subprocess.CompletedProcess[str], *parts: str, status: int = 1) -> None:
+    """One line on stderr that has these parts."""
+    assert done.returncode == status, done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith("Error: "), done.stderr
+    assert "Traceback" not in done.stderr + (done.stdout or "") and "internal error" not in done.stderr
+    for part in parts:
+        assert part in lines[0], lines[0]
+
+
+@pytest.fixture(scope="module")
+def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("photo") / "photo.png"
+    values = np.random.default_rng(0).integers(0, 256, (24, 31, 3), np.uint8)
+    Image.fromarray(values).save(path)
+    return path
+
+
+@pytest.fixture
+def sobel(light: Folder, tmp_path: Path) -> Path:
+    """A copy of a bundle that a test may damage."""
+    return Path(shutil.copytree(light("filters.sobel"), tmp_path / "copy" / "filters.sobel.chiasm"))
+
+
+def _bomb(path: Path) -> None:
+    """A PNG that says to be 60000 x 60000."""
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", 60000, 60000, 8, 2, 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(bytes(1000))) + chunk(b"IEND", b""))
+
+
+def test_images_that_cannot_be_read_or_written(light: Folder, photo: Path, tmp_path: Path) -> None:
+    bundle, out = light("filters.sobel"), tmp_path / "out.png"
+    _bomb(tmp_path / "bomb.png")
+    (tmp_path / "cut.png").write_bytes(photo.read_bytes()[:400])
+    (tmp_path / "text.png").write_text("no image")
+    (tmp_path / "empty.png").write_bytes(b"")
+    Image.fromarray(np.zeros((9, 9), np.float32)).save(tmp_path / "float.tif")
+    for name, part in (("bomb.png", "too many pixels"), ("cut.png", "not an image"), ("text.png", "not an image"), ("empty.png", "not an image"), ("float.tif", "32 bits")):
+        refused(run("run", bundle, tmp_path / name, out), name, part)
+    refused(run("run", bundle, tmp_path / "none.png", out), "none.png", "does not exist", status=2)
+    for name, part in (("out", "no extension"), ("out.xyz", "'.xyz'"), ("none/out.png", "none does not exist")):
+        refused(run("run", bundle, photo, tmp_path / name), part)
+    assert not list(tmp_path.glob("out*")) and not list(tmp_path.glob(".writing*"))
+
+
+def test_settings_that_are_no_values(light: Folder, photo: Path, tmp_path: Path) -> None:
+    bundle, out = light("enhance.adjust_brightness"), tmp_path / "out.png"
+    for text in ("factor", "=1", "factor=1 -s"):
+        refused(run("run", bundle, photo, out, "-s", text), status=2 if text != "factor=1 -s" else 1)
+    refused(run("run", bundle, photo, out, "-s", "factor=1", "-s", "factor=2"), "twice", status=2)
+    for value in ("", "[1,", "[[1, 2], [3]]", "null", '"x"', '{"a": 1}', "1e999999", "[" * 5000, "999999x999999", "[[1.5]]", "[[\x1b[31m"):
+        refused(run("run", bundle, photo, out, "-s", f"factor={value}"), "factor")
+    assert not out.exists()
+
+
+@contextmanager
+def limited(size: int) -> Iterator[None]:
+    """No file may grow beyond `size` bytes, as on a disk that is full."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_full_disk_leaves_nothing(light: Folder, photo: Path, tmp_path: Path) -> None:
+    bundle = light("filters.sobel")
+    assert run("run", bundle, photo, tmp_path / "out.bmp", "-b", "onnx").returncode == 0
+    (tmp_path / "out.bmp").unlink()
+    with limited(500):
+        done = run("run", bundle, photo, tmp_path / "out.bmp", "-b", "onnx")
+    refused(done, "out.bmp", "cannot be written", "large")
+    assert not list(tmp_path.iterdir())
+    with open("/dev/full", "w") as full:
+        refused(spawn("info", "--json", bundle, stdout=full), "No space left")
+
+
+def test_a_bundle_that_cannot_be_written_leaves_what_was_there(light: Folder, tmp_path: Path) -> None:
+    manifest = json.loads((light("filters.sobel") / "manifest.json").read_text())
+    writer = Writer(manifest, {p.name: p.read_bytes() for p in light("filters.sobel").iterdir()})
+    there = tmp_path / "filters.sobel.chiasm"
+    there.mkdir()
+    (there / "mine").write_text("mine")
+    for folder in (tmp_path, tmp_path / "new"):
+        with limited(1000), pytest.raises(ExportError, match="cannot be written: File too large"):
+            writer.write(folder)
+    assert [p.name for p in there.iterdir()] == ["mine"] and not list(tmp_path.glob("**/.writing*"))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ExportError, match="cannot be written: Not a directory"):
+        writer.write(tmp_path / "file" / "below")
+    assert sorted(p.name for p in writer.write(tmp_path).iterdir()) == sorted(writer.files)
+    assert not list(tmp_path.glob(".writing*"))
+
+
+def test_bundles_that_are_none(sobel: Path, photo: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.png"
+    for command in (["info"], ["verify"]):
+        refused(run(*command, tmp_path), "manifest.json")
+        refused(run(*command, photo), "not a bundle")
+        refused(run(*command, tmp_path / "none"), "none", status=2)
+    refused(run("run", photo, photo, out), "not a bundle")
+    text = (sobel / "manifest.json").read_bytes()
+    for damage, part in ((b"{", "not JSON"), (b"\xff\xfe", "not JSON"), (b"[" * 100_000, "not JSON"), (b"[]", "manifest.json"), (b'{"schema_version": 99}', "99"), (text[:-30], "not JSON"),
+                         (text.replace(b'"min": 8', b'"min": "' + b"x" * 5000 + b'"'), "min")):
+        (sobel / "manifest.json").write_bytes(damage)
+        for command in (["info", sobel], ["verify", sobel], ["run", sobel, photo, out]):
+            refused(run(*command), part)
+
+
+def test_verify_names_what_a_bundle_lacks(sobel: Path) -> None:
+    from safetensors.torch import load_file, save
+
+    manifest = json.loads((sobel / "manifest.json").read_text())
+
+    def replaced(file: str, data: bytes) -> None:
+        (sobel / file).write_bytes(data)
+        for entry in (manifest["golden"], *(a for m in manifest["methods"].values() for a in m["artifacts"])):
+            if entry["file"] == file:
+                entry |= {"size": len(data), "sha256": sha256(data)}
+        (sobel / "manifest.json").write_text(json.dumps(manifest))
+
+    golden = load_file(sobel / "golden.safetensors")
+    whole = (sobel / "golden.safetensors").read_bytes()
+    replaced("golden.safetensors", save({k: v for k, v in golden.items() if not k.endswith("forward.float64/input")}))
+    refused(run("verify", sobel), "forward.float64/input")
+    replaced("golden.safetensors", b"no tensors at all")
+    refused(run("verify", sobel), "golden.safetensors")
+    replaced("golden.safetensors", whole)
+    replaced("forward.float32.onnx", b"no model")
+    done = run("verify", sobel)
+    assert done.returncode == 1 and "Traceback" not in done.stderr + done.stdout
+    assert any("FAIL" in line and "onnx (python)" in line for line in done.stdout.splitlines())
+    (sobel / "provenance.json").unlink()
+    refused(run("verify", sobel), "provenance.json")
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become a user who may not read")
+def test_no_permission(sobel: Path, photo: Path, tmp_path: Path) -> None:
+    for parent in (photo.parent, *photo.parents[1:3], *tmp_path.parents[:2], tmp_path):
+        parent.chmod(0o755)
+    assert run("run", sobel, photo, tmp_path / "out.png", "-b", "onnx").returncode == 0  # and all that is imported is
+    (tmp_path / "out.png").unlink()
+    (sobel / "forward.pt").chmod(0)
+    os.seteuid(65534)
+    try:
+        written = run("run", sobel, photo, tmp_path / "out.png", "-b", "onnx")
+        verified = run("verify", sobel)
+        os.seteuid(0)
+        (sobel / "manifest.json").chmod(0)
+        os.seteuid(65534)
+        read = run("info", sobel)
+    finally:
+        os.seteuid(0)
+    refused(written, "out.png", "Permission denied")
+    refused(verified, "forward.pt", "Permission denied")
+    refused(read, "manifest.json", "Permission denied")
+
+
+def test_odd_text_is_shown_as_it_is(sobel: Path) -> None:
+    manifest = json.loads((sobel / "manifest.json").read_text())
+    manifest["summary"] = "[red]not red[/] [/] :smile: \"quoted\" \x1b[2J\x07 two\nlines [link=x"
+    manifest["config"] = {"[bold]": "[/]\x1b[31m"}
+    manifest["methods"]["forward"]["inputs"][0]["description"] = "[blink]\x1b]0;title\x07 [/nonsense]"
+    (sobel / "manifest.json").write_text(json.dumps(manifest))
+    done = run("info", sobel)
+    assert done.returncode == 0, done.stderr
+    assert '[red]not red[/] [/] :smile: "quoted" two lines [link=x' in done.stdout and "[blink]" in done.stdout and "[/nonsense]" in done.stdout
+    assert "\x1b" not in done.stdout and "\x07" not in done.stdout
+    assert json.loads(run("info", "--json", sobel).stdout) == manifest
+
+
+def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "python")}
+    command = [*COMMAND, "export", "filters.sobel", "filters.canny", "-f", "onnx", "-o", str(tmp_path), "-j", "1"]
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.communicate(timeout=8)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
+    _, stderr = process.communicate(timeout=30)
+    assert process.returncode == 130 and stderr.strip().splitlines() == ["Error: interrupted"], stderr
+    assert not list(tmp_path.glob(".writing*"))
+
+
+def test_a_reader_that_leaves(sobel: Path) -> None:
+    manifest = json.loads((sobel / "manifest.json").read_text())
+    (sobel / "manifest.json").write_text(json.dumps(manifest | {"summary": "long" * 100_000}))  # more than a pipe holds
+    for arguments in ("info --json", "info"):
+        done = subprocess.run(f"{sys.executable} -m chiasm.export {arguments} {sobel} | head -c 1", shell=True,
+                              env=os.environ | {"PYTHONPATH": str(ROOT / "python")}, capture_output=True, text=True, timeout=100)
+        assert not done.stderr, done.stderr
+
+
+def test_wrong_words() -> None:
+    for words in (["nonsense"], ["export"], ["export", "no.such.op"], ["export", "filters.sobel", "-f", "tensorflow"], ["export", "filters.sobel", "-j", "0"], ["run"], ["list", "\x1b[31m"]):
+        done = run(*words)
+        refused(done, status=2)
+        assert "\x1b" not in done.stderr
+
+
+def test_an_error_of_ours_says_how_to_see_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object, **__: object) -> dict:
+        raise KeyError("surprise")
+
+    monkeypatch.setattr(cli, "_select", broken)
+    result = CliRunner().invoke(main, ["list"])
+    assert result.exit_code == 1 and "internal error: KeyError: 'surprise'" in result.output and "CHIASM_TRACEBACK=1" in result.output
+    monkeypatch.setenv("CHIASM_TRACEBACK", "1")
+    assert isinstance(CliRunner().invoke(main, ["list"]).exception, KeyError)
+
+
+# --- images as OpenCV reads them ---------------------------------------------------------------------------------------------
+
+
+def test_files_are_read_as_opencv_reads_them(tmp_path: Path) -> None:
+    random = np.random.default_rng(1)
+    grey, colour = random.integers(0, 65536, (13, 17), np.uint16), random.integers(0, 65536, (13, 17, 3), np.uint16)
+    cv2.imwrite(str(tmp_path / "grey16.png"), grey)
+    cv2.imwrite(str(tmp_path / "colour16.png"), colour)
+    cv2.imwrite(str(tmp_path / "grey16.tif"), grey)
+    eight = random.integers(0, 256, (13, 17, 4), np.uint8)
+    Image.fromarray(eight).save(tmp_path / "alpha.png")
+    Image.fromarray(eight[..., 0]).convert("P").save(tmp_path / "palette.png")
+    Image.fromarray(eight[..., 0] > 99).save(tmp_path / "bits.png")
+    for orientation in range(1, 9):
+        exif = Image.Exif()
+        exif[0x0112] = orientation
+        Image.fromarray(eight[..., :3]).save(tmp_path / f"turned{orientation}.jpg", exif=exif, quality=95)
+    wanted = {"layout": "HWC", "shape": ["H", "W", 3], "dtype": "uint8", "color": "BGR", "name": "frame"}
+    files = sorted(tmp_path.iterdir())
+    assert len(files) == 14
+    for file in files:
+        expected = cv2.imread(str(file))
+        got = to_array(wanted, read_image(file), [])
+        assert got.shape == expected.shape, file.name
+        assert np.abs(got.astype(int) - expected).max() <= 2 * (file.suffix == ".jpg"), file.name  # two decoders of JPEG
+
+
+def test_numbers_have_all_sixteen_bits_and_the_colour_order_that_is_asked_for(tmp_path: Path) -> None:
+    values = np.arange(65536, dtype=np.uint16).reshape(256, 256)
+    cv2.imwrite(str(tmp_path / "grey.png"), values)
+    one = {"layout": "NCHW", "shape": ["B", 1, "H", "W"], "dtype": "T", "color": "GRAY", "name": "input"}
+    got = to_array(one, read_image(tmp_path / "grey.png"), ["float32", "float64"])
+    assert got.dtype == np.float32 and got.shape == (1, 1, 256, 256) and np.array_equal(np.rint(got[0, 0] * 65535), values)
+    colour = np.random.default_rng(2).integers(0, 256, (5, 7, 3), np.uint8)
+    Image.fromarray(colour).save(tmp_path / "colour.png")
+    bgr = to_array(one | {"shape": ["B", 3, "H", "W"], "color": "BGR"}, read_image(tmp_path / "colour.png"), ["float32"])
+    assert np.array_equal(np.rint(bgr[0] * 255), colour[..., ::-1].transpose(2, 0, 1))
+
+
+def test_a_photograph_on_its_side_is_processed_upright(light: Folder, tmp_path: Path) -> None:
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    Image.fromarray(np.zeros((20, 40, 3), np.uint8)).save(tmp_path / "side.jpg", exif=exif)
+    done = run("run", light("filters.sobel"), tmp_path / "side.jpg", tmp_path / "[red]out.png", "-b", "onnx")
+    assert done.returncode == 0 and "[red]out.png" in done.stdout, done.stderr
+    assert Image.open(tmp_path / "[red]out.png").size == (20, 40)

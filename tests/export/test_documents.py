@@ -1,0 +1,133 @@
+"""What a bundle says of its making, and that it says and holds the same wherever it is made."""
+
+import gzip
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import torch
+from referencing import Registry, Resource
+from torch import Tensor, nn
+
+from chiasm.export import Spec, TensorSpec, export, image
+from chiasm.export.manifest import read_manifest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+MY_OP = '''
+from torch import Tensor
+
+
+def halves(input: Tensor) -> Tensor:
+    """Half of it."""
+    assert input.dim() == 4, "halves: expected 4 dimensions"
+    return input * 0.5
+'''
+
+
+def _validator() -> jsonschema.Validator:
+    """CycloneDX's own schemas (github.com/CycloneDX/specification, Apache License 2.0)."""
+    schemas = json.loads(gzip.decompress((Path(__file__).parent / "data" / "cyclonedx-1.6.json.gz").read_bytes()))
+    registry = Registry().with_resources((s["$id"], Resource.from_contents(s)) for s in schemas.values())
+    return jsonschema.Draft7Validator(schemas["bom-1.6"], registry=registry, format_checker=jsonschema.Draft7Validator.FORMAT_CHECKER)
+
+
+def _documents(bundle: Path) -> tuple[dict, dict]:
+    return tuple(json.loads((bundle / name).read_text()) for name in ("sbom.cdx.json", "provenance.json"))
+
+
+def test_the_list_of_parts_is_cyclonedx_and_names_every_file(bundle: Path) -> None:
+    parts, _ = _documents(bundle)
+    _validator().validate(parts)
+    files = {c["name"]: c["hashes"][0]["content"] for c in parts["components"] if c["type"] == "file"}
+    assert set(files) == {p.name for p in bundle.iterdir()} - {"manifest.json", "sbom.cdx.json", "provenance.json"}
+    for name, digest in files.items():
+        assert hashlib.sha256((bundle / name).read_bytes()).hexdigest() == digest
+    versions = {c["name"]: c.get("version") for c in parts["components"]}
+    assert versions["torch"] == torch.__version__.split("+")[0] or versions["torch"] == torch.__version__
+    assert versions["g++"] == subprocess.run(["g++", "-dumpfullversion"], capture_output=True, text=True, check=True).stdout.strip()
+    assert "libstdc++.so.6" in versions and "libc.so.6" in versions and not any("torch" in name and name != "torch" for name in versions)
+    wrong = parts | {"components": [{"type": "nonsense", "name": "x"}]}
+    assert not _validator().is_valid(wrong)
+
+
+def test_the_provenance_is_an_in_toto_statement_of_every_file(bundle: Path) -> None:
+    _, statement = _documents(bundle)
+    assert statement["_type"] == "https://in-toto.io/Statement/v1" and statement["predicateType"] == "https://slsa.dev/provenance/v1"
+    subjects = {s["name"]: s["digest"]["sha256"] for s in statement["subject"]}
+    assert set(subjects) == {p.name for p in bundle.iterdir()} - {"manifest.json", "provenance.json"}
+    for name, digest in subjects.items():
+        assert hashlib.sha256((bundle / name).read_bytes()).hexdigest() == digest
+    build = statement["predicate"]["buildDefinition"]
+    assert set(build) >= {"buildType", "externalParameters"} and statement["predicate"]["runDetails"]["builder"]["id"]
+    assert build["externalParameters"]["config"] == {"power": 2.0} and build["externalParameters"]["formats"] == ["torchscript", "onnx", "native"]
+    sources = {d["name"]: d["digest"]["sha256"] for d in build["resolvedDependencies"] if "digest" in d}
+    assert sources == {"tests.export.conftest": hashlib.sha256((Path(__file__).parent / "conftest.py").read_bytes()).hexdigest()}
+
+
+def test_the_manifest_names_both(bundle: Path) -> None:
+    documents = read_manifest(bundle)["documents"]
+    for kind, name in (("sbom", "sbom.cdx.json"), ("provenance", "provenance.json")):
+        data = (bundle / name).read_bytes()
+        assert documents[kind] == {"file": name, "size": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+
+
+def joined(a: Tensor, b: Tensor) -> Tensor:
+    return torch.cat([a, b])
+
+
+def test_an_artifact_says_what_it_needs_libtorch_for(tmp_path: Path) -> None:
+    """Bytes that are joined are left to libtorch by AOTInductor."""
+    spec = Spec("test.joined", [TensorSpec("a", ("N",), "uint8", range=(0, 255)), TensorSpec("b", ("N",), "uint8", range=(0, 255))])
+    bundle = export(joined, spec, tmp_path, formats=["native"])
+    [artifact] = read_manifest(bundle)["methods"]["forward"]["artifacts"]
+    assert artifact["needs"] == ["libtorch"] and "aoti_torch_cpu_cat" in artifact["why"]
+    parts, _ = _documents(bundle)
+    _validator().validate(parts)
+    assert {c["name"]: c.get("scope") for c in parts["components"]}["libtorch_cpu.so"] == "required"
+
+
+def test_a_modules_classes_are_its_sources(tmp_path: Path) -> None:
+    class Twice(nn.Module):
+        def forward(self, input: Tensor) -> Tensor:
+            return input * 2
+
+    bundle = export(nn.Sequential(Twice(), nn.ReLU()), Spec("test.twice", [image()]), tmp_path, formats=["onnx"], methods=["forward"])
+    dependencies = _documents(bundle)[1]["predicate"]["buildDefinition"]["resolvedDependencies"]
+    assert [d["name"] for d in dependencies if "digest" in d] == [__name__]
+
+
+def test_the_same_bytes_wherever_it_is_made(tmp_path: Path) -> None:
+    """At another path of the op, of chiasm, of the bundle, with another home, cache and working folder, as another user by name."""
+    program = """
+import sys
+from my_op import halves
+from chiasm.export import Spec, export, image
+export(halves, Spec("test.halves", [image()]), sys.argv[1], formats=["torchscript", "onnx"])
+"""
+    found = []
+    for number in ("1", "second/place"):
+        place = tmp_path / number
+        for folder in ("home", "work", "source"):
+            (place / folder).mkdir(parents=True)
+        (place / "source" / "my_op.py").write_text(MY_OP)
+        python = ROOT / "python"
+        if number != "1":
+            ignore = shutil.ignore_patterns("__pycache__", "export")
+            python = Path(shutil.copytree(ROOT / "python" / "chiasm", place / "chiasm_copy" / "chiasm", ignore=ignore)).parent
+            shutil.copytree(ROOT / "export", python / "chiasm" / "export", ignore=shutil.ignore_patterns("__pycache__"))
+        environment = {"PATH": os.environ["PATH"], "HOME": str(place / "home"), "CHIASM_CACHE": str(place / "cache"), "USER": f"user{len(number)}",
+                       "PYTHONPATH": f"{place / 'source'}:{python}", "SOURCE_DATE_EPOCH": "1700000000", "PYTHONHASHSEED": str(len(number))}
+        subprocess.run([sys.executable, "-W", "ignore", "-c", program, str(place / "out")], cwd=place / "work", env=environment, check=True, timeout=200)
+        bundle = place / "out" / "test.halves.chiasm"
+        found.append({p.name: p.read_bytes() for p in bundle.iterdir()})
+        assert not [name for name, data in found[-1].items() if str(place).encode() in data or str(ROOT).encode() in data]
+    assert set(found[0]) == {"manifest.json", "golden.safetensors", "sbom.cdx.json", "provenance.json", "forward.pt",
+                             *(f"{m}.float32.{f}" for m in ("forward", "vjp") for f in ("onnx", "fused.onnx"))}
+    assert [name for name in found[0] if found[0][name] != found[1][name]] == []
+    assert json.loads(found[0]["manifest.json"])["created"] == "2023-11-14T22:13:20Z"

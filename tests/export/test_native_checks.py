@@ -1,0 +1,229 @@
+"""Native code and values that would lead it outside of its memory: each is an error of the run, and what is proved costs nothing."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Tuple
+
+import pytest
+import torch
+from torch import Tensor
+
+from chiasm import runtime
+from chiasm.export import Spec, TensorSpec, export, samples
+from chiasm.export.graph import trace
+from chiasm.export.module import bind
+from chiasm.export.native import _inductor
+from chiasm.primitives.sampling import bilinear_taps
+
+SIZE = 16
+
+
+def lookups(table: Tensor, picked: Tensor, added: Tensor, put: Tensor, gathered: Tensor, divisor: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
+    """Every way to use an index, each with an index of its own; and the divisions of integers."""
+    ones = torch.ones_like(added, dtype=table.dtype)
+    sums = torch.zeros(SIZE, dtype=table.dtype).scatter_add(0, added, ones)
+    marked = torch.zeros(SIZE, dtype=table.dtype)
+    marked[put] = 2.0
+    rows = torch.gather(table.reshape(4, -1), 1, gathered.reshape(1, -1))
+    whole = torch.div(1000, divisor, rounding_mode="floor")
+    return table[picked], sums, marked, rows, whole, 1000 % divisor
+
+
+def integers(name: str, symbol: str, dtype: str = "int64") -> TensorSpec:
+    return TensorSpec(name, (symbol,), dtype)
+
+
+NAMES = ("table", "picked", "added", "put", "gathered", "divisor")
+
+
+def sample_lookups_of(*names: str) -> Callable:
+    """A sampler of these inputs, with indices and divisors that are allowed."""
+
+    def sample(g: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+        s = dict.fromkeys("PAQGD", 1) | sizes
+        made = {
+            "table": torch.rand(SIZE, generator=g, dtype=dtype),
+            "picked": torch.randint(-SIZE, SIZE, (s["P"],), generator=g),
+            "added": torch.randint(0, SIZE, (s["A"],), generator=g),
+            "put": torch.randint(-SIZE, SIZE, (s["Q"],), generator=g),
+            "gathered": torch.randint(0, SIZE // 4, (s["G"],), generator=g),
+            "divisor": torch.randint(1, 9, (s["D"],), generator=g) * (2 * torch.randint(0, 2, (s["D"],), generator=g) - 1),
+        }
+        return {name: made[name] for name in names}
+
+    return sample
+
+
+LOOKUPS = Spec(
+    "test.lookups",
+    [TensorSpec("table", (SIZE,)), integers("picked", "P"), integers("added", "A"), integers("put", "Q"), integers("gathered", "G"), integers("divisor", "D")],
+    [TensorSpec(n) for n in ("values", "sums", "marked", "rows", "quotients", "remainders")],
+    symbols=dict.fromkeys("PAQGD", (1, 1 << 16)),
+    gradients=(),
+    sample=sample_lookups_of(*NAMES),
+)
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return export(lookups, LOOKUPS, tmp_path_factory.mktemp("lookups"), formats=("native",))
+
+
+def made(**changed: Tensor) -> dict[str, Tensor]:
+    sizes = dict(zip("PAQGD", (1001, 37, 7, 333, 61), strict=True))
+    return samples.make(LOOKUPS, sizes, "float32") | changed
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 60001])
+def test_allowed_values_give_what_eager_gives(bundle: Path, count: int) -> None:
+    inputs = made(picked=torch.randint(-SIZE, SIZE, (count,)))
+    method = runtime.open(bundle).method("forward", backend="native")
+    for mine, eager in zip(method(*inputs.values()), lookups(*inputs.values()), strict=True):
+        torch.testing.assert_close(torch.as_tensor(mine), eager)
+
+
+FAR = [20000, 1 << 31, (1 << 62), -(1 << 63)]
+WRONG = [(n, i) for n in ("picked", "put") for i in (SIZE, -SIZE - 1, *FAR)] + [("added", i) for i in (SIZE, -1, -5, *FAR)] + [("gathered", i) for i in (4, -1, *FAR)]
+
+
+@pytest.mark.parametrize(("name", "wrong"), WRONG)
+@pytest.mark.parametrize("place", [0, 13, 60000])
+def test_a_wrong_index_is_an_error_that_names_it_and_the_limit(bundle: Path, name: str, wrong: int, place: int) -> None:
+    index = torch.zeros(place + 5, dtype=torch.int64)
+    index[place] = wrong
+    limit = 4 if name == "gathered" else SIZE
+    with pytest.raises((IndexError, RuntimeError)):
+        lookups(*made(**{name: index}).values())
+    method = runtime.open(bundle).method("forward", backend="native")
+    with pytest.raises(runtime.ChiasmError, match=rf"index {wrong} is out of range for an axis of size {limit} \(aten\.\w+\)"):
+        method(*made(**{name: index}).values())
+    right = made()  # and the next run is whole
+    for mine, eager in zip(method(*right.values()), lookups(*right.values()), strict=True):
+        torch.testing.assert_close(torch.as_tensor(mine), eager)
+
+
+@pytest.mark.parametrize("place", [0, 13, 60000])
+def test_a_division_by_zero_is_an_error(bundle: Path, place: int) -> None:
+    divisor = torch.ones(place + 5, dtype=torch.int64)
+    divisor[place] = 0
+    with pytest.raises(RuntimeError):
+        lookups(*made(divisor=divisor).values())
+    with pytest.raises(runtime.ChiasmError, match="an integer was divided by zero"):
+        runtime.open(bundle).method("forward", backend="native")(*made(divisor=divisor).values())
+
+
+def pick(table: Tensor, picked: Tensor) -> Tensor:
+    return table[picked]
+
+
+def test_every_backend_refuses_in_one_bundle(tmp_path: Path) -> None:
+    """Also the node that runs native code inside ONNX Runtime."""
+    spec = replace(LOOKUPS, name="test.pick", inputs=LOOKUPS.inputs[:2], outputs=(TensorSpec("values"),), sample=sample_lookups_of("table", "picked"))
+    opened = runtime.open(export(pick, spec, tmp_path))
+    for options in ({"backend": "native"}, {"backend": "onnx"}, {"backend": "onnx", "fused": False}, {"backend": "torch"}):
+        method = opened.method("forward", **options)
+        table = torch.rand(SIZE)
+        torch.testing.assert_close(torch.as_tensor(method(table, torch.tensor([-1, 3]))), table[[-1, 3]])
+        with pytest.raises(runtime.ChiasmError, match="99"):
+            method(table, torch.tensor([0, 99]))
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda m: m["symbols"]["P"].update(max=1 << 20),
+        lambda m: m["methods"]["forward"]["inputs"][0]["shape"].__setitem__(0, SIZE + 1),
+        lambda m: m["methods"]["forward"]["inputs"][0]["shape"].append(1),
+        lambda m: m["methods"]["forward"]["inputs"][1].update(dtype="int32"),
+        lambda m: m["methods"]["forward"]["inputs"][1].update(name="other"),
+        lambda m: m["methods"]["forward"]["inputs"].reverse(),
+        lambda m: m["methods"]["forward"]["inputs"].append({**m["methods"]["forward"]["inputs"][0], "name": "more"}),
+        lambda m: m["methods"]["forward"]["outputs"].pop(),
+        lambda m: m["methods"]["forward"]["outputs"][0]["shape"].__setitem__(0, "P + 1"),
+        lambda m: m["methods"]["forward"]["outputs"][1].update(dtype="float64"),
+    ],
+)
+def test_a_manifest_that_disagrees_with_the_code_is_refused(bundle: Path, tmp_path: Path, edit: Callable[[dict], object]) -> None:
+    changed = tmp_path / bundle.name
+    changed.mkdir()
+    for file in bundle.iterdir():
+        (changed / file.name).write_bytes(file.read_bytes())
+    manifest = json.loads((changed / "manifest.json").read_text())
+    edit(manifest)
+    (changed / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(runtime.ChiasmError, match="the native code was compiled for"):
+        runtime.open(changed).method("forward", backend="native")
+
+
+# --- what is proved costs nothing -----------------------------------------------------------------------------------------
+
+
+class _Written(Exception):
+    """Ends a compilation where its C++ is there."""
+
+
+def loops_of(fn: Callable, spec: Spec, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The C++ that AOTInductor writes for an op."""
+    from torch._inductor import cpp_builder
+
+    sources: list[str] = []
+    run = cpp_builder.run_compile_cmd
+
+    def read(command: str, cwd: str) -> None:
+        kernels = [word for word in shlex.split(command) if word.endswith(".kernel.cpp")]
+        if not kernels:
+            return run(command, cwd)
+        sources.append(Path(kernels[0]).read_text())
+        raise _Written
+
+    monkeypatch.setattr(cpp_builder, "run_compile_cmd", read)
+    op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
+    example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0])
+    with pytest.raises(Exception, match=r"_Written|test\.loops"):
+        from chiasm.export.native import SHIM
+
+        _inductor(trace(op, spec, list(spec.inputs), example, "native"), spec, "x86-64-v3", {"aot_inductor.link_libtorch": False}, SHIM / "include")
+    assert sources
+    return sources[0]
+
+
+def flipped(image: Tensor, index: Tensor) -> Tensor:
+    return image[torch.arange(image.shape[0] - 1, -1, -1)]
+
+
+def clamped(image: Tensor, index: Tensor) -> Tensor:
+    height, width = image.shape[0], image.shape[1]
+    return image.reshape(height * width)[index.clamp(0, height - 1) * width + index.clamp(0, width - 1)]
+
+
+def rounded(image: Tensor, index: Tensor) -> Tensor:
+    number = torch.where(image == image, image, 0.0)  # NaN has no index
+    return image[:, 0][number.clamp(0, image.shape[0] - 1).to(torch.int64)]
+
+
+def rounded_nan(image: Tensor, index: Tensor) -> Tensor:
+    return image[:, 0][image.clamp(0, image.shape[0] - 1).to(torch.int64)]
+
+
+def clamped_too_far(image: Tensor, index: Tensor) -> Tensor:
+    return image[index.clamp(0, image.shape[0])]
+
+
+def sampled(image: Tensor, index: Tensor) -> Tensor:
+    height, width = image.shape[0], image.shape[1]
+    taps, weights = bilinear_taps(image * width, image * height, height, width)
+    return image.reshape(height * width)[taps[3]] * weights[3]
+
+
+@pytest.mark.parametrize(
+    ("fn", "checks"), [(flipped, False), (clamped, False), (rounded, False), (sampled, False), (rounded_nan, True), (clamped_too_far, True)]
+)
+def test_only_what_is_not_proved_is_checked(fn: Callable, checks: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = Spec("test.loops", [TensorSpec("image", ("H", "W")), TensorSpec("index", ("N",), "int64")], symbols={"H": (1, 8192), "W": (1, 8192)})
+    assert bool(re.search(r"chiasm::checked_index<", loops_of(fn, spec, monkeypatch))) == checks

@@ -1,0 +1,305 @@
+"""What a spec, a function or its results cannot be: one sentence each that names it, and says what to do."""
+
+import functools
+from pathlib import Path
+from typing import Dict, List, NamedTuple, Tuple
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+import chiasm.runtime
+from chiasm.export import ExportError, Spec, TensorSpec, Tolerance, export, image
+from chiasm.export.catalog import catalog
+from chiasm.export.checks import check_call, check_inputs
+from chiasm.export.errors import plain
+from chiasm.export.samples import GOLDEN, fit, make
+
+IMAGE = Spec("test.op", [image()])
+
+
+def plus(input: Tensor) -> Tensor:
+    return input + 1
+
+
+def numbers(**spec: object) -> Spec:
+    return Spec("test.op", [TensorSpec("input", ("N",))], **spec)
+
+
+def of(*shape: object, **tensor: object) -> Spec:
+    return Spec("test.op", [TensorSpec("input", shape, **tensor)])
+
+
+SPECS = {
+    "dtype": (of("N", dtype="float8"), "input 'input': dtype 'float8' is not one of bool, uint8"),
+    "dtypes": (numbers(dtypes=("float8",)), "dtypes: dtype 'float8'"),
+    "16 bits": (of("N", dtype="uint16"), "uint16.*convert to int32"),
+    "complex": (of("N", dtype="complex64"), "complex64.*real and the imaginary"),
+    "the same dtype twice": (numbers(dtypes=("float32", "float32")), "different dtypes"),
+    "no limits": (of("Q"), "symbol 'Q' has no limits: add symbols="),
+    "limits the wrong way round": (numbers(symbols={"N": (10, 2)}), r"symbols\['N'\].*got \(10, 2\)"),
+    "limits from 0": (numbers(symbols={"N": (0, 2)}), "1 <= min"),
+    "one limit": (numbers(symbols={"N": 7}), "got 7"),
+    "limits of text": (numbers(symbols={"N": (1, "x")}), "got"),
+    "no range": (numbers(symbols={"N": (5, 5)}), "write 5 into the shape"),
+    "name with /": (Spec("a/b", [image()]), "name: .*got 'a/b'"),
+    "name with ..": (Spec("../b", [image()]), "got '../b'"),
+    "name that ends with a newline": (Spec("a.b\n", [image()]), "name"),
+    "no name": (Spec("", [image()]), "name"),
+    "long name": (Spec("x" * 300, [image()]), "200"),
+    "version": (numbers(version="one"), "version: .*'one'"),
+    "no inputs": (Spec("test.op", []), "inputs: expected at least one"),
+    "no outputs": (Spec("test.op", [image()], []), "outputs: expected at least one"),
+    "inputs of one name": (Spec("test.op", [image(), image()]), "'input' is the name of two"),
+    "output named as input": (Spec("test.op", [image()], [TensorSpec("input")]), "'input' is the name of two"),
+    "input named self": (Spec("test.op", [image("self")]), "identifier"),
+    "input named by a keyword": (Spec("test.op", [image("lambda")]), "identifier"),
+    "input outside ASCII": (Spec("test.op", [image("größe")]), "identifier"),
+    "negative size": (of("B", -3), "-3 is neither"),
+    "expression": (of("B", "2*H"), r"'2\*H' is neither"),
+    "symbol with a space": (of("a b"), "'a b' is neither"),
+    "symbol that is a keyword": (of("if"), "'if' is neither"),
+    "too many dimensions": (of(*[2] * 9), "9 dimensions"),
+    "range the wrong way round": (of("N", range=(2.0, 1.0)), "range: expected"),
+    "range of NaN": (of("N", range=(float("nan"), 1.0)), "range: expected"),
+    "range beyond the dtype": (of("N", dtype="uint8", range=(0, 300)), "does not fit into uint8"),
+    "text that cannot be written": (of("N", description="\ud800"), "description"),
+    "unknown configuration": (Spec("test.op", [image()], config={"nope": 1}), "'nope'"),
+    "tensor as configuration": (Spec("test.op", [image()], config={"k": torch.ones(3)}), "a tensor is an input"),
+    "infinite configuration": (Spec("test.op", [image()], config={"k": float("inf")}), "finite"),
+    "input that the function does not have": (Spec("test.op", [image("other")]), r"does not take the spec's inputs \['other'\]"),
+    "gradients": (Spec("test.op", [image()], gradients=("nope",)), "'nope' is not a floating input"),
+    "tolerance": (Spec("test.op", [image()], tolerances={"float32": Tolerance(float("nan"), 0)}), "tolerances"),
+}
+
+
+@pytest.mark.parametrize("name", SPECS)
+def test_a_spec_that_says_what_cannot_be(name: str, tmp_path: Path) -> None:
+    spec, message = SPECS[name]
+    with pytest.raises(ExportError, match=message) as caught:
+        export(plus, spec, tmp_path)
+    assert "\n" not in str(caught.value).strip() and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("keywords", "message"), [
+    ({"formats": "onnx"}, "formats: expected a sequence"), ({"formats": ()}, "formats"), ({"formats": ("tensorflow",)}, "formats"),
+    ({"methods": ()}, "methods"), ({"methods": ("vjp",)}, "lacks 'forward'"), ({"methods": ("nope",)}, "methods"), ({"isas": ("i386",)}, "isas"),
+])
+def test_wrong_arguments(keywords: dict, message: str, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=message):
+        export(plus, IMAGE, tmp_path, **keywords)
+    with pytest.raises(ExportError, match="spec: expected a chiasm"):
+        export(plus, "test.op", tmp_path)
+
+
+def test_the_catalog_is_not_refused() -> None:
+    for entry in catalog().values():
+        check_call(entry.function(), entry.spec, ("onnx",), ("x86-64-v3",), ("forward", "vjp"))
+
+
+def test_samples_that_are_not_what_the_spec_says() -> None:
+    def sample(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:
+        return {"input": torch.rand(3, sizes["N"])}
+
+    spec = numbers(sample=sample)
+    sizes = fit(spec, GOLDEN)
+    with pytest.raises(ExportError, match=r"sample: input 'input'.*expected float32 \(8,\), got torch.float32 \(3, 8\)"):
+        check_inputs(spec, make(spec, sizes, "float32"), sizes, "float32")
+
+
+# --- results -----------------------------------------------------------------------------------------------------------------
+
+
+def a_dict(input: Tensor) -> Dict[str, Tensor]:
+    return {"output": input + 1}
+
+
+def nested(input: Tensor) -> Tuple[Tensor, List[Tensor]]:
+    return input + 1, [input + 2]
+
+
+def nothing(input: Tensor):
+    input + 1
+
+
+def text(input: Tensor) -> str:
+    return "x"
+
+
+def number(input: Tensor) -> float:
+    return 1.0
+
+
+def none_at_all(input: Tensor):
+    return ()
+
+
+def sixteen_bits(input: Tensor) -> Tensor:
+    return (input * 100).to(torch.uint16)
+
+
+def spectrum(input: Tensor) -> Tensor:
+    return torch.fft.fft(input)
+
+
+def sparse(input: Tensor) -> Tensor:
+    return input.to_sparse()
+
+
+def deep(input: Tensor) -> Tensor:
+    return input.reshape(input.shape + (1,) * 5)
+
+
+def fails(input: Tensor) -> Tensor:
+    raise ValueError("\x1b[31mthe op's own words\x1b[0m")
+
+
+def leaves(input: Tensor) -> Tensor:
+    raise SystemExit(0)
+
+
+@pytest.mark.parametrize(("fn", "message"), [
+    (a_dict, "returns a dict: return a tuple of its tensors"), (nested, "returns a list as result 1: return one flat tuple"), (nothing, "returns nothing"),
+    (text, "returns a str"), (number, "returns a float: return a tensor"), (none_at_all, "names 1 outputs, the op returns 0"),
+    (sixteen_bits, "result 0: dtype 'uint16'"), (spectrum, "result 0: dtype 'complex64'"), (sparse, "dense"), (deep, "9 dimensions"),
+    (fails, r"test_refusals.py:\d+: raise ValueError.*\n.*because: ValueError: the op's own words$"), (leaves, r"at .*raise SystemExit\(0\)"),
+])
+def test_results_that_are_no_outputs(fn, message: str, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=message):
+        export(fn, IMAGE, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+class Pair(NamedTuple):
+    a: Tensor
+    b: Tensor
+
+
+def named(input: Tensor) -> Pair:
+    return Pair(input + 1, input)
+
+
+def test_a_named_tuple_is_a_tuple(tmp_path: Path) -> None:
+    bundle = export(named, Spec("test.named", [image()], [TensorSpec("a"), TensorSpec("b")]), tmp_path, formats=["onnx", "torchscript"], methods=["forward"])
+    x = np.random.default_rng(0).random((1, 2, 3, 4), np.float32)
+    for backend in ("onnx", "torch"):
+        a, b = chiasm.runtime.open(bundle).method("forward", backend=backend)(x)
+        assert np.array_equal(a, x + 1) and np.array_equal(b, x)
+
+
+# --- functions ---------------------------------------------------------------------------------------------------------------
+
+
+def percentile(input: Tensor) -> Tensor:
+    return input - np.percentile(input, 5)
+
+
+def through_numpy(input: Tensor) -> Tensor:
+    return torch.from_numpy(np.clip(input.numpy(), 0, 1))
+
+
+def branches(input: Tensor) -> Tensor:
+    if input.mean() > 0.5:
+        return input + 1
+    return input
+
+
+def prints(input: Tensor) -> Tensor:
+    print("size", input.shape)
+    return input + 1
+
+
+def untyped(input, k=2):
+    return input + k
+
+
+def starred(*args):
+    return args[0]
+
+
+def keywords(**kwargs):
+    return kwargs["input"]
+
+
+def no_constant(input: Tensor, k=object()) -> Tensor:  # noqa: B008
+    return input + 1
+
+
+def lacks_one(input: Tensor, k: float) -> Tensor:
+    return input + k
+
+
+def by_position(input: Tensor, /) -> Tensor:
+    return input + 1
+
+
+def generates(input: Tensor):
+    yield input
+
+
+def letterbox(input: Tensor) -> Tensor:
+    h, w = input.shape[2], input.shape[3]
+    scale = min(640 / h, 640 / w)
+    return F.interpolate(input, size=(round(h * scale), round(w * scale)))
+
+
+def third(input: Tensor) -> Tensor:
+    return input[:, :, : int(input.shape[2] * 0.3)]
+
+
+def seven(input: Tensor) -> Tensor:
+    return input + torch.ones(7, 1, 1, 1)
+
+
+def only_seven(input: Tensor) -> Tensor:
+    return input.reshape(7, -1)
+
+
+def _of_a_session() -> object:
+    namespace = {"Tensor": Tensor}
+    exec("def typed_in(input: Tensor) -> Tensor:\n    return input + 1", namespace)
+    return namespace["typed_in"]
+
+
+@pytest.mark.parametrize(("fn", "message"), [
+    (percentile, r"input - np.percentile\(input, 5\)\n.*\n.*torch.quantile"), (through_numpy, r"input.numpy\(\), 0, 1.*\n.*\n.*NumPy cannot be exported"),
+    (branches, r"if input.mean\(\) > 0.5:\n.*\n.*torch.where"), (prints, r"it prints.*\n.*print\(\"size\".*\n.*remove the print"),
+    (untyped, r"def untyped.*\n.*\n.*give the argument its type"), (lambda input: input + 1, "write a function with def"),
+    (starred, r"\*args: name every argument"), (keywords, r"\*\*kwargs: name every argument"), (no_constant, "def no_constant"), (lacks_one, "missing.*'k'"),
+    (by_position, "by position only"), (generates, "generator"), (nn.ReLU, r"give an instance, ReLU\(...\)"), (None, "expected a function"),
+    (_of_a_session(), "put the function into a file"),
+    (letterbox, r"F.interpolate\(input, size=\(round.*\n.*\n.*\+ - \* // only"), (third, r"int\(input.shape\[2\] \* 0.3\).*\n.*\n.*another input"),
+    (seven, r"torch.ones\(7, 1, 1, 1\)\n.*B.*constant \(7\)"), (only_seven, r"fails when it is called, with input \(1, 3, 17, 22\)\n.*input.reshape\(7, -1\)"),
+])
+def test_functions_that_cannot_be_exported(fn, message: str, tmp_path: Path, capfd: pytest.CaptureFixture) -> None:
+    with pytest.raises(ExportError, match=message) as caught:
+        export(fn, IMAGE, tmp_path, formats=["torchscript", "onnx"], methods=["forward"])
+    assert "\x1b" not in str(caught.value) and "site-packages" not in str(caught.value) and not list(tmp_path.iterdir())
+    printed = capfd.readouterr()
+    assert not printed.err and (fn is prints or not printed.out), "nor does torch say it in its own words"
+
+
+def peak(input: Tensor) -> Tensor:
+    return input / input.max().item()
+
+
+class Plus:
+    def __call__(self, input: Tensor) -> Tensor:
+        return input + 2
+
+
+@pytest.mark.parametrize(("fn", "same"), [(peak, peak), (Plus(), Plus()), (functools.partial(untyped, k=3), lambda x: x + 3), (torch.sigmoid, torch.sigmoid)])
+def test_functions_that_look_odd_and_can_be(fn, same, tmp_path: Path) -> None:
+    bundle = export(fn, IMAGE, tmp_path, formats=["onnx"], methods=["forward"])
+    x = torch.rand(2, 3, 4, 5, generator=torch.Generator().manual_seed(1)) * 7
+    result = chiasm.runtime.open(bundle).method("forward", backend="onnx")(x.numpy())
+    torch.testing.assert_close(torch.from_numpy(result), same(x))
+
+
+def test_engines_colours_are_cut() -> None:
+    assert plain("\x1b[96mstep\x1b[0m 2/3 \x1b]0;title\x07\x1bcend\r\x08") == "step 2/3 end"
+    with pytest.raises(ExportError) as caught:
+        export(torch.linalg.matrix_exp, Spec("test.op", [TensorSpec("A", ("B", 5, 5))]), Path("unused"), formats=["onnx"], methods=["forward"])
+    assert "linalg_matrix_exp" in str(caught.value) and "\x1b" not in str(caught.value)

@@ -1,0 +1,96 @@
+/** A child of fork runs what its parent loaded and loads more, whatever the parent's other threads did at that moment. */
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include "calls.h"
+#include "child.h"
+
+namespace chiasm::testing {
+namespace {
+
+using std::chrono::seconds;
+
+class Fork : public ::testing::TestWithParam<std::string> {
+ protected:
+  std::string way() const { return GetParam(); }
+  const std::string sobel_ = bundle_path("filters.sobel"), edges_ = bundle_path("pipelines.edges");
+  // Large enough for the threads of every engine.
+  const Inputs image_ = make_inputs(Bundle::open(sobel_).methods().at(0), 1, 512);
+  const Inputs frame_ = make_inputs(Bundle::open(edges_).methods().at(0), 2, 512);
+};
+
+std::vector<std::string> ways_of_the_runtime() {
+  std::vector<std::string> ways = ways_to_call();
+  ways.erase(std::remove(ways.begin(), ways.end(), "plugin"), ways.end());
+  return ways;
+}
+
+std::string ok_if(bool right, const char* what) { return right ? "" : std::string(what) + " differs; "; }
+
+INSTANTIATE_TEST_SUITE_P(Built, Fork, ::testing::ValuesIn(ways_to_call()), [](const auto& info) { return info.param; });
+
+TEST_P(Fork, AChildGoesOnWithWhatItsParentRan) {
+  const Callable sobel = load(way(), sobel_);
+  const std::string expected = sobel(image_);
+  const std::string other = load(way(), edges_)(frame_);
+  const Ending child = in_child(seconds(30), [&] {
+    std::string wrong = ok_if(sobel(image_) == expected, "a method loaded before the fork");
+    wrong += ok_if(load(way(), edges_)(frame_) == other, "a method loaded after it");
+    wrong += ok_if(load(way(), sobel_)(image_) == expected, "the first, loaded again");
+    const Ending grandchild = in_child(seconds(10), [&] { return ok_if(sobel(image_) == expected, "a grandchild's"); });
+    return wrong + (grandchild.well() ? grandchild.words : "the grandchild: " + grandchild.text());
+  });
+  EXPECT_TRUE(child.well()) << child.text();
+  EXPECT_EQ(child.words, "");
+  EXPECT_EQ(sobel(image_), expected) << "in the parent, after the fork";
+}
+
+/** Not for `plugin`: a session of the program's own is ONNX Runtime's, and nobody can wait for its locks. */
+class BusyFork : public Fork {};
+INSTANTIATE_TEST_SUITE_P(Built, BusyFork, ::testing::ValuesIn(ways_of_the_runtime()), [](const auto& info) { return info.param; });
+
+TEST_P(BusyFork, WhileOtherThreadsRunAndLoad) {
+  const Callable sobel = load(way(), sobel_);
+  const std::string expected = sobel(image_);
+  const Inputs small = make_inputs(Bundle::open(sobel_).methods().at(0), 3, 16);
+  const std::string expected_small = sobel(small);
+  std::atomic<bool> stop{false};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 3; ++i) {
+    threads.emplace_back([&, i] {
+      while (!stop) {
+        if (i == 0) load(way(), sobel_)(small);
+        else sobel(i == 1 ? small : image_);
+      }
+    });
+  }
+  const int rounds = 16;
+  std::string trouble;
+  for (int round = 0; round < rounds && trouble.empty(); ++round) {
+    const Ending child = in_child(seconds(30), [&] {
+      std::string wrong = ok_if(sobel(small) == expected_small, "a small run");
+      wrong += ok_if(sobel(image_) == expected, "a run");
+      if (round % 4 == 0) wrong += ok_if(load(way(), sobel_)(image_) == expected, "a run of what the child loaded");
+      return wrong;
+    });
+    if (!child.well() || !child.words.empty()) trouble = "round " + std::to_string(round) + ": " + child.text();
+  }
+  stop = true;
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(trouble, "");
+}
+
+/** The first use of a backend in a child, whose parent only opened a bundle. */
+TEST_P(Fork, AChildMayBeTheFirstToLoad) {
+  const Ending child = in_child(seconds(30), [&] {
+    load(way(), sobel_)(image_);
+    return std::string();
+  });
+  EXPECT_TRUE(child.well()) << child.text();
+}
+
+}  // namespace
+}  // namespace chiasm::testing

@@ -1,0 +1,244 @@
+/** What a process may run out of: threads, memory, files, /proc. Each ends in an answer that is right or in one error, and what was
+ *  loaded works again when there is enough. */
+#include <dlfcn.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <fstream>
+#include <thread>
+
+#include "calls.h"
+#include "child.h"
+
+namespace {
+
+/** How many threads the process may still have at the same time. */
+std::atomic<int> threads_allowed{1 << 20};
+
+struct Start {
+  void* (*body)(void*);
+  void* argument;
+};
+
+void* counted(void* argument) {
+  const Start start = *static_cast<Start*>(argument);
+  delete static_cast<Start*>(argument);
+  void* const result = start.body(start.argument);
+  ++threads_allowed;
+  return result;
+}
+
+}  // namespace
+
+/** In place of libc's, also for every library: fails as the system does where a limit is reached (RLIMIT_NPROC does not count for root). */
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*body)(void*), void* argument) {
+  using Function = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  static const auto create = reinterpret_cast<Function>(::dlsym(RTLD_NEXT, "pthread_create"));
+  if (threads_allowed.fetch_sub(1) <= 0) {
+    ++threads_allowed;
+    return EAGAIN;
+  }
+  auto* const start = new Start{body, argument};
+  const int result = create(thread, attributes, counted, start);
+  if (result != 0) {
+    ++threads_allowed;
+    delete start;
+  }
+  return result;
+}
+
+namespace chiasm::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using std::chrono::seconds;
+
+class Limits : public ::testing::TestWithParam<std::string> {
+ protected:
+  const std::string bundle_ = bundle_path("filters.sobel");
+  const MethodInfo forward_ = Bundle::open(bundle_).methods().at(0);
+
+  /** The answer of a process without limits. */
+  std::string answer(const Inputs& inputs) const {
+    const Ending child = in_child(seconds(60), [&] { return load(GetParam(), bundle_)(inputs); });
+    if (!child.well()) throw std::runtime_error(child.text());
+    return child.words;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Built, Limits, ::testing::ValuesIn(ways_to_call()), [](const auto& info) { return info.param; });
+
+/** The error's text where `body` throws one. Only chiasm's and ONNX Runtime's own are errors that a program can be expected to handle. */
+template <class Body>
+std::string error_of(Body&& body, int* code = nullptr) {
+  try {
+    body();
+    return "";
+  } catch (const Error& error) {
+    if (code != nullptr) *code = error.code();
+    return error.what();
+  }
+}
+
+TEST_P(Limits, TooFewThreads) {
+  const Inputs image = make_inputs(forward_, 1, 700);
+  const std::string expected = answer(image);
+  for (const int allowed : {0, 1, 2}) {
+    const Ending child = in_child(seconds(60), [&]() -> std::string {
+      set_num_threads(6);
+      threads_allowed = allowed;
+      try {
+        const Callable sobel = load(GetParam(), bundle_);
+        for (int i = 0; i < 3; ++i) {
+          if (sobel(image) != expected) return "another answer";
+        }
+      } catch (const std::exception& error) {
+        // A session of the program's own is refused by ONNX Runtime itself.
+        return GetParam() == "plugin" && std::string(error.what()).find("thread") != std::string::npos ? "" : error.what();
+      }
+      if (GetParam() == "plugin") return "";
+      // One more caller: engines keep threads for each.
+      threads_allowed = 1;
+      const Callable again = load(GetParam(), bundle_);
+      bool same = false;
+      std::thread([&] { same = again(image) == expected; }).join();
+      return same ? "" : "another answer in another thread";
+    });
+    EXPECT_TRUE(child.well()) << allowed << " threads: " << child.text();
+    EXPECT_EQ(child.words, "") << allowed << " threads";
+  }
+}
+
+/** Within it, the process has `more` bytes of address space above what it has now. */
+class LessMemory final {
+ public:
+  explicit LessMemory(size_t more) {
+    size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    ::getrlimit(RLIMIT_AS, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = pages * static_cast<size_t>(::sysconf(_SC_PAGESIZE)) + more;
+    ::setrlimit(RLIMIT_AS, &limit);
+  }
+  LessMemory(const LessMemory&) = delete;
+  LessMemory& operator=(const LessMemory&) = delete;
+  ~LessMemory() { ::setrlimit(RLIMIT_AS, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+constexpr size_t kSteps[] = {0, 1 << 20, 6 << 20, 24 << 20};
+
+TEST_P(Limits, TooLittleMemoryForARun) {
+  const Inputs small = make_inputs(forward_, 1, 16), large = make_inputs(forward_, 2, 700);
+  const std::string expected = answer(large);
+  for (const bool first_run : {true, false}) {
+    for (const size_t more : kSteps) {
+      const Ending child = in_child(seconds(60), [&]() -> std::string {
+        set_num_threads(2);
+        const Callable sobel = load(GetParam(), bundle_);
+        if (!first_run) sobel(small);
+        std::string said;
+        int code = CHIASM_OUT_OF_MEMORY;
+        {
+          const LessMemory less(more);
+          for (int i = 0; i < 3 && said.empty(); ++i) {
+            try {
+              said = error_of([&] { sobel(large); }, &code);
+            } catch (const std::bad_alloc&) {
+              said = "no bytes for the test itself, which copies the outputs";
+            } catch (const std::exception& error) {
+              said = error.what();
+            }
+          }
+        }
+        if (sobel(large) != expected) return "another answer when there is memory again";
+        if (code != CHIASM_OUT_OF_MEMORY) return "code " + std::to_string(code) + ": " + said;
+        if (GetParam() == "native" && !said.empty() && said.find(" bytes") == std::string::npos) return "does not say how much: " + said;
+        return more == 0 && said.empty() ? "ran without memory" : "";
+      });
+      EXPECT_TRUE(child.well()) << more << " bytes: " << child.text();
+      EXPECT_EQ(child.words, "") << more << " bytes more, " << (first_run ? "first" : "later") << " run";
+    }
+  }
+}
+
+TEST_P(Limits, TooLittleMemoryToLoad) {
+  if (GetParam() == "plugin") return;  // a session of the program's own may abort in ONNX Runtime; native code inside it is what `onnx` has too
+  const Inputs image = make_inputs(forward_, 1, 16);
+  const std::string expected = answer(image);
+  for (const size_t more : kSteps) {
+    for (const bool engine_is_there : {true, false}) {
+      const Ending child = in_child(seconds(60), [&]() -> std::string {
+        if (engine_is_there) load(GetParam(), bundle_);
+        int code = 0;
+        {
+          const LessMemory less(more);
+          try {
+            error_of([&] { load(GetParam(), bundle_)(image); }, &code);
+          } catch (const std::exception&) {  // of a session
+          }
+        }
+        if (code == CHIASM_CORRUPT || code == CHIASM_NOT_FOUND) return "code " + std::to_string(code);
+        if (!engine_is_there) return "";  // which is looked for once
+        return load(GetParam(), bundle_)(image) == expected ? "" : "another answer when there is memory again";
+      });
+      EXPECT_TRUE(child.well()) << more << " bytes: " << child.text();
+      EXPECT_EQ(child.words, "") << more << " bytes more";
+    }
+  }
+}
+
+TEST_P(Limits, TooFewFiles) {
+  const Inputs image = make_inputs(forward_, 1, 16);
+  const std::string expected = answer(image);
+  const Ending child = in_child(seconds(60), [&]() -> std::string {
+    load(GetParam(), bundle_)(image);
+    rlimit before{};
+    ::getrlimit(RLIMIT_NOFILE, &before);
+    const int highest = ::dup(0);  // the lowest free number
+    ::close(highest);
+    for (rlim_t more = 0; more < 6; ++more) {
+      rlimit limit = before;
+      limit.rlim_cur = static_cast<rlim_t>(highest) + more;
+      ::setrlimit(RLIMIT_NOFILE, &limit);
+      int code = 0;
+      std::string said;
+      try {
+        said = error_of([&] { load(GetParam(), bundle_); }, &code);
+      } catch (const std::exception& error) {
+        said = error.what();
+      }
+      ::setrlimit(RLIMIT_NOFILE, &before);
+      if (code == CHIASM_CORRUPT || code == CHIASM_NOT_FOUND || code == CHIASM_INTERNAL) return std::to_string(code) + ": " + said;
+      if (more == 0 && said.find("Too many open files") == std::string::npos) return "does not say why: " + said;
+    }
+    return load(GetParam(), bundle_)(image) == expected ? "" : "another answer when there are files again";
+  });
+  EXPECT_TRUE(child.well()) << child.text();
+  EXPECT_EQ(child.words, "");
+}
+
+TEST(NativeLimits, WithoutProcOneErrorSaysSo) {
+  const std::string bundle = bundle_path("filters.sobel");
+  const Ending child = in_child(seconds(60), [&]() -> std::string {
+    if (::unshare(CLONE_NEWNS) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) return "may not hide /proc";
+    ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
+    if (::mount("none", "/proc", "tmpfs", 0, nullptr) != 0) return "may not hide /proc";
+    return error_of([&] { load("native", bundle); });
+  });
+  ASSERT_TRUE(child.well()) << child.text();
+  if (child.words == "may not hide /proc") GTEST_SKIP() << "this process may not change its mounts";
+  EXPECT_THAT(child.words, HasSubstr("/proc"));
+}
+
+}  // namespace
+}  // namespace chiasm::testing
