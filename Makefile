@@ -12,8 +12,8 @@ MUTANTS ?= 20000
 FIRST ?= 0
 MINUTES ?= 60
 # What bundles are made of: not what reads them.
-SOURCES := $(shell find python/chiasm export runtime/shim \
-  \( -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
+SOURCES := $(shell find python/chiasm export runtime/artifact \
+  \( -path python/chiasm/artifact -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration \
@@ -32,43 +32,43 @@ build: setup ## configure and build the C++ runtime, its Python module and its t
 
 bundles: $(BUNDLES)/.exported ## export the whole catalog to build/bundles
 
-$(BUNDLES)/.exported: $(SOURCES) | setup
+$(BUNDLES)/.exported: $(SOURCES) | build
 	$(PY) -m chiasm.export export --all -o $(BUNDLES) -j $(JOBS)
 	touch $@
 
 # What tests run on: a part of the catalog, others with every commit; or all of `make bundles`, where it is there.
 test-bundles: $(BUNDLES)/.tested
 
-$(BUNDLES)/.tested: $(SOURCES) | setup
-	whole=$(BUNDLES)/.exported
+$(BUNDLES)/.tested: $(SOURCES) | build
+	@whole=$(BUNDLES)/.exported
 	if [ ! -e $$whole ] || [ -n "$$(find $(SOURCES) -newer $$whole -print -quit)" ]; then $(PY) tests/parity/rotation.py $(BUNDLES); fi
 	touch $@
 
 demo: setup ## export part of the catalog, run it from C++ on real photographs, show tables and pictures
 	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime demo_runner
+	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx chiasm_torch _runtime demo_runner
 	$(PY) -m chiasm.export export $$($(PY) -m examples.demo --list) --method forward -o build/demo/bundles -j $(JOBS)
 	$(PY) -m examples.demo
 
 example-batch: setup ## Sobel edges and pipelines on batches of images, beside other libraries -> docs/use_cases.md
 	tools/kornia.sh
 	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch chiasm_ort _runtime example_batch
+	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx chiasm_torch chiasm_ort _runtime example_batch
 	$(PY) -m examples.batch
 
 example-registration: setup ## photographs registered by gradient descent, in Python and C++ -> docs/use_cases.md
 	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx _runtime example_registration
+	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx _runtime example_registration
 	$(PY) -m examples.registration
 
 example-depth: setup ## depth of several views by gradient descent, in Python and C++ -> docs/use_cases.md
 	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx chiasm_torch _runtime example_depth
+	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx chiasm_torch _runtime example_depth
 	$(PY) -m examples.depth
 
 example-attack: setup ## two photographs are changed until their key points match by a wanted homography -> docs/use_cases.md
 	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target chiasm chiasm_native chiasm_onnx example_attack
+	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx example_attack
 	$(PY) -m examples.attack
 
 example-distributed: setup ## a pipeline and an optimisation in two processes, equal to one -> docs/use_cases.md
@@ -129,9 +129,12 @@ test-sanitizers: test-bundles ## the C++ tests under ASan+UBSan and TSan
 	  cmake --build --preset $$preset -j $(JOBS)
 	  ctest --preset $$preset
 	done
+	cmake --build --preset asan-ubsan -j $(JOBS) --target artifact
 	OMP_NUM_THREADS=1 $(PY) tests/robustness/sanitized_artifacts.py --few
 
-sanitize-artifacts: setup ## forty compiled ops under AddressSanitizer and UBSan, with guards around every tensor (an hour the first time)
+sanitize-artifacts: build ## forty compiled ops under AddressSanitizer and UBSan, with guards around every tensor (an hour the first time)
+	@cmake --preset asan-ubsan > /dev/null
+	cmake --build --preset asan-ubsan -j $(JOBS) --target artifact
 	OMP_NUM_THREADS=1 $(PY) tests/robustness/sanitized_artifacts.py
 
 attack: build test-bundles ## MUTANTS=20000 damaged bundles, from FIRST=0 on: an error or a right answer, never a signal

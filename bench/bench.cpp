@@ -22,7 +22,7 @@
 
 #include "harness.hpp"
 #include "opencv_peers/batch.hpp"
-#include "runtime/shim/abi.h"
+#include "runtime/artifact/abi.h"
 
 using nlohmann::json;
 

@@ -1,6 +1,6 @@
-"""The native exporter: AOTInductor code, linked statically with the shim so that it needs no libtorch.
+"""The native exporter: AOTInductor code, linked statically with what stands in for libtorch and with kernels (runtime/artifact).
 
-The result is a `.pt2`: a zip with the shared library in it. An op that calls an ATen function which the shim does not have
+The result is a `.pt2`: a zip with the shared library in it. An op that calls an ATen function which has no stand-in
 is packaged as AOTInductor does it, for the torch backend's loader, and says so (`needs: libtorch`).
 """
 
@@ -15,7 +15,6 @@ import subprocess
 import tempfile
 import zipfile
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
@@ -26,23 +25,25 @@ from unittest.mock import patch
 import torch
 from torch.export import ExportedProgram
 
+import chiasm
+
 from .errors import ExportError, explain
 from .native_checks import checked_native_code
 from .spec import Spec, TensorSpec
 from .torch_speed import fast_inductor, fast_tracing
 
-SHIM = Path(__file__).resolve().parent / "shim"
-KERNELS = SHIM / "kernels"
+#: What the package was built with for the code of ops: headers, and static libraries for each instruction set (runtime/artifact/CMakeLists.txt).
+LIBRARIES = Path(chiasm.__file__).parent / "artifact"
 #: march and vector width (bits) for each instruction set level; v4 too uses 256-bit vectors, with its masks and registers.
 ISAS = {"x86-64-v3": 256, "x86-64-v4": 256}
 _ENTRY = "chiasm_native_entry"
-#: What follows -lchiasm_shim on the linker's command line, but for the version script.
+#: What follows the libraries on the linker's command line, but for the version script.
 _LINK = f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -Wl,--as-needed -lmvec"
 
 
 @dataclass(frozen=True)
 class NativeArtifact:
-    """The bytes of a `.pt2`; whether it needs libtorch, and what for: the operators that the shim does not have."""
+    """The bytes of a `.pt2`; whether it needs libtorch, and what for: the operators that have no stand-in."""
 
     data: bytes
     needs_libtorch: bool
@@ -111,11 +112,11 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> str:
         signature,
         torch.__version__,
         subprocess.run([_compiler(), "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0],
-        _shim_hash(),
+        _libraries_hash(isa),
         str(sorted(_settings(spec, isa).items())),
         _LINK,
         str(spec.without_nan),
-        _kernels_hash() if _operators(program) else "",
+        _hash([LIBRARIES / isa / "libchiasm_kernels.a"]) if _operators(program) else "",
     ):
         digest.update(part.encode() + b"\0")
     return digest.hexdigest()
@@ -126,15 +127,15 @@ def _compiler() -> str:
 
 
 @cache
-def _shim_hash() -> str:
+def _libraries_hash(isa: str) -> str:
+    """Of how code is compiled and what it is linked with; the kernels are apart."""
     folder = Path(__file__).parent
-    files = [Path(__file__), folder / "native_checks.py", folder / "index_ranges.py", folder / "torch_speed.py"]  # how it is compiled and linked
-    return _hash(files + [f for f in SHIM.rglob("*") if f.is_file() and f.parent != KERNELS])
-
-
-@cache
-def _kernels_hash() -> str:
-    return _hash(KERNELS.iterdir())
+    sources = [Path(__file__), folder / "native_checks.py", folder / "index_ranges.py", folder / "torch_speed.py"]
+    libraries = [LIBRARIES / isa / "libchiasm_aoti.a", LIBRARIES / isa / "libgomp.a", LIBRARIES / "symbols.map"]
+    if missing := [str(f) for f in libraries if not f.exists()]:
+        raise ExportError(f"the native format needs {missing[0]}, with which chiasm was not built: torch was not found. Build it where torch is installed:"
+                          " make build, or pip install --no-build-isolation")
+    return _hash(sources + libraries + [f for f in (LIBRARIES / "include").rglob("*") if f.is_file()])
 
 
 def _hash(files: Iterable[Path]) -> str:
@@ -149,42 +150,6 @@ def _operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
     modules = [m for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]  # the bodies of loops too
     targets = {n.target for m in modules for n in m.graph.nodes if isinstance(n.target, torch._ops.OpOverload)}
     return sorted((t for t in targets if t.namespace == "chiasm"), key=str)
-
-
-@cache
-def _shim_folder() -> Path:
-    """The folder with the shim's static libraries and its version script, compiled once per compiler and torch."""
-    key = hashlib.sha256(f"{_shim_hash()} {_kernels_hash()} {torch.__version__} {_compiler()}".encode()).hexdigest()[:16]
-    folder = cache_folder() / f"shim-{key}"
-    if (folder / "libchiasm_shim.a").exists():
-        return folder
-    include = Path(torch.__file__).parent / "include"
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
-        work = Path(scratch) / "shim"
-        work.mkdir()
-        sources, kernels = sorted(SHIM.glob("*.cpp")), sorted(KERNELS.glob("*.cpp"))
-        flags = ["-std=c++20", "-fPIC", "-fvisibility=hidden", "-fopenmp", "-ffunction-sections", "-march=x86-64-v3"]
-
-        def compile(source: Path) -> None:
-            # Kernels round as tensor code does, without fused products and sums.
-            speed = ["-O3", "-ffp-contract=off"] if source in kernels else ["-O2"]
-            headers = [f"-I{include}", f"-I{include}/torch/csrc/api/include"]
-            _run([_compiler(), *flags, *speed, *headers, "-c", str(source), "-o", str(work / f"{source.stem}.o")])
-
-        with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-            list(pool.map(compile, sources + kernels))
-        # AOTInductor links -lgomp, and finds ours first.
-        libraries = {"gomp": {"team"}, "chiasm_shim": {s.stem for s in sources} - {"team"}, "chiasm_kernels": {s.stem for s in kernels}}
-        for library, members in libraries.items():
-            _run(["ar", "rcs", str(work / f"lib{library}.a"), *(str(work / f"{m}.o") for m in sorted(members))])
-        (work / "symbols.map").write_text(f"{{ global: {_ENTRY}; local: *; }};\n")
-        try:
-            os.rename(work, folder)
-        except OSError:
-            if not (folder / "libchiasm_shim.a").exists():  # else another export was quicker
-                raise
-    return folder
 
 
 def _run(command: list[str]) -> str:
@@ -205,16 +170,15 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
 
 def _compile(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> NativeArtifact:
     _check_vector_isa(spec, isa)
-    folder = _shim_folder()
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
-    link = f"chiasm_kernels -lchiasm_shim -L{folder} -Wl,--version-script={folder / 'symbols.map'} {_LINK}"
+    link = f"chiasm_kernels -lchiasm_aoti -L{LIBRARIES / isa} -Wl,--version-script={LIBRARIES / 'symbols.map'} {_LINK}"
     with tempfile.TemporaryDirectory() as scratch:
         options = {
             "aot_inductor.link_libtorch": False,
             "aot_inductor.custom_op_libs": [link],
             "aot_inductor.custom_ops_to_c_shims": {operator: [_declaration(operator)] for operator in _operators(program)},
         }
-        library = _inductor(program, spec, isa, options, SHIM / "include", [_compile_signature(signature, Path(scratch))])
+        library = _inductor(program, spec, isa, options, LIBRARIES / "include", [_compile_signature(signature, Path(scratch))])
     with zipfile.ZipFile(io.BytesIO(library)) as archive:
         (member,) = (n for n in archive.namelist() if n.endswith(".so"))
         code = archive.read(member)
@@ -225,7 +189,7 @@ def _compile(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> 
 
 
 def _compile_signature(signature: str, folder: Path) -> Path:
-    """An object file with the signature, for the shim."""
+    """An object file with the signature, which the library's entry shows (runtime/artifact/aoti/entry.cpp)."""
     source, compiled = folder / "signature.cpp", folder / "signature.o"
     text = "".join(f"\n  {json.dumps(line)}" for line in signature.splitlines(keepends=True))
     source.write_text(f'extern "C" {{ extern const char chiasm_native_signature[]; const char chiasm_native_signature[] ={text}; }}\n')
@@ -234,7 +198,7 @@ def _compile_signature(signature: str, folder: Path) -> Path:
 
 
 def _declaration(operator: torch._ops.OpOverload) -> str:
-    """The C function (runtime/shim/kernels/calls.cpp) that a kernel's operator is called by."""
+    """The C function (runtime/artifact/aoti/kernels.cpp) that a kernel's operator is called by."""
     types = {"Tensor": "AtenTensorHandle", "int": "int64_t", "SymInt": "int64_t", "float": "double", "bool": "int32_t"}
     arguments = [f"{types[str(a.real_type)]} {a.name}" for a in operator._schema.arguments]
     return f"AOTITorchError aoti_torch_cpu_{operator._opname}({', '.join([*arguments, 'AtenTensorHandle* ret0'])})"
@@ -295,7 +259,7 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, inc
 
 
 def _missing_symbols(code: bytes) -> list[str]:
-    """The functions of libtorch that the code calls and the shim does not have."""
+    """The functions of libtorch that the code calls and that have no stand-in."""
     with tempfile.NamedTemporaryFile(suffix=".so") as file:
         file.write(code)
         file.flush()

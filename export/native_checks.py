@@ -2,7 +2,7 @@
 
 AOTInductor either trusts an index (a wrong one reads and writes anywhere) or throws inside a parallel region, which ends the
 process. Here a wrong index is noted for the run, an allowed one takes its place, and the run returns the error
-(`runtime/shim/include/chiasm/checked.h`). An index that `IndexRanges` proves to be in range costs nothing.
+(`runtime/artifact/include/chiasm/checked.h`). An index that `IndexRanges` proves to be in range costs nothing.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <utility>
 
-#include "shim/spin.h"
+#include "artifact/spin.h"
 
 namespace chiasm::ort {
 namespace {

@@ -95,12 +95,10 @@ def test_torchs_own_loader_refuses_a_torch_free_artifact(bundle: Path) -> None:
 
 def test_exporting_twice_gives_the_same_manifest_but_for_times(tmp_path: Path) -> None:
     # In processes of their own, as the command does (TorchScript numbers types that a process scripts twice). Each has a cache of
-    # its own, so that the op is compiled again; the shim and the compiler's headers are not.
+    # its own, so that the op is compiled again; the compiler's headers are not.
     program = """
 import os, sys
-from chiasm.export import native
 from tests.export.conftest import SPEC, export, scaled_difference
-native._shim_folder()
 os.environ["CHIASM_CACHE"] = sys.argv[1]
 print(export(scaled_difference, SPEC, sys.argv[1]))
 """

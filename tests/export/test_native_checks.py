@@ -186,9 +186,9 @@ def loops_of(fn: Callable, spec: Spec, monkeypatch: pytest.MonkeyPatch) -> str:
     op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
     example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0])
     with pytest.raises(Exception, match=r"_Written|test\.loops"):
-        from chiasm.export.native import SHIM
+        from chiasm.export.native import LIBRARIES
 
-        _inductor(trace(op, spec, list(spec.inputs), example, "native"), spec, "x86-64-v3", {"aot_inductor.link_libtorch": False}, SHIM / "include")
+        _inductor(trace(op, spec, list(spec.inputs), example, "native"), spec, "x86-64-v3", {"aot_inductor.link_libtorch": False}, LIBRARIES / "include")
     assert sources
     return sources[0]
 

@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-#include "runtime/shim/abi.h"
+#include "runtime/artifact/abi.h"
 #include "tests/runtime/guarded_memory.h"
 
 namespace {

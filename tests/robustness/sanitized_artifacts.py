@@ -4,8 +4,8 @@
     python tests/robustness/sanitized_artifacts.py --few      the first three (`make test`)
     python tests/robustness/sanitized_artifacts.py OP...      these; OP+vjp is an op's gradient
 
-Each op is exported with a compiler that adds the sanitizers, shim and kernels as well, and run by a program of its own (sanitized_artifacts.cpp): on the golden
-vectors, the smallest sizes, odd sizes, and with NaN, infinities and the like in all and in one of each input's places; on one thread and on three, with
+Each op is exported with a compiler that adds the sanitizers, linked with the libraries of build/asan-ubsan, and run by a program of its own
+(sanitized_artifacts.cpp): on the golden vectors, the smallest sizes, odd sizes, and with NaN, infinities and the like in all and in one of each input's places; on one thread and on three, with
 tensors that end, and that begin, where memory does. No sanitizer may say a word, nothing be written beside a tensor, and results for ordinary values must be
 eager's. An op may refuse special values with a message. What was compiled is kept in build/sanitized.
 """
@@ -47,7 +47,7 @@ os.environ |= ENVIRONMENT  # before torch reads it
 
 import torch  # noqa: E402
 
-from chiasm.export import export, samples  # noqa: E402
+from chiasm.export import export, native, samples  # noqa: E402
 from chiasm.export.catalog import catalog  # noqa: E402
 from chiasm.export.errors import ExportError  # noqa: E402
 from chiasm.export.exporter import run_eager, with_cotangents  # noqa: E402
@@ -56,6 +56,8 @@ from chiasm.export.manifest import read_manifest  # noqa: E402
 from chiasm.export.module import bind  # noqa: E402
 from chiasm.export.spec import TensorSpec  # noqa: E402
 from chiasm.export.verify import compare  # noqa: E402
+
+native.LIBRARIES = ROOT / "build" / "asan-ubsan" / "artifact"
 
 #: The first three: tables read at indices that come from data, pixels written at such, and a kernel of our own.
 OPS = [

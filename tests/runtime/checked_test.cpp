@@ -1,4 +1,4 @@
-// The checks that compiled loops call (shim/include/chiasm/checked.h), on scalars: the vector forms are in every artifact's tests.
+// The checks that compiled loops call (artifact/include/chiasm/checked.h), on scalars: the vector forms are in every artifact's tests.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <limits>
 
 #define INDUCTOR_USE_VECTOR_TYPES() 0
-#include "shim/include/chiasm/checked.h"
+#include "artifact/include/chiasm/checked.h"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels_fixture.h"
-#include "shim/kernels/kernels.h"
+#include "artifact/kernels/kernels.h"
 
 using namespace chiasm::kernels;
 

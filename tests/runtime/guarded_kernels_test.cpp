@@ -9,7 +9,7 @@
 
 #include "kernel_calls.h"
 
-using namespace chiasm::shim;
+using namespace chiasm::artifact;
 using kernel_calls::kCode;
 using kernel_calls::Tensor;
 

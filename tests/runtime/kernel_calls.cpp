@@ -1,4 +1,4 @@
-// The part of the shim that the kernels' calls need (shim.cpp has it for compiled ops), with guards around every tensor.
+// What the kernels' calls need of aoti/entry.cpp, with guards around every tensor.
 #include "kernel_calls.h"
 
 #include <gtest/gtest.h>
@@ -26,13 +26,13 @@ const chiasm_native_host host{nullptr, nullptr, release, nullptr, 0, 0, nullptr,
 
 }  // namespace
 
-Tensor make(const chiasm::shim::Dims& sizes, int32_t dtype) {
-  return Tensor(chiasm::shim::allocate(sizes, chiasm::shim::dense_strides(sizes), dtype));
+Tensor make(const chiasm::artifact::Dims& sizes, int32_t dtype) {
+  return Tensor(chiasm::artifact::allocate(sizes, chiasm::artifact::dense_strides(sizes), dtype));
 }
 
 }  // namespace kernel_calls
 
-namespace chiasm::shim {
+namespace chiasm::artifact {
 
 AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype) {
   auto tensor = std::make_unique<AtenTensorOpaque>();
@@ -65,4 +65,4 @@ int32_t guarded_failure(const char* what) {
   return 1;
 }
 
-}  // namespace chiasm::shim
+}  // namespace chiasm::artifact

@@ -1,4 +1,4 @@
-// What AOTInductor's code calls (runtime/shim/kernels/calls.cpp, fallbacks.cpp), for tests: on tensors in guarded memory.
+// What AOTInductor's code calls (runtime/artifact/aoti/kernels.cpp, fallbacks.cpp), for tests: on tensors in guarded memory.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "guarded_memory.h"
-#include "shim/tensor.h"
+#include "artifact/aoti/tensor.h"
 
 using Handle = AtenTensorOpaque*;
 using Call = int32_t;
@@ -62,20 +62,20 @@ extern int damaged;
 /** The text of the last call that failed. */
 extern std::string last_error;
 
-Tensor make(const chiasm::shim::Dims& sizes, int32_t dtype);
+Tensor make(const chiasm::artifact::Dims& sizes, int32_t dtype);
 
 template <class T>
 constexpr int32_t kCode = -1;
-template <> inline constexpr int32_t kCode<uint8_t> = chiasm::shim::kUint8;
-template <> inline constexpr int32_t kCode<bool> = chiasm::shim::kBool;
-template <> inline constexpr int32_t kCode<int32_t> = chiasm::shim::kInt32;
-template <> inline constexpr int32_t kCode<int64_t> = chiasm::shim::kInt64;
-template <> inline constexpr int32_t kCode<float> = chiasm::shim::kFloat;
-template <> inline constexpr int32_t kCode<double> = chiasm::shim::kDouble;
+template <> inline constexpr int32_t kCode<uint8_t> = chiasm::artifact::kUint8;
+template <> inline constexpr int32_t kCode<bool> = chiasm::artifact::kBool;
+template <> inline constexpr int32_t kCode<int32_t> = chiasm::artifact::kInt32;
+template <> inline constexpr int32_t kCode<int64_t> = chiasm::artifact::kInt64;
+template <> inline constexpr int32_t kCode<float> = chiasm::artifact::kFloat;
+template <> inline constexpr int32_t kCode<double> = chiasm::artifact::kDouble;
 
 /** A tensor with values that repeat as often as it takes. */
 template <class T>
-Tensor of(const chiasm::shim::Dims& sizes, const std::vector<T>& values) {
+Tensor of(const chiasm::artifact::Dims& sizes, const std::vector<T>& values) {
   Tensor tensor = make(sizes, kCode<T>);
   auto* const data = reinterpret_cast<T*>(tensor->data());
   for (int64_t i = 0; i < tensor->numel(); ++i) data[i] = values[static_cast<size_t>(i) % values.size()];
@@ -83,6 +83,6 @@ Tensor of(const chiasm::shim::Dims& sizes, const std::vector<T>& values) {
 }
 
 template <class T>
-Tensor of(const chiasm::shim::Dims& sizes, std::initializer_list<T> values) { return of(sizes, std::vector<T>(values)); }
+Tensor of(const chiasm::artifact::Dims& sizes, std::initializer_list<T> values) { return of(sizes, std::vector<T>(values)); }
 
 }  // namespace kernel_calls

@@ -6,7 +6,7 @@
 
 #include "kernel_calls.h"
 
-using namespace chiasm::shim;
+using namespace chiasm::artifact;
 using kernel_calls::of;
 using kernel_calls::Tensor;
 

@@ -2,7 +2,7 @@
 
 Each function here stands for the tensor form of the primitive that calls it, which stays its definition: what runs in eager
 Python, TorchScript and ONNX, and what gradients are taken of. Here are only names, shapes and types: the loops are in
-runtime/shim/kernels, the exporter (export/native.py) links them into native code, and the parity matrix compares the two.
+runtime/artifact/kernels, the exporter (export/native.py) links them into native code, and the parity matrix compares the two.
 """
 
 from typing import Callable, List, Tuple

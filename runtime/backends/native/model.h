@@ -5,7 +5,7 @@
 
 #include "backends/cuda.h"
 #include "backends/plugin.h"
-#include "shim/abi.h"
+#include "artifact/abi.h"
 
 namespace chiasm::native {
 

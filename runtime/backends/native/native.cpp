@@ -1,4 +1,4 @@
-// The native backend: runs AOTInductor code that carries its own shim, so that neither libtorch nor any other engine is
+// The native backend: runs AOTInductor code that carries what it needs of libtorch, so that neither libtorch nor any other engine is
 // needed. An artifact is a zip archive with one shared library; the library is loaded from memory.
 #include <atomic>
 #include <string>

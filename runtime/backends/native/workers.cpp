@@ -11,7 +11,7 @@
 #include <system_error>
 #include <thread>
 
-#include "shim/spin.h"
+#include "artifact/spin.h"
 
 namespace chiasm::native {
 namespace {

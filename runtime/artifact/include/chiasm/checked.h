@@ -10,7 +10,7 @@
 
 namespace chiasm {
 
-// Note the error for the run that this thread works for; the first one counts. In the shim (errors.cpp).
+// Note the error for the run that this thread works for; the first one counts. In aoti/errors.cpp.
 [[gnu::cold, gnu::noinline]] void note_index(int64_t index, int64_t size, const char* reader);
 [[gnu::cold, gnu::noinline]] void note_division();
 

@@ -15,7 +15,7 @@
 
 #include "tensor.h"
 
-namespace chiasm::shim {
+namespace chiasm::artifact {
 namespace {
 
 // Plain memory: a thread_local with a destructor would pin the library in the process.
@@ -45,7 +45,7 @@ int32_t fail(const std::string& text, char* error, size_t size, int32_t result =
   return result;
 }
 
-// The engine's last words: what the shim noted, else what AOTInductor did.
+// The engine's last words: what was noted here, else what AOTInductor did.
 std::string engine_error() {
   if (*last_error) return last_error;
   const char* text = nullptr;
@@ -218,13 +218,13 @@ void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target) {
   }
 }
 
-}  // namespace chiasm::shim
+}  // namespace chiasm::artifact
 
 // Compiled for each artifact (export/native.py).
 extern "C" const char chiasm_native_signature[];
 
 extern "C" __attribute__((visibility("default"))) const chiasm_native_api* chiasm_native_entry(uint32_t abi) {
-  using namespace chiasm::shim;
+  using namespace chiasm::artifact;
   static const chiasm_native_api api{sizeof(chiasm_native_api), CHIASM_NATIVE_ABI, create, run, destroy, chiasm_native_signature};
   return abi == CHIASM_NATIVE_ABI ? &api : nullptr;
 }

@@ -1,11 +1,11 @@
 /** The interface between the native backend and a torch-free native artifact.
  *
- *  The artifact is a shared library: AOTInductor's code for one op, linked statically with the shim (`shim.cpp`), which
+ *  The artifact is a shared library: AOTInductor's code for one op, linked statically with `aoti/`, which
  *  stands in for the few `aoti_torch_*` functions of libtorch that the code calls. All symbols are local but one,
  *  `chiasm_native_entry`. So nothing of libtorch, present in the process or not, can be captured by it.
  */
-#ifndef CHIASM_RUNTIME_SHIM_ABI_H
-#define CHIASM_RUNTIME_SHIM_ABI_H
+#ifndef CHIASM_RUNTIME_ARTIFACT_ABI_H
+#define CHIASM_RUNTIME_ARTIFACT_ABI_H
 
 #include <stddef.h>
 #include <stdint.h>
@@ -63,4 +63,4 @@ typedef const chiasm_native_api* (*chiasm_native_entry_fn)(uint32_t abi);
 }
 #endif
 
-#endif /* CHIASM_RUNTIME_SHIM_ABI_H */
+#endif /* CHIASM_RUNTIME_ARTIFACT_ABI_H */

@@ -8,7 +8,7 @@
 
 #include "tensor.h"
 
-using namespace chiasm::shim;
+using namespace chiasm::artifact;
 
 namespace {
 

@@ -5,10 +5,10 @@
 #include <atomic>
 #include <utility>
 
-#include "spin.h"
+#include "../spin.h"
 #include "tensor.h"
 
-namespace chiasm::shim {
+namespace chiasm::artifact {
 namespace {
 
 // The threads in one parallel region.
@@ -46,9 +46,9 @@ bool in_parallel_region() { return member.team != nullptr; }
 
 Run* run_of_this_thread() { return member.team ? member.team->run : current_run(); }
 
-}  // namespace chiasm::shim
+}  // namespace chiasm::artifact
 
-using namespace chiasm::shim;
+using namespace chiasm::artifact;
 
 extern "C" {
 

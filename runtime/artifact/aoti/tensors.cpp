@@ -1,4 +1,4 @@
-// The functions of AOTInductor's C interface that a compiled op calls, over chiasm::shim's tensors.
+// The functions of AOTInductor's C interface that a compiled op calls, over chiasm::artifact's tensors.
 // Declared, with their contracts, in torch/csrc/inductor/aoti_torch/c/shim.h; only what compiled ops were seen to need.
 #include <torch/csrc/inductor/aoti_torch/c/shim.h>
 
@@ -6,7 +6,7 @@
 
 #include "tensor.h"
 
-using namespace chiasm::shim;
+using namespace chiasm::artifact;
 
 namespace {
 

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "../tensor.h"
-#include "kernels.h"
+#include "tensor.h"
+#include "../kernels/kernels.h"
 
 namespace chiasm::kernels {
 
@@ -46,14 +46,14 @@ inline Border border_of(int64_t border) { return choice<Border>("border", border
 class Argument {
  public:
   // Of any shape.
-  Argument(const char* name, AtenTensorHandle handle, int32_t dtype) : name_(name), tensor_(shim::dense(typed(name, *handle, dtype), owner_)) {}
+  Argument(const char* name, AtenTensorHandle handle, int32_t dtype) : name_(name), tensor_(artifact::dense(typed(name, *handle, dtype), owner_)) {}
   // Of a shape with these sizes.
   Argument(const char* name, AtenTensorHandle handle, int32_t dtype, std::initializer_list<int64_t> shape)
-      : name_(name), tensor_(shim::dense(shaped(name, typed(name, *handle, dtype), shape), owner_)) {}
+      : name_(name), tensor_(artifact::dense(shaped(name, typed(name, *handle, dtype), shape), owner_)) {}
 
   template <class T>
   const T* data() const { return reinterpret_cast<const T*>(tensor_.data()); }
-  const shim::Dims& sizes() const { return tensor_.sizes; }
+  const artifact::Dims& sizes() const { return tensor_.sizes; }
   int32_t dtype() const { return tensor_.dtype; }
   int64_t numel() const { return tensor_.numel(); }
   int64_t size(size_t i) const { return tensor_.sizes[i]; }
@@ -61,7 +61,7 @@ class Argument {
 
   // The planes of (..., H, W), which have a pixel or more, and no more than `most`.
   Planes planes(int64_t most = std::numeric_limits<int64_t>::max()) const {
-    const shim::Dims& sizes = tensor_.sizes;
+    const artifact::Dims& sizes = tensor_.sizes;
     const size_t n = sizes.size();
     if (n < 2) refuse(name_, "two dimensions or more", to_text(sizes.data(), n));
     Planes planes{1, sizes[n - 2], sizes[n - 1]};
@@ -73,13 +73,13 @@ class Argument {
 
  private:
   static const AtenTensorOpaque& typed(const char* name, const AtenTensorOpaque& tensor, int32_t dtype) {
-    if (dtype == kFloating ? tensor.dtype != shim::kFloat && tensor.dtype != shim::kDouble : tensor.dtype != dtype)
+    if (dtype == kFloating ? tensor.dtype != artifact::kFloat && tensor.dtype != artifact::kDouble : tensor.dtype != dtype)
       refuse(name, dtype == kFloating ? "float32 or float64" : "element type " + std::to_string(dtype), "element type " + std::to_string(tensor.dtype));
     return tensor;
   }
 
   static const AtenTensorOpaque& shaped(const char* name, const AtenTensorOpaque& tensor, std::initializer_list<int64_t> shape) {
-    const shim::Dims& sizes = tensor.sizes;
+    const artifact::Dims& sizes = tensor.sizes;
     if (sizes.size() != shape.size() || !std::equal(shape.begin(), shape.end(), sizes.begin(), [](int64_t want, int64_t is) { return want == kAny || want == is; }))
       refuse(name, "shape " + to_text(shape.begin(), shape.size()), to_text(sizes.data(), sizes.size()));
     return tensor;

@@ -4,7 +4,7 @@
 #include "tensor.h"
 
 namespace chiasm {
-namespace shim {
+namespace artifact {
 
 void refuse(const char* text) {
   Run* run = run_of_this_thread();
@@ -12,15 +12,15 @@ void refuse(const char* text) {
   std::snprintf(run->refusal, sizeof run->refusal, "%s", text);
 }
 
-}  // namespace shim
+}  // namespace artifact
 
 [[gnu::cold, gnu::noinline]] void note_index(int64_t index, int64_t size, const char* reader) {
   char text[256];
   std::snprintf(text, sizeof text, "index %lld is out of range for an axis of size %lld (%s)", static_cast<long long>(index),
                 static_cast<long long>(size), reader);
-  shim::refuse(text);
+  artifact::refuse(text);
 }
 
-[[gnu::cold, gnu::noinline]] void note_division() { shim::refuse("an integer was divided by zero"); }
+[[gnu::cold, gnu::noinline]] void note_division() { artifact::refuse("an integer was divided by zero"); }
 
 }  // namespace chiasm

@@ -4,7 +4,7 @@
 
 #include "arguments.h"
 
-using namespace chiasm::shim;
+using namespace chiasm::artifact;
 using namespace chiasm::kernels;
 
 namespace {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "abi.h"
+#include "../abi.h"
 
-namespace chiasm::shim {
+namespace chiasm::artifact {
 
 using Dims = std::vector<int64_t>;
 
@@ -20,7 +20,7 @@ struct Run {
   const chiasm_native_host* host;
   const chiasm_native_tensor* outputs;
   size_t output_count;
-  // For each output, the ordinal of the allocation that became it in the first run, or -1: see shim.cpp.
+  // For each output, the ordinal of the allocation that became it in the first run, or -1: see entry.cpp.
   const std::vector<int64_t>* plan;
   int64_t allocations = 0;
   // A value that is not allowed (chiasm/checked.h): `refuse` keeps the first text, from whatever thread.
@@ -67,17 +67,17 @@ inline int64_t element_size(int32_t dtype) {
   throw std::runtime_error("the compiled op uses element type " + std::to_string(dtype) + ", which this runtime does not have");
 }
 
-}  // namespace chiasm::shim
+}  // namespace chiasm::artifact
 
 // The type that AOTInductor's header declares and keeps opaque.
 struct AtenTensorOpaque {
-  std::shared_ptr<chiasm::shim::Storage> storage;
-  chiasm::shim::Dims sizes, strides;
+  std::shared_ptr<chiasm::artifact::Storage> storage;
+  chiasm::artifact::Dims sizes, strides;
   int64_t offset = 0;  // in elements
-  int32_t dtype = chiasm::shim::kFloat;
+  int32_t dtype = chiasm::artifact::kFloat;
   int32_t device_type = 0, device_index = 0;
 
-  char* data() const { return storage->data + offset * chiasm::shim::element_size(dtype); }
+  char* data() const { return storage->data + offset * chiasm::artifact::element_size(dtype); }
   int64_t numel() const {
     int64_t n = 1;
     for (int64_t s : sizes) n *= s;
@@ -93,7 +93,7 @@ struct AtenTensorOpaque {
   }
 };
 
-namespace chiasm::shim {
+namespace chiasm::artifact {
 
 inline Dims dense_strides(const Dims& sizes) {
   Dims strides(sizes.size(), 1);
@@ -142,4 +142,4 @@ int32_t guarded(Body body) {
   }
 }
 
-}  // namespace chiasm::shim
+}  // namespace chiasm::artifact
