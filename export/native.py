@@ -111,7 +111,7 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> str:
         isa,
         signature,
         torch.__version__,
-        subprocess.run([_compiler(), "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0],
+        _run([_compiler(), "--version"]).splitlines()[0],
         _libraries_hash(isa),
         str(sorted(_settings(spec, isa).items())),
         _LINK,
@@ -153,9 +153,13 @@ def _operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
 
 
 def _run(command: list[str]) -> str:
-    done = subprocess.run(command, capture_output=True, text=True)
+    needs = "The native format needs g++ and binutils (Debian: apt-get install g++)"
+    try:
+        done = subprocess.run(command, capture_output=True, text=True)
+    except OSError as error:
+        raise ExportError(f"{command[0]} cannot be run: {error.strerror}. {needs}") from error
     if done.returncode:
-        raise ExportError(f"{' '.join(command[:1])} failed:\n{done.stderr[-2000:]}\nThe native format needs g++ and binutils (Debian: apt-get install g++)")
+        raise ExportError(f"{command[0]} failed:\n{done.stderr[-2000:]}\n{needs}")
     return done.stdout
 
 

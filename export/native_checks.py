@@ -94,7 +94,7 @@ def checked_native_code() -> Iterator[None]:
 
 
 def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
-    """The C++ expression for `index` with its check."""
+    """The C++ expression for `index` with its check. The axis has an element: no symbol may be 0 (export/checks.py), and torch.export sees to the rest."""
     from torch._inductor.codegen.cpp_utils import cexpr_index
 
     limit = cexpr_index(kernel.rename_indexing(sympy.sympify(size)))

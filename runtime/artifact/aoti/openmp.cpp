@@ -63,8 +63,8 @@ int omp_get_max_threads() {
 
 // `num_threads` is 0: the exporter compiles loops for the thread count at run time.
 void GOMP_parallel(void (*body)(void*), void* argument, unsigned, unsigned) {
-  Run* run = current_run();
-  Team team{body, argument, member.team ? member.team->run : run};
+  Run* const run = run_of_this_thread();
+  Team team{body, argument, run};
   if (member.team || !run || run->host->num_threads == 1) {
     enter(&team, 0, 1);
   } else {
