@@ -11,7 +11,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 import chiasm.runtime
-from chiasm.export import ExportError, Spec, TensorSpec, Tolerance, export, image
+from chiasm.export import ExportError, Spec, TensorSpec, Tolerance, export, image, native
 from chiasm.export.catalog import catalog
 from chiasm.export.checks import check_call, check_inputs
 from chiasm.export.errors import plain
@@ -303,3 +303,19 @@ def test_engines_colours_are_cut() -> None:
     with pytest.raises(ExportError) as caught:
         export(torch.linalg.matrix_exp, Spec("test.op", [TensorSpec("A", ("B", 5, 5))]), Path("unused"), formats=["onnx"], methods=["forward"])
     assert "linalg_matrix_exp" in str(caught.value) and "\x1b" not in str(caught.value)
+
+
+def test_native_code_without_a_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CXX", "no-such-compiler")
+    with pytest.raises(ExportError, match="^no-such-compiler cannot be run: No such file.*needs g\\+\\+"):
+        export(plus, numbers(gradients=()), tmp_path, formats=("native",))
+
+
+def test_native_code_without_the_libraries_that_it_is_linked_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(native, "LIBRARIES", tmp_path)
+    native._libraries_hash.cache_clear()
+    try:
+        with pytest.raises(ExportError, match=r"needs .*libchiasm_aoti\.a, with which chiasm was not built.*make build"):
+            export(plus, numbers(gradients=()), tmp_path, formats=("native",))
+    finally:
+        native._libraries_hash.cache_clear()
