@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "runtime/artifact/abi.h"
-#include "tests/runtime/guarded_memory.h"
+#include "tests/kernels/guarded_memory.h"
 
 namespace {
 

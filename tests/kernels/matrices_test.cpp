@@ -3,7 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "kernels_fixture.h"
+#include "fixture.h"
 #include "artifact/kernels/kernels.h"
 
 using namespace chiasm::kernels;

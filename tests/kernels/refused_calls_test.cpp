@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "kernel_calls.h"
+#include "calls.h"
 
 using namespace chiasm::artifact;
 using kernel_calls::of;

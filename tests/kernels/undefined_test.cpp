@@ -3,7 +3,7 @@
 #include <limits>
 #include <vector>
 
-#include "kernels_fixture.h"
+#include "fixture.h"
 #include "artifact/kernels/kernels.h"
 
 using namespace chiasm::kernels;

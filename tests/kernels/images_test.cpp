@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "kernels_fixture.h"
+#include "fixture.h"
 #include "artifact/kernels/kernels.h"
 
 using namespace chiasm::kernels;

@@ -1,5 +1,5 @@
 // What the kernels' calls need of aoti/entry.cpp, with guards around every tensor.
-#include "kernel_calls.h"
+#include "calls.h"
 
 #include <gtest/gtest.h>
 #include <omp.h>

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "kernels_fixture.h"
+#include "fixture.h"
 #include "artifact/kernels/kernels.h"
 
 using namespace chiasm::kernels;
