@@ -95,3 +95,7 @@ HWY_INLINE hn::Vec<D> combined(D d, const Make& part, int64_t i = 0) {
 }
 
 }  // namespace chiasm::kernels
+
+#if HWY_TARGET == HWY_AVX2
+#include "lanes_avx2.h"
+#endif

@@ -10,7 +10,6 @@
 
 #include "kernels.h"
 #include "lanes.h"
-#include "vectors.h"
 
 namespace chiasm::kernels {
 
