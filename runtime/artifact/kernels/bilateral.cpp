@@ -1,8 +1,7 @@
 // Bilateral filtering. The weight of two pixels is the same for both: it is computed once, for the later of the two in reading order, and
 // kept for as many rows as the window reaches down.
+#include "functions.h"
 #include "rows.h"
-
-extern "C" __m256d _ZGVdN4v_exp(__m256d);  // glibc's libmvec
 
 namespace chiasm::kernels {
 namespace {
@@ -11,20 +10,22 @@ namespace {
 // takes many times as long, and next to a pixel's weight for itself they are nothing.
 //
 // For float the function of S. Moshier's Cephes library (netlib.org/cephes), within the loop: a vector library's calls spill registers.
-__m256 exp_of(__m256 x) {
-  const __m256 least = _mm256_set1_ps(-78.0f), inside = _mm256_max_ps(least, x);
-  const __m256 n = _mm256_round_ps(inside * 1.44269504088896341f, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
-  const __m256 r = _mm256_fnmadd_ps(n, _mm256_set1_ps(-2.12194440e-4f), _mm256_fnmadd_ps(n, _mm256_set1_ps(0.693359375f), inside));
-  __m256 p = _mm256_set1_ps(1.9875691500e-4f);
-  for (const float c : {1.3981999507e-3f, 8.3334519073e-3f, 4.1665795894e-2f, 1.6666665459e-1f, 5.0000001201e-1f}) p = _mm256_fmadd_ps(p, r, _mm256_set1_ps(c));
-  const __m256 near = _mm256_fmadd_ps(p, r * r, r) + 1.0f;
-  const __m256i exponent = _mm256_slli_epi32(_mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127)), 23);
-  return _mm256_andnot_ps((__m256)(x <= least), near * _mm256_castsi256_ps(exponent));
-}
-
-__m256d exp_of(__m256d x) {
-  const __m256d least = _mm256_set1_pd(-78.0);
-  return _mm256_andnot_pd((__m256d)(x <= least), _ZGVdN4v_exp(_mm256_max_pd(least, x)));
+template <class D>
+hn::Vec<D> exp_of(D d, hn::Vec<D> x) {
+  const auto least = hn::Set(d, -78), inside = larger(least, x);
+  if constexpr (std::is_same_v<hn::TFromD<D>, double>) {
+    return hn::IfThenZeroElse(hn::Le(x, least), vector_exp(inside));
+  } else {
+    const auto n = hn::Round(hn::Mul(inside, hn::Set(d, 1.44269504088896341f)));
+    const auto r = hn::NegMulAdd(n, hn::Set(d, -2.12194440e-4f), hn::NegMulAdd(n, hn::Set(d, 0.693359375f), inside));
+    auto p = hn::Set(d, 1.9875691500e-4f);
+    for (const float c : {1.3981999507e-3f, 8.3334519073e-3f, 4.1665795894e-2f, 1.6666665459e-1f, 5.0000001201e-1f}) p = hn::MulAdd(p, r, hn::Set(d, c));
+    const auto near = hn::Add(hn::MulAdd(p, hn::Mul(r, r), r), hn::Set(d, 1));
+    // Beside 1.5 * 2^23 a whole number's last bits are an integer's. The exponent's place is all that stays of the sum.
+    const Integers<D> integers;
+    const auto power = hn::BitCast(d, hn::ShiftLeft<23>(hn::BitCast(integers, hn::Add(n, hn::Set(d, 12582912.0f + 127)))));
+    return hn::IfThenZeroElse(hn::Le(x, least), hn::Mul(near, power));
+  }
 }
 
 // The way to a pixel's neighbour that comes later, and where the weights for it lie.
@@ -37,44 +38,45 @@ struct Offset {
 // weights[x] = exp(falloff * distance^2) * nearness, of here[c][x] and there[c][x] in `depth` channels; up to a whole vector at the end.
 template <class T>
 void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n, T falloff, T nearness, bool squares, T* weights) {
-  using V = Vector<T>;
-  for (int64_t x = 0; x < n; x += V::kLanes) {
-    auto distance = V::all(0);
+  const Lanes<T> d;
+  for (int64_t x = 0; x < n; x += kLanes<T>) {
+    auto distance = hn::Zero(d);
     for (int64_t c = 0; c < depth; ++c) {
-      const auto difference = V::load(there[c] + x) - V::load(here[c] + x);
-      distance += squares ? difference * difference : V::max(difference, -difference);
+      const auto difference = hn::Sub(hn::LoadU(d, there[c] + x), hn::LoadU(d, here[c] + x));
+      distance = hn::Add(distance, squares ? hn::Mul(difference, difference) : hn::Abs(difference));
     }
-    if (!squares) distance *= distance;
-    V::store(weights + x, exp_of(distance * V::all(falloff)) * V::all(nearness));
+    if (!squares) distance = hn::Mul(distance, distance);
+    hn::StoreU(hn::Mul(exp_of(d, hn::Mul(distance, hn::Set(d, falloff))), hn::Set(d, nearness)), d, weights + x);
   }
 }
 
 // totals[x] = first + the sum of weights[k][x]; up to a whole vector at the end.
 template <class T, int64_t vectors>
 void add_weights(T first, const T* const* weights, int64_t count, int64_t x, T* totals) {
-  using V = Vector<T>;
-  typename V::Type total[vectors];
-  for (auto& t : total) t = V::all(first);
+  const Lanes<T> d;
+  hn::Vec<Lanes<T>> total[vectors];
+  for (auto& t : total) t = hn::Set(d, first);
   for (int64_t k = 0; k < count; ++k)
-    for (int64_t v = 0; v < vectors; ++v) total[v] += V::load(weights[k] + x + v * V::kLanes);
-  for (int64_t v = 0; v < vectors; ++v) V::store(totals + x + v * V::kLanes, total[v]);
+    for (int64_t v = 0; v < vectors; ++v) total[v] = hn::Add(total[v], hn::LoadU(d, weights[k] + x + v * kLanes<T>));
+  for (int64_t v = 0; v < vectors; ++v) hn::StoreU(total[v], d, totals + x + v * kLanes<T>);
 }
 
 // means[x] = (first * centre[x] + the sum of weights[k][x] * values[k][x]) / totals[x]; up to a whole vector at the end.
 template <class T, int64_t vectors>
 void weighted_means(T first, const T* centre, const T* const* weights, const T* const* values, int64_t count, const T* totals, int64_t x, T* means) {
-  using V = Vector<T>;
-  typename V::Type sum[vectors];
-  for (int64_t v = 0; v < vectors; ++v) sum[v] = V::load(centre + x + v * V::kLanes) * V::all(first);
+  const Lanes<T> d;
+  const auto at = [=](const T* p, int64_t v) { return hn::LoadU(d, p + x + v * kLanes<T>); };
+  hn::Vec<Lanes<T>> sum[vectors];
+  for (int64_t v = 0; v < vectors; ++v) sum[v] = hn::Mul(at(centre, v), hn::Set(d, first));
   for (int64_t k = 0; k < count; ++k)
-    for (int64_t v = 0; v < vectors; ++v) sum[v] += V::load(values[k] + x + v * V::kLanes) * V::load(weights[k] + x + v * V::kLanes);
-  for (int64_t v = 0; v < vectors; ++v) V::store(means + x + v * V::kLanes, sum[v] / V::load(totals + x + v * V::kLanes));
+    for (int64_t v = 0; v < vectors; ++v) sum[v] = hn::Add(sum[v], hn::Mul(at(values[k], v), at(weights[k], v)));
+  for (int64_t v = 0; v < vectors; ++v) hn::StoreU(hn::Div(sum[v], at(totals, v)), d, means + x + v * kLanes<T>);
 }
 
 // Calls four(x) for as many blocks of four vectors as n values fill, whose sums do not wait for each other, and one(x) for the rest.
 template <class T, class Four, class One>
 inline void for_blocks(int64_t n, const Four& four, const One& one) {
-  constexpr int64_t lanes = Vector<T>::kLanes;
+  constexpr int64_t lanes = kLanes<T>;
   int64_t x = 0;
   for (; x + 4 * lanes <= n; x += 4 * lanes) four(x);
   for (; x < n; x += lanes) one(x);

@@ -52,7 +52,7 @@ void component_roots(const bool* mask, Planes planes, int32_t* roots) {
 
 template <class T>
 void hysteresis(const T* x, Planes planes, T low, T high, bool* out) {
-  using V = Vector<T>;
+  const Lanes<T> d;
   const int64_t height = planes.height, width = planes.width, size = height * width;
   // Every pixel is put aside at most once. The room is reserved here and not touched before it is used.
   const std::unique_ptr<int32_t[]> scratch(new int32_t[static_cast<size_t>(size * omp_get_max_threads())]);
@@ -81,9 +81,9 @@ void hysteresis(const T* x, Planes planes, T low, T high, bool* out) {
         }
       };
       int64_t i = 0;
-      for (; i + V::kLanes <= size; i += V::kLanes)
-        if (V::any(V::load(values + i) > V::all(high)))
-          for (int64_t k = 0; k < V::kLanes; ++k) follow(i + k);
+      for (; i + kLanes<T> <= size; i += kLanes<T>)
+        if (any(d, hn::Gt(hn::LoadU(d, values + i), hn::Set(d, high))))
+          for (int64_t k = 0; k < kLanes<T>; ++k) follow(i + k);
       for (; i < size; ++i) follow(i);
     }
   }

@@ -8,53 +8,69 @@
 #include <vector>
 
 #include "kernels.h"
-#include "vectors.h"
+#include "lanes.h"
 
 namespace chiasm::kernels {
 namespace {
 
 constexpr int64_t kBlock = 128;  // points between two looks at the cost so far
 
-// The error of model m at the points (x, y) and (u, v); V is one value or a vector of them.
-template <bool kEpipolar, class T, class V>
-inline V error_of(const T* m, V x, V y, V u, V v) {
-  const V a = m[0] * x + m[1] * y + m[2], b = m[3] * x + m[4] * y + m[5], c = m[6] * x + m[7] * y + m[8];
+// Sums are of so many series of points, whatever the CPU's vectors are, so that costs round the same.
+template <class T>
+constexpr int64_t kSeries = 32 / sizeof(T);
+template <class T>
+using Part = hn::CappedTag<T, kSeries<T>>;
+
+// The errors of model m at the points (x, y) and (u, v) of a vector.
+template <bool kEpipolar, class D, class T, class V>
+HWY_INLINE V errors_of(D d, const T* m, V x, V y, V u, V v) {
+  const auto affine = [=](int a, V p, int b, V q, int c) {
+    return hn::Add(hn::Add(hn::Mul(hn::Set(d, m[a]), p), hn::Mul(hn::Set(d, m[b]), q)), hn::Set(d, m[c]));
+  };
+  const auto square = [](V p) { return hn::Mul(p, p); };
+  const V a = affine(0, x, 1, y, 2), b = affine(3, x, 4, y, 5), c = affine(6, x, 7, y, 8);
   if constexpr (kEpipolar) {
-    const V d = m[0] * u + m[3] * v + m[6], e = m[1] * u + m[4] * v + m[7], product = a * u + b * v + c;
-    return product * product / (a * a + b * b + d * d + e * e);
+    const V s = affine(0, u, 3, v, 6), t = affine(1, u, 4, v, 7), product = hn::Add(hn::Add(hn::Mul(a, u), hn::Mul(b, v)), c);
+    return hn::Div(square(product), hn::Add(hn::Add(hn::Add(square(a), square(b)), square(s)), square(t)));
   } else {
-    const V inverse_depth = T(1) / c, dx = a * inverse_depth - u, dy = b * inverse_depth - v;
-    return dx * dx + dy * dy;
+    const V inverse_depth = hn::Div(hn::Set(d, T(1)), c);
+    return hn::Add(square(hn::Sub(hn::Mul(a, inverse_depth), u)), square(hn::Sub(hn::Mul(b, inverse_depth), v)));
   }
 }
 
+// The errors at the points from i on, each at most its bound; the error where either is not a number.
+template <bool kEpipolar, class D, class T>
+HWY_INLINE hn::Vec<D> costs_at(D d, const T* model, const T* planes, int64_t n, int64_t i) {
+  const auto row = [=](int64_t k) { return hn::LoadU(d, planes + k * n + i); };
+  return smaller(row(6), errors_of<kEpipolar>(d, model, row(0), row(1), row(3), row(4)));
+}
+
 template <class T>
-T total(typename Vector<T>::Type v) {
-  T lanes[Vector<T>::kLanes], sum = 0;
-  Vector<T>::store(lanes, v);
-  for (const T lane : lanes) sum += lane;
+T total(const T* sums) {
+  T sum = 0;
+  for (int64_t k = 0; k < kSeries<T>; ++k) sum += sums[k];
   return sum;
 }
 
 // The model's cost where it is at most `most`; what costs more, or is not a number, costs infinity.
 template <bool kEpipolar, class T>
 T cost_of(const T* model, const T* planes, int64_t n, T most) {
-  using V = Vector<T>;
-  const T *const x = planes, *const y = planes + n, *const u = planes + 3 * n, *const v = planes + 4 * n, *const bound = planes + 6 * n;
-  const int64_t whole = n - n % V::kLanes;
-  auto sums = V::all(0);
+  const Part<T> d;
+  constexpr auto lanes = static_cast<int64_t>(hn::MaxLanes(d)), parts = kSeries<T> / lanes;
+  const int64_t whole = n - n % kSeries<T>;
+  T own[9], sums[kSeries<T>] = {};
+  std::copy_n(model, 9, own);
+  hn::Vec<Part<T>> sum[parts];
+  for (auto& s : sum) s = hn::Zero(d);
   int64_t i = 0;
   while (i < whole) {
-    // The second is taken where either is not a number.
-    for (const int64_t end = std::min(whole, i + kBlock); i < end; i += V::kLanes)
-      sums += V::min(V::load(bound + i), error_of<kEpipolar>(model, V::load(x + i), V::load(y + i), V::load(u + i), V::load(v + i)));
-    if (total<T>(sums) > most) return std::numeric_limits<T>::infinity();
+    for (const int64_t end = std::min(whole, i + kBlock); i < end; i += kSeries<T>)
+      for (int64_t p = 0; p < parts; ++p) sum[p] = hn::Add(sum[p], costs_at<kEpipolar>(d, own, planes, n, i + p * lanes));
+    for (int64_t p = 0; p < parts; ++p) hn::StoreU(sum[p], d, sums + p * lanes);
+    if (total(sums) > most) return std::numeric_limits<T>::infinity();
   }
-  T cost = total<T>(sums);
-  for (; i < n; ++i) {
-    const T error = error_of<kEpipolar>(model, x[i], y[i], u[i], v[i]);
-    cost += error > bound[i] ? bound[i] : error;
-  }
+  T cost = total(sums);
+  for (; i < n; ++i) cost += hn::GetLane(costs_at<kEpipolar>(Lane<T>(), own, planes, n, i));
   return cost <= most ? cost : std::numeric_limits<T>::infinity();
 }
 

@@ -6,40 +6,34 @@
 #include <limits>
 #include <vector>
 
+#include "functions.h"
 #include "kernels.h"
-#include "vectors.h"
-
-// glibc's vector functions, which vector_math.cpp gives to compiled tensor code, too.
-extern "C" __m256 _ZGVdN8vv_atan2f(__m256, __m256);
-extern "C" __m256d _ZGVdN4vv_atan2(__m256d, __m256d);
+#include "lanes.h"
 
 namespace chiasm::kernels {
 namespace {
 
-inline __m256 atan2(__m256 y, __m256 x) { return _ZGVdN8vv_atan2f(y, x); }
-inline __m256d atan2(__m256d y, __m256d x) { return _ZGVdN4vv_atan2(y, x); }
-
 // Lengths, weighed, and places among the bins of a row's n gradients (dx, dy); whether all lengths are numbers. Rows are whole vectors long.
 template <class T>
 bool to_polar(const T* dx, const T* dy, const T* weight, int64_t n, T bins, T* length, T* place) {
-  using V = Vector<T>;
-  const auto turn = V::all(static_cast<T>(bins / (2 * M_PI)));
-  auto rest = V::all(0);  // NaN once a length is, or is infinite
-  for (int64_t i = 0; i < n; i += V::kLanes) {
-    const auto x = V::load(dx + i), y = V::load(dy + i), angle = atan2(y, x) * turn;
-    const auto weighed = V::sqrt(x * x + y * y) * V::load(weight + i);
-    rest += weighed - weighed;
-    V::store(length + i, weighed);
-    V::store(place + i, angle + V::where(angle < V::all(0), V::all(bins)));
+  const Lanes<T> d;
+  const auto turn = hn::Set(d, static_cast<T>(bins / (2 * M_PI)));
+  auto rest = hn::Zero(d);  // NaN once a length is, or is infinite
+  for (int64_t i = 0; i < n; i += kLanes<T>) {
+    const auto x = hn::LoadU(d, dx + i), y = hn::LoadU(d, dy + i), angle = hn::Mul(vector_atan2(y, x), turn);
+    const auto weighed = hn::Mul(hn::Sqrt(hn::Add(hn::Mul(x, x), hn::Mul(y, y))), hn::LoadU(d, weight + i));
+    rest = hn::Add(rest, hn::Sub(weighed, weighed));
+    hn::StoreU(weighed, d, length + i);
+    hn::StoreU(hn::Add(angle, hn::IfThenElseZero(hn::Lt(angle, hn::Zero(d)), hn::Set(d, bins))), d, place + i);
   }
-  return V::all_of(rest == rest);
+  return !any(d, hn::IsNaN(rest));
 }
 
 }  // namespace
 
 template <class T>
 void direction_histograms(const T* patches, int64_t count, int64_t size, const T* window, const T* nearness, int64_t places, int64_t bins, T* out) {
-  constexpr int64_t lanes = Vector<T>::kLanes;
+  constexpr int64_t lanes = kLanes<T>;
   const int64_t padded = (size + lanes - 1) / lanes * lanes, room = 5 * padded + bins * places;
   std::vector<T> scratch(static_cast<size_t>(room * omp_get_max_threads()));
   std::vector<int64_t> first(static_cast<size_t>(size)), last(first);  // the places that a pixel counts in

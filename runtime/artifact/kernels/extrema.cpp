@@ -2,74 +2,62 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <vector>
 
 #include "kernels.h"
-#include "vectors.h"
+#include "lanes.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// Widens the range from `least` to `most` by the 3 x 3 values around p, without p's own where `own`. NaN leaves it too narrow, or empty.
-template <class V, class Load>
-inline void widen(const Load& load, const typename V::Scalar* p, int64_t row, bool own, typename V::Value& most, typename V::Value& least) {
+// Widens the ranges from `least` to `most` by the 3 x 3 values around each from p on, without their own where `own`. NaN leaves them too narrow, or empty.
+template <class D, class T>
+HWY_INLINE void widen(D d, const T* p, int64_t row, bool own, hn::Vec<D>& most, hn::Vec<D>& least) {
   for (int64_t y = -1; y <= 1; ++y)
     for (int64_t x = -1; x <= 1; ++x) {
       if (own && x == 0 && y == 0) continue;
-      const auto value = load(p + y * row + x);
-      most = V::larger(most, value);
-      least = V::smaller(least, value);
+      const auto value = hn::LoadU(d, p + y * row + x);
+      most = larger(most, value);
+      least = smaller(least, value);
     }
 }
 
-template <class T>
-struct Lanes {
-  using Scalar = T;
-  using Value = typename Vector<T>::Type;
-  static constexpr int64_t kCount = Vector<T>::kLanes;
-  static Value zero() { return Vector<T>::all(0); }
-  static Value larger(Value a, Value b) { return Vector<T>::max(a, b); }
-  static Value smaller(Value a, Value b) { return Vector<T>::min(a, b); }
-};
+// One bit for each lane.
+template <class D>
+HWY_INLINE uint32_t bits(D d, hn::Mask<D> mask) {
+  static_assert(hn::MaxLanes(D()) <= 32);
+  uint8_t bytes[8] = {};  // as many as StoreMaskBits may write
+  hn::StoreMaskBits(d, mask, bytes);
+  uint32_t number;
+  std::memcpy(&number, bytes, sizeof number);
+  return number;
+}
 
-template <class T>
-struct Single {
-  using Scalar = T;
-  using Value = T;
-  static constexpr int64_t kCount = 1;
-  static Value zero() { return 0; }
-  static Value larger(Value a, Value b) { return std::max(a, b); }
-  static Value smaller(Value a, Value b) { return std::min(a, b); }
-};
-
-inline int bits(Vector<float>::Mask m) { return _mm256_movemask_ps((__m256)m); }
-inline int bits(Vector<double>::Mask m) { return _mm256_movemask_pd((__m256d)m); }
-inline int bits(bool m) { return m ? 1 : 0; }
-
-// One bit for each of the values around p that are NaN somewhere. Seldom called, and not to take the loop's registers.
-template <class V, class Load>
-__attribute__((noinline)) int unordered(const Load& load, const typename V::Scalar* p, int64_t row, int64_t plane) {
-  int found = 0;
-  for (int64_t i = 0; i < 27; ++i) {
-    const auto value = load(p + (i / 9 - 1) * plane + (i / 3 % 3 - 1) * row + i % 3 - 1);
-    found |= bits(value != value);
-  }
+// One bit for each of the values from p on that have NaN around them. Seldom called, and not to take the loop's registers.
+template <class D, class T>
+__attribute__((noinline)) uint32_t unordered(D d, const T* p, int64_t row, int64_t plane) {
+  uint32_t found = 0;
+  for (int64_t i = 0; i < 27; ++i) found |= bits(d, hn::IsNaN(hn::LoadU(d, p + (i / 9 - 1) * plane + (i / 3 % 3 - 1) * row + i % 3 - 1)));
   return found;
 }
 
 // One bit for each of the values from p on that is an extremum: a positive maximum or, with `minima`, a negative minimum.
-template <class V, class Load>
-inline int extrema(const Load& load, const typename V::Scalar* p, int64_t row, int64_t plane, bool minima) {
-  const auto centre = load(p), zero = V::zero();
-  auto most = load(p - 1), least = most;
-  widen<V>(load, p, row, true, most, least);
-  const auto found = [&] { return bits((centre > most) & (centre > zero)) | (minima ? bits((centre < least) & (centre < zero)) : 0); };
-  if (!found()) return 0;  // seldom is there anything to be seen in the planes above and below
-  widen<V>(load, p - plane, row, false, most, least);
-  widen<V>(load, p + plane, row, false, most, least);
-  const int set = found();
-  return set ? set & ~unordered<V>(load, p, row, plane) : 0;  // beside NaN nothing is an extremum
+template <class D, class T>
+HWY_INLINE uint32_t extrema(D d, const T* p, int64_t row, int64_t plane, bool minima) {
+  const auto centre = hn::LoadU(d, p), zero = hn::Zero(d);
+  auto most = hn::LoadU(d, p - 1), least = most;
+  widen(d, p, row, true, most, least);
+  const auto found = [&] {
+    const auto maximum = hn::And(hn::Gt(centre, most), hn::Gt(centre, zero));
+    return minima ? hn::Or(maximum, hn::And(hn::Lt(centre, least), hn::Lt(centre, zero))) : maximum;
+  };
+  if (!any(d, found())) return 0;  // seldom is there anything to be seen in the planes above and below
+  widen(d, p - plane, row, false, most, least);
+  widen(d, p + plane, row, false, most, least);
+  const uint32_t set = bits(d, found());
+  return set ? set & ~unordered(d, p, row, plane) : 0;  // beside NaN nothing is an extremum
 }
 
 }  // namespace
@@ -96,11 +84,11 @@ void strongest_extrema(const T* x, Images volumes, const int64_t* margins, bool 
       int32_t n = 0;
       if (y >= margin && y < height - margin) {
         int64_t column = margin;
-        for (; column + Lanes<T>::kCount <= width - margin; column += Lanes<T>::kCount)
-          for (int set = extrema<Lanes<T>>(Vector<T>::load, row + column, width, plane, minima); set; set &= set - 1)
-            own[n++] = static_cast<int32_t>(column + __builtin_ctz(static_cast<unsigned>(set)));
+        for (; column + kLanes<T> <= width - margin; column += kLanes<T>)
+          for (uint32_t set = extrema(Lanes<T>(), row + column, width, plane, minima); set; set &= set - 1)
+            own[n++] = static_cast<int32_t>(column + __builtin_ctz(set));
         for (; column < width - margin; ++column)
-          if (extrema<Single<T>>([](const T* p) { return *p; }, row + column, width, plane, minima)) own[n++] = static_cast<int32_t>(column);
+          if (extrema(Lane<T>(), row + column, width, plane, minima)) own[n++] = static_cast<int32_t>(column);
       }
       counts[static_cast<size_t>(i)] = n;
     }

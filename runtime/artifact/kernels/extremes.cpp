@@ -7,21 +7,16 @@
 namespace chiasm::kernels {
 namespace {
 
-template <class T, bool largest>
-inline auto extreme(typename Vector<T>::Type a, typename Vector<T>::Type b) {
-  return largest ? Vector<T>::max(a, b) : Vector<T>::min(a, b);
-}
-
-template <class T, bool largest>
-inline T extreme_of(T a, T b) {
-  return largest ? std::max(a, b) : std::min(a, b);
+template <bool largest, class V>
+HWY_INLINE V extreme(V a, V b) {
+  return largest ? larger(a, b) : smaller(a, b);
 }
 
 // row[k] = the extreme of row[k] and row[k + shift], for k = 0 .. n - 1 and on to a whole vector.
 template <class T, bool largest>
 void double_window(T* row, int64_t shift, int64_t n) {
-  using V = Vector<T>;
-  for (int64_t k = 0; k < n; k += V::kLanes) V::store(row + k, extreme<T, largest>(V::load(row + k), V::load(row + k + shift)));
+  const Lanes<T> d;
+  for (int64_t k = 0; k < n; k += kLanes<T>) hn::StoreU(extreme<largest>(hn::LoadU(d, row + k), hn::LoadU(d, row + k + shift)), d, row + k);
 }
 
 template <class T>
@@ -33,26 +28,19 @@ struct Tap {
 // out[k] = the extreme of sources[t][k], plus the tap's height unless all are 0.
 template <class T, bool largest, bool flat>
 void extreme_of_taps(const T* const* sources, const Tap<T>* taps, int64_t count, int64_t n, T* out) {
-  using V = Vector<T>;
-  const auto value = [=](int64_t t, int64_t k) {
-    const auto v = V::load(sources[t] + k);
-    return flat ? v : v + V::all(taps[t].height);
-  };
-  int64_t k = 0;
-  for (; k + 2 * V::kLanes <= n; k += 2 * V::kLanes) {
-    auto a = value(0, k), b = value(0, k + V::kLanes);
-    for (int64_t t = 1; t < count; ++t) {
-      a = extreme<T, largest>(a, value(t, k));
-      b = extreme<T, largest>(b, value(t, k + V::kLanes));
-    }
-    V::store(out + k, a);
-    V::store(out + k + V::kLanes, b);
-  }
-  for (; k < n; ++k) {
-    T best = sources[0][k] + (flat ? 0 : taps[0].height);
-    for (int64_t t = 1; t < count; ++t) best = extreme_of<T, largest>(best, sources[t][k] + (flat ? 0 : taps[t].height));
-    out[k] = best;
-  }
+  for_lanes<T, 2>(n, [=](auto d, auto vectors, int64_t k) {
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    const auto value = [=](int64_t t, int v) {
+      const auto pixels = hn::LoadU(d, sources[t] + k + v * lanes);
+      if constexpr (flat) return pixels;
+      else return hn::Add(pixels, hn::Set(d, taps[t].height));
+    };
+    hn::Vec<decltype(d)> best[vectors];
+    for (int v = 0; v < vectors; ++v) best[v] = value(0, v);
+    for (int64_t t = 1; t < count; ++t)
+      for (int v = 0; v < vectors; ++v) best[v] = extreme<largest>(best[v], value(t, v));
+    for (int v = 0; v < vectors; ++v) hn::StoreU(best[v], d, out + k + v * lanes);
+  });
 }
 
 // Up to this many shifts of a row are compared at once.
@@ -154,57 +142,33 @@ void structured(const T* x, const Planes& planes, const Window<T, largest>& wind
 // high[k] -= low[k]
 template <class T>
 void subtract(T* high, const T* low, int64_t n) {
-  using V = Vector<T>;
-  int64_t k = 0;
-  for (; k + V::kLanes <= n; k += V::kLanes) V::store(high + k, V::load(high + k) - V::load(low + k));
-  for (; k < n; ++k) high[k] -= low[k];
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) { hn::StoreU(hn::Sub(hn::LoadU(d, high + k), hn::LoadU(d, low + k)), d, high + k); });
 }
 
-template <class T>
-inline auto median(typename Vector<T>::Type a, typename Vector<T>::Type b, typename Vector<T>::Type c) {
-  using V = Vector<T>;
-  return V::max(V::min(a, b), V::min(V::max(a, b), c));
-}
-
-template <class T>
-inline void sort_column(const T* above, const T* here, const T* below, T* low, T* middle, T* high) {
-  using V = Vector<T>;
-  const auto a = V::load(above), b = V::load(here), c = V::load(below);
-  const auto small = V::min(a, b), large = V::max(a, b);
-  V::store(low, V::min(small, c));
-  V::store(high, V::max(large, c));
-  V::store(middle, V::max(small, V::min(large, c)));
+template <class V>
+HWY_INLINE V median(V a, V b, V c) {
+  return larger(smaller(a, b), smaller(larger(a, b), c));
 }
 
 template <class T>
 void sort_columns(const T* above, const T* here, const T* below, int64_t n, T* low, T* middle, T* high) {
-  using V = Vector<T>;
-  int64_t k = 0;
-  for (; k + V::kLanes <= n; k += V::kLanes) sort_column(above + k, here + k, below + k, low + k, middle + k, high + k);
-  if (k < n) {  // the last few, from copies that a whole vector may be read of
-    T ends[3][V::kLanes] = {};
-    std::copy(above + k, above + n, ends[0]);
-    std::copy(here + k, here + n, ends[1]);
-    std::copy(below + k, below + n, ends[2]);
-    sort_column(ends[0], ends[1], ends[2], low + k, middle + k, high + k);
-  }
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    const auto a = hn::LoadU(d, above + k), b = hn::LoadU(d, here + k), c = hn::LoadU(d, below + k);
+    const auto small = smaller(a, b), large = larger(a, b);
+    hn::StoreU(smaller(small, c), d, low + k);
+    hn::StoreU(larger(large, c), d, high + k);
+    hn::StoreU(larger(small, smaller(large, c)), d, middle + k);
+  });
 }
 
 // The median of nine is that of the largest of the columns' smallest, the median of their middle and the smallest of their largest.
 template <class T>
-inline auto median_of_columns(const T* low, const T* middle, const T* high) {
-  using V = Vector<T>;
-  const auto lowest = V::max(V::max(V::load(low - 1), V::load(low)), V::load(low + 1));
-  const auto highest = V::min(V::min(V::load(high - 1), V::load(high)), V::load(high + 1));
-  return median<T>(lowest, median<T>(V::load(middle - 1), V::load(middle), V::load(middle + 1)), highest);
-}
-
-template <class T>
 void medians_along(const T* low, const T* middle, const T* high, int64_t n, T* out) {
-  using V = Vector<T>;
-  int64_t k = 0;
-  for (; k + V::kLanes <= n; k += V::kLanes) V::store(out + k, median_of_columns(low + k, middle + k, high + k));
-  if (k < n) store_part<T>(out + k, median_of_columns(low + k, middle + k, high + k), n - k);
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    const auto at = [=](const T* values, int64_t shift) { return hn::LoadU(d, values + k + shift); };
+    const auto lowest = larger(larger(at(low, -1), at(low, 0)), at(low, 1)), highest = smaller(smaller(at(high, -1), at(high, 0)), at(high, 1));
+    hn::StoreU(median(lowest, median(at(middle, -1), at(middle, 0), at(middle, 1)), highest), d, out + k);
+  });
 }
 
 }  // namespace

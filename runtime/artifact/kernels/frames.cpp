@@ -8,17 +8,19 @@ namespace {
 
 constexpr int64_t kBlock = 8192;
 
-// Of eight pixels the numbers at `channel` of each: a shuffle puts every third byte where an integer of 32 bits has its lowest.
-inline __m256 numbers(__m256i pixels, int channel) {
-  const auto at = [channel](int pixel) { return static_cast<int>(0xffffff00u) | (3 * pixel + channel); };
-  const __m256i lanes = _mm256_setr_epi32(at(0), at(1), at(2), at(3), at(0), at(1), at(2), at(3));
-  return _mm256_cvtepi32_ps(_mm256_shuffle_epi8(pixels, lanes));
+// The numbers at `channel` of a vector of pixels: a shuffle puts every third byte where an integer of 32 bits has its lowest.
+template <class D, class Pixels>
+HWY_INLINE hn::Vec<D> numbers(D d, Pixels pixels, int channel) {
+  alignas(16) uint8_t lanes[16];
+  for (int i = 0; i < 16; ++i) lanes[i] = static_cast<uint8_t>(i % 4 ? 0x80 : i / 4 * 3 + channel);
+  const hn::Repartition<uint8_t, D> bytes;
+  return hn::ConvertTo(d, hn::BitCast(Integers<D>(), hn::TableLookupBytesOr0(pixels, hn::LoadDup128(bytes, lanes))));
 }
 
 // Along a row of bytes, which pixel and its right neighbour are summed: weights of the one, three times, and of the other, for each pixel.
 struct Pairs {
   std::vector<int64_t> first;  // as bytes
-  std::vector<float> weights;  // eight for each
+  std::vector<float> weights;  // four for either pixel, the last of which is 0
   int64_t inside = 0;          // how many of them have eight bytes in a row
 };
 
@@ -29,35 +31,59 @@ Pairs pairs_of(const Taps<float>& taps, int64_t width) {
     pairs.first[i] = 3 * first;
     if (3 * first + 8 <= 3 * width) pairs.inside = i + 1;
     for (int64_t k = 0; k < 2; ++k)  // at the ends of a row both taps are of one pixel
-      for (int64_t channel = 0; channel < 3; ++channel) pairs.weights[8 * i + 3 * (taps.index[2 * i + k] - first) + channel] += taps.weight[2 * i + k];
+      for (int64_t channel = 0; channel < 3; ++channel) pairs.weights[8 * i + 4 * (taps.index[2 * i + k] - first) + channel] += taps.weight[2 * i + k];
   }
   return pairs;
 }
 
-// Two pixels as six numbers, and two more of what is beyond them in a row; or zeros, where that may be beyond the frame.
+// Two pixels as four numbers each, of which three count: in one vector, or where four are all that it has room for, in two.
+using Part = hn::CappedTag<float, 8>;
+constexpr int64_t kParts = 8 / static_cast<int64_t>(hn::MaxLanes(Part()));
+static_assert(kParts == 1 || kParts == 2);
+
 template <bool kEnd>
-inline __m256 two_pixels(const uint8_t* p) {
-  int64_t bytes = 0;
-  std::memcpy(&bytes, p, kEnd ? 6 : 8);
-  return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(bytes)));
+HWY_INLINE void load_pair(const uint8_t* p, hn::Vec<Part>* pixels) {
+  uint64_t eight = 0;  // or six, where what is behind them may be beyond the frame
+  std::memcpy(&eight, p, kEnd ? 6 : 8);
+  const Part d;
+  const hn::Repartition<uint64_t, Part> words;
+  const hn::Repartition<uint8_t, Part> bytes;
+  for (int64_t i = 0; i < kParts; ++i) {
+    alignas(32) uint8_t lanes[32];
+    for (int64_t k = 0; k < 32; ++k) lanes[k] = static_cast<uint8_t>(k % 4 ? 0x80 : 3 * (i + k / 16) + k / 4 % 4);
+    pixels[i] = hn::ConvertTo(d, hn::BitCast(Integers<Part>(), hn::TableLookupBytesOr0(hn::BitCast(bytes, hn::Set(words, eight)), hn::LoadU(bytes, lanes))));
+  }
+}
+
+HWY_INLINE auto sum_of_pair(const hn::Vec<Part>* pixels) {
+  const hn::FixedTag<float, 4> half;
+  if constexpr (kParts == 1) return hn::Add(hn::LowerHalf(half, pixels[0]), hn::UpperHalf(half, pixels[0]));
+  else return hn::Add(pixels[0], pixels[1]);
 }
 
 }  // namespace
 
 void frame_to_grey(const uint8_t* frame, int64_t n, float* out) {
-  const auto luma = [](auto b, auto g, auto r) { return r * 0.299f + g * 0.587f + b * 0.114f; };
+  const auto luma = [](auto d, auto b, auto g, auto r) {
+    return hn::Add(hn::Add(hn::Mul(r, hn::Set(d, 0.299f)), hn::Mul(g, hn::Set(d, 0.587f))), hn::Mul(b, hn::Set(d, 0.114f)));
+  };
 #pragma omp parallel for
   for (int64_t begin = 0; begin < n; begin += kBlock) {
     const int64_t end = std::min(begin + kBlock, n);
     int64_t i = begin;
-    // Both halves are loads of 16 bytes, of which 12 are theirs.
-    for (; i + 8 <= end && 3 * i + 28 <= 3 * n; i += 8) {
-      const auto* const low = reinterpret_cast<const __m128i*>(frame + 3 * i);
-      const auto* const high = reinterpret_cast<const __m128i*>(frame + 3 * i + 12);
-      const __m256i pixels = _mm256_set_m128i(_mm_loadu_si128(high), _mm_loadu_si128(low));
-      _mm256_storeu_ps(out + i, luma(numbers(pixels, 0), numbers(pixels, 1), numbers(pixels, 2)));
+    // Of every 16 bytes that are loaded 12 are four pixels'.
+    for (; i + kLanes<float> <= end && 3 * (i + kLanes<float>) + 4 <= 3 * n; i += kLanes<float>) {
+      const Lanes<float> d;
+      const hn::FixedTag<uint8_t, 16> block;
+      const uint8_t* const p = frame + 3 * i;
+      const auto pixels = combined<decltype(block)>(hn::Repartition<uint8_t, Lanes<float>>(), [=](int64_t k) { return hn::LoadU(block, p + k / 16 * 12); });
+      hn::StoreU(luma(d, numbers(d, pixels, 0), numbers(d, pixels, 1), numbers(d, pixels, 2)), d, out + i);
     }
-    for (; i < end; ++i) out[i] = luma(static_cast<float>(frame[3 * i]), static_cast<float>(frame[3 * i + 1]), static_cast<float>(frame[3 * i + 2]));
+    for (; i < end; ++i) {
+      const Lane<float> d;
+      const auto number = [=](int64_t channel) { return hn::Set(d, static_cast<float>(frame[3 * i + channel])); };
+      hn::StoreU(luma(d, number(0), number(1), number(2)), d, out + i);
+    }
   }
 }
 
@@ -69,30 +95,30 @@ void resize_frame(const uint8_t* frame, int64_t height, int64_t width, int64_t n
 #pragma omp parallel for
   for (int64_t y = 0; y < new_height; ++y) {
     const uint8_t *const upper = frame + 3 * width * down.index[2 * y], *const lower = frame + 3 * width * down.index[2 * y + 1];
-    const __m256 above = _mm256_set1_ps(down.weight[2 * y]), below = _mm256_set1_ps(down.weight[2 * y + 1]);
-    const __m256i second = _mm256_setr_epi32(3, 4, 5, 6, 7, 7, 7, 7);
-    float* const row = all_rows.data() + room * omp_get_thread_num();  // four numbers a pixel, of which three count
-    const auto sum = [&](int64_t x, __m256 a, __m256 b) {
-      const __m256 both = (a * above + b * below) * _mm256_loadu_ps(across.weights.data() + 8 * x);
-      _mm_storeu_ps(row + 4 * x, _mm256_castps256_ps128(both + _mm256_permutevar8x32_ps(both, second)));
+    const Part d;
+    const auto above = hn::Set(d, down.weight[2 * y]), below = hn::Set(d, down.weight[2 * y + 1]);
+    float* const row = all_rows.data() + room * omp_get_thread_num();  // four numbers a pixel
+    const int64_t* const first = across.first.data();
+    const float* const weights = across.weights.data();
+    const auto sum = [=](int64_t x, auto end) {
+      hn::Vec<Part> a[kParts], b[kParts];
+      load_pair<end>(upper + first[x], a);
+      load_pair<end>(lower + first[x], b);
+      for (int64_t i = 0; i < kParts; ++i)
+        a[i] = hn::Mul(hn::Add(hn::Mul(a[i], above), hn::Mul(b[i], below)), hn::LoadU(d, weights + 8 * x + 4 * i));
+      hn::StoreU(sum_of_pair(a), hn::FixedTag<float, 4>(), row + 4 * x);
     };
     int64_t x = 0;
-    for (; x < across.inside; ++x) sum(x, two_pixels<false>(upper + across.first[x]), two_pixels<false>(lower + across.first[x]));
-    for (; x < new_width; ++x) sum(x, two_pixels<true>(upper + across.first[x]), two_pixels<true>(lower + across.first[x]));
+    for (; x < across.inside; ++x) sum(x, std::false_type());
+    for (; x < new_width; ++x) sum(x, std::true_type());
     float *const blue = out + (2 * new_height + y) * new_width, *const green = out + (new_height + y) * new_width, *const red = out + y * new_width;
-    x = 0;
-    for (; x + 4 <= new_width; x += 4) {
-      __m128 b = _mm_loadu_ps(row + 4 * x), g = _mm_loadu_ps(row + 4 * x + 4), r = _mm_loadu_ps(row + 4 * x + 8), rest = _mm_loadu_ps(row + 4 * x + 12);
-      _MM_TRANSPOSE4_PS(b, g, r, rest);
-      _mm_storeu_ps(blue + x, b);
-      _mm_storeu_ps(green + x, g);
-      _mm_storeu_ps(red + x, r);
-    }
-    for (; x < new_width; ++x) {
-      blue[x] = row[4 * x];
-      green[x] = row[4 * x + 1];
-      red[x] = row[4 * x + 2];
-    }
+    for_lanes<float>(new_width, [=](auto tag, auto, int64_t k) {
+      hn::Vec<decltype(tag)> b, g, r, rest;
+      hn::LoadInterleaved4(tag, row + 4 * k, b, g, r, rest);
+      hn::StoreU(b, tag, blue + k);
+      hn::StoreU(g, tag, green + k);
+      hn::StoreU(r, tag, red + k);
+    });
   }
 }
 

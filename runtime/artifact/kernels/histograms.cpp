@@ -73,28 +73,28 @@ struct Extent {
 
 template <class T>
 Extent<T> extent(const T* x, int64_t n) {
-  using V = Vector<T>;
+  const Lanes<T> d;
+  constexpr int64_t lanes = kLanes<T>;
   T least = x[0], greatest = x[0];
   bool undefined = false;
   int64_t k = 0;
-  if (n >= 4 * V::kLanes) {
+  if (n >= 4 * lanes) {
     // Four of each, which do not wait for each other.
-    typename V::Type low[4], high[4], order[4];
-    for (int i = 0; i < 4; ++i) low[i] = high[i] = order[i] = V::load(x + i * V::kLanes);
-    for (; k + 4 * V::kLanes <= n; k += 4 * V::kLanes)
+    hn::Vec<Lanes<T>> low[4], high[4], order[4];
+    for (int i = 0; i < 4; ++i) low[i] = high[i] = order[i] = hn::LoadU(d, x + i * lanes);
+    for (; k + 4 * lanes <= n; k += 4 * lanes)
       for (int i = 0; i < 4; ++i) {
-        const auto v = V::load(x + k + i * V::kLanes);
-        low[i] = V::min(low[i], v);
-        high[i] = V::max(high[i], v);
-        order[i] += v - v;  // NaN once a value is, or is infinite
+        const auto v = hn::LoadU(d, x + k + i * lanes);
+        low[i] = smaller(low[i], v);
+        high[i] = larger(high[i], v);
+        order[i] = hn::Add(order[i], hn::Sub(v, v));  // NaN once a value is, or is infinite
       }
-    T lows[V::kLanes], highs[V::kLanes];
-    V::store(lows, V::min(V::min(low[0], low[1]), V::min(low[2], low[3])));
-    V::store(highs, V::max(V::max(high[0], high[1]), V::max(high[2], high[3])));
-    least = *std::min_element(lows, lows + V::kLanes);
-    greatest = *std::max_element(highs, highs + V::kLanes);
-    const auto sum = order[0] + order[1] + order[2] + order[3];
-    if (V::any(sum != sum)) undefined = std::any_of(x, x + k, [](T v) { return std::isnan(v); });
+    T lows[lanes], highs[lanes];
+    hn::StoreU(smaller(smaller(low[0], low[1]), smaller(low[2], low[3])), d, lows);
+    hn::StoreU(larger(larger(high[0], high[1]), larger(high[2], high[3])), d, highs);
+    least = *std::min_element(lows, lows + lanes);
+    greatest = *std::max_element(highs, highs + lanes);
+    if (any(d, hn::IsNaN(hn::Add(hn::Add(order[0], order[1]), hn::Add(order[2], order[3]))))) undefined = std::any_of(x, x + k, [](T v) { return std::isnan(v); });
   }
   for (; k < n; ++k) {
     least = std::min(least, x[k]);
@@ -130,24 +130,30 @@ void extents(const T* x, int64_t rows, int64_t n, T* out) {
 template void extents(const float*, int64_t, int64_t, float*);
 template void extents(const double*, int64_t, int64_t, double*);
 
+namespace {
+
+// The bins of n values, limited as numbers, for not every one is an integer; NaN is in the first.
+template <class T>
+void place_in_bins(const T* x, int64_t n, T low, T span, T bins, int32_t* index) {
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    const auto place = hn::Mul(hn::Div(hn::Sub(hn::LoadU(d, x + k), hn::Set(d, low)), hn::Set(d, span)), hn::Set(d, bins));
+    const auto limited = smaller(larger(place, hn::Zero(d)), hn::Set(d, bins - 1));
+    hn::StoreU(truncated(d, limited), Integers<decltype(d)>(), index + k);
+  });
+}
+
+}  // namespace
+
 template <class T>
 void bin_counts(const T* x, const T* low, const T* span, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {
-  using V = Vector<T>;
   constexpr int64_t kBlock = 512;
   count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) {
     const T* const values = x + row * n + first;
-    const T least = low[row], width = span[row], number = static_cast<T>(bins), last = static_cast<T>(bins - 1);
+    const T least = low[row], width = span[row];
     int32_t index[kBlock];
     for (int64_t k = 0; k < size; k += kBlock) {
       const int64_t m = std::min(kBlock, size - k);
-      // Limited as numbers, for not every one is an integer; max's second operand is what NaN becomes.
-      int64_t j = 0;
-      for (; j + V::kLanes <= m; j += V::kLanes)
-        V::store_whole(index + j, V::min(V::max((V::load(values + k + j) - V::all(least)) / V::all(width) * V::all(number), V::all(0)), V::all(last)));
-      for (; j < m; ++j) {
-        const T place = (values[k + j] - least) / width * number;
-        index[j] = static_cast<int32_t>(place > 0 ? std::min(place, last) : T(0));
-      }
+      place_in_bins(values + k, m, least, width, static_cast<T>(bins), index);
       count<true>(index, m, bins, tables);
     }
   });
@@ -158,18 +164,38 @@ template void bin_counts(const double*, const double*, const double*, int64_t, i
 
 namespace {
 
-__m256 load_eight(const float* p) { return _mm256_loadu_ps(p); }
-__m256 load_eight(const double* p) { return _mm256_set_m128(_mm256_cvtpd_ps(_mm256_loadu_pd(p + 4)), _mm256_cvtpd_ps(_mm256_loadu_pd(p))); }
+// A number from 0 to 255 that is added to this has its nearest whole number, halves the even one, in its last bits.
+constexpr float kWhole = 8388608;
 
-// The levels of eight values, in the lower half.
-__m128i eight_levels(__m256 x) {
-  // max's second operand is what NaN becomes.
-  const __m256 scaled = _mm256_min_ps(_mm256_max_ps(x * 255.0f, _mm256_setzero_ps()), _mm256_set1_ps(255.0f));
-  const __m256i whole = _mm256_cvttps_epi32(scaled);
-  const __m256i up = (__m256i)(scaled - _mm256_cvtepi32_ps(whole) >= 0.5f);  // -1 or 0
-  const __m256i level = _mm256_sub_epi32(whole, up);
-  const __m128i shorts = _mm_packus_epi32(_mm256_castsi256_si128(level), _mm256_extracti128_si256(level, 1));
-  return _mm_packus_epi16(shorts, shorts);
+// The values as bytes: the nearest, halves the even one; NaN is 0.
+template <class D>
+HWY_INLINE hn::Vec<hn::Rebind<uint8_t, D>> to_bytes(D d, hn::Vec<D> v) {
+  const auto limited = smaller(larger(v, hn::Zero(d)), hn::Set(d, 255));
+  return hn::TruncateTo(hn::Rebind<uint8_t, D>(), hn::BitCast(hn::RebindToUnsigned<D>(), hn::Add(limited, hn::Set(d, kWhole))));
+}
+
+template <class D>
+HWY_INLINE hn::Vec<D> load_floats(D d, const float* p) {
+  return hn::LoadU(d, p);
+}
+
+template <class D>
+HWY_INLINE hn::Vec<D> load_floats(D d, const double* p) {
+  using Part = hn::Rebind<float, hn::CappedTag<double, hn::MaxLanes(D())>>;
+  return combined<Part>(d, [=](int64_t i) { return hn::DemoteTo(Part(), hn::LoadU(hn::Rebind<double, Part>(), p + i)); });
+}
+
+// The levels of n values, halves up. NaN is the lowest.
+template <class T>
+void find_levels(const T* x, int64_t n, uint8_t* levels) {
+  for_lanes<float>(n, [=](auto d, auto, int64_t k) {
+    const auto scaled = smaller(larger(hn::Mul(load_floats(d, x + k), hn::Set(d, 255)), hn::Zero(d)), hn::Set(d, 255));
+    const auto rounded = hn::Add(scaled, hn::Set(d, kWhole));
+    const hn::RebindToUnsigned<decltype(d)> integers;
+    const auto half_down = hn::RebindMask(integers, hn::Eq(hn::Sub(scaled, hn::Sub(rounded, hn::Set(d, kWhole))), hn::Set(d, 0.5f)));
+    const auto level = hn::Sub(hn::BitCast(integers, rounded), hn::VecFromMask(integers, half_down));  // of a mask -1 or 0
+    hn::StoreU(hn::TruncateTo(hn::Rebind<uint8_t, decltype(d)>(), level), hn::Rebind<uint8_t, decltype(d)>(), levels + k);
+  });
 }
 
 }  // namespace
@@ -178,18 +204,7 @@ template <class T>
 void to_levels(const T* x, int64_t n, uint8_t* levels) {
   constexpr int64_t kBlock = 16384;
 #pragma omp parallel for
-  for (int64_t first = 0; first < n; first += kBlock) {
-    const int64_t last = std::min(n, first + kBlock);
-    int64_t k = first;
-    for (; k + 8 <= last; k += 8) _mm_storel_epi64(reinterpret_cast<__m128i*>(levels + k), eight_levels(load_eight(x + k)));
-    if (k < last) {
-      T rest[8] = {};
-      uint8_t bytes[16];
-      std::copy(x + k, x + last, rest);
-      _mm_storeu_si128(reinterpret_cast<__m128i*>(bytes), eight_levels(load_eight(rest)));
-      std::copy_n(bytes, last - k, levels + k);
-    }
-  }
+  for (int64_t first = 0; first < n; first += kBlock) find_levels(x + first, std::min(kBlock, n - first), levels + first);
 }
 
 template void to_levels(const float*, int64_t, uint8_t*);
@@ -230,6 +245,25 @@ void tile_counts(const uint8_t* levels, Planes planes, int64_t tile_y, int64_t t
   }
 }
 
+namespace {
+
+// The levels of n pixels by the curves a, b, c, d of the tiles to the left and right above, and below.
+void blend(const float* a, const float* b, const float* c, const float* d, const uint8_t* in, int64_t n, const float* weight, float weight_below, uint8_t* out) {
+  for_lanes<float>(n, [=](auto tag, auto, int64_t k) {
+    const hn::Rebind<uint8_t, decltype(tag)> bytes;
+    const auto level = hn::PromoteTo(Integers<decltype(tag)>(), hn::LoadU(bytes, in + k));
+    // All before what is done with them: else the compiler makes a gather wait for the register that the one before it had as its mask.
+    const auto upper_left = hn::GatherIndex(tag, a, level), upper_right = hn::GatherIndex(tag, b, level);
+    const auto lower_left = hn::GatherIndex(tag, c, level), lower_right = hn::GatherIndex(tag, d, level);
+    const auto right = hn::LoadU(tag, weight + k), left = hn::Sub(hn::Set(tag, 1), right);
+    const auto below = hn::Set(tag, weight_below), above = hn::Set(tag, 1 - weight_below);
+    const auto upper = hn::Add(hn::Mul(upper_left, left), hn::Mul(upper_right, right)), lower = hn::Add(hn::Mul(lower_left, left), hn::Mul(lower_right, right));
+    hn::StoreU(to_bytes(tag, hn::Add(hn::Mul(upper, above), hn::Mul(lower, below))), bytes, out + k);
+  });
+}
+
+}  // namespace
+
 void blend_curves(const float* table, int64_t tiles, int64_t tiles_x, const uint8_t* levels, Planes planes, const int64_t* first_y,
                   const int64_t* second_y, const float* weight_y, const int64_t* first_x, const int64_t* second_x, const float* weight_x,
                   uint8_t* out) {
@@ -245,26 +279,11 @@ void blend_curves(const float* table, int64_t tiles, int64_t tiles_x, const uint
     const float *const upper = curves + first_y[y] * tiles_x * 256, *const lower = curves + second_y[y] * tiles_x * 256;
     const uint8_t* const in = levels + i * width;
     uint8_t* const target = out + i * width;
-    const __m256 below = _mm256_set1_ps(weight_y[y]), above = 1.0f - below;
     int64_t x = 0;
     for (const int64_t end : ends) {
-      const int64_t tile = first_x[x], next = second_x[x];
-      const float *const a = upper + tile * 256, *const b = upper + next * 256, *const c = lower + tile * 256, *const d = lower + next * 256;
-      for (; x + 8 <= end; x += 8) {
-        const __m256i level = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(in + x)));
-        const __m256 right = _mm256_loadu_ps(weight_x + x), left = 1.0f - right;
-        const __m256 top = _mm256_i32gather_ps(a, level, 4) * left + _mm256_i32gather_ps(b, level, 4) * right;
-        const __m256 bottom = _mm256_i32gather_ps(c, level, 4) * left + _mm256_i32gather_ps(d, level, 4) * right;
-        const __m256i whole = _mm256_cvtps_epi32(top * above + bottom * below);  // rounds to even
-        const __m128i shorts = _mm_packus_epi32(_mm256_castsi256_si128(whole), _mm256_extracti128_si256(whole, 1));
-        _mm_storel_epi64(reinterpret_cast<__m128i*>(target + x), _mm_packus_epi16(shorts, shorts));
-      }
-      for (; x < end; ++x) {
-        const float right = weight_x[x], left = 1.0f - right;
-        const float top = a[in[x]] * left + b[in[x]] * right, bottom = c[in[x]] * left + d[in[x]] * right;
-        const float level = std::nearbyint(top * (1.0f - weight_y[y]) + bottom * weight_y[y]);
-        target[x] = level > 0 ? static_cast<uint8_t>(std::min(level, 255.0f)) : uint8_t{0};
-      }
+      const int64_t tile = 256 * first_x[x], next = 256 * second_x[x];
+      blend(upper + tile, upper + next, lower + tile, lower + next, in + x, end - x, weight_x + x, weight_y[y], target + x);
+      x = end;
     }
   }
 }

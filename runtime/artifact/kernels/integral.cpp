@@ -4,33 +4,59 @@
 namespace chiasm::kernels {
 namespace {
 
-__m256d load_four(const float* p) { return _mm256_cvtps_pd(_mm_loadu_ps(p)); }
-__m256d load_four(const double* p) { return _mm256_loadu_pd(p); }
-void store_four(float* p, __m256d v) { _mm_storeu_ps(p, _mm256_cvtpd_ps(v)); }
-void store_four(double* p, __m256d v) { _mm256_storeu_pd(p, v); }
-__m256d rounded(__m256d v, float) { return _mm256_cvtps_pd(_mm256_cvtpd_ps(v)); }
-__m256d rounded(__m256d v, double) { return v; }
+// A vector of four, or where there are only vectors of two, a pair of them: running sums are added in the same order on every CPU.
+using Part = hn::CappedTag<double, 4>;
+using V = hn::Vec<Part>;
+constexpr int64_t kPart = static_cast<int64_t>(hn::MaxLanes(Part()));
+static_assert(kPart == 2 || kPart == 4);
 
-// Running sums of four values.
-__m256d running(__m256d v) {
-  const __m256d zero = _mm256_setzero_pd();
-  v += _mm256_blend_pd(_mm256_permute4x64_pd(v, 0x90), zero, 1);  // one to the right
-  return v + _mm256_permute2f128_pd(v, v, 0x08);                  // two to the right
+V load(const float* p) { return hn::PromoteTo(Part(), hn::LoadU(hn::Rebind<float, Part>(), p)); }
+V load(const double* p) { return hn::LoadU(Part(), p); }
+void store(float* p, V v) { hn::StoreU(hn::DemoteTo(hn::Rebind<float, Part>(), v), hn::Rebind<float, Part>(), p); }
+void store(double* p, V v) { hn::StoreU(v, Part(), p); }
+V rounded(V v, float) { return hn::PromoteTo(Part(), hn::DemoteTo(hn::Rebind<float, Part>(), v)); }
+V rounded(V v, double) { return v; }
+
+// The sum of four values and those before them, in all lanes.
+V total(V sums) {
+  const int64_t last[] = {kPart - 1, kPart - 1, kPart - 1, kPart - 1};
+  return hn::TableLookupLanes(sums, hn::SetTableIndices(Part(), last));
+}
+
+// Puts the running sums of four values in their place; each is added to its left neighbour, and then to what is two places to the left.
+template <class T>
+void running(const T* row, V* sums) {
+  const Part d;
+  if constexpr (kPart == 4) {
+    const int64_t left[] = {0, 0, 1, 2};
+    const V values = load(row), neighbours = hn::TableLookupLanes(values, hn::SetTableIndices(d, left));
+    const V pairs = hn::Add(values, hn::IfThenZeroElse(hn::FirstN(d, 1), neighbours));
+    sums[0] = hn::Add(pairs, hn::ConcatLowerLower(d, pairs, hn::Zero(d)));
+  } else {
+    const V low = load(row), high = load(row + 2);
+    sums[0] = hn::Add(low, hn::ConcatLowerUpper(d, low, hn::Zero(d)));
+    sums[1] = hn::Add(hn::Add(high, hn::ConcatLowerUpper(d, high, low)), sums[0]);
+  }
 }
 
 // `above` has the columns' sums so far.
 template <class T>
 void add_row(const T* row, int64_t width, double* above, T* target) {
-  __m256d left = _mm256_setzero_pd();
+  const Part d;
+  V left = hn::Zero(d);
   int64_t k = 0;
   for (; k + 4 <= width; k += 4) {
-    const __m256d sums = running(load_four(row + k));
-    const __m256d total = _mm256_loadu_pd(above + k) + rounded(sums + left, T{});
-    _mm256_storeu_pd(above + k, total);
-    store_four(target + k, total);
-    left += _mm256_permute4x64_pd(sums, 0xff);
+    V sums[4 / kPart];
+    running(row + k, sums);
+    for (int64_t i = 0; i < 4 / kPart; ++i) {
+      const int64_t x = k + i * kPart;
+      const V sum = hn::Add(hn::LoadU(d, above + x), rounded(hn::Add(sums[i], left), T{}));
+      hn::StoreU(sum, d, above + x);
+      store(target + x, sum);
+    }
+    left = hn::Add(left, total(sums[4 / kPart - 1]));
   }
-  double sum = _mm256_cvtsd_f64(left);
+  double sum = hn::GetLane(left);
   for (; k < width; ++k) {
     sum += static_cast<double>(row[k]);
     above[k] += static_cast<double>(static_cast<T>(sum));

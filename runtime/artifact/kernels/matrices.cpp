@@ -3,30 +3,32 @@
 #include <cmath>
 
 #include "kernels.h"
-#include "vectors.h"
+#include "lanes.h"
 
 namespace chiasm::kernels {
 namespace {
 
-using V = Vector<double>;
 constexpr int64_t kRoom = kMostRows;
-static_assert(kRoom % V::kLanes == 0);
+static_assert(kRoom % kLanes<double> == 0);
 
 // Rows that are zeros from n up to the end of their last vector.
 using Rows = double[kMostRows][kRoom];
 
 // target += factor * row, over the vectors that n values fill.
 inline void add(double* target, double factor, const double* row, int64_t n) {
-  for (int64_t i = 0; i < n; i += V::kLanes) V::store(target + i, V::load(target + i) + V::all(factor) * V::load(row + i));
+  const Lanes<double> d;
+  for (int64_t i = 0; i < n; i += kLanes<double>)
+    hn::StoreU(hn::Add(hn::LoadU(d, target + i), hn::Mul(hn::Set(d, factor), hn::LoadU(d, row + i))), d, target + i);
 }
 
 inline void scale(double* row, double factor, int64_t n) {
-  for (int64_t i = 0; i < n; i += V::kLanes) V::store(row + i, V::load(row + i) * V::all(factor));
+  const Lanes<double> d;
+  for (int64_t i = 0; i < n; i += kLanes<double>) hn::StoreU(hn::Mul(hn::LoadU(d, row + i), hn::Set(d, factor)), d, row + i);
 }
 
 void load(const double* m, int64_t n, Rows& rows) {
   for (int64_t r = 0; r < n; ++r) {
-    std::fill(rows[r] + n / V::kLanes * V::kLanes, rows[r] + kRoom, 0.0);
+    std::fill(rows[r] + n / kLanes<double> * kLanes<double>, rows[r] + kRoom, 0.0);
     std::copy(m + r * n, m + (r + 1) * n, rows[r]);
   }
 }

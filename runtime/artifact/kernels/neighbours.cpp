@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "kernels.h"
-#include "vectors.h"
+#include "lanes.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// Products of four descriptors with twelve: as many sums as there are registers for.
-constexpr int64_t kRows = 4, kColumns = 12, kLanes = 4;
+// Products of four descriptors with three vectors of them: as many sums as there are registers for.
+constexpr int64_t kRows = 4, kColumns = 3 * kLanes<double>;
 
 // `size` descriptors as doubles, in groups: entry after entry, of each entry those of the group. The last group is filled up with zeros.
 template <class T>
@@ -22,23 +22,25 @@ void pack(const T* x, int64_t size, int64_t depth, int64_t group, double* out) {
 }
 
 inline void multiply(const double* rows, const double* columns, int64_t depth, double* products) {
-  __m256d sums[kRows][kColumns / kLanes];
+  const Lanes<double> d;
+  constexpr int64_t lanes = kLanes<double>;
+  hn::Vec<Lanes<double>> sums[kRows][kColumns / lanes];
   for (auto& row : sums)
-    for (auto& sum : row) sum = _mm256_setzero_pd();
+    for (auto& sum : row) sum = hn::Zero(d);
   for (int64_t k = 0; k < depth; ++k, rows += kRows, columns += kColumns) {
-    const __m256d a = _mm256_loadu_pd(columns), b = _mm256_loadu_pd(columns + kLanes), c = _mm256_loadu_pd(columns + 2 * kLanes);
+    const auto a = hn::LoadU(d, columns), b = hn::LoadU(d, columns + lanes), c = hn::LoadU(d, columns + 2 * lanes);
 #pragma GCC unroll 4
     for (int64_t r = 0; r < kRows; ++r) {
-      const __m256d factor = _mm256_broadcast_sd(rows + r);
-      sums[r][0] = _mm256_fmadd_pd(factor, a, sums[r][0]);
-      sums[r][1] = _mm256_fmadd_pd(factor, b, sums[r][1]);
-      sums[r][2] = _mm256_fmadd_pd(factor, c, sums[r][2]);
+      const auto factor = hn::Set(d, rows[r]);
+      sums[r][0] = hn::MulAdd(factor, a, sums[r][0]);
+      sums[r][1] = hn::MulAdd(factor, b, sums[r][1]);
+      sums[r][2] = hn::MulAdd(factor, c, sums[r][2]);
     }
   }
   for (const auto& row : sums)
     for (const auto& sum : row) {
-      _mm256_storeu_pd(products, sum);
-      products += kLanes;
+      hn::StoreU(sum, d, products);
+      products += lanes;
     }
 }
 
@@ -91,8 +93,6 @@ constexpr int64_t kStrip = 256;
 // The two least values so far of each of some series, and where in these they are.
 template <class T>
 struct TwoLeast {
-  using V = Vector<T>;
-
   explicit TwoLeast(int64_t count) {
     std::fill_n(first, count, std::numeric_limits<T>::infinity());
     std::fill_n(second, count, std::numeric_limits<T>::infinity());
@@ -112,9 +112,10 @@ struct TwoLeast {
   // n more values of the first series. Few are among the least, and a vector is passed over at once.
   void see_all(const T* values, int64_t n) {
     int64_t i = 0;
-    for (; i + V::kLanes <= n; i += V::kLanes) {
-      if (!V::any(V::load(values + i) < V::all(second[0]))) continue;
-      for (int64_t j = i; j < i + V::kLanes; ++j) see(0, values[j], j);
+    const Lanes<T> d;
+    for (; i + kLanes<T> <= n; i += kLanes<T>) {
+      if (!any(d, hn::Lt(hn::LoadU(d, values + i), hn::Set(d, second[0])))) continue;
+      for (int64_t j = i; j < i + kLanes<T>; ++j) see(0, values[j], j);
     }
     for (; i < n; ++i) see(0, values[i], i);
   }
@@ -122,9 +123,10 @@ struct TwoLeast {
   // The value at a place of each of n series.
   void see_each(const T* values, int64_t n, int64_t place) {
     int64_t k = 0;
-    for (; k + V::kLanes <= n; k += V::kLanes) {
-      if (!V::any(V::load(values + k) < V::load(second + k))) continue;
-      for (int64_t j = k; j < k + V::kLanes; ++j) see(j, values[j], place);
+    const Lanes<T> d;
+    for (; k + kLanes<T> <= n; k += kLanes<T>) {
+      if (!any(d, hn::Lt(hn::LoadU(d, values + k), hn::LoadU(d, second + k)))) continue;
+      for (int64_t j = k; j < k + kLanes<T>; ++j) see(j, values[j], place);
     }
     for (; k < n; ++k) see(k, values[k], place);
   }

@@ -1,25 +1,35 @@
 // Resizing: each pixel is a weighted sum of a run of pixels, along the columns and along the rows.
+#include <hwy/cache_control.h>
+
 #include <type_traits>
 
 #include "rows.h"
+#if HWY_TARGET == HWY_AVX2
+#include "resample_avx2.h"
+#endif
 
 namespace chiasm::kernels {
 namespace {
 
 constexpr int64_t kRows = 32;
 
-// Those of 2 n values at even and at odd places; `ordered` puts their order right, which is the same for both.
-inline __m256 evens(__m256 a, __m256 b) { return _mm256_shuffle_ps(a, b, 0b10001000); }
-inline __m256 odds(__m256 a, __m256 b) { return _mm256_shuffle_ps(a, b, 0b11011101); }
-inline __m256 ordered(__m256 v) { return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(v), 0b11011000)); }
-inline __m256d evens(__m256d a, __m256d b) { return _mm256_unpacklo_pd(a, b); }
-inline __m256d odds(__m256d a, __m256d b) { return _mm256_unpackhi_pd(a, b); }
-inline __m256d ordered(__m256d v) { return _mm256_permute4x64_pd(v, 0b11011000); }
+// The values from p on at even and at odd places, in the same order, which `ordered` puts right; it undoes itself, too.
+template <class D>
+HWY_INLINE void deinterleave(D d, const hn::TFromD<D>* p, hn::Vec<D>& even, hn::Vec<D>& odd) {
+  const auto low = hn::LoadU(d, p), high = hn::LoadU(d, p + hn::Lanes(d));
+  even = hn::ConcatEven(d, high, low);
+  odd = hn::ConcatOdd(d, high, low);
+}
+
+template <class V>
+HWY_INLINE V ordered(V v) {
+  return v;
+}
 
 // One axis: the first pixel of each position's run, and the runs' weights, tap after tap.
 template <class T>
 struct Axis {
-  static constexpr int64_t kLanes = Vector<T>::kLanes;
+  static constexpr int64_t lanes = kLanes<T>;
   // Of a vector of positions: kDoubled where their runs begin at every second pixel, kMirrored where besides all their weights are symmetric;
   // kNear and kWide where they begin inside one vector of pixels or two. Gathering pixels, for kAny, takes several times as long.
   enum class Runs : char { kAny, kWide, kNear, kDoubled, kMirrored };
@@ -32,7 +42,8 @@ struct Axis {
   // Of each vector of positions:
   std::vector<Runs> runs;
   std::vector<int32_t> starts;  // the first run's first pixel
-  std::vector<int32_t> lanes;   // for Vector::pick
+  // How far each run begins from the first one, as a lane, and bits that are set where that is in the second vector of pixels.
+  std::vector<hwy::MakeSigned<T>> from, beyond;
 
   // Pixels that borders repeat are one tap of a run.
   Axis(const Taps<T>& given, int64_t size) : taps(1), count(given.count), first(given.count) {
@@ -59,32 +70,33 @@ struct Axis {
     copies = taps == 1 && std::all_of(weights.begin(), weights.end(), [](T weight) { return weight == 1; });
   }
 
-  // For along_row: finds `runs`, and puts the weights of doubled ones in the order in which evens and odds give the pixels (`ordered` undoes itself).
+  // For along_row: finds `runs`, and puts the weights of doubled ones in the order in which deinterleave gives the pixels.
   void find_runs(int64_t size) {
-    lanes.resize(static_cast<size_t>(count / kLanes * 8));
-    for (int64_t i = 0; i + kLanes <= count; i += kLanes) {
+    from.resize(static_cast<size_t>(count / lanes * lanes));
+    beyond.resize(from.size());
+    for (int64_t i = 0; i + lanes <= count; i += lanes) {
       starts.push_back(first[i]);
-      int32_t from[kLanes];
-      bool every_second = first[i] + 2 * (kLanes - 1) + taps + taps % 2 <= size;
+      bool every_second = first[i] + 2 * (lanes - 1) + taps + taps % 2 <= size;
       int32_t furthest = 0;
       bool rising = true;
-      for (int64_t k = 0; k < kLanes; ++k) {
-        from[k] = first[i + k] - first[i];
-        every_second = every_second && from[k] == 2 * k;
-        rising = rising && from[k] >= 0;
-        furthest = std::max(furthest, from[k]);
+      for (int64_t k = 0; k < lanes; ++k) {
+        const int32_t distance = first[i + k] - first[i];
+        from[i + k] = distance % lanes;
+        beyond[i + k] = distance < lanes ? 0 : -1;
+        every_second = every_second && distance == 2 * k;
+        rising = rising && distance >= 0;
+        furthest = std::max(furthest, distance);
       }
-      const int64_t vectors = furthest / kLanes + 1;  // of pixels, from the first run's on
+      const int64_t vectors = furthest / lanes + 1;  // of pixels, from the first run's on
       if (every_second) {
-        const bool mirrored = std::all_of(symmetric.begin() + i, symmetric.begin() + i + kLanes, [](bool same) { return same; });
+        const bool mirrored = std::all_of(symmetric.begin() + i, symmetric.begin() + i + lanes, [](bool same) { return same; });
         runs.push_back(mirrored ? Runs::kMirrored : Runs::kDoubled);
         for (int64_t k = 0; k < taps; ++k) {
           T* const weight = weights.data() + k * count + i;
-          Vector<T>::store(weight, ordered(Vector<T>::load(weight)));
+          hn::StoreU(ordered(hn::LoadU(Lanes<T>(), weight)), Lanes<T>(), weight);
         }
-      } else if (rising && vectors <= 2 && first[i] + taps - 1 + vectors * kLanes <= size) {
+      } else if (rising && vectors <= 2 && first[i] + taps - 1 + vectors * lanes <= size) {
         runs.push_back(vectors == 1 ? Runs::kNear : Runs::kWide);
-        store_lanes<T>(from, lanes.data() + i / kLanes * 8);
       } else {
         runs.push_back(Runs::kAny);
       }
@@ -95,57 +107,56 @@ struct Axis {
 // The loops over taps are unrolled for kTaps, an even number, which is 0 for any number, or 1 for an axis that copies.
 template <class T, int kTaps>
 void along_row(const T* row, const Axis<T>& axis, T* out) {
-  using V = Vector<T>;
   using Runs = typename Axis<T>::Runs;
+  using V = hn::Vec<Lanes<T>>;
+  const Lanes<T> d;
+  constexpr int64_t lanes = kLanes<T>;
   const int64_t n = axis.count, taps = kTaps ? kTaps : axis.taps;
-  const int32_t *const first = axis.first.data(), *const starts = axis.starts.data(), *const lanes = axis.lanes.data();
+  const int32_t *const first = axis.first.data(), *const starts = axis.starts.data();
+  const hwy::MakeSigned<T> *const places = axis.from.data(), *const masks = axis.beyond.data();
   const T* const weights = axis.weights.data();
   const Runs* const runs = axis.runs.data();
   int64_t i = 0;
-  for (; i + V::kLanes <= n; i += V::kLanes) {
-    const auto weight = [=](int64_t k) { return kTaps == 1 ? V::all(1) : V::load(weights + k * n + i); };
-    const Runs kind = runs[i / V::kLanes];
-    const T* const start = row + starts[i / V::kLanes];
+  for (; i + lanes <= n; i += lanes) {
+    const auto weighed = [=](V pixels, int64_t k) { return kTaps == 1 ? pixels : hn::Mul(pixels, hn::LoadU(d, weights + k * n + i)); };
+    const Runs kind = runs[i / lanes];
+    const T* const start = row + starts[i / lanes];
     // With one tap it is memory that takes the time: the next row is on its way.
-    if (kTaps == 1) _mm_prefetch(reinterpret_cast<const char*>(start + first[n - 1]), _MM_HINT_T0);
-    auto sum = V::all(0);
+    if (kTaps == 1) hwy::Prefetch(start + first[n - 1]);
+    auto sum = hn::Zero(d);
     if (kTaps > 1 && kind == Runs::kMirrored) {
-      typename V::Type pixels[kTaps + 1];
+      V pixels[kTaps + 1];
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < kTaps; k += 2) {
-        const T* const pixel = start + k;
-        const auto a = V::load(pixel), b = V::load(pixel + V::kLanes);
-        pixels[k] = evens(a, b);
-        pixels[k + 1] = odds(a, b);
-      }
+      for (int64_t k = 0; k < kTaps; k += 2) deinterleave(d, start + k, pixels[k], pixels[k + 1]);
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < kTaps / 2; ++k) sum += (pixels[k] + pixels[kTaps - 1 - k]) * weight(k);
+      for (int64_t k = 0; k < kTaps / 2; ++k) sum = hn::Add(sum, weighed(hn::Add(pixels[k], pixels[kTaps - 1 - k]), k));
       sum = ordered(sum);
     } else if (kind == Runs::kMirrored || kind == Runs::kDoubled) {
 #pragma GCC unroll 8
       for (int64_t k = 0; k < taps; k += 2) {
-        const T* const pixel = start + k;
-        const auto a = V::load(pixel), b = V::load(pixel + V::kLanes);
-        sum += evens(a, b) * weight(k);
-        if (k + 1 < taps) sum += odds(a, b) * weight(k + 1);
+        V even, odd;
+        deinterleave(d, start + k, even, odd);
+        sum = hn::Add(sum, weighed(even, k));
+        if (k + 1 < taps) sum = hn::Add(sum, weighed(odd, k + 1));
       }
       sum = ordered(sum);
     } else if (kind == Runs::kNear) {
-      const auto from = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(lanes + i / V::kLanes * 8));
+      const auto from = hn::SetTableIndices(d, places + i);
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < taps; ++k) sum += V::pick(V::load(start + k), from) * weight(k);
+      for (int64_t k = 0; k < taps; ++k) sum = hn::Add(sum, weighed(hn::TableLookupLanes(hn::LoadU(d, start + k), from), k));
     } else if (kind == Runs::kWide) {
-      const auto from = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(lanes + i / V::kLanes * 8));
+      const auto from = hn::SetTableIndices(d, places + i);
+      const auto beyond = hn::MaskFromVec(hn::BitCast(d, hn::LoadU(hn::RebindToSigned<Lanes<T>>(), masks + i)));
 #pragma GCC unroll 8
       for (int64_t k = 0; k < taps; ++k) {
-        const T* const pixel = start + k;
-        sum += V::pick(V::load(pixel), V::load(pixel + V::kLanes), from) * weight(k);
+        const auto low = hn::TableLookupLanes(hn::LoadU(d, start + k), from), high = hn::TableLookupLanes(hn::LoadU(d, start + k + lanes), from);
+        sum = hn::Add(sum, weighed(hn::IfThenElse(beyond, high, low), k));
       }
     } else {
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < taps; ++k) sum += V::gather(row + k, first + i) * weight(k);
+      for (int64_t k = 0; k < taps; ++k) sum = hn::Add(sum, weighed(gathered(d, row + k, first + i), k));
     }
-    V::store(out + i, sum);
+    hn::StoreU(sum, d, out + i);
   }
   for (; i < n; ++i) {
     T sum = 0;
@@ -158,39 +169,36 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
 // be loaded again after every store of a vector.
 template <class T, int kTaps>
 void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i, int64_t n, T* out) {
-  using V = Vector<T>;
   const int64_t taps = kTaps ? kTaps : axis.taps, count = axis.count;
   const T* const weights = axis.weights.data() + i;
-  int64_t x = 0;
+  int64_t done = 0;
   if (kTaps > 1 && axis.symmetric[i]) {
-    typename V::Type half[kTaps / 2 + 1];
-    for (int64_t k = 0; k < kTaps / 2; ++k) half[k] = V::all(weights[k * count]);
-    for (; x + V::kLanes <= n; x += V::kLanes) {
+    const Lanes<T> d;
+    hn::Vec<Lanes<T>> half[kTaps / 2 + 1];
+    for (int64_t k = 0; k < kTaps / 2; ++k) half[k] = hn::Set(d, weights[k * count]);
+    for (; done + kLanes<T> <= n; done += kLanes<T>) {
       // The rows that the next position adds to these are on their way while these are summed.
-      for (int64_t k = 0; k < 2; ++k) _mm_prefetch(reinterpret_cast<const char*>(first + (kTaps + k) * stride + x), _MM_HINT_T0);
-      auto sum = V::all(0);
+      for (int64_t k = 0; k < 2; ++k) hwy::Prefetch(first + (kTaps + k) * stride + done);
+      auto sum = hn::Zero(d);
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < kTaps / 2; ++k) sum += (V::load(first + k * stride + x) + V::load(first + (kTaps - 1 - k) * stride + x)) * half[k];
-      V::store(out + x, sum);
+      for (int64_t k = 0; k < kTaps / 2; ++k)
+        sum = hn::Add(sum, hn::Mul(hn::Add(hn::LoadU(d, first + k * stride + done), hn::LoadU(d, first + (kTaps - 1 - k) * stride + done)), half[k]));
+      hn::StoreU(sum, d, out + done);
     }
   }
-  for (; x + 2 * V::kLanes <= n; x += 2 * V::kLanes) {
-    auto weight = V::all(weights[0]);
-    auto a = V::load(first + x) * weight, b = V::load(first + x + V::kLanes) * weight;
+  first += done;
+  out += done;
+  for_lanes<T, 2>(n - done, [=](auto d, auto vectors, int64_t x) {
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    hn::Vec<decltype(d)> sum[vectors];
+    for (int v = 0; v < vectors; ++v) sum[v] = hn::Mul(hn::LoadU(d, first + x + v * lanes), hn::Set(d, weights[0]));
 #pragma GCC unroll 8
     for (int64_t k = 1; k < taps; ++k) {
-      weight = V::all(weights[k * count]);
-      a += V::load(first + k * stride + x) * weight;
-      b += V::load(first + k * stride + x + V::kLanes) * weight;
+      const auto weight = hn::Set(d, weights[k * count]);
+      for (int v = 0; v < vectors; ++v) sum[v] = hn::Add(sum[v], hn::Mul(hn::LoadU(d, first + k * stride + x + v * lanes), weight));
     }
-    V::store(out + x, a);
-    V::store(out + x + V::kLanes, b);
-  }
-  for (; x < n; ++x) {
-    T sum = first[x] * weights[0];
-    for (int64_t k = 1; k < taps; ++k) sum += first[k * stride + x] * weights[k * count];
-    out[x] = sum;
-  }
+    for (int v = 0; v < vectors; ++v) hn::StoreU(sum[v], d, out + x + v * lanes);
+  });
 }
 
 // Calls choose with the number of taps that an axis's loop is to be unrolled for.

@@ -8,29 +8,25 @@ namespace {
 
 template <class T>
 void smooth_and_slope(const T* above, const T* here, const T* below, int64_t n, T* smooth, T* slope) {
-  using V = Vector<T>;
-  int64_t k = 0;
-  for (; k + V::kLanes <= n; k += V::kLanes) {
-    const auto a = V::load(above + k), c = V::load(below + k);
-    V::store(smooth + k, a + V::all(2) * V::load(here + k) + c);
-    V::store(slope + k, c - a);
-  }
-  for (; k < n; ++k) {
-    smooth[k] = above[k] + 2 * here[k] + below[k];
-    slope[k] = below[k] - above[k];
-  }
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    const auto a = hn::LoadU(d, above + k), c = hn::LoadU(d, below + k);
+    hn::StoreU(hn::Add(hn::Add(a, hn::Mul(hn::Set(d, T(2)), hn::LoadU(d, here + k))), c), d, smooth + k);
+    hn::StoreU(hn::Sub(c, a), d, slope + k);
+  });
 }
 
 // Beyond the end too, up to a whole vector, for which the rows have room.
 template <class T>
 void magnitudes(const T* smooth, const T* slope, int64_t n, T eps, T* dx, T* dy, T* magnitude) {
-  using V = Vector<T>;
-  for (int64_t k = 0; k < n; k += V::kLanes) {
-    const auto x = V::load(smooth + k + 1) - V::load(smooth + k - 1);
-    const auto y = V::load(slope + k - 1) + V::all(2) * V::load(slope + k) + V::load(slope + k + 1);
-    V::store(dx + k, x);
-    V::store(dy + k, y);
-    V::store(magnitude + k, V::sqrt(V::max(x * x + y * y + V::all(eps), V::all(0))));
+  const Lanes<T> d;
+  for (int64_t k = 0; k < n; k += kLanes<T>) {
+    const auto x = hn::Sub(hn::LoadU(d, smooth + k + 1), hn::LoadU(d, smooth + k - 1));
+    const auto twice = hn::Mul(hn::Set(d, T(2)), hn::LoadU(d, slope + k));
+    const auto y = hn::Add(hn::Add(hn::LoadU(d, slope + k - 1), twice), hn::LoadU(d, slope + k + 1));
+    hn::StoreU(x, d, dx + k);
+    hn::StoreU(y, d, dy + k);
+    const auto square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Set(d, eps));
+    hn::StoreU(hn::Sqrt(larger(square, hn::Zero(d))), d, magnitude + k);
   }
 }
 
@@ -76,31 +72,25 @@ class Gradient {
   T* const scratch_;
 };
 
-// The magnitude at m[0] where it is a ridge across the gradient's direction, rounded to 45 degrees, else 0.
-template <class T>
-inline auto thinned(const T* above, const T* here, const T* below, const T* dx, const T* dy) {
-  using V = Vector<T>;
-  const auto centre = V::load(here), x = V::load(dx), y = V::load(dy);
-  const auto tangent = V::all(static_cast<T>(0.41421356237309503));  // of 22.5 degrees
-  const auto wide = V::max(x, -x), high = V::max(y, -y);
-  const auto horizontal = high < wide * tangent, vertical = wide < high * tangent;
-  // Of two equal pixels side by side the first is the ridge.
-  const auto across = (centre > V::load(here - 1)) & (centre >= V::load(here + 1));
-  const auto along = (centre > V::load(above)) & (centre >= V::load(below));
-  const auto falling = centre > V::max(V::load(above - 1), V::load(below + 1));
-  const auto rising = centre > V::max(V::load(above + 1), V::load(below - 1));
-  const auto zero = V::all(0);
-  const auto same = ~((x > zero) ^ (y > zero));
-  const auto diagonal = (same & falling) | (~same & rising);
-  return V::where((horizontal & across) | (vertical & along) | (~horizontal & ~vertical & diagonal), centre);
-}
-
+// The magnitudes where they are a ridge across the gradient's direction, rounded to 45 degrees, else 0.
 template <class T>
 void thin(const T* above, const T* here, const T* below, const T* dx, const T* dy, int64_t n, T* out) {
-  using V = Vector<T>;
-  int64_t k = 0;
-  for (; k + V::kLanes <= n; k += V::kLanes) V::store(out + k, thinned(above + k, here + k, below + k, dx + k, dy + k));
-  if (k < n) store_part<T>(out + k, thinned(above + k, here + k, below + k, dx + k, dy + k), n - k);
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    const auto at = [=](const T* values, int64_t shift) { return hn::LoadU(d, values + k + shift); };
+    const auto centre = at(here, 0), x = at(dx, 0), y = at(dy, 0), zero = hn::Zero(d);
+    const auto tangent = hn::Set(d, static_cast<T>(0.41421356237309503));  // of 22.5 degrees
+    const auto wide = hn::Abs(x), high = hn::Abs(y);
+    const auto horizontal = hn::Lt(high, hn::Mul(wide, tangent)), vertical = hn::Lt(wide, hn::Mul(high, tangent));
+    // Of two equal pixels side by side the first is the ridge.
+    const auto across = hn::And(hn::Gt(centre, at(here, -1)), hn::Ge(centre, at(here, 1)));
+    const auto along = hn::And(hn::Gt(centre, at(above, 0)), hn::Ge(centre, at(below, 0)));
+    const auto falling = hn::Gt(centre, larger(at(above, -1), at(below, 1)));
+    const auto rising = hn::Gt(centre, larger(at(above, 1), at(below, -1)));
+    const auto opposite = hn::Xor(hn::Gt(x, zero), hn::Gt(y, zero));
+    const auto diagonal = hn::Or(hn::AndNot(opposite, falling), hn::And(opposite, rising));
+    const auto straight = hn::Or(hn::And(horizontal, across), hn::And(vertical, along));
+    hn::StoreU(hn::IfThenElseZero(hn::Or(straight, hn::AndNot(hn::Or(horizontal, vertical), diagonal)), centre), d, out + k);
+  });
 }
 
 }  // namespace

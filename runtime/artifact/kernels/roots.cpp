@@ -1,20 +1,23 @@
-// Real roots of polynomials, four at once: between two neighbouring roots of its derivative a polynomial has at most one.
-#include <immintrin.h>
-
+// Real roots of polynomials, a vector of them at once: between two neighbouring roots of its derivative a polynomial has at most one.
 #include <algorithm>
 
 #include "kernels.h"
+#include "lanes.h"
 
 namespace chiasm::kernels {
 namespace {
 
-using V = __m256d;
-using Mask = decltype(V{} < V{});
-constexpr int64_t kLanes = 4;
+constexpr Lanes<double> kTag;
+using V = hn::Vec<Lanes<double>>;
+using Mask = hn::Mask<Lanes<double>>;
 constexpr double kNothing = 1e-15;  // of places, which go from -1 to 1
 
-inline V absolute(V v) { return _mm256_andnot_pd(_mm256_set1_pd(-0.0), v); }
-inline bool any(Mask m) { return _mm256_movemask_pd((V)m) != 0; }
+inline V all(double value) { return hn::Set(kTag, value); }
+inline Mask is_negative(V v) { return hn::Lt(v, hn::Zero(kTag)); }
+inline V middle(V low, V high) { return hn::Mul(all(0.5), hn::Add(low, high)); }
+
+// What is left of 1 beside a place.
+inline V room_at(V u) { return hn::Sub(all(1.0), hn::Abs(u)); }
 
 // Coefficients from the constant on, of degree n.
 struct Polynomial {
@@ -23,65 +26,66 @@ struct Polynomial {
 
   V operator()(V x) const {
     V value = coefficients[degree];
-    for (int64_t k = degree - 1; k >= 0; --k) value = value * x + coefficients[k];
+    for (int64_t k = degree - 1; k >= 0; --k) value = hn::Add(hn::Mul(value, x), coefficients[k]);
     return value;
   }
 
   // The value, and in `slope` the derivative's.
   V operator()(V x, V& slope) const {
     V value = coefficients[degree];
-    slope = V{};
+    slope = hn::Zero(kTag);
     for (int64_t k = degree - 1; k >= 0; --k) {
-      slope = slope * x + value;
-      value = value * x + coefficients[k];
+      slope = hn::Add(hn::Mul(slope, x), value);
+      value = hn::Add(hn::Mul(value, x), coefficients[k]);
     }
     return value;
   }
-};
 
-inline V place(V u) { return u / (1.0 - absolute(u)); }
+  V at_place(V u) const { return (*this)(hn::Div(u, room_at(u))); }
+};
 
 // The root between places low and high, where the signs differ in the lanes of `wanted`; low in others. Newton's steps, and halves of the
 // interval where they lead out of it or do not shrink by half.
 V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask wanted) {
-  V u = wanted ? 0.5 * (low + high) : low, last = high - low;
-  for (int step = 0; step < 100 && any(wanted); ++step) {
-    const V room = 1.0 - absolute(u);
+  V u = hn::IfThenElse(wanted, middle(low, high), low), last = hn::Sub(high, low);
+  for (int step = 0; step < 100 && any(kTag, wanted); ++step) {
+    const V room = room_at(u);
     V slope;
-    const V value = polynomial(u / room, slope);
-    const Mask before = (value < 0) == negative;
-    low = before ? u : low;
-    high = before ? high : u;
-    const V newton = u - value / slope * room * room, moved = absolute(newton - u);
+    const V value = polynomial(hn::Div(u, room), slope);
+    const Mask after = hn::Xor(is_negative(value), negative);
+    low = hn::IfThenElse(after, low, u);
+    high = hn::IfThenElse(after, u, high);
+    const V newton = hn::Sub(u, hn::Mul(hn::Mul(hn::Div(value, slope), room), room)), moved = hn::Abs(hn::Sub(newton, u));
     // Not a number, where the slope is 0 too, is no step of Newton's.
-    const Mask taken = (newton > low) & (newton < high) & (moved < 0.5 * last), there = (value == 0) | (moved < kNothing) | (high - low < kNothing);
-    wanted &= ~there;
-    const V next = wanted ? (taken ? newton : 0.5 * (low + high)) : u;
-    last = absolute(next - u);
+    const Mask taken = hn::And(hn::And(hn::Gt(newton, low), hn::Lt(newton, high)), hn::Lt(moved, hn::Mul(all(0.5), last)));
+    const Mask small = hn::Or(hn::Lt(moved, all(kNothing)), hn::Lt(hn::Sub(high, low), all(kNothing)));
+    wanted = hn::AndNot(hn::Or(hn::Eq(value, hn::Zero(kTag)), small), wanted);
+    const V next = hn::IfThenElse(wanted, hn::IfThenElse(taken, newton, middle(low, high)), u);
+    last = hn::Abs(hn::Sub(next, u));
     u = next;
   }
   return u;
 }
 
-// Four polynomials: coefficients[k][lane], to places[k][lane] and whether there is a root.
-void four(const V* c, int64_t n, V* places, Mask* exists) {
+// A vector of polynomials: coefficients[k] to places[k] and whether there is a root.
+void solve(const V* c, int64_t n, V* places, Mask* exists) {
   V derivative[kMostDegree + 1], ends[kMostDegree + 1];
-  const V end = _mm256_set1_pd(1.0 - 1e-8);
+  const V end = all(1.0 - 1e-8);
   for (int64_t degree = 1; degree <= n; ++degree) {
     // The (n - degree)-th derivative.
     for (int64_t k = 0; k <= degree; ++k) {
-      V factor = _mm256_set1_pd(1.0);
-      for (int64_t j = 1; j <= n - degree; ++j) factor *= _mm256_set1_pd(static_cast<double>(k + j));
-      derivative[k] = c[k + n - degree] * factor;
+      V factor = all(1.0);
+      for (int64_t j = 1; j <= n - degree; ++j) factor = hn::Mul(factor, all(static_cast<double>(k + j)));
+      derivative[k] = hn::Mul(c[k + n - degree], factor);
     }
     const Polynomial polynomial{derivative, degree};
-    ends[0] = -end;
+    ends[0] = hn::Neg(end);
     for (int64_t i = 1; i < degree; ++i) ends[i] = places[i - 1];
     ends[degree] = end;
-    Mask negative = polynomial(place(ends[0])) < 0;
+    Mask negative = is_negative(polynomial.at_place(ends[0]));
     for (int64_t i = 0; i < degree; ++i) {
-      const Mask upper = polynomial(place(ends[i + 1])) < 0;
-      exists[i] = negative != upper;
+      const Mask upper = is_negative(polynomial.at_place(ends[i + 1]));
+      exists[i] = hn::Xor(negative, upper);
       places[i] = root_between(polynomial, ends[i], ends[i + 1], negative, exists[i]);
       negative = upper;
     }
@@ -91,19 +95,24 @@ void four(const V* c, int64_t n, V* places, Mask* exists) {
 }  // namespace
 
 void real_roots(const double* coefficients, int64_t degree, int64_t count, double* places, double* exist) {
+  constexpr int64_t lanes = kLanes<double>;
 #pragma omp parallel for
-  for (int64_t i = 0; i < count; i += kLanes) {
+  for (int64_t i = 0; i < count; i += lanes) {
     V c[kMostDegree + 1], roots[kMostDegree];
     Mask exists[kMostDegree];
-    const int64_t lanes = std::min(kLanes, count - i);
-    for (int64_t k = 0; k <= degree; ++k)
-      for (int64_t lane = 0; lane < kLanes; ++lane) c[k][lane] = coefficients[k * count + i + std::min(lane, lanes - 1)];
-    four(c, degree, roots, exists);
-    for (int64_t k = 0; k < degree; ++k)
-      for (int64_t lane = 0; lane < lanes; ++lane) {
-        places[k * count + i + lane] = roots[k][lane];
-        exist[k * count + i + lane] = exists[k][lane] ? 1 : 0;
-      }
+    const int64_t left = std::min(lanes, count - i);
+    double values[lanes];
+    for (int64_t k = 0; k <= degree; ++k) {
+      for (int64_t lane = 0; lane < lanes; ++lane) values[lane] = coefficients[k * count + i + std::min(lane, left - 1)];
+      c[k] = hn::LoadU(kTag, values);
+    }
+    solve(c, degree, roots, exists);
+    for (int64_t k = 0; k < degree; ++k) {
+      hn::StoreU(roots[k], kTag, values);
+      std::copy_n(values, left, places + k * count + i);
+      hn::StoreU(hn::IfThenElseZero(exists[k], all(1.0)), kTag, values);
+      std::copy_n(values, left, exist + k * count + i);
+    }
   }
 }
 

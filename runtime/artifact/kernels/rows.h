@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernels.h"
-#include "vectors.h"
+#include "lanes.h"
 
 namespace chiasm::kernels {
 
@@ -35,7 +35,7 @@ struct Tile {
 // The length of a row in scratch: a strip's columns with `ends` more, and room for vectors that run over the end.
 template <class T>
 constexpr int64_t padded_length(int64_t columns, int64_t ends) {
-  return columns + ends + 2 * Vector<T>::kLanes;
+  return columns + ends + 2 * kLanes<T>;
 }
 
 // Calls body(tile, scratch, length) for tiles that cover all planes. `rows` rows of a strip, of image and scratch, fit into the second

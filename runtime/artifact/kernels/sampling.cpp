@@ -1,4 +1,6 @@
 // Images read at positions: for a run of positions the pixels and weights first, which all channels share, and then each channel.
+#include <hwy/cache_control.h>
+
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -10,13 +12,14 @@ namespace {
 
 constexpr int64_t kRun = 256, kRows = 32;
 
-// What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights lie side by side. Where the pairs of a
-// vector of positions lie among nine pixels in a row, which two loads have, the first ones' weights come before the second ones'.
+// What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights lie side by side, of a vector of positions
+// those of the even ones before those of the odd ones. Where the pairs of a vector of positions lie among a vector of pixels and one more in a row, which
+// two loads have, the first pixels' weights come before the second ones'.
 template <class T>
 struct Neighbours {
   alignas(64) int32_t index[kRun];
   alignas(64) T upper[2 * kRun], lower[2 * kRun];
-  bool near[kRun / Vector<T>::kLanes];
+  bool near[kRun / kLanes<T>];
 };
 
 // Folds positions into the image, by mirroring at the corner pixels' centres or at the outer edges.
@@ -35,8 +38,8 @@ void reflect(T* x, int64_t n, int64_t size, bool corners) {
 // Limits positions; NaN stays.
 template <class T>
 void limit(T* x, int64_t n, T low, T high) {
-  using V = Vector<T>;
-  for (int64_t i = 0; i < n; i += V::kLanes) V::store(x + i, V::min(V::all(high), V::max(V::all(low), V::load(x + i))));
+  const Lanes<T> d;
+  for (int64_t i = 0; i < n; i += kLanes<T>) hn::StoreU(smaller(hn::Set(d, high), larger(hn::Set(d, low), hn::LoadU(d, x + i))), d, x + i);
 }
 
 template <class T>
@@ -48,119 +51,127 @@ void place(T* x, int64_t n, int64_t size, Padding padding, bool corners) {
 // Of each position the pair of pixels to read along an axis, as its first one, and their weights, 0 where they are outside.
 template <class T>
 void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weight1) {
-  using V = Vector<T>;
-  const auto zero = V::all(0), one = V::all(1), end = V::all(static_cast<T>(size - 1)), last = V::all(static_cast<T>(std::max<int64_t>(size - 2, 0)));
-  const auto least = V::all(-2), greatest = V::all(static_cast<T>(size + 1));
-  for (int64_t i = 0; i < n; i += V::kLanes) {
-    const auto given = V::load(x + i);
-    if (size > 1 && V::all_of((given >= zero) & (given <= end))) {
-      const auto from = V::min(V::floor(given), last), fraction = given - from;
-      V::store_whole(first + i, from);
-      V::store(weight0 + i, one - fraction);
-      V::store(weight1 + i, fraction);
+  const Lanes<T> d;
+  const auto all = [=](auto value) { return hn::Set(d, static_cast<T>(value)); };
+  const auto zero = all(0), one = all(1), end = all(size - 1), last = all(std::max<int64_t>(size - 2, 0)), least = all(-2), greatest = all(size + 1);
+  const auto put = [=](int64_t i, auto from, auto weight_of_first, auto weight_of_second) {
+    hn::StoreU(truncated(d, from), Integers<Lanes<T>>(), first + i);
+    hn::StoreU(weight_of_first, d, weight0 + i);
+    hn::StoreU(weight_of_second, d, weight1 + i);
+  };
+  for (int64_t i = 0; i < n; i += kLanes<T>) {
+    const auto given = hn::LoadU(d, x + i);
+    if (size > 1 && hn::AllTrue(d, hn::And(hn::Ge(given, zero), hn::Le(given, end)))) {
+      const auto from = smaller(hn::Floor(given), last), fraction = hn::Sub(given, from);
+      put(i, from, hn::Sub(one, fraction), fraction);
       continue;
     }
-    const auto position = V::min(V::max(given, least), greatest);  // one pixel outside is as empty as a thousand; not a number is, too
-    const auto pixel = V::floor(position), fraction = position - pixel, from = V::min(V::max(pixel, zero), last);
-    const auto near = V::where((pixel >= zero) & (pixel <= end), one - fraction), far = V::where((pixel >= -one) & (pixel < end), fraction);
+    const auto position = smaller(larger(given, least), greatest);  // one pixel outside is as empty as a thousand; not a number is, too
+    const auto pixel = hn::Floor(position), fraction = hn::Sub(position, pixel), from = smaller(larger(pixel, zero), last);
+    const auto near = hn::IfThenElseZero(hn::And(hn::Ge(pixel, zero), hn::Le(pixel, end)), hn::Sub(one, fraction));
+    const auto far = hn::IfThenElseZero(hn::And(hn::Ge(pixel, hn::Neg(one)), hn::Lt(pixel, end)), fraction);
     // Before the first pixel the second of the two is the pair's first, and at the last pixel the first is the pair's second.
-    V::store_whole(first + i, from);
-    V::store(weight0 + i, V::where(pixel == from, near) + V::where(pixel < from, far));
-    V::store(weight1 + i, V::where(pixel == from, far) + V::where(pixel > from, near));
+    const auto same = hn::Eq(pixel, from);
+    put(i, from, hn::Add(hn::IfThenElseZero(same, near), hn::IfThenElseZero(hn::Lt(pixel, from), far)),
+        hn::Add(hn::IfThenElseZero(same, far), hn::IfThenElseZero(hn::Gt(pixel, from), near)));
   }
 }
 
-// Where a row is read forwards and not by larger steps than one, the pixels at indices lie among eight in a row: how far each is from the first.
-inline __m256i from_first(const int32_t* index) {
-  return _mm256_sub_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), _mm256_set1_epi32(*index));
+// Where a row is read forwards and not by larger steps than one, the pixels at a vector of indices lie in one vector: how far each is from the first.
+using Indices = Integers<Lanes<float>>;
+
+HWY_INLINE hn::Vec<Indices> from_first(const int32_t* index) {
+  const Indices integers;
+  return hn::Sub(hn::LoadU(integers, index), hn::Set(integers, *index));
 }
 
-inline bool among_eight(__m256i from_first) { return _mm256_testz_si256(from_first, _mm256_set1_epi32(~7)); }
-
-// Puts weights of pairs side by side.
-inline void store_pairs(float* p, __m256 first, __m256 second) {
-  const __m256 low = _mm256_unpacklo_ps(first, second), high = _mm256_unpackhi_ps(first, second);
-  _mm256_storeu_ps(p, _mm256_permute2f128_ps(low, high, 0x20));
-  _mm256_storeu_ps(p + 8, _mm256_permute2f128_ps(low, high, 0x31));
-}
-
-inline void store_pairs(double* p, __m256d first, __m256d second) {
-  const __m256d low = _mm256_unpacklo_pd(first, second), high = _mm256_unpackhi_pd(first, second);
-  _mm256_storeu_pd(p, _mm256_permute2f128_pd(low, high, 0x20));
-  _mm256_storeu_pd(p + 4, _mm256_permute2f128_pd(low, high, 0x31));
+HWY_INLINE bool in_one_vector(hn::Vec<Indices> from_first) {
+  const Indices integers;
+  return hn::AllTrue(integers, hn::Eq(hn::And(from_first, hn::Set(integers, ~(static_cast<int32_t>(kLanes<float>) - 1))), hn::Zero(integers)));
 }
 
 template <class T>
 void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Neighbours<T>& taps) {
-  using V = Vector<T>;
-  constexpr int64_t lanes = V::kLanes;
+  const Lanes<T> d;
+  constexpr int64_t lanes = kLanes<T>;
   int32_t column[kRun], row[kRun];
   T left[kRun], right[kRun], top[kRun], bottom[kRun];
   pair_up(x, n, width, column, left, right);
   pair_up(y, n, height, row, top, bottom);
   for (int64_t i = 0; i < n; ++i) taps.index[i] = row[i] * static_cast<int32_t>(stride) + column[i];
-  const int64_t last = (height - 2) * stride + width - 9;  // the last pixel that has nine in its row and below
+  const int64_t last = (height - 2) * stride + width - lanes - 1;  // the last that has a vector of pixels and one more in its row and below
   for (int64_t i = 0; i < n; i += lanes) {
-    const auto first = V::load(left + i), second = V::load(right + i), above = V::load(top + i), below = V::load(bottom + i);
+    const auto at = [=](const T* weights) { return hn::LoadU(d, weights + i); };
+    const auto first = at(left), second = at(right), above = at(top), below = at(bottom);
     bool near = false;
-    if constexpr (lanes == 8) near = i + lanes <= n && taps.index[i] <= last && among_eight(from_first(taps.index + i));
+    if constexpr (sizeof(T) == sizeof(float)) near = i + lanes <= n && taps.index[i] <= last && in_one_vector(from_first(taps.index + i));
     taps.near[i / lanes] = near;
     T *const upper = taps.upper + 2 * i, *const lower = taps.lower + 2 * i;
     if (near) {
-      V::store(upper, above * first);
-      V::store(upper + lanes, above * second);
-      V::store(lower, below * first);
-      V::store(lower + lanes, below * second);
+      hn::StoreU(hn::Mul(above, first), d, upper);
+      hn::StoreU(hn::Mul(above, second), d, upper + lanes);
+      hn::StoreU(hn::Mul(below, first), d, lower);
+      hn::StoreU(hn::Mul(below, second), d, lower + lanes);
     } else {
-      store_pairs(upper, above * first, above * second);
-      store_pairs(lower, below * first, below * second);
+      const auto even = hn::OddEven(hn::DupEven(second), first), odd = hn::OddEven(second, hn::DupOdd(first));
+      hn::StoreU(hn::Mul(hn::DupEven(above), even), d, upper);
+      hn::StoreU(hn::Mul(hn::DupOdd(above), odd), d, upper + lanes);
+      hn::StoreU(hn::Mul(hn::DupEven(below), even), d, lower);
+      hn::StoreU(hn::Mul(hn::DupOdd(below), odd), d, lower + lanes);
     }
   }
 }
 
-inline __m256 pairs(const float* p, const int32_t* index) {
-  const auto two = [&](int64_t i) {
-    double low, high;  // two pixels each, at any address
-    std::memcpy(&low, p + index[i], sizeof low);
-    std::memcpy(&high, p + index[i + 1], sizeof high);
-    return _mm_castpd_ps(_mm_set_pd(high, low));
-  };
-  return _mm256_set_m128(two(2), two(0));
+// The pairs of pixels at every second position.
+template <class D, class T>
+HWY_INLINE hn::Vec<D> pairs(D d, const T* p, const int32_t* index) {
+  const hn::FixedTag<T, 16 / sizeof(T)> part;
+  return combined<decltype(part)>(d, [=](int64_t i) {
+    if constexpr (sizeof(T) == sizeof(double)) {
+      return hn::LoadU(part, p + index[i]);
+    } else {
+      double first, second;  // of two pixels each, at any address
+      std::memcpy(&first, p + index[i], sizeof first);
+      std::memcpy(&second, p + index[i + 2], sizeof second);
+      const hn::FixedTag<double, 2> two;
+      return hn::BitCast(part, hn::OddEven(hn::Set(two, second), hn::Set(two, first)));
+    }
+  });
 }
 
-inline __m256d pairs(const double* p, const int32_t* index) { return _mm256_set_m128d(_mm_loadu_pd(p + index[1]), _mm_loadu_pd(p + index[0])); }
-
-inline __m256 sum_pairs(__m256 a, __m256 b) {
-  return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(_mm256_hadd_ps(a, b)), 0b11011000));
+// Adds up the pairs, of which the even positions' are in one vector and the odd ones' in the other.
+template <class D>
+HWY_INLINE hn::Vec<D> sum_pairs(D d, hn::Vec<D> even, hn::Vec<D> odd) {
+  return hn::Add(hn::OddEven(odd, even), hn::Reverse2(d, hn::OddEven(even, odd)));
 }
-
-inline __m256d sum_pairs(__m256d a, __m256d b) { return _mm256_permute4x64_pd(_mm256_hadd_pd(a, b), 0b11011000); }
 
 template <class T>
 void bilinear(const T* plane, int64_t stride, const Neighbours<T>& taps, int64_t n, T* out) {
-  using V = Vector<T>;
-  constexpr int64_t lanes = V::kLanes;
+  const Lanes<T> d;
+  constexpr int64_t lanes = kLanes<T>;
   const T* const below = plane + stride;
-  const auto weighted = [&](int64_t i) {
-    return pairs(plane, taps.index + i) * V::load(taps.upper + 2 * i) + pairs(below, taps.index + i) * V::load(taps.lower + 2 * i);
-  };
   int64_t i = 0;
   for (; i + lanes <= n; i += lanes) {
-    if constexpr (lanes == 8) {
+    if constexpr (sizeof(T) == sizeof(float)) {
       if (taps.near[i / lanes]) {
+        const auto from = hn::IndicesFromVec(d, from_first(taps.index + i));
         const T *const a = plane + taps.index[i], *const b = a + stride, *const upper = taps.upper + 2 * i, *const lower = taps.lower + 2 * i;
-        const __m256i from = from_first(taps.index + i);
-        const auto first = V::pick(V::load(a), from) * V::load(upper) + V::pick(V::load(b), from) * V::load(lower);
-        const auto second = V::pick(V::load(a + 1), from) * V::load(upper + lanes) + V::pick(V::load(b + 1), from) * V::load(lower + lanes);
-        V::store(out + i, first + second);
+        const auto product = [=](const T* pixels, const T* weights) { return hn::Mul(hn::TableLookupLanes(hn::LoadU(d, pixels), from), hn::LoadU(d, weights)); };
+        const auto first = hn::Add(product(a, upper), product(b, lower)), second = hn::Add(product(a + 1, upper + lanes), product(b + 1, lower + lanes));
+        hn::StoreU(hn::Add(first, second), d, out + i);
         continue;
       }
     }
-    V::store(out + i, sum_pairs(weighted(i), weighted(i + lanes / 2)));
+    const auto weighed = [=, &taps](int64_t first, int64_t k) {
+      const int32_t* const index = taps.index + first;
+      return hn::Add(hn::Mul(pairs(d, plane, index), hn::LoadU(d, taps.upper + k)), hn::Mul(pairs(d, below, index), hn::LoadU(d, taps.lower + k)));
+    };
+    hn::StoreU(sum_pairs(d, weighed(i, 2 * i), weighed(i + 1, 2 * i + lanes)), d, out + i);
   }
   for (; i < n; ++i) {
     const T *const a = plane + taps.index[i], *const b = below + taps.index[i];
-    out[i] = (a[0] * taps.upper[2 * i] + b[0] * taps.lower[2 * i]) + (a[1] * taps.upper[2 * i + 1] + b[1] * taps.lower[2 * i + 1]);
+    const int64_t k = 2 * (i / lanes * lanes) + i % 2 * lanes + i % lanes / 2 * 2;  // of the pair's weights
+    out[i] = (a[0] * taps.upper[k] + b[0] * taps.lower[k]) + (a[1] * taps.upper[k + 1] + b[1] * taps.lower[k + 1]);
   }
 }
 
@@ -193,27 +204,29 @@ void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t wid
   }
 }
 
-// The pixels at indices, by one load where they lie among eight.
-inline __m256 pixels(const float* plane, const int32_t* index, int64_t size) {
-  const __m256i from = from_first(index);
-  if (among_eight(from) && *index + 8 <= size) return Vector<float>::pick(Vector<float>::load(plane + *index), from);
-  return Vector<float>::gather(plane, index);
+// The pixels at indices, by one load where they lie in one vector.
+template <class T>
+HWY_INLINE hn::Vec<Lanes<T>> pixels(const T* plane, const int32_t* index, int64_t size) {
+  const Lanes<T> d;
+  if constexpr (sizeof(T) == sizeof(float)) {
+    const auto from = from_first(index);
+    if (in_one_vector(from) && *index + kLanes<T> <= size) return hn::TableLookupLanes(hn::LoadU(d, plane + *index), hn::IndicesFromVec(d, from));
+  }
+  return gathered(d, plane, index);
 }
-
-inline __m256d pixels(const double* plane, const int32_t* index, int64_t) { return Vector<double>::gather(plane, index); }
 
 template <class T>
 void nearest(const T* plane, int64_t size, const Neighbours<T>& taps, int64_t n, T* out) {
-  using V = Vector<T>;
+  const Lanes<T> d;
   int64_t i = 0;
-  for (; i + V::kLanes <= n; i += V::kLanes) V::store(out + i, pixels(plane, taps.index + i, size) * V::load(taps.upper + i));
+  for (; i + kLanes<T> <= n; i += kLanes<T>) hn::StoreU(hn::Mul(pixels(plane, taps.index + i, size), hn::LoadU(d, taps.upper + i)), d, out + i);
   for (; i < n; ++i) out[i] = plane[taps.index[i]] * taps.upper[i];
 }
 
 // Has pixels on their way that are read a row later: an image of some megabytes is read across its rows, which the CPU does not foresee.
 template <class T>
 void prefetch(const T* plane, const int32_t* index, int64_t n) {
-  for (int64_t i = 0; i < n; i += 8) _mm_prefetch(reinterpret_cast<const char*>(plane + index[i]), _MM_HINT_T0);
+  for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(plane + index[i]);
 }
 
 // Samples where positions(image, row, column, n, x, y) says.

@@ -7,60 +7,39 @@ namespace {
 // out[x] = sum of sources[k][x] * taps[k]. Four vectors at a time, whose additions do not wait for each other.
 template <class T>
 void weigh(const T* const* sources, const T* taps, int64_t count, T* out, int64_t n) {
-  using V = Vector<T>;
-  constexpr int64_t lanes = V::kLanes;
-  int64_t x = 0;
-  for (; x + 4 * lanes <= n; x += 4 * lanes) {
-    auto tap = V::all(taps[0]);
-    const T* p = sources[0] + x;
-    auto a = V::load(p) * tap, b = V::load(p + lanes) * tap, c = V::load(p + 2 * lanes) * tap, d = V::load(p + 3 * lanes) * tap;
+  for_lanes<T, 4>(n, [=](auto d, auto vectors, int64_t x) {
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    auto tap = hn::Set(d, taps[0]);
+    hn::Vec<decltype(d)> sum[vectors];
+    for (int v = 0; v < vectors; ++v) sum[v] = hn::Mul(hn::LoadU(d, sources[0] + x + v * lanes), tap);
     for (int64_t k = 1; k < count; ++k) {
-      tap = V::all(taps[k]);
-      p = sources[k] + x;
-      a += V::load(p) * tap;
-      b += V::load(p + lanes) * tap;
-      c += V::load(p + 2 * lanes) * tap;
-      d += V::load(p + 3 * lanes) * tap;
+      tap = hn::Set(d, taps[k]);
+      const T* const p = sources[k] + x;
+      for (int v = 0; v < vectors; ++v) sum[v] = hn::Add(sum[v], hn::Mul(hn::LoadU(d, p + v * lanes), tap));
     }
-    V::store(out + x, a);
-    V::store(out + x + lanes, b);
-    V::store(out + x + 2 * lanes, c);
-    V::store(out + x + 3 * lanes, d);
-  }
-  for (; x < n; ++x) {
-    T sum = sources[0][x] * taps[0];
-    for (int64_t k = 1; k < count; ++k) sum += sources[k][x] * taps[k];
-    out[x] = sum;
-  }
+    for (int v = 0; v < vectors; ++v) hn::StoreU(sum[v], d, out + x + v * lanes);
+  });
 }
 
 // The same with 2 * kPairs + 1 taps that are the same from both ends: a product for each pair, as stencil.weigh_shifts has it.
 template <class T, int kPairs>
 void weigh_pairs(const T* const* sources, const T* taps, int64_t, T* out, int64_t n) {
-  using V = Vector<T>;
-  constexpr int64_t lanes = V::kLanes;
   const T* from[2 * kPairs + 1];
-  typename V::Type tap[kPairs + 1];
+  T tap[kPairs + 1];
   for (int k = 0; k <= 2 * kPairs; ++k) from[k] = sources[k];
-  for (int k = 0; k <= kPairs; ++k) tap[k] = V::all(taps[k]);
-  int64_t x = 0;
-  for (; x + 2 * lanes <= n; x += 2 * lanes) {
-    const T* p = from[kPairs] + x;
-    auto a = V::load(p) * tap[kPairs], b = V::load(p + lanes) * tap[kPairs];
+  for (int k = 0; k <= kPairs; ++k) tap[k] = taps[k];
+  for_lanes<T, 2>(n, [=](auto d, auto vectors, int64_t x) {
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    hn::Vec<decltype(d)> sum[vectors];
+    for (int v = 0; v < vectors; ++v) sum[v] = hn::Mul(hn::LoadU(d, from[kPairs] + x + v * lanes), hn::Set(d, tap[kPairs]));
 #pragma GCC unroll 8
     for (int k = 0; k < kPairs; ++k) {
       const T *const first = from[k] + x, *const last = from[2 * kPairs - k] + x;
-      a += (V::load(first) + V::load(last)) * tap[k];
-      b += (V::load(first + lanes) + V::load(last + lanes)) * tap[k];
+      for (int v = 0; v < vectors; ++v)
+        sum[v] = hn::Add(sum[v], hn::Mul(hn::Add(hn::LoadU(d, first + v * lanes), hn::LoadU(d, last + v * lanes)), hn::Set(d, tap[k])));
     }
-    V::store(out + x, a);
-    V::store(out + x + lanes, b);
-  }
-  for (; x < n; ++x) {
-    T sum = from[kPairs][x] * taps[kPairs];
-    for (int k = 0; k < kPairs; ++k) sum += (from[k][x] + from[2 * kPairs - k][x]) * taps[k];
-    out[x] = sum;
-  }
+    for (int v = 0; v < vectors; ++v) hn::StoreU(sum[v], d, out + x + v * lanes);
+  });
 }
 
 template <class T>
@@ -81,10 +60,9 @@ Weigh<T> weigh_by(const T* taps, int64_t count) {
 // out[k] = scale * out[k] + centre * x[k]
 template <class T>
 void combine(const T* x, T scale, T centre, T* out, int64_t n) {
-  using V = Vector<T>;
-  int64_t k = 0;
-  for (; k + V::kLanes <= n; k += V::kLanes) V::store(out + k, V::load(out + k) * V::all(scale) + V::load(x + k) * V::all(centre));
-  for (; k < n; ++k) out[k] = out[k] * scale + x[k] * centre;
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    hn::StoreU(hn::Add(hn::Mul(hn::LoadU(d, out + k), hn::Set(d, scale)), hn::Mul(hn::LoadU(d, x + k), hn::Set(d, centre))), d, out + k);
+  });
 }
 
 }  // namespace

@@ -1,0 +1,35 @@
+// Functions that Highway has not: of value after value, but for what functions_avx2.h has.
+#pragma once
+
+#include <cmath>
+
+#include "lanes.h"
+
+namespace chiasm::kernels {
+
+/** function(a, b) of each two values. */
+template <class V, class Function>
+inline V of_each(V a, V b, const Function& function) {
+  const hn::DFromV<V> d;
+  hn::TFromV<V> left[hn::MaxLanes(d)], right[hn::MaxLanes(d)];
+  hn::StoreU(a, d, left);
+  hn::StoreU(b, d, right);
+  for (size_t i = 0; i < hn::Lanes(d); ++i) left[i] = function(left[i], right[i]);
+  return hn::LoadU(d, left);
+}
+
+template <class V>
+inline V vector_exp(V v) {
+  return of_each(v, v, [](auto x, auto) { return std::exp(x); });
+}
+
+template <class V>
+inline V vector_atan2(V y, V x) {
+  return of_each(y, x, [](auto a, auto b) { return std::atan2(a, b); });
+}
+
+}  // namespace chiasm::kernels
+
+#if HWY_ARCH_X86 && HWY_MAX_BYTES >= 32
+#include "functions_avx2.h"
+#endif
