@@ -55,8 +55,9 @@ HWY_INLINE void load_pair(const uint8_t* p, hn::Vec<Part>* pixels) {
   }
 }
 
-HWY_INLINE auto sum_of_pair(const hn::Vec<Part>* pixels) {
-  const hn::FixedTag<float, 4> half;
+template <class D>
+HWY_INLINE hn::Vec<hn::FixedTag<float, 4>> sum_of_pair(D, const hn::Vec<D>* pixels) {
+  const hn::Half<D> half;
   if constexpr (kParts == 1) return hn::Add(hn::LowerHalf(half, pixels[0]), hn::UpperHalf(half, pixels[0]));
   else return hn::Add(pixels[0], pixels[1]);
 }
@@ -106,7 +107,7 @@ void resize_frame(const uint8_t* frame, int64_t height, int64_t width, int64_t n
       load_pair<end>(lower + first[x], b);
       for (int64_t i = 0; i < kParts; ++i)
         a[i] = hn::Mul(hn::Add(hn::Mul(a[i], above), hn::Mul(b[i], below)), hn::LoadU(d, weights + 8 * x + 4 * i));
-      hn::StoreU(sum_of_pair(a), hn::FixedTag<float, 4>(), row + 4 * x);
+      hn::StoreU(sum_of_pair(d, a), hn::FixedTag<float, 4>(), row + 4 * x);
     };
     int64_t x = 0;
     for (; x < across.inside; ++x) sum(x, std::false_type());

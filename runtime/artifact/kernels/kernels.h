@@ -1,8 +1,8 @@
 /** Loops that tensor code cannot reach: chiasm's kernels for the CPU, on plain pointers.
  *
  *  Each does the work of a function in python/chiasm/primitives/kernels.py, whose tensor form defines it; compiled ops call it in the
- *  tensor form's place. Tensors are dense and row-major. T is float or double where there is a T. They need AVX2 and FMA, and may
- *  throw std::bad_alloc. They share the work among the threads of the run that they belong to.
+ *  tensor form's place. Tensors are dense and row-major. T is float or double where there is a T. They need the instruction set that
+ *  they are compiled for (lanes.h), and may throw std::bad_alloc. They share the work among the threads of the run that they belong to.
  */
 #pragma once
 

@@ -8,6 +8,8 @@
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #include <hwy/highway.h>
 
+#include <hwy/cache_control.h>
+
 #include <cstdint>
 #include <type_traits>
 

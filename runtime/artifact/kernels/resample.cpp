@@ -1,6 +1,4 @@
 // Resizing: each pixel is a weighted sum of a run of pixels, along the columns and along the rows.
-#include <hwy/cache_control.h>
-
 #include <type_traits>
 
 #include "rows.h"

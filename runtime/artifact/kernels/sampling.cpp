@@ -1,6 +1,4 @@
 // Images read at positions: for a run of positions the pixels and weights first, which all channels share, and then each channel.
-#include <hwy/cache_control.h>
-
 #include <cmath>
 #include <cstring>
 #include <limits>
