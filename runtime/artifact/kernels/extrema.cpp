@@ -2,7 +2,6 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -27,20 +26,21 @@ HWY_INLINE void widen(D d, const T* p, int64_t row, bool own, hn::Vec<D>& most, 
 // One bit for each lane.
 template <class D>
 HWY_INLINE uint32_t bits(D d, hn::Mask<D> mask) {
-  static_assert(hn::MaxLanes(D()) <= 32);
-  uint8_t bytes[8] = {};  // as many as StoreMaskBits may write
+  static_assert(hn::MaxLanes(D()) <= 16);
+  uint8_t bytes[8];  // as many as StoreMaskBits may write
   hn::StoreMaskBits(d, mask, bytes);
-  uint32_t number;
-  std::memcpy(&number, bytes, sizeof number);
+  uint32_t number = bytes[0];
+  if (hn::MaxLanes(D()) > 8) number |= static_cast<uint32_t>(bytes[1]) << 8;
   return number;
 }
 
 // One bit for each of the values from p on that have NaN around them. Seldom called, and not to take the loop's registers.
 template <class D, class T>
 __attribute__((noinline)) uint32_t unordered(D d, const T* p, int64_t row, int64_t plane) {
-  uint32_t found = 0;
-  for (int64_t i = 0; i < 27; ++i) found |= bits(d, hn::IsNaN(hn::LoadU(d, p + (i / 9 - 1) * plane + (i / 3 % 3 - 1) * row + i % 3 - 1)));
-  return found;
+  const auto is_nan = [=](int64_t i) { return hn::IsNaN(hn::LoadU(d, p + (i / 9 - 1) * plane + (i / 3 % 3 - 1) * row + i % 3 - 1)); };
+  auto found = is_nan(0);
+  for (int64_t i = 1; i < 27; ++i) found = hn::Or(found, is_nan(i));
+  return bits(d, found);
 }
 
 // One bit for each of the values from p on that is an extremum: a positive maximum or, with `minima`, a negative minimum.

@@ -2,26 +2,18 @@
 #include <type_traits>
 
 #include "rows.h"
-#if HWY_TARGET == HWY_AVX2
-#include "resample_avx2.h"
-#endif
 
 namespace chiasm::kernels {
 namespace {
 
 constexpr int64_t kRows = 32;
 
-// The values from p on at even and at odd places, in the same order, which `ordered` puts right; it undoes itself, too.
+// The values from p on at even and at odd places.
 template <class D>
 HWY_INLINE void deinterleave(D d, const hn::TFromD<D>* p, hn::Vec<D>& even, hn::Vec<D>& odd) {
   const auto low = hn::LoadU(d, p), high = hn::LoadU(d, p + hn::Lanes(d));
   even = hn::ConcatEven(d, high, low);
   odd = hn::ConcatOdd(d, high, low);
-}
-
-template <class V>
-HWY_INLINE V ordered(V v) {
-  return v;
 }
 
 // One axis: the first pixel of each position's run, and the runs' weights, tap after tap.
@@ -68,7 +60,7 @@ struct Axis {
     copies = taps == 1 && std::all_of(weights.begin(), weights.end(), [](T weight) { return weight == 1; });
   }
 
-  // For along_row: finds `runs`, and puts the weights of doubled ones in the order in which deinterleave gives the pixels.
+  // For along_row.
   void find_runs(int64_t size) {
     from.resize(static_cast<size_t>(count / lanes * lanes));
     beyond.resize(from.size());
@@ -89,10 +81,6 @@ struct Axis {
       if (every_second) {
         const bool mirrored = std::all_of(symmetric.begin() + i, symmetric.begin() + i + lanes, [](bool same) { return same; });
         runs.push_back(mirrored ? Runs::kMirrored : Runs::kDoubled);
-        for (int64_t k = 0; k < taps; ++k) {
-          T* const weight = weights.data() + k * count + i;
-          hn::StoreU(ordered(hn::LoadU(Lanes<T>(), weight)), Lanes<T>(), weight);
-        }
       } else if (rising && vectors <= 2 && first[i] + taps - 1 + vectors * lanes <= size) {
         runs.push_back(vectors == 1 ? Runs::kNear : Runs::kWide);
       } else {
@@ -128,7 +116,6 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
       for (int64_t k = 0; k < kTaps; k += 2) deinterleave(d, start + k, pixels[k], pixels[k + 1]);
 #pragma GCC unroll 8
       for (int64_t k = 0; k < kTaps / 2; ++k) sum = hn::Add(sum, weighed(hn::Add(pixels[k], pixels[kTaps - 1 - k]), k));
-      sum = ordered(sum);
     } else if (kind == Runs::kMirrored || kind == Runs::kDoubled) {
 #pragma GCC unroll 8
       for (int64_t k = 0; k < taps; k += 2) {
@@ -137,7 +124,6 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
         sum = hn::Add(sum, weighed(even, k));
         if (k + 1 < taps) sum = hn::Add(sum, weighed(odd, k + 1));
       }
-      sum = ordered(sum);
     } else if (kind == Runs::kNear) {
       const auto from = hn::SetTableIndices(d, places + i);
 #pragma GCC unroll 8
