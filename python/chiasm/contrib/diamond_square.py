@@ -89,10 +89,11 @@ def _filled(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
     corner = (_within(y, cell) == 0)[:, None] & (_within(x, cell) == 0)
     # Infinity marks what is to come: a step that leaves everything as it was is then one after the last.
     state = torch.where(corner, random * scale, torch.full_like(random, math.inf))
-    return until_stable(_step, state, (random, whole_quotient(cell, 2 * powers), factor, scale), 16)
+    return _displaced(state, 16, random, whole_quotient(cell, 2 * powers), factor, scale)
 
 
-def _step(state: Tensor, k: Tensor, random: Tensor, halves: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
+@until_stable
+def _displaced(state: Tensor, k: Tensor, random: Tensor, halves: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
     return _refine(state, halves.index_select(0, k.reshape(1)), random * (scale * torch.pow(factor, k.to(factor.dtype))))
 
 

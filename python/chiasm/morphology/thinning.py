@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image
-from ..primitives.loops import is_same, until_stable
+from ..primitives.loops import until_stable
 from ..primitives.padding import join_columns, padded_parts
 
 
@@ -67,19 +67,11 @@ def _thinned(input: Tensor, num_iters: int, zhang: bool) -> Tensor:
     if num_iters < 0:
         raise ValueError(f"num_iters: expected at least 0, got {num_iters}")
     state = (input > 0).to(torch.int32)
-    if torch.jit.is_scripting():
-        k = torch.zeros([], dtype=torch.int64, device=input.device)
-        for _ in range(num_iters):
-            peeled = _peel(state, k, zhang)
-            if is_same(peeled, state):
-                break
-            state = peeled
-    else:
-        state = until_stable(_peel, state, (zhang,), num_iters)
-    return state.to(input.dtype)
+    return _peeled(state, num_iters, zhang).to(input.dtype)
 
 
-def _peel(state: Tensor, k: Tensor, zhang: bool) -> Tensor:
+@until_stable
+def _peeled(state: Tensor, k: Tensor, zhang: bool) -> Tensor:
     """A round: the outline on two sides, then on the other two."""
     for first in [True, False]:
         outs: List[Tensor] = []

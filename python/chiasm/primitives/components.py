@@ -10,7 +10,7 @@ from torch import Tensor
 
 from . import kernels
 from .extremes import rectangle_extreme
-from .loops import is_same, until_stable
+from .loops import until_stable
 from .target import native_forward
 
 
@@ -27,15 +27,7 @@ def component_roots(mask: Tensor, limit: int) -> Tensor:
     count = mask.size(1) * mask.size(2)
     own = torch.arange(count, device=mask.device, dtype=torch.int32)
     parent = own[None] + torch.zeros_like(mask.reshape(mask.size(0), count), dtype=torch.int32)
-    if torch.jit.is_scripting():
-        for _ in range(limit):
-            joined = _join(parent, own[0], mask)
-            if is_same(joined, parent):
-                break
-            parent = joined
-    else:
-        parent = until_stable(_join, parent, (mask,), limit)
-    return parent
+    return _joined(parent, limit, mask)
 
 
 def reached(mask: Tensor, seeds: Tensor, limit: int) -> Tensor:
@@ -63,7 +55,8 @@ def lower_at(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> T
     return values.scatter_reduce(1, slot.to(torch.int64), torch.where(active, offers, values), "amin")
 
 
-def _join(parent: Tensor, k: Tensor, mask: Tensor) -> Tensor:
+@until_stable
+def _joined(parent: Tensor, k: Tensor, mask: Tensor) -> Tensor:
     inside = mask.reshape(parent.size(0), parent.size(1))
     nobody = 2147483647
     own = torch.where(inside, parent, torch.full_like(parent, nobody)).reshape(-1, 1, mask.size(1), mask.size(2))

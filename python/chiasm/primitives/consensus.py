@@ -12,7 +12,7 @@ from torch import Tensor
 
 from . import kernels
 from .linalg import inverse3x3, small_matmul
-from .loops import repeat
+from .loops import repeated
 from .target import native_forward, tracing_vjp
 from .whole import known_or
 
@@ -146,12 +146,7 @@ def model_costs(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
         # so many that what is computed for one fits into the cache
         count = 32
         parts = _in_parts(planes, count)
-        cost = torch.zeros_like(unit[:, :, 0, 0])
-        if torch.jit.is_scripting():
-            for k in range(count):
-                cost = _with_part(cost, torch.full([], k, dtype=torch.int64, device=cost.device), unit, parts, epipolar)
-        else:
-            cost = repeat(_with_part, cost, (unit, parts, epipolar), count)
+        cost = _with_parts(torch.zeros_like(unit[:, :, 0, 0]), count, unit, parts, epipolar)
     return _or_infinite(cost, cost < float("inf"))
 
 
@@ -182,7 +177,8 @@ def _in_parts(planes: Tensor, parts: int) -> Tensor:
     return padded.unflatten(2, [parts, size]).permute(2, 0, 1, 3).contiguous()
 
 
-def _with_part(cost: Tensor, k: Tensor, models: Tensor, parts: Tensor, epipolar: bool) -> Tensor:
+@repeated
+def _with_parts(cost: Tensor, k: Tensor, models: Tensor, parts: Tensor, epipolar: bool) -> Tensor:
     return cost + _cost(models, parts.index_select(0, k.reshape(1))[0], epipolar)
 
 

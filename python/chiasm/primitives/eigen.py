@@ -18,7 +18,7 @@ from torch import Tensor
 
 from .factorisation import frobenius_norm, pointed, qr
 from .linalg import small_matmul
-from .loops import repeat
+from .loops import repeated
 from .target import native_forward, onnx_forward
 
 
@@ -39,11 +39,7 @@ def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
     eye = torch.eye(n, dtype=a.dtype, device=a.device)
     state = torch.cat([fixed / norm, eye.expand_as(fixed)], -2)
     partner, turn, swap, side = _schedule(n, m)
-    if torch.jit.is_scripting():
-        for _ in range(_rounds(n)):
-            state = _two_sided(state, partner, partner, turn, swap, side)
-    else:
-        state = repeat(_two_sided, state, (partner, turn, swap, side), _rounds(n))
+    state = _two_sided(state, _rounds(n), partner, turn, swap, side)
     values = state[..., :n, :].diagonal(0, -2, -1)
     order = _order(values)
     values = small_matmul(values[..., None, :], order)[..., 0, :]
@@ -82,11 +78,7 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     eye = torch.eye(n, dtype=a.dtype, device=a.device)
     state = torch.cat([columns, eye.expand_as(columns)], -2)
     partner, turn, swap, side = _schedule(n, m)
-    if torch.jit.is_scripting():
-        for _ in range(_rounds(n)):
-            state = _one_sided(state, partner, partner, turn, swap, side)
-    else:
-        state = repeat(_one_sided, state, (partner, turn, swap, side), _rounds(n))
+    state = _one_sided(state, _rounds(n), partner, turn, swap, side)
     lengths = torch.sqrt((state[..., :n, :] * state[..., :n, :]).sum(-2, keepdim=True))
     order = _order(-lengths[..., 0, :])
     state, lengths = small_matmul(state, order), small_matmul(lengths, order)
@@ -169,6 +161,7 @@ def _rotation(d: Tensor, b: Tensor, floor: float, partner: Tensor, turn: Tensor,
     return cosine[..., :, None] * turn + (cosine * tangent)[..., :, None] * swap
 
 
+@repeated
 def _two_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
     """One round on the symmetric matrix in the upper half of the state; the lower half gathers the rotations."""
     n = state.size(-1)
@@ -182,6 +175,7 @@ def _two_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Te
     return torch.cat([0.5 * (a + a.transpose(-1, -2)), rotated[..., n:, :]], -2)
 
 
+@repeated
 def _one_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
     """One round on the columns in the upper half of the state; the lower half gathers the rotations."""
     columns = state[..., : state.size(-1), :]

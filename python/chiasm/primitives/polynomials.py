@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from . import kernels
-from .loops import repeat
+from .loops import repeated
 
 
 def real_roots(coefficients: Tensor, halvings: int = 48) -> Tuple[Tensor, Tensor]:
@@ -35,11 +35,7 @@ def real_roots(coefficients: Tensor, halvings: int = 48) -> Tuple[Tensor, Tensor
     state = torch.stack([end, end, torch.zeros_like(end)], 0)
     # one iteration to begin with a polynomial, the others to halve its intervals
     count = (halvings + 1) * degree
-    if torch.jit.is_scripting():
-        for k in range(count):
-            state = _step(state, torch.full([], k, dtype=torch.int64, device=c.device), derivatives, halvings + 1)
-    else:
-        state = repeat(_step, state, (derivatives, halvings + 1), count)
+    state = _halved(state, count, derivatives, halvings + 1)
     low, high = state[0, :degree].movedim(0, -1), state[1, :degree].movedim(0, -1)
     return 0.5 * (low + high), high > low
 
@@ -54,7 +50,8 @@ def _derivatives(c: Tensor) -> Tensor:
     return torch.stack(rows, 0)
 
 
-def _step(state: Tensor, k: Tensor, derivatives: Tensor, period: int) -> Tensor:
+@repeated
+def _halved(state: Tensor, k: Tensor, derivatives: Tensor, period: int) -> Tensor:
     """Halve the intervals; every ``period``-th time take their middles as the ends of the next polynomial's intervals instead."""
     low, high, negative = state[0], state[1], state[2]
     phase = torch.div(k, period, rounding_mode="floor")
