@@ -8,7 +8,7 @@ from torch import Tensor
 
 from ..primitives.checks import check_image
 from ..primitives.loops import until_stable
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.padding import padded
 
 
 def distance_transform_edt(image: Tensor) -> Tensor:
@@ -96,15 +96,12 @@ def _grown(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: flo
     """The distances found so far and the shape they were found for, a step later."""
     distance, shape = state[0], state[1]
     radius = kernel_size // 2
-    outs: List[Tensor] = []
-    for p in padded_parts(shape, radius, radius, radius, radius, "replicate", store=True):
-        height, width = p.size(2) - 2 * radius, p.size(3) - 2 * radius
-        near = torch.zeros_like(p[:, :, :height, :width])
-        for i in range(kernel_size):
-            for j in range(kernel_size):
-                near = near + p[:, :, i : i + height, j : j + width] * taps[i * kernel_size + j]
-        outs.append(near)
-    near = join_columns(outs)
+    p = padded(shape, (radius, radius), (radius, radius), "replicate")
+    height, width = p.size(2) - 2 * radius, p.size(3) - 2 * radius
+    near = torch.zeros_like(p[:, :, :height, :width])
+    for i in range(kernel_size):
+        for j in range(kernel_size):
+            near = near + p[:, :, i : i + height, j : j + width] * taps[i * kernel_size + j]
     # On the shape the sum is 1 or more, out of reach it is 0.
     reached = (near > 0) & (near < 1)
     beyond = -h * torch.log(torch.where(reached, near, torch.ones_like(near)))

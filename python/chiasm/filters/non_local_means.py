@@ -6,7 +6,7 @@ from torch import Tensor
 from ..primitives.checks import check_image
 from ..primitives.loops import repeated
 from ..primitives.materialise import materialised
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.padding import padded
 from ..primitives.stencil import weigh_shifts
 
 
@@ -53,11 +53,11 @@ def non_local_means(
     if h <= 0.0:
         raise ValueError(f"h: expected a positive number, got {h}")
     margin = patch_distance + patch_size // 2
-    padded = join_columns(padded_parts(input, margin, margin, margin, margin, border_type, store=True))
+    wide = padded(input, (margin, margin), (margin, margin), border_type)
     # The weighted sums of the channels, and the sum of the weights.
     sums = torch.zeros_like(torch.cat([input, input[:, :1]], 1))
     side = 2 * patch_distance + 1
-    sums = _with_shifts(sums, side * side, padded, side, patch_size, h, sigma)
+    sums = _with_shifts(sums, side * side, wide, side, patch_size, h, sigma)
     channels = input.size(1)
     return sums[:, :channels] / sums[:, channels:]
 

@@ -9,8 +9,8 @@ from ..primitives.checks import check_matrix, check_rank
 from ..primitives.intrinsics import over_depth
 from ..primitives.linalg import cross, small_matmul, spd_inverse
 from ..primitives.loops import repeated
+from ..primitives.lowering import carries_derivative
 from ..primitives.rotations import nearest_rotation
-from ..primitives.target import native_forward, onnx_forward
 from .calibration import check_views
 from .lie.so3 import so3_exp
 
@@ -61,12 +61,16 @@ def refine_pnp(
     damping = torch.full_like(start[..., 0:1], 1e-3)
     state = torch.cat([torch.cat([nearest_rotation(start[..., 0:3]), start[..., 3:4]], -1), damping], -1)
     refined = _improved(state, num_iters, X.detach(), x.detach(), K.detach(), w.detach())[..., 0:4]
-    if native_forward() or onnx_forward():
-        return refined.to(world_points.dtype)
-    moved = refined
+    return _derived(refined, X, x, K, w).to(world_points.dtype)
+
+
+@carries_derivative
+def _derived(pose: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor:
+    """The refined pose, with the derivative of two Gauss-Newton steps."""
+    moved = pose
     for _ in range(2):
         moved = _gauss_newton(moved, X, x, K, w)
-    return (refined + (moved - moved.detach())).to(world_points.dtype)
+    return pose + (moved - moved.detach())
 
 
 @repeated

@@ -13,7 +13,7 @@ from torch import Tensor
 from . import kernels
 from .linalg import inverse3x3, small_matmul
 from .loops import repeated
-from .target import native_forward, tracing_vjp
+from .lowering import primitive
 from .whole import known_or
 
 
@@ -109,11 +109,15 @@ def score_planes(p: Tensor, q: Tensor, similarity: Tensor, inl_th: float, dtype:
     return torch.stack(rows, 1).to(torch.float64 if dtype == torch.float64 else torch.float32)
 
 
+@primitive
 def _forms(rows: Tensor, points: Tensor) -> Tensor:
     """Products (B, S, N) of rows (B, S, 3) with the points (B, 3, N), whose last coordinate is 1."""
-    if native_forward() or tracing_vjp():
-        return rows[..., 0:1] * points[:, None, 0] + rows[..., 1:2] * points[:, None, 1] + rows[..., 2:3]
     return torch.matmul(rows, points)
+
+
+@_forms.lowering("native", "vjp")
+def _sums_of_products(rows: Tensor, points: Tensor) -> Tensor:
+    return rows[..., 0:1] * points[:, None, 0] + rows[..., 1:2] * points[:, None, 1] + rows[..., 2:3]
 
 
 def model_errors(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
@@ -138,16 +142,15 @@ def _products_and_denominators(models: Tensor, planes: Tensor) -> Tuple[Tensor, 
 
 def model_costs(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
     """Costs (B, S) of models (B, S, 3, 3), any scale; infinite for what is not finite."""
-    unit = _unit(models, planes)
-    if native_forward() or tracing_vjp():
-        # One fused loop, which stores no error.
-        cost = _cost(unit, planes, epipolar)
-    else:
-        # so many that what is computed for one fits into the cache
-        count = 32
-        parts = _in_parts(planes, count)
-        cost = _with_parts(torch.zeros_like(unit[:, :, 0, 0]), count, unit, parts, epipolar)
+    cost = _summed_cost(_unit(models, planes), planes, epipolar)
     return _or_infinite(cost, cost < float("inf"))
+
+
+@primitive
+def _summed_cost(unit: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    """``_cost`` in so many parts that what is computed for one fits into the cache."""
+    count = 32
+    return _with_parts(torch.zeros_like(unit[:, :, 0, 0]), count, unit, _in_parts(planes, count), epipolar)
 
 
 def _unit(models: Tensor, planes: Tensor) -> Tensor:
@@ -163,6 +166,10 @@ def _or_infinite(cost: Tensor, valid: Tensor) -> Tensor:
 
 def _cost(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
     return torch.minimum(model_errors(models, planes, epipolar), planes[:, None, 6]).sum(-1)
+
+
+# One fused loop, which stores no error.
+_summed_cost.lowering("native", "vjp")(_cost)
 
 
 def _in_parts(planes: Tensor, parts: int) -> Tensor:
@@ -204,9 +211,18 @@ def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -
 def best_models(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
     """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first; zeros where there is none."""
     models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
-    if not torch.jit.is_scripting() and kernels.has_kernel(planes):
-        return chosen(models, kernels.cheapest_models(_unit(models, planes), planes, epipolar, count))
-    return chosen(models, least(_or_infinite(model_costs(models, planes, epipolar), exists), count))
+    return chosen(models, _cheapest(models, exists, planes, epipolar, count))
+
+
+@primitive
+def _cheapest(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
+    """Where the ``count`` models (B, S, 3, 3) are that cost least: (B, count); those that do not exist are zeros."""
+    return least(_or_infinite(model_costs(models, planes, epipolar), exists), count)
+
+
+@_cheapest.lowering("native", when=lambda models, exists, planes, *_: kernels.has_kernel(planes))
+def _cheapest_kernel(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
+    return kernels.cheapest_models(_unit(models, planes), planes, epipolar, count)
 
 
 def least(cost: Tensor, count: int) -> Tensor:

@@ -19,7 +19,7 @@ from torch import Tensor
 from .factorisation import frobenius_norm, pointed, qr
 from .linalg import small_matmul
 from .loops import repeated
-from .target import native_forward, onnx_forward
+from .lowering import primitive
 
 
 def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
@@ -45,14 +45,22 @@ def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
     values = small_matmul(values[..., None, :], order)[..., 0, :]
     vectors = small_matmul(state[..., n:, :], order)
     vectors = small_matmul(vectors, _settling(vectors, values))
-    values = values * norm[..., 0]
-    if not (native_forward() or onnx_forward()):
-        change = small_matmul(vectors.transpose(-1, -2), small_matmul(a, vectors))
-        change = change - change.detach()
-        gap = _reciprocal(values[..., None, :] - values[..., :, None], norm)
-        values = values + (change * eye).sum(-1)
-        vectors = vectors + small_matmul(vectors, change * gap)
+    values, vectors = _derived_eigen(values * norm[..., 0], vectors, a, norm, eye)
     return values.to(m.dtype), vectors.to(m.dtype)
+
+
+@primitive
+def _derived_eigen(values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye: Tensor) -> Tuple[Tensor, Tensor]:
+    """The same values and vectors, with the derivatives by a."""
+    change = small_matmul(vectors.transpose(-1, -2), small_matmul(a, vectors))
+    change = change - change.detach()
+    gap = _reciprocal(values[..., None, :] - values[..., :, None], norm)
+    return values + (change * eye).sum(-1), vectors + small_matmul(vectors, change * gap)
+
+
+@_derived_eigen.lowering("onnx", "native")
+def _eigen_alone(values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye: Tensor) -> Tuple[Tensor, Tensor]:
+    return values, vectors
 
 
 def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
@@ -91,12 +99,12 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     u = u * torch.where(empty, pointed(u), torch.ones_like(lengths))
     if tall:
         u = small_matmul(outer, u)
-    if not (native_forward() or onnx_forward()):
-        u, s, v = _with_derivative(a, u, s, v, norm)
+    u, s, v = _derived_svd(u, s, v, a, norm)
     return u.to(m.dtype), s.to(m.dtype), v.to(m.dtype)
 
 
-def _with_derivative(a: Tensor, u: Tensor, s: Tensor, v: Tensor, norm: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+@primitive
+def _derived_svd(u: Tensor, s: Tensor, v: Tensor, a: Tensor, norm: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """The same values, with the derivatives by a.
 
     With dU = U X and dV = V Y for skew-symmetric X and Y, the entries of U^T dA V = X S + dS - S Y give X + Y by the
@@ -112,6 +120,11 @@ def _with_derivative(a: Tensor, u: Tensor, s: Tensor, v: Tensor, norm: Tensor) -
     moved = u + small_matmul(u, 0.5 * (both + unlike)) + outside
     own = torch.eye(s.size(-1), dtype=s.dtype, device=s.device)
     return moved, s + (change * own).sum(-1), v + small_matmul(v, 0.5 * (both - unlike))
+
+
+@_derived_svd.lowering("onnx", "native")
+def _svd_alone(u: Tensor, s: Tensor, v: Tensor, a: Tensor, norm: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    return u, s, v
 
 
 def _reciprocal(x: Tensor, norm: Tensor) -> Tensor:

@@ -2,6 +2,7 @@
 
 import inspect
 import linecache
+import zlib
 from typing import Any, Callable, Dict, List, Tuple
 
 
@@ -24,15 +25,18 @@ def function_from(model: Callable[..., Any], parameters: List[inspect.Parameter]
         parameters: the new one's, annotated.
         body: its lines, which name the parameters, and what is in ``scope``.
     """
-    scope = dict(scope, __name__=model.__module__, result_type=inspect.signature(model).return_annotation)
+    # No __name__: TorchDynamo would look the names up in the model's module.
+    scope = dict(scope, result_type=inspect.signature(model).return_annotation)
     header: List[str] = []
     for p in parameters:
         scope[f"type_{p.name}"], scope[f"default_{p.name}"] = p.annotation, p.default
         header.append(f"{p.name}: type_{p.name}" + ("" if p.default is p.empty else f" = default_{p.name}"))
     lines = [f"def {model.__name__}({', '.join(header)}) -> result_type:"] + [f"    {line}" for line in body]
-    filename = f"<primitive {model.__module__}.{model.__name__}>"
-    made = made_from("\n".join(lines) + "\n", filename, model.__name__, scope)
-    made.__doc__ = model.__doc__
+    source = "\n".join(lines) + "\n"
+    # Several may be made of one model. TorchScript keeps the name in its files, so it must be the same in every run.
+    filename = f"<primitive {model.__module__}.{model.__name__} {zlib.crc32(source.encode()):08x}>"
+    made = made_from(source, filename, model.__name__, scope)
+    made.__doc__, made.__module__ = model.__doc__, model.__module__
     return made
 
 
