@@ -1,8 +1,9 @@
 """The operators whose native code is written by hand, for what compiled tensor code measurably cannot reach.
 
 Each function here is, or is called by, the lowering for native code of the primitive that its docstring names. That primitive's definition
-stays in tensor code, which runs in eager Python, TorchScript and ONNX, and of which gradients are taken. Here are only names, shapes and types: the loops are in
-runtime/shim/kernels, the exporter (export/native.py) links them into native code, and the parity matrix compares the two.
+stays in tensor code, which runs in eager Python, TorchScript and ONNX, and of which gradients are taken. Here are only names, shapes and
+types: the loops are in runtime/shim/kernels, the exporter (export/native.py) links them into native code, and the parity matrix compares
+the two.
 """
 
 from typing import Callable, List, Tuple

@@ -132,7 +132,11 @@ def look_up(table: Tensor, index: Tensor) -> Tensor:
     return materialised(table, 0).gather(1, index.to(torch.int64))
 
 
-look_up.lowering("native", when=lambda table, _: kernels.has_kernel(table) and isinstance(table.size(1), int) and table.size(1) == 256)(kernels.look_up)
+def _has_256(table: Tensor, _: Tensor) -> bool:
+    return kernels.has_kernel(table) and isinstance(table.size(1), int) and table.size(1) == 256
+
+
+look_up.lowering("native", when=_has_256)(kernels.look_up)
 
 
 @primitive

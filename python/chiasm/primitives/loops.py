@@ -55,7 +55,7 @@ def until_stable(step: Callable[Concatenate[Tensor, Tensor, P], Tensor]) -> Call
 
 
 def _loop(step: Callable[..., Tensor], count: str, scripted: List[str], otherwise: Callable[..., Tensor]) -> Callable[..., Tensor]:
-    """The function that runs the ``scripted`` lines in TorchScript, which cannot take a step as an argument, and ``otherwise`` the step given to it."""
+    """The function that runs the ``scripted`` lines in TorchScript, which takes no step as an argument, and elsewhere ``otherwise``."""
     state, _, *fixed = parameters_of(step)
     names = "".join(f", {p.name}" for p in fixed)
     body = [f"    {line.format(state=state.name, count=count, fixed=names)}" for line in scripted]

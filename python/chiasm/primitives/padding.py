@@ -92,7 +92,7 @@ def volume_parts(
 
 
 def stencil(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Tensor]:
-    """The filter that applies ``valid(padded, *settings)`` to an image with a border, as ``filter(image, margin_y, margin_x, border_type, *settings, value=0.0)``.
+    """The filter ``filter(image, margin_y, margin_x, border_type, *settings, value=0.0)`` of a stencil ``valid(padded, *settings)``.
 
     ``valid`` makes (..., H, W) of (B, C, H, W) with the margins around it, each output from a window of its own; the margins are (before, after)
     and ``value`` is that of a constant border.
