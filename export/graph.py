@@ -54,7 +54,7 @@ def trace(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: Inpu
     guards: list[tuple[str, str]] = []
     args = tuple(inputs[t.name] for t in tensors)
     try:
-        with torch.no_grad(), exporting(target, vjp=vjp), fast_tracing(), _noted(guards), _quiet():
+        with torch.no_grad(), exporting("vjp" if vjp else target), fast_tracing(), _noted(guards), _quiet():
             program = torch.export.export(module, args, dynamic_shapes=dynamic_shapes(spec, tensors))
     except Exception as error:
         raise explain(spec.name, f"a graph ({target})", error, guards) from error
@@ -192,7 +192,7 @@ def trace_vjp(module: nn.Module, spec: Spec, tensors: list[TensorSpec], inputs: 
     """Export a vjp, or what takes gradients itself: torch.export cannot trace either, so make_fx turns it into a plain graph first."""
     args = tuple(inputs[t.name] for t in tensors)
     try:
-        with exporting("onnx", vjp=True), fast_tracing():
+        with exporting("vjp"), fast_tracing():
             graph = make_fx(module, tracing_mode="symbolic", decomposition_table=get_decompositions([torch.ops.aten.rsub]), _allow_non_fake_inputs=True)(*args)
     except Exception as error:
         raise explain(spec.name, "a gradient graph", error) from error

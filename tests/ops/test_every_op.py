@@ -8,7 +8,7 @@ from cases import CASES, Case, correspondences, rotations
 from test_catalog import TARGETS, outputs
 from torch import Tensor
 
-from chiasm.primitives.target import current_target, exporting, tracing_vjp
+from chiasm.primitives.target import exporting
 
 SHAPES = ((2, 20, 24), (3, 17, 33), (1, 29, 12))
 
@@ -31,20 +31,13 @@ def test_script_equals_eager(case: Case) -> None:
             assert_same(scripted(*arguments), expected, 1e-6)
 
 
-@pytest.mark.parametrize(("target", "vjp"), TARGETS)
+@pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_target_forms_equal_eager(case: Case, target: str, vjp: bool) -> None:
+def test_target_forms_equal_eager(case: Case, target: str) -> None:
     for arguments in inputs(case, torch.float64):
         expected = case.function(*arguments)
-        with exporting(target, vjp):
+        with exporting(target):
             assert_same(case.function(*arguments), expected, 1e-9)
-
-
-def test_scripted_code_is_eager_whatever_the_target() -> None:
-    with exporting("native", vjp=True):
-        assert (current_target(), tracing_vjp()) == ("native", True)
-        assert torch.jit.script(current_target)() == "eager"
-        assert torch.jit.script(tracing_vjp)() is False
 
 
 def of_differentiable(case: Case, arguments: tuple[Tensor, ...]) -> Callable[..., tuple[Tensor, ...]]:

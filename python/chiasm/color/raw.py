@@ -12,7 +12,7 @@ from torch import Tensor
 from ..primitives.checks import check_choice, check_floating
 from ..primitives.decimate import every_second
 from ..primitives.materialise import materialised
-from ..primitives.padding import padded_parts
+from ..primitives.padding import padded
 from ..primitives.planes import check_channels, rgb_planes
 
 
@@ -44,7 +44,7 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
     height, width = image.size(-2), image.size(-1)
     # Mirroring keeps every sample's colour. Stored: the middle reads it nine times.
     flat = image.reshape(-1, 1, height, width)
-    p = padded_parts(flat, 1, 1, 1, 1, "reflect", store=True)[0][:, 0]
+    p = padded(flat, (1, 1), (1, 1), "reflect")[:, 0]
     centre = p[:, 1 : height + 1, 1 : width + 1]
     beside = (p[:, 1 : height + 1, 0:width] + p[:, 1 : height + 1, 2 : width + 2]) * 0.5
     above = (p[:, 0:height, 1 : width + 1] + p[:, 2 : height + 2, 1 : width + 1]) * 0.5

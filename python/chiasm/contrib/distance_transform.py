@@ -7,8 +7,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image
-from ..primitives.loops import is_same, until_stable
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.loops import until_stable
+from ..primitives.padding import padded
 
 
 def distance_transform_edt(image: Tensor) -> Tensor:
@@ -39,20 +39,12 @@ def distance_transform_edt(image: Tensor) -> Tensor:
     zeros = torch.zeros_like(image, dtype=dtype)
     squared = torch.where(image > 0, zeros + math.inf, zeros)
     for dim in [2, 3]:
-        if torch.jit.is_scripting():
-            moving = True
-            k = 0
-            while moving:
-                less = _erode_by_parabola(squared, torch.full([], k, dtype=torch.int64, device=image.device), dim)
-                moving = not is_same(less, squared)
-                squared = less
-                k += 1
-        else:
-            squared = until_stable(_erode_by_parabola, squared, (dim,), 2147483647)
+        squared = _eroded_by_parabola(squared, 2147483647, dim)
     return torch.sqrt(squared).to(image.dtype)
 
 
-def _erode_by_parabola(x: Tensor, k: Tensor, dim: int) -> Tensor:
+@until_stable
+def _eroded_by_parabola(x: Tensor, k: Tensor, dim: int) -> Tensor:
     size = x.size(dim)
     before = torch.cat([x.narrow(dim, 0, 1), x.narrow(dim, 0, size - 1)], dim)
     after = torch.cat([x.narrow(dim, 1, size - 1), x.narrow(dim, size - 1, 1)], dim)
@@ -96,30 +88,20 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
     state = torch.stack([torch.zeros_like(image), image])
     # A shape grows by a pixel a step at least, along rows and columns; negative values could make it shrink and grow for ever.
     limit = image.size(2) + image.size(3)
-    if torch.jit.is_scripting():
-        for k in range(limit):
-            grown = _grow(state, torch.full([], k, dtype=torch.int64, device=image.device), taps, kernel_size, h)
-            if is_same(grown, state):
-                break
-            state = grown
-    else:
-        state = until_stable(_grow, state, (taps, kernel_size, h), limit)
-    return state[0]
+    return _grown(state, limit, taps, kernel_size, h)[0]
 
 
-def _grow(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: float) -> Tensor:
+@until_stable
+def _grown(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: float) -> Tensor:
     """The distances found so far and the shape they were found for, a step later."""
     distance, shape = state[0], state[1]
     radius = kernel_size // 2
-    outs: List[Tensor] = []
-    for p in padded_parts(shape, radius, radius, radius, radius, "replicate", store=True):
-        height, width = p.size(2) - 2 * radius, p.size(3) - 2 * radius
-        near = torch.zeros_like(p[:, :, :height, :width])
-        for i in range(kernel_size):
-            for j in range(kernel_size):
-                near = near + p[:, :, i : i + height, j : j + width] * taps[i * kernel_size + j]
-        outs.append(near)
-    near = join_columns(outs)
+    p = padded(shape, (radius, radius), (radius, radius), "replicate")
+    height, width = p.size(2) - 2 * radius, p.size(3) - 2 * radius
+    near = torch.zeros_like(p[:, :, :height, :width])
+    for i in range(kernel_size):
+        for j in range(kernel_size):
+            near = near + p[:, :, i : i + height, j : j + width] * taps[i * kernel_size + j]
     # On the shape the sum is 1 or more, out of reach it is 0.
     reached = (near > 0) & (near < 1)
     beyond = -h * torch.log(torch.where(reached, near, torch.ones_like(near)))

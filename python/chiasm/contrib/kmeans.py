@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..primitives.checks import check_floating, check_rank
 from ..primitives.linalg import small_matmul
-from ..primitives.loops import repeat
+from ..primitives.loops import repeated
 
 
 def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Tensor]:
@@ -46,11 +46,7 @@ def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Ten
     points = x.to(torch.float64)
     origin = points.mean(0)
     points, found = points - origin, centers.to(torch.float64) - origin
-    if torch.jit.is_scripting():
-        for _ in range(num_iterations):
-            found = _moved(found, torch.zeros([], dtype=torch.int64, device=x.device), points)
-    else:
-        found = repeat(_moved, found, (points,), num_iterations)
+    found = _moved(found, num_iterations, points)
     return (found + origin).to(x.dtype), _nearest(points, found)
 
 
@@ -60,6 +56,7 @@ def _nearest(points: Tensor, centers: Tensor) -> Tensor:
     return ((fixed * fixed).sum(1) - 2.0 * small_matmul(points.detach(), fixed.t())).argmin(1)
 
 
+@repeated
 def _moved(centers: Tensor, k: Tensor, points: Tensor) -> Tensor:
     """The centres after an iteration."""
     number = torch.arange(centers.size(0), device=centers.device)

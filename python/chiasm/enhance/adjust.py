@@ -9,7 +9,7 @@ from ..color.gray import rgb_to_grayscale
 from ..primitives.checks import check_floating, check_rgb
 from ..primitives.factors import per_sample
 from ..primitives.power import power_each
-from ..primitives.target import native_forward
+from ..primitives.stencil import join_channels, split_channels
 
 
 def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: bool = True) -> Tensor:
@@ -135,9 +135,8 @@ def adjust_saturation_with_gray_subtraction(image: Tensor, factor: Union[float, 
     check_rgb(image, "image")
     check_floating(image, "image")
     grey = rgb_to_grayscale(image)
-    if native_forward():  # plane by plane, for else every channel computes the grey, and what the image was made of, anew
-        return torch.stack([_between(grey, image.narrow(-3, c, 1), factor).select(-3, 0) for c in range(3)], -3)
-    return _between(grey, image, factor)
+    # split, for else every channel computes the grey, and what the image was made of, anew
+    return join_channels([_between(grey, plane, factor) for plane in split_channels(image)])
 
 
 def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, Tensor] = 1.0) -> Tensor:

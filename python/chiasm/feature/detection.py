@@ -9,15 +9,13 @@ import math
 from typing import List, Tuple
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
 from ..filters.gaussian import gaussian_blur2d
 from ..geometry.subpix.quadratic import quadratic_extrema
-from ..geometry.subpix.suppression import nms3d, nms3d_minmax
 from ..geometry.transform.resize import resize
-from ..primitives import kernels
 from ..primitives.checks import check_choice, check_image
+from ..primitives.extrema import strongest_extrema
 from ..primitives.ranking import stable_topk
 from .harris import harris_response
 from .responses import dog_response, gftt_response, hessian_response
@@ -159,32 +157,6 @@ def _strongest(volumes: List[Tensor], signed: bool, radii: List[float], count: i
     found = strength > 0
     index = torch.cat(places, 1).gather(1, order)
     return torch.where(found, index, torch.zeros_like(index)), found
-
-
-def strongest_extrema(volume: Tensor, radii: List[float], signed: bool, count: int) -> Tensor:
-    """Where in each volume (B, L, H, W) the strongest positive maxima among 3x3x3 voxels are, if signed also negative minima: (B, count), of equals
-    the first, -1 where there are no more. A disk of its level's radius around each lies in the image."""
-    if not torch.jit.is_scripting() and kernels.has_kernel(volume):
-        return kernels.strongest_extrema(volume, [math.ceil(radius) for radius in radii], signed, count)
-    if signed:
-        maxima, minima = nms3d_minmax(volume[:, None])
-        extreme = (maxima[:, 0] & (volume > 0)) | (minima[:, 0] & (volume < 0))
-    else:
-        extreme = nms3d(volume[:, None], 3, True)[:, 0] & (volume > 0)
-    strength = torch.where(extreme & _has_room(volume, radii), volume.abs(), torch.full_like(volume, -1.0)).flatten(1)
-    # A small image may have fewer voxels than there are slots.
-    strength, place = stable_topk(F.pad(strength, [0, count], "constant", -1.0), count)
-    return torch.where(strength > 0, place, torch.full_like(place, -1))
-
-
-def _has_room(volume: Tensor, radii: List[float]) -> Tensor:
-    """(L, H, W): whether a disk of the level's radius around each voxel lies in the image."""
-    column, row = torch.arange(volume.size(3), device=volume.device), torch.arange(volume.size(2), device=volume.device)[:, None]
-    rooms: List[Tensor] = []
-    for radius in radii:
-        across = (column >= radius) & (column <= volume.size(3) - 1 - radius)
-        rooms.append(across & (row >= radius) & (row <= volume.size(2) - 1 - radius))
-    return torch.stack(rooms)
 
 
 def _located(volumes: List[Tensor], index: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:

@@ -5,9 +5,9 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..geometry.subpix.suppression import largest
 from ..primitives.checks import check_image
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.extrema import largest
+from ..primitives.padding import padded
 
 
 def fast_response(input: Tensor) -> Tensor:
@@ -33,7 +33,7 @@ def fast_response(input: Tensor) -> Tensor:
         tensor(0.7500)
     """
     check_image(input, "input")
-    return join_columns([_score(p) for p in padded_parts(input, 3, 3, 3, 3, "replicate", store=True)])
+    return _score(padded(input, (3, 3), (3, 3), "replicate"))
 
 
 def _score(p: Tensor) -> Tensor:

@@ -5,18 +5,17 @@ where the frame says, pixel centres at integers, bilinearly, beyond the border t
 it normalises positions by the corner pixels' centres and reads them by outer edges.)
 """
 
-from typing import List, Tuple
+from typing import List
 
 import torch
 from torch import Tensor, nn
 
 from ..color.gray import rgb_to_grayscale
-from ..primitives import kernels
 from ..primitives.checks import check_image
 from ..primitives.materialise import materialised
+from ..primitives.patches import patch_positions, read_levels
 from ..primitives.reshaping import reshaped
 from ..primitives.warping import position_dtype, sample_image
-from ..primitives.whole import known_or
 from .laf import check_laf, denormalize_laf, determinants
 
 
@@ -43,7 +42,7 @@ def extract_patches_simple(img: Tensor, laf: Tensor, PS: int = 32, normalize_laf
                 [3., 5.]])
     """
     frame = _in_pixels(img, laf, PS, normalize_lafs_before_extraction)
-    x, y = _positions(frame, PS)
+    x, y = patch_positions(frame, PS)
     patches = sample_image(img, x.flatten(1, 2), y.flatten(1, 2), "bilinear", "border", True, None)
     return reshaped(patches, [img.size(0), img.size(1), laf.size(1), PS, PS]).transpose(1, 2)
 
@@ -169,15 +168,6 @@ def _in_pixels(img: Tensor, laf: Tensor, PS: int, in_pixels: bool) -> Tensor:
     return frame if in_pixels else denormalize_laf(frame, img)
 
 
-def _positions(frame: Tensor, PS: int) -> Tuple[Tensor, Tensor]:
-    """Where the pixels of each patch are in the image: x and y, (B, N * PS, PS) after flattening; here (B, N, PS, PS)."""
-    side = (2.0 * torch.arange(PS, device=frame.device).to(frame.dtype) + 1.0) / PS - 1.0
-    m = frame[..., None, None]
-    x = m[:, :, 0, 0] * side + m[:, :, 0, 1] * side[:, None] + m[:, :, 0, 2]
-    y = m[:, :, 1, 0] * side + m[:, :, 1, 1] * side[:, None] + m[:, :, 1, 2]
-    return x, y
-
-
 def _pyramid(img: Tensor, count: int) -> List[Tensor]:
     levels = [img]
     for k in range(count - 1):
@@ -193,38 +183,4 @@ def _halved(x: Tensor, dim: int) -> Tensor:
     for k, weight in [(1, 0.25), (2, 0.0625)]:
         before, after = (middle - k).clamp(min=0, max=last), (middle + k).clamp(max=last)
         out = out + (x.index_select(dim, before) + x.index_select(dim, after)) * weight
-    return out
-
-
-def read_levels(pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frame: Tensor, PS: int) -> Tensor:
-    """(B, C, N, PS, PS): patches of frames (B, N, 2, 3), each of the image in pixels (B, C, S) that begins at ``start`` and is so large, (B, N) each."""
-    if not torch.jit.is_scripting() and kernels.has_kernel(pixels):
-        return kernels.sample_patches(pixels, start, height, width, frame, PS)
-    x, y = _positions(frame, PS)
-    index, weight = _level_taps(x, y, start, height, width)
-    return reshaped(_gather(pixels, index, weight), [pixels.size(0), pixels.size(1), frame.size(1), PS, PS])
-
-
-def _level_taps(x: Tensor, y: Tensor, start: Tensor, height: Tensor, width: Tensor) -> Tuple[List[Tensor], List[Tensor]]:
-    """Indices and weights (B, N, PS, PS) of the four pixels around positions in images that begin at ``start`` and are so large, (B, N) each."""
-    start, height, width = start[..., None, None], height[..., None, None], width[..., None, None]
-    x = torch.minimum(x.clamp(min=0), (width - 1).to(x.dtype))
-    y = torch.minimum(y.clamp(min=0), (height - 1).to(y.dtype))
-    left, upper = torch.floor(x.detach()), torch.floor(y.detach())
-    fx, fy = x - left, y - upper
-    # In the image also where a position is not a number.
-    column = torch.minimum(known_or(left, 0.0).to(torch.int64), width - 1)
-    row = torch.minimum(known_or(upper, 0.0).to(torch.int64), height - 1)
-    right = torch.minimum(column + 1, width - 1)
-    above, below = start + row * width, start + torch.minimum(row + 1, height - 1) * width
-    weight = [(1.0 - fy) * (1.0 - fx), (1.0 - fy) * fx, fy * (1.0 - fx), fy * fx]
-    return [above + column, above + right, below + column, below + right], weight
-
-
-def _gather(pixels: Tensor, index: List[Tensor], weight: List[Tensor]) -> Tensor:
-    """(B, C, N * PS * PS): weighted sums of pixels (B, C, S)."""
-    out = torch.zeros([1], dtype=pixels.dtype, device=pixels.device)
-    for k in range(len(index)):
-        where = index[k].flatten(1)[:, None]
-        out = out + pixels.gather(2, where.expand(-1, pixels.size(1), -1)) * weight[k].flatten(1)[:, None].to(pixels.dtype)
     return out

@@ -7,8 +7,9 @@ from torch import Tensor
 
 from ..filters.gradient import spatial_gradient
 from ..geometry.conversions.angles import rad2deg
+from ..primitives.directions import direction_histograms
 from ..primitives.linalg import small_matmul
-from .gradients import check_patches, direction_histograms, gaussian_window
+from .gradients import check_patches, gaussian_window
 from .laf import check_laf, determinants, rotate_laf
 from .laf_points import ellipse_to_laf
 from .patches import patches_of

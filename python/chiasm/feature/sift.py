@@ -10,7 +10,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
-from .gradients import check_patches, directed, direction_histograms, gaussian_window, polar_gradient, unit
+from ..primitives.directions import directed, direction_histograms, polar_gradient
+from .gradients import check_patches, gaussian_window, unit
 
 
 def sift_describe(patches: Tensor, num_ang_bins: int = 8, num_spatial_bins: int = 4, rootsift: bool = True, clipval: float = 0.2) -> Tensor:

@@ -6,9 +6,9 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_floating, check_image, check_rank
-from ..primitives.correlation import centred, correlate2d_valid, correlate3d_valid, separable_any, volume_parts
+from ..primitives.correlation import centred, correlate2d_valid, correlated2d, correlated3d, separable_any
 from ..primitives.materialise import materialised
-from ..primitives.padding import check_border, join_columns, padded_parts
+from ..primitives.padding import check_border
 
 
 def filter2d(
@@ -52,9 +52,7 @@ def filter2d(
     k = _ready(kernel, input, 2, "(kH, kW) or (B, kH, kW)", normalized, behaviour == "conv", "kernel")
     if padding == "valid":
         return correlate2d_valid(input, k)
-    (top, bottom), (left, right) = centred(k.size(1)), centred(k.size(2))
-    parts = padded_parts(input, top, bottom, left, right, border_type)
-    return join_columns([correlate2d_valid(p, k) for p in parts])
+    return correlated2d(input, centred(k.size(1)), centred(k.size(2)), border_type, k)
 
 
 def filter2d_separable(
@@ -122,8 +120,7 @@ def filter3d(input: Tensor, kernel: Tensor, border_type: str = "replicate", norm
     check_border(border_type)
     check_choice(behaviour, ["corr", "conv"], "behaviour")
     k = _ready(kernel, input, 3, "(kD, kH, kW) or (B, kD, kH, kW)", normalized, behaviour == "conv", "kernel")
-    parts = volume_parts(input, centred(k.size(1)), centred(k.size(2)), centred(k.size(3)), border_type)
-    return join_columns([correlate3d_valid(p, k) for p in parts])
+    return correlated3d(input, centred(k.size(1)), centred(k.size(2)), centred(k.size(3)), border_type, k)
 
 
 def correlate2d(input: Tensor, kernel: Tensor, border_type: str = "reflect", normalized: bool = False, padding: str = "same") -> Tensor:

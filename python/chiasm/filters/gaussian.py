@@ -7,9 +7,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image, odd_pair
-from ..primitives.correlation import correlate2d_valid
+from ..primitives.correlation import correlated2d
 from ..primitives.materialise import materialised
-from ..primitives.padding import join_columns, padded_parts
 from ..primitives.stencil import separable as separable_per_sample
 from ..primitives.stencil import separable_shared
 
@@ -82,8 +81,7 @@ def gaussian_blur2d(
     if separable:
         return separable_per_sample(input, kernel_y, kernel_x, border_type)
     kernel = materialised(kernel_y[:, :, None] * kernel_x[:, None, :], 1)
-    parts = padded_parts(input, ky // 2, ky // 2, kx // 2, kx // 2, border_type)
-    return join_columns([correlate2d_valid(p, kernel) for p in parts])
+    return correlated2d(input, (ky // 2, ky // 2), (kx // 2, kx // 2), border_type, kernel)
 
 
 def gaussian_taps(kernel_size: int, sigma: float) -> List[float]:

@@ -1,13 +1,13 @@
 """Derivatives by finite differences."""
 
-from typing import List, Tuple
+from typing import Tuple
 
 import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
-from ..primitives.derivatives import first_derivatives
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.derivatives import first_derivatives, gradient
+from ..primitives.padding import stencil
 
 
 def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normalized: bool = True) -> Tensor:
@@ -40,15 +40,10 @@ def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normali
     check_choice(mode, ["sobel", "diff"], "mode")
     if order != 1 and order != 2:
         raise ValueError(f"order: expected 1 or 2, got {order}")
-    radius = 2 if mode == "sobel" and order == 2 else 1
-    outs: List[Tensor] = []
-    for p in padded_parts(input, radius, radius, radius, radius, "replicate"):
-        if order == 1:
-            dx, dy = first_derivatives(p, mode, normalized)
-            outs.append(torch.stack([dx, dy], 2))
-        else:
-            outs.append(torch.stack(_second_derivatives(p, mode, normalized), 2))
-    return join_columns(outs)
+    if order == 1:
+        return gradient(input, (1, 1), (1, 1), "replicate", mode, normalized)
+    radius = 2 if mode == "sobel" else 1
+    return _second_derivatives(input, (radius, radius), (radius, radius), "replicate", mode, normalized)
 
 
 def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
@@ -73,14 +68,17 @@ def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
         tensor([0.5000, 1.0000, 1.0000, 1.0000, 0.5000])
     """
     check_image(input, "input")
-    outs: List[Tensor] = []
-    for p in padded_parts(input, 1, 1, 1, 1, "replicate"):
-        dx, dy = first_derivatives(p, "sobel", normalized)
-        outs.append(torch.sqrt(dx * dx + dy * dy + eps))
-    return join_columns(outs)
+    return _magnitude(input, (1, 1), (1, 1), "replicate", normalized, eps)
 
 
-def _second_derivatives(p: Tensor, mode: str, normalized: bool) -> List[Tensor]:
+@stencil
+def _magnitude(p: Tensor, normalized: bool, eps: float) -> Tensor:
+    dx, dy = first_derivatives(p, "sobel", normalized)
+    return torch.sqrt(dx * dx + dy * dy + eps)
+
+
+@stencil
+def _second_derivatives(p: Tensor, mode: str, normalized: bool) -> Tensor:
     if mode == "diff":
         height = p.size(2) - 2
         width = p.size(3) - 2
@@ -91,14 +89,14 @@ def _second_derivatives(p: Tensor, mode: str, normalized: bool) -> List[Tensor]:
         slope = p[:, :, 2 : height + 2] - p[:, :, 0:height]
         dxy = slope[..., 0:width] - slope[..., 2 : width + 2]
         scale = 0.25 if normalized else 1.0
-        return [dxx * scale, dxy * scale, dyy * scale]
+        return torch.stack([dxx * scale, dxy * scale, dyy * scale], 2)
     smooth_y, slope_y, curve_y = _five_taps(p, 2)
     dxx = _five_taps(smooth_y, 3)[2]
     dxy = _five_taps(slope_y, 3)[1]
     dyy = _five_taps(curve_y, 3)[0]
     pure = 1.0 / 64.0 if normalized else 1.0
     mixed = 1.0 / 36.0 if normalized else 1.0
-    return [-pure * dxx, -mixed * dxy, -pure * dyy]
+    return torch.stack([-pure * dxx, -mixed * dxy, -pure * dyy], 2)
 
 
 def _five_taps(p: Tensor, dim: int) -> Tuple[Tensor, Tensor, Tensor]:

@@ -6,8 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_floating, check_rank
-from ..primitives.correlation import volume_parts
-from ..primitives.padding import join_columns
+from ..primitives.padding import stencil3d
 
 
 def spatial_gradient3d(input: Tensor, mode: str = "diff", order: int = 1) -> Tensor:
@@ -36,10 +35,12 @@ def spatial_gradient3d(input: Tensor, mode: str = "diff", order: int = 1) -> Ten
     check_choice(mode, ["diff"], "mode")
     if order != 1 and order != 2:
         raise ValueError(f"order: expected 1 or 2, got {order}")
-    outs: List[Tensor] = []
-    for p in volume_parts(input, (1, 1), (1, 1), (1, 1), "replicate"):
-        outs.append(torch.stack(_first(p) if order == 1 else _second(p), 2))
-    return join_columns(outs)
+    return _derivatives(input, (1, 1), (1, 1), (1, 1), "replicate", order)
+
+
+@stencil3d
+def _derivatives(p: Tensor, order: int) -> Tensor:
+    return torch.stack(_first(p) if order == 1 else _second(p), 2)
 
 
 def _first(p: Tensor) -> List[Tensor]:

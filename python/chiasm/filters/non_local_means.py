@@ -4,9 +4,9 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image
-from ..primitives.loops import repeat
+from ..primitives.loops import repeated
 from ..primitives.materialise import materialised
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.padding import padded
 from ..primitives.stencil import weigh_shifts
 
 
@@ -53,20 +53,17 @@ def non_local_means(
     if h <= 0.0:
         raise ValueError(f"h: expected a positive number, got {h}")
     margin = patch_distance + patch_size // 2
-    padded = join_columns(padded_parts(input, margin, margin, margin, margin, border_type, store=True))
+    wide = padded(input, (margin, margin), (margin, margin), border_type)
     # The weighted sums of the channels, and the sum of the weights.
     sums = torch.zeros_like(torch.cat([input, input[:, :1]], 1))
     side = 2 * patch_distance + 1
-    if torch.jit.is_scripting():
-        for k in range(side * side):
-            sums = _add_shift(sums, torch.full([], k, dtype=torch.int64, device=input.device), padded, side, patch_size, h, sigma)
-    else:
-        sums = repeat(_add_shift, sums, (padded, side, patch_size, h, sigma), side * side)
+    sums = _with_shifts(sums, side * side, wide, side, patch_size, h, sigma)
     channels = input.size(1)
     return sums[:, :channels] / sums[:, channels:]
 
 
-def _add_shift(sums: Tensor, k: Tensor, padded: Tensor, side: int, patch_size: int, h: float, sigma: float) -> Tensor:
+@repeated
+def _with_shifts(sums: Tensor, k: Tensor, padded: Tensor, side: int, patch_size: int, h: float, sigma: float) -> Tensor:
     height, width = sums.size(2), sums.size(3)
     reach, radius = side // 2, patch_size // 2
     row = torch.div(k, side, rounding_mode="floor")

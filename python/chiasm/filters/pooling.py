@@ -8,7 +8,7 @@ from torch import Tensor
 
 from ..primitives.checks import check_image, odd_pair
 from ..primitives.correlation import max_shifts, weigh_and_thin
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.padding import padded, stencil
 from ..primitives.sizes import positive_pair
 from ..primitives.stencil import separable_shared
 
@@ -40,8 +40,7 @@ def blur_pool2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], stride:
     if stride < 1:
         raise ValueError(f"stride: expected at least 1, got {stride}")
     ry, rx = (ky - 1) // 2, (kx - 1) // 2
-    padded = padded_parts(input, ry, ry, rx, rx, "constant", store=True)[0]
-    return weigh_and_thin(padded, binomial_taps(ky), binomial_taps(kx), stride)
+    return weigh_and_thin(padded(input, (ry, ry), (rx, rx), "constant"), binomial_taps(ky), binomial_taps(kx), stride)
 
 
 def max_blur_pool2d(
@@ -114,18 +113,26 @@ def edge_aware_blur_pool2d(
         raise ValueError(f"edge_threshold: expected more than 1, got {edge_threshold}")
     levels = torch.log2(input.detach() + epsilon).mean(1, keepdim=True)
     threshold = math.log(edge_threshold) / math.log(2.0)
-    edges: List[Tensor] = []
-    for p in padded_parts(levels, 2, 2, 2, 2, "reflect"):
-        height, width = p.size(2) - 4, p.size(3) - 4
-        rows, columns = p[:, :, 2 : height + 2], p[..., 2 : width + 2]
-        along_x = (rows[..., 4:] - rows[..., :width]).abs()
-        along_y = (columns[:, :, 4:] - columns[:, :, :height]).abs()
-        edges.append((torch.maximum(along_x, along_y) > threshold).to(input.dtype))
+    edges = _steps(levels, (2, 2), (2, 2), "reflect", threshold)
     r = size // 2
-    wide = [max_shifts(max_shifts(p, 2, size), 3, size) for p in padded_parts(join_columns(edges), r, r, r, r, "constant")]
-    mask = join_columns(wide)
+    mask = _widened(edges, (r, r), (r, r), "constant", size)
     blurred = separable_shared(input, binomial_taps(ky), binomial_taps(kx), "reflect")
     return mask * input + (1.0 - mask) * blurred
+
+
+@stencil
+def _steps(p: Tensor, threshold: float) -> Tensor:
+    """Ones where levels over four pixels differ by more, zeros elsewhere."""
+    height, width = p.size(2) - 4, p.size(3) - 4
+    rows, columns = p[:, :, 2 : height + 2], p[..., 2 : width + 2]
+    along_x = (rows[..., 4:] - rows[..., :width]).abs()
+    along_y = (columns[:, :, 4:] - columns[:, :, :height]).abs()
+    return (torch.maximum(along_x, along_y) > threshold).to(p.dtype)
+
+
+@stencil
+def _widened(p: Tensor, size: int) -> Tensor:
+    return max_shifts(max_shifts(p, 2, size), 3, size)
 
 
 def binomial_taps(size: int) -> List[float]:

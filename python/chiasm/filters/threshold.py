@@ -8,10 +8,8 @@ from torch import Tensor
 
 from ..primitives.checks import check_choice, check_floating, check_image, odd_pair
 from ..primitives.correlation import box_sums
-from ..primitives.levels import bin_counts, extents
-from ..primitives.linalg import small_matmul
+from ..primitives.levels import bin_counts, extents, partial_sums
 from ..primitives.stencil import separable_shared
-from ..primitives.target import tracing_vjp
 from ..primitives.whole import to_index
 from .gaussian import gaussian_taps
 
@@ -195,10 +193,7 @@ def _between_classes(counts: Tensor) -> Tensor:
     n = counts.size(-1)
     number = torch.arange(n, device=counts.device)
     moments = torch.stack([counts, counts * number], -2)
-    if tracing_vjp():  # a gradient's cumsum has no form in ONNX
-        partial = small_matmul(moments, (number[:, None] <= number[None, : n - 1]).to(counts.dtype))
-    else:
-        partial = moments.cumsum(-1)[..., : n - 1]
+    partial = partial_sums(moments)
     total = moments.sum(-1, keepdim=True)
     w1, s1 = partial[..., 0, :], partial[..., 1, :]
     w, s = total[..., 0, :], total[..., 1, :]

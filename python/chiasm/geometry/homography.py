@@ -9,7 +9,7 @@ from ..primitives.checks import check_choice, check_floating, check_matrix, chec
 from ..primitives.direct_linear import hartley, projective_equations
 from ..primitives.intrinsics import with_one
 from ..primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenvector
-from ..primitives.loops import repeat
+from ..primitives.loops import repeated
 from .transfer_error import (
     check_segments,
     line_segment_transfer_error_one_way,
@@ -100,14 +100,10 @@ def find_homography_dlt_iterated(points1: Tensor, points2: Tensor, weights: Tens
     if n_iter < 1:
         raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
     H = find_homography_dlt(points1, points2, weights)
-    if torch.jit.is_scripting():
-        for _ in range(n_iter - 1):
-            H = _weighted_again(H, torch.zeros([], dtype=torch.int64, device=H.device), points1, points2, soft_inl_th)
-    else:
-        H = repeat(_weighted_again, H, (points1, points2, soft_inl_th), n_iter - 1)
-    return H
+    return _weighted_again(H, n_iter - 1, points1, points2, soft_inl_th)
 
 
+@repeated
 def _weighted_again(H: Tensor, k: Tensor, points1: Tensor, points2: Tensor, soft_inl_th: float) -> Tensor:
     errors = symmetric_transfer_error(points1, points2, H, False)
     return find_homography_dlt(points1, points2, torch.exp(-errors / (2.0 * soft_inl_th**2)))
@@ -182,14 +178,10 @@ def find_homography_lines_dlt_iterated(ls1: Tensor, ls2: Tensor, weights: Tensor
     if n_iter < 1:
         raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
     H = find_homography_lines_dlt(ls1, ls2, weights)
-    if torch.jit.is_scripting():
-        for _ in range(n_iter - 1):
-            H = _lines_weighted_again(H, torch.zeros([], dtype=torch.int64, device=H.device), ls1, ls2, soft_inl_th)
-    else:
-        H = repeat(_lines_weighted_again, H, (ls1, ls2, soft_inl_th), n_iter - 1)
-    return H
+    return _lines_weighted_again(H, n_iter - 1, ls1, ls2, soft_inl_th)
 
 
+@repeated
 def _lines_weighted_again(H: Tensor, k: Tensor, ls1: Tensor, ls2: Tensor, soft_inl_th: float) -> Tensor:
     errors = line_segment_transfer_error_one_way(ls1, ls2, H)
     return find_homography_lines_dlt(ls1, ls2, torch.exp(-errors / (2.0 * soft_inl_th**2)))

@@ -8,9 +8,9 @@ from torch import Tensor
 from ..primitives.checks import check_matrix, check_rank
 from ..primitives.intrinsics import over_depth
 from ..primitives.linalg import cross, small_matmul, spd_inverse
-from ..primitives.loops import repeat
+from ..primitives.loops import repeated
+from ..primitives.lowering import carries_derivative
 from ..primitives.rotations import nearest_rotation
-from ..primitives.target import native_forward, onnx_forward
 from .calibration import check_views
 from .lie.so3 import so3_exp
 
@@ -60,22 +60,21 @@ def refine_pnp(
     start = pose.detach().to(torch.float64)
     damping = torch.full_like(start[..., 0:1], 1e-3)
     state = torch.cat([torch.cat([nearest_rotation(start[..., 0:3]), start[..., 3:4]], -1), damping], -1)
-    fixed = (X.detach(), x.detach(), K.detach(), w.detach())
-    if torch.jit.is_scripting():
-        for _ in range(num_iters):
-            state = _step(state, torch.zeros([], dtype=torch.int64, device=state.device), fixed[0], fixed[1], fixed[2], fixed[3])
-    else:
-        state = repeat(_step, state, fixed, num_iters)
-    refined = state[..., 0:4]
-    if native_forward() or onnx_forward():
-        return refined.to(world_points.dtype)
-    moved = refined
+    refined = _improved(state, num_iters, X.detach(), x.detach(), K.detach(), w.detach())[..., 0:4]
+    return _derived(refined, X, x, K, w).to(world_points.dtype)
+
+
+@carries_derivative
+def _derived(pose: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor:
+    """The refined pose, with the derivative of two Gauss-Newton steps."""
+    moved = pose
     for _ in range(2):
         moved = _gauss_newton(moved, X, x, K, w)
-    return (refined + (moved - moved.detach())).to(world_points.dtype)
+    return pose + (moved - moved.detach())
 
 
-def _step(state: Tensor, k: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor:
+@repeated
+def _improved(state: Tensor, k: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor:
     """One step of Levenberg and Marquardt: the pose [R | t] of (B, 3, 5) and, in the last column, the damping.
 
     It goes down to a tenth with each step that leaves the cost no larger, up ten times with each that does not and is not made.

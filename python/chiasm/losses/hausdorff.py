@@ -6,8 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image, check_reduction
-from ..primitives.correlation import volume_parts
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.padding import stencil, stencil3d
 from ..primitives.reductions import greatest, least
 from ..primitives.volumes import check_volume
 from .labels import check_labels, class_planes
@@ -97,8 +96,8 @@ def _eroded_sum(error: Tensor, alpha: float, k: int) -> Tensor:
 def _cross_mean(x: Tensor) -> Tensor:
     """The mean over each pixel and its neighbours along the axes, which are 0 beyond the border."""
     if x.dim() == 4:
-        return join_columns([_cross_sum(p, [2, 3]) for p in padded_parts(x, 1, 1, 1, 1, "constant")]) / 5.0
-    return join_columns([_cross_sum(p, [2, 3, 4]) for p in volume_parts(x, (1, 1), (1, 1), (1, 1), "constant")]) / 7.0
+        return _cross_sum2d(x, (1, 1), (1, 1), "constant", [2, 3]) / 5.0
+    return _cross_sum3d(x, (1, 1), (1, 1), (1, 1), "constant", [2, 3, 4]) / 7.0
 
 
 def _cross_sum(p: Tensor, dims: List[int]) -> Tensor:
@@ -106,6 +105,9 @@ def _cross_sum(p: Tensor, dims: List[int]) -> Tensor:
     for dim in dims:
         out = out + (_inner(p, dims, dim, -1) + _inner(p, dims, dim, 1))
     return out
+
+
+_cross_sum2d, _cross_sum3d = stencil(_cross_sum), stencil3d(_cross_sum)
 
 
 def _inner(p: Tensor, dims: List[int], moved: int, by: int) -> Tensor:

@@ -63,7 +63,7 @@ def _window(
 
 
 def _border(border_type: str, border_value: float, loser: float) -> Tuple[str, float]:
-    """What ``padded_parts`` calls the border, and its value; beyond a geodesic one is what never wins."""
+    """What ``stencil`` calls the border, and its value; beyond a geodesic one is what never wins."""
     return ("constant", loser) if border_type == "geodesic" else (border_type, border_value)
 
 

@@ -1,12 +1,12 @@
 """Patterns in binary images."""
 
-from typing import List, Optional
+from typing import Optional
 
 import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.padding import stencil
 
 
 def hit_or_miss(input: Tensor, hit: Tensor, miss: Optional[Tensor] = None) -> Tensor:
@@ -44,14 +44,17 @@ def hit_or_miss(input: Tensor, hit: Tensor, miss: Optional[Tensor] = None) -> Te
     # What is tested below: a pixel's value must reach `least` and not exceed `most`.
     least, most = wanted.to(input.dtype), 1.0 - unwanted.to(input.dtype)
     filled = (input > 0).to(input.dtype)
-    outs: List[Tensor] = []
-    for p in padded_parts(filled, kh // 2, kh - kh // 2 - 1, kw // 2, kw - kw // 2 - 1, "constant"):
-        height = p.size(2) - kh + 1
-        width = p.size(3) - kw + 1
-        worst = torch.ones([1], dtype=p.dtype, device=p.device)
-        for i in range(kh):
-            for j in range(kw):
-                tap = p[:, :, i : i + height, j : j + width]
-                worst = torch.minimum(worst, torch.minimum(tap - least[i, j], most[i, j] - tap))
-        outs.append((worst >= 0).to(input.dtype))
-    return join_columns(outs)
+    return _fits(filled, (kh // 2, kh - kh // 2 - 1), (kw // 2, kw - kw // 2 - 1), "constant", least, most)
+
+
+@stencil
+def _fits(p: Tensor, least: Tensor, most: Tensor) -> Tensor:
+    kh, kw = least.size(0), least.size(1)
+    height = p.size(2) - kh + 1
+    width = p.size(3) - kw + 1
+    worst = torch.ones([1], dtype=p.dtype, device=p.device)
+    for i in range(kh):
+        for j in range(kw):
+            tap = p[:, :, i : i + height, j : j + width]
+            worst = torch.minimum(worst, torch.minimum(tap - least[i, j], most[i, j] - tap))
+    return (worst >= 0).to(p.dtype)

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_choice, check_image
-from ..primitives.loops import is_same, until_stable
+from ..primitives.loops import until_stable
 from .element import extreme
 
 
@@ -55,18 +55,10 @@ def reconstruction(
     element = torch.ones([3, 3], dtype=seed.dtype, device=seed.device) if kernel is None else kernel.to(seed.dtype)
     largest = method == "dilation"
     state = torch.minimum(seed, mask) if largest else torch.maximum(seed, mask)
-    if torch.jit.is_scripting():
-        step = torch.zeros([], dtype=torch.int64, device=seed.device)
-        for _ in range(limit):
-            moved = _spread(state, step, mask, element, largest)
-            if is_same(moved, state):
-                break
-            state = moved
-    else:
-        state = until_stable(_spread, state, (mask, element, largest), limit)
-    return state
+    return _spread(state, limit, mask, element, largest)
 
 
+@until_stable
 def _spread(state: Tensor, k: Tensor, mask: Tensor, element: Tensor, largest: bool) -> Tensor:
     spread = extreme(state, element, None, None, "geodesic", 0.0, 1e4, largest)
     return torch.minimum(spread, mask) if largest else torch.maximum(spread, mask)

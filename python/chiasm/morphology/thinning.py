@@ -6,8 +6,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.checks import check_image
-from ..primitives.loops import is_same, until_stable
-from ..primitives.padding import join_columns, padded_parts
+from ..primitives.loops import until_stable
+from ..primitives.padding import stencil
 
 
 def skeletonize(input: Tensor, num_iters: int = 10000) -> Tensor:
@@ -67,29 +67,23 @@ def _thinned(input: Tensor, num_iters: int, zhang: bool) -> Tensor:
     if num_iters < 0:
         raise ValueError(f"num_iters: expected at least 0, got {num_iters}")
     state = (input > 0).to(torch.int32)
-    if torch.jit.is_scripting():
-        k = torch.zeros([], dtype=torch.int64, device=input.device)
-        for _ in range(num_iters):
-            peeled = _peel(state, k, zhang)
-            if is_same(peeled, state):
-                break
-            state = peeled
-    else:
-        state = until_stable(_peel, state, (zhang,), num_iters)
-    return state.to(input.dtype)
+    return _peeled(state, num_iters, zhang).to(input.dtype)
 
 
-def _peel(state: Tensor, k: Tensor, zhang: bool) -> Tensor:
+@until_stable
+def _peeled(state: Tensor, k: Tensor, zhang: bool) -> Tensor:
     """A round: the outline on two sides, then on the other two."""
     for first in [True, False]:
-        outs: List[Tensor] = []
-        for p in padded_parts(state, 1, 1, 1, 1, "constant"):
-            goes = _zhang_suen(_ring(p), first) if zhang else _guo_hall(_ring(p), first)
-            height, width = p.size(2) - 2, p.size(3) - 2
-            centre = p[:, :, 1 : height + 1, 1 : width + 1]
-            outs.append(torch.where(goes, torch.zeros_like(centre), centre))
-        state = join_columns(outs)
+        state = _without_outline(state, (1, 1), (1, 1), "constant", zhang, first)
     return state
+
+
+@stencil
+def _without_outline(p: Tensor, zhang: bool, first: bool) -> Tensor:
+    goes = _zhang_suen(_ring(p), first) if zhang else _guo_hall(_ring(p), first)
+    height, width = p.size(2) - 2, p.size(3) - 2
+    centre = p[:, :, 1 : height + 1, 1 : width + 1]
+    return torch.where(goes, torch.zeros_like(centre), centre)
 
 
 def _ring(p: Tensor) -> List[Tensor]:

@@ -5,12 +5,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..color.gray import rgb_to_grayscale
-from ..color.rgb import bgr_to_rgb
 from ..filters.gaussian import gaussian_blur2d
 from ..filters.gradient import sobel
-from ..geometry.transform.resize import resize
-from ..primitives import kernels
+from ..primitives.frames import grey_frame, resized_frame
 from ..primitives.stencil import join_channels
 
 
@@ -41,7 +38,7 @@ def preprocess(
     for s in std:
         if s <= 0.0:
             raise ValueError(f"std: expected numbers above 0, got {std}")
-    image = _resized(frame, 224, 224)
+    image = resized_frame(frame, 224, 224)
     # As one product and one sum of each plane, numbers that native code has in its loop.
     planes = [image[:, c : c + 1] * (1.0 / (255.0 * s)) - m / s for c, (m, s) in enumerate(zip(mean, std))]
     return join_channels(planes)
@@ -68,27 +65,8 @@ def edges(frame: Tensor) -> Tensor:
         tensor(0, dtype=torch.uint8)
     """
     _check(frame)
-    strength = sobel(gaussian_blur2d(_grey(frame), (5, 5), (1.0, 1.0)), normalized=False)
+    strength = sobel(gaussian_blur2d(grey_frame(frame), (5, 5), (1.0, 1.0)), normalized=False)
     return torch.round(strength).clamp(0.0, 255.0).to(torch.uint8)[0, 0]
-
-
-def _rgb(frame: Tensor) -> Tensor:
-    """(1, 3, H, W), float32, RGB, in [0, 255], of a frame."""
-    return bgr_to_rgb(frame.permute(2, 0, 1)[None].to(torch.float32))
-
-
-def _grey(frame: Tensor) -> Tensor:
-    """(1, 1, H, W), float32, in [0, 255]: the luma of a frame."""
-    if not torch.jit.is_scripting() and kernels.available(frame):
-        return kernels.frame_to_grey(frame)
-    return rgb_to_grayscale(_rgb(frame))
-
-
-def _resized(frame: Tensor, height: int, width: int) -> Tensor:
-    """(1, 3, height, width), float32, RGB, in [0, 255]."""
-    if not torch.jit.is_scripting() and kernels.available(frame):
-        return kernels.resize_frame(frame, height, width)
-    return resize(_rgb(frame), (height, width))
 
 
 def _check(frame: Tensor) -> None:

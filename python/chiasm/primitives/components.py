@@ -10,10 +10,11 @@ from torch import Tensor
 
 from . import kernels
 from .extremes import rectangle_extreme
-from .loops import is_same, until_stable
-from .target import native_forward
+from .loops import until_stable
+from .lowering import primitive
 
 
+@primitive
 def component_roots(mask: Tensor, limit: int) -> Tensor:
     """The lowest flat index in the 8-connected component of each pixel of (N, H, W) bool, as (N, H * W) int32.
 
@@ -22,20 +23,15 @@ def component_roots(mask: Tensor, limit: int) -> Tensor:
     >>> component_roots(torch.tensor([[[True, False, True], [True, False, True]]]), 9)
     tensor([[0, 1, 2, 0, 4, 2]], dtype=torch.int32)
     """
-    if not torch.jit.is_scripting() and (kernels.available(mask) and kernels.runs_to_its_end(limit)):
-        return kernels.component_roots(mask)
     count = mask.size(1) * mask.size(2)
     own = torch.arange(count, device=mask.device, dtype=torch.int32)
     parent = own[None] + torch.zeros_like(mask.reshape(mask.size(0), count), dtype=torch.int32)
-    if torch.jit.is_scripting():
-        for _ in range(limit):
-            joined = _join(parent, own[0], mask)
-            if is_same(joined, parent):
-                break
-            parent = joined
-    else:
-        parent = until_stable(_join, parent, (mask,), limit)
-    return parent
+    return _joined(parent, limit, mask)
+
+
+@component_roots.lowering("native", when=lambda mask, limit: kernels.available(mask) and kernels.runs_to_its_end(limit))
+def _component_roots_kernel(mask: Tensor, limit: int) -> Tensor:
+    return kernels.component_roots(mask)
 
 
 def reached(mask: Tensor, seeds: Tensor, limit: int) -> Tensor:
@@ -47,6 +43,7 @@ def reached(mask: Tensor, seeds: Tensor, limit: int) -> Tensor:
     return mask & (flags.gather(1, roots.to(torch.int64)) < 0).reshape(mask.size(0), mask.size(1), mask.size(2))
 
 
+@primitive
 def lower_at(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> Tensor:
     """values (N, P) int32, each lowered to the least of the ``active`` offers whose ``index`` is its position.
 
@@ -54,16 +51,21 @@ def lower_at(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> T
     equal, and does as well where the caller repeats until nothing changes.
     """
     own = torch.arange(values.size(1), device=values.device, dtype=torch.int32)
-    if native_forward():
-        # What is not active gets a slot of its own beyond the end: no two threads write where it matters in vain.
-        slot = torch.where(active, index, own + values.size(1))
-        offered = torch.cat([values, values], 1).scatter(1, slot.to(torch.int64), offers)
-        return torch.minimum(values, offered[:, : values.size(1)])
     slot = torch.where(active, index, own)
     return values.scatter_reduce(1, slot.to(torch.int64), torch.where(active, offers, values), "amin")
 
 
-def _join(parent: Tensor, k: Tensor, mask: Tensor) -> Tensor:
+@lower_at.lowering("native")
+def _lower_to_any(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> Tensor:
+    own = torch.arange(values.size(1), device=values.device, dtype=torch.int32)
+    # What is not active gets a slot of its own beyond the end: no two threads write where it matters in vain.
+    slot = torch.where(active, index, own + values.size(1))
+    offered = torch.cat([values, values], 1).scatter(1, slot.to(torch.int64), offers)
+    return torch.minimum(values, offered[:, : values.size(1)])
+
+
+@until_stable
+def _joined(parent: Tensor, k: Tensor, mask: Tensor) -> Tensor:
     inside = mask.reshape(parent.size(0), parent.size(1))
     nobody = 2147483647
     own = torch.where(inside, parent, torch.full_like(parent, nobody)).reshape(-1, 1, mask.size(1), mask.size(2))

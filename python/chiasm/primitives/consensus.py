@@ -12,8 +12,8 @@ from torch import Tensor
 
 from . import kernels
 from .linalg import inverse3x3, small_matmul
-from .loops import repeat
-from .target import native_forward, tracing_vjp
+from .loops import repeated
+from .lowering import primitive
 from .whole import known_or
 
 
@@ -109,11 +109,15 @@ def score_planes(p: Tensor, q: Tensor, similarity: Tensor, inl_th: float, dtype:
     return torch.stack(rows, 1).to(torch.float64 if dtype == torch.float64 else torch.float32)
 
 
+@primitive
 def _forms(rows: Tensor, points: Tensor) -> Tensor:
     """Products (B, S, N) of rows (B, S, 3) with the points (B, 3, N), whose last coordinate is 1."""
-    if native_forward() or tracing_vjp():
-        return rows[..., 0:1] * points[:, None, 0] + rows[..., 1:2] * points[:, None, 1] + rows[..., 2:3]
     return torch.matmul(rows, points)
+
+
+@_forms.lowering("native", "vjp")
+def _sums_of_products(rows: Tensor, points: Tensor) -> Tensor:
+    return rows[..., 0:1] * points[:, None, 0] + rows[..., 1:2] * points[:, None, 1] + rows[..., 2:3]
 
 
 def model_errors(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
@@ -138,21 +142,15 @@ def _products_and_denominators(models: Tensor, planes: Tensor) -> Tuple[Tensor, 
 
 def model_costs(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
     """Costs (B, S) of models (B, S, 3, 3), any scale; infinite for what is not finite."""
-    unit = _unit(models, planes)
-    if native_forward() or tracing_vjp():
-        # One fused loop, which stores no error.
-        cost = _cost(unit, planes, epipolar)
-    else:
-        # so many that what is computed for one fits into the cache
-        count = 32
-        parts = _in_parts(planes, count)
-        cost = torch.zeros_like(unit[:, :, 0, 0])
-        if torch.jit.is_scripting():
-            for k in range(count):
-                cost = _with_part(cost, torch.full([], k, dtype=torch.int64, device=cost.device), unit, parts, epipolar)
-        else:
-            cost = repeat(_with_part, cost, (unit, parts, epipolar), count)
+    cost = _summed_cost(_unit(models, planes), planes, epipolar)
     return _or_infinite(cost, cost < float("inf"))
+
+
+@primitive
+def _summed_cost(unit: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    """``_cost`` in so many parts that what is computed for one fits into the cache."""
+    count = 32
+    return _with_parts(torch.zeros_like(unit[:, :, 0, 0]), count, unit, _in_parts(planes, count), epipolar)
 
 
 def _unit(models: Tensor, planes: Tensor) -> Tensor:
@@ -170,6 +168,10 @@ def _cost(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
     return torch.minimum(model_errors(models, planes, epipolar), planes[:, None, 6]).sum(-1)
 
 
+# One fused loop, which stores no error.
+_summed_cost.lowering("native", "vjp")(_cost)
+
+
 def _in_parts(planes: Tensor, parts: int) -> Tensor:
     """(parts, B, 7, n): the points in parts of equal size, filled up with points whose bound of 0 makes them cost nothing."""
     count = planes.size(2)
@@ -182,7 +184,8 @@ def _in_parts(planes: Tensor, parts: int) -> Tensor:
     return padded.unflatten(2, [parts, size]).permute(2, 0, 1, 3).contiguous()
 
 
-def _with_part(cost: Tensor, k: Tensor, models: Tensor, parts: Tensor, epipolar: bool) -> Tensor:
+@repeated
+def _with_parts(cost: Tensor, k: Tensor, models: Tensor, parts: Tensor, epipolar: bool) -> Tensor:
     return cost + _cost(models, parts.index_select(0, k.reshape(1))[0], epipolar)
 
 
@@ -208,9 +211,18 @@ def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -
 def best_models(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
     """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first; zeros where there is none."""
     models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
-    if not torch.jit.is_scripting() and kernels.has_kernel(planes):
-        return chosen(models, kernels.cheapest_models(_unit(models, planes), planes, epipolar, count))
-    return chosen(models, least(_or_infinite(model_costs(models, planes, epipolar), exists), count))
+    return chosen(models, _cheapest(models, exists, planes, epipolar, count))
+
+
+@primitive
+def _cheapest(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
+    """Where the ``count`` models (B, S, 3, 3) are that cost least: (B, count); those that do not exist are zeros."""
+    return least(_or_infinite(model_costs(models, planes, epipolar), exists), count)
+
+
+@_cheapest.lowering("native", when=lambda models, exists, planes, *_: kernels.has_kernel(planes))
+def _cheapest_kernel(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
+    return kernels.cheapest_models(_unit(models, planes), planes, epipolar, count)
 
 
 def least(cost: Tensor, count: int) -> Tensor:

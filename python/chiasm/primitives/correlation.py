@@ -7,9 +7,9 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from . import kernels
-from .padding import join_columns, padded_parts
-from .stencil import correlate_columns, correlate_rows, separable_shared
-from .target import native_forward, onnx_forward, tracing_vjp
+from .lowering import primitive
+from .padding import join_columns, padded, padded_parts, stencil, stencil3d
+from .stencil import along_columns, along_rows, separable_shared
 
 
 def centred(size: int) -> Tuple[int, int]:
@@ -21,19 +21,11 @@ def centred(size: int) -> Tuple[int, int]:
     return (size - 1) // 2, size // 2
 
 
+@primitive
 def correlate2d_valid(p: Tensor, kernel: Tensor) -> Tensor:
     """Correlate (B, C, H + kh - 1, W + kw - 1) with (B or 1, kh, kw) to (B, C, H, W)."""
-    if onnx_forward() and _is_shared(kernel):
-        flat = F.conv2d(p.reshape(-1, 1, p.size(2), p.size(3)), kernel[:, None])
-        return flat.reshape(p.size(0), p.size(1), flat.size(2), flat.size(3))
     kh, kw = kernel.size(1), kernel.size(2)
     height, width = p.size(2) - kh + 1, p.size(3) - kw + 1
-    if tracing_vjp():
-        shifts, taps = _shifts(p, kernel)
-        total = (shifts[:, :, :, :height] * taps[:, :, 0, None, None, None]).sum(0)
-        for i in range(1, kh):
-            total = total + (shifts[:, :, :, i : i + height] * taps[:, :, i, None, None, None]).sum(0)
-        return total
     out = p[:, :, :height, :width] * kernel[:, 0, 0, None, None, None]
     for i in range(kh):
         rows = p[:, :, i : i + height]
@@ -43,23 +35,33 @@ def correlate2d_valid(p: Tensor, kernel: Tensor) -> Tensor:
     return out
 
 
+def _is_shared(_: Tensor, kernel: Tensor) -> bool:
+    # A symbolic batch is not asked whether it is 1, which would freeze the answer.
+    batch = kernel.size(0)
+    return isinstance(batch, int) and batch == 1
+
+
+@correlate2d_valid.lowering("onnx", when=_is_shared)
+def _convolution2d(p: Tensor, kernel: Tensor) -> Tensor:
+    flat = F.conv2d(p.reshape(-1, 1, p.size(2), p.size(3)), kernel[:, None])
+    return flat.reshape(p.size(0), p.size(1), flat.size(2), flat.size(3))
+
+
+@correlate2d_valid.lowering("vjp")
+def _sum_of_rows2d(p: Tensor, kernel: Tensor) -> Tensor:
+    kh, height = kernel.size(1), p.size(2) - kernel.size(1) + 1
+    shifts, taps = _shifts(p, kernel)
+    total = (shifts[:, :, :, :height] * taps[:, :, 0, None, None, None]).sum(0)
+    for i in range(1, kh):
+        total = total + (shifts[:, :, :, i : i + height] * taps[:, :, i, None, None, None]).sum(0)
+    return total
+
+
+@primitive
 def correlate3d_valid(p: Tensor, kernel: Tensor) -> Tensor:
     """Correlate (B, C, D + kd - 1, H + kh - 1, W + kw - 1) with (B or 1, kd, kh, kw) to (B, C, D, H, W)."""
-    if onnx_forward() and _is_shared(kernel):
-        # The exporter makes a wrong bias where there is none.
-        flat = F.conv3d(p.flatten(0, 1)[:, None], kernel[:, None], torch.zeros([1], dtype=p.dtype, device=p.device))
-        return flat.reshape(p.size(0), p.size(1), flat.size(2), flat.size(3), flat.size(4))
     kd, kh, kw = kernel.size(1), kernel.size(2), kernel.size(3)
     depth, height, width = p.size(2) - kd + 1, p.size(3) - kh + 1, p.size(4) - kw + 1
-    if tracing_vjp():
-        shifts, taps = _shifts(p, kernel)
-        total = (shifts[:, :, :, :depth, :height] * taps[:, :, 0, 0, None, None, None, None]).sum(0)
-        for d in range(kd):
-            slices = shifts[:, :, :, d : d + depth]
-            for i in range(kh):
-                if d + i > 0:
-                    total = total + (slices[:, :, :, :, i : i + height] * taps[:, :, d, i, None, None, None, None]).sum(0)
-        return total
     out = p[:, :, :depth, :height, :width] * kernel[:, 0, 0, 0, None, None, None, None]
     for d in range(kd):
         for i in range(kh):
@@ -68,6 +70,27 @@ def correlate3d_valid(p: Tensor, kernel: Tensor) -> Tensor:
                 if d + i + j > 0:
                     out = out + rows[..., j : j + width] * kernel[:, d, i, j, None, None, None, None]
     return out
+
+
+@correlate3d_valid.lowering("onnx", when=_is_shared)
+def _convolution3d(p: Tensor, kernel: Tensor) -> Tensor:
+    # The exporter makes a wrong bias where there is none.
+    flat = F.conv3d(p.flatten(0, 1)[:, None], kernel[:, None], torch.zeros([1], dtype=p.dtype, device=p.device))
+    return flat.reshape(p.size(0), p.size(1), flat.size(2), flat.size(3), flat.size(4))
+
+
+@correlate3d_valid.lowering("vjp")
+def _sum_of_rows3d(p: Tensor, kernel: Tensor) -> Tensor:
+    kd, kh = kernel.size(1), kernel.size(2)
+    depth, height = p.size(2) - kd + 1, p.size(3) - kh + 1
+    shifts, taps = _shifts(p, kernel)
+    total = (shifts[:, :, :, :depth, :height] * taps[:, :, 0, 0, None, None, None, None]).sum(0)
+    for d in range(kd):
+        slices = shifts[:, :, :, d : d + depth]
+        for i in range(kh):
+            if d + i > 0:
+                total = total + (slices[:, :, :, :, i : i + height] * taps[:, :, d, i, None, None, None, None]).sum(0)
+    return total
 
 
 def _shifts(p: Tensor, kernel: Tensor) -> Tuple[Tensor, Tensor]:
@@ -80,56 +103,63 @@ def _shifts(p: Tensor, kernel: Tensor) -> Tuple[Tensor, Tensor]:
     return torch.stack([p[..., j : j + width] for j in range(kernel.size(-1))]), torch.movedim(kernel, last, 0)
 
 
-def _is_shared(kernel: Tensor) -> bool:
-    # A symbolic batch is not asked whether it is 1, which would freeze the answer.
-    batch = kernel.size(0)
-    return isinstance(batch, int) and batch == 1
-
-
-def volume_parts(
-    x: Tensor, depth: Tuple[int, int], rows: Tuple[int, int], columns: Tuple[int, int], border_type: str, value: float = 0.0
-) -> List[Tensor]:
-    """``padded_parts`` of a (B, C, D, H, W) volume, by (before, after) along each axis."""
-    # The depth is padded as the rows of a transposed volume, which are no different.
-    deep = padded_parts(x.flatten(0, 1).transpose(1, 2), depth[0], depth[1], 0, 0, border_type, value)[0].transpose(1, 2)
-    parts = padded_parts(deep, rows[0], rows[1], columns[0], columns[1], border_type, value)
-    return [p.reshape(x.size(0), x.size(1), p.size(1), p.size(2), p.size(3)) for p in parts]
+#: The correlation of an image and of a volume with a border.
+correlated2d, correlated3d = stencil(correlate2d_valid), stencil3d(correlate3d_valid)
 
 
 def separable_any(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, rows: Tuple[int, int], columns: Tuple[int, int], border_type: str) -> Tensor:
     """Correlate with kernel_y (B or 1, ky), then kernel_x (B or 1, kx), of any sizes, after padding by (before, after)."""
-    tall = join_columns([correlate_rows(p, kernel_y) for p in padded_parts(x, rows[0], rows[1], 0, 0, border_type)])
-    return join_columns([correlate_columns(p, kernel_x) for p in padded_parts(tall, 0, 0, columns[0], columns[1], border_type)])
+    return along_rows(along_columns(x, rows, (0, 0), border_type, kernel_y), (0, 0), columns, border_type, kernel_x)
 
 
+@primitive
 def box_sums(x: Tensor, ky: int, kx: int, border_type: str, scale: float = 1.0, centre: float = 0.0) -> Tensor:
     """``scale`` times the sums over windows of ky x kx pixels, plus ``centre`` times the pixel: (B, C, H, W) to the same.
 
     A border of constants is 0. Sums of integers are exact while they fit the dtype.
     """
-    (top, bottom), (left, right) = centred(ky), centred(kx)
-    if onnx_forward():
-        flat = padded_parts(x.reshape(-1, 1, x.size(2), x.size(3)), top, bottom, left, right, border_type)[0]
-        ones = torch.ones([1, 1, ky, kx], dtype=x.dtype, device=x.device)
-        sums = F.conv2d(F.conv2d(flat, ones[:, :, :, :1]), ones[:, :, :1]).reshape(x.shape)
-        return _weighted(sums, x, scale, centre)
-    if not torch.jit.is_scripting() and (kernels.has_kernel(x) and 9 < ky * kx <= 15 * 15 and ky % 2 == 1 and kx % 2 == 1):
-        return kernels.separable_shared(x, [1.0] * ky, [1.0] * kx, border_type, scale, centre)
-    # The pixel is weighted in each part, before the join: what native code joins is stored.
-    if native_forward() and ky * kx > 9:
-        tall = join_columns([sum_shifts(p, 2, ky) for p in padded_parts(x, top, bottom, 0, 0, border_type)])
-        pairs = zip(padded_parts(tall, 0, 0, left, right, border_type), padded_parts(x, 0, 0, left, right, border_type))
-        return join_columns([_weighted(sum_shifts(p, 3, kx), q[..., left:], scale, centre) for p, q in pairs])
-    # Native code of a small window sums it anew for every pixel, which is cheaper than storing the columns' sums.
-    parts = padded_parts(x, top, bottom, left, right, border_type)
-    return join_columns([_weighted(sum_shifts(sum_shifts(p, 2, ky), 3, kx), p[:, :, top:, left:], scale, centre) for p in parts])
+    # Also in native code, of a small window: to sum it anew for every pixel is cheaper than to store the columns' sums.
+    return _window_sums(x, centred(ky), centred(kx), border_type, ky, kx, scale, centre)
 
 
+@stencil
+def _window_sums(p: Tensor, ky: int, kx: int, scale: float, centre: float) -> Tensor:
+    # The pixel is weighted here and not in what comes of it: what native code puts together is stored.
+    return _weighted(sum_shifts(sum_shifts(p, 2, ky), 3, kx), p[:, :, centred(ky)[0] :, centred(kx)[0] :], scale, centre)
+
+
+@box_sums.lowering("onnx")
+def _convolution_with_ones(x: Tensor, ky: int, kx: int, border_type: str, scale: float, centre: float) -> Tensor:
+    flat = padded(x.reshape(-1, 1, x.size(2), x.size(3)), centred(ky), centred(kx), border_type)
+    ones = torch.ones([1, 1, ky, kx], dtype=x.dtype, device=x.device)
+    sums = F.conv2d(F.conv2d(flat, ones[:, :, :, :1]), ones[:, :, :1]).reshape(x.shape)
+    return _weighted(sums, x, scale, centre)
+
+
+def _is_middling(x: Tensor, ky: int, kx: int, *_: object) -> bool:
+    return kernels.has_kernel(x) and 9 < ky * kx <= 15 * 15 and ky % 2 == 1 and kx % 2 == 1
+
+
+@box_sums.lowering("native", when=_is_middling)
+def _kernel_of_ones(x: Tensor, ky: int, kx: int, border_type: str, scale: float, centre: float) -> Tensor:
+    return kernels.separable_shared(x, [1.0] * ky, [1.0] * kx, border_type, scale, centre)
+
+
+@box_sums.lowering("native", when=lambda x, ky, kx, *_: ky * kx > 9)
+def _sums_of_sums(x: Tensor, ky: int, kx: int, border_type: str, scale: float, centre: float) -> Tensor:
+    rows, columns = centred(ky), centred(kx)
+    tall = join_columns([sum_shifts(p, 2, ky) for p in padded_parts(x, rows, (0, 0), border_type, 0.0)])
+    pairs = zip(padded_parts(tall, (0, 0), columns, border_type, 0.0), padded_parts(x, (0, 0), columns, border_type, 0.0))
+    return join_columns([_weighted(sum_shifts(p, 3, kx), q[..., columns[0] :], scale, centre) for p, q in pairs])
+
+
+@primitive
 def separable_plus(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float, centre: float) -> Tensor:
     """``scale`` times ``separable_shared`` plus ``centre`` times x, in native code without storing the former."""
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.separable_shared(x, taps_y, taps_x, border_type, scale, centre)
     return _weighted(separable_shared(x, taps_y, taps_x, border_type), x, scale, centre)
+
+
+separable_plus.lowering("native", when=kernels.has_kernel)(kernels.separable_shared)
 
 
 def _weighted(sums: Tensor, x: Tensor, scale: float, centre: float) -> Tensor:
@@ -174,16 +204,20 @@ def max_shifts(p: Tensor, dim: int, count: int) -> Tensor:
     return out
 
 
+@primitive
 def weigh_and_thin(p: Tensor, taps_y: List[float], taps_x: List[float], stride: int) -> Tensor:
     """Valid separable correlation of (B, C, H, W), of which every stride-th row and column is kept."""
-    if onnx_forward():
-        flat = p.reshape(-1, 1, p.size(2), p.size(3))
-        column = torch.tensor(taps_y, dtype=p.dtype, device=p.device).reshape(1, 1, -1, 1)
-        row = torch.tensor(taps_x, dtype=p.dtype, device=p.device).reshape(1, 1, 1, -1)
-        # Without the axis of 1, over which a reshape to sizes that were divided would stumble.
-        flat = F.conv2d(flat, column * row, stride=[stride, stride])[:, 0]
-        return flat.reshape(p.size(0), p.size(1), flat.size(1), flat.size(2))
     return _thin(_weigh(_thin(_weigh(p, 2, taps_y), 2, stride), 3, taps_x), 3, stride)
+
+
+@weigh_and_thin.lowering("onnx")
+def _strided_convolution(p: Tensor, taps_y: List[float], taps_x: List[float], stride: int) -> Tensor:
+    flat = p.reshape(-1, 1, p.size(2), p.size(3))
+    column = torch.tensor(taps_y, dtype=p.dtype, device=p.device).reshape(1, 1, -1, 1)
+    row = torch.tensor(taps_x, dtype=p.dtype, device=p.device).reshape(1, 1, 1, -1)
+    # Without the axis of 1, over which a reshape to sizes that were divided would stumble.
+    flat = F.conv2d(flat, column * row, stride=[stride, stride])[:, 0]
+    return flat.reshape(p.size(0), p.size(1), flat.size(1), flat.size(2))
 
 
 def _weigh(p: Tensor, dim: int, taps: List[float]) -> Tensor:

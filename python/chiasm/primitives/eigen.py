@@ -18,8 +18,8 @@ from torch import Tensor
 
 from .factorisation import frobenius_norm, pointed, qr
 from .linalg import small_matmul
-from .loops import repeat
-from .target import native_forward, onnx_forward
+from .loops import repeated
+from .lowering import primitive
 
 
 def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
@@ -39,24 +39,28 @@ def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
     eye = torch.eye(n, dtype=a.dtype, device=a.device)
     state = torch.cat([fixed / norm, eye.expand_as(fixed)], -2)
     partner, turn, swap, side = _schedule(n, m)
-    if torch.jit.is_scripting():
-        for _ in range(_rounds(n)):
-            state = _two_sided(state, partner, partner, turn, swap, side)
-    else:
-        state = repeat(_two_sided, state, (partner, turn, swap, side), _rounds(n))
+    state = _two_sided(state, _rounds(n), partner, turn, swap, side)
     values = state[..., :n, :].diagonal(0, -2, -1)
     order = _order(values)
     values = small_matmul(values[..., None, :], order)[..., 0, :]
     vectors = small_matmul(state[..., n:, :], order)
     vectors = small_matmul(vectors, _settling(vectors, values))
-    values = values * norm[..., 0]
-    if not (native_forward() or onnx_forward()):
-        change = small_matmul(vectors.transpose(-1, -2), small_matmul(a, vectors))
-        change = change - change.detach()
-        gap = _reciprocal(values[..., None, :] - values[..., :, None], norm)
-        values = values + (change * eye).sum(-1)
-        vectors = vectors + small_matmul(vectors, change * gap)
+    values, vectors = _derived_eigen(values * norm[..., 0], vectors, a, norm, eye)
     return values.to(m.dtype), vectors.to(m.dtype)
+
+
+@primitive
+def _derived_eigen(values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye: Tensor) -> Tuple[Tensor, Tensor]:
+    """The same values and vectors, with the derivatives by a."""
+    change = small_matmul(vectors.transpose(-1, -2), small_matmul(a, vectors))
+    change = change - change.detach()
+    gap = _reciprocal(values[..., None, :] - values[..., :, None], norm)
+    return values + (change * eye).sum(-1), vectors + small_matmul(vectors, change * gap)
+
+
+@_derived_eigen.lowering("onnx", "native")
+def _eigen_alone(values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye: Tensor) -> Tuple[Tensor, Tensor]:
+    return values, vectors
 
 
 def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
@@ -82,11 +86,7 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     eye = torch.eye(n, dtype=a.dtype, device=a.device)
     state = torch.cat([columns, eye.expand_as(columns)], -2)
     partner, turn, swap, side = _schedule(n, m)
-    if torch.jit.is_scripting():
-        for _ in range(_rounds(n)):
-            state = _one_sided(state, partner, partner, turn, swap, side)
-    else:
-        state = repeat(_one_sided, state, (partner, turn, swap, side), _rounds(n))
+    state = _one_sided(state, _rounds(n), partner, turn, swap, side)
     lengths = torch.sqrt((state[..., :n, :] * state[..., :n, :]).sum(-2, keepdim=True))
     order = _order(-lengths[..., 0, :])
     state, lengths = small_matmul(state, order), small_matmul(lengths, order)
@@ -99,12 +99,12 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     u = u * torch.where(empty, pointed(u), torch.ones_like(lengths))
     if tall:
         u = small_matmul(outer, u)
-    if not (native_forward() or onnx_forward()):
-        u, s, v = _with_derivative(a, u, s, v, norm)
+    u, s, v = _derived_svd(u, s, v, a, norm)
     return u.to(m.dtype), s.to(m.dtype), v.to(m.dtype)
 
 
-def _with_derivative(a: Tensor, u: Tensor, s: Tensor, v: Tensor, norm: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+@primitive
+def _derived_svd(u: Tensor, s: Tensor, v: Tensor, a: Tensor, norm: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """The same values, with the derivatives by a.
 
     With dU = U X and dV = V Y for skew-symmetric X and Y, the entries of U^T dA V = X S + dS - S Y give X + Y by the
@@ -120,6 +120,11 @@ def _with_derivative(a: Tensor, u: Tensor, s: Tensor, v: Tensor, norm: Tensor) -
     moved = u + small_matmul(u, 0.5 * (both + unlike)) + outside
     own = torch.eye(s.size(-1), dtype=s.dtype, device=s.device)
     return moved, s + (change * own).sum(-1), v + small_matmul(v, 0.5 * (both - unlike))
+
+
+@_derived_svd.lowering("onnx", "native")
+def _svd_alone(u: Tensor, s: Tensor, v: Tensor, a: Tensor, norm: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    return u, s, v
 
 
 def _reciprocal(x: Tensor, norm: Tensor) -> Tensor:
@@ -169,6 +174,7 @@ def _rotation(d: Tensor, b: Tensor, floor: float, partner: Tensor, turn: Tensor,
     return cosine[..., :, None] * turn + (cosine * tangent)[..., :, None] * swap
 
 
+@repeated
 def _two_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
     """One round on the symmetric matrix in the upper half of the state; the lower half gathers the rotations."""
     n = state.size(-1)
@@ -182,6 +188,7 @@ def _two_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Te
     return torch.cat([0.5 * (a + a.transpose(-1, -2)), rotated[..., n:, :]], -2)
 
 
+@repeated
 def _one_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
     """One round on the columns in the upper half of the state; the lower half gathers the rotations."""
     columns = state[..., : state.size(-1), :]

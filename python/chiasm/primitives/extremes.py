@@ -1,14 +1,14 @@
 """Maxima and minima over windows."""
 
-from typing import List
-
 import torch
 from torch import Tensor
 
 from . import kernels
-from .padding import join_columns, padded_parts
+from .lowering import primitive
+from .padding import stencil
 
 
+@primitive
 def rectangle_extreme(x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0) -> Tensor:
     """The largest or smallest value in the centred rectangle of odd size around each pixel of (B, C, H, W).
 
@@ -17,13 +17,15 @@ def rectangle_extreme(x: Tensor, rows: int, columns: int, border_type: str, larg
     >>> rectangle_extreme(torch.tensor([[[[0, 3, 1, 2]]]]), 1, 3, "constant", True)
     tensor([[[[3, 3, 3, 2]]]])
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.rectangle_extreme(x, rows, columns, border_type, largest, value)
     ry, rx = rows // 2, columns // 2
-    tall = join_columns([_along(p, 2, rows, largest) for p in padded_parts(x, ry, ry, 0, 0, border_type, value)])
-    return join_columns([_along(p, 3, columns, largest) for p in padded_parts(tall, 0, 0, rx, rx, border_type, value)])
+    tall = _along(x, (ry, ry), (0, 0), border_type, 2, rows, largest, value)
+    return _along(tall, (0, 0), (rx, rx), border_type, 3, columns, largest, value)
 
 
+rectangle_extreme.lowering("native", when=kernels.has_kernel)(kernels.rectangle_extreme)
+
+
+@stencil
 def _along(p: Tensor, dim: int, count: int, largest: bool) -> Tensor:
     """The extreme of each ``count`` successive entries along ``dim``."""
     size = p.size(dim) - count + 1
@@ -37,6 +39,7 @@ def _along(p: Tensor, dim: int, count: int, largest: bool) -> Tensor:
     return p.narrow(dim, 0, size)
 
 
+@primitive
 def structured_extreme(
     x: Tensor, heights: Tensor, row: int, column: int, border_type: str, value: float, absent: float, largest: bool
 ) -> Tensor:
@@ -45,23 +48,36 @@ def structured_extreme(
     As in a dilation the largest take the heights (kh, kw) from the other end. A height of -``absent`` is none.
     """
     kh, kw = heights.size(0), heights.size(1)
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        window = heights.flip([0, 1]) if largest else heights
-        return kernels.structured_extreme(x, window, row, column, border_type, value, absent, largest)
-    outs: List[Tensor] = []
-    for p in padded_parts(x, row, kh - row - 1, column, kw - column - 1, border_type, value):
-        outs.append(_highest(p, heights) if largest else _lowest(p, heights))
-    return join_columns(outs)
+    return _structured(x, (row, kh - row - 1), (column, kw - column - 1), border_type, heights, largest, value)
 
 
+@stencil
+def _structured(p: Tensor, heights: Tensor, largest: bool) -> Tensor:
+    return _highest(p, heights) if largest else _lowest(p, heights)
+
+
+@structured_extreme.lowering("native", when=kernels.has_kernel)
+def _structured_extreme_kernel(
+    x: Tensor, heights: Tensor, row: int, column: int, border_type: str, value: float, absent: float, largest: bool
+) -> Tensor:
+    window = heights.flip([0, 1]) if largest else heights
+    return kernels.structured_extreme(x, window, row, column, border_type, value, absent, largest)
+
+
+@primitive
 def structured_range(
     x: Tensor, heights: Tensor, row: int, column: int, border_type: str, high_value: float, low_value: float, absent: float
 ) -> Tensor:
     """The largest minus the smallest ``structured_extreme``; beyond a constant border is ``high_value`` for the one, ``low_value`` for the other."""
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.structured_range(x, heights.flip([0, 1]), heights, row, column, border_type, high_value, low_value, absent)
     high = structured_extreme(x, heights, row, column, border_type, high_value, absent, True)
     return high - structured_extreme(x, heights, row, column, border_type, low_value, absent, False)
+
+
+@structured_range.lowering("native", when=kernels.has_kernel)
+def _structured_range_kernel(
+    x: Tensor, heights: Tensor, row: int, column: int, border_type: str, high_value: float, low_value: float, absent: float
+) -> Tensor:
+    return kernels.structured_range(x, heights.flip([0, 1]), heights, row, column, border_type, high_value, low_value, absent)
 
 
 def _highest(p: Tensor, heights: Tensor) -> Tensor:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from .linalg import high_power, small_matmul, spd_inverse
-from .target import native_forward, onnx_forward
+from .lowering import carries_derivative
 
 
 def frobenius_norm(m: Tensor) -> Tensor:
@@ -106,9 +106,7 @@ def null_vector(m: Tensor) -> Tensor:
     r = _upper(_reflect(torch.cat([fixed, torch.zeros_like(fixed[..., :1, :])], -2))[0])
     v = _longest_column(_upper_inverse(r))
     v = v * pointed(v[..., None])[..., 0, :]
-    if not (native_forward() or onnx_forward()):
-        v = v + _null_change(a, v, small_matmul(r.transpose(-1, -2), r))
-    return v.to(m.dtype)
+    return _derived(v, a, r).to(m.dtype)
 
 
 def _upper_inverse(r: Tensor) -> Tensor:
@@ -131,6 +129,12 @@ def _longest_column(half: Tensor) -> Tensor:
     pick = torch.argmax(power.diagonal(0, -2, -1), dim=-1, keepdim=True) == torch.arange(half.size(-1), device=half.device)
     v = (power * pick.to(half.dtype)[..., None, :]).sum(-1)
     return v / torch.sqrt((v * v).sum(-1, keepdim=True))
+
+
+@carries_derivative
+def _derived(v: Tensor, a: Tensor, r: Tensor) -> Tensor:
+    """The eigenvector v of a^T a = r^T r, with its derivative."""
+    return v + _null_change(a, v, small_matmul(r.transpose(-1, -2), r))
 
 
 def _null_change(a: Tensor, v: Tensor, square: Tensor) -> Tensor:

@@ -1,8 +1,9 @@
 """The operators whose native code is written by hand, for what compiled tensor code measurably cannot reach.
 
-Each function here stands for the tensor form of the primitive that calls it, which stays its definition: what runs in eager
-Python, TorchScript and ONNX, and what gradients are taken of. Here are only names, shapes and types: the loops are in
-runtime/artifact/kernels, the exporter (export/native.py) links them into native code, and the parity matrix compares the two.
+Each function here is, or is called by, the lowering for native code of the primitive that its docstring names. That primitive's definition
+stays in tensor code, which runs in eager Python, TorchScript and ONNX, and of which gradients are taken. Here are only names, shapes and
+types: the loops are in runtime/artifact/kernels, the exporter (export/native.py) links them into native code, and the parity matrix compares
+the two.
 """
 
 from typing import Callable, List, Tuple
@@ -10,23 +11,18 @@ from typing import Callable, List, Tuple
 import torch
 from torch import Tensor
 
-from .target import native_forward
-
 _BORDERS = ("reflect", "replicate", "circular", "constant")
 _INTERPOLATIONS = ("bilinear", "nearest")
 _FILTERS = ("nearest", "bilinear", "bicubic")
 _PADDINGS = ("zeros", "border", "reflection")
 
 
-def available(x: Tensor) -> bool:
-    """Whether what is computed of x is being exported to native code for the CPU; never in scripted code, which asks all the same."""
-    if torch.jit.is_scripting():
-        return False
-    else:
-        return native_forward() and torch.compiler.is_exporting() and x.device.type == "cpu"
+def available(x: Tensor, *_: object) -> bool:
+    """Whether what is computed of x is being exported for the CPU: the operators below have no computation of their own."""
+    return torch.compiler.is_exporting() and x.device.type == "cpu"
 
 
-def has_kernel(x: Tensor) -> bool:
+def has_kernel(x: Tensor, *_: object) -> bool:
     """``available``, and x is of a floating-point type that the kernels have."""
     return available(x) and (x.dtype == torch.float32 or x.dtype == torch.float64)
 
@@ -175,22 +171,22 @@ def structured_range(
 
 
 def median3x3(x: Tensor, border_type: str) -> Tensor:
-    """``selection.window_rank`` of the padded image with the middle rank of 3 x 3."""
+    """``selection.window_rank`` with the middle rank of 3 x 3."""
     return _median3x3(x, _BORDERS.index(border_type))
 
 
 def integral(x: Tensor) -> Tensor:
-    """Cumulative sums along the rows, then along the columns of (*, H, W)."""
+    """``summed_area.summed_area``."""
     return _integral(x)
 
 
 def frame_to_grey(frame: Tensor) -> Tensor:
-    """``frames._grey``."""
+    """``frames.grey_frame``."""
     return _frame_to_grey(frame)
 
 
 def resize_frame(frame: Tensor, height: int, width: int) -> Tensor:
-    """``frames._resized``."""
+    """``frames.resized_frame``."""
     return _resize_frame(frame, height, width)
 
 
@@ -266,12 +262,12 @@ def sample_projective(src: Tensor, matrix: Tensor, height: int, width: int, mode
 
 
 def resize(x: Tensor, height: int, width: int, interpolation: str, align_corners: bool, antialias: bool) -> Tensor:
-    """``transform.resize``."""
+    """``resizing.resized``."""
     return _resize(x, height, width, _FILTERS.index(interpolation), align_corners, antialias)
 
 
 def resize_blurred(x: Tensor, kernel: List[float], height: int, width: int, align_corners: bool, border_type: str, before: bool) -> Tensor:
-    """``transform.resize``, bilinear, after or before a blur along both axes."""
+    """``resizing.blurred_and_resized`` and ``resizing.resized_and_blurred``."""
     return _resize_blurred(x, torch.tensor(kernel, dtype=x.dtype), height, width, align_corners, _BORDERS.index(border_type), before)
 
 
@@ -282,7 +278,7 @@ def sample_patches(pixels: Tensor, start: Tensor, height: Tensor, width: Tensor,
 
 
 def strongest_extrema(x: Tensor, margins: List[int], minima: bool, count: int) -> Tensor:
-    """``detection.strongest_extrema``."""
+    """``extrema.strongest_extrema``."""
     return _strongest_extrema(x.contiguous(), torch.tensor(margins, dtype=torch.int64), minima, count)
 
 
@@ -297,28 +293,28 @@ def two_least(x: Tensor, along_rows: bool) -> Tensor:
 
 
 def direction_histograms(patches: Tensor, window: Tensor, nearness: Tensor, bins: int) -> Tensor:
-    """``gradients.direction_histograms``."""
+    """``directions.direction_histograms``."""
     return _direction_histograms(patches.contiguous(), window.contiguous(), nearness.contiguous(), bins)
 
 
 def cheapest_models(models: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
-    """``consensus.least`` of ``consensus.model_costs``, for models scaled to length 1; zeros cost infinity."""
+    """``consensus._cheapest``, for models scaled to length 1; zeros cost infinity."""
     return _cheapest_models(models.contiguous(), planes.contiguous(), epipolar, count)
 
 
 def real_roots(coefficients: Tensor) -> Tuple[Tensor, Tensor]:
-    """``polynomials.real_roots`` of polynomials (n + 1, count), n up to 16: (n, count) of places and of whether there is a root."""
+    """``polynomials._found`` of polynomials (n + 1, count), n up to 16: (n, count) of places and of whether there is a root."""
     both = _real_roots(coefficients.contiguous())
     return both[0], both[1] > 0
 
 
-def takes_matrices(m: Tensor) -> bool:
+def takes_matrices(m: Tensor, *_: object) -> bool:
     """Whether the next three take matrices (..., n, n)."""
     return available(m) and m.dtype == torch.float64 and isinstance(m.size(-1), int) and 3 <= m.size(-1) <= 16
 
 
 def gauss_jordan(m: Tensor) -> Tensor:
-    """``linalg.inverse`` without its refinement."""
+    """``linalg._eliminated_inverse``."""
     return _gauss_jordan(m.contiguous())
 
 

@@ -6,37 +6,42 @@ import torch
 from torch import Tensor
 
 from . import kernels
+from .linalg import small_matmul
+from .lowering import primitive
 from .materialise import materialised
 from .reductions import greatest, least
-from .target import tracing_vjp
 from .whole import known_or, to_index
 
 
+@primitive
 def to_levels(x: Tensor) -> Tensor:
     """The nearest of the 256 levels of a floating-point image, halves up, as int32 (uint8 in native code); what is outside [0, 1] counts as 0 or 1, NaN as 0.
 
     >>> to_levels(torch.tensor([-1.0, 0.5, 2.0]))
     tensor([  0, 128, 255], dtype=torch.int32)
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.to_levels(x)
     # The limits stand between the product and the sum, which a compiler would fuse, with other rounding. Of all float32 numbers up to
     # 255 only the one before 0.5 would be rounded wrongly by 0.5, and none by the number before 0.5.
     scaled = known_or(x.to(torch.float32) * 255.0, 0.0).clamp(0.0, 255.0)
     return torch.floor(scaled + 0.49999997).to(torch.int32).clamp(0, 255)
 
 
+to_levels.lowering("native", when=kernels.has_kernel)(kernels.to_levels)
+
+
+@primitive
 def count_each(index: Tensor, bins: int) -> Tensor:
     """How often each of 0 to ``bins`` - 1 occurs in the rows of (P, N): (P, bins), int32.
 
     >>> count_each(torch.tensor([[0, 2, 2]]), 3)
     tensor([[1, 0, 2]], dtype=torch.int32)
     """
-    if not torch.jit.is_scripting() and kernels.available(index):
-        return kernels.count_each(index, bins)
     where = index.to(torch.int64)
     zeros = torch.zeros([index.size(0), bins], dtype=torch.int32, device=index.device)
     return zeros.scatter_add(1, where, torch.ones_like(where, dtype=torch.int32))
+
+
+count_each.lowering("native", when=kernels.available)(kernels.count_each)
 
 
 def mirrored(size: int, padded: int, device: torch.device) -> Tensor:
@@ -49,11 +54,10 @@ def tile_start(padded: int, tile: int, device: torch.device) -> Tensor:
     return torch.div(torch.arange(padded, device=device), tile, rounding_mode="floor")
 
 
+@primitive
 def tile_counts(levels: Tensor, tile_y: int, tile_x: int, tiles_y: int, tiles_x: int) -> Tensor:
     """How often each level occurs in each of tiles_y x tiles_x tiles of tile_y x tile_x pixels, of planes (P, H, W) that are mirrored at
     their bottom and right ends: (P, tiles, 256), int32."""
-    if not torch.jit.is_scripting() and kernels.available(levels):
-        return kernels.tile_counts(levels, tile_y, tile_x, tiles_y, tiles_x)
     device = levels.device
     high, wide = tile_y * tiles_y, tile_x * tiles_x
     padded = levels.index_select(1, mirrored(levels.size(1), high, device)).index_select(2, mirrored(levels.size(2), wide, device))
@@ -62,6 +66,10 @@ def tile_counts(levels: Tensor, tile_y: int, tile_x: int, tiles_y: int, tiles_x:
     return counts.unflatten(1, [tiles_y * tiles_x, 256])
 
 
+tile_counts.lowering("native", when=kernels.available)(kernels.tile_counts)
+
+
+@primitive
 def blend_curves(
     table: Tensor, tiles_x: int, levels: Tensor, y0: Tensor, y1: Tensor, wy: Tensor, x0: Tensor, x1: Tensor, wx: Tensor
 ) -> Tensor:
@@ -69,8 +77,6 @@ def blend_curves(
 
     ``table`` (P, tiles * 256) float32 has the tiles' curves; position y takes those of the tile rows y0[y] and, with weight wy[y], y1[y].
     """
-    if not torch.jit.is_scripting() and kernels.available(levels):
-        return kernels.blend_curves(table, tiles_x, levels, y0, y1, wy, x0, x1, wx)
     corners: List[Tensor] = []
     for y in [y0, y1]:
         for x in [x0, x1]:
@@ -82,26 +88,33 @@ def blend_curves(
     return torch.round(upper * (1.0 - below) + lower * below)
 
 
+blend_curves.lowering("native", when=lambda table, tiles_x, levels, *_: kernels.available(levels))(kernels.blend_curves)
+
+
+@primitive
 def extents(x: Tensor) -> Tuple[Tensor, Tensor]:
     """The least and the greatest value of each row of (P, N), both (P, 1).
 
     >>> extents(torch.tensor([[2.0, 1.0, 3.0]]))
     (tensor([[1.]]), tensor([[3.]]))
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.extents(x)
     return least(x, [1]), greatest(x, [1])
 
 
+extents.lowering("native", when=kernels.has_kernel)(kernels.extents)
+
+
+@primitive
 def bin_counts(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
     """How many of the values of each row of (P, N) are in each of ``bins`` bins over ``span`` (P, 1) from ``low`` (P, 1): int32.
 
     >>> bin_counts(torch.tensor([[0.0, 0.4, 1.0]]), torch.zeros(1, 1), torch.ones(1, 1), 2)
     tensor([[2, 1]], dtype=torch.int32)
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.bin_counts(x, low, span, bins)
     return count_each(to_index((x - low) / span * float(bins), bins), bins)
+
+
+bin_counts.lowering("native", when=kernels.has_kernel)(kernels.bin_counts)
 
 
 def whole_quotient(a: Tensor, b: Tensor) -> Tensor:
@@ -113,13 +126,38 @@ def whole_quotient(a: Tensor, b: Tensor) -> Tensor:
     return torch.floor(a.to(torch.float64) / b.to(torch.float64)).to(torch.int64)
 
 
+@primitive
 def look_up(table: Tensor, index: Tensor) -> Tensor:
     """Entries of the rows of ``table`` (P, K) at ``index`` (P, N), integers that must lie in range."""
-    if not torch.jit.is_scripting() and kernels.has_kernel(table) and isinstance(table.size(1), int) and table.size(1) == 256:
-        return kernels.look_up(table, index)
     return materialised(table, 0).gather(1, index.to(torch.int64))
 
 
+def _has_256(table: Tensor, _: Tensor) -> bool:
+    return kernels.has_kernel(table) and isinstance(table.size(1), int) and table.size(1) == 256
+
+
+look_up.lowering("native", when=_has_256)(kernels.look_up)
+
+
+@primitive
+def partial_sums(x: Tensor) -> Tensor:
+    """Sums of the first 1, 2, ..., n - 1 entries along the last axis (..., n), in x's dtype.
+
+    >>> partial_sums(torch.tensor([1.0, 2.0, 3.0]))
+    tensor([1., 3.])
+    """
+    return x.cumsum(-1)[..., : x.size(-1) - 1]
+
+
+# A gradient's ``cumsum`` has no form in ONNX.
+@partial_sums.lowering("vjp")
+def _product_with_a_triangle(x: Tensor) -> Tensor:
+    n = x.size(-1)
+    number = torch.arange(n, device=x.device)
+    return small_matmul(x, (number[:, None] <= number[None, : n - 1]).to(x.dtype))
+
+
+@primitive
 def running_sum(x: Tensor) -> Tensor:
     """Inclusive sums along the last axis, of a size that is a multiple of 16 (256 levels), in x's dtype.
 
@@ -128,12 +166,15 @@ def running_sum(x: Tensor) -> Tensor:
     >>> running_sum(torch.ones(1, 32))[0, -1]
     tensor(32.)
     """
-    if tracing_vjp():
-        rows = x.unflatten(-1, [-1, 16])
-        i = torch.arange(16, device=x.device)
-        inner = (rows[..., None, :] * (i[None, :] <= i[:, None]).to(x.dtype)).sum(-1, dtype=x.dtype)
-        totals = inner[..., 15]
-        j = torch.arange(totals.size(-1), device=x.device)
-        before = (totals[..., None, :] * (j[None, :] < j[:, None]).to(x.dtype)).sum(-1, dtype=x.dtype)
-        return (inner + before[..., None]).flatten(-2)
     return x.cumsum(-1, dtype=x.dtype)
+
+
+@running_sum.lowering("vjp")
+def _sums_under_a_triangle(x: Tensor) -> Tensor:
+    rows = x.unflatten(-1, [-1, 16])
+    i = torch.arange(16, device=x.device)
+    inner = (rows[..., None, :] * (i[None, :] <= i[:, None]).to(x.dtype)).sum(-1, dtype=x.dtype)
+    totals = inner[..., 15]
+    j = torch.arange(totals.size(-1), device=x.device)
+    before = (totals[..., None, :] * (j[None, :] < j[:, None]).to(x.dtype)).sum(-1, dtype=x.dtype)
+    return (inner + before[..., None]).flatten(-2)

@@ -6,18 +6,22 @@ import torch
 from torch import Tensor
 
 from . import kernels
-from .target import native_forward, onnx_forward, tracing_vjp
+from .lowering import carries_derivative, primitive
 
 
+@primitive
 def small_matmul(a: Tensor, b: Tensor) -> Tensor:
     """Matrix product of (..., n, k) and (..., k, m) for small sizes.
 
     Native code gets a sum of products, which compiles inline instead of calling a library; so do backward passes, which
     are traced once for every target.
     """
-    if native_forward() or tracing_vjp():
-        return (a[..., :, :, None] * b[..., None, :, :]).sum(-2)
     return torch.matmul(a, b)
+
+
+@small_matmul.lowering("native", "vjp")
+def _sum_of_products(a: Tensor, b: Tensor) -> Tensor:
+    return (a[..., :, :, None] * b[..., None, :, :]).sum(-2)
 
 
 def cross(a: Tensor, b: Tensor) -> Tensor:
@@ -94,11 +98,13 @@ def det(m: Tensor) -> Tensor:
     if n > 4:
         return _eliminated(a).to(m.dtype)
     # The expansion loses twice the digits where two singular values are small.
-    value = _eliminated(a.detach())
-    if native_forward() or onnx_forward():
-        return value.to(m.dtype)
-    gradient = _expanded(a)
-    return (value + (gradient - gradient.detach())).to(m.dtype)
+    return _derived_from_cofactors(_eliminated(a.detach()), a).to(m.dtype)
+
+
+@carries_derivative
+def _derived_from_cofactors(value: Tensor, a: Tensor) -> Tensor:
+    expanded = _expanded(a)
+    return value + (expanded - expanded.detach())
 
 
 def _expanded(a: Tensor) -> Tensor:
@@ -176,8 +182,13 @@ def _inverse(m: Tensor) -> Tensor:
     if n <= 2:
         turned = cofactors(m).transpose(-1, -2)
         return turned / (m[..., 0:1, :] * turned[..., :, 0:1].transpose(-1, -2)).sum(-1, keepdim=True)
-    if not torch.jit.is_scripting() and kernels.takes_matrices(m):
-        return kernels.gauss_jordan(m)
+    return _eliminated_inverse(m)
+
+
+@primitive
+def _eliminated_inverse(m: Tensor) -> Tensor:
+    """The inverse by Gauss-Jordan elimination."""
+    n = m.size(-1)
     joined = torch.cat([m, torch.eye(n, dtype=m.dtype, device=m.device).expand_as(m)], -1)
     free = torch.ones_like(m[..., 0])
     order: List[Tensor] = []
@@ -190,10 +201,12 @@ def _inverse(m: Tensor) -> Tensor:
     return small_matmul(torch.stack(order, -2), joined[..., n:])
 
 
+_eliminated_inverse.lowering("native", when=kernels.takes_matrices)(kernels.gauss_jordan)
+
+
+@primitive
 def spd_inverse(m: Tensor) -> Tensor:
     """Inverse of a symmetric positive definite (..., n, n) by n sweeps (Gauss-Jordan without pivoting)."""
-    if not torch.jit.is_scripting() and kernels.takes_matrices(m):
-        return kernels.spd_inverse(m)
     n = m.size(-1)
     eye = torch.eye(n, dtype=m.dtype, device=m.device)
     for k in range(n):
@@ -201,6 +214,9 @@ def spd_inverse(m: Tensor) -> Tensor:
         row = m[..., k : k + 1, :] + eye[k : k + 1, :]
         m = m - column * (row / m[..., k : k + 1, k : k + 1])
     return m
+
+
+spd_inverse.lowering("native", when=kernels.takes_matrices)(kernels.spd_inverse)
 
 
 def smallest_eigenvector(m: Tensor) -> Tensor:
@@ -244,6 +260,7 @@ def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tenso
     return v / torch.sqrt((v * v).sum(-1, keepdim=True))
 
 
+@primitive
 def high_power(m: Tensor, squarings: int) -> Tensor:
     """(..., n, n) divided by its trace and squared, so many times: what is left is its largest eigenvalue's.
 
@@ -251,12 +268,13 @@ def high_power(m: Tensor, squarings: int) -> Tensor:
     tensor([[1., 0.],
             [0., 0.]])
     """
-    if not torch.jit.is_scripting() and kernels.takes_matrices(m):
-        return kernels.high_power(m, squarings)
     for _ in range(squarings):
         m = m / _trace(m)
         m = small_matmul(m, m)
     return m
+
+
+high_power.lowering("native", when=kernels.takes_matrices)(kernels.high_power)
 
 
 def _eye(m: Tensor) -> Tensor:

@@ -1,33 +1,75 @@
 """Long loops, exported as one loop instead of copies of its body.
 
-TorchScript cannot take a function as an argument, so an op writes its loop twice: a plain ``for`` under
-``torch.jit.is_scripting()``, and otherwise a call of a function below with the same step. A step is
-``step(state, k, *fixed)`` with k a 0-dimensional int64 tensor; ``fixed`` are tensors and numbers. Gradients flow through the
-steps in eager code. Exported gradients copy the steps, for no loop can be traced through torch.func.vjp.
+A loop is made of its step by a decorator: ``repeated`` for a known number of steps, ``until_stable`` for as many as change something.
+A step is ``step(state, k, *fixed)`` with k a 0-dimensional int64 tensor that counts the steps; ``fixed`` are tensors, numbers and lists
+of numbers. What the decorator makes of it is called with the number of steps in k's place: ``step(state, count, *fixed)``.
+
+TorchScript and eager Python run a plain ``for``, through which gradients flow. Exported graphs have one ``while_loop``; exported
+gradients copy the steps, for no loop can be traced through torch.func.vjp.
 """
 
-from typing import Any, Callable, Tuple
+from typing import Any, Callable, Concatenate, List, ParamSpec, Tuple
 
 import torch
 from torch import Tensor
 from torch.fx.experimental.proxy_tensor import get_proxy_mode
 
+from .source import function_from, parameters_of, positional
+
+P = ParamSpec("P")
+
 #: The most steps of a loop that ends by itself that an exported gradient copies.
 _COPIED_STEPS = 10
 
 
-def until_stable(step: Callable[..., Tensor], state: Tensor, fixed: Tuple[Any, ...], limit: int) -> Tensor:
-    """Replace ``state`` by its step for k = 0, 1, ... until it stays the same, at most ``limit`` times.
+def repeated(step: Callable[Concatenate[Tensor, Tensor, P], Tensor]) -> Callable[Concatenate[Tensor, int, P], Tensor]:
+    """The loop that replaces ``state`` by its step so many times.
+
+    >>> def add(state: Tensor, k: Tensor, times: int) -> Tensor:
+    ...     return state + times * k
+    >>> repeated(add)(torch.tensor(0), 4, 2)
+    tensor(12)
+    """
+    lines = ["for k in range({count}):", "    {state} = step({state}, torch.full([], k, dtype=torch.int64, device={state}.device){fixed})"]
+    return _loop(step, "count", lines, _repeat)
+
+
+def until_stable(step: Callable[Concatenate[Tensor, Tensor, P], Tensor]) -> Callable[Concatenate[Tensor, int, P], Tensor]:
+    """The loop that replaces ``state`` by its step for k = 0, 1, ... until it stays the same, at most so many times.
 
     The step must be such that a state which stays the same once stays so for good. Exported gradients see the first 10 steps.
 
-    >>> until_stable(lambda x, k, top: torch.minimum(x + 1, top), torch.tensor([0, 7]), (torch.tensor([3, 9]),), 100)
+    >>> def rise(state: Tensor, k: Tensor, top: Tensor) -> Tensor:
+    ...     return torch.minimum(state + 1, top)
+    >>> until_stable(rise)(torch.tensor([0, 7]), 100, torch.tensor([3, 9]))
     tensor([3, 9])
     """
+    lines = [
+        "for k in range({count}):",
+        "    after = step({state}, torch.full([], k, dtype=torch.int64, device={state}.device){fixed})",
+        "    if is_same(after, {state}):",
+        "        break",
+        "    {state} = after",
+    ]
+    return _loop(step, "limit", lines, _until_stable)
+
+
+def _loop(step: Callable[..., Tensor], count: str, scripted: List[str], otherwise: Callable[..., Tensor]) -> Callable[..., Tensor]:
+    """The function that runs the ``scripted`` lines in TorchScript, which takes no step as an argument, and elsewhere ``otherwise``."""
+    state, _, *fixed = parameters_of(step)
+    names = "".join(f", {p.name}" for p in fixed)
+    body = [f"    {line.format(state=state.name, count=count, fixed=names)}" for line in scripted]
+    body = ["if torch.jit.is_scripting():"] + body + [f"    return {state.name}"]
+    body += ["else:", f"    return otherwise(step, {state.name}, {count}{names})"]
+    scope = {"torch": torch, "step": step, "is_same": is_same, "otherwise": otherwise}
+    return function_from(step, [state, positional(count, int), *fixed], body, scope)
+
+
+def _until_stable(step: Callable[..., Tensor], state: Tensor, limit: int, *fixed: Any) -> Tensor:
     if torch.compiler.is_exporting():
         return _while_loop(step, state, fixed, limit, True)
     if get_proxy_mode() is not None:
-        return repeat(step, state, fixed, min(limit, _COPIED_STEPS))
+        return _repeat(step, state, min(limit, _COPIED_STEPS), *fixed)
     for k in range(limit):
         moved = step(state, _counter(k, state), *fixed)
         if is_same(moved, state):
@@ -36,12 +78,7 @@ def until_stable(step: Callable[..., Tensor], state: Tensor, fixed: Tuple[Any, .
     return state
 
 
-def repeat(step: Callable[..., Tensor], state: Tensor, fixed: Tuple[Any, ...], count: int) -> Tensor:
-    """Replace ``state`` by its step ``count`` times.
-
-    >>> repeat(lambda x, k: x + k, torch.tensor(0), (), 4)
-    tensor(6)
-    """
+def _repeat(step: Callable[..., Tensor], state: Tensor, count: int, *fixed: Any) -> Tensor:
     if torch.compiler.is_exporting():
         return _while_loop(step, state, fixed, count, False)
     for k in range(count):

@@ -3,22 +3,30 @@
 import torch
 from torch import Tensor
 
-from .target import native_forward
+from .lowering import primitive
 
 
+@primitive
 def materialised(x: Tensor, dim: int) -> Tensor:
     """x, in native code certain to be computed once and stored.
 
     AOTInductor inlines cheap arithmetic into every place that reads it: into each tap of a stencil, into each pixel that
     looks up a table. A concatenation is always stored, so one slice too many is computed and cut off again.
     """
-    if native_forward():
-        return torch.cat([x, x.narrow(dim, 0, 1)], dim).narrow(dim, 0, x.size(dim))
     return x
 
 
+@materialised.lowering("native")
+def _concatenated(x: Tensor, dim: int) -> Tensor:
+    return torch.cat([x, x.narrow(dim, 0, 1)], dim).narrow(dim, 0, x.size(dim))
+
+
+@primitive
 def stored_index(index: Tensor) -> Tensor:
     """A one-dimensional table of int64 indices, stored; in native code of 32 bits, for twice the vector lanes."""
-    if native_forward():
-        return materialised(index.to(torch.int32), 0)
     return index
+
+
+@stored_index.lowering("native")
+def _stored_in_32_bits(index: Tensor) -> Tensor:
+    return materialised(index.to(torch.int32), 0)

@@ -1,15 +1,15 @@
 """Means over neighbours that are near in space and alike in colour."""
 
-from typing import List
-
 import torch
 from torch import Tensor
 
 from . import kernels
-from .padding import join_columns, padded_parts
+from .lowering import primitive
+from .padding import padded
 from .stencil import join_channels, split_channels
 
 
+@primitive
 def nearby_mean(
     x: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, squares: bool, border_type: str
 ) -> Tensor:
@@ -18,15 +18,17 @@ def nearby_mean(
     The distance between the colours of ``guide`` (B or 1, D, H, W) is the sum of absolute differences, or Euclidean (``squares``).
     The kernels are (B or 1, size), falloff is (B or 1, 1, 1, 1).
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.bilateral(x, guide, kernel_y[:, :, None] * kernel_x[:, None, :], falloff.flatten(), border_type, squares)
     ry, rx = kernel_y.size(1) // 2, kernel_x.size(1) // 2
-    parts = padded_parts(x, ry, ry, rx, rx, border_type, store=True)
-    guides = parts if guide is x else padded_parts(guide, ry, ry, rx, rx, border_type, store=True)
-    outs: List[Tensor] = []
-    for i in range(len(parts)):
-        outs.append(_valid_mean(parts[i], guides[i], kernel_y, kernel_x, falloff, squares))
-    return join_columns(outs)
+    p = padded(x, (ry, ry), (rx, rx), border_type)
+    q = p if guide is x else padded(guide, (ry, ry), (rx, rx), border_type)
+    return _valid_mean(p, q, kernel_y, kernel_x, falloff, squares)
+
+
+@nearby_mean.lowering("native", when=kernels.has_kernel)
+def _nearby_mean_kernel(
+    x: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, squares: bool, border_type: str
+) -> Tensor:
+    return kernels.bilateral(x, guide, kernel_y[:, :, None] * kernel_x[:, None, :], falloff.flatten(), border_type, squares)
 
 
 def _valid_mean(p: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, squares: bool) -> Tensor:

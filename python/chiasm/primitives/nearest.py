@@ -5,8 +5,10 @@ from torch import Tensor
 
 from . import kernels
 from .linalg import small_matmul
+from .lowering import primitive
 
 
+@primitive
 def squared_distances(a: Tensor, b: Tensor) -> Tensor:
     """(B, N, M): squared Euclidean distances of the vectors a (B, N, D) from b (B, M, D). Without a gradient.
 
@@ -14,14 +16,18 @@ def squared_distances(a: Tensor, b: Tensor) -> Tensor:
     unit vectors not one digit. For float32 vectors it is then rounded to float32, so that equal vectors, whose products a library may add up in
     different orders, are equally far.
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(a) and b.dtype == a.dtype:
-        return kernels.squared_distances(a.detach(), b.detach())
     left, right = a.detach().to(torch.float64), b.detach().to(torch.float64)
     lengths = (left * left).sum(-1)[:, :, None] + (right * right).sum(-1)[:, None, :]
     squared = lengths - 2.0 * small_matmul(left, right.transpose(-1, -2))
     return squared if a.dtype == torch.float64 else squared.to(torch.float32)
 
 
+@squared_distances.lowering("native", when=lambda a, b: kernels.has_kernel(a) and b.dtype == a.dtype)
+def _squared_distances_kernel(a: Tensor, b: Tensor) -> Tensor:
+    return kernels.squared_distances(a.detach(), b.detach())
+
+
+@primitive
 def two_least(x: Tensor, along_rows: bool) -> Tensor:
     """(B, N, 2): where the least and the second least number of each row of x (B, N, M) is, or of each column: (B, M, 2).
 
@@ -31,8 +37,6 @@ def two_least(x: Tensor, along_rows: bool) -> Tensor:
     tensor([[[1, 2],
              [0, 1]]])
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.two_least(x, along_rows)
     rows = x if along_rows else x.transpose(1, 2)
     infinity = torch.full_like(rows, float("inf"))
     rows = torch.where(rows < infinity, rows, infinity)  # what is not a number is not the least
@@ -42,3 +46,6 @@ def two_least(x: Tensor, along_rows: bool) -> Tensor:
     found = torch.cat([rows.gather(-1, first), others.gather(-1, second)], -1) < float("inf")
     places = torch.cat([first, second], -1)
     return torch.where(found, places, torch.full_like(places, -1))
+
+
+two_least.lowering("native", when=kernels.has_kernel)(kernels.two_least)

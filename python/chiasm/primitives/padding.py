@@ -1,20 +1,25 @@
 """Borders: what a stencil sees beyond the image.
 
-``padded_parts`` is the one entry: it returns the padded image as a list of parts, of which the valid stencil's outputs,
-joined by ``join_columns``, are the filtered image. Eager code and ONNX get one part. Native code gets two, the ends of
-the rows and their middle: rows are padded by an index (constant along the inner loop), and columns in two small strips,
+A stencil is written for an image that is padded already, and gives an output for each window that lies inside. ``stencil`` makes of it the
+filter of a whole image. ``padded`` is for stencils whose arithmetic outweighs a copy: the image is padded in memory.
+
+Eager code and ONNX pad the image and apply the stencil once. Native code does not store a padded image: it applies the stencil to two
+parts, the ends of the rows and their middle. Rows are padded by an index (constant along the inner loop), and columns in two small strips,
 because any index or condition that varies along the inner loop keeps AOTInductor from vectorising it. Backward passes are traced
 through slices and ``cat``, whose gradients have an ONNX form where those of ``F.pad`` have none.
 """
 
-from typing import List
+from typing import Any, Callable, Concatenate, List, ParamSpec, Tuple
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
 from .checks import check_choice
-from .target import native_forward, tracing_vjp
+from .lowering import primitive
+from .source import function_from, parameters_of, positional
+
+P = ParamSpec("P")
 
 
 def check_border(border_type: str) -> None:
@@ -22,36 +27,38 @@ def check_border(border_type: str) -> None:
     check_choice(border_type, ["reflect", "replicate", "circular", "constant"], "border_type")
 
 
-def padded_parts(x: Tensor, top: int, bottom: int, left: int, right: int, border_type: str, value: float = 0.0, store: bool = False) -> List[Tensor]:
-    """Pad a (B, C, H, W) tensor; reflect mirrors without repeating the edge (OpenCV's BORDER_REFLECT_101).
+@primitive
+def padded(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float = 0.0) -> Tensor:
+    """A (B, C, H, W) tensor with margins (before, after); reflect mirrors without repeating the edge (OpenCV's BORDER_REFLECT_101).
 
-    ``store`` says that the stencil's arithmetic outweighs a copy: native code then gets one part too, padded in memory,
-    whose taps are plain loads. The valid stencil is to be applied to each part, and the outputs to be given to ``join_columns``.
-
-    >>> [list(p.shape) for p in padded_parts(torch.zeros(1, 1, 4, 5), 1, 1, 2, 2, "reflect")]
-    [[1, 1, 6, 9]]
+    >>> padded(torch.tensor([[[[1.0, 2.0, 3.0]]]]), (0, 0), (1, 2), "reflect")
+    tensor([[[[2., 1., 2., 3., 2., 1.]]]])
     """
     check_border(border_type)
-    if native_forward() and not store:
-        return _native_parts(x, top, bottom, left, right, border_type, value)
-    if tracing_vjp() or native_forward() or border_type == "circular":
-        rows = _pad_by_cat(x, 2, top, bottom, border_type, value)
-        return [_pad_by_cat(rows, 3, left, right, border_type, value)]
+    if border_type == "circular":
+        return _by_cat(x, margin_y, margin_x, border_type, value)
+    margins = [margin_x[0], margin_x[1], margin_y[0], margin_y[1]]
     if border_type == "constant":
-        return [F.pad(x, [left, right, top, bottom], "constant", value)]
-    return [F.pad(x, [left, right, top, bottom], border_type)]
+        return F.pad(x, margins, "constant", value)
+    return F.pad(x, margins, border_type)
 
 
-def join_columns(parts: List[Tensor]) -> Tensor:
-    """Put together the outputs computed from the ``padded_parts``."""
-    if len(parts) == 1:
-        return parts[0]
-    ends, middle = parts[0], parts[1]
-    border = ends.size(-1) // 4
-    return torch.cat([ends[..., :border], middle, ends[..., 3 * border :]], -1)
+@padded.lowering("native", "vjp")
+def _padded_by_cat(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> Tensor:
+    check_border(border_type)
+    return _by_cat(x, margin_y, margin_x, border_type, value)
 
 
-def _native_parts(x: Tensor, top: int, bottom: int, left: int, right: int, border_type: str, value: float) -> List[Tensor]:
+@primitive
+def padded_parts(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> List[Tensor]:
+    """``padded`` in parts, of which a valid stencil's outputs, put together by ``join_columns``, are the filtered image."""
+    return [padded(x, margin_y, margin_x, border_type, value)]
+
+
+@padded_parts.lowering("native")
+def _native_parts(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> List[Tensor]:
+    check_border(border_type)
+    (top, bottom), (left, right) = margin_y, margin_x
     if left != right:
         wide = _pad_by_cat(x, 3, left, right, border_type, value)
         return [_pad_rows(wide, top, bottom, border_type, value)]
@@ -63,6 +70,65 @@ def _native_parts(x: Tensor, top: int, bottom: int, left: int, right: int, borde
     last = [x[..., width - 2 * left :]] + _after(x, 3, left, border_type, value)
     ends = torch.cat(first + last, 3)
     return [_pad_rows(ends, top, bottom, border_type, value), _pad_rows(x, top, bottom, border_type, value)]
+
+
+def join_columns(parts: List[Tensor]) -> Tensor:
+    """Put together the outputs computed from the ``padded_parts``."""
+    if len(parts) == 1:
+        return parts[0]
+    ends, middle = parts[0], parts[1]
+    border = ends.size(-1) // 4
+    return torch.cat([ends[..., :border], middle, ends[..., 3 * border :]], -1)
+
+
+def volume_parts(
+    x: Tensor, margin_z: Tuple[int, int], margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> List[Tensor]:
+    """``padded_parts`` of a (B, C, D, H, W) volume."""
+    # The depth is padded as the rows of a transposed volume, which are no different.
+    deep = padded_parts(x.flatten(0, 1).transpose(1, 2), margin_z, (0, 0), border_type, value)[0].transpose(1, 2)
+    parts = padded_parts(deep, margin_y, margin_x, border_type, value)
+    return [p.reshape(x.size(0), x.size(1), p.size(1), p.size(2), p.size(3)) for p in parts]
+
+
+def stencil(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Tensor]:
+    """The filter ``filter(image, margin_y, margin_x, border_type, *settings, value=0.0)`` of a stencil ``valid(padded, *settings)``.
+
+    ``valid`` makes (..., H, W) of (B, C, H, W) with the margins around it, each output from a window of its own; the margins are (before, after)
+    and ``value`` is that of a constant border.
+
+    >>> @stencil
+    ... def rise(p: Tensor, step: float) -> Tensor:
+    ...     width = p.size(3) - 2
+    ...     return (p[..., 2:] - p[..., :width]) / (2.0 * step)
+    >>> rise(torch.tensor([[[[1.0, 2.0, 4.0]]]]), (0, 0), (1, 1), "replicate", 0.5)
+    tensor([[[[1., 3., 2.]]]])
+    """
+    return _filter(valid, ["margin_y", "margin_x"], padded_parts)
+
+
+def stencil3d(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Tensor]:
+    """``stencil`` of volumes (B, C, D, H, W), as ``filter(volume, margin_z, margin_y, margin_x, border_type, *settings, value=0.0)``."""
+    return _filter(valid, ["margin_z", "margin_y", "margin_x"], volume_parts)
+
+
+def _filter(valid: Callable[..., Tensor], margins: List[str], parts: Callable[..., List[Tensor]]) -> Callable[..., Tensor]:
+    image, *settings = parameters_of(valid)
+    passed = "".join(f", {p.name}" for p in settings)
+    body = [
+        "outs: List[Tensor] = []",
+        f"for part in parts({image.name}, {', '.join(margins)}, border_type, value):",
+        f"    outs.append(valid(part{passed}))",
+        "return join_columns(outs)",
+    ]
+    before = [positional(name, Tuple[int, int]) for name in margins] + [positional("border_type", str)]
+    scope: dict[str, Any] = {"List": List, "Tensor": Tensor, "valid": valid, "parts": parts, "join_columns": join_columns}
+    return function_from(valid, [image, *before, *settings, positional("value", float, 0.0)], body, scope)
+
+
+def _by_cat(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> Tensor:
+    rows = _pad_by_cat(x, 2, margin_y[0], margin_y[1], border_type, value)
+    return _pad_by_cat(rows, 3, margin_x[0], margin_x[1], border_type, value)
 
 
 def _pad_rows(x: Tensor, top: int, bottom: int, border_type: str, value: float) -> Tensor:

@@ -11,7 +11,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from .checks import check_floating, check_rgb
-from .target import onnx_forward
+from .lowering import primitive
 
 
 def check_channels(image: Tensor, channels: int, name: str) -> None:
@@ -27,6 +27,7 @@ def rgb_planes(image: Tensor, name: str) -> Tuple[Tensor, Tensor, Tensor]:
     return image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)
 
 
+@primitive
 def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -> Tensor:
     """(*, n, H, W): the channels of (*, 3, H, W) times a matrix n x 3 (row by row).
 
@@ -37,13 +38,6 @@ def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -
     """
     first, second, third = rgb_planes(image, name)
     rows = len(matrix) // 3
-    # ONNX Runtime has this kernel for float32 alone.
-    if onnx_forward() and image.dtype == torch.float32:
-        bias = [0.0] + [offset for _ in range(rows - 1)]
-        weight = torch.tensor(matrix, dtype=image.dtype, device=image.device).reshape(rows, 3, 1, 1)
-        flat = image.reshape(-1, 3, image.size(-2), image.size(-1))
-        mixed = F.conv2d(flat, weight, torch.tensor(bias, dtype=image.dtype, device=image.device))
-        return mixed.reshape(list(image.shape[:-3]) + [rows, image.size(-2), image.size(-1)])
     planes: List[Tensor] = []
     for i in range(rows):
         plane = matrix[3 * i] * first
@@ -53,3 +47,15 @@ def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -
             plane = plane + matrix[3 * i + 2] * third
         planes.append(plane + offset if i > 0 and offset != 0.0 else plane)
     return torch.stack(planes, -3)
+
+
+# ONNX Runtime has this kernel for float32 alone.
+@mix_channels.lowering("onnx", when=lambda image, *_: image.dtype == torch.float32)
+def _convolution(image: Tensor, matrix: List[float], offset: float, name: str) -> Tensor:
+    rgb_planes(image, name)  # for its errors
+    rows = len(matrix) // 3
+    bias = [0.0] + [offset for _ in range(rows - 1)]
+    weight = torch.tensor(matrix, dtype=image.dtype, device=image.device).reshape(rows, 3, 1, 1)
+    flat = image.reshape(-1, 3, image.size(-2), image.size(-1))
+    mixed = F.conv2d(flat, weight, torch.tensor(bias, dtype=image.dtype, device=image.device))
+    return mixed.reshape(list(image.shape[:-3]) + [rows, image.size(-2), image.size(-1)])

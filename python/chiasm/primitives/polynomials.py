@@ -1,4 +1,4 @@
-"""Real roots of polynomials of any degree, in a fixed number of steps."""
+"""Polynomials: products, and real roots of any degree in a fixed number of steps."""
 
 from typing import List, Tuple
 
@@ -6,7 +6,9 @@ import torch
 from torch import Tensor
 
 from . import kernels
-from .loops import repeat
+from .linalg import small_matmul
+from .loops import repeated
+from .lowering import primitive
 
 
 def real_roots(coefficients: Tensor, halvings: int = 48) -> Tuple[Tensor, Tensor]:
@@ -24,24 +26,28 @@ def real_roots(coefficients: Tensor, halvings: int = 48) -> Tuple[Tensor, Tensor
     """
     # Polynomials last: arithmetic on long rows is fast.
     c = coefficients.detach().movedim(-1, 0).contiguous()
-    c = c / (c.abs().amax(0) + 1e-300)
+    return _found(c / (c.abs().amax(0) + 1e-300), halvings)
+
+
+@primitive
+def _found(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
+    """``real_roots`` of polynomials (n + 1, ...) whose largest coefficient is 1."""
     degree = c.size(0) - 1
-    if not torch.jit.is_scripting() and (kernels.has_kernel(c) and degree <= 16):
-        u, exists = kernels.real_roots(c.flatten(1))
-        return u.unflatten(1, c.shape[1:]).movedim(0, -1), exists.unflatten(1, c.shape[1:]).movedim(0, -1)
     derivatives = _derivatives(c)
     # Lower ends, upper ends and whether the polynomial is negative at the lower ends (3, n + 1, ...); the first interval is all.
     end = torch.full_like(c, 1.0 - 1e-8)
     state = torch.stack([end, end, torch.zeros_like(end)], 0)
     # one iteration to begin with a polynomial, the others to halve its intervals
     count = (halvings + 1) * degree
-    if torch.jit.is_scripting():
-        for k in range(count):
-            state = _step(state, torch.full([], k, dtype=torch.int64, device=c.device), derivatives, halvings + 1)
-    else:
-        state = repeat(_step, state, (derivatives, halvings + 1), count)
+    state = _halved(state, count, derivatives, halvings + 1)
     low, high = state[0, :degree].movedim(0, -1), state[1, :degree].movedim(0, -1)
     return 0.5 * (low + high), high > low
+
+
+@_found.lowering("native", when=lambda c, _: kernels.has_kernel(c) and c.size(0) <= 17)
+def _found_kernel(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
+    u, exists = kernels.real_roots(c.flatten(1))
+    return u.unflatten(1, c.shape[1:]).movedim(0, -1), exists.unflatten(1, c.shape[1:]).movedim(0, -1)
 
 
 def _derivatives(c: Tensor) -> Tensor:
@@ -54,7 +60,8 @@ def _derivatives(c: Tensor) -> Tensor:
     return torch.stack(rows, 0)
 
 
-def _step(state: Tensor, k: Tensor, derivatives: Tensor, period: int) -> Tensor:
+@repeated
+def _halved(state: Tensor, k: Tensor, derivatives: Tensor, period: int) -> Tensor:
     """Halve the intervals; every ``period``-th time take their middles as the ends of the next polynomial's intervals instead."""
     low, high, negative = state[0], state[1], state[2]
     phase = torch.div(k, period, rounding_mode="floor")
@@ -83,3 +90,43 @@ def _value(polynomial: Tensor, u: Tensor) -> Tensor:
     for k in range(2, polynomial.size(0) + 1):
         value = value * x + polynomial[-k]
     return value
+
+
+@primitive
+def product_of_coefficients(a: Tensor, b: Tensor, place: List[int], count: int) -> Tensor:
+    """Products of all pairs of coefficients (..., n) and (..., m), added up at their places: (..., count).
+
+    >>> product_of_coefficients(torch.tensor([1.0, 1.0]), torch.tensor([1.0, 1.0]), [0, 1, 1, 2], 3)  # (1 + x)^2
+    tensor([1., 2., 1.])
+    """
+    pairs = (a[..., :, None] * b[..., None, :]).flatten(-2)
+    wanted = torch.tensor(place, device=a.device)[:, None] == torch.arange(count, device=a.device)[None, :]
+    return small_matmul(pairs[..., None, :], wanted.to(a.dtype))[..., 0, :]
+
+
+# A product with ones and zeros takes ten times as many multiplications.
+@product_of_coefficients.lowering("native")
+def _fetched(a: Tensor, b: Tensor, place: List[int], count: int) -> Tensor:
+    pairs = (a[..., :, None] * b[..., None, :]).flatten(-2)
+    table, weights = _places(place, count)
+    size = len(table) // count
+    fetched = pairs.index_select(-1, torch.tensor(table, device=a.device)) * torch.tensor(weights, dtype=a.dtype, device=a.device)
+    return fetched.unflatten(-1, [count, size]).sum(-1)
+
+
+def _places(place: List[int], count: int) -> Tuple[List[int], List[float]]:
+    """For each of ``count`` sums which pairs belong to it, as many for each, and their weights: 1, and 0 where there are not so many."""
+    size = 0
+    for k in range(count):
+        size = max(size, place.count(k))
+    table: List[int] = []
+    weights: List[float] = []
+    for k in range(count):
+        for i in range(len(place)):
+            if place[i] == k:
+                table.append(i)
+                weights.append(1.0)
+        for _ in range(size - place.count(k)):
+            table.append(0)
+            weights.append(0.0)
+    return table, weights

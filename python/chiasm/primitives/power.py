@@ -3,26 +3,38 @@
 import torch
 from torch import Tensor
 
-from .target import native_forward, onnx_forward
+from .lowering import primitive
 
 
+@primitive
 def power(x: Tensor, exponent: float) -> Tensor:
     """x ** exponent of positive x; in native code of float32 normal x, where the exponent is 1/3, 2.4 or 1/2.4 (those of colour spaces).
 
     >>> power(torch.tensor([8.0, 27.0]), 1.0 / 3.0)
     tensor([2., 3.])
     """
-    if native_forward() and x.dtype == torch.float32:
-        if exponent == 1.0 / 3.0:
-            return _cube_root(x)
-        if exponent == 2.4:
-            return torch.pow(x * _inverse_root(x, 5, 1277937320.0), 3)
-        if exponent == 1.0 / 2.4:
-            root = _cube_root(x)
-            return root * torch.sqrt(torch.sqrt(root))
-    if _by_logarithm(x):
-        return torch.exp(torch.log(x) * exponent)
     return torch.pow(x, exponent)
+
+
+@power.lowering("native", when=lambda x, exponent: x.dtype == torch.float32 and exponent in (1.0 / 3.0, 2.4, 1.0 / 2.4))
+def _by_roots(x: Tensor, exponent: float) -> Tensor:
+    if exponent == 1.0 / 3.0:
+        return _cube_root(x)
+    if exponent == 2.4:
+        return torch.pow(x * _inverse_root(x, 5, 1277937320.0), 3)
+    root = _cube_root(x)
+    return root * torch.sqrt(torch.sqrt(root))
+
+
+def _affords_a_logarithm(x: Tensor, *_: object) -> bool:
+    """Compiled code and ONNX Runtime have vectorised exponentials and logarithms but a slow ``pow``. The detour costs
+    ``exponent * log(x)`` roundings, which half precision cannot afford."""
+    return x.dtype == torch.float32 or x.dtype == torch.float64
+
+
+@power.lowering("native", "onnx", when=_affords_a_logarithm)
+def _by_logarithm(x: Tensor, exponent: float) -> Tensor:
+    return torch.exp(torch.log(x) * exponent)
 
 
 def _cube_root(x: Tensor) -> Tensor:
@@ -43,6 +55,7 @@ def _inverse_root(x: Tensor, n: int, origin: float) -> Tensor:
     return z
 
 
+@primitive
 def power_each(x: Tensor, exponent: Tensor) -> Tensor:
     """x ** exponent with a tensor of exponents that are not negative. What is below zero counts as zero; where x is zero its gradient
     is zero too, not the infinite one of an exponent below 1.
@@ -50,17 +63,20 @@ def power_each(x: Tensor, exponent: Tensor) -> Tensor:
     >>> power_each(torch.tensor([4.0, 0.0, -1.0]), torch.tensor(0.5))
     tensor([2., 0., 0.])
     """
-    if onnx_forward():
-        # the detour's two selections would cost ONNX Runtime more than its ``pow``
-        return torch.pow(x.clamp(min=0.0), exponent)
     empty = x <= 0  # which not-a-number is not: it stays what it is, as in ``pow``
-    base = torch.where(empty, torch.ones_like(x), x)
-    raised = torch.exp(torch.log(base) * exponent) if _by_logarithm(x) else torch.pow(base, exponent)
+    raised = torch.pow(torch.where(empty, torch.ones_like(x), x), exponent)
     # 0 ** 0 is 1
     return torch.where(empty, (exponent == 0).to(x.dtype), raised)
 
 
-def _by_logarithm(x: Tensor) -> bool:
-    """Compiled code and ONNX Runtime have vectorised exponentials and logarithms but a slow ``pow``. The detour costs
-    ``exponent * log(x)`` roundings, which half precision cannot afford."""
-    return (native_forward() or onnx_forward()) and (x.dtype == torch.float32 or x.dtype == torch.float64)
+@power_each.lowering("onnx")
+def _limited(x: Tensor, exponent: Tensor) -> Tensor:
+    # the definition's two selections would cost ONNX Runtime more than its ``pow``
+    return torch.pow(x.clamp(min=0.0), exponent)
+
+
+@power_each.lowering("native", when=_affords_a_logarithm)
+def _each_by_logarithm(x: Tensor, exponent: Tensor) -> Tensor:
+    empty = x <= 0
+    raised = torch.exp(torch.log(torch.where(empty, torch.ones_like(x), x)) * exponent)
+    return torch.where(empty, (exponent == 0).to(x.dtype), raised)

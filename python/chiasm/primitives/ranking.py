@@ -5,9 +5,10 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from .target import current_target, onnx_forward
+from .lowering import primitive
 
 
+@primitive
 def stable_topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
     """The k largest values along the last axis, descending, and their indices; of equals the lower index comes first.
 
@@ -17,17 +18,23 @@ def stable_topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
     >>> stable_topk(torch.tensor([1.0, 3.0, 3.0]), 2)
     (tensor([3., 3.]), tensor([1, 2]))
     """
-    if current_target() == "eager":
-        if k == 0 or x.size(-1) < 16 * k or x.requires_grad:
-            values, indices = torch.sort(x, stable=True, dim=-1, descending=True)
-            return values[..., :k], indices[..., :k]
-        places = _among_largest(x, k)
-        values, order = torch.sort(x.gather(-1, places), stable=True, dim=-1, descending=True)
-        return values, places.gather(-1, order)
-    if onnx_forward() and x.is_floating_point():
-        # ONNX Runtime leaves open where NaN goes.
-        indices = torch.topk(torch.where(x == x, x, torch.full_like(x, float("inf"))), k, dim=-1)[1]
-        return x.gather(-1, indices), indices
+    if k == 0 or x.size(-1) < 16 * k or x.requires_grad:
+        values, indices = torch.sort(x, stable=True, dim=-1, descending=True)
+        return values[..., :k], indices[..., :k]
+    places = _among_largest(x, k)
+    values, order = torch.sort(x.gather(-1, places), stable=True, dim=-1, descending=True)
+    return values, places.gather(-1, order)
+
+
+@stable_topk.lowering("onnx", when=lambda x, k: x.is_floating_point())
+def _with_nan_as_infinity(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
+    # ONNX Runtime leaves open where NaN goes.
+    indices = torch.topk(torch.where(x == x, x, torch.full_like(x, float("inf"))), k, dim=-1)[1]
+    return x.gather(-1, indices), indices
+
+
+@stable_topk.lowering("onnx", "native", "vjp")
+def _topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
     values, indices = torch.topk(x, k, dim=-1)
     return values, indices
 

@@ -5,7 +5,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from .target import onnx_forward
+from .lowering import primitive
 
 
 def least(x: Tensor, dims: List[int]) -> Tensor:
@@ -28,8 +28,13 @@ def greatest(x: Tensor, dims: List[int]) -> Tensor:
     return _with_nan(x.amax(dims, keepdim=True), x, dims)
 
 
+@primitive
 def _with_nan(extreme: Tensor, x: Tensor, dims: List[int]) -> Tensor:
-    if onnx_forward():
-        known = (x == x).to(torch.float32).amin(dims, keepdim=True) > 0
-        return torch.where(known, extreme, torch.full_like(extreme, float("nan")))
+    """PyTorch's extreme, which has NaN already."""
     return extreme
+
+
+@_with_nan.lowering("onnx")
+def _nan_where_not_known(extreme: Tensor, x: Tensor, dims: List[int]) -> Tensor:
+    known = (x == x).to(torch.float32).amin(dims, keepdim=True) > 0
+    return torch.where(known, extreme, torch.full_like(extreme, float("nan")))

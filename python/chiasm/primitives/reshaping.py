@@ -4,9 +4,10 @@ from typing import List
 
 from torch import Tensor
 
-from .target import tracing_vjp
+from .lowering import primitive
 
 
+@primitive
 def reshaped(x: Tensor, shape: List[int]) -> Tensor:
     """``x.reshape(shape)`` by way of one dimension: a direct merge of symbolic sizes asks whether one divides another.
 
@@ -14,8 +15,10 @@ def reshaped(x: Tensor, shape: List[int]) -> Tensor:
     tensor([[0, 1, 2],
             [3, 4, 5]])
     """
-    out = x.contiguous().reshape([-1]).reshape(shape)
-    if tracing_vjp():
-        # Going back, the gradient must be dense to become one dimension; that of a mean is not, a product's is.
-        return out * 1
-    return out
+    return x.contiguous().reshape([-1]).reshape(shape)
+
+
+@reshaped.lowering("vjp")
+def _with_dense_gradient(x: Tensor, shape: List[int]) -> Tensor:
+    # Going back, the gradient must be dense to become one dimension; that of a mean is not, a product's is.
+    return x.contiguous().reshape([-1]).reshape(shape) * 1

@@ -1,33 +1,38 @@
 """Thin edges: ridges of the gradient's magnitude, and which of them hang together."""
 
-from typing import List
-
 import torch
 from torch import Tensor
 
 from . import kernels
 from .components import reached
 from .derivatives import sobel_sums
-from .padding import join_columns, padded_parts
+from .lowering import primitive
+from .padding import stencil
 
 
+@primitive
 def ridges(x: Tensor, eps: float) -> Tensor:
     """The magnitude of the unnormalised Sobel gradient of (B, 1, H, W) where it is a maximum across the edge, else 0.
 
     The border is replicated; beyond it the magnitude is 0. ``eps`` is added to the squared magnitude.
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.ridges(x, eps)
-    gradients: List[Tensor] = []
-    for p in padded_parts(x, 1, 1, 1, 1, "replicate"):
-        dx, dy = sobel_sums(p)
-        squared = dx * dx + dy * dy + eps
-        positive = squared > 0
-        magnitude = torch.where(positive, torch.sqrt(torch.where(positive, squared, torch.ones_like(squared))), torch.zeros_like(squared))
-        gradients.append(torch.cat([magnitude, dx, dy], 1))
-    return join_columns([_thinned(p) for p in padded_parts(join_columns(gradients), 1, 1, 1, 1, "constant")])
+    return _thinned(_gradient(x, (1, 1), (1, 1), "replicate", eps), (1, 1), (1, 1), "constant")
 
 
+ridges.lowering("native", when=kernels.has_kernel)(kernels.ridges)
+
+
+@stencil
+def _gradient(p: Tensor, eps: float) -> Tensor:
+    """Magnitude and gradient (B, 3, H, W) of (B, 1, H + 2, W + 2)."""
+    dx, dy = sobel_sums(p)
+    squared = dx * dx + dy * dy + eps
+    positive = squared > 0
+    magnitude = torch.where(positive, torch.sqrt(torch.where(positive, squared, torch.ones_like(squared))), torch.zeros_like(squared))
+    return torch.cat([magnitude, dx, dy], 1)
+
+
+@stencil
 def _thinned(p: Tensor) -> Tensor:
     """The ridges (B, 1, H, W) of magnitude and gradient (B, 3, H + 2, W + 2)."""
     height = p.size(2) - 2
@@ -51,8 +56,12 @@ def _thinned(p: Tensor) -> Tensor:
     return torch.where(ridge, centre, torch.zeros_like(centre))[:, None]
 
 
+@primitive
 def linked(x: Tensor, low: float, high: float, limit: int) -> Tensor:
     """Which values of (B, 1, H, W) above ``low`` are 8-connected through such to one above ``high``, bool; ``limit`` as for ``reached``."""
-    if not torch.jit.is_scripting() and (kernels.has_kernel(x) and kernels.runs_to_its_end(limit)):
-        return kernels.hysteresis(x, low, high)
     return reached(x[:, 0] > low, x[:, 0] > high, limit)[:, None]
+
+
+@linked.lowering("native", when=lambda x, low, high, limit: kernels.has_kernel(x) and kernels.runs_to_its_end(limit))
+def _linked_kernel(x: Tensor, low: float, high: float, limit: int) -> Tensor:
+    return kernels.hysteresis(x, low, high)

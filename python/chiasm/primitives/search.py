@@ -3,9 +3,10 @@
 import torch
 from torch import Tensor
 
-from .target import current_target
+from .lowering import primitive
 
 
+@primitive
 def last_not_above(table: Tensor, x: Tensor) -> Tensor:
     """Index of the last entry of each ascending row of ``table`` (P, M) that is not above ``x`` (P, N), int64; -1 where all are.
 
@@ -14,8 +15,11 @@ def last_not_above(table: Tensor, x: Tensor) -> Tensor:
     >>> last_not_above(torch.tensor([[0.0, 1.0, 1.0, 3.0]]), torch.tensor([[-1.0, 1.0, 9.0]]))
     tensor([[-1,  2,  3]])
     """
-    if current_target() == "eager":
-        return torch.searchsorted(table.detach().contiguous(), x.detach().contiguous(), right=True) - 1
+    return torch.searchsorted(table.detach().contiguous(), x.detach().contiguous(), right=True) - 1
+
+
+@last_not_above.lowering("onnx", "native", "vjp")
+def _bit_by_bit(table: Tensor, x: Tensor) -> Tensor:
     size = table.size(1)
     known = table.detach()
     found = torch.full_like(x, -1, dtype=torch.int64)

@@ -6,7 +6,8 @@ import torch
 from torch import Tensor
 
 from . import kernels
-from .padding import join_columns, padded_parts
+from .lowering import primitive
+from .padding import stencil
 
 
 def sorting_network(size: int) -> List[Tuple[int, int]]:
@@ -93,15 +94,19 @@ def rank_candidates(rows: int, columns: int, rank: int) -> Tuple[List[List[int]]
     return keep, below
 
 
+@primitive
 def window_rank(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
     """The value of a rank (0 is the smallest) in the centred window of odd size around each pixel of (B, C, H, W)."""
-    if not torch.jit.is_scripting() and kernels.has_kernel(x) and (rows, columns, rank) == (3, 3, 4):
-        return kernels.median3x3(x, border_type)
-    parts = padded_parts(x, rows // 2, rows // 2, columns // 2, columns // 2, border_type)
-    return join_columns([_valid_window_rank(p, rows, columns, rank) for p in parts])
+    return _ranked(x, (rows // 2, rows // 2), (columns // 2, columns // 2), border_type, rows, columns, rank)
 
 
-def _valid_window_rank(p: Tensor, rows: int, columns: int, rank: int) -> Tensor:
+@window_rank.lowering("native", when=lambda x, rows, columns, rank, _: kernels.has_kernel(x) and (rows, columns, rank) == (3, 3, 4))
+def _median3x3(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
+    return kernels.median3x3(x, border_type)
+
+
+@stencil
+def _ranked(p: Tensor, rows: int, columns: int, rank: int) -> Tensor:
     # Neighbouring windows share columns: sort each column once, then, for each rank, sort the ranks across the
     # window's columns. The window is then a matrix with sorted rows and columns, of which few entries can be the one.
     height = p.size(2) - rows + 1

@@ -1,11 +1,12 @@
 """Summed-area tables."""
 
-import torch
 from torch import Tensor
 
 from . import kernels
+from .lowering import primitive
 
 
+@primitive
 def summed_area(x: Tensor) -> Tensor:
     """Sums over all that is above and to the left of each pixel of (*, H, W), and the pixel.
 
@@ -13,6 +14,7 @@ def summed_area(x: Tensor) -> Tensor:
     tensor([[1., 2., 3.],
             [2., 4., 6.]])
     """
-    if not torch.jit.is_scripting() and kernels.has_kernel(x):
-        return kernels.integral(x)
     return x.cumsum(-1).cumsum(-2)
+
+
+summed_area.lowering("native", when=kernels.has_kernel)(kernels.integral)

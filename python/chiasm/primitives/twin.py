@@ -4,10 +4,11 @@ The class is written as source text because torch.jit.script reads source.
 """
 
 import inspect
-import linecache
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type, Union, get_args, get_origin
 
 from torch import Tensor, nn
+
+from .source import made_from
 
 
 def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Module]:
@@ -36,10 +37,7 @@ def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Modu
     lines += [f"        fitted(self, {p.name!r}, {p.name}, type_{p.name})" for p in settings]
     lines += [f"    def forward({typed}) -> Result:", f"        return function({passed})", ""]
     source = "\n".join(lines)
-    filename = f"<chiasm twin {function.__module__}.{name}>"
-    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
-    exec(compile(source, filename, "exec"), scope)
-    made = scope[name]
+    made = made_from(source, f"<chiasm twin {function.__module__}.{name}>", name, scope)
     about = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
     made.__doc__ = f"`{function.__name__}` as a module.\n\n{about}"
     made.__module__ = function.__module__.rpartition(".")[0]

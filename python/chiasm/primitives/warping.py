@@ -7,6 +7,7 @@ from torch import Tensor
 
 from . import kernels
 from .checks import check_choice, check_floating
+from .lowering import primitive
 from .sampling import bilinear_taps, cubic_taps, gather_taps, larger, nearest_taps, reflect_positions
 from .stencil import join_channels, split_channels
 
@@ -69,6 +70,7 @@ def mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
     return (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2]) / depth, (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2]) / depth
 
 
+@primitive
 def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]) -> Tensor:
     """src (B, C, H, W) at pixel positions x and y (B, h, w), or (1, h, w) for all of them: (B, C, h, w).
 
@@ -76,8 +78,6 @@ def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str
         mode, padding_mode: as ``check_sampling`` allows; ``fill_value`` (C,) is the colour for "fill", black by default.
         align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
     """
-    if not torch.jit.is_scripting() and kernels.samples(src, mode, padding_mode):
-        return kernels.sample(src, x, y, mode, padding_mode, align_corners)
     height, width = src.size(2), src.size(3)
     if mode == "bicubic":
         index, weight = cubic_taps(x, y, height, width, padding_mode, align_corners)
@@ -95,31 +95,55 @@ def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str
     return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
 
 
+@sample_image.lowering("native", when=lambda src, x, y, mode, padding_mode, *_: kernels.samples(src, mode, padding_mode))
+def _sample_image_kernel(
+    src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+) -> Tensor:
+    return kernels.sample(src, x, y, mode, padding_mode, align_corners)
+
+
+@primitive
 def sample_projective(
     src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
 ) -> Tensor:
     """``sample_image`` where ``matrix`` (B, 3, 3) leads to, from the pixels of an output (B, C, height, width)."""
     precision = position_dtype(src.dtype)
-    if not torch.jit.is_scripting() and kernels.samples(src, mode, padding_mode):
-        return kernels.sample_projective(src, matrix.to(precision), height, width, mode, padding_mode, align_corners)
     column, row = pixel_axes(height, width, precision, src.device)
     x, y = mapped(column, row, matrix.to(precision))
     return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
+def _samples(src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object) -> bool:
+    return kernels.samples(src, mode, padding_mode)
+
+
+@sample_projective.lowering("native", when=_samples)
+def _sample_projective_kernel(
+    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+) -> Tensor:
+    return kernels.sample_projective(src, matrix.to(position_dtype(src.dtype)), height, width, mode, padding_mode, align_corners)
+
+
+@primitive
 def sample_affine(
     src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
 ) -> Tensor:
     """``sample_projective`` by a ``matrix`` (B, 2, 3)."""
     precision = position_dtype(src.dtype)
-    if not torch.jit.is_scripting() and kernels.samples(src, mode, padding_mode):
-        last = torch.tensor([0.0, 0.0, 1.0], dtype=precision, device=src.device).expand(matrix.size(0), 1, 3)
-        return kernels.sample_projective(src, torch.cat([matrix.to(precision), last], 1), height, width, mode, padding_mode, align_corners)
     m = matrix.to(precision)[:, :, :, None, None]
     column, row = pixel_axes(height, width, precision, src.device)
     x = m[:, 0, 0] * column + m[:, 0, 1] * row + m[:, 0, 2]
     y = m[:, 1, 0] * column + m[:, 1, 1] * row + m[:, 1, 2]
     return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
+
+
+@sample_affine.lowering("native", when=_samples)
+def _sample_affine_kernel(
+    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+) -> Tensor:
+    precision = position_dtype(src.dtype)
+    last = torch.tensor([0.0, 0.0, 1.0], dtype=precision, device=src.device).expand(matrix.size(0), 1, 3)
+    return kernels.sample_projective(src, torch.cat([matrix.to(precision), last], 1), height, width, mode, padding_mode, align_corners)
 
 
 def weigh_image(src: Tensor, index: List[Tensor], weight: List[Tensor], fill_value: Optional[Tensor]) -> Tensor:

@@ -6,6 +6,8 @@
 #define HWY_DISABLE_PCLMUL_AES
 // Kernels keep vectors in arrays and structures, which SVE's cannot be in, as their length is not known to the compiler. Their CPUs have NEON too.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+// No assertions, which would need Highway's library.
+#define HWY_IS_DEBUG_BUILD 0
 #include <hwy/highway.h>
 
 #include <hwy/cache_control.h>

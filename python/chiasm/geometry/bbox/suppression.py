@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ...primitives.checks import check_floating, check_last, check_rank
-from ...primitives.loops import is_same, until_stable
+from ...primitives.loops import until_stable
 from ...primitives.ranking import stable_topk
 
 
@@ -64,18 +64,10 @@ def nms_fixed(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tuple[Tens
     ranked = boxes.index_select(0, order)
     position = torch.arange(order.size(0), device=boxes.device)
     drops = _overlap(ranked, iou_threshold) & (position[:, None] < position)
-    kept = torch.ones_like(order, dtype=torch.bool)
-    if torch.jit.is_scripting():
-        for _ in range(order.size(0)):
-            decided = _undropped(kept, position, drops)
-            if is_same(decided, kept):
-                break
-            kept = decided
-    else:
-        kept = until_stable(_undropped, kept, (drops,), order.size(0))
-    return order, kept
+    return order, _undropped(torch.ones_like(order, dtype=torch.bool), order.size(0), drops)
 
 
+@until_stable
 def _undropped(kept: Tensor, k: Tensor, drops: Tensor) -> Tensor:
     """Which boxes are dropped by none of those kept; drops[i, j] says that i drops j."""
     return ~(drops & kept[:, None]).any(0)

@@ -24,7 +24,7 @@ from ...primitives.consensus import (
 from ...primitives.factorisation import pointed
 from ...primitives.intrinsics import with_one
 from ...primitives.linalg import inverse3x3, small_matmul, spd_inverse
-from ...primitives.loops import repeat
+from ...primitives.loops import repeated
 from ..conversions.rotations import axis_angle_to_rotation_matrix, vector_to_skew_symmetric_matrix
 from ..epipolar.essential import decompose_essential_matrix
 from ..epipolar.five_point import essentials_of_five
@@ -92,14 +92,9 @@ def ransac_essential(
     R, _, t = decompose_essential_matrix(E)
     pose = torch.cat([R, t], -1)
     # the best so far and the latest
-    state = torch.stack([pose, pose], 1)
-    if torch.jit.is_scripting():
-        for k in range(refinements):
-            state = _refined(state, torch.full([], k, dtype=torch.int64, device=p.device), rows, n1, n2, marks, refinements)
-    else:
-        state = repeat(_refined, state, (rows, n1, n2, marks, refinements), refinements)
+    pose = _refined(torch.stack([pose, pose], 1), refinements, rows, n1, n2, marks, refinements)[:, 0]
     found = (F * F).sum(-1, keepdim=True).sum(-2, keepdim=True) > 0
-    E = torch.where(found, _essential(state[:, 0]), torch.zeros_like(F)).unflatten(0, [points1.size(0), 4])
+    E = torch.where(found, _essential(pose), torch.zeros_like(F)).unflatten(0, [points1.size(0), 4])
     cost = model_costs(_fundamental(E, m1[:, None], m2[:, None]), planes, True)
     E = chosen(E, least(cost, 1))[:, 0]
     E = E * pointed(E.flatten(1)[..., None]) / 2.0**0.5
@@ -128,6 +123,7 @@ def _essential(pose: Tensor) -> Tensor:
     return small_matmul(vector_to_skew_symmetric_matrix(pose[..., 3]), pose[..., 0:3])
 
 
+@repeated
 def _refined(state: Tensor, k: Tensor, rows: Tensor, m1: Tensor, m2: Tensor, planes: Tensor, steps: int) -> Tensor:
     """Poses [R | t], |t| = 1, (B, 2, 3, 4)."""
     best, fitted = state[:, 0], state[:, 1]

@@ -17,7 +17,7 @@ from ...primitives.consensus import (
     near_weights,
     score_planes,
 )
-from ...primitives.loops import repeat
+from ...primitives.loops import repeated
 from ..epipolar.fundamental import denormalised, find_fundamental
 from ..epipolar.seven_point import epipolar_rows, matrices_of_rank_two
 from .arguments import check_arguments
@@ -68,16 +68,11 @@ def ransac_fundamental(points1: Tensor, points2: Tensor, uniforms: Tensor, inl_t
     models, exists = best_of_each(solutions.unflatten(0, sizes), exists.unflatten(0, sizes), planes)
     model = best_model(models, exists, planes, True)
     # the best so far and the latest
-    state = torch.stack([model, model], 1)
-    if torch.jit.is_scripting():
-        for k in range(refinements):
-            state = _refined(state, torch.full([], k, dtype=torch.int64, device=p.device), p, q, planes, refinements)
-    else:
-        state = repeat(_refined, state, (p, q, planes, refinements), refinements)
-    F = state[:, 0]
+    F = _refined(torch.stack([model, model], 1), refinements, p, q, planes, refinements)[:, 0]
     return denormalised(F, t1, t2).to(points1.dtype), inliers(F, planes, True)
 
 
+@repeated
 def _refined(state: Tensor, k: Tensor, p: Tensor, q: Tensor, planes: Tensor, steps: int) -> Tensor:
     best, latest = state[:, 0], state[:, 1]
     fitted = find_fundamental(p, q, near_weights(latest, planes, True, 8, k, steps))

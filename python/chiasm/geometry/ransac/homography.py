@@ -20,7 +20,7 @@ from ...primitives.consensus import (
 )
 from ...primitives.intrinsics import with_one
 from ...primitives.linalg import cross
-from ...primitives.loops import repeat
+from ...primitives.loops import repeated
 from ..homography import homography_by_weights
 from .arguments import check_arguments
 
@@ -77,18 +77,13 @@ def ransac_homography(
     models, exists = _homographies_of_four(drawn(p.detach(), index), drawn(q.detach(), index))
     model = best_model(models, exists, planes, False)
     # the best so far and the latest
-    state = torch.stack([model, model], 1)
-    if torch.jit.is_scripting():
-        for k in range(refinements):
-            state = _refined(state, torch.full([], k, dtype=torch.int64, device=p.device), p, q, planes, refinements)
-    else:
-        state = repeat(_refined, state, (p, q, planes, refinements), refinements)
-    H = state[:, 0]
+    H = _refined(torch.stack([model, model], 1), refinements, p, q, planes, refinements)[:, 0]
     within = inliers(H, planes, False)
     H = moved_back(H, t1, t2)
     return (H / H[:, 2:3, 2:3]).to(points1.dtype), within
 
 
+@repeated
 def _refined(state: Tensor, k: Tensor, p: Tensor, q: Tensor, planes: Tensor, steps: int) -> Tensor:
     best, latest = state[:, 0], state[:, 1]
     present = (planes[:, 6] > 0).to(p.dtype)

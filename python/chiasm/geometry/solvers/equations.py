@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from ...primitives.checks import check_last
-from ...primitives.target import native_forward, onnx_forward
+from ...primitives.lowering import carries_derivative
 
 
 def solve_quadratic(coeffs: Tensor) -> Tensor:
@@ -311,9 +311,12 @@ def _finished(coeffs: Tensor, roots: Tensor) -> Tensor:
             columns[k], columns[k + 1] = larger, smaller
     roots = torch.stack(columns, -1)
     missing = roots < -1e30
-    x = torch.where(missing, torch.zeros_like(roots), roots)
-    if native_forward() or onnx_forward():
-        return x
+    return _derived(torch.where(missing, torch.zeros_like(roots), roots), missing, coeffs)
+
+
+@carries_derivative
+def _derived(x: Tensor, missing: Tensor, coeffs: Tensor) -> Tensor:
+    """The roots x, with their derivative by the coefficients."""
     value, slope, size = _values(coeffs, x)
     slope = slope.detach()
     flat = missing | (slope.abs() <= 1e-7 * size.detach())

@@ -3,14 +3,14 @@
 D. Nister, An efficient solution to the five-point relative pose problem, IEEE TPAMI 26(6), 2004.
 """
 
-from typing import List, Tuple
+from typing import List
 
 import torch
 from torch import Tensor
 
 from ...primitives.checks import check_floating, check_last
-from ...primitives.linalg import cross4, small_matmul
-from ...primitives.target import native_forward
+from ...primitives.linalg import cross4
+from ...primitives.polynomials import product_of_coefficients
 
 
 def null_vector_3x4(A: Tensor) -> Tensor:
@@ -55,7 +55,7 @@ def multiply_deg_one_poly(a: Tensor, b: Tensor) -> Tensor:
     """
     check_last(a, 4, "a")
     check_last(b, 4, "b")
-    return _product(a, b, [0, 1, 2, 3, 1, 4, 5, 6, 2, 5, 7, 8, 3, 6, 8, 9], 10)
+    return product_of_coefficients(a, b, [0, 1, 2, 3, 1, 4, 5, 6, 2, 5, 7, 8, 3, 6, 8, 9], 10)
 
 
 def multiply_deg_two_one_poly(a: Tensor, b: Tensor) -> Tensor:
@@ -80,7 +80,7 @@ def multiply_deg_two_one_poly(a: Tensor, b: Tensor) -> Tensor:
     check_last(a, 10, "a")
     check_last(b, 4, "b")
     place = [0, 2, 4, 5, 2, 3, 8, 9, 4, 8, 10, 11, 5, 9, 11, 12, 3, 1, 6, 7, 8, 6, 13, 14, 9, 7, 14, 15, 10, 13, 16, 17, 11, 14, 17, 18, 12, 15, 18, 19]
-    return _product(a, b, place, 20)
+    return product_of_coefficients(a, b, place, 20)
 
 
 def determinant_to_polynomial(A: Tensor) -> Tensor:
@@ -119,35 +119,4 @@ def _convolved(a: Tensor, b: Tensor) -> Tensor:
     for i in range(a.size(-1)):
         for j in range(b.size(-1)):
             place.append(i + j)
-    return _product(a, b, place, a.size(-1) + b.size(-1) - 1)
-
-
-def _product(a: Tensor, b: Tensor, place: List[int], count: int) -> Tensor:
-    """Products of all pairs of coefficients, added up at their places."""
-    pairs = (a[..., :, None] * b[..., None, :]).flatten(-2)
-    if native_forward():
-        # Fetched: a product with ones and zeros takes ten times as many multiplications.
-        table, weights = _places(place, count)
-        size = len(table) // count
-        fetched = pairs.index_select(-1, torch.tensor(table, device=a.device)) * torch.tensor(weights, dtype=a.dtype, device=a.device)
-        return fetched.unflatten(-1, [count, size]).sum(-1)
-    wanted = torch.tensor(place, device=a.device)[:, None] == torch.arange(count, device=a.device)[None, :]
-    return small_matmul(pairs[..., None, :], wanted.to(a.dtype))[..., 0, :]
-
-
-def _places(place: List[int], count: int) -> Tuple[List[int], List[float]]:
-    """For each of ``count`` sums which pairs belong to it, as many for each, and their weights: 1, and 0 where there are not so many."""
-    size = 0
-    for k in range(count):
-        size = max(size, place.count(k))
-    table: List[int] = []
-    weights: List[float] = []
-    for k in range(count):
-        for i in range(len(place)):
-            if place[i] == k:
-                table.append(i)
-                weights.append(1.0)
-        for _ in range(size - place.count(k)):
-            table.append(0)
-            weights.append(0.0)
-    return table, weights
+    return product_of_coefficients(a, b, place, a.size(-1) + b.size(-1) - 1)

@@ -12,11 +12,12 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from ...primitives.extrema import largest
 from ...primitives.materialise import materialised
 from ...primitives.ranking import stable_topk
 from ...primitives.volumes import check_volume, voxel_axes
 from ...primitives.warping import position_dtype
-from .suppression import largest, nms3d
+from .suppression import nms3d
 
 
 def conv_quad_interp3d(

@@ -1,12 +1,12 @@
 """Strict local maxima: non-maximum suppression."""
 
-from typing import List, Tuple, Union
+from typing import Tuple, Union
 
 import torch
 from torch import Tensor
 
 from ...primitives.checks import check_image
-from ...primitives.padding import join_columns, padded_parts
+from ...primitives.extrema import strict_maxima
 from ...primitives.volumes import check_volume
 
 
@@ -41,7 +41,7 @@ def nms2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], mask_only: bo
         rows, columns = kernel_size
     if rows < 1 or columns < 1 or rows * columns == 1:
         raise ValueError(f"kernel_size: expected positive sizes of more than one pixel, got ({rows}, {columns})")
-    return _suppressed(input, _strict_maxima(input.detach(), 1, rows, columns), mask_only)
+    return _suppressed(input, strict_maxima(input.detach(), 1, rows, columns), mask_only)
 
 
 def nms3d(input: Tensor, kernel_size: Union[int, Tuple[int, int, int]], mask_only: bool = False) -> Tensor:
@@ -75,7 +75,7 @@ def nms3d(input: Tensor, kernel_size: Union[int, Tuple[int, int, int]], mask_onl
         slices, rows, columns = kernel_size
     if slices < 1 or rows < 1 or columns < 1 or slices * rows * columns == 1:
         raise ValueError(f"kernel_size: expected positive sizes of more than one voxel, got ({slices}, {rows}, {columns})")
-    maxima = _strict_maxima(input.detach().flatten(0, 1), slices, rows, columns)
+    maxima = strict_maxima(input.detach().flatten(0, 1), slices, rows, columns)
     return _suppressed(input, maxima.reshape(input.shape), mask_only)
 
 
@@ -100,57 +100,10 @@ def nms3d_minmax(input: Tensor) -> Tuple[Tensor, Tensor]:
     """
     check_volume(input, "input")
     x = input.detach().flatten(0, 1)
-    return _strict_maxima(x, 3, 3, 3).reshape(input.shape), _strict_maxima(-x, 3, 3, 3).reshape(input.shape)
+    return strict_maxima(x, 3, 3, 3).reshape(input.shape), strict_maxima(-x, 3, 3, 3).reshape(input.shape)
 
 
 def _suppressed(input: Tensor, maxima: Tensor, mask_only: bool) -> Tensor:
     if mask_only:
         return maxima
     return torch.where(maxima, input, torch.zeros_like(input))
-
-
-def _strict_maxima(x: Tensor, slices: int, rows: int, columns: int) -> Tensor:
-    """Which voxels of (N, D, H, W) exceed all others of their windows."""
-    # An infinite border: where the window reaches out, nothing exceeds it.
-    beyond = float("inf")
-    if slices > 1:
-        plane = torch.full_like(x[:, 0:1], beyond)
-        deep = torch.cat([plane for _ in range((slices - 1) // 2)] + [x] + [plane for _ in range(slices // 2)], 1)
-    else:
-        deep = x
-    parts = padded_parts(deep, (rows - 1) // 2, rows // 2, (columns - 1) // 2, columns // 2, "constant", beyond)
-    return x > join_columns([_largest_neighbour(p, slices, rows, columns) for p in parts])
-
-
-def _largest_neighbour(p: Tensor, slices: int, rows: int, columns: int) -> Tensor:
-    """The largest of each valid window's voxels apart from its centre."""
-    depth, height, width = p.size(1) - slices + 1, p.size(2) - rows + 1, p.size(3) - columns + 1
-    middle_slice, middle_row, middle_column = (slices - 1) // 2, (rows - 1) // 2, (columns - 1) // 2
-    each_row = [p[:, :, i : i + height] for i in range(rows)]
-    whole_column = largest(each_row)
-    each_column = [whole_column[..., j : j + width] for j in range(columns)]
-    # In the centre's plane: whole columns, which neighbouring windows share, and the centre's column without it.
-    around = _without(each_column, middle_column)
-    if rows > 1:
-        around.append(largest(_without(each_row, middle_row))[..., middle_column : middle_column + width])
-    found = [plane[:, middle_slice : middle_slice + depth] for plane in around]
-    if slices > 1:
-        whole_plane = largest(each_column)
-        found += _without([whole_plane[:, k : k + depth] for k in range(slices)], middle_slice)
-    return largest(found)
-
-
-def largest(values: List[Tensor]) -> Tensor:
-    """The largest of tensors, elementwise.
-
-    >>> largest([torch.tensor([1, 5]), torch.tensor([2, 3])])
-    tensor([2, 5])
-    """
-    out = values[0]
-    for value in values[1:]:
-        out = torch.maximum(out, value)
-    return out
-
-
-def _without(values: List[Tensor], k: int) -> List[Tensor]:
-    return values[:k] + values[k + 1 :]

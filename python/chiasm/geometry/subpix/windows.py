@@ -6,12 +6,12 @@ import torch
 from torch import Tensor
 
 from ...primitives.checks import check_image
-from ...primitives.padding import padded_parts
+from ...primitives.extrema import largest
+from ...primitives.padding import padded
 from ...primitives.volumes import check_volume
 from ...primitives.warping import position_dtype
 from ..conversions.pixels import normalisation
 from .heatmaps import inverse_temperature
-from .suppression import largest
 
 
 def conv_soft_argmax2d(
@@ -168,7 +168,7 @@ def _padded(x: Tensor, padding: Tuple[int, int, int]) -> Tensor:
     if padding[0] > 0:
         plane = [torch.full_like(x[:, 0:1], beyond) for _ in range(padding[0])]
         x = torch.cat(plane + [x] + plane, 1)
-    return padded_parts(x, padding[1], padding[1], padding[2], padding[2], "constant", beyond, store=True)[0]
+    return padded(x, (padding[1], padding[1]), (padding[2], padding[2]), "constant", beyond)
 
 
 def _taps(p: Tensor, kernel_size: Tuple[int, int, int], stride: Tuple[int, int, int]) -> List[Tensor]:

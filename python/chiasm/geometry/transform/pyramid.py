@@ -3,17 +3,14 @@
 P. Burt, E. Adelson, The Laplacian Pyramid as a Compact Image Code, IEEE Trans. Communications 31(4), 1983.
 """
 
-from typing import List, Tuple
+from typing import List
 
-import torch
 from torch import Tensor
 
-from ...primitives import kernels
 from ...primitives.checks import check_image
 from ...primitives.padding import check_border
+from ...primitives.resizing import blurred_and_resized, resized_and_blurred
 from ...primitives.sizes import as_ratio
-from ...primitives.stencil import separable_shared
-from .resize import resize
 
 
 def pyrdown(input: Tensor, border_type: str = "reflect", align_corners: bool = False, factor: float = 2.0) -> Tensor:
@@ -45,9 +42,9 @@ def pyrdown(input: Tensor, border_type: str = "reflect", align_corners: bool = F
         raise ValueError(f"factor: expected a positive number, got {factor}")
     over, under = as_ratio(factor)
     size = (input.size(2) * under // over, input.size(3) * under // over)
-    if not torch.jit.is_scripting() and _in_one_pass(input, border_type):
-        return kernels.resize_blurred(input, _binomial(), size[0], size[1], align_corners, border_type, before=True)
-    return resize(_blur(input, border_type), size, "bilinear", align_corners)
+    if size[0] < 1 or size[1] < 1:
+        raise ValueError(f"size: expected positive sizes, got ({size[0]}, {size[1]})")
+    return blurred_and_resized(input, size[0], size[1], align_corners, _binomial(), border_type)
 
 
 def pyrup(input: Tensor, border_type: str = "reflect", align_corners: bool = False) -> Tensor:
@@ -73,7 +70,7 @@ def pyrup(input: Tensor, border_type: str = "reflect", align_corners: bool = Fal
     """
     check_image(input, "input")
     check_border(border_type)
-    return _enlarged(input, (2 * input.size(2), 2 * input.size(3)), border_type, align_corners)
+    return resized_and_blurred(input, 2 * input.size(2), 2 * input.size(3), align_corners, _binomial(), border_type)
 
 
 def build_pyramid(input: Tensor, max_level: int, border_type: str = "reflect", align_corners: bool = False) -> List[Tensor]:
@@ -131,25 +128,10 @@ def build_laplacian_pyramid(input: Tensor, max_level: int, border_type: str = "r
     levels = build_pyramid(input, max_level, border_type, align_corners)
     out: List[Tensor] = []
     for i in range(max_level - 1):
-        size = (levels[i].size(2), levels[i].size(3))
-        out.append(levels[i] - _enlarged(levels[i + 1], size, border_type, align_corners))
+        enlarged = resized_and_blurred(levels[i + 1], levels[i].size(2), levels[i].size(3), align_corners, _binomial(), border_type)
+        out.append(levels[i] - enlarged)
     out.append(levels[max_level - 1])
     return out
-
-
-def _enlarged(input: Tensor, size: Tuple[int, int], border_type: str, align_corners: bool) -> Tensor:
-    if not torch.jit.is_scripting() and _in_one_pass(input, border_type):
-        return kernels.resize_blurred(input, _binomial(), size[0], size[1], align_corners, border_type, before=False)
-    return _blur(resize(input, size, "bilinear", align_corners), border_type)
-
-
-def _in_one_pass(input: Tensor, border_type: str) -> bool:
-    """Whether blurring and resizing are one pass: "circular" has pixels too far apart for it."""
-    return kernels.has_kernel(input) and border_type != "circular"
-
-
-def _blur(input: Tensor, border_type: str) -> Tensor:
-    return separable_shared(input, _binomial(), _binomial(), border_type)
 
 
 def _binomial() -> List[float]:

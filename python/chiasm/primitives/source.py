@@ -1,0 +1,50 @@
+"""Functions and classes that are made from source text, which TorchScript reads."""
+
+import inspect
+import linecache
+import zlib
+from typing import Any, Callable, Dict, List, Tuple
+
+
+def made_from(source: str, filename: str, name: str, scope: Dict[str, Any]) -> Any:
+    """What ``source`` calls ``name``; its global names are ``scope``'s.
+
+    >>> made_from("def twice(x):\\n    return factor * x\\n", "<an example>", "twice", {"factor": 2})(4)
+    8
+    """
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    exec(compile(source, filename, "exec"), scope)
+    return scope[name]
+
+
+def function_from(model: Callable[..., Any], parameters: List[inspect.Parameter], body: List[str], scope: Dict[str, Any]) -> Any:
+    """A function with the name, the module, the docstring and the result's type of ``model``, but with other parameters and another body.
+
+    Args:
+        model: the annotated function that the new one stands for.
+        parameters: the new one's, annotated.
+        body: its lines, which name the parameters, and what is in ``scope``.
+    """
+    # No __name__: TorchDynamo would look the names up in the model's module.
+    scope = dict(scope, result_type=inspect.signature(model).return_annotation)
+    header: List[str] = []
+    for p in parameters:
+        scope[f"type_{p.name}"], scope[f"default_{p.name}"] = p.annotation, p.default
+        header.append(f"{p.name}: type_{p.name}" + ("" if p.default is p.empty else f" = default_{p.name}"))
+    lines = [f"def {model.__name__}({', '.join(header)}) -> result_type:"] + [f"    {line}" for line in body]
+    source = "\n".join(lines) + "\n"
+    # Several may be made of one model. TorchScript keeps the name in its files, so it must be the same in every run.
+    filename = f"<primitive {model.__module__}.{model.__name__} {zlib.crc32(source.encode()):08x}>"
+    made = made_from(source, filename, model.__name__, scope)
+    made.__doc__, made.__module__ = model.__doc__, model.__module__
+    return made
+
+
+def parameters_of(function: Callable[..., Any]) -> Tuple[inspect.Parameter, ...]:
+    """The function's parameters, in order."""
+    return tuple(inspect.signature(function).parameters.values())
+
+
+def positional(name: str, annotation: Any, default: Any = inspect.Parameter.empty) -> inspect.Parameter:
+    """A parameter for ``function_from``."""
+    return inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=default, annotation=annotation)
