@@ -307,7 +307,7 @@ def test_engines_colours_are_cut() -> None:
 
 def test_native_code_without_a_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CXX", "no-such-compiler")
-    with pytest.raises(ExportError, match="^no-such-compiler cannot be run: No such file.*needs g\\+\\+"):
+    with pytest.raises(ExportError, match=r"^no-such-compiler cannot be run: No such file.*needs g\+\+"):
         export(plus, numbers(gradients=()), tmp_path, formats=("native",))
 
 

@@ -13,9 +13,12 @@ class Results {
   /** Of the test that is running. Throws std::runtime_error where its file cannot be opened. */
   Results();
 
-  /** The next result. Bits must be the same but for NaN, of which there is one; where `rounded`, floating-point numbers may differ by a few units in
-   *  the last place of the largest. */
-  void see(const AtenTensorOpaque& result, bool rounded);
+  /** kExact: numbers are equal, and NaN is where NaN was; kRounded: floating-point numbers may differ by a few units in the last place of the
+   *  largest; kAny: sizes alone are compared. */
+  enum Comparison { kExact, kRounded, kAny };
+
+  /** The next result. */
+  void see(const AtenTensorOpaque& result, Comparison comparison);
 
  private:
   std::ofstream record_;
