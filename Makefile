@@ -17,7 +17,7 @@ SOURCES := $(shell find python/chiasm export runtime/artifact \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration \
-  test test-quick test-ops test-export test-runtime test-parity \
+  test test-quick test-ops test-export test-runtime test-aarch64 test-parity \
   test-examples test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
@@ -78,7 +78,7 @@ gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gall
 	$(PY) -m examples.gallery
 
 test: build ## every test
-	@$(MAKE) test-bundles test-ops test-export test-runtime test-parity test-special-values other-runtimes test-examples test-install test-sanitizers test-fuzz
+	@$(MAKE) test-bundles test-ops test-export test-runtime test-aarch64 test-parity test-special-values other-runtimes test-examples test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
 test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
@@ -97,6 +97,12 @@ test-export: build test-bundles ## the exporter, the command, the runtime in Pyt
 
 test-runtime: build test-bundles ## GoogleTest
 	ctest --preset release
+
+test-aarch64: build ## the kernels for aarch64, by a cross-compiler and under qemu: the results are this machine's
+	@cmake --preset aarch64 > /dev/null
+	cmake --build --preset aarch64 -j $(JOBS)
+	CHIASM_RECORD_RESULTS=build/release/kernel_results build/release/bin/guarded_kernels_test --gtest_brief=1
+	CHIASM_EXPECTED_RESULTS=$$PWD/build/release/kernel_results ctest --preset aarch64 -j $(JOBS)
 
 test-parity: build test-bundles ## every bundle that is there x artifact x backend x shape against eager Python
 	$(PY) tests/parity/matrix.py

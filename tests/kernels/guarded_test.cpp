@@ -247,7 +247,7 @@ TYPED_TEST(GuardedKernels, FeaturesStayInside) {
         const int64_t place = reinterpret_cast<const int64_t*>(places->data())[i];
         EXPECT_TRUE(place >= -1 && place < 4 * s.height * s.width);
       }
-      const Tensor a = this->numbers({2, s.height, 5}), b = this->numbers({2, s.width, 5});
+      const Tensor a = this->numbers({2, s.height, 5}), b = this->numbers({2, s.width, 5}, -1, 1);
       const Tensor distances = this->run(aoti_torch_cpu_squared_distances, a, b);
       this->run(aoti_torch_cpu_two_least, distances, int32_t{0});
       this->run(aoti_torch_cpu_two_least, distances, int32_t{1});

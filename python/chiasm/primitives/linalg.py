@@ -253,7 +253,7 @@ def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tenso
     eigenvalue = (outer * fixed).sum(-1, keepdim=True).sum(-2, keepdim=True)
     deflated = sign * (spd_inverse(sign * (fixed - eigenvalue * eye) + outer) - outer)
     # Of a double eigenvalue any vector of the plane will do: no correction, and no derivative. (NaN is not less either.)
-    simple = deflated.abs().amax(-1, keepdim=True).amax(-2, keepdim=True) < 1e12
+    simple = (deflated.abs() < 1e12).all(-1, keepdim=True).all(-2, keepdim=True)
     deflated = torch.where(simple, deflated, torch.zeros_like(deflated))
     residual = (m * v[:, None, :]).sum(-1)
     v = v - (deflated * residual[:, None, :]).sum(-1)

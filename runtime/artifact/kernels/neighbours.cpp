@@ -2,6 +2,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -52,9 +53,15 @@ std::vector<double> squared_lengths(const T* x, int64_t size, int64_t depth) {
   return lengths;
 }
 
-bool is_zero(const std::vector<double>& lengths, int64_t first, int64_t count) {
-  const int64_t end = std::min(first + count, static_cast<int64_t>(lengths.size()));
-  return std::all_of(lengths.begin() + first, lengths.begin() + end, [](double length) { return length == 0; });
+// Whether the products of these descriptors are all zero: one side is, and the other has no infinity, nor NaN.
+bool have_no_products(const std::vector<double>& rows, int64_t row, const std::vector<double>& columns, int64_t column) {
+  const auto each = [](const std::vector<double>& lengths, int64_t first, int64_t group, auto is) {
+    const int64_t end = std::min(first + group, static_cast<int64_t>(lengths.size()));
+    return std::all_of(lengths.begin() + first, lengths.begin() + end, is);
+  };
+  const auto zero = [](double length) { return length == 0; };
+  const auto finite = [](double length) { return std::isfinite(length); };
+  return (each(rows, row, kRows, zero) && each(columns, column, kColumns, finite)) || (each(columns, column, kColumns, zero) && each(rows, row, kRows, finite));
 }
 
 }  // namespace
@@ -74,7 +81,7 @@ void squared_distances(const T* a, const T* b, int64_t batch, int64_t rows, int6
       for (int64_t r = 0; r < row_groups; ++r) {
         double products[kRows * kColumns] = {};
         // Empty slots are zeros, and stand together.
-        if (!is_zero(row_lengths, r * kRows, kRows) && !is_zero(column_lengths, first, wide)) multiply(left.data() + r * kRows * depth, own, depth, products);
+        if (!have_no_products(row_lengths, r * kRows, column_lengths, first)) multiply(left.data() + r * kRows * depth, own, depth, products);
         for (int64_t i = 0; i < std::min(kRows, rows - r * kRows); ++i) {
           const int64_t row = r * kRows + i;
           for (int64_t k = 0; k < wide; ++k)
