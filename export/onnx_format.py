@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import warnings
 
+import numpy as np
 import onnx
+import onnx_ir
 import onnx_ir.passes
 import onnx_ir.passes.common as passes
 import torch
@@ -42,6 +44,7 @@ def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outp
             )
             assert made is not None
             _simplify(made.model)
+            _keep_tiny_terms(made.model)
     except Exception as error:
         raise explain(spec.name, "ONNX", error) from error
     finally:
@@ -94,6 +97,21 @@ def _simplify(model: onnx_ir.Model) -> None:
         passes.OutputFixPass(),
         passes.NameFixPass(),
     )(model)
+
+
+def _keep_tiny_terms(model: onnx_ir.Model) -> None:
+    """`x + 1e-300` as a Sum: of an Add, ONNX Runtime looks whether the constant is zero in float32, and takes it out."""
+    for node in model.graph.all_nodes():
+        if node.op_type == "Add" and any(_is_tiny(value) for value in node.inputs):
+            node.op_type = "Sum"
+
+
+def _is_tiny(value: onnx_ir.Value | None) -> bool:
+    constant = value.const_value if value is not None else None
+    if constant is None or constant.size != 1 or constant.dtype != onnx_ir.DataType.DOUBLE:
+        return False
+    number = float(constant.numpy().reshape(()))
+    return number != 0 and np.float32(number) == 0
 
 
 def _strip(graph: onnx.GraphProto | onnx.FunctionProto) -> None:

@@ -15,6 +15,7 @@ from typing import Tuple
 import jsonschema
 import numpy as np
 import onnx
+import onnxruntime
 import pytest
 import torch
 from torch import Tensor, nn
@@ -322,3 +323,16 @@ def test_torchscript_keeps_branches(bundle: Path) -> None:
     scripted = torch.jit.load(io.BytesIO((bundle / "forward.pt").read_bytes()))
     assert "scaled_difference" in str(scripted.inlined_graph) or "abs" in str(scripted.inlined_graph)
     assert scripted(torch.rand(1, 1, 5, 6, dtype=torch.float64), torch.ones(1, dtype=torch.float64)).dtype == torch.float64
+
+
+def share(input: torch.Tensor) -> torch.Tensor:
+    """Of the sum; 0 of nothing."""
+    return input / (input.sum() + 1e-300)
+
+
+def test_onnx_keeps_a_term_that_is_zero_in_float32(tmp_path: Path) -> None:
+    spec = Spec("test.share", [TensorSpec("input", ("N",), "float64")], gradients=())
+    bundle = export(share, spec, tmp_path, formats=("onnx",))
+    session = onnxruntime.InferenceSession(bundle / "forward.onnx", providers=["CPUExecutionProvider"])
+    assert session.run(None, {"input": np.zeros(3)})[0].tolist() == [0.0, 0.0, 0.0]
+    assert session.run(None, {"input": np.array([1e-300, 0.0])})[0].tolist() == [0.5, 0.0]
