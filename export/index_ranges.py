@@ -46,7 +46,10 @@ class IndexRanges:
 
         if not isinstance(node, torch.fx.Node):
             return False
-        found = _Ranges(V.interpreter.submodules["get_index"], V.kernel.var_ranges(), self._stored).of(node)
+        # A kernel calls sizes by the names of its arguments.
+        named = {inner: outer for outer, inner in V.kernel.args.sizevars.items()}
+        loops = {v: n.subs({s: named[s.name] for s in n.free_symbols if s.name in named}) for v, n in V.kernel.var_ranges().items()}
+        found = _Ranges(V.interpreter.submodules["get_index"], loops, self._stored).of(node)
         size = sympy.sympify(size)
         lowest = -size if wrapped else sympy.Integer(0)
         return any(_not_negative(low - lowest) for low in found.lows) and any(_not_negative(size - 1 - high) for high in found.highs)
@@ -87,12 +90,16 @@ def depends_on_data(node: Any) -> bool:
 
 
 def _not_negative(expression: sympy.Expr) -> bool:
+    """Of all sizes. PyTorch takes a size whose limits begin at 1 for 2 or more: 1 is looked at apart."""
     from torch._inductor.virtualized import V
 
-    difference = sympy.expand(expression)
-    if difference.is_Integer:
-        return bool(difference >= 0)
-    return bool(V.graph.sizevars.statically_known_true(sympy.Ge(difference, 0)))
+    sizevars = V.graph.sizevars
+    cases = [sympy.expand(expression)]
+    for symbol in cases[0].free_symbols:
+        limits = sizevars.shape_env.var_to_range.get(symbol)
+        if limits is None or limits.lower <= 2:
+            cases += [sympy.expand(case.subs(symbol, 1)) for case in cases]
+    return all(bool(case >= 0) if case.is_Integer else bool(sizevars.statically_known_true(sympy.Ge(case, 0))) for case in cases)
 
 
 def _greatest(expression: sympy.Expr) -> Any:
@@ -231,7 +238,8 @@ class _Ranges:
 
     def _abs(self, node: Any) -> _Range:
         a = self.of(node.args[1])
-        return _Range((sympy.Integer(0),) if a.number else (), (), a.number, a.dtype, a.magnitude)
+        highs = tuple(bound for high in a.highs for low in a.lows if (bound := self._least_above(high, -low)) is not None)
+        return _Range((sympy.Integer(0),) if a.number else (), highs if a.number else (), a.number, a.dtype, a.magnitude)
 
     def _same(self, node: Any) -> _Range:
         """Rounding: a whole bound holds still."""
@@ -277,6 +285,11 @@ class _Ranges:
     def _greater_of(a: tuple[sympy.Expr, ...], b: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
         return tuple(y if _not_negative(y - x) else x for x in a for y in b if _not_negative(y - x) or _not_negative(x - y))
 
+    @staticmethod
+    def _least_above(a: sympy.Expr, b: sympy.Expr) -> sympy.Expr | None:
+        """A bound of both: one of them, or of two that no rule orders (as W - 2 and 1) something greater."""
+        return next((c for c in (a, b, sympy.expand(a + b), sympy.expand(a + b + 1)) if _not_negative(c - a) and _not_negative(c - b)), None)
+
     def _computed(self, a: _Range, b: _Range, magnitude: float, lows: list[sympy.Expr], highs: list[sympy.Expr]) -> _Range:
         """The result of arithmetic. Integers must not overflow; a float is rounded, which keeps a bound that it can represent."""
         dtype = torch.promote_types(a.dtype, b.dtype) if a.dtype and b.dtype else None
@@ -300,8 +313,19 @@ class _Ranges:
         return found if fits else _Range((), (), True, found.dtype)
 
     def _extreme(self, expression: sympy.Expr, greatest: bool) -> sympy.Expr | None:
-        """The least or greatest value of an expression that is linear in the loop's variables, as an expression of sizes."""
+        """The least or greatest value, or a bound of it, as an expression of sizes: of an expression that is linear in the loop's variables and in
+        absolute values of such."""
         expression = sympy.expand(expression)
+        absolutes = expression.atoms(sympy.Abs)
+        for absolute in (a for a in absolutes if not any(other != a and other.has(a) for other in absolutes)):
+            factor = expression.coeff(absolute, 1)
+            rest = sympy.expand(expression - factor * absolute)
+            if not factor.is_Integer or rest.has(absolute):
+                return None
+            bound = self._greatest_absolute(absolute.args[0]) if (factor > 0) == greatest else sympy.Integer(0)
+            if bound is None:
+                return None
+            expression = sympy.expand(rest + factor * bound)
         for variable, size in self._var_ranges.items():
             if variable not in expression.free_symbols:
                 continue
@@ -318,6 +342,10 @@ class _Ranges:
             expression = rest + factor * (size - 1 if rising == greatest else 0)
         sizes = {s for s in expression.free_symbols if s in self._size_symbols()}
         return sympy.expand(expression) if sizes == expression.free_symbols else None
+
+    def _greatest_absolute(self, expression: sympy.Expr) -> sympy.Expr | None:
+        low, high = self._extreme(expression, greatest=False), self._extreme(expression, greatest=True)
+        return None if low is None or high is None else self._least_above(high, -low)
 
     @staticmethod
     def _size_symbols() -> set[sympy.Symbol]:

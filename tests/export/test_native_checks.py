@@ -108,6 +108,21 @@ def test_a_wrong_index_is_an_error_that_names_it_and_the_limit(bundle: Path, nam
         torch.testing.assert_close(torch.as_tensor(mine), eager)
 
 
+def before_the_last(table: Tensor, index: Tensor) -> Tensor:
+    """An index that is proved for sizes from 2, as which PyTorch takes them, and is -1 where the size is 1."""
+    return table[index.clamp(0, table.size(0) - 2)]
+
+
+def test_a_size_of_one_is_no_size_of_two(tmp_path: Path) -> None:
+    spec = Spec("test.before_the_last", [TensorSpec("table", ("N",)), integers("index", "P")], [TensorSpec("value")], symbols={"N": (1, 64), "P": (1, 64)},
+                gradients=(), sample=lambda g, sizes, dtype: {"table": torch.rand(sizes["N"], generator=g, dtype=dtype), "index": torch.arange(sizes["P"])})
+    method = runtime.open(export(before_the_last, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    for size in (1, 2, 9):
+        backing = torch.arange(size + 8.0)
+        table, index = backing[8:], torch.arange(33) - 5
+        torch.testing.assert_close(torch.as_tensor(method(table, index)), before_the_last(table, index))
+
+
 @pytest.mark.parametrize("place", [0, 13, 60000])
 def test_a_division_by_zero_is_an_error(bundle: Path, place: int) -> None:
     divisor = torch.ones(place + 5, dtype=torch.int64)
