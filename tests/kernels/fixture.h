@@ -8,18 +8,21 @@
 #include <random>
 #include <vector>
 
+/** More threads than one; under ThreadSanitizer one, because g++'s OpenMP library synchronises in ways that it does not see. */
+inline void use_several_threads() {
+#ifdef __SANITIZE_THREAD__
+  omp_set_num_threads(1);
+#else
+  omp_set_num_threads(3);
+#endif
+}
+
 template <class T>
 class KernelsTest : public ::testing::Test {
  protected:
   explicit KernelsTest(unsigned seed) : engine_(seed) {}
 
-  void SetUp() override {
-#ifdef __SANITIZE_THREAD__
-    omp_set_num_threads(1);  // g++'s OpenMP library synchronises in ways that the sanitizer does not see
-#else
-    omp_set_num_threads(3);
-#endif
-  }
+  void SetUp() override { use_several_threads(); }
 
   std::vector<T> random(int64_t n, double low = 0, double high = 1) {
     std::uniform_real_distribution<double> draw(low, high);

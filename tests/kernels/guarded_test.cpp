@@ -1,7 +1,6 @@
 // Every kernel by the call that compiled ops make, over sizes that leave parts of vectors and strips, every border and values that no arithmetic likes, with
 // guards around every tensor. What is computed is the other tests' matter; here it must stay in its memory, be the same wherever that lies, and end.
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <bit>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <random>
 
 #include "calls.h"
+#include "fixture.h"
 #include "results.h"
 
 using namespace chiasm::artifact;
@@ -32,13 +32,7 @@ class GuardedKernels : public ::testing::Test {
  protected:
   using Limits = std::numeric_limits<T>;
 
-  void SetUp() override {
-#ifdef __SANITIZE_THREAD__
-    omp_set_num_threads(1);  // g++'s OpenMP library synchronises in ways that the sanitizer does not see
-#else
-    omp_set_num_threads(3);
-#endif
-  }
+  void SetUp() override { use_several_threads(); }
 
   // Has `calls` make its calls with tensors that end, and again with such that begin, at memory that is not there.
   template <class Calls>

@@ -1,10 +1,10 @@
 // The kernels' calls refuse what the loops could not stand: with one sentence that names the argument, and without a result.
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <functional>
 
 #include "calls.h"
+#include "fixture.h"
 
 using namespace chiasm::artifact;
 using kernel_calls::of;
@@ -154,11 +154,7 @@ TEST(RefusedCalls, TopkOfMoreThanThereIs) {
 // A guide that begins where the image does, but is not the image: its first planes, or its first image.
 class KernelCalls : public ::testing::Test {
  protected:
-  void SetUp() override {
-#ifdef __SANITIZE_THREAD__
-    omp_set_num_threads(1);  // g++'s OpenMP library synchronises in ways that the sanitizer does not see
-#endif
-  }
+  void SetUp() override { use_several_threads(); }
 };
 
 TEST_F(KernelCalls, AGuideThatIsAPartOfTheImage) {

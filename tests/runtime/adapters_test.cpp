@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 
 #include "chiasm/eigen.hpp"
 #include "chiasm/opencv.hpp"
@@ -219,9 +218,3 @@ TEST(Adapters, RunTakesDenseViewsAndRefusesOthers) {
 
 }  // namespace
 }  // namespace chiasm::testing
-
-int main(int argc, char** argv) {
-  ::setenv("CHIASM_BACKEND_PATH", CHIASM_FAKE_FOLDER "/good", 1);
-  ::testing::InitGoogleMock(&argc, argv);
-  return RUN_ALL_TESTS();
-}

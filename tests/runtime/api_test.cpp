@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <thread>
 
@@ -16,11 +15,6 @@ namespace {
 using Json = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-template <class Body>
-std::string refusal(chiasm_code code, const Body& body) {
-  return refusal_of<Error>(code, body);
-}
 
 /** One bundle, its forward loaded on the fake native backend, and good inputs. */
 class Call : public ::testing::Test {
@@ -464,9 +458,3 @@ TEST_F(Loading, SelfTestNamesAMissingGoldenTensor) {
 
 }  // namespace
 }  // namespace chiasm::testing
-
-int main(int argc, char** argv) {
-  ::setenv("CHIASM_BACKEND_PATH", CHIASM_FAKE_FOLDER "/good", 1);
-  ::testing::InitGoogleMock(&argc, argv);
-  return RUN_ALL_TESTS();
-}

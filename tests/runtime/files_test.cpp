@@ -5,7 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "chiasm/chiasm.hpp"
@@ -25,11 +24,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-template <class AnyError = Error, class Body>
-std::string refusal(chiasm_code code, const Body& body) {
-  return refusal_of<AnyError>(code, body);
-}
 
 class Files : public ::testing::Test {
  protected:
@@ -251,9 +245,3 @@ TEST_F(Files, OnnxWithDataElsewhereReachesNoEngine) {
 
 }  // namespace
 }  // namespace chiasm::testing
-
-int main(int argc, char** argv) {
-  ::setenv("CHIASM_BACKEND_PATH", CHIASM_FAKE_FOLDER "/good", 1);
-  ::testing::InitGoogleMock(&argc, argv);
-  return RUN_ALL_TESTS();
-}

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "chiasm/chiasm.h"
+#include "chiasm/chiasm.hpp"
 
 namespace chiasm::testing {
 
@@ -60,8 +60,8 @@ std::string artifact_content(const std::string& file, const std::string& words);
 void set_artifact(const std::string& bundle, const std::string& file, const std::string& words);
 
 /** The message of the refusal; fails where there is none, or of another code. */
-template <class AnyError, class Body>
-std::string refusal_of(chiasm_code code, const Body& body) {
+template <class AnyError = Error, class Body>
+std::string refusal(chiasm_code code, const Body& body) {
   try {
     body();
   } catch (const AnyError& error) {

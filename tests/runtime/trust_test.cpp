@@ -18,11 +18,6 @@ using Json = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-template <class Body>
-std::string refusal(chiasm_code code, const Body& body) {
-  return refusal_of<Error>(code, body);
-}
-
 // What the program minisign 0.11 made of this message, with a key of its own, hashed and not hashed.
 const std::string kMessage = "what minisign signed\n";
 const std::string kKey = "RWTw5+M+30ejPJL8tKbwCcT38wi9MhKN6gMYCUvWEFLwjJgIr0gKPa8T";
@@ -117,7 +112,7 @@ TEST(Signature, CoversEveryByte) {
 TEST(Signature, SaysWhatIsWrong) {
   const Signer one(1), two(2);
   const auto says = [&](chiasm_code code, const std::string& signature, const std::string& key) {
-    return refusal_of<core::Error>(code, [&] { verify("m", signature, key); });
+    return refusal<core::Error>(code, [&] { verify("m", signature, key); });
   };
   EXPECT_EQ(says(CHIASM_UNTRUSTED, one("m"), two.key()), "s: made by the key 0707070707070701, which is not trusted here");
   EXPECT_THAT(says(CHIASM_UNTRUSTED, one("n"), one.key()), HasSubstr("s: does not fit"));
@@ -133,7 +128,7 @@ TEST(Signature, KeysAreReadStrictly) {
   for (const std::string& text : {std::string(), std::string("RW"), kKey.substr(1), kKey + "A", kKey + "\nmore", "\n" + kKey, "SW" + kKey.substr(2),
                                   std::string("untrusted comment: only"),
                                   kKey.substr(0, 13) + "\xae\xb3\xc7\x8b" + kKey.substr(17)}) {  // which libsodium takes for base64
-    EXPECT_THAT(refusal_of<core::Error>(CHIASM_INVALID_ARGUMENT, [&] { core::read_public_key(text, "k"); }), HasSubstr("k: not a minisign public key"));
+    EXPECT_THAT(refusal<core::Error>(CHIASM_INVALID_ARGUMENT, [&] { core::read_public_key(text, "k"); }), HasSubstr("k: not a minisign public key"));
   }
 }
 
@@ -318,9 +313,3 @@ TEST_F(Policy, ArgumentsAreChecked) {
 
 }  // namespace
 }  // namespace chiasm::testing
-
-int main(int argc, char** argv) {
-  ::setenv("CHIASM_BACKEND_PATH", CHIASM_FAKE_FOLDER "/good", 1);
-  ::testing::InitGoogleMock(&argc, argv);
-  return RUN_ALL_TESTS();
-}
