@@ -239,7 +239,8 @@ class _Ranges:
     def _abs(self, node: Any) -> _Range:
         a = self.of(node.args[1])
         highs = tuple(bound for high in a.highs for low in a.lows if (bound := self._least_above(high, -low)) is not None)
-        return _Range((sympy.Integer(0),) if a.number else (), highs if a.number else (), a.number, a.dtype, a.magnitude)
+        found = _Range((sympy.Integer(0),), highs, True, a.dtype, a.magnitude) if a.number else _Range((), (), False, a.dtype, a.magnitude)
+        return self._fitting(found)  # the magnitude of the least integer is that integer
 
     def _same(self, node: Any) -> _Range:
         """Rounding: a whole bound holds still."""

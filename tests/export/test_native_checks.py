@@ -108,6 +108,24 @@ def test_a_wrong_index_is_an_error_that_names_it_and_the_limit(bundle: Path, nam
         torch.testing.assert_close(torch.as_tensor(mine), eager)
 
 
+def by_magnitude(table: Tensor, index: Tensor) -> Tensor:
+    """The magnitude of the least integer is that integer itself."""
+    return table[index.abs().clamp(max=SIZE - 1)]
+
+
+def test_a_magnitude_may_be_negative(tmp_path: Path) -> None:
+    spec = Spec("test.by_magnitude", [TensorSpec("table", (SIZE,)), integers("index", "P")], [TensorSpec("value")], symbols={"P": (1, 64)}, gradients=(),
+                sample=lambda g, sizes, dtype: {"table": torch.rand(SIZE, generator=g, dtype=dtype), "index": torch.arange(sizes["P"])})
+    method = runtime.open(export(by_magnitude, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    table, index = torch.rand(SIZE), torch.arange(33) - 16
+    torch.testing.assert_close(torch.as_tensor(method(table, index)), by_magnitude(table, index))
+    index[5] = -(1 << 63)
+    with pytest.raises(IndexError):
+        by_magnitude(table, index)
+    with pytest.raises(runtime.ChiasmError, match="index -9223372036854775808 is out of range for an axis of size 16"):
+        method(table, index)
+
+
 def before_the_last(table: Tensor, index: Tensor) -> Tensor:
     """An index that is proved for sizes from 2, as which PyTorch takes them, and is -1 where the size is 1."""
     return table[index.clamp(0, table.size(0) - 2)]
