@@ -18,7 +18,7 @@ SOURCES := $(shell find python/chiasm export runtime/artifact \
 
 .PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration \
   test test-quick test-ops test-export test-runtime test-aarch64 test-parity \
-  test-examples test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
+  test-examples test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage docs linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -118,6 +118,9 @@ special-values: build bundles ## NaN, infinities and extreme numbers into every 
 
 coverage: ## docs/coverage.md from the catalog and the last full matrix
 	$(PY) tests/parity/coverage.py
+
+docs: ## docs/kernels.md from the kernels' declarations
+	@python3 -B runtime/artifact/generate.py docs docs/kernels.md
 
 linalg-accuracy: setup ## measure the linear algebra against NumPy -> docs/linalg.md
 	$(PY) tests/ops/linalg_accuracy.py

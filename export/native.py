@@ -202,7 +202,7 @@ def _compile_signature(signature: str, folder: Path) -> Path:
 
 
 def _declaration(operator: torch._ops.OpOverload) -> str:
-    """The C function (runtime/artifact/aoti/kernels.cpp) that a kernel's operator is called by."""
+    """The C function (made by runtime/artifact/generate.py) that a kernel's operator is called by."""
     types = {"Tensor": "AtenTensorHandle", "int": "int64_t", "SymInt": "int64_t", "float": "double", "bool": "int32_t"}
     arguments = [f"{types[str(a.real_type)]} {a.name}" for a in operator._schema.arguments]
     return f"AOTITorchError aoti_torch_cpu_{operator._opname}({', '.join([*arguments, 'AtenTensorHandle* ret0'])})"

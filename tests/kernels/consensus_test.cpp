@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fixture.h"
-#include "artifact/kernels/kernels.h"
+#include "kernels.h"
 
 using namespace chiasm::kernels;
 
@@ -71,7 +71,7 @@ TYPED_TEST(Consensus, TakesTheCheapest) {
         const auto planes = this->points(batch, n), models = this->models(batch * count);
         const int64_t wanted = std::min<int64_t>(count, 4);
         int64_t index[batch * 4];
-        cheapest_models(models.data(), planes.data(), batch, count, n, epipolar, wanted, index);
+        score_models(models.data(), batch, count, planes.data(), n, epipolar, wanted, index);
         for (int64_t item = 0; item < batch; ++item) {
           std::vector<double> costs;
           for (int64_t m = 0; m < count; ++m) costs.push_back(cost(models.data() + (item * count + m) * 9, planes.data() + item * 7 * n, n, epipolar));
@@ -95,7 +95,7 @@ TYPED_TEST(Consensus, OfEqualsTheFirstAndNothingThatIsNoModel) {
     const auto good = this->models(1);
     for (const int64_t m : {9, 55}) std::copy(good.begin(), good.end(), models.begin() + m * 9);
     std::vector<int64_t> index(3, -1);
-    cheapest_models(models.data(), planes.data(), 1, count, n, epipolar, 3, index.data());
+    score_models(models.data(), 1, count, planes.data(), n, epipolar, 3, index.data());
     EXPECT_EQ(index, (std::vector<int64_t>{9, 55, 0}));
   }
 }
@@ -109,7 +109,7 @@ TEST_F(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
   std::uniform_real_distribution<double> draw(-1, 1);
   for (const int64_t degree : {1, 2, 3, 7, 10, 16})
     for (const int64_t count : {1, 4, 5, 30}) {
-      std::vector<double> c(static_cast<size_t>((degree + 1) * count)), places(static_cast<size_t>(degree * count)), exist(places);
+      std::vector<double> c(static_cast<size_t>((degree + 1) * count)), places(static_cast<size_t>(2 * degree * count));
       std::vector<std::vector<double>> made(static_cast<size_t>(count));
       for (int64_t i = 0; i < count; ++i) {
         // Some real roots, at least 0.05 apart, and pairs of complex ones for the rest.
@@ -132,7 +132,8 @@ TEST_F(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
         std::sort(roots.begin(), roots.end());
         for (int64_t k = 0; k <= degree; ++k) c[k * count + i] = p[k];
       }
-      real_roots(c.data(), degree, count, places.data(), exist.data());
+      real_roots(c.data(), degree + 1, count, places.data());
+      const double* const exist = places.data() + degree * count;
       for (int64_t i = 0; i < count; ++i) {
         std::vector<double> found;
         for (int64_t k = 0; k < degree; ++k) {
@@ -151,8 +152,9 @@ TEST_F(RealRoots, OfWhatHasNone) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   // Zeros, a constant, no real root, not a number; then x, whose root is 0.
   const std::vector<double> c{0, 3, 1, nan, 0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 0};
-  std::vector<double> places(10), exist(10);
-  real_roots(c.data(), 2, 5, places.data(), exist.data());
+  std::vector<double> places(20);
+  real_roots(c.data(), 3, 5, places.data());
+  const double* const exist = places.data() + 10;
   for (int64_t i = 0; i < 4; ++i) EXPECT_EQ(exist[i] + exist[5 + i], 0) << i;
   EXPECT_EQ(exist[4] + exist[9], 1);
   EXPECT_EQ(exist[4] != 0 ? places[4] : places[9], 0);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fixture.h"
-#include "artifact/kernels/kernels.h"
+#include "kernels.h"
 
 using namespace chiasm::kernels;
 
@@ -32,7 +32,7 @@ TYPED_TEST(FeatureKernels, TheStrongestExtremaAreThoseOfPlainLoops) {
         for (T& value : x) value = std::round(value * 20) / 20;  // so that some are equal
         const std::vector<int64_t> margins{0, 0, 1, 3, 0};
         std::vector<int64_t> out(static_cast<size_t>(v.count * count));
-        strongest_extrema(x.data(), v, margins.data(), minima, count, out.data());
+        scale_space_nms(x.data(), v, margins.data(), minima, count, out.data());
         for (int64_t b = 0; b < v.count; ++b) {
           const T* const volume = x.data() + b * v.channels * plane;
           std::vector<std::pair<T, int64_t>> expected;
@@ -63,7 +63,7 @@ TYPED_TEST(FeatureKernels, DistancesAreOpenCvs) {
       auto a = this->random(batch * rows * depth, -1, 1), b = this->random(batch * columns * depth, -1, 1);
       for (auto* x : {&a, &b}) std::fill(x->begin() + int64_t(x->size()) / 2, x->end(), T(0));
       std::vector<T> out(static_cast<size_t>(batch * rows * columns));
-      squared_distances(a.data(), b.data(), batch, rows, columns, depth, out.data());
+      cdist_squared(a.data(), batch, rows, depth, b.data(), columns, out.data());
       for (int64_t i = 0; i < batch; ++i)
         for (int r = 0; r < rows; ++r)
           for (int c = 0; c < columns; ++c) {
@@ -84,7 +84,7 @@ TYPED_TEST(FeatureKernels, TheTwoLeastAreTheFirstOfTheSorted) {
       if (x.size() > 1) x[1] = std::numeric_limits<T>::quiet_NaN();
       const int64_t lines = along_rows ? p.height : p.width, length = along_rows ? p.width : p.height;
       std::vector<int64_t> out(static_cast<size_t>(p.count * lines * 2));
-      two_least(x.data(), p, along_rows, out.data());
+      two_smallest(x.data(), p.count, p.height, p.width, along_rows, out.data());
       for (int64_t i = 0; i < p.count * lines; ++i) {
         std::vector<std::pair<T, int64_t>> line;
         for (int64_t k = 0; k < length; ++k) {
@@ -109,7 +109,7 @@ TYPED_TEST(FeatureKernels, HistogramsOfDirectionsAreTheirDefinition) {
     for (int64_t p = 0; p < places; ++p)
       for (int64_t i = 0; i < size; ++i) nearness[size_t(p * size + i)] = std::max(T(0), 1 - std::abs((T(i) + T(0.5)) * T(places) / T(size) - T(p) - T(0.5)));
     std::vector<T> out(static_cast<size_t>(count * bins * places * places));
-    direction_histograms(patches.data(), count, size, window.data(), nearness.data(), places, bins, out.data());
+    orientation_histograms(patches.data(), count, size, window.data(), nearness.data(), places, bins, out.data());
     for (int64_t n = 0; n < count; ++n) {
       std::vector<double> expected(static_cast<size_t>(bins * places * places));
       const auto pixel = [&](int64_t y, int64_t x) { return double(patches[size_t((n * size + std::clamp<int64_t>(y, 0, size - 1)) * size + std::clamp<int64_t>(x, 0, size - 1))]); };
@@ -144,7 +144,7 @@ TYPED_TEST(FeatureKernels, PatchesAreBilinearReadingsOfTheirImages) {
   auto matrices = this->random(batch * frames * 6, -12, 12);
   for (int k : {0, 1, 3, 4}) matrices[size_t(6 + k)] = 0;  // a point
   std::vector<T> out(static_cast<size_t>(batch * channels * frames * side * side));
-  sample_patches(pixels.data(), Images{batch, channels, 1, length}, start.data(), height.data(), width.data(), matrices.data(), frames, side, out.data());
+  extract_patches(pixels.data(), batch, channels, length, start.data(), frames, height.data(), width.data(), matrices.data(), side, out.data());
   for (int64_t i = 0; i < int64_t(out.size()); ++i) {
     const int64_t column = i % side, row = i / side % side, frame = i / (side * side) % frames, plane = i / (side * side * frames), own = plane / channels * frames + frame;
     const double u = double(2 * column + 1) / side - 1, v = double(2 * row + 1) / side - 1;

@@ -103,8 +103,8 @@ class GuardedKernels : public ::testing::Test {
   template <class Function>
   static bool is_inexact(Function* call) {
     const auto is = [&](auto* other) { return reinterpret_cast<void (*)()>(call) == reinterpret_cast<void (*)()>(other); };
-    return is(aoti_torch_cpu_bilateral) || is(aoti_torch_cpu_direction_histograms) || is(aoti_torch_cpu_resize) || is(aoti_torch_cpu_resize_blurred) ||
-           is(aoti_torch_cpu_integral) || is(aoti_torch_cpu_squared_distances) || is(aoti_torch_cpu_two_least);
+    return is(aoti_torch_cpu_bilateral) || is(aoti_torch_cpu_orientation_histograms) || is(aoti_torch_cpu_resize) || is(aoti_torch_cpu_resize_blurred) ||
+           is(aoti_torch_cpu_integral) || is(aoti_torch_cpu_cdist_squared) || is(aoti_torch_cpu_two_smallest);
   }
 
   static Handle bare(const Tensor& tensor) { return tensor.get(); }
@@ -127,12 +127,12 @@ TYPED_TEST(GuardedKernels, WindowsStayInside) {
         const Tensor x = this->numbers({2, 1, s.height, s.width});
         for (const int64_t size : {1, 3, 9}) {
           this->run(aoti_torch_cpu_separable, x, this->numbers({1, size}), this->numbers({2, 5}), border, 2.0, -1.0);
-          this->run(aoti_torch_cpu_rectangle_extreme, x, int64_t{5}, size, border, 0.5, int32_t{1});
+          this->run(aoti_torch_cpu_minmax_filter, x, int64_t{5}, size, border, 0.5, int32_t{1});
           const Tensor high = this->numbers({3, size}), low = this->numbers({3, size});
-          this->run(aoti_torch_cpu_structured_extreme, x, high, int64_t{2}, size - 1, border, 0.5, 1e4, int32_t{0});
-          this->run(aoti_torch_cpu_structured_range, x, high, low, int64_t{0}, size / 2, border, 0.5, 0.25, 1e4);
+          this->run(aoti_torch_cpu_morphology, x, high, int64_t{2}, size - 1, border, 0.5, 1e4, int32_t{0});
+          this->run(aoti_torch_cpu_morphology_gradient, x, high, low, int64_t{0}, size / 2, border, 0.5, 0.25, 1e4);
         }
-        this->run(aoti_torch_cpu_rectangle_extreme, x, int64_t{1}, int64_t{33}, border, 0.5, int32_t{0});
+        this->run(aoti_torch_cpu_minmax_filter, x, int64_t{1}, int64_t{33}, border, 0.5, int32_t{0});
         this->run(aoti_torch_cpu_median3x3, x, border);
       }
   });
@@ -143,10 +143,10 @@ TYPED_TEST(GuardedKernels, WideRowsStayInside) {
     for (int64_t border = 0; border < kBorders; ++border) {
       const Tensor x = this->numbers({1, 1, 3, 30011});
       this->run(aoti_torch_cpu_separable, x, this->numbers({1, 3}), this->numbers({1, 3}), border, 1.0, 0.0);
-      this->run(aoti_torch_cpu_rectangle_extreme, x, int64_t{3}, int64_t{9}, border, 0.5, int32_t{1});
+      this->run(aoti_torch_cpu_minmax_filter, x, int64_t{3}, int64_t{9}, border, 0.5, int32_t{1});
       this->run(aoti_torch_cpu_median3x3, x, border);
     }
-    this->run(aoti_torch_cpu_ridges, this->numbers({1, 1, 3, 30011}), 1e-6);
+    this->run(aoti_torch_cpu_canny_nms, this->numbers({1, 1, 3, 30011}), 1e-6);
   });
 }
 
@@ -172,13 +172,13 @@ TYPED_TEST(GuardedKernels, PositionsAnywhereReadInside) {
             const Tensor source = this->numbers({2, 3, s.height, s.width});
             // Beyond every side; for a run as an image that is read forwards, too, where pixels are loaded by eights.
             Tensor x = this->numbers({2, 3, 37}, -5, double(s.width) + 4), y = this->numbers({2, 3, 37}, -5, double(s.height) + 4);
-            this->run(aoti_torch_cpu_sample, source, x, y, mode, padding, corners);
+            this->run(aoti_torch_cpu_remap, source, x, y, mode, padding, corners);
             for (int64_t i = 0; i < 74; ++i) reinterpret_cast<T*>(x->data())[i] = T(i % 37) * T(s.width) / 37;
             std::fill_n(reinterpret_cast<T*>(y->data()), 74, T(s.height - 1));
-            this->run(aoti_torch_cpu_sample, source, x, y, mode, padding, corners);
+            this->run(aoti_torch_cpu_remap, source, x, y, mode, padding, corners);
             const Tensor matrix = this->numbers({2, 3, 3}, -1, 1);
-            this->run(aoti_torch_cpu_sample_projective, source, matrix, s.height, s.width + 1, mode, padding, corners);
-            this->run(aoti_torch_cpu_sample_projective, source, kernel_calls::of<T>({2, 3, 3}, {1, 0, 0, 0, 1, 0, 0, 0, 1}), s.height, s.width, mode, padding, corners);
+            this->run(aoti_torch_cpu_warp_perspective, source, matrix, s.height, s.width + 1, mode, padding, corners);
+            this->run(aoti_torch_cpu_warp_perspective, source, kernel_calls::of<T>({2, 3, 3}, {1, 0, 0, 0, 1, 0, 0, 0, 1}), s.height, s.width, mode, padding, corners);
           }
   });
 }
@@ -192,7 +192,7 @@ TYPED_TEST(GuardedKernels, PatchesReadInsideTheirImages) {
         const Tensor pixels = this->numbers({2, 2, area + second}), frames = this->numbers({2, 3, 2, 3}, -20, 40);
         const Tensor start = kernel_calls::of<int64_t>({2, 3}, {0, area, area}), width = kernel_calls::of<int64_t>({2, 3}, {s.width});
         const Tensor height = kernel_calls::of<int64_t>({2, 3}, {s.height, second / s.width, second / s.width});
-        this->run(aoti_torch_cpu_sample_patches, pixels, start, height, width, frames, side);
+        this->run(aoti_torch_cpu_extract_patches, pixels, start, height, width, frames, side);
       }
   });
 }
@@ -205,7 +205,7 @@ TYPED_TEST(GuardedKernels, ResizingStaysInside) {
         for (int64_t filter = 0; filter < 3; ++filter)
           for (int32_t corners = 0; corners < 2; ++corners)
             for (int32_t antialias = 0; antialias < 2; ++antialias) this->run(aoti_torch_cpu_resize, x, to.height, to.width, filter, corners, antialias);
-        for (int64_t border = 0; border < kBorders; ++border)
+        for (const int64_t border : {0, 1, 3})
           for (int32_t before = 0; before < 2; ++before)
             this->run(aoti_torch_cpu_resize_blurred, x, this->numbers({5}), to.height, to.width, int32_t{0}, border, before);
       }
@@ -217,17 +217,17 @@ TYPED_TEST(GuardedKernels, SumsLevelsAndEdgesStayInside) {
     for (const Size& s : kSizes) {
       const Tensor x = this->numbers({2, 1, s.height, s.width}), row = this->numbers({2, s.height * s.width});
       this->run(aoti_torch_cpu_integral, x);
-      this->run(aoti_torch_cpu_to_levels, x);
-      this->run(aoti_torch_cpu_ridges, x, 1e-6);
-      this->run(aoti_torch_cpu_hysteresis, x, 0.2, 0.6);
-      const Tensor extents = this->run(aoti_torch_cpu_extents, row);
+      this->run(aoti_torch_cpu_quantize_u8, x);
+      this->run(aoti_torch_cpu_canny_nms, x, 1e-6);
+      this->run(aoti_torch_cpu_canny_hysteresis, x, 0.2, 0.6);
+      const Tensor extents = this->run(aoti_torch_cpu_aminmax, row);
       for (const int64_t bins : {1, 7, 256}) {
-        const Tensor counts = this->run(aoti_torch_cpu_bin_counts, row, this->numbers({2, 1}, -1, 0), this->numbers({2, 1}, 1, 2), bins);
+        const Tensor counts = this->run(aoti_torch_cpu_histc, row, this->numbers({2, 1}, -1, 0), this->numbers({2, 1}, 1, 2), bins);
         int64_t counted = 0;
         for (int64_t i = 0; i < counts->numel(); ++i) counted += reinterpret_cast<const int32_t*>(counts->data())[i];
         EXPECT_EQ(counted, row->numel());  // each value is in some bin, NaN in the first
       }
-      this->run(aoti_torch_cpu_look_up, this->numbers({2, 256}), this->template wholes<uint8_t>({2, s.height * s.width}, 0, 255));
+      this->run(aoti_torch_cpu_lut, this->numbers({2, 256}), this->template wholes<uint8_t>({2, s.height * s.width}, 0, 255));
     }
   });
 }
@@ -236,18 +236,18 @@ TYPED_TEST(GuardedKernels, FeaturesStayInside) {
   this->watch([&] {
     for (const Size& s : kSizes) {
       const Tensor margins = kernel_calls::of<int64_t>({4}, {0, 1, 2, 0});
-      const Tensor places = this->run(aoti_torch_cpu_strongest_extrema, this->numbers({2, 4, s.height, s.width}, -1, 1), margins, int32_t{1}, int64_t{9});
+      const Tensor places = this->run(aoti_torch_cpu_scale_space_nms, this->numbers({2, 4, s.height, s.width}, -1, 1), margins, int32_t{1}, int64_t{9});
       for (int64_t i = 0; i < places->numel(); ++i) {
         const int64_t place = reinterpret_cast<const int64_t*>(places->data())[i];
         EXPECT_TRUE(place >= -1 && place < 4 * s.height * s.width);
       }
       const Tensor a = this->numbers({2, s.height, 5}), b = this->numbers({2, s.width, 5}, -1, 1);
-      const Tensor distances = this->run(aoti_torch_cpu_squared_distances, a, b);
-      this->run(aoti_torch_cpu_two_least, distances, int32_t{0});
-      this->run(aoti_torch_cpu_two_least, distances, int32_t{1});
+      const Tensor distances = this->run(aoti_torch_cpu_cdist_squared, a, b);
+      this->run(aoti_torch_cpu_two_smallest, distances, int32_t{0});
+      this->run(aoti_torch_cpu_two_smallest, distances, int32_t{1});
       if (s.width < 40) {
         const Tensor patches = this->numbers({3, s.width, s.width}), window = this->numbers({s.width, s.width});
-        for (const int64_t bins : {1, 8, 36}) this->run(aoti_torch_cpu_direction_histograms, patches, window, this->numbers({4, s.width}), bins);
+        for (const int64_t bins : {1, 8, 36}) this->run(aoti_torch_cpu_orientation_histograms, patches, window, this->numbers({4, s.width}), bins);
       }
     }
   });
@@ -258,15 +258,15 @@ TYPED_TEST(GuardedKernels, ModelsStayInside) {
     for (const int64_t n : {0, 1, 3, 4, 8, 9, 131})
       for (const int64_t count : {1, 3, 40})
         for (int32_t epipolar = 0; epipolar < 2; ++epipolar) {
-          const Tensor best = this->run(aoti_torch_cpu_cheapest_models, this->numbers({2, 17, 3, 3}, -1, 1), this->numbers({2, 7, n}), epipolar, count);
+          const Tensor best = this->run(aoti_torch_cpu_score_models, this->numbers({2, 17, 3, 3}, -1, 1), this->numbers({2, 7, n}), epipolar, count);
           for (int64_t i = 0; i < best->numel(); ++i) EXPECT_LT(reinterpret_cast<const uint64_t*>(best->data())[i], 17u);
         }
     if constexpr (std::is_same_v<TypeParam, double>) {
       for (int64_t n = 1; n <= 16; ++n)
         for (const int64_t count : {1, 3, 4, 5}) {
-          this->run(aoti_torch_cpu_gauss_jordan, this->numbers({count, n, n}, -1, 1));
+          this->run(aoti_torch_cpu_batched_inverse, this->numbers({count, n, n}, -1, 1));
           this->run(aoti_torch_cpu_spd_inverse, this->numbers({count, n, n}, -1, 1));
-          this->run(aoti_torch_cpu_high_power, this->numbers({count, n, n}, -1, 1), int64_t{5});
+          this->run(aoti_torch_cpu_normalized_power, this->numbers({count, n, n}, -1, 1), int64_t{5});
           this->run(aoti_torch_cpu_real_roots, this->numbers({n + 1, count}, -1, 1));
         }
     }
@@ -308,19 +308,19 @@ TEST_F(GuardedBytes, FramesLevelsAndMasksStayInside) {
       }
       const Tensor levels = wholes<uint8_t>({2, s.height, s.width}, 0, 255);
       for (const Size& tile : {Size{1, 1}, Size{3, 2}, Size{8, 9}})
-        run(aoti_torch_cpu_tile_counts, levels, tile.height, tile.width, (s.height + tile.height - 1) / tile.height, (s.width + 2 * tile.width) / tile.width);
-      const Tensor table = numbers({2, 6 * 256}, 0, 255);
+        run(aoti_torch_cpu_clahe_histograms, levels, tile.height, tile.width, (s.height + tile.height - 1) / tile.height, (s.width + 2 * tile.width) / tile.width);
+      const Tensor table = numbers({2, 6, 256}, 0, 255);
       const auto places = [&](int64_t n, int64_t last) { return wholes<int64_t>({n}, 0, last); };
-      run(aoti_torch_cpu_blend_curves, table, int64_t{3}, levels, places(s.height, 1), places(s.height, 1), numbers({s.height}), places(s.width, 2),
+      run(aoti_torch_cpu_clahe_interpolate, table, int64_t{3}, levels, places(s.height, 1), places(s.height, 1), numbers({s.height}), places(s.width, 2),
                 places(s.width, 2), numbers({s.width}));
       // A caller's bools may be any bytes.
       Tensor mask = wholes<uint8_t>({2, s.height, s.width}, 0, 3);
       mask->dtype = kBool;
-      const Tensor roots = run(aoti_torch_cpu_component_roots, mask);
+      const Tensor roots = run(aoti_torch_cpu_connected_components, mask);
       for (int64_t i = 0; i < roots->numel(); ++i) EXPECT_LT(reinterpret_cast<const uint32_t*>(roots->data())[i], uint32_t(s.height * s.width));
       for (const int64_t bins : {1, 9, 256}) {
-        run(aoti_torch_cpu_count_each, wholes<uint8_t>({2, s.height * s.width}, 0, 255), bins);
-        run(aoti_torch_cpu_count_each, wholes<int32_t>({2, s.height * s.width}, INT32_MIN, INT32_MAX), bins);
+        run(aoti_torch_cpu_bincount, wholes<uint8_t>({2, s.height * s.width}, 0, 255), bins);
+        run(aoti_torch_cpu_bincount, wholes<int32_t>({2, s.height * s.width}, INT32_MIN, INT32_MAX), bins);
       }
     }
   });

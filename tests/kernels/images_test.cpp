@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "fixture.h"
-#include "artifact/kernels/kernels.h"
+#include "kernels.h"
 
 using namespace chiasm::kernels;
 
@@ -54,7 +54,7 @@ TYPED_TEST(Kernels, SeparableIsThatOfOpenCv) {
         auto column = this->random(5 * p.count, -1, 1), row = this->random(3 * p.count, -1, 1);
         if (shared) row[2] = row[0], column[4] = column[0], column[3] = column[1];  // the same from both ends
         std::vector<T> out(x.size());
-        separable(x.data(), p, column.data(), 5, shared ? 0 : 1, row.data(), 3, shared ? 0 : 1, kBorders[b], T(2), T(-0.5), out.data());
+        separable(x.data(), {p.count, 1, p.height, p.width}, column.data(), shared ? 1 : p.count, 5, row.data(), shared ? 1 : p.count, 3, kBorders[b], T(2), T(-0.5), out.data());
         expect_filtered<T>(x, out, p, 2, 1, kOpenCvBorders[b], 0, 1e-5, [&](const cv::Mat& padded, int64_t i) {
           const auto taps = [&](const std::vector<T>& all, int n) { return cv::Mat(1, n, cv::DataType<T>::type, const_cast<T*>(all.data() + (shared ? 0 : i * n))); };
           cv::Mat result;
@@ -72,7 +72,7 @@ TYPED_TEST(Kernels, RectangleExtremesAreThoseOfOpenCv) {
         for (const bool largest : {true, false}) {
           const auto x = this->random(pixels(p));
           std::vector<T> out(x.size());
-          rectangle_extreme(x.data(), p, 3, size, kBorders[b], T(0.5), largest, out.data());
+          minmax_filter(x.data(), p, 3, size, kBorders[b], T(0.5), largest, out.data());
           expect_filtered<T>(x, out, p, 1, size / 2, kOpenCvBorders[b], 0.5, 0, [&](const cv::Mat& padded, int64_t) {
             cv::Mat result;
             (largest ? cv::dilate : cv::erode)(padded, result, cv::Mat::ones(3, size, CV_8U), {-1, -1}, 1, cv::BORDER_REPLICATE, cv::Scalar());
@@ -96,7 +96,7 @@ TYPED_TEST(Kernels, StructuredExtremesAreTheirDefinition) {
             heights[1] = heights[7] = -kAbsent;
             if (!anchored) heights[row * kw + column] = -kAbsent;
             std::vector<T> out(x.size());
-            structured_extreme(x.data(), p, heights.data(), kh, kw, row, column, border, T(0.25), kAbsent, largest, out.data());
+            morphology(x.data(), p, heights.data(), kh, kw, row, column, border, T(0.25), kAbsent, largest, out.data());
             for (int64_t i = 0; i < p.count; ++i)
               for (int64_t r = 0; r < p.height; ++r)
                 for (int64_t c = 0; c < p.width; c += p.width > 100 ? 13 : 1) {
@@ -118,9 +118,9 @@ TYPED_TEST(Kernels, StructuredRangeIsTheDifferenceOfTheExtremes) {
     for (const Border border : kBorders) {
       const auto x = this->random(pixels(p)), high = this->random(5 * 3), low = this->random(5 * 3);
       std::vector<T> out(x.size()), largest(x.size()), smallest(x.size());
-      structured_range(x.data(), p, high.data(), low.data(), 5, 3, 2, 0, border, T(0.25), T(0.75), T(1e4), out.data());
-      structured_extreme(x.data(), p, high.data(), 5, 3, 2, 0, border, T(0.25), T(1e4), true, largest.data());
-      structured_extreme(x.data(), p, low.data(), 5, 3, 2, 0, border, T(0.75), T(1e4), false, smallest.data());
+      morphology_gradient(x.data(), p, high.data(), 5, 3, low.data(), 2, 0, border, T(0.25), T(0.75), T(1e4), out.data());
+      morphology(x.data(), p, high.data(), 5, 3, 2, 0, border, T(0.25), T(1e4), true, largest.data());
+      morphology(x.data(), p, low.data(), 5, 3, 2, 0, border, T(0.75), T(1e4), false, smallest.data());
       for (size_t i = 0; i < x.size(); ++i) ASSERT_EQ(out[i], largest[i] - smallest[i]);
     }
 }
@@ -165,7 +165,7 @@ TYPED_TEST(Kernels, HysteresisKeepsComponentsWithAStrongPixel) {
     const auto x = this->random(pixels(p));
     const T low = T(0.6), high = T(0.97);
     const std::unique_ptr<bool[]> out(new bool[x.size()]);
-    hysteresis(x.data(), p, low, high, out.get());
+    canny_hysteresis(x.data(), p, low, high, out.get());
     for (int64_t i = 0; i < p.count; ++i) {
       const cv::Mat values = plane(x, p, i);
       cv::Mat labels;
@@ -186,7 +186,7 @@ TYPED_TEST(Kernels, RidgesAreMaximaOfOpenCvsGradientAcrossTheEdge) {
   for (const Planes& p : kSizes) {
     const auto x = this->random(pixels(p));
     std::vector<T> out(x.size());
-    ridges(x.data(), p, T(0), out.data());
+    canny_nms(x.data(), p, T(0), out.data());
     for (int64_t i = 0; i < p.count; ++i) {
       cv::Mat dx, dy, magnitude;
       cv::Sobel(plane(x, p, i), dx, CV_64F, 1, 0, 3, 1, 0, cv::BORDER_REPLICATE);
@@ -220,7 +220,8 @@ TYPED_TEST(Kernels, BilateralIsItsDefinition) {
           for (int64_t k = 0; k < ky * kx; ++k) symmetric[size_t(n * ky * kx + k)] = nearness[size_t(n * ky * kx + std::min(k, ky * kx - 1 - k))];
         const auto falloff = this->random(p.count, -20, -1);
         std::vector<T> out(x.size());
-        bilateral(x.data(), channels, guide.data(), depth, false, p, symmetric.data(), false, ky, kx, falloff.data(), false, border, squares, out.data());
+        bilateral(x.data(), {p.count, channels, p.height, p.width}, guide.data(), p.count, depth, symmetric.data(), p.count, ky, kx, falloff.data(), p.count, border, squares,
+                  out.data());
         const auto at = [&](const std::vector<T>& values, int64_t i, int64_t r, int64_t c) {
           const int v = cv::borderInterpolate(int(r), int(p.height), kOpenCvBorders[int(border)]), u = cv::borderInterpolate(int(c), int(p.width), kOpenCvBorders[int(border)]);
           return v < 0 || u < 0 ? 0.0 : double(values[size_t((i * p.height + v) * p.width + u)]);
@@ -255,7 +256,7 @@ TEST_F(Frames, LumaIsThatOfOpenCv) {
     frame.convertTo(numbers, CV_32F);
     cv::cvtColor(numbers, luma, cv::COLOR_BGR2GRAY);
     std::vector<float> grey(static_cast<size_t>(n));
-    frame_to_grey(frame.data, n, grey.data());
+    frame_to_grey(frame.data, 1, n, grey.data());
     EXPECT_LE(cv::norm(luma, cv::Mat(1, int(n), CV_32F, grey.data()), cv::NORM_INF), 1e-4) << n;
   }
 }
@@ -285,7 +286,7 @@ TYPED_TEST(Kernels, LevelsAndBinsAreTheirDefinitions) {
   x[0] = std::nan("");
   x[1] = T(0.5);
   std::vector<uint8_t> levels(x.size());
-  to_levels(x.data(), n, levels.data());
+  quantize_u8(x.data(), n, levels.data());
   for (size_t i = 1; i < x.size(); ++i) {
     const float scaled = static_cast<float>(x[i]) * 255.0f;
     ASSERT_EQ(levels[i], std::clamp(std::floor(double(scaled) + 0.5), 0.0, 255.0)) << x[i];
@@ -296,7 +297,7 @@ TYPED_TEST(Kernels, LevelsAndBinsAreTheirDefinitions) {
   const T low[] = {T(-0.1), T(0.25)}, span[] = {T(1.2), T(0.5)};
   auto values = this->random(2 * n, 0.25, 0.75);
   values[0] = T(1.1);  // the end belongs to the last bin
-  bin_counts(values.data(), low, span, 2, n, 10, counts.data());
+  histc(values.data(), 2, n, low, span, 10, counts.data());
   for (int row = 0; row < 2; ++row) {
     std::vector<int32_t> expected(10);
     for (int64_t i = 0; i < n; ++i) ++expected[std::min<size_t>(size_t((values[size_t(row * n + i)] - low[row]) / span[row] * T(10)), 9)];
@@ -311,7 +312,7 @@ TYPED_TEST(Kernels, ExtentsAreThoseOfTheStandardLibraryAndPassNaNOn) {
     x[size_t(n)] = std::nan("");
     x[size_t(2 * n)] = INFINITY;
     std::vector<T> out(6);
-    extents(x.data(), 3, n, out.data());
+    aminmax(x.data(), 3, n, out.data());
     for (const int64_t row : {0, 2}) {
       EXPECT_EQ(out[size_t(row)], *std::min_element(x.begin() + row * n, x.begin() + (row + 1) * n));
       EXPECT_EQ(out[size_t(3 + row)], *std::max_element(x.begin() + row * n, x.begin() + (row + 1) * n));
@@ -328,8 +329,8 @@ TEST_F(Tables, CountsAreThoseOfOpenCv) {
   for (auto& b : bytes) b = uint8_t(this->engine_() % 251);
   const std::vector<int32_t> index(bytes.begin(), bytes.end());
   std::vector<int32_t> counts(rows * 256), others(rows * 300);
-  count_each(bytes.data(), rows, n, 256, counts.data());
-  count_each(index.data(), rows, n, 300, others.data());
+  bincount(bytes.data(), rows, n, 256, counts.data());
+  bincount(index.data(), rows, n, 300, others.data());
   for (int64_t row = 0; row < rows; ++row) {
     const cv::Mat values(1, int(n), CV_8U, bytes.data() + row * n);
     const int channel = 0, size = 256;
@@ -341,7 +342,7 @@ TEST_F(Tables, CountsAreThoseOfOpenCv) {
       EXPECT_EQ(others[size_t(row * 300 + k)], histogram.at<float>(k));
     }
   }
-  count_each(index.data(), rows, n, 100, others.data());  // what is beyond the last bin is not counted, nor written anywhere
+  bincount(index.data(), rows, n, 100, others.data());  // what is beyond the last bin is not counted, nor written anywhere
   EXPECT_EQ(others[99], counts[99]);
 }
 
@@ -351,7 +352,7 @@ TEST_F(Tables, LookUpTakesEachRowsTable) {
   std::vector<uint8_t> index(size_t(2 * n));
   for (auto& i : index) i = uint8_t(this->engine_());
   std::vector<float> out(index.size());
-  look_up(table.data(), index.data(), 2, n, out.data());
+  lut(table.data(), 2, index.data(), n, out.data());
   for (size_t i = 0; i < index.size(); ++i) ASSERT_EQ(out[i], table[i / size_t(n) * 256 + index[i]]);
 }
 
@@ -365,7 +366,7 @@ TEST_F(Tables, ClaheOfTheKernelsIsThatOfOpenCv) {
     std::vector<uint8_t> levels(size_t(pixels(p))), out(levels.size());
     for (auto& v : levels) v = uint8_t(this->engine_() % 90 + this->engine_() % 90);
     std::vector<int32_t> counts(size_t(p.count * tiles * 256));
-    tile_counts(levels.data(), p, tile_y, tile_x, tiles_y, tiles_x, counts.data());
+    clahe_histograms(levels.data(), p.count, p.height, p.width, tile_y, tile_x, tiles_y, tiles_x, counts.data());
     std::vector<float> table(counts.size());
     for (size_t t = 0; t < counts.size(); t += 256)
       for (size_t k = 0, sum = 0; k < 256; ++k) table[t + k] = std::nearbyint(float(sum += size_t(counts[t + k])) * (255.0f / float(tile_y * tile_x)));
@@ -382,7 +383,7 @@ TEST_F(Tables, ClaheOfTheKernelsIsThatOfOpenCv) {
     std::vector<float> wy, wx;
     axis(p.height, tile_y, tiles_y, y0, y1, wy);
     axis(p.width, tile_x, tiles_x, x0, x1, wx);
-    blend_curves(table.data(), tiles, tiles_x, levels.data(), p, y0.data(), y1.data(), wy.data(), x0.data(), x1.data(), wx.data(), out.data());
+    clahe_interpolate(table.data(), p.count, tiles, tiles_x, levels.data(), p.height, p.width, y0.data(), y1.data(), wy.data(), x0.data(), x1.data(), wx.data(), out.data());
     const auto clahe = cv::createCLAHE(0, {int(tiles_x), int(tiles_y)});
     for (int64_t i = 0; i < p.count; ++i) {
       cv::Mat expected;
@@ -399,7 +400,7 @@ TEST_F(Tables, ComponentsAreThoseOfOpenCv) {
       const std::unique_ptr<bool[]> mask(new bool[x.size()]);
       for (size_t i = 0; i < x.size(); ++i) mask[i] = x[i] < share;
       std::vector<int32_t> roots(x.size());
-      component_roots(mask.get(), p, roots.data());
+      connected_components(mask.get(), p.count, p.height, p.width, roots.data());
       for (int64_t i = 0; i < p.count; ++i) {
         cv::Mat labels;
         cv::connectedComponents(plane(x, p, i) < share, labels, 8);

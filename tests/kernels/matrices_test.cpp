@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fixture.h"
-#include "artifact/kernels/kernels.h"
+#include "kernels.h"
 
 using namespace chiasm::kernels;
 
@@ -33,9 +33,9 @@ TEST_F(Matrices, InversesAreOpenCVs) {
         for (int k = 0; k < n && n > 1; ++k) b.at<double>(k, k) = 0;
         cv::Mat(a * a.t() + 0.1 * cv::Mat::eye(int(n), int(n), CV_64F)).copyTo(c);
       }
-      gauss_jordan(general.data(), {count, n, n}, out.data());
+      batched_inverse(general.data(), count, n, out.data());
       for (int64_t i = 0; i < count; ++i) EXPECT_LT(difference(item(out, n, i), item(general, n, i).inv(cv::DECOMP_SVD)), 1e-9) << n;
-      spd_inverse(symmetric.data(), {count, n, n}, out.data());
+      spd_inverse(symmetric.data(), count, n, out.data());
       for (int64_t i = 0; i < count; ++i) EXPECT_LT(difference(item(out, n, i), item(symmetric, n, i).inv(cv::DECOMP_CHOLESKY)), 1e-10) << n;
     }
 }
@@ -43,7 +43,7 @@ TEST_F(Matrices, InversesAreOpenCVs) {
 TEST_F(Matrices, OfASingularMatrixThereIsNoInverse) {
   const std::vector<double> m{1, 2, 3, 2, 4, 6, 1, 0, 1};
   std::vector<double> out(9, 0);
-  gauss_jordan(m.data(), {1, 3, 3}, out.data());
+  batched_inverse(m.data(), 1, 3, out.data());
   bool finite = true;
   for (const double v : out) finite = finite && std::isfinite(v);
   EXPECT_FALSE(finite);
@@ -55,7 +55,7 @@ TEST_F(Matrices, PowersAreTheirDefinition) {
       constexpr int64_t count = 5;
       const auto m = random(count * n * n, 0, 1);
       std::vector<double> out(m.size());
-      high_power(m.data(), {count, n, n}, squarings, out.data());
+      normalized_power(m.data(), count, n, squarings, out.data());
       for (int64_t i = 0; i < count; ++i) {
         cv::Mat expected = item(m, n, i).clone();
         for (int64_t s = 0; s < squarings; ++s) {

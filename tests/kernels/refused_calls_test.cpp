@@ -39,43 +39,43 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   const Tensor x = floats({2, 3, 9, 11}), row = floats({1, 3}), none = floats({2, 3, 0, 11}), flat = floats({5}), other = doubles({1, 3});
   for (const Tensor* bad : {&none, &flat}) {
     REFUSES("separable: x", separable, bad->get(), row.get(), row.get(), 0, 1, 0);
-    REFUSES("rectangle_extreme: x", rectangle_extreme, bad->get(), 3, 3, 0, 0, 1);
+    REFUSES("minmax_filter: x", minmax_filter, bad->get(), 3, 3, 0, 0, 1);
     REFUSES("median3x3: x", median3x3, bad->get(), 0);
     REFUSES("integral: x", integral, bad->get());
-    REFUSES("ridges: x", ridges, bad->get(), 0);
-    REFUSES("hysteresis: x", hysteresis, bad->get(), 0, 1);
+    REFUSES("canny_nms: x", canny_nms, bad->get(), 0);
+    REFUSES("canny_hysteresis: x", canny_hysteresis, bad->get(), 0, 1);
   }
-  REFUSES("separable: kernel_y", separable, x.get(), floats({3, 3}).get(), row.get(), 0, 1, 0);  // neither 1 nor the batch
-  REFUSES("separable: kernel_x", separable, x.get(), row.get(), floats({1, 4}).get(), 0, 1, 0);
-  REFUSES("separable: kernel_x", separable, x.get(), row.get(), floats({1, 0}).get(), 0, 1, 0);
-  REFUSES("separable: kernel_y", separable, x.get(), flat.get(), row.get(), 0, 1, 0);
-  REFUSES("separable: kernel_y", separable, x.get(), other.get(), row.get(), 0, 1, 0);
+  REFUSES("separable: taps_y", separable, x.get(), floats({3, 3}).get(), row.get(), 0, 1, 0);  // neither 1 nor the batch
+  REFUSES("separable: taps_x", separable, x.get(), row.get(), floats({1, 4}).get(), 0, 1, 0);
+  REFUSES("separable: taps_x", separable, x.get(), row.get(), floats({1, 0}).get(), 0, 1, 0);
+  REFUSES("separable: taps_y", separable, x.get(), flat.get(), row.get(), 0, 1, 0);
+  REFUSES("separable: taps_y", separable, x.get(), other.get(), row.get(), 0, 1, 0);
   const Tensor near = floats({1, 3, 3}), fall = floats({1});
   REFUSES("bilateral: guide", bilateral, x.get(), floats({2, 3, 9, 10}).get(), near.get(), fall.get(), 0, 0);
   REFUSES("bilateral: guide", bilateral, x.get(), floats({3, 3, 9, 11}).get(), near.get(), fall.get(), 0, 0);
-  REFUSES("bilateral: nearness", bilateral, x.get(), x.get(), floats({1, 2, 3}).get(), fall.get(), 0, 0);
-  REFUSES("bilateral: falloff", bilateral, x.get(), x.get(), near.get(), floats({0}).get(), 0, 0);
-  REFUSES("structured_range: low_window", structured_range, x.get(), floats({3, 3}).get(), floats({3, 4}).get(), 0, 0, 0, 0, 0, 1e4);
-  REFUSES("sample: x", sample, x.get(), floats({1, 4, 4}).get(), floats({2, 4, 4}).get(), 0, 0, 0);
-  REFUSES("sample: y", sample, x.get(), floats({2, 4, 4}).get(), floats({2, 4, 3}).get(), 0, 0, 0);
-  REFUSES("sample: src", sample, none.get(), floats({2, 4, 4}).get(), floats({2, 4, 4}).get(), 0, 0, 0);
-  REFUSES("sample_projective: matrix", sample_projective, x.get(), floats({2, 2, 3}).get(), 4, 4, 0, 0, 0);
+  REFUSES("bilateral: space_weights", bilateral, x.get(), x.get(), floats({1, 2, 3}).get(), fall.get(), 0, 0);
+  REFUSES("bilateral: range_coefficient", bilateral, x.get(), x.get(), near.get(), floats({0}).get(), 0, 0);
+  REFUSES("morphology_gradient: erosion_heights", morphology_gradient, x.get(), floats({3, 3}).get(), floats({3, 4}).get(), 0, 0, 0, 0, 0, 1e4);
+  REFUSES("remap: x", remap, x.get(), floats({1, 4, 4}).get(), floats({2, 4, 4}).get(), 0, 0, 0);
+  REFUSES("remap: y", remap, x.get(), floats({2, 4, 4}).get(), floats({2, 4, 3}).get(), 0, 0, 0);
+  REFUSES("remap: image", remap, none.get(), floats({2, 4, 4}).get(), floats({2, 4, 4}).get(), 0, 0, 0);
+  REFUSES("warp_perspective: matrix", warp_perspective, x.get(), floats({2, 2, 3}).get(), 4, 4, 0, 0, 0);
   REFUSES("resize: x", resize, none.get(), 4, 4, 0, 0, 0);
-  REFUSES("resize_blurred: kernel", resize_blurred, x.get(), floats({4}).get(), 4, 4, 0, 0, 1);
-  REFUSES("extents: x", extents, floats({2, 0}).get());
-  REFUSES("bin_counts: low", bin_counts, floats({2, 9}).get(), floats({1, 1}).get(), floats({2, 1}).get(), 8);
-  REFUSES("look_up: table", look_up, floats({2, 255}).get(), bytes({2, 9}).get());
-  REFUSES("look_up: index", look_up, floats({1, 256}).get(), bytes({2, 9}).get());
-  REFUSES("cheapest_models: planes", cheapest_models, floats({2, 5, 3, 3}).get(), floats({2, 6, 9}).get(), 0, 1);
-  REFUSES("gauss_jordan: m", gauss_jordan, doubles({17, 17}).get());
+  REFUSES("resize_blurred: taps", resize_blurred, x.get(), floats({4}).get(), 4, 4, 0, 0, 1);
+  REFUSES("aminmax: x", aminmax, floats({2, 0}).get());
+  REFUSES("histc: low", histc, floats({2, 9}).get(), floats({1, 1}).get(), floats({2, 1}).get(), 8);
+  REFUSES("lut: table", lut, floats({2, 255}).get(), bytes({2, 9}).get());
+  REFUSES("lut: index", lut, floats({1, 256}).get(), bytes({2, 9}).get());
+  REFUSES("score_models: points", score_models, floats({2, 5, 3, 3}).get(), floats({2, 6, 9}).get(), 0, 1);
+  REFUSES("batched_inverse: m", batched_inverse, doubles({17, 17}).get());
   REFUSES("spd_inverse: m", spd_inverse, doubles({3, 4}).get());
-  REFUSES("high_power: m", high_power, floats({3, 3}).get(), 5);
-  REFUSES("squared_distances: b", squared_distances, floats({1, 4, 5}).get(), floats({1, 4, 6}).get());
-  REFUSES("two_least: x", two_least, floats({4, 5}).get(), 1);
-  REFUSES("strongest_extrema: margins", strongest_extrema, x.get(), longs({2}, 1).get(), 0, 4);
-  REFUSES("direction_histograms: patches", direction_histograms, floats({2, 5, 6}).get(), floats({5, 5}).get(), floats({4, 5}).get(), 8);
-  REFUSES("direction_histograms: patches", direction_histograms, floats({2, 1, 5, 5}).get(), floats({5, 5}).get(), floats({4, 5}).get(), 8);
-  REFUSES("direction_histograms: window", direction_histograms, floats({2, 5, 5}).get(), floats({4, 5}).get(), floats({4, 5}).get(), 8);
+  REFUSES("normalized_power: m", normalized_power, floats({3, 3}).get(), 5);
+  REFUSES("cdist_squared: x2", cdist_squared, floats({1, 4, 5}).get(), floats({1, 4, 6}).get());
+  REFUSES("two_smallest: x", two_smallest, floats({4, 5}).get(), 1);
+  REFUSES("scale_space_nms: margins", scale_space_nms, x.get(), longs({2}, 1).get(), 0, 4);
+  REFUSES("orientation_histograms: patches", orientation_histograms, floats({2, 5, 6}).get(), floats({5, 5}).get(), floats({4, 5}).get(), 8);
+  REFUSES("orientation_histograms: patches", orientation_histograms, floats({2, 1, 5, 5}).get(), floats({5, 5}).get(), floats({4, 5}).get(), 8);
+  REFUSES("orientation_histograms: window", orientation_histograms, floats({2, 5, 5}).get(), floats({4, 5}).get(), floats({4, 5}).get(), 8);
   REFUSES("frame_to_grey: frame", frame_to_grey, bytes({4, 4, 4}).get());
   REFUSES("resize_frame: frame", resize_frame, bytes({4, 1, 3}).get(), 2, 2);
 }
@@ -83,63 +83,63 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
 TEST(RefusedCalls, NumbersOutOfTheirRange) {
   const Tensor x = floats({2, 3, 9, 11}), window = floats({3, 3}), positions = floats({2, 4, 4});
   for (const int64_t border : {int64_t{-1}, int64_t{4}, INT64_MAX}) {
-    REFUSES("border", median3x3, x.get(), border);
-    REFUSES("border", rectangle_extreme, x.get(), 3, 3, border, 0, 1);
+    REFUSES("median3x3: border", median3x3, x.get(), border);
+    REFUSES("minmax_filter: border", minmax_filter, x.get(), 3, 3, border, 0, 1);
   }
-  REFUSES("rectangle_extreme: rows", rectangle_extreme, x.get(), 0, 3, 0, 0, 1);
-  REFUSES("structured_extreme: row", structured_extreme, x.get(), window.get(), 3, 0, 0, 0, 1e4, 1);
-  REFUSES("structured_extreme: column", structured_extreme, x.get(), window.get(), 0, -1, 0, 0, 1e4, 1);
-  REFUSES("sample: mode", sample, x.get(), positions.get(), positions.get(), 2, 0, 0);
-  REFUSES("sample: padding", sample, x.get(), positions.get(), positions.get(), 0, 3, 0);
-  REFUSES("sample_projective: height", sample_projective, x.get(), floats({2, 3, 3}).get(), -1, 4, 0, 0, 0);
-  REFUSES("resize: filter", resize, x.get(), 4, 4, 3, 0, 0);
+  REFUSES("minmax_filter: ky", minmax_filter, x.get(), 0, 3, 0, 0, 1);
+  REFUSES("morphology: row", morphology, x.get(), window.get(), 3, 0, 0, 0, 1e4, 1);
+  REFUSES("morphology: column", morphology, x.get(), window.get(), 0, -1, 0, 0, 1e4, 1);
+  REFUSES("remap: mode", remap, x.get(), positions.get(), positions.get(), 2, 0, 0);
+  REFUSES("remap: padding", remap, x.get(), positions.get(), positions.get(), 0, 3, 0);
+  REFUSES("warp_perspective: height", warp_perspective, x.get(), floats({2, 3, 3}).get(), -1, 4, 0, 0, 0);
+  REFUSES("resize: mode", resize, x.get(), 4, 4, 3, 0, 0);
   REFUSES("resize: width", resize, x.get(), 4, 0, 0, 0, 0);
   REFUSES("resize_frame: height", resize_frame, bytes({4, 4, 3}).get(), 0, 2);
-  for (const int64_t bins : {0, (1 << 24) + 1}) REFUSES("bin_counts: bins", bin_counts, floats({2, 9}).get(), floats({2, 1}).get(), floats({2, 1}).get(), bins);
-  REFUSES("count_each: bins", count_each, bytes({2, 9}).get(), -5);
-  REFUSES("count_each: index", count_each, longs({2, 9}, 1).get(), 8);
-  REFUSES("tile_counts: tile_x", tile_counts, bytes({2, 9, 9}).get(), 1 << 20, 1 << 20, 2, 2);
-  REFUSES("cheapest_models: count", cheapest_models, floats({2, 5, 3, 3}).get(), floats({2, 7, 9}).get(), 0, 0);
-  REFUSES("real_roots: degree", real_roots, doubles({18, 3}).get());
-  REFUSES("real_roots: degree", real_roots, doubles({0, 3}).get());
-  REFUSES("strongest_extrema: count", strongest_extrema, x.get(), longs({3}, 1).get(), 0, -1);
-  REFUSES("strongest_extrema: margins", strongest_extrema, x.get(), longs({3}, INT64_MIN).get(), 0, 1);
-  REFUSES("direction_histograms: bins", direction_histograms, floats({2, 5, 5}).get(), floats({5, 5}).get(), floats({4, 5}).get(), 0);
+  for (const int64_t bins : {0, (1 << 24) + 1}) REFUSES("histc: bins", histc, floats({2, 9}).get(), floats({2, 1}).get(), floats({2, 1}).get(), bins);
+  REFUSES("bincount: bins", bincount, bytes({2, 9}).get(), -5);
+  REFUSES("bincount: x", bincount, longs({2, 9}, 1).get(), 8);
+  REFUSES("clahe_histograms: tile_height", clahe_histograms, bytes({2, 9, 9}).get(), 1 << 20, 1 << 20, 2, 2);
+  REFUSES("score_models: count", score_models, floats({2, 5, 3, 3}).get(), floats({2, 7, 9}).get(), 0, 0);
+  REFUSES("real_roots: coefficients", real_roots, doubles({18, 3}).get());
+  REFUSES("real_roots: coefficients", real_roots, doubles({0, 3}).get());
+  REFUSES("scale_space_nms: count", scale_space_nms, x.get(), longs({3}, 1).get(), 0, -1);
+  REFUSES("scale_space_nms: margins", scale_space_nms, x.get(), longs({3}, INT64_MIN).get(), 0, 1);
+  REFUSES("orientation_histograms: bins", orientation_histograms, floats({2, 5, 5}).get(), floats({5, 5}).get(), floats({4, 5}).get(), 0);
 }
 
 TEST(RefusedCalls, IndicesBeyondTheirTables) {
   const Tensor pixels = floats({1, 2, 20}), frames = floats({1, 3, 2, 3});
   const auto patches = [&](int64_t start, int64_t height, int64_t width, const char* argument) {
-    REFUSES(argument, sample_patches, pixels.get(), longs({1, 3}, start).get(), longs({1, 3}, height).get(), longs({1, 3}, width).get(), frames.get(), 4);
+    REFUSES(argument, extract_patches, pixels.get(), longs({1, 3}, start).get(), longs({1, 3}, height).get(), longs({1, 3}, width).get(), frames.get(), 4);
   };
-  patches(-1, 4, 5, "sample_patches: start");
-  patches(21, 1, 1, "sample_patches: start");
-  patches(0, 0, 5, "sample_patches: height");
-  patches(0, 4, -5, "sample_patches: width");
-  patches(1, 4, 5, "sample_patches: height * width");
-  patches(20, 1, 1, "sample_patches: height * width");
-  patches(0, INT64_MAX, 2, "sample_patches: height");
-  const Tensor levels = bytes({2, 4, 5}), table = floats({2, 6 * 256}), wy = floats({4}), wx = floats({5});
+  patches(-1, 4, 5, "extract_patches: start");
+  patches(21, 1, 1, "extract_patches: start");
+  patches(0, 0, 5, "extract_patches: height");
+  patches(0, 4, -5, "extract_patches: width");
+  patches(1, 4, 5, "extract_patches: height");
+  patches(20, 1, 1, "extract_patches: height");
+  patches(0, INT64_MAX, 2, "extract_patches: height");
+  const Tensor levels = bytes({2, 4, 5}), table = floats({2, 6, 256}), wy = floats({4}), wx = floats({5});
   const auto blend = [&](int64_t y, int64_t x, const char* argument) {
-    REFUSES(argument, blend_curves, table.get(), 3, levels.get(), longs({4}, 0).get(), longs({4}, y).get(), wy.get(), longs({5}, x).get(), longs({5}, 2).get(), wx.get());
+    REFUSES(argument, clahe_interpolate, table.get(), 3, levels.get(), longs({4}, 0).get(), longs({4}, y).get(), wy.get(), longs({5}, x).get(), longs({5}, 2).get(), wx.get());
   };
-  blend(2, 0, "blend_curves: second_y");
-  blend(-1, 0, "blend_curves: second_y");
-  blend(1, 3, "blend_curves: first_x");
-  REFUSES("blend_curves: tiles_x", blend_curves, table.get(), 7, levels.get(), longs({4}, 0).get(), longs({4}, 0).get(), wy.get(), longs({5}, 0).get(),
+  blend(2, 0, "clahe_interpolate: second_y");
+  blend(-1, 0, "clahe_interpolate: second_y");
+  blend(1, 3, "clahe_interpolate: first_x");
+  REFUSES("clahe_interpolate: tiles_x", clahe_interpolate, table.get(), 7, levels.get(), longs({4}, 0).get(), longs({4}, 0).get(), wy.get(), longs({5}, 0).get(),
           longs({5}, 0).get(), wx.get());
 }
 
 // More pixels than 32 bits number: the kernels' offsets would wrap around.
 TEST(RefusedCalls, ImagesTooLargeForTheirNumbers) {
   const Tensor mask = claimed({1, 1 << 16, 1 << 15}, kBool), image = claimed({1, 1, 1 << 16, 1 << 15}, kFloat), line = claimed({1, 1, 1, (1 << 24) + 1}, kFloat);
-  REFUSES("component_roots: mask", component_roots, mask.get());
-  REFUSES("hysteresis: x", hysteresis, image.get(), 0, 1);
+  REFUSES("connected_components: mask", connected_components, mask.get());
+  REFUSES("canny_hysteresis: x", canny_hysteresis, image.get(), 0, 1);
   const Tensor positions = floats({1, 4, 4});
-  REFUSES("sample: src", sample, image.get(), positions.get(), positions.get(), 0, 0, 0);
-  REFUSES("sample: src", sample, line.get(), positions.get(), positions.get(), 0, 0, 0);  // its last pixels have no float32 of their own
+  REFUSES("remap: image", remap, image.get(), positions.get(), positions.get(), 0, 0, 0);
+  REFUSES("remap: image", remap, line.get(), positions.get(), positions.get(), 0, 0, 0);  // its last pixels have no float32 of their own
   const Tensor row = claimed({1, int64_t{1} << 31}, kFloat), one = floats({1, 1});
-  REFUSES("bin_counts: x", bin_counts, row.get(), one.get(), one.get(), 8);
+  REFUSES("histc: x", histc, row.get(), one.get(), one.get(), 8);
 }
 
 TEST(RefusedCalls, TopkOfMoreThanThereIs) {

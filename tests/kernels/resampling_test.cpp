@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fixture.h"
-#include "artifact/kernels/kernels.h"
+#include "artifact/kernels/resize_taps.h"
 
 using namespace chiasm::kernels;
 
@@ -56,7 +56,7 @@ TYPED_TEST(Resampling, SamplesAreTheirDefinition) {
           for (auto* positions : {&x, &y})
             for (T& v : *positions) v = std::floor(v * 4) / 4 + T(0.0625);
           std::vector<T> out(static_cast<size_t>(images.count * images.channels * height * width));
-          sample(image.data(), images, x.data(), y.data(), height, width, mode, padding, corners, out.data());
+          remap(image.data(), images, x.data(), height, width, y.data(), mode, padding, corners, out.data());
           for (int64_t i = 0; i < int64_t(out.size()); ++i) {
             const int64_t p = i / (height * width), at = p / images.channels * height * width + i % (height * width);
             const double u = placed(double(x[size_t(at)]), images.width, padding, corners), v = placed(double(y[size_t(at)]), images.height, padding, corners);
@@ -80,7 +80,7 @@ TYPED_TEST(Resampling, RowsReadForwardsAcrossAllBordersAreTheirDefinition) {
         x[size_t(i)] = T(u * step - 10.5 + 0.25 * v);
         y[size_t(i)] = T(0.75 * v - 3.5 + u * slope);
       }
-      sample(image.data(), images, x.data(), y.data(), height, width, Interpolation::kBilinear, Padding::kZeros, true, out.data());
+      remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBilinear, Padding::kZeros, true, out.data());
       for (int64_t i = 0; i < int64_t(out.size()); ++i) {
         const size_t at = size_t(i % (height * width));
         const T* const source = image.data() + i / (height * width) * plane;
@@ -98,7 +98,7 @@ TYPED_TEST(Resampling, PositionsThatAreNoNumbersOrHugeReadNothing) {
   const std::vector<T> x{std::numeric_limits<T>::quiet_NaN(), kInfinity, -kInfinity, T(1e30), T(-1e30), T(4), T(4), T(4), T(4)}, y(9, T(4));
   std::vector<T> out(9);
   for (const Interpolation mode : {Interpolation::kBilinear, Interpolation::kNearest}) {
-    sample(image.data(), images, x.data(), y.data(), 1, 9, mode, Padding::kZeros, true, out.data());
+    remap(image.data(), images, x.data(), 1, 9, y.data(), mode, Padding::kZeros, true, out.data());
     EXPECT_EQ(out, (std::vector<T>{0, 0, 0, 0, 0, 1, 1, 1, 1}));
   }
 }
@@ -119,8 +119,8 @@ TYPED_TEST(Resampling, ProjectiveSamplesAreThoseAtTheMatrixesPositions) {
       }
     }
     std::vector<T> out(static_cast<size_t>(images.count * images.channels * height * width)), expected(out);
-    sample_projective(image.data(), images, matrices.data(), height, width, Interpolation::kBilinear, Padding::kBorder, true, out.data());
-    sample(image.data(), images, x.data(), y.data(), height, width, Interpolation::kBilinear, Padding::kBorder, true, expected.data());
+    warp_perspective(image.data(), images, matrices.data(), height, width, Interpolation::kBilinear, Padding::kBorder, true, out.data());
+    remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBilinear, Padding::kBorder, true, expected.data());
     for (size_t i = 0; i < out.size(); ++i) ASSERT_NEAR(out[i], expected[i], 1e-5);
   }
 }
@@ -144,7 +144,7 @@ TYPED_TEST(Resampling, ResizingIsOpenCvs) {
   using T = TypeParam;
   for (const Planes& p : kPlanes)
     for (const auto& [height, width] : kSizes)
-      for (const auto& [filter, flag] : {std::pair{Filter::kBilinear, cv::INTER_LINEAR}, {Filter::kBicubic, cv::INTER_CUBIC}}) {
+      for (const auto& [filter, flag] : {std::pair{Interpolation::kBilinear, cv::INTER_LINEAR}, {Interpolation::kBicubic, cv::INTER_CUBIC}}) {
         const auto taps = [filter = filter](int64_t in, int64_t out) { return resize_taps<T>(in, out, filter, false, false); };
         const auto expected = [flag = flag](const cv::Mat& plane, cv::Size size) {
           cv::Mat resized;
@@ -165,7 +165,7 @@ TYPED_TEST(Resampling, BlurringAndResizingIsOpenCvsInOneStep) {
       for (const auto& [border, flag] : borders)
         for (const bool before : {true, false}) {
           const auto taps = [&, border = border](int64_t in, int64_t out) {
-            const auto plain = resize_taps<T>(in, out, Filter::kBilinear, false, false);
+            const auto plain = resize_taps<T>(in, out, Interpolation::kBilinear, false, false);
             return before ? blurred_before(plain, kernel, border, in) : blurred_after(plain, kernel, border);
           };
           const auto expected = [&, flag = flag](const cv::Mat& plane, cv::Size size) {
@@ -185,7 +185,7 @@ double keys(double d) { return d < 1 ? (1.5 * d - 2.5) * d * d + 1 : d < 2 ? ((-
 TYPED_TEST(Resampling, AntialiasedTapsAreTheStretchedFilter) {
   using T = TypeParam;
   for (const auto& [in, out] : {std::pair<int64_t, int64_t>{40, 13}, {41, 7}, {9, 1}, {10, 25}, {1, 3}})
-    for (const Filter filter : {Filter::kBilinear, Filter::kBicubic}) {
+    for (const Interpolation filter : {Interpolation::kBilinear, Interpolation::kBicubic}) {
       const Taps<T> taps = resize_taps<T>(in, out, filter, false, true);
       const double stretch = std::max(double(in) / double(out), 1.0);
       for (int64_t i = 0; i < out; ++i) {
@@ -193,7 +193,7 @@ TYPED_TEST(Resampling, AntialiasedTapsAreTheStretchedFilter) {
         double total = 0;
         for (int64_t j = 0; j < in; ++j) {
           const double d = std::abs(double(j) + 0.5 - (double(i) + 0.5) * double(in) / double(out)) / stretch;
-          total += expected[size_t(j)] = filter == Filter::kBilinear ? std::max(1 - d, 0.0) : keys(d);
+          total += expected[size_t(j)] = filter == Interpolation::kBilinear ? std::max(1 - d, 0.0) : keys(d);
         }
         for (int64_t k = i * taps.each; k < (i + 1) * taps.each; ++k) actual[size_t(taps.index[size_t(k)])] += double(taps.weight[size_t(k)]);
         for (size_t j = 0; j < size_t(in); ++j) EXPECT_NEAR(actual[j], expected[j] / total, 2e-6) << in << " to " << out << ", pixel " << j << " of " << i;
@@ -204,7 +204,7 @@ TYPED_TEST(Resampling, AntialiasedTapsAreTheStretchedFilter) {
 TYPED_TEST(Resampling, WithCornersARampStaysOneAndNearestTakesThePixelBelow) {
   using T = TypeParam;
   for (const auto& [in, out] : {std::pair<int64_t, int64_t>{9, 17}, {17, 5}, {30, 30}, {5, 1}}) {
-    const Taps<T> linear = resize_taps<T>(in, out, Filter::kBilinear, true, false), nearest = resize_taps<T>(in, out, Filter::kNearest, false, false);
+    const Taps<T> linear = resize_taps<T>(in, out, Interpolation::kBilinear, true, false), nearest = resize_taps<T>(in, out, Interpolation::kNearest, false, false);
     for (int64_t i = 0; i < out; ++i) {
       double position = 0;
       for (int64_t k = 0; k < 2; ++k) position += double(linear.weight[size_t(2 * i + k)]) * double(linear.index[size_t(2 * i + k)]);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fixture.h"
-#include "artifact/kernels/kernels.h"
+#include "kernels.h"
 
 using namespace chiasm::kernels;
 
@@ -28,7 +28,7 @@ TYPED_TEST(UndefinedKernels, APositionThatIsNotANumberIsOutsideTheImage) {
       for (size_t broken = 0; broken < 19; ++broken) {
         std::vector<T> x(19, T(3)), y(19, T(2)), out(19);
         (broken % 2 ? x : y)[broken] = this->kNan;
-        sample(image.data(), {1, 1, 6, 7}, x.data(), y.data(), 1, 19, mode, padding, true, out.data());
+        remap(image.data(), {1, 1, 6, 7}, x.data(), 1, 19, y.data(), mode, padding, true, out.data());
         for (size_t i = 0; i < 19; ++i) ASSERT_EQ(out[i], i == broken ? T(0) : T(1)) << i << " with padding " << int(padding);
       }
 }
@@ -39,13 +39,13 @@ TYPED_TEST(UndefinedKernels, AValueIsInTheNearestBinAndNanInTheFirst) {
   const std::vector<T> x{this->kNan, -1, -inf, -most, T(0.1), T(0.3), T(0.6), T(0.9), 1, 2, 3e9, T(1e20), most, inf};
   const T low = 0, span = 1;
   int32_t counts[4];
-  bin_counts(x.data(), &low, &span, 1, int64_t(x.size()), 4, counts);
+  histc(x.data(), 1, int64_t(x.size()), &low, &span, 4, counts);
   EXPECT_EQ(counts[0], 5);
   EXPECT_EQ(counts[1], 1);
   EXPECT_EQ(counts[2], 1);
   EXPECT_EQ(counts[3], 7);
   const T nothing = 0;  // all values are the same: 0 / 0 or infinite
-  bin_counts(x.data() + 4, &low, &nothing, 1, 1, 4, counts);
+  histc(x.data() + 4, 1, 1, &low, &nothing, 4, counts);
   EXPECT_EQ(counts[3], 1);
 }
 
@@ -59,10 +59,10 @@ TYPED_TEST(UndefinedKernels, WhatIsBesideNanIsNoExtremum) {
       x[size_t(place)] = 1;
       const int64_t margins[3] = {1, 1, 1};
       int64_t found = 0;
-      strongest_extrema(x.data(), {1, 3, 3, width}, margins, true, 1, &found);
+      scale_space_nms(x.data(), {1, 3, 3, width}, margins, true, 1, &found);
       ASSERT_EQ(found, place);
       x[size_t(place + offset)] = this->kNan;
-      strongest_extrema(x.data(), {1, 3, 3, width}, margins, true, 1, &found);
+      scale_space_nms(x.data(), {1, 3, 3, width}, margins, true, 1, &found);
       ASSERT_EQ(found, -1) << "column " << column << ", NaN at " << offset;
     }
 }
@@ -75,7 +75,7 @@ TYPED_TEST(UndefinedKernels, ABrokenPatchHasABrokenHistogram) {
     const std::vector<T> window(81, T(1));
     std::vector<T> nearness(2 * 9, T(0)), out(2 * 8 * 4);
     for (size_t i = 0; i < 9; ++i) nearness[i / 5 * 9 + i] = 1;
-    direction_histograms(patches.data(), 2, 9, window.data(), nearness.data(), 2, 8, out.data());
+    orientation_histograms(patches.data(), 2, 9, window.data(), nearness.data(), 2, 8, out.data());
     for (size_t i = 0; i < 32; ++i) EXPECT_TRUE(std::isnan(out[i]));
     for (size_t i = 32; i < 64; ++i) EXPECT_TRUE(std::isfinite(out[i]));
   }
@@ -89,7 +89,7 @@ TYPED_TEST(UndefinedKernels, APatchIsReadWhereItsFrameIsANumber) {
   // An ordinary frame; one that is not a number; one that leads to infinity but in its middle row and column, where that is times 0; one whose sum is.
   const std::vector<T> frames{2, 0, 4, 0, 2, 4, 2, 0, this->kNan, 0, 2, 4, inf, 0, 4, 0, 2, 4, most, most, most, 0, 2, 4};
   std::vector<T> out(4 * 25);
-  sample_patches(pixels.data(), {1, 1, 1, 81}, start, size, size, frames.data(), 4, 5, out.data());
+  extract_patches(pixels.data(), 1, 1, 81, start, 4, size, size, frames.data(), 5, out.data());
   for (size_t i = 0; i < 25; ++i) {
     EXPECT_EQ(out[i], T(1));
     EXPECT_TRUE(std::isnan(out[25 + i]));
@@ -107,7 +107,7 @@ TYPED_TEST(UndefinedKernels, AGuideThatIsNotANumberLeavesNoMean) {
     const std::vector<T> nearness(9, T(0.5));
     const T falloff = -1;
     std::vector<T> out(x.size());
-    bilateral(x.data(), 1, guide.data(), 1, false, {1, 5, 21}, nearness.data(), false, 3, 3, &falloff, false, Border::kReplicate, false, out.data());
+    bilateral(x.data(), {1, 1, 5, 21}, guide.data(), 1, 1, nearness.data(), 1, 3, 3, &falloff, 1, Border::kReplicate, false, out.data());
     for (int64_t r = 0; r < 5; ++r)
       for (int64_t c = 0; c < 21; ++c)
         ASSERT_EQ(std::isnan(out[size_t(r * 21 + c)]), std::abs(r - 2) <= 1 && std::abs(c - int64_t(broken)) <= 1) << r << ", " << c << " of " << broken;

@@ -8,8 +8,8 @@ of lower index is hung below it, and all trees become shallower.
 import torch
 from torch import Tensor
 
-from . import kernels
 from .extremes import rectangle_extreme
+from .kernels import operators as kernels
 from .loops import until_stable
 from .lowering import primitive
 
@@ -31,7 +31,7 @@ def component_roots(mask: Tensor, limit: int) -> Tensor:
 
 @component_roots.lowering("native", when=lambda mask, limit: kernels.available(mask) and kernels.runs_to_its_end(limit))
 def _component_roots_kernel(mask: Tensor, limit: int) -> Tensor:
-    return kernels.component_roots(mask)
+    return kernels.connected_components(mask)
 
 
 def reached(mask: Tensor, seeds: Tensor, limit: int) -> Tensor:

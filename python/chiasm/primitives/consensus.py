@@ -10,7 +10,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .linalg import inverse3x3, small_matmul
 from .loops import repeated
 from .lowering import primitive
@@ -222,7 +222,7 @@ def _cheapest(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, co
 
 @_cheapest.lowering("native", when=lambda models, exists, planes, *_: kernels.has_kernel(planes))
 def _cheapest_kernel(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
-    return kernels.cheapest_models(_unit(models, planes), planes, epipolar, count)
+    return kernels.score_models(_unit(models, planes).contiguous(), planes.contiguous(), epipolar, count)
 
 
 def least(cost: Tensor, count: int) -> Tensor:

@@ -6,10 +6,10 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import primitive
 from .padding import join_columns, padded, padded_parts, stencil, stencil3d
-from .stencil import along_columns, along_rows, separable_shared
+from .stencil import along_columns, along_rows, separable_by_kernel, separable_shared
 
 
 def centred(size: int) -> Tuple[int, int]:
@@ -142,7 +142,7 @@ def _is_middling(x: Tensor, ky: int, kx: int, *_: object) -> bool:
 
 @box_sums.lowering("native", when=_is_middling)
 def _kernel_of_ones(x: Tensor, ky: int, kx: int, border_type: str, scale: float, centre: float) -> Tensor:
-    return kernels.separable_shared(x, [1.0] * ky, [1.0] * kx, border_type, scale, centre)
+    return separable_by_kernel(x, [1.0] * ky, [1.0] * kx, border_type, scale, centre)
 
 
 @box_sums.lowering("native", when=lambda x, ky, kx, *_: ky * kx > 9)
@@ -159,7 +159,7 @@ def separable_plus(x: Tensor, taps_y: List[float], taps_x: List[float], border_t
     return _weighted(separable_shared(x, taps_y, taps_x, border_type), x, scale, centre)
 
 
-separable_plus.lowering("native", when=kernels.has_kernel)(kernels.separable_shared)
+separable_plus.lowering("native", when=kernels.has_kernel)(separable_by_kernel)
 
 
 def _weighted(sums: Tensor, x: Tensor, scale: float, centre: float) -> Tensor:

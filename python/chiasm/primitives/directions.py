@@ -6,9 +6,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from . import kernels
 from .angles import angle_of
 from .derivatives import gradient
+from .kernels import operators as kernels
 from .linalg import small_matmul
 from .lowering import primitive
 
@@ -48,4 +48,4 @@ def direction_histograms(patches: Tensor, window: Tensor, nearness: Tensor, bins
 
 @direction_histograms.lowering("native", when=kernels.has_kernel)
 def _direction_histograms_kernel(patches: Tensor, window: Tensor, nearness: Tensor, bins: int) -> Tensor:
-    return kernels.direction_histograms(patches[:, 0], window, nearness, bins)
+    return kernels.orientation_histograms(patches[:, 0].contiguous(), window.contiguous(), nearness.contiguous(), bins)

@@ -7,7 +7,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import primitive
 from .padding import stencil
 from .ranking import stable_topk
@@ -76,7 +76,7 @@ def strongest_extrema(volume: Tensor, radii: List[float], signed: bool, count: i
 
 @strongest_extrema.lowering("native", when=kernels.has_kernel)
 def _strongest_extrema_kernel(volume: Tensor, radii: List[float], signed: bool, count: int) -> Tensor:
-    return kernels.strongest_extrema(volume, [math.ceil(radius) for radius in radii], signed, count)
+    return kernels.scale_space_nms(volume.contiguous(), torch.tensor([math.ceil(radius) for radius in radii], dtype=torch.int64), signed, count)
 
 
 def _has_room(volume: Tensor, radii: List[float]) -> Tensor:

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import primitive
 from .padding import stencil
 
@@ -22,7 +22,9 @@ def rectangle_extreme(x: Tensor, rows: int, columns: int, border_type: str, larg
     return _along(tall, (0, 0), (rx, rx), border_type, 3, columns, largest, value)
 
 
-rectangle_extreme.lowering("native", when=kernels.has_kernel)(kernels.rectangle_extreme)
+@rectangle_extreme.lowering("native", when=kernels.has_kernel)
+def _rectangle_extreme_kernel(x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0) -> Tensor:
+    return kernels.minmax_filter(x, rows, columns, border_type, value, largest)
 
 
 @stencil
@@ -61,7 +63,7 @@ def _structured_extreme_kernel(
     x: Tensor, heights: Tensor, row: int, column: int, border_type: str, value: float, absent: float, largest: bool
 ) -> Tensor:
     window = heights.flip([0, 1]) if largest else heights
-    return kernels.structured_extreme(x, window, row, column, border_type, value, absent, largest)
+    return kernels.morphology(x, window, row, column, border_type, value, absent, largest)
 
 
 @primitive
@@ -77,7 +79,7 @@ def structured_range(
 def _structured_range_kernel(
     x: Tensor, heights: Tensor, row: int, column: int, border_type: str, high_value: float, low_value: float, absent: float
 ) -> Tensor:
-    return kernels.structured_range(x, heights.flip([0, 1]), heights, row, column, border_type, high_value, low_value, absent)
+    return kernels.morphology_gradient(x, heights.flip([0, 1]), heights, row, column, border_type, high_value, low_value, absent)
 
 
 def _highest(p: Tensor, heights: Tensor) -> Tensor:

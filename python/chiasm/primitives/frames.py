@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import primitive
 from .planes import mix_channels
 from .resizing import resized

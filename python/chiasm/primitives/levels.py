@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .linalg import small_matmul
 from .lowering import primitive
 from .materialise import materialised
@@ -26,7 +26,7 @@ def to_levels(x: Tensor) -> Tensor:
     return torch.floor(scaled + 0.49999997).to(torch.int32).clamp(0, 255)
 
 
-to_levels.lowering("native", when=kernels.has_kernel)(kernels.to_levels)
+to_levels.lowering("native", when=kernels.has_kernel)(kernels.quantize_u8)
 
 
 @primitive
@@ -41,7 +41,9 @@ def count_each(index: Tensor, bins: int) -> Tensor:
     return zeros.scatter_add(1, where, torch.ones_like(where, dtype=torch.int32))
 
 
-count_each.lowering("native", when=kernels.available)(kernels.count_each)
+@count_each.lowering("native", when=kernels.available)
+def _count_each_kernel(index: Tensor, bins: int) -> Tensor:
+    return kernels.bincount(index.to(torch.uint8 if bins <= 256 else torch.int32), bins)
 
 
 def mirrored(size: int, padded: int, device: torch.device) -> Tensor:
@@ -66,7 +68,9 @@ def tile_counts(levels: Tensor, tile_y: int, tile_x: int, tiles_y: int, tiles_x:
     return counts.unflatten(1, [tiles_y * tiles_x, 256])
 
 
-tile_counts.lowering("native", when=kernels.available)(kernels.tile_counts)
+@tile_counts.lowering("native", when=kernels.available)
+def _tile_counts_kernel(levels: Tensor, tile_y: int, tile_x: int, tiles_y: int, tiles_x: int) -> Tensor:
+    return kernels.clahe_histograms(levels.to(torch.uint8), tile_y, tile_x, tiles_y, tiles_x)
 
 
 @primitive
@@ -88,7 +92,11 @@ def blend_curves(
     return torch.round(upper * (1.0 - below) + lower * below)
 
 
-blend_curves.lowering("native", when=lambda table, tiles_x, levels, *_: kernels.available(levels))(kernels.blend_curves)
+@blend_curves.lowering("native", when=lambda table, tiles_x, levels, *_: kernels.available(levels))
+def _blend_curves_kernel(
+    table: Tensor, tiles_x: int, levels: Tensor, y0: Tensor, y1: Tensor, wy: Tensor, x0: Tensor, x1: Tensor, wx: Tensor
+) -> Tensor:
+    return kernels.clahe_interpolate(table.unflatten(1, [-1, 256]), tiles_x, levels.to(torch.uint8), y0, y1, wy, x0, x1, wx)
 
 
 @primitive
@@ -101,7 +109,10 @@ def extents(x: Tensor) -> Tuple[Tensor, Tensor]:
     return least(x, [1]), greatest(x, [1])
 
 
-extents.lowering("native", when=kernels.has_kernel)(kernels.extents)
+@extents.lowering("native", when=kernels.has_kernel)
+def _extents_kernel(x: Tensor) -> Tuple[Tensor, Tensor]:
+    both = kernels.aminmax(x)
+    return both[0], both[1]
 
 
 @primitive
@@ -114,7 +125,7 @@ def bin_counts(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
     return count_each(to_index((x - low) / span * float(bins), bins), bins)
 
 
-bin_counts.lowering("native", when=kernels.has_kernel)(kernels.bin_counts)
+bin_counts.lowering("native", when=kernels.has_kernel)(kernels.histc)
 
 
 def whole_quotient(a: Tensor, b: Tensor) -> Tensor:
@@ -136,7 +147,9 @@ def _has_256(table: Tensor, _: Tensor) -> bool:
     return kernels.has_kernel(table) and isinstance(table.size(1), int) and table.size(1) == 256
 
 
-look_up.lowering("native", when=_has_256)(kernels.look_up)
+@look_up.lowering("native", when=_has_256)
+def _look_up_kernel(table: Tensor, index: Tensor) -> Tensor:
+    return kernels.lut(table, index.to(torch.uint8))
 
 
 @primitive

@@ -5,8 +5,13 @@ from typing import List
 import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import carries_derivative, primitive
+
+
+def _has_kernel(m: Tensor, *_: object) -> bool:
+    """Whether kernels take matrices (..., n, n)."""
+    return kernels.available(m) and m.dtype == torch.float64 and isinstance(m.size(-1), int) and 3 <= m.size(-1) <= kernels.MOST_ROWS
 
 
 @primitive
@@ -201,7 +206,9 @@ def _eliminated_inverse(m: Tensor) -> Tensor:
     return small_matmul(torch.stack(order, -2), joined[..., n:])
 
 
-_eliminated_inverse.lowering("native", when=kernels.takes_matrices)(kernels.gauss_jordan)
+@_eliminated_inverse.lowering("native", when=_has_kernel)
+def _eliminated_inverse_kernel(m: Tensor) -> Tensor:
+    return kernels.batched_inverse(m.contiguous())
 
 
 @primitive
@@ -216,7 +223,9 @@ def spd_inverse(m: Tensor) -> Tensor:
     return m
 
 
-spd_inverse.lowering("native", when=kernels.takes_matrices)(kernels.spd_inverse)
+@spd_inverse.lowering("native", when=_has_kernel)
+def _spd_inverse_kernel(m: Tensor) -> Tensor:
+    return kernels.spd_inverse(m.contiguous())
 
 
 def smallest_eigenvector(m: Tensor) -> Tensor:
@@ -274,7 +283,9 @@ def high_power(m: Tensor, squarings: int) -> Tensor:
     return m
 
 
-high_power.lowering("native", when=kernels.takes_matrices)(kernels.high_power)
+@high_power.lowering("native", when=_has_kernel)
+def _high_power_kernel(m: Tensor, squarings: int) -> Tensor:
+    return kernels.normalized_power(m.contiguous(), squarings)
 
 
 def _eye(m: Tensor) -> Tensor:

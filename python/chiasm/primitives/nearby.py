@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import primitive
 from .padding import padded
 from .stencil import join_channels, split_channels

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .linalg import small_matmul
 from .lowering import primitive
 
@@ -24,7 +24,7 @@ def squared_distances(a: Tensor, b: Tensor) -> Tensor:
 
 @squared_distances.lowering("native", when=lambda a, b: kernels.has_kernel(a) and b.dtype == a.dtype)
 def _squared_distances_kernel(a: Tensor, b: Tensor) -> Tensor:
-    return kernels.squared_distances(a.detach(), b.detach())
+    return kernels.cdist_squared(a.detach().contiguous(), b.detach().contiguous())
 
 
 @primitive
@@ -48,4 +48,6 @@ def two_least(x: Tensor, along_rows: bool) -> Tensor:
     return torch.where(found, places, torch.full_like(places, -1))
 
 
-two_least.lowering("native", when=kernels.has_kernel)(kernels.two_least)
+@two_least.lowering("native", when=kernels.has_kernel)
+def _two_least_kernel(x: Tensor, along_rows: bool) -> Tensor:
+    return kernels.two_smallest(x.contiguous(), along_rows)

@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import primitive
 from .reshaping import reshaped
 from .whole import known_or
@@ -28,7 +28,10 @@ def read_levels(pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, fr
     return reshaped(_gather(pixels, index, weight), [pixels.size(0), pixels.size(1), frame.size(1), PS, PS])
 
 
-read_levels.lowering("native", when=kernels.has_kernel)(kernels.sample_patches)
+@read_levels.lowering("native", when=kernels.has_kernel)
+def _read_levels_kernel(pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frame: Tensor, PS: int) -> Tensor:
+    frame = frame.to(pixels.dtype).contiguous()
+    return kernels.extract_patches(pixels.contiguous(), start.contiguous(), height.contiguous(), width.contiguous(), frame, PS)
 
 
 def _level_taps(x: Tensor, y: Tensor, start: Tensor, height: Tensor, width: Tensor) -> Tuple[List[Tensor], List[Tensor]]:

@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .linalg import small_matmul
 from .loops import repeated
 from .lowering import primitive
@@ -44,9 +44,10 @@ def _found(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
     return 0.5 * (low + high), high > low
 
 
-@_found.lowering("native", when=lambda c, _: kernels.has_kernel(c) and c.size(0) <= 17)
+@_found.lowering("native", when=lambda c, _: kernels.has_kernel(c) and c.size(0) <= kernels.MOST_TERMS)
 def _found_kernel(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
-    u, exists = kernels.real_roots(c.flatten(1))
+    both = kernels.real_roots(c.flatten(1).contiguous())
+    u, exists = both[0], both[1] > 0
     return u.unflatten(1, c.shape[1:]).movedim(0, -1), exists.unflatten(1, c.shape[1:]).movedim(0, -1)
 
 

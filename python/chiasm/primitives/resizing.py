@@ -2,9 +2,10 @@
 
 from typing import List, Tuple
 
+import torch
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import primitive
 from .materialise import materialised, stored_index
 from .reshaping import reshaped
@@ -79,6 +80,12 @@ def _in_one_pass(x: Tensor, height: int, width: int, align_corners: bool, taps: 
     return kernels.has_kernel(x) and border_type != "circular"
 
 
+def _resized_in_one_pass(
+    x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str, blurred_before: bool
+) -> Tensor:
+    return kernels.resize_blurred(x, torch.tensor(taps, dtype=x.dtype), height, width, align_corners, border_type, blurred_before)
+
+
 @primitive
 def blurred_and_resized(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
     """``resized``, bilinear, after ``separable_shared`` with the same symmetric taps along both axes."""
@@ -87,7 +94,7 @@ def blurred_and_resized(x: Tensor, height: int, width: int, align_corners: bool,
 
 @blurred_and_resized.lowering("native", when=_in_one_pass)
 def _blurred_and_resized_kernel(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
-    return kernels.resize_blurred(x, taps, height, width, align_corners, border_type, before=True)
+    return _resized_in_one_pass(x, height, width, align_corners, taps, border_type, True)
 
 
 @primitive
@@ -98,4 +105,4 @@ def resized_and_blurred(x: Tensor, height: int, width: int, align_corners: bool,
 
 @resized_and_blurred.lowering("native", when=_in_one_pass)
 def _resized_and_blurred_kernel(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
-    return kernels.resize_blurred(x, taps, height, width, align_corners, border_type, before=False)
+    return _resized_in_one_pass(x, height, width, align_corners, taps, border_type, False)

@@ -3,9 +3,9 @@
 import torch
 from torch import Tensor
 
-from . import kernels
 from .components import reached
 from .derivatives import sobel_sums
+from .kernels import operators as kernels
 from .lowering import primitive
 from .padding import stencil
 
@@ -19,7 +19,7 @@ def ridges(x: Tensor, eps: float) -> Tensor:
     return _thinned(_gradient(x, (1, 1), (1, 1), "replicate", eps), (1, 1), (1, 1), "constant")
 
 
-ridges.lowering("native", when=kernels.has_kernel)(kernels.ridges)
+ridges.lowering("native", when=kernels.has_kernel)(kernels.canny_nms)
 
 
 @stencil
@@ -64,4 +64,4 @@ def linked(x: Tensor, low: float, high: float, limit: int) -> Tensor:
 
 @linked.lowering("native", when=lambda x, low, high, limit: kernels.has_kernel(x) and kernels.runs_to_its_end(limit))
 def _linked_kernel(x: Tensor, low: float, high: float, limit: int) -> Tensor:
-    return kernels.hysteresis(x, low, high)
+    return kernels.canny_hysteresis(x, low, high)

@@ -6,7 +6,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import primitive
 from .padding import padded, stencil
 
@@ -23,7 +23,9 @@ def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) -
     return along_rows(along_columns(x, (ry, ry), (0, 0), border_type, kernel_y), (0, 0), (rx, rx), border_type, kernel_x)
 
 
-separable.lowering("native", when=kernels.has_kernel)(kernels.separable)
+@separable.lowering("native", when=kernels.has_kernel)
+def _separable_kernel(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) -> Tensor:
+    return kernels.separable(x, kernel_y, kernel_x, border_type, 1.0, 0.0)
 
 
 @primitive
@@ -34,7 +36,12 @@ def separable_shared(x: Tensor, taps_y: List[float], taps_x: List[float], border
     return _weighed(_weighed(x, (ry, ry), (0, 0), border_type, 2, taps_y), (0, 0), (rx, rx), border_type, 3, taps_x)
 
 
-separable_shared.lowering("native", when=kernels.has_kernel)(kernels.separable_shared)
+@separable_shared.lowering("native", when=kernels.has_kernel)
+def separable_by_kernel(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float = 1.0, centre: float = 0.0) -> Tensor:
+    """``scale`` times ``separable_shared`` plus ``centre`` times x, where there is a kernel."""
+    column = torch.tensor([taps_y], dtype=x.dtype, device=x.device)
+    row = torch.tensor([taps_x], dtype=x.dtype, device=x.device)
+    return kernels.separable(x, column, row, border_type, scale, centre)
 
 
 @separable_shared.lowering("onnx")

@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from . import kernels
+from .kernels import operators as kernels
 from .lowering import primitive
 
 

@@ -5,8 +5,8 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from . import kernels
 from .checks import check_choice, check_floating
+from .kernels import operators as kernels
 from .lowering import primitive
 from .sampling import bilinear_taps, cubic_taps, gather_taps, larger, nearest_taps, reflect_positions
 from .stencil import join_channels, split_channels
@@ -70,6 +70,10 @@ def mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
     return (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2]) / depth, (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2]) / depth
 
 
+def _has_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
+    return kernels.has_kernel(src) and mode != "bicubic" and padding_mode != "fill"
+
+
 @primitive
 def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]) -> Tensor:
     """src (B, C, H, W) at pixel positions x and y (B, h, w), or (1, h, w) for all of them: (B, C, h, w).
@@ -95,11 +99,13 @@ def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str
     return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
 
 
-@sample_image.lowering("native", when=lambda src, x, y, mode, padding_mode, *_: kernels.samples(src, mode, padding_mode))
+@sample_image.lowering("native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, mode, padding_mode))
 def _sample_image_kernel(
     src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
 ) -> Tensor:
-    return kernels.sample(src, x, y, mode, padding_mode, align_corners)
+    x, y = torch.broadcast_tensors(x.to(src.dtype), y.to(src.dtype))
+    x, y = x.expand(src.size(0), -1, -1).contiguous(), y.expand(src.size(0), -1, -1).contiguous()
+    return kernels.remap(src, x, y, mode, padding_mode, align_corners)
 
 
 @primitive
@@ -114,14 +120,15 @@ def sample_projective(
 
 
 def _samples(src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object) -> bool:
-    return kernels.samples(src, mode, padding_mode)
+    return _has_kernel(src, mode, padding_mode)
 
 
 @sample_projective.lowering("native", when=_samples)
 def _sample_projective_kernel(
     src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
 ) -> Tensor:
-    return kernels.sample_projective(src, matrix.to(position_dtype(src.dtype)), height, width, mode, padding_mode, align_corners)
+    matrix = matrix.to(position_dtype(src.dtype)).to(src.dtype).expand(src.size(0), 3, 3).contiguous()
+    return kernels.warp_perspective(src, matrix, height, width, mode, padding_mode, align_corners)
 
 
 @primitive
@@ -143,7 +150,7 @@ def _sample_affine_kernel(
 ) -> Tensor:
     precision = position_dtype(src.dtype)
     last = torch.tensor([0.0, 0.0, 1.0], dtype=precision, device=src.device).expand(matrix.size(0), 1, 3)
-    return kernels.sample_projective(src, torch.cat([matrix.to(precision), last], 1), height, width, mode, padding_mode, align_corners)
+    return _sample_projective_kernel(src, torch.cat([matrix.to(precision), last], 1), height, width, mode, padding_mode, align_corners, fill_value)
 
 
 def weigh_image(src: Tensor, index: List[Tensor], weight: List[Tensor], fill_value: Optional[Tensor]) -> Tensor:

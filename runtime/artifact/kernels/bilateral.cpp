@@ -32,21 +32,21 @@ hn::Vec<D> exp_of(D d, hn::Vec<D> x) {
 template <class T>
 struct Offset {
   int64_t dy, dx;
-  T nearness;
+  T space_weight;
 };
 
-// weights[x] = exp(falloff * distance^2) * nearness, of here[c][x] and there[c][x] in `depth` channels; up to a whole vector at the end.
+// weights[x] = exp(coefficient * distance^2) * space_weight, of here[c][x] and there[c][x] in `depth` channels; up to a whole vector at the end.
 template <class T>
-void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n, T falloff, T nearness, bool squares, T* weights) {
+void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n, T coefficient, T space_weight, bool euclidean, T* weights) {
   const Lanes<T> d;
   for (int64_t x = 0; x < n; x += kLanes<T>) {
     auto distance = hn::Zero(d);
     for (int64_t c = 0; c < depth; ++c) {
       const auto difference = hn::Sub(hn::LoadU(d, there[c] + x), hn::LoadU(d, here[c] + x));
-      distance = hn::Add(distance, squares ? hn::Mul(difference, difference) : hn::Abs(difference));
+      distance = hn::Add(distance, euclidean ? hn::Mul(difference, difference) : hn::Abs(difference));
     }
-    if (!squares) distance = hn::Mul(distance, distance);
-    hn::StoreU(hn::Mul(exp_of(d, hn::Mul(distance, hn::Set(d, falloff))), hn::Set(d, nearness)), d, weights + x);
+    if (!euclidean) distance = hn::Mul(distance, distance);
+    hn::StoreU(hn::Mul(exp_of(d, hn::Mul(distance, hn::Set(d, coefficient))), hn::Set(d, space_weight)), d, weights + x);
   }
 }
 
@@ -85,9 +85,10 @@ inline void for_blocks(int64_t n, const Four& four, const One& one) {
 }  // namespace
 
 template <class T>
-void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool shared_guide, Planes images, const T* nearness, bool shared_nearness,
-               int64_t ky, int64_t kx, const T* falloff, bool shared_falloff, Border border, bool squares, T* out) {
-  const int64_t height = images.height, width = images.width, plane = height * width, rx = kx / 2, ry = ky / 2;
+void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, int64_t depth, const T* space_weights, int64_t windows, int64_t ky, int64_t kx,
+               const T* range_coefficient, int64_t coefficients, Border border, bool euclidean, T* out) {
+  const int64_t channels = images.channels, height = images.height, width = images.width, plane = height * width, rx = kx / 2, ry = ky / 2;
+  const bool shared_guide = guides_given == 1;
   // A view of the image's first planes, or of its first image, begins where the image does.
   const bool own_guide = guide != x || depth != channels || (shared_guide && images.count > 1);
   const int64_t sources = channels + (own_guide ? depth : 0), guides = own_guide ? channels : 0, count = ky * kx / 2;
@@ -95,11 +96,11 @@ void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool
   const int64_t image_rows = sources * ky, rows = image_rows + count * (ry + 1) + 2;
   const int64_t pointer_count = 2 * depth + 4 * count;
   std::vector<const T*> all_pointers(static_cast<size_t>(pointer_count * omp_get_max_threads()));
-  for_tiles<T>(images, rows, rows, 2 * kx, border, [&](const Tile& tile, T* scratch, int64_t length) {
+  for_tiles<T>({images.count, height, width}, rows, rows, 2 * kx, border, [&](const Tile& tile, T* scratch, int64_t length) {
     const int64_t columns = tile.right - tile.left;
     const Span span(tile, width, rx, rx);
-    const T* const window = nearness + (shared_nearness ? 0 : tile.plane * ky * kx);
-    const T fall = falloff[shared_falloff ? 0 : tile.plane];
+    const T* const window = space_weights + (windows == 1 ? 0 : tile.plane * ky * kx);
+    const T coefficient = range_coefficient[coefficients == 1 ? 0 : tile.plane];
     const auto source_row = [&](int64_t c, int64_t y) { return scratch + (c * ky + (y + 2 * ky) % ky) * length + rx; };
     const auto weight_row = [&](int64_t k, int64_t y) { return scratch + (image_rows + k * (ry + 1) + (y + 2 * ky * (ry + 1)) % (ry + 1)) * length + rx; };
     T *const totals = scratch + (rows - 2) * length, *const means = totals + length;
@@ -131,7 +132,7 @@ void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool
           here[c] = source_row(guides + c, y) + start;
           there[c] = source_row(guides + c, y + dy) + start + dx;
         }
-        weigh_pairs(here, there, depth, end - start, fall, near, squares, weight_row(k, y) + start);
+        weigh_pairs(here, there, depth, end - start, coefficient, near, euclidean, weight_row(k, y) + start);
       }
     };
     for (int64_t y = tile.top - ry; y < tile.top + ry; ++y) fetch(y);
@@ -165,9 +166,6 @@ void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool
   });
 }
 
-template void bilateral(const float*, int64_t, const float*, int64_t, bool, Planes, const float*, bool, int64_t, int64_t, const float*, bool, Border, bool,
-                        float*);
-template void bilateral(const double*, int64_t, const double*, int64_t, bool, Planes, const double*, bool, int64_t, int64_t, const double*, bool, Border,
-                        bool, double*);
+CHIASM_INSTANTIATE(bilateral)
 
 }  // namespace chiasm::kernels

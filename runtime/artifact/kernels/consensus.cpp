@@ -94,7 +94,7 @@ void cheapest(const T* models, int64_t begin, int64_t end, const T* planes, int6
 }  // namespace
 
 template <class T>
-void cheapest_models(const T* models, const T* planes, int64_t batch, int64_t per_item, int64_t n, bool epipolar, int64_t count, int64_t* out) {
+void score_models(const T* models, int64_t batch, int64_t per_item, const T* points, int64_t n, bool epipolar, int64_t count, int64_t* out) {
   const int64_t parts = omp_get_max_threads();
   std::vector<Ranking<T>> rankings(static_cast<size_t>(batch * parts));
   // Allocated here, because nothing may be thrown inside the parallel region.
@@ -102,9 +102,9 @@ void cheapest_models(const T* models, const T* planes, int64_t batch, int64_t pe
 #pragma omp parallel for
   for (int64_t i = 0; i < batch * parts; ++i) {
     const int64_t item = i / parts, part = i % parts, begin = per_item * part / parts, end = per_item * (part + 1) / parts;
-    const T *const own = models + item * per_item * 9, *const points = planes + item * 7 * n;
-    if (epipolar) cheapest<true>(own, begin, end, points, n, count, rankings[i]);
-    else cheapest<false>(own, begin, end, points, n, count, rankings[i]);
+    const T *const own = models + item * per_item * 9, *const rows = points + item * 7 * n;
+    if (epipolar) cheapest<true>(own, begin, end, rows, n, count, rankings[i]);
+    else cheapest<false>(own, begin, end, rows, n, count, rankings[i]);
   }
   for (int64_t item = 0; item < batch; ++item) {
     Ranking<T> all;
@@ -114,7 +114,6 @@ void cheapest_models(const T* models, const T* planes, int64_t batch, int64_t pe
   }
 }
 
-template void cheapest_models(const float*, const float*, int64_t, int64_t, int64_t, bool, int64_t, int64_t*);
-template void cheapest_models(const double*, const double*, int64_t, int64_t, int64_t, bool, int64_t, int64_t*);
+CHIASM_INSTANTIATE(score_models)
 
 }  // namespace chiasm::kernels

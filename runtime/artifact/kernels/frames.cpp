@@ -1,6 +1,7 @@
 // Interleaved bytes as numbers: of a camera's frame, pixels B, G, R.
 #include <cstring>
 
+#include "resize_taps.h"
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -64,7 +65,8 @@ HWY_INLINE hn::Vec<hn::FixedTag<float, 4>> sum_of_pair(D, const hn::Vec<D>* pixe
 
 }  // namespace
 
-void frame_to_grey(const uint8_t* frame, int64_t n, float* out) {
+void frame_to_grey(const uint8_t* frame, int64_t height, int64_t width, float* out) {
+  const int64_t n = height * width;
   const auto luma = [](auto d, auto b, auto g, auto r) {
     return hn::Add(hn::Add(hn::Mul(r, hn::Set(d, 0.299f)), hn::Mul(g, hn::Set(d, 0.587f))), hn::Mul(b, hn::Set(d, 0.114f)));
   };
@@ -89,8 +91,8 @@ void frame_to_grey(const uint8_t* frame, int64_t n, float* out) {
 }
 
 void resize_frame(const uint8_t* frame, int64_t height, int64_t width, int64_t new_height, int64_t new_width, float* out) {
-  const Taps<float> down = resize_taps<float>(height, new_height, Filter::kBilinear, false, false);
-  const Pairs across = pairs_of(resize_taps<float>(width, new_width, Filter::kBilinear, false, false), width);
+  const Taps<float> down = resize_taps<float>(height, new_height, Interpolation::kBilinear, false, false);
+  const Pairs across = pairs_of(resize_taps<float>(width, new_width, Interpolation::kBilinear, false, false), width);
   const int64_t room = (new_width + 3) / 4 * 16;
   std::vector<float> all_rows(static_cast<size_t>(room * omp_get_max_threads()));
 #pragma omp parallel for

@@ -58,7 +58,7 @@ void count_rows(int64_t rows, int64_t n, int64_t bins, int32_t* counts, const Bo
 }  // namespace
 
 template <class Index>
-void count_each(const Index* index, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {
+void bincount(const Index* index, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {
   count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) { count(index + row * n + first, size, bins, tables); });
 }
 
@@ -107,7 +107,7 @@ Extent<T> extent(const T* x, int64_t n) {
 }  // namespace
 
 template <class T>
-void extents(const T* x, int64_t rows, int64_t n, T* out) {
+void aminmax(const T* x, int64_t rows, int64_t n, T* out) {
   constexpr int64_t size = 65536;
   const int64_t chunks = (n + size - 1) / size;
   std::vector<Extent<T>> parts(static_cast<size_t>(rows * chunks));
@@ -127,8 +127,7 @@ void extents(const T* x, int64_t rows, int64_t n, T* out) {
   }
 }
 
-template void extents(const float*, int64_t, int64_t, float*);
-template void extents(const double*, int64_t, int64_t, double*);
+CHIASM_INSTANTIATE(aminmax)
 
 namespace {
 
@@ -145,7 +144,7 @@ void place_in_bins(const T* x, int64_t n, T low, T span, T bins, int32_t* index)
 }  // namespace
 
 template <class T>
-void bin_counts(const T* x, const T* low, const T* span, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {
+void histc(const T* x, int64_t rows, int64_t n, const T* low, const T* span, int64_t bins, int32_t* counts) {
   constexpr int64_t kBlock = 512;
   count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) {
     const T* const values = x + row * n + first;
@@ -159,8 +158,7 @@ void bin_counts(const T* x, const T* low, const T* span, int64_t rows, int64_t n
   });
 }
 
-template void bin_counts(const float*, const float*, const float*, int64_t, int64_t, int64_t, int32_t*);
-template void bin_counts(const double*, const double*, const double*, int64_t, int64_t, int64_t, int32_t*);
+CHIASM_INSTANTIATE(histc)
 
 namespace {
 
@@ -201,20 +199,18 @@ void find_levels(const T* x, int64_t n, uint8_t* levels) {
 }  // namespace
 
 template <class T>
-void to_levels(const T* x, int64_t n, uint8_t* levels) {
+void quantize_u8(const T* x, int64_t n, uint8_t* levels) {
   constexpr int64_t kBlock = 16384;
 #pragma omp parallel for
   for (int64_t first = 0; first < n; first += kBlock) find_levels(x + first, std::min(kBlock, n - first), levels + first);
 }
 
-template void to_levels(const float*, int64_t, uint8_t*);
-template void to_levels(const double*, int64_t, uint8_t*);
+CHIASM_INSTANTIATE(quantize_u8)
 
-template void count_each(const uint8_t*, int64_t, int64_t, int64_t, int32_t*);
-template void count_each(const int32_t*, int64_t, int64_t, int64_t, int32_t*);
+CHIASM_INSTANTIATE(bincount)
 
 template <class T>
-void look_up(const T* table, const uint8_t* index, int64_t rows, int64_t n, T* out) {
+void lut(const T* table, int64_t rows, const uint8_t* index, int64_t n, T* out) {
   constexpr int64_t size = 65536;
   const int64_t chunks = (n + size - 1) / size;
 #pragma omp parallel for
@@ -225,21 +221,21 @@ void look_up(const T* table, const uint8_t* index, int64_t rows, int64_t n, T* o
   }
 }
 
-template void look_up(const float*, const uint8_t*, int64_t, int64_t, float*);
-template void look_up(const double*, const uint8_t*, int64_t, int64_t, double*);
+CHIASM_INSTANTIATE(lut)
 
-void tile_counts(const uint8_t* levels, Planes planes, int64_t tile_y, int64_t tile_x, int64_t tiles_y, int64_t tiles_x, int32_t* counts) {
+void clahe_histograms(const uint8_t* levels, int64_t count_of_planes, int64_t height, int64_t width, int64_t tile_height, int64_t tile_width, int64_t tiles_y,
+                      int64_t tiles_x, int32_t* counts) {
   const int64_t tiles = tiles_y * tiles_x;
 #pragma omp parallel for
-  for (int64_t i = 0; i < planes.count * tiles; ++i) {
-    const uint8_t* const plane = levels + i / tiles * planes.height * planes.width;
-    const int64_t top = i % tiles / tiles_x * tile_y, left = i % tiles_x * tile_x;
-    const int64_t within = std::clamp<int64_t>(planes.width - left, 0, tile_x);
+  for (int64_t i = 0; i < count_of_planes * tiles; ++i) {
+    const uint8_t* const plane = levels + i / tiles * height * width;
+    const int64_t top = i % tiles / tiles_x * tile_height, left = i % tiles_x * tile_width;
+    const int64_t within = std::clamp<int64_t>(width - left, 0, tile_width);
     std::array<int32_t, kTables * 256> tables{};
-    for (int64_t y = top; y < top + tile_y; ++y) {
-      const uint8_t* const row = plane + inside(y, planes.height, Border::kReflect) * planes.width;
+    for (int64_t y = top; y < top + tile_height; ++y) {
+      const uint8_t* const row = plane + inside(y, height, Border::kReflect) * width;
       count(row + left, within, 256, tables.data());
-      for (int64_t x = left + within; x < left + tile_x; ++x) ++tables[row[inside(x, planes.width, Border::kReflect)]];
+      for (int64_t x = left + within; x < left + tile_width; ++x) ++tables[row[inside(x, width, Border::kReflect)]];
     }
     for (int64_t k = 0; k < 256; ++k) counts[i * 256 + k] = tables[k] + tables[256 + k] + tables[512 + k] + tables[768 + k];
   }
@@ -264,16 +260,15 @@ void blend(const float* a, const float* b, const float* c, const float* d, const
 
 }  // namespace
 
-void blend_curves(const float* table, int64_t tiles, int64_t tiles_x, const uint8_t* levels, Planes planes, const int64_t* first_y,
-                  const int64_t* second_y, const float* weight_y, const int64_t* first_x, const int64_t* second_x, const float* weight_x,
-                  uint8_t* out) {
-  const int64_t height = planes.height, width = planes.width;
+void clahe_interpolate(const float* table, int64_t planes, int64_t tiles, int64_t tiles_x, const uint8_t* levels, int64_t height, int64_t width,
+                       const int64_t* first_y, const int64_t* second_y, const float* weight_y, const int64_t* first_x, const int64_t* second_x,
+                       const float* weight_x, uint8_t* out) {
   // Between two tiles' centres every pixel takes the same curves: where each such stretch ends.
   std::vector<int64_t> ends;
   for (int64_t x = 1; x <= width; ++x)
     if (x == width || first_x[x] != first_x[x - 1] || second_x[x] != second_x[x - 1]) ends.push_back(x);
 #pragma omp parallel for
-  for (int64_t i = 0; i < planes.count * height; ++i) {
+  for (int64_t i = 0; i < planes * height; ++i) {
     const int64_t y = i % height;
     const float* const curves = table + i / height * tiles * 256;
     const float *const upper = curves + first_y[y] * tiles_x * 256, *const lower = curves + second_y[y] * tiles_x * 256;

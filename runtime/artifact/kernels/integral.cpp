@@ -81,7 +81,6 @@ void integral(const T* x, Planes planes, T* out) {
   }
 }
 
-template void integral(const float*, Planes, float*);
-template void integral(const double*, Planes, double*);
+CHIASM_INSTANTIATE(integral)
 
 }  // namespace chiasm::kernels

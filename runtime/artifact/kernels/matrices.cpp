@@ -35,10 +35,9 @@ void load(const double* m, int64_t n, Rows& rows) {
 
 }  // namespace
 
-void gauss_jordan(const double* m, Planes planes, double* out) {
-  const int64_t n = planes.height;
+void batched_inverse(const double* m, int64_t count, int64_t n, double* out) {
 #pragma omp parallel for
-  for (int64_t item = 0; item < planes.count; ++item) {
+  for (int64_t item = 0; item < count; ++item) {
     Rows left, right{};
     load(m + item * n * n, n, left);
     for (int64_t r = 0; r < n; ++r) right[r][r] = 1;
@@ -64,10 +63,9 @@ void gauss_jordan(const double* m, Planes planes, double* out) {
   }
 }
 
-void spd_inverse(const double* m, Planes planes, double* out) {
-  const int64_t n = planes.height;
+void spd_inverse(const double* m, int64_t count, int64_t n, double* out) {
 #pragma omp parallel for
-  for (int64_t item = 0; item < planes.count; ++item) {
+  for (int64_t item = 0; item < count; ++item) {
     Rows rows;
     load(m + item * n * n, n, rows);
     for (int64_t k = 0; k < n; ++k) {
@@ -86,10 +84,9 @@ void spd_inverse(const double* m, Planes planes, double* out) {
   }
 }
 
-void high_power(const double* m, Planes planes, int64_t squarings, double* out) {
-  const int64_t n = planes.height;
+void normalized_power(const double* m, int64_t count, int64_t n, int64_t squarings, double* out) {
 #pragma omp parallel for
-  for (int64_t item = 0; item < planes.count; ++item) {
+  for (int64_t item = 0; item < count; ++item) {
     Rows power;
     load(m + item * n * n, n, power);
     for (int64_t s = 0; s < squarings; ++s) {

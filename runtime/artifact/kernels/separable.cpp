@@ -68,15 +68,16 @@ void combine(const T* x, T scale, T centre, T* out, int64_t n) {
 }  // namespace
 
 template <class T>
-void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t planes_per_row_y, const T* taps_x, int64_t kx,
-               int64_t planes_per_row_x, Border border, T scale, T centre, T* out) {
+void separable(const T* x, Images images, const T* taps_y, int64_t ny, int64_t ky, const T* taps_x, int64_t nx, int64_t kx, Border border, T scale, T centre,
+               T* out) {
+  const Planes planes = images.planes();
   const int64_t height = planes.height, width = planes.width, ry = ky / 2, rx = kx / 2;
   std::vector<const T*> all_sources(static_cast<size_t>((ky + kx) * omp_get_max_threads()));
   const std::vector<T> zeros(border == Border::kConstant ? static_cast<size_t>(width) : 0);
   for_tiles<T>(planes, ky + 2, 1, kx, border, [&](const Tile& tile, T* scratch, int64_t) {
     const T* const image = x + tile.plane * height * width;
-    const T* const weights_y = taps_y + (planes_per_row_y ? tile.plane / planes_per_row_y * ky : 0);
-    const T* const weights_x = taps_x + (planes_per_row_x ? tile.plane / planes_per_row_x * kx : 0);
+    const T* const weights_y = taps_y + (ny > 1 ? tile.plane / images.channels * ky : 0);
+    const T* const weights_x = taps_x + (nx > 1 ? tile.plane / images.channels * kx : 0);
     const Weigh<T> down = weigh_by(weights_y, ky), across = weigh_by(weights_x, kx);
     const T** const rows = all_sources.data() + (ky + kx) * omp_get_thread_num();
     const T** const shifts = rows + ky;
@@ -97,7 +98,6 @@ void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t p
   });
 }
 
-template void separable(const float*, Planes, const float*, int64_t, int64_t, const float*, int64_t, int64_t, Border, float, float, float*);
-template void separable(const double*, Planes, const double*, int64_t, int64_t, const double*, int64_t, int64_t, Border, double, double, double*);
+CHIASM_INSTANTIATE(separable)
 
 }  // namespace chiasm::kernels

@@ -174,13 +174,13 @@ void medians_along(const T* low, const T* middle, const T* high, int64_t n, T* o
 }  // namespace
 
 template <class T>
-void rectangle_extreme(const T* x, Planes planes, int64_t ky, int64_t kx, Border border, T value, bool largest, T* out) {
+void minmax_filter(const T* x, Planes planes, int64_t ky, int64_t kx, Border border, T value, bool largest, T* out) {
   (largest ? rectangle<T, true> : rectangle<T, false>)(x, planes, ky, kx, border, value, out);
 }
 
 template <class T>
-void structured_extreme(const T* x, Planes planes, const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, Border border,
-                        T value, T absent, bool largest, T* out) {
+void morphology(const T* x, Planes planes, const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, Border border, T value,
+                T absent, bool largest, T* out) {
   if (largest)
     structured(x, planes, Window<T, true>(heights, kh, kw, row, column, value, absent), kh, kw, border, out);
   else
@@ -188,10 +188,10 @@ void structured_extreme(const T* x, Planes planes, const T* heights, int64_t kh,
 }
 
 template <class T>
-void structured_range(const T* x, Planes planes, const T* high_window, const T* low_window, int64_t kh, int64_t kw, int64_t row, int64_t column,
-                      Border border, T high_value, T low_value, T absent, T* out) {
-  const Window<T, true> high(high_window, kh, kw, row, column, high_value, absent);
-  const Window<T, false> low(low_window, kh, kw, row, column, low_value, absent);
+void morphology_gradient(const T* x, Planes planes, const T* dilation_heights, int64_t kh, int64_t kw, const T* erosion_heights, int64_t row, int64_t column,
+                         Border border, T dilation_value, T erosion_value, T absent, T* out) {
+  const Window<T, true> high(dilation_heights, kh, kw, row, column, dilation_value, absent);
+  const Window<T, false> low(erosion_heights, kh, kw, row, column, erosion_value, absent);
   const int64_t count = std::max(high.count(), low.count());
   std::vector<const T*> all_sources(static_cast<size_t>(count * omp_get_max_threads()));
   for_tiles<T>(planes, 2 * kh + 3, 2 * kh + 1, kw, border, [&](const Tile& tile, T* scratch, int64_t length) {
@@ -231,13 +231,9 @@ void median3x3(const T* x, Planes planes, Border border, T* out) {
   });
 }
 
-#define INSTANTIATE(T)                                                                                                       \
-  template void rectangle_extreme(const T*, Planes, int64_t, int64_t, Border, T, bool, T*);                                    \
-  template void structured_extreme(const T*, Planes, const T*, int64_t, int64_t, int64_t, int64_t, Border, T, T, bool, T*);     \
-  template void structured_range(const T*, Planes, const T*, const T*, int64_t, int64_t, int64_t, int64_t, Border, T, T, T, T*); \
-  template void median3x3(const T*, Planes, Border, T*);
-
-INSTANTIATE(float)
-INSTANTIATE(double)
+CHIASM_INSTANTIATE(minmax_filter)
+CHIASM_INSTANTIATE(morphology)
+CHIASM_INSTANTIATE(morphology_gradient)
+CHIASM_INSTANTIATE(median3x3)
 
 }  // namespace chiasm::kernels

@@ -22,8 +22,8 @@ struct Neighbours {
 
 // Folds positions into the image, by mirroring at the corner pixels' centres or at the outer edges.
 template <class T>
-void reflect(T* x, int64_t n, int64_t size, bool corners) {
-  const T low = corners ? T(0) : T(-0.5), span = static_cast<T>(corners ? std::max<int64_t>(size - 1, 1) : size), last = static_cast<T>(size - 1);
+void reflect(T* x, int64_t n, int64_t size, bool align_corners) {
+  const T low = align_corners ? T(0) : T(-0.5), span = static_cast<T>(align_corners ? std::max<int64_t>(size - 1, 1) : size), last = static_cast<T>(size - 1);
   for (int64_t i = 0; i < n; ++i) {
     const T t = std::abs(x[i] - low), turns = std::floor(t / span), rest = t - turns * span;
     const T folded = (turns - 2 * std::floor(turns * T(0.5)) > T(0.5) ? span - rest : rest) + low;
@@ -41,9 +41,9 @@ void limit(T* x, int64_t n, T low, T high) {
 }
 
 template <class T>
-void place(T* x, int64_t n, int64_t size, Padding padding, bool corners) {
+void place(T* x, int64_t n, int64_t size, Padding padding, bool align_corners) {
   if (padding == Padding::kBorder) limit(x, n, T(0), static_cast<T>(size - 1));
-  if (padding == Padding::kReflection) reflect(x, n, size, corners);
+  if (padding == Padding::kReflection) reflect(x, n, size, align_corners);
 }
 
 // Of each position the pair of pixels to read along an axis, as its first one, and their weights, 0 where they are outside.
@@ -229,7 +229,7 @@ void prefetch(const T* plane, const int32_t* index, int64_t n) {
 
 // Samples where positions(image, row, column, n, x, y) says.
 template <class T, class Positions>
-void sample_at(const T* source, Images images, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding, bool corners, T* out,
+void sample_at(const T* source, Images images, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding, bool align_corners, T* out,
                const Positions& positions) {
   const int64_t height = images.height, width = images.width, planes = images.count * images.channels;
   int64_t stride = width, plane_size = height * width;
@@ -252,8 +252,8 @@ void sample_at(const T* source, Images images, int64_t out_height, int64_t out_w
     const auto find = [&](int64_t row) {
       T x[kRun], y[kRun];
       positions(image, row, left, n, x, y);
-      place(x, n, width, padding, corners);
-      place(y, n, height, padding, corners);
+      place(x, n, width, padding, align_corners);
+      place(y, n, height, padding, align_corners);
       if (mode == Interpolation::kBilinear)
         bilinear_taps(x, y, n, height, width, stride, rows[row % 2]);
       else
@@ -283,20 +283,20 @@ void sample_at(const T* source, Images images, int64_t out_height, int64_t out_w
 }  // namespace
 
 template <class T>
-void sample(const T* source, Images images, const T* x, const T* y, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding,
-            bool corners, T* out) {
-  sample_at(source, images, out_height, out_width, mode, padding, corners, out, [&](int64_t image, int64_t row, int64_t column, int64_t n, T* to_x, T* to_y) {
-    const int64_t start = (image * out_height + row) * out_width + column;
+void remap(const T* image, Images images, const T* x, int64_t out_height, int64_t out_width, const T* y, Interpolation mode, Padding padding,
+           bool align_corners, T* out) {
+  sample_at(image, images, out_height, out_width, mode, padding, align_corners, out, [&](int64_t item, int64_t row, int64_t column, int64_t n, T* to_x, T* to_y) {
+    const int64_t start = (item * out_height + row) * out_width + column;
     std::copy_n(x + start, n, to_x);
     std::copy_n(y + start, n, to_y);
   });
 }
 
 template <class T>
-void sample_projective(const T* source, Images images, const T* matrices, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding,
-                       bool corners, T* out) {
-  sample_at(source, images, out_height, out_width, mode, padding, corners, out, [&](int64_t image, int64_t row, int64_t column, int64_t n, T* x, T* y) {
-    const T *const m = matrices + 9 * image, v = static_cast<T>(row);
+void warp_perspective(const T* image, Images images, const T* matrix, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding,
+                      bool align_corners, T* out) {
+  sample_at(image, images, out_height, out_width, mode, padding, align_corners, out, [&](int64_t item, int64_t row, int64_t column, int64_t n, T* x, T* y) {
+    const T *const m = matrix + 9 * item, v = static_cast<T>(row);
     for (int64_t i = 0; i < n; ++i) {
       const T u = static_cast<T>(column + i), depth = m[6] * u + m[7] * v + m[8];
       const T divisor = std::abs(depth) > T(1e-8) ? depth : T(1e-8);
@@ -307,16 +307,16 @@ void sample_projective(const T* source, Images images, const T* matrices, int64_
 }
 
 template <class T>
-void sample_patches(const T* pixels, Images rows, const int64_t* start, const int64_t* height, const int64_t* width, const T* frames, int64_t frames_per_row,
-                    int64_t side, T* out) {
-  const int64_t channels = rows.channels, length = rows.height * rows.width, area = side * side;
+void extract_patches(const T* pixels, int64_t rows, int64_t channels, int64_t length, const int64_t* start, int64_t frames_per_row, const int64_t* height,
+                     const int64_t* width, const T* frames, int64_t side, T* out) {
+  const int64_t area = side * side;
   std::vector<T> across(static_cast<size_t>(area)), down(across);  // where a patch's pixels are in its frame
   for (int64_t k = 0; k < area; ++k) {
     across[static_cast<size_t>(k)] = static_cast<T>(2 * (k % side) + 1) / static_cast<T>(side) - 1;
     down[static_cast<size_t>(k)] = static_cast<T>(2 * (k / side) + 1) / static_cast<T>(side) - 1;
   }
 #pragma omp parallel for
-  for (int64_t i = 0; i < rows.count * frames_per_row; ++i) {
+  for (int64_t i = 0; i < rows * frames_per_row; ++i) {
     const int64_t row = i / frames_per_row, frame = i % frames_per_row;
     const T* const m = frames + 6 * i;
     const T* const image = pixels + row * channels * length + start[i];
@@ -354,11 +354,8 @@ void sample_patches(const T* pixels, Images rows, const int64_t* start, const in
   }
 }
 
-template void sample(const float*, Images, const float*, const float*, int64_t, int64_t, Interpolation, Padding, bool, float*);
-template void sample(const double*, Images, const double*, const double*, int64_t, int64_t, Interpolation, Padding, bool, double*);
-template void sample_patches(const float*, Images, const int64_t*, const int64_t*, const int64_t*, const float*, int64_t, int64_t, float*);
-template void sample_patches(const double*, Images, const int64_t*, const int64_t*, const int64_t*, const double*, int64_t, int64_t, double*);
-template void sample_projective(const float*, Images, const float*, int64_t, int64_t, Interpolation, Padding, bool, float*);
-template void sample_projective(const double*, Images, const double*, int64_t, int64_t, Interpolation, Padding, bool, double*);
+CHIASM_INSTANTIATE(remap)
+CHIASM_INSTANTIATE(warp_perspective)
+CHIASM_INSTANTIATE(extract_patches)
 
 }  // namespace chiasm::kernels

@@ -96,7 +96,7 @@ void thin(const T* above, const T* here, const T* below, const T* dx, const T* d
 }  // namespace
 
 template <class T>
-void ridges(const T* x, Planes planes, T eps, T* out) {
+void canny_nms(const T* x, Planes planes, T eps, T* out) {
   const int64_t height = planes.height, width = planes.width;
   for_tiles<T>(planes, Gradient<T>::kRows + 4, Gradient<T>::kRows, 4, Border::kReplicate, [=](const Tile& tile, T* scratch, int64_t length) {
     const Gradient<T> gradient(x + tile.plane * height * width, planes, tile, eps, scratch, length);
@@ -110,7 +110,6 @@ void ridges(const T* x, Planes planes, T eps, T* out) {
   });
 }
 
-template void ridges(const float*, Planes, float, float*);
-template void ridges(const double*, Planes, double, double*);
+CHIASM_INSTANTIATE(canny_nms)
 
 }  // namespace chiasm::kernels

@@ -1,6 +1,7 @@
 // Resizing: each pixel is a weighted sum of a run of pixels, along the columns and along the rows.
 #include <type_traits>
 
+#include "resize_taps.h"
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -245,5 +246,25 @@ void resample(const T* x, Planes planes, const Taps<T>& taps_down, const Taps<T>
 
 template void resample(const float*, Planes, const Taps<float>&, const Taps<float>&, float*);
 template void resample(const double*, Planes, const Taps<double>&, const Taps<double>&, double*);
+
+template <class T>
+void resize(const T* x, Images images, int64_t height, int64_t width, Interpolation mode, bool align_corners, bool antialias, T* out) {
+  const auto taps = [=](int64_t in, int64_t size) { return resize_taps<T>(in, size, mode, align_corners, antialias); };
+  resample(x, images.planes(), taps(images.height, height), taps(images.width, width), out);
+}
+
+template <class T>
+void resize_blurred(const T* x, Images images, const T* blur, int64_t length, int64_t height, int64_t width, bool align_corners, Border border, bool before,
+                    T* out) {
+  const std::vector<T> weights(blur, blur + length);
+  const auto taps = [&](int64_t in, int64_t size) {
+    const Taps<T> resizing = resize_taps<T>(in, size, Interpolation::kBilinear, align_corners, false);
+    return before ? blurred_before(resizing, weights, border, in) : blurred_after(resizing, weights, border);
+  };
+  resample(x, images.planes(), taps(images.height, height), taps(images.width, width), out);
+}
+
+CHIASM_INSTANTIATE(resize)
+CHIASM_INSTANTIATE(resize_blurred)
 
 }  // namespace chiasm::kernels

@@ -63,7 +63,7 @@ HWY_INLINE uint32_t extrema(D d, const T* p, int64_t row, int64_t plane, bool mi
 }  // namespace
 
 template <class T>
-void strongest_extrema(const T* x, Images volumes, const int64_t* margins, bool minima, int64_t count, int64_t* out) {
+void scale_space_nms(const T* x, Images volumes, const int64_t* margins, bool minima, int64_t count, int64_t* out) {
   const int64_t levels = volumes.channels, height = volumes.height, width = volumes.width, plane = height * width;
   if (levels < 3) {
     std::fill_n(out, volumes.count * count, -1);
@@ -105,7 +105,6 @@ void strongest_extrema(const T* x, Images volumes, const int64_t* margins, bool 
   }
 }
 
-template void strongest_extrema(const float*, Images, const int64_t*, bool, int64_t, int64_t*);
-template void strongest_extrema(const double*, Images, const int64_t*, bool, int64_t, int64_t*);
+CHIASM_INSTANTIATE(scale_space_nms)
 
 }  // namespace chiasm::kernels

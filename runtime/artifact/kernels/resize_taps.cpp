@@ -1,4 +1,5 @@
-// Which pixels, with which weights, are summed along an axis by resizing and by blurring.
+#include "resize_taps.h"
+
 #include <cmath>
 
 #include "rows.h"
@@ -15,16 +16,16 @@ T cubic(T d, T a) {
 
 // The filter is stretched by the factor of reduction, cut at the image's border and normalised, as Pillow does.
 template <class T>
-Taps<T> antialias_taps(int64_t in, int64_t out, Filter filter, bool corners) {
-  const int64_t radius = filter == Filter::kBilinear ? 1 : 2;
-  const T factor = corners ? T(in - 1) / T(std::max<int64_t>(out - 1, 1)) : T(in) / T(out), stretch = std::max(factor, T(1));
+Taps<T> antialias_taps(int64_t in, int64_t out, Interpolation mode, bool align_corners) {
+  const int64_t radius = mode == Interpolation::kBilinear ? 1 : 2;
+  const T factor = align_corners ? T(in - 1) / T(std::max<int64_t>(out - 1, 1)) : T(in) / T(out), stretch = std::max(factor, T(1));
   Taps<T> taps(out, 2 * radius * ((in + out - 1) / out) + 2);
   for (int64_t i = 0; i < out; ++i) {
     const T centre = (T(i) + T(0.5)) * factor, first = std::max(std::floor(centre - T(radius) * stretch + T(0.5)), T(0));
     T total = 0;
     for (int64_t k = 0; k < taps.each; ++k) {
       const T pixel = first + T(k), distance = std::abs(pixel + T(0.5) - centre) / stretch;
-      const T weight = filter == Filter::kBilinear ? std::max(T(1) - distance, T(0)) : cubic(distance, T(-0.5));
+      const T weight = mode == Interpolation::kBilinear ? std::max(T(1) - distance, T(0)) : cubic(distance, T(-0.5));
       taps.put(i, k, std::min(static_cast<int64_t>(pixel), in - 1), pixel < T(in) ? weight : T(0));
       total += taps.weight[i * taps.each + k];
     }
@@ -36,22 +37,22 @@ Taps<T> antialias_taps(int64_t in, int64_t out, Filter filter, bool corners) {
 }  // namespace
 
 template <class T>
-Taps<T> resize_taps(int64_t in, int64_t out, Filter filter, bool corners, bool antialias) {
-  if (filter == Filter::kNearest) {
+Taps<T> resize_taps(int64_t in, int64_t out, Interpolation mode, bool align_corners, bool antialias) {
+  if (mode == Interpolation::kNearest) {
     Taps<T> taps(out, 1);
     for (int64_t i = 0; i < out; ++i) taps.put(i, 0, i * in / out, T(1));
     return taps;
   }
-  if (antialias) return antialias_taps<T>(in, out, filter, corners);
+  if (antialias) return antialias_taps<T>(in, out, mode, align_corners);
   // Positions are ratios of integers, and only their fractions are rounded.
-  const int64_t below = corners ? std::max<int64_t>(out - 1, 1) : 2 * out;
-  Taps<T> taps(out, filter == Filter::kBilinear ? 2 : 4);
+  const int64_t below = align_corners ? std::max<int64_t>(out - 1, 1) : 2 * out;
+  Taps<T> taps(out, mode == Interpolation::kBilinear ? 2 : 4);
   for (int64_t i = 0; i < out; ++i) {
-    const int64_t above = corners ? i * (in - 1) : (2 * i + 1) * in - out;
+    const int64_t above = align_corners ? i * (in - 1) : (2 * i + 1) * in - out;
     const int64_t whole = (above + below) / below - 1;  // at least -1, so that the division is of what is positive
     const T t = T(above - whole * below) / T(below);
     const auto put = [&](int64_t k, int64_t pixel, T weight) { taps.put(i, k, std::clamp<int64_t>(pixel, 0, in - 1), weight); };
-    if (filter == Filter::kBilinear) {
+    if (mode == Interpolation::kBilinear) {
       put(0, whole, 1 - t);
       put(1, whole + 1, t);
     } else {
@@ -90,7 +91,7 @@ Taps<T> blurred_after(const Taps<T>& taps, const std::vector<T>& kernel, Border 
 }
 
 #define CHIASM_TAPS(T)                                                                          \
-  template Taps<T> resize_taps(int64_t, int64_t, Filter, bool, bool);                           \
+  template Taps<T> resize_taps(int64_t, int64_t, Interpolation, bool, bool);                           \
   template Taps<T> blurred_before(const Taps<T>&, const std::vector<T>&, Border, int64_t);      \
   template Taps<T> blurred_after(const Taps<T>&, const std::vector<T>&, Border);
 CHIASM_TAPS(float)

@@ -67,7 +67,7 @@ bool have_no_products(const std::vector<double>& rows, int64_t row, const std::v
 }  // namespace
 
 template <class T>
-void squared_distances(const T* a, const T* b, int64_t batch, int64_t rows, int64_t columns, int64_t depth, T* out) {
+void cdist_squared(const T* a, int64_t batch, int64_t rows, int64_t depth, const T* b, int64_t columns, T* out) {
   const int64_t row_groups = (rows + kRows - 1) / kRows, column_groups = (columns + kColumns - 1) / kColumns;
   std::vector<double> left(static_cast<size_t>(row_groups * kRows * depth)), right(static_cast<size_t>(kColumns * depth * omp_get_max_threads()));
   for (int64_t item = 0; item < batch; ++item, a += rows * depth, b += columns * depth, out += rows * columns) {
@@ -99,8 +99,8 @@ constexpr int64_t kStrip = 256;
 
 // The two least values so far of each of some series, and where in these they are.
 template <class T>
-struct TwoLeast {
-  explicit TwoLeast(int64_t count) {
+struct TwoSmallest {
+  explicit TwoSmallest(int64_t count) {
     std::fill_n(first, count, std::numeric_limits<T>::infinity());
     std::fill_n(second, count, std::numeric_limits<T>::infinity());
     std::fill_n(first_place, count, -1);
@@ -145,13 +145,13 @@ struct TwoLeast {
 }  // namespace
 
 template <class T>
-void two_least(const T* x, Planes planes, bool along_rows, int64_t* out) {
-  const int64_t height = planes.height, width = planes.width, tasks = along_rows ? height : (width + kStrip - 1) / kStrip;
+void two_smallest(const T* x, int64_t batch, int64_t height, int64_t width, bool along_rows, int64_t* out) {
+  const int64_t tasks = along_rows ? height : (width + kStrip - 1) / kStrip;
 #pragma omp parallel for
-  for (int64_t task = 0; task < planes.count * tasks; ++task) {
+  for (int64_t task = 0; task < batch * tasks; ++task) {
     const T* const plane = x + task / tasks * height * width;
     const int64_t i = task % tasks, first = along_rows ? i : i * kStrip, last = along_rows ? i + 1 : std::min(first + kStrip, width);
-    TwoLeast<T> least(last - first);
+    TwoSmallest<T> least(last - first);
     if (along_rows) {
       least.see_all(plane + i * width, width);
     } else {
@@ -165,9 +165,7 @@ void two_least(const T* x, Planes planes, bool along_rows, int64_t* out) {
   }
 }
 
-template void squared_distances(const float*, const float*, int64_t, int64_t, int64_t, int64_t, float*);
-template void squared_distances(const double*, const double*, int64_t, int64_t, int64_t, int64_t, double*);
-template void two_least(const float*, Planes, bool, int64_t*);
-template void two_least(const double*, Planes, bool, int64_t*);
+CHIASM_INSTANTIATE(cdist_squared)
+CHIASM_INSTANTIATE(two_smallest)
 
 }  // namespace chiasm::kernels

@@ -32,15 +32,16 @@ bool to_polar(const T* dx, const T* dy, const T* weight, int64_t n, T bins, T* l
 }  // namespace
 
 template <class T>
-void direction_histograms(const T* patches, int64_t count, int64_t size, const T* window, const T* nearness, int64_t places, int64_t bins, T* out) {
+void orientation_histograms(const T* patches, int64_t count, int64_t size, const T* window, const T* space_weights, int64_t places, int64_t bins,
+                            T* out) {
   constexpr int64_t lanes = kLanes<T>;
   const int64_t padded = (size + lanes - 1) / lanes * lanes, room = 5 * padded + bins * places;
   std::vector<T> scratch(static_cast<size_t>(room * omp_get_max_threads()));
   std::vector<int64_t> first(static_cast<size_t>(size)), last(first);  // the places that a pixel counts in
   for (int64_t i = 0; i < size; ++i) {
-    while (first[i] < places && nearness[first[i] * size + i] == 0) ++first[i];
+    while (first[i] < places && space_weights[first[i] * size + i] == 0) ++first[i];
     last[i] = places;
-    while (last[i] > first[i] && nearness[(last[i] - 1) * size + i] == 0) --last[i];
+    while (last[i] > first[i] && space_weights[(last[i] - 1) * size + i] == 0) --last[i];
   }
 #pragma omp parallel for
   for (int64_t patch = 0; patch < count; ++patch) {
@@ -66,21 +67,20 @@ void direction_histograms(const T* patches, int64_t count, int64_t size, const T
         const int64_t bin = whole == whole ? static_cast<int64_t>(whole) : 0;
         const int64_t low = bin < bins ? bin : 0, high = low + 1 < bins ? low + 1 : 0;
         for (int64_t k = first[i]; k < last[i]; ++k) {
-          const T share = nearness[k * size + i];
+          const T share = space_weights[k * size + i];
           row[low * places + k] += near * share;
           row[high * places + k] += far * share;
         }
       }
       for (int64_t k = first[y]; k < last[y]; ++k)
         for (int64_t bin = 0; bin < bins; ++bin)
-          for (int64_t i = 0; i < places; ++i) histogram[(bin * places + k) * places + i] += nearness[k * size + y] * row[bin * places + i];
+          for (int64_t i = 0; i < places; ++i) histogram[(bin * places + k) * places + i] += space_weights[k * size + y] * row[bin * places + i];
     }
     // As where all pixels are weighed for all bins, of which most weights are 0.
     if (!defined) std::fill_n(histogram, bins * places * places, std::numeric_limits<T>::quiet_NaN());
   }
 }
 
-template void direction_histograms(const float*, int64_t, int64_t, const float*, const float*, int64_t, int64_t, float*);
-template void direction_histograms(const double*, int64_t, int64_t, const double*, const double*, int64_t, int64_t, double*);
+CHIASM_INSTANTIATE(orientation_histograms)
 
 }  // namespace chiasm::kernels

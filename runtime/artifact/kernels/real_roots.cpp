@@ -69,7 +69,7 @@ V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask 
 
 // A vector of polynomials: coefficients[k] to places[k] and whether there is a root.
 void solve(const V* c, int64_t n, V* places, Mask* exists) {
-  V derivative[kMostDegree + 1], ends[kMostDegree + 1];
+  V derivative[kMostTerms], ends[kMostTerms];
   const V end = all(1.0 - 1e-8);
   for (int64_t degree = 1; degree <= n; ++degree) {
     // The (n - degree)-th derivative.
@@ -94,12 +94,14 @@ void solve(const V* c, int64_t n, V* places, Mask* exists) {
 
 }  // namespace
 
-void real_roots(const double* coefficients, int64_t degree, int64_t count, double* places, double* exist) {
+void real_roots(const double* coefficients, int64_t terms, int64_t count, double* places) {
+  const int64_t degree = terms - 1;
+  double* const exist = places + degree * count;
   constexpr int64_t lanes = kLanes<double>;
 #pragma omp parallel for
   for (int64_t i = 0; i < count; i += lanes) {
-    V c[kMostDegree + 1], roots[kMostDegree];
-    Mask exists[kMostDegree];
+    V c[kMostTerms], roots[kMostTerms - 1];
+    Mask exists[kMostTerms - 1];
     const int64_t left = std::min(lanes, count - i);
     double values[lanes];
     for (int64_t k = 0; k <= degree; ++k) {

@@ -22,14 +22,14 @@ void join(int32_t* parent, int32_t a, int32_t b) {
 
 }  // namespace
 
-void component_roots(const bool* mask, Planes planes, int32_t* roots) {
-  const int64_t width = planes.width, size = planes.height * width;
+void connected_components(const bool* mask, int64_t planes, int64_t height, int64_t width, int32_t* roots) {
+  const int64_t size = height * width;
 #pragma omp parallel for
-  for (int64_t plane = 0; plane < planes.count; ++plane) {
+  for (int64_t plane = 0; plane < planes; ++plane) {
     const auto* const set = reinterpret_cast<const uint8_t*>(mask) + plane * size;  // a caller's bytes: what is not 0 is set
     int32_t* const parent = roots + plane * size;
     std::iota(parent, parent + size, 0);
-    for (int64_t y = 0; y < planes.height; ++y)
+    for (int64_t y = 0; y < height; ++y)
       for (int64_t x = 0; x < width; ++x) {
         const int64_t i = y * width + x;
         if (!set[i]) continue;
@@ -51,7 +51,7 @@ void component_roots(const bool* mask, Planes planes, int32_t* roots) {
 }
 
 template <class T>
-void hysteresis(const T* x, Planes planes, T low, T high, bool* out) {
+void canny_hysteresis(const T* x, Planes planes, T low, T high, bool* out) {
   const Lanes<T> d;
   const int64_t height = planes.height, width = planes.width, size = height * width;
   // Every pixel is put aside at most once. The room is reserved here and not touched before it is used.
@@ -89,7 +89,6 @@ void hysteresis(const T* x, Planes planes, T low, T high, bool* out) {
   }
 }
 
-template void hysteresis(const float*, Planes, float, float, bool*);
-template void hysteresis(const double*, Planes, double, double, bool*);
+CHIASM_INSTANTIATE(canny_hysteresis)
 
 }  // namespace chiasm::kernels

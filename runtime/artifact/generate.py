@@ -1,0 +1,276 @@
+"""Writes what follows from the declarations of the kernels (python/chiasm/primitives/kernels/declarations.py).
+
+    generate.py build FOLDER    kernels.h, kernel_calls.h and kernel_calls.cpp, for CMake
+    generate.py docs FILE       the page of kernels
+
+A file that is already as it should be is left alone, so that nothing is compiled again.
+"""
+
+import ast
+import sys
+import textwrap
+from pathlib import Path
+from typing import Dict, Iterator, List
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parents[1] / "python" / "chiasm" / "primitives"))  # not by chiasm: its package needs torch
+
+from kernels.schema import VARIABLES, Argument, DeclarationError, Kernel, identifiers  # noqa: E402
+
+try:
+    from kernels.declarations import CONSTANTS, ENUMERATIONS, KERNELS
+except DeclarationError as error:
+    sys.exit(f"error: {error}")
+
+MADE = "// Made from the declarations in python/chiasm/primitives/kernels/declarations.py by runtime/artifact/generate.py."
+CPP = {"float32": "float", "float64": "double", "uint8": "uint8_t", "int32": "int32_t", "int64": "int64_t", "bool": "bool", "int": "int64_t"}
+CODES = {"float32": "kFloat", "float64": "kDouble", "uint8": "kUint8", "int32": "kInt32", "int64": "kInt64", "bool": "kBool"}
+ENUMERATORS = {e.name: {value: i for i, value in enumerate(e.values)} for e in ENUMERATIONS}
+OPERATORS: Dict[type, str] = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.FloorDiv: "/", ast.Mod: "%", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
+}  # fmt: skip
+
+
+def cpp_type(kernel: Kernel, argument: Argument) -> str:
+    """The C++ type of a number, or of a tensor's elements."""
+    if argument.type == "float":
+        return "T" if kernel.variable == "T" else "double"
+    return CPP.get(argument.type, argument.type)
+
+
+def parameters(kernel: Kernel) -> Iterator[tuple[str, str, str]]:
+    """Type, name and value (in calls.cpp) of each of the C++ function's parameters: a tensor's data and those of its sizes that are not there yet."""
+    there: set[str] = set()
+    for argument in kernel.arguments:
+        kind = cpp_type(kernel, argument)
+        if argument.shape is None:
+            forms = {"bool": f"{argument.name} != 0", "int64_t": argument.name, "T": f"static_cast<T>({argument.name})"}
+            yield kind, argument.name, forms.get(kind, f"{kind}({argument.name})")
+            continue
+        yield f"const {kind}*", argument.name, f"{argument.name}.data<{kind}>()"
+        if argument.shape == ("...", "H", "W"):
+            yield "Planes", "planes", "{count, H, W}"
+            there |= {"H", "W"}
+        elif argument.shape == ("B", "C", "H", "W") and not there & set(argument.shape):
+            yield "Images", "images", "{B, C, H, W}"
+            there |= set(argument.shape)
+        elif "..." in argument.shape:
+            yield "int64_t", "count", "count"
+        for size in argument.shape:
+            if size.isidentifier() and size not in there:
+                there.add(size)
+                yield "int64_t", size.lower(), size
+    yield f"{cpp_type(kernel, kernel.result)}*", "out", f"data<{cpp_type(kernel, kernel.result)}>(out)"
+
+
+def header() -> str:
+    """kernels.h: what the sources define."""
+    out = [MADE, "#pragma once", ""]
+    out += ['#include "artifact/kernels/images.h"', "", "namespace chiasm::kernels {", ""]
+    for e in ENUMERATIONS:
+        out += [f"/** {e.doc} */", f"enum class {e.name} : int64_t {{ {', '.join('k' + value.capitalize() for value in e.values)} }};", ""]
+    out += [f"inline constexpr int64_t {constant(name)} = {value};" for name, value in CONSTANTS.items()] + [""]
+    for k in KERNELS.values():
+        types, function = [kind for kind, _, _ in parameters(k)], f"void {k.name}({', '.join(f'{kind} {name}' for kind, name, _ in parameters(k))})"
+        out += [f"/** {k.schema}", " *"]
+        out += [f" *  {line}" for line in [*textwrap.wrap(k.doc, 140), *([f"Where {', '.join(k.where)}."] if k.where else [])]]
+        out[-1] += " */"
+        if k.variable:
+            out += [f"template <class {k.variable}>", f"{function};"]
+            instances = [f"template void {k.name}({', '.join(types)});".replace(f"{k.variable}*", f"{CPP[t]}*") for t in VARIABLES[k.variable]]
+            instances = [", ".join(CPP[t] if part == k.variable else part for part in text.split(", ")) for t, text in zip(VARIABLES[k.variable], instances, strict=True)]
+            out += [f"#define CHIASM_INSTANTIATE_{k.name} \\", *(f"  {text} \\" for text in instances), ""]
+        else:
+            out += [f"{function};", ""]
+    out += ["/** Stands at the end of a source, for each of its kernels with a type variable. */", "#define CHIASM_INSTANTIATE(kernel) CHIASM_INSTANTIATE_##kernel", ""]
+    return "\n".join([*out, "}  // namespace chiasm::kernels", ""])
+
+
+def constant(name: str) -> str:
+    """A constant's name in C++."""
+    return "k" + name.title().replace("_", "")
+
+
+class Expression:
+    """A Python expression of a declaration as C++."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        self.kernel = kernel
+        self.types = {a.name: a.type for a in kernel.arguments}
+        self.entries = [a.name for a in kernel.tensors if a.type == "int64"]
+
+    def cpp(self, text: str) -> str:
+        return self._node(ast.parse(text, mode="eval").body, text)
+
+    def _node(self, node: ast.expr, text: str) -> str:
+        if isinstance(node, ast.Name):
+            return f"{node.id}_entries[i]" if node.id in self.entries else constant(node.id) if node.id in CONSTANTS else node.id
+        if isinstance(node, ast.Constant) and isinstance(node.value, int):
+            return f"int64_t{{{node.value}}}"
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
+            return f"int64_t{{{ast.literal_eval(node.left) ** ast.literal_eval(node.right)}}}"
+        if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+            return f"({self._node(node.left, text)} {OPERATORS[type(node.op)]} {self._node(node.right, text)})"
+        if isinstance(node, ast.IfExp):
+            return f"({self._node(node.test, text)} ? {self._node(node.body, text)} : {self._node(node.orelse, text)})"
+        if isinstance(node, ast.Compare):
+            return self._comparison(node, text)
+        raise DeclarationError(f"kernel {self.kernel.name}: {text!r}: no C++ form of {ast.unparse(node)!r} is known")
+
+    def _comparison(self, node: ast.Compare, text: str) -> str:
+        terms, parts = [node.left, *node.comparators], []
+        for left, operator, right in zip(terms, node.ops, node.comparators):
+            if isinstance(operator, ast.In) and isinstance(right, ast.Tuple):
+                parts.append("(" + " || ".join(f"{self._node(left, text)} == {self._node(value, text)}" for value in right.elts) + ")")
+                continue
+            if type(operator) not in OPERATORS:
+                raise DeclarationError(f"kernel {self.kernel.name}: {text!r}: no C++ form of this comparison is known")
+            if isinstance(left, ast.Name) and isinstance(right, ast.Constant) and isinstance(right.value, str):
+                enumerators = ENUMERATORS.get(self.types.get(left.id, ""), {})
+                if right.value not in enumerators:
+                    raise DeclarationError(f"kernel {self.kernel.name}: {text!r}: {left.id} has no enumerator {right.value}")
+                right = ast.Constant(enumerators[right.value])
+            parts.append(f"{self._node(left, text)} {OPERATORS[type(operator)]} {self._node(right, text)}")
+        return " && ".join(parts)
+
+
+def prototypes() -> str:
+    """kernel_calls.h: the C functions that AOTInductor's code calls."""
+    out = [MADE, "#pragma once", "", "#include <torch/csrc/inductor/aoti_torch/c/shim.h>", "", 'extern "C" {', ""]
+    return "\n".join([*out, *(f"{prototype(k)};" for k in KERNELS.values()), "", "}", ""])
+
+
+def prototype(k: Kernel) -> str:
+    passed = {"int": "int64_t", "float": "double", "bool": "int32_t"}
+    arguments = [f"AtenTensorHandle {a.name}_" if a.shape is not None else f"{passed.get(a.type, 'int64_t')} {a.name}" for a in k.arguments]
+    return f"AOTITorchError aoti_torch_cpu_{k.name}({', '.join(arguments)}, AtenTensorHandle* result)"
+
+
+def calls() -> str:
+    """kernel_calls.cpp."""
+    out = [
+        MADE,
+        "// Everything that the loops assume is checked here: they check nothing.",
+        '#include "kernel_calls.h"',
+        "",
+        '#include "artifact/aoti/calls.h"',
+        "",
+        "using namespace chiasm::artifact;",
+        "using namespace chiasm::kernels;",
+        "",
+        'extern "C" {',
+        "",
+    ]
+    for k in KERNELS.values():
+        out += [*call(k), ""]
+    return "\n".join([*out, '}  // extern "C"', ""])
+
+
+def call(k: Kernel) -> List[str]:
+    """One kernel's C function."""
+    out = [f"{prototype(k)} {{", "  return guarded([&] {"]
+    bound: set[str] = set()
+    typed = ""
+    for a in k.tensors:
+        dtype = CODES.get(a.type) or typed or f"k{a.type}"
+        typed = typed or (f"{a.name}.dtype()" if a.type in VARIABLES else "")
+        out += [f"    {line}" for line in bind(k, a, dtype, bound)]
+    for a in k.arguments:
+        if a.type in ENUMERATORS:
+            out.append(f'    within("{k.name}: {a.name}", {a.name}, 0, {len(ENUMERATORS[a.type]) - 1});')
+    compared = {name for text in k.conditions for name in identifiers(text, k.name)}
+    out += [f"    const int64_t* const {name}_entries = {name}.data<int64_t>();" for name in Expression(k).entries if name in compared]
+    out += [f"    {condition(k, text)}" for text in k.conditions]
+    first = next((a.name for a in k.tensors if "..." in (a.shape or ())), None)
+    sizes = [Expression(k).cpp(s) for s in k.result.shape or () if s != "..."]
+    element = f"{typed}" if k.result.type in VARIABLES else CODES[k.result.type]
+    shape = f"{{{', '.join(sizes)}}}" if "..." not in (k.result.shape or ()) else f"{first}.with_leading({{{', '.join(sizes)}}})"
+    out.append(f"    Result out = make({shape}, {element});")
+    function = f"chiasm::kernels::{k.name}({', '.join(value if '{' not in value else f'{kind}{value}' for kind, _, value in parameters(k))});"
+    if k.variable:
+        out += [f"    for_type<{', '.join(CPP[t] for t in VARIABLES[k.variable])}>({typed}, [&]<class {k.variable}>({k.variable}) {{ {function} }});"]
+    else:
+        out.append(f"    {function}")
+    return [*out, "    *result = out.release();", "  });", "}"]
+
+
+def bind(k: Kernel, a: Argument, dtype: str, bound: set[str]) -> Iterator[str]:
+    """Checks a tensor's type and shape and gives its sizes their names."""
+    named = [s for s in a.shape or () if s != "..."]
+    expected = ", ".join(s if s.isdigit() or s in bound else "kAny" for s in named)
+    folded = "..." in (a.shape or ())
+    yield f'const Argument {a.name}("{k.name}: {a.name}", {a.name}_, {dtype}, {{{expected}}}, {str(folded).lower()});'
+    if folded:
+        yield f"const int64_t count = {a.name}.leading();"
+    for i, size in enumerate(named):
+        place = f"{a.name}.trailing({len(named) - i})"
+        if size.isidentifier() and size not in bound:
+            bound.add(size)
+            yield f"[[maybe_unused]] const int64_t {size} = {place};"
+        elif size in named[:i]:
+            yield f'if ({place} != {size}) refuse("{k.name}: {a.name}", "shape ({", ".join(a.shape or ())})", {a.name}.shape_text());'
+
+
+def condition(k: Kernel, text: str) -> str:
+    """Refuses a call for which a condition does not hold, in the name of the first argument that it is about."""
+    cpp, names = Expression(k).cpp(text), list(dict.fromkeys(n for n in identifiers(text, k.name) if n not in ("INT32_MAX", *CONSTANTS)))
+    entries = [name for name in names if name in Expression(k).entries]
+    subject = next(k.sizes.get(name, name) for name in names)
+    values = ", ".join(f'{{"{name}", {f"{name}_entries[i]" if name in entries else name}}}' for name in names)
+    check = f'if (!({cpp})) refuse("{k.name}: {subject}", "{text}", values_text({{{values}}}));'
+    return f"for (int64_t i = 0; i < {entries[0]}.numel(); ++i) {check}" if entries else check
+
+
+def page() -> str:
+    """docs/kernels.md."""
+    out = ["# Kernels", "", "<!-- Made by `make docs` from python/chiasm/primitives/kernels/declarations.py. -->", ""]
+    out += [
+        "The loops in C++ that compiled ops call where compiled tensor code is measurably slower (`runtime/artifact/kernels`). [architecture.md](architecture.md) tells how",
+        "an op comes to one, and how to add one. T is float32 or float64, I is uint8 or int32. H and W are 1 to 2^31 - 1. A call that does not fit its declaration is an error that",
+        "names the argument, what was expected, and what came.",
+        "",
+    ]
+    for e in ENUMERATIONS:
+        out += [f"* **{e.name}**: {', '.join(f'`{value}`' for value in e.values)}. {e.doc}"]
+    for k in KERNELS.values():
+        out += ["", f"## {k.name}", "", "```", k.schema, "```", "", f"{k.doc}"]
+        out += ["", f"Where {', '.join(f'`{text}`' for text in k.where)}."] if k.where else []
+        out += ["", f"Source: [{k.source}](../runtime/artifact/kernels/{k.source})"]
+    return "\n".join([*out, ""])
+
+
+def check_sources() -> None:
+    """Every kernel is defined in the source that its declaration names."""
+    for k in KERNELS.values():
+        source = HERE / "kernels" / k.source
+        if not source.is_file():
+            raise DeclarationError(f"kernel {k.name}: there is no source runtime/artifact/kernels/{k.source}")
+        text = source.read_text()
+        wanted = f"CHIASM_INSTANTIATE({k.name})" if k.variable else f"void {k.name}("
+        if wanted not in text:
+            raise DeclarationError(f"kernel {k.name}: runtime/artifact/kernels/{k.source} does not have '{wanted}'")
+
+
+def write(files: Dict[Path, str]) -> None:
+    for file, text in files.items():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if not file.is_file() or file.read_text() != text:
+            file.write_text(text)
+
+
+def main(arguments: List[str]) -> None:
+    match arguments:
+        case ["build", folder]:
+            check_sources()
+            write({Path(folder) / "kernels.h": header(), Path(folder) / "kernel_calls.h": prototypes(), Path(folder) / "kernel_calls.cpp": calls()})
+        case ["docs", file]:
+            write({Path(file): page()})
+        case _:
+            sys.exit(__doc__)
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except DeclarationError as error:
+        sys.exit(f"error: {error}")

@@ -1,0 +1,98 @@
+"""What is declared of the kernels: mistakes are one sentence, and the page of kernels is that of today's declarations."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+
+from chiasm.primitives.kernels import operators
+from chiasm.primitives.kernels.declarations import ENUMERATIONS, KERNELS
+from chiasm.primitives.kernels.schema import DeclarationError, kernel
+
+ROOT = Path(__file__).resolve().parents[2]
+GENERATE = ROOT / "runtime" / "artifact" / "generate.py"
+
+
+@pytest.mark.parametrize(
+    ("schema", "where", "message"),
+    [
+        ("half(x) -> T[N]", [], "kernel half: expected 'type[shape] name' or 'type name', got 'x'"),
+        ("half(T[N] x)", [], "kernel 'half(T[N] x)': expected name(type[shape] argument, type argument, ...) -> type[shape]"),
+        ("half(float16[N] x) -> float32[N]", [], "kernel half: argument x: unknown type float16, known are T, I, float32"),
+        ("half(T[N] x, Corner corner) -> T[N]", [], "kernel half: argument corner: unknown type Corner, known are int, float, bool, Border"),
+        ("half(T[N] x) -> I[N]", [], "kernel half: result: unknown type I"),
+        ("half(T[N] x, I[N] y) -> T[N]", [], "kernel half: one of the type variables T, I at most"),
+        ("half(T[N] x, int n) -> T[N]", [], "kernel half: two arguments or sizes named n"),
+        ("half(T[N - 1] x) -> T[N]", [], "kernel half: argument x: a size is a name, a number, or '...' at the beginning, got 'N - 1'"),
+        ("half(T[N] x) -> T[...]", [], "kernel half: '...' stands in one argument's shape"),
+        ("half(T[N] x) -> T[M]", [], "kernel half: 'M' names M, which is no size, number or int64 tensor"),
+        ("half(T[N] x) -> T[N]", ["M > 2"], "kernel half: 'M > 2' names M"),
+        ("half(T[N] x) -> T[N]", ["x > 2"], "kernel half: 'x > 2' names x"),
+        ("half(T[N] x) -> T[N]", ["N >"], "kernel half: 'N >' is no expression"),
+    ],
+)
+def test_a_wrong_declaration_is_one_sentence(schema: str, where: list[str], message: str) -> None:
+    with pytest.raises(DeclarationError, match="^" + re.escape(message)):
+        kernel(schema, "half.cpp", "", where, enumerations=ENUMERATIONS)
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """The declarations, their generator and the sources, to be changed."""
+    for folder in ("runtime/artifact", "python/chiasm/primitives/kernels"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "aoti"))
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"rank_filters.cpp", "The median', '"median.cpp", "The median', "kernel median3x3: there is no source runtime/artifact/kernels/median.cpp"),
+        ('"rank_filters.cpp", "The median', '"integral.cpp", "The median', "kernel median3x3: runtime/artifact/kernels/integral.cpp does not have 'CHIASM_INSTANTIATE(median3x3)'"),
+        ("median3x3(T[..., H, W] x", "median3x3(Image[..., H, W] x", "kernel median3x3: argument x: unknown type Image"),
+        ("mode != 'bicubic'", "mode != 'cubic'", "kernel remap: \"mode != 'cubic'\": mode has no enumerator cubic"),
+    ],
+)  # fmt: skip
+def test_a_wrong_declaration_stops_the_build(tree: Path, old: str, new: str, message: str) -> None:
+    file = tree / "python/chiasm/primitives/kernels/declarations.py"
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, new))
+    done = subprocess.run([sys.executable, "-S", tree / "runtime/artifact/generate.py", "build", tree / "made"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].removeprefix("error: ").startswith(message)
+    assert not (tree / "made").exists()
+
+
+def test_the_page_of_kernels_is_todays() -> None:
+    page = runpy.run_path(str(GENERATE))["page"]()
+    assert (ROOT / "docs" / "kernels.md").read_text() == page, "docs/kernels.md: run `make docs`"
+
+
+def test_operators_have_the_declared_shapes() -> None:
+    meta = {"device": "meta", "dtype": torch.float64}
+    x = torch.empty(2, 3, 7, 9, **meta)
+    assert operators.median3x3(x, "circular").shape == x.shape
+    assert operators.canny_hysteresis(x, 0.1, 0.2).dtype == torch.bool
+    assert operators.two_smallest(x[0], True).shape == (3, 7, 2)
+    assert operators.two_smallest(x[0], False).shape == (3, 9, 2)
+    assert operators.real_roots(x[0, 0]).shape == (2, 6, 9)
+    assert operators.quantize_u8(x).dtype == torch.uint8
+    with pytest.raises(ValueError, match=r"two_smallest: x: expected shape \(B, N, M\), got \[2, 3, 7, 9\]"):
+        operators.two_smallest(x, True)
+    with pytest.raises(ValueError, match="median3x3: border: expected one of reflect, replicate, circular, constant, got 'wrap'"):
+        operators.median3x3(x, "wrap")
+    with pytest.raises(AttributeError, match="there is no kernel 'blur'"):
+        operators.blur  # noqa: B018
+
+
+def test_every_kernel_is_a_lowering() -> None:
+    """No kernel is there that no primitive calls."""
+    sources = "".join(file.read_text() for file in (ROOT / "python/chiasm/primitives").rglob("*.py"))
+    assert [name for name in KERNELS if f"kernels.{name}" not in sources] == []
