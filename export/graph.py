@@ -18,7 +18,7 @@ from torch.export import Dim, ExportedProgram, _trace
 from torch.fx.experimental.proxy_tensor import make_fx
 from torch.fx.experimental.symbolic_shapes import ShapeEnv
 
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
 
 from .backward import joined
 from .errors import ExportError, explain, own_line

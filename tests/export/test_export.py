@@ -30,7 +30,7 @@ from chiasm.export.module import bind
 from chiasm.export.native import _key
 from chiasm.export.verify import onnx_session
 from chiasm.filters import GaussianBlur2d, Sobel
-from chiasm.primitives.consensus import model_costs
+from chiasm.primitives.geometry.consensus import model_costs
 
 from .conftest import SPEC, scaled_difference
 

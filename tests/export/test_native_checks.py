@@ -19,7 +19,7 @@ from chiasm.export import Spec, TensorSpec, export, samples
 from chiasm.export.graph import trace
 from chiasm.export.module import bind
 from chiasm.export.native import _inductor
-from chiasm.primitives.sampling import bilinear_taps
+from chiasm.primitives.resampling.taps import bilinear_taps
 
 SIZE = 16
 

@@ -217,6 +217,7 @@ TYPED_TEST(GuardedKernels, SumsLevelsAndEdgesStayInside) {
     for (const Size& s : kSizes) {
       const Tensor x = this->numbers({2, 1, s.height, s.width}), row = this->numbers({2, s.height * s.width});
       this->run(aoti_torch_cpu_integral, x);
+      this->run(aoti_torch_cpu_hflip, x);
       this->run(aoti_torch_cpu_quantize_u8, x);
       this->run(aoti_torch_cpu_canny_nms, x, 1e-6);
       this->run(aoti_torch_cpu_canny_hysteresis, x, 0.2, 0.6);

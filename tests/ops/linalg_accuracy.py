@@ -12,9 +12,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from chiasm.primitives.eigen import svd, symmetric_eigen
-from chiasm.primitives.factorisation import null_vector, qr
-from chiasm.primitives.linalg import det, inverse, solve
+from chiasm.primitives.linalg.eigen import svd, symmetric_eigen
+from chiasm.primitives.linalg.matrices import det, inverse, solve
+from chiasm.primitives.linalg.qr import null_vector, qr
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "linalg.md"

@@ -10,7 +10,7 @@ from borders import CV_BORDER, SCIPY_MODE, SHAPES, per_plane
 from photos import chw, hwc, photo
 
 from chiasm.filters import box_blur, difference_of_gaussians, get_laplacian_kernel2d, laplacian, unsharp_mask
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
 
 X = torch.zeros(2, 3, 8, 9)
 

@@ -7,7 +7,7 @@ from torch import Tensor
 from chiasm.export import samples
 from chiasm.export.catalog import Entry, catalog
 from chiasm.export.module import bind
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
 
 ENTRIES = catalog()
 SIZES = (samples.TESTS[0], {"B": 2, "C": 7, "H": 21, "W": 18, "N": 9, "OH": 8, "OW": 11})

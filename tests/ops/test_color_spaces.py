@@ -14,7 +14,7 @@ from photos import hwc, photo
 from torch import Tensor
 
 from chiasm import color
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
 
 LEVELS = np.linspace(0.0, 1.0, 17)
 #: All combinations of 17 levels, greys, primaries, black and white among them, as one image (1, 3, 289, 17).

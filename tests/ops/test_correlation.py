@@ -21,8 +21,8 @@ from chiasm.filters import (
     filter2d_separable,
     filter3d,
 )
-from chiasm.primitives.correlation import box_sums, sum_shifts
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
+from chiasm.primitives.filters.correlation import box_sums, sum_shifts
 
 X = torch.zeros(2, 3, 8, 9)
 V = torch.zeros(2, 3, 4, 5, 6)

@@ -12,9 +12,9 @@ from skimage import exposure
 from torch import Tensor
 
 from chiasm import contrib, enhance
-from chiasm.primitives.levels import running_sum, to_levels
-from chiasm.primitives.search import last_not_above
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
+from chiasm.primitives.images.histograms import quantize_u8, running_sum
+from chiasm.primitives.numbers.search import last_not_above
 
 SIZES = [(37, 53), (64, 48), (101, 77)]
 
@@ -31,10 +31,10 @@ def planes(x: Tensor) -> list[np.ndarray]:
 def test_levels_round_halves_up() -> None:
     exact = torch.arange(256, dtype=torch.float64) / 255
     for dtype in (torch.float64, torch.float32, torch.float16):
-        np.testing.assert_array_equal(to_levels(exact.to(dtype)), np.arange(256))
+        np.testing.assert_array_equal(quantize_u8(exact.to(dtype)), np.arange(256))
     halves = torch.tensor([0.1, 0.3, 0.5, 0.7, 0.9], dtype=torch.float64)  # 25.5, 76.5, ...
-    np.testing.assert_array_equal(to_levels(halves), [26, 77, 128, 179, 230])
-    np.testing.assert_array_equal(to_levels(torch.tensor([-3.0, 7.0, torch.nan, torch.inf, -torch.inf])), [0, 255, 0, 255, 0])
+    np.testing.assert_array_equal(quantize_u8(halves), [26, 77, 128, 179, 230])
+    np.testing.assert_array_equal(quantize_u8(torch.tensor([-3.0, 7.0, torch.nan, torch.inf, -torch.inf])), [0, 255, 0, 255, 0])
 
 
 @pytest.mark.parametrize("size", SIZES)

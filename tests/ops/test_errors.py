@@ -7,7 +7,7 @@ import torch
 
 from chiasm import color, enhance, feature, filters, losses, metrics, morphology, pipelines
 from chiasm.geometry import conversions, homography, subpix, transform
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
 
 X = torch.zeros(1, 3, 8, 8)
 BYTES = torch.zeros(1, 3, 8, 8, dtype=torch.uint8)

@@ -8,7 +8,7 @@ from cases import CASES, Case, correspondences, rotations
 from test_catalog import TARGETS, outputs
 from torch import Tensor
 
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
 
 SHAPES = ((2, 20, 24), (3, 17, 33), (1, 29, 12))
 

@@ -8,9 +8,9 @@ from photos import photo
 
 from chiasm.feature import harris_keypoints, harris_response
 from chiasm.geometry.subpix import nms2d
-from chiasm.primitives.ranking import stable_topk
-from chiasm.primitives.selection import rank_candidates, select_ranks, sorting_network
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
+from chiasm.primitives.filters.rank import rank_candidates, select_ranks, sorting_network
+from chiasm.primitives.numbers.ranking import stable_topk
 
 
 def harris_by_definition(x: np.ndarray, k: float) -> np.ndarray:

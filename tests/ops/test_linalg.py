@@ -9,10 +9,10 @@ import torch
 from linalg_accuracy import MEASURES, SHAPES, general, symmetric, unitary
 from torch import Tensor
 
-from chiasm.primitives.eigen import svd, symmetric_eigen
-from chiasm.primitives.factorisation import null_vector, pointed, qr
-from chiasm.primitives.linalg import cofactors, cross4, det, inverse, solve
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
+from chiasm.primitives.linalg.eigen import svd, symmetric_eigen
+from chiasm.primitives.linalg.matrices import cofactors, cross4, det, inverse, solve
+from chiasm.primitives.linalg.qr import null_vector, pointed, qr
 
 #: measures whose error does not grow with the condition number
 STABLE = {name for name in MEASURES if name.startswith(("symmetric_eigen", "svd", "qr"))}

@@ -9,7 +9,7 @@ from borders import SHAPES, per_plane
 from photos import photo
 
 from chiasm.filters import blur_pool2d, edge_aware_blur_pool2d, max_blur_pool2d
-from chiasm.primitives.target import exporting
+from chiasm.primitives.core.target import exporting
 
 X = torch.zeros(1, 3, 8, 9)
 

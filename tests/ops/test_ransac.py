@@ -13,7 +13,7 @@ from scenes import camera_matrix, points_in_front, pose, project
 from chiasm.geometry.epipolar import find_fundamental, motion_from_essential_choose_solution, sampson_epipolar_distance
 from chiasm.geometry.homography import find_homography_dlt
 from chiasm.geometry.ransac import ransac_essential, ransac_fundamental, ransac_homography
-from chiasm.primitives.consensus import best_model, draw_samples, score_planes
+from chiasm.primitives.geometry.consensus import best_model, draw_samples, score_planes
 
 WRONG = (0.3, 0.45, 0.6)
 # Of the two-view scenes' seeds none was looked at before the bounds below were set: a sample of so few noisy points fails now and then, so

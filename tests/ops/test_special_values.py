@@ -11,12 +11,12 @@ import torch.nn.functional as F
 from chiasm import color, contrib, enhance, filters, geometry, image, losses, morphology
 from chiasm.geometry import ransac
 from chiasm.geometry.transform import crop_by_indices, remap, warp_affine, warp_perspective
-from chiasm.primitives.angles import angle_of
-from chiasm.primitives.ranking import stable_topk
-from chiasm.primitives.reductions import greatest, least
-from chiasm.primitives.sampling import bilinear_taps, cubic_taps, nearest_taps
-from chiasm.primitives.target import exporting
-from chiasm.primitives.whole import to_index
+from chiasm.primitives.core.target import exporting
+from chiasm.primitives.geometry.angles import angle_of
+from chiasm.primitives.numbers.ranking import stable_topk
+from chiasm.primitives.numbers.reductions import greatest, least
+from chiasm.primitives.numbers.rounding import to_index
+from chiasm.primitives.resampling.taps import bilinear_taps, cubic_taps, nearest_taps
 
 SPECIAL = [math.nan, math.inf, -math.inf, 3e9, -3e9, 1e38, -1e38, torch.finfo(torch.float32).max, 0.0, 1e-40]
 MODES = ["bilinear", "nearest", "bicubic"]
@@ -47,7 +47,7 @@ def test_a_position_that_is_nan_reads_nothing(mode, padding):
 
 
 def warp(picture, x, y, mode, padding, colour):
-    from chiasm.primitives.warping import sample_image
+    from chiasm.primitives.resampling.warping import sample_image
 
     return sample_image(picture, x, y, mode, padding, True, colour)
 

@@ -19,11 +19,11 @@ from torch._subclasses.fake_tensor import FakeTensorMode
 from torch.utils._pytree import tree_leaves, tree_map_only
 
 import chiasm
-from chiasm.primitives.factorisation import frobenius_norm, qr
-from chiasm.primitives.lowering import PRIMITIVES, Lowering, Primitive
-from chiasm.primitives.padding import join_columns
-from chiasm.primitives.stencil import join_channels
-from chiasm.primitives.target import TARGETS, exporting
+from chiasm.primitives.core.lowering import PRIMITIVES, Lowering, Primitive
+from chiasm.primitives.core.target import TARGETS, exporting
+from chiasm.primitives.filters.padding import join_columns
+from chiasm.primitives.filters.stencil import join_channels
+from chiasm.primitives.linalg.qr import frobenius_norm, qr
 
 #: What is no op: it reads bundles, runs them or makes them.
 NO_OPS = ("export", "onnx", "runtime")
@@ -132,8 +132,8 @@ HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
 #: Arguments of every primitive, for a dtype.
 EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "angles.angle_of": lambda t: [(numbers(t, 40) - 0.5, numbers(t, 41)[:40] - 0.5)],
-    "components.component_roots": lambda t: [(numbers(t, 2, 12, 17) > 0.5, 100), (numbers(t, 1, 5, 4) > 0.3, 3)],
-    "components.lower_at": lambda t: [offers()],
+    "connected_components.component_labels": lambda t: [(numbers(t, 2, 12, 17) > 0.5, 100), (numbers(t, 1, 5, 4) > 0.3, 3)],
+    "connected_components.lower_at": lambda t: [offers()],
     "consensus._cheapest": lambda t: [(scores(t)[0], torch.ones(2, 5, dtype=torch.bool), scores(t)[1], epipolar, 2) for epipolar in (True, False)],
     "consensus._forms": lambda t: [(numbers(t, 2, 5, 3), torch.cat([numbers(t, 2, 2, 40), torch.ones(2, 1, 40, dtype=t)], 1))],
     "consensus._summed_cost": lambda t: [(*scores(t), epipolar) for epipolar in (True, False)],
@@ -144,42 +144,43 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "correlation.weigh_and_thin": lambda t: [(x, TAPS, [0.5, 0.5], stride) for x in images(t) for stride in (1, 2, 3)],
     "derivatives.first_derivatives": lambda t: [(x, mode, scaled) for x in images(t) for mode in ("sobel", "diff") for scaled in (True, False)],
     "diamond_square.midpoint_displacement": lambda t: [(x, numbers(t, x.size(0), 1, 1, 1), 0.5 * numbers(t, 1, 1, 1, 1)) for x in images(t)],
-    "directions.direction_histograms": lambda t: [(numbers(t, 3, 1, 8, 8), numbers(t, 8, 8), numbers(t, 4, 8), 6)],
+    "orientations.orientation_histograms": lambda t: [(numbers(t, 3, 1, 8, 8), numbers(t, 8, 8), numbers(t, 4, 8), 6)],
     "eigen._derived_eigen": lambda t: [eigen(t, 3), eigen(t, 5)],
     "eigen._derived_svd": lambda t: [singular(t, 3, 3), singular(t, 5, 3)],
-    "extrema.strongest_extrema": lambda t: [(numbers(t, 2, 4, 9, 11) - 0.5, [1.0, 1.2, 1.5, 2.0], signed, 7) for signed in (True, False)],
-    "extremes.rectangle_extreme": lambda t: [(*e, largest, 0.5) for largest in (True, False) for e in in_borders(t, 3, 5, border)],
-    "extremes.structured_extreme": lambda t: [(*e, 0.0, 1e4, up) for up in (True, False) for e in in_borders(t, HEIGHTS.to(t), 1, 1, border)],
-    "extremes.structured_range": lambda t: in_borders(t, HEIGHTS.to(t), 1, 1, border, 0.5, 0.25, 1e4),
-    "factorisation._derived": lambda t: [null(t)],
-    "frames.grey_frame": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8),)],
-    "frames.resized_frame": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8), 7, 9)],
-    "levels.bin_counts": lambda t: [(numbers(t, 2, 200), torch.zeros(2, 1, dtype=t), torch.ones(2, 1, dtype=t), 10)],
-    "levels.blend_curves": lambda t: [curves(t)],
-    "levels.count_each": lambda t: [(integers(9, 2, 50), 9)],
-    "levels.extents": lambda t: [(numbers(t, 2, 50),)],
-    "levels.look_up": lambda t: [(numbers(t, 2, 256), integers(256, 2, 50)), (numbers(t, 2, 9), integers(9, 2, 50))],
-    "levels.partial_sums": lambda t: [(numbers(t, 2, 3, 12),)],
-    "levels.running_sum": lambda t: [(numbers(t, 2, 32),), (integers(9, 2, 3, 256),)],
-    "levels.tile_counts": lambda t: [(integers(256, 2, 12, 17).to(torch.int32), 4, 6, 3, 3)],
-    "levels.to_levels": lambda t: [(2.0 * numbers(t, 2, 50) - 0.5,)],
-    "linalg._derived_from_cofactors": lambda t: [(torch.linalg.det(matrices(t, n)), matrices(t, n)) for n in (3, 4)],
-    "linalg._eliminated_inverse": lambda t: [(matrices(torch.float64, n),) for n in (3, 6)],
-    "linalg.high_power": lambda t: [(matrices(torch.float64, n), 6) for n in (3, 6)],
-    "linalg.small_matmul": lambda t: [(numbers(t, 2, 3, 4), numbers(t, 2, 4, 5)), (numbers(t, 1, 3), numbers(t, 2, 3, 3))],
-    "linalg.spd_inverse": lambda t: [(matrices(torch.float64, n),) for n in (3, 6)],
+    "extrema.scale_space_nms": lambda t: [(numbers(t, 2, 4, 9, 11) - 0.5, [1.0, 1.2, 1.5, 2.0], signed, 7) for signed in (True, False)],
+    "minmax.minmax_filter": lambda t: [(*e, largest, 0.5) for largest in (True, False) for e in in_borders(t, 3, 5, border)],
+    "minmax.morphology": lambda t: [(*e, 0.0, 1e4, up) for up in (True, False) for e in in_borders(t, HEIGHTS.to(t), 1, 1, border)],
+    "minmax.morphology_gradient": lambda t: in_borders(t, HEIGHTS.to(t), 1, 1, border, 0.5, 0.25, 1e4),
+    "qr._derived": lambda t: [null(t)],
+    "flips.reversed_rows": lambda t: [(x,) for x in images(t)],
+    "frames.frame_to_grey": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8),)],
+    "frames.resize_frame": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8), 7, 9)],
+    "histograms.histc": lambda t: [(numbers(t, 2, 200), torch.zeros(2, 1, dtype=t), torch.ones(2, 1, dtype=t), 10)],
+    "histograms.clahe_interpolate": lambda t: [curves(t)],
+    "histograms.bincount": lambda t: [(integers(9, 2, 50), 9)],
+    "histograms.aminmax": lambda t: [(numbers(t, 2, 50),)],
+    "histograms.lut": lambda t: [(numbers(t, 2, 256), integers(256, 2, 50)), (numbers(t, 2, 9), integers(9, 2, 50))],
+    "histograms.partial_sums": lambda t: [(numbers(t, 2, 3, 12),)],
+    "histograms.running_sum": lambda t: [(numbers(t, 2, 32),), (integers(9, 2, 3, 256),)],
+    "histograms.clahe_histograms": lambda t: [(integers(256, 2, 12, 17).to(torch.int32), 4, 6, 3, 3)],
+    "histograms.quantize_u8": lambda t: [(2.0 * numbers(t, 2, 50) - 0.5,)],
+    "matrices._derived_from_cofactors": lambda t: [(torch.linalg.det(matrices(t, n)), matrices(t, n)) for n in (3, 4)],
+    "matrices._eliminated_inverse": lambda t: [(matrices(torch.float64, n),) for n in (3, 6)],
+    "matrices.normalized_power": lambda t: [(matrices(torch.float64, n), 6) for n in (3, 6)],
+    "matrices.small_matmul": lambda t: [(numbers(t, 2, 3, 4), numbers(t, 2, 4, 5)), (numbers(t, 1, 3), numbers(t, 2, 3, 3))],
+    "matrices.spd_inverse": lambda t: [(matrices(torch.float64, n),) for n in (3, 6)],
     "materialise.materialised": lambda t: [(x, dim) for x in images(t) for dim in (0, 2)],
     "materialise.stored_index": lambda t: [(torch.arange(9),)],
-    "nearby.nearby_mean": lambda t: [
+    "bilateral.bilateral_mean": lambda t: [
         (x, x[:1], numbers(t, 1, 3), numbers(t, 1, 5), torch.full([1, 1, 1, 1], -2.0, dtype=t), squares, b)
         for x in images(t) for squares in (True, False) for b in BORDERS
     ],
-    "nearest.squared_distances": lambda t: [(numbers(t, 2, 5, 8), numbers(t, 2, 7, 8))],
-    "nearest.two_least": lambda t: [(numbers(t, 2, 5, 7), along_rows) for along_rows in (True, False)],
+    "matching.cdist_squared": lambda t: [(numbers(t, 2, 5, 8), numbers(t, 2, 7, 8))],
+    "matching.two_smallest": lambda t: [(numbers(t, 2, 5, 7), along_rows) for along_rows in (True, False)],
     "padding.padded": lambda t: [(x, (2, 1), (1, 3), b, 0.5) for x in images(t) for b in BORDERS],
     "padding.padded_parts": lambda t: [(x, (1, 1), margin, b, 0.5) for x in images(t) for b in BORDERS for margin in ((1, 1), (0, 2))],
-    "patches.read_levels": lambda t: [frames(t)],
-    "planes.mix_channels": lambda t: [(numbers(t, 2, 3, 4, 5), [0.5, 0.25, 0.0, 0.0, 0.0, 1.0], 0.5, "image")],
+    "patches.read_patches": lambda t: [frames(t)],
+    "color_planes.mix_channels": lambda t: [(numbers(t, 2, 3, 4, 5), [0.5, 0.25, 0.0, 0.0, 0.0, 1.0], 0.5, "image")],
     "polynomials._found": lambda t: [(numbers(torch.float64, 6, 20) - 0.5, 48)],
     "polynomials.product_of_coefficients": lambda t: [(numbers(t, 2, 3), numbers(t, 2, 2), [0, 1, 1, 2, 2, 3], 4)],
     "power.power": lambda t: [(numbers(t, 50) + 0.01, exponent) for exponent in (1.0 / 3.0, 2.4, 1.0 / 2.4, 0.7)],
@@ -193,10 +194,10 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in images(t) for mode in ("nearest", "bilinear", "bicubic") for corners in (True, False) for antialias in (True, False)
     ],
     "resizing.resized_and_blurred": lambda t: in_borders(t, 24, 30, False, FIVE, border),
-    "ridges.linked": lambda t: [(numbers(t, 2, 1, 12, 17), 0.4, 0.8, 100)],
-    "ridges.ridges": lambda t: [(numbers(t, 2, 1, 12, 17), 1e-6)],
+    "canny.canny_hysteresis": lambda t: [(numbers(t, 2, 1, 12, 17), 0.4, 0.8, 100)],
+    "canny.canny_nms": lambda t: [(numbers(t, 2, 1, 12, 17), 1e-6)],
     "search.last_not_above": lambda t: [(numbers(t, 2, n).sort().values, 1.4 * numbers(t, 2, 30) - 0.2) for n in (1, 9, 16)],
-    "selection.window_rank": lambda t: [(*e[:-1], rank, e[-1]) for n, rank in ((3, 4), (5, 12), (3, 0)) for e in in_borders(t, n, n, border)],
+    "rank.window_rank": lambda t: [(*e[:-1], rank, e[-1]) for n, rank in ((3, 4), (5, 12), (3, 0)) for e in in_borders(t, n, n, border)],
     "solvers.equations._derived": lambda t: [(numbers(t, 2, 3), torch.tensor([[False, False, True]] * 2), numbers(t, 2, 4))],
     "geometry.pnp._derived": lambda t: [pose(t)],
     "stencil.separable": lambda t: [(x, numbers(t, b, 3), numbers(t, b, 5), name) for x in images(t) for b in (1, x.size(0)) for name in BORDERS],
@@ -204,16 +205,16 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_scales": lambda t: [([x, 2.0 * x], [TAPS, [0.2, 0.6, 0.2]], name) for x in images(t) for name in BORDERS],
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],
-    "summed_area.summed_area": lambda t: [(numbers(t, 2, 9, 8),)],
+    "integral.integral": lambda t: [(numbers(t, 2, 9, 8),)],
     "warping.sample_affine": lambda t: sampled(t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7),
     "warping.sample_image": lambda t: sampled(t, 14.0 * numbers(t, 2, 6, 7) - 2.0, 12.0 * numbers(t, 1, 6, 7) - 2.0),
     "warping.sample_projective": lambda t: sampled(t, torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7),
-    "whole.known_or": lambda t: [(torch.tensor([0.5, torch.nan, torch.inf, -torch.inf], dtype=t), -2.0)],
+    "rounding.known_or": lambda t: [(torch.tensor([0.5, torch.nan, torch.inf, -torch.inf], dtype=t), -2.0)],
     "windows.windows": lambda t: [(x, (3, 2), (4, 3), (3, 4), first) for x in images(t) for first in ((0, 0), (1, 2), (-1, -2))],
 }
 
 #: In native code an integer that is known to be small may be of fewer bits; whoever reads it takes either.
-FEWER_BITS = {"levels.to_levels", "levels.blend_curves", "materialise.stored_index"}
+FEWER_BITS = {"histograms.quantize_u8", "histograms.clahe_interpolate", "materialise.stored_index"}
 
 #: Results that are parts of one, which depend on the target.
 WHOLE: dict[str, Callable[[Any], Tensor]] = {

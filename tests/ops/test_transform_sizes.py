@@ -26,7 +26,7 @@ from chiasm.geometry.transform import (
     vflip,
 )
 from chiasm.geometry.transform.like import crop_by_boxes_like
-from chiasm.primitives.sizes import as_ratio
+from chiasm.primitives.core.window_sizes import as_ratio
 
 D = torch.float64
 X = photo(2, 3, 37, 53, D)

@@ -9,7 +9,7 @@ from test_catalog import arguments, assert_same
 
 from chiasm.export.catalog import Entry, catalog
 from chiasm.filters import BilateralBlur, GaussianBlur2d
-from chiasm.primitives.twin import class_name
+from chiasm.primitives.core.modules import class_name
 
 SIZES = {"B": 2, "C": 3, "H": 19, "W": 22, "N": 9, "OH": 8, "OW": 11}
 

@@ -9,7 +9,7 @@ from photos import photo
 from torch import Tensor
 
 from chiasm import enhance
-from chiasm.primitives.matrix_roots import spd_square_roots
+from chiasm.primitives.linalg.matrix_roots import spd_square_roots
 
 
 def patches(count: int, channels: int, size: int, dtype: torch.dtype = torch.float64) -> Tensor:

@@ -1,6 +1,6 @@
 """Colour spaces."""
 
-from ..primitives.twin import lazy_twins
+from ..primitives.core.modules import lazy_twins
 from .colormap import apply_colormap
 from .gray import bgr_to_grayscale, grayscale_to_rgb, rgb_to_grayscale
 from .hls import hls_to_rgb, hsl_to_rgb, rgb_to_hls, rgb_to_hsl

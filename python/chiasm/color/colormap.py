@@ -3,8 +3,8 @@
 import torch
 from torch import Tensor
 
-from ..primitives.planes import check_channels
-from ..primitives.whole import to_index
+from ..primitives.images.color_planes import check_channels
+from ..primitives.numbers.rounding import to_index
 from .colormap_tables import colormap_levels
 
 

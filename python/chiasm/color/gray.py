@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.planes import check_channels, mix_channels, rgb_planes
+from ..primitives.images.color_planes import check_channels, mix_channels, rgb_planes
 
 
 def rgb_to_grayscale(image: Tensor, rgb_weights: Optional[Tensor] = None) -> Tensor:

@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.planes import rgb_planes
+from ..primitives.images.color_planes import rgb_planes
 from .hue import from_hue, radians, sixths_of
 
 

@@ -3,9 +3,9 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rgb
-from ..primitives.planes import rgb_planes
-from ..primitives.power import power
+from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.images.color_planes import rgb_planes
+from ..primitives.numbers.power import power
 from .linear import from_linear, to_linear
 from .xyz import rgb_to_xyz, xyz_to_rgb
 

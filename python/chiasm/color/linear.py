@@ -3,8 +3,8 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rgb
-from ..primitives.power import power
+from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.numbers.power import power
 
 
 def rgb_to_linear_rgb(image: Tensor) -> Tensor:

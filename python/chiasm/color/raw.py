@@ -9,11 +9,11 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating
-from ..primitives.decimate import every_second
-from ..primitives.materialise import materialised
-from ..primitives.padding import padded
-from ..primitives.planes import check_channels, rgb_planes
+from ..primitives.core.checks import check_choice, check_floating
+from ..primitives.core.materialise import materialised
+from ..primitives.filters.padding import padded
+from ..primitives.images.color_planes import check_channels, rgb_planes
+from ..primitives.resampling.decimation import every_second
 
 
 def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:

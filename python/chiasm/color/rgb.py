@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from ..primitives.checks import check_rgb
+from ..primitives.core.checks import check_rgb
 
 
 def bgr_to_rgb(image: Tensor) -> Tensor:

@@ -3,9 +3,9 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rgb
-from ..primitives.planes import rgb_planes
-from ..primitives.whole import known_or
+from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.images.color_planes import rgb_planes
+from ..primitives.numbers.rounding import known_or
 
 
 def rgb_to_rgb255(image: Tensor) -> Tensor:

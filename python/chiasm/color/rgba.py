@@ -5,8 +5,8 @@ from typing import Optional, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rgb
-from ..primitives.planes import check_channels
+from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.images.color_planes import check_channels
 
 
 def rgb_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:

@@ -2,8 +2,8 @@
 
 from torch import Tensor
 
-from ..primitives.planes import mix_channels
-from ..primitives.reductions import greatest
+from ..primitives.images.color_planes import mix_channels
+from ..primitives.numbers.reductions import greatest
 
 
 def sepia(input: Tensor, rescale: bool = True, eps: float = 1e-6) -> Tensor:

@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from ..primitives.planes import mix_channels
+from ..primitives.images.color_planes import mix_channels
 
 
 def rgb_to_xyz(image: Tensor) -> Tensor:

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.planes import mix_channels, rgb_planes
+from ..primitives.images.color_planes import mix_channels, rgb_planes
 
 
 def rgb_to_y(image: Tensor) -> Tensor:

@@ -5,10 +5,10 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating
-from ..primitives.decimate import every_second
-from ..primitives.planes import check_channels, mix_channels
-from ..primitives.sampling import nearest_index
+from ..primitives.core.checks import check_floating
+from ..primitives.images.color_planes import check_channels, mix_channels
+from ..primitives.resampling.decimation import every_second
+from ..primitives.resampling.taps import nearest_index
 
 
 def rgb_to_yuv(image: Tensor) -> Tensor:

@@ -1,6 +1,6 @@
 """Ops that fit no other family."""
 
-from ..primitives.twin import lazy_twins
+from ..primitives.core.modules import lazy_twins
 from .connected_components import connected_components, connected_components_union_find
 from .diamond_square import diamond_square
 from .distance_transform import distance_transform, distance_transform_edt

@@ -3,15 +3,15 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.components import component_roots
+from ..primitives.core.checks import check_image
+from ..primitives.features.connected_components import component_labels
 
 
 def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
     """Number the 8-connected shapes of a binary image.
 
     Labels do not creep a pixel at a time, as in Kornia: trees of pixels are joined and flattened (see
-    ``primitives.components``), so that a spiral one pixel wide over a whole 1080p frame is done in fewer than ten of the iterations.
+    ``primitives.features.connected_components``), so that a spiral one pixel wide over a whole 1080p frame is done in fewer than ten of the iterations.
     The loop ends when nothing changes.
 
     Args:
@@ -35,7 +35,7 @@ def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
     if num_iterations < 0:
         raise ValueError(f"num_iterations: expected at least 0, got {num_iterations}")
     mask = image > 0
-    roots = component_roots(mask.flatten(0, 1), num_iterations).to(torch.int64)
+    roots = component_labels(mask.flatten(0, 1), num_iterations).to(torch.int64)
     return torch.where(mask, roots.reshape(mask.shape) + 1, torch.zeros_like(mask, dtype=torch.int64))
 
 

@@ -6,8 +6,8 @@ import torch
 from torch import Tensor
 
 from ..enhance.normalize import normalize_min_max
-from ..primitives.checks import check_image
-from ..primitives.diamond_square import midpoint_displacement
+from ..primitives.core.checks import check_image
+from ..primitives.images.diamond_square import midpoint_displacement
 
 
 def diamond_square(

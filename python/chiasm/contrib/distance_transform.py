@@ -6,9 +6,9 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.loops import until_stable
-from ..primitives.padding import padded
+from ..primitives.core.checks import check_image
+from ..primitives.core.loops import until_stable
+from ..primitives.filters.padding import padded
 
 
 def distance_transform_edt(image: Tensor) -> Tensor:

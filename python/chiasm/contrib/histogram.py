@@ -3,9 +3,9 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rank
-from ..primitives.levels import count_each, look_up, running_sum, to_levels
-from ..primitives.search import interpolate
+from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.images.histograms import bincount, lut, quantize_u8, running_sum
+from ..primitives.numbers.search import interpolate
 
 
 def interp(x: Tensor, xp: Tensor, fp: Tensor) -> Tensor:
@@ -66,13 +66,13 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
     if per_plane:
         if source.shape[:-2] != template.shape[:-2]:
             raise ValueError(f"template: expected source's leading dimensions {list(source.shape[:-2])}, got {list(template.shape)}")
-        levels = to_levels(source).reshape([-1, source.size(-2) * source.size(-1)])
-        wanted = to_levels(template).reshape([-1, template.size(-2) * template.size(-1)])
+        levels = quantize_u8(source).reshape([-1, source.size(-2) * source.size(-1)])
+        wanted = quantize_u8(template).reshape([-1, template.size(-2) * template.size(-1)])
     else:
-        levels = to_levels(source).reshape(1, -1)
-        wanted = to_levels(template).reshape(1, -1)
-    counts = count_each(wanted, 256)
-    quantiles = _quantiles(count_each(levels, 256))
+        levels = quantize_u8(source).reshape(1, -1)
+        wanted = quantize_u8(template).reshape(1, -1)
+    counts = bincount(wanted, 256)
+    quantiles = _quantiles(bincount(levels, 256))
     # A level that does not occur stands for the one below it that does (or for the first), so that equal quantiles have equal
     # values and none is ever the end of an interval.
     level = torch.arange(256, device=source.device)
@@ -80,7 +80,7 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
     first = torch.where(occurs, level, torch.full_like(level, 255)).amin(1, keepdim=True)
     below = torch.where(occurs[:, None] & (level <= level[:, None]), level, first[:, :, None]).amax(2)
     table = interpolate(quantiles, _quantiles(counts), below.to(torch.float64)) / 255.0
-    return look_up(table.to(source.dtype), levels).reshape(source.shape)
+    return lut(table.to(source.dtype), levels).reshape(source.shape)
 
 
 def _quantiles(counts: Tensor) -> Tensor:

@@ -5,9 +5,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rank
-from ..primitives.linalg import small_matmul
-from ..primitives.loops import repeated
+from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.loops import repeated
+from ..primitives.linalg.matrices import small_matmul
 
 
 def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Tensor]:

@@ -5,11 +5,11 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_image, check_rank
-from ..primitives.materialise import stored_index
-from ..primitives.reshaping import reshaped
-from ..primitives.sizes import positive_pair
-from ..primitives.windows import windows
+from ..primitives.core.checks import check_floating, check_image, check_rank
+from ..primitives.core.materialise import stored_index
+from ..primitives.core.window_sizes import positive_pair
+from ..primitives.filters.windows import windows
+from ..primitives.numbers.reshaping import reshaped
 
 
 def extract_tensor_patches(

@@ -1,6 +1,6 @@
 """Intensity transforms."""
 
-from ..primitives.twin import lazy_twins
+from ..primitives.core.modules import lazy_twins
 from .adjust import (
     adjust_brightness,
     adjust_brightness_accumulative,

@@ -6,10 +6,10 @@ import torch
 from torch import Tensor
 
 from ..color.gray import rgb_to_grayscale
-from ..primitives.checks import check_floating, check_rgb
-from ..primitives.factors import per_sample
-from ..primitives.power import power_each
-from ..primitives.stencil import join_channels, split_channels
+from ..primitives.core.broadcasting import per_sample
+from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.filters.stencil import join_channels, split_channels
+from ..primitives.numbers.power import power_each
 
 
 def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: bool = True) -> Tensor:

@@ -5,8 +5,8 @@ from typing import Optional, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rgb
-from ..primitives.factors import per_sample
+from ..primitives.core.broadcasting import per_sample
+from ..primitives.core.checks import check_floating, check_rgb
 
 
 def add_weighted(

@@ -8,10 +8,10 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rank
-from ..primitives.levels import blend_curves, look_up, mirrored, running_sum, tile_counts, tile_start, to_levels, whole_quotient
-from ..primitives.sampling import smaller
-from ..primitives.whole import to_index
+from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.images.histograms import clahe_histograms, clahe_interpolate, lut, mirrored, quantize_u8, running_sum, tile_start, whole_quotient
+from ..primitives.numbers.rounding import to_index
+from ..primitives.resampling.taps import smaller
 
 
 def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, int] = (8, 8)) -> Tensor:
@@ -74,7 +74,7 @@ def equalize_clahe(
     planes = input.reshape([-1, input.size(-2), input.size(-1)])
     if slow_and_differentiable:
         return _equalized_softly(planes, clip_limit, tiles_y, tiles_x).reshape(input.shape)
-    return (_equalized(to_levels(planes), clip_limit, tiles_y, tiles_x).to(input.dtype) / 255.0).reshape(input.shape)
+    return (_equalized(quantize_u8(planes), clip_limit, tiles_y, tiles_x).to(input.dtype) / 255.0).reshape(input.shape)
 
 
 def _check_grid(image: Tensor, tiles_y: int, tiles_x: int, image_name: str, grid_name: str) -> None:
@@ -113,7 +113,7 @@ def _equalized(levels: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) ->
     tile_y, tile_x = high // tiles_y, wide // tiles_x
     pixels = tile_y * tile_x
     device = levels.device
-    counts = tile_counts(levels, tile_y, tile_x, tiles_y, tiles_x)
+    counts = clahe_histograms(levels, tile_y, tile_x, tiles_y, tiles_x)
     if clip_limit > 0.0:
         counts = _clipped(counts, _limit(clip_limit, pixels, device).to(torch.int32))
     # float32 products, rounded to even, as OpenCV has them whatever the image's dtype
@@ -121,7 +121,7 @@ def _equalized(levels: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) ->
     table = torch.round(running_sum(counts).to(torch.float32) * scale).clamp(0.0, 255.0).flatten(1)
     y0, y1, wy = _blend(height, tile_y, tiles_y, device)
     x0, x1, wx = _blend(width, tile_x, tiles_x, device)
-    return blend_curves(table, tiles_x, levels, y0, y1, wy, x0, x1, wx)
+    return clahe_interpolate(table, tiles_x, levels, y0, y1, wy, x0, x1, wx)
 
 
 def _clipped(counts: Tensor, limit: Tensor) -> Tensor:
@@ -168,8 +168,8 @@ def _equalized_softly(x: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) 
     for y in [y0, y1]:
         for column in [x0, x1]:
             where = ((y[:, None] * tiles_x + column) * 256 + level).flatten(1)
-            below = look_up(table, where).reshape(x.shape)
-            above = look_up(table, where + 1).reshape(x.shape)
+            below = lut(table, where).reshape(x.shape)
+            above = lut(table, where + 1).reshape(x.shape)
             corners.append(below + (above - below) * share)
     upper = corners[0] * (1.0 - wx) + corners[1] * wx
     lower = corners[2] * (1.0 - wx) + corners[3] * wx

@@ -3,8 +3,8 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.levels import count_each
+from ..primitives.core.checks import check_image
+from ..primitives.images.histograms import bincount
 
 
 def count_histogram(image: Tensor, n_bins: int = 256, min: float = 0.0, max: float = 1.0) -> Tensor:
@@ -39,5 +39,5 @@ def count_histogram(image: Tensor, n_bins: int = 256, min: float = 0.0, max: flo
     position = torch.floor(image.flatten(2).flatten(0, 1).to(torch.float64) * scale - min * scale)
     inside = (position >= 0.0) & (position < n_bins)
     index = torch.where(inside, position, torch.full_like(position, n_bins)).to(torch.int64)
-    counts = count_each(index, n_bins + 1)[:, :n_bins]
+    counts = bincount(index, n_bins + 1)[:, :n_bins]
     return counts.to(torch.int64).unflatten(0, [image.size(0), image.size(1)])

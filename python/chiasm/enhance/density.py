@@ -5,8 +5,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating, check_rank
-from ..primitives.linalg import small_matmul
+from ..primitives.core.checks import check_choice, check_floating, check_rank
+from ..primitives.linalg.matrices import small_matmul
 
 
 def histogram(x: Tensor, bins: Tensor, bandwidth: Tensor, epsilon: float = 1e-10) -> Tensor:

@@ -5,8 +5,8 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_image, check_rank
-from ..primitives.levels import count_each, look_up, running_sum, to_levels, whole_quotient
+from ..primitives.core.checks import check_floating, check_image, check_rank
+from ..primitives.images.histograms import bincount, lut, quantize_u8, running_sum, whole_quotient
 
 
 def equalize(input: Tensor) -> Tensor:
@@ -83,8 +83,8 @@ def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0)
         low, high = cutoff
     if low < 0.0 or high < 0.0 or low + high >= 100.0:
         raise ValueError(f"cutoff: expected percentages that are not negative and sum to less than 100, got ({low}, {high})")
-    levels = to_levels(image).flatten(2).flatten(0, 1)
-    counts = count_each(levels, 256)
+    levels = quantize_u8(image).flatten(2).flatten(0, 1)
+    counts = bincount(levels, 256)
     upto = running_sum(counts)
     pixels = upto[:, 255:].to(torch.float64)
     darkest = (upto <= torch.floor(pixels * low / 100.0)).sum(1, keepdim=True)
@@ -97,8 +97,8 @@ def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0)
 
 
 def _equalized(x: Tensor) -> Tensor:
-    levels = to_levels(x).flatten(2).flatten(0, 1)
-    counts = count_each(levels, 256)
+    levels = quantize_u8(x).flatten(2).flatten(0, 1)
+    counts = bincount(levels, 256)
     upto = running_sum(counts)
     level = torch.arange(256, device=x.device)
     brightest = torch.where(counts > 0, level, torch.zeros_like(level)).amax(1, keepdim=True)
@@ -108,4 +108,4 @@ def _equalized(x: Tensor) -> Tensor:
 
 
 def _applied(table: Tensor, levels: Tensor, like: Tensor) -> Tensor:
-    return look_up(table.to(like.dtype) / 255.0, levels).reshape(like.shape)
+    return lut(table.to(like.dtype) / 255.0, levels).reshape(like.shape)

@@ -7,8 +7,8 @@ from torch import Tensor
 
 from ..color.hsv import saturation_of, sixths_value_chroma
 from ..color.hue import from_sixths
-from ..primitives.factors import per_sample
-from ..primitives.planes import rgb_planes
+from ..primitives.core.broadcasting import per_sample
+from ..primitives.images.color_planes import rgb_planes
 
 
 def adjust_hue(image: Tensor, factor: Union[float, Tensor]) -> Tensor:

@@ -4,8 +4,8 @@ from typing import List, Optional
 
 from torch import Tensor
 
-from ..primitives.checks import check_floating
-from ..primitives.summed_area import summed_area
+from ..primitives.core.checks import check_floating
+from ..primitives.filters.integral import integral
 
 
 def integral_tensor(input: Tensor, dim: Optional[List[int]] = None) -> Tensor:
@@ -64,4 +64,4 @@ def integral_image(image: Tensor) -> Tensor:
     check_floating(image, "image")
     if image.dim() < 2:
         raise ValueError(f"image: expected shape (*, H, W), got {list(image.shape)}")
-    return summed_area(image)
+    return integral(image)

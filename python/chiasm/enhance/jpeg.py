@@ -6,10 +6,10 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rgb
-from ..primitives.linalg import small_matmul
-from ..primitives.materialise import materialised
-from ..primitives.reshaping import reshaped
+from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.core.materialise import materialised
+from ..primitives.linalg.matrices import small_matmul
+from ..primitives.numbers.reshaping import reshaped
 
 
 def jpeg_codec_differentiable(

@@ -5,8 +5,8 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating
-from ..primitives.reductions import greatest, least
+from ..primitives.core.checks import check_floating
+from ..primitives.numbers.reductions import greatest, least
 
 
 def normalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor]) -> Tensor:

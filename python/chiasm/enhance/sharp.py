@@ -5,8 +5,8 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.factors import per_sample
+from ..primitives.core.broadcasting import per_sample
+from ..primitives.core.checks import check_image
 
 
 def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:

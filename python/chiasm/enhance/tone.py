@@ -5,9 +5,9 @@ from typing import Optional, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating
-from ..primitives.factors import per_sample
-from ..primitives.levels import to_levels
+from ..primitives.core.broadcasting import per_sample
+from ..primitives.core.checks import check_choice, check_floating
+from ..primitives.images.histograms import quantize_u8
 
 
 def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
@@ -41,7 +41,7 @@ def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
         if bits < 0 or bits > 8:
             raise ValueError(f"bits: expected 0 to 8, got {bits}")
         step = steps[bits]
-    levels = to_levels(input).to(torch.float32)
+    levels = quantize_u8(input).to(torch.float32)
     return (torch.floor(levels / step) * step / 255.0).to(input.dtype)
 
 

@@ -5,9 +5,9 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rank
-from ..primitives.linalg import small_matmul
-from ..primitives.matrix_roots import spd_square_roots
+from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.linalg.matrices import small_matmul
+from ..primitives.linalg.matrix_roots import spd_square_roots
 
 
 def linear_transform(inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor, dim: int = 0) -> Tensor:

@@ -1,6 +1,6 @@
 """Interest points, local affine frames, descriptors, matching."""
 
-from ..primitives.twin import lazy_twins
+from ..primitives.core.modules import lazy_twins
 from .adalam import match_adalam
 from .detection import detect_keypoints
 from .fast import fast_response

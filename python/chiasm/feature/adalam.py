@@ -12,8 +12,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from ..primitives.nearest import two_least
-from ..primitives.ranking import stable_topk
+from ..primitives.features.matching import two_smallest
+from ..primitives.numbers.ranking import stable_topk
 from .laf import check_laf, determinants
 from .pairing import batched, dissimilarities, distances_to, is_mutual, ratios_to, result_rows
 
@@ -87,7 +87,7 @@ def match_adalam(
     _check_factors(orientation_difference_threshold, scale_rate_threshold, detected_scale_rate_threshold)
     first, second, given = batched(desc1, desc2, dm)
     far = dissimilarities(first, second, given, mask1, mask2)
-    least = two_least(far, True)
+    least = two_smallest(far, True)
     index = least[..., 0]
     putative, both = index >= 0, is_mutual(far, index)
     if mutual:

@@ -14,9 +14,9 @@ from torch import Tensor
 from ..filters.gaussian import gaussian_blur2d
 from ..geometry.subpix.quadratic import quadratic_extrema
 from ..geometry.transform.resize import resize
-from ..primitives.checks import check_choice, check_image
-from ..primitives.extrema import strongest_extrema
-from ..primitives.ranking import stable_topk
+from ..primitives.core.checks import check_choice, check_image
+from ..primitives.features.extrema import scale_space_nms
+from ..primitives.numbers.ranking import stable_topk
 from .harris import harris_response
 from .responses import dog_response, gftt_response, hessian_response
 
@@ -148,7 +148,7 @@ def _strongest(volumes: List[Tensor], signed: bool, radii: List[float], count: i
     places: List[Tensor] = []
     offset = 0
     for volume in volumes:
-        place = strongest_extrema(volume.detach(), radii, signed, count)
+        place = scale_space_nms(volume.detach(), radii, signed, count)
         value = volume.detach().flatten(1).gather(1, place.clamp(min=0)).abs()
         strengths.append(torch.where(place >= 0, value, torch.full_like(value, -1.0)))
         places.append(place + offset)

@@ -5,9 +5,9 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.extrema import largest
-from ..primitives.padding import padded
+from ..primitives.core.checks import check_image
+from ..primitives.features.extrema import largest
+from ..primitives.filters.padding import padded
 
 
 def fast_response(input: Tensor) -> Tensor:

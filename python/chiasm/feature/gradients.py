@@ -4,7 +4,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
+from ..primitives.core.checks import check_image
 
 
 def check_patches(patches: Tensor) -> None:

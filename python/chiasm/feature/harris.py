@@ -7,8 +7,8 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from ..geometry.subpix import nms2d
-from ..primitives.checks import check_image
-from ..primitives.ranking import stable_topk
+from ..primitives.core.checks import check_image
+from ..primitives.numbers.ranking import stable_topk
 from .structure import normalised_by_scale, structure_tensor
 
 

@@ -11,10 +11,10 @@ import torch
 from torch import Tensor
 
 from ..geometry.conversions.angles import angle_to_rotation_matrix, rad2deg
-from ..primitives.angles import angle_of
-from ..primitives.checks import check_floating, check_image
-from ..primitives.linalg import small_matmul
-from ..primitives.sampling import larger, smaller
+from ..primitives.core.checks import check_floating, check_image
+from ..primitives.geometry.angles import angle_of
+from ..primitives.linalg.matrices import small_matmul
+from ..primitives.resampling.taps import larger, smaller
 
 
 def get_laf_center(LAF: Tensor) -> Tensor:

@@ -5,9 +5,9 @@ import math
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_image
-from ..primitives.linalg import small_matmul
-from ..primitives.warping import away_from_zero, check_matrix, position_dtype
+from ..primitives.core.checks import check_floating, check_image
+from ..primitives.linalg.matrices import small_matmul
+from ..primitives.resampling.warping import away_from_zero, check_matrix, position_dtype
 from .laf import check_laf, determinants
 
 

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor, nn
 
 from ..color.gray import rgb_to_grayscale
-from ..primitives.checks import check_choice, check_image
+from ..primitives.core.checks import check_choice, check_image
 from .adalam import match_adalam
 from .detection import detect_keypoints
 from .laf import get_laf_center

@@ -14,7 +14,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.nearest import two_least
+from ..primitives.features.matching import two_smallest
 from .laf import check_laf, get_laf_center
 from .pairing import batched, dissimilarities, distances_to, is_mutual, points_back, ratios_to, result_rows
 
@@ -45,7 +45,7 @@ def match_nn(
                 [1, 0]]), tensor([True, True]))
     """
     first, second, given = batched(desc1, desc2, dm)
-    index = two_least(dissimilarities(first, second, given, mask1, mask2), True)[..., 0]
+    index = two_smallest(dissimilarities(first, second, given, mask1, mask2), True)[..., 0]
     return result_rows(distances_to(first, second, given, index), index, index >= 0, desc1)
 
 
@@ -71,7 +71,7 @@ def match_mnn(
     """
     first, second, given = batched(desc1, desc2, dm)
     far = dissimilarities(first, second, given, mask1, mask2)
-    index = two_least(far, True)[..., 0]
+    index = two_smallest(far, True)[..., 0]
     return result_rows(distances_to(first, second, given, index), index, is_mutual(far, index), desc1)
 
 
@@ -98,7 +98,7 @@ def match_snn(
         (tensor([[0.2500]]), tensor([[0, 1]]))
     """
     first, second, given = batched(desc1, desc2, dm)
-    least = two_least(dissimilarities(first, second, given, mask1, mask2), True)
+    least = two_smallest(dissimilarities(first, second, given, mask1, mask2), True)
     ratio, tested = ratios_to(first, second, given, least[..., 0], least[..., 1])
     return result_rows(ratio, least[..., 0], tested & (ratio <= th), desc1)
 
@@ -127,7 +127,7 @@ def match_smnn(
     """
     first, second, given = batched(desc1, desc2, dm)
     far = dissimilarities(first, second, given, mask1, mask2)
-    there, back = two_least(far, True), two_least(far, False)
+    there, back = two_smallest(far, True), two_smallest(far, False)
     index = there[..., 0]
     ratio, tested = ratios_to(first, second, given, index, there[..., 1])
     ratio_back, tested_back = ratios_to(second, first, None if given is None else given.transpose(-1, -2), back[..., 0], back[..., 1])
@@ -208,12 +208,12 @@ def match_fginn(
     if lafs2.size(1) != second.size(1):
         raise ValueError(f"lafs2: expected a frame for each of {second.size(1)} descriptors, got {list(lafs2.shape)}")
     far = dissimilarities(first, second, given, mask1, mask2)
-    index = two_least(far, True)[..., 0]
+    index = two_smallest(far, True)[..., 0]
     centre = get_laf_center(lafs2).detach()
     nearest = centre.gather(1, index.clamp(min=0)[..., None].expand(-1, -1, 2))
     across, down = nearest[:, :, None, 0] - centre[:, None, :, 0], nearest[:, :, None, 1] - centre[:, None, :, 1]
     near = across * across + down * down <= spatial_th * spatial_th
-    elsewhere = two_least(torch.where(near, torch.full_like(far, float("inf")), far), True)[..., 0]
+    elsewhere = two_smallest(torch.where(near, torch.full_like(far, float("inf")), far), True)[..., 0]
     ratio, tested = ratios_to(first, second, given, index, elsewhere)
     valid = tested & (ratio <= th)
     if mutual:

@@ -12,11 +12,11 @@ import torch
 from torch import Tensor, nn
 
 from ..filters.gradient import spatial_gradient
-from ..primitives.checks import check_choice, check_floating
-from ..primitives.linalg import small_matmul
-from ..primitives.power import power as positive_power
-from ..primitives.twin import hold
-from ..primitives.warping import position_dtype
+from ..primitives.core.checks import check_choice, check_floating
+from ..primitives.core.modules import hold
+from ..primitives.linalg.matrices import small_matmul
+from ..primitives.numbers.power import power as positive_power
+from ..primitives.resampling.warping import position_dtype
 from .gradients import check_patches, gaussian_window, unit
 
 

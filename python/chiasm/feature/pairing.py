@@ -1,6 +1,6 @@
 """What matching functions share: how far descriptors are from each other, and how results are laid out.
 
-Which descriptor is nearest is decided by ``nearest.squared_distances``. The distances of the pairs that were chosen are computed anew from their
+Which descriptor is nearest is decided by ``nearest.cdist_squared``. The distances of the pairs that were chosen are computed anew from their
 differences; they alone carry gradients.
 """
 
@@ -9,8 +9,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating
-from ..primitives.nearest import squared_distances, two_least
+from ..primitives.core.checks import check_floating
+from ..primitives.features.matching import cdist_squared, two_smallest
 
 
 def batched(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor]) -> Tuple[Tensor, Tensor, Optional[Tensor]]:
@@ -34,7 +34,7 @@ def batched(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor]) -> Tuple[Tensor,
 
 def dissimilarities(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], mask1: Optional[Tensor], mask2: Optional[Tensor]) -> Tensor:
     """(B, N1, N2) to compare by: squared distances or what is given; infinite where a mask says so. Without a gradient."""
-    far = squared_distances(desc1, desc2) if dm is None else dm.detach()
+    far = cdist_squared(desc1, desc2) if dm is None else dm.detach()
     nowhere = torch.full_like(far, float("inf"))
     if mask1 is not None:
         far = torch.where(_checked(mask1, desc1, "mask1")[:, :, None], far, nowhere)
@@ -76,7 +76,7 @@ def ratios_to(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor,
 
 def is_mutual(far: Tensor, index: Tensor) -> Tensor:
     """Whether each descriptor of the first set has a nearest one, at index, and is the nearest to that."""
-    return points_back(two_least(far, False)[..., 0], index)
+    return points_back(two_smallest(far, False)[..., 0], index)
 
 
 def points_back(back: Tensor, index: Tensor) -> Tensor:

@@ -11,11 +11,11 @@ import torch
 from torch import Tensor, nn
 
 from ..color.gray import rgb_to_grayscale
-from ..primitives.checks import check_image
-from ..primitives.materialise import materialised
-from ..primitives.patches import patch_positions, read_levels
-from ..primitives.reshaping import reshaped
-from ..primitives.warping import position_dtype, sample_image
+from ..primitives.core.checks import check_image
+from ..primitives.core.materialise import materialised
+from ..primitives.features.patches import patch_positions, read_patches
+from ..primitives.numbers.reshaping import reshaped
+from ..primitives.resampling.warping import position_dtype, sample_image
 from .laf import check_laf, denormalize_laf, determinants
 
 
@@ -90,7 +90,7 @@ def extract_patches_from_pyramid(img: Tensor, laf: Tensor, PS: int = 32, normali
         width = torch.where(coarse, torch.full_like(start, levels[k].size(3)), width)
         shrink = torch.where(coarse, torch.full_like(shrink, 1.0 / pixel), shrink)
     pixels = torch.cat([level.flatten(2) for level in levels], 2)
-    return read_levels(pixels, start, height, width, frame * shrink[..., None, None], PS).transpose(1, 2)
+    return read_patches(pixels, start, height, width, frame * shrink[..., None, None], PS).transpose(1, 2)
 
 
 class LAFDescriptor(nn.Module):

@@ -10,10 +10,10 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.reductions import greatest
-from ..primitives.reshaping import reshaped
-from ..primitives.warping import position_dtype
+from ..primitives.core.checks import check_image
+from ..primitives.numbers.reductions import greatest
+from ..primitives.numbers.reshaping import reshaped
+from ..primitives.resampling.warping import position_dtype
 
 
 def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple[Tensor, Tensor]:

@@ -7,8 +7,8 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_blur2d
 from ..filters.gradient import spatial_gradient
-from ..primitives.checks import check_image
-from ..primitives.volumes import check_volume
+from ..primitives.core.checks import check_image
+from ..primitives.resampling.volumes import check_volume
 from .structure import normalised_by_scale, structure_tensor
 
 

@@ -7,8 +7,8 @@ from torch import Tensor
 
 from ..filters.gradient import spatial_gradient
 from ..geometry.conversions.angles import rad2deg
-from ..primitives.directions import direction_histograms
-from ..primitives.linalg import small_matmul
+from ..primitives.features.orientations import orientation_histograms
+from ..primitives.linalg.matrices import small_matmul
 from .gradients import check_patches, gaussian_window
 from .laf import check_laf, determinants, rotate_laf
 from .laf_points import ellipse_to_laf
@@ -45,7 +45,7 @@ def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
         raise ValueError(f"num_angular_bins: expected at least 5, got {num_angular_bins}")
     size = patches.size(3)
     anywhere = torch.ones([1, size], dtype=patches.dtype, device=patches.device)
-    histogram = direction_histograms(patches, gaussian_window(size, size / 6.0, patches), anywhere, num_angular_bins)[:, :, 0, 0]
+    histogram = orientation_histograms(patches, gaussian_window(size, size / 6.0, patches), anywhere, num_angular_bins)[:, :, 0, 0]
     near, far = _shifted(histogram, 1) + _shifted(histogram, -1), _shifted(histogram, 2) + _shifted(histogram, -2)
     smooth = 0.375 * histogram + 0.25 * near + 0.0625 * far
     peak = torch.argmax(smooth.detach(), 1, keepdim=True)

@@ -9,8 +9,8 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_image
-from ..primitives.directions import directed, direction_histograms, polar_gradient
+from ..primitives.core.checks import check_choice, check_image
+from ..primitives.features.orientations import directed, orientation_histograms, polar_gradient
 from .gradients import check_patches, gaussian_window, unit
 
 
@@ -45,7 +45,7 @@ def sift_describe(patches: Tensor, num_ang_bins: int = 8, num_spatial_bins: int 
     _check_bins(num_ang_bins, num_spatial_bins, clipval)
     size = patches.size(3)
     window, near = gaussian_window(size, 0.5 * size, patches), _nearness(size, num_spatial_bins, patches)
-    return _finished(direction_histograms(patches, window, near, num_ang_bins).flatten(1), rootsift, clipval)
+    return _finished(orientation_histograms(patches, window, near, num_ang_bins).flatten(1), rootsift, clipval)
 
 
 def dense_sift(

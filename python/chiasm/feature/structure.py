@@ -6,7 +6,7 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
 from ..filters.gradient import spatial_gradient
-from ..primitives.stencil import separable_each
+from ..primitives.filters.stencil import separable_each
 
 
 def structure_tensor(input: Tensor, grads_mode: str) -> Tuple[Tensor, Tensor, Tensor]:

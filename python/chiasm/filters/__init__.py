@@ -1,6 +1,6 @@
 """Smoothing and derivatives."""
 
-from ..primitives.twin import lazy_twins
+from ..primitives.core.modules import lazy_twins
 from .bilateral import bilateral_blur, joint_bilateral_blur
 from .box import box_blur, laplacian
 from .canny import canny

@@ -5,8 +5,8 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_image, odd_pair
-from ..primitives.nearby import nearby_mean
+from ..primitives.core.checks import check_choice, check_image, odd_pair
+from ..primitives.filters.bilateral import bilateral_mean
 from .gaussian import gaussian_kernels
 
 
@@ -104,4 +104,4 @@ def _weighted_mean(
         color = torch.full([1, 1, 1, 1], sigma_color, dtype=input.dtype, device=input.device)
     falloff = -0.5 / (color * color)
     guide = input if guidance is input else guidance.to(input.dtype)  # whose neighbourhoods are then the same
-    return nearby_mean(input, guide, kernel_y, kernel_x, falloff, color_distance_type == "l2", border_type)
+    return bilateral_mean(input, guide, kernel_y, kernel_x, falloff, color_distance_type == "l2", border_type)

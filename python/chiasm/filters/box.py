@@ -4,9 +4,9 @@ from typing import Tuple, Union
 
 from torch import Tensor
 
-from ..primitives.checks import check_image, odd_pair
-from ..primitives.correlation import box_sums
-from ..primitives.sizes import positive_pair
+from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.window_sizes import positive_pair
+from ..primitives.filters.correlation import box_sums
 
 
 def box_blur(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect", separable: bool = True) -> Tensor:

@@ -5,8 +5,8 @@ from typing import Tuple, Union
 from torch import Tensor
 
 from ..color.gray import rgb_to_grayscale
-from ..primitives.checks import check_image
-from ..primitives.ridges import linked, ridges
+from ..primitives.core.checks import check_image
+from ..primitives.features.canny import canny_hysteresis, canny_nms
 from .gaussian import gaussian_blur2d
 
 
@@ -62,10 +62,10 @@ def canny(
         raise ValueError(f"low_threshold: expected 0 <= low_threshold <= high_threshold, got {low_threshold} and {high_threshold}")
     gray = rgb_to_grayscale(input) if input.size(1) == 3 else input
     blurred = gaussian_blur2d(gray, kernel_size, sigma)
-    magnitude = ridges(blurred, eps)
+    magnitude = canny_nms(blurred, eps)
     detached = magnitude.detach()
     if hysteresis:
-        edges = linked(detached, low_threshold, high_threshold, num_iterations).to(input.dtype)
+        edges = canny_hysteresis(detached, low_threshold, high_threshold, num_iterations).to(input.dtype)
     else:
         edges = 0.5 * (detached > low_threshold).to(input.dtype) + 0.5 * (detached > high_threshold).to(input.dtype)
     return magnitude, edges

@@ -5,10 +5,10 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating, check_image, check_rank
-from ..primitives.correlation import centred, correlate2d_valid, correlated2d, correlated3d, separable_any
-from ..primitives.materialise import materialised
-from ..primitives.padding import check_border
+from ..primitives.core.checks import check_choice, check_floating, check_image, check_rank
+from ..primitives.core.materialise import materialised
+from ..primitives.filters.correlation import centred, correlate2d_valid, correlated2d, correlated3d, separable_any
+from ..primitives.filters.padding import check_border
 
 
 def filter2d(

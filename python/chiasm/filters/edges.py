@@ -3,8 +3,8 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.padding import stencil
+from ..primitives.core.checks import check_image
+from ..primitives.filters.padding import stencil
 
 
 def scharr(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:

@@ -6,7 +6,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import odd_pair
+from ..primitives.core.checks import odd_pair
 from .correlation import filter2d
 from .gaussian_kernels import as_column
 

@@ -6,11 +6,11 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image, odd_pair
-from ..primitives.correlation import correlated2d
-from ..primitives.materialise import materialised
-from ..primitives.stencil import separable as separable_per_sample
-from ..primitives.stencil import separable_shared
+from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.materialise import materialised
+from ..primitives.filters.correlation import correlated2d
+from ..primitives.filters.stencil import separable as separable_per_sample
+from ..primitives.filters.stencil import separable_shared
 
 
 def get_gaussian_kernel1d(kernel_size: int, sigma: Union[float, Tensor], force_even: bool = False, dtype: torch.dtype = torch.float32) -> Tensor:

@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating
+from ..primitives.core.checks import check_floating
 from .gaussian import get_gaussian_kernel1d
 
 

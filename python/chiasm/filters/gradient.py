@@ -5,9 +5,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_image
-from ..primitives.derivatives import first_derivatives, gradient
-from ..primitives.padding import stencil
+from ..primitives.core.checks import check_choice, check_image
+from ..primitives.filters.derivatives import first_derivatives, gradient
+from ..primitives.filters.padding import stencil
 
 
 def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normalized: bool = True) -> Tensor:

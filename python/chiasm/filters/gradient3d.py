@@ -5,8 +5,8 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating, check_rank
-from ..primitives.padding import stencil3d
+from ..primitives.core.checks import check_choice, check_floating, check_rank
+from ..primitives.filters.padding import stencil3d
 
 
 def spatial_gradient3d(input: Tensor, mode: str = "diff", order: int = 1) -> Tensor:

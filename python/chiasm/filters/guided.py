@@ -6,9 +6,9 @@ import torch
 from torch import Tensor
 
 from ..geometry.transform.resize import resize
-from ..primitives.checks import check_image, odd_pair
-from ..primitives.padding import check_border
-from ..primitives.stencil import separable as separable_sums
+from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.filters.padding import check_border
+from ..primitives.filters.stencil import separable as separable_sums
 
 
 def guided_blur(

@@ -6,8 +6,8 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, odd_pair
-from ..primitives.sizes import positive_pair
+from ..primitives.core.checks import check_choice, odd_pair
+from ..primitives.core.window_sizes import positive_pair
 
 
 def get_box_kernel1d(kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32) -> Tensor:

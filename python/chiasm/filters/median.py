@@ -4,8 +4,8 @@ from typing import Tuple, Union
 
 from torch import Tensor
 
-from ..primitives.checks import check_image, odd_pair
-from ..primitives.selection import window_rank
+from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.filters.rank import window_rank
 
 
 def median_blur(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect") -> Tensor:

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ..geometry.conversions import axis_angle_to_rotation_matrix
-from ..primitives.checks import check_choice, check_floating
+from ..primitives.core.checks import check_choice, check_floating
 from .correlation import filter2d, filter3d
 from .gaussian_kernels import as_column
 

@@ -3,11 +3,11 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.loops import repeated
-from ..primitives.materialise import materialised
-from ..primitives.padding import padded
-from ..primitives.stencil import weigh_shifts
+from ..primitives.core.checks import check_image
+from ..primitives.core.loops import repeated
+from ..primitives.core.materialise import materialised
+from ..primitives.filters.padding import padded
+from ..primitives.filters.stencil import weigh_shifts
 
 
 def non_local_means(

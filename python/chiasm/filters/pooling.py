@@ -6,11 +6,11 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image, odd_pair
-from ..primitives.correlation import max_shifts, weigh_and_thin
-from ..primitives.padding import padded, stencil
-from ..primitives.sizes import positive_pair
-from ..primitives.stencil import separable_shared
+from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.window_sizes import positive_pair
+from ..primitives.filters.correlation import max_shifts, weigh_and_thin
+from ..primitives.filters.padding import padded, stencil
+from ..primitives.filters.stencil import separable_shared
 
 
 def blur_pool2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], stride: int = 2) -> Tensor:

@@ -4,9 +4,9 @@ from typing import Optional, Tuple, Union
 
 from torch import Tensor
 
-from ..primitives.checks import check_image, odd_pair
-from ..primitives.correlation import separable_plus
-from ..primitives.stencil import separable_shared
+from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.filters.correlation import separable_plus
+from ..primitives.filters.stencil import separable_shared
 from .gaussian import gaussian_blur2d, gaussian_taps
 
 

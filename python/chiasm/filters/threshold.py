@@ -6,11 +6,11 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating, check_image, odd_pair
-from ..primitives.correlation import box_sums
-from ..primitives.levels import bin_counts, extents, partial_sums
-from ..primitives.stencil import separable_shared
-from ..primitives.whole import to_index
+from ..primitives.core.checks import check_choice, check_floating, check_image, odd_pair
+from ..primitives.filters.correlation import box_sums
+from ..primitives.filters.stencil import separable_shared
+from ..primitives.images.histograms import aminmax, histc, partial_sums
+from ..primitives.numbers.rounding import to_index
 from .gaussian import gaussian_taps
 
 
@@ -154,7 +154,7 @@ def otsu_threshold(
     if nbins < 2:
         raise ValueError(f"nbins: expected at least 2, got {nbins}")
     planes = x.reshape(-1, x.size(-2) * x.size(-1))
-    low, high = extents(planes)
+    low, high = aminmax(planes)
     # A plane of one value has a span of 0: its threshold is that value, and nothing is above it.
     span = torch.where(high > low, high - low, torch.ones_like(high))
     position = (planes - low) / span * float(nbins)
@@ -165,7 +165,7 @@ def otsu_threshold(
         counts = torch.zeros([planes.size(0), nbins], dtype=torch.float64, device=x.device)
         counts = counts.scatter_add(1, first, 1.0 - share).scatter_add(1, first + 1, share)
     else:
-        counts = bin_counts(planes, low, span, nbins).to(torch.float64)
+        counts = histc(planes, low, span, nbins).to(torch.float64)
     variance = _between_classes(counts)
     bins = torch.arange(nbins - 1, device=x.device)
     best = variance.amax(1, keepdim=True)

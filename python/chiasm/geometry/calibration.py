@@ -8,14 +8,14 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_last, check_matrix, check_rank
-from ..primitives.direct_linear import hartley, projective_equations
-from ..primitives.intrinsics import from_pixels, to_pixels, with_one
-from ..primitives.lens import coefficients, distort, tilt_matrices, under_homography, undistort
-from ..primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenvector
-from ..primitives.materialise import materialised
-from ..primitives.rotations import nearest_rotation
-from ..primitives.warping import sample_image
+from ..primitives.core.checks import check_floating, check_last, check_matrix, check_rank
+from ..primitives.core.materialise import materialised
+from ..primitives.geometry.intrinsics import from_pixels, to_pixels, with_one
+from ..primitives.geometry.lens import coefficients, distort, tilt_matrices, under_homography, undistort
+from ..primitives.geometry.rotations import nearest_rotation
+from ..primitives.linalg.direct_linear import hartley, projective_equations
+from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul, smallest_eigenvector
+from ..primitives.resampling.warping import sample_image
 
 __all__ = [
     "distort_points",

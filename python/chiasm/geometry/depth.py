@@ -6,10 +6,10 @@ import torch
 from torch import Tensor, nn
 
 from ..filters.gradient import spatial_gradient
-from ..primitives.checks import check_floating, check_image, check_last, check_matrix, check_rank
-from ..primitives.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
-from ..primitives.linalg import cross
-from ..primitives.warping import check_sampling, sample_image, stretched
+from ..primitives.core.checks import check_floating, check_image, check_last, check_matrix, check_rank
+from ..primitives.geometry.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
+from ..primitives.linalg.matrices import cross
+from ..primitives.resampling.warping import check_sampling, sample_image, stretched
 from .camera.pinhole import PinholeCamera
 
 __all__ = [

@@ -5,11 +5,11 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating, check_matrix, check_rank
-from ..primitives.direct_linear import hartley, projective_equations
-from ..primitives.intrinsics import with_one
-from ..primitives.linalg import cross, inverse3x3, small_matmul, smallest_eigenvector
-from ..primitives.loops import repeated
+from ..primitives.core.checks import check_choice, check_floating, check_matrix, check_rank
+from ..primitives.core.loops import repeated
+from ..primitives.geometry.intrinsics import with_one
+from ..primitives.linalg.direct_linear import hartley, projective_equations
+from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul, smallest_eigenvector
 from .transfer_error import (
     check_segments,
     line_segment_transfer_error_one_way,

@@ -3,8 +3,8 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating
-from ..primitives.linalg import small_matmul
+from ..primitives.core.checks import check_floating
+from ..primitives.linalg.matrices import small_matmul
 
 __all__ = [
     "batched_dot_product",

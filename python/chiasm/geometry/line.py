@@ -4,8 +4,8 @@ from typing import Optional, Tuple
 
 from torch import Tensor
 
-from ..primitives.linalg import largest_eigenvector
-from ..primitives.scatter_matrix import mean_and_scatter
+from ..primitives.linalg.matrices import largest_eigenvector
+from ..primitives.linalg.scatter_matrix import mean_and_scatter
 
 __all__ = ["fit_line"]
 

@@ -5,12 +5,12 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_matrix, check_rank
-from ..primitives.intrinsics import over_depth
-from ..primitives.linalg import cross, small_matmul, spd_inverse
-from ..primitives.loops import repeated
-from ..primitives.lowering import carries_derivative
-from ..primitives.rotations import nearest_rotation
+from ..primitives.core.checks import check_matrix, check_rank
+from ..primitives.core.loops import repeated
+from ..primitives.core.lowering import carries_derivative
+from ..primitives.geometry.intrinsics import over_depth
+from ..primitives.geometry.rotations import nearest_rotation
+from ..primitives.linalg.matrices import cross, small_matmul, spd_inverse
 from .calibration import check_views
 from .lie.so3 import so3_exp
 

@@ -5,8 +5,8 @@ from typing import Optional, Union
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_last
-from ..primitives.linalg import cross, largest_eigenvector
+from ..primitives.core.checks import check_floating, check_last
+from ..primitives.linalg.matrices import cross, largest_eigenvector
 from .conversions.rotations import axis_angle_to_quaternion, normalize_quaternion, quaternion_to_axis_angle
 
 __all__ = [

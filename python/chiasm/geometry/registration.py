@@ -10,8 +10,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from ..primitives.checks import check_choice, check_image
-from ..primitives.linalg import inverse3x3
+from ..primitives.core.checks import check_choice, check_image
+from ..primitives.linalg.matrices import inverse3x3
 from .transform import HomographyWarper, build_pyramid
 
 __all__ = ["Homography", "ImageRegistrator", "Similarity"]

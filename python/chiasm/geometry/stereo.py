@@ -5,9 +5,9 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_matrix, check_rank
-from ..primitives.intrinsics import check_depth, focal_lengths, from_pixels, over_depth, with_one
-from ..primitives.linalg import cross, small_matmul
+from ..primitives.core.checks import check_matrix, check_rank
+from ..primitives.geometry.intrinsics import check_depth, focal_lengths, from_pixels, over_depth, with_one
+from ..primitives.linalg.matrices import cross, small_matmul
 from .calibration import undistort_points
 from .conversions.rotations import quaternion_to_rotation_matrix, rotation_matrix_to_quaternion, vector_to_skew_symmetric_matrix
 

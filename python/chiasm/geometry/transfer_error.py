@@ -3,9 +3,9 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_matrix, check_rank
-from ..primitives.intrinsics import over_depth, with_one
-from ..primitives.linalg import cross, inverse3x3, small_matmul
+from ..primitives.core.checks import check_floating, check_matrix, check_rank
+from ..primitives.geometry.intrinsics import over_depth, with_one
+from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul
 
 
 def oneway_transfer_error(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True, eps: float = 1e-8) -> Tensor:

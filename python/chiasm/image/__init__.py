@@ -1,6 +1,6 @@
 """Images at the border of a product: bytes in and out, grids, drawing."""
 
-from ..primitives.twin import lazy_twins
+from ..primitives.core.modules import lazy_twins
 from .conversion import image_to_tensor, tensor_to_image
 from .draw import draw_line, draw_point2d
 from .grid import make_grid

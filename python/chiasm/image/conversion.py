@@ -3,8 +3,8 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating
-from ..primitives.whole import known_or
+from ..primitives.core.checks import check_floating
+from ..primitives.numbers.rounding import known_or
 
 
 def image_to_tensor(image: Tensor) -> Tensor:

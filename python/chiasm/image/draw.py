@@ -5,8 +5,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.levels import whole_quotient
-from ..primitives.whole import known_or
+from ..primitives.images.histograms import whole_quotient
+from ..primitives.numbers.rounding import known_or
 
 
 def draw_point2d(image: Tensor, points: Tensor, color: Tensor) -> Tensor:

@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_rank
+from ..primitives.core.checks import check_rank
 
 
 def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> Tensor:

@@ -6,7 +6,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_rank
+from ..primitives.core.checks import check_rank
 from .draw import whole_pixels
 
 

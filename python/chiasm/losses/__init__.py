@@ -1,6 +1,6 @@
 """Losses."""
 
-from ..primitives.twin import lazy_twins
+from ..primitives.core.modules import lazy_twins
 from .depth_smoothness import inverse_depth_smoothness_loss
 from .divergence import js_div_loss_2d, kl_div_loss_2d
 from .focal import binary_focal_loss_with_logits, focal_loss

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
+from ..primitives.core.checks import check_image
 
 
 def inverse_depth_smoothness_loss(idepth: Tensor, image: Tensor) -> Tensor:

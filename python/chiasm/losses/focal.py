@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_same_shape
+from ..primitives.core.checks import check_floating, check_same_shape
 from .labels import check_prediction, class_planes, class_weights
 from .reduction import considered, reduced_where, where_considered
 

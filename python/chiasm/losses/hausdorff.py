@@ -5,10 +5,10 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image, check_reduction
-from ..primitives.padding import stencil, stencil3d
-from ..primitives.reductions import greatest, least
-from ..primitives.volumes import check_volume
+from ..primitives.core.checks import check_image, check_reduction
+from ..primitives.filters.padding import stencil, stencil3d
+from ..primitives.numbers.reductions import greatest, least
+from ..primitives.resampling.volumes import check_volume
 from .labels import check_labels, class_planes
 from .reduction import reduced
 

@@ -6,9 +6,9 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating, check_same_shape
-from ..primitives.reductions import greatest, least
-from ..primitives.whole import to_index
+from ..primitives.core.checks import check_choice, check_floating, check_same_shape
+from ..primitives.numbers.reductions import greatest, least
+from ..primitives.numbers.rounding import to_index
 
 
 def check_signals(input: Tensor, target: Tensor, kernel_function: str, num_bins: int, window_radius: float) -> None:

@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating
+from ..primitives.core.checks import check_floating
 
 
 def one_hot(

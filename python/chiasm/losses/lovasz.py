@@ -5,8 +5,8 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.ranking import stable_topk
+from ..primitives.core.checks import check_image
+from ..primitives.numbers.ranking import stable_topk
 from .labels import check_labels, check_prediction, class_planes, class_weights
 
 

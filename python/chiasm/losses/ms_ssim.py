@@ -6,8 +6,8 @@ import torch
 from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
-from ..primitives.checks import check_image, check_reduction, check_same_shape
-from ..primitives.stencil import separable_scales, separable_shared
+from ..primitives.core.checks import check_image, check_reduction, check_same_shape
+from ..primitives.filters.stencil import separable_scales, separable_shared
 from .reduction import reduced
 
 

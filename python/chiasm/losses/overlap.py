@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice
+from ..primitives.core.checks import check_choice
 from .labels import check_prediction, class_planes, class_weights
 from .reduction import considered, where_considered
 

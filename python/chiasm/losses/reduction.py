@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_reduction
+from ..primitives.core.checks import check_reduction
 
 
 def reduced(loss: Tensor, reduction: str) -> Tensor:

@@ -7,7 +7,7 @@ square of a small difference d, and less and less sensitive to large ones.
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_same_shape
+from ..primitives.core.checks import check_floating, check_same_shape
 from .reduction import reduced
 
 

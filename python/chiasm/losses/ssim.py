@@ -3,7 +3,7 @@
 from torch import Tensor
 
 from ..metrics.ssim import ssim, ssim3d
-from ..primitives.checks import check_reduction
+from ..primitives.core.checks import check_reduction
 from .reduction import reduced
 
 

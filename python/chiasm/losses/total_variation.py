@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating
+from ..primitives.core.checks import check_choice, check_floating
 
 
 def total_variation(img: Tensor, reduction: str = "sum") -> Tensor:

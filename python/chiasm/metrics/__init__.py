@@ -1,6 +1,6 @@
 """Image quality, and how far results are from the truth."""
 
-from ..primitives.twin import lazy_twins
+from ..primitives.core.modules import lazy_twins
 from .boxes import mean_average_precision, mean_iou_bbox
 from .classification import accuracy, confusion_matrix, mean_iou
 from .disparity import kitti_d1_error, mean_absolute_disparity_error, mean_bad_pixel_error, root_mean_squared_disparity_error

@@ -5,8 +5,8 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_floating, check_last, check_rank
-from ..primitives.ranking import stable_topk
+from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank
+from ..primitives.numbers.ranking import stable_topk
 from .classification import check_integer
 
 

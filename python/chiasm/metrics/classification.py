@@ -5,8 +5,8 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_rank
-from ..primitives.levels import count_each
+from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.images.histograms import bincount
 
 
 def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:
@@ -131,4 +131,4 @@ def _counts(pred: Tensor, target: Tensor, num_classes: int) -> Tensor:
     pairs = num_classes * num_classes
     truth = torch.where(known, truth, torch.zeros_like(truth))  # else the product may overflow
     index = torch.where(known, truth * num_classes + found, torch.full_like(truth, pairs))
-    return count_each(index, pairs + 1)[:, :pairs].unflatten(1, [num_classes, num_classes]).to(torch.int64)
+    return bincount(index, pairs + 1)[:, :pairs].unflatten(1, [num_classes, num_classes]).to(torch.int64)

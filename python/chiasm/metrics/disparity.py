@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_reduction
+from ..primitives.core.checks import check_reduction
 from .reductions import check_pair, reduced_valid, safe_sqrt
 
 

@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from ..primitives.checks import check_last, check_reduction
+from ..primitives.core.checks import check_last, check_reduction
 from .reductions import check_pair, reduced_valid, vector_length
 
 

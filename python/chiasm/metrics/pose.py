@@ -6,9 +6,9 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.angles import angle_of
-from ..primitives.checks import check_floating, check_last, check_matrix
-from ..primitives.linalg import cross
+from ..primitives.core.checks import check_floating, check_last, check_matrix
+from ..primitives.geometry.angles import angle_of
+from ..primitives.linalg.matrices import cross
 from .reductions import vector_length
 
 

@@ -5,7 +5,7 @@ import math
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating, check_same_shape
+from ..primitives.core.checks import check_floating, check_same_shape
 
 
 def psnr(image: Tensor, target: Tensor, max_val: float) -> Tensor:

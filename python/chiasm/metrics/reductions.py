@@ -6,7 +6,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_floating
+from ..primitives.core.checks import check_floating
 
 
 def vector_length(v: Tensor) -> Tensor:

@@ -5,9 +5,9 @@ from typing import List
 from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
-from ..primitives.checks import check_choice, check_image, check_same_shape
-from ..primitives.stencil import separable_each, separable_shared
-from ..primitives.volumes import check_volume
+from ..primitives.core.checks import check_choice, check_image, check_same_shape
+from ..primitives.filters.stencil import separable_each, separable_shared
+from ..primitives.resampling.volumes import check_volume
 
 
 def ssim(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps: float = 1e-12, padding: str = "same") -> Tensor:

@@ -1,6 +1,6 @@
 """Mathematical morphology."""
 
-from ..primitives.twin import lazy_twins
+from ..primitives.core.modules import lazy_twins
 from .dilation import dilation
 from .erosion import erosion
 from .flat import max_filter2d, min_filter2d

@@ -5,8 +5,8 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_image
-from ..primitives.extremes import structured_extreme, structured_range
+from ..primitives.core.checks import check_choice, check_image
+from ..primitives.filters.minmax import morphology, morphology_gradient
 
 
 def extreme(
@@ -25,7 +25,7 @@ def extreme(
     if mirrored:
         row, column = kernel.size(0) - 1 - row, kernel.size(1) - 1 - column
     border, value = _border(border_type, border_value, -max_val if largest else max_val)
-    return structured_extreme(tensor, heights, row, column, border, value, max_val, largest)
+    return morphology(tensor, heights, row, column, border, value, max_val, largest)
 
 
 def extreme_range(
@@ -41,7 +41,7 @@ def extreme_range(
     heights, row, column = _window(tensor, kernel, structuring_element, origin, border_type, max_val)
     border, high_value = _border(border_type, border_value, -max_val)
     low_value = _border(border_type, border_value, max_val)[1]
-    return structured_range(tensor, heights, row, column, border, high_value, low_value, max_val)
+    return morphology_gradient(tensor, heights, row, column, border, high_value, low_value, max_val)
 
 
 def _window(

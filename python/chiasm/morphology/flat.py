@@ -4,8 +4,8 @@ from typing import Tuple, Union
 
 from torch import Tensor
 
-from ..primitives.checks import check_image, odd_pair
-from ..primitives.extremes import rectangle_extreme
+from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.filters.minmax import minmax_filter
 
 
 def max_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "replicate") -> Tensor:
@@ -60,4 +60,4 @@ def min_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border
 def _filter(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str, largest: bool) -> Tensor:
     check_image(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
-    return rectangle_extreme(input, ky, kx, border_type, largest)
+    return minmax_filter(input, ky, kx, border_type, largest)

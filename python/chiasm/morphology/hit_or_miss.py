@@ -5,8 +5,8 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.padding import stencil
+from ..primitives.core.checks import check_image
+from ..primitives.filters.padding import stencil
 
 
 def hit_or_miss(input: Tensor, hit: Tensor, miss: Optional[Tensor] = None) -> Tensor:

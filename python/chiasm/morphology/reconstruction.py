@@ -5,8 +5,8 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_choice, check_image
-from ..primitives.loops import until_stable
+from ..primitives.core.checks import check_choice, check_image
+from ..primitives.core.loops import until_stable
 from .element import extreme
 
 

@@ -5,9 +5,9 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.checks import check_image
-from ..primitives.loops import until_stable
-from ..primitives.padding import stencil
+from ..primitives.core.checks import check_image
+from ..primitives.core.loops import until_stable
+from ..primitives.filters.padding import stencil
 
 
 def skeletonize(input: Tensor, num_iters: int = 10000) -> Tensor:

@@ -7,8 +7,8 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_blur2d
 from ..filters.gradient import sobel
-from ..primitives.frames import grey_frame, resized_frame
-from ..primitives.stencil import join_channels
+from ..primitives.filters.stencil import join_channels
+from ..primitives.images.frames import frame_to_grey, resize_frame
 
 
 def preprocess(
@@ -38,7 +38,7 @@ def preprocess(
     for s in std:
         if s <= 0.0:
             raise ValueError(f"std: expected numbers above 0, got {std}")
-    image = resized_frame(frame, 224, 224)
+    image = resize_frame(frame, 224, 224)
     # As one product and one sum of each plane, numbers that native code has in its loop.
     planes = [image[:, c : c + 1] * (1.0 / (255.0 * s)) - m / s for c, (m, s) in enumerate(zip(mean, std))]
     return join_channels(planes)
@@ -65,7 +65,7 @@ def edges(frame: Tensor) -> Tensor:
         tensor(0, dtype=torch.uint8)
     """
     _check(frame)
-    strength = sobel(gaussian_blur2d(grey_frame(frame), (5, 5), (1.0, 1.0)), normalized=False)
+    strength = sobel(gaussian_blur2d(frame_to_grey(frame), (5, 5), (1.0, 1.0)), normalized=False)
     return torch.round(strength).clamp(0.0, 255.0).to(torch.uint8)[0, 0]
 
 

@@ -8,9 +8,9 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_choice, check_floating, check_last, check_matrix, check_rank
-from ...primitives.linalg import small_matmul
-from ...primitives.reductions import greatest, least
+from ...primitives.core.checks import check_choice, check_floating, check_last, check_matrix, check_rank
+from ...primitives.linalg.matrices import small_matmul
+from ...primitives.numbers.reductions import greatest, least
 from ..conversions.homogeneous import convert_points_from_homogeneous, convert_points_to_homogeneous
 
 

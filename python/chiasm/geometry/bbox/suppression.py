@@ -5,9 +5,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_floating, check_last, check_rank
-from ...primitives.loops import until_stable
-from ...primitives.ranking import stable_topk
+from ...primitives.core.checks import check_floating, check_last, check_rank
+from ...primitives.core.loops import until_stable
+from ...primitives.numbers.ranking import stable_topk
 
 
 def nms(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tensor:

@@ -1,6 +1,6 @@
 """Camera models: between points in a camera's frame, the plane z = 1 in front of it, and pixels."""
 
-from ...primitives.twin import lazy_twins
+from ...primitives.core.modules import lazy_twins
 from .affine import distort_points_affine, dx_distort_points_affine, undistort_points_affine
 from .kannala_brandt import distort_points_kannala_brandt, dx_distort_points_kannala_brandt, undistort_points_kannala_brandt
 from .pinhole import PinholeCamera, cam2pixel, pixel2cam, project_points, unproject_points

@@ -5,10 +5,10 @@ from typing import Optional
 import torch
 from torch import Tensor, nn
 
-from ...primitives.checks import check_last, check_matrix, check_rank
-from ...primitives.intrinsics import check_depth, check_intrinsics, from_pixels, moved, over_depth, to_pixels, with_one
-from ...primitives.linalg import inverse
-from ...primitives.twin import hold
+from ...primitives.core.checks import check_last, check_matrix, check_rank
+from ...primitives.core.modules import hold
+from ...primitives.geometry.intrinsics import check_depth, check_intrinsics, from_pixels, moved, over_depth, to_pixels, with_one
+from ...primitives.linalg.matrices import inverse
 from ..epipolar.projection import scale_intrinsics
 from ..linalg import inverse_transformation, transform_points
 

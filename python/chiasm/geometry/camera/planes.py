@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_floating, check_last
+from ...primitives.core.checks import check_floating, check_last
 
 
 def project_points_z1(points_in_camera: Tensor) -> Tensor:

@@ -3,8 +3,8 @@
 import torch
 from torch import Tensor, nn
 
-from ...primitives.checks import check_matrix, check_rank
-from ...primitives.twin import hold
+from ...primitives.core.checks import check_matrix, check_rank
+from ...primitives.core.modules import hold
 from ..stereo import reproject_disparity_to_3d
 
 

@@ -6,8 +6,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.angles import angle_of
-from ...primitives.checks import check_floating
+from ...primitives.core.checks import check_floating
+from ...primitives.geometry.angles import angle_of
 
 
 def rad2deg(tensor: Tensor) -> Tensor:

@@ -5,8 +5,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.angles import angle_of
-from ...primitives.checks import check_floating
+from ...primitives.core.checks import check_floating
+from ...primitives.geometry.angles import angle_of
 
 
 def euler_from_quaternion(w: Tensor, x: Tensor, y: Tensor, z: Tensor) -> Tuple[Tensor, Tensor, Tensor]:

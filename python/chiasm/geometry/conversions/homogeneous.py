@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_floating, check_matrix, check_rank
+from ...primitives.core.checks import check_floating, check_matrix, check_rank
 
 
 def convert_points_to_homogeneous(points: Tensor) -> Tensor:

@@ -4,8 +4,8 @@ from typing import Tuple
 
 from torch import Tensor
 
-from ...primitives.checks import check_matrix, check_rank
-from ...primitives.linalg import small_matmul
+from ...primitives.core.checks import check_matrix, check_rank
+from ...primitives.linalg.matrices import small_matmul
 from .pixels import normal_transform_pixel, normal_transform_pixel3d, pixel_transform_normal
 
 

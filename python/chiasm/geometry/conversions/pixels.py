@@ -9,7 +9,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_last, check_matrix
+from ...primitives.core.checks import check_last, check_matrix
 
 
 def normal_transform_pixel(

@@ -8,8 +8,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_matrix
-from ...primitives.linalg import small_matmul
+from ...primitives.core.checks import check_matrix
+from ...primitives.linalg.matrices import small_matmul
 from .homogeneous import convert_affinematrix_to_homography3d
 from .rotations import quaternion_to_rotation_matrix, require_rotation, rotation_matrix_to_quaternion
 

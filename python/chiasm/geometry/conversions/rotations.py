@@ -7,9 +7,9 @@ and the other branch computes on a harmless input so that its gradient is no NaN
 import torch
 from torch import Tensor
 
-from ...primitives.angles import angle_of
-from ...primitives.checks import check_last, check_matrix
-from ...primitives.linalg import cross, small_matmul
+from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.geometry.angles import angle_of
+from ...primitives.linalg.matrices import cross, small_matmul
 
 
 def normalize_quaternion(quaternion: Tensor, eps: float = 1e-12) -> Tensor:

@@ -1,6 +1,6 @@
 """Epipolar geometry: two views of points in space."""
 
-from ...primitives.twin import lazy_twins
+from ...primitives.core.modules import lazy_twins
 from .essential import (
     decompose_essential_matrix,
     decompose_essential_matrix_no_svd,

@@ -5,10 +5,10 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_last, check_matrix
-from ...primitives.factorisation import null_vector, pointed
-from ...primitives.intrinsics import with_one
-from ...primitives.linalg import cofactors, inverse3x3, small_matmul
+from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.geometry.intrinsics import with_one
+from ...primitives.linalg.matrices import cofactors, inverse3x3, small_matmul
+from ...primitives.linalg.qr import null_vector, pointed
 from .lines import cross_product_matrix
 from .projection import depth_from_point, left_null_vector
 from .triangulation import triangulate_points

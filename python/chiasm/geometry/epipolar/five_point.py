@@ -9,11 +9,11 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_floating
-from ...primitives.eigen import symmetric_eigen
-from ...primitives.factorisation import pointed, qr
-from ...primitives.linalg import cofactors, cross, small_matmul, solve, spd_inverse
-from ...primitives.polynomials import real_roots
+from ...primitives.core.checks import check_floating
+from ...primitives.linalg.eigen import symmetric_eigen
+from ...primitives.linalg.matrices import cofactors, cross, small_matmul, solve, spd_inverse
+from ...primitives.linalg.polynomials import real_roots
+from ...primitives.linalg.qr import pointed, qr
 from ..solvers import determinant_to_polynomial, multiply_deg_one_poly, multiply_deg_two_one_poly
 from .seven_point import epipolar_rows, subspace_basis
 

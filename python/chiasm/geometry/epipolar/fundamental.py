@@ -5,10 +5,10 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_choice, check_floating, check_matrix
-from ...primitives.direct_linear import hartley
-from ...primitives.factorisation import null_vector, pointed
-from ...primitives.linalg import inverse3x3, small_matmul, smallest_eigenvector
+from ...primitives.core.checks import check_choice, check_floating, check_matrix
+from ...primitives.linalg.direct_linear import hartley
+from ...primitives.linalg.matrices import inverse3x3, small_matmul, smallest_eigenvector
+from ...primitives.linalg.qr import null_vector, pointed
 from .seven_point import epipolar_rows, matrices_of_rank_two
 
 

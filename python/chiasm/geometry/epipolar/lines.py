@@ -3,9 +3,9 @@
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_last, check_matrix
-from ...primitives.intrinsics import homogeneous, over_depth
-from ...primitives.linalg import cross, small_matmul
+from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.geometry.intrinsics import homogeneous, over_depth
+from ...primitives.linalg.matrices import cross, small_matmul
 
 
 def cross_product_matrix(x: Tensor) -> Tensor:

@@ -8,9 +8,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_matrix
-from ...primitives.intrinsics import homogeneous
-from ...primitives.linalg import small_matmul
+from ...primitives.core.checks import check_matrix
+from ...primitives.geometry.intrinsics import homogeneous
+from ...primitives.linalg.matrices import small_matmul
 
 
 def sampson_epipolar_distance(pts1: Tensor, pts2: Tensor, Fm: Tensor, squared: bool = True, eps: float = 1e-8) -> Tensor:

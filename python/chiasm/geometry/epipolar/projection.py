@@ -5,9 +5,9 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_image, check_matrix
-from ...primitives.factorisation import pointed
-from ...primitives.linalg import cross, small_matmul
+from ...primitives.core.checks import check_image, check_matrix
+from ...primitives.linalg.matrices import cross, small_matmul
+from ...primitives.linalg.qr import pointed
 from .lines import cross_product_matrix
 
 

@@ -5,9 +5,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.factorisation import qr
-from ...primitives.intrinsics import with_one
-from ...primitives.linalg import cofactors, small_matmul
+from ...primitives.geometry.intrinsics import with_one
+from ...primitives.linalg.matrices import cofactors, small_matmul
+from ...primitives.linalg.qr import qr
 from ..solvers import solve_cubic
 
 

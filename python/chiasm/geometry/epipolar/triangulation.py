@@ -3,8 +3,8 @@
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_choice, check_last, check_matrix
-from ...primitives.factorisation import null_vector
+from ...primitives.core.checks import check_choice, check_last, check_matrix
+from ...primitives.linalg.qr import null_vector
 
 
 def triangulate_points(P1: Tensor, P2: Tensor, points1: Tensor, points2: Tensor, solver: str = "eigh") -> Tensor:

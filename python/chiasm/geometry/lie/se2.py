@@ -6,9 +6,9 @@ J. Sola, J. Deray, D. Atchuthan, A micro Lie theory for state estimation in robo
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_last, check_matrix
-from ...primitives.linalg import small_matmul
-from ...primitives.stumpff import stumpff
+from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.geometry.stumpff import stumpff
+from ...primitives.linalg.matrices import small_matmul
 from .so2 import so2_exp, so2_hat, so2_log
 
 

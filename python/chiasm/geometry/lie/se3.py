@@ -6,9 +6,9 @@ T. D. Barfoot, State Estimation for Robotics, 2017, chapter 7 (whose tangents ar
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_last, check_matrix
-from ...primitives.linalg import small_matmul
-from ...primitives.stumpff import stumpff
+from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.geometry.stumpff import stumpff
+from ...primitives.linalg.matrices import small_matmul
 from .so3 import so3_exp, so3_hat, so3_left_jacobian, so3_log, so3_vee
 
 

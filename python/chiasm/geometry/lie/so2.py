@@ -6,8 +6,8 @@ It is commutative, so adjoint and Jacobians are 1; they are here so that the fou
 import torch
 from torch import Tensor
 
-from ...primitives.angles import angle_of
-from ...primitives.checks import check_floating, check_matrix
+from ...primitives.core.checks import check_floating, check_matrix
+from ...primitives.geometry.angles import angle_of
 
 
 def so2_exp(theta: Tensor) -> Tensor:

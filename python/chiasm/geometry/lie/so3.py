@@ -3,9 +3,9 @@
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_last, check_matrix
-from ...primitives.linalg import small_matmul
-from ...primitives.stumpff import stumpff
+from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.geometry.stumpff import stumpff
+from ...primitives.linalg.matrices import small_matmul
 from ..conversions.rotations import axis_angle_to_rotation_matrix, rotation_matrix_to_axis_angle, vector_to_skew_symmetric_matrix
 
 

@@ -6,7 +6,7 @@ probability p, where the share w of all is right, log(1 - p) / log(1 - w ** m) s
 p = 0.999 where w is 0.29 (m = 4), 0.49 (m = 7) and 0.37 (m = 5). With noise several of them are needed, for one of them to be good.
 """
 
-from ...primitives.twin import lazy_twins
+from ...primitives.core.modules import lazy_twins
 from .essential import ransac_essential
 from .fundamental import ransac_fundamental
 from .homography import ransac_homography

@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from ...primitives.checks import check_floating, check_rank
+from ...primitives.core.checks import check_floating, check_rank
 
 
 def check_arguments(points1: Tensor, points2: Tensor, uniforms: Tensor, least: int, sample: int, inl_th: float, refinements: int) -> None:

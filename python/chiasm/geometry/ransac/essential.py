@@ -5,8 +5,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_matrix, check_rank
-from ...primitives.consensus import (
+from ...primitives.core.checks import check_matrix, check_rank
+from ...primitives.core.loops import repeated
+from ...primitives.geometry.consensus import (
     best_models,
     best_of_each,
     chosen,
@@ -21,10 +22,9 @@ from ...primitives.consensus import (
     sampson_denominators,
     score_planes,
 )
-from ...primitives.factorisation import pointed
-from ...primitives.intrinsics import with_one
-from ...primitives.linalg import inverse3x3, small_matmul, spd_inverse
-from ...primitives.loops import repeated
+from ...primitives.geometry.intrinsics import with_one
+from ...primitives.linalg.matrices import inverse3x3, small_matmul, spd_inverse
+from ...primitives.linalg.qr import pointed
 from ..conversions.rotations import axis_angle_to_rotation_matrix, vector_to_skew_symmetric_matrix
 from ..epipolar.essential import decompose_essential_matrix
 from ..epipolar.five_point import essentials_of_five

@@ -5,7 +5,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.consensus import (
+from ...primitives.core.loops import repeated
+from ...primitives.geometry.consensus import (
     best_model,
     best_of_each,
     common_frame,
@@ -17,7 +18,6 @@ from ...primitives.consensus import (
     near_weights,
     score_planes,
 )
-from ...primitives.loops import repeated
 from ..epipolar.fundamental import denormalised, find_fundamental
 from ..epipolar.seven_point import epipolar_rows, matrices_of_rank_two
 from .arguments import check_arguments

@@ -5,7 +5,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.consensus import (
+from ...primitives.core.loops import repeated
+from ...primitives.geometry.consensus import (
     best_model,
     common_frame,
     costs_less,
@@ -18,9 +19,8 @@ from ...primitives.consensus import (
     near_weights,
     score_planes,
 )
-from ...primitives.intrinsics import with_one
-from ...primitives.linalg import cross
-from ...primitives.loops import repeated
+from ...primitives.geometry.intrinsics import with_one
+from ...primitives.linalg.matrices import cross
 from ..homography import homography_by_weights
 from .arguments import check_arguments
 

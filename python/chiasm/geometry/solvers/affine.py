@@ -5,8 +5,8 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_floating
-from ...primitives.linalg import inverse, small_matmul
+from ...primitives.core.checks import check_floating
+from ...primitives.linalg.matrices import inverse, small_matmul
 
 
 def find_affine(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None) -> Tensor:

@@ -10,8 +10,8 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_last
-from ...primitives.lowering import carries_derivative
+from ...primitives.core.checks import check_last
+from ...primitives.core.lowering import carries_derivative
 
 
 def solve_quadratic(coeffs: Tensor) -> Tensor:

@@ -8,9 +8,9 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_floating, check_last
-from ...primitives.linalg import cross4
-from ...primitives.polynomials import product_of_coefficients
+from ...primitives.core.checks import check_floating, check_last
+from ...primitives.linalg.matrices import cross4
+from ...primitives.linalg.polynomials import product_of_coefficients
 
 
 def null_vector_3x4(A: Tensor) -> Tensor:

@@ -9,9 +9,9 @@ from typing import Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_image, check_last
-from ...primitives.reshaping import reshaped
-from ...primitives.warping import position_dtype
+from ...primitives.core.checks import check_image, check_last
+from ...primitives.numbers.reshaping import reshaped
+from ...primitives.resampling.warping import position_dtype
 from ..conversions.pixels import normalisation
 
 

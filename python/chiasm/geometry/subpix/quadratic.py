@@ -12,11 +12,11 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from ...primitives.extrema import largest
-from ...primitives.materialise import materialised
-from ...primitives.ranking import stable_topk
-from ...primitives.volumes import check_volume, voxel_axes
-from ...primitives.warping import position_dtype
+from ...primitives.core.materialise import materialised
+from ...primitives.features.extrema import largest
+from ...primitives.numbers.ranking import stable_topk
+from ...primitives.resampling.volumes import check_volume, voxel_axes
+from ...primitives.resampling.warping import position_dtype
 from .suppression import nms3d
 
 

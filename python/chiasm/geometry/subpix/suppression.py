@@ -5,9 +5,9 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_image
-from ...primitives.extrema import strict_maxima
-from ...primitives.volumes import check_volume
+from ...primitives.core.checks import check_image
+from ...primitives.features.extrema import strict_maxima
+from ...primitives.resampling.volumes import check_volume
 
 
 def nms2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], mask_only: bool = False) -> Tensor:

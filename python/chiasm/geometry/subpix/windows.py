@@ -5,11 +5,11 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_image
-from ...primitives.extrema import largest
-from ...primitives.padding import padded
-from ...primitives.volumes import check_volume
-from ...primitives.warping import position_dtype
+from ...primitives.core.checks import check_image
+from ...primitives.features.extrema import largest
+from ...primitives.filters.padding import padded
+from ...primitives.resampling.volumes import check_volume
+from ...primitives.resampling.warping import position_dtype
 from ..conversions.pixels import normalisation
 from .heatmaps import inverse_temperature
 

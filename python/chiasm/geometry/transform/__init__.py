@@ -1,6 +1,6 @@
 """Geometric image transforms."""
 
-from ...primitives.twin import lazy_twins
+from ...primitives.core.modules import lazy_twins
 from .affine import Affine, affine, rotate, scale, shear, translate, warp_affine
 from .crop import center_crop, crop_and_resize, crop_by_boxes, crop_by_indices, crop_by_transform_mat
 from .crop3d import center_crop3d, crop_and_resize3d, crop_by_boxes3d

@@ -5,9 +5,9 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor, nn
 
-from ...primitives.checks import check_image
-from ...primitives.twin import hold
-from ...primitives.warping import check_matrix, check_sampling, sample_affine
+from ...primitives.core.checks import check_image
+from ...primitives.core.modules import hold
+from ...primitives.resampling.warping import check_matrix, check_sampling, sample_affine
 from .matrices import check_numbers, check_vectors, from_rows, get_affine_matrix2d, get_rotation_matrix2d, inverse_affine
 
 

@@ -5,10 +5,10 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_choice, check_image
-from ...primitives.sampling import bounded_taps
-from ...primitives.warping import check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, sample_projective, weigh_image
-from ...primitives.whole import to_index
+from ...primitives.core.checks import check_choice, check_image
+from ...primitives.numbers.rounding import to_index
+from ...primitives.resampling.taps import bounded_taps
+from ...primitives.resampling.warping import check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, sample_projective, weigh_image
 from .matrices import check_points, get_perspective_transform
 from .warp import pixels_to_source
 

@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.volumes import check_volume, check_volume_sampling
+from ...primitives.resampling.volumes import check_volume, check_volume_sampling
 from .matrices import check_points, from_rows
 from .matrices3d import get_perspective_transform3d
 from .volume import crop_by_transform_mat3d, warp_affine3d

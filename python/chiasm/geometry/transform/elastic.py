@@ -6,8 +6,8 @@ import torch
 from torch import Tensor
 
 from ...filters.gaussian import gaussian_blur2d
-from ...primitives.checks import check_floating, check_image
-from ...primitives.warping import check_sampling, from_normalized, normalized_axis, position_dtype, sample_image
+from ...primitives.core.checks import check_floating, check_image
+from ...primitives.resampling.warping import check_sampling, from_normalized, normalized_axis, position_dtype, sample_image
 
 
 def elastic_transform2d(

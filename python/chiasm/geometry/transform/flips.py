@@ -2,7 +2,8 @@
 
 from torch import Tensor
 
-from ...primitives.checks import check_rank
+from ...primitives.core.checks import check_rank
+from ...primitives.resampling.flips import reversed_rows
 
 
 def hflip(input: Tensor) -> Tensor:
@@ -23,7 +24,7 @@ def hflip(input: Tensor) -> Tensor:
                 [4, 3]])
     """
     _check_planes(input)
-    return input.flip([-1])
+    return reversed_rows(input)
 
 
 def vflip(input: Tensor) -> Tensor:

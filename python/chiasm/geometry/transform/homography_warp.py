@@ -5,8 +5,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor, nn
 
-from ...primitives.checks import check_image, check_last
-from ...primitives.warping import (
+from ...primitives.core.checks import check_image, check_last
+from ...primitives.resampling.warping import (
     check_matrix,
     check_sampling,
     from_normalized,

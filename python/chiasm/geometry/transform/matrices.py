@@ -10,9 +10,9 @@ from typing import List, Optional
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_floating, check_last
-from ...primitives.linalg import inverse3x3, small_matmul
-from ...primitives.warping import check_matrix
+from ...primitives.core.checks import check_floating, check_last
+from ...primitives.linalg.matrices import inverse3x3, small_matmul
+from ...primitives.resampling.warping import check_matrix
 
 
 def get_rotation_matrix2d(center: Tensor, angle: Tensor, scale: Tensor) -> Tensor:

@@ -6,7 +6,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ...primitives.linalg import inverse, small_matmul
+from ...primitives.linalg.matrices import inverse, small_matmul
 from ..conversions import axis_angle_to_rotation_matrix
 from .matrices import about_center, check_points, check_vectors, homogeneous, tangent
 

@@ -6,8 +6,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_choice, check_image
-from ...primitives.warping import check_sampling, pixel_axes, position_dtype, sample_image
+from ...primitives.core.checks import check_choice, check_image
+from ...primitives.resampling.warping import check_sampling, pixel_axes, position_dtype, sample_image
 from .matrices import check_numbers, check_vectors
 
 

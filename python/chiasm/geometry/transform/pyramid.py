@@ -7,10 +7,10 @@ from typing import List
 
 from torch import Tensor
 
-from ...primitives.checks import check_image
-from ...primitives.padding import check_border
-from ...primitives.resizing import blurred_and_resized, resized_and_blurred
-from ...primitives.sizes import as_ratio
+from ...primitives.core.checks import check_image
+from ...primitives.core.window_sizes import as_ratio
+from ...primitives.filters.padding import check_border
+from ...primitives.resampling.resizing import blurred_and_resized, resized_and_blurred
 
 
 def pyrdown(input: Tensor, border_type: str = "reflect", align_corners: bool = False, factor: float = 2.0) -> Tensor:

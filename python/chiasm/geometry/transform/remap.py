@@ -4,8 +4,8 @@ from typing import Optional
 
 from torch import Tensor
 
-from ...primitives.checks import check_floating, check_image, check_rank
-from ...primitives.warping import check_sampling, from_normalized, position_dtype, sample_image, stretched
+from ...primitives.core.checks import check_floating, check_image, check_rank
+from ...primitives.resampling.warping import check_sampling, from_normalized, position_dtype, sample_image, stretched
 
 
 def remap(

@@ -4,8 +4,8 @@ from typing import Optional, Tuple, Union
 
 from torch import Tensor
 
-from ...primitives.checks import check_image
-from ...primitives.sizes import as_ratio
+from ...primitives.core.checks import check_image
+from ...primitives.core.window_sizes import as_ratio
 from .resize import resize
 
 

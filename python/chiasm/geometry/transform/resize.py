@@ -4,9 +4,9 @@ from typing import Optional, Tuple, Union
 
 from torch import Tensor
 
-from ...primitives.checks import check_choice, check_image
-from ...primitives.resizing import resized
-from ...primitives.sampling import larger, smaller
+from ...primitives.core.checks import check_choice, check_image
+from ...primitives.resampling.resizing import resized
+from ...primitives.resampling.taps import larger, smaller
 
 
 def resize(

@@ -9,9 +9,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_floating, check_image
-from ...primitives.linalg import small_matmul, solve
-from ...primitives.warping import check_matrix, check_sampling, from_normalized, normalized_axis, position_dtype, sample_image
+from ...primitives.core.checks import check_floating, check_image
+from ...primitives.linalg.matrices import small_matmul, solve
+from ...primitives.resampling.warping import check_matrix, check_sampling, from_normalized, normalized_axis, position_dtype, sample_image
 
 
 def get_tps_transform(points_src: Tensor, points_dst: Tensor) -> Tuple[Tensor, Tensor]:

@@ -5,10 +5,10 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_last
-from ...primitives.linalg import inverse
-from ...primitives.volumes import check_volume, check_volume_sampling, sample_volume, voxel_axes
-from ...primitives.warping import away_from_zero, check_matrix, from_normalized, normalized_axis, position_dtype, stretched
+from ...primitives.core.checks import check_last
+from ...primitives.linalg.matrices import inverse
+from ...primitives.resampling.volumes import check_volume, check_volume_sampling, sample_volume, voxel_axes
+from ...primitives.resampling.warping import away_from_zero, check_matrix, from_normalized, normalized_axis, position_dtype, stretched
 from .matrices import check_numbers, check_vectors, homogeneous
 from .matrices3d import get_projective_transform
 

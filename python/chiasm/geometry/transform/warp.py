@@ -5,9 +5,9 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.checks import check_image
-from ...primitives.linalg import inverse3x3
-from ...primitives.warping import check_matrix, check_sampling, sample_projective
+from ...primitives.core.checks import check_image
+from ...primitives.linalg.matrices import inverse3x3
+from ...primitives.resampling.warping import check_matrix, check_sampling, sample_projective
 
 
 def warp_perspective(

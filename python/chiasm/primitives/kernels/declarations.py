@@ -173,6 +173,8 @@ _declare(
     ["L <= INT32_MAX", "0 <= start <= L", "1 <= height <= L", "1 <= width <= L", "height * width <= L - start", "1 <= side <= 2**15"],
 )
 
+_declare("hflip(T[..., H, W] x) -> T[..., H, W]", "flips.cpp", "Each row from its end to its beginning.")
+
 # Features
 
 _declare(

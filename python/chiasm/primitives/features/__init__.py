@@ -1,0 +1,1 @@
+"""Edges, connected components, extrema, patches, descriptors and their matching."""

@@ -1,0 +1,1 @@
+"""Borders, stencils, correlation, and order statistics over windows."""

@@ -1,0 +1,56 @@
+"""First derivatives by finite differences."""
+
+from typing import Tuple
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from ..core.lowering import primitive
+from .padding import stencil
+
+
+@primitive
+def first_derivatives(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, Tensor]:
+    """d/dx and d/dy (B, C, H, W) of an image padded by one pixel; one Conv node in ONNX.
+
+    >>> dx, dy = first_derivatives(torch.arange(5.0).expand(1, 1, 3, 5), "diff", True)
+    >>> dx, dy
+    (tensor([[[[1., 1., 1.]]]]), tensor([[[[0., 0., 0.]]]]))
+    """
+    if mode == "diff":
+        height, width = p.size(2) - 2, p.size(3) - 2
+        dx = p[:, :, 1 : height + 1, 2 : width + 2] - p[:, :, 1 : height + 1, 0:width]
+        dy = p[:, :, 2 : height + 2, 1 : width + 1] - p[:, :, 0:height, 1 : width + 1]
+        scale = 0.5 if normalized else 1.0
+    else:
+        dx, dy = sobel_sums(p)
+        scale = 0.125 if normalized else 1.0
+    return dx * scale, dy * scale
+
+
+# ONNX Runtime has no Conv of other types for the CPU.
+@first_derivatives.lowering("onnx", when=lambda p, *_: p.dtype == torch.float32)
+def _one_convolution(p: Tensor, mode: str, normalized: bool) -> Tuple[Tensor, Tensor]:
+    smooth, scale = ([0.0, 1.0, 0.0], 0.5) if mode == "diff" else ([1.0, 2.0, 1.0], 0.125)
+    across = torch.tensor(smooth, dtype=p.dtype, device=p.device) * (scale if normalized else 1.0)
+    along = torch.tensor([-1.0, 0.0, 1.0], dtype=p.dtype, device=p.device)
+    kernels = torch.stack([across[:, None] * along, along[:, None] * across])[:, None]
+    both = F.conv2d(p.reshape(-1, 1, p.size(2), p.size(3)), kernels)
+    both = both.reshape(p.size(0), p.size(1), 2, both.size(2), both.size(3))
+    return both[:, :, 0], both[:, :, 1]
+
+
+def sobel_sums(p: Tensor) -> Tuple[Tensor, Tensor]:
+    """Sobel's sums without a scale, added in the same order in every form: of equal pixels they are equal."""
+    height, width = p.size(2) - 2, p.size(3) - 2
+    smooth = p[:, :, 0:height] + 2.0 * p[:, :, 1 : height + 1] + p[:, :, 2 : height + 2]
+    slope = p[:, :, 2 : height + 2] - p[:, :, 0:height]
+    return smooth[..., 2 : width + 2] - smooth[..., 0:width], slope[..., 0:width] + 2.0 * slope[..., 1 : width + 1] + slope[..., 2 : width + 2]
+
+
+@stencil
+def gradient(p: Tensor, mode: str, normalized: bool) -> Tensor:
+    """(B, C, 2, H, W): d/dx and d/dy, of margins of one pixel."""
+    dx, dy = first_derivatives(p, mode, normalized)
+    return torch.stack([dx, dy], 2)

@@ -1,0 +1,184 @@
+"""Borders: what a stencil sees beyond the image.
+
+A stencil is written for an image that is padded already, and gives an output for each window that lies inside. ``stencil`` makes of it the
+filter of a whole image. ``padded`` is for stencils whose arithmetic outweighs a copy: the image is padded in memory.
+
+Eager code and ONNX pad the image and apply the stencil once. Native code does not store a padded image: it applies the stencil to two
+parts, the ends of the rows and their middle. Rows are padded by an index (constant along the inner loop), and columns in two small strips,
+because any index or condition that varies along the inner loop keeps AOTInductor from vectorising it. Backward passes are traced
+through slices and ``cat``, whose gradients have an ONNX form where those of ``F.pad`` have none.
+"""
+
+from typing import Any, Callable, Concatenate, List, ParamSpec, Tuple
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from ..core.checks import check_choice
+from ..core.lowering import primitive
+from ..core.source import function_from, parameters_of, positional
+
+P = ParamSpec("P")
+
+
+def check_border(border_type: str) -> None:
+    """Raise ValueError unless ``border_type`` names a border."""
+    check_choice(border_type, ["reflect", "replicate", "circular", "constant"], "border_type")
+
+
+@primitive
+def padded(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float = 0.0) -> Tensor:
+    """A (B, C, H, W) tensor with margins (before, after); reflect mirrors without repeating the edge (OpenCV's BORDER_REFLECT_101).
+
+    >>> padded(torch.tensor([[[[1.0, 2.0, 3.0]]]]), (0, 0), (1, 2), "reflect")
+    tensor([[[[2., 1., 2., 3., 2., 1.]]]])
+    """
+    check_border(border_type)
+    if border_type == "circular":
+        return _by_cat(x, margin_y, margin_x, border_type, value)
+    margins = [margin_x[0], margin_x[1], margin_y[0], margin_y[1]]
+    if border_type == "constant":
+        return F.pad(x, margins, "constant", value)
+    return F.pad(x, margins, border_type)
+
+
+@padded.lowering("native", "vjp")
+def _padded_by_cat(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> Tensor:
+    check_border(border_type)
+    return _by_cat(x, margin_y, margin_x, border_type, value)
+
+
+@primitive
+def padded_parts(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> List[Tensor]:
+    """``padded`` in parts, of which a valid stencil's outputs, put together by ``join_columns``, are the filtered image."""
+    return [padded(x, margin_y, margin_x, border_type, value)]
+
+
+@padded_parts.lowering("native")
+def _native_parts(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> List[Tensor]:
+    check_border(border_type)
+    (top, bottom), (left, right) = margin_y, margin_x
+    if left != right:
+        wide = _pad_by_cat(x, 3, left, right, border_type, value)
+        return [_pad_rows(wide, top, bottom, border_type, value)]
+    if left == 0:
+        return [_pad_rows(x, top, bottom, border_type, value)]
+    width = x.size(3)
+    # Both padded strips, 3 * left wide each, in one part: of its 4 * left valid outputs the outer ones count.
+    first = _before(x, 3, left, border_type, value) + [x[..., : 2 * left]]
+    last = [x[..., width - 2 * left :]] + _after(x, 3, left, border_type, value)
+    ends = torch.cat(first + last, 3)
+    return [_pad_rows(ends, top, bottom, border_type, value), _pad_rows(x, top, bottom, border_type, value)]
+
+
+def join_columns(parts: List[Tensor]) -> Tensor:
+    """Put together the outputs computed from the ``padded_parts``."""
+    if len(parts) == 1:
+        return parts[0]
+    ends, middle = parts[0], parts[1]
+    border = ends.size(-1) // 4
+    return torch.cat([ends[..., :border], middle, ends[..., 3 * border :]], -1)
+
+
+def volume_parts(
+    x: Tensor, margin_z: Tuple[int, int], margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> List[Tensor]:
+    """``padded_parts`` of a (B, C, D, H, W) volume."""
+    # The depth is padded as the rows of a transposed volume, which are no different.
+    deep = padded_parts(x.flatten(0, 1).transpose(1, 2), margin_z, (0, 0), border_type, value)[0].transpose(1, 2)
+    parts = padded_parts(deep, margin_y, margin_x, border_type, value)
+    return [p.reshape(x.size(0), x.size(1), p.size(1), p.size(2), p.size(3)) for p in parts]
+
+
+def stencil(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Tensor]:
+    """The filter ``filter(image, margin_y, margin_x, border_type, *settings, value=0.0)`` of a stencil ``valid(padded, *settings)``.
+
+    ``valid`` makes (..., H, W) of (B, C, H, W) with the margins around it, each output from a window of its own; the margins are (before, after)
+    and ``value`` is that of a constant border.
+
+    >>> @stencil
+    ... def rise(p: Tensor, step: float) -> Tensor:
+    ...     width = p.size(3) - 2
+    ...     return (p[..., 2:] - p[..., :width]) / (2.0 * step)
+    >>> rise(torch.tensor([[[[1.0, 2.0, 4.0]]]]), (0, 0), (1, 1), "replicate", 0.5)
+    tensor([[[[1., 3., 2.]]]])
+    """
+    return _filter(valid, ["margin_y", "margin_x"], padded_parts)
+
+
+def stencil3d(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Tensor]:
+    """``stencil`` of volumes (B, C, D, H, W), as ``filter(volume, margin_z, margin_y, margin_x, border_type, *settings, value=0.0)``."""
+    return _filter(valid, ["margin_z", "margin_y", "margin_x"], volume_parts)
+
+
+def _filter(valid: Callable[..., Tensor], margins: List[str], parts: Callable[..., List[Tensor]]) -> Callable[..., Tensor]:
+    image, *settings = parameters_of(valid)
+    passed = "".join(f", {p.name}" for p in settings)
+    body = [
+        "outs: List[Tensor] = []",
+        f"for part in parts({image.name}, {', '.join(margins)}, border_type, value):",
+        f"    outs.append(valid(part{passed}))",
+        "return join_columns(outs)",
+    ]
+    before = [positional(name, Tuple[int, int]) for name in margins] + [positional("border_type", str)]
+    scope: dict[str, Any] = {"List": List, "Tensor": Tensor, "valid": valid, "parts": parts, "join_columns": join_columns}
+    return function_from(valid, [image, *before, *settings, positional("value", float, 0.0)], body, scope)
+
+
+def _by_cat(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> Tensor:
+    rows = _pad_by_cat(x, 2, margin_y[0], margin_y[1], border_type, value)
+    return _pad_by_cat(rows, 3, margin_x[0], margin_x[1], border_type, value)
+
+
+def _pad_rows(x: Tensor, top: int, bottom: int, border_type: str, value: float) -> Tensor:
+    if top == 0 and bottom == 0:
+        return x
+    size = x.size(2)
+    row = torch.arange(-top, size + bottom, device=x.device)
+    if border_type == "reflect":
+        index = (size - 1) - ((size - 1) - row.abs()).abs()
+    elif border_type == "circular":
+        index = torch.where(row < 0, row + size, torch.where(row >= size, row - size, row))
+    else:
+        index = row.clamp(0, size - 1)
+    rows = x.index_select(2, index)
+    if border_type == "constant":
+        inside = (row >= 0) & (row < size)
+        rows = torch.where(inside[:, None], rows, torch.full_like(rows, value))
+    return rows
+
+
+def _pad_by_cat(x: Tensor, dim: int, before: int, after: int, border_type: str, value: float) -> Tensor:
+    if before == 0 and after == 0:
+        return x
+    return torch.cat(_before(x, dim, before, border_type, value) + [x] + _after(x, dim, after, border_type, value), dim)
+
+
+def _before(x: Tensor, dim: int, count: int, border_type: str, value: float) -> List[Tensor]:
+    if count == 0:
+        parts: List[Tensor] = []
+        return parts
+    if border_type == "reflect":
+        return [x.narrow(dim, 1, count).flip([dim])]
+    if border_type == "circular":
+        return [x.narrow(dim, x.size(dim) - count, count)]
+    edge = x.narrow(dim, 0, 1)
+    if border_type == "constant":
+        edge = torch.full_like(edge, value)
+    return [edge for _ in range(count)]
+
+
+def _after(x: Tensor, dim: int, count: int, border_type: str, value: float) -> List[Tensor]:
+    if count == 0:
+        parts: List[Tensor] = []
+        return parts
+    size = x.size(dim)
+    if border_type == "reflect":
+        return [x.narrow(dim, size - count - 1, count).flip([dim])]
+    if border_type == "circular":
+        return [x.narrow(dim, 0, count)]
+    edge = x.narrow(dim, size - 1, 1)
+    if border_type == "constant":
+        edge = torch.full_like(edge, value)
+    return [edge for _ in range(count)]

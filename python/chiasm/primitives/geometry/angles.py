@@ -1,0 +1,25 @@
+"""Angles of vectors."""
+
+import math
+
+import torch
+from torch import Tensor
+
+from ..core.lowering import primitive
+
+
+@primitive
+def angle_of(y: Tensor, x: Tensor) -> Tensor:
+    """``torch.atan2``. Its form in ONNX makes NaN and two infinities 0, and -pi of a zero above a negative number, where PyTorch has pi.
+
+    >>> angle_of(torch.tensor([1.0, 0.0, torch.nan]), torch.tensor([0.0, -1.0, 1.0]))
+    tensor([1.5708, 3.1416,    nan])
+    """
+    return torch.atan2(y, x)
+
+
+@angle_of.lowering("onnx")
+def _by_quotient(y: Tensor, x: Tensor) -> Tensor:
+    # Two zeros and two infinities have no ratio but 0, 1 or -1.
+    angle = torch.atan(torch.where(y.abs() == x.abs(), torch.sign(y) * torch.sign(x), y / x))
+    return torch.where(x < 0, torch.where(y < 0, angle - math.pi, angle + math.pi), angle)

@@ -1,0 +1,279 @@
+"""What robust estimators share: samples made of uniform numbers, and how many models fit all correspondences.
+
+A model is a 3x3 matrix, of one of two kinds: a homography, whose error is the squared distance in the second image, or a fundamental
+matrix (``epipolar``), whose error is Sampson's squared distance (R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 11.4.3).
+A model's cost is the sum of its errors, each no more than the bound: MSAC, P. Torr, A. Zisserman, MLESAC, CVIU 78(1), 2000.
+"""
+
+from typing import List, Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ..core.loops import repeated
+from ..core.lowering import primitive
+from ..kernels import operators as kernels
+from ..linalg.matrices import inverse3x3, small_matmul
+from ..numbers.rounding import known_or
+
+
+def draw_samples(uniforms: Tensor, count: int) -> Tensor:
+    """Indices (*, m), int64, of m different ones of ``count`` things, of uniform numbers (*, m) in [0, 1).
+
+    R. Floyd's algorithm (J. Bentley, B. Floyd, Programming pearls: a sample of brilliance, CACM 30(9), 1987): the k-th number u
+    (from 0) draws floor(u (l + 1)) with l = count - m + k, and l itself where that was drawn before. All sets are as likely.
+    In float64, where the product of a float32 number and a count is exact.
+
+    >>> draw_samples(torch.tensor([[0.0, 0.99, 0.5], [0.3, 0.3, 0.3]]), 5)
+    tensor([[0, 3, 2],
+            [0, 1, 4]])
+    """
+    return _draw(uniforms, torch.full([1], count, dtype=torch.int64, device=uniforms.device))
+
+
+def draw_present(uniforms: Tensor, mask: Tensor) -> Tensor:
+    """``draw_samples`` (B, S, m) of those of N things that a mask (B, N) says are there; the same one several times where they are fewer than m.
+
+    >>> draw_present(torch.tensor([[[0.0, 0.9]]]), torch.tensor([[False, True, True, False, True]]))
+    tensor([[[1, 4]]])
+    """
+    place = torch.cumsum(mask.to(torch.int64), 1)
+    count = place[:, -1:]
+    # The k-th that is there goes to place k, the others behind.
+    behind = count + torch.cumsum((~mask).to(torch.int64), 1)
+    index = torch.arange(mask.size(1), device=mask.device).expand_as(place)
+    order = torch.zeros_like(place).scatter(1, torch.where(mask, place, behind) - 1, index)
+    picks = _draw(uniforms, count)
+    return order.gather(1, picks.flatten(1)).unflatten(1, [picks.size(1), picks.size(2)])
+
+
+def _draw(uniforms: Tensor, count: Tensor) -> Tensor:
+    u = uniforms.detach().to(torch.float64)
+    size = u.size(-1)
+    picks: List[Tensor] = []
+    for k in range(size):
+        last = torch.clamp(count - size + k, min=0)
+        pick = torch.minimum(known_or(torch.floor(u[..., k] * (last + 1.0)), 0.0).clamp(min=0.0), last.to(u.dtype)).to(torch.int64)
+        taken = torch.zeros_like(pick, dtype=torch.bool)
+        for j in range(k):
+            taken = taken | (picks[j] == pick)
+        picks.append(torch.where(taken, last, pick))
+    return torch.stack(picks, -1)
+
+
+def drawn(points: Tensor, index: Tensor) -> Tensor:
+    """Points (B, S, m, 2) of (B, N, 2) at indices (B, S, m)."""
+    flat = index.flatten(1)[..., None].expand([index.size(0), index.size(1) * index.size(2), 2])
+    return points.gather(1, flat).unflatten(1, [index.size(1), index.size(2)])
+
+
+def common_frame(points1: Tensor, points2: Tensor, mask: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
+    """Similarities (B, 3, 3), float64, that move both images' points to centroid 0 and their mean distance to sqrt(2).
+
+    Both scale by the same factor, so that distances of both images still compare. Of the points that a mask (B, N) says are there. Not
+    differentiated: results are moved back.
+    """
+    p, q = points1.detach().to(torch.float64), points2.detach().to(torch.float64)
+    share = torch.ones_like(p[..., 0]) if mask is None else mask.to(torch.float64)
+    share = share / torch.clamp(share.sum(1, keepdim=True), min=1.0)
+    if mask is not None:
+        p, q = torch.where(mask[..., None], p, torch.zeros_like(p)), torch.where(mask[..., None], q, torch.zeros_like(q))
+    centre1, centre2 = (p * share[..., None]).sum(1), (q * share[..., None]).sum(1)
+    a, b = p - centre1[:, None], q - centre2[:, None]
+    distance = 0.5 * ((torch.sqrt((a * a).sum(-1)) + torch.sqrt((b * b).sum(-1))) * share).sum(1)
+    scale = 2.0**0.5 / (distance + 1e-8)
+    return _similarity(scale, centre1), _similarity(scale, centre2)
+
+
+def _similarity(scale: Tensor, centre: Tensor) -> Tensor:
+    eye = torch.eye(3, dtype=scale.dtype, device=scale.device)
+    shift = torch.cat([-centre, torch.zeros_like(centre[:, :1])], -1)
+    keep = eye[2][:, None] * eye[2]
+    return scale[:, None, None] * (eye - keep + shift[:, :, None] * eye[2]) + keep
+
+
+def in_frame(points: Tensor, similarity: Tensor) -> Tensor:
+    """Points (B, N, 2) moved by similarities (B, 3, 3), in float64."""
+    return points.to(torch.float64) * similarity[:, None, 0, 0:1] + similarity[:, None, 0:2, 2]
+
+
+def score_planes(p: Tensor, q: Tensor, similarity: Tensor, inl_th: float, dtype: torch.dtype, mask: Optional[Tensor] = None) -> Tensor:
+    """What errors are computed of (B, 7, N): x, y, 1 of both images' moved points, and the bound, inl_th squared in moved pixels.
+
+    The bound is 0, so that nothing costs and nothing is within it, of points that a mask (B, N) says are not there.
+    """
+    p, q = p.detach(), q.detach()
+    one = torch.ones_like(p[..., 0])
+    bound = inl_th * similarity[:, 0, 0:1] * (one if mask is None else mask.to(one.dtype))
+    rows = [p[..., 0], p[..., 1], one, q[..., 0], q[..., 1], one, bound * bound]
+    return torch.stack(rows, 1).to(torch.float64 if dtype == torch.float64 else torch.float32)
+
+
+@primitive
+def _forms(rows: Tensor, points: Tensor) -> Tensor:
+    """Products (B, S, N) of rows (B, S, 3) with the points (B, 3, N), whose last coordinate is 1."""
+    return torch.matmul(rows, points)
+
+
+@_forms.lowering("native", "vjp")
+def _sums_of_products(rows: Tensor, points: Tensor) -> Tensor:
+    return rows[..., 0:1] * points[:, None, 0] + rows[..., 1:2] * points[:, None, 1] + rows[..., 2:3]
+
+
+def model_errors(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    """Errors (B, S, N) of models (B, S, 3, 3) at the points of `score_planes`."""
+    if epipolar:
+        product, denominator = _products_and_denominators(models, planes)
+        return product * product / denominator
+    p = planes[:, 0:3]
+    inverse_depth = 1.0 / _forms(models[:, :, 2], p)
+    u = _forms(models[:, :, 0], p) * inverse_depth - planes[:, None, 3]
+    v = _forms(models[:, :, 1], p) * inverse_depth - planes[:, None, 4]
+    return u * u + v * v
+
+
+def _products_and_denominators(models: Tensor, planes: Tensor) -> Tuple[Tensor, Tensor]:
+    p, q = planes[:, 0:3], planes[:, 3:6]
+    a, b = _forms(models[:, :, 0], p), _forms(models[:, :, 1], p)
+    c, d = _forms(models[..., 0], q), _forms(models[..., 1], q)
+    product = a * planes[:, None, 3] + b * planes[:, None, 4] + _forms(models[:, :, 2], p)
+    return product, a * a + b * b + c * c + d * d
+
+
+def model_costs(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    """Costs (B, S) of models (B, S, 3, 3), any scale; infinite for what is not finite."""
+    cost = _summed_cost(_unit(models, planes), planes, epipolar)
+    return _or_infinite(cost, cost < float("inf"))
+
+
+@primitive
+def _summed_cost(unit: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    """``_cost`` in so many parts that what is computed for one fits into the cache."""
+    count = 32
+    return _with_parts(torch.zeros_like(unit[:, :, 0, 0]), count, unit, _in_parts(planes, count), epipolar)
+
+
+def _unit(models: Tensor, planes: Tensor) -> Tensor:
+    """Models scaled to length 1, zeros apart, in the precision of the planes, without gradient."""
+    fixed = models.detach()
+    length = torch.sqrt((fixed * fixed).sum(-1, keepdim=True).sum(-2, keepdim=True))
+    return (fixed / torch.where(length > 0, length, torch.ones_like(length))).to(planes.dtype)
+
+
+def _or_infinite(cost: Tensor, valid: Tensor) -> Tensor:
+    return torch.where(valid, cost, torch.full_like(cost, float("inf")))
+
+
+def _cost(models: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    return torch.minimum(model_errors(models, planes, epipolar), planes[:, None, 6]).sum(-1)
+
+
+# One fused loop, which stores no error.
+_summed_cost.lowering("native", "vjp")(_cost)
+
+
+def _in_parts(planes: Tensor, parts: int) -> Tensor:
+    """(parts, B, 7, n): the points in parts of equal size, filled up with points whose bound of 0 makes them cost nothing."""
+    count = planes.size(2)
+    # more than one whatever the count, for a tracer takes a size of 1 for a constant
+    size = count // parts + 2
+    index = torch.arange(size * parts, device=planes.device)
+    inside = (index < count).to(planes.dtype)
+    padded = planes.index_select(2, torch.clamp(index, max=count - 1))
+    padded = torch.cat([padded[:, 0:6], padded[:, 6:7] * inside], 1)
+    return padded.unflatten(2, [parts, size]).permute(2, 0, 1, 3).contiguous()
+
+
+@repeated
+def _with_parts(cost: Tensor, k: Tensor, models: Tensor, parts: Tensor, epipolar: bool) -> Tensor:
+    return cost + _cost(models, parts.index_select(0, k.reshape(1))[0], epipolar)
+
+
+def best_of_each(models: Tensor, exists: Tensor, planes: Tensor) -> Tuple[Tensor, Tensor]:
+    """Of the solutions (B, S, c, 3, 3) of each sample the one that costs least at 32 points, and whether there is one: (B, S, 3, 3), (B, S).
+
+    The points are spread by the golden ratio, so that a regular order of them does no harm.
+    """
+    place = torch.arange(1, 33, device=planes.device).to(torch.float64) * 0.6180339887498949
+    index = torch.floor((place - torch.floor(place)) * planes.size(2)).to(torch.int64)
+    jury = planes.index_select(2, torch.clamp(index, max=planes.size(2) - 1))
+    cost = _cost(_unit(models.flatten(1, 2), planes), jury, True).unflatten(1, [models.size(1), models.size(2)])
+    exists = exists & (cost < float("inf"))
+    pick = torch.argmin(_or_infinite(cost, exists), dim=-1)[:, :, None, None, None]
+    return models.gather(2, pick.expand([models.size(0), models.size(1), 1, 3, 3]))[:, :, 0], exists.any(-1)
+
+
+def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    """The model (B, 3, 3) of (B, S, 3, 3) that costs least, the first of several; zeros where there is none."""
+    return best_models(models, exists, planes, epipolar, 1)[:, 0]
+
+
+def best_models(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
+    """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first; zeros where there is none."""
+    models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
+    return chosen(models, _cheapest(models, exists, planes, epipolar, count))
+
+
+@primitive
+def _cheapest(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
+    """Where the ``count`` models (B, S, 3, 3) are that cost least: (B, count); those that do not exist are zeros."""
+    return least(_or_infinite(model_costs(models, planes, epipolar), exists), count)
+
+
+@_cheapest.lowering("native", when=lambda models, exists, planes, *_: kernels.has_kernel(planes))
+def _cheapest_kernel(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
+    return kernels.score_models(_unit(models, planes).contiguous(), planes.contiguous(), epipolar, count)
+
+
+def least(cost: Tensor, count: int) -> Tensor:
+    """Where the ``count`` least costs of (B, S) are, (B, count), of equals the first.
+
+    >>> least(torch.tensor([[3.0, 1.0, 2.0, 1.0]]), 3)
+    tensor([[1, 3, 2]])
+    """
+    place = torch.arange(cost.size(1), device=cost.device)
+    found = [torch.argmin(cost, dim=1)[:, None]]
+    for k in range(1, count):
+        cost = _or_infinite(cost, place != found[k - 1])
+        found.append(torch.argmin(cost, dim=1)[:, None])
+    return torch.cat(found, 1)
+
+
+def chosen(models: Tensor, index: Tensor) -> Tensor:
+    """Of models (B, S, 3, 3) those at indices (B, n)."""
+    return models.gather(1, index[:, :, None, None].expand([models.size(0), index.size(1), 3, 3]))
+
+
+def inliers(model: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    """Which points (B, N) a model (B, 3, 3) errs at by less than the bound; none where it is zeros."""
+    return model_errors(_unit(model[:, None], planes), planes, epipolar)[:, 0] < planes[:, 6]
+
+
+def near_weights(model: Tensor, planes: Tensor, epipolar: bool, least: int, k: Tensor, steps: int) -> Tensor:
+    """One for the points (B, N) that the k-th of so many refinements of a model (B, 3, 3) is fitted to, zero for others, in float64.
+
+    Those within the threshold times what goes from nearly 3 down to 1: a sample's model is too far off for all inliers to be within the
+    threshold (O. Chum, J. Matas, J. Kittler, Locally optimized RANSAC, DAGM 2003). All where they are fewer than ``least``.
+    """
+    factor = 1.0 + 2.0 * (1.0 - (k + 1).to(planes.dtype) / steps)
+    mask = model_errors(_unit(model[:, None], planes), planes, epipolar)[:, 0] < planes[:, 6] * factor * factor
+    enough = mask.to(torch.int64).sum(1, keepdim=True) >= least
+    return ((mask | ~enough) & (planes[:, 6] > 0)).to(torch.float64)
+
+
+def costs_less(model: Tensor, fitted: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
+    """Whether (B,) a model costs less than what was fitted to its inliers; zeros do not."""
+    cost = _cost(_unit(torch.stack([model, fitted], 1), planes), planes, epipolar)
+    # What is not finite costs NaN.
+    return (cost[:, 0] < float("inf")) & ~(cost[:, 1] <= cost[:, 0])
+
+
+def sampson_denominators(model: Tensor, planes: Tensor) -> Tensor:
+    """What squared products x2^T F x1 are divided by for Sampson's distances, (B, N), up to a common factor, in float64."""
+    denominators = _products_and_denominators(_unit(model[:, None], planes), planes)[1]
+    return torch.clamp(denominators[:, 0].to(torch.float64), min=1e-30)
+
+
+def moved_back(H: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
+    """The homography T2^-1 H T1 of points before they were moved."""
+    return small_matmul(small_matmul(inverse3x3(t2), H), t1)

@@ -1,0 +1,1 @@
+"""Frames, colour planes, levels and histograms."""

@@ -1,0 +1,61 @@
+"""Colour planes: an image as three planes, and linear mixtures of them.
+
+Arithmetic on explicit planes, joined by ``torch.stack``, is what AOTInductor vectorises; ONNX Runtime is fastest with a
+1x1 convolution, because it does not fuse.
+"""
+
+from typing import List, Tuple
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from ..core.checks import check_floating, check_rgb
+from ..core.lowering import primitive
+
+
+def check_channels(image: Tensor, channels: int, name: str) -> None:
+    """Raise ValueError unless ``image`` is (*, channels, H, W)."""
+    if image.dim() < 3 or image.size(-3) != channels:
+        raise ValueError(f"{name}: expected shape (*, {channels}, H, W), got {list(image.shape)}")
+
+
+def rgb_planes(image: Tensor, name: str) -> Tuple[Tensor, Tensor, Tensor]:
+    """The channels (*, H, W) of a floating-point (*, 3, H, W); raise TypeError or ValueError for anything else."""
+    check_rgb(image, name)
+    check_floating(image, name)
+    return image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)
+
+
+@primitive
+def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -> Tensor:
+    """(*, n, H, W): the channels of (*, 3, H, W) times a matrix n x 3 (row by row).
+
+    ``offset`` is added to every channel but the first: chroma that is stored around one half.
+
+    >>> mix_channels(torch.ones(3, 1, 1), [0.5, 0.25, 0.0, 0.0, 0.0, 1.0], 0.5, "image").flatten()
+    tensor([0.7500, 1.5000])
+    """
+    first, second, third = rgb_planes(image, name)
+    rows = len(matrix) // 3
+    planes: List[Tensor] = []
+    for i in range(rows):
+        plane = matrix[3 * i] * first
+        if matrix[3 * i + 1] != 0.0:  # compilers may not drop a product with zero
+            plane = plane + matrix[3 * i + 1] * second
+        if matrix[3 * i + 2] != 0.0:
+            plane = plane + matrix[3 * i + 2] * third
+        planes.append(plane + offset if i > 0 and offset != 0.0 else plane)
+    return torch.stack(planes, -3)
+
+
+# ONNX Runtime has this kernel for float32 alone.
+@mix_channels.lowering("onnx", when=lambda image, *_: image.dtype == torch.float32)
+def _convolution(image: Tensor, matrix: List[float], offset: float, name: str) -> Tensor:
+    rgb_planes(image, name)  # for its errors
+    rows = len(matrix) // 3
+    bias = [0.0] + [offset for _ in range(rows - 1)]
+    weight = torch.tensor(matrix, dtype=image.dtype, device=image.device).reshape(rows, 3, 1, 1)
+    flat = image.reshape(-1, 3, image.size(-2), image.size(-1))
+    mixed = F.conv2d(flat, weight, torch.tensor(bias, dtype=image.dtype, device=image.device))
+    return mixed.reshape(list(image.shape[:-3]) + [rows, image.size(-2), image.size(-1)])

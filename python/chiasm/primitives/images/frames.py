@@ -1,0 +1,32 @@
+"""Camera frames (uint8, H x W x BGR) as images."""
+
+import torch
+from torch import Tensor
+
+from ..core.lowering import primitive
+from ..kernels import operators as kernels
+from ..resampling.resizing import resized
+from .color_planes import mix_channels
+
+
+@primitive
+def frame_to_grey(frame: Tensor) -> Tensor:
+    """(1, 1, H, W), float32, in [0, 255]: the luma of a frame."""
+    return mix_channels(_rgb(frame), [0.299, 0.587, 0.114], 0.0, "frame")
+
+
+frame_to_grey.lowering("native", when=kernels.available)(kernels.frame_to_grey)
+
+
+@primitive
+def resize_frame(frame: Tensor, height: int, width: int) -> Tensor:
+    """(1, 3, height, width), float32, RGB, in [0, 255], resized bilinearly."""
+    return resized(_rgb(frame), height, width, "bilinear", False, False)
+
+
+resize_frame.lowering("native", when=kernels.available)(kernels.resize_frame)
+
+
+def _rgb(frame: Tensor) -> Tensor:
+    """(1, 3, H, W), float32, RGB, in [0, 255], of a frame."""
+    return frame.permute(2, 0, 1)[None].to(torch.float32).flip([-3])

@@ -1,0 +1,1 @@
+"""Small matrices and polynomials in arithmetic only, without a library."""

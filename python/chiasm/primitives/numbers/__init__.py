@@ -1,0 +1,1 @@
+"""Powers, ranking, reductions, rounding and search, the same on every engine."""

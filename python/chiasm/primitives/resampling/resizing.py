@@ -1,0 +1,108 @@
+"""Resizing, and the blur before or after it that makes a pyramid."""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..core.lowering import primitive
+from ..core.materialise import materialised, stored_index
+from ..filters.stencil import separable_shared
+from ..kernels import operators as kernels
+from ..numbers.reshaping import reshaped
+from .taps import antialias_table, cubic_weights, nearest_index, source_positions, weight_dtype
+
+
+@primitive
+def resized(x: Tensor, height: int, width: int, interpolation: str, align_corners: bool, antialias: bool) -> Tensor:
+    """(B, C, H, W) as (B, C, height, width); ``interpolation`` is "nearest", "bilinear" or "bicubic"."""
+    if antialias:
+        radius = 1 if interpolation == "bilinear" else 2
+        columns = _antialias_axis(x, width, align_corners, radius, 3)
+        return _antialias_axis(columns, height, align_corners, radius, 2)
+    if interpolation == "nearest":
+        rows = x.index_select(2, stored_index(nearest_index(x.size(2), height, x.device)))
+        return rows.index_select(3, stored_index(nearest_index(x.size(3), width, x.device)))
+    if interpolation == "bilinear":
+        return _bilinear(x, height, width, align_corners)
+    return _bicubic_axis(_bicubic_axis(x, width, align_corners, 3), height, align_corners, 2)
+
+
+resized.lowering("native", when=kernels.has_kernel)(kernels.resize)
+
+
+def _bilinear(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
+    top, bottom, down = _linear_table(x, height, align_corners, 2)
+    left, right, across = _linear_table(x, width, align_corners, 3)
+    upper, lower = x.index_select(2, top), x.index_select(2, bottom)
+    down = down[:, None]
+    # Each tap is named once, for then AOTInductor fuses the four gathers into one loop without an image in between.
+    first = upper.index_select(3, left) * (1.0 - across) + upper.index_select(3, right) * across
+    second = lower.index_select(3, left) * (1.0 - across) + lower.index_select(3, right) * across
+    return first * (1.0 - down) + second * down
+
+
+def _linear_table(x: Tensor, out_size: int, align_corners: bool, dim: int) -> Tuple[Tensor, Tensor, Tensor]:
+    """Indices of the two neighbours, and the weight of the second, for each of ``out_size`` positions."""
+    in_size = x.size(dim)
+    whole, fraction = source_positions(in_size, out_size, align_corners, weight_dtype(x), x.device)
+    first = stored_index(whole.clamp(0, in_size - 1))
+    second = stored_index((whole + 1).clamp(0, in_size - 1))
+    return first, second, materialised(fraction.to(x.dtype), 0)
+
+
+def _bicubic_axis(x: Tensor, out_size: int, align_corners: bool, dim: int) -> Tensor:
+    in_size = x.size(dim)
+    whole, fraction = source_positions(in_size, out_size, align_corners, weight_dtype(x), x.device)
+    whole = materialised(whole, 0)
+    weights = [materialised(w.to(x.dtype), 0) for w in cubic_weights(fraction, -0.75)]
+    if dim == 2:
+        weights = [w[:, None] for w in weights]
+    out = x.index_select(dim, (whole - 1).clamp(0, in_size - 1)) * weights[0]
+    for k in range(1, 4):
+        out = out + x.index_select(dim, (whole + (k - 1)).clamp(0, in_size - 1)) * weights[k]
+    return out
+
+
+def _antialias_axis(x: Tensor, out_size: int, align_corners: bool, radius: int, dim: int) -> Tensor:
+    index, weight = antialias_table(x.size(dim), out_size, align_corners, radius, weight_dtype(x), x.device)
+    taps = index.size(1)
+    weight = weight.to(x.dtype)
+    picked = x.index_select(dim, index.reshape(-1))
+    if dim == 2:
+        stacked = reshaped(picked, [x.size(0), x.size(1), out_size, taps, x.size(3)])
+        return (stacked * weight[:, :, None]).sum(3)
+    return (reshaped(picked, [x.size(0), x.size(1), x.size(2), out_size, taps]) * weight).sum(4)
+
+
+def _in_one_pass(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> bool:
+    # "circular" has pixels too far apart for it
+    return kernels.has_kernel(x) and border_type != "circular"
+
+
+def _resized_in_one_pass(
+    x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str, blurred_before: bool
+) -> Tensor:
+    return kernels.resize_blurred(x, torch.tensor(taps, dtype=x.dtype), height, width, align_corners, border_type, blurred_before)
+
+
+@primitive
+def blurred_and_resized(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
+    """``resized``, bilinear, after ``separable_shared`` with the same symmetric taps along both axes."""
+    return resized(separable_shared(x, taps, taps, border_type), height, width, "bilinear", align_corners, False)
+
+
+@blurred_and_resized.lowering("native", when=_in_one_pass)
+def _blurred_and_resized_kernel(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
+    return _resized_in_one_pass(x, height, width, align_corners, taps, border_type, True)
+
+
+@primitive
+def resized_and_blurred(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
+    """``resized``, bilinear, before ``separable_shared`` with the same symmetric taps along both axes."""
+    return separable_shared(resized(x, height, width, "bilinear", align_corners, False), taps, taps, border_type)
+
+
+@resized_and_blurred.lowering("native", when=_in_one_pass)
+def _resized_and_blurred_kernel(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
+    return _resized_in_one_pass(x, height, width, align_corners, taps, border_type, False)

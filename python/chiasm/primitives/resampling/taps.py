@@ -1,0 +1,226 @@
+"""Where resampling reads: tables per axis for resizing, taps per pixel for warping."""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..numbers.rounding import known_or
+
+
+def larger(a: int, b: int) -> int:
+    """max of two sizes without fixing their order when the sizes are symbolic."""
+    if torch.jit.is_scripting():
+        return max(a, b)
+    else:
+        return torch.sym_max(a, b)
+
+
+def smaller(a: int, b: int) -> int:
+    """min of two sizes without fixing their order when the sizes are symbolic."""
+    if torch.jit.is_scripting():
+        return min(a, b)
+    else:
+        return torch.sym_min(a, b)
+
+
+def weight_dtype(x: Tensor) -> torch.dtype:
+    """In which fractions of x's pixels are computed: positions in half precision would be off by whole pixels."""
+    if x.dtype == torch.float64:
+        return torch.float64
+    return torch.float32
+
+
+def source_positions(in_size: int, out_size: int, align_corners: bool, dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor]:
+    """Source position of each of ``out_size`` pixels as (whole part, fraction in [0, 1)).
+
+    With ``align_corners`` the centres of the corner pixels coincide, else the outer edges do (half-pixel centres). Both are
+    ratios of integers and are computed as such: no rounding, hence the same taps on every backend.
+    """
+    i = torch.arange(out_size, device=device)
+    if align_corners:
+        numerator = i * (in_size - 1)
+        denominator = larger(out_size - 1, 1)
+        shift = 0
+    else:
+        numerator = (2 * i + 1) * in_size - out_size
+        denominator = 2 * out_size
+        shift = 1  # the first position can be as low as -1/2; a whole one more keeps the division positive
+    whole = torch.floor((numerator + shift * denominator).to(torch.float64) / denominator).to(torch.int64) - shift
+    return whole, (numerator - whole * denominator).to(dtype) / denominator
+
+
+def nearest_index(in_size: int, out_size: int, device: torch.device) -> Tensor:
+    """Index of the source pixel of each output pixel, floor(i * in / out), exactly: by float64, since ONNX's integer division goes through float32."""
+    return torch.floor((torch.arange(out_size, device=device) * in_size).to(torch.float64) / out_size).to(torch.int64)
+
+
+def cubic_weights(t: Tensor, a: float) -> List[Tensor]:
+    """Weights of the four neighbours at distances 1 + t, t, 1 - t, 2 - t under the cubic convolution kernel.
+
+    R. Keys, Cubic Convolution Interpolation for Digital Image Processing, IEEE TASSP 29(6), 1981.
+    """
+    return [cubic_kernel(t + 1.0, a), cubic_kernel(t, a), cubic_kernel(1.0 - t, a), cubic_kernel(2.0 - t, a)]
+
+
+def cubic_kernel(distance: Tensor, a: float) -> Tensor:
+    """Keys' kernel of a nonnegative distance: piecewise cubic, zero from 2 on."""
+    d = distance
+    near = ((a + 2.0) * d - (a + 3.0)) * d * d + 1.0
+    far = ((a * d - 5.0 * a) * d + 8.0 * a) * d - 4.0 * a
+    return torch.where(d < 1.0, near, torch.where(d < 2.0, far, torch.zeros_like(d)))
+
+
+def antialias_table(in_size: int, out_size: int, align_corners: bool, radius: int, dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor]:
+    """Indices and weights (out_size, taps) of a filter of half-width ``radius`` stretched by the reduction factor.
+
+    Radius 1 is the triangle, 2 is Keys' cubic with a = -0.5; weights are cut at the image's border and normalised, as
+    Pillow's ``Image.resize`` does.
+    """
+    one = torch.ones([1], dtype=dtype, device=device)
+    if align_corners:
+        factor = one * (in_size - 1) / larger(out_size - 1, 1)
+    else:
+        factor = one * in_size / out_size
+    stretch = factor.clamp(min=1.0)
+    centre = (torch.arange(out_size, device=device).to(dtype) + 0.5) * factor
+    first = torch.floor(centre - radius * stretch + 0.5).clamp(min=0.0)
+    # Twice the support, rounded up, plus the partial pixel at either end. As an integer it may be a symbolic size.
+    taps = 2 * radius * ((in_size + out_size - 1) // out_size) + 2
+    pixel = first[:, None] + torch.arange(taps, device=device).to(dtype)
+    distance = (pixel + 0.5 - centre[:, None]).abs() / stretch
+    if radius == 1:
+        weight = (1.0 - distance).clamp(min=0.0)
+    else:
+        weight = cubic_kernel(distance, -0.5)
+    weight = torch.where(pixel < in_size, weight, torch.zeros_like(weight))
+    index = pixel.to(torch.int64).clamp(max=in_size - 1)
+    return index, weight / weight.sum(1, keepdim=True)
+
+
+def reflect_positions(x: Tensor, size: int, align_corners: bool) -> Tensor:
+    """Fold positions into the image by mirroring at the corner pixels' centres, or at the outer edges."""
+    if align_corners:
+        low = 0.0
+        span = torch.ones([1], dtype=x.dtype, device=x.device) * larger(size - 1, 1)
+    else:
+        low = -0.5
+        span = torch.ones([1], dtype=x.dtype, device=x.device) * size
+    t = (x - low).abs()
+    turns = torch.floor(t / span)
+    rest = t - turns * span
+    odd = turns - 2.0 * torch.floor(turns * 0.5)
+    return (torch.where(odd > 0.5, span - rest, rest) + low).clamp(0, size - 1)
+
+
+def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Tensor], List[Tensor]]:
+    """Flat int32 indices and weights of the four pixels around each position; weights are zero outside the image."""
+    # Clamping first keeps the conversion to integers defined; one pixel outside is as empty as a thousand.
+    x = x.clamp(-2, width + 1)
+    y = y.clamp(-2, height + 1)
+    # What is not a number is outside.
+    left = known_or(torch.floor(x.detach()), -2.0)
+    upper = known_or(torch.floor(y.detach()), -2.0)
+    fx = x - left
+    fy = y - upper
+    zero = torch.zeros_like(fx)
+    x0 = torch.where((left >= 0) & (left <= width - 1), 1.0 - fx, zero)
+    x1 = torch.where((left >= -1) & (left <= width - 2), fx, zero)
+    y0 = torch.where((upper >= 0) & (upper <= height - 1), 1.0 - fy, zero)
+    y1 = torch.where((upper >= -1) & (upper <= height - 2), fy, zero)
+    column = left.to(torch.int32)
+    row = upper.to(torch.int32)
+    c0 = column.clamp(0, width - 1)
+    c1 = (column + 1).clamp(0, width - 1)
+    r0 = row.clamp(0, height - 1) * width
+    r1 = (row + 1).clamp(0, height - 1) * width
+    return [r0 + c0, r0 + c1, r1 + c0, r1 + c1], [y0 * x0, y0 * x1, y1 * x0, y1 * x1]
+
+
+def nearest_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Tensor], List[Tensor]]:
+    """Flat int32 index and weight (1, or 0 outside the image) of the nearest pixel; halves go to the even neighbour."""
+    column = known_or(torch.round(x.detach().clamp(-2, width + 1)), -2.0).to(torch.int32)
+    row = known_or(torch.round(y.detach().clamp(-2, height + 1)), -2.0).to(torch.int32)
+    inside = (column >= 0) & (column <= width - 1) & (row >= 0) & (row <= height - 1)
+    return [row.clamp(0, height - 1) * width + column.clamp(0, width - 1)], [inside.to(x.dtype)]
+
+
+def cubic_taps(x: Tensor, y: Tensor, height: int, width: int, padding_mode: str, align_corners: bool) -> Tuple[List[Tensor], List[Tensor]]:
+    """Flat int32 indices and weights of the 4 x 4 pixels around each position, by Keys' kernel with a = -0.75.
+
+    As in ``grid_sample`` and OpenCV, "border" and "reflection" move the pixels that are read, not the position. A position that is not a
+    number, or is infinite where its reflection is asked for, reads nothing: all weights are 0.
+    """
+    column, across = _cubic_axis(x, width, padding_mode, align_corners)
+    row, down = _cubic_axis(y, height, padding_mode, align_corners)
+    index: List[Tensor] = []
+    weight: List[Tensor] = []
+    for i in range(4):
+        for j in range(4):
+            index.append(row[i] * width + column[j])
+            weight.append(down[i] * across[j])
+    return index, weight
+
+
+def _cubic_axis(x: Tensor, size: int, padding_mode: str, align_corners: bool) -> Tuple[List[Tensor], List[Tensor]]:
+    if padding_mode != "reflection":
+        # Beyond three pixels outside nothing changes any more, and the conversion to integers stays defined.
+        x = x.clamp(-4, size + 3)
+    first = torch.floor(x.detach())
+    fraction = x - first
+    known = fraction == fraction  # nor is it of an infinity
+    # Finite, so that no arithmetic below makes NaN of it; what is further away has no fraction to speak of.
+    first = torch.where(known, first, torch.full_like(first, -4.0)).clamp(-4503599627370496.0, 4503599627370496.0)
+    weights = cubic_weights(fraction, -0.75)
+    index: List[Tensor] = []
+    weight: List[Tensor] = []
+    for k in range(4):
+        pixel = first + (k - 1.0)
+        if padding_mode == "reflection":
+            pixel = reflect_positions(pixel, size, align_corners)
+        read = known
+        if padding_mode != "border" and padding_mode != "reflection":
+            read = (pixel >= 0) & (pixel <= size - 1)
+        weight.append(torch.where(read, weights[k], torch.zeros_like(x)))
+        index.append(pixel.clamp(0, size - 1).to(torch.int32))
+    return index, weight
+
+
+def bounded_taps(low: Tensor, extent: Tensor, out_size: int, mode: str, align_corners: bool, dtype: torch.dtype) -> Tuple[List[Tensor], List[Tensor]]:
+    """Indices and weights (B, out_size) of what resizes, along one axis, the ``extent`` (B,) pixels from ``low`` (B,) on.
+
+    mode: "nearest", "bilinear" or "bicubic" as for resizing, or "pad": pixels keep their size and zeros follow.
+    """
+    i = torch.arange(out_size, device=low.device)[None]
+    size, first = extent[:, None], low[:, None]
+    if mode == "pad":
+        return [first + torch.minimum(i, size - 1)], [(i < size).to(dtype)]
+    if mode == "nearest":
+        pixel = torch.floor((i * size).to(torch.float64) / out_size).to(torch.int64)
+        return [first + pixel], [torch.ones_like(pixel).to(dtype)]
+    if align_corners:
+        numerator = i * (size - 1)
+        denominator = larger(out_size - 1, 1)
+    else:
+        numerator = (2 * i + 1) * size - out_size
+        denominator = 2 * out_size
+    whole = torch.floor(numerator.to(torch.float64) / denominator).to(torch.int64)
+    fraction = (numerator - whole * denominator).to(dtype) / denominator
+    if mode == "bilinear":
+        weight, start = [1.0 - fraction, fraction], 0
+    else:
+        weight, start = cubic_weights(fraction, -0.75), -1
+    zero = torch.zeros_like(whole)
+    return [first + torch.minimum(torch.maximum(whole + (start + k), zero), size - 1) for k in range(len(weight))], weight
+
+
+def gather_taps(plane: Tensor, index: List[Tensor], weight: List[Tensor]) -> Tensor:
+    """Weighted sum over taps: plane (B, C, H, W), index and weight (B or 1, h, w) each -> (B, C, h, w)."""
+    batch, channels = plane.size(0), plane.size(1)
+    height, width = weight[0].size(1), weight[0].size(2)
+    flat = plane.reshape(batch, channels, plane.size(2) * plane.size(3))
+    out = torch.zeros([1], dtype=plane.dtype, device=plane.device)
+    for i in range(len(index)):
+        where = index[i].to(torch.int64).reshape(index[i].size(0), 1, height * width).expand(batch, channels, height * width)
+        out = out + flat.gather(2, where).reshape(batch, channels, height, width) * weight[i][:, None]
+    return out

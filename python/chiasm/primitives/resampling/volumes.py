@@ -1,0 +1,74 @@
+"""Reading a volume at given positions."""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..core.checks import check_choice, check_floating, check_rank
+from ..numbers.rounding import known_or
+from .taps import gather_taps, reflect_positions
+
+
+def check_volume(value: Tensor, name: str) -> None:
+    """Raise unless ``value`` is a floating-point (B, C, D, H, W) tensor."""
+    check_rank(value, 5, "(B, C, D, H, W)", name)
+    check_floating(value, name)
+
+
+def check_volume_sampling(mode: str, padding_mode: str, mode_name: str = "mode", padding_name: str = "padding_mode") -> None:
+    """Raise ValueError unless both are names that ``sample_volume`` knows."""
+    check_choice(mode, ["bilinear", "nearest"], mode_name)
+    check_choice(padding_mode, ["zeros", "border", "reflection"], padding_name)
+
+
+def voxel_axes(size: Tuple[int, int, int], dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor, Tensor]:
+    """Columns (1, 1, 1, W), rows (1, 1, H, 1) and slices (1, D, 1, 1) of a volume's voxels, for size (D, H, W)."""
+    slices, height, width = size
+    column = torch.arange(width, device=device).to(dtype)[None, None, None, :]
+    row = torch.arange(height, device=device).to(dtype)[None, None, :, None]
+    return column, row, torch.arange(slices, device=device).to(dtype)[None, :, None, None]
+
+
+def sample_volume(src: Tensor, x: Tensor, y: Tensor, z: Tensor, mode: str, padding_mode: str, align_corners: bool) -> Tensor:
+    """src (B, C, D, H, W) at voxel positions x, y and z (B, d, h, w): (B, C, d, h, w).
+
+    Args:
+        mode, padding_mode: as ``check_volume_sampling`` allows; "bilinear" weighs eight voxels.
+        align_corners: what "reflection" mirrors at: the corner voxels' centres, or the outer faces.
+    """
+    slices, height, width = src.size(2), src.size(3), src.size(4)
+    plane, plane_weight = _axis(z, slices, mode, padding_mode, align_corners)
+    row, row_weight = _axis(y, height, mode, padding_mode, align_corners)
+    column, column_weight = _axis(x, width, mode, padding_mode, align_corners)
+    index: List[Tensor] = []
+    weight: List[Tensor] = []
+    for i in range(len(plane)):
+        for j in range(len(row)):
+            for k in range(len(column)):
+                # Slices become rows of one tall image.
+                index.append(((plane[i] * height + row[j]) * width + column[k]).flatten(1, 2))
+                weight.append((plane_weight[i] * row_weight[j] * column_weight[k]).to(src.dtype).flatten(1, 2))
+    out = gather_taps(src.flatten(2, 3), index, weight)
+    return out.reshape(src.size(0), src.size(1), x.size(1), x.size(2), x.size(3))
+
+
+def _axis(x: Tensor, size: int, mode: str, padding_mode: str, align_corners: bool) -> Tuple[List[Tensor], List[Tensor]]:
+    """int32 indices and weights along one axis; weights are zero outside."""
+    if padding_mode == "border":
+        x = x.clamp(0, size - 1)
+    elif padding_mode == "reflection":
+        x = reflect_positions(x, size, align_corners)
+    # Clamping keeps the conversion to integers defined; one voxel outside is as empty as a thousand.
+    x = x.clamp(-2, size + 1)
+    if mode == "nearest":
+        nearest = known_or(torch.round(x.detach()), -2.0)  # what is not a number is outside
+        inside = (nearest >= 0) & (nearest <= size - 1)
+        return [nearest.to(torch.int32).clamp(0, size - 1)], [inside.to(x.dtype)]
+    first = known_or(torch.floor(x.detach()), -2.0)
+    fraction = x - first
+    zero = torch.zeros_like(fraction)
+    low = torch.where((first >= 0) & (first <= size - 1), 1.0 - fraction, zero)
+    high = torch.where((first >= -1) & (first <= size - 2), fraction, zero)
+    voxel = first.to(torch.int32)
+    return [voxel.clamp(0, size - 1), (voxel + 1).clamp(0, size - 1)], [low, high]

@@ -1,0 +1,167 @@
+"""Reading an image at given positions: what every warp ends in."""
+
+from typing import List, Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ..core.checks import check_choice, check_floating
+from ..core.lowering import primitive
+from ..filters.stencil import join_channels, split_channels
+from ..kernels import operators as kernels
+from .taps import bilinear_taps, cubic_taps, gather_taps, larger, nearest_taps, reflect_positions
+
+
+def check_sampling(mode: str, padding_mode: str) -> None:
+    """Raise ValueError unless both are names that ``sample_image`` knows."""
+    check_choice(mode, ["bilinear", "nearest", "bicubic"], "mode")
+    check_choice(padding_mode, ["zeros", "border", "reflection", "fill"], "padding_mode")
+
+
+def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
+    """Raise unless ``value`` is a floating-point (B, rows, columns) tensor."""
+    check_floating(value, name)
+    if value.dim() != 3 or value.size(1) != rows or value.size(2) != columns:
+        raise ValueError(f"{name}: expected shape (B, {rows}, {columns}), got {list(value.shape)}")
+
+
+def position_dtype(dtype: torch.dtype) -> torch.dtype:
+    """The dtype of positions in images of ``dtype``: half precision would be off by whole pixels."""
+    if dtype == torch.float64:
+        return torch.float64
+    return torch.float32
+
+
+def pixel_axes(height: int, width: int, dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor]:
+    """Columns (1, 1, width) and rows (1, height, 1) of an image's pixels."""
+    column = torch.arange(width, device=device).to(dtype)[None, None, :]
+    return column, torch.arange(height, device=device).to(dtype)[None, :, None]
+
+
+def normalized_axis(size: int, align_corners: bool, dtype: torch.dtype, device: torch.device) -> Tensor:
+    """Pixel centres (size,) where the image reaches from -1 to 1: to its corner pixels' centres or to its outer edges."""
+    i = torch.arange(size, device=device).to(dtype)
+    if align_corners:
+        return i * 2.0 / larger(size - 1, 1) - 1.0
+    return (i * 2.0 + 1.0) / size - 1.0
+
+
+def from_normalized(x: Tensor, size: int, align_corners: bool) -> Tensor:
+    """Pixel positions of positions in [-1, 1], by the same two conventions."""
+    if align_corners:
+        return (x + 1.0) * 0.5 * (size - 1)
+    return ((x + 1.0) * size - 1.0) * 0.5
+
+
+def stretched(x: Tensor, size: int) -> Tensor:
+    """x * size / (size - 1) - 1/2: where normalising by ``size - 1`` and reading by outer edges leads."""
+    return x * size / larger(size - 1, 1) - 0.5
+
+
+def away_from_zero(depth: Tensor) -> Tensor:
+    """A homogeneous coordinate to divide by: points at infinity land far outside instead of at NaN."""
+    return torch.where(depth.abs() > 1e-8, depth, torch.full_like(depth, 1e-8))
+
+
+def mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
+    """The points x and y, (B, h, w) or what broadcasts to it, taken through homographies (B, 3, 3)."""
+    m = matrix[:, :, :, None, None]
+    depth = away_from_zero(m[:, 2, 0] * x + m[:, 2, 1] * y + m[:, 2, 2])
+    return (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2]) / depth, (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2]) / depth
+
+
+def _has_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
+    return kernels.has_kernel(src) and mode != "bicubic" and padding_mode != "fill"
+
+
+@primitive
+def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]) -> Tensor:
+    """src (B, C, H, W) at pixel positions x and y (B, h, w), or (1, h, w) for all of them: (B, C, h, w).
+
+    Args:
+        mode, padding_mode: as ``check_sampling`` allows; ``fill_value`` (C,) is the colour for "fill", black by default.
+        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
+    """
+    height, width = src.size(2), src.size(3)
+    if mode == "bicubic":
+        index, weight = cubic_taps(x, y, height, width, padding_mode, align_corners)
+    else:
+        if padding_mode == "border":
+            x = x.clamp(0, width - 1)
+            y = y.clamp(0, height - 1)
+        elif padding_mode == "reflection":
+            x = reflect_positions(x, width, align_corners)
+            y = reflect_positions(y, height, align_corners)
+        if mode == "bilinear":
+            index, weight = bilinear_taps(x, y, height, width)
+        else:
+            index, weight = nearest_taps(x, y, height, width)
+    return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
+
+
+@sample_image.lowering("native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, mode, padding_mode))
+def _sample_image_kernel(
+    src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+) -> Tensor:
+    x, y = torch.broadcast_tensors(x.to(src.dtype), y.to(src.dtype))
+    x, y = x.expand(src.size(0), -1, -1).contiguous(), y.expand(src.size(0), -1, -1).contiguous()
+    return kernels.remap(src, x, y, mode, padding_mode, align_corners)
+
+
+@primitive
+def sample_projective(
+    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+) -> Tensor:
+    """``sample_image`` where ``matrix`` (B, 3, 3) leads to, from the pixels of an output (B, C, height, width)."""
+    precision = position_dtype(src.dtype)
+    column, row = pixel_axes(height, width, precision, src.device)
+    x, y = mapped(column, row, matrix.to(precision))
+    return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
+
+
+def _samples(src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object) -> bool:
+    return _has_kernel(src, mode, padding_mode)
+
+
+@sample_projective.lowering("native", when=_samples)
+def _sample_projective_kernel(
+    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+) -> Tensor:
+    matrix = matrix.to(position_dtype(src.dtype)).to(src.dtype).expand(src.size(0), 3, 3).contiguous()
+    return kernels.warp_perspective(src, matrix, height, width, mode, padding_mode, align_corners)
+
+
+@primitive
+def sample_affine(
+    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+) -> Tensor:
+    """``sample_projective`` by a ``matrix`` (B, 2, 3)."""
+    precision = position_dtype(src.dtype)
+    m = matrix.to(precision)[:, :, :, None, None]
+    column, row = pixel_axes(height, width, precision, src.device)
+    x = m[:, 0, 0] * column + m[:, 0, 1] * row + m[:, 0, 2]
+    y = m[:, 1, 0] * column + m[:, 1, 1] * row + m[:, 1, 2]
+    return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
+
+
+@sample_affine.lowering("native", when=_samples)
+def _sample_affine_kernel(
+    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+) -> Tensor:
+    precision = position_dtype(src.dtype)
+    last = torch.tensor([0.0, 0.0, 1.0], dtype=precision, device=src.device).expand(matrix.size(0), 1, 3)
+    return _sample_projective_kernel(src, torch.cat([matrix.to(precision), last], 1), height, width, mode, padding_mode, align_corners, fill_value)
+
+
+def weigh_image(src: Tensor, index: List[Tensor], weight: List[Tensor], fill_value: Optional[Tensor]) -> Tensor:
+    """The taps' sum; where their weights do not add up to 1, the rest is ``fill_value``'s."""
+    weight = [w.to(src.dtype) for w in weight]
+    out = join_channels([gather_taps(plane, index, weight) for plane in split_channels(src)])
+    if fill_value is not None:
+        if fill_value.dim() != 1:
+            raise ValueError(f"fill_value: expected shape (C,), got {list(fill_value.shape)}")
+        covered = weight[0]
+        for w in weight[1:]:
+            covered = covered + w
+        out = out + (1.0 - covered)[:, None] * fill_value.to(src.dtype)[:, None, None]
+    return out
