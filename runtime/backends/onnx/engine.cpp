@@ -8,14 +8,18 @@
 #include <cstdlib>
 
 #include "backends/plugin.h"
-#include "backends/threads.h"
+#include "backends/limits.h"
 
 namespace chiasm::onnx {
 namespace {
 
 using plugin::Error;
+using plugin::require_memory;
 
 constexpr uint32_t kOldestApi = 17;
+
+// What ONNX Runtime's start takes is about a third of this: the schemas of all operators.
+constexpr size_t kStartBytes = size_t{96} << 20;
 
 void* open_library() {
   constexpr const char* name = "libonnxruntime.so.1";
@@ -33,6 +37,7 @@ void* open_library() {
 
 // Never closed: ONNX Runtime's threads and static objects do not survive it.
 std::string open_and_initialise() {
+  require_memory(kStartBytes, "opening ONNX Runtime");
   // ONNX Runtime notes the stack with each error. The first time that loads a library, and where there is no memory for it ends the process.
   void* frame = nullptr;
   backtrace(&frame, 1);
@@ -55,6 +60,8 @@ std::string open_and_initialise() {
 Ort::Env make_environment(int32_t num_threads) {
   // Where a thread of the pool cannot be made, ONNX Runtime waits for ever. It makes one more, for itself.
   const int32_t workers = std::max(plugin::threads_left(num_threads) - 1, 0);
+  // It ends the process where an allocation fails, also one of a moment in which a new thread maps its arena.
+  require_memory(kStartBytes + static_cast<size_t>(2 + workers) * plugin::kArenaBytes, "starting ONNX Runtime");
   Ort::ThreadingOptions threads;
   threads.SetGlobalIntraOpNumThreads(1 + workers).SetGlobalInterOpNumThreads(1).SetGlobalSpinControl(0);
   Ort::Env env(threads, ORT_LOGGING_LEVEL_ERROR, "chiasm");

@@ -15,6 +15,7 @@
 #include "backends/cuda.h"
 #include "backends/onnx/dtype.h"
 #include "backends/onnx/engine.h"
+#include "backends/limits.h"
 #include "backends/plugin.h"
 #include "core/fork.h"
 
@@ -80,7 +81,10 @@ class Model {
       options.SetGraphOptimizationLevel(ORT_ENABLE_EXTENDED);
       if (request.function != nullptr) append_native_code(options, request.bundle, request.manifest_sha256);
       if (request.device_type == CHIASM_CUDA) append_cuda(options, request.device_index);
-      session_.emplace(environment(request.num_threads), request.data, request.size, options);
+      const Ort::Env& env = environment(request.num_threads);
+      // Where an allocation fails, it may end the process.
+      chiasm::plugin::require_memory((size_t{48} << 20) + 8 * request.size + chiasm::plugin::kArenaBytes, "making a session of ONNX Runtime");
+      session_.emplace(env, request.data, request.size, options);
     });
     bind(inputs_, input_names_, session_input_names(), request.input_names, request.input_count, "input");
     bind(outputs_, output_names_, session_output_names(), request.output_names, request.output_count, "output");

@@ -28,7 +28,7 @@
 #include <vector>
 
 #include "backends/plugin.h"
-#include "backends/threads.h"
+#include "backends/limits.h"
 #include "core/fork.h"
 
 namespace {

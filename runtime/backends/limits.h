@@ -1,0 +1,44 @@
+/** What the process may still have: engines that cannot make their threads, or allocate their tables, hang or end the process. */
+#pragma once
+
+#include <sys/mman.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "backends/plugin.h"
+
+namespace chiasm::plugin {
+
+/** How many threads more than those that are there the process may have now, up to `wanted`: they are made, and end at once. */
+inline int32_t threads_left(int32_t wanted) {
+  std::vector<std::thread> threads;
+  std::mutex mutex;
+  std::unique_lock<std::mutex> all_are_there(mutex);
+  try {
+    threads.reserve(static_cast<size_t>(wanted));
+    while (static_cast<int32_t>(threads.size()) < wanted) threads.emplace_back([&mutex] { const std::lock_guard<std::mutex> wait(mutex); });
+  } catch (const std::exception&) {  // no more threads, or no memory for one
+  }
+  const auto count = static_cast<int32_t>(threads.size());
+  all_are_there.unlock();
+  for (std::thread& thread : threads) thread.join();
+  return count;
+}
+
+/** What glibc maps for a moment when a thread first allocates: twice an arena's size, of which it keeps an aligned half. */
+inline constexpr size_t kArenaBytes = size_t{128} << 20;
+
+/** Throws CHIASM_OUT_OF_MEMORY, naming `purpose`, unless the process may map `bytes` more now. They are given back at once: other threads may take them. */
+inline void require_memory(size_t bytes, const std::string& purpose) {
+  void* const memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw Error(CHIASM_OUT_OF_MEMORY, purpose + " needs " + std::to_string(bytes) + " bytes, which the process may not have");
+  munmap(memory, bytes);
+}
+
+}  // namespace chiasm::plugin

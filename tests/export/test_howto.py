@@ -1,0 +1,62 @@
+"""docs/howto: what a page says is done, in a copy of the sources."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from chiasm.export.native import ISAS
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def blocks(page: str) -> list[str]:
+    """The code of a page, in its order."""
+    return re.findall(r"```\w+\n(.*?)```", (ROOT / "docs" / "howto" / page).read_text(), re.DOTALL)
+
+
+def run(*command: object, **options: object) -> None:
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=300, **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_kernel_is_added(tmp_path: Path) -> None:
+    declaration, source, test, lowering = blocks("kernel.md")
+    ignored = shutil.ignore_patterns("__pycache__", "*.so", "x86-64-*")
+    for folder in ("runtime/artifact", "tests/kernels", "python/chiasm"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
+    with (tmp_path / "python/chiasm/primitives/kernels/declarations.py").open("a") as declarations:
+        declarations.write(declaration)
+    (tmp_path / "runtime/artifact/kernels/invert.cpp").write_text(source)
+    (tmp_path / "tests/kernels/invert_test.cpp").write_text(test)
+    (tmp_path / "lowering.py").write_text(lowering + USE)
+
+    made = tmp_path / "made"
+    run(sys.executable, tmp_path / "runtime/artifact/generate.py", "build", made)
+    run(sys.executable, tmp_path / "runtime/artifact/generate.py", "docs", made / "kernels.md")
+    assert "## invert\n" in (made / "kernels.md").read_text()
+    assert "AOTITorchError aoti_torch_cpu_invert(AtenTensorHandle x_, double high, AtenTensorHandle* result)" in (made / "kernel_calls.cpp").read_text()
+    sources = [tmp_path / "runtime/artifact/kernels/invert.cpp", tmp_path / "tests/kernels/invert_test.cpp"]
+    flags = ["-std=c++20", "-O1", f"-march={next(iter(ISAS))}", "-fopenmp", "-Wall", "-Wextra", "-Werror", f"-I{made}", f"-I{tmp_path / 'runtime'}"]
+    run("g++", *flags, *sources, "-lgtest", "-lgtest_main", "-o", tmp_path / "invert_test")
+    run(tmp_path / "invert_test")
+    run(sys.executable, tmp_path / "lowering.py", env={"PYTHONPATH": str(tmp_path / "python")})
+
+
+#: Behind the page's last block: what is traced for native code is the kernel, and elsewhere the definition.
+USE = """
+from chiasm.primitives.core.target import exporting
+
+x = torch.rand(2, 3, 5)
+torch.testing.assert_close(inverted(x, 1.0), 1.0 - x)
+class Inverted(torch.nn.Module):
+    def forward(self, x: Tensor) -> Tensor:
+        return inverted(x, 1.0)
+for target, operator in (("native", "chiasm.invert.default"), ("onnx", "aten.rsub.Scalar")):
+    with exporting(target):
+        graph = torch.export.export(Inverted(), (x,)).graph
+    assert [str(node.target) for node in graph.nodes if node.op == "call_function"] == [operator], graph
+"""
