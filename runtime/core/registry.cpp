@@ -1,6 +1,7 @@
 #include "core/registry.h"
 
 #include <dlfcn.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -31,6 +32,18 @@ std::string own_folder() {
   std::free(resolved);
   const size_t slash = path.rfind('/');
   return slash == std::string::npos ? "." : path.substr(0, slash);
+}
+
+/** Whether libtorch is open already or can be: its static objects end the process where an allocation fails. With its mappings they take half of this. */
+constexpr size_t kTorchBytes = size_t{768} << 20;
+
+bool has_room_for_torch() {
+  if (void* const present = ::dlopen("libtorch_cpu.so", RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD)) {
+    ::dlclose(present);
+    return true;
+  }
+  void* const room = ::mmap(nullptr, kTorchBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  return room != MAP_FAILED && ::munmap(room, kTorchBytes) == 0;
 }
 
 std::string last_dl_error() {
@@ -97,6 +110,8 @@ void Registry::open(Backend& backend) const {
   }
   if (path.empty()) return unavailable("there is no " + file + " in " + (searched.empty() ? "any folder" : searched));
 
+  if (backend.kind == BackendKind::torch && !has_room_for_torch())
+    return unavailable("opening libtorch needs " + std::to_string(kTorchBytes) + " bytes, which the process may not have");
   void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) return unavailable(path + ": " + last_dl_error());
   void* const symbol = ::dlsym(library, CHIASM_BACKEND_ENTRY);
