@@ -1,4 +1,4 @@
-"""Kernels against OpenCV, SciPy and NumPy; the motion kernels against a rotated line."""
+"""Filter taps against OpenCV, SciPy and NumPy; the motion filters against a rotated line."""
 
 import math
 from typing import List
