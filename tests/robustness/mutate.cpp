@@ -221,7 +221,9 @@ class Mutator {
     } else if (node.is_array()) {
       switch (below(4)) {
         case 0: node.push_back(node.empty() ? other : node[below(node.size())]); break;
-        case 1: node.erase(node.empty() ? node.end() : node.begin() + static_cast<std::ptrdiff_t>(below(node.size()))); break;
+        case 1:
+          if (!node.empty()) node.erase(node.begin() + static_cast<std::ptrdiff_t>(below(node.size())));
+          break;
         case 2: std::shuffle(node.begin(), node.end(), random_); break;
         default: node = Json::array(); break;
       }
