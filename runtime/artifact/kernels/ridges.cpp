@@ -7,8 +7,8 @@ namespace {
 // The loops over a row are functions of values, not of references, for the reason given in extremes.cpp.
 
 template <class T>
-void smooth_and_slope(const T* above, const T* here, const T* below, int64_t n, T* smooth, T* slope) {
-  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+void smooth_and_slope(const T* above, const T* here, const T* below, int64_t n, T* smooth, T* slope, const T* next) {
+  for_lanes_fetching<T>(n, next, [=](auto d, auto, int64_t k) {
     const auto a = hn::LoadU(d, above + k), c = hn::LoadU(d, below + k);
     hn::StoreU(hn::Add(hn::Add(a, hn::Mul(hn::Set(d, T(2)), hn::LoadU(d, here + k))), c), d, smooth + k);
     hn::StoreU(hn::Sub(c, a), d, slope + k);
@@ -37,7 +37,7 @@ class Gradient {
   static constexpr int64_t kRows = 3 * 3 + 2;  // of scratch
 
   Gradient(const T* image, const Planes& planes, const Tile& tile, T eps, T* scratch, int64_t length)
-      : image_(image), height_(planes.height), width_(planes.width), tile_(tile), eps_(eps), length_(length), scratch_(scratch) {}
+      : image_(image), planes_(planes), height_(planes.height), width_(planes.width), tile_(tile), eps_(eps), length_(length), scratch_(scratch) {}
 
   T* magnitude(int64_t y) const { return row((y + 3) % 3); }
   T* dx(int64_t y) const { return row(3 + (y + 3) % 3); }
@@ -53,7 +53,8 @@ class Gradient {
     const Span span(tile_, width_, 2, 2);
     const int64_t start = span.first - tile_.left;
     const T* const here = image_ + y * width_ + span.first;
-    smooth_and_slope(y > 0 ? here - width_ : here, here, y + 1 < height_ ? here + width_ : here, span.count(), smooth + start, slope + start);
+    smooth_and_slope(y > 0 ? here - width_ : here, here, y + 1 < height_ ? here + width_ : here, span.count(), smooth + start, slope + start,
+                     tile_row(image_, planes_, tile_, y + 2));
     extend(smooth, tile_, width_, 2, 2, Border::kReplicate, T(0));
     extend(slope, tile_, width_, 2, 2, Border::kReplicate, T(0));
     magnitudes(smooth - 1, slope - 1, columns + 2, eps_, dx(y) - 1, dy(y) - 1, m - 1);
@@ -65,6 +66,7 @@ class Gradient {
   T* row(int64_t i) const { return scratch_ + i * length_ + 2; }
 
   const T* const image_;
+  const Planes planes_;
   const int64_t height_, width_;
   const Tile tile_;
   const T eps_;
