@@ -32,6 +32,11 @@ template <class T>
 void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t planes_per_row_y, const T* taps_x, int64_t kx,
                int64_t planes_per_row_x, Border border, T scale, T centre, T* out);
 
+/** Correlation with kernels of kh x kw for each `planes_per_kernel` planes, or, where that is 0, one for all; of an even size the pixel is the one before the
+ *  middle. A constant border is 0. */
+template <class T>
+void correlate2d(const T* x, Planes planes, const T* kernels, int64_t kh, int64_t kw, int64_t planes_per_kernel, Border border, T* out);
+
 /** The largest or smallest value of a centred window of ky x kx pixels, both odd. */
 template <class T>
 void rectangle_extreme(const T* x, Planes planes, int64_t ky, int64_t kx, Border border, T value, bool largest, T* out);
@@ -102,6 +107,10 @@ void component_roots(const bool* mask, Planes planes, int32_t* roots);
 template <class T>
 void bilateral(const T* x, int64_t channels, const T* guide, int64_t depth, bool shared_guide, Planes images, const T* nearness, bool shared_nearness,
                int64_t ky, int64_t kx, const T* falloff, bool shared_falloff, Border border, bool squares, T* out);
+
+/** The magnitude sqrt(dx^2 + dy^2 + eps) of `scale` times the Sobel gradient, the border replicated. */
+template <class T>
+void sobel(const T* x, Planes planes, T scale, T eps, T* out);
 
 /** Canny's ridges: the magnitude sqrt(dx^2 + dy^2 + eps) of the Sobel gradient, the border replicated, where it is a maximum across the
  *  edge, and 0 elsewhere. */

@@ -1,4 +1,4 @@
-// Separable correlation: each row is weighted down the columns into a buffer that stays in cache, and from there along the row.
+// Correlation. With a separable kernel each row is weighted down the columns into a buffer that stays in cache, and from there along the row.
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -110,7 +110,27 @@ void separable(const T* x, Planes planes, const T* taps_y, int64_t ky, int64_t p
   });
 }
 
+template <class T>
+void correlate2d(const T* x, Planes planes, const T* kernels, int64_t kh, int64_t kw, int64_t planes_per_kernel, Border border, T* out) {
+  const int64_t count = kh * kw;
+  std::vector<const T*> all_sources(static_cast<size_t>(count * omp_get_max_threads()));
+  for_tiles<T>(planes, kh + 2, kh, kw, border, [&](const Tile& tile, T* ring, int64_t length) {
+    const int64_t plane = tile.plane * planes.height * planes.width;
+    const T* const taps = kernels + (planes_per_kernel ? tile.plane / planes_per_kernel * count : 0);
+    const T** const sources = all_sources.data() + count * omp_get_thread_num();
+    const PaddedRows<T> rows(x + plane, planes, tile, border, T(0), kh, kw, (kh - 1) / 2, (kw - 1) / 2, ring, length);
+    for (int64_t y = tile.top; y < tile.bottom; ++y) {
+      T* const target = tile_row(out + plane, planes, tile, y);
+      const T* const next = rows.advance(y, target);
+      for (int64_t k = 0; k < count; ++k) sources[k] = rows.at(y, k / kw, k % kw);
+      weigh(sources, taps, count, Itself(), target, tile.right - tile.left, next);
+    }
+  });
+}
+
 template void separable(const float*, Planes, const float*, int64_t, int64_t, const float*, int64_t, int64_t, Border, float, float, float*);
 template void separable(const double*, Planes, const double*, int64_t, int64_t, const double*, int64_t, int64_t, Border, double, double, double*);
+template void correlate2d(const float*, Planes, const float*, int64_t, int64_t, int64_t, Border, float*);
+template void correlate2d(const double*, Planes, const double*, int64_t, int64_t, int64_t, Border, double*);
 
 }  // namespace chiasm::kernels
