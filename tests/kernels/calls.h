@@ -18,6 +18,7 @@ extern "C" {
 Call aoti_torch_cpu_frame_to_grey(Handle, Handle*);
 Call aoti_torch_cpu_resize_frame(Handle, int64_t, int64_t, Handle*);
 Call aoti_torch_cpu_separable(Handle, Handle, Handle, int64_t, double, double, Handle*);
+Call aoti_torch_cpu_correlate2d(Handle, Handle, int64_t, Handle*);
 Call aoti_torch_cpu_bilateral(Handle, Handle, Handle, Handle, int64_t, int32_t, Handle*);
 Call aoti_torch_cpu_rectangle_extreme(Handle, int64_t, int64_t, int64_t, double, int32_t, Handle*);
 Call aoti_torch_cpu_structured_extreme(Handle, Handle, int64_t, int64_t, int64_t, double, double, int32_t, Handle*);
@@ -28,6 +29,7 @@ Call aoti_torch_cpu_sample(Handle, Handle, Handle, int64_t, int64_t, int32_t, Ha
 Call aoti_torch_cpu_sample_projective(Handle, Handle, int64_t, int64_t, int64_t, int64_t, int32_t, Handle*);
 Call aoti_torch_cpu_resize(Handle, int64_t, int64_t, int64_t, int32_t, int32_t, Handle*);
 Call aoti_torch_cpu_resize_blurred(Handle, Handle, int64_t, int64_t, int32_t, int64_t, int32_t, Handle*);
+Call aoti_torch_cpu_sobel(Handle, double, double, Handle*);
 Call aoti_torch_cpu_ridges(Handle, double, Handle*);
 Call aoti_torch_cpu_extents(Handle, Handle*);
 Call aoti_torch_cpu_to_levels(Handle, Handle*);

@@ -43,6 +43,7 @@ def _operator(schema: str, shape: Callable[..., Tensor]) -> Callable[..., Tensor
 _separable = _operator(
     "separable(Tensor x, Tensor kernel_y, Tensor kernel_x, int border, float scale, float centre) -> Tensor", lambda x, *_: x.new_empty(x.shape)
 )
+_correlate2d = _operator("correlate2d(Tensor x, Tensor kernel, int border) -> Tensor", lambda x, *_: x.new_empty(x.shape))
 _bilateral = _operator(
     "bilateral(Tensor x, Tensor guide, Tensor nearness, Tensor falloff, int border, bool squares) -> Tensor", lambda x, *_: x.new_empty(x.shape)
 )
@@ -88,6 +89,7 @@ _blend_curves = _operator(
 _component_roots = _operator(
     "component_roots(Tensor mask) -> Tensor", lambda mask: mask.new_empty([mask.size(0), mask.size(1) * mask.size(2)], dtype=torch.int32)
 )
+_sobel = _operator("sobel(Tensor x, float scale, float eps) -> Tensor", lambda x, *_: x.new_empty(x.shape))
 _ridges = _operator("ridges(Tensor x, float eps) -> Tensor", lambda x, eps: x.new_empty(x.shape))
 _hysteresis = _operator("hysteresis(Tensor x, float low, float high) -> Tensor", lambda x, low, high: x.new_empty(x.shape, dtype=torch.bool))
 
@@ -144,6 +146,11 @@ def separable_shared(x: Tensor, taps_y: List[float], taps_x: List[float], border
     column = torch.tensor([taps_y], dtype=x.dtype, device=x.device)
     row = torch.tensor([taps_x], dtype=x.dtype, device=x.device)
     return separable(x, column, row, border_type, scale, centre)
+
+
+def correlate2d(x: Tensor, kernel: Tensor, border_type: str) -> Tensor:
+    """``correlation.correlated2d``."""
+    return _correlate2d(x, kernel, _BORDERS.index(border_type))
 
 
 def bilateral(x: Tensor, guide: Tensor, nearness: Tensor, falloff: Tensor, border_type: str, squares: bool) -> Tensor:
@@ -231,6 +238,11 @@ def blend_curves(
 def component_roots(mask: Tensor) -> Tensor:
     """``components.component_roots`` without a limit."""
     return _component_roots(mask)
+
+
+def sobel(x: Tensor, scale: float, eps: float) -> Tensor:
+    """``derivatives.sobel_magnitude``."""
+    return _sobel(x, scale, eps)
 
 
 def ridges(x: Tensor, eps: float) -> Tensor:

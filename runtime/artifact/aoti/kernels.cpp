@@ -123,6 +123,15 @@ AOTITorchError aoti_torch_cpu_separable(AtenTensorHandle x, AtenTensorHandle ker
   });
 }
 
+AOTITorchError aoti_torch_cpu_correlate2d(AtenTensorHandle x, AtenTensorHandle kernel, int64_t border, AtenTensorHandle* result) {
+  return like_image("correlate2d: x", x, result, [&]<class T>(const Argument& image, const Planes& planes, const T* in, T* out) {
+    const Argument taps("correlate2d: kernel", kernel, image.dtype(), {kAny, kAny, kAny});
+    within("correlate2d: kernel", taps.size(1) * taps.size(2), 1, kMostIndex);
+    const int64_t batch = image.sizes().size() > 2 ? image.size(0) : 1;
+    correlate2d(in, planes, taps.data<T>(), taps.size(1), taps.size(2), is_shared(taps, batch) ? 0 : planes.count / batch, border_of(border), out);
+  });
+}
+
 AOTITorchError aoti_torch_cpu_bilateral(AtenTensorHandle x, AtenTensorHandle guide, AtenTensorHandle nearness, AtenTensorHandle falloff, int64_t border,
                                         int32_t squares, AtenTensorHandle* result) {
   return like_image("bilateral: x", x, result, [&]<class T>(const Argument& image, const Planes& planes, const T* in, T* out) {
@@ -223,6 +232,12 @@ AOTITorchError aoti_torch_cpu_resize_blurred(AtenTensorHandle x, AtenTensorHandl
     const std::vector<T> weights(given.data<T>(), given.data<T>() + odd_size(given, 0));
     const Taps<T> taps = resize_taps<T>(in, out, Filter::kBilinear, corners != 0, false);
     return before ? blurred_before(taps, weights, border_of(border), in) : blurred_after(taps, weights, border_of(border));
+  });
+}
+
+AOTITorchError aoti_torch_cpu_sobel(AtenTensorHandle x, double scale, double eps, AtenTensorHandle* result) {
+  return like_image("sobel: x", x, result, [&]<class T>(const Argument&, const Planes& planes, const T* in, T* out) {
+    sobel(in, planes, static_cast<T>(scale), static_cast<T>(eps), out);
   });
 }
 
