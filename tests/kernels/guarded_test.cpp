@@ -127,6 +127,8 @@ TYPED_TEST(GuardedKernels, WindowsStayInside) {
         const Tensor x = this->numbers({2, 1, s.height, s.width});
         for (const int64_t size : {1, 3, 9}) {
           this->run(aoti_torch_cpu_separable, x, this->numbers({1, size}), this->numbers({2, 5}), border, 2.0, -1.0);
+          this->run(aoti_torch_cpu_correlate2d, x, this->numbers({1, 2, size}), border);
+          this->run(aoti_torch_cpu_correlate2d, x, this->numbers({2, size, 4}), border);
           this->run(aoti_torch_cpu_minmax_filter, x, int64_t{5}, size, border, 0.5, int32_t{1});
           const Tensor high = this->numbers({3, size}), low = this->numbers({3, size});
           this->run(aoti_torch_cpu_morphology, x, high, int64_t{2}, size - 1, border, 0.5, 1e4, int32_t{0});
@@ -143,9 +145,11 @@ TYPED_TEST(GuardedKernels, WideRowsStayInside) {
     for (int64_t border = 0; border < kBorders; ++border) {
       const Tensor x = this->numbers({1, 1, 3, 30011});
       this->run(aoti_torch_cpu_separable, x, this->numbers({1, 3}), this->numbers({1, 3}), border, 1.0, 0.0);
+      this->run(aoti_torch_cpu_correlate2d, x, this->numbers({1, 3, 3}), border);
       this->run(aoti_torch_cpu_minmax_filter, x, int64_t{3}, int64_t{9}, border, 0.5, int32_t{1});
       this->run(aoti_torch_cpu_median3x3, x, border);
     }
+    this->run(aoti_torch_cpu_sobel, this->numbers({1, 1, 3, 30011}), 0.125, 1e-6);
     this->run(aoti_torch_cpu_canny_nms, this->numbers({1, 1, 3, 30011}), 1e-6);
   });
 }
@@ -219,6 +223,7 @@ TYPED_TEST(GuardedKernels, SumsLevelsAndEdgesStayInside) {
       this->run(aoti_torch_cpu_integral, x);
       this->run(aoti_torch_cpu_hflip, x);
       this->run(aoti_torch_cpu_quantize_u8, x);
+      this->run(aoti_torch_cpu_sobel, x, 0.125, 1e-6);
       this->run(aoti_torch_cpu_canny_nms, x, 1e-6);
       this->run(aoti_torch_cpu_canny_hysteresis, x, 0.2, 0.6);
       const Tensor extents = this->run(aoti_torch_cpu_aminmax, row);

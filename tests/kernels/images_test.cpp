@@ -78,6 +78,40 @@ TYPED_TEST(Kernels, SeparableIsThatOfOpenCv) {
       }
 }
 
+TYPED_TEST(Kernels, CorrelationIsThatOfOpenCv) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes)
+    for (int b = 0; b < 4; ++b)
+      for (const bool shared : {true, false})
+        for (const cv::Size size : {cv::Size(3, 3), cv::Size(1, 1), cv::Size(4, 2)}) {
+          const auto x = this->random(pixels(p)), taps = this->random(size.area() * p.count, -1, 1);
+          std::vector<T> out(x.size());
+          correlate2d(x.data(), {p.count, 1, p.height, p.width}, taps.data(), shared ? 1 : p.count, size.height, size.width, kBorders[b], out.data());
+          expect_filtered<T>(x, out, p, 2, 2, kOpenCvBorders[b], 0, 1e-5, [&](const cv::Mat& padded, int64_t i) {
+            const cv::Mat kernel(size, cv::DataType<T>::type, const_cast<T*>(taps.data() + (shared ? 0 : i * size.area())));
+            cv::Mat result;
+            cv::filter2D(padded, result, -1, kernel, cv::Point((size.width - 1) / 2, (size.height - 1) / 2));
+            return result;
+          });
+        }
+}
+
+TYPED_TEST(Kernels, SobelIsThatOfOpenCv) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes) {
+    const auto x = this->random(pixels(p));
+    std::vector<T> out(x.size());
+    sobel(x.data(), p, T(0.125), T(0.5), out.data());
+    expect_filtered<T>(x, out, p, 1, 1, cv::BORDER_REPLICATE, 0, 1e-6, [](const cv::Mat& padded, int64_t) {
+      cv::Mat dx, dy, result;
+      cv::Sobel(padded, dx, -1, 1, 0, 3, 0.125);
+      cv::Sobel(padded, dy, -1, 0, 1, 3, 0.125);
+      cv::sqrt(dx.mul(dx) + dy.mul(dy) + 0.5, result);
+      return result;
+    });
+  }
+}
+
 TYPED_TEST(Kernels, RectangleExtremesAreThoseOfOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)

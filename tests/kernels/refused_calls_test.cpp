@@ -42,6 +42,8 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
     REFUSES("minmax_filter: x", minmax_filter, bad->get(), 3, 3, 0, 0, 1);
     REFUSES("median3x3: x", median3x3, bad->get(), 0);
     REFUSES("integral: x", integral, bad->get());
+    REFUSES("correlate2d: x", correlate2d, bad->get(), floats({1, 3, 3}).get(), 0);
+    REFUSES("sobel: x", sobel, bad->get(), 1, 0);
     REFUSES("canny_nms: x", canny_nms, bad->get(), 0);
     REFUSES("canny_hysteresis: x", canny_hysteresis, bad->get(), 0, 1);
   }
@@ -50,6 +52,9 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   REFUSES("separable: taps_x", separable, x.get(), row.get(), floats({1, 0}).get(), 0, 1, 0);
   REFUSES("separable: taps_y", separable, x.get(), flat.get(), row.get(), 0, 1, 0);
   REFUSES("separable: taps_y", separable, x.get(), other.get(), row.get(), 0, 1, 0);
+  REFUSES("correlate2d: taps", correlate2d, x.get(), row.get(), 0);
+  REFUSES("correlate2d: taps", correlate2d, x.get(), floats({1, 0, 3}).get(), 0);
+  REFUSES("correlate2d: taps", correlate2d, x.get(), floats({3, 3, 3}).get(), 0);  // neither 1 nor the batch
   const Tensor near = floats({1, 3, 3}), fall = floats({1});
   REFUSES("bilateral: guide", bilateral, x.get(), floats({2, 3, 9, 10}).get(), near.get(), fall.get(), 0, 0);
   REFUSES("bilateral: guide", bilateral, x.get(), floats({3, 3, 9, 11}).get(), near.get(), fall.get(), 0, 0);

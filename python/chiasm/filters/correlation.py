@@ -52,7 +52,7 @@ def filter2d(
     k = _ready(kernel, input, 2, "(kH, kW) or (B, kH, kW)", normalized, behaviour == "conv", "kernel")
     if padding == "valid":
         return correlate2d_valid(input, k)
-    return correlated2d(input, centred(k.size(1)), centred(k.size(2)), border_type, k)
+    return correlated2d(input, k, border_type)
 
 
 def filter2d_separable(

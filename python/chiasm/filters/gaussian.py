@@ -81,7 +81,7 @@ def gaussian_blur2d(
     if separable:
         return separable_per_sample(input, kernel_y, kernel_x, border_type)
     kernel = materialised(kernel_y[:, :, None] * kernel_x[:, None, :], 1)
-    return correlated2d(input, (ky // 2, ky // 2), (kx // 2, kx // 2), border_type, kernel)
+    return correlated2d(input, kernel, border_type)
 
 
 def gaussian_taps(kernel_size: int, sigma: float) -> List[float]:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_image
-from ..primitives.filters.derivatives import first_derivatives, gradient
+from ..primitives.filters.derivatives import gradient, sobel_magnitude
 from ..primitives.filters.padding import stencil
 
 
@@ -68,13 +68,7 @@ def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
         tensor([0.5000, 1.0000, 1.0000, 1.0000, 0.5000])
     """
     check_image(input, "input")
-    return _magnitude(input, (1, 1), (1, 1), "replicate", normalized, eps)
-
-
-@stencil
-def _magnitude(p: Tensor, normalized: bool, eps: float) -> Tensor:
-    dx, dy = first_derivatives(p, "sobel", normalized)
-    return torch.sqrt(dx * dx + dy * dy + eps)
+    return sobel_magnitude(input, normalized, eps)
 
 
 @stencil

@@ -1,4 +1,4 @@
-// Canny's gradient and its maxima, row by row.
+// Sobel's gradient, and Canny's maxima of it, row by row.
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -7,11 +7,35 @@ namespace {
 // The loops over a row are functions of values, not of references, for the reason given in docs/design.md.
 
 template <class T>
-void smooth_and_slope(const T* above, const T* here, const T* below, int64_t n, T* smooth, T* slope) {
-  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+void smooth_and_slope(const T* above, const T* here, const T* below, int64_t n, T* smooth, T* slope, const T* next) {
+  for_lanes_fetching<T>(n, next, [=](auto d, auto, int64_t k) {
     const auto a = hn::LoadU(d, above + k), c = hn::LoadU(d, below + k);
     hn::StoreU(hn::Add(hn::Add(a, hn::Mul(hn::Set(d, T(2)), hn::LoadU(d, here + k))), c), d, smooth + k);
     hn::StoreU(hn::Sub(c, a), d, slope + k);
+  });
+}
+
+// Sobel's sums of the pixels at k.
+template <class D, class T>
+struct Sums {
+  Sums(D d, const T* smooth, const T* slope, int64_t k) : x(hn::Sub(hn::LoadU(d, smooth + k + 1), hn::LoadU(d, smooth + k - 1))) {
+    const auto twice = hn::Mul(hn::Set(d, T(2)), hn::LoadU(d, slope + k));
+    y = hn::Add(hn::Add(hn::LoadU(d, slope + k - 1), twice), hn::LoadU(d, slope + k + 1));
+  }
+  hn::Vec<D> x, y;
+};
+
+template <class D>
+HWY_INLINE hn::Vec<D> square_length(D d, hn::Vec<D> x, hn::Vec<D> y, hn::TFromD<D> eps) {
+  return hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Set(d, eps));
+}
+
+template <class T>
+void lengths(const T* smooth, const T* slope, int64_t n, T scale, T eps, T* out, const T* next) {
+  for_lanes_fetching<T>(n, next, [=](auto d, auto, int64_t k) {
+    const Sums<decltype(d), T> sums(d, smooth, slope, k);
+    const auto factor = hn::Set(d, scale);
+    hn::StoreU(hn::Sqrt(square_length(d, hn::Mul(sums.x, factor), hn::Mul(sums.y, factor), eps)), d, out + k);
   });
 }
 
@@ -20,13 +44,10 @@ template <class T>
 void magnitudes(const T* smooth, const T* slope, int64_t n, T eps, T* dx, T* dy, T* magnitude) {
   const Lanes<T> d;
   for (int64_t k = 0; k < n; k += kLanes<T>) {
-    const auto x = hn::Sub(hn::LoadU(d, smooth + k + 1), hn::LoadU(d, smooth + k - 1));
-    const auto twice = hn::Mul(hn::Set(d, T(2)), hn::LoadU(d, slope + k));
-    const auto y = hn::Add(hn::Add(hn::LoadU(d, slope + k - 1), twice), hn::LoadU(d, slope + k + 1));
-    hn::StoreU(x, d, dx + k);
-    hn::StoreU(y, d, dy + k);
-    const auto square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Set(d, eps));
-    hn::StoreU(hn::Sqrt(larger(square, hn::Zero(d))), d, magnitude + k);
+    const Sums<Lanes<T>, T> sums(d, smooth, slope, k);
+    hn::StoreU(sums.x, d, dx + k);
+    hn::StoreU(sums.y, d, dy + k);
+    hn::StoreU(hn::Sqrt(larger(square_length(d, sums.x, sums.y, eps), hn::Zero(d))), d, magnitude + k);
   }
 }
 
@@ -37,7 +58,7 @@ class Gradient {
   static constexpr int64_t kRows = 3 * 3 + 2;  // of scratch
 
   Gradient(const T* image, const Planes& planes, const Tile& tile, T eps, T* scratch, int64_t length)
-      : image_(image), height_(planes.height), width_(planes.width), tile_(tile), eps_(eps), length_(length), scratch_(scratch) {}
+      : image_(image), planes_(planes), height_(planes.height), width_(planes.width), tile_(tile), eps_(eps), length_(length), scratch_(scratch) {}
 
   T* magnitude(int64_t y) const { return row((y + 3) % 3); }
   T* dx(int64_t y) const { return row(3 + (y + 3) % 3); }
@@ -53,7 +74,8 @@ class Gradient {
     const Span span(tile_, width_, 2, 2);
     const int64_t start = span.first - tile_.left;
     const T* const here = image_ + y * width_ + span.first;
-    smooth_and_slope(y > 0 ? here - width_ : here, here, y + 1 < height_ ? here + width_ : here, span.count(), smooth + start, slope + start);
+    smooth_and_slope(y > 0 ? here - width_ : here, here, y + 1 < height_ ? here + width_ : here, span.count(), smooth + start, slope + start,
+                     tile_row(image_, planes_, tile_, y + 2));
     extend(smooth, tile_, width_, 2, 2, Border::kReplicate, T(0));
     extend(slope, tile_, width_, 2, 2, Border::kReplicate, T(0));
     magnitudes(smooth - 1, slope - 1, columns + 2, eps_, dx(y) - 1, dy(y) - 1, m - 1);
@@ -65,6 +87,7 @@ class Gradient {
   T* row(int64_t i) const { return scratch_ + i * length_ + 2; }
 
   const T* const image_;
+  const Planes planes_;
   const int64_t height_, width_;
   const Tile tile_;
   const T eps_;
@@ -96,6 +119,24 @@ void thin(const T* above, const T* here, const T* below, const T* dx, const T* d
 }  // namespace
 
 template <class T>
+void sobel(const T* x, Planes planes, T scale, T eps, T* out) {
+  constexpr int64_t kLead = whole_lines<T>(1);
+  for_tiles<T>(planes, 3 + 2 + 1, 2, kLead + 1, Border::kReplicate, [=](const Tile& tile, T* scratch, int64_t length) {
+    const int64_t plane = tile.plane * planes.height * planes.width;
+    const Span span(tile, planes.width, 1, 1);
+    const int64_t start = span.first - tile.left;
+    T *const smooth = scratch + kLead, *const slope = smooth + length;
+    for (int64_t y = tile.top; y < tile.bottom; ++y) {
+      const auto row = [&](int64_t i) { return tile_row(x + plane, planes, tile, i); };
+      T* const target = tile_row(out + plane, planes, tile, y);
+      smooth_and_slope(row(y - 1) + start, row(y) + start, row(y + 1) + start, span.count(), smooth + start, slope + start, target);
+      for (T* const values : {smooth, slope}) extend(values, tile, planes.width, 1, 1, Border::kReplicate, T(0));
+      lengths(smooth, slope, tile.right - tile.left, scale, eps, target, row(y + 2));
+    }
+  });
+}
+
+template <class T>
 void canny_nms(const T* x, Planes planes, T eps, T* out) {
   const int64_t height = planes.height, width = planes.width;
   for_tiles<T>(planes, Gradient<T>::kRows + 4, Gradient<T>::kRows, 4, Border::kReplicate, [=](const Tile& tile, T* scratch, int64_t length) {
@@ -110,6 +151,7 @@ void canny_nms(const T* x, Planes planes, T eps, T* out) {
   });
 }
 
+CHIASM_INSTANTIATE(sobel)
 CHIASM_INSTANTIATE(canny_nms)
 
 }  // namespace chiasm::kernels

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <vector>
 
 #include "kernels.h"
@@ -32,15 +33,33 @@ struct Tile {
   int64_t plane, top, bottom, left, right;
 };
 
+// The bytes of a line of the cache, and values rounded up to whole ones: vectors that cross from one line into the next take two loads or stores.
+constexpr size_t kLine = 64;
+template <class T>
+constexpr int64_t whole_lines(int64_t values) {
+  constexpr auto each = static_cast<int64_t>(kLine / sizeof(T));
+  return (values + each - 1) / each * each;
+}
+
+// Memory that begins with a line.
+struct ReleaseLines {
+  void operator()(void* p) const { ::operator delete(p, std::align_val_t(kLine)); }
+};
+template <class T>
+std::unique_ptr<T[], ReleaseLines> new_lines(int64_t values) {
+  return std::unique_ptr<T[], ReleaseLines>(static_cast<T*>(::operator new(sizeof(T) * static_cast<size_t>(values), std::align_val_t(kLine))));
+}
+
 // The length of a row in scratch: a strip's columns with `ends` more, and room for vectors that run over the end.
 template <class T>
 constexpr int64_t padded_length(int64_t columns, int64_t ends) {
-  return columns + ends + 2 * kLanes<T>;
+  return whole_lines<T>(columns + ends + 2 * kLanes<T>);
 }
 
 // Calls body(tile, scratch, length) for tiles that cover all planes. `rows` rows of a strip, of image and scratch, fit into the second
 // cache together; strips narrow enough for the first are slower, because their rows are short runs of memory. `scratch` has room
-// for `scratch_rows` rows of `length`: a strip's columns and `ends` more. A circular border needs both ends of a row and so whole rows.
+// for `scratch_rows` rows of `length`, each beginning with a line: a strip's columns and `ends` more. A circular border needs both ends of
+// a row and so whole rows.
 template <class T, class Body>
 void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t ends, Border border, const Body& body) {
   constexpr int64_t kRows = 64, kCache = 262144, kStep = 64;
@@ -51,7 +70,7 @@ void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t
   strips = (planes.width + columns - 1) / columns;
   const int64_t blocks = (planes.height + kRows - 1) / kRows, length = padded_length<T>(columns, ends);
   // Allocated here, because nothing may be thrown inside the parallel region.
-  const std::unique_ptr<T[]> scratch(new T[static_cast<size_t>(scratch_rows * length * omp_get_max_threads())]);
+  const auto scratch = new_lines<T>(scratch_rows * length * omp_get_max_threads());
 #pragma omp parallel
   {
     T* const own = scratch.get() + scratch_rows * length * omp_get_thread_num();
@@ -62,6 +81,23 @@ void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t
       body(tile, own, length);
     }
   }
+}
+
+/** for_lanes over a row that lies in the cache, while memory is asked for the `next` row that is read or written. Loops that fill scratch from an image
+ *  ask for the row of the output, and those that fill the output for the next row of the image: else memory rests during each of them. */
+template <class T, int kVectors = 1, class Body>
+HWY_INLINE void for_lanes_fetching(int64_t n, const T* next, const Body& body) {
+  constexpr int64_t kEach = whole_lines<T>(1);
+  constexpr int kBlock = std::max<int>(kVectors, kEach / kLanes<T>);  // a line, lest it be asked for twice
+  for_lanes<T, kBlock>(n, [=](auto d, auto vectors, int64_t k) {
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    if constexpr (decltype(vectors)::value == kBlock) {
+      for (int64_t i = 0; i < kBlock * lanes; i += kEach) hwy::Prefetch(next + k + i);
+      for (int v = 0; v < kBlock; v += kVectors) body(d, std::integral_constant<int, kVectors>(), k + v * lanes);
+    } else {
+      body(d, vectors, k);
+    }
+  });
 }
 
 // Fills what a tile's row has beyond the image: `row` points to the tile's first column, of which `before` and `after` more are needed.
@@ -75,12 +111,67 @@ inline void extend(T* row, const Tile& tile, int64_t width, int64_t before, int6
   for (int64_t i = width; i < tile.right + after; ++i) fill(i);
 }
 
+// The tile's columns of row y of a plane, or of its last row: what for_lanes_fetching asks for.
+template <class T>
+T* tile_row(T* plane, const Planes& planes, const Tile& tile, int64_t y) {
+  return plane + std::clamp<int64_t>(y, 0, planes.height - 1) * planes.width + tile.left;
+}
+
 // The columns inside the image that a tile needs with `before` and `after` more.
 struct Span {
   int64_t first, last;
   Span(const Tile& tile, int64_t width, int64_t before, int64_t after)
       : first(std::max<int64_t>(tile.left - before, 0)), last(std::min(tile.right + after, width)) {}
   int64_t count() const { return last - first; }
+};
+
+/** The rows of a tile as a window of kh x kw pixels that begins (row, column) before its pixel sees them: a ring of kh rows with what lies beyond the image. */
+template <class T>
+class PaddedRows {
+ public:
+  PaddedRows(const T* plane, const Planes& planes, const Tile& tile, Border border, T value, int64_t kh, int64_t kw, int64_t row, int64_t column, T* ring, int64_t length)
+      : plane_(plane), planes_(planes), tile_(tile), border_(border), value_(value), kh_(kh), row_(row), column_(column), after_(kw - 1 - column), ring_(ring), length_(length) {
+    for (int64_t i = 0; i + 1 < kh; ++i) fetch(tile.top - row + i, ring);
+  }
+
+  /** Puts the last row of the windows of row y into the ring, for each y from the tile's top on, while memory is asked for the row `next`. Returns the
+   *  row of the image that is fetched after it. */
+  const T* advance(int64_t y, const T* next) const {
+    const int64_t last = y - row_ + kh_ - 1;
+    fetch(last, next);
+    return tile_row(plane_, planes_, tile_, last + 1);
+  }
+
+  /** Pixel (i, j) of the window of the first pixel of row y; those of the pixels to the right are next to it. */
+  const T* at(int64_t y, int64_t i, int64_t j) const { return place(y - row_ + i) + j; }
+
+ private:
+  T* place(int64_t y) const { return ring_ + (y + kh_) % kh_ * length_; }
+
+  void fetch(int64_t y, const T* next) const {
+    T* const p = place(y);
+    const int64_t source = inside(y, planes_.height, border_);
+    if (source < 0) {
+      std::fill_n(p, tile_.right - tile_.left + column_ + after_, value_);
+      return;
+    }
+    const Span span(tile_, planes_.width, column_, after_);
+    copy(plane_ + source * planes_.width + span.first, span.count(), p + column_ + span.first - tile_.left, next);
+    extend(p + column_, tile_, planes_.width, column_, after_, border_, value_);
+  }
+
+  static void copy(const T* x, int64_t n, T* out, const T* next) {
+    for_lanes_fetching<T>(n, next, [=](auto d, auto, int64_t k) { hn::StoreU(hn::LoadU(d, x + k), d, out + k); });
+  }
+
+  const T* const plane_;
+  const Planes planes_;
+  const Tile tile_;
+  const Border border_;
+  const T value_;
+  const int64_t kh_, row_, column_, after_;
+  T* const ring_;
+  const int64_t length_;
 };
 
 }  // namespace chiasm::kernels

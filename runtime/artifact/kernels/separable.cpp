@@ -1,13 +1,31 @@
-// Separable correlation: each row is weighted down the columns into a buffer that stays in cache, and from there along the row.
+// Correlation. With a separable kernel each row is weighted down the columns into a buffer that stays in cache, and from there along the row.
 #include "rows.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// out[x] = sum of sources[k][x] * taps[k]. Four vectors at a time, whose additions do not wait for each other.
+// What becomes of a sum: itself, or scale * sum + centre * x[k].
+struct Itself {
+  template <class D>
+  hn::Vec<D> operator()(D, hn::Vec<D> sum, int64_t) const {
+    return sum;
+  }
+};
+
 template <class T>
-void weigh(const T* const* sources, const T* taps, int64_t count, T* out, int64_t n) {
-  for_lanes<T, 4>(n, [=](auto d, auto vectors, int64_t x) {
+struct Combined {
+  const T* x;
+  T scale, centre;
+  template <class D>
+  hn::Vec<D> operator()(D d, hn::Vec<D> sum, int64_t k) const {
+    return hn::Add(hn::Mul(sum, hn::Set(d, scale)), hn::Mul(hn::LoadU(d, x + k), hn::Set(d, centre)));
+  }
+};
+
+// out[x] = made(sum of sources[k][x] * taps[k]). Four vectors at a time, whose additions do not wait for each other.
+template <class T, class Made>
+void weigh(const T* const* sources, const T* taps, int64_t count, Made made, T* out, int64_t n, const T* next) {
+  for_lanes_fetching<T, 4>(n, next, [=](auto d, auto vectors, int64_t x) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     auto tap = hn::Set(d, taps[0]);
     hn::Vec<decltype(d)> sum[vectors];
@@ -17,18 +35,18 @@ void weigh(const T* const* sources, const T* taps, int64_t count, T* out, int64_
       const T* const p = sources[k] + x;
       for (int v = 0; v < vectors; ++v) sum[v] = hn::Add(sum[v], hn::Mul(hn::LoadU(d, p + v * lanes), tap));
     }
-    for (int v = 0; v < vectors; ++v) hn::StoreU(sum[v], d, out + x + v * lanes);
+    for (int v = 0; v < vectors; ++v) hn::StoreU(made(d, sum[v], x + v * lanes), d, out + x + v * lanes);
   });
 }
 
 // The same with 2 * kPairs + 1 taps that are the same from both ends: a product for each pair, as stencil.weigh_shifts has it.
-template <class T, int kPairs>
-void weigh_pairs(const T* const* sources, const T* taps, int64_t, T* out, int64_t n) {
+template <class T, class Made, int kPairs>
+void weigh_pairs(const T* const* sources, const T* taps, int64_t, Made made, T* out, int64_t n, const T* next) {
   const T* from[2 * kPairs + 1];
   T tap[kPairs + 1];
   for (int k = 0; k <= 2 * kPairs; ++k) from[k] = sources[k];
   for (int k = 0; k <= kPairs; ++k) tap[k] = taps[k];
-  for_lanes<T, 2>(n, [=](auto d, auto vectors, int64_t x) {
+  for_lanes_fetching<T, 4>(n, next, [=](auto d, auto vectors, int64_t x) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     hn::Vec<decltype(d)> sum[vectors];
     for (int v = 0; v < vectors; ++v) sum[v] = hn::Mul(hn::LoadU(d, from[kPairs] + x + v * lanes), hn::Set(d, tap[kPairs]));
@@ -38,31 +56,23 @@ void weigh_pairs(const T* const* sources, const T* taps, int64_t, T* out, int64_
       for (int v = 0; v < vectors; ++v)
         sum[v] = hn::Add(sum[v], hn::Mul(hn::Add(hn::LoadU(d, first + v * lanes), hn::LoadU(d, last + v * lanes)), hn::Set(d, tap[k])));
     }
-    for (int v = 0; v < vectors; ++v) hn::StoreU(sum[v], d, out + x + v * lanes);
+    for (int v = 0; v < vectors; ++v) hn::StoreU(made(d, sum[v], x + v * lanes), d, out + x + v * lanes);
   });
 }
 
-template <class T>
-using Weigh = void (*)(const T* const* sources, const T* taps, int64_t count, T* out, int64_t n);
+template <class T, class Made>
+using Weigh = void (*)(const T* const* sources, const T* taps, int64_t count, Made made, T* out, int64_t n, const T* next);
 
-template <class T>
-Weigh<T> weigh_by(const T* taps, int64_t count) {
+template <class T, class Made>
+Weigh<T, Made> weigh_by(const T* taps, int64_t count) {
   for (int64_t k = 0; k < count / 2; ++k)
-    if (taps[k] != taps[count - 1 - k]) return weigh<T>;
+    if (taps[k] != taps[count - 1 - k]) return weigh<T, Made>;
   switch (count) {
-    case 3: return weigh_pairs<T, 1>;
-    case 5: return weigh_pairs<T, 2>;
-    case 7: return weigh_pairs<T, 3>;
-    default: return weigh<T>;
+    case 3: return weigh_pairs<T, Made, 1>;
+    case 5: return weigh_pairs<T, Made, 2>;
+    case 7: return weigh_pairs<T, Made, 3>;
+    default: return weigh<T, Made>;
   }
-}
-
-// out[k] = scale * out[k] + centre * x[k]
-template <class T>
-void combine(const T* x, T scale, T centre, T* out, int64_t n) {
-  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
-    hn::StoreU(hn::Add(hn::Mul(hn::LoadU(d, out + k), hn::Set(d, scale)), hn::Mul(hn::LoadU(d, x + k), hn::Set(d, centre))), d, out + k);
-  });
 }
 
 }  // namespace
@@ -74,30 +84,53 @@ void separable(const T* x, Images images, const T* taps_y, int64_t ny, int64_t k
   const int64_t height = planes.height, width = planes.width, ry = ky / 2, rx = kx / 2;
   std::vector<const T*> all_sources(static_cast<size_t>((ky + kx) * omp_get_max_threads()));
   const std::vector<T> zeros(border == Border::kConstant ? static_cast<size_t>(width) : 0);
-  for_tiles<T>(planes, ky + 2, 1, kx, border, [&](const Tile& tile, T* scratch, int64_t) {
+  const int64_t lead = whole_lines<T>(rx);
+  for_tiles<T>(planes, ky + 2, 1, lead + rx, border, [&](const Tile& tile, T* scratch, int64_t) {
     const T* const image = x + tile.plane * height * width;
     const T* const weights_y = taps_y + (ny > 1 ? tile.plane / images.channels * ky : 0);
     const T* const weights_x = taps_x + (nx > 1 ? tile.plane / images.channels * kx : 0);
-    const Weigh<T> down = weigh_by(weights_y, ky), across = weigh_by(weights_x, kx);
+    const auto down = weigh_by<T, Itself>(weights_y, ky), across = weigh_by<T, Itself>(weights_x, kx);
+    const auto across_and_combine = weigh_by<T, Combined<T>>(weights_x, kx);
     const T** const rows = all_sources.data() + (ky + kx) * omp_get_thread_num();
     const T** const shifts = rows + ky;
     const Span span(tile, width, rx, rx);
-    T* const buffer = scratch + rx;
-    for (int64_t j = 0; j < kx; ++j) shifts[j] = scratch + j;
+    T* const buffer = scratch + lead;
+    for (int64_t j = 0; j < kx; ++j) shifts[j] = buffer + j - rx;
     for (int64_t y = tile.top; y < tile.bottom; ++y) {
       for (int64_t i = 0; i < ky; ++i) {
         const int64_t row = inside(y + i - ry, height, border);
         rows[i] = row < 0 ? zeros.data() : image + row * width + span.first;
       }
-      down(rows, weights_y, ky, buffer + span.first - tile.left, span.count());
-      extend(buffer, tile, width, rx, rx, border, T(0));
       const int64_t start = (tile.plane * height + y) * width + tile.left, columns = tile.right - tile.left;
-      across(shifts, weights_x, kx, out + start, columns);
-      if (scale != 1 || centre != 0) combine(x + start, scale, centre, out + start, columns);
+      const T* const next = tile_row(image, planes, tile, y + ry + 1);
+      down(rows, weights_y, ky, {}, buffer + span.first - tile.left, span.count(), out + start);
+      extend(buffer, tile, width, rx, rx, border, T(0));
+      if (scale == 1 && centre == 0) across(shifts, weights_x, kx, {}, out + start, columns, next);
+      else across_and_combine(shifts, weights_x, kx, {x + start, scale, centre}, out + start, columns, next);
+    }
+  });
+}
+
+template <class T>
+void correlate2d(const T* x, Images images, const T* windows, int64_t n, int64_t kh, int64_t kw, Border border, T* out) {
+  const Planes planes = images.planes();
+  const int64_t count = kh * kw;
+  std::vector<const T*> all_sources(static_cast<size_t>(count * omp_get_max_threads()));
+  for_tiles<T>(planes, kh + 2, kh, kw, border, [&](const Tile& tile, T* ring, int64_t length) {
+    const int64_t plane = tile.plane * planes.height * planes.width;
+    const T* const taps = windows + (n > 1 ? tile.plane / images.channels * count : 0);
+    const T** const sources = all_sources.data() + count * omp_get_thread_num();
+    const PaddedRows<T> rows(x + plane, planes, tile, border, T(0), kh, kw, (kh - 1) / 2, (kw - 1) / 2, ring, length);
+    for (int64_t y = tile.top; y < tile.bottom; ++y) {
+      T* const target = tile_row(out + plane, planes, tile, y);
+      const T* const next = rows.advance(y, target);
+      for (int64_t k = 0; k < count; ++k) sources[k] = rows.at(y, k / kw, k % kw);
+      weigh(sources, taps, count, Itself(), target, tile.right - tile.left, next);
     }
   });
 }
 
 CHIASM_INSTANTIATE(separable)
+CHIASM_INSTANTIATE(correlate2d)
 
 }  // namespace chiasm::kernels

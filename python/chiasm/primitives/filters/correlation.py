@@ -103,8 +103,18 @@ def _shifts(p: Tensor, kernel: Tensor) -> Tuple[Tensor, Tensor]:
     return torch.stack([p[..., j : j + width] for j in range(kernel.size(-1))]), torch.movedim(kernel, last, 0)
 
 
-#: The correlation of an image and of a volume with a border.
-correlated2d, correlated3d = stencil(correlate2d_valid), stencil3d(correlate3d_valid)
+_bordered2d = stencil(correlate2d_valid)
+#: The correlation of a volume with a border.
+correlated3d = stencil3d(correlate3d_valid)
+
+
+@primitive
+def correlated2d(x: Tensor, kernel: Tensor, border_type: str) -> Tensor:
+    """Correlate (B, C, H, W) with (B or 1, kh, kw), centred at each pixel. A border of constants is 0."""
+    return _bordered2d(x, centred(kernel.size(1)), centred(kernel.size(2)), border_type, kernel)
+
+
+correlated2d.lowering("native", when=kernels.has_kernel)(kernels.correlate2d)
 
 
 def separable_any(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, rows: Tuple[int, int], columns: Tuple[int, int], border_type: str) -> Tensor:

@@ -7,6 +7,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from ..core.lowering import primitive
+from ..kernels import operators as kernels
 from .padding import stencil
 
 
@@ -47,6 +48,23 @@ def sobel_sums(p: Tensor) -> Tuple[Tensor, Tensor]:
     smooth = p[:, :, 0:height] + 2.0 * p[:, :, 1 : height + 1] + p[:, :, 2 : height + 2]
     slope = p[:, :, 2 : height + 2] - p[:, :, 0:height]
     return smooth[..., 2 : width + 2] - smooth[..., 0:width], slope[..., 0:width] + 2.0 * slope[..., 1 : width + 1] + slope[..., 2 : width + 2]
+
+
+@primitive
+def sobel_magnitude(x: Tensor, normalized: bool, eps: float) -> Tensor:
+    """sqrt(dx^2 + dy^2 + eps) of Sobel's ``first_derivatives`` of (B, C, H, W); the border is replicated."""
+    return _magnitude(x, (1, 1), (1, 1), "replicate", normalized, eps)
+
+
+@sobel_magnitude.lowering("native", when=kernels.has_kernel)
+def _sobel_kernel(x: Tensor, normalized: bool, eps: float) -> Tensor:
+    return kernels.sobel(x, 0.125 if normalized else 1.0, eps)
+
+
+@stencil
+def _magnitude(p: Tensor, normalized: bool, eps: float) -> Tensor:
+    dx, dy = first_derivatives(p, "sobel", normalized)
+    return torch.sqrt(dx * dx + dy * dy + eps)
 
 
 @stencil

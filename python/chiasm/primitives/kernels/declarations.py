@@ -31,6 +31,12 @@ _declare(
     ["RY in (1, B)", "RX in (1, B)", "KY % 2 == 1", "KX % 2 == 1"],
 )
 _declare(
+    "correlate2d(T[B, C, H, W] x, T[N, KY, KX] taps, Border border) -> T[B, C, H, W]",
+    "separable.cpp",
+    """Correlation with a window of taps for all images or one for each. Of an even size the pixel is the one before the middle. A constant border is 0.""",
+    ["N in (1, B)", "1 <= KY <= INT32_MAX", "1 <= KX <= INT32_MAX", "KY * KX <= INT32_MAX"],
+)
+_declare(
     """bilateral(T[B, C, H, W] x, T[BG, D, H, W] guide, T[BS, KY, KX] space_weights, T[BR] range_coefficient, Border border, bool euclidean)
     -> T[B, C, H, W]""",
     "bilateral.cpp",
@@ -64,6 +70,11 @@ _declare(
     "integral(T[..., H, W] x) -> T[..., H, W]",
     "integral.cpp",
     "Sums of all pixels above and to the left, the pixel included: rounded to T along the rows, then along the columns.",
+)
+_declare(
+    "sobel(T[..., H, W] x, float scale, float eps) -> T[..., H, W]",
+    "canny_nms.cpp",
+    "The magnitude sqrt(dx^2 + dy^2 + eps) of scale times Sobel's gradient, the border replicated.",
 )
 _declare(
     "canny_nms(T[..., H, W] x, float eps) -> T[..., H, W]",
