@@ -30,7 +30,7 @@ import chiasm
 from .errors import ExportError, explain
 from .native_checks import checked_native_code
 from .spec import Spec, TensorSpec
-from .torch_speed import fast_inductor, fast_tracing
+from .torch_speed import fast_inductor, fast_tracing, known_vectors
 
 #: What the package was built with for the code of ops: headers, and static libraries for each instruction set (runtime/artifact/CMakeLists.txt).
 LIBRARIES = Path(chiasm.__file__).parent / "artifact"
@@ -167,7 +167,7 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
     """AOTInductor writes scalar loops, without a word, where this machine's CPU lacks the vector width."""
     from torch._inductor import config, cpu_vec_isa
 
-    with config.patch(_settings(spec, isa)):
+    with config.patch(_settings(spec, isa)), known_vectors():
         if spec.vectorize and not cpu_vec_isa.pick_vec_isa():
             raise ExportError(f"{spec.name}: native code ({isa}) needs a CPU with AVX2 to be exported on: this one has none")
 
@@ -252,7 +252,7 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, inc
     try:
         minima = _plain_minima() if spec.without_nan else nullcontext()
         checks = checked_native_code() if include else nullcontext()  # libtorch has no place to note a wrong index in
-        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), fast_tracing(), fast_inductor(objects), minima, checks:
+        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), fast_tracing(), known_vectors(), fast_inductor(objects), minima, checks:
             path = str(Path(scratch) / "op.pt2")
             aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)
             return Path(path).read_bytes()

@@ -61,6 +61,17 @@ def fast_inductor(objects: Sequence[Path] = ()) -> Iterator[None]:
 
 
 @contextmanager
+def known_vectors() -> Iterator[None]:
+    """Inductor with AVX2 where the CPU has it, and without else. It would compile and load a program for each form of AVX-512 to see which of
+    them it could take, though it is told to take none."""
+    from torch._inductor import cpu_vec_isa
+
+    found = [cpu_vec_isa.VecAVX2()] if "avx2" in cpu_vec_isa.x86_isa_checker() else []
+    with patch.object(cpu_vec_isa, "valid_vec_isa_list", lambda: found):
+        yield
+
+
+@contextmanager
 def fast_tracing() -> Iterator[None]:
     """Fake tensors without their cache: with symbolic sizes a hit costs more than computing the result's metadata again. And without asking
     of each operand whether it has its channels last, which takes more such arithmetic than all the rest; what has not is computed as well."""
