@@ -86,9 +86,12 @@ def fast_onnx() -> Iterator[None]:
 
 @cache
 def _registry() -> Any:
+    from onnxscript.values import TracedOnnxFunction
     from torch.onnx._internal.exporter import _registration
 
-    registry = _registration.ONNXRegistry.from_torchlib()
+    # It reads the source text of each of 600 functions, to note a domain that nobody asks for: that of the opset, which is taken instead.
+    with patch.object(TracedOnnxFunction, "function_ir", property(lambda function: function.opset)):
+        registry = _registration.ONNXRegistry.from_torchlib()
     onnx_numbers.register(registry)
     return registry
 
