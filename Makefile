@@ -192,4 +192,4 @@ lock: setup ## requirements.in -> requirements.txt, pinned with hashes
 	$(PY) -m uv pip compile -q --upgrade --no-deps --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/kornia.in -o tools/kornia.txt
 
 clean: ## remove what was built (not .venv)
-	rm -rf build python/chiasm/*.so
+	rm -rf build python/chiasm/*.so python/chiasm/artifact

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import multiprocessing
 import os
 import signal
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
+import warnings
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.console import Console
@@ -69,7 +73,7 @@ def list_ops(patterns: tuple[str, ...]) -> None:
 def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
     """Export ops of the catalog to bundles. (Your own: `chiasm.export.export` in Python.)
 
-    PATTERNS are names, or shell patterns. Native code is compiled with g++, 5 to 25 seconds a method; compilations are kept in
+    PATTERNS are names, or shell patterns. Native code is compiled with g++ while the next graph is traced; compilations are kept in
     $CHIASM_CACHE (~/.cache/chiasm) and fetched from there when nothing has changed.
 
     \b
@@ -77,6 +81,7 @@ def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
       chiasm export filters.sobel 'color.*' -o bundles
       chiasm export filters.canny -f onnx --method forward
     """
+    _collect_seldom()
     chosen = _select(patterns, everything)
     if not chosen:
         raise click.UsageError("name the ops to export, or --all (`chiasm list` shows them)")
@@ -87,9 +92,10 @@ def export_names(names, output: Path, formats=FORMATS, isas=("x86-64-v3",), meth
     """Export ops of the catalog, several at once, with a progress bar; ExportError, at the end, where some failed."""
     started, failures = time.monotonic(), {}
     columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    # Workers are spawned, not forked: torch's threads do not survive a fork.
+    # Workers are spawned, not forked: torch's threads do not survive a fork. One op is exported here: a worker would import torch once more.
     context = multiprocessing.get_context("spawn")
-    with Progress(*columns, console=console) as progress, ProcessPoolExecutor(min(jobs, len(names)), mp_context=context, initializer=_worker) as pool:
+    workers = ProcessPoolExecutor(min(jobs, len(names)), mp_context=context, initializer=_worker) if len(names) > 1 else _Here()
+    with Progress(*columns, console=console) as progress, workers as pool:
         task = progress.add_task("exporting", total=len(names))
         pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in names}
         try:
@@ -115,10 +121,29 @@ def export_names(names, output: Path, formats=FORMATS, isas=("x86-64-v3",), meth
     click.echo(f"{len(names)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}")
 
 
+class _Here(Executor):
+    """Does in this process, at once, what it is given."""
+
+    def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        done: Future = Future()
+        try:
+            done.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            done.set_exception(error)
+        return done
+
+
 def _worker() -> None:
     """An interrupt is the parent's to handle; a worker that is told to end cleans up what it was writing."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    _collect_seldom()
+
+
+def _collect_seldom() -> None:
+    """torch's modules and an op's graphs are many small objects that all stay: to look through them for garbage at every 700th took a
+    tenth of the time."""
+    gc.set_threshold(100_000)
 
 
 def _failure(name: str, error: Exception) -> str:
@@ -130,20 +155,16 @@ def _failure(name: str, error: Exception) -> str:
 
 
 def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...], methods: tuple[str, ...]) -> float:
-    """Export one op of the catalog, in a process of its own; returns the seconds it took."""
-    import gc
-    import warnings
+    """Export one op of the catalog; returns the seconds it took."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from .catalog import catalog
+        from .exporter import export as export_op
 
-    warnings.simplefilter("ignore")
-    from .catalog import catalog
-    from .exporter import export as export_op
-
-    # Graphs are many small objects that all stay: to look through them for garbage at every 700th took a tenth of the time.
-    gc.set_threshold(100_000)
-    started = time.monotonic()
-    entry = catalog()[name]
-    export_op(entry.function(), entry.spec, output, formats, isas, methods)
-    return time.monotonic() - started
+        started = time.monotonic()
+        entry = catalog()[name]
+        export_op(entry.function(), entry.spec, output, formats, isas, methods)
+        return time.monotonic() - started
 
 
 @main.command()

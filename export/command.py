@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import signal
 import sys
@@ -21,6 +23,7 @@ class Group(click.Group):
     else 1."""
 
     def invoke(self, ctx: click.Context) -> Any:
+        atexit.register(gc.freeze)  # else Python looks through all of torch's objects for garbage before it ends, which takes 1.2 s
         try:
             result = super().invoke(ctx)
             sys.stdout.flush()  # what cannot be written is known here, not when the interpreter ends

@@ -5,6 +5,8 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -24,7 +26,7 @@ from .graph import output_specs, trace, trace_vjp, vjp_module, vjp_signature
 from .independence import SYMBOL, has_samples, independent
 from .manifest import FORMATS, METHODS, SCHEMA_VERSION
 from .module import bind
-from .native import signature_text, to_native
+from .native import NativeCode, signature_text, to_native
 from .onnx_format import IR_VERSION, OPSET, onnx_bytes, to_fused_onnx, to_onnx
 from .purity import check_op, preserved
 from .spec import Spec, TensorSpec
@@ -67,8 +69,8 @@ def export(
         'my.sobel.chiasm'
     """
     check_call(fn, spec, formats, isas, METHODS if methods is None else methods)
-    with preserved(fn):
-        return _Export(fn, spec, formats, isas, methods, progress).run(Path(path))
+    with preserved(fn), closing(_Export(fn, spec, formats, isas, methods, progress)) as making:
+        return making.run(Path(path))
 
 
 class _Export:
@@ -78,7 +80,14 @@ class _Export:
         self.fn, self.spec, self.formats, self.isas, self.methods, self.progress = fn, spec, formats, isas, methods, progress
         self.op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
         self.cases: list[Golden] = []
+        self.codes: list[NativeCode] = []
+        self.later: list[Callable[[], None]] = []  # what is put into the bundle when all is traced, in its order: compilers work meanwhile
         self.missing: dict[str, ExportError] = {}  # formats without the gradient, and why
+
+    def close(self) -> None:
+        """Leave no compiler at work."""
+        for code in self.codes:
+            code.close()
 
     def run(self, path: Path) -> Path:
         spec, variants = self.spec, self.spec.variants()
@@ -106,6 +115,8 @@ class _Export:
             self._forward(variant, first if variant == variants[0] else None)
             if self.gradient and variant == variants[0]:  # other dtypes: the torch backend's autograd
                 self._gradient(variant)
+        for step in self.later:
+            step()
         self._warn()
         self.writer.golden(self.cases)
         asked = {"formats": self.formats, "isas": self.isas, "methods": self.methods or METHODS}
@@ -130,11 +141,11 @@ class _Export:
         spec, inputs = self.spec, list(self.spec.inputs)
         example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), variant)
         if "native" in self.formats:
-            program = traced if traced and spec.takes_gradients else trace(self.op, spec, inputs, example, "native")
-            self._native("forward", variant, program, inputs, self.outputs)
+            again = partial(trace, self.op, spec, inputs, example, "native")
+            self._native("forward", variant, traced if traced and spec.takes_gradients else again(), again, inputs, self.outputs)
         if "onnx" in self.formats and variant != "bfloat16":  # ONNX Runtime's CPU kernels have no bfloat16
             self._onnx("forward", variant, traced or trace(self.op, spec, inputs, example, "onnx"), inputs, self.outputs)
-        self._golden("forward", variant, self.op, inputs, self.outputs)
+        self.later.append(partial(self._golden, "forward", variant, self.op, inputs, self.outputs))
 
     def _gradient(self, variant: str | None) -> None:
         """The gradient in the formats that have one; in all, where it was asked for."""
@@ -147,16 +158,27 @@ class _Export:
         except ExportError as error:
             self._lacks([f for f in ("native", "onnx") if f in self.formats], error)
         else:
-            for form, make in (("native", self._native), ("onnx", self._onnx)):
+            again = partial(trace_vjp, module, self.spec, inputs, example)
+            makers = {"native": lambda: self._native("vjp", variant, traced, again, inputs, outputs), "onnx": lambda: self._onnx("vjp", variant, traced, inputs, outputs)}
+            for form, make in makers.items():
                 if form in self.formats and (form, variant) != ("onnx", "bfloat16"):
-                    try:
-                        make("vjp", variant, traced, inputs, outputs)
-                    except ExportError as error:
-                        self._lacks([form], error)
+                    self._try("vjp", form, make)
+        self.later.append(partial(self._end_gradient, variant, module, inputs, outputs))
+
+    def _end_gradient(self, variant: str | None, module: nn.Module, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> None:
         if self.writer.manifest["methods"]["vjp"]["artifacts"]:
             self._golden("vjp", variant, module, inputs, outputs)
         else:
             del self.writer.manifest["methods"]["vjp"]
+
+    def _try(self, method: str, form: str, step: Callable[[], None]) -> None:
+        """Do a step of a method, of which a gradient may lack the format."""
+        try:
+            step()
+        except ExportError as error:
+            if method != "vjp":
+                raise
+            self._lacks([form], error)
 
     def _lacks(self, formats: list[str], error: ExportError) -> None:
         if self.methods is not None:
@@ -169,14 +191,20 @@ class _Export:
             asked = "methods=('forward',) asks for none, methods=('forward', 'vjp') for all or an error"
             warnings.warn(f"{self.spec.name}: exported without its gradient in the format {form}: {reason} ({asked})", stacklevel=4)
 
-    def _native(self, method: str, variant: str | None, program: ExportedProgram, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> None:
+    def _native(
+        self, method: str, variant: str | None, program: ExportedProgram, again: Callable[[], ExportedProgram], inputs: list[TensorSpec], outputs: list[TensorSpec]
+    ) -> None:
         signature = signature_text(self.spec, inputs, outputs, variant, self.writer.manifest["methods"][method].get("samples"))
         for isa in self.isas:
             self.progress(f"{method}{_suffix(variant)} {isa}")
-            made = to_native(program, self.spec, isa, signature)
-            backend = {"backend": "torch", "needs": ["libtorch"], "why": made.why} if made.needs_libtorch else {"backend": "native", "needs": []}
-            entry = {"format": "aotinductor", "dtypes": [variant] if variant else [], "device": "cpu", "isa": isa}
-            self.writer.artifact(method, f"{method}{_suffix(variant)}.{isa}.pt2", made.data, **backend, **entry)
+            self.codes.append(to_native(program, self.spec, isa, signature, again, self.codes[-1] if self.codes else None))
+            self.later.append(partial(self._try, method, "native", partial(self._end_native, method, variant, isa, self.codes[-1])))
+
+    def _end_native(self, method: str, variant: str | None, isa: str, code: NativeCode) -> None:
+        made = code.artifact()
+        backend = {"backend": "torch", "needs": ["libtorch"], "why": made.why} if made.needs_libtorch else {"backend": "native", "needs": []}
+        entry = {"format": "aotinductor", "dtypes": [variant] if variant else [], "device": "cpu", "isa": isa}
+        self.writer.artifact(method, f"{method}{_suffix(variant)}.{isa}.pt2", made.data, **backend, **entry)
 
     def _onnx(self, method: str, variant: str | None, program: ExportedProgram, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> None:
         self.progress(f"{method}{_suffix(variant)} onnx")
@@ -185,8 +213,8 @@ class _Export:
         fused = to_fused_onnx(flat, self.spec, method)
         entry = {"backend": "onnx", "format": "onnx", "dtypes": [variant] if variant else [], "device": "any", "opset": OPSET, "ir_version": IR_VERSION}
         files = [(f"{method}{_suffix(variant)}.{form}", onnx_bytes(model, self.spec.name)) for form, model in (("onnx", flat), ("fused.onnx", fused))]
-        self.writer.artifact(method, *files[0], **entry)
-        self.writer.artifact(method, *files[1], **entry, function=fused.functions[0].name)
+        self.later.append(partial(self.writer.artifact, method, *files[0], **entry))
+        self.later.append(partial(self.writer.artifact, method, *files[1], **entry, function=fused.functions[0].name))
 
     def _golden(self, method: str, variant: str | None, module: nn.Module, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> None:
         made = with_cotangents(self.op, self.spec, samples.fit(self.spec, samples.GOLDEN), variant, inputs)

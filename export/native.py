@@ -14,8 +14,8 @@ import re
 import subprocess
 import tempfile
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -27,10 +27,12 @@ from torch.export import ExportedProgram
 
 import chiasm
 
+from . import compiler
+from .compiler import HEADERS, Build
 from .errors import ExportError, explain
 from .native_checks import checked_native_code
 from .spec import Spec, TensorSpec
-from .torch_speed import fast_inductor, fast_tracing
+from .torch_speed import fast_inductor, fast_tracing, known_vectors
 
 #: What the package was built with for the code of ops: headers, and static libraries for each instruction set (runtime/artifact/CMakeLists.txt).
 LIBRARIES = Path(chiasm.__file__).parent / "artifact"
@@ -73,23 +75,60 @@ def signature_text(spec: Spec, inputs: Sequence[TensorSpec], outputs: Sequence[T
     return "\n".join(lines) + "\n"
 
 
-def to_native(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> NativeArtifact:
-    """Compile for a CPU of level `isa`, or fetch the same compilation from the cache. The code carries `signature`."""
+def to_native(program: ExportedProgram, spec: Spec, isa: str, signature: str, again: Callable[[], ExportedProgram], after: NativeCode | None = None) -> NativeCode:
+    """Begin to compile for a CPU of level `isa`, or fetch the same compilation from the cache. The code carries `signature`.
+
+    `again` gives the program once more, for an op that turns out to need libtorch; `program` may be changed meanwhile. `after` is other code
+    in the making, whose compilers are waited for before others start.
+    """
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
     entry = cache_folder() / "native" / f"{_key(program, spec, isa, signature)}.pt2"
-    why = entry.with_suffix(".why")
-    if not entry.exists():
-        artifact = _compile(program, spec, isa, signature)
-        entry.parent.mkdir(parents=True, exist_ok=True)
-        # A rename is atomic: two exports at once leave one whole file.
-        for path, data in (why, artifact.why.encode()), (entry, artifact.data):
-            if data:
-                with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
-                    file.write(data)
-                os.replace(file.name, path)
-    data = entry.read_bytes()
-    return NativeArtifact(data, needs_libtorch=False) if _is_torch_free(data) else NativeArtifact(data, needs_libtorch=True, why=why.read_text())
+    if entry.exists():
+        return NativeCode(spec, isa, entry, None, again)
+    return NativeCode(spec, isa, entry, _begin(program, spec, isa, signature, after and after.build), again)
+
+
+@dataclass
+class NativeCode:
+    """Native code in the making. `artifact` waits for it; `close` gives it up."""
+
+    spec: Spec
+    isa: str
+    entry: Path
+    build: Build | None
+    again: Callable[[], ExportedProgram]
+
+    def artifact(self) -> NativeArtifact:
+        """The code, which is in the cache from then on."""
+        entry, why = self.entry, self.entry.with_suffix(".why")
+        if self.build is not None and not entry.exists():
+            artifact = self._linked(self.build)
+            entry.parent.mkdir(parents=True, exist_ok=True)
+            # A rename is atomic: two exports at once leave one whole file.
+            for path, data in (why, artifact.why.encode()), (entry, artifact.data):
+                if data:
+                    with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
+                        file.write(data)
+                    os.replace(file.name, path)
+        data = entry.read_bytes()
+        return NativeArtifact(data, needs_libtorch=False) if _is_torch_free(data) else NativeArtifact(data, needs_libtorch=True, why=why.read_text())
+
+    def _linked(self, build: Build) -> NativeArtifact:
+        try:
+            code = build.library()
+        except Exception as error:
+            raise explain(self.spec.name, f"native code ({self.isa})", error) from error
+        missing = _missing_symbols(code)
+        if not missing:
+            return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
+        with closing(Build(at_once=True)) as whole:
+            package = _inductor(self.again(), self.spec, self.isa, {}, whole)
+        return NativeArtifact(_repack(package), needs_libtorch=True, why=f"libtorch's {', '.join(missing)}")
+
+    def close(self) -> None:
+        if self.build is not None:
+            self.build.close()
 
 
 def _is_torch_free(data: bytes) -> bool:
@@ -113,7 +152,7 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> str:
         torch.__version__,
         _run([_compiler(), "--version"]).splitlines()[0],
         _libraries_hash(isa),
-        str(sorted(_settings(spec, isa).items())),
+        str(sorted(_settings(spec.vectorize, isa).items())),
         _LINK,
         str(spec.without_nan),
         _hash([LIBRARIES / isa / "libchiasm_kernels.a"]) if _operators(program) else "",
@@ -130,7 +169,7 @@ def _compiler() -> str:
 def _libraries_hash(isa: str) -> str:
     """Of how code is compiled and what it is linked with; the kernels are apart."""
     folder = Path(__file__).parent
-    sources = [Path(__file__), folder / "native_checks.py", folder / "index_ranges.py", folder / "torch_speed.py"]
+    sources = [Path(__file__), folder / "native_checks.py", folder / "index_ranges.py", folder / "torch_speed.py", folder / "compiler.py"]
     libraries = [LIBRARIES / isa / "libchiasm_aoti.a", LIBRARIES / isa / "libgomp.a", LIBRARIES / "symbols.map"]
     if missing := [str(f) for f in libraries if not f.exists()]:
         raise ExportError(f"the native format needs {missing[0]}, with which chiasm was not built: torch was not found. Build it where torch is installed:"
@@ -167,29 +206,40 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
     """AOTInductor writes scalar loops, without a word, where this machine's CPU lacks the vector width."""
     from torch._inductor import config, cpu_vec_isa
 
-    with config.patch(_settings(spec, isa)):
+    with config.patch(_settings(spec.vectorize, isa)), known_vectors():
         if spec.vectorize and not cpu_vec_isa.pick_vec_isa():
             raise ExportError(f"{spec.name}: native code ({isa}) needs a CPU with AVX2 to be exported on: this one has none")
 
 
-def _compile(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> NativeArtifact:
+def _begin(program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None) -> Build:
     _check_vector_isa(spec, isa)
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
     link = f"chiasm_kernels -lchiasm_aoti -L{LIBRARIES / isa} -Wl,--version-script={LIBRARIES / 'symbols.map'} {_LINK}"
-    with tempfile.TemporaryDirectory() as scratch:
-        options = {
-            "aot_inductor.link_libtorch": False,
-            "aot_inductor.custom_op_libs": [link],
-            "aot_inductor.custom_ops_to_c_shims": {operator: [_declaration(operator)] for operator in _operators(program)},
-        }
-        library = _inductor(program, spec, isa, options, LIBRARIES / "include", [_compile_signature(signature, Path(scratch))])
-    with zipfile.ZipFile(io.BytesIO(library)) as archive:
-        (member,) = (n for n in archive.namelist() if n.endswith(".so"))
-        code = archive.read(member)
-    missing = _missing_symbols(code)
-    if not missing:
-        return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
-    return NativeArtifact(_repack(_inductor(program, spec, isa, {})), needs_libtorch=True, why=f"libtorch's {', '.join(missing)}")
+    options = {
+        "aot_inductor.link_libtorch": False,
+        "aot_inductor.custom_op_libs": [link],
+        "aot_inductor.custom_ops_to_c_shims": {operator: [_declaration(operator)] for operator in _operators(program)},
+    }
+    build = Build(LIBRARIES / "include", LIBRARIES / isa, after=after)
+    try:
+        build.objects.append(str(_compile_signature(signature, build.folder)))
+        _inductor(program, spec, isa, options, build)
+    except BaseException:
+        build.close()
+        raise
+    return build
+
+
+def precompile(isa: str) -> None:
+    """Precompile the headers of native code, when the package is built (runtime/artifact/CMakeLists.txt)."""
+    from torch._inductor import config
+    from torch._inductor.cpp_builder import CppBuilder, CppTorchDeviceOptions
+    from torch._inductor.cpu_vec_isa import pick_vec_isa
+
+    with config.patch(_settings(True, isa)), known_vectors():
+        for kind in HEADERS:
+            options = CppTorchDeviceOptions(vec_isa=pick_vec_isa(), device_type="cpu", aot_mode=True, compile_only=True, min_optimize=kind == "wrapper")
+            compiler.precompile(LIBRARIES / isa, kind, CppBuilder(kind, f"{kind}.cpp", options).get_command_line(), LIBRARIES / "include")
 
 
 def _compile_signature(signature: str, folder: Path) -> Path:
@@ -208,16 +258,17 @@ def _declaration(operator: torch._ops.OpOverload) -> str:
     return f"AOTITorchError aoti_torch_cpu_{operator._opname}({', '.join([*arguments, 'AtenTensorHandle* ret0'])})"
 
 
-def _settings(spec: Spec, isa: str) -> dict[str, object]:
+def _settings(vectorize: bool, isa: str) -> dict[str, object]:
     return {
         "cpp.march": isa,
-        "cpp.simdlen": ISAS[isa] if spec.vectorize else 1,
+        "cpp.simdlen": ISAS[isa] if vectorize else 1,
         # Else a probe is compiled with these settings, fails without libtorch, and all loops come out scalar.
         "cpp.vec_isa_ok": True,
         "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
         "cpp.min_chunk_size": 0,  # however small the example is
         "cpp.fallback_scatter_reduce_sum": False,  # atomic additions, not a call of libtorch
         "aot_inductor.enable_line_tables": False,
+        "aot_inductor.precompile_headers": False,  # 280 MB in /tmp and 11 s for each state of the package; ours are built with it
         "assert_indirect_indexing": False,  # `checked_native_code` checks without ending the process
     }
 
@@ -242,19 +293,18 @@ def _plain_minima() -> Iterator[None]:
         yield
 
 
-def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, include: Path | None = None, objects: Sequence[Path] = ()) -> bytes:
-    """AOTInductor's package, linked with `objects`. Headers in `include` go before the compiler's own."""
+def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, build: Build) -> bytes:
+    """AOTInductor's package, whose C++ `build` compiles."""
     from torch._inductor import aoti_compile_and_package
 
     threads = torch.get_num_threads()
     torch.set_num_threads(64)  # loops are shared between threads to a depth of twice as many turns: here, batch, channels and rows
-    paths = {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
     try:
         minima = _plain_minima() if spec.without_nan else nullcontext()
-        checks = checked_native_code() if include else nullcontext()  # libtorch has no place to note a wrong index in
-        with tempfile.TemporaryDirectory() as scratch, patch.dict(os.environ, paths), fast_tracing(), fast_inductor(objects), minima, checks:
+        checks = checked_native_code() if build.include else nullcontext()  # libtorch has no place to note a wrong index in
+        with tempfile.TemporaryDirectory() as scratch, fast_tracing(), known_vectors(), fast_inductor(build), minima, checks:
             path = str(Path(scratch) / "op.pt2")
-            aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec, isa) | options)
+            aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec.vectorize, isa) | options)
             return Path(path).read_bytes()
     except Exception as error:
         raise explain(spec.name, f"native code ({isa})", error) from error

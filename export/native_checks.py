@@ -35,7 +35,6 @@ def checked_native_code() -> Iterator[None]:
     trusted = common.CSEProxy.indirect_indexing
     propagated = IndexPropagation.indirect_indexing
     group = cpp.KernelGroup.codegen_group
-    interface = cpp_wrapper_cpu.CppWrapperCpu._write_aoti_interface_header
 
     def indirect_indexing(self: Any, var: Any, size: Any, check: bool = True, wrap_neg: bool = True) -> sympy.Symbol:
         from torch._inductor.virtualized import V
@@ -70,13 +69,6 @@ def checked_native_code() -> Iterator[None]:
             raise RuntimeError("this PyTorch writes its loops differently: export/native_checks.py was made for 2.13")
         return _DIVISIONS.sub(r"chiasm::\1(", code).replace(_PREFIX, _PREFIX + "#include <chiasm/checked.h>\n")
 
-    def write_interface(self: Any) -> None:
-        interface(self)
-        _replace(self.header, "static thread_local std::string g_aoti_last_error;", "static thread_local chiasm::LastError g_aoti_last_error;")
-        _replace(self.header, "#include <iostream>", "#include <iostream>\n#include <chiasm/last_error.h>")
-        for said in ("\"Error: \" << e.what() << '\\n'", '"Unknown exception occurred.\\n"'):
-            _replace(self.header, f"std::cerr << {said};", "")
-
     def quotient(a: Any, b: Any) -> str:
         return f"chiasm::truncated_quotient({a}, {b})"
 
@@ -87,7 +79,8 @@ def checked_native_code() -> Iterator[None]:
             (cpp.KernelGroup, "codegen_group", codegen_group),
             (cpp.CppOverrides, "truncdiv", staticmethod(quotient)),
             (cpp.CppVecOverrides, "truncdiv", staticmethod(quotient)),
-            (cpp_wrapper_cpu.CppWrapperCpu, "_write_aoti_interface_header", write_interface),
+            # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
+            (cpp_wrapper_cpu.CppWrapperCpu, "_write_aoti_interface_header", lambda self: None),
         ):
             stack.enter_context(patch.object(owner, attribute, replacement))
         yield
@@ -117,13 +110,3 @@ def _reader(kernel: Any) -> str:
     names = {str(n.target) for n in origins if n.op == "call_function"}
     indexing = {n for n in names if re.search(r"index|gather|scatter|embedding|put|take|select", n)}
     return " or ".join(sorted(n.rpartition(".")[0] or n for n in indexing or names)) or "an index"
-
-
-def _replace(buffer: Any, old: str, new: str) -> None:
-    """Replace `old` in the lines of an IndentedBuffer."""
-    found = False
-    for i, line in enumerate(buffer._lines):
-        if isinstance(line, str) and old in line:
-            buffer._lines[i], found = line.replace(old, new), True
-    if not found:
-        raise RuntimeError(f"this PyTorch's AOTInductor has no line with {old!r}: export/native_checks.py was made for 2.13")

@@ -5,12 +5,9 @@ Together it was three quarters of an export's time; the results are the same.
 
 from __future__ import annotations
 
-import os
-import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -18,6 +15,7 @@ import sympy
 import torch
 
 from . import onnx_numbers
+from .compiler import Build
 from .decomposition import decomposed
 
 
@@ -33,30 +31,23 @@ class _Sympy:
         return sympy.expand(expression)
 
 
-#: Bytes of C++ above which -O3 takes four times as long as -O2: thousands of lines of arithmetic, with no loop in them to unroll.
-_LARGE = 150_000
+@contextmanager
+def fast_inductor(build: Build) -> Iterator[None]:
+    """AOTInductor without `sympy.simplify`, whose compilers `build` runs."""
+    from torch._inductor import cpp_builder, sizevars
+
+    with patch.object(sizevars, "sympy", _Sympy()), patch.object(cpp_builder, "run_compile_cmd", build.run):
+        yield
 
 
 @contextmanager
-def fast_inductor(objects: Sequence[Path] = ()) -> Iterator[None]:
-    """AOTInductor without `sympy.simplify`, and long code compiled with -O2. Texts of errors name files without their folders, which
-    would make the same export on another machine another file. `objects` are linked too: among Inductor's own settings they would
-    be a part of what its precompiled headers are kept by, which then were made anew for each op."""
-    from torch._inductor import cpp_builder, sizevars
+def known_vectors() -> Iterator[None]:
+    """Inductor with AVX2 where the CPU has it, and without else. It would compile and load a program for each form of AVX-512 to see which of
+    them it could take, though it is told to take none."""
+    from torch._inductor import cpu_vec_isa
 
-    run = cpp_builder.run_compile_cmd
-    headers = f"-ffile-prefix-map={Path(torch.__file__).parent / 'include'}="
-
-    def compiled(command: str, cwd: str) -> None:
-        sources = [word for word in shlex.split(command) if word.endswith(".cpp")]
-        large = any(os.path.getsize(source) > _LARGE for source in sources if source.endswith(".kernel.cpp"))
-        names = [f"-ffile-prefix-map={source}={'.'.join(source.split('.')[-2:])}" for source in sources]
-        command = command.replace(" -O3 ", " -O2 ") if large else command
-        links = not sources and " -shared " in command
-        more = map(str, objects) if links else [headers, *names]
-        run(" ".join([command, *map(shlex.quote, more)]), cwd)
-
-    with patch.object(sizevars, "sympy", _Sympy()), patch.object(cpp_builder, "run_compile_cmd", compiled):
+    found = [cpu_vec_isa.VecAVX2()] if "avx2" in cpu_vec_isa.x86_isa_checker() else []
+    with patch.object(cpu_vec_isa, "valid_vec_isa_list", lambda: found):
         yield
 
 
@@ -95,9 +86,12 @@ def fast_onnx() -> Iterator[None]:
 
 @cache
 def _registry() -> Any:
+    from onnxscript.values import TracedOnnxFunction
     from torch.onnx._internal.exporter import _registration
 
-    registry = _registration.ONNXRegistry.from_torchlib()
+    # It reads the source text of each of 600 functions, to note a domain that nobody asks for: that of the opset, which is taken instead.
+    with patch.object(TracedOnnxFunction, "function_ir", property(lambda function: function.opset)):
+        registry = _registration.ONNXRegistry.from_torchlib()
     onnx_numbers.register(registry)
     return registry
 

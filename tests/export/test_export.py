@@ -96,7 +96,7 @@ def test_torchs_own_loader_refuses_a_torch_free_artifact(bundle: Path) -> None:
 
 def test_exporting_twice_gives_the_same_manifest_but_for_times(tmp_path: Path) -> None:
     # In processes of their own, as the command does (TorchScript numbers types that a process scripts twice). Each has a cache of
-    # its own, so that the op is compiled again; the compiler's headers are not.
+    # its own, so that the op is compiled again.
     program = """
 import os, sys
 from tests.export.conftest import SPEC, export, scaled_difference

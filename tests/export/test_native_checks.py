@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Tuple
@@ -16,9 +16,10 @@ from torch import Tensor
 
 from chiasm import runtime
 from chiasm.export import Spec, TensorSpec, export, samples
+from chiasm.export.compiler import Build
 from chiasm.export.graph import trace
 from chiasm.export.module import bind
-from chiasm.export.native import _inductor
+from chiasm.export.native import LIBRARIES, _inductor
 from chiasm.primitives.resampling.taps import bilinear_taps
 
 SIZE = 16
@@ -203,25 +204,19 @@ class _Written(Exception):
 
 def loops_of(fn: Callable, spec: Spec, monkeypatch: pytest.MonkeyPatch) -> str:
     """The C++ that AOTInductor writes for an op."""
-    from torch._inductor import cpp_builder
-
     sources: list[str] = []
-    run = cpp_builder.run_compile_cmd
 
-    def read(command: str, cwd: str) -> None:
-        kernels = [word for word in shlex.split(command) if word.endswith(".kernel.cpp")]
-        if not kernels:
-            return run(command, cwd)
-        sources.append(Path(kernels[0]).read_text())
-        raise _Written
+    def start(build: Build, words: list[str], source: str, target: Path) -> None:
+        if source.endswith(".kernel.cpp"):
+            sources.append(Path(source).read_text())
+            raise _Written
+        target.touch()
 
-    monkeypatch.setattr(cpp_builder, "run_compile_cmd", read)
+    monkeypatch.setattr(Build, "_start", start)
     op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
     example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0])
-    with pytest.raises(Exception, match=r"_Written|test\.loops"):
-        from chiasm.export.native import LIBRARIES
-
-        _inductor(trace(op, spec, list(spec.inputs), example, "native"), spec, "x86-64-v3", {"aot_inductor.link_libtorch": False}, LIBRARIES / "include")
+    with pytest.raises(Exception, match=r"_Written|test\.loops"), closing(Build(LIBRARIES / "include")) as build:
+        _inductor(trace(op, spec, list(spec.inputs), example, "native"), spec, "x86-64-v3", {"aot_inductor.link_libtorch": False}, build)
     assert sources
     return sources[0]
 

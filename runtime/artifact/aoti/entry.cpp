@@ -4,7 +4,10 @@
 // n-th allocation of a run is always the same buffer. The first run notes which allocation became which output (the *plan*)
 // and copies; later runs are handed the caller's memory at that allocation, and the op writes straight into it. Where a loop
 // ran for longer or shorter, another buffer may get that memory; the results are then copied to where they belong.
-#include <torch/csrc/inductor/aoti_runtime/interface.h>
+//
+// AOTInductor writes its interface of C functions into the code of every op, where compiling it took three quarters of the time. The
+// exporter leaves it out, and what of it is needed stands here: the op's code is the class AOTInductorModel alone.
+#include <torch/csrc/inductor/aoti_runtime/model_container.h>
 #include <torch/csrc/inductor/aoti_torch/c/shim.h>
 
 #include <algorithm>
@@ -29,8 +32,9 @@ constexpr int32_t kScalarType[] = {kBool, kUint8, kInt8, kInt16, kInt32, kInt64,
 constexpr size_t kRunners = 16;
 
 struct Model {
-  AOTInductorModelContainerHandle container = nullptr;
-  size_t input_count = 0, output_count = 0;
+  explicit Model(const std::string& device) : container(kRunners, device) {}
+
+  torch::aot_inductor::AOTInductorModelContainer container;
   std::mutex mutex;  // guards `plan`, which is null until the first run ends, and then never changes
   std::shared_ptr<const std::vector<int64_t>> plan;
 
@@ -45,35 +49,28 @@ int32_t fail(const std::string& text, char* error, size_t size, int32_t result =
   return result;
 }
 
-// The engine's last words: what was noted here, else what AOTInductor did.
-std::string engine_error() {
-  if (*last_error) return last_error;
-  const char* text = nullptr;
-  if (AOTInductorGetLastError(&text) == 0 && text && *text) return text;
-  return "the compiled op failed without a message";
+// Calls the engine. Its error is what was noted here, else what AOTInductor throws.
+template <class Call>
+int32_t engine(Call call, char* error, size_t size) {
+  *last_error = 0;
+  out_of_memory = false;
+  std::string text;
+  try {
+    call();
+    return 0;
+  } catch (const std::exception& e) {
+    text = e.what();
+  } catch (...) {
+    text = "the compiled op failed without a message";
+  }
+  return fail(*last_error ? last_error : text, error, size, out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
 }
 
 int32_t create(int32_t device_type, int32_t device_index, void** result, char* error, size_t error_size) {
-  try {
-    auto model = std::make_unique<Model>();
-    const std::string device = device_type == 0 ? "cpu" : "cuda:" + std::to_string(device_index);
-    *last_error = 0;
-    if (AOTInductorModelContainerCreateWithDevice(&model->container, kRunners, device.c_str(), nullptr))
-      return fail(engine_error(), error, error_size);
-    AOTInductorModelContainerGetNumInputs(model->container, &model->input_count);
-    AOTInductorModelContainerGetNumOutputs(model->container, &model->output_count);
-    *result = model.release();
-    return 0;
-  } catch (const std::exception& e) {
-    return fail(e.what(), error, error_size);
-  }
+  return engine([&] { *result = new Model(device_type == 0 ? "cpu" : "cuda:" + std::to_string(device_index)); }, error, error_size);
 }
 
-void destroy(void* handle) {
-  auto* model = static_cast<Model*>(handle);
-  AOTInductorModelContainerDelete(model->container);
-  delete model;
-}
+void destroy(void* handle) { delete static_cast<Model*>(handle); }
 
 AtenTensorOpaque* borrow(const chiasm_native_tensor& view, const chiasm_native_host& host) {
   auto tensor = std::make_unique<AtenTensorOpaque>();
@@ -106,19 +103,16 @@ int32_t run(void* handle, const chiasm_native_tensor* inputs, const chiasm_nativ
             const chiasm_native_host* host, char* error, size_t error_size) {
   try {
     auto& model = *static_cast<Model*>(handle);
-    const size_t n_in = model.input_count, n_out = model.output_count;
+    const size_t n_in = model.container.num_inputs(), n_out = model.container.num_outputs();
     const auto plan = model.get_plan();
     Run state(host, outputs, n_out, plan.get());
     CurrentRun scope(&state);
-    *last_error = 0;
-    out_of_memory = false;
 
     Handles arguments(n_in), results(n_out);
     for (size_t i = 0; i < n_in; ++i) arguments.list[i] = borrow(inputs[i], *host);
     auto stolen = std::exchange(arguments.list, {});  // the engine owns them from here on, also when it fails
-    if (AOTInductorModelContainerRun(model.container, stolen.data(), n_in, results.list.data(), n_out,
-                                     static_cast<AOTInductorStreamHandle>(host->stream), nullptr))
-      return fail(engine_error(), error, error_size, out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
+    const auto work = [&] { model.container.run(stolen.data(), results.list.data(), static_cast<torch::aot_inductor::DeviceStreamType>(host->stream), nullptr); };
+    if (const int32_t failed = engine(work, error, error_size)) return failed;
     if (state.refused.load(std::memory_order_acquire)) return fail(state.refusal, error, error_size, CHIASM_NATIVE_BAD_VALUE);
 
     state.plan = nullptr;  // what is allocated from here on is scratch

@@ -18,8 +18,6 @@ AOTITorchError item(AtenTensorHandle tensor, T* value) {
   });
 }
 
-thread_local bool grad_mode = false;  // there is no autograd here; AOTInductor sets and restores it around a run
-
 }  // namespace
 
 extern "C" {
@@ -37,9 +35,6 @@ int32_t aoti_torch_dtype_float32() { return kFloat; }
 int32_t aoti_torch_dtype_float64() { return kDouble; }
 int32_t aoti_torch_dtype_bool() { return kBool; }
 int32_t aoti_torch_layout_strided() { return 0; }
-
-bool aoti_torch_grad_mode_is_enabled() { return grad_mode; }
-void aoti_torch_grad_mode_set_enabled(bool enabled) { grad_mode = enabled; }
 
 void aoti_torch_check(bool condition, const char*, const char*, uint32_t, const char* message) {
   if (condition) return;

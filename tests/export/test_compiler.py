@@ -1,0 +1,101 @@
+"""The C++ compiler's part of an export: it compiles the op and nothing else, with the package's precompiled headers or without."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from chiasm.export import compiler, samples
+from chiasm.export.compiler import Build
+from chiasm.export.graph import trace
+from chiasm.export.module import bind
+from chiasm.export.native import LIBRARIES, to_native
+from tests.export.conftest import SPEC, scaled_difference
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_the_first_export_compiles_nothing_but_the_op(tmp_path: Path) -> None:
+    log, tools = tmp_path / "log", tmp_path / "bin"
+    tools.mkdir()
+    real = subprocess.run(["which", "g++"], capture_output=True, text=True, check=True).stdout.strip()
+    (tools / "g++").write_text(f'#!/bin/sh\nprintf "%s\\n" "$*" >> {log}\nexec {real} "$@"\n')
+    (tools / "g++").chmod(0o755)
+    cold = {name: str(tmp_path / name) for name in ("HOME", "TMPDIR", "CHIASM_CACHE", "TORCHINDUCTOR_CACHE_DIR")}
+    for folder in cold.values():
+        Path(folder).mkdir()
+    environment = os.environ | cold | {"PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": f"{ROOT / 'python'}:{ROOT}"}
+    program = """
+import sys
+from tests.export.conftest import SPEC, export, scaled_difference
+export(scaled_difference, SPEC, sys.argv[1], methods=("forward",))
+"""
+    subprocess.run([sys.executable, "-W", "ignore", "-c", program, tmp_path / "out"], cwd=ROOT, env=environment, check=True, capture_output=True)
+
+    commands = [shlex.split(line) for line in log.read_text().splitlines()]
+    files = [word.rpartition("/")[2] for words in commands for word in words if word.endswith((".cpp", ".S", ".h"))]
+    assert not any("c++-header" in words or "-E" in words for words in commands)
+    assert sum("-shared" in words for words in commands) == 1
+    assert sorted(name for name in files if name not in ("wrapper.h", "kernel.h") and not name.endswith(".weights.S")) == ["kernel.cpp", "signature.cpp", "wrapper.cpp"]
+    # with the headers that were built with the package
+    assert {words[words.index("-include") + 1] for words in commands if "-include" in words} == {str(LIBRARIES / "x86-64-v3" / f"{kind}.h") for kind in ("wrapper", "kernel")}
+    assert not list((tmp_path / "TMPDIR").rglob("*.gch")), "PyTorch makes none of its own"
+
+
+def test_precompiled_headers_change_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    taken: list[bool] = []
+    fitting = compiler._fitting
+
+    def code(name: str, headers: bool) -> bytes:
+        monkeypatch.setenv("CHIASM_CACHE", str(tmp_path / name))
+        monkeypatch.setattr(compiler, "_fitting", lambda *of: taken.append(bool(found := fitting(*of) if headers else None)) or found)
+        op = bind(scaled_difference, [t.name for t in SPEC.inputs], SPEC.config, SPEC.name)
+        program = trace(op, SPEC, list(SPEC.inputs), samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32"), "native")
+        with closing(to_native(program, SPEC, "x86-64-v3", "chiasm 1\n", lambda: program)) as made:
+            return made.artifact().data
+
+    assert code("with", True) == code("without", False)
+    assert taken == [True, True, False, False]
+
+
+def test_a_precompiled_header_that_does_not_fit_is_left_alone(tmp_path: Path) -> None:
+    header, made, listing = tmp_path / "kernel.h", tmp_path / "kernel.h.gch", tmp_path / "kernel.h.gch.d"
+    part = tmp_path / "part.h"
+    flags = ["g++", "-O3", "-Isome folder"]
+
+    def fits(of: list[str]) -> bool:
+        return compiler._fitting(tmp_path, "kernel", of) == header
+
+    assert not fits(flags), "there is none"
+    header.write_text(compiler._text("kernel", flags))
+    part.write_text("")
+    listing.write_text(f"{made}: {header} \\\n {part}\n")
+    assert not fits(flags), "only its text is there"
+    made.write_bytes(b"")
+    os.utime(made, ns=(part.stat().st_mtime_ns + 10**9,) * 2)
+    assert fits(flags)
+    assert not fits(["g++", "-O2", "-Isome folder"]), "made by another command"
+    os.utime(part, ns=(made.stat().st_mtime_ns + 1,) * 2)
+    assert not fits(flags), "one of its headers is newer"
+    part.unlink()
+    assert not fits(flags), "one of its headers is gone"
+
+
+def test_an_export_that_ends_early_leaves_no_compiler_at_work(tmp_path: Path) -> None:
+    source = tmp_path / "op.kernel.cpp"
+    source.write_text("")
+    slow = tmp_path / "slow"
+    slow.write_text("#!/bin/sh\nexec sleep 1000\n")
+    slow.chmod(0o755)
+    build = Build()
+    build.run(f"{slow} {source} -c -o {tmp_path / 'op.o'}", str(tmp_path))
+    ((_, process),) = build._running
+    assert process.poll() is None and (tmp_path / "op.o").exists()
+    build.close()
+    assert process.poll() is not None and not build.folder.exists()
