@@ -275,21 +275,17 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
 
 @contextmanager
 def _plain_minima() -> Iterator[None]:
-    """Native float32 minima and maxima of one instruction. PyTorch's, which pass NaN on, take three, and networks of them are all
-    that a rank filter or a dilation does."""
+    """Native minima and maxima of one instruction where the CPU has it (chiasm/minima_avx2.h). PyTorch's, which pass NaN on, take three, and
+    networks of them are all that a rank filter or a dilation does."""
     from torch._inductor.codegen.cpp import CppVecOverrides
 
-    def plain(name: str) -> staticmethod:
-        careful = getattr(CppVecOverrides, f"{name}imum")
+    def smaller(a: Any, b: Any) -> str:
+        return f"chiasm::smaller({a}, {b})"
 
-        def code(a: Any, b: Any) -> str:
-            if a.dtype == b.dtype == torch.float32:
-                return f"decltype({a})(_mm256_{name}_ps({a}, {b}))"
-            return careful(a, b)
+    def larger(a: Any, b: Any) -> str:
+        return f"chiasm::larger({a}, {b})"
 
-        return staticmethod(code)
-
-    with patch.object(CppVecOverrides, "minimum", plain("min")), patch.object(CppVecOverrides, "maximum", plain("max")):
+    with patch.object(CppVecOverrides, "minimum", staticmethod(smaller)), patch.object(CppVecOverrides, "maximum", staticmethod(larger)):
         yield
 
 
@@ -300,7 +296,7 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, bui
     threads = torch.get_num_threads()
     torch.set_num_threads(64)  # loops are shared between threads to a depth of twice as many turns: here, batch, channels and rows
     try:
-        minima = _plain_minima() if spec.without_nan else nullcontext()
+        minima = _plain_minima() if spec.without_nan and build.include else nullcontext()
         checks = checked_native_code() if build.include else nullcontext()  # libtorch has no place to note a wrong index in
         with tempfile.TemporaryDirectory() as scratch, fast_tracing(), known_vectors(), fast_inductor(build), minima, checks:
             path = str(Path(scratch) / "op.pt2")

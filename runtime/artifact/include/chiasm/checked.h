@@ -59,6 +59,15 @@ template <bool wrapped, class V>
 inline V checked_index(const V& index, int64_t size, const char* reader, int used) {
   return checked_index<wrapped>(index, size, reader, used, [](int) { return true; });
 }
+// Minima and maxima of values that are not NaN (export/native.py: `_plain_minima`).
+template <class V>
+inline V smaller(const V& a, const V& b) {
+  return at::vec::minimum(a, b);
+}
+template <class V>
+inline V larger(const V& a, const V& b) {
+  return at::vec::maximum(a, b);
+}
 #endif
 
 // Quotients and remainders of integers, for divisors that may be zero, and for the one quotient that overflows (which traps
@@ -117,3 +126,7 @@ inline auto remainder_integral(const A& a, const B& b) {
 }
 
 }  // namespace chiasm
+
+#if INDUCTOR_USE_VECTOR_TYPES() && defined(CPU_CAPABILITY_AVX2)
+#include "minima_avx2.h"
+#endif
