@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "benchmarks.h"
 #include "fixture.h"
 #include "artifact/kernels/kernels.h"
 
@@ -64,6 +65,10 @@ TYPED_TEST(Kernels, SeparableIsThatOfOpenCv) {
       }
 }
 
+constexpr float kGaussian[] = {0.0614f, 0.2448f, 0.3876f, 0.2448f, 0.0614f}, kOnes[5] = {1, 1, 1, 1, 1};
+KERNEL_BENCHMARK(separable_5x5, [](const float* x, Planes p, float* out) { separable(x, p, kGaussian, 5, 0, kGaussian, 5, 0, Border::kReflect, 1.0f, 0.0f, out); });
+KERNEL_BENCHMARK(separable_box_5x5, [](const float* x, Planes p, float* out) { separable(x, p, kOnes, 5, 0, kOnes, 5, 0, Border::kReflect, 0.04f, 0.0f, out); });
+
 TYPED_TEST(Kernels, CorrelationIsThatOfOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
@@ -82,6 +87,9 @@ TYPED_TEST(Kernels, CorrelationIsThatOfOpenCv) {
         }
 }
 
+constexpr float kTaps[9] = {0.1f, 0.2f, 0.3f, 0.15f, 0.25f, 0.35f, 0.12f, 0.22f, 0.32f};
+KERNEL_BENCHMARK(correlate2d_3x3, [](const float* x, Planes p, float* out) { correlate2d(x, p, kTaps, 3, 3, 0, Border::kReflect, out); });
+
 TYPED_TEST(Kernels, SobelIsThatOfOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes) {
@@ -97,6 +105,8 @@ TYPED_TEST(Kernels, SobelIsThatOfOpenCv) {
     });
   }
 }
+
+KERNEL_BENCHMARK(sobel, [](const float* x, Planes p, float* out) { sobel(x, p, 0.125f, 1e-6f, out); });
 
 TYPED_TEST(Kernels, RectangleExtremesAreThoseOfOpenCv) {
   using T = TypeParam;
@@ -114,6 +124,9 @@ TYPED_TEST(Kernels, RectangleExtremesAreThoseOfOpenCv) {
           });
         }
 }
+
+KERNEL_BENCHMARK(rectangle_extreme_3x3, [](const float* x, Planes p, float* out) { rectangle_extreme(x, p, 3, 3, Border::kReplicate, 0.0f, true, out); });
+KERNEL_BENCHMARK(rectangle_extreme_15x15, [](const float* x, Planes p, float* out) { rectangle_extreme(x, p, 15, 15, Border::kReplicate, 0.0f, true, out); });
 
 TYPED_TEST(Kernels, StructuredExtremesAreTheirDefinition) {
   using T = TypeParam;
@@ -146,6 +159,11 @@ TYPED_TEST(Kernels, StructuredExtremesAreTheirDefinition) {
           }
 }
 
+constexpr float kFlat[9] = {};
+KERNEL_BENCHMARK(structured_extreme_3x3, [](const float* x, Planes p, float* out) {
+  structured_extreme(x, p, kFlat, 3, 3, 1, 1, Border::kConstant, -1e4f, 1e4f, true, out);
+});
+
 TYPED_TEST(Kernels, StructuredRangeIsTheDifferenceOfTheExtremes) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
@@ -158,6 +176,10 @@ TYPED_TEST(Kernels, StructuredRangeIsTheDifferenceOfTheExtremes) {
       for (size_t i = 0; i < x.size(); ++i) ASSERT_EQ(out[i], largest[i] - smallest[i]);
     }
 }
+
+KERNEL_BENCHMARK(structured_range_3x3, [](const float* x, Planes p, float* out) {
+  structured_range(x, p, kFlat, kFlat, 3, 3, 1, 1, Border::kConstant, -1e4f, 1e4f, 1e4f, out);
+});
 
 TYPED_TEST(Kernels, MedianIsThatOfOpenCv) {
   using T = TypeParam;
@@ -177,6 +199,8 @@ TYPED_TEST(Kernels, MedianIsThatOfOpenCv) {
     }
 }
 
+KERNEL_BENCHMARK(median3x3, [](const float* x, Planes p, float* out) { median3x3(x, p, Border::kReflect, out); });
+
 TYPED_TEST(Kernels, IntegralIsThatOfOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes) {
@@ -192,6 +216,8 @@ TYPED_TEST(Kernels, IntegralIsThatOfOpenCv) {
     }
   }
 }
+
+KERNEL_BENCHMARK(integral, [](const float* x, Planes p, float* out) { integral(x, p, out); });
 
 TYPED_TEST(Kernels, HysteresisKeepsComponentsWithAStrongPixel) {
   using T = TypeParam;
@@ -241,6 +267,8 @@ TYPED_TEST(Kernels, RidgesAreMaximaOfOpenCvsGradientAcrossTheEdge) {
     }
   }
 }
+
+KERNEL_BENCHMARK(ridges, [](const float* x, Planes p, float* out) { ridges(x, p, 1e-6f, out); });
 
 TYPED_TEST(Kernels, BilateralIsItsDefinition) {
   using T = TypeParam;
