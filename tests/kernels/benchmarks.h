@@ -7,7 +7,6 @@
 #pragma once
 
 #include <benchmark/benchmark.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "artifact/kernels/kernels.h"
+#include "threads.h"
 
 namespace kernel_benchmarks {
 
@@ -34,7 +34,7 @@ inline double median(std::vector<double> values) {
 
 template <class Call>
 void run(benchmark::State& state, const Call& call) {
-  omp_set_num_threads(1);
+  use_threads(1);
   const chiasm::kernels::Planes planes{state.range(0), state.range(1), state.range(2)};
   std::vector<float> x(static_cast<size_t>(planes.count * planes.height * planes.width)), out(x.size());
   std::mt19937 engine(1);

@@ -32,7 +32,7 @@ class GuardedKernels : public ::testing::Test {
  protected:
   using Limits = std::numeric_limits<T>;
 
-  void SetUp() override { use_several_threads(); }
+  void SetUp() override { use_threads(3); }
 
   // Has `calls` make its calls with tensors that end, and again with such that begin, at memory that is not there.
   template <class Calls>
