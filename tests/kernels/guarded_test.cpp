@@ -134,6 +134,7 @@ TYPED_TEST(GuardedKernels, WindowsStayInside) {
           this->run(aoti_torch_cpu_structured_extreme, x, high, int64_t{2}, size - 1, border, 0.5, 1e4, int32_t{0});
           this->run(aoti_torch_cpu_structured_range, x, high, low, int64_t{0}, size / 2, border, 0.5, 0.25, 1e4);
         }
+        this->run(aoti_torch_cpu_correlate2d, this->numbers({0, 2, s.height, s.width}), this->numbers({0, 3, 3}), border);
         this->run(aoti_torch_cpu_rectangle_extreme, x, int64_t{1}, int64_t{33}, border, 0.5, int32_t{0});
         this->run(aoti_torch_cpu_median3x3, x, border);
       }

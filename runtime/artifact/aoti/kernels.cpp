@@ -127,8 +127,8 @@ AOTITorchError aoti_torch_cpu_correlate2d(AtenTensorHandle x, AtenTensorHandle k
   return like_image("correlate2d: x", x, result, [&]<class T>(const Argument& image, const Planes& planes, const T* in, T* out) {
     const Argument taps("correlate2d: kernel", kernel, image.dtype(), {kAny, kAny, kAny});
     within("correlate2d: kernel", taps.size(1) * taps.size(2), 1, kMostIndex);
-    const int64_t batch = image.sizes().size() > 2 ? image.size(0) : 1;
-    correlate2d(in, planes, taps.data<T>(), taps.size(1), taps.size(2), is_shared(taps, batch) ? 0 : planes.count / batch, border_of(border), out);
+    const int64_t batch = image.sizes().size() > 2 ? image.size(0) : 1, channels = batch ? planes.count / batch : 0;
+    correlate2d(in, planes, taps.data<T>(), taps.size(1), taps.size(2), is_shared(taps, batch) ? 0 : channels, border_of(border), out);
   });
 }
 
