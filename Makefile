@@ -166,14 +166,14 @@ fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, t
 test-install: setup ## `pip install .` into an empty folder, used from outside (ctest covers cmake --install)
 	tests/consumer/pip_install.sh
 
-bench: build bundles ## measure against OpenCV -> docs/benchmarks.md
+bench: build ## measure against OpenCV -> docs/benchmarks.md
 	$(PY) -m bench
 
-bench-images: build bundles ## measure the image ops against OpenCV and Kornia -> docs/benchmarks_images.md
+bench-images: build ## measure the image ops against OpenCV and Kornia -> docs/benchmarks_images.md
 	tools/kornia.sh
 	$(PY) -m bench.images
 
-bench-geometry: build bundles ## measure the geometry ops against OpenCV -> docs/benchmarks_geometry.md
+bench-geometry: build ## measure the geometry ops against OpenCV -> docs/benchmarks_geometry.md
 	$(PY) -m bench.geometry
 
 bench-matching: build ## measure the matching of two views against OpenCV -> docs/benchmarks_matching.md

@@ -15,7 +15,8 @@ from datetime import date
 
 from rich.progress import track
 
-from .machine import ROOT, bundle_path, cores, cpu, notes, program
+from .machine import ROOT, bundle_path, cores, cpu, export_bundles, notes, program
+from .tables import share
 
 PAGE = ROOT / "docs" / "benchmarks.md"
 SIZES = ((1, 256, 256), (8, 256, 256), (1, 1080, 1920))
@@ -36,6 +37,7 @@ SPEED = (
 
 
 def main() -> int:
+    export_bundles(bundle for bundle, _, _ in SPEED)
     threads = sorted({1, cores()})
     runs = [(bundle, aim, size, n) for bundle, sizes, aim in SPEED for size in sizes for n in threads]
     rows = [speed_row(*run) for run in track(runs, description="speed")]
@@ -72,10 +74,11 @@ def page(rows: list[dict], loads: list, overhead: dict) -> str:
         f"Made by `make bench` on {date.today()}: {cpu()}, {cores()} cores, shared with other work;",
         "chiasm in C++ (native backend, into the caller's buffers) and OpenCV in turns in one process, medians.",
         f"OpenCV is the faster of Debian's {rows[0]['debian']['opencv_version']} (C++) and the wheel {cv2.__version__} (with IPP), each measured beside",
-        "chiasm in its own process. *Times as fast* is OpenCV's time over chiasm's; a missed aim is **bold**.",
+        "chiasm in its own process. *Times as fast* is OpenCV's time over chiasm's; a missed aim is **bold**. *Of copy* is the bandwidth, of inputs",
+        "read once and outputs written once, as a share of what one thread's memcpy of as many bytes has in the same run.",
         "",
-        "| bundle | size | threads | chiasm ms | OpenCV ms | times as fast | aim | OpenCV |",
-        "|---|---|---|---|---|---|---|---|",
+        "| bundle | size | threads | chiasm ms | of copy | OpenCV ms | times as fast | aim | OpenCV |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
         peer = min(("debian", "wheel"), key=lambda k: row[k]["opencv"] / row[k]["native"])
@@ -83,7 +86,8 @@ def page(rows: list[dict], loads: list, overhead: dict) -> str:
         ratio = times["opencv"] / times["native"]
         shown = f"**{ratio:.2f}**" if aim and ratio < aim else f"{ratio:.2f}"
         lines.append(
-            f"| {row['bundle']} | {row['size']} | {row['threads']} | {times['native'] / 1000:.3f} | {times['opencv'] / 1000:.3f} | {shown} | {aim or ''} | {peer} |"
+            f"| {row['bundle']} | {row['size']} | {row['threads']} | {times['native'] / 1000:.3f} | {share(times, 'native')} "
+            f"| {times['opencv'] / 1000:.3f} | {shown} | {aim or ''} | {peer} |"
         )
     lines += onnx_table(rows)
     lines += ["", "## Load to first result, and memory over the bare program (sobel, 256 x 256)", "",
@@ -100,7 +104,7 @@ def onnx_table(rows: list[dict]) -> list[str]:
     lines = ["", "## Inside ONNX Runtime", "",
              "The same files and the same run: the graph of standard operators (*stock*), and the fused node with the plug-in.",
              "The aims: fused within 10 % or 30 us of native, and not slower than OpenCV in the geometric mean. Misses are **bold**.", "",
-             "| bundle | size | threads | stock ms | fused ms | native ms | stock / fused | OpenCV / fused |", "|---|---|---|---|---|---|---|---|"]
+             "| bundle | size | threads | stock ms | fused ms | of copy | native ms | stock / fused | OpenCV / fused |", "|---|---|---|---|---|---|---|---|---|"]
     for place, title in (("debian", "in C++"), ("wheel", "in Python")):
         for row in rows:
             t = row[place]
@@ -108,7 +112,7 @@ def onnx_table(rows: list[dict]) -> list[str]:
             fused = f"{t['fused'] / 1000:.3f}"
             lines.append(
                 f"| {row['bundle']} {title} | {row['size']} | {row['threads']} | {t['stock'] / 1000:.3f} | {fused if near else f'**{fused}**'} "
-                f"| {t['native'] / 1000:.3f} | {t['stock'] / t['fused']:.1f} | {t['opencv'] / t['fused']:.2f} |"
+                f"| {share(t, 'fused')} | {t['native'] / 1000:.3f} | {t['stock'] / t['fused']:.1f} | {t['opencv'] / t['fused']:.2f} |"
             )
     for place, title in (("debian", "C++"), ("wheel", "Python")):
         means = {k: statistics.geometric_mean(r[place][k] / r[place]["fused"] for r in rows) for k in ("opencv", "stock", "native")}

@@ -1,7 +1,7 @@
 // C++ measurements; `python -m bench` calls this and writes the tables.
 //
-//     bench speed BUNDLE THREADS B H W              microseconds of native code, ONNX Runtime (fused, stock) and OpenCV, interleaved
-//     bench speed ... PHOTOGRAPH VALUES SECONDS     of native code and OpenCV on a file of bytes (B, 3, H, W), other inputs and sizes as JSON
+//     bench speed BUNDLE THREADS B H W              microseconds of native code, ONNX Runtime (fused, stock), OpenCV and a copy, interleaved
+//     bench speed ... PHOTOGRAPH VALUES SECONDS     of native code, OpenCV and a copy on a file of bytes (B, 3, H, W), other inputs and sizes as JSON
 //     bench results BUNDLE B H W PHOTOGRAPH VALUES FILE    what OpenCV makes of it, to compare
 //     bench load BUNDLE BACKEND                     milliseconds to the first result on 256 x 256, and memory over the bare program
 //     bench overhead BUNDLE ARTIFACT.so             microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <optional>
@@ -33,6 +34,12 @@ struct Given {
   std::string photograph;
   json values = {{"sigma", 1.1}};
 };
+
+size_t bytes_of(const std::vector<chiasm::Tensor>& tensors) {
+  size_t sum = 0;
+  for (const auto& t : tensors) sum += size_t(t.shape().count()) * (t.dtype() == chiasm::DType::Bool || t.dtype() == chiasm::DType::UInt8 ? 1 : t.dtype() == chiasm::DType::Float64 || t.dtype() == chiasm::DType::Int64 ? 8 : 4);
+  return sum;
+}
 
 // The inputs of a method at one size.
 struct Inputs {
@@ -146,8 +153,12 @@ json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t
   contenders.push_back([&] {
     for (int64_t i = 0; i < calls; ++i) peer.call();
   });
+  // A copy that reads and writes as many bytes together as the inputs and outputs have.
+  const std::vector<char> source(size_t(calls) * (bytes_of(inputs.views) + bytes_of(outputs.views)) / 2, 1);
+  std::vector<char> target(source.size(), 2);
+  contenders.push_back([&] { std::memcpy(target.data(), source.data(), source.size()); });
   const auto times = bench::interleaved(contenders, seconds);
-  json result{{"opencv", times.back()}, {"opencv_version", CV_VERSION}};
+  json result{{"opencv", times[methods.size()]}, {"copy", times.back()}, {"opencv_version", CV_VERSION}};
   if (const auto difference = mean_difference(outputs.views[0], peer)) result["difference"] = *difference;
   for (size_t i = 0; i < methods.size(); ++i) result[methods[i].first] = times[i];
   return result;

@@ -1,4 +1,4 @@
-"""The machine that tables were made on, and the C++ program that measures on it."""
+"""The machine that tables were made on, the bundles that are measured, and the C++ program that measures them."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import json
 import os
 import platform
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
 
+from chiasm.export.cli import export_names
+
 ROOT = Path(__file__).resolve().parents[1]
-BUNDLES = ROOT / "build" / "bundles"
+BUNDLES = ROOT / "build" / "bench" / "bundles"
 PROGRAM = ROOT / "build" / "release" / "bin" / "bench"
 
 
@@ -35,6 +38,11 @@ def said(path: Path, *arguments) -> dict:
     if done.returncode:
         raise RuntimeError(f"{path.name} {' '.join(map(str, arguments))}: {done.stderr.strip()}")
     return json.loads(done.stdout)
+
+
+def export_bundles(names: Iterable[str]) -> None:
+    """Export ops of the catalog to where `bundle_path` finds them: those that are measured, as they are measured, without gradients."""
+    export_names(sorted(set(names)), BUNDLES, methods=("forward",), jobs=cores())
 
 
 def bundle_path(bundle: str) -> Path:

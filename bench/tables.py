@@ -14,11 +14,11 @@ def table(
     more: Callable[[dict], list[str]] = lambda row: [],
     titles: Iterable[str] = (),
 ) -> list[str]:
-    """A row for each op and size, with three columns for each number of threads; below it the geometric means."""
+    """A row for each op and size, with four columns for each number of threads; below it the geometric means."""
     threads = sorted({row["threads"] for row in rows})
     columns = ["op", "size", *titles]
     for n in threads:
-        columns += [f"{n} thread{'s' * (n > 1)}: chiasm ms", peer, "times as fast"]
+        columns += [f"{n} thread{'s' * (n > 1)}: chiasm ms", "of copy", peer, "times as fast"]
     lines = [f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
     ratios: dict[int, list[float]] = {n: [] for n in threads}
     slow: list[str] = []
@@ -42,13 +42,18 @@ def table(
 
 
 def compared(race: str, ours: str, peer: str, bold: float, slanted: float) -> Callable[[dict], tuple[list[str], float]]:
-    """What a row shows of one of its races: both times and how many times as fast ours is, and that number."""
+    """What a row shows of one of its races: both times, our share of a copy's bandwidth and how many times as fast ours is, and that number."""
 
     def cells(row: dict) -> tuple[list[str], float]:
         ratio = row[race][peer] / row[race][ours]
-        return [ms(row[race][ours]), ms(row[race][peer]), times(ratio, bold, slanted)], ratio
+        return [ms(row[race][ours]), share(row[race], ours), ms(row[race][peer]), times(ratio, bold, slanted)], ratio
 
     return cells
+
+
+def share(race: dict, ours: str) -> str:
+    """Our bandwidth, of inputs read once and outputs written once, as a share of that of a copy in the same race."""
+    return f"{race['copy'] / race[ours]:.0%}"
 
 
 def ms(microseconds: float) -> str:

@@ -1,4 +1,4 @@
-"""One measurement in Python, in turns: chiasm's native backend, ONNX Runtime (fused, stock) and OpenCV's pip wheel.
+"""One measurement in Python, in turns: chiasm's native backend, a copy, ONNX Runtime (fused, stock) and OpenCV's pip wheel.
 
     python -m bench.wheel BUNDLE THREADS B H W     -> JSON, microseconds
 """
@@ -39,6 +39,7 @@ def main(bundle: str, threads: int, batch: int, height: int, width: int) -> dict
     calls = batch if frames else 1
     contenders = {
         "native": lambda: method.run_into(inputs, outputs),
+        "copy": copy_of([*inputs, *outputs]),
         "fused": onnx_call(chiasm.onnx.session(folder, options=onnx_options(threads)), inputs),
         "stock": onnx_call(chiasm.onnx.session(folder, fused=False, options=onnx_options(threads)), inputs),
         "opencv": opencv(bundle, inputs).call,
@@ -51,6 +52,13 @@ def room(method: chiasm.runtime.Method, inputs: list[np.ndarray]) -> list[np.nda
     """Memory for the method's outputs."""
     result = method(*inputs)
     return [np.empty_like(r) for r in (result if isinstance(result, tuple) else (result,))]
+
+
+def copy_of(arrays: list[np.ndarray]) -> Callable[[], None]:
+    """A copy that reads and writes as many bytes together as the arrays have."""
+    source = np.ones(sum(a.nbytes for a in arrays) // 2, np.uint8)
+    target = np.ones_like(source)
+    return lambda: np.copyto(target, source)
 
 
 def onnx_options(threads: int) -> onnxruntime.SessionOptions:

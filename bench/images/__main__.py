@@ -13,9 +13,10 @@ import sys
 
 from rich.progress import Progress
 
-from ..machine import ROOT, bundle_path, cores, program
+from ..machine import ROOT, bundle_path, cores, export_bundles, program
 from .chiasm_ops import measured
 from .data import FOLDER, SIZES, bench_arguments
+from .ops import OPS
 from .page import PAGE, page
 
 ROWS = FOLDER / "rows.json"
@@ -26,6 +27,8 @@ def main() -> int:
     parser.add_argument("ops", nargs="*", help="only these, and no page")
     parser.add_argument("--seconds", type=float, default=0.8, help="that contenders take turns for")
     chosen = parser.parse_args()
+    listed = [op for op in OPS if not chosen.ops or op.bundle in chosen.ops]
+    export_bundles(name for op in listed for name in (op.bundle, op.constant) if name)
     ops = measured(chosen.ops)
     run_module("kornia_peers")
     run_module("check", *chosen.ops)

@@ -2,7 +2,7 @@
 
     python -m bench.images.measure THREADS SECONDS [OP...]    -> a line of JSON, in microseconds, for each op and size
 
-Three races, each with contenders in turns: chiasm's native backend and OpenCV's pip wheel; native and Kornia eager; in ONNX Runtime
+Three races, each with contenders in turns, of which one copies as many bytes: chiasm's native backend and OpenCV's pip wheel; native and Kornia eager; in ONNX Runtime
 the fused and the flat form and Kornia's own file.
 """
 
@@ -22,7 +22,7 @@ import chiasm.runtime
 
 from ..machine import bundle_path
 from ..opencv import opencv
-from ..wheel import interleaved, onnx_call, onnx_options
+from ..wheel import copy_of, interleaved, onnx_call, onnx_options
 from . import kornia_peers
 from .chiasm_ops import Native, measured, native
 from .data import SIZES
@@ -38,7 +38,8 @@ def main(threads: int, seconds: float, names: list[str]) -> None:
     cv2.setNumThreads(threads)
     torch.set_num_threads(threads)
 
-    def race(contenders: dict[str, Callable]) -> dict[str, float]:
+    def race(made: Native, contenders: dict[str, Callable]) -> dict[str, float]:
+        contenders = contenders | {"copy": copy_of([*made.inputs.values(), *made.outputs])}
         times = interleaved(list(contenders.values()), seconds, PAUSE if threads > 1 else 0.0)
         return dict(zip(contenders, times, strict=True))
 
@@ -46,10 +47,10 @@ def main(threads: int, seconds: float, names: list[str]) -> None:
         for size in SIZES:
             made = native(op, size)
             row = {"bundle": op.bundle, "size": "x".join(map(str, size)), "threads": threads}
-            row["wheel"] = race({"native": made.call, "opencv": opencv(op.bundle, list(made.inputs.values())).call})
+            row["wheel"] = race(made, {"native": made.call, "opencv": opencv(op.bundle, list(made.inputs.values())).call})
             if op.kornia:
-                row["kornia"] = race({"native": made.call, "kornia": kornia_peers.eager(op, made.inputs)})
-            row["onnx"] = race(onnx_calls(op, size, made, threads))
+                row["kornia"] = race(made, {"native": made.call, "kornia": kornia_peers.eager(op, made.inputs)})
+            row["onnx"] = race(made, onnx_calls(op, size, made, threads))
             print(json.dumps(row), flush=True)
 
 

@@ -31,6 +31,7 @@ def page(rows: list[dict]) -> str:
         f"Made by `make bench-images` on {date.today()}: {cpu()}, {cores()} cores. Contenders take turns in one process; medians.",
         f"chiasm {chiasm.__version__}, OpenCV {debian} (Debian, in C++) and {cv2.__version__} (wheel with IPP, in Python), Kornia {kornia.__version__} "
         f"on PyTorch {version('torch')}, ONNX Runtime {version('onnxruntime')}.",
+        "*Of copy* is the bandwidth, of inputs read once and outputs written once, as a share of that of one thread's copy of as many bytes in the same race.",
         "The inputs are photographs, three channels; [benchmarks.md](benchmarks.md) has pipelines, geometry and the runtime's own cost.",
         "",
         *left_out(),

@@ -39,7 +39,7 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
     run(sys.executable, tmp_path / "runtime/artifact/generate.py", "docs", made / "kernels.md")
     assert "## invert\n" in (made / "kernels.md").read_text()
     assert "AOTITorchError aoti_torch_cpu_invert(AtenTensorHandle x_, double high, AtenTensorHandle* result)" in (made / "kernel_calls.cpp").read_text()
-    sources = [tmp_path / "runtime/artifact/kernels/invert.cpp", tmp_path / "tests/kernels/invert_test.cpp"]
+    sources = [tmp_path / f for f in ("runtime/artifact/kernels/invert.cpp", "runtime/artifact/aoti/openmp.cpp", "tests/kernels/invert_test.cpp", "tests/kernels/threads.cpp")]
     flags = ["-std=c++20", "-O1", f"-march={next(iter(ISAS))}", "-fopenmp", "-Wall", "-Wextra", "-Werror", f"-I{made}", f"-I{tmp_path / 'runtime'}"]
     run("g++", *flags, *sources, "-lgtest", "-lgtest_main", "-o", tmp_path / "invert_test")
     run(tmp_path / "invert_test")

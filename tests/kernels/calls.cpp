@@ -2,7 +2,6 @@
 #include "calls.h"
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <map>
 

@@ -1,28 +1,20 @@
-// What tests of the kernels share: numbers at random, and more threads than one.
+// What tests of the kernels share: numbers at random, and several threads.
 #pragma once
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <cstdint>
 #include <random>
 #include <vector>
 
-/** More threads than one; under ThreadSanitizer one, because g++'s OpenMP library synchronises in ways that it does not see. */
-inline void use_several_threads() {
-#ifdef __SANITIZE_THREAD__
-  omp_set_num_threads(1);
-#else
-  omp_set_num_threads(3);
-#endif
-}
+#include "threads.h"
 
 template <class T>
 class KernelsTest : public ::testing::Test {
  protected:
   explicit KernelsTest(unsigned seed) : engine_(seed) {}
 
-  void SetUp() override { use_several_threads(); }
+  void SetUp() override { use_threads(3); }
 
   std::vector<T> random(int64_t n, double low = 0, double high = 1) {
     std::uniform_real_distribution<double> draw(low, high);

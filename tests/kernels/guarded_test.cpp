@@ -32,7 +32,7 @@ class GuardedKernels : public ::testing::Test {
  protected:
   using Limits = std::numeric_limits<T>;
 
-  void SetUp() override { use_several_threads(); }
+  void SetUp() override { use_threads(3); }
 
   // Has `calls` make its calls with tensors that end, and again with such that begin, at memory that is not there.
   template <class Calls>
@@ -134,6 +134,7 @@ TYPED_TEST(GuardedKernels, WindowsStayInside) {
           this->run(aoti_torch_cpu_morphology, x, high, int64_t{2}, size - 1, border, 0.5, 1e4, int32_t{0});
           this->run(aoti_torch_cpu_morphology_gradient, x, high, low, int64_t{0}, size / 2, border, 0.5, 0.25, 1e4);
         }
+        this->run(aoti_torch_cpu_correlate2d, this->numbers({0, 2, s.height, s.width}), this->numbers({0, 3, 3}), border);
         this->run(aoti_torch_cpu_minmax_filter, x, int64_t{1}, int64_t{33}, border, 0.5, int32_t{0});
         this->run(aoti_torch_cpu_median3x3, x, border);
       }

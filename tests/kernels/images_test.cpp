@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "benchmarks.h"
 #include "fixture.h"
 #include "kernels.h"
 
@@ -59,6 +60,8 @@ TYPED_TEST(Kernels, HflipMatchesOpenCv) {
   }
 }
 
+KERNEL_BENCHMARK(hflip, [](const float* x, Planes p, float* out) { hflip(x, p, out); });
+
 TYPED_TEST(Kernels, SeparableIsThatOfOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
@@ -78,6 +81,10 @@ TYPED_TEST(Kernels, SeparableIsThatOfOpenCv) {
       }
 }
 
+constexpr float kGaussian[] = {0.0614f, 0.2448f, 0.3876f, 0.2448f, 0.0614f}, kOnes[5] = {1, 1, 1, 1, 1};
+KERNEL_BENCHMARK(separable_5x5, [](const float* x, Planes p, float* out) { separable(x, {1, p.count, p.height, p.width}, kGaussian, 1, 5, kGaussian, 1, 5, Border::kReflect, 1.0f, 0.0f, out); });
+KERNEL_BENCHMARK(separable_box_5x5, [](const float* x, Planes p, float* out) { separable(x, {1, p.count, p.height, p.width}, kOnes, 1, 5, kOnes, 1, 5, Border::kReflect, 0.04f, 0.0f, out); });
+
 TYPED_TEST(Kernels, CorrelationIsThatOfOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
@@ -96,6 +103,9 @@ TYPED_TEST(Kernels, CorrelationIsThatOfOpenCv) {
         }
 }
 
+constexpr float kTaps[9] = {0.1f, 0.2f, 0.3f, 0.15f, 0.25f, 0.35f, 0.12f, 0.22f, 0.32f};
+KERNEL_BENCHMARK(correlate2d_3x3, [](const float* x, Planes p, float* out) { correlate2d(x, {1, p.count, p.height, p.width}, kTaps, 1, 3, 3, Border::kReflect, out); });
+
 TYPED_TEST(Kernels, SobelIsThatOfOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes) {
@@ -111,6 +121,8 @@ TYPED_TEST(Kernels, SobelIsThatOfOpenCv) {
     });
   }
 }
+
+KERNEL_BENCHMARK(sobel, [](const float* x, Planes p, float* out) { sobel(x, p, 0.125f, 1e-6f, out); });
 
 TYPED_TEST(Kernels, RectangleExtremesAreThoseOfOpenCv) {
   using T = TypeParam;
@@ -128,6 +140,9 @@ TYPED_TEST(Kernels, RectangleExtremesAreThoseOfOpenCv) {
           });
         }
 }
+
+KERNEL_BENCHMARK(minmax_filter_3x3, [](const float* x, Planes p, float* out) { minmax_filter(x, p, 3, 3, Border::kReplicate, 0.0f, true, out); });
+KERNEL_BENCHMARK(minmax_filter_15x15, [](const float* x, Planes p, float* out) { minmax_filter(x, p, 15, 15, Border::kReplicate, 0.0f, true, out); });
 
 TYPED_TEST(Kernels, StructuredExtremesAreTheirDefinition) {
   using T = TypeParam;
@@ -160,6 +175,11 @@ TYPED_TEST(Kernels, StructuredExtremesAreTheirDefinition) {
           }
 }
 
+constexpr float kFlat[9] = {};
+KERNEL_BENCHMARK(morphology_3x3, [](const float* x, Planes p, float* out) {
+  morphology(x, p, kFlat, 3, 3, 1, 1, Border::kConstant, -1e4f, 1e4f, true, out);
+});
+
 TYPED_TEST(Kernels, StructuredRangeIsTheDifferenceOfTheExtremes) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
@@ -172,6 +192,10 @@ TYPED_TEST(Kernels, StructuredRangeIsTheDifferenceOfTheExtremes) {
       for (size_t i = 0; i < x.size(); ++i) ASSERT_EQ(out[i], largest[i] - smallest[i]);
     }
 }
+
+KERNEL_BENCHMARK(morphology_gradient_3x3, [](const float* x, Planes p, float* out) {
+  morphology_gradient(x, p, kFlat, 3, 3, kFlat, 1, 1, Border::kConstant, -1e4f, 1e4f, 1e4f, out);
+});
 
 TYPED_TEST(Kernels, MedianIsThatOfOpenCv) {
   using T = TypeParam;
@@ -191,6 +215,8 @@ TYPED_TEST(Kernels, MedianIsThatOfOpenCv) {
     }
 }
 
+KERNEL_BENCHMARK(median3x3, [](const float* x, Planes p, float* out) { median3x3(x, p, Border::kReflect, out); });
+
 TYPED_TEST(Kernels, IntegralIsThatOfOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes) {
@@ -206,6 +232,8 @@ TYPED_TEST(Kernels, IntegralIsThatOfOpenCv) {
     }
   }
 }
+
+KERNEL_BENCHMARK(integral, [](const float* x, Planes p, float* out) { integral(x, p, out); });
 
 TYPED_TEST(Kernels, HysteresisKeepsComponentsWithAStrongPixel) {
   using T = TypeParam;
@@ -255,6 +283,8 @@ TYPED_TEST(Kernels, RidgesAreMaximaOfOpenCvsGradientAcrossTheEdge) {
     }
   }
 }
+
+KERNEL_BENCHMARK(canny_nms, [](const float* x, Planes p, float* out) { canny_nms(x, p, 1e-6f, out); });
 
 TYPED_TEST(Kernels, BilateralIsItsDefinition) {
   using T = TypeParam;

@@ -159,7 +159,7 @@ TEST(RefusedCalls, TopkOfMoreThanThereIs) {
 // A guide that begins where the image does, but is not the image: its first planes, or its first image.
 class KernelCalls : public ::testing::Test {
  protected:
-  void SetUp() override { use_several_threads(); }
+  void SetUp() override { use_threads(3); }
 };
 
 TEST_F(KernelCalls, AGuideThatIsAPartOfTheImage) {

@@ -1,0 +1,70 @@
+// Benchmarks of kernels, each in the file of the kernel's test. Target kernels_bench runs them:
+//
+//     cmake --build --preset release --target kernels_bench && build/release/bin/kernels_bench [--benchmark_filter=median]
+//
+// On one thread. The time of a call is a median, of CPU time; the bandwidth is that of images read once and written once, and its share is of a copy of
+// the same images, which takes turns with the kernel.
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <ctime>
+#include <random>
+#include <vector>
+
+#include "kernels.h"
+#include "threads.h"
+
+namespace kernel_benchmarks {
+
+/** What this thread has computed for so far: on a busy machine the time of a call is that of others too. */
+inline double cpu_seconds() {
+  timespec time;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
+}
+
+inline double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+template <class Call>
+void run(benchmark::State& state, const Call& call) {
+  use_threads(1);
+  const chiasm::kernels::Planes planes{state.range(0), state.range(1), state.range(2)};
+  std::vector<float> x(static_cast<size_t>(planes.count * planes.height * planes.width)), out(x.size());
+  std::mt19937 engine(1);
+  std::uniform_real_distribution<float> draw(0, 1);
+  std::generate(x.begin(), x.end(), [&] { return draw(engine); });
+  std::vector<double> calls, copies;
+  for (auto _ : state) {
+    const double start = cpu_seconds();
+    std::memcpy(out.data(), x.data(), x.size() * sizeof(float));
+    const double copied = cpu_seconds();
+    call(x.data(), planes, out.data());
+    calls.push_back(cpu_seconds() - copied);
+    copies.push_back(copied - start);
+    state.SetIterationTime(calls.back());
+  }
+  const double bytes = 2.0 * double(x.size() * sizeof(float)), taken = median(calls), copy = median(copies);
+  state.counters["ms"] = taken * 1e3;
+  state.counters["GB/s"] = bytes / taken * 1e-9;
+  state.counters["copy_GB/s"] = bytes / copy * 1e-9;
+  state.counters["of_copy_%"] = 100 * copy / taken;
+}
+
+/** Registers call(x, planes, out) at the sizes of docs/benchmarks.md. */
+template <class Call>
+benchmark::internal::Benchmark* add(const char* name, const Call& call) {
+  return benchmark::RegisterBenchmark(name, [call](benchmark::State& state) { run(state, call); })->Args({3, 1080, 1920})->Args({24, 256, 256})->UseManualTime()->Unit(benchmark::kMillisecond);
+}
+
+}  // namespace kernel_benchmarks
+
+/** A benchmark of a name, an identifier, and a function of (const float* x, Planes planes, float* out). */
+#define KERNEL_BENCHMARK(name, ...) \
+  [[maybe_unused]] benchmark::internal::Benchmark* const benchmark_of_##name = kernel_benchmarks::add(#name, __VA_ARGS__)
