@@ -39,6 +39,7 @@ def checked_native_code() -> Iterator[None]:
     def indirect_indexing(self: Any, var: Any, size: Any, check: bool = True, wrap_neg: bool = True) -> sympy.Symbol:
         from torch._inductor.virtualized import V
 
+        wrap_neg = wrap_neg and not _refuses_negative(self.kernel)
         wrapped = wrap_neg and bool(var.bounds.lower < 0)
         node = V.interpreter.current_node.args[0]
         proved = ranges.proves(node, size, wrapped) or not (check or depends_on_data(node))
@@ -104,9 +105,19 @@ def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
     return f"chiasm::checked_index<{str(wrapped).lower()}>({', '.join(arguments)})"
 
 
-def _reader(kernel: Any) -> str:
-    """The ATen operators that the loop was made of and that use indices: what an error names."""
+def _operators(kernel: Any) -> set[str]:
+    """The ATen operators that the loop was made of, as the author wrote them; those that use indices, if there are any."""
     origins = kernel.current_node.node.get_origins() if kernel.current_node is not None else ()
-    names = {str(n.target) for n in origins if n.op == "call_function"}
-    indexing = {n for n in names if re.search(r"index|gather|scatter|embedding|put|take|select", n)}
-    return " or ".join(sorted(n.rpartition(".")[0] or n for n in indexing or names)) or "an index"
+    names = {str(n.meta.get("original_aten") or n.target).rpartition(".")[0] or str(n.target) for n in origins if n.op == "call_function"}
+    return {n for n in names if re.search(r"index|gather|scatter|embedding|put|take|select", n)} or names
+
+
+def _refuses_negative(kernel: Any) -> bool:
+    """Whether the indices are of operators that take none from the end. They are decomposed into one that does."""
+    operators = _operators(kernel)
+    return bool(operators) and operators <= {"aten.index_select", "aten.index_add", "aten.index_copy"}
+
+
+def _reader(kernel: Any) -> str:
+    """What an error names."""
+    return " or ".join(sorted(_operators(kernel))) or "an index"

@@ -127,6 +127,26 @@ def test_a_magnitude_may_be_negative(tmp_path: Path) -> None:
         method(table, index)
 
 
+def from_the_beginning(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
+    """Operators that take no index from the end."""
+    return table.index_select(0, index), torch.zeros(SIZE).index_add(0, index, torch.ones_like(index, dtype=torch.float32))
+
+
+@pytest.mark.parametrize("place", [0, 32])
+def test_an_operator_that_takes_no_negative_index_refuses_it(tmp_path: Path, place: int) -> None:
+    spec = Spec("test.from_the_beginning", [TensorSpec("table", (SIZE,)), integers("index", "P")], [TensorSpec("picked"), TensorSpec("added")], symbols={"P": (1, 64)}, gradients=(),
+                sample=lambda g, sizes, dtype: {"table": torch.rand(SIZE, generator=g, dtype=dtype), "index": torch.arange(sizes["P"]) % SIZE})
+    method = runtime.open(export(from_the_beginning, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    table, index = torch.rand(SIZE), torch.arange(33) % SIZE
+    for mine, eager in zip(method(table, index), from_the_beginning(table, index), strict=True):
+        torch.testing.assert_close(torch.as_tensor(mine), eager)
+    index[place] = -1
+    with pytest.raises((IndexError, RuntimeError)):
+        from_the_beginning(table, index)
+    with pytest.raises(runtime.ChiasmError, match=r"index -1 is out of range for an axis of size 16 \(aten.index_"):
+        method(table, index)
+
+
 def before_the_last(table: Tensor, index: Tensor) -> Tensor:
     """An index that is proved for sizes from 2, as which PyTorch takes them, and is -1 where the size is 1."""
     return table[index.clamp(0, table.size(0) - 2)]
