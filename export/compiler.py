@@ -104,7 +104,8 @@ def _flags(words: Sequence[str], source: str) -> list[str]:
     """The compiler and what it is told, without the files. Texts of errors name headers without their folder, which would make the same
     export on another machine another file; of warnings there are thousands, about PyTorch's headers."""
     skipped = {source, "-c", "-o", words[words.index("-o") + 1]}
-    return [*(word for word in words if word not in skipped), "-w", f"-ffile-prefix-map={Path(torch.__file__).parent / 'include'}="]
+    # Integers from data wrap around, as in PyTorch: else the compiler takes a sum of two for positive, and an index's check with it out.
+    return [*(word for word in words if word not in skipped), "-w", "-fwrapv", f"-ffile-prefix-map={Path(torch.__file__).parent / 'include'}="]
 
 
 def _environment(include: Path | None) -> dict[str, str]:

@@ -127,6 +127,26 @@ def test_a_magnitude_may_be_negative(tmp_path: Path) -> None:
         method(table, index)
 
 
+def doubled(table: Tensor, index: Tensor) -> Tensor:
+    """A sum that wraps around: to a compiler for which it may not, it is never negative."""
+    positive = index.clamp(min=0)
+    return table[(positive + positive).clamp(max=SIZE - 1)]
+
+
+def test_a_sum_that_wraps_around_is_still_checked(tmp_path: Path) -> None:
+    spec = Spec("test.doubled", [TensorSpec("table", (SIZE,)), integers("index", "P")], [TensorSpec("value")], symbols={"P": (1, 64)}, gradients=(),
+                sample=lambda g, sizes, dtype: {"table": torch.rand(SIZE, generator=g, dtype=dtype), "index": torch.arange(sizes["P"]) - 8})
+    method = runtime.open(export(doubled, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    table = torch.rand(SIZE)
+    for place in (0, 32):
+        index = torch.arange(33) % 8
+        index[place] = (1 << 62) + 5
+        with pytest.raises(IndexError):
+            doubled(table, index)
+        with pytest.raises(runtime.ChiasmError, match="index -9223372036854775798 is out of range for an axis of size 16"):
+            method(table, index)
+
+
 def from_the_beginning(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
     """Operators that take no index from the end."""
     return table.index_select(0, index), torch.zeros(SIZE).index_add(0, index, torch.ones_like(index, dtype=torch.float32))
