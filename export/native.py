@@ -30,7 +30,7 @@ import chiasm
 from . import compiler
 from .compiler import HEADERS, Build
 from .errors import ExportError, explain
-from .native_checks import checked_native_code
+from .native_checks import checked_native_code, select_by_tensors
 from .spec import Spec, TensorSpec
 from .torch_speed import fast_inductor, fast_tracing, known_vectors
 
@@ -213,6 +213,7 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
 
 def _begin(program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None) -> Build:
     _check_vector_isa(spec, isa)
+    select_by_tensors(program)
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
     link = f"chiasm_kernels -lchiasm_aoti -L{LIBRARIES / isa} -Wl,--version-script={LIBRARIES / 'symbols.map'} {_LINK}"
     options = {

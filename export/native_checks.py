@@ -14,6 +14,7 @@ from typing import Any
 from unittest.mock import patch
 
 import sympy
+import torch
 
 from .index_ranges import IndexRanges, depends_on_data
 
@@ -85,6 +86,23 @@ def checked_native_code() -> Iterator[None]:
         ):
             stack.enter_context(patch.object(owner, attribute, replacement))
         yield
+
+
+def select_by_tensors(program: torch.export.ExportedProgram) -> None:
+    """`x[i.item()]` as `x[i]`: selected by a number that comes from data, the place in memory is computed without a check, and wraps around."""
+    aten, graph = torch.ops.aten, program.graph
+    for node in list(graph.nodes):
+        if node.target is not aten.select.int or getattr(node.args[2], "target", None) is not aten.item.default:
+            continue
+        x, dim, item = node.args
+        with graph.inserting_before(node):
+            picked = graph.call_function(aten.index.Tensor, (x, [None] * (dim % x.meta["val"].dim()) + [item.args[0]]))
+        picked.meta = {"val": node.meta["val"], "original_aten": aten.select.int}
+        node.replace_all_uses_with(picked)
+        graph.erase_node(node)
+        if not item.users:
+            graph.erase_node(item)
+    program.graph_module.recompile()
 
 
 def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:

@@ -147,6 +147,28 @@ def test_a_sum_that_wraps_around_is_still_checked(tmp_path: Path) -> None:
             method(table, index)
 
 
+def chosen(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
+    """A row by a number that comes from data, and one by an index without dimensions."""
+    return table[index[0].item()] * 2.0, table.t()[:, index[index.argmax()]]
+
+
+@pytest.mark.parametrize("wrong", [SIZE, 1 << 62, -SIZE - 1])
+def test_a_number_from_data_is_a_checked_index(tmp_path: Path, wrong: int) -> None:
+    spec = Spec("test.chosen", [TensorSpec("table", (SIZE, 4)), integers("index", "P")], [TensorSpec("first"), TensorSpec("last")], symbols={"P": (1, 64)}, gradients=(),
+                sample=lambda g, sizes, dtype: {"table": torch.rand(SIZE, 4, generator=g, dtype=dtype), "index": torch.arange(sizes["P"]) % 8})
+    method = runtime.open(export(chosen, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    table = torch.rand(SIZE, 4)
+    for first in (3, -2):
+        index = torch.tensor([first, 1, 5, 2])
+        for mine, eager in zip(method(table, index), chosen(table, index), strict=True):
+            torch.testing.assert_close(torch.as_tensor(mine), eager)
+    index[0] = wrong
+    with pytest.raises(IndexError):
+        chosen(table, index)
+    with pytest.raises(runtime.ChiasmError, match=f"index {wrong} is out of range for an axis of size 16"):
+        method(table, index)
+
+
 def from_the_beginning(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
     """Operators that take no index from the end."""
     return table.index_select(0, index), torch.zeros(SIZE).index_add(0, index, torch.ones_like(index, dtype=torch.float32))
