@@ -19,6 +19,8 @@ namespace chiasm {
 template <bool wrapped, class T>
 inline T checked_index(T index, int64_t size, const char* reader, bool active = true) {
   static_assert(std::is_integral_v<T>);
+  // From here on the compiler knows nothing of how the index was computed: where that was undefined (the conversion of NaN) it could take the check out.
+  asm("" : "+r"(index));
   if (static_cast<uint64_t>(static_cast<int64_t>(index)) < static_cast<uint64_t>(size)) [[likely]] return index;
   if (active) note_index(wrapped && index < 0 ? index - size : index, size, reader);
   return 0;
