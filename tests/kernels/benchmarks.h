@@ -6,6 +6,11 @@
 // the same images, which takes turns with the kernel.
 #pragma once
 
+#ifndef CHIASM_BENCHMARKS  // for another machine, without the library
+#define KERNEL_BENCHMARK(name, ...) static_assert(true)
+#define KERNEL_CALL_BENCHMARK(name, ...) static_assert(true)
+#else
+
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -32,14 +37,20 @@ inline double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+inline std::vector<float> random(int64_t n, float low = 0, float high = 1) {
+  std::mt19937 engine(1);
+  std::uniform_real_distribution<float> draw(low, high);
+  std::vector<float> values(static_cast<size_t>(n));
+  std::generate(values.begin(), values.end(), [&] { return draw(engine); });
+  return values;
+}
+
 template <class Call>
 void run(benchmark::State& state, const Call& call) {
   use_threads(1);
   const chiasm::kernels::Planes planes{state.range(0), state.range(1), state.range(2)};
-  std::vector<float> x(static_cast<size_t>(planes.count * planes.height * planes.width)), out(x.size());
-  std::mt19937 engine(1);
-  std::uniform_real_distribution<float> draw(0, 1);
-  std::generate(x.begin(), x.end(), [&] { return draw(engine); });
+  const std::vector<float> x = random(planes.count * planes.height * planes.width);
+  std::vector<float> out(x.size());
   std::vector<double> calls, copies;
   for (auto _ : state) {
     const double start = cpu_seconds();
@@ -63,8 +74,28 @@ benchmark::internal::Benchmark* add(const char* name, const Call& call) {
   return benchmark::RegisterBenchmark(name, [call](benchmark::State& state) { run(state, call); })->Args({3, 1080, 1920})->Args({24, 256, 256})->UseManualTime()->Unit(benchmark::kMillisecond);
 }
 
+/** Registers the call that make() gives, which keeps what it reads and writes. */
+template <class Make>
+benchmark::internal::Benchmark* add_call(const char* name, const Make& make) {
+  const auto run = [make](benchmark::State& state) {
+    use_threads(1);
+    auto call = make();
+    for (auto _ : state) {
+      const double start = cpu_seconds();
+      call();
+      state.SetIterationTime(cpu_seconds() - start);
+    }
+  };
+  return benchmark::RegisterBenchmark(name, run)->UseManualTime()->Unit(benchmark::kMillisecond);
+}
+
 }  // namespace kernel_benchmarks
+
+/** The benchmark of a kernel of another form: a name, and a function that sets up and gives the call. */
+#define KERNEL_CALL_BENCHMARK(name, ...) \
+  [[maybe_unused]] benchmark::internal::Benchmark* const benchmark_of_##name = kernel_benchmarks::add_call(#name, __VA_ARGS__)
 
 /** A benchmark of a name, an identifier, and a function of (const float* x, Planes planes, float* out). */
 #define KERNEL_BENCHMARK(name, ...) \
   [[maybe_unused]] benchmark::internal::Benchmark* const benchmark_of_##name = kernel_benchmarks::add(#name, __VA_ARGS__)
+#endif

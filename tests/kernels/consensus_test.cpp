@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "benchmarks.h"
 #include "fixture.h"
 #include "kernels.h"
 
@@ -83,6 +84,12 @@ TYPED_TEST(Consensus, TakesTheCheapest) {
       }
 }
 
+KERNEL_CALL_BENCHMARK(score_models, [] {
+  return [models = kernel_benchmarks::random(1000 * 9), points = kernel_benchmarks::random(7 * 2000), best = std::vector<int64_t>(4)]() mutable {
+    score_models(models.data(), 1, 1000, points.data(), 2000, false, 4, best.data());
+  };
+});
+
 TYPED_TEST(Consensus, OfEqualsTheFirstAndNothingThatIsNoModel) {
   using T = TypeParam;
   constexpr int64_t n = 50, count = 60;
@@ -147,6 +154,12 @@ TEST_F(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
       }
     }
 }
+
+KERNEL_CALL_BENCHMARK(real_roots, [] {
+  std::vector<double> c(11 * 1000);
+  for (size_t i = 0; i < c.size(); ++i) c[i] = double(i * 7919 % 1009) / 504.5 - 1;
+  return [c, out = std::vector<double>(2 * 10 * 1000)]() mutable { real_roots(c.data(), 11, 1000, out.data()); };
+});
 
 TEST_F(RealRoots, OfWhatHasNone) {
   const double nan = std::numeric_limits<double>::quiet_NaN();

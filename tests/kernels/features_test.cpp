@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "benchmarks.h"
 #include "fixture.h"
 #include "kernels.h"
 
@@ -22,7 +23,7 @@ class FeatureKernels : public KernelsTest<T> {
 using Types = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(FeatureKernels, Types);
 
-TYPED_TEST(FeatureKernels, TheStrongestExtremaAreThoseOfPlainLoops) {
+TYPED_TEST(FeatureKernels, ScaleSpaceNmsMatchesPlainLoops) {
   using T = TypeParam;
   for (const Images& v : {Images{1, 3, 3, 3}, Images{2, 3, 9, 7}, Images{1, 5, 24, 45}, Images{1, 2, 9, 9}})
     for (const bool minima : {false, true})
@@ -56,7 +57,13 @@ TYPED_TEST(FeatureKernels, TheStrongestExtremaAreThoseOfPlainLoops) {
       }
 }
 
-TYPED_TEST(FeatureKernels, DistancesAreOpenCvs) {
+KERNEL_CALL_BENCHMARK(scale_space_nms, [] {
+  return [x = kernel_benchmarks::random(5 * 480 * 640, -1, 1), margins = std::vector<int64_t>(5, 8), out = std::vector<int64_t>(2000)]() mutable {
+    scale_space_nms(x.data(), {1, 5, 480, 640}, margins.data(), true, 2000, out.data());
+  };
+});
+
+TYPED_TEST(FeatureKernels, CdistSquaredMatchesOpenCv) {
   using T = TypeParam;
   for (const auto& [rows, columns, depth] : {std::array<int, 3>{1, 1, 1}, {5, 13, 128}, {9, 24, 3}, {4, 12, 64}})
     for (const int64_t batch : {1, 2}) {
@@ -74,7 +81,11 @@ TYPED_TEST(FeatureKernels, DistancesAreOpenCvs) {
     }
 }
 
-TYPED_TEST(FeatureKernels, TheTwoLeastAreTheFirstOfTheSorted) {
+KERNEL_CALL_BENCHMARK(cdist_squared, [] {
+  return [x = kernel_benchmarks::random(2000 * 128), out = std::vector<float>(2000 * 2000)]() mutable { cdist_squared(x.data(), 1, 2000, 128, x.data(), 2000, out.data()); };
+});
+
+TYPED_TEST(FeatureKernels, TwoSmallestAreTheFirstOfTheSorted) {
   using T = TypeParam;
   constexpr T kInfinity = std::numeric_limits<T>::infinity();
   for (const Planes& p : {Planes{1, 1, 1}, Planes{2, 5, 3}, Planes{1, 40, 300}})
@@ -97,7 +108,11 @@ TYPED_TEST(FeatureKernels, TheTwoLeastAreTheFirstOfTheSorted) {
     }
 }
 
-TYPED_TEST(FeatureKernels, HistogramsOfDirectionsAreTheirDefinition) {
+KERNEL_CALL_BENCHMARK(two_smallest, [] {
+  return [x = kernel_benchmarks::random(2000 * 2000), out = std::vector<int64_t>(2 * 2000)]() mutable { two_smallest(x.data(), 1, 2000, 2000, false, out.data()); };
+});
+
+TYPED_TEST(FeatureKernels, OrientationHistogramsMatchTheirDefinition) {
   using T = TypeParam;
   for (const auto& sizes : {std::array<int64_t, 3>{16, 4, 8}, {19, 1, 36}, {1, 1, 2}, {33, 3, 5}}) {
     constexpr int64_t count = 3;
@@ -127,7 +142,13 @@ TYPED_TEST(FeatureKernels, HistogramsOfDirectionsAreTheirDefinition) {
   }
 }
 
-TYPED_TEST(FeatureKernels, PatchesAreBilinearReadingsOfTheirImages) {
+KERNEL_CALL_BENCHMARK(orientation_histograms, [] {
+  return [x = kernel_benchmarks::random(500 * 41 * 41), window = kernel_benchmarks::random(41 * 41), weights = kernel_benchmarks::random(4 * 41), out = std::vector<float>(500 * 8 * 16)]() mutable {
+    orientation_histograms(x.data(), 500, 41, window.data(), weights.data(), 4, 8, out.data());
+  };
+});
+
+TYPED_TEST(FeatureKernels, ExtractPatchesReadsBilinearly) {
   using T = TypeParam;
   constexpr int64_t batch = 2, channels = 3, frames = 4, side = 18;
   const int64_t heights[] = {9, 20, 1, 7}, widths[] = {30, 11, 6, 1};  // four images in a row of pixels
@@ -159,5 +180,12 @@ TYPED_TEST(FeatureKernels, PatchesAreBilinearReadingsOfTheirImages) {
     ASSERT_NEAR(out[size_t(i)], expected, 2e-5) << "frame " << frame << " at " << x << ", " << y;
   }
 }
+
+KERNEL_CALL_BENCHMARK(extract_patches, [] {
+  return [x = kernel_benchmarks::random(480 * 640), start = std::vector<int64_t>(500), height = std::vector<int64_t>(500, 480), width = std::vector<int64_t>(500, 640),
+          frames = kernel_benchmarks::random(500 * 6, 10, 200), out = std::vector<float>(500 * 32 * 32)]() mutable {
+    extract_patches(x.data(), 1, 1, 480 * 640, start.data(), 500, height.data(), width.data(), frames.data(), 32, out.data());
+  };
+});
 
 }  // namespace

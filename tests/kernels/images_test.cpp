@@ -2,6 +2,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -62,7 +63,7 @@ TYPED_TEST(Kernels, HflipMatchesOpenCv) {
 
 KERNEL_BENCHMARK(hflip, [](const float* x, Planes p, float* out) { hflip(x, p, out); });
 
-TYPED_TEST(Kernels, SeparableIsThatOfOpenCv) {
+TYPED_TEST(Kernels, SeparableMatchesOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
     for (int b = 0; b < 4; ++b)
@@ -85,7 +86,7 @@ constexpr float kGaussian[] = {0.0614f, 0.2448f, 0.3876f, 0.2448f, 0.0614f}, kOn
 KERNEL_BENCHMARK(separable_5x5, [](const float* x, Planes p, float* out) { separable(x, {1, p.count, p.height, p.width}, kGaussian, 1, 5, kGaussian, 1, 5, Border::kReflect, 1.0f, 0.0f, out); });
 KERNEL_BENCHMARK(separable_box_5x5, [](const float* x, Planes p, float* out) { separable(x, {1, p.count, p.height, p.width}, kOnes, 1, 5, kOnes, 1, 5, Border::kReflect, 0.04f, 0.0f, out); });
 
-TYPED_TEST(Kernels, CorrelationIsThatOfOpenCv) {
+TYPED_TEST(Kernels, Correlate2dMatchesOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
     for (int b = 0; b < 4; ++b)
@@ -106,7 +107,7 @@ TYPED_TEST(Kernels, CorrelationIsThatOfOpenCv) {
 constexpr float kTaps[9] = {0.1f, 0.2f, 0.3f, 0.15f, 0.25f, 0.35f, 0.12f, 0.22f, 0.32f};
 KERNEL_BENCHMARK(correlate2d_3x3, [](const float* x, Planes p, float* out) { correlate2d(x, {1, p.count, p.height, p.width}, kTaps, 1, 3, 3, Border::kReflect, out); });
 
-TYPED_TEST(Kernels, SobelIsThatOfOpenCv) {
+TYPED_TEST(Kernels, SobelMatchesOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes) {
     const auto x = this->random(pixels(p));
@@ -124,7 +125,7 @@ TYPED_TEST(Kernels, SobelIsThatOfOpenCv) {
 
 KERNEL_BENCHMARK(sobel, [](const float* x, Planes p, float* out) { sobel(x, p, 0.125f, 1e-6f, out); });
 
-TYPED_TEST(Kernels, RectangleExtremesAreThoseOfOpenCv) {
+TYPED_TEST(Kernels, MinmaxFilterMatchesOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
     for (int b = 0; b < 4; ++b)
@@ -144,7 +145,7 @@ TYPED_TEST(Kernels, RectangleExtremesAreThoseOfOpenCv) {
 KERNEL_BENCHMARK(minmax_filter_3x3, [](const float* x, Planes p, float* out) { minmax_filter(x, p, 3, 3, Border::kReplicate, 0.0f, true, out); });
 KERNEL_BENCHMARK(minmax_filter_15x15, [](const float* x, Planes p, float* out) { minmax_filter(x, p, 15, 15, Border::kReplicate, 0.0f, true, out); });
 
-TYPED_TEST(Kernels, StructuredExtremesAreTheirDefinition) {
+TYPED_TEST(Kernels, MorphologyMatchesItsDefinition) {
   using T = TypeParam;
   constexpr int64_t kh = 3, kw = 4, row = 1, column = 2;
   constexpr T kAbsent = 1e4;
@@ -180,7 +181,7 @@ KERNEL_BENCHMARK(morphology_3x3, [](const float* x, Planes p, float* out) {
   morphology(x, p, kFlat, 3, 3, 1, 1, Border::kConstant, -1e4f, 1e4f, true, out);
 });
 
-TYPED_TEST(Kernels, StructuredRangeIsTheDifferenceOfTheExtremes) {
+TYPED_TEST(Kernels, MorphologyGradientIsDilationMinusErosion) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
     for (const Border border : kBorders) {
@@ -197,7 +198,7 @@ KERNEL_BENCHMARK(morphology_gradient_3x3, [](const float* x, Planes p, float* ou
   morphology_gradient(x, p, kFlat, 3, 3, kFlat, 1, 1, Border::kConstant, -1e4f, 1e4f, 1e4f, out);
 });
 
-TYPED_TEST(Kernels, MedianIsThatOfOpenCv) {
+TYPED_TEST(Kernels, Median3x3MatchesOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)
     for (int b = 0; b < 4; ++b) {
@@ -217,7 +218,7 @@ TYPED_TEST(Kernels, MedianIsThatOfOpenCv) {
 
 KERNEL_BENCHMARK(median3x3, [](const float* x, Planes p, float* out) { median3x3(x, p, Border::kReflect, out); });
 
-TYPED_TEST(Kernels, IntegralIsThatOfOpenCv) {
+TYPED_TEST(Kernels, IntegralMatchesOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes) {
     const auto x = this->random(pixels(p), -1, 1);
@@ -235,7 +236,7 @@ TYPED_TEST(Kernels, IntegralIsThatOfOpenCv) {
 
 KERNEL_BENCHMARK(integral, [](const float* x, Planes p, float* out) { integral(x, p, out); });
 
-TYPED_TEST(Kernels, HysteresisKeepsComponentsWithAStrongPixel) {
+TYPED_TEST(Kernels, CannyHysteresisKeepsComponentsWithAStrongPixel) {
   using T = TypeParam;
   for (const Planes& p : kSizes) {
     const auto x = this->random(pixels(p));
@@ -257,7 +258,11 @@ TYPED_TEST(Kernels, HysteresisKeepsComponentsWithAStrongPixel) {
   }
 }
 
-TYPED_TEST(Kernels, RidgesAreMaximaOfOpenCvsGradientAcrossTheEdge) {
+KERNEL_CALL_BENCHMARK(canny_hysteresis, [] {
+  return [x = kernel_benchmarks::random(1080 * 1920), out = std::shared_ptr<bool[]>(new bool[1080 * 1920])] { canny_hysteresis(x.data(), {1, 1080, 1920}, 0.6f, 0.9f, out.get()); };
+});
+
+TYPED_TEST(Kernels, CannyNmsKeepsMaximaOfOpenCvsGradientAcrossTheEdge) {
   using T = TypeParam;
   for (const Planes& p : kSizes) {
     const auto x = this->random(pixels(p));
@@ -286,7 +291,7 @@ TYPED_TEST(Kernels, RidgesAreMaximaOfOpenCvsGradientAcrossTheEdge) {
 
 KERNEL_BENCHMARK(canny_nms, [](const float* x, Planes p, float* out) { canny_nms(x, p, 1e-6f, out); });
 
-TYPED_TEST(Kernels, BilateralIsItsDefinition) {
+TYPED_TEST(Kernels, BilateralMatchesItsDefinition) {
   using T = TypeParam;
   constexpr int64_t ky = 3, kx = 5, channels = 2, depth = 3;
   for (const Planes& p : kSizes)
@@ -325,9 +330,15 @@ TYPED_TEST(Kernels, BilateralIsItsDefinition) {
       }
 }
 
+KERNEL_BENCHMARK(bilateral_5x5, [](const float* x, Planes p, float* out) {
+  const std::vector<float> weights(25, 0.5f);
+  const float coefficient = -50;
+  bilateral(x, {p.count / 3, 3, p.height, p.width}, x, p.count / 3, 3, weights.data(), 1, 5, 5, &coefficient, 1, Border::kReflect, false, out);
+});
+
 class Frames : public Kernels<float> {};
 
-TEST_F(Frames, LumaIsThatOfOpenCv) {
+TEST_F(Frames, FrameToGreyMatchesOpenCv) {
   for (const int64_t n : {1, 7, 8, 9, 10, 31, 8191, 8201, 20011}) {
     cv::Mat frame(1, int(n), CV_8UC3), numbers, luma;
     cv::randu(frame, 0, 256);
@@ -339,7 +350,11 @@ TEST_F(Frames, LumaIsThatOfOpenCv) {
   }
 }
 
-TEST_F(Frames, ResizingIsThatOfOpenCvOfNumbers) {
+KERNEL_CALL_BENCHMARK(frame_to_grey, [] {
+  return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<float>(1080 * 1920)]() mutable { frame_to_grey(x.data(), 1080, 1920, out.data()); };
+});
+
+TEST_F(Frames, ResizeFrameMatchesOpenCv) {
   for (const cv::Size size : {cv::Size(2, 1), cv::Size(5, 8), cv::Size(37, 21), cv::Size(256, 256), cv::Size(301, 133)})
     for (const cv::Size to : {cv::Size(1, 1), cv::Size(3, 2), cv::Size(37, 21), cv::Size(224, 224)}) {
       // Of its own memory, so that a sanitizer sees what is read beyond it.
@@ -357,7 +372,11 @@ TEST_F(Frames, ResizingIsThatOfOpenCvOfNumbers) {
     }
 }
 
-TYPED_TEST(Kernels, LevelsAndBinsAreTheirDefinitions) {
+KERNEL_CALL_BENCHMARK(resize_frame, [] {
+  return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<float>(3 * 224 * 224)]() mutable { resize_frame(x.data(), 1080, 1920, 224, 224, out.data()); };
+});
+
+TYPED_TEST(Kernels, QuantizeU8AndHistcMatchTheirDefinitions) {
   using T = TypeParam;
   const int64_t n = 200003;
   auto x = this->random(n, -0.1, 1.1);
@@ -383,7 +402,16 @@ TYPED_TEST(Kernels, LevelsAndBinsAreTheirDefinitions) {
   }
 }
 
-TYPED_TEST(Kernels, ExtentsAreThoseOfTheStandardLibraryAndPassNaNOn) {
+KERNEL_CALL_BENCHMARK(quantize_u8, [] {
+  return [x = kernel_benchmarks::random(3 * 1080 * 1920), out = std::vector<uint8_t>(3 * 1080 * 1920)]() mutable { quantize_u8(x.data(), 3 * 1080 * 1920, out.data()); };
+});
+KERNEL_CALL_BENCHMARK(histc, [] {
+  return [x = kernel_benchmarks::random(3 * 1080 * 1920), low = std::vector<float>(3), span = std::vector<float>(3, 1), out = std::vector<int32_t>(3 * 256)]() mutable {
+    histc(x.data(), 3, 1080 * 1920, low.data(), span.data(), 256, out.data());
+  };
+});
+
+TYPED_TEST(Kernels, AminmaxMatchesTheStandardLibraryAndPassesNaNOn) {
   using T = TypeParam;
   for (const int64_t n : {1, 7, 65, 200003}) {
     auto x = this->random(3 * n, -5, 5);
@@ -399,9 +427,13 @@ TYPED_TEST(Kernels, ExtentsAreThoseOfTheStandardLibraryAndPassNaNOn) {
   }
 }
 
+KERNEL_CALL_BENCHMARK(aminmax, [] {
+  return [x = kernel_benchmarks::random(3 * 1080 * 1920), out = std::vector<float>(6)]() mutable { aminmax(x.data(), 3, 1080 * 1920, out.data()); };
+});
+
 class Tables : public Kernels<float> {};
 
-TEST_F(Tables, CountsAreThoseOfOpenCv) {
+TEST_F(Tables, BincountMatchesOpenCv) {
   const int64_t rows = 2, n = 100003;
   std::vector<uint8_t> bytes(size_t(rows * n));
   for (auto& b : bytes) b = uint8_t(this->engine_() % 251);
@@ -424,7 +456,11 @@ TEST_F(Tables, CountsAreThoseOfOpenCv) {
   EXPECT_EQ(others[99], counts[99]);
 }
 
-TEST_F(Tables, LookUpTakesEachRowsTable) {
+KERNEL_CALL_BENCHMARK(bincount, [] {
+  return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<int32_t>(3 * 256)]() mutable { bincount(x.data(), 3, 1080 * 1920, 256, out.data()); };
+});
+
+TEST_F(Tables, LutTakesEachRowsTable) {
   const int64_t n = 70001;
   const auto table = this->random(2 * 256);
   std::vector<uint8_t> index(size_t(2 * n));
@@ -434,8 +470,14 @@ TEST_F(Tables, LookUpTakesEachRowsTable) {
   for (size_t i = 0; i < index.size(); ++i) ASSERT_EQ(out[i], table[i / size_t(n) * 256 + index[i]]);
 }
 
+KERNEL_CALL_BENCHMARK(lut, [] {
+  return [table = kernel_benchmarks::random(3 * 256), x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+    lut(table.data(), 3, x.data(), 1080 * 1920, out.data());
+  };
+});
+
 // From the counts of tiles by OpenCV's rules to its result: both kernels of CLAHE.
-TEST_F(Tables, ClaheOfTheKernelsIsThatOfOpenCv) {
+TEST_F(Tables, ClaheMatchesOpenCv) {
   for (const Planes& p : {Planes{2, 32, 48}, Planes{1, 61, 77}}) {
     const int64_t tiles_y = 3, tiles_x = 4, tiles = tiles_y * tiles_x;
     const bool whole = p.height % tiles_y == 0 && p.width % tiles_x == 0;
@@ -471,7 +513,17 @@ TEST_F(Tables, ClaheOfTheKernelsIsThatOfOpenCv) {
   }
 }
 
-TEST_F(Tables, ComponentsAreThoseOfOpenCv) {
+KERNEL_CALL_BENCHMARK(clahe_histograms, [] {
+  return [x = std::vector<uint8_t>(1080 * 1920, 7), out = std::vector<int32_t>(64 * 256)]() mutable { clahe_histograms(x.data(), 1, 1080, 1920, 135, 240, 8, 8, out.data()); };
+});
+KERNEL_CALL_BENCHMARK(clahe_interpolate, [] {
+  return [curves = kernel_benchmarks::random(64 * 256, 0, 255), x = std::vector<uint8_t>(1080 * 1920, 7), tiles = std::vector<int64_t>(1920, 3), weights = std::vector<float>(1920, 0.5f),
+          out = std::vector<uint8_t>(1080 * 1920)]() mutable {
+    clahe_interpolate(curves.data(), 1, 64, 8, x.data(), 1080, 1920, tiles.data(), tiles.data(), weights.data(), tiles.data(), tiles.data(), weights.data(), out.data());
+  };
+});
+
+TEST_F(Tables, ConnectedComponentsMatchOpenCv) {
   for (const Planes& p : kSizes)
     for (const double share : {0.3, 0.45, 0.7}) {
       const auto x = this->random(pixels(p));
@@ -490,5 +542,11 @@ TEST_F(Tables, ComponentsAreThoseOfOpenCv) {
       }
     }
 }
+
+KERNEL_CALL_BENCHMARK(connected_components, [] {
+  const std::shared_ptr<bool[]> mask(new bool[1080 * 1920]);
+  for (int64_t i = 0; i < 1080 * 1920; ++i) mask[i] = i * 7919 % 101 < 40;
+  return [mask, out = std::vector<int32_t>(1080 * 1920)]() mutable { connected_components(mask.get(), 1, 1080, 1920, out.data()); };
+});
 
 }  // namespace

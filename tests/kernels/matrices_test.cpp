@@ -3,6 +3,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "benchmarks.h"
 #include "fixture.h"
 #include "kernels.h"
 
@@ -21,7 +22,7 @@ cv::Mat item(const std::vector<double>& values, int64_t n, int64_t i) {
 
 double difference(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) / cv::norm(b, cv::NORM_INF); }
 
-TEST_F(Matrices, InversesAreOpenCVs) {
+TEST_F(Matrices, InversesMatchOpenCv) {
   for (const int64_t n : {1, 2, 3, 4, 5, 9, 10, 16})
     for (const int64_t count : {1, 7}) {
       const auto m = random(count * n * n, -1, 1);
@@ -40,6 +41,15 @@ TEST_F(Matrices, InversesAreOpenCVs) {
     }
 }
 
+std::vector<double> identities() {
+  std::vector<double> m(1000 * 81);
+  for (size_t i = 0; i < m.size(); ++i) m[i] = i % 81 % 10 == 0 ? 1 : double(i * 7919 % 101) / 1e4;
+  return m;
+}
+
+KERNEL_CALL_BENCHMARK(batched_inverse, [] { return [m = identities(), out = std::vector<double>(1000 * 81)]() mutable { batched_inverse(m.data(), 1000, 9, out.data()); }; });
+KERNEL_CALL_BENCHMARK(spd_inverse, [] { return [m = identities(), out = std::vector<double>(1000 * 81)]() mutable { spd_inverse(m.data(), 1000, 9, out.data()); }; });
+
 TEST_F(Matrices, OfASingularMatrixThereIsNoInverse) {
   const std::vector<double> m{1, 2, 3, 2, 4, 6, 1, 0, 1};
   std::vector<double> out(9, 0);
@@ -49,7 +59,7 @@ TEST_F(Matrices, OfASingularMatrixThereIsNoInverse) {
   EXPECT_FALSE(finite);
 }
 
-TEST_F(Matrices, PowersAreTheirDefinition) {
+TEST_F(Matrices, NormalizedPowerMatchesItsDefinition) {
   for (const int64_t n : {1, 3, 4, 9, 16})
     for (const int64_t squarings : {0, 1, 7}) {
       constexpr int64_t count = 5;
@@ -66,5 +76,9 @@ TEST_F(Matrices, PowersAreTheirDefinition) {
       }
     }
 }
+
+KERNEL_CALL_BENCHMARK(normalized_power, [] {
+  return [m = identities(), out = std::vector<double>(1000 * 81)]() mutable { normalized_power(m.data(), 1000, 9, 6, out.data()); };
+});
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "benchmarks.h"
 #include "fixture.h"
 #include "artifact/kernels/resize_taps.h"
 
@@ -42,7 +43,7 @@ double sampled(const T* plane, int64_t height, int64_t width, double x, double y
   return (pixel(r, c) * (1 - fx) + pixel(r, c + 1) * fx) * (1 - fy) + (pixel(r + 1, c) * (1 - fx) + pixel(r + 1, c + 1) * fx) * fy;
 }
 
-TYPED_TEST(Resampling, SamplesAreTheirDefinition) {
+TYPED_TEST(Resampling, RemapMatchesItsDefinition) {
   using T = TypeParam;
   constexpr int64_t height = 35, width = 133;
   for (const Images& images : kImages)
@@ -65,6 +66,12 @@ TYPED_TEST(Resampling, SamplesAreTheirDefinition) {
           }
         }
 }
+
+KERNEL_CALL_BENCHMARK(remap, [] {
+  return [image = kernel_benchmarks::random(3 * 1080 * 1920), x = kernel_benchmarks::random(1080 * 1920, 0, 1919), y = kernel_benchmarks::random(1080 * 1920, 0, 1079), out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+    remap(image.data(), {1, 3, 1080, 1920}, x.data(), 1080, 1920, y.data(), Interpolation::kBilinear, Padding::kZeros, true, out.data());
+  };
+});
 
 TYPED_TEST(Resampling, RowsReadForwardsAcrossAllBordersAreTheirDefinition) {
   using T = TypeParam;
@@ -103,7 +110,7 @@ TYPED_TEST(Resampling, PositionsThatAreNoNumbersOrHugeReadNothing) {
   }
 }
 
-TYPED_TEST(Resampling, ProjectiveSamplesAreThoseAtTheMatrixesPositions) {
+TYPED_TEST(Resampling, WarpPerspectiveIsRemapAtTheMatrixesPositions) {
   using T = TypeParam;
   constexpr int64_t height = 37, width = 141;
   for (const Images& images : kImages) {
@@ -125,6 +132,11 @@ TYPED_TEST(Resampling, ProjectiveSamplesAreThoseAtTheMatrixesPositions) {
   }
 }
 
+KERNEL_BENCHMARK(warp_perspective, [](const float* x, Planes p, float* out) {
+  const float matrix[] = {0.9f, 0.1f, 10, -0.1f, 0.9f, 20, 1e-5f, 1e-5f, 1};
+  warp_perspective(x, {1, p.count, p.height, p.width}, matrix, p.height, p.width, Interpolation::kBilinear, Padding::kZeros, true, out);
+});
+
 // One plane resized along both axes by taps(size, new size), against what `expected` makes of it.
 template <class T, class Taps, class Expected>
 void expect_resized(const std::vector<T>& x, const Planes& p, int64_t height, int64_t width, const Taps& taps, const Expected& expected, double tolerance) {
@@ -140,7 +152,7 @@ void expect_resized(const std::vector<T>& x, const Planes& p, int64_t height, in
 const Planes kPlanes[] = {{1, 1, 1}, {2, 3, 5}, {1, 40, 71}, {1, 40, 142}, {2, 7, 1}, {3, 70, 150}};
 const std::pair<int64_t, int64_t> kSizes[] = {{1, 1}, {2, 9}, {19, 33}, {20, 71}, {19, 72}, {80, 142}, {5, 300}, {90, 4}};
 
-TYPED_TEST(Resampling, ResizingIsOpenCvs) {
+TYPED_TEST(Resampling, ResizeMatchesOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kPlanes)
     for (const auto& [height, width] : kSizes)
@@ -155,8 +167,12 @@ TYPED_TEST(Resampling, ResizingIsOpenCvs) {
       }
 }
 
+KERNEL_BENCHMARK(resize_half, [](const float* x, Planes p, float* out) {
+  resize(x, {1, p.count, p.height, p.width}, p.height / 2, p.width / 2, Interpolation::kBilinear, false, false, out);
+});
+
 // OpenCV blurs first and interpolates then, or interpolates first.
-TYPED_TEST(Resampling, BlurringAndResizingIsOpenCvsInOneStep) {
+TYPED_TEST(Resampling, ResizeBlurredMatchesOpenCv) {
   using T = TypeParam;
   const std::vector<T> kernel{T(1) / 16, T(4) / 16, T(6) / 16, T(4) / 16, T(1) / 16};
   const std::pair<Border, int> borders[] = {{Border::kReflect, cv::BORDER_REFLECT_101}, {Border::kReplicate, cv::BORDER_REPLICATE}, {Border::kConstant, cv::BORDER_CONSTANT}};
@@ -178,6 +194,11 @@ TYPED_TEST(Resampling, BlurringAndResizingIsOpenCvsInOneStep) {
           expect_resized(this->random(p.count * p.height * p.width, 0, 1), p, height, width, taps, expected, 2e-5);
         }
 }
+
+KERNEL_BENCHMARK(resize_blurred_half, [](const float* x, Planes p, float* out) {
+  const float taps[] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
+  resize_blurred(x, {1, p.count, p.height, p.width}, taps, 5, p.height / 2, p.width / 2, false, Border::kReflect, true, out);
+});
 
 // Keys' cubic with a = -1/2, as Pillow has it for reducing.
 double keys(double d) { return d < 1 ? (1.5 * d - 2.5) * d * d + 1 : d < 2 ? ((-0.5 * d + 2.5) * d - 4) * d + 2 : 0; }

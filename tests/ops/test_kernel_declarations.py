@@ -96,3 +96,14 @@ def test_every_kernel_is_a_lowering() -> None:
     """No kernel is there that no primitive calls."""
     sources = "".join(file.read_text() for file in (ROOT / "python/chiasm/primitives").rglob("*.py"))
     assert [name for name in KERNELS if f"kernels.{name}" not in sources] == []
+
+
+def test_every_kernel_has_its_tests_and_its_benchmark() -> None:
+    """Against a reference, in guarded memory, refused calls, and how long it takes."""
+    folder = ROOT / "tests" / "kernels"
+    sources = {file.name: file.read_text() for file in folder.glob("*_test.cpp")}
+    against_references = "".join(text for name, text in sources.items() if name not in ("guarded_test.cpp", "refused_calls_test.cpp"))
+    for name in KERNELS:
+        assert re.search(rf"\b{name}\(", against_references), f"{name}: no test against a reference"
+        assert re.search(rf"BENCHMARK\({name}(_\w+)?,", against_references), f"{name}: no benchmark"
+        assert f"aoti_torch_cpu_{name}," in sources["guarded_test.cpp"], f"{name}: no call in guarded memory"
