@@ -229,7 +229,7 @@ TYPED_TEST(GuardedKernels, SumsLevelsAndEdgesStayInside) {
       this->run(aoti_torch_cpu_canny_hysteresis, x, 0.2, 0.6);
       const Tensor extents = this->run(aoti_torch_cpu_aminmax, row);
       for (const int64_t bins : {1, 7, 256}) {
-        const Tensor counts = this->run(aoti_torch_cpu_histc, row, this->numbers({2, 1}, -1, 0), this->numbers({2, 1}, 1, 2), bins);
+        const Tensor counts = this->run(aoti_torch_cpu_row_histograms, row, this->numbers({2, 1}, -1, 0), this->numbers({2, 1}, 1, 2), bins);
         int64_t counted = 0;
         for (int64_t i = 0; i < counts->numel(); ++i) counted += reinterpret_cast<const int32_t*>(counts->data())[i];
         EXPECT_EQ(counted, row->numel());  // each value is in some bin, NaN in the first

@@ -376,7 +376,7 @@ KERNEL_CALL_BENCHMARK(resize_frame, [] {
   return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<float>(3 * 224 * 224)]() mutable { resize_frame(x.data(), 1080, 1920, 224, 224, out.data()); };
 });
 
-TYPED_TEST(Kernels, QuantizeU8AndHistcMatchTheirDefinitions) {
+TYPED_TEST(Kernels, QuantizeU8AndRowHistogramsMatchTheirDefinitions) {
   using T = TypeParam;
   const int64_t n = 200003;
   auto x = this->random(n, -0.1, 1.1);
@@ -394,7 +394,7 @@ TYPED_TEST(Kernels, QuantizeU8AndHistcMatchTheirDefinitions) {
   const T low[] = {T(-0.1), T(0.25)}, span[] = {T(1.2), T(0.5)};
   auto values = this->random(2 * n, 0.25, 0.75);
   values[0] = T(1.1);  // the end belongs to the last bin
-  histc(values.data(), 2, n, low, span, 10, counts.data());
+  row_histograms(values.data(), 2, n, low, span, 10, counts.data());
   for (int row = 0; row < 2; ++row) {
     std::vector<int32_t> expected(10);
     for (int64_t i = 0; i < n; ++i) ++expected[std::min<size_t>(size_t((values[size_t(row * n + i)] - low[row]) / span[row] * T(10)), 9)];
@@ -405,9 +405,9 @@ TYPED_TEST(Kernels, QuantizeU8AndHistcMatchTheirDefinitions) {
 KERNEL_CALL_BENCHMARK(quantize_u8, [] {
   return [x = kernel_benchmarks::random(3 * 1080 * 1920), out = std::vector<uint8_t>(3 * 1080 * 1920)]() mutable { quantize_u8(x.data(), 3 * 1080 * 1920, out.data()); };
 });
-KERNEL_CALL_BENCHMARK(histc, [] {
+KERNEL_CALL_BENCHMARK(row_histograms, [] {
   return [x = kernel_benchmarks::random(3 * 1080 * 1920), low = std::vector<float>(3), span = std::vector<float>(3, 1), out = std::vector<int32_t>(3 * 256)]() mutable {
-    histc(x.data(), 3, 1080 * 1920, low.data(), span.data(), 256, out.data());
+    row_histograms(x.data(), 3, 1080 * 1920, low.data(), span.data(), 256, out.data());
   };
 });
 

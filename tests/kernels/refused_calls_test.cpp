@@ -68,7 +68,7 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   REFUSES("resize: x", resize, none.get(), 4, 4, 0, 0, 0);
   REFUSES("resize_blurred: taps", resize_blurred, x.get(), floats({4}).get(), 4, 4, 0, 0, 1);
   REFUSES("aminmax: x", aminmax, floats({2, 0}).get());
-  REFUSES("histc: low", histc, floats({2, 9}).get(), floats({1, 1}).get(), floats({2, 1}).get(), 8);
+  REFUSES("row_histograms: low", row_histograms, floats({2, 9}).get(), floats({1, 1}).get(), floats({2, 1}).get(), 8);
   REFUSES("lut: table", lut, floats({2, 255}).get(), bytes({2, 9}).get());
   REFUSES("lut: index", lut, floats({1, 256}).get(), bytes({2, 9}).get());
   REFUSES("score_models: points", score_models, floats({2, 5, 3, 3}).get(), floats({2, 6, 9}).get(), 0, 1);
@@ -100,7 +100,7 @@ TEST(RefusedCalls, NumbersOutOfTheirRange) {
   REFUSES("resize: mode", resize, x.get(), 4, 4, 3, 0, 0);
   REFUSES("resize: width", resize, x.get(), 4, 0, 0, 0, 0);
   REFUSES("resize_frame: height", resize_frame, bytes({4, 4, 3}).get(), 0, 2);
-  for (const int64_t bins : {0, (1 << 24) + 1}) REFUSES("histc: bins", histc, floats({2, 9}).get(), floats({2, 1}).get(), floats({2, 1}).get(), bins);
+  for (const int64_t bins : {0, (1 << 24) + 1}) REFUSES("row_histograms: bins", row_histograms, floats({2, 9}).get(), floats({2, 1}).get(), floats({2, 1}).get(), bins);
   REFUSES("bincount: bins", bincount, bytes({2, 9}).get(), -5);
   REFUSES("bincount: x", bincount, longs({2, 9}, 1).get(), 8);
   REFUSES("clahe_histograms: tile_height", clahe_histograms, bytes({2, 9, 9}).get(), 1 << 20, 1 << 20, 2, 2);
@@ -144,7 +144,7 @@ TEST(RefusedCalls, ImagesTooLargeForTheirNumbers) {
   REFUSES("remap: image", remap, image.get(), positions.get(), positions.get(), 0, 0, 0);
   REFUSES("remap: image", remap, line.get(), positions.get(), positions.get(), 0, 0, 0);  // its last pixels have no float32 of their own
   const Tensor row = claimed({1, int64_t{1} << 31}, kFloat), one = floats({1, 1});
-  REFUSES("histc: x", histc, row.get(), one.get(), one.get(), 8);
+  REFUSES("row_histograms: x", row_histograms, row.get(), one.get(), one.get(), 8);
 }
 
 TEST(RefusedCalls, TopkOfMoreThanThereIs) {

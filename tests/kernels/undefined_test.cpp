@@ -39,13 +39,13 @@ TYPED_TEST(UndefinedKernels, AValueIsInTheNearestBinAndNanInTheFirst) {
   const std::vector<T> x{this->kNan, -1, -inf, -most, T(0.1), T(0.3), T(0.6), T(0.9), 1, 2, 3e9, T(1e20), most, inf};
   const T low = 0, span = 1;
   int32_t counts[4];
-  histc(x.data(), 1, int64_t(x.size()), &low, &span, 4, counts);
+  row_histograms(x.data(), 1, int64_t(x.size()), &low, &span, 4, counts);
   EXPECT_EQ(counts[0], 5);
   EXPECT_EQ(counts[1], 1);
   EXPECT_EQ(counts[2], 1);
   EXPECT_EQ(counts[3], 7);
   const T nothing = 0;  // all values are the same: 0 / 0 or infinite
-  histc(x.data() + 4, 1, 1, &low, &nothing, 4, counts);
+  row_histograms(x.data() + 4, 1, 1, &low, &nothing, 4, counts);
   EXPECT_EQ(counts[3], 1);
 }
 

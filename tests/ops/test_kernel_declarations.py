@@ -107,3 +107,10 @@ def test_every_kernel_has_its_tests_and_its_benchmark() -> None:
         assert re.search(rf"\b{name}\(", against_references), f"{name}: no test against a reference"
         assert re.search(rf"BENCHMARK\({name}(_\w+)?,", against_references), f"{name}: no benchmark"
         assert f"aoti_torch_cpu_{name}," in sources["guarded_test.cpp"], f"{name}: no call in guarded memory"
+
+
+def test_no_kernel_has_the_name_of_an_operator_of_pytorchs() -> None:
+    """The calls of both are C functions of one namespace."""
+    folder = Path(torch.__file__).parent / "include/torch/csrc/inductor/aoti_torch"
+    declared = set(re.findall(r"\baoti_torch_cpu_(\w+)", "".join(file.read_text() for file in folder.rglob("*.h"))))
+    assert declared and not declared & set(KERNELS)

@@ -157,7 +157,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "flips.reversed_rows": lambda t: [(x,) for x in images(t)],
     "frames.frame_to_grey": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8),)],
     "frames.resize_frame": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8), 7, 9)],
-    "histograms.histc": lambda t: [(numbers(t, 2, 200), torch.zeros(2, 1, dtype=t), torch.ones(2, 1, dtype=t), 10)],
+    "histograms.row_histograms": lambda t: [(numbers(t, 2, 200), torch.zeros(2, 1, dtype=t), torch.ones(2, 1, dtype=t), 10)],
     "histograms.clahe_interpolate": lambda t: [curves(t)],
     "histograms.bincount": lambda t: [(integers(9, 2, 50), 9)],
     "histograms.aminmax": lambda t: [(numbers(t, 2, 50),)],

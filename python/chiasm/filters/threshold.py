@@ -9,7 +9,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_choice, check_floating, check_image, odd_pair
 from ..primitives.filters.correlation import box_sums
 from ..primitives.filters.stencil import separable_shared
-from ..primitives.images.histograms import aminmax, histc, partial_sums
+from ..primitives.images.histograms import aminmax, partial_sums, row_histograms
 from ..primitives.numbers.rounding import to_index
 from .gaussian import gaussian_taps
 
@@ -165,7 +165,7 @@ def otsu_threshold(
         counts = torch.zeros([planes.size(0), nbins], dtype=torch.float64, device=x.device)
         counts = counts.scatter_add(1, first, 1.0 - share).scatter_add(1, first + 1, share)
     else:
-        counts = histc(planes, low, span, nbins).to(torch.float64)
+        counts = row_histograms(planes, low, span, nbins).to(torch.float64)
     variance = _between_classes(counts)
     bins = torch.arange(nbins - 1, device=x.device)
     best = variance.amax(1, keepdim=True)

@@ -144,7 +144,7 @@ void place_in_bins(const T* x, int64_t n, T low, T span, T bins, int32_t* index)
 }  // namespace
 
 template <class T>
-void histc(const T* x, int64_t rows, int64_t n, const T* low, const T* span, int64_t bins, int32_t* counts) {
+void row_histograms(const T* x, int64_t rows, int64_t n, const T* low, const T* span, int64_t bins, int32_t* counts) {
   constexpr int64_t kBlock = 512;
   count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) {
     const T* const values = x + row * n + first;
@@ -158,7 +158,7 @@ void histc(const T* x, int64_t rows, int64_t n, const T* low, const T* span, int
   });
 }
 
-CHIASM_INSTANTIATE(histc)
+CHIASM_INSTANTIATE(row_histograms)
 
 namespace {
 

@@ -116,16 +116,16 @@ def _aminmax_kernel(x: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 @primitive
-def histc(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
+def row_histograms(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
     """How many of the values of each row of (P, N) are in each of ``bins`` bins over ``span`` (P, 1) from ``low`` (P, 1): int32.
 
-    >>> histc(torch.tensor([[0.0, 0.4, 1.0]]), torch.zeros(1, 1), torch.ones(1, 1), 2)
+    >>> row_histograms(torch.tensor([[0.0, 0.4, 1.0]]), torch.zeros(1, 1), torch.ones(1, 1), 2)
     tensor([[2, 1]], dtype=torch.int32)
     """
     return bincount(to_index((x - low) / span * float(bins), bins), bins)
 
 
-histc.lowering("native", when=kernels.has_kernel)(kernels.histc)
+row_histograms.lowering("native", when=kernels.has_kernel)(kernels.row_histograms)
 
 
 def whole_quotient(a: Tensor, b: Tensor) -> Tensor:

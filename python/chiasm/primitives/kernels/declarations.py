@@ -113,7 +113,7 @@ _declare(
     "aminmax(T[N, L] x) -> T[2, N, 1]", "histograms.cpp", "The least values of the rows, then the greatest; NaN where a row has NaN.", ["L >= 1"]
 )
 _declare(
-    "histc(T[N, L] x, T[N, 1] low, T[N, 1] span, int bins) -> int32[N, bins]",
+    "row_histograms(T[N, L] x, T[N, 1] low, T[N, 1] span, int bins) -> int32[N, bins]",
     "histograms.cpp",
     """How many of a row's values are in each bin floor((x - low) / span * bins). Values below go to the first bin, also NaN, and values above to the
     last. float32 has all numbers of bins.""",
