@@ -1,7 +1,7 @@
 // C++ measurements; `python -m bench` calls this and writes the tables.
 //
-//     bench speed BUNDLE THREADS B H W              microseconds of native code, ONNX Runtime (fused, stock), OpenCV and a copy, interleaved
-//     bench speed ... PHOTOGRAPH VALUES SECONDS     of native code, OpenCV and a copy on a file of bytes (B, 3, H, W), other inputs and sizes as JSON
+//     bench speed BUNDLE THREADS B H W              interleaved, in microseconds: native code, ONNX Runtime (fused, stock), OpenCV, a copy
+//     bench speed ... PHOTOGRAPH VALUES SECONDS     the same on a file of bytes (B, 3, H, W), other inputs and sizes as JSON, without ONNX Runtime
 //     bench results BUNDLE B H W PHOTOGRAPH VALUES FILE    what OpenCV makes of it, to compare
 //     bench load BUNDLE BACKEND                     milliseconds to the first result on 256 x 256, and memory over the bare program
 //     bench overhead BUNDLE ARTIFACT.so             microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
@@ -24,6 +24,7 @@
 #include "harness.hpp"
 #include "opencv_peers/batch.hpp"
 #include "runtime/artifact/abi.h"
+#include "runtime/core/dtype.h"
 
 using nlohmann::json;
 
@@ -37,7 +38,7 @@ struct Given {
 
 size_t bytes_of(const std::vector<chiasm::Tensor>& tensors) {
   size_t sum = 0;
-  for (const auto& t : tensors) sum += size_t(t.shape().count()) * (t.dtype() == chiasm::DType::Bool || t.dtype() == chiasm::DType::UInt8 ? 1 : t.dtype() == chiasm::DType::Float64 || t.dtype() == chiasm::DType::Int64 ? 8 : 4);
+  for (const auto& t : tensors) sum += size_t(t.shape().count()) * chiasm::core::kDTypes[size_t(t.dtype())].size;
   return sum;
 }
 

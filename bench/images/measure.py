@@ -2,8 +2,8 @@
 
     python -m bench.images.measure THREADS SECONDS [OP...]    -> a line of JSON, in microseconds, for each op and size
 
-Three races, each with contenders in turns, of which one copies as many bytes: chiasm's native backend and OpenCV's pip wheel; native and Kornia eager; in ONNX Runtime
-the fused and the flat form and Kornia's own file.
+Each of three races has its contenders and a copy of as many bytes in turns: chiasm's native backend and OpenCV's pip wheel; native and Kornia
+eager; in ONNX Runtime the fused and the flat form and Kornia's own file.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ A file that is already as it should be is left alone, so that nothing is compile
 """
 
 import ast
+import re
 import sys
 import textwrap
 from pathlib import Path
@@ -25,7 +26,7 @@ except DeclarationError as error:
 MADE = "// Made from the declarations in python/chiasm/primitives/kernels/declarations.py by runtime/artifact/generate.py."
 CPP = {"float32": "float", "float64": "double", "uint8": "uint8_t", "int32": "int32_t", "int64": "int64_t", "bool": "bool", "int": "int64_t"}
 CODES = {"float32": "kFloat", "float64": "kDouble", "uint8": "kUint8", "int32": "kInt32", "int64": "kInt64", "bool": "kBool"}
-ENUMERATORS = {e.name: {value: i for i, value in enumerate(e.values)} for e in ENUMERATIONS}
+ENUMERATORS = {e.name: e.numbers for e in ENUMERATIONS}
 OPERATORS: Dict[type, str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.FloorDiv: "/", ast.Mod: "%", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
@@ -39,7 +40,7 @@ def cpp_type(kernel: Kernel, argument: Argument) -> str:
 
 
 def parameters(kernel: Kernel) -> Iterator[tuple[str, str, str]]:
-    """Type, name and value (in calls.cpp) of each of the C++ function's parameters: a tensor's data and those of its sizes that are not there yet."""
+    """Type, name and value (in kernel_calls.cpp) of each of the C++ function's parameters: a tensor's data and those of its sizes that are not there yet."""
     there: set[str] = set()
     for argument in kernel.arguments:
         kind = cpp_type(kernel, argument)
@@ -77,9 +78,8 @@ def header() -> str:
         out[-1] += " */"
         if k.variable:
             out += [f"template <class {k.variable}>", f"{function};"]
-            instances = [f"template void {k.name}({', '.join(types)});".replace(f"{k.variable}*", f"{CPP[t]}*") for t in VARIABLES[k.variable]]
-            instances = [", ".join(CPP[t] if part == k.variable else part for part in text.split(", ")) for t, text in zip(VARIABLES[k.variable], instances, strict=True)]
-            out += [f"#define CHIASM_INSTANTIATE_{k.name} \\", *(f"  {text} \\" for text in instances), ""]
+            instances = [re.sub(rf"\b{k.variable}\b", CPP[t], ", ".join(types)) for t in VARIABLES[k.variable]]
+            out += [f"#define CHIASM_INSTANTIATE_{k.name} \\", *(f"  template void {k.name}({instance}); \\" for instance in instances), ""]
         else:
             out += [f"{function};", ""]
     out += ["/** Stands at the end of a source, for each of its kernels with a type variable. */", "#define CHIASM_INSTANTIATE(kernel) CHIASM_INSTANTIATE_##kernel", ""]

@@ -1,8 +1,6 @@
 /** What the process may still have: engines that cannot make their threads, or allocate their tables, hang or end the process. */
 #pragma once
 
-#include <sys/mman.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "backends/plugin.h"
+#include "core/room.h"
 
 namespace chiasm::plugin {
 
@@ -34,11 +33,9 @@ inline int32_t threads_left(int32_t wanted) {
 /** What glibc maps for a moment when a thread first allocates: twice an arena's size, of which it keeps an aligned half. */
 inline constexpr size_t kArenaBytes = size_t{128} << 20;
 
-/** Throws CHIASM_OUT_OF_MEMORY, naming `purpose`, unless the process may map `bytes` more now. They are given back at once: other threads may take them. */
+/** Throws CHIASM_OUT_OF_MEMORY, naming `purpose`, unless the process may have `bytes` more now. */
 inline void require_memory(size_t bytes, const std::string& purpose) {
-  void* const memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) throw Error(CHIASM_OUT_OF_MEMORY, purpose + " needs " + std::to_string(bytes) + " bytes, which the process may not have");
-  munmap(memory, bytes);
+  if (!core::has_room(bytes)) throw Error(CHIASM_OUT_OF_MEMORY, purpose + " needs " + std::to_string(bytes) + " bytes, which the process may not have");
 }
 
 }  // namespace chiasm::plugin

@@ -1,12 +1,12 @@
 #include "core/registry.h"
 
 #include <dlfcn.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <cstdlib>
 
 #include "core/fork.h"
+#include "core/room.h"
 #include "core/status.h"
 
 namespace chiasm::core {
@@ -42,8 +42,7 @@ bool has_room_for_torch() {
     ::dlclose(present);
     return true;
   }
-  void* const room = ::mmap(nullptr, kTorchBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  return room != MAP_FAILED && ::munmap(room, kTorchBytes) == 0;
+  return has_room(kTorchBytes);
 }
 
 std::string last_dl_error() {

@@ -39,7 +39,7 @@ def runs_to_its_end(limit: int) -> bool:
     return limit >= 64
 
 
-_NUMBERS = {e.name: {value: number for number, value in enumerate(e.values)} for e in ENUMERATIONS}
+_NUMBERS = {e.name: e.numbers for e in ENUMERATIONS}
 _SCHEMA_TYPES = {"int": "SymInt", "float": "float", "bool": "bool"} | {e.name: "int" for e in ENUMERATIONS}
 
 

@@ -44,6 +44,10 @@ class Enumeration:
     values: Tuple[str, ...]
     doc: str
 
+    @property
+    def numbers(self) -> Dict[str, int]:
+        return {value: number for number, value in enumerate(self.values)}
+
 
 @dataclass(frozen=True)
 class Argument:
