@@ -12,7 +12,7 @@ MUTANTS ?= 20000
 FIRST ?= 0
 MINUTES ?= 60
 # What bundles are made of: not what reads them.
-SOURCES := $(shell find python/chiasm export runtime/artifact \
+SOURCES := $(shell find python/chiasm runtime/artifact \
   \( -path python/chiasm/artifact -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
@@ -180,7 +180,7 @@ bench-matching: build ## measure the matching of two views against OpenCV -> doc
 	$(PY) -m bench.matching
 
 lint: setup ## style of the Python code
-	.venv/bin/ruff check python export tests bench examples
+	.venv/bin/ruff check python tests bench examples
 
 lock: setup ## requirements.in -> requirements.txt, pinned with hashes
 	.venv/bin/python -m pip install -q uv

@@ -118,9 +118,8 @@ export(halves, Spec("test.halves", [image()]), sys.argv[1], formats=["torchscrip
         (place / "source" / "my_op.py").write_text(MY_OP)
         python = ROOT / "python"
         if number != "1":
-            ignore = shutil.ignore_patterns("__pycache__", "export")
+            ignore = shutil.ignore_patterns("__pycache__")
             python = Path(shutil.copytree(ROOT / "python" / "chiasm", place / "chiasm_copy" / "chiasm", ignore=ignore)).parent
-            shutil.copytree(ROOT / "export", python / "chiasm" / "export", ignore=shutil.ignore_patterns("__pycache__"))
         environment = {"PATH": os.environ["PATH"], "HOME": str(place / "home"), "CHIASM_CACHE": str(place / "cache"), "USER": f"user{len(number)}",
                        "PYTHONPATH": f"{place / 'source'}:{python}", "SOURCE_DATE_EPOCH": "1700000000", "PYTHONHASHSEED": str(len(number))}
         subprocess.run([sys.executable, "-W", "ignore", "-c", program, str(place / "out")], cwd=place / "work", env=environment, check=True, timeout=200)
