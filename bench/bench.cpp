@@ -24,7 +24,7 @@
 #include "harness.hpp"
 #include "opencv_peers/batch.hpp"
 #include "runtime/artifact/abi.h"
-#include "runtime/core/dtype.h"
+#include "runtime/base/dtype.h"
 
 using nlohmann::json;
 
@@ -38,7 +38,7 @@ struct Given {
 
 size_t bytes_of(const std::vector<chiasm::Tensor>& tensors) {
   size_t sum = 0;
-  for (const auto& t : tensors) sum += size_t(t.shape().count()) * chiasm::core::kDTypes[size_t(t.dtype())].size;
+  for (const auto& t : tensors) sum += size_t(t.shape().count()) * chiasm::base::kDTypes[size_t(t.dtype())].size;
   return sum;
 }
 
@@ -204,12 +204,9 @@ json overhead(const std::string& bundle, const std::string& artifact) {
   char error[256] = "";
   void* model = nullptr;
   if (api->create(0, 0, &model, error, sizeof error)) throw std::runtime_error(error);
-  const auto native = [](const chiasm::Tensor& t) {
-    return chiasm_native_tensor{const_cast<void*>(static_cast<const void*>(t.data())), int32_t(t.dtype()), int32_t(t.shape().size()), t.shape().data()};
-  };
-  std::vector<chiasm_native_tensor> in, out;
-  for (const auto& t : inputs.views) in.push_back(native(t));
-  for (const auto& t : outputs.views) out.push_back(native(t));
+  std::vector<chiasm_tensor> in, out;
+  for (const auto& t : inputs.views) in.push_back(t.c_tensor());
+  for (const auto& t : outputs.views) out.push_back(t.c_tensor());
   const chiasm_native_host host{nullptr, allocate, release, nullptr, 0, 0, nullptr, 1};
   const auto times = bench::interleaved({[&] { method.run_into(inputs.views, outputs.views); },
                                          [&] { if (api->run(model, in.data(), out.data(), &host, error, sizeof error)) throw std::runtime_error(error); }});

@@ -20,13 +20,13 @@ function(chiasm_export_only target symbol)
   set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS "${map}")
 endfunction()
 
-# chiasm_add_backend(NAME SOURCES...): the plug-in libchiasm_NAME.so (target chiasm_NAME), built beside libchiasm and
-# installed into its subfolder chiasm/. Link the engine to it with target_link_libraries(chiasm_NAME PRIVATE ...).
+# chiasm_add_backend(NAME SOURCES...): the plug-in libchiasm_NAME.so (target chiasm_NAME), in the folder chiasm/ beside libchiasm,
+# in the build tree as where it is installed. It must open without its engine: see runtime/core/backend.h.
 function(chiasm_add_backend name)
   add_library(chiasm_${name} MODULE ${ARGN})
   chiasm_compile_settings(chiasm_${name})
   chiasm_export_only(chiasm_${name} chiasm_backend_entry)
-  target_include_directories(chiasm_${name} PRIVATE
-    "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/runtime/core" "${PROJECT_SOURCE_DIR}/runtime")
+  target_link_libraries(chiasm_${name} PRIVATE chiasm_base)
+  set_target_properties(chiasm_${name} PROPERTIES LIBRARY_OUTPUT_DIRECTORY "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/chiasm")
   install(TARGETS chiasm_${name} LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/chiasm")
 endfunction()

@@ -1,8 +1,8 @@
 /** chiasm: the C interface of the runtime. Compiles as C11 and as C++17.
  *
  *  A *bundle* is a folder `NAME.chiasm/` that holds one op or pipeline: a manifest, the artifacts that the backends load,
- *  and golden vectors. A *method* (`forward`, `vjp`) is an entry point of a bundle. A *backend* (`native`, `torch`,
- *  `onnx`) runs an artifact of a method.
+ *  and golden vectors. A *method* (`forward`, `vjp`) is an entry point of a bundle. A *backend* runs an artifact of a
+ *  method. chiasm has `native`, `torch` and `onnx`; any library `libchiasm_<name>.so` in a plug-in folder is one more.
  *
  *  Everything goes through one append-only table of functions, `chiasm_api`. Ask for it once:
  *
@@ -41,7 +41,7 @@ extern "C" {
 #endif
 
 /** The version of the function table that this header describes. */
-#define CHIASM_API_VERSION 2u
+#define CHIASM_API_VERSION 3u
 
 /** Upper limit on the number of dimensions of a tensor. */
 #define CHIASM_MAX_DIMS 8
@@ -83,7 +83,8 @@ typedef enum chiasm_dtype {
   CHIASM_FLOAT16 = 6,
   CHIASM_BFLOAT16 = 7,
   CHIASM_FLOAT32 = 8,
-  CHIASM_FLOAT64 = 9
+  CHIASM_FLOAT64 = 9,
+  CHIASM_UINT16 = 10 /**< since 3 */
 } chiasm_dtype;
 
 /** Where memory lives. Values are stable. */
@@ -162,13 +163,13 @@ typedef struct chiasm_backend_info {
 /** How to load a method. Start from CHIASM_LOAD_OPTIONS_INIT. NULL stands for that. */
 typedef struct chiasm_load_options {
   size_t struct_size;
-  const char* backend; /**< "native", "torch", "onnx"; NULL or "auto": the first of native, torch, onnx that can run it here */
+  const char* backend; /**< "native", "torch", "onnx", ...; NULL or "auto": the first, by priority, that can run it here */
   int32_t device_type; /**< CHIASM_CPU (the default) or CHIASM_CUDA */
   int32_t device_index;
   /** The native and torch artifacts are programs: loading one runs code that came with the bundle. The manifest's hash
    *  protects against damage, not against an author whom you do not trust. 1 (what CHIASM_LOAD_OPTIONS_INIT sets, because
-   *  a bundle is normally shipped with the product that opens it) allows them; 0 refuses both and leaves the onnx
-   *  backend, whose artifacts are data. */
+   *  a bundle is normally shipped with the product that opens it) allows them; 0 refuses them and leaves artifacts that are
+   *  data: those of the onnx backend. */
   int32_t allow_native_code;
   int32_t dtype; /**< for generic methods: load the artifact for this chiasm_dtype; -1: float32, else the first there is.
                       (Zero is CHIASM_BOOL, so start from CHIASM_LOAD_OPTIONS_INIT.) */
@@ -176,9 +177,16 @@ typedef struct chiasm_load_options {
   /** onnx on the CPU: 1 (the default) runs the method's native code as one node inside ONNX Runtime, where the bundle has
    *  both forms and libchiasm_ort is installed; 0, or no allow_native_code, leaves the graph of standard operators. */
   int32_t fused;
+  /** Since 3: how many threads a run of this method may use, on every backend; 0 (the default): as many as the process may
+   *  (set_num_threads), which is also the upper limit. A server that runs several methods at once gives each 1: a run then
+   *  wakes no thread and waits for none. */
+  int32_t num_threads;
+  /** Since 3: options of the backend that is named, as "key=value" texts, then NULL. NULL: none. An unknown key is refused
+   *  with those that the backend has. */
+  const char* const* options;
 } chiasm_load_options;
 
-#define CHIASM_LOAD_OPTIONS_INIT {sizeof(chiasm_load_options), NULL, CHIASM_CPU, 0, 1, -1, 0, 1}
+#define CHIASM_LOAD_OPTIONS_INIT {sizeof(chiasm_load_options), NULL, CHIASM_CPU, 0, 1, -1, 0, 1, 0, NULL}
 
 /** How to run a method. NULL stands for the defaults. */
 typedef struct chiasm_run_options {
@@ -221,9 +229,10 @@ typedef struct chiasm_api {
 
   /* since 1: the library and its backends */
   const char* (*library_version)(void);
+  /** How many backends are installed. They are numbered in the order in which "auto" tries them. */
   size_t (*backend_count)(void);
-  /** Tries to open the backend, so the first call for one may take as long as its engine takes to load. The strings
-   *  live as long as the process. */
+  /** Opens the backend's engine, so the first call for one may take as long as that takes to load. The strings live as
+   *  long as the process. */
   chiasm_status* (*backend_info)(size_t index, chiasm_backend_info* info);
   /** The one thread policy of the process: how many threads a run may use, for every backend; 0 (the default) means all
    *  cores this process may run on. Fails with FAILED_PRECONDITION after the first method was loaded. */
@@ -245,7 +254,7 @@ typedef struct chiasm_api {
                                 chiasm_method** method);
   void (*method_close)(chiasm_method* method); /**< NULL is allowed */
   const chiasm_method_info* (*method_get_info)(const chiasm_method* method);
-  const char* (*method_backend)(const chiasm_method* method);  /**< "native", "torch" or "onnx" */
+  const char* (*method_backend)(const chiasm_method* method);  /**< "native", "torch", "onnx", ... */
   const char* (*method_artifact)(const chiasm_method* method); /**< the file's name inside the bundle */
   /** The shape and dtype that output `index` will have for these inputs (their data is not read, but is checked as for a
    *  run). `shape` has room for CHIASM_MAX_DIMS. */

@@ -50,15 +50,16 @@ enum class DType : int32_t {
   Float16 = CHIASM_FLOAT16,
   BFloat16 = CHIASM_BFLOAT16,
   Float32 = CHIASM_FLOAT32,
-  Float64 = CHIASM_FLOAT64
+  Float64 = CHIASM_FLOAT64,
+  UInt16 = CHIASM_UINT16
 };
 
 /** "float32" */
 inline const char* name(DType dtype) noexcept {
-  constexpr const char* kNames[] = {"bool",  "uint8",   "int8",     "int16",   "int32",
-                                    "int64", "float16", "bfloat16", "float32", "float64"};
-  const auto index = static_cast<int32_t>(dtype);
-  return index >= 0 && index < 10 ? kNames[index] : "unknown";
+  constexpr const char* kNames[] = {"bool",    "uint8",    "int8",    "int16",   "int32", "int64",
+                                    "float16", "bfloat16", "float32", "float64", "uint16"};
+  const auto index = static_cast<size_t>(dtype);
+  return index < sizeof kNames / sizeof kNames[0] ? kNames[index] : "unknown";
 }
 
 /** The DType of a C++ type. Specialise it for a half-precision type of your own. */
@@ -68,6 +69,7 @@ struct DTypeOf {
 };
 template <> struct DTypeOf<bool> { static constexpr DType value = DType::Bool; };
 template <> struct DTypeOf<uint8_t> { static constexpr DType value = DType::UInt8; };
+template <> struct DTypeOf<uint16_t> { static constexpr DType value = DType::UInt16; };
 template <> struct DTypeOf<int8_t> { static constexpr DType value = DType::Int8; };
 template <> struct DTypeOf<int16_t> { static constexpr DType value = DType::Int16; };
 template <> struct DTypeOf<int32_t> { static constexpr DType value = DType::Int32; };
@@ -340,12 +342,14 @@ struct SelfTestRow {
 
 /** How to load a method. */
 struct LoadOptions {
-  std::string backend = "auto"; /**< "native", "torch", "onnx"; "auto": the first of them that can run it here */
+  std::string backend = "auto"; /**< "native", "torch", "onnx", ...; "auto": the first, by priority, that can run it here */
   Device device;
   bool allow_native_code = true; /**< false: only the onnx backend, whose artifacts are data; see chiasm.h */
   int32_t dtype = -1;            /**< a generic method for this DType; -1: float32, else the first there is */
   bool fused = true;             /**< onnx: native code inside ONNX Runtime where there is some; see chiasm.h */
   bool warm_up = false;          /**< run once on the smallest input, so that the first real run is not the slow one */
+  int32_t num_threads = 0;       /**< threads of a run of this method; 0: as many as the process may use; see chiasm.h */
+  std::vector<std::string> options; /**< of the backend that is named, each "key=value" */
 
   LoadOptions& with_backend(std::string value) { backend = std::move(value); return *this; }
   LoadOptions& with_device(Device value) { device = value; return *this; }
@@ -353,20 +357,38 @@ struct LoadOptions {
   LoadOptions& with_native_code(bool value) { allow_native_code = value; return *this; }
   LoadOptions& with_fused(bool value) { fused = value; return *this; }
   LoadOptions& with_warm_up(bool value = true) { warm_up = value; return *this; }
-
-  /** For the C interface; points into this object. */
-  chiasm_load_options c_options() const noexcept {
-    chiasm_load_options options = CHIASM_LOAD_OPTIONS_INIT;
-    options.backend = backend.c_str();
-    options.device_type = device.type;
-    options.device_index = device.index;
-    options.allow_native_code = allow_native_code ? 1 : 0;
-    options.dtype = dtype;
-    options.fused = fused ? 1 : 0;
-    options.warm_up = warm_up ? 1 : 0;
-    return options;
-  }
+  LoadOptions& with_num_threads(int32_t value) { num_threads = value; return *this; }
+  LoadOptions& with_option(const std::string& key, const std::string& value) { options.push_back(key + "=" + value); return *this; }
 };
+
+namespace detail {
+
+/** LoadOptions for the C interface; points into them. */
+class CLoadOptions final {
+ public:
+  explicit CLoadOptions(const LoadOptions& from) {
+    for (const std::string& option : from.options) texts_.push_back(option.c_str());
+    texts_.push_back(nullptr);
+    options_.backend = from.backend.c_str();
+    options_.device_type = from.device.type;
+    options_.device_index = from.device.index;
+    options_.allow_native_code = from.allow_native_code ? 1 : 0;
+    options_.dtype = from.dtype;
+    options_.fused = from.fused ? 1 : 0;
+    options_.warm_up = from.warm_up ? 1 : 0;
+    options_.num_threads = from.num_threads;
+    options_.options = texts_.data();
+  }
+  CLoadOptions(const CLoadOptions&) = delete;
+  CLoadOptions& operator=(const CLoadOptions&) = delete;
+  const chiasm_load_options* get() const noexcept { return &options_; }
+
+ private:
+  std::vector<const char*> texts_;
+  chiasm_load_options options_ = CHIASM_LOAD_OPTIONS_INIT;
+};
+
+}  // namespace detail
 
 /** A view of an output of Outputs that end with this statement: `b.run({a.run({x})[0]})`. What would keep its memory is not
  *  offered: `float* p = a.run({x})[0].data<float>()` does not compile. Keep the Outputs in a variable. */
@@ -539,17 +561,17 @@ class Bundle final {
 
   /** Load a method: "forward", "vjp", ... */
   Method method(const std::string& name, const LoadOptions& options = {}) const {
-    const chiasm_load_options c_options = options.c_options();
+    const detail::CLoadOptions c_options(options);
     chiasm_method* method = nullptr;
-    detail::check(detail::api().method_load(handle(), name.c_str(), &c_options, &method));
+    detail::check(detail::api().method_load(handle(), name.c_str(), c_options.get(), &method));
     return Method(method);
   }
 
   /** Replay the golden vectors on every backend that is present here, or on the one in `options`. */
   std::vector<SelfTestRow> self_test(const LoadOptions& options = {}) const {
-    const chiasm_load_options c_options = options.c_options();
+    const detail::CLoadOptions c_options(options);
     detail::RowCollector collector;
-    detail::check(detail::api().bundle_self_test(handle(), &c_options, &detail::RowCollector::add, &collector, nullptr));
+    detail::check(detail::api().bundle_self_test(handle(), c_options.get(), &detail::RowCollector::add, &collector, nullptr));
     if (collector.error) std::rethrow_exception(collector.error);
     return std::move(collector.rows);
   }
@@ -567,7 +589,8 @@ class Bundle final {
 /** The version of the library, "0.1.0". */
 inline std::string library_version() { return detail::api().library_version(); }
 
-/** All backends, also those that are missing. Opens each, which may take as long as its engine takes to load. */
+/** The backends that are installed, in the order in which "auto" tries them, also those whose engine is missing. Opens the engine of
+ *  each, which may take a while. */
 inline std::vector<BackendInfo> backends() {
   std::vector<BackendInfo> all;
   for (size_t i = 0; i < detail::api().backend_count(); ++i) {

@@ -1,8 +1,16 @@
-/** chiasm and OpenCV: views in both directions, no copies. Optional: needs OpenCV's core module, 3.3 or later.
+/** chiasm and OpenCV. Optional: needs OpenCV's core module, 3.3 or later.
+ *
+ *  Views in both directions, without a copy, for ops on frames of bytes, (H, W, C):
  *
  *      cv::Mat frame = cv::imread("frame.png");                       // uint8, H x W x 3, BGR
  *      auto out = pipeline.run({chiasm::view(frame)});
  *      cv::Mat edges = chiasm::to_mat(out[0]);                        // valid as long as `out`
+ *
+ *  Copies, for ops on images of planes, (B, C, H, W), as most of the catalog is:
+ *
+ *      chiasm::Planes image = chiasm::planes(frame, 1 / 255.0, true); // float32 in [0, 1], RGB
+ *      auto out = sobel.run({image});
+ *      cv::Mat edges = chiasm::planes_to_mat(out[0], CV_8U, 255, true);
  */
 #ifndef CHIASM_OPENCV_HPP
 #define CHIASM_OPENCV_HPP
@@ -10,6 +18,8 @@
 #include <climits>
 #include <opencv2/core.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "chiasm/chiasm.hpp"
 
@@ -21,6 +31,7 @@ inline DType dtype_of_depth(int depth) {
   switch (depth) {
     case CV_8U: return DType::UInt8;
     case CV_8S: return DType::Int8;
+    case CV_16U: return DType::UInt16;
     case CV_16S: return DType::Int16;
     case CV_32S: return DType::Int32;
     case CV_32F: return DType::Float32;
@@ -30,7 +41,6 @@ inline DType dtype_of_depth(int depth) {
 #endif
     default: break;
   }
-  if (depth == CV_16U) throw Error(CHIASM_INVALID_ARGUMENT, "chiasm has no dtype uint16: convert the cv::Mat with convertTo");
   throw Error(CHIASM_INVALID_ARGUMENT, "chiasm has no dtype for cv::Mat depth " + std::to_string(depth));
 }
 
@@ -39,6 +49,7 @@ inline int depth_of_dtype(DType dtype) {
     case DType::Bool:
     case DType::UInt8: return CV_8U;
     case DType::Int8: return CV_8S;
+    case DType::UInt16: return CV_16U;
     case DType::Int16: return CV_16S;
     case DType::Int32: return CV_32S;
     case DType::Float32: return CV_32F;
@@ -112,6 +123,96 @@ inline cv::Mat to_mat(const Tensor& tensor) {
 }
 /** The memory would be gone before the Mat is used: keep the Outputs in a variable. */
 cv::Mat to_mat(const TemporaryTensor& tensor) = delete;
+
+/** An image as planes, a tensor of shape (1, C, H, W), with its memory. */
+class Planes final {
+ public:
+  Planes(std::vector<unsigned char> memory, DType dtype, Shape shape) : memory_(std::move(memory)), dtype_(dtype), shape_(shape) {}
+
+  DType dtype() const { return dtype_; }
+  const Shape& shape() const { return shape_; }
+  /** A view, valid as long as these Planes. */
+  Tensor tensor() const& { return Tensor(static_cast<const void*>(memory_.data()), dtype_, shape_); }
+  Tensor tensor() & { return Tensor(static_cast<void*>(memory_.data()), dtype_, shape_); }
+  operator Tensor() const& { return tensor(); }
+
+ private:
+  std::vector<unsigned char> memory_;
+  DType dtype_;
+  Shape shape_;
+};
+
+namespace detail {
+
+inline Planes split_mat(const cv::Mat& mat, bool swap_rb) {
+  if (mat.empty()) throw Error(CHIASM_INVALID_ARGUMENT, "planes: the cv::Mat is empty");
+  if (mat.dims != 2) throw Error(CHIASM_INVALID_ARGUMENT, "planes: expected a cv::Mat of 2 dimensions, got " + std::to_string(mat.dims));
+  const int channels = mat.channels();
+  if (swap_rb && channels < 3) {
+    throw Error(CHIASM_INVALID_ARGUMENT, "planes: swap_rb is for 3 or 4 channels, the cv::Mat has " + std::to_string(channels));
+  }
+  const DType dtype = dtype_of_depth(mat.depth());
+  const size_t plane_bytes = static_cast<size_t>(mat.rows) * static_cast<size_t>(mat.cols) * mat.elemSize1();
+  std::vector<unsigned char> memory(plane_bytes * static_cast<size_t>(channels));
+  std::vector<cv::Mat> targets;
+  for (int c = 0; c < channels; ++c) {
+    const int to = swap_rb && c < 3 ? 2 - c : c;
+    targets.emplace_back(mat.rows, mat.cols, mat.depth(), memory.data() + plane_bytes * static_cast<size_t>(to));
+  }
+  cv::split(mat, targets.data());
+  return Planes(std::move(memory), dtype, Shape{1, channels, mat.rows, mat.cols});
+}
+
+}  // namespace detail
+
+/** The image as planes of its own element type: (H, W, C) becomes (1, C, H, W). Copies. */
+inline Planes planes(const cv::Mat& mat) { return detail::split_mat(mat, false); }
+
+/** The same as float32, each value times `scale` (1 / 255.0 for bytes), with the first and the third channel swapped where
+ *  `swap_rb`: OpenCV has BGR, ops take RGB. The arguments are those of cv::dnn::blobFromImage. */
+inline Planes planes(const cv::Mat& mat, double scale, bool swap_rb = false) {
+  cv::Mat scaled;
+  if (!mat.empty()) mat.convertTo(scaled, CV_32F, scale);
+  return detail::split_mat(scaled, swap_rb);
+}
+
+/** Image `index` of a tensor of shape (C, H, W) or (B, C, H, W) as a Mat of its own memory, (H, W, C): each value times `scale`, rounded
+ *  and saturated to `depth` (CV_8U, ...; negative: the tensor's own), the first and the third channel swapped where `swap_rb`. */
+inline cv::Mat planes_to_mat(const Tensor& tensor, int depth = -1, double scale = 1, bool swap_rb = false, int64_t index = 0) {
+  const Shape& shape = tensor.shape();
+  if (shape.size() != 3 && shape.size() != 4) {
+    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: expected a tensor of shape (C, H, W) or (B, C, H, W), got one of " +
+                                             std::to_string(shape.size()) + " dimensions");
+  }
+  if (tensor.device() != Device::cpu()) throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: the tensor is not in CPU memory");
+  if (!tensor.is_contiguous()) throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: the tensor is not dense");
+  const size_t first = shape.size() - 3;
+  const int64_t batch = first == 1 ? shape[0] : 1, channels = shape[first], rows = shape[first + 1], cols = shape[first + 2];
+  if (index < 0 || index >= batch) {
+    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: there is no image " + std::to_string(index) + ", only " + std::to_string(batch));
+  }
+  if (channels < 1 || channels > CV_CN_MAX || rows > INT_MAX || cols > INT_MAX) {
+    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: expected 1 to " + std::to_string(CV_CN_MAX) + " channels, got " +
+                                             std::to_string(channels) + " (is the tensor (H, W, C)? then use to_mat)");
+  }
+  if (swap_rb && channels < 3) {
+    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: swap_rb is for 3 or 4 channels, the tensor has " + std::to_string(channels));
+  }
+  const int own_depth = detail::depth_of_dtype(tensor.dtype());
+  const size_t plane_bytes = static_cast<size_t>(rows * cols) * static_cast<size_t>(CV_ELEM_SIZE1(own_depth));
+  // cv::merge only reads them.
+  auto* const data = static_cast<unsigned char*>(const_cast<void*>(static_cast<const void*>(tensor.c_tensor().data))) +
+                     plane_bytes * static_cast<size_t>(channels * index);
+  std::vector<cv::Mat> sources;
+  for (int64_t c = 0; c < channels; ++c) {
+    const int64_t from = swap_rb && c < 3 ? 2 - c : c;
+    sources.emplace_back(static_cast<int>(rows), static_cast<int>(cols), own_depth, data + plane_bytes * static_cast<size_t>(from));
+  }
+  cv::Mat merged;
+  cv::merge(sources, merged);
+  if (depth >= 0 || scale != 1) merged.convertTo(merged, depth < 0 ? own_depth : depth, scale);
+  return merged;
+}
 
 }  // namespace chiasm
 

@@ -10,19 +10,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define CHIASM_NATIVE_ABI 3u
+#include "chiasm/chiasm.h"
+
+#define CHIASM_NATIVE_ABI 4u
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/** Dense row-major tensor; dtype as in chiasm_dtype. */
-typedef struct chiasm_native_tensor {
-  void* data;
-  int32_t dtype;
-  int32_t ndim;
-  const int64_t* shape;
-} chiasm_native_tensor;
 
 /** What the artifact needs of the process during a run. The functions get `context`. */
 typedef struct chiasm_native_host {
@@ -47,9 +41,9 @@ enum chiasm_native_result {
 typedef struct chiasm_native_api {
   size_t struct_size;
   uint32_t abi; /**< CHIASM_NATIVE_ABI */
-  /** Each returns a chiasm_native_result; where that is not 0 it has written a message (NUL-terminated, truncated). */
+  /** Tensors are dense and of the device of `host`. Each function returns a chiasm_native_result; where that is not 0 it has written a message (NUL-terminated, truncated). */
   int32_t (*create)(int32_t device_type, int32_t device_index, void** model, char* error, size_t error_size);
-  int32_t (*run)(void* model, const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs,
+  int32_t (*run)(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs,
                  const chiasm_native_host* host, char* error, size_t error_size);
   void (*destroy)(void* model);
   /** What the code was compiled for, as core::signature_text writes it: dtypes, shapes, limits of symbols. Whoever runs it compares. */

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "backends/plugin.h"
-#include "core/room.h"
+#include "base/room.h"
 
 namespace chiasm::plugin {
 
@@ -35,7 +35,7 @@ inline constexpr size_t kArenaBytes = size_t{128} << 20;
 
 /** Throws CHIASM_OUT_OF_MEMORY, naming `purpose`, unless the process may have `bytes` more now. */
 inline void require_memory(size_t bytes, const std::string& purpose) {
-  if (!core::has_room(bytes)) throw Error(CHIASM_OUT_OF_MEMORY, purpose + " needs " + std::to_string(bytes) + " bytes, which the process may not have");
+  if (!has_room(bytes)) throw Error(CHIASM_OUT_OF_MEMORY, purpose + " needs " + std::to_string(bytes) + " bytes, which the process may not have");
 }
 
 }  // namespace chiasm::plugin

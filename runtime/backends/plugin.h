@@ -1,4 +1,4 @@
-/** What every backend plug-in needs: errors with a code, the guard at the boundary, element sizes. */
+/** What every backend plug-in needs: the guard at the boundary, options, files in memory. */
 #pragma once
 
 #include <fcntl.h>
@@ -9,25 +9,16 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
-#include <new>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "base/dtype.h"
+#include "base/error.h"
 #include "core/backend.h"
 
 namespace chiasm::plugin {
 
-/** An error that knows its code. Anything else that is thrown is CHIASM_INTERNAL. */
-class Error : public std::runtime_error {
- public:
-  Error(chiasm_code code, const std::string& message) : std::runtime_error(message), code_(code) {}
-  chiasm_code code() const noexcept { return code_; }
-
- private:
-  chiasm_code code_;
-};
+using namespace base;
 
 inline int32_t report(chiasm_error_text* error, chiasm_code code, const char* message) noexcept {
   std::strncpy(error->text, message, sizeof(error->text) - 1);
@@ -41,46 +32,24 @@ int32_t guard(chiasm_error_text* error, Body&& body) noexcept {
   try {
     body();
     return CHIASM_OK;
-  } catch (const Error& e) {
-    return report(error, e.code(), e.what());
-  } catch (const std::bad_alloc&) {
-    return report(error, CHIASM_OUT_OF_MEMORY, "out of memory");
-  } catch (const std::length_error&) {  // of a container that was asked for more than there can be
-    return report(error, CHIASM_OUT_OF_MEMORY, "out of memory");
-  } catch (const std::exception& e) {
-    return report(error, CHIASM_INTERNAL, e.what());
   } catch (...) {
-    return report(error, CHIASM_INTERNAL, "the engine threw something that is not a std::exception");
+    return report_current_exception([error](chiasm_code code, const char* message) { return report(error, code, message); });
   }
 }
 
-inline size_t element_size(int32_t dtype) {
-  switch (dtype) {
-    case CHIASM_BOOL:
-    case CHIASM_UINT8:
-    case CHIASM_INT8: return 1;
-    case CHIASM_INT16:
-    case CHIASM_FLOAT16:
-    case CHIASM_BFLOAT16: return 2;
-    case CHIASM_INT32:
-    case CHIASM_FLOAT32: return 4;
-    case CHIASM_INT64:
-    case CHIASM_FLOAT64: return 8;
-    default: throw Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
+/** The value of an option in a list of "key=value" texts that ends with NULL; `missing` where it is not there. */
+inline std::string option(const char* const* options, const std::string& key, const std::string& missing = "") {
+  for (const char* const* o = options; o != nullptr && *o != nullptr; ++o) {
+    if (std::strncmp(*o, key.c_str(), key.size()) == 0 && (*o)[key.size()] == '=') return *o + key.size() + 1;
   }
+  return missing;
 }
 
-inline size_t element_count(const chiasm_tensor& tensor) {
-  size_t count = 1;
-  for (int32_t i = 0; i < tensor.ndim; ++i) count *= static_cast<size_t>(tensor.shape[i]);
-  return count;
-}
-
-/** A guess that costs no driver start (cuInit takes 100 ms and more): is there a device that this process may see? */
-inline bool cuda_device_present() {
-  const char* visible = std::getenv("CUDA_VISIBLE_DEVICES");
-  if (visible != nullptr && (visible[0] == '\0' || visible[0] == '-')) return false;
-  return access("/dev/nvidiactl", F_OK) == 0 || access("/dev/nvgpu", F_OK) == 0 || access("/dev/dxg", F_OK) == 0;
+/** The same for an option that is 0 or 1. Throws Error (INVALID_ARGUMENT) for any other value. */
+inline bool flag(const char* const* options, const std::string& key, bool missing) {
+  const std::string value = option(options, key, missing ? "1" : "0");
+  if (value != "0" && value != "1") throw Error(CHIASM_INVALID_ARGUMENT, "the option " + key + " is '" + value + "', expected 0 or 1");
+  return value == "1";
 }
 
 /** An anonymous file in memory. What is written cannot be changed once it is sealed. */

@@ -7,7 +7,9 @@
 #include "core/bundle.h"
 #include "core/method.h"
 #include "core/self_test.h"
+#include "core/registry.h"
 #include "core/status.h"
+#include "core/struct_size.h"
 #include "core/threads.h"
 #include "core/trust.h"
 
@@ -33,24 +35,27 @@ void need(const void* pointer, const char* name) {
 
 const char* library_version() { return CHIASM_LIBRARY_VERSION; }
 
-size_t backend_count() { return kBackendCount; }
+size_t backend_count() {
+  size_t count = 0;
+  status_free(guarded([&] { count = Registry::instance().all().size(); }));
+  return count;
+}
 
 chiasm_status* backend_info(size_t index, chiasm_backend_info* info) {
   return guarded([&] {
     need(info, "info");
-    if (index >= kBackendCount) {
-      fail(CHIASM_INVALID_ARGUMENT, "there is no backend " + std::to_string(index) + ", only " + std::to_string(kBackendCount));
+    const auto& all = Registry::instance().all();
+    if (index >= all.size()) {
+      fail(CHIASM_INVALID_ARGUMENT, "there is no backend " + std::to_string(index) + ", only " + std::to_string(all.size()));
     }
-    if (info->struct_size < sizeof(chiasm_backend_info)) {
-      fail(CHIASM_INVALID_ARGUMENT, "backend info: struct_size is " + std::to_string(info->struct_size) +
-                                        ", expected sizeof(chiasm_backend_info), " + std::to_string(sizeof(chiasm_backend_info)));
-    }
-    const Backend& backend = Registry::instance().get(static_cast<BackendKind>(index));
-    info->name = backend.name();
-    info->available = backend.table != nullptr ? 1 : 0;
-    info->has_cuda = backend.has_cuda ? 1 : 0;
-    info->engine_version = backend.engine_version.c_str();
-    info->problem = backend.problem.c_str();
+    check_struct_size(info->struct_size, CHIASM_SIZE_THROUGH(chiasm_backend_info, problem), "backend info", "set it to sizeof(chiasm_backend_info)");
+    const Backend& backend = *all[index];
+    const Backend::Engine& engine = backend.engine();
+    info->name = backend.name().c_str();
+    info->available = engine.problem.empty() ? 1 : 0;
+    info->has_cuda = engine.has_cuda ? 1 : 0;
+    info->engine_version = engine.version.c_str();
+    info->problem = engine.problem.c_str();
   });
 }
 

@@ -1,15 +1,21 @@
-/** The interface between the core and a backend plug-in (`libchiasm_<name>.so`). Internal: not installed.
+/** The interface between the core and a backend plug-in. docs/howto/backend.md writes one step by step.
  *
- *  Only plain C types cross it, because the core and a plug-in may be built with different C++ settings. A plug-in exports
- *  one symbol, `chiasm_backend_entry`; it catches every exception of its engine and returns it as a chiasm_code and text.
- *  The core has validated all inputs and outputs against the manifest before it calls `run`.
+ *  A backend is a library `libchiasm_<name>.so` in a plug-in folder. It exports one symbol, `chiasm_backend_entry`, which
+ *  returns a table. The core knows no backend by name: what it must know of one stands in that table.
+ *
+ *  Only plain C types cross this interface, because the core and a plug-in may be built with different C++ settings. A
+ *  plug-in catches every exception of its engine and returns it as a chiasm_code and a text.
+ *
+ *  A plug-in must open without its engine (ONNX Runtime, libtorch, ...): the core opens all plug-ins to read their tables.
+ *  `probe` opens the engine. It is called only when the backend is about to be used or is asked about.
  */
 #ifndef CHIASM_RUNTIME_CORE_BACKEND_H
 #define CHIASM_RUNTIME_CORE_BACKEND_H
 
 #include "chiasm/chiasm.h"
 
-#define CHIASM_BACKEND_ABI 4u
+/** The version of this interface. The core refuses a plug-in of another version and says so. */
+#define CHIASM_BACKEND_ABI 5u
 
 #ifdef __cplusplus
 extern "C" {
@@ -20,41 +26,64 @@ typedef struct chiasm_error_text {
   char text[2048];
 } chiasm_error_text;
 
+/** A format of artifacts that a backend loads. */
+typedef struct chiasm_backend_format {
+  const char* name;   /**< as the manifest names it: "onnx", "torchscript", "aotinductor" */
+  int32_t is_program; /**< 1: loading an artifact runs code that came with the bundle; 0: artifacts are data */
+} chiasm_backend_format;
+
+/** An option that a user may set when loading a method (chiasm_load_options.options). */
+typedef struct chiasm_backend_option {
+  const char* key;
+  const char* values;      /**< what the value may be, for messages: "0 or 1" */
+  const char* description; /**< one sentence */
+} chiasm_backend_option;
+
+/** What is loaded. Everything is valid only during the call. */
 typedef struct chiasm_backend_load {
   size_t struct_size;
-  const void* data; /**< the artifact's bytes, whose hash the core has checked; valid only during the call */
+  const void* data; /**< the artifact's bytes, whose hash the core has checked; NULL in a call of `rank` */
   size_t size;
   const char* file;   /**< for messages only: never open it, its content may have changed since it was hashed */
-  const char* format; /**< "torchscript", "onnx", "aotinductor" */
+  const char* format; /**< one of the backend's formats */
   int32_t device_type, device_index;
-  int32_t num_threads; /**< the process's policy, always > 0 */
-  /** torch only: run the forward and return the gradients of the inputs named below, the last inputs of the method being
-   *  the gradients of the outputs. */
-  int32_t autograd;
+  int32_t num_threads;     /**< how many threads a run may use, always > 0 */
+  int32_t process_threads; /**< the process's limit, num_threads is at most that */
+  int32_t allow_programs;  /**< 0: the caller or the trust policy forbids code that came with the bundle */
   int32_t input_count, output_count;
   const char* const* input_names; /**< in the method's order */
   const char* const* output_names;
-  /** onnx only: the artifact is this one function, for which libchiasm_ort has the native code of the bundle in the folder
-   *  `bundle`. NULL for a graph of standard operators. */
-  const char* function;
-  const char* bundle;
-  /** native only: bit i is set where input (output) i begins with the dimension that counts independent samples, so that a batch
-   *  may be run in parts; 0 where samples depend on each other. */
-  uint64_t sample_inputs, sample_outputs;
-  /** native only: the signature as the manifest has it, which must be what the code was compiled for. */
+  /** The method's signature as a text (core/signature_text.h), which compiled code must have been made for. */
   const char* signature;
-  /** With `function`: the hash of the manifest that the core has checked, which libchiasm_ort must find in `bundle` too. */
-  const char* manifest_sha256;
+  /** Bit i is set where input (output) i begins with the dimension that counts independent samples of a batch, so that a
+   *  batch may be run in parts. All 0 where samples depend on each other. */
+  uint64_t batched_inputs, batched_outputs;
+  const char* bundle;          /**< the bundle's folder */
+  const char* manifest_sha256; /**< the hash of the manifest that the core has checked */
+  /** What the manifest says for this backend about this artifact: "key=value" texts, then NULL. */
+  const char* const* artifact_options;
+  /** What the user asks of this backend: "key=value" texts, then NULL. The core has checked the keys. */
+  const char* const* options;
 } chiasm_backend_load;
 
 typedef struct chiasm_backend {
   size_t struct_size;
-  uint32_t abi; /**< CHIASM_BACKEND_ABI */
-  const char* name;
-  /** Fill engine_version and has_cuda; called once, after the plug-in was opened. */
+  uint32_t abi;     /**< CHIASM_BACKEND_ABI */
+  const char* name; /**< as in the library's file name: lower-case letters, digits and underscores */
+  int32_t priority; /**< `auto` takes the backend with the highest that can run a method; by name where equal */
+  const chiasm_backend_format* formats; /**< ends with a NULL name */
+  uint32_t devices;                     /**< bit CHIASM_CPU, bit CHIASM_CUDA: 1u << chiasm_device_type */
+  const chiasm_backend_option* options; /**< ends with a NULL key */
+
+  /** Opens the engine and fills in engine_version and has_cuda. Called once. Its error text says how to get the engine. */
   int32_t (*probe)(chiasm_backend_info* info, chiasm_error_text* error);
+  /** Which of a method's artifacts to take on a machine that fits them all: the highest; below 0: not this one. May be
+   *  NULL. Called before `probe`: it must not open the engine. */
+  int32_t (*rank)(const chiasm_backend_load* request);
+  /** Where it returns CHIASM_UNAVAILABLE or CHIASM_VERSION_MISMATCH, the core tries the next artifact or backend. */
   int32_t (*load)(const chiasm_backend_load* request, void** model, chiasm_error_text* error);
-  /** Reads `inputs`, writes `outputs` (dense, right shape and dtype, not overlapping). May be called concurrently. */
+  /** Reads `inputs`, writes `outputs`. The core has checked them against the manifest: dense, right shape and dtype, not
+   *  overlapping. May be called from several threads at once. */
   int32_t (*run)(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
                  chiasm_error_text* error);
   void (*unload)(void* model);

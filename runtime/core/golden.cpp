@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/dtype.h"
+#include "base/dtype.h"
 
 namespace chiasm::core {
 namespace {
@@ -45,6 +45,7 @@ double element(const void* data, size_t i, int32_t dtype) {
     case CHIASM_INT16: return load<int16_t>(data, i);
     case CHIASM_INT32: return load<int32_t>(data, i);
     case CHIASM_INT64: return static_cast<double>(load<int64_t>(data, i));
+    case CHIASM_UINT16: return load<uint16_t>(data, i);
     case CHIASM_FLOAT16: return from_float16(load<uint16_t>(data, i));
     case CHIASM_BFLOAT16: return from_bfloat16(load<uint16_t>(data, i));
     case CHIASM_FLOAT32: return static_cast<double>(load<float>(data, i));

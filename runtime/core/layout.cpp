@@ -1,4 +1,4 @@
-/** The frozen layout of the C interface: version 2 on a 64-bit machine. A line here never changes; new members get new
+/** The frozen layout of the C interface: version 3 on a 64-bit machine. A line here never changes; new members get new
  *  lines, and then the struct a new size. */
 #include <cstddef>
 
@@ -9,7 +9,7 @@
 #define CHIASM_SIZE(type, size) static_assert(sizeof(type) == (size), #type " has another size")
 
 static_assert(sizeof(void*) == 8, "the layouts below are those of 64-bit machines");
-static_assert(CHIASM_API_VERSION == 2u && CHIASM_BACKEND_ABI == 4u, "freeze the new version's layout here too");
+static_assert(CHIASM_API_VERSION == 3u && CHIASM_BACKEND_ABI == 5u, "freeze the new version's layout here too");
 
 CHIASM_AT(chiasm_tensor, struct_size, 0);
 CHIASM_AT(chiasm_tensor, data, 8);
@@ -74,7 +74,9 @@ CHIASM_AT(chiasm_load_options, allow_native_code, 24);
 CHIASM_AT(chiasm_load_options, dtype, 28);
 CHIASM_AT(chiasm_load_options, warm_up, 32);
 CHIASM_AT(chiasm_load_options, fused, 36);
-CHIASM_SIZE(chiasm_load_options, 40);
+CHIASM_AT(chiasm_load_options, num_threads, 40);
+CHIASM_AT(chiasm_load_options, options, 48);
+CHIASM_SIZE(chiasm_load_options, 56);
 
 CHIASM_AT(chiasm_run_options, struct_size, 0);
 CHIASM_AT(chiasm_run_options, stream, 8);
@@ -123,6 +125,15 @@ CHIASM_SIZE(chiasm_api, 216);
 CHIASM_AT(chiasm_error_text, text, 0);
 CHIASM_SIZE(chiasm_error_text, 2048);
 
+CHIASM_AT(chiasm_backend_format, name, 0);
+CHIASM_AT(chiasm_backend_format, is_program, 8);
+CHIASM_SIZE(chiasm_backend_format, 16);
+
+CHIASM_AT(chiasm_backend_option, key, 0);
+CHIASM_AT(chiasm_backend_option, values, 8);
+CHIASM_AT(chiasm_backend_option, description, 16);
+CHIASM_SIZE(chiasm_backend_option, 24);
+
 CHIASM_AT(chiasm_backend_load, struct_size, 0);
 CHIASM_AT(chiasm_backend_load, data, 8);
 CHIASM_AT(chiasm_backend_load, size, 16);
@@ -131,27 +142,34 @@ CHIASM_AT(chiasm_backend_load, format, 32);
 CHIASM_AT(chiasm_backend_load, device_type, 40);
 CHIASM_AT(chiasm_backend_load, device_index, 44);
 CHIASM_AT(chiasm_backend_load, num_threads, 48);
-CHIASM_AT(chiasm_backend_load, autograd, 52);
-CHIASM_AT(chiasm_backend_load, input_count, 56);
-CHIASM_AT(chiasm_backend_load, output_count, 60);
-CHIASM_AT(chiasm_backend_load, input_names, 64);
-CHIASM_AT(chiasm_backend_load, output_names, 72);
-CHIASM_AT(chiasm_backend_load, function, 80);
-CHIASM_AT(chiasm_backend_load, bundle, 88);
-CHIASM_AT(chiasm_backend_load, sample_inputs, 96);
-CHIASM_AT(chiasm_backend_load, sample_outputs, 104);
-CHIASM_AT(chiasm_backend_load, signature, 112);
+CHIASM_AT(chiasm_backend_load, process_threads, 52);
+CHIASM_AT(chiasm_backend_load, allow_programs, 56);
+CHIASM_AT(chiasm_backend_load, input_count, 60);
+CHIASM_AT(chiasm_backend_load, output_count, 64);
+CHIASM_AT(chiasm_backend_load, input_names, 72);
+CHIASM_AT(chiasm_backend_load, output_names, 80);
+CHIASM_AT(chiasm_backend_load, signature, 88);
+CHIASM_AT(chiasm_backend_load, batched_inputs, 96);
+CHIASM_AT(chiasm_backend_load, batched_outputs, 104);
+CHIASM_AT(chiasm_backend_load, bundle, 112);
 CHIASM_AT(chiasm_backend_load, manifest_sha256, 120);
-CHIASM_SIZE(chiasm_backend_load, 128);
+CHIASM_AT(chiasm_backend_load, artifact_options, 128);
+CHIASM_AT(chiasm_backend_load, options, 136);
+CHIASM_SIZE(chiasm_backend_load, 144);
 
 CHIASM_AT(chiasm_backend, struct_size, 0);
 CHIASM_AT(chiasm_backend, abi, 8);
 CHIASM_AT(chiasm_backend, name, 16);
-CHIASM_AT(chiasm_backend, probe, 24);
-CHIASM_AT(chiasm_backend, load, 32);
-CHIASM_AT(chiasm_backend, run, 40);
-CHIASM_AT(chiasm_backend, unload, 48);
-CHIASM_SIZE(chiasm_backend, 56);
+CHIASM_AT(chiasm_backend, priority, 24);
+CHIASM_AT(chiasm_backend, formats, 32);
+CHIASM_AT(chiasm_backend, devices, 40);
+CHIASM_AT(chiasm_backend, options, 48);
+CHIASM_AT(chiasm_backend, probe, 56);
+CHIASM_AT(chiasm_backend, rank, 64);
+CHIASM_AT(chiasm_backend, load, 72);
+CHIASM_AT(chiasm_backend, run, 80);
+CHIASM_AT(chiasm_backend, unload, 88);
+CHIASM_SIZE(chiasm_backend, 96);
 
 // Values that bundles, plug-ins and programs keep.
 static_assert(CHIASM_OK == 0 && CHIASM_INVALID_ARGUMENT == 1 && CHIASM_FAILED_PRECONDITION == 2 && CHIASM_NOT_FOUND == 16 &&
@@ -159,5 +177,6 @@ static_assert(CHIASM_OK == 0 && CHIASM_INVALID_ARGUMENT == 1 && CHIASM_FAILED_PR
 static_assert(CHIASM_UNTRUSTED == 19 && CHIASM_OUT_OF_MEMORY == 33 && CHIASM_IO_ERROR == 34 && CHIASM_TRUST_ANY == 0 &&
               CHIASM_TRUST_SIGNED == 1 && CHIASM_TRUST_DATA_ONLY == 2);
 static_assert(CHIASM_BOOL == 0 && CHIASM_UINT8 == 1 && CHIASM_INT8 == 2 && CHIASM_INT16 == 3 && CHIASM_INT32 == 4 &&
-              CHIASM_INT64 == 5 && CHIASM_FLOAT16 == 6 && CHIASM_BFLOAT16 == 7 && CHIASM_FLOAT32 == 8 && CHIASM_FLOAT64 == 9);
+              CHIASM_INT64 == 5 && CHIASM_FLOAT16 == 6 && CHIASM_BFLOAT16 == 7 && CHIASM_FLOAT32 == 8 && CHIASM_FLOAT64 == 9 &&
+              CHIASM_UINT16 == 10);
 static_assert(CHIASM_CPU == 0 && CHIASM_CUDA == 1 && CHIASM_MAX_DIMS == 8);

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <set>
 
-#include "core/dtype.h"
+#include "base/dtype.h"
 #include "core/json.h"
+#include "core/registry.h"
 #include "core/status.h"
 
 namespace chiasm::core {
@@ -57,6 +58,26 @@ BundleFile read_bundle_file(const JsonNode& node) {
   file.size = static_cast<uint64_t>(node.at("size").integer(1, kMaxFileSize));
   file.sha256 = read_sha256(node.at("sha256"));
   return file;
+}
+
+/** The name of a backend, a format or an engine: which there are is for the plug-ins to say. */
+std::string read_plugin_name(const JsonNode& node) {
+  const std::string& text = node.string(64);
+  if (!is_backend_name(text)) node.refuse("'" + text + "' is not a name of lower-case letters, digits and underscores");
+  return text;
+}
+
+/** "2.31" */
+GlibcVersion read_glibc(const JsonNode& node) {
+  const std::string& text = node.string(16);
+  const size_t dot = text.find('.');
+  const auto is_number = [](const std::string& part) {
+    return !part.empty() && part.size() <= 4 && part.find_first_not_of("0123456789") == std::string::npos;
+  };
+  if (dot == std::string::npos || !is_number(text.substr(0, dot)) || !is_number(text.substr(dot + 1))) {
+    node.refuse("'" + text + "' is not a version like 2.31");
+  }
+  return {std::stoi(text.substr(0, dot)), std::stoi(text.substr(dot + 1))};
 }
 
 void check_version(const JsonNode& node) {
@@ -184,15 +205,13 @@ class Reader final {
   }
 
   Artifact read_artifact(const JsonNode& node, const MethodSpec& method) const {
-    static constexpr const char* kFormats[] = {"torchscript", "onnx", "aotinductor"};
     static constexpr const char* kDevices[] = {"any", "cpu", "cuda"};
-    static constexpr const char* kNeeds[] = {"libtorch"};
-    node.only({"backend", "format", "file", "size", "sha256", "dtypes", "device", "autograd", "isa", "sm", "opset", "ir_version",
-               "needs", "function", "why"});
+    node.only({"backend", "format", "file", "size", "sha256", "dtypes", "device", "autograd", "isa", "sm", "glibc", "opset",
+               "ir_version", "needs", "function", "why", "options"});
     Artifact artifact;
     static_cast<BundleFile&>(artifact) = read_bundle_file(node);
-    artifact.backend = static_cast<BackendKind>(read_choice(node.at("backend"), kBackendNames));
-    artifact.format = kFormats[read_choice(node.at("format"), kFormats)];
+    artifact.backend = read_plugin_name(node.at("backend"));
+    artifact.format = read_plugin_name(node.at("format"));
     artifact.dtypes = read_dtypes(node.at("dtypes"));
     for (const int32_t dtype : artifact.dtypes) {
       if (std::find(manifest_.dtypes.begin(), manifest_.dtypes.end(), dtype) == manifest_.dtypes.end()) {
@@ -201,47 +220,56 @@ class Reader final {
     }
     if (method.generic && artifact.dtypes.empty()) node.at("dtypes").refuse("empty, but the method has tensors of dtype T");
     artifact.device = static_cast<DevicePlacement>(read_choice(node.at("device"), kDevices));
-    if (node.has("autograd")) artifact.autograd = node.at("autograd").boolean();
-    if (node.has("function")) artifact.function = read_name(node.at("function"));
     if (node.has("isa")) {
       static constexpr const char* kIsas[] = {"x86-64-v3", "x86-64-v4"};
       artifact.isa = static_cast<Isa>(1 + read_choice(node.at("isa"), kIsas));
     }
     if (node.has("sm")) artifact.sm = node.at("sm").integer(1, 9999);
+    if (node.has("glibc")) artifact.glibc = read_glibc(since(node, "glibc", 3));
     if (node.has("opset")) node.at("opset").integer(1, 9999);
     if (node.has("ir_version")) node.at("ir_version").integer(1, 9999);
     if (node.has("needs")) {
-      for (const JsonNode& need : node.at("needs").elements(0, 16)) {
-        read_choice(need, kNeeds);
-        artifact.needs_libtorch = true;
-      }
+      for (const JsonNode& need : node.at("needs").elements(0, 16)) artifact.needs.push_back(read_plugin_name(need));
     }
-    if (node.has("why")) {
-      if (version_ < 2) node.refuse("'why' is for schema version 2, this is 1");
-      artifact.why = node.at("why").string(4 * kMaxWhy);
-      const auto is_first_byte = [](char c) { return (c & 0xC0) != 0x80; };  // of a character in UTF-8
-      if (std::count_if(artifact.why.begin(), artifact.why.end(), is_first_byte) > static_cast<std::ptrdiff_t>(kMaxWhy)) {
-        node.at("why").refuse("longer than " + std::to_string(kMaxWhy) + " characters");
-      }
-    }
-    check_format(node, artifact);
+    if (node.has("why")) artifact.why = read_why(since(node, "why", 2));
+    read_options(node, artifact);
     return artifact;
   }
 
-  static void check_format(const JsonNode& node, const Artifact& artifact) {
-    const bool needs_libtorch = artifact.needs_libtorch;
-    bool good = false;
-    switch (artifact.backend) {
-      case BackendKind::native: good = artifact.format == "aotinductor" && !needs_libtorch; break;
-      case BackendKind::torch: good = artifact.format == "torchscript" || artifact.format == "aotinductor"; break;
-      case BackendKind::onnx: good = artifact.format == "onnx" && !needs_libtorch; break;
+  /** The member, which manifests may have from a version of the schema on. */
+  JsonNode since(const JsonNode& node, const char* key, int64_t version) const {
+    if (version_ < version) {
+      node.refuse("'" + std::string(key) + "' is for schema version " + std::to_string(version) + ", this is " + std::to_string(version_));
     }
-    if (!good) {
-      node.refuse(std::string("the ") + kBackendNames[static_cast<int>(artifact.backend)] + " backend does not load format '" +
-                  artifact.format + "'" + (needs_libtorch ? " that needs libtorch" : ""));
+    return node.at(key);
+  }
+
+  static std::string read_why(const JsonNode& node) {
+    const std::string why = node.string(4 * kMaxWhy);
+    const auto is_first_byte = [](char c) { return (c & 0xC0) != 0x80; };  // of a character in UTF-8
+    if (std::count_if(why.begin(), why.end(), is_first_byte) > static_cast<std::ptrdiff_t>(kMaxWhy)) {
+      node.refuse("longer than " + std::to_string(kMaxWhy) + " characters");
     }
-    if (!artifact.function.empty() && artifact.format != "onnx") node.refuse("'function' is for format onnx only");
-    if (artifact.autograd && artifact.format != "torchscript") node.refuse("'autograd' is for format torchscript only");
+    return why;
+  }
+
+  /** `autograd` and `function` stand for options of the torch and the onnx backend since before there were any. */
+  void read_options(const JsonNode& node, Artifact& artifact) const {
+    if (node.has("autograd")) {
+      const bool autograd = node.at("autograd").boolean();
+      if (autograd && artifact.format != "torchscript") node.refuse("'autograd' is for format torchscript only");
+      if (autograd) artifact.options["autograd"] = "1";
+    }
+    if (node.has("function")) {
+      if (artifact.format != "onnx") node.refuse("'function' is for format onnx only");
+      artifact.options["function"] = read_name(node.at("function"));
+      artifact.format = kFusedOnnx;
+    }
+    if (!node.has("options")) return;
+    for (const auto& member : since(node, "options", 3).members(0, 64)) {
+      if (!is_backend_name(member.key)) member.node.refuse("'" + member.key + "' is not the name of an option");
+      if (!artifact.options.emplace(member.key, member.node.string(4096)).second) member.node.refuse("is given twice");
+    }
   }
 
   void read_method(const JsonNode::Member& member) {
@@ -312,9 +340,9 @@ class Reader final {
       }
       return first;
     };
-    method.sample_inputs = mask(method.inputs);
-    method.sample_outputs = mask(method.outputs);
-    if (method.sample_outputs != (~uint64_t{0} >> (64 - method.outputs.size()))) node.refuse("an output has no first dimension '" + name + "'");
+    method.batched_inputs = mask(method.inputs);
+    method.batched_outputs = mask(method.outputs);
+    if (method.batched_outputs != (~uint64_t{0} >> (64 - method.outputs.size()))) node.refuse("an output has no first dimension '" + name + "'");
   }
 
   static void read_tolerances(const JsonNode& node, MethodSpec& method) {

@@ -2,30 +2,30 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/dtype.h"
+#include "base/error.h"
 #include "chiasm/chiasm.h"
 #include "core/expression.h"
 
 namespace chiasm::core {
 
+using namespace base;
+
 /** The newest schema_version that this library reads. */
-inline constexpr int64_t kSchemaVersion = 2;
+inline constexpr int64_t kSchemaVersion = 3;
 /** The most inputs or outputs of a method, so that a run needs no memory of its own. */
 inline constexpr size_t kMaxTensors = 64;
 /** The longest manifest, in bytes. */
 inline constexpr uint64_t kMaxManifestSize = 16u << 20;
 /** The dtype of a tensor whose dtype is the type variable T. */
 inline constexpr int32_t kGeneric = -1;
-
-/** In the order in which `auto` tries them. */
-enum class BackendKind : int32_t { native = 0, torch = 1, onnx = 2 };
-inline constexpr int32_t kBackendCount = 3;
-inline constexpr const char* kBackendNames[kBackendCount] = {"native", "torch", "onnx"};
 
 enum class DevicePlacement { any, cpu, cuda };
 enum class Isa { none, x86_64_v3, x86_64_v4 };
@@ -44,17 +44,32 @@ struct BundleFile {
   uint64_t size = 0;
 };
 
+/** The format of an ONNX model whose graph is one function that stands for native code of the bundle. Manifests call it "onnx" and name
+ *  the function. */
+inline constexpr const char* kFusedOnnx = "fused_onnx";
+
+/** A version of the C library: 2.31 is {2, 31}. */
+struct GlibcVersion {
+  int major = 0, minor = 0;
+};
+
 struct Artifact : BundleFile {
-  BackendKind backend = BackendKind::onnx;
+  std::string backend; /**< the name of the backend that loads it, which may be none that is installed here */
   std::string format;
-  std::string function; /**< onnx: the model-local function that holds the whole graph; "" in the flat form */
   std::vector<int32_t> dtypes; /**< values of T that it serves */
   DevicePlacement device = DevicePlacement::any;
-  bool autograd = false;
   Isa isa = Isa::none;
-  int64_t sm = 0; /**< compute capability, 90 for 9.0; 0 where not stated */
-  bool needs_libtorch = false;
-  std::string why; /**< which operator needs it; "" where not stated */
+  int64_t sm = 0;    /**< compute capability, 90 for 9.0; 0 where not stated */
+  GlibcVersion glibc; /**< the oldest that it runs with; 0.0 where not stated */
+  std::vector<std::string> needs; /**< engines that it needs besides its backend's */
+  std::string why;                /**< which operator needs them; "" where not stated */
+  std::map<std::string, std::string> options; /**< what its backend must know of it */
+
+  /** "" where there is none of that key. */
+  std::string option(const std::string& key) const {
+    const auto found = options.find(key);
+    return found == options.end() ? "" : found->second;
+  }
 };
 
 struct Tolerance {
@@ -64,11 +79,11 @@ struct Tolerance {
 struct MethodSpec {
   std::string name;
   std::vector<TensorSpec> inputs, outputs;
-  std::array<std::optional<Tolerance>, 10> tolerances; /**< of the outputs, by chiasm_dtype; none means exact */
+  std::array<std::optional<Tolerance>, kDTypeCount> tolerances; /**< of the outputs, by chiasm_dtype; none means exact */
   std::vector<Artifact> artifacts;
   bool generic = false; /**< whether some tensor is of dtype T */
   /** Bit i is set where input (output) i begins with the symbol that counts independent samples; 0 where there is none. */
-  uint64_t sample_inputs = 0, sample_outputs = 0;
+  uint64_t batched_inputs = 0, batched_outputs = 0;
 };
 
 struct Symbol {

@@ -4,8 +4,9 @@
 #include <memory>
 #include <vector>
 
+#include "base/pool.h"
 #include "core/bundle.h"
-#include "core/pool.h"
+#include "core/load_call.h"
 #include "core/registry.h"
 #include "core/select.h"
 #include "core/signature.h"
@@ -19,7 +20,6 @@ class Outputs final {
   Outputs(Call& call, const std::vector<TensorSpec>& outputs);
   Outputs(const Outputs&) = delete;
   Outputs& operator=(const Outputs&) = delete;
-  ~Outputs();
 
   size_t count() const { return slots_.size(); }
   const chiasm_tensor* get(size_t i) const { return i < slots_.size() ? &slots_[i].tensor : nullptr; }
@@ -28,7 +28,7 @@ class Outputs final {
   struct Slot {
     chiasm_tensor tensor;
     int64_t shape[CHIASM_MAX_DIMS];
-    BufferPool::Block block;
+    PooledMemory memory;
   };
   std::vector<Slot> slots_;
 };
@@ -47,7 +47,7 @@ class Method final {
   ~Method();
 
   const chiasm_method_info& info() const { return info_.get(); }
-  const char* backend() const { return backend_.name(); }
+  const char* backend() const { return backend_.name().c_str(); }
   const char* artifact() const { return artifact_.file.c_str(); }
   const Signature& signature() const { return signature_; }
 
@@ -58,7 +58,7 @@ class Method final {
   void execute(const Call& call, const chiasm_run_options* options) const;
 
  private:
-  void load_model(const LoadRequest& request);
+  void load_model(const LoadCall& call);
   void warm_up() const;
 
   std::shared_ptr<const Bundle> bundle_;

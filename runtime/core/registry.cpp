@@ -1,26 +1,20 @@
 #include "core/registry.h"
 
+#include <dirent.h>
 #include <dlfcn.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <map>
 
-#include "core/fork.h"
-#include "core/room.h"
+#include "base/fork.h"
 #include "core/status.h"
 
 namespace chiasm::core {
 namespace {
 
-/** How a user gets what a backend needs. */
-constexpr const char* kAdvice[kBackendCount] = {
-    "it needs no engine: install it with chiasm, or name its folder in CHIASM_BACKEND_PATH",
-    "get libtorch with 'pip install torch' and put its folder site-packages/torch/lib on LD_LIBRARY_PATH",
-    "get ONNX Runtime with 'pip install onnxruntime' and put its folder site-packages/onnxruntime/capi on LD_LIBRARY_PATH "
-    "(with a link libonnxruntime.so.1 to the library in it), or use an onnxruntime release",
-};
-
-std::string advice(BackendKind kind) { return kAdvice[static_cast<int>(kind)]; }
+constexpr const char kPrefix[] = "libchiasm_";
+constexpr const char kSuffix[] = ".so";
 
 /** The folder of the library that this code is in. */
 std::string own_folder() {
@@ -34,23 +28,37 @@ std::string own_folder() {
   return slash == std::string::npos ? "." : path.substr(0, slash);
 }
 
-/** Whether libtorch is open already or can be: its static objects end the process where an allocation fails. With its mappings they take half of this. */
-constexpr size_t kTorchBytes = size_t{768} << 20;
-
-bool has_room_for_torch() {
-  if (void* const present = ::dlopen("libtorch_cpu.so", RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD)) {
-    ::dlclose(present);
-    return true;
-  }
-  return has_room(kTorchBytes);
-}
-
 std::string last_dl_error() {
   const char* const text = ::dlerror();
   return text == nullptr ? "unknown error of the dynamic linker" : text;
 }
 
+/** The NAME of a file libchiasm_NAME.so; "" for other files. */
+std::string backend_of(const std::string& file) {
+  constexpr size_t prefix = sizeof kPrefix - 1, suffix = sizeof kSuffix - 1;
+  if (file.size() <= prefix + suffix || file.compare(0, prefix, kPrefix) != 0) return "";
+  if (file.compare(file.size() - suffix, suffix, kSuffix) != 0) return "";
+  const std::string name = file.substr(prefix, file.size() - prefix - suffix);
+  return is_backend_name(name) ? name : "";
+}
+
+/** The paths of a folder's plug-ins, by name; none where the folder cannot be read. */
+std::map<std::string, std::string> plugins_in(const std::string& folder) {
+  std::map<std::string, std::string> found;
+  const std::unique_ptr<DIR, int (*)(DIR*)> listing(::opendir(folder.c_str()), ::closedir);
+  while (const dirent* const entry = listing ? ::readdir(listing.get()) : nullptr) {
+    const std::string name = backend_of(entry->d_name);
+    if (!name.empty()) found.emplace(name, folder + "/" + entry->d_name);
+  }
+  return found;
+}
+
 }  // namespace
+
+bool is_backend_name(const std::string& text) {
+  const auto good = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
+  return !text.empty() && text.size() <= 64 && text[0] >= 'a' && text[0] <= 'z' && std::all_of(text.begin(), text.end(), good);
+}
 
 std::vector<std::string> split_path(const char* list) {
   std::vector<std::string> parts;
@@ -66,75 +74,122 @@ std::vector<std::string> split_path(const char* list) {
   }
 }
 
-Registry::Registry(std::vector<std::string> folders) : folders_(std::move(folders)) {
-  for (int32_t i = 0; i < kBackendCount; ++i) backends_[static_cast<size_t>(i)].kind = static_cast<BackendKind>(i);
+Backend::Backend(std::string name, const std::string& path) : name_(std::move(name)) { open(path); }
+
+void Backend::open(const std::string& path) {
+  const auto unusable = [this](const std::string& what) { engine_.problem = "the " + name_ + " backend is not available: " + what; };
+  void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) return unusable(path + ": " + last_dl_error());
+  void* const symbol = ::dlsym(library, CHIASM_BACKEND_ENTRY);
+  if (symbol == nullptr) return unusable(path + " is not a chiasm backend: " + last_dl_error());
+  const chiasm_backend* const table = reinterpret_cast<chiasm_backend_entry_fn>(symbol)(CHIASM_BACKEND_ABI);
+  if (table == nullptr || table->abi != CHIASM_BACKEND_ABI || table->struct_size < sizeof(chiasm_backend)) {
+    return unusable(path + " was built for another version of chiasm (backend interface " +
+                    std::to_string(CHIASM_BACKEND_ABI) + " is needed)");
+  }
+  if (table->name == nullptr || name_ != table->name) {
+    return unusable(path + " calls itself '" + (table->name == nullptr ? "" : table->name) + "'");
+  }
+  table_ = table;
 }
+
+const chiasm_backend_format* Backend::format_of(const std::string& format) const {
+  if (table_ == nullptr) return nullptr;
+  for (const chiasm_backend_format* f = table_->formats; f->name != nullptr; ++f) {
+    if (format == f->name) return f;
+  }
+  return nullptr;
+}
+
+bool Backend::is_program(const std::string& format) const {
+  const chiasm_backend_format* const known = format_of(format);
+  return known == nullptr || known->is_program != 0;
+}
+
+bool Backend::has_option(const std::string& key) const {
+  for (const chiasm_backend_option* o = table_ == nullptr ? nullptr : table_->options; o != nullptr && o->key != nullptr; ++o) {
+    if (key == o->key) return true;
+  }
+  return false;
+}
+
+void Backend::check_option(const std::string& option) const {
+  const size_t equals = option.find('=');
+  if (equals == std::string::npos) {
+    fail(CHIASM_INVALID_ARGUMENT, "load options: the option '" + option + "' is not of the form key=value");
+  }
+  if (has_option(option.substr(0, equals))) return;
+  std::string known;
+  for (const chiasm_backend_option* o = table_ == nullptr ? nullptr : table_->options; o != nullptr && o->key != nullptr; ++o) {
+    known += (known.empty() ? "" : ", ") + std::string(o->key) + " (" + o->values + ")";
+  }
+  fail(CHIASM_INVALID_ARGUMENT, "load options: the " + name_ + " backend has no option '" + option.substr(0, equals) +
+                                    "'; it has " + (known.empty() ? "none" : known));
+}
+
+const Backend::Engine& Backend::engine() const {
+  std::call_once(probed_, [this] {
+    const ForkGate::Passage passage;  // a child could neither open a library nor begin again while its parent was opening one
+    probe();
+  });
+  return engine_;
+}
+
+void Backend::probe() const {
+  if (table_ == nullptr) return;
+  chiasm_backend_info info{};
+  info.struct_size = sizeof info;
+  chiasm_error_text error;
+  error.text[0] = '\0';
+  if (table_->probe(&info, &error) != CHIASM_OK) {
+    error.text[sizeof error.text - 1] = '\0';
+    engine_.problem = "the " + name_ + " backend is not available: " + (error.text[0] == '\0' ? "its probe failed" : error.text);
+    return;
+  }
+  engine_.has_cuda = info.has_cuda == 1;
+  engine_.version = info.engine_version == nullptr ? "" : info.engine_version;
+}
+
+Registry::Registry(std::vector<std::string> folders) : folders_(std::move(folders)) {}
 
 Registry& Registry::instance() {
   static Registry* const registry = [] {
     std::vector<std::string> folders = split_path(std::getenv("CHIASM_BACKEND_PATH"));
     const std::string own = own_folder();
-    if (!own.empty()) {
-      folders.push_back(own);
-      folders.push_back(own + "/chiasm");
-    }
+    if (!own.empty()) folders.push_back(own + "/chiasm");
     return new Registry(std::move(folders));
   }();
   return *registry;
 }
 
-const Backend& Registry::get(BackendKind kind) {
-  const auto index = static_cast<size_t>(kind);
-  Backend& backend = backends_[index];
-  std::call_once(opened_[index], [this, &backend] {
-    const ForkGate::Passage passage;  // a child could neither open a library nor begin again while its parent was opening one
-    open(backend);
-  });
-  return backend;
+void Registry::scan() {
+  std::map<std::string, std::string> paths;
+  for (const std::string& folder : folders_) paths.merge(plugins_in(folder));
+  for (const auto& [name, path] : paths) backends_.push_back(std::make_unique<Backend>(name, path));
+  const auto priority = [](const auto& backend) { return backend->table() == nullptr ? INT32_MIN : backend->table()->priority; };
+  std::stable_sort(backends_.begin(), backends_.end(), [&](const auto& a, const auto& b) { return priority(a) > priority(b); });
 }
 
-void Registry::open(Backend& backend) const {
-  const std::string file = std::string("libchiasm_") + backend.name() + ".so";
-  const auto unavailable = [&backend](const std::string& what) {
-    backend.problem = std::string("the ") + backend.name() + " backend is not available: " + what + "; " + advice(backend.kind);
-  };
-  std::string path, searched;
-  for (const std::string& folder : folders_) {
-    const std::string candidate = folder + "/" + file;
-    if (::access(candidate.c_str(), F_OK) == 0) {
-      path = candidate;
-      break;
-    }
-    searched += (searched.empty() ? "" : ", ") + folder;
-  }
-  if (path.empty()) return unavailable("there is no " + file + " in " + (searched.empty() ? "any folder" : searched));
+const std::vector<std::unique_ptr<Backend>>& Registry::all() {
+  std::call_once(scanned_, [this] {
+    const ForkGate::Passage passage;  // as in Backend::engine
+    scan();
+  });
+  return backends_;
+}
 
-  if (backend.kind == BackendKind::torch && !has_room_for_torch())
-    return unavailable("opening libtorch needs " + std::to_string(kTorchBytes) + " bytes, which the process may not have");
-  void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (library == nullptr) return unavailable(path + ": " + last_dl_error());
-  void* const symbol = ::dlsym(library, CHIASM_BACKEND_ENTRY);
-  if (symbol == nullptr) return unavailable(path + " is not a chiasm backend: " + last_dl_error());
-  const auto entry = reinterpret_cast<chiasm_backend_entry_fn>(symbol);
-  const chiasm_backend* const table = entry(CHIASM_BACKEND_ABI);
-  if (table == nullptr || table->abi != CHIASM_BACKEND_ABI || table->struct_size < sizeof(chiasm_backend)) {
-    return unavailable(path + " was built for another version of chiasm (backend interface " +
-                       std::to_string(CHIASM_BACKEND_ABI) + " is needed)");
+const Backend* Registry::find(const std::string& name) {
+  for (const auto& backend : all()) {
+    if (backend->name() == name) return backend.get();
   }
-  if (table->name == nullptr || std::string(table->name) != backend.name()) {
-    return unavailable(path + " calls itself '" + (table->name == nullptr ? "" : table->name) + "'");
-  }
-  chiasm_backend_info info{};
-  info.struct_size = sizeof info;
-  chiasm_error_text error;
-  error.text[0] = '\0';
-  if (table->probe(&info, &error) != CHIASM_OK) {
-    error.text[sizeof error.text - 1] = '\0';
-    return unavailable(error.text[0] == '\0' ? path + " failed its probe" : std::string(error.text));
-  }
-  backend.has_cuda = info.has_cuda == 1;
-  backend.engine_version = info.engine_version == nullptr ? "" : info.engine_version;
-  backend.table = table;
+  return nullptr;
+}
+
+std::string Registry::not_found(const std::string& name) const {
+  std::string searched;
+  for (const std::string& folder : folders_) searched += (searched.empty() ? "" : ", ") + folder;
+  return "there is no " + (kPrefix + name + kSuffix) + " in " + (searched.empty() ? "any folder" : searched) +
+         "; install the backend, or name its folder in CHIASM_BACKEND_PATH";
 }
 
 }  // namespace chiasm::core

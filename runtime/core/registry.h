@@ -1,49 +1,80 @@
-/** The backends of this process: plug-ins, opened when first asked for and never closed. */
+/** The backends of this process: plug-ins, found in folders by their file names, opened at the first need, never closed. */
 #pragma once
 
-#include <array>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "core/backend.h"
-#include "core/manifest.h"
 
 namespace chiasm::core {
 
-/** A backend, or the reason why there is none. Lives as long as its registry. */
-struct Backend {
-  BackendKind kind = BackendKind::native;
-  const chiasm_backend* table = nullptr; /**< NULL where the backend is not available */
-  bool has_cuda = false;
-  std::string engine_version;
-  std::string problem; /**< "" where available */
+/** A backend that was found, or the reason why it cannot be used. Lives as long as its registry. */
+class Backend final {
+ public:
+  /** Opens the plug-in, not its engine. Never throws for a bad one: see `problem`. */
+  Backend(std::string name, const std::string& path);
 
-  const char* name() const { return kBackendNames[static_cast<int>(kind)]; }
+  const std::string& name() const { return name_; }
+  /** NULL where the library is no plug-in that this core can use. */
+  const chiasm_backend* table() const { return table_; }
+
+  bool loads(const std::string& format) const { return format_of(format) != nullptr; }
+  /** Whether loading an artifact of that format runs code that came with the bundle. */
+  bool is_program(const std::string& format) const;
+  bool has_device(int32_t device_type) const { return table_ != nullptr && (table_->devices >> device_type & 1u) != 0; }
+  bool has_option(const std::string& key) const;
+  /** Throws Error (INVALID_ARGUMENT) where `option` is not "key=value" with a key that this backend knows. */
+  void check_option(const std::string& option) const;
+
+  /** What the engine says of itself. The first call opens it, and may take as long as that takes. */
+  struct Engine {
+    bool has_cuda = false;
+    std::string version;
+    std::string problem; /**< "" where the backend can be used */
+  };
+  const Engine& engine() const;
+
+ private:
+  const chiasm_backend_format* format_of(const std::string& format) const;
+  void open(const std::string& path);
+  void probe() const;
+
+  std::string name_;
+  const chiasm_backend* table_ = nullptr;
+  mutable Engine engine_;
+  mutable std::once_flag probed_;
 };
 
-/** Looks for `libchiasm_<name>.so` in a list of folders. The first that is found counts, also where it cannot be opened: a
- *  broken installation is reported, not hidden by an older one. Thread-safe. */
+/** Finds `libchiasm_<name>.so` in a list of folders. Of several with one name the first counts, also where it cannot be
+ *  opened: a broken installation is reported, not hidden by an older one. Thread-safe. */
 class Registry final {
  public:
   explicit Registry(std::vector<std::string> folders);
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
 
-  /** Opens the plug-in if this is the first time. Never throws for a missing one: see Backend::problem. */
-  const Backend& get(BackendKind kind);
+  /** Those that were found, in the order in which `auto` tries them: by priority, then by name. The first call opens all. */
+  const std::vector<std::unique_ptr<Backend>>& all();
+  /** NULL where there is none of that name. */
+  const Backend* find(const std::string& name);
+  /** A sentence that says where `libchiasm_<name>.so` was looked for. */
+  std::string not_found(const std::string& name) const;
 
-  /** The process's registry: the folders in CHIASM_BACKEND_PATH, the folder of this library, its subfolder chiasm/. */
+  /** The process's registry: the folders in CHIASM_BACKEND_PATH, then chiasm/ beside this library. */
   static Registry& instance();
 
  private:
-  void open(Backend& backend) const;
+  void scan();
 
   std::vector<std::string> folders_;
-  std::array<Backend, kBackendCount> backends_;
-  std::array<std::once_flag, kBackendCount> opened_;
+  std::vector<std::unique_ptr<Backend>> backends_;
+  std::once_flag scanned_;
 };
+
+/** Whether it may be a backend's name: 1 to 64 lower-case letters, digits and underscores, the first a letter. */
+bool is_backend_name(const std::string& text);
 
 /** The parts of a list that is separated by colons; empty ones are left out. */
 std::vector<std::string> split_path(const char* list);

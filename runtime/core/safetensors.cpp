@@ -1,6 +1,6 @@
 #include "core/safetensors.h"
 
-#include "core/dtype.h"
+#include "base/dtype.h"
 #include "core/json.h"
 #include "core/status.h"
 

@@ -1,29 +1,44 @@
 #include "core/select.h"
 
-#include <algorithm>
+#if defined(__GLIBC__)
+#include <gnu/libc-version.h>
+#endif
 
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+
+#include "base/cuda.h"
+#include "base/dtype.h"
 #include "core/cpu.h"
-#include "core/cuda.h"
-#include "core/dtype.h"
 #include "core/status.h"
+#include "core/struct_size.h"
+#include "core/threads.h"
 
 namespace chiasm::core {
+
+namespace {
+
+std::vector<std::string> read_options(const char* const* options) {
+  constexpr size_t kMost = 256;
+  std::vector<std::string> read;
+  for (const char* const* option = options; option != nullptr && *option != nullptr; ++option) {
+    if (read.size() == kMost) fail(CHIASM_INVALID_ARGUMENT, "load options: more than " + std::to_string(kMost) + " options; the list ends with NULL");
+    read.emplace_back(*option);
+  }
+  return read;
+}
+
+}  // namespace
 
 LoadRequest read_load_options(const chiasm_load_options* options) {
   LoadRequest request;
   if (options == nullptr) return request;
-  if (options->struct_size < sizeof(chiasm_load_options)) {
-    fail(CHIASM_INVALID_ARGUMENT, "load options: struct_size is " + std::to_string(options->struct_size) +
-                                      ": start from CHIASM_LOAD_OPTIONS_INIT");
-  }
-  if (options->backend != nullptr && std::string(options->backend) != "auto") {
-    for (int32_t i = 0; i < kBackendCount; ++i) {
-      if (std::string(options->backend) == kBackendNames[i]) request.backend = static_cast<BackendKind>(i);
-    }
-    if (!request.backend) {
-      fail(CHIASM_INVALID_ARGUMENT,
-           "load options: unknown backend '" + std::string(options->backend) + "', expected native, torch, onnx or auto");
-    }
+  check_struct_size(options->struct_size, CHIASM_SIZE_THROUGH(chiasm_load_options, fused), "load options",
+                    "start from CHIASM_LOAD_OPTIONS_INIT");
+  if (options->backend != nullptr && std::string(options->backend) != "auto") request.backend = options->backend;
+  if (!request.backend.empty() && !is_backend_name(request.backend)) {
+    fail(CHIASM_INVALID_ARGUMENT, "load options: '" + request.backend + "' cannot be the name of a backend, which has lower-case letters, digits and underscores");
   }
   if (options->device_type != CHIASM_CPU && options->device_type != CHIASM_CUDA) {
     fail(CHIASM_INVALID_ARGUMENT, "load options: unknown device_type " + std::to_string(options->device_type));
@@ -39,9 +54,24 @@ LoadRequest read_load_options(const chiasm_load_options* options) {
   request.device_index = options->device_index;
   request.allow_native_code = options->allow_native_code != 0;
   request.dtype = options->dtype;
-  request.fused = options->fused != 0;
   request.warm_up = options->warm_up != 0;
+  request.fused = options->fused != 0;
+  if (options->struct_size >= CHIASM_SIZE_THROUGH(chiasm_load_options, num_threads)) {
+    request.num_threads = options->num_threads;
+    check_num_threads(request.num_threads, "load options: num_threads");
+  }
+  if (options->struct_size >= CHIASM_SIZE_THROUGH(chiasm_load_options, options)) request.options = read_options(options->options);
+  if (!request.options.empty() && request.backend.empty()) {
+    fail(CHIASM_INVALID_ARGUMENT, "load options: the option '" + request.options[0] + "' is for one backend: name it, not auto");
+  }
   return request;
+}
+
+std::vector<std::string> LoadRequest::options_for(const Backend& backend) const {
+  std::vector<std::string> all = backend.name() == this->backend ? options : std::vector<std::string>();
+  for (const std::string& option : all) backend.check_option(option);
+  if (!fused && backend.has_option("fused")) all.emplace_back("fused=0");
+  return all;
 }
 
 LoadRequest under(const Trust& trust, LoadRequest request) {
@@ -60,7 +90,10 @@ Machine this_machine(int32_t device_type, int32_t device_index) {
   machine.isa = cpu_supports(Isa::x86_64_v4)   ? Isa::x86_64_v4
                 : cpu_supports(Isa::x86_64_v3) ? Isa::x86_64_v3
                                                : Isa::none;
-  if (device_type == CHIASM_CUDA) machine.sm = cuda_compute_capability(device_index);
+  if (device_type == CHIASM_CUDA) machine.sm = CudaDevice(device_index).capability();
+#if defined(__GLIBC__)
+  std::sscanf(::gnu_get_libc_version(), "%d.%d", &machine.glibc.major, &machine.glibc.minor);
+#endif
   return machine;
 }
 
@@ -70,7 +103,7 @@ int32_t choose_dtype(const MethodSpec& method, const std::vector<int32_t>& dtype
   std::vector<int32_t> offered;
   for (const int32_t dtype : dtypes) {
     for (const Artifact& artifact : method.artifacts) {
-      const bool wanted = !request.backend || *request.backend == artifact.backend;
+      const bool wanted = request.backend.empty() || request.backend == artifact.backend;
       if (!wanted || std::find(artifact.dtypes.begin(), artifact.dtypes.end(), dtype) == artifact.dtypes.end()) continue;
       offered.push_back(dtype);
       break;
@@ -87,6 +120,12 @@ int32_t choose_dtype(const MethodSpec& method, const std::vector<int32_t>& dtype
   return asked;
 }
 
+namespace {
+
+std::string text_of(const GlibcVersion& version) { return std::to_string(version.major) + "." + std::to_string(version.minor); }
+
+}  // namespace
+
 std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t dtype, const Machine& machine) {
   if (dtype != kGeneric && std::find(artifact.dtypes.begin(), artifact.dtypes.end(), dtype) == artifact.dtypes.end()) {
     return std::string("is not for ") + dtype_name(dtype);
@@ -100,85 +139,148 @@ std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t
       return "is for a GPU of compute capability " + std::to_string(artifact.sm) + ", this one has " + std::to_string(machine.sm);
     }
   }
+  const GlibcVersion &needed = artifact.glibc, &present = machine.glibc;
+  if (needed.major > present.major || (needed.major == present.major && needed.minor > present.minor)) {
+    return "needs glibc " + text_of(needed) + (present.major == 0 ? ", this machine has another C library" : ", this machine has " + text_of(present));
+  }
   if (!cuda && artifact.isa > machine.isa) return std::string("needs a CPU with ") + kIsaNames[static_cast<int>(artifact.isa)];
   return "";
 }
 
 namespace {
 
-/** Why the method has compiled code, but none for the native backend; "" where it has no compiled code. */
-std::string needs_of(const MethodSpec& method) {
+/** The artifacts for a backend that fit, those for the highest CPU level first; `why_not` says why others do not. */
+std::vector<const Artifact*> fitting(const MethodSpec& method, const std::string& backend, const LoadRequest& request, int32_t dtype,
+                                     const Machine& machine, std::string& why_not) {
+  std::vector<const Artifact*> found;
   for (const Artifact& artifact : method.artifacts) {
-    if (artifact.needs_libtorch) return artifact.file + " needs libtorch" + (artifact.why.empty() ? "" : ": " + artifact.why);
-  }
-  return "";
-}
-
-}  // namespace
-
-const Artifact* best_fit(const MethodSpec& method, BackendKind kind, const LoadRequest& request, int32_t dtype,
-                         const Machine& machine, std::string& why_not) {
-  const Artifact* best = nullptr;
-  for (const Artifact& artifact : method.artifacts) {
-    if (artifact.backend != kind || !artifact.function.empty()) continue;
+    if (artifact.backend != backend) continue;
     const std::string why = misfit(artifact, request, dtype, machine);
     if (why.empty()) {
-      if (best == nullptr || artifact.isa > best->isa || artifact.sm > best->sm) best = &artifact;
+      found.push_back(&artifact);
     } else {
       why_not += (why_not.empty() ? "" : ", ") + artifact.file + " " + why;
     }
   }
-  if (best == nullptr && why_not.empty() && kind == BackendKind::native) why_not = needs_of(method);
-  if (best == nullptr && why_not.empty()) why_not = "the bundle has no artifact for it";
-  return best;
+  const auto level = [](const Artifact* artifact) { return std::make_pair(artifact->isa, artifact->sm); };
+  std::stable_sort(found.begin(), found.end(), [&](const Artifact* a, const Artifact* b) { return level(a) > level(b); });
+  return found;
 }
 
-const Artifact* fused_form(const MethodSpec& method, const Artifact& flat, const LoadRequest& request, int32_t dtype,
-                           const Machine& machine) {
-  if (flat.backend != BackendKind::onnx || !request.fused || !request.programs_refused().empty()) return nullptr;
-  if (request.device_type != CHIASM_CPU) return nullptr;
-  std::string why_not;
-  if (best_fit(method, BackendKind::native, request, dtype, machine, why_not) == nullptr) return nullptr;
+/** Why the method has artifacts of a format that the backend loads, but for another backend; "" where it has none. */
+std::string needs_of(const MethodSpec& method, const Backend& backend) {
   for (const Artifact& artifact : method.artifacts) {
-    if (!artifact.function.empty() && misfit(artifact, request, dtype, machine).empty()) return &artifact;
+    if (artifact.needs.empty() || !backend.loads(artifact.format)) continue;
+    return artifact.file + " needs " + artifact.needs[0] + (artifact.why.empty() ? "" : ": " + artifact.why);
   }
-  return nullptr;
+  return "";
 }
 
-Choice choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype, const Machine& machine, Registry& registry) {
-  std::string reasons;
-  chiasm_code code = CHIASM_NOT_FOUND;
-  const auto add_reason = [&reasons](const std::string& reason) { reasons += (reasons.empty() ? " " : "; ") + reason; };
-  for (int32_t i = 0; i < kBackendCount; ++i) {
-    const auto kind = static_cast<BackendKind>(i);
-    if (request.backend && *request.backend != kind) continue;
-    const std::string name = kBackendNames[i];
-    std::string why_not;
-    const Artifact* best = best_fit(method, kind, request, dtype, machine, why_not);
-    if (best == nullptr) {
-      add_reason(name + ": " + why_not);
-      continue;
-    }
-    const std::string refused = request.programs_refused();
-    if (is_program(*best) && !refused.empty()) {
-      add_reason(name + ": its artifacts are programs, and " + refused);
-      if (code == CHIASM_NOT_FOUND) code = request.data_only ? CHIASM_UNTRUSTED : CHIASM_FAILED_PRECONDITION;
-      continue;
-    }
-    const Backend& backend = registry.get(kind);
-    if (backend.table == nullptr) {
-      add_reason(name + ": " + backend.problem);
-      code = CHIASM_UNAVAILABLE;
-      continue;
-    }
-    if (request.device_type == CHIASM_CUDA && !backend.has_cuda) {
-      add_reason(name + ": its engine (" + backend.engine_version + ") cannot use CUDA here");
-      code = CHIASM_UNAVAILABLE;
-      continue;
-    }
-    return {best, &backend};
+/** Collects, for each backend, why it cannot run a method. */
+class Reasons final {
+ public:
+  void add(const std::string& backend, const std::string& reason, chiasm_code code = CHIASM_NOT_FOUND) {
+    text_ += (text_.empty() ? " " : "; ") + backend + ": " + reason;
+    // What is missing on this machine says more than what is forbidden, and that more than what the bundle has not.
+    if (code != CHIASM_NOT_FOUND && (code_ == CHIASM_NOT_FOUND || code == CHIASM_UNAVAILABLE)) code_ = code;
+    last_.reset();
+    ++count_;
   }
-  fail(code, "no backend can run method '" + method.name + "' here:" + reasons);
+  void add(const std::string& backend, const Error& error) {
+    add(backend, error.what(), error.code());
+    last_ = error;
+  }
+  [[noreturn]] void fail_for(const MethodSpec& method) const {
+    if (count_ == 1 && last_) throw *last_;
+    fail(code_, "no backend can run method '" + method.name + "' here:" + (text_.empty() ? " none is installed" : text_));
+  }
+
+ private:
+  std::string text_;
+  chiasm_code code_ = CHIASM_NOT_FOUND;
+  std::optional<Error> last_;
+  int count_ = 0;
+};
+
+}  // namespace
+
+const Artifact* best_fit(const MethodSpec& method, const std::string& backend, const LoadRequest& request, int32_t dtype,
+                         const Machine& machine, std::string& why_not) {
+  const std::vector<const Artifact*> found = fitting(method, backend, request, dtype, machine, why_not);
+  if (found.empty() && why_not.empty()) why_not = "the bundle has no artifact for it";
+  return found.empty() ? nullptr : found.front();
+}
+
+void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype, const Machine& machine, Registry& registry,
+            const Rank& rank, const std::function<void(const Candidate&)>& load) {
+  Reasons reasons;
+  for (const auto& each : registry.all()) {
+    const Backend& backend = *each;
+    if (!request.backend.empty() && request.backend != backend.name()) continue;
+    std::string why_not;
+    std::vector<const Artifact*> found = fitting(method, backend.name(), request, dtype, machine, why_not);
+    const auto leave_out = [&](const std::string& reason, const auto& which) {
+      const auto end = std::stable_partition(found.begin(), found.end(), [&](const Artifact* a) { return !which(*a); });
+      for (auto artifact = end; artifact != found.end(); ++artifact) why_not += (why_not.empty() ? "" : ", ") + (*artifact)->file + " " + reason;
+      found.erase(end, found.end());
+    };
+    if (!found.empty() && backend.table() == nullptr) {
+      reasons.add(backend.name(), backend.engine().problem, CHIASM_UNAVAILABLE);
+      continue;
+    }
+    leave_out("is in a format that it does not load", [&](const Artifact& a) { return !backend.loads(a.format); });
+    const bool had_some = !found.empty();
+    const std::string refused = request.programs_refused();
+    if (!refused.empty()) leave_out("is a program, and " + refused, [&](const Artifact& a) { return backend.is_program(a.format); });
+    if (found.empty()) {
+      if (had_some) {
+        reasons.add(backend.name(), "its artifacts are programs, and " + refused, request.data_only ? CHIASM_UNTRUSTED : CHIASM_FAILED_PRECONDITION);
+      } else {
+        if (why_not.empty()) why_not = needs_of(method, backend);
+        reasons.add(backend.name(), why_not.empty() ? "the bundle has no artifact for it" : why_not);
+      }
+      continue;
+    }
+    if (!backend.has_device(request.device_type)) {
+      reasons.add(backend.name(), "it does not run on this kind of device", CHIASM_UNAVAILABLE);
+      continue;
+    }
+    std::vector<std::pair<int32_t, const Artifact*>> ranked;
+    for (const Artifact* artifact : found) ranked.emplace_back(rank(backend, *artifact), artifact);
+    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    if (!backend.engine().problem.empty()) {
+      reasons.add(backend.name(), backend.engine().problem, CHIASM_UNAVAILABLE);
+      continue;
+    }
+    if (request.device_type == CHIASM_CUDA && !backend.engine().has_cuda) {
+      reasons.add(backend.name(), "its engine (" + backend.engine().version + ") cannot use CUDA here", CHIASM_UNAVAILABLE);
+      continue;
+    }
+    std::optional<Error> last;
+    for (const auto& [order, artifact] : ranked) {
+      if (order < 0) continue;
+      try {
+        return load({artifact, &backend});
+      } catch (const Error& error) {
+        if (error.code() != CHIASM_UNAVAILABLE && error.code() != CHIASM_VERSION_MISMATCH) throw;
+        last = error;
+      }
+    }
+    if (last) {
+      reasons.add(backend.name(), *last);
+    } else {
+      reasons.add(backend.name(), "its options leave out each of its artifacts", CHIASM_INVALID_ARGUMENT);
+    }
+  }
+  std::vector<std::string> missing;  // backends that the method has artifacts for, or that were asked for, and that are not here
+  if (!request.backend.empty()) missing.push_back(request.backend);
+  for (const Artifact& artifact : method.artifacts) {
+    if (request.backend.empty() && std::find(missing.begin(), missing.end(), artifact.backend) == missing.end()) missing.push_back(artifact.backend);
+  }
+  for (const std::string& name : missing) {
+    if (registry.find(name) == nullptr) reasons.add(name, registry.not_found(name), CHIASM_UNAVAILABLE);
+  }
+  reasons.fail_for(method);
 }
 
 }  // namespace chiasm::core

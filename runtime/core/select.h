@@ -1,9 +1,11 @@
 /** Which artifact of a method is loaded here, and by which backend. */
 #pragma once
 
-#include <optional>
+#include <functional>
 #include <string>
+#include <vector>
 
+#include "core/manifest.h"
 #include "core/registry.h"
 #include "core/trust.h"
 
@@ -11,23 +13,24 @@ namespace chiasm::core {
 
 /** What the caller asks for. */
 struct LoadRequest {
-  std::optional<BackendKind> backend; /**< none: auto */
+  std::string backend; /**< "" for auto */
   int32_t device_type = CHIASM_CPU;
   int32_t device_index = 0;
   bool allow_native_code = true;
   bool data_only = false; /**< the trust policy's word on the same */
   int32_t dtype = kGeneric; /**< what T stands for; kGeneric for float32, else the first there is */
-  bool fused = true;
+  int32_t num_threads = 0;  /**< 0: as many as the process may use */
+  std::vector<std::string> options; /**< "key=value", for the backend that is named */
+  bool fused = true; /**< false: the option fused=0 for the backend that has it; from before there were options */
   bool warm_up = false;
 
   /** "" where artifacts that are programs may be loaded. */
   std::string programs_refused() const;
+  /** The options for a backend. */
+  std::vector<std::string> options_for(const Backend& backend) const;
 };
 
-/** Whether loading it runs code that came with the bundle. */
-inline bool is_program(const Artifact& artifact) { return artifact.backend != BackendKind::onnx || !artifact.function.empty(); }
-
-/** Checks the options of the C interface; NULL stands for the defaults. Throws Error (INVALID_ARGUMENT). */
+/** Checks the options of the C interface, of any version of it; NULL stands for the defaults. Throws Error (INVALID_ARGUMENT). */
 LoadRequest read_load_options(const chiasm_load_options* options);
 
 /** The same within a trust policy. */
@@ -37,6 +40,7 @@ LoadRequest under(const Trust& trust, LoadRequest request);
 struct Machine {
   Isa isa = Isa::none; /**< the highest that the CPU supports */
   int64_t sm = 0;      /**< compute capability of the CUDA device asked for, 0 where there is none */
+  GlibcVersion glibc;  /**< 0.0 where the C library is another one */
 };
 
 /** This machine, for a method on that device. Throws Error (UNAVAILABLE) where there is no such device. */
@@ -49,23 +53,24 @@ int32_t choose_dtype(const MethodSpec& method, const std::vector<int32_t>& dtype
 /** Why this machine cannot run the artifact with T = dtype, e.g. "needs a CPU with x86-64-v4"; "" where it can. */
 std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t dtype, const Machine& machine);
 
-/** The best artifact for a backend on this machine: for its highest CPU level, in ONNX's flat form. NULL where none fits, and
- *  then `why_not` says why each does not. */
-const Artifact* best_fit(const MethodSpec& method, BackendKind kind, const LoadRequest& request, int32_t dtype,
+/** The artifact for a backend that suits this machine best: for its highest CPU level. NULL where none fits, and then `why_not` says why each
+ *  does not. */
+const Artifact* best_fit(const MethodSpec& method, const std::string& backend, const LoadRequest& request, int32_t dtype,
                          const Machine& machine, std::string& why_not);
 
-/** The form of an onnx artifact whose native code can run inside ONNX Runtime here; NULL where there is none, or the caller
- *  does not want it. */
-const Artifact* fused_form(const MethodSpec& method, const Artifact& flat, const LoadRequest& request, int32_t dtype,
-                           const Machine& machine);
+/** How much a backend wants an artifact that fits; below 0: not at all. */
+using Rank = std::function<int32_t(const Backend&, const Artifact&)>;
 
-struct Choice {
+/** An artifact with the backend that loads it. */
+struct Candidate {
   const Artifact* artifact;
   const Backend* backend;
 };
 
-/** The artifact to load. Throws Error that says, for each backend, why not: NOT_FOUND (no artifact fits),
- *  FAILED_PRECONDITION (native code not allowed), UNAVAILABLE (a backend is missing). */
-Choice choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype, const Machine& machine, Registry& registry);
+/** Tries `load` with what can be loaded, the best first, until it returns. Where that throws UNAVAILABLE or VERSION_MISMATCH, the
+ *  next is tried. Throws Error that says, for each backend, why not: NOT_FOUND (no artifact fits), FAILED_PRECONDITION (native
+ *  code not allowed), UNTRUSTED, UNAVAILABLE (a backend is missing). */
+void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype, const Machine& machine, Registry& registry,
+            const Rank& rank, const std::function<void(const Candidate&)>& load);
 
 }  // namespace chiasm::core

@@ -4,8 +4,9 @@
 #include <cstring>
 #include <new>
 
-#include "core/cuda.h"
-#include "core/dtype.h"
+#include "base/cuda.h"
+#include "base/dtype.h"
+#include "base/pool.h"
 #include "core/golden.h"
 #include "core/method.h"
 #include "core/safetensors.h"
@@ -32,26 +33,25 @@ const StoredTensor& find(const Stored& stored, const std::string& prefix, const 
 /** Memory where the method runs. */
 class Buffer final {
  public:
-  Buffer(const LoadRequest& request, size_t bytes) : bytes_(bytes), host_(BufferPool::instance().take(bytes)) {
+  Buffer(const LoadRequest& request, size_t bytes) : bytes_(bytes), host_(bytes) {
     if (request.device_type == CHIASM_CUDA) device_ = CudaBuffer(request.device_index, bytes);
   }
   Buffer(const Buffer&) = delete;
   Buffer& operator=(const Buffer&) = delete;
-  ~Buffer() { BufferPool::instance().give(host_); }
 
-  void* data() const { return device_.data() != nullptr ? device_.data() : host_.data; }
+  void* data() const { return device_.data() != nullptr ? device_.data() : host_.data(); }
   void write(const void* source) {
-    if (bytes_ > 0) std::memcpy(host_.data, source, bytes_);
-    if (device_.data() != nullptr) device_.copy_from_host(host_.data, bytes_);
+    if (bytes_ > 0) std::memcpy(host_.data(), source, bytes_);
+    if (device_.data() != nullptr) device_.copy_from_host(host_.data(), bytes_);
   }
   const void* read() {
-    if (device_.data() != nullptr) device_.copy_to_host(host_.data, bytes_);
-    return host_.data;
+    if (device_.data() != nullptr) device_.copy_to_host(host_.data(), bytes_);
+    return host_.data();
   }
 
  private:
   size_t bytes_;
-  BufferPool::Block host_;
+  PooledMemory host_;
   CudaBuffer device_;
 };
 
@@ -105,12 +105,16 @@ std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32
                      Registry& registry) {
   const std::string why = misfit(artifact, request, dtype, machine);
   if (!why.empty()) return "the artifact " + why;
+  const Backend* const backend = registry.find(artifact.backend);
+  if (backend == nullptr) return registry.not_found(artifact.backend);
+  if (backend->table() == nullptr) return backend->engine().problem;
+  if (!backend->loads(artifact.format)) return "the " + artifact.backend + " backend does not load format '" + artifact.format + "'";
   const std::string refused = request.programs_refused();
-  if (is_program(artifact) && !refused.empty()) return "the artifact is a program, and " + refused;
-  const Backend& backend = registry.get(artifact.backend);
-  if (backend.table == nullptr) return backend.problem;
-  if (request.device_type == CHIASM_CUDA && !backend.has_cuda) {
-    return "the engine (" + backend.engine_version + ") cannot use CUDA here";
+  if (backend->is_program(artifact.format) && !refused.empty()) return "the artifact is a program, and " + refused;
+  if (!backend->has_device(request.device_type)) return "the " + artifact.backend + " backend does not run on this kind of device";
+  if (!backend->engine().problem.empty()) return backend->engine().problem;
+  if (request.device_type == CHIASM_CUDA && !backend->engine().has_cuda) {
+    return "the engine (" + backend->engine().version + ") cannot use CUDA here";
   }
   return "";
 }
@@ -130,7 +134,7 @@ int32_t self_test(std::shared_ptr<const Bundle> bundle, const LoadRequest& asked
   int32_t failed = 0;
   for (const MethodSpec& spec : manifest.methods) {
     for (const Artifact& artifact : spec.artifacts) {
-      if (request.backend && *request.backend != artifact.backend) continue;
+      if (!request.backend.empty() && request.backend != artifact.backend) continue;
       // One load serves all cases of a dtype.
       std::unique_ptr<Method> method;
       int32_t loaded_dtype = kGeneric;
@@ -145,10 +149,13 @@ int32_t self_test(std::shared_ptr<const Bundle> bundle, const LoadRequest& asked
         if (row.message.empty()) {
           try {
             if (method == nullptr || loaded_dtype != dtype) {
-              method = std::make_unique<Method>(bundle, spec, artifact, registry.get(artifact.backend), dtype, request);
+              method = std::make_unique<Method>(bundle, spec, artifact, *registry.find(artifact.backend), dtype, request);
               loaded_dtype = dtype;
             }
             replay(*method, spec, one, stored, request, file, row);
+          } catch (const Error& error) {
+            row.passed = error.code() == CHIASM_UNAVAILABLE ? -1 : 0;  // it cannot run here, like what has an obstacle
+            row.message = error.what();
           } catch (const std::exception& error) {
             row.passed = 0;
             row.message = error.what();
@@ -158,7 +165,7 @@ int32_t self_test(std::shared_ptr<const Bundle> bundle, const LoadRequest& asked
         if (callback == nullptr) continue;
         const chiasm_self_test_row shown{sizeof(chiasm_self_test_row),
                                          spec.name.c_str(),
-                                         kBackendNames[static_cast<int>(artifact.backend)],
+                                         artifact.backend.c_str(),
                                          artifact.file.c_str(),
                                          one.dtype == kGeneric ? "" : dtype_name(one.dtype),
                                          row.passed,

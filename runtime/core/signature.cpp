@@ -2,8 +2,9 @@
 
 #include <algorithm>
 
-#include "core/dtype.h"
+#include "base/dtype.h"
 #include "core/status.h"
+#include "core/struct_size.h"
 
 namespace chiasm::core {
 namespace {
@@ -17,6 +18,9 @@ std::string counted(size_t count, const char* kind) {
   return std::to_string(count) + " " + kind + (count == 1 ? "" : "s");
 }
 
+/** What a chiasm_tensor was when it was first published. */
+constexpr size_t kFirstSize = CHIASM_SIZE_THROUGH(chiasm_tensor, strides);
+
 void check_array(const chiasm_tensor* tensors, size_t count, size_t expected, const char* kind) {
   if (count != expected) {
     fail(CHIASM_INVALID_ARGUMENT, "expected " + counted(expected, kind) + ", got " + std::to_string(count));
@@ -25,7 +29,7 @@ void check_array(const chiasm_tensor* tensors, size_t count, size_t expected, co
   // The upper bound: no version of the struct is that long, so the caller has not set it, and the next one would be anywhere.
   constexpr size_t kLongest = 1024;
   const size_t size = tensors->struct_size;
-  if (size < sizeof(chiasm_tensor) || size > kLongest || size % alignof(chiasm_tensor) != 0) {
+  if (size < kFirstSize || size > kLongest || size % alignof(chiasm_tensor) != 0) {
     fail(CHIASM_INVALID_ARGUMENT, std::string(kind) + " 0: struct_size is " + std::to_string(tensors->struct_size) +
                                       ", expected sizeof(chiasm_tensor), " + std::to_string(sizeof(chiasm_tensor)));
   }
@@ -83,7 +87,7 @@ Signature::Signature(const MethodSpec& method, const std::vector<Symbol>& symbol
 
 void Signature::check_common(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const {
   const std::string& name = rule.spec->name;
-  if (tensor.struct_size < sizeof(chiasm_tensor)) {
+  if (tensor.struct_size < kFirstSize) {
     refuse(kind, name, "struct_size is " + std::to_string(tensor.struct_size) + ", expected sizeof(chiasm_tensor), " +
                            std::to_string(sizeof(chiasm_tensor)));
   }

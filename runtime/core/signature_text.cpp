@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/dtype.h"
+#include "base/dtype.h"
 
 namespace chiasm::core {
 namespace {
@@ -26,8 +26,8 @@ std::string signature_text(const MethodSpec& method, const std::vector<Symbol>& 
   std::sort(limits.begin(), limits.end());  // JSON objects have no order
   std::string text = "chiasm 1\n";
   for (const std::string& line : limits) text += line;
-  add_tensors(text, "input", method.inputs, method.sample_inputs, generic_dtype);
-  add_tensors(text, "output", method.outputs, method.sample_outputs, generic_dtype);
+  add_tensors(text, "input", method.inputs, method.batched_inputs, generic_dtype);
+  add_tensors(text, "output", method.outputs, method.batched_outputs, generic_dtype);
   return text;
 }
 

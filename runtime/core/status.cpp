@@ -1,8 +1,5 @@
 #include "core/status.h"
 
-#include <new>
-#include <stdexcept>
-
 struct chiasm_status {
   int32_t code;
   std::string message;
@@ -27,22 +24,8 @@ chiasm_status* make_status(int32_t code, const char* message) noexcept {
 
 }  // namespace
 
-void fail(chiasm_code code, std::string message) { throw Error(code, std::move(message)); }
-
 chiasm_status* status_from_current_exception() noexcept {
-  try {
-    throw;
-  } catch (const Error& error) {
-    return make_status(error.code(), error.what());
-  } catch (const std::bad_alloc&) {
-    return out_of_memory();
-  } catch (const std::length_error&) {  // of a container that was asked for more than there can be
-    return out_of_memory();
-  } catch (const std::exception& error) {
-    return make_status(CHIASM_INTERNAL, error.what());
-  } catch (...) {
-    return make_status(CHIASM_INTERNAL, "unknown exception");
-  }
+  return report_current_exception([](chiasm_code code, const char* message) { return make_status(code, message); });
 }
 
 int32_t status_code(const chiasm_status* status) { return status == nullptr ? CHIASM_OK : status->code; }

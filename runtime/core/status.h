@@ -1,27 +1,15 @@
 /** Errors inside the core are exceptions; at the C border each becomes a chiasm_status. */
 #pragma once
 
-#include <exception>
 #include <string>
 #include <utility>
 
+#include "base/error.h"
 #include "chiasm/chiasm.h"
 
 namespace chiasm::core {
 
-/** What the core throws: a code and a message for the user. */
-class Error final : public std::exception {
- public:
-  Error(chiasm_code code, std::string message) : code_(code), message_(std::move(message)) {}
-  chiasm_code code() const noexcept { return code_; }
-  const char* what() const noexcept override { return message_.c_str(); }
-
- private:
-  chiasm_code code_;
-  std::string message_;
-};
-
-[[noreturn]] void fail(chiasm_code code, std::string message);
+using namespace base;
 
 /** A status for the exception that is being handled; never throws. */
 chiasm_status* status_from_current_exception() noexcept;

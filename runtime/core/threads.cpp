@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "core/fork.h"
+#include "base/fork.h"
 #include "core/status.h"
 
 namespace chiasm::core {
@@ -39,11 +39,13 @@ int32_t cores() {
 
 }  // namespace
 
+void check_num_threads(int32_t count, const std::string& what) {
+  if (count >= 0 && count <= kMaxThreads) return;
+  fail(CHIASM_INVALID_ARGUMENT, what + " is " + std::to_string(count) + ", expected 0 to " + std::to_string(kMaxThreads));
+}
+
 void set_num_threads(int32_t count) {
-  if (count < 0 || count > kMaxThreads) {
-    fail(CHIASM_INVALID_ARGUMENT, "the number of threads is " + std::to_string(count) + ", expected 0 to " +
-                                      std::to_string(kMaxThreads));
-  }
+  check_num_threads(count, "the number of threads");
   Policy& state = policy();
   const std::lock_guard<std::mutex> lock(state.mutex);
   if (state.used) fail(CHIASM_FAILED_PRECONDITION, "the number of threads cannot change after the first method was loaded");

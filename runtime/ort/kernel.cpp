@@ -6,7 +6,7 @@
 #include <string>
 #include <thread>
 
-#include "backends/native/pool.h"
+#include "base/pool.h"
 #include "backends/onnx/dtype.h"
 #include "core/signature_text.h"
 #include "core/status.h"
@@ -34,11 +34,11 @@ int32_t most_threads() {
   return count;
 }
 
-native::Model load(const Node& node) {
+native::CompiledOp load(const Node& node) {
   const core::Bytes bytes = node.bundle->read(node.native);
   const std::string signature = core::signature_text(node.method, node.bundle->manifest().symbols, node.dtype);
-  return native::Model({bytes.data(), bytes.size(), static_cast<int32_t>(node.method.inputs.size()),
-                        static_cast<int32_t>(node.method.outputs.size()), node.method.sample_inputs, node.method.sample_outputs,
+  return native::CompiledOp({bytes.data(), bytes.size(), static_cast<int32_t>(node.method.inputs.size()),
+                        static_cast<int32_t>(node.method.outputs.size()), node.method.batched_inputs, node.method.batched_outputs,
                         CHIASM_CPU, 0, signature.c_str()});
 }
 
@@ -73,14 +73,8 @@ OrtStatus* status_from_current_exception(const OrtApi& api) noexcept {
     throw;
   } catch (const OrtError& error) {
     return error.status;
-  } catch (const core::Error& error) {
-    return api.CreateStatus(code_of(error.code()), error.what());
-  } catch (const plugin::Error& error) {
-    return api.CreateStatus(code_of(error.code()), error.what());
-  } catch (const std::exception& error) {
-    return api.CreateStatus(ORT_FAIL, error.what());
   } catch (...) {
-    return api.CreateStatus(ORT_FAIL, "an unknown error");
+    return base::report_current_exception([&api](chiasm_code code, const char* text) { return api.CreateStatus(code_of(code), text); });
   }
 }
 
@@ -103,7 +97,7 @@ OrtStatus* Kernel::compute(OrtKernelContext* context) noexcept {
 }
 
 Kernel::Kernel(const Node& node)
-    : node_(node), signature_(node.method, node.bundle->manifest().symbols, node.dtype, CHIASM_CPU, 0), model_(load(node)) {}
+    : node_(node), signature_(node.method, node.bundle->manifest().symbols, node.dtype, CHIASM_CPU, 0), op_(load(node)) {}
 
 void Kernel::run(OrtKernelContext* context) {
   const OrtApi& api = node_.api;
@@ -123,21 +117,21 @@ void Kernel::run(OrtKernelContext* context) {
   }
 
   struct Work {
-    const native::Model& model;
+    const native::CompiledOp& op;
     const core::Call& call;
     chiasm_native_host host;
     std::exception_ptr error;
     void run() noexcept {
       try {
-        model.run(call.inputs, call.outputs, host, host.fork);
+        op.run(call.inputs, call.outputs, host, host.fork);
       } catch (...) {
         error = std::current_exception();
       }
     }
-  } work{model_, call, {}, nullptr};
-  work.host.allocate = [](void*, size_t bytes) { return native::Pool::instance().allocate(bytes); };
-  work.host.release = [](void*, void* data, size_t bytes) { native::Pool::instance().release(data, bytes); };
-  work.host.num_threads = model_.worth_forking(call.inputs, call.outputs) ? most_threads() : 1;
+  } work{op_, call, {}, nullptr};
+  work.host.allocate = [](void*, size_t bytes) { return base::Pool::instance().allocate(bytes); };
+  work.host.release = [](void*, void* data, size_t bytes) { base::Pool::instance().release(data, bytes); };
+  work.host.num_threads = op_.worth_forking(call.inputs, call.outputs) ? most_threads() : 1;
   if (work.host.num_threads == 1) {
     work.run();
   } else {

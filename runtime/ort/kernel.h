@@ -3,7 +3,7 @@
 
 #include <onnxruntime_c_api.h>
 
-#include "backends/native/model.h"
+#include "backends/native/compiled_op.h"
 #include "core/signature.h"
 #include "ort/lease.h"
 #include "ort/node.h"
@@ -23,7 +23,7 @@ class Kernel final {
 
   const Node& node_;
   const core::Signature signature_;
-  const native::Model model_;
+  const native::CompiledOp op_;
   Lease::Experience experience_{0};
 };
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "backends/onnx/dtype.h"
-#include "core/dtype.h"
+#include "base/dtype.h"
 #include "core/select.h"
 #include "core/status.h"
 #include "ort/kernel.h"
@@ -75,17 +75,18 @@ std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::shared
     std::vector<std::unique_ptr<Node>> made;
     std::string why_not = request.programs_refused();
     for (const core::Artifact& fused : method.artifacts) {
-      if (fused.function.empty()) continue;
+    const std::string function = fused.option("function");
+      if (function.empty()) continue;
       const std::vector<int32_t> dtypes = method.generic ? fused.dtypes : std::vector<int32_t>{core::kGeneric};
       for (const int32_t dtype : dtypes) {
         std::string misfits;
-        const core::Artifact* native = core::best_fit(method, core::BackendKind::native, request, dtype, machine, misfits);
+        const core::Artifact* native = core::best_fit(method, "native", request, dtype, machine, misfits);
         if (native == nullptr) {
           why_not = misfits;
         } else if (!is_there(bundle->file_path(native->file))) {
           why_not = native->file + " is missing";
         } else {
-          made.push_back(std::make_unique<Node>(api, bundle, method, *native, fused.function, dtype));
+          made.push_back(std::make_unique<Node>(api, bundle, method, *native, function, dtype));
         }
       }
     }

@@ -1,5 +1,7 @@
 #include "tensors.h"
 
+#include "base/dtype.h"
+
 #include <dlpack/dlpack.h>
 
 #include <algorithm>
@@ -20,22 +22,15 @@ constexpr int kBool = 6;  // kDLBool
 constexpr const char* kCapsule = "dltensor";
 constexpr const char* kVersionedCapsule = "dltensor_versioned";
 
-struct DType {
-  const char* name;
-  uint8_t dl_code, bits;
-  char numpy_kind;
-};
-constexpr DType kDTypes[] = {
-    {"bool", kBool, 8, 'b'},      {"uint8", kDLUInt, 8, 'u'},    {"int8", kDLInt, 8, 'i'},      {"int16", kDLInt, 16, 'i'},
-    {"int32", kDLInt, 32, 'i'},   {"int64", kDLInt, 64, 'i'},    {"float16", kDLFloat, 16, 'f'}, {"bfloat16", kDLBfloat, 16, 'V'},
-    {"float32", kDLFloat, 32, 'f'}, {"float64", kDLFloat, 64, 'f'},
-};
-constexpr int32_t kDTypeCount = sizeof(kDTypes) / sizeof(kDTypes[0]);
+using base::kDTypeCount;
+using base::kDTypes;
+
+uint8_t bits_of(int32_t dtype) { return static_cast<uint8_t>(8 * kDTypes[dtype].size); }
 
 int32_t dtype_from_dlpack(const DLDataType& type) {
   if (type.lanes != 1) return -1;
   for (int32_t i = 0; i < kDTypeCount; ++i) {
-    if (kDTypes[i].dl_code == type.code && kDTypes[i].bits == type.bits) return i;
+    if (kDTypes[i].dlpack == type.code && bits_of(i) == type.bits) return i;
   }
   return -1;
 }
@@ -46,7 +41,7 @@ int32_t dtype_from_numpy(const py::dtype& dtype) {
   const char kind = dtype.kind();
   const auto bits = dtype.itemsize() * 8;
   for (int32_t i = 0; i < kDTypeCount; ++i) {
-    if (kDTypes[i].numpy_kind == kind && kDTypes[i].bits == bits && kind != 'V') return i;
+    if (kDTypes[i].numpy_kind == kind && bits_of(i) == bits && kind != 'V') return i;
   }
   if (bits == 16 && py::str(dtype).cast<std::string>() == "bfloat16") return CHIASM_BFLOAT16;  // of the package ml_dtypes
   return -1;
@@ -75,8 +70,8 @@ py::dtype numpy_dtype(int32_t dtype) {
 
 DLDataType dlpack_dtype(int32_t dtype) {
   DLDataType result;
-  result.code = kDTypes[dtype].dl_code;
-  result.bits = kDTypes[dtype].bits;
+  result.code = static_cast<uint8_t>(kDTypes[dtype].dlpack);
+  result.bits = bits_of(dtype);
   result.lanes = 1;
   return result;
 }

@@ -1,14 +1,14 @@
 /** Any bytes: a model with all its data inside, or an Error. A tensor with data elsewhere stays refused whatever stands around it. */
 #include <cstdlib>
 
-#include "core/onnx_file.h"
+#include "backends/onnx/onnx_file.h"
 #include "core/status.h"
 
 namespace {
 
 bool passes(const std::string& model) {
   try {
-    chiasm::core::check_onnx(reinterpret_cast<const unsigned char*>(model.data()), model.size(), "fuzz");
+    chiasm::onnx::check_onnx(reinterpret_cast<const unsigned char*>(model.data()), model.size(), "fuzz");
     return true;
   } catch (const chiasm::core::Error&) {
     return false;

@@ -45,7 +45,9 @@ struct Tensor {
   std::unique_ptr<Buffer> buffer;
   std::vector<int64_t> shape;
   int32_t dtype;
-  chiasm_native_tensor view() const { return {buffer->data(), dtype, static_cast<int32_t>(shape.size()), shape.data()}; }
+  chiasm_tensor view() const {
+    return {sizeof(chiasm_tensor), buffer->data(), dtype, CHIASM_CPU, 0, static_cast<int32_t>(shape.size()), shape.data(), nullptr};
+  }
 };
 
 Tensor read_tensor(Placement placement, bool with_values) {
@@ -93,7 +95,7 @@ void answer(const chiasm_native_api& api, void* model) {
   const Placement placement = read_number<int32_t>() == 0 ? Placement::kEnd : Placement::kStart;
   const auto input_count = read_number<int32_t>(), output_count = read_number<int32_t>();
   std::vector<Tensor> tensors;
-  std::vector<chiasm_native_tensor> inputs, outputs;
+  std::vector<chiasm_tensor> inputs, outputs;
   for (int32_t i = 0; i < input_count; ++i) inputs.push_back(tensors.emplace_back(read_tensor(placement, true)).view());
   for (int32_t i = 0; i < output_count; ++i) outputs.push_back(tensors.emplace_back(read_tensor(placement, false)).view());
 

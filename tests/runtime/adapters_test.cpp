@@ -45,8 +45,9 @@ TEST(OpenCv, ManyDimensionsAndTypes) {
   cv::Mat volume(3, sizes, CV_64FC2);
   EXPECT_EQ(view(volume).shape(), (Shape{2, 3, 4, 2}));
   EXPECT_TRUE(view(volume).is_contiguous());
-  cv::Mat unsigned16(2, 2, CV_16U), empty;
-  EXPECT_THROW(view(unsigned16), Error);
+  cv::Mat unsigned16(2, 2, CV_16U), wide(2, 2, CV_16UC3), empty;
+  EXPECT_EQ(view(unsigned16).dtype(), DType::UInt16);
+  EXPECT_EQ(to_mat(view(wide)).type(), CV_16UC3);
   EXPECT_THROW(view(empty), Error);
 }
 
@@ -67,6 +68,54 @@ TEST(OpenCv, BackToMat) {
   EXPECT_THROW(to_mat(Tensor(values.data(), {1, 1, 600})), Error);
   EXPECT_THROW(to_mat(Tensor::strided(values.data(), {2, 3}, {1, 2})), Error);
   EXPECT_THROW(to_mat(Tensor(values.data(), {2, 3}, Device::cuda())), Error);
+}
+
+TEST(OpenCv, PlanesAndBack) {
+  cv::Mat frame(5, 7, CV_8UC3);
+  for (int y = 0; y < 5; ++y) {
+    for (int x = 0; x < 7; ++x) frame.at<cv::Vec3b>(y, x) = cv::Vec3b(uchar(10 * y + x), uchar(100 + x), uchar(200 + y));
+  }
+  const Planes bytes = planes(frame);
+  EXPECT_EQ(bytes.shape(), (Shape{1, 3, 5, 7}));
+  EXPECT_EQ(bytes.dtype(), DType::UInt8);
+  const Planes rgb = planes(frame, 1 / 255.0, true);
+  EXPECT_EQ(rgb.dtype(), DType::Float32);
+  const auto* const values = rgb.tensor().data<const float>();
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < 5; ++y) {
+      for (int x = 0; x < 7; ++x) {
+        EXPECT_FLOAT_EQ(values[(c * 5 + y) * 7 + x], float(frame.at<cv::Vec3b>(y, x)[2 - c] / 255.0));
+        EXPECT_EQ(bytes.tensor().data<const uint8_t>()[(c * 5 + y) * 7 + x], frame.at<cv::Vec3b>(y, x)[c]);
+      }
+    }
+  }
+  for (const cv::Mat& back : {planes_to_mat(rgb, CV_8U, 255, true), planes_to_mat(bytes)}) {
+    ASSERT_EQ(back.type(), CV_8UC3);
+    EXPECT_EQ(cv::norm(back, frame, cv::NORM_INF), 0);
+  }
+  // A part of a frame, whose rows have gaps, and 16 bits, as depth cameras give.
+  cv::Mat depth(6, 6, CV_16U, cv::Scalar(40000));
+  depth.at<uint16_t>(2, 3) = 65535;
+  const Planes part = planes(depth(cv::Rect(2, 1, 3, 4)));
+  EXPECT_EQ(part.shape(), (Shape{1, 1, 4, 3}));
+  EXPECT_EQ(part.tensor().data<const uint16_t>()[1 * 3 + 1], 65535);
+  std::vector<float> batch{0, 1, 2, 3, 4, 5, 6, 7};
+  const cv::Mat second = planes_to_mat(Tensor(batch.data(), {2, 1, 2, 2}), -1, 1, false, 1);
+  EXPECT_EQ(second.at<float>(1, 1), 7);
+}
+
+TEST(OpenCv, PlanesSayWhatIsWrong) {
+  std::vector<float> values(24);
+  const auto says = [](const std::string& words) { return ::testing::ThrowsMessage<Error>(HasSubstr(words)); };
+  EXPECT_THAT([] { planes(cv::Mat()); }, says("empty"));
+  EXPECT_THAT([] { planes(cv::Mat(), 1, true); }, says("empty"));
+  EXPECT_THAT([] { planes(cv::Mat(2, 2, CV_8U), 1, true); }, says("swap_rb is for 3 or 4 channels"));
+  const int sizes[] = {2, 3, 4};
+  EXPECT_THAT([&] { planes(cv::Mat(3, sizes, CV_8U)); }, says("2 dimensions, got 3"));
+  EXPECT_THAT([&] { planes_to_mat(Tensor(values.data(), {4, 6})); }, says("got one of 2 dimensions"));
+  EXPECT_THAT([&] { planes_to_mat(Tensor(values.data(), {2, 3, 2, 2}), -1, 1, false, 2); }, says("there is no image 2, only 2"));
+  EXPECT_THAT([&] { planes_to_mat(Tensor(values.data(), {2, 3, 4}), -1, 1, true); }, says("the tensor has 2"));
+  EXPECT_THAT([&] { planes_to_mat(Tensor(values.data(), {2, 3, 4}, Device::cuda())); }, says("not in CPU memory"));
 }
 
 TEST(OpenCv, AReadOnlyTensorIsNotMadeAMat) {

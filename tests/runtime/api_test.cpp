@@ -341,7 +341,7 @@ TEST_F(Loading, NoSuchBundle) {
 }
 
 TEST_F(Loading, NewerSchema) {
-  write_bundle(folder_, [](Json& m) { m["schema_version"] = 3; });
+  write_bundle(folder_, [](Json& m) { m["schema_version"] = 4; });
   EXPECT_THAT(refusal(CHIASM_VERSION_MISMATCH, [&] { Bundle::open(path_); }), HasSubstr("manifest.json: schema_version"));
 }
 
@@ -371,7 +371,13 @@ TEST_F(Loading, EnginesThatFail) {
 }
 
 TEST_F(Loading, Options) {
-  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_backend("tensorrt")), HasSubstr("unknown backend 'tensorrt'"));
+  EXPECT_THAT(refused(CHIASM_UNAVAILABLE, LoadOptions().with_backend("tensorrt")), HasSubstr("there is no libchiasm_tensorrt.so in "));
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_backend("../x")), HasSubstr("'../x' cannot be the name of a backend"));
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_num_threads(-1)), HasSubstr("num_threads is -1, expected 0 to 1024"));
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_option("fused", "0")), HasSubstr("name it, not auto"));
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_backend("onnx").with_option("speed", "11")),
+              HasSubstr("the onnx backend has no option 'speed'; it has fused (0 or 1)"));
+  EXPECT_EQ(Bundle::open(path_).method("forward", LoadOptions().with_backend("onnx").with_option("fused", "0").with_num_threads(1)).backend(), "onnx");
   EXPECT_THAT(refused(CHIASM_UNAVAILABLE, LoadOptions().with_backend("torch")), HasSubstr("libfake_engine.so"));
   EXPECT_THAT(refused(CHIASM_FAILED_PRECONDITION, LoadOptions().with_backend("native").with_native_code(false)), HasSubstr("allow_native_code"));
   EXPECT_THAT(refused(CHIASM_NOT_FOUND, LoadOptions().with_dtype(DType::Int8)), HasSubstr("has no artifact for int8; it has float32, float64"));
@@ -393,8 +399,13 @@ TEST_F(Loading, Options) {
   options.device_index = 1;
   EXPECT_THAT(load(), HasSubstr("device_index is 1"));
   options = CHIASM_LOAD_OPTIONS_INIT;
-  options.dtype = 10;
-  EXPECT_THAT(load(), HasSubstr("unknown dtype 10"));
+  options.dtype = 11;
+  EXPECT_THAT(load(), HasSubstr("unknown dtype 11"));
+  options = CHIASM_LOAD_OPTIONS_INIT;
+  options.backend = "onnx";
+  const char* const texts[] = {"fused", nullptr};
+  options.options = texts;
+  EXPECT_THAT(load(), HasSubstr("'fused' is not of the form key=value"));
 }
 
 TEST_F(Loading, CudaIsRefusedWithoutADeviceOrEngine) {

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "chiasm/opencv.hpp"
-#include "core/cuda.h"
+#include "base/cuda.h"
 #include "core/status.h"
 #include "on_backend.h"
 
@@ -231,7 +231,7 @@ TEST(Bundles, EveryOneProvesItself) {
 /** Whether a test on CUDA can be made with this backend; else why not. */
 std::string cuda_obstacle(const std::string& backend) {
   try {
-    core::cuda_compute_capability(0);
+    const base::CudaDevice device(0);
   } catch (const core::Error& error) {
     return error.what();
   }

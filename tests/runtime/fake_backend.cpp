@@ -6,15 +6,26 @@
  *
  *  In format onnx they are the doc_string of a model.
  *
- *  FAKE_NAME is the name it goes by. FAKE_ABI and FAKE_PROBE_FAILS make backends that must be refused.
+ *  FAKE_NAME is the name it goes by, FAKE_FORMATS what it loads, FAKE_PRIORITY its place in `auto`. FAKE_ENGINE_MISSING
+ *  makes one whose engine is nowhere; FAKE_ABI, FAKE_PROBE_FAILS and FAKE_NEEDS make backends that must be refused.
  */
+#include <dlfcn.h>
+
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
 #include <string>
 
+#include "backends/onnx/onnx_file.h"
+#include "base/error.h"
 #include "core/backend.h"
 
+#ifndef FAKE_FORMATS
+#define FAKE_FORMATS {"aotinductor", 1}, {"torchscript", 1}
+#endif
+#ifndef FAKE_PRIORITY
+#define FAKE_PRIORITY 1
+#endif
 #ifndef FAKE_ABI
 #define FAKE_ABI CHIASM_BACKEND_ABI
 #endif
@@ -33,9 +44,12 @@ int32_t report(chiasm_error_text* error, int32_t code, const char* text) {
 }
 
 int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
-#ifdef FAKE_PROBE_FAILS
+#if defined(FAKE_PROBE_FAILS)
   (void)info;
   return report(error, CHIASM_UNAVAILABLE, "the fake engine is too old");
+#elif defined(FAKE_ENGINE_MISSING)
+  (void)info;
+  return dlopen("libfake_engine.so", RTLD_NOW) == nullptr ? report(error, CHIASM_UNAVAILABLE, dlerror()) : CHIASM_OK;
 #else
   (void)error;
   info->engine_version = "fake 1.0";
@@ -46,7 +60,14 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
 
 int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
   // An ONNX model begins with the tag and the size of its doc_string, which holds the words.
-  const size_t start = std::strcmp(request->format, "onnx") == 0 && request->size > 2 ? 2 : 0;
+  const size_t start = std::strstr(request->format, "onnx") != nullptr && request->size > 2 ? 2 : 0;
+  if (start != 0) {
+    try {
+      chiasm::onnx::check_onnx(static_cast<const unsigned char*>(request->data), request->size, "the model");
+    } catch (const chiasm::base::Error& refused) {
+      return report(error, refused.code(), refused.what());
+    }
+  }
   std::istringstream words(std::string(static_cast<const char*>(request->data) + start, request->size - start));
   std::string word;
   words >> word;
@@ -95,7 +116,18 @@ int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outpu
 
 void unload(void* model) { delete static_cast<Model*>(model); }
 
-const chiasm_backend kBackend = {sizeof(chiasm_backend), FAKE_ABI, FAKE_NAME, probe, load, run, unload};
+const chiasm_backend_format kFormats[] = {FAKE_FORMATS, {nullptr, 0}};
+const chiasm_backend_option kOptions[] = {{"fused", "0 or 1", "as the onnx backend has it"}, {nullptr, nullptr, nullptr}};
+
+int32_t rank(const chiasm_backend_load* request) {
+  if (std::strcmp(request->format, "fused_onnx") != 0) return 0;
+  for (const char* const* option = request->options; *option != nullptr; ++option) {
+    if (std::strcmp(*option, "fused=0") == 0) return -1;
+  }
+  return 1;
+}
+
+const chiasm_backend kBackend = {sizeof(chiasm_backend), FAKE_ABI, FAKE_NAME, FAKE_PRIORITY, kFormats, 1u << CHIASM_CPU | 1u << CHIASM_CUDA, kOptions, probe, rank, load, run, unload};
 
 }  // namespace
 

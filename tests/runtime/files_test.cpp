@@ -9,7 +9,7 @@
 
 #include "chiasm/chiasm.hpp"
 #include "core/file.h"
-#include "core/onnx_file.h"
+#include "backends/onnx/onnx_file.h"
 #include "core/status.h"
 #include "support.h"
 
@@ -169,7 +169,7 @@ std::string field(uint64_t number, uint64_t value) { return varint(number << 3) 
 
 std::string check(const std::string& model) {
   try {
-    core::check_onnx(reinterpret_cast<const unsigned char*>(model.data()), model.size(), "m");
+    onnx::check_onnx(reinterpret_cast<const unsigned char*>(model.data()), model.size(), "m");
     return "good";
   } catch (const core::Error& error) {
     EXPECT_EQ(error.code(), CHIASM_CORRUPT);
@@ -240,7 +240,8 @@ TEST_F(Files, OnnxWithDataElsewhereReachesNoEngine) {
   root["methods"]["forward"]["artifacts"][3]["sha256"] = sha256_of(model);
   write_text(path_ + "/manifest.json", root.dump());
   write_text(artifact_, model);
-  EXPECT_EQ(refused(), artifact_ + ": keeps data of a tensor in another file, which no hash covers: export it with its data inside");
+  EXPECT_EQ(refused(), "loading " + artifact_ + " on the onnx backend failed: the model: keeps data of a tensor in another file, which no hash covers: export it "
+                       "with its data inside");
 }
 
 }  // namespace

@@ -2,10 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <fstream>
 #include <thread>
 
+#include "base/pool.h"
 #include "core/cpu.h"
-#include "core/pool.h"
 #include "core/registry.h"
 #include "core/select.h"
 #include "core/status.h"
@@ -16,7 +19,6 @@ namespace chiasm::testing {
 namespace {
 
 using core::Artifact;
-using core::BackendKind;
 using core::Isa;
 using core::LoadRequest;
 using core::Registry;
@@ -25,50 +27,79 @@ using ::testing::HasSubstr;
 
 const std::string kGood = CHIASM_FAKE_FOLDER "/good", kBad = CHIASM_FAKE_FOLDER "/bad";
 
-TEST(Registry, OpensWhatIsThere) {
+/** Why a backend cannot be used; what it is not when it is not there. */
+std::string problem(Registry& registry, const std::string& name) {
+  const core::Backend* const backend = registry.find(name);
+  return backend == nullptr ? "not found" : backend->engine().problem;
+}
+
+std::vector<std::string> names(Registry& registry) {
+  std::vector<std::string> names;
+  for (const auto& backend : registry.all()) names.push_back(backend->name());
+  return names;
+}
+
+TEST(Registry, FindsWhatIsThereByPriority) {
   Registry registry({kGood});
-  const core::Backend& native = registry.get(BackendKind::native);
-  EXPECT_NE(native.table, nullptr);
-  EXPECT_EQ(native.engine_version, "fake 1.0");
-  EXPECT_EQ(native.problem, "");
-  EXPECT_EQ(&registry.get(BackendKind::native), &native);
+  EXPECT_THAT(names(registry), ::testing::ElementsAre("native", "torch", "onnx"));
+  const core::Backend* const native = registry.find("native");
+  ASSERT_NE(native, nullptr);
+  EXPECT_NE(native->table(), nullptr);
+  EXPECT_EQ(native->engine().version, "fake 1.0");
+  EXPECT_EQ(native->engine().problem, "");
+  EXPECT_EQ(registry.find("native"), native);
+}
+
+TEST(Registry, KnowsNoNames) {
+  const TemporaryFolder folder;
+  const std::string plugin = folder.path() + "/libchiasm_";
+  ASSERT_EQ(::symlink((kGood + "/libchiasm_native.so").c_str(), (plugin + "tensorrt.so").c_str()), 0);
+  for (const char* other : {"UPPER.so", ".so", "a-b.so", "native.txt", "x.so.1"}) std::ofstream(plugin + other) << "nothing";
+  Registry registry({folder.path()});
+  EXPECT_THAT(names(registry), ::testing::ElementsAre("tensorrt"));
+  EXPECT_THAT(problem(registry, "tensorrt"), HasSubstr("calls itself 'native'"));
 }
 
 TEST(Registry, SaysWhereItLookedForAMissingPlugin) {
   const TemporaryFolder empty;
   Registry registry({"/nowhere", empty.path()});
-  const core::Backend& onnx = registry.get(BackendKind::onnx);
-  EXPECT_EQ(onnx.table, nullptr);
-  EXPECT_THAT(onnx.problem, AllOf(HasSubstr("the onnx backend is not available"), HasSubstr("libchiasm_onnx.so"), HasSubstr("/nowhere"),
-                                  HasSubstr(empty.path()), HasSubstr("pip install onnxruntime")));
-  EXPECT_THAT(registry.get(BackendKind::torch).problem, HasSubstr("pip install torch"));
-  EXPECT_THAT(Registry({}).get(BackendKind::native).problem, HasSubstr("CHIASM_BACKEND_PATH"));
+  EXPECT_TRUE(registry.all().empty());
+  EXPECT_EQ(registry.find("onnx"), nullptr);
+  EXPECT_THAT(registry.not_found("onnx"), AllOf(HasSubstr("libchiasm_onnx.so"), HasSubstr("/nowhere"), HasSubstr(empty.path()), HasSubstr("CHIASM_BACKEND_PATH")));
 }
 
-TEST(Registry, SaysWhichEngineLibraryIsMissing) {
-  Registry registry({kGood});  // its torch needs a library that is nowhere
-  EXPECT_THAT(registry.get(BackendKind::torch).problem,
-              AllOf(HasSubstr("libfake_engine.so"), HasSubstr("cannot open shared object file"), HasSubstr("pip install torch")));
-  EXPECT_NE(registry.get(BackendKind::onnx).table, nullptr);
+TEST(Registry, SaysWhichEngineIsMissing) {
+  Registry registry({kGood});  // its torch's engine is nowhere
+  EXPECT_THAT(problem(registry, "torch"), AllOf(HasSubstr("the torch backend is not available"), HasSubstr("libfake_engine.so"), HasSubstr("cannot open shared object file")));
+  EXPECT_EQ(problem(registry, "onnx"), "");
 }
 
 TEST(Registry, RefusesForeignPlugins) {
   Registry registry({kBad});
-  EXPECT_THAT(registry.get(BackendKind::native).problem, HasSubstr("another version of chiasm"));
-  EXPECT_THAT(registry.get(BackendKind::onnx).problem, HasSubstr("the fake engine is too old"));
-  EXPECT_THAT(registry.get(BackendKind::torch).problem, HasSubstr("calls itself 'native'"));
+  EXPECT_THAT(problem(registry, "native"), HasSubstr("another version of chiasm"));
+  EXPECT_THAT(problem(registry, "onnx"), HasSubstr("the fake engine is too old"));
+  EXPECT_THAT(problem(registry, "torch"), HasSubstr("calls itself 'native'"));
+  EXPECT_THAT(problem(registry, "broken"), HasSubstr("libfake_engine.so"));
+}
+
+TEST(Registry, RefusesALibraryThatIsNoPlugin) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() + "/libchiasm_text.so") << "no library";
+  Registry registry({folder.path()});
+  EXPECT_THAT(problem(registry, "text"), HasSubstr("libchiasm_text.so"));
 }
 
 TEST(Registry, TheFirstFolderCounts) {
   Registry registry({kBad, kGood});
-  EXPECT_EQ(registry.get(BackendKind::native).table, nullptr);
+  EXPECT_EQ(registry.find("native")->table(), nullptr);
 }
 
 TEST(Registry, ManyThreadsMayAsk) {
   Registry registry({kGood});
   std::vector<std::thread> threads;
+  const char* const asked[] = {"native", "torch", "onnx"};
   for (int i = 0; i < 8; ++i) {
-    threads.emplace_back([&registry, i] { EXPECT_EQ(registry.get(static_cast<BackendKind>(i % 3)).table != nullptr, i % 3 != 1); });
+    threads.emplace_back([&registry, &asked, i] { EXPECT_EQ(problem(registry, asked[i % 3]).empty(), i % 3 != 1); });
   }
   for (std::thread& thread : threads) thread.join();
 }
@@ -78,6 +109,8 @@ TEST(Registry, SplitsPaths) {
   EXPECT_TRUE(core::split_path(nullptr).empty());
 }
 
+int32_t no_rank(const core::Backend&, const Artifact&) { return 0; }
+
 class Choice : public ::testing::Test {
  protected:
   core::Manifest manifest_ = core::parse_manifest(manifest().dump(), "m");
@@ -85,7 +118,9 @@ class Choice : public ::testing::Test {
   Registry registry_{{kGood}};
 
   std::string chosen(const LoadRequest& request, Isa isa = Isa::x86_64_v3, int32_t dtype = CHIASM_FLOAT32) {
-    return core::choose(forward_, request, dtype, {isa, 0}, registry_).artifact->file;
+    std::string file;
+    core::choose(forward_, request, dtype, {isa, 0, {}}, registry_, no_rank, [&](const core::Candidate& candidate) { file = candidate.artifact->file; });
+    return file;
   }
   std::string refusal(const LoadRequest& request, chiasm_code code, Isa isa = Isa::x86_64_v3, int32_t dtype = CHIASM_FLOAT32) {
     try {
@@ -113,9 +148,9 @@ TEST_F(Choice, WithoutNativeCodeOnlyOnnxIsLeft) {
   LoadRequest request;
   request.allow_native_code = false;
   EXPECT_EQ(chosen(request), "forward.float32.onnx");
-  request.backend = BackendKind::native;
+  request.backend = "native";
   EXPECT_THAT(refusal(request, CHIASM_FAILED_PRECONDITION), HasSubstr("allow_native_code"));
-  request.backend = BackendKind::torch;
+  request.backend = "torch";
   EXPECT_THAT(refusal(request, CHIASM_FAILED_PRECONDITION), HasSubstr("allow_native_code"));
 }
 
@@ -123,10 +158,10 @@ TEST_F(Choice, SaysWhyThereIsNoNativeCode) {
   core::MethodSpec method = forward_;
   method.artifacts.erase(method.artifacts.begin(), method.artifacts.begin() + 2);
   LoadRequest request;
-  request.backend = BackendKind::native;
+  request.backend = "native";
   const auto says = [&] {
     try {
-      core::choose(method, request, CHIASM_FLOAT32, {}, registry_);
+      core::choose(method, request, CHIASM_FLOAT32, {}, registry_, no_rank, [](const core::Candidate&) {});
     } catch (const core::Error& error) {
       EXPECT_EQ(error.code(), CHIASM_NOT_FOUND);
       return std::string(error.what());
@@ -136,7 +171,9 @@ TEST_F(Choice, SaysWhyThereIsNoNativeCode) {
   EXPECT_THAT(says(), HasSubstr("native: the bundle has no artifact for it"));
   Artifact package = method.artifacts[0];
   package.file = "forward.float32.pt2";
-  package.needs_libtorch = true;
+  package.backend = "torch";
+  package.format = "aotinductor";
+  package.needs = {"libtorch"};
   method.artifacts.push_back(package);
   EXPECT_THAT(says(), HasSubstr("native: forward.float32.pt2 needs libtorch"));
   method.artifacts.back().why = "aten.foo";
@@ -145,11 +182,13 @@ TEST_F(Choice, SaysWhyThereIsNoNativeCode) {
 
 TEST_F(Choice, AnExplicitBackendIsNotReplaced) {
   LoadRequest request;
-  request.backend = BackendKind::onnx;
+  request.backend = "onnx";
   EXPECT_EQ(chosen(request), "forward.float32.onnx");
-  request.backend = BackendKind::torch;
+  request.backend = "torch";
   EXPECT_THAT(refusal(request, CHIASM_UNAVAILABLE), HasSubstr("libfake_engine.so"));
-  request.backend = BackendKind::native;
+  request.backend = "tensorrt";
+  EXPECT_THAT(refusal(request, CHIASM_UNAVAILABLE), HasSubstr("libchiasm_tensorrt.so"));
+  request.backend = "native";
   EXPECT_THAT(refusal(request, CHIASM_NOT_FOUND, Isa::none), HasSubstr("forward.v3.so needs a CPU with x86-64-v3"));
   EXPECT_THAT(refusal(request, CHIASM_NOT_FOUND, Isa::x86_64_v3, CHIASM_FLOAT64), HasSubstr("is not for float64"));
 }
@@ -160,6 +199,39 @@ TEST_F(Choice, CudaNeedsAnArtifactAndAnEngine) {
   EXPECT_THAT(refusal(request, CHIASM_UNAVAILABLE), AllOf(HasSubstr("is for the CPU"), HasSubstr("cannot use CUDA here")));
 }
 
+TEST_F(Choice, CodeForANewerCLibraryIsLeftOut) {
+  Artifact artifact;
+  artifact.glibc = {2, 36};
+  const auto why = [&](int major, int minor) { return core::misfit(artifact, {}, core::kGeneric, {Isa::none, 0, {major, minor}}); };
+  EXPECT_EQ(why(2, 36), "");
+  EXPECT_EQ(why(3, 0), "");
+  EXPECT_EQ(why(2, 35), "needs glibc 2.36, this machine has 2.35");
+  EXPECT_EQ(why(0, 0), "needs glibc 2.36, this machine has another C library");
+}
+
+TEST_F(Choice, GoesOnWhereABackendCannotLoadIt) {
+  std::vector<std::string> tried;
+  const auto choose = [&](chiasm_code code) {
+    core::choose(forward_, {}, CHIASM_FLOAT32, {Isa::x86_64_v4, 0, {}}, registry_, no_rank, [&](const core::Candidate& candidate) {
+      tried.push_back(candidate.artifact->file);
+      if (candidate.backend->name() == "native") throw core::Error(code, "an old interface");
+    });
+  };
+  choose(CHIASM_VERSION_MISMATCH);
+  EXPECT_THAT(tried, ::testing::ElementsAre("forward.v4.so", "forward.v3.so", "forward.float32.onnx"));
+  EXPECT_THROW(choose(CHIASM_CORRUPT), core::Error);  // what is damaged is said, not passed over
+}
+
+TEST_F(Choice, ARankPutsOneBeforeAnotherOrLeavesItOut) {
+  const auto chosen = [&](const core::Rank& rank) {
+    std::string file;
+    core::choose(forward_, {}, CHIASM_FLOAT32, {Isa::x86_64_v4, 0, {}}, registry_, rank, [&](const core::Candidate& candidate) { file = candidate.artifact->file; });
+    return file;
+  };
+  EXPECT_EQ(chosen([](const core::Backend&, const Artifact& a) { return a.isa == Isa::x86_64_v3 ? 1 : 0; }), "forward.v3.so");
+  EXPECT_EQ(chosen([](const core::Backend& b, const Artifact&) { return b.name() == "native" ? -1 : 0; }), "forward.float32.onnx");
+}
+
 TEST_F(Choice, GpuCodeRunsOnItsMajorVersion) {
   Artifact artifact;
   artifact.device = core::DevicePlacement::cuda;
@@ -167,10 +239,10 @@ TEST_F(Choice, GpuCodeRunsOnItsMajorVersion) {
   EXPECT_EQ(core::misfit(artifact, request, core::kGeneric, {}), "is for CUDA");
   request.device_type = CHIASM_CUDA;
   artifact.sm = 86;
-  EXPECT_EQ(core::misfit(artifact, request, core::kGeneric, {Isa::none, 86}), "");
-  EXPECT_EQ(core::misfit(artifact, request, core::kGeneric, {Isa::none, 89}), "");
-  EXPECT_NE(core::misfit(artifact, request, core::kGeneric, {Isa::none, 80}), "");
-  EXPECT_NE(core::misfit(artifact, request, core::kGeneric, {Isa::none, 90}), "");
+  EXPECT_EQ(core::misfit(artifact, request, core::kGeneric, {Isa::none, 86, {}}), "");
+  EXPECT_EQ(core::misfit(artifact, request, core::kGeneric, {Isa::none, 89, {}}), "");
+  EXPECT_NE(core::misfit(artifact, request, core::kGeneric, {Isa::none, 80, {}}), "");
+  EXPECT_NE(core::misfit(artifact, request, core::kGeneric, {Isa::none, 90, {}}), "");
 }
 
 TEST_F(Choice, DtypeDefaultsToFloat32OrWhatThereIs) {
@@ -182,7 +254,7 @@ TEST_F(Choice, DtypeDefaultsToFloat32OrWhatThereIs) {
   request.dtype = CHIASM_INT8;
   EXPECT_THROW(dtype(request), core::Error);
   request.dtype = CHIASM_FLOAT64;
-  request.backend = BackendKind::native;
+  request.backend = "native";
   EXPECT_THROW(dtype(request), core::Error);
   core::MethodSpec wide = forward_;
   wide.artifacts.erase(wide.artifacts.begin(), wide.artifacts.begin() + 4);  // leaves forward.float64.onnx
@@ -214,32 +286,37 @@ constexpr bool kPoolCaches = true;
 #endif
 
 TEST(Pool, BlocksAreAlignedAndReused) {
-  core::BufferPool pool;
+  base::Pool pool;
   for (const size_t size : {size_t{0}, size_t{1}, size_t{1000}, size_t{1} << 20}) {
-    const auto block = pool.take(size);
-    EXPECT_EQ(reinterpret_cast<uintptr_t>(block.data) % 64, 0u);
-    EXPECT_GE(block.capacity, size);
-    pool.give(block);
+    void* const block = pool.allocate(size);
+    EXPECT_NE(block, nullptr);
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(block) % 64, 0u);
+    pool.release(block, size);
   }
+  EXPECT_EQ(pool.allocate(~size_t{0}), nullptr);
   if (!kPoolCaches) GTEST_SKIP() << "the pool keeps nothing under AddressSanitizer";
-  const auto big = pool.take(1 << 20);
-  pool.give(big);
-  const auto again = pool.take((1 << 20) - 5000);
-  EXPECT_EQ(again.data, big.data);
-  pool.give(again);
+  void* const big = pool.allocate(1 << 20);
+  pool.release(big, 1 << 20);
+  void* const again = pool.allocate((1 << 20) - 5000);
+  EXPECT_EQ(again, big);
+  pool.release(again, (1 << 20) - 5000);
+  pool.trim();
 }
 
 TEST(Pool, KeepsOnlySoMuch) {
-  core::BufferPool pool;
-  std::vector<core::BufferPool::Block> blocks;
-  for (int i = 0; i < 50; ++i) blocks.push_back(pool.take(size_t{16} << 20));
-  for (const auto& block : blocks) pool.give(block);
-  EXPECT_LE(pool.cached_bytes(), size_t{256} << 20);
+  base::Pool pool;
+  const size_t size = size_t{16} << 20;
+  std::vector<void*> blocks;
+  for (int i = 0; i < 50; ++i) blocks.push_back(pool.allocate(size));
+  for (void* const block : blocks) pool.release(block, size);
+  EXPECT_LE(pool.kept_bytes(), size_t{256} << 20);
   // A block much larger than what is asked for is left for those who need it.
-  const size_t before = pool.cached_bytes();
-  const auto small = pool.take(size_t{1} << 20);
-  EXPECT_EQ(pool.cached_bytes(), before);
-  pool.give(small);
+  const size_t before = pool.kept_bytes();
+  void* const small = pool.allocate(size_t{1} << 20);
+  EXPECT_EQ(pool.kept_bytes(), before);
+  pool.release(small, size_t{1} << 20);
+  pool.trim();
+  EXPECT_EQ(pool.kept_bytes(), 0u);
 }
 
 }  // namespace

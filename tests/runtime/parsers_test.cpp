@@ -124,9 +124,9 @@ TEST(Manifest, SaysWhichTensorsHaveSamples) {
   root["methods"]["forward"]["samples"] = "B";
   root["methods"]["forward"]["inputs"].push_back({{"name", "weights"}, {"dtype", "float32"}, {"shape", {3}}, {"description", ""}, {"layout", ""}, {"color", ""}, {"range", nullptr}});
   const core::Manifest read = core::parse_manifest(root.dump(), "m");
-  EXPECT_EQ(read.methods[0].sample_inputs, 0b011u);
-  EXPECT_EQ(read.methods[0].sample_outputs, 0b11u);
-  EXPECT_EQ(read.methods[1].sample_outputs, 0u);
+  EXPECT_EQ(read.methods[0].batched_inputs, 0b011u);
+  EXPECT_EQ(read.methods[0].batched_outputs, 0b11u);
+  EXPECT_EQ(read.methods[1].batched_outputs, 0u);
 }
 
 TEST(Manifest, SamplesMustBeCutAlongTheFirstDimension) {
@@ -145,9 +145,9 @@ TEST(Manifest, SamplesMustBeCutAlongTheFirstDimension) {
 }
 
 TEST(Manifest, NewerSchemaIsAVersionMismatch) {
-  const std::string message = manifest_refusal([](Json& m) { m = {{"schema_version", 3}, {"whatever", true}}; }, CHIASM_VERSION_MISMATCH);
+  const std::string message = manifest_refusal([](Json& m) { m = {{"schema_version", 4}, {"whatever", true}}; }, CHIASM_VERSION_MISMATCH);
   EXPECT_THAT(message, HasSubstr("x/manifest.json: schema_version"));
-  EXPECT_THAT(message, HasSubstr("newer chiasm (schema 3)"));
+  EXPECT_THAT(message, HasSubstr("newer chiasm (schema 4)"));
 }
 
 struct Damage {
@@ -212,9 +212,11 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"/methods/forward/artifacts/0/size", UINT64_MAX, "artifacts[0].size"},
         Damage{"/methods/forward/artifacts/0/sha256", std::string(64, 'A'), "artifacts[0].sha256"},
         Damage{"/methods/forward/artifacts/0/sha256", "00", "artifacts[0].sha256"},
-        Damage{"/methods/forward/artifacts/0/backend", "tensorrt", "expected one of native, torch, onnx; got 'tensorrt'"},
-        Damage{"/methods/forward/artifacts/0/format", "onnx", "does not load format 'onnx'"},
-        Damage{"/methods/forward/artifacts/0/needs", {"libtorch"}, "that needs libtorch"},
+        Damage{"/methods/forward/artifacts/0/backend", "Tensor RT", "'Tensor RT' is not a name of lower-case letters"},
+        Damage{"/methods/forward/artifacts/0/format", "../onnx", "artifacts[0].format"},
+        Damage{"/methods/forward/artifacts/0/needs", {"lib torch"}, "needs[0]: 'lib torch' is not a name"},
+        Damage{"/methods/forward/artifacts/0/glibc", "2.36", "'glibc' is for schema version 3, this is 1"},
+        Damage{"/methods/forward/artifacts/0/options", {{"a", "b"}}, "'options' is for schema version 3, this is 1"},
         Damage{"/methods/forward/artifacts/0/isa", "sse2", "artifacts[0].isa"},
         Damage{"/methods/forward/artifacts/0/dtypes", {"int8"}, "int8 is not among"},
         Damage{"/methods/forward/artifacts/0/dtypes", Json::array(), "artifacts[0].dtypes: empty"},
@@ -228,6 +230,26 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"/golden/cases", Json::array(), "golden.cases: has 0 elements"},
         Damage{"/golden/cases/0/method", "backward", "there is no method 'backward'"},
         Damage{"/golden/cases/0/dtype", nullptr, "golden.cases[0].dtype: is null"}));
+
+TEST(Manifest, ABackendOfAnyName) {
+  const auto with = [](const Json& artifact) {
+    Json m = manifest();
+    m["schema_version"] = 3;
+    m["methods"]["forward"]["artifacts"][0].update(artifact);
+    return core::parse_manifest(m.dump(), "x/manifest.json");
+  };
+  const core::Manifest read = with({{"backend", "tensorrt"}, {"format", "plan"}, {"needs", {"cudnn"}}, {"glibc", "2.36"}, {"options", {{"workspace", "1 GiB"}}}});
+  const core::Artifact& artifact = read.methods[0].artifacts[0];
+  EXPECT_EQ(artifact.backend, "tensorrt");
+  EXPECT_EQ(artifact.format, "plan");
+  EXPECT_THAT(artifact.needs, ::testing::ElementsAre("cudnn"));
+  EXPECT_EQ(artifact.glibc.major * 100 + artifact.glibc.minor, 236);
+  EXPECT_EQ(artifact.option("workspace"), "1 GiB");
+  EXPECT_EQ(artifact.option("other"), "");
+  for (const char* version : {"2", "2.", ".3", "2.x", "2.3.4", "-2.3", "2.99999"}) EXPECT_THROW(with({{"glibc", version}}), core::Error) << version;
+  EXPECT_THROW(with({{"options", {{"Not a key", "x"}}}}), core::Error);
+  EXPECT_THROW(with({{"options", {{"key", 1}}}}), core::Error);
+}
 
 TEST(Manifest, RefusesWhatIsNoJson) {
   for (const std::string& text : {std::string(), std::string("{"), std::string("[]"), std::string("null"), std::string("\"x\""),

@@ -12,10 +12,12 @@
 #include <thread>
 #include <vector>
 
-#include "core/fork.h"
+#include "base/fork.h"
 
 namespace chiasm::native {
 namespace {
+
+constexpr int32_t kAll = 64;  // more than there are
 
 /** Which indices were called, and with what count. */
 struct Calls {
@@ -44,7 +46,7 @@ TEST(Workers, EachIndexIsCalledOnceAndAllAtTheSameTime) {
   static Workers& workers = *new Workers(3);  // its threads never end; static, so that it is not taken for a leak
   for (int round = 0; round < 200; ++round) {
     Calls calls;
-    workers.fork(Calls::body, &calls);
+    workers.fork(Calls::body, &calls, kAll);
     ASSERT_TRUE(calls.together);
     // A worker that is still on its way back from the last round is left out, and so is one that comes too late.
     ASSERT_GE(calls.count, 1);
@@ -60,7 +62,7 @@ TEST(Workers, AnIdleOneIsTakenAgainAfterItFellAsleep) {
   for (int round = 0; round < 1000 && complete < 3; ++round) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     Calls calls;
-    workers.fork(Calls::body, &calls);
+    workers.fork(Calls::body, &calls, kAll);
     if (calls.count == 2) ++complete;
   }
   EXPECT_EQ(complete, 3);
@@ -85,7 +87,7 @@ TEST(Workers, SharedPiecesAreEachDoneOnceAlsoByThoseThatComeLate) {
   for (int round = 0; round < 50; ++round) {
     if (round % 10 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     Work work;
-    workers.share(body, &work);
+    workers.share(body, &work, kAll);
     EXPECT_GE(work.callers, 2);
     EXPECT_LE(work.callers, 4);
     for (const auto& count : work.done) ASSERT_EQ(count, 1);
@@ -112,7 +114,7 @@ TEST(Workers, CallersAtTheSameTimeShareThem) {
     callers.emplace_back([&] {
       for (int round = 0; round < 300; ++round) {
         Work work{at_work, most};
-        workers.fork(body, &work);
+        workers.fork(body, &work, kAll);
         if (work.sum != 999 * 1000 / 2) ++wrong;
       }
     });
@@ -127,7 +129,7 @@ TEST(Workers, AForkedChildGoesOnAlone) {
   const pid_t child = ::fork();
   if (child == 0) {
     Calls calls;
-    workers.fork(Calls::body, &calls);
+    workers.fork(Calls::body, &calls, kAll);
     ::_exit(calls.count == 1 && calls.made[0] == 1 ? 0 : 1);
   }
   int status = -1;
@@ -158,7 +160,7 @@ TEST(ForkGate, AChildFindsFreeWhatIsLockedInside) {
   for (int i = 0; i < 3; ++i) {
     threads.emplace_back([&stop] {
       while (!stop) {
-        const core::ForkGate::Passage passage;
+        const base::ForkGate::Passage passage;
         const std::lock_guard<std::mutex> lock(mutex);
         std::this_thread::sleep_for(std::chrono::microseconds(100));
       }

@@ -16,6 +16,7 @@
 #include <new>
 #include <utility>
 
+#include "base/dtype.h"
 #include "tensor.h"
 
 namespace chiasm::artifact {
@@ -25,14 +26,11 @@ namespace {
 thread_local char last_error[1024];
 thread_local bool out_of_memory;
 
-// chiasm_dtype -> c10::ScalarType
-constexpr int32_t kScalarType[] = {kBool, kUint8, kInt8, kInt16, kInt32, kInt64, kHalf, kBFloat16, kFloat, kDouble};
-
 // How many runs of one model may be in flight before the next waits; a runner holds no memory between runs.
 constexpr size_t kRunners = 16;
 
-struct Model {
-  explicit Model(const std::string& device) : container(kRunners, device) {}
+struct CompiledModel {
+  explicit CompiledModel(const std::string& device) : container(kRunners, device) {}
 
   torch::aot_inductor::AOTInductorModelContainer container;
   std::mutex mutex;  // guards `plan`, which is null until the first run ends, and then never changes
@@ -67,14 +65,14 @@ int32_t engine(Call call, char* error, size_t size) {
 }
 
 int32_t create(int32_t device_type, int32_t device_index, void** result, char* error, size_t error_size) {
-  return engine([&] { *result = new Model(device_type == 0 ? "cpu" : "cuda:" + std::to_string(device_index)); }, error, error_size);
+  return engine([&] { *result = new CompiledModel(device_type == 0 ? "cpu" : "cuda:" + std::to_string(device_index)); }, error, error_size);
 }
 
-void destroy(void* handle) { delete static_cast<Model*>(handle); }
+void destroy(void* handle) { delete static_cast<CompiledModel*>(handle); }
 
-AtenTensorOpaque* borrow(const chiasm_native_tensor& view, const chiasm_native_host& host) {
+AtenTensorOpaque* borrow(const chiasm_tensor& view, const chiasm_native_host& host) {
   auto tensor = std::make_unique<AtenTensorOpaque>();
-  tensor->dtype = kScalarType[view.dtype];
+  tensor->dtype = base::kDTypes[view.dtype].torch;
   tensor->sizes.assign(view.shape, view.shape + view.ndim);
   tensor->strides = dense_strides(tensor->sizes);
   tensor->device_type = host.device_type;
@@ -99,10 +97,10 @@ struct CurrentRun {
   ~CurrentRun() { current_run() = nullptr; }
 };
 
-int32_t run(void* handle, const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs,
+int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outputs,
             const chiasm_native_host* host, char* error, size_t error_size) {
   try {
-    auto& model = *static_cast<Model*>(handle);
+    auto& model = *static_cast<CompiledModel*>(handle);
     const size_t n_in = model.container.num_inputs(), n_out = model.container.num_outputs();
     const auto plan = model.get_plan();
     Run state(host, outputs, n_out, plan.get());
@@ -177,9 +175,7 @@ AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype) {
   for (size_t k = 0; run->plan && k < run->output_count; ++k) {
     if ((*run->plan)[k] != storage.ordinal) continue;
     const auto& output = run->outputs[k];
-    size_t bytes = element_size(kScalarType[output.dtype]);
-    for (int32_t i = 0; i < output.ndim; ++i) bytes *= output.shape[i];
-    if (bytes != storage.bytes) break;
+    if (base::byte_count(output) != storage.bytes) break;
     storage.data = static_cast<char*>(output.data);
     return tensor.release();
   }

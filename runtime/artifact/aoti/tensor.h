@@ -18,7 +18,7 @@ using Dims = std::vector<int64_t>;
 // What one call of `run` lends to the code that it runs.
 struct Run {
   const chiasm_native_host* host;
-  const chiasm_native_tensor* outputs;
+  const chiasm_tensor* outputs;
   size_t output_count;
   // For each output, the ordinal of the allocation that became it in the first run, or -1: see entry.cpp.
   const std::vector<int64_t>* plan;
@@ -27,7 +27,7 @@ struct Run {
   std::atomic<bool> refused{false};
   char refusal[256] = "";
 
-  Run(const chiasm_native_host* the_host, const chiasm_native_tensor* the_outputs, size_t count, const std::vector<int64_t>* the_plan)
+  Run(const chiasm_native_host* the_host, const chiasm_tensor* the_outputs, size_t count, const std::vector<int64_t>* the_plan)
       : host(the_host), outputs(the_outputs), output_count(count), plan(the_plan) {}
 };
 

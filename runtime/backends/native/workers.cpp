@@ -102,10 +102,10 @@ Workers::Workers(int32_t count) : process_(getpid()) {
 /** The idle workers that a job was offered to; all others' until they have returned. */
 class Workers::Offers {
  public:
-  Offers(const Workers& workers, Job& job) : job_(job) {
+  Offers(const Workers& workers, Job& job, int32_t most) : job_(job) {
     if (getpid() != workers.process_) return;
     for (Worker* worker : workers.workers_) {
-      if (count_ == kMost || worker->taken.exchange(true, std::memory_order_acquire)) continue;
+      if (count_ == kMost || static_cast<int32_t>(count_) >= most || worker->taken.exchange(true, std::memory_order_acquire)) continue;
       worker->offer(&job);
       workers_[count_++] = worker;
     }
@@ -138,29 +138,29 @@ class Workers::Offers {
   size_t count_ = 0;
 };
 
-void Workers::fork(Body body, void* argument) {
+void Workers::fork(Body body, void* argument, int32_t others) {
   Job job{body, argument};
-  Offers offers(*this, job);
+  Offers offers(*this, job, others);
   const auto limit = std::chrono::steady_clock::now() + kPatience;
   while (!offers.all_have_come() && std::chrono::steady_clock::now() < limit) relax();
-  const int32_t others = offers.close();
+  const int32_t come = offers.close();
   offers.number();
-  job.count.store(others + 1, std::memory_order_release);
-  body(argument, 0, others + 1);
-  job.wait_for(others);
+  job.count.store(come + 1, std::memory_order_release);
+  body(argument, 0, come + 1);
+  job.wait_for(come);
 }
 
-void Workers::share(Body body, void* argument) {
+void Workers::share(Body body, void* argument, int32_t others) {
   Job job{body, argument};
   job.count.store(1, std::memory_order_release);  // nobody waits for a team
-  Offers offers(*this, job);
+  Offers offers(*this, job, others);
   body(argument, 0, 1);
   job.wait_for(offers.close());
 }
 
 Workers& Workers::instance(int32_t count) {
   static std::atomic<Workers*> workers{nullptr};
-  static std::mutex mutex;  // never held at a fork, which waits for runs to end (core/fork.h)
+  static std::mutex mutex;  // never held at a fork, which waits for runs to end (base/fork.h)
   Workers* present = workers.load(std::memory_order_acquire);
   if (present != nullptr) return *present;
   const std::lock_guard<std::mutex> lock(mutex);

@@ -5,30 +5,23 @@
 
 #include <string>
 
-#include "backends/plugin.h"
+#include "base/dtype.h"
+#include "base/error.h"
 
 namespace chiasm::onnx {
 
+static_assert(base::kDTypes[CHIASM_FLOAT32].onnx == ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT && base::kDTypes[CHIASM_UINT16].onnx == ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT16 &&
+              base::kDTypes[CHIASM_BFLOAT16].onnx == ONNX_TENSOR_ELEMENT_DATA_TYPE_BFLOAT16, "the table has ONNX's own numbers");
+
 inline ONNXTensorElementDataType element_type(int32_t dtype) {
-  switch (dtype) {
-    case CHIASM_BOOL: return ONNX_TENSOR_ELEMENT_DATA_TYPE_BOOL;
-    case CHIASM_UINT8: return ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT8;
-    case CHIASM_INT8: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT8;
-    case CHIASM_INT16: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT16;
-    case CHIASM_INT32: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT32;
-    case CHIASM_INT64: return ONNX_TENSOR_ELEMENT_DATA_TYPE_INT64;
-    case CHIASM_FLOAT16: return ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT16;
-    case CHIASM_BFLOAT16: return ONNX_TENSOR_ELEMENT_DATA_TYPE_BFLOAT16;
-    case CHIASM_FLOAT32: return ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT;
-    case CHIASM_FLOAT64: return ONNX_TENSOR_ELEMENT_DATA_TYPE_DOUBLE;
-    default: throw plugin::Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
-  }
+  if (!base::is_dtype(dtype)) throw base::Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
+  return static_cast<ONNXTensorElementDataType>(base::kDTypes[dtype].onnx);
 }
 
 /** -1 for a type that chiasm does not have. */
 inline int32_t dtype_of(ONNXTensorElementDataType type) {
-  for (int32_t dtype = CHIASM_BOOL; dtype <= CHIASM_FLOAT64; ++dtype) {
-    if (element_type(dtype) == type) return dtype;
+  for (int32_t dtype = 0; dtype < base::kDTypeCount; ++dtype) {
+    if (base::kDTypes[dtype].onnx == static_cast<int32_t>(type)) return dtype;
   }
   return -1;
 }

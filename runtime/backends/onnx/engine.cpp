@@ -13,7 +13,7 @@
 namespace chiasm::onnx {
 namespace {
 
-using plugin::Error;
+using base::Error;
 using plugin::require_memory;
 
 constexpr uint32_t kOldestApi = 17;
@@ -32,7 +32,8 @@ void* open_library() {
   }
   if (void* library = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
   problem += dlerror();
-  throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime is not found (" + problem + "); CHIASM_ONNXRUNTIME_LIBRARY may name its library");
+  throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime is not found (" + problem + "): get it with 'pip install onnxruntime' and name its library, "
+              "site-packages/onnxruntime/capi/libonnxruntime.so.<version>, in CHIASM_ONNXRUNTIME_LIBRARY, or use an onnxruntime release");
 }
 
 // Never closed: ONNX Runtime's threads and static objects do not survive it.
@@ -85,14 +86,27 @@ const Ort::Env& environment(int32_t num_threads) {
   return env;
 }
 
-std::string custom_op_library() {
+namespace {
+
+/** "" where it is not installed. */
+std::string find_custom_op_library() {
   Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&custom_op_library), &info) == 0) throw Error(CHIASM_INTERNAL, "dladdr failed");
+  if (dladdr(reinterpret_cast<const void*>(&custom_op_library), &info) == 0) return "";
   const std::string own = info.dli_fname, folder = own.substr(0, own.rfind('/') + 1);
   for (const std::string& path : {folder + "libchiasm_ort.so", folder + "../libchiasm_ort.so"}) {
     if (access(path.c_str(), R_OK) == 0) return path;
   }
-  throw Error(CHIASM_UNAVAILABLE, "libchiasm_ort.so is not beside " + own);
+  return "";
+}
+
+}  // namespace
+
+bool has_custom_op_library() { return !find_custom_op_library().empty(); }
+
+std::string custom_op_library() {
+  const std::string path = find_custom_op_library();
+  if (path.empty()) throw Error(CHIASM_UNAVAILABLE, "libchiasm_ort.so is not installed beside the onnx backend");
+  return path;
 }
 
 bool has_provider(const char* name) {

@@ -11,7 +11,7 @@
 
 namespace chiasm::onnx {
 
-/** Opens the library at the first call; throws plugin::Error(CHIASM_UNAVAILABLE), with what to do, where it cannot.
+/** Opens the library at the first call; throws base::Error(CHIASM_UNAVAILABLE), with what to do, where it cannot.
  *  Looked for in this order: already in the process, the path in CHIASM_ONNXRUNTIME_LIBRARY, the plug-in's run path and
  *  the system's folders. Returns e.g. "1.31.1". */
 const std::string& open_engine();
@@ -19,7 +19,9 @@ const std::string& open_engine();
 /** The environment, with one thread pool and one arena that all sessions share; made with the first call's number. */
 const Ort::Env& environment(int32_t num_threads);
 
-/** The path of libchiasm_ort.so, which is installed with this plug-in; throws plugin::Error(CHIASM_UNAVAILABLE) where it is not. */
+/** Whether libchiasm_ort.so is installed with this plug-in. */
+bool has_custom_op_library();
+/** The path of libchiasm_ort.so, which is installed with this plug-in; throws base::Error(CHIASM_UNAVAILABLE) where it is not. */
 std::string custom_op_library();
 
 /** Whether this build of ONNX Runtime has the provider, e.g. "CUDAExecutionProvider". */

@@ -5,6 +5,8 @@
 // run names its own; so the session works on a stream of ours, and events order the two: the work starts after what the
 // caller's stream held before, and what the caller enqueues there later starts after the work. Runs of one model are
 // enqueued one after the other.
+#include <algorithm>
+#include <cstring>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -12,27 +14,29 @@
 #include <unordered_map>
 #include <vector>
 
-#include "backends/cuda.h"
+#include "base/cuda.h"
 #include "backends/onnx/dtype.h"
 #include "backends/onnx/engine.h"
+#include "backends/onnx/onnx_file.h"
 #include "backends/limits.h"
 #include "backends/plugin.h"
-#include "core/fork.h"
+#include "base/fork.h"
 
 namespace {
 
-using chiasm::core::ForkGate;
+using chiasm::base::ForkGate;
 using chiasm::onnx::custom_op_library;
 using chiasm::onnx::element_type;
 using chiasm::onnx::environment;
 using chiasm::onnx::has_provider;
 using chiasm::onnx::open_engine;
-using chiasm::plugin::CudaDevice;
-using chiasm::plugin::CudaStream;
-using chiasm::plugin::Error;
+using chiasm::base::CudaDevice;
+using chiasm::base::CudaStream;
+using chiasm::base::Error;
 using chiasm::plugin::guard;
 
 constexpr const char* kCudaProvider = "CUDAExecutionProvider";
+constexpr const char* kFused = "fused_onnx";
 
 chiasm_code code_of(OrtErrorCode code) {
   switch (code) {
@@ -65,23 +69,24 @@ struct Binding {
 };
 
 // One loaded artifact. On the CPU `run` works in several threads at once.
-class Model {
+class Session {
  public:
-  explicit Model(const chiasm_backend_load& request)
+  explicit Session(const chiasm_backend_load& request)
       : memory_(request.device_type == CHIASM_CUDA
                     ? Ort::MemoryInfo("Cuda", OrtDeviceAllocator, request.device_index, OrtMemTypeDefault)
                     : Ort::MemoryInfo::CreateCpu(OrtDeviceAllocator, OrtMemTypeDefault)) {
-    if (std::string(request.format) != "onnx")
-      throw Error(CHIASM_INVALID_ARGUMENT, std::string("the onnx backend reads onnx artifacts, not ") + request.format);
+    chiasm::onnx::check_onnx(static_cast<const unsigned char*>(request.data), request.size, "the model");
     translated([&] {
       Ort::SessionOptions options;
-      options.DisablePerSessionThreads();
+      const bool shares_threads = request.num_threads == request.process_threads;
+      if (shares_threads) options.DisablePerSessionThreads();
+      else use_own_threads(options, request.num_threads);
       options.AddConfigEntry("session.use_env_allocators", "1");
       // Not ORT_ENABLE_ALL: its blocked layout makes convolutions of few channels, which most ops are, 3 to 18 times slower.
       options.SetGraphOptimizationLevel(ORT_ENABLE_EXTENDED);
-      if (request.function != nullptr) append_native_code(options, request.bundle, request.manifest_sha256);
+      if (std::strcmp(request.format, kFused) == 0) append_native_code(options, request.bundle, request.manifest_sha256);
       if (request.device_type == CHIASM_CUDA) append_cuda(options, request.device_index);
-      const Ort::Env& env = environment(request.num_threads);
+      const Ort::Env& env = environment(request.process_threads);
       // Where an allocation fails, it may end the process.
       chiasm::plugin::require_memory((size_t{48} << 20) + 8 * request.size + chiasm::plugin::kArenaBytes, "making a session of ONNX Runtime");
       session_.emplace(env, request.data, request.size, options);
@@ -112,11 +117,19 @@ class Model {
   }
 
  private:
+  // A pool of the session's own, which does not spin, as the process's does not.
+  static void use_own_threads(Ort::SessionOptions& options, int32_t num_threads) {
+    const int32_t workers = chiasm::plugin::threads_left(num_threads) - 1;
+    options.SetIntraOpNumThreads(1 + std::max(workers, 0));
+    options.SetInterOpNumThreads(1);
+    options.AddConfigEntry("session.intra_op.allow_spinning", "0");
+  }
+
   static void append_native_code(Ort::SessionOptions& options, const std::string& bundle, const char* manifest_sha256) {
     if (bundle.find(':') != std::string::npos)
       throw Error(CHIASM_UNAVAILABLE, "the entry chiasm.bundles cannot name the folder " + bundle + ", which has a colon");
     options.AddConfigEntry("chiasm.bundles", bundle.c_str());
-    options.AddConfigEntry("chiasm.checked", manifest_sha256);
+    options.AddConfigEntry("chiasm.checked", manifest_sha256);  // where it has no code for this CPU it says so: UNAVAILABLE
     options.RegisterCustomOpsLibrary(custom_op_library().c_str());
   }
 
@@ -172,7 +185,7 @@ class Model {
     values.reserve(bindings.size());
     for (const Binding& binding : bindings) {
       const chiasm_tensor& tensor = tensors[binding.index];
-      const size_t bytes = chiasm::plugin::element_count(tensor) * chiasm::plugin::element_size(tensor.dtype);
+      const size_t bytes = chiasm::base::byte_count(tensor);
       values.push_back(Ort::Value::CreateTensor(memory_, tensor.data != nullptr ? tensor.data : &nothing, bytes, tensor.shape,
                                                 static_cast<size_t>(tensor.ndim), element_type(tensor.dtype)));
     }
@@ -196,7 +209,7 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
   return guard(error, [&] {
     static const std::string version = "onnxruntime " + open_engine();
     info->engine_version = version.c_str();
-    info->has_cuda = has_provider(kCudaProvider) && chiasm::plugin::cuda_device_present() ? 1 : 0;
+    info->has_cuda = has_provider(kCudaProvider) && chiasm::base::cuda_device_present() ? 1 : 0;
   });
 }
 
@@ -204,7 +217,8 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
   return guard(error, [&] {
     const ForkGate::Passage passage;
     open_engine();
-    *model = new Model(*request);
+    chiasm::plugin::flag(request->options, "fused", true);  // refuses what is neither 0 nor 1
+    *model = new Session(*request);
   });
 }
 
@@ -212,16 +226,44 @@ int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outpu
             chiasm_error_text* error) {
   return guard(error, [&] {
     const ForkGate::Passage passage;
-    static_cast<Model*>(model)->run(inputs, outputs, options);
+    static_cast<Session*>(model)->run(inputs, outputs, options);
   });
 }
 
 void unload(void* model) {
   const ForkGate::Passage passage;
-  delete static_cast<Model*>(model);
+  delete static_cast<Session*>(model);
 }
 
-const chiasm_backend backend{sizeof(chiasm_backend), CHIASM_BACKEND_ABI, "onnx", probe, load, run, unload};
+// The fused form before the flat one, where it can run here and is wanted.
+int32_t rank(const chiasm_backend_load* request) {
+  if (std::strcmp(request->format, kFused) != 0) return 0;
+  try {
+    const bool wanted = chiasm::plugin::flag(request->options, "fused", true);
+    return wanted && request->device_type == CHIASM_CPU && chiasm::onnx::has_custom_op_library() ? 1 : -1;
+  } catch (const std::exception&) {
+    return 1;  // `load` says what is wrong with the option
+  }
+}
+
+constexpr chiasm_backend_format kFormats[] = {{"onnx", 0}, {kFused, 1}, {nullptr, 0}};
+constexpr chiasm_backend_option kOptions[] = {
+    {"fused", "0 or 1", "1, the default, runs a method's native code as one node inside ONNX Runtime, where the bundle has both forms"},
+    {nullptr, nullptr, nullptr}};
+constexpr int32_t kPriority = 100;
+
+const chiasm_backend backend{sizeof(chiasm_backend),
+                             CHIASM_BACKEND_ABI,
+                             "onnx",
+                             kPriority,
+                             kFormats,
+                             1u << CHIASM_CPU | 1u << CHIASM_CUDA,
+                             kOptions,
+                             probe,
+                             rank,
+                             load,
+                             run,
+                             unload};
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// The torch backend: TorchScript artifacts, AOTInductor artifacts that need libtorch, and gradients by autograd.
+// The torch backend behind its plug-in (plugin.cpp): TorchScript artifacts, AOTInductor artifacts that need libtorch, and gradients by autograd.
 //
 // The only file that includes torch's headers, which take most of its compile time.
 #include <ATen/Context.h>
@@ -18,6 +18,7 @@
 #include <dlfcn.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <istream>
 #include <memory>
 #include <mutex>
@@ -29,32 +30,26 @@
 
 #include "backends/plugin.h"
 #include "backends/limits.h"
-#include "core/fork.h"
+#include "base/cuda.h"
+#include "base/fork.h"
 
 namespace {
 
-using chiasm::core::ForkGate;
-using chiasm::plugin::Error;
+using chiasm::base::ForkGate;
+using chiasm::base::Error;
 using chiasm::plugin::guard;
 using chiasm::plugin::MemoryFile;
 using Tensors = std::vector<at::Tensor>;
 
 constexpr std::string_view kGradient = "grad_";
 
+using chiasm::base::kDTypes;
+static_assert(kDTypes[CHIASM_FLOAT32].torch == int(at::kFloat) && kDTypes[CHIASM_BFLOAT16].torch == int(at::kBFloat16) &&
+              kDTypes[CHIASM_UINT16].torch == int(at::kUInt16), "the table has libtorch's own numbers");
+
 at::ScalarType scalar_type(int32_t dtype) {
-  switch (dtype) {
-    case CHIASM_BOOL: return at::kBool;
-    case CHIASM_UINT8: return at::kByte;
-    case CHIASM_INT8: return at::kChar;
-    case CHIASM_INT16: return at::kShort;
-    case CHIASM_INT32: return at::kInt;
-    case CHIASM_INT64: return at::kLong;
-    case CHIASM_FLOAT16: return at::kHalf;
-    case CHIASM_BFLOAT16: return at::kBFloat16;
-    case CHIASM_FLOAT32: return at::kFloat;
-    case CHIASM_FLOAT64: return at::kDouble;
-    default: throw Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
-  }
+  if (!chiasm::base::is_dtype(dtype)) throw Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
+  return static_cast<at::ScalarType>(kDTypes[dtype].torch);
 }
 
 // A tensor over the caller's memory.
@@ -87,7 +82,7 @@ class Cuda {
   // Without opening it.
   static bool present() {
     Dl_info cpu{};
-    if (!chiasm::plugin::cuda_device_present() || dladdr(reinterpret_cast<void*>(&at::show_config), &cpu) == 0) return false;
+    if (!chiasm::base::cuda_device_present() || dladdr(reinterpret_cast<void*>(&at::show_config), &cpu) == 0) return false;
     const std::string path = cpu.dli_fname;
     return access((path.substr(0, path.rfind('/') + 1) + "libtorch_cuda.so").c_str(), R_OK) == 0;
   }
@@ -224,34 +219,37 @@ class Package final : public Program {
 };
 
 // One loaded artifact. `run` may be called from several threads at once.
-class Model {
+class LoadedProgram {
  public:
-  explicit Model(const chiasm_backend_load& request)
+  explicit LoadedProgram(const chiasm_backend_load& request)
       : device_(device_of(request)),
         num_threads_(request.num_threads),
+        process_threads_(request.process_threads),
         input_count_(static_cast<size_t>(request.input_count)),
         output_count_(static_cast<size_t>(request.output_count)) {
     translated([&] {
       if (device_.is_cuda()) cuda_ = &Cuda::open(request.device_index);
       const std::string format = request.format;
+      const bool autograd = chiasm::plugin::flag(request.artifact_options, "autograd", false);
       if (format == "torchscript") {
         auto script = std::make_unique<Script>(request, device_);
         size_t expected = input_count_;
-        if (request.autograd != 0) expected = plan_gradients(request, script->input_count());
+        if (autograd) expected = plan_gradients(request, script->input_count());
         if (script->input_count() != expected)
           throw Error(CHIASM_CORRUPT, "the program takes " + std::to_string(script->input_count()) +
                                           " inputs, the manifest says " + std::to_string(expected));
         program_ = std::move(script);
-      } else if (format == "aotinductor" && request.autograd == 0) {
+      } else if (format == "aotinductor" && !autograd) {
         program_ = std::make_unique<Package>(request, device_);
       } else {
         throw Error(CHIASM_INVALID_ARGUMENT, "the torch backend cannot read a " + format + " artifact" +
-                                                 (request.autograd != 0 ? " for autograd" : ""));
+                                                 (autograd ? " for autograd" : ""));
       }
     });
   }
 
   int32_t num_threads() const { return num_threads_; }
+  int32_t process_threads() const { return process_threads_; }
 
   void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options) {
     translated([&] {
@@ -373,7 +371,7 @@ class Model {
   }
 
   at::Device device_;
-  int32_t num_threads_;
+  int32_t num_threads_, process_threads_;
   const Cuda* cuda_ = nullptr;  // where the device is one
   size_t input_count_, output_count_;
   std::unique_ptr<Program> program_;
@@ -398,22 +396,43 @@ void check_version() {
 
 /** A call of libtorch. OpenMP keeps a team of threads for each calling thread; where it can make none it ends the process, and in a
  *  child of fork it waits for the parent's team. So each thread's first call looks whether there are threads to be had, and a
- *  child's calls work on one thread. */
+ *  child's calls work on one thread. Which number of threads a method has is set for each call: in OpenMP it is the calling thread's own. */
 class Call {
  public:
-  explicit Call(int32_t num_threads) {
+  Call(int32_t num_threads, int32_t process_threads) {
     thread_local uint32_t prepared = ~uint32_t{0};
+    thread_local int32_t most = 1, current = 0;
     const uint32_t generation = ForkGate::generation();
-    if (prepared == generation) return;
-    // Twice as many, since set_num_threads makes a second pool, which belongs to XNNPACK.
-    const int32_t count = generation == 0 ? 1 + chiasm::plugin::threads_left(2 * (num_threads - 1)) / 2 : 1;
-    at::set_num_threads(count);
-    // The team is made now, while there are threads: by a loop that is long enough for all of it.
-    if (count > 1) at::empty({count * at::internal::GRAIN_SIZE}, at::kByte).fill_(1);
-    prepared = generation;
+    if (prepared != generation) {
+      // Twice as many, since set_num_threads makes a second pool, which belongs to XNNPACK.
+      most = generation == 0 ? 1 + chiasm::plugin::threads_left(2 * (process_threads - 1)) / 2 : 1;
+      at::set_num_threads(most);
+      // The team is made now, while there are threads: by a loop that is long enough for all of it.
+      if (most > 1) at::empty({most * at::internal::GRAIN_SIZE}, at::kByte).fill_(1);
+      prepared = generation;
+      current = most;
+    }
+    const int32_t wanted = std::min(num_threads, most);
+    if (wanted == current) return;
+    set_threads_of_this_thread(wanted);
+    current = wanted;
   }
 
  private:
+  // at::set_num_threads would change every thread's.
+  static void set_threads_of_this_thread(int32_t count) {
+    using Set = void (*)(int);
+    static const auto openmp = reinterpret_cast<Set>(dlsym(libtorch(), "omp_set_num_threads"));
+    static const auto mkl = reinterpret_cast<Set>(dlsym(libtorch(), "MKL_Set_Num_Threads_Local"));
+    if (openmp != nullptr) openmp(count);
+    if (mkl != nullptr) mkl(count);
+  }
+
+  static void* libtorch() {
+    static void* const library = dlopen("libtorch_cpu.so", RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD);
+    return library;
+  }
+
   const ForkGate::Passage passage_;
 };
 
@@ -427,29 +446,30 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
 
 int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
   return guard(error, [&] {
-    const Call call(request->num_threads);
-    *model = new Model(*request);
+    const Call call(request->num_threads, request->process_threads);
+    *model = new LoadedProgram(*request);
   });
 }
 
 int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
             chiasm_error_text* error) {
   return guard(error, [&] {
-    auto& loaded = *static_cast<Model*>(model);
-    const Call call(loaded.num_threads());
+    auto& loaded = *static_cast<LoadedProgram*>(model);
+    const Call call(loaded.num_threads(), loaded.process_threads());
     loaded.run(inputs, outputs, options);
   });
 }
 
 void unload(void* model) {
   const ForkGate::Passage passage;
-  delete static_cast<Model*>(model);
+  delete static_cast<LoadedProgram*>(model);
 }
 
-const chiasm_backend backend{sizeof(chiasm_backend), CHIASM_BACKEND_ABI, "torch", probe, load, run, unload};
+// What stands for the choice of a backend is in plugin.cpp.
+const chiasm_backend engine{sizeof(chiasm_backend), CHIASM_BACKEND_ABI, "torch", 0, nullptr, 0, nullptr, probe, nullptr, load, run, unload};
 
 }  // namespace
 
 extern "C" CHIASM_EXPORT const chiasm_backend* chiasm_backend_entry(uint32_t abi) {
-  return abi == CHIASM_BACKEND_ABI ? &backend : nullptr;
+  return abi == CHIASM_BACKEND_ABI ? &engine : nullptr;
 }

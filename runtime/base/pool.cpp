@@ -1,13 +1,13 @@
-#include "backends/native/pool.h"
+#include "base/pool.h"
 
 #include <pthread.h>
 
 #include <algorithm>
 #include <cstdlib>
 
-#include "core/fork.h"
+#include "base/fork.h"
 
-namespace chiasm::native {
+namespace chiasm::base {
 namespace {
 
 // Sizes come in four steps per doubling, so that images of nearly the same size share blocks. At most a quarter is wasted.
@@ -31,7 +31,7 @@ Pool& Pool::instance() {
 }
 
 void Pool::go_on_in_child() noexcept {
-  if (core::free_in_child(mutex_)) return;
+  if (free_in_child(mutex_)) return;
   count_ = 0;  // the blocks are lost: which are whose is not known
   kept_bytes_ = 0;
 }
@@ -88,4 +88,4 @@ std::size_t Pool::kept_bytes() noexcept {
   return kept_bytes_;
 }
 
-}  // namespace chiasm::native
+}  // namespace chiasm::base

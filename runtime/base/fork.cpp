@@ -1,4 +1,4 @@
-#include "core/fork.h"
+#include "base/fork.h"
 
 #include <pthread.h>
 
@@ -6,7 +6,7 @@
 #include <new>
 #include <thread>
 
-namespace chiasm::core {
+namespace chiasm::base {
 namespace {
 
 /** Longer than any call of an engine should take. A fork that has waited so long goes on, at its own risk. */
@@ -65,4 +65,4 @@ bool free_in_child(std::mutex& mutex) noexcept {
   return false;
 }
 
-}  // namespace chiasm::core
+}  // namespace chiasm::base

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <mutex>
 
-namespace chiasm::core {
+namespace chiasm::base {
 
 /** Counts who is inside: a call of an engine, an opening of a library. A fork waits until nobody is, and who comes in the meantime
  *  waits until it is done; so a child finds the locks inside free. A passage takes 4 ns. Passages of two gates must not be nested.
@@ -50,4 +50,4 @@ class ForkGate final {
  *  another thread held it: what it guards may be half changed. */
 bool free_in_child(std::mutex& mutex) noexcept;
 
-}  // namespace chiasm::core
+}  // namespace chiasm::base

@@ -1,12 +1,14 @@
-#include "core/onnx_file.h"
+#include "backends/onnx/onnx_file.h"
 
 #include <cstdint>
 #include <cstring>
 
-#include "core/status.h"
+#include "base/error.h"
 
-namespace chiasm::core {
+namespace chiasm::onnx {
 namespace {
+
+using base::fail;
 
 // The messages of onnx.proto that lead to a tensor, and the numbers of their fields that do.
 enum class Message { model, training, function, graph, node, attribute, sparse_tensor, tensor };
@@ -119,4 +121,4 @@ void check_onnx(const unsigned char* data, size_t size, const std::string& origi
   Walk(data, origin).message(Message::model, data + size, 0);
 }
 
-}  // namespace chiasm::core
+}  // namespace chiasm::onnx

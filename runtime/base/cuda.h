@@ -1,28 +1,33 @@
-/** The few things that the native and onnx plug-ins do with the CUDA driver. It is found at run time: nothing is linked,
- *  and no CUDA headers are needed to build. */
+/** What the core and its plug-ins do with the CUDA driver. It is found at run time: nothing is linked, and no CUDA headers are
+ *  needed to build. */
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 
-namespace chiasm::plugin {
+namespace chiasm::base {
 
 /** A device's primary context, which is the one that the CUDA runtime uses as well. Throws Error(CHIASM_UNAVAILABLE) where
  *  there is no driver or no such device. */
-class CudaDevice {
+class CudaDevice final {
  public:
-  explicit CudaDevice(int index);
+  explicit CudaDevice(int32_t index);
   CudaDevice(const CudaDevice&) = delete;
   CudaDevice& operator=(const CudaDevice&) = delete;
   ~CudaDevice();
 
   /** While one lives, the device is the calling thread's current one. */
-  class Current {
+  class Current final {
    public:
     explicit Current(const CudaDevice& device);
     Current(const Current&) = delete;
     Current& operator=(const Current&) = delete;
     ~Current();
   };
+
+  /** The compute capability: 90 for 9.0. */
+  int64_t capability() const;
 
   /** Memory in the order of the stream: it may be released while work that uses it is still enqueued. NULL where there is
    *  none left. The device must be current. */
@@ -35,7 +40,7 @@ class CudaDevice {
 };
 
 /** A stream of our own, ordered with a caller's streams by events. The host never waits. */
-class CudaStream {
+class CudaStream final {
  public:
   explicit CudaStream(const CudaDevice& device);
   CudaStream(const CudaStream&) = delete;
@@ -55,4 +60,25 @@ class CudaStream {
   void* stream_ = nullptr;
 };
 
-}  // namespace chiasm::plugin
+/** Memory on a device, for tests and first runs: every copy waits for all work on the device. */
+class CudaBuffer final {
+ public:
+  CudaBuffer() = default;
+  CudaBuffer(int32_t device_index, std::size_t bytes);
+  CudaBuffer(CudaBuffer&& other) noexcept;
+  CudaBuffer& operator=(CudaBuffer&& other) noexcept;
+  ~CudaBuffer();
+
+  void* data() const { return data_; }
+  void copy_from_host(const void* source, std::size_t bytes);
+  void copy_to_host(void* target, std::size_t bytes) const;
+
+ private:
+  std::shared_ptr<const CudaDevice> device_;
+  void* data_ = nullptr;
+};
+
+/** A guess that costs no driver start (cuInit takes 100 ms and more): is there a device that this process may see? */
+bool cuda_device_present();
+
+}  // namespace chiasm::base

@@ -1,12 +1,15 @@
-#include "backends/cuda.h"
+#include "base/cuda.h"
 
 #include <dlfcn.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <string>
+#include <utility>
 
-#include "backends/plugin.h"
+#include "base/error.h"
 
-namespace chiasm::plugin {
+namespace chiasm::base {
 namespace {
 
 // The driver's own types, as its ABI has them.
@@ -14,17 +17,24 @@ using Result = int;                  // CUresult
 using Address = unsigned long long;  // CUdeviceptr
 constexpr unsigned kNonBlocking = 1;
 constexpr unsigned kDisableTiming = 2;
+constexpr int kCapabilityMajor = 75, kCapabilityMinor = 76;  // CUdevice_attribute
 
 struct Driver {
   Result (*init)(unsigned);
   Result (*device_count)(int*);
   Result (*device_get)(int*, int);
+  Result (*device_attribute)(int*, int, int);
   Result (*context_retain)(void**, int);
   Result (*context_release)(int);
   Result (*context_push)(void*);
   Result (*context_pop)(void**);
-  Result (*memory_allocate)(Address*, std::size_t, void*);
-  Result (*memory_free)(Address, void*);
+  Result (*context_synchronize)();
+  Result (*memory_allocate)(Address*, std::size_t);
+  Result (*memory_free)(Address);
+  Result (*memory_allocate_on)(Address*, std::size_t, void*);
+  Result (*memory_free_on)(Address, void*);
+  Result (*copy_to_device)(Address, const void*, std::size_t);
+  Result (*copy_to_host)(void*, Address, std::size_t);
   Result (*stream_create)(void**, unsigned);
   Result (*stream_destroy)(void*);
   Result (*stream_wait)(void*, void*, unsigned);
@@ -42,17 +52,25 @@ void find(void* library, const char* name, Function* function) {
 
 Driver open_driver() {
   void* library = dlopen("libcuda.so.1", RTLD_NOW | RTLD_LOCAL);
-  if (library == nullptr) throw Error(CHIASM_UNAVAILABLE, std::string("no CUDA driver: ") + dlerror());
+  if (library == nullptr) {
+    throw Error(CHIASM_UNAVAILABLE, std::string("there is no CUDA driver on this machine (") + dlerror() + ")");
+  }
   Driver d{};
   find(library, "cuInit", &d.init);
   find(library, "cuDeviceGetCount", &d.device_count);
   find(library, "cuDeviceGet", &d.device_get);
+  find(library, "cuDeviceGetAttribute", &d.device_attribute);
   find(library, "cuDevicePrimaryCtxRetain", &d.context_retain);
   find(library, "cuDevicePrimaryCtxRelease_v2", &d.context_release);
   find(library, "cuCtxPushCurrent_v2", &d.context_push);
   find(library, "cuCtxPopCurrent_v2", &d.context_pop);
-  find(library, "cuMemAllocAsync", &d.memory_allocate);
-  find(library, "cuMemFreeAsync", &d.memory_free);
+  find(library, "cuCtxSynchronize", &d.context_synchronize);
+  find(library, "cuMemAlloc_v2", &d.memory_allocate);
+  find(library, "cuMemFree_v2", &d.memory_free);
+  find(library, "cuMemAllocAsync", &d.memory_allocate_on);
+  find(library, "cuMemFreeAsync", &d.memory_free_on);
+  find(library, "cuMemcpyHtoD_v2", &d.copy_to_device);
+  find(library, "cuMemcpyDtoH_v2", &d.copy_to_host);
   find(library, "cuStreamCreate", &d.stream_create);
   find(library, "cuStreamDestroy_v2", &d.stream_destroy);
   find(library, "cuStreamWaitEvent", &d.stream_wait);
@@ -77,17 +95,24 @@ void check(Result result, const char* what) {
 
 }  // namespace
 
-CudaDevice::CudaDevice(int index) {
-  check(driver().init(0), "cuInit");
+CudaDevice::CudaDevice(int32_t index) {
+  check(driver().init(0), "the CUDA driver found no device it can use (cuInit)");
   int count = 0;
   check(driver().device_count(&count), "cuDeviceGetCount");
   if (index < 0 || index >= count)
-    throw Error(CHIASM_UNAVAILABLE, "no CUDA device " + std::to_string(index) + ": this process sees " + std::to_string(count));
+    throw Error(CHIASM_UNAVAILABLE, "there is no CUDA device " + std::to_string(index) + "; this machine has " + std::to_string(count));
   check(driver().device_get(&device_, index), "cuDeviceGet");
   check(driver().context_retain(&context_, device_), "cuDevicePrimaryCtxRetain");
 }
 
 CudaDevice::~CudaDevice() { driver().context_release(device_); }
+
+int64_t CudaDevice::capability() const {
+  int major = 0, minor = 0;
+  check(driver().device_attribute(&major, kCapabilityMajor, device_), "cuDeviceGetAttribute");
+  check(driver().device_attribute(&minor, kCapabilityMinor, device_), "cuDeviceGetAttribute");
+  return 10 * major + minor;
+}
 
 CudaDevice::Current::Current(const CudaDevice& device) {
   check(driver().context_push(device.context_), "cuCtxPushCurrent");
@@ -100,12 +125,12 @@ CudaDevice::Current::~Current() {
 
 void* CudaDevice::allocate(std::size_t bytes, void* stream) noexcept {
   Address address = 0;
-  if (driver().memory_allocate(&address, bytes > 0 ? bytes : 1, stream) != 0) return nullptr;
+  if (driver().memory_allocate_on(&address, bytes > 0 ? bytes : 1, stream) != 0) return nullptr;
   return reinterpret_cast<void*>(address);
 }
 
 void CudaDevice::release(void* data, void* stream) noexcept {
-  if (data != nullptr) driver().memory_free(reinterpret_cast<Address>(data), stream);
+  if (data != nullptr) driver().memory_free_on(reinterpret_cast<Address>(data), stream);
 }
 
 CudaStream::CudaStream(const CudaDevice& device) : device_(device) {
@@ -131,4 +156,45 @@ void CudaStream::order(void* first, void* then) {
   check(result, "ordering of CUDA streams");
 }
 
-}  // namespace chiasm::plugin
+CudaBuffer::CudaBuffer(int32_t device_index, std::size_t bytes) : device_(std::make_shared<const CudaDevice>(device_index)) {
+  const CudaDevice::Current current(*device_);
+  Address address = 0;
+  check(driver().memory_allocate(&address, bytes > 0 ? bytes : 1), "cuMemAlloc");
+  data_ = reinterpret_cast<void*>(address);
+}
+
+CudaBuffer::CudaBuffer(CudaBuffer&& other) noexcept : device_(std::move(other.device_)), data_(std::exchange(other.data_, nullptr)) {}
+
+CudaBuffer& CudaBuffer::operator=(CudaBuffer&& other) noexcept {
+  std::swap(device_, other.device_);
+  std::swap(data_, other.data_);
+  return *this;
+}
+
+CudaBuffer::~CudaBuffer() {
+  if (data_ == nullptr) return;
+  try {
+    const CudaDevice::Current current(*device_);
+    driver().memory_free(reinterpret_cast<Address>(data_));
+  } catch (const Error&) {  // the context is gone, and the memory with it
+  }
+}
+
+void CudaBuffer::copy_from_host(const void* source, std::size_t bytes) {
+  const CudaDevice::Current current(*device_);
+  check(driver().copy_to_device(reinterpret_cast<Address>(data_), source, bytes), "cuMemcpyHtoD");
+}
+
+void CudaBuffer::copy_to_host(void* target, std::size_t bytes) const {
+  const CudaDevice::Current current(*device_);
+  check(driver().context_synchronize(), "cuCtxSynchronize");
+  check(driver().copy_to_host(target, reinterpret_cast<Address>(data_), bytes), "cuMemcpyDtoH");
+}
+
+bool cuda_device_present() {
+  const char* visible = std::getenv("CUDA_VISIBLE_DEVICES");
+  if (visible != nullptr && (visible[0] == '\0' || visible[0] == '-')) return false;
+  return access("/dev/nvidiactl", F_OK) == 0 || access("/dev/nvgpu", F_OK) == 0 || access("/dev/dxg", F_OK) == 0;
+}
+
+}  // namespace chiasm::base

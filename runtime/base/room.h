@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-namespace chiasm::core {
+namespace chiasm::base {
 
 /** Whether the process may map `bytes` more now. They are given back at once: other threads may take them. */
 inline bool has_room(size_t bytes) {
@@ -13,4 +13,4 @@ inline bool has_room(size_t bytes) {
   return room != MAP_FAILED && ::munmap(room, bytes) == 0;
 }
 
-}  // namespace chiasm::core
+}  // namespace chiasm::base

@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "backends/cuda.h"
-#include "backends/plugin.h"
 #include "artifact/abi.h"
+#include "backends/plugin.h"
+#include "base/cuda.h"
 
 namespace chiasm::native {
 
@@ -25,7 +25,7 @@ class Library final {
 };
 
 /** `run` may be called from several threads at once. */
-class Model final {
+class CompiledOp final {
  public:
   static constexpr int32_t kMaxTensors = 64;  // inputs, and outputs
 
@@ -33,16 +33,16 @@ class Model final {
     const void* data;  // the artifact, a `.pt2`; not needed after the constructor
     size_t size;
     int32_t input_count, output_count;
-    uint64_t sample_inputs = 0, sample_outputs = 0;  // as in chiasm_backend_load
+    uint64_t batched_inputs = 0, batched_outputs = 0;  // as in chiasm_backend_load
     int32_t device_type = CHIASM_CPU, device_index = 0;
     const char* signature = "";  // core::signature_text; not needed after the constructor
   };
 
   /** Throws Error: CORRUPT (also where the code has another signature), VERSION_MISMATCH, UNAVAILABLE. */
-  explicit Model(const Request& request);
-  Model(const Model&) = delete;
-  Model& operator=(const Model&) = delete;
-  ~Model();
+  explicit CompiledOp(const Request& request);
+  CompiledOp(const CompiledOp&) = delete;
+  CompiledOp& operator=(const CompiledOp&) = delete;
+  ~CompiledOp();
 
   /** Whether a call is worth more than one thread: below some size, waking another takes longer than the work. */
   bool worth_forking(const chiasm_tensor* inputs, const chiasm_tensor* outputs) const;
@@ -60,15 +60,15 @@ class Model final {
  private:
   struct Parts;
 
-  std::optional<plugin::CudaDevice::Current> make_current() const;
+  std::optional<base::CudaDevice::Current> make_current() const;
   size_t bytes_of(const chiasm_tensor* inputs, const chiasm_tensor* outputs, uint64_t which_inputs, uint64_t which_outputs) const;
   int64_t count_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, int32_t threads) const;
-  void run_whole(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host) const;
-  void run_parts(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host, Share share,
+  void run_whole(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_native_host& host) const;
+  void run_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_native_host& host, Share share,
                  int64_t parts) const;
 
   Request request_;
-  std::optional<plugin::CudaDevice> cuda_;
+  std::optional<base::CudaDevice> cuda_;
   std::optional<Library> library_;  // outlives the model, whose code it is
   const chiasm_native_api* api_ = nullptr;
   void* model_ = nullptr;

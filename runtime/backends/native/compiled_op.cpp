@@ -1,4 +1,4 @@
-#include "backends/native/model.h"
+#include "backends/native/compiled_op.h"
 
 #include <dlfcn.h>
 
@@ -6,9 +6,7 @@
 #include <array>
 #include <atomic>
 #include <exception>
-#include <functional>
 #include <mutex>
-#include <numeric>
 #include <string>
 
 #include "backends/native/archive.h"
@@ -16,8 +14,8 @@
 namespace chiasm::native {
 namespace {
 
-using plugin::CudaDevice;
-using plugin::Error;
+using base::CudaDevice;
+using base::Error;
 using plugin::MemoryFile;
 
 // dlopen knows libraries by the text of their path, and takes one that it has for one that has just been written where
@@ -65,7 +63,7 @@ const chiasm_native_api* Library::api() const {
   return api;
 }
 
-Model::Model(const Request& request) : request_(request) {
+CompiledOp::CompiledOp(const Request& request) : request_(request) {
   if (request.input_count > kMaxTensors || request.output_count > kMaxTensors)
     throw Error(CHIASM_INVALID_ARGUMENT, "more than " + std::to_string(kMaxTensors) + " inputs or outputs");
   if (request.device_type == CHIASM_CUDA) cuda_.emplace(request.device_index);
@@ -79,7 +77,7 @@ Model::Model(const Request& request) : request_(request) {
   if (api_->create(request.device_type, request.device_index, &model_, text, sizeof(text)) != 0) throw Error(CHIASM_INTERNAL, text);
 }
 
-Model::~Model() {
+CompiledOp::~CompiledOp() {
   try {
     const auto current = make_current();
     api_->destroy(model_);
@@ -87,48 +85,43 @@ Model::~Model() {
   }
 }
 
-size_t Model::bytes_of(const chiasm_tensor* inputs, const chiasm_tensor* outputs, uint64_t which_inputs, uint64_t which_outputs) const {
+size_t CompiledOp::bytes_of(const chiasm_tensor* inputs, const chiasm_tensor* outputs, uint64_t which_inputs, uint64_t which_outputs) const {
   size_t bytes = 0;
   const auto add = [&bytes](const chiasm_tensor* tensors, int32_t count, uint64_t which) {
     for (int32_t i = 0; i < count; ++i)
-      if ((which >> i & 1) != 0) bytes += plugin::element_count(tensors[i]) * plugin::element_size(tensors[i].dtype);
+      if ((which >> i & 1) != 0) bytes += base::byte_count(tensors[i]);
   };
   add(inputs, request_.input_count, which_inputs);
   add(outputs, request_.output_count, which_outputs);
   return bytes;
 }
 
-bool Model::worth_forking(const chiasm_tensor* inputs, const chiasm_tensor* outputs) const {
+bool CompiledOp::worth_forking(const chiasm_tensor* inputs, const chiasm_tensor* outputs) const {
   constexpr size_t kLeast = 64 << 10;
   return bytes_of(inputs, outputs, ~uint64_t{0}, ~uint64_t{0}) >= kLeast;
 }
 
-int64_t Model::count_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, int32_t threads) const {
+int64_t CompiledOp::count_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, int32_t threads) const {
   // Of samples in and out: what an op stores on its way is some times as much, and should stay in the second cache. Smaller parts
   // would do what is shared by all samples, such as a map or a table, more often.
   constexpr size_t kPart = 4 << 20;
-  if (request_.sample_outputs == 0) return 1;
+  if (request_.batched_outputs == 0) return 1;
   const int64_t samples = outputs[0].shape[0];
-  const auto parts = static_cast<int64_t>((bytes_of(inputs, outputs, request_.sample_inputs, request_.sample_outputs) + kPart - 1) / kPart);
+  const auto parts = static_cast<int64_t>((bytes_of(inputs, outputs, request_.batched_inputs, request_.batched_outputs) + kPart - 1) / kPart);
   if (parts < 2 || samples < 2 || samples < threads) return 1;
   return std::min((parts + threads - 1) / threads * threads, samples);  // as many for each thread
 }
 
-void Model::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host, Share share) const {
-  std::array<chiasm_native_tensor, kMaxTensors> in;
-  std::array<chiasm_native_tensor, kMaxTensors> out;
-  for (int32_t i = 0; i < request_.input_count; ++i) in[i] = {inputs[i].data, inputs[i].dtype, inputs[i].ndim, inputs[i].shape};
-  for (int32_t i = 0; i < request_.output_count; ++i)
-    out[i] = {outputs[i].data, outputs[i].dtype, outputs[i].ndim, outputs[i].shape};
+void CompiledOp::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host, Share share) const {
   host.device_type = request_.device_type;
   host.device_index = request_.device_index;
   const auto current = make_current();
   const int64_t parts = host.device_type == CHIASM_CPU ? count_parts(inputs, outputs, host.num_threads) : 1;
-  if (parts > 1) run_parts(in.data(), out.data(), host, share, parts);
-  else run_whole(in.data(), out.data(), host);
+  if (parts > 1) run_parts(inputs, outputs, host, share, parts);
+  else run_whole(inputs, outputs, host);
 }
 
-void Model::run_whole(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host) const {
+void CompiledOp::run_whole(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_native_host& host) const {
   char text[1024];
   text[0] = '\0';
   switch (api_->run(model_, inputs, outputs, &host, text, sizeof(text))) {
@@ -140,10 +133,10 @@ void Model::run_whole(const chiasm_native_tensor* inputs, const chiasm_native_te
 }
 
 /** What the threads that share a batch have in common. */
-struct Model::Parts {
-  const Model& model;
-  const chiasm_native_tensor* inputs;
-  const chiasm_native_tensor* outputs;
+struct CompiledOp::Parts {
+  const CompiledOp& model;
+  const chiasm_tensor* inputs;
+  const chiasm_tensor* outputs;
   chiasm_native_host host;
   int64_t count;
   std::atomic<int64_t> next{0};
@@ -163,23 +156,24 @@ struct Model::Parts {
   void run(int64_t part) const {
     const int64_t samples = outputs[0].shape[0], begin = samples * part / count, end = samples * (part + 1) / count;
     const Request& request = model.request_;
-    std::array<chiasm_native_tensor, kMaxTensors> in, out;
+    std::array<chiasm_tensor, kMaxTensors> in, out;
     std::array<std::array<int64_t, CHIASM_MAX_DIMS>, kMaxTensors> in_shapes, out_shapes;
-    const auto cut = [begin, end](const chiasm_native_tensor& whole, std::array<int64_t, CHIASM_MAX_DIMS>& shape) {
+    const auto cut = [begin, end](const chiasm_tensor& whole, std::array<int64_t, CHIASM_MAX_DIMS>& shape) {
       std::copy_n(whole.shape, whole.ndim, shape.begin());
       shape[0] = end - begin;
-      const int64_t values = std::accumulate(whole.shape + 1, whole.shape + whole.ndim, int64_t{1}, std::multiplies<>());
-      const auto bytes = static_cast<int64_t>(plugin::element_size(whole.dtype)) * values;
-      return chiasm_native_tensor{static_cast<char*>(whole.data) + begin * bytes, whole.dtype, whole.ndim, shape.data()};
+      chiasm_tensor part = whole;
+      part.shape = shape.data();
+      if (whole.shape[0] > 0) part.data = static_cast<char*>(whole.data) + static_cast<int64_t>(base::byte_count(whole)) / whole.shape[0] * begin;
+      return part;
     };
     for (int32_t i = 0; i < request.input_count; ++i)
-      in[i] = (request.sample_inputs >> i & 1) != 0 ? cut(inputs[i], in_shapes[i]) : inputs[i];
+      in[i] = (request.batched_inputs >> i & 1) != 0 ? cut(inputs[i], in_shapes[i]) : inputs[i];
     for (int32_t i = 0; i < request.output_count; ++i) out[i] = cut(outputs[i], out_shapes[i]);
     model.run_whole(in.data(), out.data(), host);
   }
 };
 
-void Model::run_parts(const chiasm_native_tensor* inputs, const chiasm_native_tensor* outputs, const chiasm_native_host& host, Share share,
+void CompiledOp::run_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_native_host& host, Share share,
                       int64_t parts) const {
   Parts shared{*this, inputs, outputs, host, parts, {}, {}, {}};
   shared.host.num_threads = 1;
@@ -188,7 +182,7 @@ void Model::run_parts(const chiasm_native_tensor* inputs, const chiasm_native_te
   if (shared.error) std::rethrow_exception(shared.error);
 }
 
-std::optional<CudaDevice::Current> Model::make_current() const {
+std::optional<CudaDevice::Current> CompiledOp::make_current() const {
   return cuda_ ? std::optional<CudaDevice::Current>(std::in_place, *cuda_) : std::nullopt;
 }
 

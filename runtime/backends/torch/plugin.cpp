@@ -1,0 +1,86 @@
+// The torch backend's plug-in. It opens without libtorch, as every plug-in must: what uses libtorch is the library
+// chiasm_torch_engine.so beside it, which the first probe opens.
+#include <dlfcn.h>
+
+#include <string>
+
+#include "backends/limits.h"
+#include "backends/plugin.h"
+
+namespace {
+
+using chiasm::base::Error;
+using chiasm::plugin::guard;
+
+constexpr const char* kEngine = "chiasm_torch_engine.so";
+constexpr const char* kAdvice = "get libtorch with 'pip install torch' and put its folder site-packages/torch/lib on LD_LIBRARY_PATH";
+
+/** libtorch's static objects end the process where an allocation fails. With its mappings they take half of this. */
+constexpr size_t kLibtorchBytes = size_t{768} << 20;
+
+bool is_open(const char* library) {
+  void* const present = dlopen(library, RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD);
+  if (present != nullptr) dlclose(present);
+  return present != nullptr;
+}
+
+std::string own_folder() {
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0) throw Error(CHIASM_INTERNAL, "dladdr failed");
+  const std::string path = info.dli_fname;
+  return path.substr(0, path.rfind('/') + 1);
+}
+
+const chiasm_backend& open_engine() {
+  if (!is_open("libtorch_cpu.so")) chiasm::plugin::require_memory(kLibtorchBytes, "opening libtorch");
+  const std::string path = own_folder() + kEngine;
+  void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) throw Error(CHIASM_UNAVAILABLE, std::string(dlerror()) + "; " + kAdvice);
+  const auto entry = reinterpret_cast<chiasm_backend_entry_fn>(dlsym(library, CHIASM_BACKEND_ENTRY));
+  const chiasm_backend* const table = entry == nullptr ? nullptr : entry(CHIASM_BACKEND_ABI);
+  if (table == nullptr) throw Error(CHIASM_UNAVAILABLE, path + " was built for another version of chiasm");
+  return *table;
+}
+
+/** Never closed: libtorch does not survive it. Throws Error where it cannot be opened. */
+const chiasm_backend& engine() {
+  static const chiasm_backend& table = open_engine();
+  return table;
+}
+
+int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
+  int32_t result = CHIASM_OK;
+  const int32_t opened = guard(error, [&] { result = engine().probe(info, error); });
+  return opened == CHIASM_OK ? result : opened;
+}
+
+int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) { return engine().load(request, model, error); }
+
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options, chiasm_error_text* error) {
+  return engine().run(model, inputs, outputs, options, error);
+}
+
+void unload(void* model) { engine().unload(model); }
+
+constexpr chiasm_backend_format kFormats[] = {{"torchscript", 1}, {"aotinductor", 1}, {nullptr, 0}};
+constexpr chiasm_backend_option kOptions[] = {{nullptr, nullptr, nullptr}};
+constexpr int32_t kPriority = 200;
+
+const chiasm_backend backend{sizeof(chiasm_backend),
+                             CHIASM_BACKEND_ABI,
+                             "torch",
+                             kPriority,
+                             kFormats,
+                             1u << CHIASM_CPU | 1u << CHIASM_CUDA,
+                             kOptions,
+                             probe,
+                             nullptr,
+                             load,
+                             run,
+                             unload};
+
+}  // namespace
+
+extern "C" CHIASM_EXPORT const chiasm_backend* chiasm_backend_entry(uint32_t abi) {
+  return abi == CHIASM_BACKEND_ABI ? &backend : nullptr;
+}

@@ -1,0 +1,266 @@
+/** chiasm: the C interface of the runtime. Compiles as C11 and as C++17.
+ *
+ *  A *bundle* is a folder `NAME.chiasm/` that holds one op or pipeline: a manifest, the artifacts that the backends load,
+ *  and golden vectors. A *method* (`forward`, `vjp`) is an entry point of a bundle. A *backend* (`native`, `torch`,
+ *  `onnx`) runs an artifact of a method.
+ *
+ *  Everything goes through one append-only table of functions, `chiasm_api`. Ask for it once:
+ *
+ *      const chiasm_api* api = chiasm_get_api(CHIASM_API_VERSION);
+ *
+ *  and check for NULL (the library is older than this header). Members are never removed, reordered or changed;
+ *  new ones are appended and marked with the version since when they exist.
+ *
+ *  Errors: a function that can fail returns `chiasm_status*`: NULL is success; anything else carries a code and a
+ *  message that names the argument, what was expected and what came, and is freed with `status_free`. No function throws.
+ *
+ *  Structs are led by their size, so that either side may be the newer one: set `struct_size` to sizeof in every struct that
+ *  you pass. Step through an array of structs that the library returns by the `struct_size` of its first element, not by
+ *  sizeof, because a newer library may have appended members.
+ *
+ *  Ownership: a `chiasm_method` keeps its bundle and backend alive, so handles may be closed in any order. Strings and
+ *  info structs returned by a handle live as long as that handle.
+ *
+ *  Threads: every function may be called from any thread. One method may run in many threads at once. Closing a handle
+ *  while another thread uses that same handle is an error of the caller.
+ */
+#ifndef CHIASM_CHIASM_H
+#define CHIASM_CHIASM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define CHIASM_EXPORT
+#else
+#define CHIASM_EXPORT __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** The version of the function table that this header describes. */
+#define CHIASM_API_VERSION 1u
+
+/** Upper limit on the number of dimensions of a tensor. */
+#define CHIASM_MAX_DIMS 8
+
+/** What went wrong; the message says it in words. Codes are grouped by who can repair it. */
+typedef enum chiasm_code {
+  CHIASM_OK = 0,
+  /* the call */
+  CHIASM_INVALID_ARGUMENT = 1,    /**< NULL, out of range, unknown name, wrong dtype, rank, shape, strides or device */
+  CHIASM_FAILED_PRECONDITION = 2, /**< right call, wrong moment (thread policy after the first load, native code not allowed) */
+  /* the bundle */
+  CHIASM_NOT_FOUND = 16,       /**< no such file, method, or artifact for this machine */
+  CHIASM_CORRUPT = 17,         /**< truncated, tampered with, or not a bundle; the message names the file */
+  CHIASM_VERSION_MISMATCH = 18, /**< written by a newer schema, or for another interface version */
+  /* the machine */
+  CHIASM_UNAVAILABLE = 32, /**< a backend, engine library or device is missing; the message says how to get it */
+  /* the engine, or chiasm itself */
+  CHIASM_INTERNAL = 48
+} chiasm_code;
+
+/** Element types. Values are stable. */
+typedef enum chiasm_dtype {
+  CHIASM_BOOL = 0,
+  CHIASM_UINT8 = 1,
+  CHIASM_INT8 = 2,
+  CHIASM_INT16 = 3,
+  CHIASM_INT32 = 4,
+  CHIASM_INT64 = 5,
+  CHIASM_FLOAT16 = 6,
+  CHIASM_BFLOAT16 = 7,
+  CHIASM_FLOAT32 = 8,
+  CHIASM_FLOAT64 = 9
+} chiasm_dtype;
+
+/** Where memory lives. Values are stable. */
+typedef enum chiasm_device_type { CHIASM_CPU = 0, CHIASM_CUDA = 1 } chiasm_device_type;
+
+/** A view of a tensor that somebody else owns.
+ *
+ *  `data` is aligned to the size of one element, and is not NULL, also where a dimension is 0. `strides` counts elements,
+ *  not bytes; NULL means dense row-major. Engines see only dense row-major memory: any other stride is refused with a
+ *  message, never misread. A dimension of size 1 may have any stride.
+ */
+typedef struct chiasm_tensor {
+  size_t struct_size; /**< sizeof(chiasm_tensor) */
+  void* data;
+  int32_t dtype;        /**< a chiasm_dtype */
+  int32_t device_type;  /**< a chiasm_device_type */
+  int32_t device_index; /**< 0 for the CPU */
+  int32_t ndim;         /**< 0 .. CHIASM_MAX_DIMS */
+  const int64_t* shape;
+  const int64_t* strides;
+} chiasm_tensor;
+
+/** One dimension in a method's signature: a constant (`min == max`), or a symbol with its limits, or an expression over
+ *  symbols (`"2*H"`, with min and max 0). Each symbol of a method is a whole dimension of one of its inputs. */
+typedef struct chiasm_dim_info {
+  size_t struct_size;
+  const char* expression; /**< "3", "H", "H//2 + 1" */
+  int64_t min, max;
+} chiasm_dim_info;
+
+/** One input or output in a method's signature. */
+typedef struct chiasm_tensor_info {
+  size_t struct_size;
+  const char* name;
+  const char* description;
+  const char* layout;       /**< "NCHW", "HWC", ... or "" */
+  const char* color;        /**< "RGB", "BGR", "GRAY", "HSV" or "" */
+  const int32_t* dtypes;    /**< the dtypes accepted, each a chiasm_dtype */
+  int32_t dtype_count;      /**< more than one: the method is generic, and all generic tensors of a call agree */
+  int32_t ndim;
+  const chiasm_dim_info* dims;
+  double value_min, value_max; /**< nominal range of the values; both 0 where none is stated; not checked */
+} chiasm_tensor_info;
+
+/** A method's signature, known without loading any engine. */
+typedef struct chiasm_method_info {
+  size_t struct_size;
+  const char* name;
+  int32_t input_count, output_count;
+  const chiasm_tensor_info* inputs;
+  const chiasm_tensor_info* outputs;
+} chiasm_method_info;
+
+/** What a bundle says of itself, known without loading any engine. */
+typedef struct chiasm_bundle_info {
+  size_t struct_size;
+  const char* name;    /**< e.g. "filters.sobel" */
+  const char* version; /**< the op's semantic version */
+  const char* summary;
+  const char* path;
+  int32_t method_count;
+  const chiasm_method_info* methods;
+  const char* manifest; /**< the manifest's JSON text, whole */
+} chiasm_bundle_info;
+
+/** Whether a backend can be used in this process, and if not, why and what to do. */
+typedef struct chiasm_backend_info {
+  size_t struct_size;
+  const char* name;
+  int32_t available;          /**< 1 or 0 */
+  int32_t has_cuda;           /**< 1 where the engine can use a CUDA device that is present */
+  const char* engine_version; /**< e.g. "onnxruntime 1.31.1"; "" where not available */
+  const char* problem;        /**< "" where available; else what is missing and how to get it */
+} chiasm_backend_info;
+
+/** How to load a method. Start from CHIASM_LOAD_OPTIONS_INIT. NULL stands for that. */
+typedef struct chiasm_load_options {
+  size_t struct_size;
+  const char* backend; /**< "native", "torch", "onnx"; NULL or "auto": the first of native, torch, onnx that can run it here */
+  int32_t device_type; /**< CHIASM_CPU (the default) or CHIASM_CUDA */
+  int32_t device_index;
+  /** The native and torch artifacts are programs: loading one runs code that came with the bundle. The manifest's hash
+   *  protects against damage, not against an author whom you do not trust. 1 (what CHIASM_LOAD_OPTIONS_INIT sets, because
+   *  a bundle is normally shipped with the product that opens it) allows them; 0 refuses both and leaves the onnx
+   *  backend, whose artifacts are data. */
+  int32_t allow_native_code;
+  int32_t dtype; /**< for generic methods: load the artifact for this chiasm_dtype; -1: float32, else the first there is.
+                      (Zero is CHIASM_BOOL, so start from CHIASM_LOAD_OPTIONS_INIT.) */
+  int32_t warm_up; /**< 1: run once on the smallest valid input, so that the first real run is not the slow one */
+  /** onnx on the CPU: 1 (the default) runs the method's native code as one node inside ONNX Runtime, where the bundle has
+   *  both forms and libchiasm_ort is installed; 0, or no allow_native_code, leaves the graph of standard operators. */
+  int32_t fused;
+} chiasm_load_options;
+
+#define CHIASM_LOAD_OPTIONS_INIT {sizeof(chiasm_load_options), NULL, CHIASM_CPU, 0, 1, -1, 0, 1}
+
+/** How to run a method. NULL stands for the defaults. */
+typedef struct chiasm_run_options {
+  size_t struct_size;
+  /** CUDA: the `cudaStream_t` to enqueue on; NULL is the default stream. The call returns when the work is enqueued; inputs
+   *  and outputs must stay valid until the stream reaches it. Ignored on the CPU. */
+  void* stream;
+} chiasm_run_options;
+
+typedef struct chiasm_status chiasm_status;
+typedef struct chiasm_bundle chiasm_bundle;
+typedef struct chiasm_method chiasm_method;
+typedef struct chiasm_outputs chiasm_outputs; /**< output tensors that the library allocated */
+
+/** One row of a self-test: a golden case replayed on one backend. */
+typedef struct chiasm_self_test_row {
+  size_t struct_size;
+  const char* method;
+  const char* backend;
+  const char* artifact;
+  const char* dtype;
+  int32_t passed;      /**< 1 pass, 0 fail, -1 not run (the message says why) */
+  double max_error;    /**< largest absolute difference to the golden output */
+  double tolerance;    /**< the absolute part of what was allowed */
+  const char* message; /**< "" or what went wrong */
+} chiasm_self_test_row;
+
+/** Called once a row; the row's strings live until it returns. */
+typedef void (*chiasm_self_test_callback)(const chiasm_self_test_row* row, void* user);
+
+/** The function table. */
+typedef struct chiasm_api {
+  size_t struct_size;
+  uint32_t version;
+
+  /* since 1: statuses */
+  int32_t (*status_code)(const chiasm_status* status); /**< CHIASM_OK for NULL */
+  const char* (*status_message)(const chiasm_status* status);
+  void (*status_free)(chiasm_status* status); /**< NULL is allowed */
+
+  /* since 1: the library and its backends */
+  const char* (*library_version)(void);
+  size_t (*backend_count)(void);
+  /** Tries to open the backend, so the first call for one may take as long as its engine takes to load. The strings
+   *  live as long as the process. */
+  chiasm_status* (*backend_info)(size_t index, chiasm_backend_info* info);
+  /** The one thread policy of the process: how many threads a run may use, for every backend; 0 (the default) means all
+   *  cores this process may run on. Fails with FAILED_PRECONDITION after the first method was loaded. */
+  chiasm_status* (*set_num_threads)(int32_t count);
+  int32_t (*get_num_threads)(void); /**< always > 0 */
+
+  /* since 1: bundles */
+  chiasm_status* (*bundle_open)(const char* path, chiasm_bundle** bundle);
+  void (*bundle_close)(chiasm_bundle* bundle); /**< NULL is allowed */
+  const chiasm_bundle_info* (*bundle_get_info)(const chiasm_bundle* bundle);
+  /** Replay the golden vectors of every method on every backend present here, or on that, and for that dtype and device,
+   *  which `options` names. Returns a status only where the test could not be made; `*failed` counts rows that failed.
+   *  `callback` and `failed` may be NULL. */
+  chiasm_status* (*bundle_self_test)(chiasm_bundle* bundle, const chiasm_load_options* options,
+                                     chiasm_self_test_callback callback, void* user, int32_t* failed);
+
+  /* since 1: methods */
+  chiasm_status* (*method_load)(chiasm_bundle* bundle, const char* name, const chiasm_load_options* options,
+                                chiasm_method** method);
+  void (*method_close)(chiasm_method* method); /**< NULL is allowed */
+  const chiasm_method_info* (*method_get_info)(const chiasm_method* method);
+  const char* (*method_backend)(const chiasm_method* method);  /**< "native", "torch" or "onnx" */
+  const char* (*method_artifact)(const chiasm_method* method); /**< the file's name inside the bundle */
+  /** The shape and dtype that output `index` will have for these inputs (their data is not read, but is checked as for a
+   *  run). `shape` has room for CHIASM_MAX_DIMS. */
+  chiasm_status* (*method_output_shape)(const chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
+                                        size_t index, int64_t* shape, int32_t* ndim, int32_t* dtype);
+  /** Run into tensors that the library allocates, on the CPU. A method that was loaded for CUDA refuses this with
+   *  FAILED_PRECONDITION: allocate the outputs on the device and use method_run_into. */
+  chiasm_status* (*method_run)(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
+                               const chiasm_run_options* options, chiasm_outputs** outputs);
+  /** Run into the caller's tensors, whose dtype, shape and device must be those of `method_output_shape` and which must
+   *  not overlap the inputs or each other. */
+  chiasm_status* (*method_run_into)(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
+                                    const chiasm_tensor* outputs, size_t output_count, const chiasm_run_options* options);
+
+  /* since 1: outputs */
+  size_t (*outputs_count)(const chiasm_outputs* outputs);
+  const chiasm_tensor* (*outputs_get)(const chiasm_outputs* outputs, size_t index); /**< NULL if out of range */
+  void (*outputs_free)(chiasm_outputs* outputs);                                    /**< NULL is allowed */
+} chiasm_api;
+
+/** The function table, or NULL where the library does not have this version. The table lives as long as the process. */
+CHIASM_EXPORT const chiasm_api* chiasm_get_api(uint32_t version);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* CHIASM_CHIASM_H */
