@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python3}
 
 packages=(g++ make cmake ninja-build pkg-config ca-certificates python3-venv binutils
-  libopencv-dev libgtest-dev libgmock-dev libeigen3-dev nlohmann-json3-dev libminizip-dev nettle-dev libsodium-dev minisign libdlpack-dev
+  libopencv-dev libgtest-dev libgmock-dev libeigen3-dev nlohmann-json3-dev libsodium-dev minisign libdlpack-dev
   libhwy-dev libbenchmark-dev clang libclang-rt-dev g++-aarch64-linux-gnu qemu-user)
 
 say() { printf '\033[1msetup:\033[0m %s\n' "$*"; }

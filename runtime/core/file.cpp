@@ -2,7 +2,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <nettle/sha2.h>
+#include <sodium.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -97,11 +97,8 @@ Bytes read_file(const std::string& path, uint64_t limit) {
 }
 
 std::string sha256(const void* data, size_t size) {
-  sha256_ctx context;
-  sha256_init(&context);
-  sha256_update(&context, size, static_cast<const uint8_t*>(data));
-  uint8_t digest[SHA256_DIGEST_SIZE];
-  sha256_digest(&context, sizeof digest, digest);
+  uint8_t digest[crypto_hash_sha256_BYTES];
+  crypto_hash_sha256(digest, static_cast<const uint8_t*>(data), size);
   static const char* const kHex = "0123456789abcdef";
   std::string text;
   text.reserve(2 * sizeof digest);

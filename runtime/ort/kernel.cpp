@@ -1,12 +1,14 @@
 #include "ort/kernel.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
 
 #include "base/pool.h"
+#include "backends/onnx/code_in_text.h"
 #include "backends/onnx/dtype.h"
 #include "core/signature_text.h"
 #include "core/status.h"
@@ -74,7 +76,12 @@ OrtStatus* status_from_current_exception(const OrtApi& api) noexcept {
   } catch (const OrtError& error) {
     return error.status;
   } catch (...) {
-    return base::report_current_exception([&api](chiasm_code code, const char* text) { return api.CreateStatus(code_of(code), text); });
+    // ONNX Runtime passes the text on, not the code: chiasm's own backend reads it off the text.
+    return base::report_current_exception([&api](chiasm_code code, const char* text) {
+      char message[2048];
+      std::snprintf(message, sizeof message, "%.2000s" CHIASM_CODE_IN_TEXT, text, static_cast<int>(code));
+      return api.CreateStatus(code_of(code), message);
+    });
   }
 }
 

@@ -20,14 +20,6 @@
 namespace chiasm::python {
 namespace {
 
-struct CloseBundle {
-  void operator()(chiasm_bundle* bundle) const { api().bundle_close(bundle); }
-};
-
-struct CloseMethod {
-  void operator()(chiasm_method* method) const { api().method_close(method); }
-};
-
 Library library_from_name(const std::string& name) {
   if (name == "numpy") return Library::numpy;
   if (name == "torch") return Library::torch;
@@ -63,46 +55,47 @@ struct Signature {
   }
 };
 
-struct TensorInfo {
-  explicit TensorInfo(const chiasm_tensor_info& info)
-      : name(info.name), description(info.description), layout(info.layout), color(info.color) {
-    for (int32_t i = 0; i < info.dtype_count; ++i) dtypes.emplace_back(dtype_name(info.dtypes[i]));
-    for (int32_t i = 0; i < info.ndim; ++i) shape.emplace_back(info.dims[i].expression);
-    if (info.value_min != 0 || info.value_max != 0) range.emplace(info.value_min, info.value_max);
-  }
-
-  std::string repr() const {
-    std::string text = name + ": ";
-    for (size_t i = 0; i < dtypes.size(); ++i) text += (i > 0 ? "|" : "") + dtypes[i];
-    text += "[";
-    for (size_t i = 0; i < shape.size(); ++i) text += (i > 0 ? ", " : "") + shape[i];
-    return "<" + text + "]>";
-  }
-
-  std::string name, description, layout, color;
-  std::vector<std::string> dtypes, shape;
-  std::optional<std::pair<double, double>> range;
-};
-
-std::vector<TensorInfo> describe(const Signature& signature) {
-  std::vector<TensorInfo> result;
-  for (size_t i = 0; i < signature.count; ++i) result.emplace_back(signature.tensors[i]);
-  return result;
+std::vector<std::string> dtype_names(const TensorInfo& info) {
+  std::vector<std::string> names;
+  for (const DType dtype : info.dtypes) names.emplace_back(chiasm::name(dtype));
+  return names;
 }
 
-class Method {
+std::vector<std::string> shape_texts(const TensorInfo& info) {
+  std::vector<std::string> texts;
+  for (const DimInfo& dim : info.dims) texts.push_back(dim.expression);
+  return texts;
+}
+
+std::optional<std::pair<double, double>> value_range(const TensorInfo& info) {
+  if (info.value_min == 0 && info.value_max == 0) return std::nullopt;
+  return std::pair(info.value_min, info.value_max);
+}
+
+std::string joined(const std::vector<std::string>& parts, const char* between) {
+  std::string text;
+  for (size_t i = 0; i < parts.size(); ++i) text += (i > 0 ? between : "") + parts[i];
+  return text;
+}
+
+std::optional<bool> passed(const SelfTestRow& row) {
+  if (row.result == SelfTestRow::Result::NotRun) return std::nullopt;
+  return row.result == SelfTestRow::Result::Passed;
+}
+
+class PythonMethod {
  public:
-  explicit Method(chiasm_method* handle)
-      : handle_(handle),
-        info_(*api().method_get_info(handle)),
+  explicit PythonMethod(Method method)
+      : method_(std::move(method)),
+        info_(*api().method_get_info(method_.c_handle())),
         inputs_{"input", info_.inputs, static_cast<size_t>(info_.input_count)},
         outputs_{"output", info_.outputs, static_cast<size_t>(info_.output_count)} {}
 
   std::string name() const { return info_.name; }
-  std::string backend() const { return api().method_backend(handle_.get()); }
-  std::string artifact() const { return api().method_artifact(handle_.get()); }
-  std::vector<TensorInfo> inputs() const { return describe(inputs_); }
-  std::vector<TensorInfo> outputs() const { return describe(outputs_); }
+  std::string backend() const { return method_.backend(); }
+  std::string artifact() const { return method_.artifact(); }
+  std::vector<TensorInfo> inputs() const { return method_.info().inputs; }
+  std::vector<TensorInfo> outputs() const { return method_.info().outputs; }
 
   py::object call(const py::args& inputs, const py::kwargs& named) const {
     Arguments arguments(Arguments::Role::input, inputs_.count);
@@ -125,7 +118,7 @@ class Method {
     chiasm_status* status = nullptr;
     {
       const py::gil_scoped_release release;
-      status = api().method_run_into(handle_.get(), in.views().data(), in.views().size(), out.views().data(),
+      status = api().method_run_into(method_.c_handle(), in.views().data(), in.views().size(), out.views().data(),
                                      out.views().size(), &options);
     }
     check(status);
@@ -139,7 +132,7 @@ class Method {
       int64_t shape[CHIASM_MAX_DIMS];
       int32_t ndim = 0;
       int32_t dtype = 0;
-      check(api().method_output_shape(handle_.get(), arguments.views().data(), arguments.views().size(), k, shape, &ndim, &dtype));
+      check(api().method_output_shape(method_.c_handle(), arguments.views().data(), arguments.views().size(), k, shape, &ndim, &dtype));
       py::tuple dims(ndim);
       for (int32_t i = 0; i < ndim; ++i) dims[static_cast<size_t>(i)] = py::int_(shape[i]);
       result.emplace_back(std::move(dims), dtype_name(dtype));
@@ -196,7 +189,7 @@ class Method {
     chiasm_status* status = nullptr;
     {
       const py::gil_scoped_release release;
-      status = api().method_run(handle_.get(), arguments.views().data(), arguments.views().size(), &options, &raw);
+      status = api().method_run(method_.c_handle(), arguments.views().data(), arguments.views().size(), &options, &raw);
     }
     check(status);
     const Output::Outputs outputs(raw, [](chiasm_outputs* p) { api().outputs_free(p); });
@@ -206,111 +199,30 @@ class Method {
     return result;
   }
 
-  std::unique_ptr<chiasm_method, CloseMethod> handle_;
+  Method method_;
   const chiasm_method_info& info_;  // the handle's
   Signature inputs_, outputs_;
 };
 
-chiasm_load_options load_options(const std::string& backend, int32_t device_type, int32_t device_index, bool allow_native_code) {
-  chiasm_load_options options = CHIASM_LOAD_OPTIONS_INIT;
-  options.backend = backend.c_str();
-  options.device_type = device_type;
-  options.device_index = device_index;
-  options.allow_native_code = allow_native_code ? 1 : 0;
-  return options;
+std::vector<std::string> method_names(const Bundle& bundle) {
+  std::vector<std::string> names;
+  for (const MethodInfo& method : bundle.methods()) names.push_back(method.name);
+  return names;
 }
 
-struct Row {
-  std::string method, backend, artifact, dtype;
-  std::optional<bool> passed;
-  double max_error, tolerance;
-  std::string message;
-};
-
-class Bundle {
- public:
-  explicit Bundle(const std::string& path) {
-    chiasm_bundle* raw = nullptr;
-    chiasm_status* status = nullptr;
-    {
-      const py::gil_scoped_release release;
-      status = api().bundle_open(path.c_str(), &raw);
-    }
-    check(status);
-    handle_.reset(raw);
+std::pair<std::vector<TensorInfo>, std::vector<TensorInfo>> signature(const Bundle& bundle, const std::string& name) {
+  for (MethodInfo& method : bundle.methods()) {
+    if (method.name == name) return {std::move(method.inputs), std::move(method.outputs)};
   }
+  throw Error(CHIASM_NOT_FOUND, "bundle '" + bundle.info().name + "' has no method '" + name + "'");
+}
 
-  const chiasm_bundle_info& info() const { return *api().bundle_get_info(handle_.get()); }
-
-  std::vector<std::string> methods() const {
-    std::vector<std::string> result;
-    for (int32_t i = 0; i < info().method_count; ++i) result.emplace_back(info().methods[i].name);
-    return result;
-  }
-
-  std::pair<std::vector<TensorInfo>, std::vector<TensorInfo>> signature(const std::string& name) const {
-    for (int32_t i = 0; i < info().method_count; ++i) {
-      const chiasm_method_info& method = info().methods[i];
-      if (name != method.name) continue;
-      return {describe({"input", method.inputs, static_cast<size_t>(method.input_count)}),
-              describe({"output", method.outputs, static_cast<size_t>(method.output_count)})};
-    }
-    throw Error(CHIASM_NOT_FOUND, "bundle '" + std::string(info().name) + "' has no method '" + name + "'");
-  }
-
-  std::unique_ptr<Method> load(const std::string& name, const std::string& backend, int32_t device_type, int32_t device_index,
-                               const std::optional<std::string>& dtype, bool allow_native_code, bool fused, bool warm_up) const {
-    chiasm_load_options options = load_options(backend, device_type, device_index, allow_native_code);
-    if (dtype) options.dtype = dtype_from_name(*dtype);
-    options.fused = fused ? 1 : 0;
-    options.warm_up = warm_up ? 1 : 0;
-    chiasm_method* raw = nullptr;
-    chiasm_status* status = nullptr;
-    {
-      const py::gil_scoped_release release;
-      status = api().method_load(handle_.get(), name.c_str(), &options, &raw);
-    }
-    check(status);
-    return std::make_unique<Method>(raw);
-  }
-
-  std::vector<Row> self_test(const std::string& backend, int32_t device_type, int32_t device_index, bool allow_native_code) const {
-    const chiasm_load_options options = load_options(backend, device_type, device_index, allow_native_code);
-    std::vector<Row> rows;
-    int32_t failed = 0;
-    chiasm_status* status = nullptr;
-    {
-      const py::gil_scoped_release release;
-      const auto collect = [](const chiasm_self_test_row* row, void* user) {
-        std::optional<bool> passed;
-        if (row->passed >= 0) passed = row->passed == 1;
-        static_cast<std::vector<Row>*>(user)->push_back(
-            {row->method, row->backend, row->artifact, row->dtype, passed, row->max_error, row->tolerance, row->message});
-      };
-      status = api().bundle_self_test(handle_.get(), &options, collect, &rows, &failed);
-    }
-    check(status);
-    return rows;
-  }
-
- private:
-  std::unique_ptr<chiasm_bundle, CloseBundle> handle_;
-};
-
-std::vector<py::tuple> backends() {
-  std::vector<py::tuple> result;
-  for (size_t i = 0; i < api().backend_count(); ++i) {
-    chiasm_backend_info info{};
-    info.struct_size = sizeof(info);
-    chiasm_status* status = nullptr;
-    {
-      const py::gil_scoped_release release;
-      status = api().backend_info(i, &info);
-    }
-    check(status);
-    result.push_back(py::make_tuple(info.name, info.available != 0, info.has_cuda != 0, info.engine_version, info.problem));
-  }
-  return result;
+std::unique_ptr<PythonMethod> load(const Bundle& bundle, const std::string& name, const LoadOptions& options) {
+  const auto method = [&] {
+    const py::gil_scoped_release release;
+    return bundle.method(name, options);
+  };
+  return std::make_unique<PythonMethod>(method());
 }
 
 // The exception's class, with the attribute `code`.
@@ -342,16 +254,10 @@ void set_trust(const std::string& policy, const std::vector<std::string>& keys) 
   if (found == std::end(kPolicies)) {
     throw Error(CHIASM_INVALID_ARGUMENT, "policy: expected 'any', 'signed' or 'data_only', got '" + policy + "'");
   }
-  std::vector<const char*> texts;
-  for (const std::string& key : keys) texts.push_back(key.c_str());
-  check(api().set_trust(static_cast<int32_t>(found - std::begin(kPolicies)), texts.data(), texts.size()));
+  chiasm::set_trust(static_cast<TrustPolicy>(found - std::begin(kPolicies)), keys);
 }
 
-std::string get_trust() {
-  int32_t policy = 0;
-  check(api().get_trust(&policy, nullptr, nullptr));
-  return kPolicies[policy];
-}
+std::string get_trust() { return kPolicies[static_cast<int32_t>(chiasm::trust_policy())]; }
 
 // What chiasm.export signs with; a program that runs bundles has set_trust.
 py::bytes sign(const std::string& message, const std::string& secret_key) {
@@ -381,6 +287,7 @@ py::object dlpack(const Output& output, const py::object&, const py::object& max
 }  // namespace chiasm::python
 
 PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
+  using namespace chiasm;
   using namespace chiasm::python;
   using py::arg;
   m.doc() = "The runtime of chiasm. Use chiasm.runtime.";
@@ -407,10 +314,12 @@ PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
       .def_readonly("description", &TensorInfo::description)
       .def_readonly("layout", &TensorInfo::layout, "'NCHW', 'HWC', ... or ''")
       .def_readonly("color", &TensorInfo::color, "'RGB', 'BGR', 'GRAY', 'HSV' or ''")
-      .def_readonly("dtypes", &TensorInfo::dtypes, "The dtypes accepted, by name.")
-      .def_readonly("shape", &TensorInfo::shape, "One expression for each dimension: '3', 'H', '2*H'.")
-      .def_readonly("range", &TensorInfo::range, "Nominal (min, max) of the values, or None.")
-      .def("__repr__", &TensorInfo::repr);
+      .def_property_readonly("dtypes", dtype_names, "The dtypes accepted, by name.")
+      .def_property_readonly("shape", shape_texts, "One expression for each dimension: '3', 'H', '2*H'.")
+      .def_property_readonly("range", value_range, "Nominal (min, max) of the values, or None.")
+      .def("__repr__", [](const TensorInfo& info) {
+        return "<" + info.name + ": " + joined(dtype_names(info), "|") + "[" + joined(shape_texts(info), ", ") + "]>";
+      });
 
   py::class_<Output>(m, "Output", "An output of a run, for any library that speaks DLPack.")
       .def("__dlpack__", dlpack, py::kw_only(), arg("stream") = py::none(), arg("max_version") = py::none(),
@@ -420,19 +329,19 @@ PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
       .def_property_readonly("shape", &Output::shape)
       .def_property_readonly("dtype", [](const Output& output) { return dtype_name(output.dtype()); });
 
-  py::class_<Method>(m, "Method", R"(An entry point of a bundle, loaded on one backend: call it with arrays.
+  py::class_<PythonMethod>(m, "Method", R"(An entry point of a bundle, loaded on one backend: call it with arrays.
 
 Inputs are NumPy arrays, torch tensors, or anything else with ``__dlpack__`` or the buffer protocol, and are read where
 they are: they must be dense. Python numbers stand for 0-d inputs. Outputs are torch tensors if any input was one, else
 NumPy arrays; one output is returned as itself, several as a tuple. The GIL is released while the method runs, and one
 method may run in many threads at once.)")
-      .def_property_readonly("name", &Method::name)
-      .def_property_readonly("backend", &Method::backend, "'native', 'torch' or 'onnx'")
-      .def_property_readonly("artifact", &Method::artifact, "The file's name inside the bundle.")
-      .def_property_readonly("inputs", &Method::inputs)
-      .def_property_readonly("outputs", &Method::outputs)
-      .def("__call__", &Method::call, "Run on inputs given by position or by name.")
-      .def("run", &Method::run, arg("inputs"), py::kw_only(), arg("returns") = py::none(), arg("stream") = py::none(),
+      .def_property_readonly("name", &PythonMethod::name)
+      .def_property_readonly("backend", &PythonMethod::backend, "'native', 'torch' or 'onnx'")
+      .def_property_readonly("artifact", &PythonMethod::artifact, "The file's name inside the bundle.")
+      .def_property_readonly("inputs", &PythonMethod::inputs)
+      .def_property_readonly("outputs", &PythonMethod::outputs)
+      .def("__call__", &PythonMethod::call, "Run on inputs given by position or by name.")
+      .def("run", &PythonMethod::run, arg("inputs"), py::kw_only(), arg("returns") = py::none(), arg("stream") = py::none(),
            R"(Run on a sequence of inputs, or a dict of them by name, or the only input itself.
 
 Parameters
@@ -442,44 +351,65 @@ returns : {"numpy", "torch", "dlpack"}, optional
 stream : int or torch.cuda.Stream, optional
     On CUDA, the stream to enqueue on: the call returns when the work is enqueued. By default torch's current stream for
     torch tensors, else the default stream.)")
-      .def("run_into", &Method::run_into, arg("inputs"), arg("outputs"), py::kw_only(), arg("stream") = py::none(),
+      .def("run_into", &PythonMethod::run_into, arg("inputs"), arg("outputs"), py::kw_only(), arg("stream") = py::none(),
            R"(Run into arrays of the caller, each given as in `run`. They must be dense and writable, have the shapes and
 dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
-      .def("output_shapes", &Method::output_shapes, "A (shape, dtype) for each output that these inputs would give.")
-      .def("__repr__", &Method::repr);
+      .def("output_shapes", &PythonMethod::output_shapes, "A (shape, dtype) for each output that these inputs would give.")
+      .def("__repr__", &PythonMethod::repr);
 
-  py::class_<Row>(m, "SelfTestRow", "A golden case replayed on one backend.")
-      .def_readonly("method", &Row::method)
-      .def_readonly("backend", &Row::backend)
-      .def_readonly("artifact", &Row::artifact)
-      .def_readonly("dtype", &Row::dtype)
-      .def_readonly("passed", &Row::passed, "True, False, or None where it was not run: `message` says why.")
-      .def_readonly("max_error", &Row::max_error)
-      .def_readonly("tolerance", &Row::tolerance)
-      .def_readonly("message", &Row::message)
-      .def("__repr__", [](const Row& row) {
-        const char* state = !row.passed ? "not run" : *row.passed ? "passed" : "FAILED";
+  py::class_<SelfTestRow>(m, "SelfTestRow", "A golden case replayed on one backend.")
+      .def_readonly("method", &SelfTestRow::method)
+      .def_readonly("backend", &SelfTestRow::backend)
+      .def_readonly("artifact", &SelfTestRow::artifact)
+      .def_readonly("dtype", &SelfTestRow::dtype)
+      .def_property_readonly("passed", passed, "True, False, or None where it was not run: `message` says why.")
+      .def_readonly("max_error", &SelfTestRow::max_error)
+      .def_readonly("tolerance", &SelfTestRow::tolerance)
+      .def_readonly("message", &SelfTestRow::message)
+      .def("__repr__", [](const SelfTestRow& row) {
+        const std::optional<bool> ok = passed(row);
+        const char* state = !ok ? "not run" : *ok ? "passed" : "FAILED";
         return "<" + row.method + " " + row.dtype + " on " + row.backend + ": " + state + (row.message.empty() ? "" : ", " + row.message) + ">";
       });
 
+  py::class_<LoadOptions>(m, "LoadOptions", "How to load a method; the members are those of chiasm.hpp.")
+      .def(py::init<>())
+      .def_readwrite("backend", &LoadOptions::backend)
+      .def_readwrite("allow_native_code", &LoadOptions::allow_native_code)
+      .def_readwrite("fused", &LoadOptions::fused)
+      .def_readwrite("warm_up", &LoadOptions::warm_up)
+      .def_readwrite("num_threads", &LoadOptions::num_threads)
+      .def("with_option", [](LoadOptions& self, const std::string& key, const std::string& value) { self.with_option(key, value); }, arg("key"), arg("value"))
+      .def("with_device", [](LoadOptions& self, int32_t type, int32_t index) { self.device = {static_cast<chiasm_device_type>(type), index}; },
+           arg("type"), arg("index"))
+      .def("with_dtype", [](LoadOptions& self, const std::string& name) { self.dtype = dtype_from_name(name); }, arg("name"));
+
+  const py::call_guard<py::gil_scoped_release> without_gil;
   py::class_<Bundle>(m, "Bundle")
-      .def(py::init<const std::string&>(), arg("path"))
+      .def(py::init([](const std::string& path) { return Bundle::open(path); }), arg("path"), without_gil)
       .def_property_readonly("name", [](const Bundle& bundle) { return bundle.info().name; })
       .def_property_readonly("version", [](const Bundle& bundle) { return bundle.info().version; })
       .def_property_readonly("summary", [](const Bundle& bundle) { return bundle.info().summary; })
       .def_property_readonly("path", [](const Bundle& bundle) { return bundle.info().path; })
       .def_property_readonly("manifest", [](const Bundle& bundle) { return bundle.info().manifest; })
-      .def_property_readonly("methods", &Bundle::methods)
-      .def("signature", &Bundle::signature, arg("name"))
-      .def("load", &Bundle::load, arg("name"), arg("backend"), arg("device_type"), arg("device_index"), arg("dtype"),
-           arg("allow_native_code"), arg("fused"), arg("warm_up"))
-      .def("self_test", &Bundle::self_test, arg("backend"), arg("device_type"), arg("device_index"), arg("allow_native_code"));
+      .def_property_readonly("methods", method_names)
+      .def("signature", signature, arg("name"))
+      .def("method", load, arg("name"), arg("options"))
+      .def("self_test", &Bundle::self_test, arg("options"), without_gil);
 
-  m.def("backends", &backends);
-  m.def("library_version", [] { return api().library_version(); });
-  m.def("set_num_threads", [](int32_t count) { check(api().set_num_threads(count)); }, arg("count"));
-  m.def("get_num_threads", [] { return api().get_num_threads(); });
-  m.def("set_trust", &set_trust, arg("policy"), arg("keys"));
+  py::class_<BackendInfo>(m, "BackendInfo", "Whether a backend can be used in this process, and if not, why and what to do.")
+      .def_readonly("name", &BackendInfo::name)
+      .def_readonly("available", &BackendInfo::available)
+      .def_readonly("has_cuda", &BackendInfo::has_cuda)
+      .def_readonly("engine_version", &BackendInfo::engine_version)
+      .def_readonly("problem", &BackendInfo::problem)
+      .def("__repr__", [](const BackendInfo& info) { return "<" + info.name + ": " + (info.available ? info.engine_version : info.problem) + ">"; });
+
+  m.def("backends", [] { return chiasm::backends(); }, without_gil);
+  m.def("library_version", &chiasm::library_version);
+  m.def("set_num_threads", &chiasm::set_num_threads, arg("count"));
+  m.def("get_num_threads", &chiasm::get_num_threads);
+  m.def("set_trust", &chiasm::python::set_trust, arg("policy"), arg("keys"));
   m.def("get_trust", &get_trust);
   m.def("sign", &sign, arg("message"), arg("secret_key"));
   m.def("verify_signature", &verify_signature, arg("message"), arg("signature"), arg("key"), arg("origin"));

@@ -261,6 +261,20 @@ TEST_F(Choice, DtypeDefaultsToFloat32OrWhatThereIs) {
   EXPECT_EQ(core::choose_dtype(wide, manifest_.dtypes, {}), CHIASM_FLOAT64);
 }
 
+TEST(DTypes, TheTableAgreesWithItself) {
+  for (int32_t dtype = 0; dtype < base::kDTypeCount; ++dtype) {
+    EXPECT_EQ(base::dtype_from_name(base::kDTypes[dtype].name), dtype);
+    EXPECT_EQ(base::dtype_from_safetensors(base::kDTypes[dtype].safetensors), dtype);
+    EXPECT_STREQ(name(static_cast<DType>(dtype)), base::kDTypes[dtype].name);
+    const std::string text = base::kDTypes[dtype].name;
+    if (dtype != CHIASM_BOOL) {
+      EXPECT_EQ(std::stoul(text.substr(text.find_first_of("0123456789"))), 8 * base::kDTypes[dtype].size);
+    }
+  }
+  EXPECT_EQ(dtype_of<uint16_t>, DType::UInt16);
+  EXPECT_EQ(base::dtype_from_name("uint32"), -1);
+}
+
 TEST(Threads, ZeroMeansTheCoresOfThisProcess) {
   const int32_t cores = core::get_num_threads();
   EXPECT_GT(cores, 0);

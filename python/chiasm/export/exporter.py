@@ -203,7 +203,7 @@ class _Export:
     def _end_native(self, method: str, variant: str | None, isa: str, code: NativeCode) -> None:
         made = code.artifact()
         backend = {"backend": "torch", "needs": ["libtorch"], "why": made.why} if made.needs_libtorch else {"backend": "native", "needs": []}
-        entry = {"format": "aotinductor", "dtypes": [variant] if variant else [], "device": "cpu", "isa": isa}
+        entry = {"format": "aotinductor", "dtypes": [variant] if variant else [], "device": "cpu", "isa": isa, "glibc": made.glibc()}
         self.writer.artifact(method, f"{method}{_suffix(variant)}.{isa}.pt2", made.data, **backend, **entry)
 
     def _onnx(self, method: str, variant: str | None, program: ExportedProgram, inputs: list[TensorSpec], outputs: list[TensorSpec]) -> None:

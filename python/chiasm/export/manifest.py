@@ -12,7 +12,7 @@ from typing import Any
 import jsonschema
 
 SUFFIX = ".chiasm"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 FORMATS = ("torchscript", "onnx", "native")
 METHODS = ("forward", "vjp")
 

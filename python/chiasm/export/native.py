@@ -40,7 +40,7 @@ LIBRARIES = Path(chiasm.__file__).parent / "artifact"
 ISAS = {"x86-64-v3": 256, "x86-64-v4": 256}
 _ENTRY = "chiasm_native_entry"
 #: What follows the libraries on the linker's command line, but for the version script.
-_LINK = f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -Wl,--as-needed -lmvec"
+_LINK = f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -static-libstdc++ -static-libgcc -Wl,--as-needed -lmvec"
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,13 @@ class NativeArtifact:
     data: bytes
     needs_libtorch: bool
     why: str = ""
+
+    def glibc(self) -> str:
+        """The oldest glibc that the code runs with, "2.34"."""
+        with zipfile.ZipFile(io.BytesIO(self.data)) as archive:
+            listings = [_symbols(archive.read(name), "--with-symbol-versions") for name in archive.namelist() if name.endswith(".so")]
+        versions = [tuple(map(int, v.split("."))) for v in re.findall(r"@+GLIBC_(\d+\.\d+)", "".join(listings))]
+        return ".".join(map(str, max(versions)))
 
 
 def cache_folder() -> Path:
@@ -309,13 +316,17 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, bui
         torch.set_num_threads(threads)
 
 
-def _missing_symbols(code: bytes) -> list[str]:
-    """The functions of libtorch that the code calls and that have no stand-in."""
+def _symbols(code: bytes, *options: str) -> str:
+    """What a library needs of others, as nm lists it."""
     with tempfile.NamedTemporaryFile(suffix=".so") as file:
         file.write(code)
         file.flush()
-        listing = _run(["nm", "-D", "--undefined-only", file.name])
-    return sorted(set(re.findall(r"\b(?:aoti_torch_|Sleef_|GOMP_|omp_)\w+", listing)))
+        return _run(["nm", "-D", "--undefined-only", *options, file.name])
+
+
+def _missing_symbols(code: bytes) -> list[str]:
+    """The functions of libtorch that the code calls and that have no stand-in."""
+    return sorted(set(re.findall(r"\b(?:aoti_torch_|Sleef_|GOMP_|omp_)\w+", _symbols(code))))
 
 
 def _repack(package: bytes) -> bytes:

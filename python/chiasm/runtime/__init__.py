@@ -18,13 +18,13 @@ import ctypes
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from chiasm import _runtime
-from chiasm._runtime import ChiasmError, Code, Method, Output, SelfTestRow, TensorInfo
+from chiasm._runtime import BackendInfo, ChiasmError, Code, Method, Output, SelfTestRow, TensorInfo
 
 __all__ = [
     "BackendInfo",
@@ -42,16 +42,6 @@ __all__ = [
     "set_num_threads",
     "set_trust",
 ]
-
-
-class BackendInfo(NamedTuple):
-    """Whether a backend can be used in this process, and if not, why and what to do."""
-
-    name: str
-    available: bool
-    has_cuda: bool
-    engine_version: str
-    problem: str
 
 
 class Bundle:
@@ -104,6 +94,8 @@ class Bundle:
         allow_native_code: bool = True,
         fused: bool = True,
         warm_up: bool = False,
+        num_threads: int = 0,
+        options: Mapping[str, str] | None = None,
     ) -> Method:
         """Load a method.
 
@@ -112,7 +104,7 @@ class Bundle:
         name
             One of `methods`.
         backend
-            "native", "torch", "onnx", or "auto": the first of these that can run the method here.
+            The name of one of `backends`, or "auto": the first of them that can run the method here.
         device
             "cpu", "cuda" or "cuda:1"; a ``torch.device`` will do.
         dtype
@@ -126,6 +118,11 @@ class Bundle:
             this machine. False leaves the graph of standard operators.
         warm_up
             Run once on the smallest valid input, so that the first real run is not the slow one.
+        num_threads
+            How many threads a run of this method may use; 0: as many as the process may (`set_num_threads`), which is also the
+            upper limit. A server that runs several methods at once gives each 1.
+        options
+            Options of the backend that is named.
 
         Raises
         ------
@@ -141,8 +138,13 @@ class Bundle:
         """
         if backend == "torch" or (backend == "auto" and _torch_is_elsewhere()):
             _open_libtorch()
-        kind, index = _parse_device(device)
-        return self._handle.load(name, backend, kind, index, _dtype_name(dtype), allow_native_code, fused, warm_up)
+        load = _load_options(backend, device, allow_native_code)
+        load.fused, load.warm_up, load.num_threads = fused, warm_up, num_threads
+        if dtype is not None:
+            load.with_dtype(_dtype_name(dtype))
+        for key, value in (options or {}).items():
+            load.with_option(key, str(value))
+        return self._handle.method(name, load)
 
     def self_test(self, backend: str = "auto", device: str = "cpu", allow_native_code: bool = True) -> list[SelfTestRow]:
         """Replay the golden vectors on this machine: a row for each golden case and backend.
@@ -159,8 +161,7 @@ class Bundle:
         """
         if backend in ("auto", "torch"):
             _open_libtorch()
-        kind, index = _parse_device(device)
-        return self._handle.self_test(backend, kind, index, allow_native_code)
+        return self._handle.self_test(_load_options(backend, device, allow_native_code))
 
     def __repr__(self) -> str:
         return f"<chiasm bundle {self.name} {self.version}: {', '.join(self.methods)}>"
@@ -198,7 +199,7 @@ def backends() -> list[BackendInfo]:
     ['native', 'torch', 'onnx']
     """
     _open_libtorch()
-    return [BackendInfo(*fields) for fields in _runtime.backends()]
+    return _runtime.backends()
 
 
 def set_num_threads(count: int) -> None:
@@ -257,8 +258,15 @@ def _parse_device(device: Any) -> tuple[int, int]:
     return kinds[kind], int(index or 0)
 
 
-def _dtype_name(dtype: Any) -> str | None:
-    if dtype is None or isinstance(dtype, str):
+def _load_options(backend: str, device: Any, allow_native_code: bool) -> _runtime.LoadOptions:
+    options = _runtime.LoadOptions()
+    options.backend, options.allow_native_code = backend, allow_native_code
+    options.with_device(*_parse_device(device))
+    return options
+
+
+def _dtype_name(dtype: Any) -> str:
+    if isinstance(dtype, str):
         return dtype
     text = str(dtype)
     if text.startswith("torch."):

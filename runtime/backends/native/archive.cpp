@@ -1,84 +1,100 @@
 #include "backends/native/archive.h"
 
-#include <minizip/unzip.h>
-
-#include <memory>
+#include <cstdint>
 #include <string>
-#include <vector>
 
+#include "base/error.h"
+
+// The format is that of APPNOTE.TXT, the specification of PKWARE, without what Python's zipfile does not write for stored files of less than
+// 4 GiB: compression, encryption, several disks, ZIP64.
 namespace chiasm::native {
 namespace {
 
-using plugin::Error;
-using plugin::MemoryFile;
+constexpr uint32_t kEndSignature = 0x06054b50, kEntrySignature = 0x02014b50, kLocalSignature = 0x04034b50;
+constexpr std::size_t kEndSize = 22, kEntrySize = 46, kLocalSize = 30;
+constexpr std::size_t kLongestComment = 65535;
 
-constexpr std::size_t kLargestLibrary = std::size_t{1} << 30;  // what a damaged or hostile header may ask for
+[[noreturn]] void corrupt(const std::string& what) { base::fail(CHIASM_CORRUPT, what); }
 
-[[noreturn]] void corrupt(const std::string& what) { throw Error(CHIASM_CORRUPT, what); }
+/** Reads numbers and parts of the archive; what lies outside of it is an error. */
+class Reader final {
+ public:
+  Reader(const void* data, std::size_t size) : data_(static_cast<const unsigned char*>(data)), size_(size) {}
 
-bool ends_with(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
+  std::size_t size() const { return size_; }
+  Bytes part(std::size_t offset, std::size_t size) const {
+    if (offset > size_ || size > size_ - offset) corrupt("the archive ends before its directory says");
+    return {data_ + offset, size};
+  }
+  uint32_t number(std::size_t offset, std::size_t bytes) const {
+    const Bytes at = part(offset, bytes);
+    uint32_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i) value |= uint32_t{at.data[i]} << (8 * i);
+    return value;
+  }
+  uint32_t u16(std::size_t offset) const { return number(offset, 2); }
+  uint32_t u32(std::size_t offset) const { return number(offset, 4); }
 
-struct CloseArchive {
-  void operator()(unzFile archive) const { unzClose(archive); }
+ private:
+  const unsigned char* data_;
+  std::size_t size_;
 };
 
-std::string current_name(unzFile archive, unz_file_info64* info) {
-  char name[4096];
-  if (unzGetCurrentFileInfo64(archive, info, name, sizeof(name), nullptr, 0, nullptr, 0) != UNZ_OK)
-    corrupt("damaged directory of the archive");
-  name[sizeof(name) - 1] = '\0';
-  return name;
+/** Where the record at the end of the archive begins. */
+std::size_t find_end(const Reader& archive) {
+  if (archive.size() < kEndSize) corrupt("not a zip archive");
+  const std::size_t last = archive.size() - kEndSize;
+  for (std::size_t back = 0; back <= kLongestComment && back <= last; ++back) {
+    const std::size_t at = last - back;
+    if (archive.u32(at) == kEndSignature && archive.u16(at + 20) == back) return at;
+  }
+  corrupt("not a zip archive");
 }
 
-MemoryFile extract_current(unzFile archive, std::size_t size) {
-  MemoryFile library("chiasm-native");
-  if (unzOpenCurrentFile(archive) != UNZ_OK) corrupt("cannot read the shared library in the archive");
-  std::vector<char> buffer(std::size_t{1} << 18);
-  std::size_t total = 0;
-  for (;;) {
-    const int n = unzReadCurrentFile(archive, buffer.data(), static_cast<unsigned>(buffer.size()));
-    if (n < 0) corrupt("cannot unpack the shared library in the archive");
-    if (n == 0) break;
-    total += static_cast<std::size_t>(n);
-    if (total > size) corrupt("the shared library in the archive is longer than its header says");
-    library.write(buffer.data(), static_cast<std::size_t>(n));
-  }
-  if (unzCloseCurrentFile(archive) != UNZ_OK || total != size) corrupt("the shared library in the archive is damaged");
-  library.seal();
-  return library;
+struct Entry {
+  std::string name;
+  std::size_t local, size;  // where its local header is, and its bytes
+  std::size_t next;         // where the next entry of the directory is
+};
+
+Entry read_entry(const Reader& archive, std::size_t at) {
+  if (archive.u32(at) != kEntrySignature) corrupt("damaged directory of the archive");
+  const std::size_t name_size = archive.u16(at + 28);
+  const Bytes name = archive.part(at + kEntrySize, name_size);
+  Entry entry{std::string(reinterpret_cast<const char*>(name.data), name.size), archive.u32(at + 42), archive.u32(at + 24),
+              at + kEntrySize + name_size + archive.u16(at + 30) + archive.u16(at + 32)};
+  const bool stored = archive.u16(at + 10) == 0 && archive.u32(at + 20) == entry.size;
+  const bool encrypted = (archive.u16(at + 8) & 1u) != 0;
+  if (!stored || encrypted) corrupt("'" + entry.name + "' in the archive is compressed or encrypted; expected stored files");
+  return entry;
 }
+
+Bytes content(const Reader& archive, const Entry& entry) {
+  if (archive.u32(entry.local) != kLocalSignature) corrupt("damaged header of '" + entry.name + "' in the archive");
+  return archive.part(entry.local + kLocalSize + archive.u16(entry.local + 26) + archive.u16(entry.local + 28), entry.size);
+}
+
+bool is_library(const std::string& name) { return name.size() >= 3 && name.compare(name.size() - 3, 3, ".so") == 0; }
 
 }  // namespace
 
-MemoryFile extract_library(const void* data, std::size_t size) {
-  MemoryFile bytes("chiasm-artifact");  // minizip reads files
-  bytes.write(data, size);
-  bytes.seal();
-  const std::string path = bytes.path();
-  errno = 0;
-  std::unique_ptr<void, CloseArchive> archive(unzOpen64(path.c_str()));
-  if (archive == nullptr && (errno == EMFILE || errno == ENFILE || errno == ENOMEM)) throw Error(CHIASM_IO_ERROR, path + ": " + std::strerror(errno));
-  if (archive == nullptr) corrupt("not a zip archive");
-
-  std::string found;
-  unz64_file_pos position{};
-  std::size_t found_size = 0;
-  for (int state = unzGoToFirstFile(archive.get()); state != UNZ_END_OF_LIST_OF_FILE; state = unzGoToNextFile(archive.get())) {
-    if (state != UNZ_OK) corrupt("damaged directory of the archive");
-    unz_file_info64 info{};
-    const std::string name = current_name(archive.get(), &info);
-    if (!ends_with(name, ".so")) continue;
-    if (!found.empty()) corrupt("two shared libraries in the archive, " + found + " and " + name + "; expected one");
-    if (info.uncompressed_size > kLargestLibrary) corrupt(name + " says that it is larger than 1 GiB");
-    found = name;
-    found_size = static_cast<std::size_t>(info.uncompressed_size);
-    unzGetFilePos64(archive.get(), &position);
+Bytes find_library(const void* data, std::size_t size) {
+  const Reader archive(data, size);
+  const std::size_t end = find_end(archive);
+  const uint32_t count = archive.u16(end + 10);
+  std::size_t at = archive.u32(end + 16);
+  std::string name;
+  Bytes library{nullptr, 0};
+  for (uint32_t i = 0; i < count; ++i) {
+    const Entry entry = read_entry(archive, at);
+    at = entry.next;
+    if (!is_library(entry.name)) continue;
+    if (library.data != nullptr) corrupt("two shared libraries in the archive, " + name + " and " + entry.name + "; expected one");
+    name = entry.name;
+    library = content(archive, entry);
   }
-  if (found.empty()) corrupt("no shared library (*.so) in the archive");
-  if (unzGoToFilePos64(archive.get(), &position) != UNZ_OK) corrupt("damaged directory of the archive");
-  return extract_current(archive.get(), found_size);
+  if (library.data == nullptr) corrupt("no shared library (*.so) in the archive");
+  return library;
 }
 
 }  // namespace chiasm::native

@@ -1,14 +1,20 @@
-/** Reads the shared library out of a native artifact. */
+/** Finds the shared library in a native artifact. */
 #pragma once
 
 #include <cstddef>
 
-#include "backends/plugin.h"
-
 namespace chiasm::native {
 
-/** A `.pt2` is a zip archive. Returns its one `*.so` as a sealed file in memory; throws Error(CHIASM_CORRUPT) where the
- *  archive is damaged or has none or several. */
-plugin::MemoryFile extract_library(const void* data, std::size_t size);
+/** Bytes inside others. */
+struct Bytes {
+  const unsigned char* data;
+  std::size_t size;
+};
+
+/** A `.pt2` is a zip archive whose entries are stored, not compressed. Returns its one `*.so`, which lies in the archive's own bytes; throws
+ *  Error (CORRUPT) where the archive is damaged, compressed, or has none or several.
+ *
+ *  Checksums are not compared: whoever has the bytes has compared their hash with the manifest's. */
+Bytes find_library(const void* data, std::size_t size);
 
 }  // namespace chiasm::native

@@ -32,6 +32,14 @@ std::string unique_path(const MemoryFile& file) {
   return path + "/" + std::to_string(file.fd());
 }
 
+/** Sealed: nobody can change it while the linker reads it. */
+MemoryFile memory_file(const Bytes& library) {
+  MemoryFile file("chiasm-native");
+  file.write(library.data, library.size);
+  file.seal();
+  return file;
+}
+
 // The manifest promises what `expected` says; code that was compiled for anything else would read and write outside of its tensors.
 void check_signature(const std::string& compiled, const std::string& expected) {
   if (compiled == expected) return;
@@ -68,7 +76,7 @@ CompiledOp::CompiledOp(const Request& request) : request_(request) {
     throw Error(CHIASM_INVALID_ARGUMENT, "more than " + std::to_string(kMaxTensors) + " inputs or outputs");
   if (request.device_type == CHIASM_CUDA) cuda_.emplace(request.device_index);
   const auto current = make_current();
-  library_.emplace(extract_library(request.data, request.size));
+  library_.emplace(memory_file(find_library(request.data, request.size)));
   request_.data = nullptr;
   api_ = library_->api();
   check_signature(api_->signature, request.signature);

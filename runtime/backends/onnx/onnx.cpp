@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/cuda.h"
+#include "backends/onnx/code_in_text.h"
 #include "backends/onnx/dtype.h"
 #include "backends/onnx/engine.h"
 #include "backends/onnx/onnx_file.h"
@@ -53,11 +54,11 @@ void translated(Body&& body) {
   try {
     body();
   } catch (const Ort::Exception& e) {
-    const std::string text = e.what();
+    std::string text = e.what();
+    if (const chiasm_code code = chiasm::onnx::take_code(text); code != CHIASM_OK) throw Error(code, text);  // of native code inside it
     for (const char* words : {"out of memory", "Failed to allocate memory", "bad_alloc", "bad allocation"}) {
       if (text.find(words) != std::string::npos) throw Error(CHIASM_OUT_OF_MEMORY, text);
     }
-    if (text.find(std::strerror(EMFILE)) != std::string::npos) throw Error(CHIASM_IO_ERROR, text);  // of native code inside it
     throw Error(code_of(e.GetOrtErrorCode()), text);
   }
 }
