@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -46,7 +47,36 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
     run(sys.executable, tmp_path / "lowering.py", env={"PYTHONPATH": str(tmp_path / "python")})
 
 
-#: Behind the page's last block: what is traced for native code is the kernel, and elsewhere the definition.
+def test_an_op_is_added(tmp_path: Path) -> None:
+    source, names, spec, test, commands = blocks("op.md")
+    shutil.copytree(ROOT / "python/chiasm", tmp_path / "chiasm", ignore=shutil.ignore_patterns("__pycache__", "x86-64-*"))
+    (tmp_path / "chiasm/enhance/vignette.py").write_text(source)
+    family = tmp_path / "chiasm/enhance/__init__.py"
+    before, lookup = family.read_text().split("__getattr__ = ")
+    family.write_text(f"{before}{names}\n__getattr__ = {lookup}")
+    with (tmp_path / "chiasm/export/catalog/enhance.py").open("a") as catalog:
+        catalog.write(spec)
+    (tmp_path / "test_vignette.py").write_text(test)
+    environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONSAFEPATH": "1"}
+    run(sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", tmp_path / "test_vignette.py", env=environment, cwd=tmp_path)
+    run(sys.executable, "-c", DOCTEST, env=environment, cwd=tmp_path)
+    export, verify = (line.split("-m chiasm.export ")[1].split() for line in commands.splitlines() if "chiasm.export" in line)
+    run(sys.executable, "-m", "chiasm.export", *export, "-f", "onnx", "-f", "torchscript", env=environment, cwd=tmp_path)
+    run(sys.executable, "-m", "chiasm.export", *verify, env=environment, cwd=tmp_path)
+
+
+#: The example of the op's docstring, and the gradient.
+DOCTEST = """
+import doctest, sys, torch
+import chiasm.enhance
+module = sys.modules["chiasm.enhance.vignette"]
+failed, tried = doctest.testmod(module, extraglobs={"torch": torch})
+assert tried and not failed
+assert torch.autograd.gradcheck(module.vignette, torch.rand(1, 2, 3, 4, dtype=torch.float64, requires_grad=True))
+torch.jit.script(module.vignette)
+"""
+
+#: Behind the last block of kernel.md: what is traced for native code is the kernel, and elsewhere the definition.
 USE = """
 from chiasm.primitives.core.target import exporting
 

@@ -7,6 +7,7 @@ named by `fn` where one function has several specs (a spec freezes its configura
 from __future__ import annotations
 
 import importlib
+import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -91,9 +92,6 @@ def add(spec: Spec, fn: str | None = None) -> None:
 
 def catalog() -> dict[str, Entry]:
     """All entries by name, in alphabetical order."""
-    families = ("color", "contrib", "enhance", "feature", "filters", "geometry", "image", "losses", "metrics", "metrics_scores", "morphology", "pipelines")
-    topics = ("descriptors", "detection", "frames", "matching")
-    parts = ("camera", "conversions", "epipolar", "linalg", "objects", "robust", "subpix", "transform", "volume")
-    for family in (*families, *(f"feature_{topic}" for topic in topics), *(f"geometry_{part}" for part in parts)):
-        importlib.import_module(f"{__name__}.{family}")
+    for module in pkgutil.iter_modules(__path__):
+        importlib.import_module(f"{__name__}.{module.name}")
     return dict(sorted(_entries.items()))
