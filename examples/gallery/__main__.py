@@ -1,4 +1,4 @@
-"""make gallery: one picture an op, computed by its bundle through the C++ runtime -> docs/gallery, and sheets of them -> build/gallery."""
+"""make gallery: one picture an op, computed by its bundle through the C++ runtime -> build/gallery, and a sheet of each family -> docs/gallery."""
 
 from __future__ import annotations
 
@@ -22,10 +22,12 @@ from examples.layout import compose, contact_sheet, titled
 from examples.panels import Shown, caption, panels
 
 from .page import families, write_pages
+from .sheets import write_sheets
 from .views import scene
 
 DOCS = ROOT / "docs" / "gallery"
 WORK = BUILD / "gallery"
+PICTURES = WORK / "pictures"
 QUALITY = 80
 
 
@@ -35,7 +37,7 @@ QUALITY = 80
 def main(patterns: tuple[str, ...], bundles: Path) -> None:
     """Draw the gallery.
 
-    PATTERNS are names, or shell patterns such as 'filters.*': then only those are drawn, with their sheets but without the pages.
+    PATTERNS are names, or shell patterns such as 'filters.*': then only those are drawn, with sheets in build/gallery, and docs/gallery is left alone.
     """
     warnings.simplefilter("ignore")
     entries = {name: e for name, e in catalog().items() if not patterns or any(fnmatch(name, p) for p in patterns)}
@@ -44,8 +46,8 @@ def main(patterns: tuple[str, ...], bundles: Path) -> None:
         raise click.ClickException(f"{bundles} has no bundle of {', '.join(missing)}: `make bundles` makes them" if missing else f"no op matches {' '.join(patterns)}")
     shutil.rmtree(WORK / "cases", ignore_errors=True)
     if not patterns:
-        shutil.rmtree(DOCS, ignore_errors=True)
-    DOCS.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(PICTURES, ignore_errors=True)
+    PICTURES.mkdir(parents=True, exist_ok=True)
     console = Console(width=None if sys.stdout.isatty() else 170)
     captions: dict[str, str] = {}
     problems: dict[str, str] = {}
@@ -60,10 +62,11 @@ def main(patterns: tuple[str, ...], bundles: Path) -> None:
                 problems[name] = problem
                 console.print(f"{name}: {problem}", style="red", highlight=False, markup=False)
     for family, names in families(captions).items():
-        contact_sheet([titled(Image.open(DOCS / f"{n}.jpg"), n, captions[n]) for n in names], WORK / f"{family}.png")
+        contact_sheet([titled(Image.open(PICTURES / f"{n}.jpg"), n, captions[n]) for n in names], WORK / f"{family}.png")
     if not patterns:
-        write_pages(captions, {n: (inspect.getdoc(entries[n].function()) or "").split("\n")[0] for n in captions}, DOCS)
-    console.print(f"{len(captions)} pictures in {DOCS.relative_to(ROOT)}, sheets in {WORK.relative_to(ROOT)}, {len(problems)} problems", highlight=False)
+        write_pages(captions, {n: (inspect.getdoc(entries[n].function()) or "").split("\n")[0] for n in captions}, PICTURES)
+        write_sheets(PICTURES, DOCS)
+    console.print(f"{len(captions)} pictures in {PICTURES.relative_to(ROOT)}, sheets in {(WORK if patterns else DOCS).relative_to(ROOT)}, {len(problems)} problems", highlight=False)
     if problems:
         raise SystemExit(1)
 
@@ -82,7 +85,7 @@ def draw(entry: Entry, bundle: Path) -> tuple[str, str]:
     results = read_results(folder, outputs, backend)
     shown = Shown(spec, photos[0], given, outputs, {o["name"]: r for o, r in zip(outputs, results, strict=True)})
     made = panels(shown)
-    compose(made).save(DOCS / f"{spec.name}.jpg", quality=QUALITY, optimize=True)
+    compose(made).save(PICTURES / f"{spec.name}.jpg", quality=QUALITY, optimize=True)
     case = report["cases"][0]
     return caption(shown, made), f"{case['wrong']} values differ from eager Python's by up to {case['error']:.2g}" if case["wrong"] else ""
 
