@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "backends/native/archive.h"
 #include "core/expression.h"
 #include "core/file.h"
 #include "core/golden.h"
@@ -390,6 +391,79 @@ TEST(Compare, DecodesHalfPrecision) {
 TEST(Compare, LargeIntegersAreExact) {
   const int64_t a[] = {(int64_t{1} << 53) + 1}, b[] = {int64_t{1} << 53};
   EXPECT_FALSE(core::compare(a, b, 1, CHIASM_INT64, {}).passed);
+}
+
+/** A stored zip archive, by APPNOTE.TXT. */
+class Zip {
+ public:
+  void add(const std::string& name, const std::string& content, unsigned method = 0, unsigned flags = 0) {
+    const size_t offset = data_.size();
+    const std::string common = u16(20) + u16(flags) + u16(method) + u16(0) + u16(0x21) + u32(0) + u32(content.size()) + u32(content.size()) +
+                               u16(name.size()) + u16(2);
+    data_ += u32(0x04034b50) + common + name + "xx" + content;
+    directory_ += u32(0x02014b50) + u16(20) + common + u16(1) + u16(0) + u16(0) + u32(0) + u32(offset) + name + "xx" + "c";
+    ++count_;
+  }
+  std::string bytes(const std::string& comment = "") const {
+    return data_ + directory_ + u32(0x06054b50) + u16(0) + u16(0) + u16(count_) + u16(count_) + u32(directory_.size()) + u32(data_.size()) +
+           u16(comment.size()) + comment;
+  }
+
+ private:
+  static std::string u16(size_t value) { return {static_cast<char>(value & 255), static_cast<char>(value >> 8 & 255)}; }
+  static std::string u32(size_t value) { return u16(value & 65535) + u16(value >> 16); }
+  std::string data_, directory_;
+  size_t count_ = 0;
+};
+
+std::string library_in(const std::string& archive) {
+  const native::Bytes found = native::find_library(archive.data(), archive.size());
+  return std::string(reinterpret_cast<const char*>(found.data), found.size);
+}
+
+TEST(Archive, FindsTheOneLibrary) {
+  Zip zip;
+  zip.add("op/readme.txt", "nothing");
+  zip.add("op/code.so", "the code");
+  zip.add("op/last", "");
+  EXPECT_EQ(library_in(zip.bytes()), "the code");
+  EXPECT_EQ(library_in(zip.bytes("a comment that says PK\5\6 itself")), "the code");
+}
+
+TEST(Archive, SaysWhatIsWrong) {
+  const auto says = [](const std::string& archive) { return refusal([&] { library_in(archive); }); };
+  Zip none, two, packed, secret;
+  none.add("a.txt", "a");
+  two.add("a.so", "a");
+  two.add("b.so", "b");
+  packed.add("a.so", "a", 8);
+  secret.add("a.so", "a", 0, 1);
+  EXPECT_EQ(says(""), "not a zip archive");
+  EXPECT_EQ(says(std::string(100000, 'x')), "not a zip archive");
+  EXPECT_THAT(says(none.bytes()), HasSubstr("no shared library"));
+  EXPECT_THAT(says(two.bytes()), HasSubstr("a.so and b.so"));
+  EXPECT_THAT(says(packed.bytes()), HasSubstr("'a.so' in the archive is compressed or encrypted"));
+  EXPECT_THAT(says(secret.bytes()), HasSubstr("compressed or encrypted"));
+}
+
+TEST(Archive, AnyDamageIsAnErrorOrALibraryInside) {
+  Zip zip;
+  zip.add("a.txt", "text");
+  zip.add("b.so", "library");
+  const std::string whole = zip.bytes();
+  for (size_t size = 0; size < whole.size(); ++size) EXPECT_THROW(library_in(whole.substr(0, size)), Error) << size;
+  for (size_t at = 0; at < whole.size(); ++at) {
+    for (const int value : {0, 1, 127, 255}) {
+      std::string damaged = whole;
+      damaged[at] = static_cast<char>(value);
+      try {
+        const native::Bytes found = native::find_library(damaged.data(), damaged.size());
+        const auto* const begin = reinterpret_cast<const unsigned char*>(damaged.data());
+        EXPECT_TRUE(found.data >= begin && found.data + found.size <= begin + damaged.size()) << at;
+      } catch (const Error&) {
+      }
+    }
+  }
 }
 
 }  // namespace
