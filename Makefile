@@ -17,7 +17,7 @@ SOURCES := $(shell find python/chiasm runtime/artifact \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration \
-  test test-quick test-ops test-export test-runtime test-aarch64 test-parity \
+  test test-all test-quick test-ops test-export test-runtime test-aarch64 test-parity \
   test-examples test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage docs linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
 
 help: ## list the targets
@@ -36,12 +36,12 @@ $(BUNDLES)/.exported: $(SOURCES) | build
 	$(PY) -m chiasm.export export --all -o $(BUNDLES) -j $(JOBS)
 	touch $@
 
-# What tests run on: a part of the catalog, others with every commit; or all of `make bundles`, where it is there.
+# What tests run on: a part of the catalog, or all of `make bundles`, where it is there.
 test-bundles: $(BUNDLES)/.tested
 
 $(BUNDLES)/.tested: $(SOURCES) | build
 	@whole=$(BUNDLES)/.exported
-	if [ ! -e $$whole ] || [ -n "$$(find $(SOURCES) -newer $$whole -print -quit)" ]; then $(PY) tests/parity/rotation.py $(BUNDLES); fi
+	if [ ! -e $$whole ] || [ -n "$$(find $(SOURCES) -newer $$whole -print -quit)" ]; then $(PY) tests/parity/selection.py $(BUNDLES); fi
 	touch $@
 
 demo: setup ## export part of the catalog, run it from C++ on real photographs, show tables and pictures
@@ -81,6 +81,9 @@ test: build ## every test
 	@$(MAKE) test-bundles test-ops test-export test-runtime test-aarch64 test-parity test-special-values other-runtimes test-examples test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
+test-all: build bundles ## every test on the whole catalog (hours)
+	@$(MAKE) test special-values sanitize-artifacts
+
 test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -x -n $(JOBS) tests/ops
 	ctest --preset release -L core
@@ -111,7 +114,7 @@ parity: build bundles ## the full matrix: every op in every format -> build/pari
 	$(PY) tests/parity/matrix.py
 
 test-special-values: build test-bundles ## NaN, infinities and extreme numbers into the ops that tests name, for a minute
-	@$(PY) tests/parity/special_values.py --seconds 60 $$($(PY) tests/parity/rotation.py 2> /dev/null | awk '/a test names it/ {print $$1}')
+	@$(PY) tests/parity/special_values.py --seconds 60 $$($(PY) tests/parity/selection.py 2> /dev/null | awk '/a test names it/ {print $$1}')
 
 special-values: build bundles ## NaN, infinities and extreme numbers into every input of every op on every backend -> build/special_values.json
 	$(PY) tests/parity/special_values.py

@@ -52,8 +52,8 @@ def test_an_op_is_added(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "python/chiasm", tmp_path / "chiasm", ignore=shutil.ignore_patterns("__pycache__", "x86-64-*"))
     (tmp_path / "chiasm/enhance/vignette.py").write_text(source)
     family = tmp_path / "chiasm/enhance/__init__.py"
-    before, lookup = family.read_text().split("__getattr__ = ")
-    family.write_text(f"{before}{names}\n__getattr__ = {lookup}")
+    before, lookup = family.read_text().split("__getattr__, ")
+    family.write_text(f"{before}{names}\n__getattr__, {lookup}")
     with (tmp_path / "chiasm/export/catalog/enhance.py").open("a") as catalog:
         catalog.write(spec)
     (tmp_path / "test_vignette.py").write_text(test)

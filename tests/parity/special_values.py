@@ -2,7 +2,7 @@
 
     python tests/parity/special_values.py                          of every bundle in build/bundles
     python tests/parity/special_values.py PATTERN...               of these ops
-    python tests/parity/special_values.py --seconds 60             what fits into that time, other ops and cases with every commit
+    python tests/parity/special_values.py --seconds 60             what fits into that time, of each op some cases
     python tests/parity/special_values.py --bundles FOLDER OP --case "input=nan, all"
 
 Each value of special_cases.py is put into each input: into all of it, one element, a row. The calls are made in child processes. None may end by a
@@ -30,7 +30,7 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.progress import track
-from rotation import git, lot
+from selection import lot
 
 from chiasm.export.catalog import catalog
 
@@ -158,10 +158,9 @@ def main() -> int:
     parser.add_argument("--result", type=Path, default=ROOT / "build" / "special_values.json")
     chosen = parser.parse_args()
     names = [n for n in catalog() if any(fnmatch(n, p) for p in chosen.patterns) and (chosen.bundles / f"{n}.chiasm").is_dir()]
-    order = git("rev-parse", "HEAD") if chosen.seconds else ""
     if chosen.seconds:
         names.sort(key=lambda n: (not has_native(chosen.bundles / f"{n}.chiasm"), lot(n)))
-    common = {"bundles": str(chosen.bundles), "seconds": OP_SECONDS if chosen.seconds else 1e9, "order": order, "cases": chosen.case}
+    common = {"bundles": str(chosen.bundles), "seconds": OP_SECONDS if chosen.seconds else 1e9, "mixed": bool(chosen.seconds), "cases": chosen.case}
     console = Console(width=None if sys.stdout.isatty() else 180)
     reports = []
     jobs = [common | {"op": n, "skipped": [], "compared": n not in LEFT_TO_ROUNDING} for n in names]

@@ -88,8 +88,8 @@ class Method:
             self.step(f"{backend}: normal", lambda r=run: r(self.inputs))
             self.normal[backend] = peak() - before
         chosen = [c for c in cases(self.inputs) if not self.job["cases"] or str(c) in self.job["cases"]]
-        if self.job["order"]:
-            chosen.sort(key=lambda c: hashlib.sha256(f"{self.job['order']} {self.op} {self.label} {c}".encode()).digest())
+        if self.job["mixed"]:
+            chosen.sort(key=lambda c: hashlib.sha256(f"{self.op} {self.label} {c}".encode()).digest())
         end = time.monotonic() + self.job["seconds"] / self.parts
         for case in chosen:
             if time.monotonic() > end:

@@ -62,4 +62,4 @@ __all__ = [
     "yuv_to_rgb",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

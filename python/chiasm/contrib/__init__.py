@@ -21,4 +21,4 @@ __all__ = [
     "kmeans",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

@@ -64,4 +64,4 @@ __all__ = [
     "zca_whiten",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

@@ -47,4 +47,4 @@ __all__ = [
     "perspective_transform_lafs", "rotate_laf", "scale_laf", "set_laf_orientation", "sift_describe",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

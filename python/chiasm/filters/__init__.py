@@ -94,4 +94,4 @@ __all__ = [
     "unsharp_mask",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

@@ -8,4 +8,4 @@ from .shapes import draw_convex_polygon, draw_rectangle
 
 __all__ = ["draw_convex_polygon", "draw_line", "draw_point2d", "draw_rectangle", "image_to_tensor", "make_grid", "tensor_to_image"]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

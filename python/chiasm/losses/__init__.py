@@ -52,4 +52,4 @@ __all__ = [
     "welsch_loss",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

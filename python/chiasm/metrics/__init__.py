@@ -30,4 +30,4 @@ __all__ = [
     "translation_ate",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

@@ -25,4 +25,4 @@ __all__ = [
     "top_hat",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

@@ -35,4 +35,4 @@ __all__ = [
     "unproject_points_z1",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

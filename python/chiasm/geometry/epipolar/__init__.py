@@ -71,4 +71,4 @@ __all__ = [
     "triangulate_points",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

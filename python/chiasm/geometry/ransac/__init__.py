@@ -13,4 +13,4 @@ from .homography import ransac_homography
 
 __all__ = ["ransac_essential", "ransac_fundamental", "ransac_homography"]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

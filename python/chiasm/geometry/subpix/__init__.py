@@ -11,4 +11,4 @@ __all__ = [
     "render_gaussian2d", "spatial_expectation2d", "spatial_soft_argmax2d", "spatial_softmax2d",
 ]
 
-__getattr__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_twins(__name__, globals())

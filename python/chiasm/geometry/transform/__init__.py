@@ -40,4 +40,4 @@ __all__ = [
 # As Kornia's: modules that move every image in the same way.
 _HELD = {"rotate": ["angle"], "scale": ["scale_factor"], "shear": ["shear"], "translate": ["translation"]}
 
-__getattr__ = lazy_twins(__name__, globals(), _HELD)
+__getattr__, __dir__ = lazy_twins(__name__, globals(), _HELD)

@@ -21,6 +21,8 @@ def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Modu
     >>> blur = twin(median_blur)(3)
     >>> blur(torch.ones(1, 2, 5, 5)).shape, blur.kernel_size
     (torch.Size([1, 2, 5, 5]), 3)
+    >>> blur
+    MedianBlur(kernel_size=3, border_type='reflect')
     """
     signature = inspect.signature(function)
     tensors = [p for p in signature.parameters.values() if p.annotation is Tensor and p.default is p.empty and p.name not in held]
@@ -40,8 +42,15 @@ def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Modu
     made = made_from(source, f"<chiasm twin {function.__module__}.{name}>", name, scope)
     about = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
     made.__doc__ = f"`{function.__name__}` as a module.\n\n{about}"
+    shown = [p.name for p in settings]
+    made.extra_repr = lambda self: ", ".join(f"{name}={_short(getattr(self, name))}" for name in shown)
     made.__module__ = function.__module__.rpartition(".")[0]
     return made
+
+
+def _short(value: Any) -> str:
+    """A setting as a module's repr shows it: of a tensor the shape."""
+    return f"Tensor{tuple(value.shape)}" if isinstance(value, Tensor) else repr(value)
 
 
 def class_name(function_name: str) -> str:
@@ -70,8 +79,9 @@ _SPELLED = {
 }
 
 
-def lazy_twins(package: str, functions: Dict[str, Any], held: Optional[Dict[str, Sequence[str]]] = None) -> Callable[[str], Type[nn.Module]]:
-    """A module-level `__getattr__` (PEP 562) that makes the twin of any public function of a package when it is asked for.
+def lazy_twins(package: str, functions: Dict[str, Any], held: Optional[Dict[str, Sequence[str]]] = None) -> Tuple[Callable[[str], Type[nn.Module]], Callable[[], List[str]]]:
+    """A package's `__getattr__`, which makes the twin of any public function when it is asked for, and its `__dir__` (PEP 562), which lists
+    them.
 
     Args:
         package: the package's `__name__`.
@@ -86,7 +96,10 @@ def lazy_twins(package: str, functions: Dict[str, Any], held: Optional[Dict[str,
                 return functions[name]
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
-    return __getattr__
+    def __dir__() -> List[str]:
+        return sorted({*functions, *(class_name(public) for public in functions["__all__"] if inspect.isfunction(functions[public]))})
+
+    return __getattr__, __dir__
 
 
 def hold(module: nn.Module, name: str, value: Tensor) -> None:

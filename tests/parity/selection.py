@@ -1,12 +1,12 @@
 """Which ops a test run compiles natively, and which others it exports to TorchScript and ONNX.
 
-    python tests/parity/rotation.py            list them, with why
-    python tests/parity/rotation.py OUTPUT     export them to OUTPUT
+    python tests/parity/selection.py            list them, with why
+    python tests/parity/selection.py OUTPUT     export them to OUTPUT
 
-All of the catalog is `make parity`, too long for every run. Compiled are the ops that the tests name, those whose source has changed, and
-one more of each family. Of the rest every op that has changed is exported, and every third other one; of these every sixteenth with its
-gradient, which takes most of an export's time. Which ones is drawn anew with every commit. The sources are compared with $CHIASM_BASE,
-else with where the branch left origin's, else with the commit before.
+All of the catalog is `make test-all`, too long for every run. Compiled are the ops that the tests name, those whose source has changed, and
+one more of each family. Of the rest every op that has changed is exported, and every sixth other one; of these every sixteenth with its
+gradient, which takes most of an export's time. Which ones hangs on the content of their sources, so that the same sources have the same tests.
+The sources are compared with $CHIASM_BASE, else with where the branch left origin's, else with the commit before.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from chiasm.export.cli import export_names
 ROOT = Path(__file__).resolve().parents[2]
 PER_FAMILY = 1
 #: Of so many ops that are not compiled and have not changed one is exported.
-EXPORTED = 3
+EXPORTED = 6
 #: Of so many ops one is exported with its gradient.
 GRADIENTS = 16
-#: What takes minutes to compile and is left to `make parity`, unless a test names it.
+#: What takes minutes to compile and is left to `make test-all`, unless a test names it.
 SLOW = (
     "contrib.diamond_square.*", "feature.detect_keypoints.*", "feature.match_adalam.*", "losses.hausdorff_*", "pipelines.two_view_homography",
     "geometry.epipolar.find_*", "geometry.epipolar.motion_from_*", "geometry.epipolar.project_to_essential", "geometry.homography.find_*", "geometry.pnp.*",
     "geometry.quaternion.average_quaternions", "geometry.ransac.*", "geometry.solvers.solve_cubic", "geometry.solvers.solve_quartic", "geometry.subpix.conv_*",
     "geometry.subpix.iterative_*", "geometry.transform.*3d",
 )
-#: A commit that changes more ops than this has them drawn by lot, lest a test run take hours; the rest waits for `make parity`.
+#: A commit that changes more ops than this has some of them taken, lest a test run take hours; the rest waits for `make test-all`.
 MOST_CHANGED = 12
 
 
@@ -57,9 +57,13 @@ def changed_files() -> set[str]:
     return set(git("diff", "--name-only", base).split() + git("ls-files", "--others", "--exclude-standard").split())
 
 
+def source_of(name: str) -> Path:
+    return Path(inspect.getsourcefile(catalog()[name].function()) or "").resolve()
+
+
 def lot(name: str) -> bytes:
-    """A place in an order that every commit shuffles anew."""
-    return hashlib.sha256(f"{git('rev-parse', 'HEAD')} {name}".encode()).digest()
+    """An op's place in an order that the content of its source decides."""
+    return hashlib.sha256(name.encode() + source_of(name).read_bytes()).digest()
 
 
 def chosen() -> tuple[dict[str, str], list[str]]:
@@ -72,7 +76,7 @@ def chosen() -> tuple[dict[str, str], list[str]]:
     words = re.findall(r"\b[a-z]+(?:\.[a-z0-9_]+)+", " ".join(p.read_text() for p in tests))
     named = {w.removesuffix(".chiasm") for w in words} & set(entries)
     changed = changed_files()
-    source = {n: str(Path(inspect.getsourcefile(e.function()) or "").resolve().relative_to(ROOT)) for n, e in entries.items()}
+    source = {n: str(source_of(n).relative_to(ROOT)) for n in entries}
     slow = {n for n in entries if any(fnmatch(n, pattern) for pattern in SLOW)}
     differing = [n for n in entries if source[n] in changed]
     touched = sorted((n for n in differing if n not in slow), key=lot)
@@ -83,9 +87,9 @@ def chosen() -> tuple[dict[str, str], list[str]]:
         others = [n for n in family if n not in named]  # which the tests name is the same in every run
         due = PER_FAMILY - sum(n in result for n in others)
         for name in sorted((n for n in others if n not in result and n not in slow), key=lot)[: max(0, due)]:
-            result[name] = "its turn"
+            result[name] = "one of its family"
     if len(touched) > MOST_CHANGED:
-        Console(stderr=True).print(f"{len(touched)} ops have changed: {MOST_CHANGED} of them are compiled, `make parity` compiles all", style="yellow")
+        Console(stderr=True).print(f"{len(touched)} ops have changed: {MOST_CHANGED} of them are compiled, `make test-all` compiles all", style="yellow")
     same = sorted((n for n in entries if n not in result and n not in differing), key=lot)
     return result, [n for n in differing if n not in result] + same[::EXPORTED]
 
@@ -99,7 +103,7 @@ def main(arguments: list[str]) -> None:
         return
     jobs = len(os.sched_getaffinity(0))
     export_names(list(native), Path(arguments[0]), ("torchscript", "onnx", "native"), jobs=jobs)
-    with_gradients = others[::GRADIENTS]
+    with_gradients = [n for n in others[::GRADIENTS] if not any(fnmatch(n, pattern) for pattern in SLOW)]
     export_names(with_gradients, Path(arguments[0]), ("torchscript", "onnx"), jobs=jobs)
     export_names([n for n in others if n not in with_gradients], Path(arguments[0]), ("torchscript", "onnx"), methods=("forward",), jobs=jobs)
 
