@@ -51,7 +51,9 @@ def test_the_list_of_parts_is_cyclonedx_and_names_every_file(bundle: Path) -> No
     versions = {c["name"]: c.get("version") for c in parts["components"]}
     assert versions["torch"] == torch.__version__.split("+")[0] or versions["torch"] == torch.__version__
     assert versions["g++"] == subprocess.run(["g++", "-dumpfullversion"], capture_output=True, text=True, check=True).stdout.strip()
-    assert "libstdc++.so.6" in versions and "libc.so.6" in versions and not any("torch" in name and name != "torch" for name in versions)
+    assert "libc.so.6" in versions and versions["libstdc++"] == versions["libgcc"] == versions["g++"]
+    assert not any(".so" in name and not name.startswith(("libc.", "libm.", "libmvec.", "ld-linux")) for name in versions)
+    assert not any("torch" in name and name != "torch" for name in versions)
     wrong = parts | {"components": [{"type": "nonsense", "name": "x"}]}
     assert not _validator().is_valid(wrong)
 

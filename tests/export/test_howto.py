@@ -27,7 +27,7 @@ def run(*command: object, **options: object) -> None:
 def test_a_kernel_is_added(tmp_path: Path) -> None:
     declaration, source, test, lowering = blocks("kernel.md")
     ignored = shutil.ignore_patterns("__pycache__", "*.so", "x86-64-*")
-    for folder in ("runtime/artifact", "tests/kernels", "python/chiasm"):
+    for folder in ("include", "runtime/artifact", "tests/kernels", "python/chiasm"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
     with (tmp_path / "python/chiasm/primitives/kernels/declarations.py").open("a") as declarations:
         declarations.write(declaration)
@@ -41,7 +41,7 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
     assert "## invert\n" in (made / "kernels.md").read_text()
     assert "AOTITorchError aoti_torch_cpu_invert(AtenTensorHandle x_, double high, AtenTensorHandle* result)" in (made / "kernel_calls.cpp").read_text()
     sources = [tmp_path / f for f in ("runtime/artifact/kernels/invert.cpp", "runtime/artifact/aoti/openmp.cpp", "tests/kernels/invert_test.cpp", "tests/kernels/threads.cpp")]
-    flags = ["-std=c++20", "-O1", f"-march={next(iter(ISAS))}", "-fopenmp", "-Wall", "-Wextra", "-Werror", f"-I{made}", f"-I{tmp_path / 'runtime'}"]
+    flags = ["-std=c++20", "-O1", f"-march={next(iter(ISAS))}", "-fopenmp", "-Wall", "-Wextra", "-Werror", f"-I{made}", f"-I{tmp_path / 'runtime'}", f"-I{tmp_path / 'include'}"]
     run("g++", *flags, *sources, "-lgtest", "-lgtest_main", "-o", tmp_path / "invert_test")
     run(tmp_path / "invert_test")
     run(sys.executable, tmp_path / "lowering.py", env={"PYTHONPATH": str(tmp_path / "python")})

@@ -35,7 +35,7 @@ def of(*shape: object, **tensor: object) -> Spec:
 SPECS = {
     "dtype": (of("N", dtype="float8"), "input 'input': dtype 'float8' is not one of bool, uint8"),
     "dtypes": (numbers(dtypes=("float8",)), "dtypes: dtype 'float8'"),
-    "16 bits": (of("N", dtype="uint16"), "uint16.*convert to int32"),
+    "32 bits without a sign": (of("N", dtype="uint32"), "uint32.*convert to int64"),
     "complex": (of("N", dtype="complex64"), "complex64.*real and the imaginary"),
     "the same dtype twice": (numbers(dtypes=("float32", "float32")), "different dtypes"),
     "no limits": (of("Q"), "symbol 'Q' has no limits: add symbols="),
@@ -136,8 +136,8 @@ def none_at_all(input: Tensor):
     return ()
 
 
-def sixteen_bits(input: Tensor) -> Tensor:
-    return (input * 100).to(torch.uint16)
+def unsigned(input: Tensor) -> Tensor:
+    return (input * 100).to(torch.uint32)
 
 
 def spectrum(input: Tensor) -> Tensor:
@@ -163,7 +163,7 @@ def leaves(input: Tensor) -> Tensor:
 @pytest.mark.parametrize(("fn", "message"), [
     (a_dict, "returns a dict: return a tuple of its tensors"), (nested, "returns a list as result 1: return one flat tuple"), (nothing, "returns nothing"),
     (text, "returns a str"), (number, "returns a float: return a tensor"), (none_at_all, "names 1 outputs, the op returns 0"),
-    (sixteen_bits, "result 0: dtype 'uint16'"), (spectrum, "result 0: dtype 'complex64'"), (sparse, "dense"), (deep, "9 dimensions"),
+    (unsigned, "result 0: dtype 'uint32'"), (spectrum, "result 0: dtype 'complex64'"), (sparse, "dense"), (deep, "9 dimensions"),
     (fails, r"test_refusals.py:\d+: raise ValueError.*\n.*because: ValueError: the op's own words$"), (leaves, r"at .*raise SystemExit\(0\)"),
 ])
 def test_results_that_are_no_outputs(fn, message: str, tmp_path: Path) -> None:

@@ -24,7 +24,6 @@ _VERSION = re.compile(r"[0-9]+\.[0-9]+\.[0-9]+")
 _RANK = 8
 #: Dtypes that people have, and what to give an op instead.
 _INSTEAD = {
-    "uint16": "; convert to int32 before the op, which holds every value",
     "uint32": "; convert to int64 before the op, which holds every value",
     "complex64": "; take the real and the imaginary part as two float32 tensors",
     "complex128": "; take the real and the imaginary part as two float64 tensors",

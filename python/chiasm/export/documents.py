@@ -25,7 +25,9 @@ from .manifest import sha256
 from .native import _compiler, _run
 
 #: Whose version a shared library has that compiled code is linked with.
-_OWNERS = ((r"libstdc\+\+|libgcc_s|libgomp", "gcc"), (r"libtorch|libc10", "torch"), (r"lib(c|m|mvec|pthread|dl)\.so|ld-linux", "glibc"))
+_OWNERS = ((r"libtorch|libc10", "torch"), (r"lib(c|m|mvec|pthread|dl)\.so|ld-linux", "glibc"))
+#: What native code carries inside it, of the compiler's version (`_LINK` in native.py).
+_STATIC = ("libstdc++", "libgcc")
 
 
 def sbom(manifest: Mapping[str, Any], files: Mapping[str, bytes]) -> bytes:
@@ -37,6 +39,7 @@ def sbom(manifest: Mapping[str, Any], files: Mapping[str, bytes]) -> bytes:
     if native:
         versions |= {"gcc": _compiler_version(), "glibc": (os.confstr("CS_GNU_LIBC_VERSION") or "").removeprefix("glibc ")}
         packages.append(_component("application", "g++", versions["gcc"]))
+        linked += [_component("library", library, versions["gcc"]) for library in _STATIC]
         for library in sorted({library for data in native.values() for library in _linked(data)}):
             owner = next((owner for pattern, owner in _OWNERS if re.match(pattern, library)), "")
             linked.append(_component("library", library, versions.get(owner, "")))

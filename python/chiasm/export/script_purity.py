@@ -16,7 +16,7 @@ from .purity import MARKERS, draws, impure, is_random, writes
 
 _STATE = "a state of the module"
 #: TorchScript's numbers of dtypes.
-_DTYPES = {0: "uint8", 1: "int8", 2: "int16", 3: "int32", 4: "int64", 5: "float16", 6: "float32", 7: "float64", 11: "bool", 15: "bfloat16"}
+_DTYPES = {0: "uint8", 1: "int8", 2: "int16", 3: "int32", 4: "int64", 5: "float16", 6: "float32", 7: "float64", 11: "bool", 15: "bfloat16", 27: "uint16"}
 #: Arguments that say, where they are this constant, that an operator draws nothing.
 _QUIET = {"train": False, "training": False, "p": 0.0, "dropout": 0.0, "dropout_p": 0.0}
 
