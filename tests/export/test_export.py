@@ -45,6 +45,23 @@ def test_native_loops_are_vectorised(bundle: Path, tmp_path: Path) -> None:
     assert re.search(r"vmulps .*ymm", code)  # the scaling, eight values at a time
 
 
+def metres(depth: Tensor, scale: float = 0.001) -> Tuple[Tensor, Tensor]:
+    """Depth of a camera that measures millimetres, and where it measured nothing."""
+    return depth.to(torch.float32) * scale, (depth.to(torch.int32) + (depth == 0).to(torch.int32) * 65535).to(torch.uint16)
+
+
+def test_frames_of_sixteen_bits(tmp_path: Path) -> None:
+    depth = TensorSpec("depth", ("B", 1, "H", "W"), dtype="uint16", range=(0, 65535))
+    path = export(metres, Spec("test.metres", [depth], [TensorSpec("metres"), TensorSpec("filled")]), tmp_path)
+    bundle = chiasm.runtime.open(path)
+    frame = np.array([[0, 1, 1000, 32768, 65535]], np.uint16)[None, None]
+    for backend in ("native", "torch", "onnx"):
+        distance, filled = bundle.method("forward", backend=backend)(frame)
+        np.testing.assert_array_equal(distance, frame.astype(np.float32) * np.float32(0.001))
+        assert filled.dtype == np.uint16
+        np.testing.assert_array_equal(filled, np.where(frame == 0, 65535, frame))
+
+
 def test_native_code_brings_no_threads_and_no_torch(bundle: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(bundle / "forward.float32.x86-64-v3.pt2") as archive:
         archive.extract("chiasm/op.so", tmp_path)

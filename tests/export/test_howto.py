@@ -27,7 +27,7 @@ def run(*command: object, **options: object) -> None:
 def test_a_kernel_is_added(tmp_path: Path) -> None:
     declaration, source, test, lowering = blocks("kernel.md")
     ignored = shutil.ignore_patterns("__pycache__", "*.so", "x86-64-*")
-    for folder in ("include", "runtime/artifact", "tests/kernels", "python/chiasm"):
+    for folder in ("include", "runtime/artifact", "runtime/base", "tests/kernels", "python/chiasm"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignored)
     with (tmp_path / "python/chiasm/primitives/kernels/declarations.py").open("a") as declarations:
         declarations.write(declaration)

@@ -13,6 +13,7 @@ import os
 import re
 import subprocess
 import tempfile
+import warnings
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager, nullcontext
@@ -306,7 +307,8 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, bui
     try:
         minima = _plain_minima() if spec.without_nan and build.include else nullcontext()
         checks = checked_native_code() if build.include else nullcontext()  # libtorch has no place to note a wrong index in
-        with tempfile.TemporaryDirectory() as scratch, fast_tracing(), known_vectors(), fast_inductor(build), minima, checks:
+        with tempfile.TemporaryDirectory() as scratch, fast_tracing(), known_vectors(), fast_inductor(build), minima, checks, warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of PyTorch about PyTorch
             path = str(Path(scratch) / "op.pt2")
             aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec.vectorize, isa) | options)
             return Path(path).read_bytes()

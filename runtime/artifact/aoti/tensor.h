@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "../abi.h"
+#include "base/dtype.h"
 
 namespace chiasm::artifact {
 
@@ -53,17 +54,13 @@ struct Storage {
 };
 
 // Codes of c10::ScalarType, as AOTInductor's code writes them.
-enum ScalarType : int32_t { kUint8 = 0, kInt8, kInt16, kInt32, kInt64, kHalf, kFloat, kDouble, kBool = 11, kBFloat16 = 15 };
+enum ScalarType : int32_t { kUint8 = 0, kInt8, kInt16, kInt32, kInt64, kHalf, kFloat, kDouble, kBool = 11, kBFloat16 = 15, kUint16 = 27 };
 
 inline constexpr int64_t kMostElements = int64_t{1} << 56;
 
 inline int64_t element_size(int32_t dtype) {
-  switch (dtype) {
-    case kUint8: case kInt8: case kBool: return 1;
-    case kInt16: case kHalf: case kBFloat16: return 2;
-    case kInt32: case kFloat: return 4;
-    case kInt64: case kDouble: return 8;
-  }
+  for (const base::DTypeEntry& known : base::kDTypes)
+    if (known.torch == dtype) return static_cast<int64_t>(known.size);
   throw std::runtime_error("the compiled op uses element type " + std::to_string(dtype) + ", which this runtime does not have");
 }
 

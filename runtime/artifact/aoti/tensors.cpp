@@ -25,6 +25,7 @@ extern "C" {
 int32_t aoti_torch_device_type_cpu() { return 0; }
 int32_t aoti_torch_device_type_cuda() { return 1; }
 int32_t aoti_torch_dtype_uint8() { return kUint8; }
+int32_t aoti_torch_dtype_uint16() { return kUint16; }
 int32_t aoti_torch_dtype_int8() { return kInt8; }
 int32_t aoti_torch_dtype_int16() { return kInt16; }
 int32_t aoti_torch_dtype_int32() { return kInt32; }
