@@ -43,29 +43,27 @@ int32_t dtype_from_numpy(const py::dtype& dtype) {
   for (int32_t i = 0; i < kDTypeCount; ++i) {
     if (kDTypes[i].numpy_kind == kind && bits_of(i) == bits && kind != 'V') return i;
   }
-  if (bits == 16 && py::str(dtype).cast<std::string>() == "bfloat16") return CHIASM_BFLOAT16;  // of the package ml_dtypes
-  return -1;
+  // Of the package ml_dtypes, whose kind is that of all types that NumPy does not know.
+  return kind == 'V' && bits == 16 && py::str(dtype).cast<std::string>() == "bfloat16" ? CHIASM_BFLOAT16 : -1;
 }
 
 py::dtype numpy_dtype(int32_t dtype) {
-  constexpr int kHalf = 23;  // NPY_HALF
-  switch (dtype) {
-    case CHIASM_BOOL: return py::dtype::of<bool>();
-    case CHIASM_UINT8: return py::dtype::of<uint8_t>();
-    case CHIASM_INT8: return py::dtype::of<int8_t>();
-    case CHIASM_INT16: return py::dtype::of<int16_t>();
-    case CHIASM_INT32: return py::dtype::of<int32_t>();
-    case CHIASM_INT64: return py::dtype::of<int64_t>();
-    case CHIASM_FLOAT16: return py::dtype(kHalf);
-    case CHIASM_FLOAT32: return py::dtype::of<float>();
-    case CHIASM_FLOAT64: return py::dtype::of<double>();
-    default: break;
+  static PyObject* known[kDTypeCount] = {};  // guarded by the GIL, and kept
+  if (known[dtype] == nullptr) {
+    py::object found;
+    const base::DTypeEntry& entry = kDTypes[dtype];
+    if (entry.numpy_kind != 'V') {
+      found = py::dtype(entry.numpy_kind + std::to_string(entry.size));
+    } else {
+      try {
+        found = py::dtype::from_args(py::module_::import("ml_dtypes").attr(entry.name));
+      } catch (const py::error_already_set&) {
+        throw Error(CHIASM_INVALID_ARGUMENT, std::string("NumPy has no ") + entry.name + ": pass torch tensors, or install ml_dtypes");
+      }
+    }
+    known[dtype] = found.release().ptr();
   }
-  try {
-    return py::dtype::from_args(py::module_::import("ml_dtypes").attr("bfloat16"));
-  } catch (const py::error_already_set&) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "NumPy has no bfloat16: pass torch tensors, or install ml_dtypes");
-  }
+  return py::reinterpret_borrow<py::dtype>(known[dtype]);
 }
 
 DLDataType dlpack_dtype(int32_t dtype) {
