@@ -10,9 +10,9 @@ import numpy as np
 import torch
 
 from chiasm.export.catalog import Entry
-from chiasm.export.exporter import run_eager
+from chiasm.export.job import run_eager
 from chiasm.export.manifest import read_manifest
-from chiasm.export.module import bind
+from chiasm.export.tracing.module import bind
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build"

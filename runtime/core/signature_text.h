@@ -1,4 +1,4 @@
-/** A method's signature as a text, which native code carries too (python/chiasm/export/native.py writes it): the two must be equal. */
+/** A method's signature as a text, which native code carries too (python/chiasm/export/formats/native.py writes it): the two must be equal. */
 #pragma once
 
 #include <string>

@@ -5,10 +5,11 @@ import torch
 from torch import Tensor
 
 from chiasm.export import samples
-from chiasm.export.exporter import with_cotangents
-from chiasm.export.graph import output_specs, trace, trace_vjp, vjp_module, vjp_signature
-from chiasm.export.module import bind
+from chiasm.export.job import with_cotangents
 from chiasm.export.spec import Spec, TensorSpec
+from chiasm.export.tracing.gradient import trace_vjp, vjp_module, vjp_signature
+from chiasm.export.tracing.graph import output_specs, trace
+from chiasm.export.tracing.module import bind
 
 
 def components(x: Tensor) -> Tensor:

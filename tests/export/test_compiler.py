@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from chiasm.export import compiler, samples
-from chiasm.export.compiler import Build
-from chiasm.export.graph import trace
-from chiasm.export.module import bind
-from chiasm.export.native import LIBRARIES, to_native
+from chiasm.export.formats.compiler import Build
+from chiasm.export.formats.native import LIBRARIES, to_native
+from chiasm.export.tracing.graph import trace
+from chiasm.export.tracing.module import bind
 from tests.export.conftest import SPEC, scaled_difference
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from chiasm import runtime
 from chiasm.export import Spec, export, image
-from chiasm.export.independence import has_samples, independent
+from chiasm.export.checks.independence import has_samples, independent
 from chiasm.export.manifest import read_manifest
 from chiasm.export.spec import TensorSpec, Tolerance
 

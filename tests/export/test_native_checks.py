@@ -16,10 +16,10 @@ from torch import Tensor
 
 from chiasm import runtime
 from chiasm.export import Spec, TensorSpec, export, samples
-from chiasm.export.compiler import Build
-from chiasm.export.graph import trace
-from chiasm.export.module import bind
-from chiasm.export.native import LIBRARIES, _inductor
+from chiasm.export.formats.compiler import Build
+from chiasm.export.formats.native import LIBRARIES, _inductor
+from chiasm.export.tracing.graph import trace
+from chiasm.export.tracing.module import bind
 from chiasm.primitives.resampling.taps import bilinear_taps
 
 SIZE = 16

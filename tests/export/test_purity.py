@@ -16,7 +16,7 @@ from torch.nn import functional as F
 
 import chiasm.runtime
 from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image
-from chiasm.export.script_purity import check_script
+from chiasm.export.checks.script_purity import check_script
 
 ANY = ("torchscript", "onnx")
 COUNT = [0]

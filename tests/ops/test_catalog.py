@@ -6,7 +6,7 @@ from torch import Tensor
 
 from chiasm.export import samples
 from chiasm.export.catalog import Entry, catalog
-from chiasm.export.module import bind
+from chiasm.export.tracing.module import bind
 from chiasm.primitives.core.target import exporting
 
 ENTRIES = catalog()

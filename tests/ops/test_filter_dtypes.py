@@ -7,7 +7,7 @@ from torch import Tensor
 from chiasm import filters
 from chiasm.export import samples
 from chiasm.export.catalog import Entry, catalog
-from chiasm.export.module import bind
+from chiasm.export.tracing.module import bind
 
 #: Comparisons, whose outputs jump: only the dtype is compared.
 JUMPS = ("adaptive", "otsu", "edge_aware", "in_range", "get_motion_kernel3d")

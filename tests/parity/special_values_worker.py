@@ -22,11 +22,11 @@ from special_cases import Case, Inputs, agreeing, apply, cases, determined, doub
 import chiasm.runtime
 from chiasm.export import samples
 from chiasm.export.catalog import catalog
-from chiasm.export.exporter import run_eager, with_cotangents
-from chiasm.export.graph import vjp_module
+from chiasm.export.job import run_eager, with_cotangents
 from chiasm.export.manifest import read_manifest
-from chiasm.export.module import bind
 from chiasm.export.spec import Spec, TensorSpec
+from chiasm.export.tracing.gradient import vjp_module
+from chiasm.export.tracing.module import bind
 
 #: A call may take so many times the memory of a normal call, and that much more.
 TIMES, MORE = 4, 64 << 20

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .errors import ExportError
-    from .exporter import export
     from .manifest import FORMATS, BundleError
+    from .pipeline import export
     from .spec import Spec, TensorSpec, Tolerance, frame, image
 
 __all__ = ["FORMATS", "BundleError", "ExportError", "Spec", "TensorSpec", "Tolerance", "export", "frame", "image"]
 
-_HOMES = {"BundleError": "manifest", "ExportError": "errors", "FORMATS": "manifest", "export": "exporter"}
+_HOMES = {"BundleError": "manifest", "ExportError": "errors", "FORMATS": "manifest", "export": "pipeline"}
 
 
 def __getattr__(name: str) -> Any:

@@ -159,7 +159,7 @@ def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         from .catalog import catalog
-        from .exporter import export as export_op
+        from .pipeline import export as export_op
 
         started = time.monotonic()
         entry = catalog()[name]

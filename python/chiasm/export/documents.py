@@ -21,8 +21,8 @@ from typing import Any
 import torch
 from torch import nn
 
+from .formats.native import compiler_command, run_tool
 from .manifest import sha256
-from .native import _compiler, _run
 
 #: Whose version a shared library has that compiled code is linked with.
 _OWNERS = ((r"libtorch|libc10", "torch"), (r"lib(c|m|mvec|pthread|dl)\.so|ld-linux", "glibc"))
@@ -76,11 +76,11 @@ def _needed(code: bytes) -> list[str]:
     with tempfile.NamedTemporaryFile(suffix=".so") as file:
         file.write(code)
         file.flush()
-        return re.findall(r"NEEDED +(\S+)", _run(["objdump", "-p", file.name]))
+        return re.findall(r"NEEDED +(\S+)", run_tool(["objdump", "-p", file.name]))
 
 
 def _compiler_version() -> str:
-    return _run([_compiler(), "-dumpfullversion"]).strip()
+    return run_tool([compiler_command(), "-dumpfullversion"]).strip()
 
 
 def provenance(fn: Callable | nn.Module, manifest: Mapping[str, Any], files: Mapping[str, bytes], asked: Mapping[str, Sequence[str]]) -> bytes:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import onnx
 from onnx import version_converter
 
-from chiasm.export.onnx_function import DOMAIN, domain_version, function_name, fuse
+from chiasm.export.formats.onnx_function import DOMAIN, domain_version, function_name, fuse
 
 from .methods import Method
 

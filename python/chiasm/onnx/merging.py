@@ -9,8 +9,8 @@ from pathlib import Path
 import onnx
 from onnx import TensorProto, helper
 
+from chiasm.export.formats.onnx_function import DOMAIN, function_name
 from chiasm.export.manifest import read_manifest
-from chiasm.export.onnx_function import DOMAIN, function_name
 
 from .functions import add_function, at_least, fused_model, names, nodes, opset
 from .methods import Method

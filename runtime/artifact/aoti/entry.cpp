@@ -210,7 +210,7 @@ void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target) {
 
 }  // namespace chiasm::artifact
 
-// Compiled for each artifact (python/chiasm/export/native.py).
+// Compiled for each artifact (python/chiasm/export/formats/native.py).
 extern "C" const char chiasm_native_signature[];
 
 extern "C" __attribute__((visibility("default"))) const chiasm_native_api* chiasm_native_entry(uint32_t abi) {

@@ -1,4 +1,4 @@
-// Included by every compiled loop of an op (python/chiasm/export/native_checks.py): what AOTInductor's own code leaves undefined or ends the
+// Included by every compiled loop of an op (python/chiasm/export/patches/index_checks.py): what AOTInductor's own code leaves undefined or ends the
 // process for. An index or a divisor that comes from data and is not allowed is noted for the run, and a harmless one takes its
 // place: no loop reads or writes outside of its tensors, no exception leaves a parallel region, and the run returns the error.
 #pragma once
@@ -61,7 +61,7 @@ template <bool wrapped, class V>
 inline V checked_index(const V& index, int64_t size, const char* reader, int used) {
   return checked_index<wrapped>(index, size, reader, used, [](int) { return true; });
 }
-// Minima and maxima of values that are not NaN (python/chiasm/export/native.py: `_plain_minima`).
+// Minima and maxima of values that are not NaN (python/chiasm/export/formats/native.py: `_plain_minima`).
 template <class V>
 inline V smaller(const V& a, const V& b) {
   return at::vec::minimum(a, b);

@@ -4,13 +4,29 @@ from __future__ import annotations
 
 import io
 import zipfile
+from collections.abc import Iterator
 
 import torch
 from torch import nn
 
-from .errors import explain
-from .script_purity import check_script
-from .spec import Spec
+from ..checks.script_purity import check_script
+from ..errors import explain
+from ..job import Artifact, ExportJob, Method
+from ..spec import Spec
+
+
+def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
+    """One file for all dtypes and both methods: of the gradient, the backend asks the op's own autograd."""
+    if method.variant != job.variants[0]:
+        return
+    entry = {"backend": "torch", "format": "torchscript", "dtypes": [v for v in job.variants if v], "device": "any"}
+    file, first = "forward.pt", next((a for a in job.artifacts if a.format == "torchscript"), None)
+    if first is not None:
+        yield Artifact(method.name, "torchscript", file, lambda: (first.made()[0], entry | {"autograd": True}))
+        return
+    job.progress("torchscript")
+    data = to_torchscript(job.op, job.spec)
+    yield Artifact(method.name, "torchscript", file, lambda: (data, entry))
 
 
 def to_torchscript(module: nn.Module, spec: Spec) -> bytes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import warnings
+from collections.abc import Iterator
 
 import numpy as np
 import onnx
@@ -14,18 +15,32 @@ import torch
 from onnxscript.optimizer import _constant_folding
 from torch.export import ExportedProgram
 
-from .errors import ExportError, explain
-from .graph import dynamic_shapes
+from ..errors import ExportError, explain
+from ..job import Artifact, ExportJob, Method
+from ..patches.onnx import fast_onnx
+from ..spec import Spec, TensorSpec
+from ..tracing.graph import dynamic_shapes
 from .onnx_function import domain_version, function_name, fuse
-from .spec import Spec, TensorSpec
-from .torch_speed import fast_onnx
 
 OPSET = 18
 IR_VERSION = 8  # what ONNX Runtime 1.14 and later read
 
 
+def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
+    """A method as a flat model, and as one call of a function, which native code can stand in for."""
+    if method.variant == "bfloat16":  # ONNX Runtime's CPU kernels have none
+        return
+    job.progress(f"{method.title} onnx")
+    flat = to_onnx(method.program("onnx"), job.spec, method.inputs, method.outputs, method.name)
+    fused = to_fused_onnx(flat, job.spec, method.name)
+    entry = {"backend": "onnx", "format": "onnx", "dtypes": method.dtypes, "device": "any", "opset": OPSET, "ir_version": IR_VERSION}
+    for kind, model, more in (("onnx", flat, {}), ("fused.onnx", fused, {"function": fused.functions[0].name})):
+        data = onnx_bytes(model, job.spec.name)
+        yield Artifact(method.name, "onnx", f"{method.file}.{kind}", lambda data=data, more=more: (data, entry | more))
+
+
 def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outputs: list[TensorSpec], method: str) -> onnx.ModelProto:
-    """The model, checked. Its inputs and outputs are those named, all of them and in that order."""
+    """The model, checked. Its inputs and outputs are those named, all of them and in that order. It changes the program."""
     exporter_log = logging.getLogger("torch.onnx")
     level = exporter_log.level
     exporter_log.setLevel(logging.ERROR)  # it reports the absence of torchvision, which nothing here uses

@@ -2,7 +2,7 @@
 
 Compiled code would write into its caller's memory, and every engine would keep other state and draw other numbers. An op is run in eager
 mode under a watch that sees each operator before it runs; a graph that could do other than the op did is run so too. TorchScript
-keeps the branches that no run takes: export/script_purity.py reads it.
+keeps the branches that no run takes: script_purity.py reads it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from torch.export import ExportedProgram
 from torch.utils._python_dispatch import TorchDispatchMode
 from torch.utils._pytree import tree_iter, tree_map
 
-from .errors import ExportError, own_line
+from ..errors import ExportError, own_line
 
 _STATE = "instead: make the state an input and an output of the op (of a module that learns, such as BatchNorm: call .eval() first)"
 _RANDOM = "instead: make the random numbers an input of the op (of Dropout: call .eval() first, or pass training=False)"

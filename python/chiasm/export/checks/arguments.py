@@ -13,9 +13,9 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from .errors import ExportError
-from .manifest import FORMATS, METHODS, schema
-from .spec import DEFAULT_SYMBOLS, Spec, TensorSpec, Tolerance
+from ..errors import ExportError
+from ..manifest import FORMATS, METHODS, schema
+from ..spec import DEFAULT_SYMBOLS, Spec, TensorSpec, Tolerance
 
 DTYPES: tuple[str, ...] = tuple(schema()["$defs"]["dtype"]["enum"])
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -34,7 +34,7 @@ def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> Non
     """Refuse wrong arguments of `export`."""
     if not isinstance(spec, Spec):
         raise ExportError(f"spec: expected a chiasm.export.Spec, got {type(spec).__name__}: export(fn, Spec('my.op', [image()]), folder)")
-    from .native import ISAS
+    from ..formats.native import ISAS
 
     for name, given, known in (("formats", formats, FORMATS), ("isas", isas, tuple(ISAS)), ("methods", methods, METHODS)):
         if isinstance(given, str) or not isinstance(given, Sequence) or not given or any(g not in known for g in given):

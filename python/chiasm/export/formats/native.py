@@ -16,24 +16,24 @@ import tempfile
 import warnings
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager, nullcontext
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
-from typing import Any
-from unittest.mock import patch
 
 import torch
 from torch.export import ExportedProgram
 
 import chiasm
 
+from ..errors import ExportError, explain
+from ..job import Artifact, ExportJob, Method
+from ..patches.index_checks import checked_native_code
+from ..patches.inductor import fast_inductor, known_vectors, plain_minima
+from ..patches.tracing import fast_tracing
+from ..spec import Spec, TensorSpec
 from . import compiler
 from .compiler import HEADERS, Build
-from .errors import ExportError, explain
-from .native_checks import checked_native_code, select_by_tensors
-from .spec import Spec, TensorSpec
-from .torch_speed import fast_inductor, fast_tracing, known_vectors
 
 #: What the package was built with for the code of ops: headers, and static libraries for each instruction set (runtime/artifact/CMakeLists.txt).
 LIBRARIES = Path(chiasm.__file__).parent / "artifact"
@@ -83,18 +83,38 @@ def signature_text(spec: Spec, inputs: Sequence[TensorSpec], outputs: Sequence[T
     return "\n".join(lines) + "\n"
 
 
-def to_native(program: ExportedProgram, spec: Spec, isa: str, signature: str, again: Callable[[], ExportedProgram], after: NativeCode | None = None) -> NativeCode:
+def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
+    """Native code of a method for each CPU level. Compilers are at work when this returns; the artifact waits for them."""
+    batch = job.methods[method.name].get("samples")
+    signature = signature_text(job.spec, method.inputs, method.outputs, method.variant, batch)
+    for isa in job.isas:
+        job.progress(f"{method.title} {isa}")
+        code = to_native(partial(method.program, "native"), job.spec, isa, signature, job.compiling[-1] if job.compiling else None)
+        job.compiling.append(code)
+
+        def made(code: NativeCode = code, isa: str = isa) -> tuple[bytes, dict[str, object]]:
+            artifact = code.artifact()
+            needs = {"backend": "native", "needs": []}
+            if artifact.needs_libtorch:
+                needs = {"backend": "torch", "needs": ["libtorch"], "why": artifact.why}
+            return artifact.data, needs | {"format": "aotinductor", "dtypes": method.dtypes, "device": "cpu", "isa": isa, "glibc": artifact.glibc()}
+
+        yield Artifact(method.name, "native", f"{method.file}.{isa}.pt2", made)
+
+
+def to_native(program: Callable[[], ExportedProgram], spec: Spec, isa: str, signature: str, after: NativeCode | None = None) -> NativeCode:
     """Begin to compile for a CPU of level `isa`, or fetch the same compilation from the cache. The code carries `signature`.
 
-    `again` gives the program once more, for an op that turns out to need libtorch; `program` may be changed meanwhile. `after` is other code
-    in the making, whose compilers are waited for before others start.
+    `program` gives a program that may be changed; it is asked for another one where an op turns out to need libtorch. `after` is other
+    code in the making, whose compilers are waited for before others start.
     """
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
-    entry = cache_folder() / "native" / f"{_key(program, spec, isa, signature)}.pt2"
+    source = program()
+    entry = cache_folder() / "native" / f"{_key(source, spec, isa, signature)}.pt2"
     if entry.exists():
-        return NativeCode(spec, isa, entry, None, again)
-    return NativeCode(spec, isa, entry, _begin(program, spec, isa, signature, after and after.build), again)
+        return NativeCode(spec, isa, entry, None, program)
+    return NativeCode(spec, isa, entry, _begin(source, spec, isa, signature, after and after.build), program)
 
 
 @dataclass
@@ -105,7 +125,7 @@ class NativeCode:
     isa: str
     entry: Path
     build: Build | None
-    again: Callable[[], ExportedProgram]
+    program: Callable[[], ExportedProgram]
 
     def artifact(self) -> NativeArtifact:
         """The code, which is in the cache from then on."""
@@ -131,7 +151,7 @@ class NativeCode:
         if not missing:
             return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
         with closing(Build(at_once=True)) as whole:
-            package = _inductor(self.again(), self.spec, self.isa, {}, whole)
+            package = _inductor(self.program(), self.spec, self.isa, {}, whole)
         return NativeArtifact(_repack(package), needs_libtorch=True, why=f"libtorch's {', '.join(missing)}")
 
     def close(self) -> None:
@@ -158,7 +178,7 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> str:
         isa,
         signature,
         torch.__version__,
-        _run([_compiler(), "--version"]).splitlines()[0],
+        run_tool([compiler_command(), "--version"]).splitlines()[0],
         _libraries_hash(isa),
         str(sorted(_settings(spec.vectorize, isa).items())),
         _LINK,
@@ -169,15 +189,16 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> str:
     return digest.hexdigest()
 
 
-def _compiler() -> str:
+def compiler_command() -> str:
     return os.environ.get("CXX", "g++")
 
 
 @cache
 def _libraries_hash(isa: str) -> str:
     """Of how code is compiled and what it is linked with; the kernels are apart."""
-    folder = Path(__file__).parent
-    sources = [Path(__file__), folder / "native_checks.py", folder / "index_ranges.py", folder / "torch_speed.py", folder / "compiler.py"]
+    formats, patches = Path(__file__).parent, Path(__file__).parents[1] / "patches"
+    sources = [*(formats / f"{name}.py" for name in ("native", "index_ranges", "compiler")),
+               *(patches / f"{name}.py" for name in ("inductor", "index_checks", "tracing"))]
     libraries = [LIBRARIES / isa / "libchiasm_aoti.a", LIBRARIES / isa / "libgomp.a", LIBRARIES / "symbols.map"]
     if missing := [str(f) for f in libraries if not f.exists()]:
         raise ExportError(f"the native format needs {missing[0]}, with which chiasm was not built: torch was not found. Build it where torch is installed:"
@@ -199,7 +220,7 @@ def _operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
     return sorted((t for t in targets if t.namespace == "chiasm"), key=str)
 
 
-def _run(command: list[str]) -> str:
+def run_tool(command: list[str]) -> str:
     needs = "The native format needs g++ and binutils (Debian: apt-get install g++)"
     try:
         done = subprocess.run(command, capture_output=True, text=True)
@@ -221,7 +242,7 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
 
 def _begin(program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None) -> Build:
     _check_vector_isa(spec, isa)
-    select_by_tensors(program)
+    _select_by_tensors(program)
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
     link = f"chiasm_kernels -lchiasm_aoti -L{LIBRARIES / isa} -Wl,--version-script={LIBRARIES / 'symbols.map'} {_LINK}"
     options = {
@@ -237,6 +258,23 @@ def _begin(program: ExportedProgram, spec: Spec, isa: str, signature: str, after
         build.close()
         raise
     return build
+
+
+def _select_by_tensors(program: ExportedProgram) -> None:
+    """`x[i.item()]` as `x[i]`: selected by a number that comes from data, the place in memory is computed without a check, and wraps around."""
+    aten, graph = torch.ops.aten, program.graph
+    for node in list(graph.nodes):
+        if node.target is not aten.select.int or getattr(node.args[2], "target", None) is not aten.item.default:
+            continue
+        x, dim, item = node.args
+        with graph.inserting_before(node):
+            picked = graph.call_function(aten.index.Tensor, (x, [None] * (dim % x.meta["val"].dim()) + [item.args[0]]))
+        picked.meta = {"val": node.meta["val"], "original_aten": aten.select.int}
+        node.replace_all_uses_with(picked)
+        graph.erase_node(node)
+        if not item.users:
+            graph.erase_node(item)
+    program.graph_module.recompile()
 
 
 def precompile(isa: str) -> None:
@@ -256,7 +294,7 @@ def _compile_signature(signature: str, folder: Path) -> Path:
     source, compiled = folder / "signature.cpp", folder / "signature.o"
     text = "".join(f"\n  {json.dumps(line)}" for line in signature.splitlines(keepends=True))
     source.write_text(f'extern "C" {{ extern const char chiasm_native_signature[]; const char chiasm_native_signature[] ={text}; }}\n')
-    _run([_compiler(), "-fPIC", "-fvisibility=hidden", "-c", str(source), "-o", str(compiled)])
+    run_tool([compiler_command(), "-fPIC", "-fvisibility=hidden", "-c", str(source), "-o", str(compiled)])
     return compiled
 
 
@@ -282,22 +320,6 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
     }
 
 
-@contextmanager
-def _plain_minima() -> Iterator[None]:
-    """Native minima and maxima of one instruction where the CPU has it (chiasm/minima_avx2.h). PyTorch's, which pass NaN on, take three, and
-    networks of them are all that a rank filter or a dilation does."""
-    from torch._inductor.codegen.cpp import CppVecOverrides
-
-    def smaller(a: Any, b: Any) -> str:
-        return f"chiasm::smaller({a}, {b})"
-
-    def larger(a: Any, b: Any) -> str:
-        return f"chiasm::larger({a}, {b})"
-
-    with patch.object(CppVecOverrides, "minimum", staticmethod(smaller)), patch.object(CppVecOverrides, "maximum", staticmethod(larger)):
-        yield
-
-
 def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, build: Build) -> bytes:
     """AOTInductor's package, whose C++ `build` compiles."""
     from torch._inductor import aoti_compile_and_package
@@ -305,9 +327,9 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, bui
     threads = torch.get_num_threads()
     torch.set_num_threads(64)  # loops are shared between threads to a depth of twice as many turns: here, batch, channels and rows
     try:
-        minima = _plain_minima() if spec.without_nan and build.include else nullcontext()
+        minima = plain_minima() if spec.without_nan and build.include else nullcontext()
         checks = checked_native_code() if build.include else nullcontext()  # libtorch has no place to note a wrong index in
-        with tempfile.TemporaryDirectory() as scratch, fast_tracing(), known_vectors(), fast_inductor(build), minima, checks, warnings.catch_warnings():
+        with tempfile.TemporaryDirectory() as scratch, fast_tracing(), known_vectors(), fast_inductor(build.run), minima, checks, warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of PyTorch about PyTorch
             path = str(Path(scratch) / "op.pt2")
             aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec.vectorize, isa) | options)
@@ -323,7 +345,7 @@ def _symbols(code: bytes, *options: str) -> str:
     with tempfile.NamedTemporaryFile(suffix=".so") as file:
         file.write(code)
         file.flush()
-        return _run(["nm", "-D", "--undefined-only", *options, file.name])
+        return run_tool(["nm", "-D", "--undefined-only", *options, file.name])
 
 
 def _missing_symbols(code: bytes) -> list[str]:

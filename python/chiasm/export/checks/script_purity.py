@@ -1,4 +1,4 @@
-"""The same refusals (export/purity.py) read off TorchScript, which keeps what one run does not show: the branches that data decide.
+"""The same refusals (purity.py) read off TorchScript, which keeps what one run does not show: the branches that data decide.
 
 Each value of the graph is followed to where its memory comes from: an input, a state of the module, or an operator that made it.
 """
@@ -11,7 +11,7 @@ from typing import Any
 
 import torch
 
-from .errors import quoted_line
+from ..errors import quoted_line
 from .purity import MARKERS, draws, impure, is_random, writes
 
 _STATE = "a state of the module"

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from typing import Any
-from unittest.mock import patch
 
 import sympy
-import torch
 
-from .index_ranges import IndexRanges, depends_on_data
+from ..formats.index_ranges import IndexRanges, depends_on_data
+from . import replaced
 
 #: Calls of PyTorch's header whose checked forms stand in namespace chiasm.
 _DIVISIONS = re.compile(r"(?<![\w:.])(floor_divide_integral|remainder_integral|mod)\(")
@@ -29,7 +28,7 @@ _DIVISION_POINTER = re.compile(r"^\s*inductor_cpu_integer_div_error_flag = .*\n"
 @contextmanager
 def checked_native_code() -> Iterator[None]:
     """While this lasts, AOTInductor writes loops that check what comes from data."""
-    from torch._inductor.codegen import common, cpp, cpp_wrapper_cpu
+    from torch._inductor.codegen import common, cpp
     from torch._inductor.index_propagation import IndexPropagation
 
     ranges = IndexRanges()
@@ -68,45 +67,26 @@ def checked_native_code() -> Iterator[None]:
         code, count = _DIVISION_POINTER.subn("", code)
         code, others = _DIVISION_FLAG.subn("", code)
         if count != 2 or others != 2 or _PREFIX not in code:
-            raise RuntimeError("this PyTorch writes its loops differently: export/native_checks.py was made for 2.13")
+            raise RuntimeError("this PyTorch writes its loops differently: chiasm/export/patches was made for 2.13")
         return _DIVISIONS.sub(r"chiasm::\1(", code).replace(_PREFIX, _PREFIX + "#include <chiasm/checked.h>\n")
 
     def quotient(a: Any, b: Any) -> str:
         return f"chiasm::truncated_quotient({a}, {b})"
 
-    with ExitStack() as stack:
-        for owner, attribute, replacement in (
-            (common.CSEProxy, "indirect_indexing", indirect_indexing),
-            (IndexPropagation, "indirect_indexing", propagate),
-            (cpp.KernelGroup, "codegen_group", codegen_group),
-            (cpp.CppOverrides, "truncdiv", staticmethod(quotient)),
-            (cpp.CppVecOverrides, "truncdiv", staticmethod(quotient)),
-            # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
-            (cpp_wrapper_cpu.CppWrapperCpu, "_write_aoti_interface_header", lambda self: None),
-        ):
-            stack.enter_context(patch.object(owner, attribute, replacement))
+    with replaced({
+        "torch._inductor.codegen.common:CSEProxy.indirect_indexing": indirect_indexing,
+        "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": propagate,
+        "torch._inductor.codegen.cpp:KernelGroup.codegen_group": codegen_group,
+        "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(quotient),
+        "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(quotient),
+        # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
+        "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": lambda self: None,
+    }):
         yield
 
 
-def select_by_tensors(program: torch.export.ExportedProgram) -> None:
-    """`x[i.item()]` as `x[i]`: selected by a number that comes from data, the place in memory is computed without a check, and wraps around."""
-    aten, graph = torch.ops.aten, program.graph
-    for node in list(graph.nodes):
-        if node.target is not aten.select.int or getattr(node.args[2], "target", None) is not aten.item.default:
-            continue
-        x, dim, item = node.args
-        with graph.inserting_before(node):
-            picked = graph.call_function(aten.index.Tensor, (x, [None] * (dim % x.meta["val"].dim()) + [item.args[0]]))
-        picked.meta = {"val": node.meta["val"], "original_aten": aten.select.int}
-        node.replace_all_uses_with(picked)
-        graph.erase_node(node)
-        if not item.users:
-            graph.erase_node(item)
-    program.graph_module.recompile()
-
-
 def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
-    """The C++ expression for `index` with its check. The axis has an element: no symbol may be 0 (export/checks.py), and torch.export sees to the rest."""
+    """The C++ expression for `index` with its check. The axis has an element: no symbol may be 0 (checks/arguments.py), and torch.export sees to the rest."""
     from torch._inductor.codegen.cpp_utils import cexpr_index
 
     limit = cexpr_index(kernel.rename_indexing(sympy.sympify(size)))

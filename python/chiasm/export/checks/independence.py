@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import torch
 
-from .spec import TensorSpec, Tolerance
+from ..spec import TensorSpec, Tolerance
 
 Tensors = dict[str, torch.Tensor]
 

@@ -11,7 +11,7 @@ from typing import Any
 import torch
 from torch import nn
 
-from .errors import ExportError
+from ..errors import ExportError
 
 
 def bind(fn: Callable | nn.Module, arguments: list[str], config: dict[str, Any], name: str, copied: Sequence[bool] = ()) -> nn.Module:

@@ -1,0 +1,172 @@
+"""What flows through the exporter's stages (pipeline.py): the request, and what each stage adds to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import torch
+from torch import nn
+from torch.export import ExportedProgram
+from torch.fx import GraphModule
+
+from . import samples
+from .errors import ExportError
+from .spec import Spec, TensorSpec
+from .tracing.gradient import trace_vjp
+from .tracing.graph import trace
+
+if TYPE_CHECKING:
+    from .formats.native import NativeCode
+
+Tensors = dict[str, torch.Tensor]
+
+
+def run_eager(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> tuple[torch.Tensor, ...]:
+    """The reference: what eager Python gives."""
+    result = call(module, inputs)
+    return tuple(r.detach() for r in (result if isinstance(result, (tuple, list)) else (result,)))
+
+
+def call(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> Any:
+    """What the module returns, whatever that is."""
+    with torch.enable_grad():  # a step of an optimisation takes gradients itself
+        return module(*inputs.values())
+
+
+def with_cotangents(op: nn.Module, spec: Spec, sizes: dict[str, int], variant: str | None, tensors: Sequence[TensorSpec]) -> Tensors:
+    """Inputs for a method: the spec's, and for a vjp random cotangents of the outputs' shapes."""
+    made = samples.make(spec, sizes, variant)
+    extra = [t for t in tensors if t.name not in made]
+    if extra:
+        generator = torch.Generator().manual_seed(1)
+        shaped = dict(zip([f"grad_{t.name}" for t in spec.outputs], run_eager(op, made), strict=True))
+        for tensor in extra:
+            like = shaped[tensor.name]
+            made[tensor.name] = (torch.rand(like.shape, generator=generator, dtype=torch.float64) * 2 - 1).to(like.dtype)
+    return made
+
+
+@dataclass
+class Method:
+    """A method of the bundle for one value of T: what every format makes its artifact of.
+
+    name: "forward" or "vjp".
+    variant: what T stands for; None for an op without T.
+    module: computes it, eager.
+    """
+
+    job: ExportJob
+    name: str
+    variant: str | None
+    module: nn.Module
+    inputs: Sequence[TensorSpec]
+    outputs: Sequence[TensorSpec]
+    _programs: dict[str, ExportedProgram | ExportError] = field(default_factory=dict)
+
+    @property
+    def title(self) -> str:
+        """For people: "forward float32"."""
+        return self.file.replace(".", " ")
+
+    @property
+    def file(self) -> str:
+        """The beginning of the names of its files: "forward.float32"."""
+        return f"{self.name}.{self.variant}" if self.variant else self.name
+
+    @property
+    def dtypes(self) -> list[str]:
+        """The manifest's entry."""
+        return [self.variant] if self.variant else []
+
+    def tensors(self, sizes: Mapping[str, int]) -> Tensors:
+        """Inputs of given sizes."""
+        return with_cotangents(self.job.op, self.job.spec, samples.fit(self.job.spec, dict(sizes)), self.variant, self.inputs)
+
+    def program(self, target: str) -> ExportedProgram:
+        """The traced graph for a target ("onnx", "native"), a copy that the caller may change. Tracing is slow: it is done once a target,
+        and once for all where the graph is one of gradients, which have one form."""
+        gradients = self.name == "vjp" or self.job.spec.takes_gradients
+        key = "vjp" if gradients else target
+        if key not in self._programs:
+            if gradients:
+                self.job.progress(f"{self.title} trace")
+            arguments = (self.module, self.job.spec, self.inputs, self.tensors(samples.EXAMPLE))
+            try:
+                self._programs[key] = trace_vjp(*arguments) if gradients else trace(*arguments, target)
+            except ExportError as error:
+                self._programs[key] = error
+        found = self._programs[key]
+        if isinstance(found, ExportError):
+            raise found
+        return _copied(found)
+
+
+def _copied(program: ExportedProgram) -> ExportedProgram:
+    """A copy whose nodes have the names that the signature calls them by: copied, `input` becomes `input_1`, since Python has an `input`."""
+    result = deepcopy(program)
+    for module, copy in zip(program.graph_module.modules(), result.graph_module.modules(), strict=True):
+        if isinstance(module, GraphModule):
+            for node, other in zip(module.graph.nodes, copy.graph.nodes, strict=True):
+                other.name = node.name
+            copy.recompile()
+    return result
+
+
+@dataclass
+class Artifact:
+    """A file of the bundle in the making.
+
+    format: the one that the caller asked for.
+    made: waits for it; returns its bytes, and its entry in the manifest but for the file's name, size and hash.
+    """
+
+    method: str
+    format: str
+    file: str
+    made: Callable[[], tuple[bytes, dict[str, Any]]]
+
+
+@dataclass
+class ExportJob:
+    """One export. The first members are the caller's request; the stage that sets each of the others is named with it."""
+
+    fn: Callable | nn.Module
+    spec: Spec
+    formats: Sequence[str]
+    isas: Sequence[str]
+    methods_asked: Sequence[str] | None
+    progress: Callable[[str], None]
+
+    #: The op with its configuration bound (begin; check makes results that are inputs copies).
+    op: nn.Module
+    #: Outputs with their dtypes and shapes, and the gradient's inputs and outputs (derive).
+    outputs: list[TensorSpec] = field(default_factory=list)
+    gradient: tuple[list[TensorSpec], list[TensorSpec]] | None = None
+    #: The manifest's methods (describe).
+    methods: dict[str, dict[str, Any]] = field(default_factory=dict)
+    #: What is exported, each method at each dtype (derive).
+    work: list[Method] = field(default_factory=list)
+    #: In the bundle's order (lower), and the compilers that may still be at work.
+    artifacts: list[Artifact] = field(default_factory=list)
+    compiling: list[NativeCode] = field(default_factory=list)
+    #: Formats without the gradient, and why (lower, package).
+    without_gradient: dict[str, ExportError] = field(default_factory=dict)
+
+    @property
+    def variants(self) -> list[str | None]:
+        """What T stands for, one after the other."""
+        return self.spec.variants()
+
+    def lacks_gradient(self, format: str, error: ExportError) -> None:
+        """Note that a format has no gradient; an error where the caller asked for it."""
+        if self.methods_asked is not None:
+            raise error
+        self.without_gradient[format] = error
+
+    def close(self) -> None:
+        """Leave no compiler at work."""
+        for code in self.compiling:
+            code.close()

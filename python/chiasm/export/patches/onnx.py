@@ -1,0 +1,51 @@
+"""torch.onnx, faster and with exact constants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+import torch
+
+from . import onnx_numbers, replaced
+from .onnx_decomposition import decomposed
+from .tracing import fast_tracing
+
+
+@contextmanager
+def fast_onnx() -> Iterator[None]:
+    """torch.onnx without reading its 1500 operator definitions at each export, and without running the whole graph again: to decompose
+    a few operators, and to see which types are to be promoted. It changes the program that it is given."""
+    registry = _registry()
+    with fast_tracing(), replaced({
+        "torch.onnx._internal.exporter._registration:ONNXRegistry.from_torchlib": staticmethod(lambda **_: registry),
+        "torch.onnx._internal.exporter._fx_passes:decompose_with_registry": decomposed,
+        "torch.onnx._internal.fx.passes.type_promotion:_TypePromotionInterpreter.run_node": _promoted,
+    }):
+        yield
+
+
+@cache
+def _registry() -> Any:
+    from torch.onnx._internal.exporter import _registration
+
+    # It reads the source text of each of 600 functions, to note a domain that nobody asks for: that of the opset, which is taken instead.
+    with replaced({"onnxscript.values:TracedOnnxFunction.function_ir": property(lambda function: function.opset)}):
+        registry = _registration.ONNXRegistry.from_torchlib()
+    onnx_numbers.register(registry)
+    return registry
+
+
+def _promoted(interpreter: Any, node: torch.fx.Node) -> Any:
+    """A node's value, once its arguments are of the types that it promotes them to. The value that tracing left with the node holds
+    still, since a promoted node is followed by a cast where its type would change."""
+    from torch.onnx._internal.fx.passes import type_promotion
+
+    if node.op != "call_function" or "val" not in node.meta:
+        return torch.fx.Interpreter.run_node(interpreter, node)
+    with interpreter._set_current_node(node):
+        if rule := type_promotion.get_type_promotion_rule(node, interpreter.type_promotion_table):
+            interpreter._maybe_promote_node(node, rule)
+    return node.meta["val"]

@@ -1,0 +1,62 @@
+"""torch.export, faster, and with what its errors need."""
+
+from __future__ import annotations
+
+import logging
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import torch
+
+from ..errors import own_line
+from . import replaced
+
+
+@contextmanager
+def fast_tracing() -> Iterator[None]:
+    """Fake tensors without their cache: with symbolic sizes a hit costs more than computing the result's metadata again. And without asking
+    of each operand whether it has its channels last, which takes more such arithmetic than all the rest; what has not is computed as well."""
+    import torch._dynamo.config
+    from torch._subclasses import fake_impls
+
+    is_contiguous = fake_impls.is_contiguous_for_memory_format_or_false
+
+    def is_plain(tensor: torch.Tensor, memory_format: torch.memory_format) -> bool:
+        return memory_format is torch.contiguous_format and is_contiguous(tensor, memory_format=memory_format)
+
+    with (
+        torch._dynamo.config.patch(fake_tensor_cache_enabled=False),
+        replaced({"torch._subclasses.fake_impls:is_contiguous_for_memory_format_or_false": is_plain}),
+    ):
+        yield
+
+
+@contextmanager
+def noted_guards(guards: list[tuple[str, str]]) -> Iterator[None]:
+    """Note what the trace assumes of sizes, and the user's line that it does so for."""
+    from torch.fx.experimental.symbolic_shapes import ShapeEnv
+
+    log_guard = ShapeEnv._log_guard
+
+    def noting(shapes: ShapeEnv, prefix: str, guard: Any, forcing_spec: bool) -> None:
+        if line := own_line(traceback.extract_stack()):
+            guards.append((str(guard), line))
+        log_guard(shapes, prefix, guard, forcing_spec)
+
+    with replaced({"torch.fx.experimental.symbolic_shapes:ShapeEnv._log_guard": noting}):
+        yield
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Without torch's own reports of what it raises anyway: to its log, and the graph so far to standard output."""
+    logger = logging.getLogger("torch")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        with replaced({"torch.export._trace:print": lambda *_, **__: None}):
+            yield
+    finally:
+        logger.setLevel(level)

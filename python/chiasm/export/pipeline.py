@@ -1,0 +1,243 @@
+"""One call from an op to a bundle, stage by stage. What flows through the stages is an `ExportJob` (job.py)."""
+
+from __future__ import annotations
+
+import inspect
+import warnings
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from torch import nn
+
+import chiasm
+
+from . import samples
+from .bundle import Golden, Writer
+from .checks.arguments import check_call, check_inputs, check_results
+from .checks.independence import SYMBOL, has_samples, independent
+from .checks.purity import check_op, preserved
+from .documents import provenance, sbom
+from .errors import ExportError, explain
+from .formats import native, onnx, torchscript
+from .job import ExportJob, Method, call, run_eager
+from .manifest import FORMATS, METHODS, SCHEMA_VERSION
+from .spec import Spec, TensorSpec
+from .tracing.gradient import vjp_module, vjp_signature
+from .tracing.graph import output_specs
+from .tracing.module import bind
+
+#: What makes a method's artifacts of each format, in the bundle's order.
+LOWERINGS = {"torchscript": torchscript.lower, "native": native.lower, "onnx": onnx.lower}
+
+
+def export(
+    fn: Callable | nn.Module,
+    spec: Spec,
+    path: str | Path,
+    formats: Sequence[str] = FORMATS,
+    isas: Sequence[str] = ("x86-64-v3",),
+    methods: Sequence[str] | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+) -> Path:
+    """Export an op or a pipeline of ops, and write the bundle `path`/NAME.chiasm.
+
+    Args:
+        fn: a typed function on tensors, or an nn.Module (torch.nn.Sequential of ops, say), which is exported in evaluation mode and
+            left exactly as it was. It gives the same for the same inputs, and changes neither them nor a state.
+        spec: its inputs, outputs, configuration and tolerances.
+        path: the folder that gets the bundle; made where it does not exist.
+        formats: which of "torchscript", "onnx", "native" to make.
+        isas: CPU levels to compile native code for.
+        methods: ("forward",) leaves the gradient out, which takes most of an export's time; ("forward", "vjp") demands it. Without
+            either the gradient is exported in the formats that have one, and a warning names the others.
+        progress: called with the name of each step as it begins.
+
+    Returns:
+        The bundle's folder.
+
+    Raises:
+        ExportError: names the format, the line or operator at fault, and the reason.
+
+    Example:
+        >>> from chiasm.export import Spec, export, image
+        >>> from chiasm.filters import sobel
+        >>> bundle = export(sobel, Spec("my.sobel", [image()]), "/tmp/bundles", formats=["onnx"])
+        >>> bundle.name
+        'my.sobel.chiasm'
+    """
+    check_call(fn, spec, formats, isas, METHODS if methods is None else methods)
+    with preserved(fn):
+        op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
+        with closing(ExportJob(fn, spec, formats, isas, methods, progress, op)) as job:
+            check(job)
+            derive(job)
+            describe(job)
+            lower(job)
+            writer = package(job)
+            golden(job, writer)
+            document(job, writer)
+            return writer.write(Path(path))
+
+
+# --- stages, in their order ------------------------------------------------------------------------------------------------
+
+
+def check(job: ExportJob) -> None:
+    """Refuse an op that fails or is no function of its inputs, before a tracer tells it in its own words."""
+    job.progress("check")
+    copied = [_check(job, variant) for variant in job.variants]
+    if any(map(any, copied)):
+        # An output that is an input, or another output: a graph's outputs are tensors of their own.
+        job.op = bind(job.fn, [t.name for t in job.spec.inputs], job.spec.config, job.spec.name, [any(of) for of in zip(*copied, strict=True)])
+
+
+def _check(job: ExportJob, variant: str | None) -> list[bool]:
+    """Which results are an input themselves, or another result."""
+    sizes = samples.fit(job.spec, samples.GOLDEN)
+    inputs = samples.make(job.spec, sizes, variant)
+    check_inputs(job.spec, inputs, sizes, variant)
+    try:
+        return check_op(job.spec.name, lambda tensors: check_results(job.spec, call(job.op, tensors)), inputs, job.op)
+    except ExportError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise explain(job.spec.name, None, error, shapes=", ".join(f"{key} {tuple(t.shape)}" for key, t in inputs.items())) from error
+
+
+def derive(job: ExportJob) -> None:
+    """Find the outputs' dtypes and shapes from a first graph, and from them the gradient's signature."""
+    job.progress("trace")
+    forward = [Method(job, "forward", variant, job.op, job.spec.inputs, job.outputs) for variant in job.variants]
+    job.outputs += output_specs(forward[0].program("onnx"), job.spec, job.variants[0])
+    job.work = forward
+    if job.methods_asked is None or "vjp" in job.methods_asked:
+        job.gradient = vjp_signature(job.spec, job.outputs)
+    if job.gradient:
+        # Of other dtypes the torch backend's autograd makes the gradient.
+        vjp = Method(job, "vjp", job.variants[0], vjp_module(job.op, job.spec, job.outputs), *job.gradient)
+        job.work = [forward[0], vjp, *forward[1:]]
+
+
+def describe(job: ExportJob) -> None:
+    """Write the manifest's methods: signatures, tolerances, whether samples are independent."""
+    signatures = {m.name: (m.inputs, m.outputs) for m in job.work}
+    job.methods = {name: _described(job.spec, name, *signature) for name, signature in signatures.items()}
+    if "native" in job.formats:
+        job.progress("samples")
+        if _independent(job):
+            for name, signature in signatures.items():
+                if has_samples(*signature):
+                    job.methods[name]["samples"] = SYMBOL
+
+
+def _independent(job: ExportJob) -> bool:
+    """Whether the forward's samples are; a gradient's are where the forward's are and no gradient is a sum over the batch."""
+    spec = job.spec
+    if not has_samples(spec.inputs, job.outputs) or spec.limits(SYMBOL)[0] != 1 or spec.limits(SYMBOL)[1] < 2:
+        return False
+    variant = job.variants[0]
+    made = samples.make(spec, samples.fit(spec, samples.TESTS[1]), variant)
+    tolerances = [spec.tolerance("forward", variant if t.dtype == "T" else t.dtype) for t in job.outputs]
+    return independent(lambda tensors: run_eager(job.op, tensors), spec.inputs, made, tolerances)
+
+
+def lower(job: ExportJob) -> None:
+    """Begin every artifact: each method at each dtype in each format. Compilers go on after this."""
+    for method in job.work:
+        for format, make in LOWERINGS.items():
+            if format in job.formats:
+                _try(job, method.name, format, lambda make=make, method=method: job.artifacts.extend(make(job, method)))
+
+
+def package(job: ExportJob) -> Writer:
+    """Put what `lower` began into a bundle, when it is finished."""
+    writer = Writer(_manifest(job))
+    for artifact in job.artifacts:
+        _try(job, artifact.method, artifact.format, partial(_add, writer, artifact))
+    if job.gradient and not job.methods["vjp"]["artifacts"]:
+        del job.methods["vjp"]
+    for format, error in job.without_gradient.items():
+        reason = "; ".join(line.strip() for line in str(error).splitlines()[1:])
+        asked = "methods=('forward',) asks for none, methods=('forward', 'vjp') for all or an error"
+        warnings.warn(f"{job.spec.name}: exported without its gradient in the format {format}: {reason} ({asked})", stacklevel=3)
+    return writer
+
+
+def _add(writer: Writer, artifact: Any) -> None:
+    data, entry = artifact.made()
+    writer.artifact(artifact.method, artifact.file, data, **entry)
+
+
+def _try(job: ExportJob, method: str, format: str, step: Callable[[], None]) -> None:
+    """Do a step of a method, of which a gradient may lack the format."""
+    try:
+        step()
+    except ExportError as error:
+        if method != "vjp":
+            raise
+        job.lacks_gradient(format, error)
+
+
+def golden(job: ExportJob, writer: Writer) -> None:
+    """Add inputs and eager Python's outputs, by which a bundle tests itself."""
+    cases = []
+    for method in job.work:
+        if method.name in job.methods:
+            inputs = method.tensors(samples.GOLDEN)
+            outputs = dict(zip([t.name for t in method.outputs], run_eager(method.module, inputs), strict=True))
+            cases.append(Golden(method.name, method.variant, inputs | outputs))
+    writer.golden(cases)
+
+
+def document(job: ExportJob, writer: Writer) -> None:
+    """Add what the bundle says of its parts and of where it comes from."""
+    asked = {"formats": job.formats, "isas": job.isas, "methods": job.methods_asked or METHODS}
+    writer.document("sbom", "sbom.cdx.json", sbom(writer.manifest, writer.files))
+    writer.document("provenance", "provenance.json", provenance(job.fn, writer.manifest, writer.files, asked))
+
+
+# --- the manifest ------------------------------------------------------------------------------------------------------------
+
+
+def _manifest(job: ExportJob) -> dict[str, Any]:
+    spec = job.spec
+    producer = {"chiasm": chiasm.__version__}
+    for dependency in ("torch", "onnx", "onnxscript"):
+        try:
+            producer[dependency] = version(dependency)
+        except PackageNotFoundError:
+            continue
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "name": spec.name,
+        "version": spec.version,
+        "summary": spec.summary or (inspect.getdoc(job.fn) or "").split("\n")[0],
+        "reference": spec.reference,
+        "created": "",
+        "producer": producer,
+        "config": {k: list(v) if isinstance(v, tuple) else v for k, v in sorted(spec.config.items())},
+        "symbols": {name: {"min": low, "max": high} for name, (low, high) in spec.used_symbols().items()},
+        "dtypes": list(spec.dtypes) if spec.generic else [],
+        "methods": job.methods,
+        "golden": {},
+    }
+
+
+def _described(spec: Spec, method: str, inputs: Sequence[TensorSpec], outputs: Sequence[TensorSpec]) -> dict[str, Any]:
+    return {"inputs": [_tensor(t) for t in inputs], "outputs": [_tensor(t) for t in outputs],
+            "tolerances": _tolerances(spec, method, outputs), "artifacts": []}
+
+
+def _tensor(t: TensorSpec) -> dict[str, Any]:
+    return {"name": t.name, "dtype": t.dtype, "shape": list(t.shape), "layout": t.layout, "color": t.color,
+            "range": None if t.range is None else list(t.range), "description": t.description}
+
+
+def _tolerances(spec: Spec, method: str, outputs: Sequence[TensorSpec]) -> dict[str, Any]:
+    dtypes = dict.fromkeys(d for t in outputs for d in (spec.dtypes if t.dtype == "T" else (t.dtype,)))
+    found = {d: spec.tolerance(method, d) for d in dtypes}
+    return {d: {"atol": t.atol, "rtol": t.rtol} for d, t in found.items() if t is not None}

@@ -1,0 +1,103 @@
+"""From a module to torch.export's graph, with dimensions named by the spec."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import sympy
+import torch
+from torch import nn
+from torch.export import Dim, ExportedProgram
+
+from chiasm.primitives.core.target import exporting
+
+from ..checks.purity import check_program
+from ..errors import ExportError, explain
+from ..patches.tracing import fast_tracing, noted_guards, quiet
+from ..spec import Spec, TensorSpec
+
+Inputs = dict[str, torch.Tensor]
+
+
+def dynamic_shapes(spec: Spec, tensors: Sequence[TensorSpec]) -> dict[str, dict[int, Dim]]:
+    """torch.export's description of the symbolic dimensions of `tensors`."""
+    dims = {name: Dim(name, min=low, max=high) for name, (low, high) in spec.used_symbols().items()}
+    return {t.name: {i: _derived_dim(d, dims) for i, d in enumerate(t.shape) if isinstance(d, str)} for t in tensors}
+
+
+def _derived_dim(expression: str, dims: dict[str, Dim]) -> Dim:
+    """A symbol's Dim, or one derived from it: the gradient of an output has the output's shape, `(-1 + H)` say."""
+    try:
+        # Our own text, from _expression; torch.export derives dims by linear arithmetic.
+        return eval(expression, {"__builtins__": {}}, dims)
+    except (TypeError, NotImplementedError):
+        return Dim.AUTO
+
+
+def trace(module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs, target: str) -> ExportedProgram:
+    """Export `module` for a target ("onnx", "native", "vjp")."""
+    # Loops go through torch.compile, whose code for an op before, made for 4 models say, else leaves the guard `S != 4` on this one.
+    torch._dynamo.reset()
+    guards: list[tuple[str, str]] = []
+    args = tuple(inputs[t.name] for t in tensors)
+    try:
+        with torch.no_grad(), exporting(target), fast_tracing(), noted_guards(guards), quiet():
+            program = torch.export.export(module, args, dynamic_shapes=dynamic_shapes(spec, tensors))
+    except Exception as error:
+        raise explain(spec.name, f"a graph ({target})", error, guards) from error
+    check_program(spec.name, program, {t.name: inputs[t.name] for t in tensors})
+    return program
+
+
+def symbols_of(program: ExportedProgram, tensors: Sequence[TensorSpec]) -> dict[sympy.Symbol, str]:
+    """torch.export's own symbols (s77) to the spec's (H)."""
+    # by position: torch.export writes names in lower case
+    user = set(program.graph_signature.user_inputs)
+    placeholders = [n for n in program.graph.nodes if n.op == "placeholder" and n.name in user]
+    found: dict[sympy.Symbol, str] = {}
+    for tensor, placeholder in zip(tensors, placeholders, strict=True):
+        for size, symbol in zip(placeholder.meta["val"].shape, tensor.shape, strict=True):
+            if isinstance(size, torch.SymInt) and isinstance(size.node.expr, sympy.Symbol):
+                found[size.node.expr] = str(symbol)
+    return found
+
+
+def output_specs(program: ExportedProgram, spec: Spec, variant: str | None) -> list[TensorSpec]:
+    """The spec's outputs with the dtypes and symbolic shapes that the graph has."""
+    names = symbols_of(program, list(spec.inputs))
+    values = [n.meta["val"] for n in next(n for n in program.graph.nodes if n.op == "output").args[0]]
+    if len(values) != len(spec.outputs):
+        raise ExportError(f"{spec.name}: the spec names {len(spec.outputs)} outputs, the op returns {len(values)}")
+    result = []
+    for tensor, value in zip(spec.outputs, values, strict=True):
+        dtype = str(value.dtype).removeprefix("torch.")
+        shape = tuple(_dim(size, names, spec.name) for size in value.shape)
+        result.append(replace(tensor, dtype="T" if spec.generic and dtype == variant else dtype, shape=shape))
+    return result
+
+
+def _dim(size: int | torch.SymInt, names: dict[sympy.Symbol, str], op: str) -> int | str:
+    if not isinstance(size, torch.SymInt):
+        return int(size)
+    expression = size.node.expr
+    unknown = expression.free_symbols - set(names)
+    if unknown:
+        raise ExportError(f"{op}: an output's size {expression} depends on the data: give it a fixed capacity and a validity mask")
+    text = _expression(expression, names)
+    return int(text) if text.isdigit() else text
+
+
+def _expression(e: sympy.Expr, names: dict[sympy.Symbol, str]) -> str:
+    """In the manifest's grammar: integers, symbols, + - * // ( )."""
+    if e.is_Integer:
+        return str(int(e))
+    if e.is_Symbol:
+        return names[e]
+    if e.is_Add:
+        return "(" + " + ".join(_expression(a, names) for a in e.args) + ")"
+    if e.is_Mul:
+        return " * ".join(_expression(a, names) for a in e.args)
+    if type(e).__name__ in ("FloorDiv", "CleanDiv"):
+        return f"({_expression(e.args[0], names)} // {_expression(e.args[1], names)})"
+    raise ExportError(f"an output's size is {e}, which is not made of + - * //")
