@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from chiasm.export import compiler, samples
+from chiasm.export import samples
+from chiasm.export.formats import compiler
 from chiasm.export.formats.compiler import Build
 from chiasm.export.formats.native import LIBRARIES, to_native
 from chiasm.export.tracing.graph import trace
@@ -57,7 +58,7 @@ def test_precompiled_headers_change_no_byte(tmp_path: Path, monkeypatch: pytest.
         monkeypatch.setattr(compiler, "_fitting", lambda *of: taken.append(bool(found := fitting(*of) if headers else None)) or found)
         op = bind(scaled_difference, [t.name for t in SPEC.inputs], SPEC.config, SPEC.name)
         program = trace(op, SPEC, list(SPEC.inputs), samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32"), "native")
-        with closing(to_native(program, SPEC, "x86-64-v3", "chiasm 1\n", lambda: program)) as made:
+        with closing(to_native(lambda: program, SPEC, "x86-64-v3", "chiasm 1\n")) as made:
             return made.artifact().data
 
     assert code("with", True) == code("without", False)

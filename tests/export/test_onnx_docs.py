@@ -11,7 +11,7 @@ from pathlib import Path
 import onnx
 import pytest
 
-from chiasm.export import onnx_function
+from chiasm.export.formats import onnx_function
 
 from .test_onnx_merging import classifier
 

@@ -11,10 +11,11 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 import chiasm.runtime
-from chiasm.export import ExportError, Spec, TensorSpec, Tolerance, export, image, native
+from chiasm.export import ExportError, Spec, TensorSpec, Tolerance, export, image
 from chiasm.export.catalog import catalog
 from chiasm.export.checks.arguments import check_call, check_inputs
 from chiasm.export.errors import plain
+from chiasm.export.formats import native
 from chiasm.export.samples import GOLDEN, fit, make
 
 IMAGE = Spec("test.op", [image()])

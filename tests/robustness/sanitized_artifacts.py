@@ -47,9 +47,10 @@ os.environ |= ENVIRONMENT  # before torch reads it
 
 import torch  # noqa: E402
 
-from chiasm.export import export, native, samples  # noqa: E402
+from chiasm.export import export, samples  # noqa: E402
 from chiasm.export.catalog import catalog  # noqa: E402
 from chiasm.export.errors import ExportError  # noqa: E402
+from chiasm.export.formats import native  # noqa: E402
 from chiasm.export.job import run_eager, with_cotangents  # noqa: E402
 from chiasm.export.manifest import read_manifest  # noqa: E402
 from chiasm.export.spec import TensorSpec  # noqa: E402
