@@ -1,10 +1,15 @@
 // C++ measurements; `python -m bench` calls this and writes the tables.
 //
-//     bench speed BUNDLE THREADS B H W              interleaved, in microseconds: native code, ONNX Runtime (fused, stock), OpenCV, a copy
-//     bench speed ... PHOTOGRAPH VALUES SECONDS     the same on a file of bytes (B, 3, H, W), other inputs and sizes as JSON, without ONNX Runtime
-//     bench results BUNDLE B H W PHOTOGRAPH VALUES FILE    what OpenCV makes of it, to compare
-//     bench load BUNDLE BACKEND                     milliseconds to the first result on 256 x 256, and memory over the bare program
-//     bench overhead BUNDLE ARTIFACT.so             microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
+//     bench speed BUNDLE THREADS B H W
+//         interleaved, in microseconds: native code, ONNX Runtime (fused, stock), OpenCV, a copy
+//     bench speed ... PHOTOGRAPH VALUES SECONDS
+//         the same on a file of bytes (B, 3, H, W), other inputs and sizes as JSON, without ONNX Runtime
+//     bench results BUNDLE B H W PHOTOGRAPH VALUES FILE
+//         what OpenCV makes of it, to compare
+//     bench load BUNDLE BACKEND
+//         milliseconds to the first result on 256 x 256, and memory over the bare program
+//     bench overhead BUNDLE ARTIFACT.so
+//         microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -30,7 +35,8 @@ using nlohmann::json;
 
 namespace {
 
-// What inputs are made of: images from a file of bytes (B, C, H, W), or noise where there is none; the values of others by name.
+// What inputs are made of: images from a file of bytes (B, C, H, W), or noise where there is none; the values
+// of others by name.
 struct Given {
   std::string photograph;
   json values = {{"sigma", 1.1}};
@@ -38,7 +44,8 @@ struct Given {
 
 size_t bytes_of(const std::vector<chiasm::Tensor>& tensors) {
   size_t sum = 0;
-  for (const auto& t : tensors) sum += size_t(t.shape().count()) * chiasm::base::kDTypes[size_t(t.dtype())].size;
+  for (const auto& t : tensors)
+    sum += size_t(t.shape().count()) * chiasm::base::kDTypes[size_t(t.dtype())].size;
   return sum;
 }
 
@@ -47,7 +54,8 @@ struct Inputs {
   std::vector<std::vector<char>> memory;
   std::vector<chiasm::Tensor> views;
 
-  Inputs(const chiasm::MethodInfo& method, int64_t batch, int64_t height, int64_t width, const Given& given = {}) {
+  Inputs(const chiasm::MethodInfo& method, int64_t batch, int64_t height, int64_t width,
+         const Given& given = {}) {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> uniform(0, 1);
     bool turned = false;  // the second image is the first turned by 180 degrees
@@ -55,27 +63,44 @@ struct Inputs {
       std::vector<int64_t> sizes;
       for (const auto& dim : input.dims) {
         const std::string& d = dim.expression;
-        sizes.push_back(given.values.contains(d) ? int64_t(given.values[d]) : d == "B" ? batch : d == "C" ? 3 : d == "H" ? height : d == "W" ? width : d == "N" ? 64 : d == "OH" ? height * 3 / 4 : d == "OW" ? width * 3 / 4 : std::stoll(d));
+        sizes.push_back(given.values.contains(d) ? int64_t(given.values[d])
+                        : d == "B"               ? batch
+                        : d == "C"               ? 3
+                        : d == "H"               ? height
+                        : d == "W"               ? width
+                        : d == "N"               ? 64
+                        : d == "OH"              ? height * 3 / 4
+                        : d == "OW"              ? width * 3 / 4
+                                                 : std::stoll(d));
       }
       const chiasm::Shape shape(sizes);
       const auto count = size_t(shape.count());
-      const auto dtype = std::find(input.dtypes.begin(), input.dtypes.end(), chiasm::DType::Float32) != input.dtypes.end() ? chiasm::DType::Float32 : input.dtypes[0];
+      const auto dtype =
+          std::find(input.dtypes.begin(), input.dtypes.end(), chiasm::DType::Float32) != input.dtypes.end()
+              ? chiasm::DType::Float32
+              : input.dtypes[0];
       memory.emplace_back(count * (dtype == chiasm::DType::Float32 ? 4 : 1));
       auto* floats = reinterpret_cast<float*>(memory.back().data());
       if (input.layout == "NCHW" && !given.photograph.empty()) {
         std::vector<char> bytes(count);
-        if (!std::ifstream(given.photograph, std::ios::binary).read(bytes.data(), std::streamsize(count))) throw std::runtime_error("cannot read " + given.photograph);
+        if (!std::ifstream(given.photograph, std::ios::binary).read(bytes.data(), std::streamsize(count)))
+          throw std::runtime_error("cannot read " + given.photograph);
         if (std::exchange(turned, true)) std::reverse(bytes.begin(), bytes.end());
-        if (dtype == chiasm::DType::Float32) std::transform(bytes.begin(), bytes.end(), floats, [&](char b) { return float(uint8_t(b)) * float(input.value_max / 255); });
-        else memory.back() = bytes;
+        if (dtype == chiasm::DType::Float32)
+          std::transform(bytes.begin(), bytes.end(), floats,
+                         [&](char b) { return float(uint8_t(b)) * float(input.value_max / 255); });
+        else
+          memory.back() = bytes;
       } else if (input.name == "map_x" || input.name == "map_y") {  // waves of five pixels
         for (size_t i = 0; i < count; ++i) {
-          const float x = float(int64_t(i) % sizes.back()), y = float(int64_t(i) / sizes.back() % sizes[sizes.size() - 2]);
+          const float x = float(int64_t(i) % sizes.back()),
+                      y = float(int64_t(i) / sizes.back() % sizes[sizes.size() - 2]);
           floats[i] = input.name == "map_x" ? x + 5 * std::sin(y / 20) : y + 5 * std::sin(x / 30);
         }
       } else if (given.values.contains(input.name)) {
         const auto& value = given.values[input.name];
-        if (value.is_array() && value.size() != count) throw std::runtime_error(input.name + ": wrong number of values");
+        if (value.is_array() && value.size() != count)
+          throw std::runtime_error(input.name + ": wrong number of values");
         for (size_t i = 0; i < count; ++i) floats[i] = value.is_array() ? value[i] : value;
       } else if (dtype == chiasm::DType::Float32) {
         std::generate_n(floats, count, [&] { return uniform(random); });
@@ -88,7 +113,8 @@ struct Inputs {
 };
 
 chiasm::Method load(const std::string& path, const std::string& backend, bool fused = true) {
-  return chiasm::Bundle::open(path).method("forward", chiasm::LoadOptions().with_backend(backend).with_fused(fused));
+  return chiasm::Bundle::open(path).method("forward",
+                                           chiasm::LoadOptions().with_backend(backend).with_fused(fused));
 }
 
 // Room for the method's outputs, so that neither contender allocates.
@@ -105,7 +131,9 @@ struct Outputs {
   }
 };
 
-std::string op_of(const std::string& bundle) { return bundle.substr(bundle.rfind('/') + 1, bundle.rfind('.') - bundle.rfind('/') - 1); }
+std::string op_of(const std::string& bundle) {
+  return bundle.substr(bundle.rfind('/') + 1, bundle.rfind('.') - bundle.rfind('/') - 1);
+}
 
 peers::Peer opencv(const std::string& bundle, const Inputs& inputs) {
   auto peer = peers::opencv(op_of(bundle), inputs.views);
@@ -131,7 +159,8 @@ std::optional<double> mean_difference(const chiasm::Tensor& made, const peers::P
 }
 
 // On photographs ONNX Runtime is left out: Python measures it.
-json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t w, const Given& given, double seconds) {
+json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t w, const Given& given,
+           double seconds) {
   chiasm::set_num_threads(threads);
   cv::setNumThreads(threads);
   std::vector<std::pair<std::string, chiasm::Method>> methods;
@@ -166,16 +195,19 @@ json speed(const std::string& bundle, int threads, int64_t b, int64_t h, int64_t
 }
 
 // Writes what OpenCV makes, matrix after matrix, to a file, and says what is in it.
-json results(const std::string& bundle, int64_t b, int64_t h, int64_t w, const Given& given, const std::string& path) {
+json results(const std::string& bundle, int64_t b, int64_t h, int64_t w, const Given& given,
+             const std::string& path) {
   const Inputs inputs(load(bundle, "native").info(), b, h, w, given);
   const auto peer = opencv(bundle, inputs);
   if (!peer.results) throw std::runtime_error("OpenCV's results are not kept");
   peer.call();
   const auto matrices = peer.results();
   std::ofstream file(path, std::ios::binary);
-  for (const auto& m : matrices) file.write(reinterpret_cast<const char*>(m.data), std::streamsize(m.total() * m.elemSize()));
+  for (const auto& m : matrices)
+    file.write(reinterpret_cast<const char*>(m.data), std::streamsize(m.total() * m.elemSize()));
   const auto& m = matrices.at(0);
-  return {{"dtype", m.depth() == CV_8U ? "uint8" : "float32"}, {"shape", {matrices.size(), m.rows, m.cols, m.channels()}}};
+  return {{"dtype", m.depth() == CV_8U ? "uint8" : "float32"},
+          {"shape", {matrices.size(), m.rows, m.cols, m.channels()}}};
 }
 
 json load_cost(const std::string& bundle, const std::string& backend) {
@@ -187,7 +219,8 @@ json load_cost(const std::string& bundle, const std::string& backend) {
   const auto second = bench::Clock::now();
   auto outputs = method.run(inputs.views);
   const double input_bytes = double(inputs.memory[0].size());
-  return {{"first_result_ms", (loaded + bench::microseconds_since(second)) / 1000}, {"memory_mb", bench::resident_megabytes() - before - input_bytes / (1 << 20)}};
+  return {{"first_result_ms", (loaded + bench::microseconds_since(second)) / 1000},
+          {"memory_mb", bench::resident_megabytes() - before - input_bytes / (1 << 20)}};
 }
 
 void* allocate(void*, size_t bytes) { return std::aligned_alloc(64, (bytes + 63) / 64 * 64 + 64); }
@@ -200,7 +233,8 @@ json overhead(const std::string& bundle, const std::string& artifact) {
   const Outputs outputs(method, inputs.views);
   void* library = dlopen(artifact.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) throw std::runtime_error(dlerror());
-  const auto* api = reinterpret_cast<chiasm_native_entry_fn>(dlsym(library, CHIASM_NATIVE_ENTRY))(CHIASM_NATIVE_ABI);
+  const auto* api =
+      reinterpret_cast<chiasm_native_entry_fn>(dlsym(library, CHIASM_NATIVE_ENTRY))(CHIASM_NATIVE_ABI);
   char error[256] = "";
   void* model = nullptr;
   if (api->create(0, 0, &model, error, sizeof error)) throw std::runtime_error(error);
@@ -208,8 +242,12 @@ json overhead(const std::string& bundle, const std::string& artifact) {
   for (const auto& t : inputs.views) in.push_back(t.c_tensor());
   for (const auto& t : outputs.views) out.push_back(t.c_tensor());
   const chiasm_native_host host{nullptr, allocate, release, nullptr, 0, 0, nullptr, 1};
-  const auto times = bench::interleaved({[&] { method.run_into(inputs.views, outputs.views); },
-                                         [&] { if (api->run(model, in.data(), out.data(), &host, error, sizeof error)) throw std::runtime_error(error); }});
+  const auto times =
+      bench::interleaved({[&] { method.run_into(inputs.views, outputs.views); },
+                          [&] {
+                            if (api->run(model, in.data(), out.data(), &host, error, sizeof error))
+                              throw std::runtime_error(error);
+                          }});
   return {{"chiasm_us", times[0]}, {"engine_us", times[1]}};
 }
 
@@ -220,12 +258,19 @@ int main(int argc, char** argv) {
   try {
     json result;
     const auto size = [&](size_t i) { return std::stoll(a[i]); };
-    if (a.size() == 6 && a[0] == "speed") result = speed(a[1], std::stoi(a[2]), size(3), size(4), size(5), {}, 1.5);
-    else if (a.size() == 9 && a[0] == "speed") result = speed(a[1], std::stoi(a[2]), size(3), size(4), size(5), {a[6], json::parse(a[7])}, std::stod(a[8]));
-    else if (a.size() == 8 && a[0] == "results") result = results(a[1], size(2), size(3), size(4), {a[5], json::parse(a[6])}, a[7]);
-    else if (a.size() == 3 && a[0] == "load") result = load_cost(a[1], a[2]);
-    else if (a.size() == 3 && a[0] == "overhead") result = overhead(a[1], a[2]);
-    else throw std::runtime_error("usage: see the head of bench.cpp");
+    if (a.size() == 6 && a[0] == "speed")
+      result = speed(a[1], std::stoi(a[2]), size(3), size(4), size(5), {}, 1.5);
+    else if (a.size() == 9 && a[0] == "speed")
+      result =
+          speed(a[1], std::stoi(a[2]), size(3), size(4), size(5), {a[6], json::parse(a[7])}, std::stod(a[8]));
+    else if (a.size() == 8 && a[0] == "results")
+      result = results(a[1], size(2), size(3), size(4), {a[5], json::parse(a[6])}, a[7]);
+    else if (a.size() == 3 && a[0] == "load")
+      result = load_cost(a[1], a[2]);
+    else if (a.size() == 3 && a[0] == "overhead")
+      result = overhead(a[1], a[2]);
+    else
+      throw std::runtime_error("usage: see the head of bench.cpp");
     std::cout << result << "\n";
     return 0;
   } catch (const std::exception& error) {

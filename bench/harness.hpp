@@ -1,4 +1,5 @@
-// Interleaved timing: contenders take turns, so that a busy moment of the machine hits all of them; medians are compared.
+// Interleaved timing: contenders take turns, so that a busy moment of the machine hits all of them; medians
+// are compared.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,9 @@ namespace bench {
 
 using Clock = std::chrono::steady_clock;
 
-inline double microseconds_since(Clock::time_point start) { return std::chrono::duration<double, std::micro>(Clock::now() - start).count(); }
+inline double microseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+}
 
 // Memory of this process that is in RAM.
 inline double resident_megabytes() {
@@ -27,8 +30,10 @@ inline double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Median microseconds of each contender over rounds that take about `seconds` in all; short calls are repeated within a turn.
-inline std::vector<double> interleaved(const std::vector<std::function<void()>>& contenders, double seconds = 2.0) {
+// Median microseconds of each contender over rounds that take about `seconds` in all; short calls are
+// repeated within a turn.
+inline std::vector<double> interleaved(const std::vector<std::function<void()>>& contenders,
+                                       double seconds = 2.0) {
   std::vector<int> repeats;
   for (const auto& call : contenders) {
     for (int i = 0; i < 3; ++i) call();

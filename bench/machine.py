@@ -1,4 +1,5 @@
-"""The machine that tables were made on, the bundles that are measured, and the C++ program that measures them."""
+"""The machine that tables were made on, the bundles that are measured, and the C++ program that measures
+them."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ def said(path: Path, *arguments) -> dict:
 
 
 def export_bundles(names: Iterable[str]) -> None:
-    """Export ops of the catalog to where `bundle_path` finds them: those that are measured, as they are measured, without gradients."""
+    """Export ops of the catalog to where `bundle_path` finds them: those that are measured, as they are
+    measured, without gradients."""
     export_names(sorted(set(names)), BUNDLES, methods=("forward",), jobs=cores())
 
 

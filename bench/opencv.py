@@ -1,4 +1,5 @@
-"""The wheel's versions of bench/opencv_peers: what OpenCV does for the same work as a bundle, into matrices that are kept."""
+"""The wheel's versions of bench/opencv_peers: what OpenCV does for the same work as a bundle, into matrices
+that are kept."""
 
 from __future__ import annotations
 
@@ -48,7 +49,7 @@ def opencv(bundle: str, inputs: list[np.ndarray]) -> Peer:
     return Peer(call, lambda: np.stack([m if m.ndim == 3 else m[..., None] for m in last]))
 
 
-# --- OpenCV's forms of (B, C, H, W) ------------------------------------------------------------------------------------
+# --- OpenCV's forms of (B, C, H, W) -------------------------------------------------------------------------
 
 
 def images(x: np.ndarray) -> list[np.ndarray]:
@@ -67,7 +68,7 @@ def frame(x: np.ndarray) -> list[np.ndarray]:
     return [x]
 
 
-# --- work on one matrix --------------------------------------------------------------------------------------------------
+# --- work on one matrix -------------------------------------------------------------------------------------
 
 
 def sobel(into: Into, m, x, other, border=cv2.BORDER_REPLICATE, scale=1 / 8):
@@ -79,13 +80,19 @@ def sobel(into: Into, m, x, other, border=cv2.BORDER_REPLICATE, scale=1 / 8):
 
 def edges(into: Into, m, x, other):
     grey = into("grey", cv2.cvtColor, m, cv2.COLOR_BGR2GRAY)
-    magnitude = sobel(into, into("blur", cv2.GaussianBlur, grey, (5, 5), 1.0), x, other, cv2.BORDER_DEFAULT, 1.0)
+    magnitude = sobel(
+        into, into("blur", cv2.GaussianBlur, grey, (5, 5), 1.0), x, other, cv2.BORDER_DEFAULT, 1.0
+    )
     return into("out", cv2.convertScaleAbs, magnitude)
 
 
 def preprocess(into: Into, m, x, other):
     small = into("small", cv2.resize, m, (224, 224), interpolation=cv2.INTER_LINEAR)
-    return cv2.dnn.blobFromImage(small, 1 / (255 * 0.226), None, (123.675, 116.28, 103.53), True) if hasattr(cv2, "dnn") else small
+    return (
+        cv2.dnn.blobFromImage(small, 1 / (255 * 0.226), None, (123.675, 116.28, 103.53), True)
+        if hasattr(cv2, "dnn")
+        else small
+    )
 
 
 def gaussian(into: Into, m, x, other):
@@ -94,13 +101,23 @@ def gaussian(into: Into, m, x, other):
 
 
 def unsharp(into: Into, m, x, other):
-    return into("out", cv2.addWeighted, m, 2, into("blur", cv2.GaussianBlur, m, (5, 5), 1.5, sigmaY=1.5, borderType=REFLECT), -1, 0)
+    return into(
+        "out",
+        cv2.addWeighted,
+        m,
+        2,
+        into("blur", cv2.GaussianBlur, m, (5, 5), 1.5, sigmaY=1.5, borderType=REFLECT),
+        -1,
+        0,
+    )
 
 
 def canny(into: Into, m):
     grey = into("grey", cv2.cvtColor, m, cv2.COLOR_RGB2GRAY)
     blurred = into("blur", cv2.GaussianBlur, grey, (5, 5), 1.0, sigmaY=1.0, borderType=REFLECT)
-    return into("edges", cv2.Canny, blurred, 0.5 * 255, 0.9 * 255, dst="edges", apertureSize=3, L2gradient=True)
+    return into(
+        "edges", cv2.Canny, blurred, 0.5 * 255, 0.9 * 255, dst="edges", apertureSize=3, L2gradient=True
+    )
 
 
 def equalize(into: Into, m):
@@ -113,7 +130,9 @@ def adaptive(into: Into, m):
 
 def otsu(into: Into, m, x, other):
     """The threshold is found on bytes and applied to float32."""
-    limit, _ = cv2.threshold(into("bytes", cv2.convertScaleAbs, m, alpha=255), 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
+    limit, _ = cv2.threshold(
+        into("bytes", cv2.convertScaleAbs, m, alpha=255), 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU
+    )
     return into("out", cv2.threshold, m, (limit + 0.5) / 255, 0, cv2.THRESH_TOZERO)
 
 
@@ -140,7 +159,8 @@ def warp(into: Into, m, x, other):
 
 
 def on_bytes(function: Callable, scale: float) -> Callable:
-    """For what OpenCV does with bytes only, on float32 as chiasm's: the conversions there and back are part of the call."""
+    """For what OpenCV does with bytes only, on float32 as chiasm's: the conversions there and back are part
+    of the call."""
 
     def call(into: Into, m, x, other):
         made = function(into, into("bytes", cv2.convertScaleAbs, m, alpha=scale))
@@ -171,7 +191,10 @@ PEERS: dict[str, tuple[Callable[[np.ndarray], list[np.ndarray]], Callable[..., n
     "filters.bilateral_blur": (images, plain(cv2.bilateralFilter, 5, 0.1, 1.5, borderType=REFLECT)),
     "filters.box_blur": (images, plain(cv2.blur, (5, 5), borderType=REFLECT)),
     "filters.canny": (images, on_bytes(canny, 255)),
-    "filters.filter2d": (images, lambda into, m, x, other: into("out", cv2.filter2D, m, cv2.CV_32F, x[1], borderType=REFLECT)),
+    "filters.filter2d": (
+        images,
+        lambda into, m, x, other: into("out", cv2.filter2D, m, cv2.CV_32F, x[1], borderType=REFLECT),
+    ),
     "filters.gaussian_blur2d": (images, gaussian),
     "filters.laplacian": (images, plain(cv2.filter2D, cv2.CV_32F, LAPLACIAN, borderType=REFLECT)),
     "filters.median_blur": (images, plain(cv2.medianBlur, 3)),

@@ -17,8 +17,8 @@ struct Peer {
   std::function<std::vector<cv::Mat>()> results;
 };
 
-// Prepares OpenCV's own form of the inputs (HWC matrices, one an image) outside of the timed call, and returns the call.
-// Nothing where OpenCV has no function for the bundle. `inputs` must outlive the call.
+// Prepares OpenCV's own form of the inputs (HWC matrices, one an image) outside of the timed call, and
+// returns the call. Nothing where OpenCV has no function for the bundle. `inputs` must outlive the call.
 std::optional<Peer> opencv(const std::string& bundle, const std::vector<chiasm::Tensor>& inputs);
 
 }  // namespace peers

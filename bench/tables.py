@@ -14,7 +14,8 @@ def table(
     more: Callable[[dict], list[str]] = lambda row: [],
     titles: Iterable[str] = (),
 ) -> list[str]:
-    """A row for each op and size, with four columns for each number of threads; below it the geometric means."""
+    """A row for each op and size, with four columns for each number of threads; below it the geometric
+    means."""
     threads = sorted({row["threads"] for row in rows})
     columns = ["op", "size", *titles]
     for n in threads:
@@ -25,7 +26,11 @@ def table(
     for first in (row for row in rows if row["threads"] == threads[0]):
         line = [first["bundle"], first["size"], *more(first)]
         for n in threads:
-            row = next(r for r in rows if (r["bundle"], r["size"], r["threads"]) == (first["bundle"], first["size"], n))
+            row = next(
+                r
+                for r in rows
+                if (r["bundle"], r["size"], r["threads"]) == (first["bundle"], first["size"], n)
+            )
             shown, ratio = cells(row)
             line += shown
             ratios[n].append(ratio)
@@ -41,18 +46,27 @@ def table(
     return lines
 
 
-def compared(race: str, ours: str, peer: str, bold: float, slanted: float) -> Callable[[dict], tuple[list[str], float]]:
-    """What a row shows of one of its races: both times, our share of a copy's bandwidth and how many times as fast ours is, and that number."""
+def compared(
+    race: str, ours: str, peer: str, bold: float, slanted: float
+) -> Callable[[dict], tuple[list[str], float]]:
+    """What a row shows of one of its races: both times, our share of a copy's bandwidth and how many times as
+    fast ours is, and that number."""
 
     def cells(row: dict) -> tuple[list[str], float]:
         ratio = row[race][peer] / row[race][ours]
-        return [ms(row[race][ours]), share(row[race], ours), ms(row[race][peer]), times(ratio, bold, slanted)], ratio
+        return [
+            ms(row[race][ours]),
+            share(row[race], ours),
+            ms(row[race][peer]),
+            times(ratio, bold, slanted),
+        ], ratio
 
     return cells
 
 
 def share(race: dict, ours: str) -> str:
-    """Our bandwidth, of inputs read once and outputs written once, as a share of that of a copy in the same race."""
+    """Our bandwidth, of inputs read once and outputs written once, as a share of that of a copy in the same
+    race."""
     return f"{race['copy'] / race[ours]:.0%}"
 
 
@@ -63,4 +77,3 @@ def ms(microseconds: float) -> str:
 def times(ratio: float, bold: float, slanted: float) -> str:
     shown = f"{ratio:.2f}" if ratio < 9.95 else f"{ratio:.0f}"
     return f"***{shown}***" if ratio < slanted else f"**{shown}**" if ratio < bold else shown
-

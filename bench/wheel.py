@@ -1,6 +1,7 @@
-"""One measurement in Python, in turns: chiasm's native backend, a copy, ONNX Runtime (fused, stock) and OpenCV's pip wheel.
+"""One measurement in Python, in turns: chiasm's native backend, a copy, ONNX Runtime (fused, stock) and
+OpenCV's pip wheel.
 
-    python -m bench.wheel BUNDLE THREADS B H W     -> JSON, microseconds
+python -m bench.wheel BUNDLE THREADS B H W     -> JSON, microseconds
 """
 
 from __future__ import annotations
@@ -33,7 +34,13 @@ def main(bundle: str, threads: int, batch: int, height: int, width: int) -> dict
     method = opened.method("forward", backend="native")
     signature = opened.info["methods"]["forward"]
     frames = signature["inputs"][0]["layout"] == "HWC"
-    sizes = SIZES | {"B": 1 if frames else batch, "H": height, "W": width, "OH": height * 3 // 4, "OW": width * 3 // 4}
+    sizes = SIZES | {
+        "B": 1 if frames else batch,
+        "H": height,
+        "W": width,
+        "OH": height * 3 // 4,
+        "OW": width * 3 // 4,
+    }
     inputs = [make(t, sizes) for t in signature["inputs"]]
     outputs = room(method, inputs)
     calls = batch if frames else 1
@@ -74,7 +81,10 @@ def onnx_call(session: onnxruntime.InferenceSession, inputs: list[np.ndarray]) -
     """A run from and into memory that is kept."""
     binding = session.io_binding()
     outputs = session.run(None, {t.name: x for t, x in zip(session.get_inputs(), inputs, strict=True)})
-    kept = [(t.name, onnxruntime.OrtValue.ortvalue_from_numpy(x)) for t, x in zip(session.get_inputs(), inputs, strict=True)]
+    kept = [
+        (t.name, onnxruntime.OrtValue.ortvalue_from_numpy(x))
+        for t, x in zip(session.get_inputs(), inputs, strict=True)
+    ]
     for name, value in kept:
         binding.bind_ortvalue_input(name, value)
     for tensor, output in zip(session.get_outputs(), outputs, strict=True):
@@ -97,10 +107,11 @@ def make(tensor: dict, sizes: dict[str, int]) -> np.ndarray:
 
 
 def interleaved(contenders: list[Callable], seconds: float = 1.5, pause: float = 0.0) -> list[float]:
-    """Median microseconds of each, taking turns; short calls are repeated within a turn, and long ones have fewer turns.
+    """Median microseconds of each, taking turns; short calls are repeated within a turn, and long ones have
+    fewer turns.
 
-    `pause` seconds before each turn let the threads of the last contender's pool fall asleep. Half as long, calls that do not count wake
-    the machine and its caches up again, and as long do those that count.
+    `pause` seconds before each turn let the threads of the last contender's pool fall asleep. Half as long,
+    calls that do not count wake the machine and its caches up again, and as long do those that count.
     """
     repeats, warming = [], []
     for call in contenders:
@@ -115,7 +126,9 @@ def interleaved(contenders: list[Callable], seconds: float = 1.5, pause: float =
         warming.append(math.ceil(pause / 2 / taken) if taken < 1 else 0)
     times: list[list[float]] = [[] for _ in contenders]
     start = time.perf_counter()
-    while (spent := time.perf_counter() - start) < seconds or len(times[0]) < (7 if spent < 2 * seconds else 3):
+    while (spent := time.perf_counter() - start) < seconds or len(times[0]) < (
+        7 if spent < 2 * seconds else 3
+    ):
         for call, taken, n, idle in zip(contenders, times, repeats, warming, strict=True):
             time.sleep(pause)
             for _ in range(idle):

@@ -1,4 +1,5 @@
-"""Cases for the C++ program demo_runner: a bundle's inputs and eager Python's results as raw files, and what it made of them."""
+"""Cases for the C++ program demo_runner: a bundle's inputs and eager Python's results as raw files, and what
+it made of them."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ Scene = tuple[str, dict[str, torch.Tensor]]
 
 
 def write_cases(entry: Entry, bundle: Path, scenes: list[Scene], folder: Path) -> list[dict]:
-    """Write scenes (label, inputs) and eager's results, with an index for the C++ program; returns the index."""
+    """Write scenes (label, inputs) and eager's results, with an index for the C++ program; returns the
+    index."""
     folder.mkdir(parents=True)
     spec, method = entry.spec, read_manifest(bundle)["methods"]["forward"]
     op, cases = bind(entry.function(), [t.name for t in spec.inputs], spec.config, spec.name), []
@@ -30,10 +32,16 @@ def write_cases(entry: Entry, bundle: Path, scenes: list[Scene], folder: Path) -
         case = {"shape": label, "inputs": [], "outputs": []}
         for position, tensor in enumerate(inputs.values()):
             case["inputs"].append(write(folder, f"{index}.in{position}", tensor))
-        for position, (described, tensor) in enumerate(zip(method["outputs"], run_eager(op, inputs), strict=True)):
+        for position, (described, tensor) in enumerate(
+            zip(method["outputs"], run_eager(op, inputs), strict=True)
+        ):
             dtype = str(tensor.dtype).removeprefix("torch.")
             tolerance = method["tolerances"].get(dtype, {"atol": 0, "rtol": 0})
-            case["outputs"].append(write(folder, f"{index}.out{position}", tensor) | tolerance | {k: described[k] for k in ("name", "layout", "color")})
+            case["outputs"].append(
+                write(folder, f"{index}.out{position}", tensor)
+                | tolerance
+                | {k: described[k] for k in ("name", "layout", "color")}
+            )
         cases.append(case)
     (folder / "cases.json").write_text(json.dumps({"name": spec.name, "bundle": str(bundle), "cases": cases}))
     return cases
@@ -47,9 +55,16 @@ def write(folder: Path, file: str, tensor: torch.Tensor) -> dict:
 def run(cases: Path, backend: str) -> dict:
     """What demo_runner reports; {"problem": ...} where it failed."""
     done = subprocess.run([RUNNER, cases, backend], capture_output=True, text=True)
-    return json.loads(done.stdout) if done.returncode == 0 else {"problem": done.stderr.strip() or f"exit status {done.returncode}", "cases": []}
+    return (
+        json.loads(done.stdout)
+        if done.returncode == 0
+        else {"problem": done.stderr.strip() or f"exit status {done.returncode}", "cases": []}
+    )
 
 
 def read_results(folder: Path, outputs: list[dict], backend: str) -> list[torch.Tensor]:
     """The outputs of a case as the C++ program wrote them."""
-    return [torch.from_numpy(np.fromfile(folder / f"{backend}.{o['file']}", o["dtype"]).reshape(o["shape"])) for o in outputs]
+    return [
+        torch.from_numpy(np.fromfile(folder / f"{backend}.{o['file']}", o["dtype"]).reshape(o["shape"]))
+        for o in outputs
+    ]

@@ -20,9 +20,11 @@ SPACES = ("HLS", "HSL", "HSV", "LAB", "LUV", "XYZ", "YCbCr", "YUV")
 FRAMES = 9
 
 
-def inputs(spec: Spec, images: np.ndarray, target: tuple[int, int] | None = None, points: int = 1000) -> dict[str, torch.Tensor]:
-    """The op's inputs for photographs (B, H, W, 3); `target` is the height and width of results whose size is an input, `points`
-    how many points or rotations an op gets that takes them."""
+def inputs(
+    spec: Spec, images: np.ndarray, target: tuple[int, int] | None = None, points: int = 1000
+) -> dict[str, torch.Tensor]:
+    """The op's inputs for photographs (B, H, W, 3); `target` is the height and width of results whose size is
+    an input, `points` how many points or rotations an op gets that takes them."""
     batch, height, width, _ = images.shape
     wanted = target or (height * 3 // 4, width * 3 // 4)
     rgb = torch.from_numpy(images.transpose(0, 3, 1, 2).copy()).float() / 255.0
@@ -54,14 +56,20 @@ def repeated(tensor: TensorSpec, value: object, sizes: dict[str, int]) -> torch.
     """A value, repeated over the batch and the channels; other named dimensions are its own."""
     made = torch.as_tensor(value, dtype=samples.dtype_of(tensor.dtype, "float32"))
     own = dict(zip(reversed(tensor.shape), reversed(made.shape), strict=False))
-    return made.expand([d if isinstance(d, int) else sizes[d] if d in ("B", "C") else own[d] for d in tensor.shape]).contiguous()
+    return made.expand(
+        [d if isinstance(d, int) else sizes[d] if d in ("B", "C") else own[d] for d in tensor.shape]
+    ).contiguous()
 
 
 def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
     """The photographs as an image input wants them: colour space, channels, layout, dtype, range."""
     if tensor.name in ("src2", "template"):
         other = torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float() / 255.0
-        rgb = functional.interpolate(other, rgb.shape[-2:], mode="bilinear", antialias=True).clamp(0, 1).expand_as(rgb)
+        rgb = (
+            functional.interpolate(other, rgb.shape[-2:], mode="bilinear", antialias=True)
+            .clamp(0, 1)
+            .expand_as(rgb)
+        )
     if tensor.layout == "NCDHW" and spec.name.startswith("geometry.subpix."):
         return scale_space(rgb)
     if tensor.layout == "NCDHW":
@@ -115,8 +123,13 @@ def in_color(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
 
 def hills(rgb: torch.Tensor) -> torch.Tensor:
     """A hill for each colour, 5 high."""
-    y, x = torch.meshgrid(torch.linspace(0, 1, rgb.shape[2]), torch.linspace(0, 1, rgb.shape[3]), indexing="ij")
-    made = [5.0 * torch.exp(-(((x - a) / 0.12) ** 2 + ((y - b) / 0.2) ** 2)) for a, b in ((0.25, 0.3), (0.5, 0.6), (0.75, 0.4))]
+    y, x = torch.meshgrid(
+        torch.linspace(0, 1, rgb.shape[2]), torch.linspace(0, 1, rgb.shape[3]), indexing="ij"
+    )
+    made = [
+        5.0 * torch.exp(-(((x - a) / 0.12) ** 2 + ((y - b) / 0.2) ** 2))
+        for a, b in ((0.25, 0.3), (0.5, 0.6), (0.75, 0.4))
+    ]
     return torch.stack(made).expand(rgb.shape).contiguous()
 
 

@@ -60,7 +60,11 @@ def cut(text: str, width: int) -> str:
     """A label as far as there is room."""
     if FONT.getlength(text) <= width:
         return text
-    return next(f"{text[:n]}..." for n in range(len(text), -1, -1) if n == 0 or FONT.getlength(f"{text[:n]}...") <= width)
+    return next(
+        f"{text[:n]}..."
+        for n in range(len(text), -1, -1)
+        if n == 0 or FONT.getlength(f"{text[:n]}...") <= width
+    )
 
 
 def scaled(pixels: np.ndarray, width: int) -> Image.Image:
@@ -71,7 +75,9 @@ def scaled(pixels: np.ndarray, width: int) -> Image.Image:
         factor = math.ceil(width / image.width)
         image = image.resize((image.width * factor, image.height * factor), Image.Resampling.NEAREST)
     if image.width != width:
-        image = image.resize((width, max(1, round(image.height * width / image.width))), Image.Resampling.LANCZOS)
+        image = image.resize(
+            (width, max(1, round(image.height * width / image.width))), Image.Resampling.LANCZOS
+        )
     return image
 
 

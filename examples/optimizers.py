@@ -1,4 +1,5 @@
-"""One step of an optimiser as a function of tensors: parameters, gradients and state in, parameters and state out.
+"""One step of an optimiser as a function of tensors: parameters, gradients and state in, parameters and state
+out.
 
 The same arithmetic as torch.optim's, in a form that is exported with the loss and its gradient as one graph.
 """
@@ -9,8 +10,11 @@ import torch
 from torch import Tensor
 
 
-def adam(parameter: Tensor, gradient: Tensor, mean: Tensor, square: Tensor, step: Tensor, lr: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """D. Kingma, J. Ba, Adam: A Method for Stochastic Optimization, ICLR 2015, with its constants 0.9, 0.999 and 1e-8.
+def adam(
+    parameter: Tensor, gradient: Tensor, mean: Tensor, square: Tensor, step: Tensor, lr: Tensor
+) -> Tuple[Tensor, Tensor, Tensor]:
+    """D. Kingma, J. Ba, Adam: A Method for Stochastic Optimization, ICLR 2015, with its constants 0.9, 0.999
+    and 1e-8.
 
     Args:
         parameter, gradient: of one shape.
@@ -22,7 +26,14 @@ def adam(parameter: Tensor, gradient: Tensor, mean: Tensor, square: Tensor, step
         parameter, mean and square after the step.
 
     Example:
-        >>> adam(torch.ones(1), torch.full((1,), 3.0), torch.zeros(1), torch.zeros(1), torch.tensor(1.0), torch.tensor(0.5))[0]
+        >>> adam(
+        ...     torch.ones(1),
+        ...     torch.full((1,), 3.0),
+        ...     torch.zeros(1),
+        ...     torch.zeros(1),
+        ...     torch.tensor(1.0),
+        ...     torch.tensor(0.5),
+        ... )[0]
         tensor([0.5000])
     """
     mean = 0.9 * mean + 0.1 * gradient
@@ -32,7 +43,9 @@ def adam(parameter: Tensor, gradient: Tensor, mean: Tensor, square: Tensor, step
     return parameter - lr * unbiased_mean / (torch.sqrt(unbiased_square) + 1e-8), mean, square
 
 
-def momentum(parameter: Tensor, gradient: Tensor, velocity: Tensor, lr: Tensor, factor: float = 0.9) -> Tuple[Tensor, Tensor]:
+def momentum(
+    parameter: Tensor, gradient: Tensor, velocity: Tensor, lr: Tensor, factor: float = 0.9
+) -> Tuple[Tensor, Tensor]:
     """Stochastic gradient descent with momentum as torch.optim.SGD does it.
 
     Args:

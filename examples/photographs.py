@@ -39,12 +39,18 @@ class View:
 
     def pixels(self) -> np.ndarray:
         """An RGB uint8 array (H, W, 3)."""
-        part = Image.fromarray(photograph(self.file)).crop(self.box) if self.box else Image.fromarray(photograph(self.file))
+        part = (
+            Image.fromarray(photograph(self.file)).crop(self.box)
+            if self.box
+            else Image.fromarray(photograph(self.file))
+        )
         array = np.asarray(part.resize(self.size, Image.Resampling.LANCZOS) if self.size else part)
         random = np.random.default_rng(1)
         if self.noise:
             array = (array + random.normal(0, self.noise, array.shape)).round().clip(0, 255).astype(np.uint8)
         if self.specks:
             speck = random.random(array.shape[:2])[..., None]
-            array = np.where(speck < self.specks / 2, 0, np.where(speck > 1 - self.specks / 2, 255, array)).astype(np.uint8)
+            array = np.where(
+                speck < self.specks / 2, 0, np.where(speck > 1 - self.specks / 2, 255, array)
+            ).astype(np.uint8)
         return array

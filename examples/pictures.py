@@ -76,7 +76,8 @@ def rgb_of(array: np.ndarray) -> np.ndarray:
 
 
 def channels_of(array: np.ndarray, space: str) -> list[tuple[str, np.ndarray, str]]:
-    """(name, RGB, note) of each channel of an image (H, W, 3) in a colour space; hue and chroma in their colours."""
+    """(name, RGB, note) of each channel of an image (H, W, 3) in a colour space; hue and chroma in their
+    colours."""
     others, tinted = TINTED[space]
     shown = []
     for index, name in enumerate(NAMES.get(space, tuple(space))):
@@ -101,5 +102,10 @@ def labels_of(array: np.ndarray) -> np.ndarray:
     """Labels (H, W, 1) in distinct colours, 0 in black."""
     found, index = np.unique(array, return_inverse=True)
     turn = np.arange(len(found)) * 0.618034
-    palette = np.array([(0, 0, 0) if label == 0 else colorsys.hsv_to_rgb(t % 1, 0.55 + 0.45 * (i % 2), 1) for i, (label, t) in enumerate(zip(found, turn, strict=True))])
+    palette = np.array(
+        [
+            (0, 0, 0) if label == 0 else colorsys.hsv_to_rgb(t % 1, 0.55 + 0.45 * (i % 2), 1)
+            for i, (label, t) in enumerate(zip(found, turn, strict=True))
+        ]
+    )
     return (palette[index.reshape(array.shape[:2])] * 255).astype(np.uint8)

@@ -54,7 +54,12 @@ def scatter(points: np.ndarray, inks: np.ndarray, size: tuple[int, int]) -> np.n
     low, high = points.min(0), points.max(0)
     scale = min((np.array(size) - 24) / np.maximum(high - low, 1e-12))
     shift = np.array(size) / 2 - (low + high) / 2 * scale * (1, -1)
-    ends = [np.array([low[0], 0.0]), np.array([high[0], 0.0]), np.array([0.0, low[1]]), np.array([0.0, high[1]])]
+    ends = [
+        np.array([low[0], 0.0]),
+        np.array([high[0], 0.0]),
+        np.array([0.0, low[1]]),
+        np.array([0.0, high[1]]),
+    ]
     ends = [e * scale * (1, -1) + shift for e in ends]
     pen.line((*ends[0], *ends[1]), fill=FAINT)
     pen.line((*ends[2], *ends[3]), fill=FAINT)

@@ -1,4 +1,5 @@
-"""Drawings of points, lines and solids: in the plane, in space, and tables of numbers. Drawn at double size, so that lines are smooth."""
+"""Drawings of points, lines and solids: in the plane, in space, and tables of numbers. Drawn at double size,
+so that lines are smooth."""
 
 from __future__ import annotations
 
@@ -33,15 +34,27 @@ class Sheet:
         """A line through pixels (N, 2)."""
         pixels = pixels[np.isfinite(pixels).all(1)]
         if len(pixels) > 1:
-            self.pen.line([(float(x) * ZOOM, float(y) * ZOOM) for x, y in pixels.clip(-1e4, 1e4)], tuple(ink), round(width * ZOOM), "curve")
+            self.pen.line(
+                [(float(x) * ZOOM, float(y) * ZOOM) for x, y in pixels.clip(-1e4, 1e4)],
+                tuple(ink),
+                round(width * ZOOM),
+                "curve",
+            )
 
     def spot(self, pixel: np.ndarray, radius: float, ink: Ink, hollow: bool = False) -> None:
         if np.isfinite(pixel).all() and (np.abs(pixel) < 1e4).all():
             x, y = (float(v) * ZOOM for v in pixel)
             r = radius * ZOOM
-            self.pen.ellipse((x - r, y - r, x + r, y + r), None if hollow else tuple(ink), tuple(ink) if hollow else None, round(1.3 * ZOOM))
+            self.pen.ellipse(
+                (x - r, y - r, x + r, y + r),
+                None if hollow else tuple(ink),
+                tuple(ink) if hollow else None,
+                round(1.3 * ZOOM),
+            )
 
-    def write(self, pixel: tuple[float, float], text: str, ink: Ink = INK, anchor: str = "lt", size: int = 10) -> None:
+    def write(
+        self, pixel: tuple[float, float], text: str, ink: Ink = INK, anchor: str = "lt", size: int = 10
+    ) -> None:
         self.pen.text((pixel[0] * ZOOM, pixel[1] * ZOOM), text, ink, font(size), anchor)
 
     def pixels(self) -> np.ndarray:
@@ -65,13 +78,16 @@ class Chart(Sheet, ABC):
 
 
 class Plane(Chart):
-    """A part of the plane that shows all of `extent` (N, 2), in equal scales, with the limits of both axes at the edges.
+    """A part of the plane that shows all of `extent` (N, 2), in equal scales, with the limits of both axes at
+    the edges.
 
     down: whether y grows downwards, as in images.
     equal: whether both axes have one scale.
     """
 
-    def __init__(self, size: tuple[int, int], extent: np.ndarray, down: bool = True, equal: bool = True) -> None:
+    def __init__(
+        self, size: tuple[int, int], extent: np.ndarray, down: bool = True, equal: bool = True
+    ) -> None:
         super().__init__(size)
         extent = extent[np.isfinite(extent).all(1)]
         self.low, self.high = extent.min(0), extent.max(0)
@@ -79,15 +95,39 @@ class Plane(Chart):
         self.left, self.top, self.right, self.bottom = 34, 6, size[0] - 8, size[1] - 16
         room = np.array([self.right - self.left - 10, self.bottom - self.top - 10]) / spread
         self.scale = (np.minimum(*room) if equal else room) * np.array([1, 1 if down else -1])
-        self.shift = np.array([self.left + self.right, self.top + self.bottom]) / 2 - (self.low + self.high) / 2 * self.scale
+        self.shift = (
+            np.array([self.left + self.right, self.top + self.bottom]) / 2
+            - (self.low + self.high) / 2 * self.scale
+        )
         self.frame()
 
     def frame(self) -> None:
-        for value, anchor in zip((self.low[0], self.high[0]), "lr" if self.high[0] > self.low[0] else "l", strict=False):
-            self.write((float(self.at(np.array([[value, 0.0]]))[0, 0]), self.bottom + 4), short(value), GRAY, f"{'m' if self.wide() else anchor}t", 9)
+        for value, anchor in zip(
+            (self.low[0], self.high[0]), "lr" if self.high[0] > self.low[0] else "l", strict=False
+        ):
+            self.write(
+                (float(self.at(np.array([[value, 0.0]]))[0, 0]), self.bottom + 4),
+                short(value),
+                GRAY,
+                f"{'m' if self.wide() else anchor}t",
+                9,
+            )
         for value in {self.low[1], self.high[1]}:
-            self.write((self.left - 4, float(self.at(np.array([[0.0, value]]))[0, 1])), short(value), GRAY, "rm", 9)
-        self.stroke(np.array([[self.left, self.top], [self.right, self.top], [self.right, self.bottom], [self.left, self.bottom], [self.left, self.top]]), FAINT)
+            self.write(
+                (self.left - 4, float(self.at(np.array([[0.0, value]]))[0, 1])), short(value), GRAY, "rm", 9
+            )
+        self.stroke(
+            np.array(
+                [
+                    [self.left, self.top],
+                    [self.right, self.top],
+                    [self.right, self.bottom],
+                    [self.left, self.bottom],
+                    [self.left, self.top],
+                ]
+            ),
+            FAINT,
+        )
 
     def wide(self) -> bool:
         """Whether the limits of x are far enough apart for their numbers."""
@@ -97,7 +137,9 @@ class Plane(Chart):
         """The pixels of points (N, 2)."""
         return points * self.scale + self.shift
 
-    def dots(self, points: np.ndarray, inks: np.ndarray, radius: float | np.ndarray = 2.5, hollow: bool = False) -> None:
+    def dots(
+        self, points: np.ndarray, inks: np.ndarray, radius: float | np.ndarray = 2.5, hollow: bool = False
+    ) -> None:
         for pixel, ink, r in zip(self.at(points), inks, np.broadcast_to(radius, len(points)), strict=True):
             self.spot(pixel, float(r), tuple(int(v) for v in ink), hollow)
 
@@ -106,7 +148,9 @@ class Plane(Chart):
         corners = (np.array([[self.left, self.top], [self.right, self.bottom]]) - self.shift) / self.scale
         (x0, y0), (x1, y1) = corners.min(0), corners.max(0)
         for (a, b, c), ink in zip(coefficients.astype(np.float64), inks, strict=True):
-            ends = [(x, -(a * x + c) / b) for x in (x0, x1) if b] + [(-(b * y + c) / a, y) for y in (y0, y1) if a]
+            ends = [(x, -(a * x + c) / b) for x in (x0, x1) if b] + [
+                (-(b * y + c) / a, y) for y in (y0, y1) if a
+            ]
             inside = [e for e in ends if x0 - 1e-6 <= e[0] <= x1 + 1e-6 and y0 - 1e-6 <= e[1] <= y1 + 1e-6]
             if len(inside) > 1:
                 far = max(inside, key=lambda e: math.dist(e, inside[0]))
@@ -120,7 +164,11 @@ class Photo(Chart):
         self.scale = width / pixels.shape[1]
         super().__init__((width, round(pixels.shape[0] * self.scale)))
         enlarged = self.scale * ZOOM > 4
-        self.canvas.paste(Image.fromarray(np.ascontiguousarray(pixels)).resize(self.canvas.size, Image.Resampling.NEAREST if enlarged else Image.Resampling.LANCZOS))
+        self.canvas.paste(
+            Image.fromarray(np.ascontiguousarray(pixels)).resize(
+                self.canvas.size, Image.Resampling.NEAREST if enlarged else Image.Resampling.LANCZOS
+            )
+        )
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """The middles of pixels (N, 2)."""
@@ -133,7 +181,8 @@ def turned(yaw: float, pitch: float) -> np.ndarray:
     return np.array([[ca, 0, sa], [sa * sb, cb, -ca * sb], [-sa * cb, sb, ca * cb]])
 
 
-#: x right, y down, z away, as cameras have it, seen from behind, the left and above; x right, y up, z to who looks, as in a textbook.
+#: x right, y down, z away, as cameras have it, seen from behind, the left and above; x right, y up, z to who
+#: looks, as in a textbook.
 CAMERA = turned(35, 25)
 TEXTBOOK = turned(-30, 20) @ np.diag([1.0, -1.0, -1.0])
 
@@ -145,12 +194,24 @@ class Space(Chart):
     equal: whether the axes have one scale.
     """
 
-    def __init__(self, size: tuple[int, int], extent: np.ndarray, view: np.ndarray = TEXTBOOK, box: bool = True, equal: bool = True) -> None:
+    def __init__(
+        self,
+        size: tuple[int, int],
+        extent: np.ndarray,
+        view: np.ndarray = TEXTBOOK,
+        box: bool = True,
+        equal: bool = True,
+    ) -> None:
         super().__init__(size)
         self.low, self.high, self.view = extent.min(0), extent.max(0), view
         spread = np.maximum(self.high - self.low, 1e-9 * (1 + np.abs(self.high)))
         self.stretch = np.ones(3) if equal else 1 / spread
-        corners = np.array([[pair[i] for pair, i in zip(zip(self.low, self.high, strict=True), index, strict=True)] for index in np.ndindex(2, 2, 2)])
+        corners = np.array(
+            [
+                [pair[i] for pair, i in zip(zip(self.low, self.high, strict=True), index, strict=True)]
+                for index in np.ndindex(2, 2, 2)
+            ]
+        )
         seen = (corners * self.stretch) @ view.T[:, :2]
         margin = (np.array([20, 16]) if box else np.array([6, 6])) * 2
         self.scale = float(((np.array(size) - margin) / np.maximum(np.ptp(seen, axis=0), 1e-9)).min())
@@ -168,8 +229,16 @@ class Space(Chart):
             bit = 4 >> axis
             starts = [i for i in range(8) if not i & bit]
             middles = {i: self.at((corners[i] + corners[i | bit])[None] / 2)[0] for i in starts}
-            below = [i for i in starts if middles[i][1] >= sorted(m[1] for m in middles.values())[2 if axis != self.upright() else 0]]
-            chosen = min(below, key=lambda i: middles[i][0]) if axis == self.upright() else max(below, key=lambda i: middles[i][1])
+            below = [
+                i
+                for i in starts
+                if middles[i][1] >= sorted(m[1] for m in middles.values())[2 if axis != self.upright() else 0]
+            ]
+            chosen = (
+                min(below, key=lambda i: middles[i][0])
+                if axis == self.upright()
+                else max(below, key=lambda i: middles[i][1])
+            )
             out = middles[chosen] - middle
             place = middles[chosen] + out / max(float(np.hypot(*out)), 1e-9) * 9
             self.write((float(place[0]), float(place[1])), name, RGB[axis], "mm", 10)
@@ -182,7 +251,9 @@ class Space(Chart):
         """The pixels of points (N, 3)."""
         return (points * self.stretch) @ self.view.T[:, :2] * self.scale + self.shift
 
-    def dots(self, points: np.ndarray, inks: np.ndarray, radius: float | np.ndarray = 2.5, hollow: bool = False) -> None:
+    def dots(
+        self, points: np.ndarray, inks: np.ndarray, radius: float | np.ndarray = 2.5, hollow: bool = False
+    ) -> None:
         """Far ones first, and smaller."""
         away = (points * self.stretch) @ self.view[2]
         nearness = 1.3 - 0.6 * (away - away.min()) / max(float(np.ptp(away)), 1e-9)
@@ -205,7 +276,8 @@ class Space(Chart):
 
 
 def table(values: np.ndarray, width: int, row: int = 16) -> np.ndarray:
-    """Numbers (R, C) in cells, tinted red and blue by their size and sign; in cells that are too small, the tints alone."""
+    """Numbers (R, C) in cells, tinted red and blue by their size and sign; in cells that are too small, the
+    tints alone."""
     rows, columns = values.shape
     sheet = Sheet((width, rows * row + 1))
     reach = max(float(np.abs(values[np.isfinite(values)]).max(initial=0)), 1e-12)

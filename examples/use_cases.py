@@ -1,4 +1,5 @@
-"""What the use cases (`make example-NAME`) share: where they write, and the page that their runs make, docs/use_cases.md."""
+"""What the use cases (`make example-NAME`) share: where they write, and the page that their runs make,
+docs/use_cases.md."""
 
 from __future__ import annotations
 
@@ -23,8 +24,9 @@ TITLES = {
 }
 _HEAD = """# Use cases
 
-The four of the Kornia paper (E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020, section 4) and
-distribution. Each section is written by the run of its command: no figure here was typed.
+The four of the Kornia paper (E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library
+for PyTorch, WACV 2020, section 4) and distribution. Each section is written by the run of its command: no
+figure here was typed.
 """
 
 

@@ -13,7 +13,13 @@ TURNS = [0.0, 30.0, 90.0, 135.0]
 ROTATION = [[0.0, -18.0, 30.0]]
 EMBOSS = [[-2.0, -1.0, 0.0], [-1.0, 1.0, 1.0], [0.0, 1.0, 2.0]]
 STROKE = [[0.0, 0.0, 1 / 3], [0.0, 1 / 3, 0.0], [1 / 3, 0.0, 0.0]]
-STREAK = [[0.0, 0.0, 0.0, 0.0, 0.2], [0.0, 0.0, 0.0, 0.2, 0.0], [0.0, 0.0, 0.2, 0.0, 0.0], [0.0, 0.2, 0.0, 0.0, 0.0], [0.2, 0.0, 0.0, 0.0, 0.0]]
+STREAK = [
+    [0.0, 0.0, 0.0, 0.0, 0.2],
+    [0.0, 0.0, 0.0, 0.2, 0.0],
+    [0.0, 0.0, 0.2, 0.0, 0.0],
+    [0.0, 0.2, 0.0, 0.0, 0.0],
+    [0.2, 0.0, 0.0, 0.0, 0.0],
+]
 CROSS = [[0.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.0]]
 SIGMAS = [0.5, 1.0, 1.5, 3.0]
 RED, YELLOW = [0.9, 0.1, 0.1], [1.0, 0.85, 0.1]
@@ -52,7 +58,13 @@ VALUES: dict[str, dict[str, Any]] = {
     "filters.gabor": {"sigma": 1.6, "theta": 0.0, "lambd": 4.0},
     "filters.gaussian": {"sigma": SIGMAS, "mean": [2.0, 2.0, 1.0, 3.0]},
     "filters.gaussian_blur2d": {"sigma": 1.5},
-    "filters.get_gabor_kernel2d": {"sigma": 1.8, "theta": [0.0, 0.8, 1.57, 0.0], "lambd": 4.0, "gamma": 0.6, "psi": [0.0, 0.0, 0.0, 1.57]},
+    "filters.get_gabor_kernel2d": {
+        "sigma": 1.8,
+        "theta": [0.0, 0.8, 1.57, 0.0],
+        "lambd": 4.0,
+        "gamma": 0.6,
+        "psi": [0.0, 0.0, 0.0, 1.57],
+    },
     "filters.get_gaussian": {"sigma": SIGMAS},
     "filters.get_gaussian_kernel2d": {"sigma": [[0.6, 0.6], [1.5, 1.5], [3.0, 0.6], [0.6, 3.0]]},
     "filters.get_gaussian_kernel3d": {"sigma": [[0.8, 1.5, 1.0]]},
@@ -79,15 +91,27 @@ VALUES: dict[str, dict[str, Any]] = {
 
 def values(spec: Spec) -> dict[str, Any]:
     """What the table says for an op's inputs; longer names win."""
-    parts = [(name, known) for name, known in VALUES.items() if spec.name == name or spec.name.startswith((f"{name}.", f"{name}_"))]
-    merged = {key: value for _, known in sorted(parts, key=lambda part: len(part[0])) for key, value in known.items()}
+    parts = [
+        (name, known)
+        for name, known in VALUES.items()
+        if spec.name == name or spec.name.startswith((f"{name}.", f"{name}_"))
+    ]
+    merged = {
+        key: value
+        for _, known in sorted(parts, key=lambda part: len(part[0]))
+        for key, value in known.items()
+    }
     return {t.name: merged[t.name] for t in spec.inputs if t.name in merged}
 
 
 def count(spec: Spec) -> int:
     """The batch that the table's values make."""
     known = values(spec)
-    lists = (known[t.name] for t in spec.inputs if t.name in known and t.shape[0] == "B" and isinstance(known[t.name], list))
+    lists = (
+        known[t.name]
+        for t in spec.inputs
+        if t.name in known and t.shape[0] == "B" and isinstance(known[t.name], list)
+    )
     return max((len(value) for value in lists), default=1)
 
 
@@ -111,9 +135,16 @@ def places(spec: Spec, sizes: dict[str, int]) -> dict[str, torch.Tensor]:
         return {"p1": repeated((size / 2).round().expand(16, 2)), "p2": repeated(ends.round())}
     if "polygons" in names:
         turns = torch.arange(6) * (math.pi / 3) + 0.3
-        return {"polygons": repeated(torch.stack([torch.cos(turns), torch.sin(turns)], -1) * min(h, w) * 0.4 + size * 0.49)}
+        return {
+            "polygons": repeated(
+                torch.stack([torch.cos(turns), torch.sin(turns)], -1) * min(h, w) * 0.4 + size * 0.49
+            )
+        }
     if "points" in names:
         steps = torch.arange(200) * 0.12
-        spiral = torch.stack([torch.cos(steps), torch.sin(steps)], -1) * (steps / steps[-1] * min(h, w) * 0.45)[:, None]
+        spiral = (
+            torch.stack([torch.cos(steps), torch.sin(steps)], -1)
+            * (steps / steps[-1] * min(h, w) * 0.45)[:, None]
+        )
         return {"points": repeated((spiral + size / 2).round())}
     return {}

@@ -35,7 +35,10 @@ def main() -> int:
 
 def row(case: Case, size: tuple[int, int, int], seconds: float) -> dict:
     values = json.dumps(case.values(*size))
-    measured = {n: program("speed", bundle_path(case.bundle), n, *size, photograph_file(size), values, seconds) for n in sorted({1, cores()})}
+    measured = {
+        n: program("speed", bundle_path(case.bundle), n, *size, photograph_file(size), values, seconds)
+        for n in sorted({1, cores()})
+    }
     return {"case": case, "size": size, "measured": measured}
 
 
@@ -44,12 +47,27 @@ def page(rows: list[dict]) -> str:
     lines = [
         "# Benchmarks of geometry ops",
         "",
-        f"Made by `make bench-geometry` on {date.today()}: {cpu()}, {cores()} cores. chiasm {chiasm.__version__}'s native backend into the caller's buffers",
-        f"and Debian's OpenCV {opencv} into matrices that are kept, in C++, in turns in one process; medians. Images are photographs, float32, three",
-        "channels, planar for chiasm and HWC for OpenCV. *Difference* is the mean absolute one between their results, of values from 0 to 1.",
-        "*Of copy* is the bandwidth, of inputs read once and outputs written once, as a share of that of one thread's memcpy of as many bytes in the same run.",
+        (
+            f"Made by `make bench-geometry` on {date.today()}: {cpu()}, {cores()} cores. chiasm"
+            f" {chiasm.__version__}'s native backend into the caller's buffers"
+        ),
+        (
+            f"and Debian's OpenCV {opencv} into matrices that are kept, in C++, in turns in one process;"
+            " medians. Images are photographs, float32, three"
+        ),
+        (
+            "channels, planar for chiasm and HWC for OpenCV. *Difference* is the mean absolute one between"
+            " their results, of values from 0 to 1."
+        ),
+        (
+            "*Of copy* is the bandwidth, of inputs read once and outputs written once, as a share of that of"
+            " one thread's memcpy of as many bytes in the same run."
+        ),
         "",
-        f"Aims: {IMAGE_AIM:g} times as fast for images, {MATRIX_AIM:g} times for matrices. What misses them is ***bold and slanted***, what is slower **bold**.",
+        (
+            f"Aims: {IMAGE_AIM:g} times as fast for images, {MATRIX_AIM:g} times for matrices. What misses"
+            " them is ***bold and slanted***, what is slower **bold**."
+        ),
         "",
         *table(rows),
     ]
@@ -69,7 +87,12 @@ def table(rows: list[dict]) -> list[str]:
         line = [case.bundle, case.what, size, "" if difference is None else f"{difference:.1g}"]
         for n in threads:
             ratio = measured[n]["opencv"] / measured[n]["native"]
-            line += [ms(measured[n]["native"]), share(measured[n], "native"), ms(measured[n]["opencv"]), times(ratio, 1.0, case.aim)]
+            line += [
+                ms(measured[n]["native"]),
+                share(measured[n], "native"),
+                ms(measured[n]["opencv"]),
+                times(ratio, 1.0, case.aim),
+            ]
         lines.append(f"| {' | '.join(line)} |")
     return lines
 

@@ -1,4 +1,5 @@
-"""The one list of cases: a bundle, at which sizes, on what inputs. OpenCV's calls have the bundles' names in bench/opencv_peers."""
+"""The one list of cases: a bundle, at which sizes, on what inputs. OpenCV's calls have the bundles' names in
+bench/opencv_peers."""
 
 from __future__ import annotations
 
@@ -43,9 +44,15 @@ def _correspondences(count: int) -> Callable[[int, int, int], dict]:
     def values(b: int, h: int, w: int) -> dict:
         random = np.random.default_rng(1)
         points = random.uniform(0, 500, (b, count, 2))
-        mapped = np.concatenate([points, np.ones((b, count, 1))], -1) @ np.transpose([[1.1, 0.1, 9.0], [-0.1, 0.9, 5.0], [1e-4, 2e-4, 1.0]])
+        mapped = np.concatenate([points, np.ones((b, count, 1))], -1) @ np.transpose(
+            [[1.1, 0.1, 9.0], [-0.1, 0.9, 5.0], [1e-4, 2e-4, 1.0]]
+        )
         moved = mapped[..., :2] / mapped[..., 2:] + random.normal(0, 0.1, points.shape)
-        return {"N": count, "points1": points.round(2).ravel().tolist(), "points2": moved.round(2).ravel().tolist()}
+        return {
+            "N": count,
+            "points1": points.round(2).ravel().tolist(),
+            "points2": moved.round(2).ravel().tolist(),
+        }
 
     return values
 
@@ -55,17 +62,25 @@ _POINTS = 2000
 
 
 def _mostly_wrong(b: int, x1: np.ndarray, x2: np.ndarray, random: np.random.Generator) -> dict:
-    """Three of five points of the second image are anywhere. With fewer OpenCV stops before it has drawn all samples."""
+    """Three of five points of the second image are anywhere. With fewer OpenCV stops before it has drawn all
+    samples."""
     moved = x2 + random.normal(0, 0.5, x2.shape)
     wrong = random.random(len(x2)) < 0.6
     moved[wrong] = random.uniform(0, 500, (wrong.sum(), 2))
-    return {"S": _SAMPLES, "N": len(x1), "points1": x1.round(2).ravel().tolist() * b, "points2": moved.round(2).ravel().tolist() * b}
+    return {
+        "S": _SAMPLES,
+        "N": len(x1),
+        "points1": x1.round(2).ravel().tolist() * b,
+        "points2": moved.round(2).ravel().tolist() * b,
+    }
 
 
 def _of_a_plane(b: int, h: int, w: int) -> dict:
     random = np.random.default_rng(4)
     points = random.uniform(0, 500, (_POINTS, 2))
-    mapped = np.c_[points, np.ones(_POINTS)] @ np.transpose([[1.1, 0.1, 9.0], [-0.1, 0.9, 5.0], [1e-4, 2e-4, 1.0]])
+    mapped = np.c_[points, np.ones(_POINTS)] @ np.transpose(
+        [[1.1, 0.1, 9.0], [-0.1, 0.9, 5.0], [1e-4, 2e-4, 1.0]]
+    )
     return _mostly_wrong(b, points, mapped[:, :2] / mapped[:, 2:], random)
 
 
@@ -74,14 +89,27 @@ def _of_two_views(b: int, h: int, w: int) -> dict:
     seen = random.uniform([-2, -2, 4], [2, 2, 9], (_POINTS, 3))
     c, s = np.cos(0.1), np.sin(0.1)
     matrix = np.array([[450.0, 0.0, 250.0], [0.0, 450.0, 250.0], [0.0, 0.0, 1.0]])
-    views = [points @ matrix.T for points in (seen, seen @ np.transpose([[c, 0, s], [0, 1, 0], [-s, 0, c]]) + [-1.0, 0.1, 0.2])]
+    views = [
+        points @ matrix.T
+        for points in (seen, seen @ np.transpose([[c, 0, s], [0, 1, 0], [-s, 0, c]]) + [-1.0, 0.1, 0.2])
+    ]
     x1, x2 = (view[:, :2] / view[:, 2:] for view in views)
-    return _mostly_wrong(b, x1, x2, random) | {"B": b, "P": b, "K1": matrix.ravel().tolist() * b, "K2": matrix.ravel().tolist() * b}
+    return _mostly_wrong(b, x1, x2, random) | {
+        "B": b,
+        "P": b,
+        "K1": matrix.ravel().tolist() * b,
+        "K2": matrix.ravel().tolist() * b,
+    }
 
 
 def _quadrilaterals(b: int, h: int, w: int) -> dict:
-    corners = np.array([[0, 0], [100, 0], [100, 80], [0, 80]]) + np.random.default_rng(2).uniform(-9, 9, (2, b, 4, 2))
-    return {"points_src": corners[0].round(2).ravel().tolist(), "points_dst": corners[1].round(2).ravel().tolist()}
+    corners = np.array([[0, 0], [100, 0], [100, 80], [0, 80]]) + np.random.default_rng(2).uniform(
+        -9, 9, (2, b, 4, 2)
+    )
+    return {
+        "points_src": corners[0].round(2).ravel().tolist(),
+        "points_dst": corners[1].round(2).ravel().tolist(),
+    }
 
 
 def _essentials(b: int, h: int, w: int) -> dict:
@@ -104,9 +132,24 @@ CASES = (
     Case(f"{_RESIZE}.bicubic", "to 3/4", IMAGES, _scaled(0.75)),
     Case(f"{_RESIZE}.bicubic", "to 3/2", IMAGES, _scaled(1.5)),
     Case(f"{_RESIZE}.nearest", "to 3/4", IMAGES, _scaled(0.75)),
-    Case("geometry.transform.warp_affine.bilinear_zeros", "11 degrees", IMAGES, _matrix([[0.98, 0.19, -9.0], [-0.19, 0.98, 21.0]])),
-    Case("geometry.transform.warp_perspective.bilinear_zeros", "", IMAGES, _matrix([[0.98, 0.05, 3.0], [-0.04, 1.02, 2.0], [1e-5, 2e-5, 1.0]])),
-    Case("geometry.transform.warp_perspective.nearest_zeros", "", IMAGES, _matrix([[0.98, 0.05, 3.0], [-0.04, 1.02, 2.0], [1e-5, 2e-5, 1.0]])),
+    Case(
+        "geometry.transform.warp_affine.bilinear_zeros",
+        "11 degrees",
+        IMAGES,
+        _matrix([[0.98, 0.19, -9.0], [-0.19, 0.98, 21.0]]),
+    ),
+    Case(
+        "geometry.transform.warp_perspective.bilinear_zeros",
+        "",
+        IMAGES,
+        _matrix([[0.98, 0.05, 3.0], [-0.04, 1.02, 2.0], [1e-5, 2e-5, 1.0]]),
+    ),
+    Case(
+        "geometry.transform.warp_perspective.nearest_zeros",
+        "",
+        IMAGES,
+        _matrix([[0.98, 0.05, 3.0], [-0.04, 1.02, 2.0], [1e-5, 2e-5, 1.0]]),
+    ),
     Case("geometry.transform.remap.bilinear_zeros", "waves", IMAGES, lambda b, h, w: {"OH": h, "OW": w}),
     Case("geometry.calibration.undistort_image", "5 coefficients", IMAGES, _camera),
     Case("geometry.transform.pyrdown.by_2", "", IMAGES, lambda b, h, w: {}),
@@ -114,6 +157,14 @@ CASES = (
     Case("geometry.ransac.ransac_fundamental", _ROBUST, _ONE, _of_two_views, MATRIX_AIM),
     Case("geometry.ransac.ransac_essential", _ROBUST, _ONE, _of_two_views, MATRIX_AIM),
     Case("geometry.homography.find_homography_dlt", "30 points", _MANY, _correspondences(30), MATRIX_AIM),
-    Case("geometry.transform.get_perspective_transform", "", ((1, 1, 1), (1000, 1, 1)), _quadrilaterals, MATRIX_AIM),
-    Case("geometry.epipolar.decompose_essential_matrix", "", ((1, 1, 1), (1000, 1, 1)), _essentials, MATRIX_AIM),
+    Case(
+        "geometry.transform.get_perspective_transform",
+        "",
+        ((1, 1, 1), (1000, 1, 1)),
+        _quadrilaterals,
+        MATRIX_AIM,
+    ),
+    Case(
+        "geometry.epipolar.decompose_essential_matrix", "", ((1, 1, 1), (1000, 1, 1)), _essentials, MATRIX_AIM
+    ),
 )

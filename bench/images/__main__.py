@@ -1,7 +1,7 @@
 """make bench-images: the image ops beside OpenCV and Kornia -> docs/benchmarks_images.md.
 
-First every peer's values are compared with chiasm's (check.py). Then C++ with Debian's OpenCV is measured in a process for each row,
-and all that Python has in a process for each number of threads (measure.py).
+First every peer's values are compared with chiasm's (check.py). Then C++ with Debian's OpenCV is measured in
+a process for each row, and all that Python has in a process for each number of threads (measure.py).
 """
 
 from __future__ import annotations
@@ -39,8 +39,17 @@ def main() -> int:
         for n in threads:
             for op in ops:
                 for size in SIZES:
-                    debian = program("speed", bundle_path(op.bundle), n, *bench_arguments(op, size), chosen.seconds)
-                    rows.append({"bundle": op.bundle, "size": "x".join(map(str, size)), "threads": n, "debian": debian})
+                    debian = program(
+                        "speed", bundle_path(op.bundle), n, *bench_arguments(op, size), chosen.seconds
+                    )
+                    rows.append(
+                        {
+                            "bundle": op.bundle,
+                            "size": "x".join(map(str, size)),
+                            "threads": n,
+                            "debian": debian,
+                        }
+                    )
                     progress.advance(task)
         by_key = {key(row): row for row in rows}
         for n in threads:

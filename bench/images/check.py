@@ -1,6 +1,7 @@
-"""Whether OpenCV (Debian's and the wheel), Kornia and its ONNX files make what chiasm makes, within what ops.py allows.
+"""Whether OpenCV (Debian's and the wheel), Kornia and its ONNX files make what chiasm makes, within what
+ops.py allows.
 
-    python -m bench.images.check [OP...]    -> build/bench-images/check.json; fails where a peer does other work
+python -m bench.images.check [OP...]    -> build/bench-images/check.json; fails where a peer does other work
 """
 
 from __future__ import annotations
@@ -61,7 +62,11 @@ def compare(op: Op) -> dict[str, dict]:
         report["kornia"] = row(ours, lambda: eager * scale, op.kornia_agrees)
         file = kornia_peers.onnx_file(op, SIZE)
         if isinstance(file, Path):
-            report["kornia ONNX"] = row(eager, lambda: _output(op, run_onnx(file, made.inputs)), Agreement(1e-3, 0.999, op.kornia_agrees.relative))
+            report["kornia ONNX"] = row(
+                eager,
+                lambda: _output(op, run_onnx(file, made.inputs)),
+                Agreement(1e-3, 0.999, op.kornia_agrees.relative),
+            )
     return report
 
 
@@ -73,7 +78,9 @@ def debian(op: Op) -> np.ndarray:
 
 def run_onnx(file: Path, inputs: dict[str, np.ndarray]) -> list[np.ndarray]:
     session = onnxruntime.InferenceSession(str(file), onnx_options(1), providers=["CPUExecutionProvider"])
-    return session.run(None, {t.name: x for t, x in zip(session.get_inputs(), kornia_peers.images(inputs), strict=True)})
+    return session.run(
+        None, {t.name: x for t, x in zip(session.get_inputs(), kornia_peers.images(inputs), strict=True)}
+    )
 
 
 def _output(op: Op, result: object) -> np.ndarray:
@@ -99,7 +106,10 @@ def row(ours: np.ndarray, peer: Callable[[], np.ndarray], agreement: Agreement) 
     part = f"{share:.2%}" if share < 0.9999 else "all but a few"
     near = f"within {agreement.tolerance:g}" if agreement.tolerance else "equal"
     text = f"{part} {near}" if share < 1 else f"at most {greatest:.1g}" if greatest else "equal"
-    return {"ok": share >= agreement.share, "text": text + (" of the greatest value" if agreement.relative else "")}
+    return {
+        "ok": share >= agreement.share,
+        "text": text + (" of the greatest value" if agreement.relative else ""),
+    }
 
 
 if __name__ == "__main__":

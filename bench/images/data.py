@@ -41,14 +41,17 @@ def photograph_file(size: tuple[int, int, int]) -> Path:
 
 
 def inputs(op: Op, signature: Mapping, size: tuple[int, int, int]) -> dict[str, np.ndarray]:
-    """The method's inputs by name, as bench.cpp makes them: a second image is the first turned by 180 degrees."""
+    """The method's inputs by name, as bench.cpp makes them: a second image is the first turned by 180
+    degrees."""
     pixels = np.frombuffer(photograph_file(size).read_bytes(), np.uint8).reshape(size[0], 3, *size[1:])
     sizes = dict(zip("BHW", size, strict=True)) | {"C": 3}
     made: dict[str, np.ndarray] = {}
     for tensor in signature["inputs"]:
         if tensor["layout"] == "NCHW":
             image = np.ascontiguousarray(pixels.reshape(-1)[::-1].reshape(pixels.shape)) if made else pixels
-            made[tensor["name"]] = image if tensor["dtype"] == "uint8" else image * np.float32(tensor["range"][1] / 255)
+            made[tensor["name"]] = (
+                image if tensor["dtype"] == "uint8" else image * np.float32(tensor["range"][1] / 255)
+            )
         else:
             shape = [sizes[d] if isinstance(d, str) else d for d in tensor["shape"]]
             value = np.asarray(op.values[tensor["name"]], np.float32)

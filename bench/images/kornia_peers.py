@@ -1,6 +1,7 @@
 """Kornia's ops on the inputs of ours, eager and as ONNX files of their own.
 
-    python -m bench.images.kornia_peers    -> build/bench-images/kornia/OP.HASH.onnx, and OP.HASH.txt: empty, or why there is none
+python -m bench.images.kornia_peers    -> build/bench-images/kornia/OP.HASH.onnx, and OP.HASH.txt: empty, or
+why there is none
 """
 
 from __future__ import annotations
@@ -90,7 +91,12 @@ def export(op: Op) -> None:
     """For any size where that can be had, for the sizes that are measured where not."""
     problem = attempt(op, (2, 48, 64), file_of(op, ".onnx"), dynamic=True)
     if problem:
-        problem = next(filter(None, (attempt(op, size, file_of(op, f".{size[1]}.onnx"), dynamic=False) for size in SIZES)), "")
+        problem = next(
+            filter(
+                None, (attempt(op, size, file_of(op, f".{size[1]}.onnx"), dynamic=False) for size in SIZES)
+            ),
+            "",
+        )
     file_of(op, ".txt").write_text(problem)
 
 
@@ -105,8 +111,19 @@ def attempt(op: Op, size: tuple[int, int, int], path: Path, dynamic: bool) -> st
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             module = (One if count == 1 else Two)(op).eval()
-            program = torch.onnx.export(module, arguments, dynamo=True, verbose=False, dynamic_shapes=(sizes,) * count if dynamic else None)
-            if dynamic and any(isinstance(d, int) for t in program.model.graph.inputs for i, d in enumerate(t.shape) if i != 1):
+            program = torch.onnx.export(
+                module,
+                arguments,
+                dynamo=True,
+                verbose=False,
+                dynamic_shapes=(sizes,) * count if dynamic else None,
+            )
+            if dynamic and any(
+                isinstance(d, int)
+                for t in program.model.graph.inputs
+                for i, d in enumerate(t.shape)
+                if i != 1
+            ):
                 return "the sizes of the example were taken for constants"
             program.save(path)
     except Exception as error:

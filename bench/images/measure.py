@@ -1,9 +1,11 @@
 """What is measured in Python, for one number of threads, which a process can set once.
 
-    python -m bench.images.measure THREADS SECONDS [OP...]    -> a line of JSON, in microseconds, for each op and size
+    python -m bench.images.measure THREADS SECONDS [OP...]    -> a line of JSON, in microseconds, for each op
+    and size
 
-Each of three races has its contenders and a copy of as many bytes in turns: chiasm's native backend and OpenCV's pip wheel; native and Kornia
-eager; in ONNX Runtime the fused and the flat form and Kornia's own file.
+Each of three races has its contenders and a copy of as many bytes in turns: chiasm's native backend and
+OpenCV's pip wheel; native and Kornia eager; in ONNX Runtime the fused and the flat form and Kornia's own
+file.
 """
 
 from __future__ import annotations
@@ -47,9 +49,13 @@ def main(threads: int, seconds: float, names: list[str]) -> None:
         for size in SIZES:
             made = native(op, size)
             row = {"bundle": op.bundle, "size": "x".join(map(str, size)), "threads": threads}
-            row["wheel"] = race(made, {"native": made.call, "opencv": opencv(op.bundle, list(made.inputs.values())).call})
+            row["wheel"] = race(
+                made, {"native": made.call, "opencv": opencv(op.bundle, list(made.inputs.values())).call}
+            )
             if op.kornia:
-                row["kornia"] = race(made, {"native": made.call, "kornia": kornia_peers.eager(op, made.inputs)})
+                row["kornia"] = race(
+                    made, {"native": made.call, "kornia": kornia_peers.eager(op, made.inputs)}
+                )
             row["onnx"] = race(made, onnx_calls(op, size, made, threads))
             print(json.dumps(row), flush=True)
 
@@ -63,7 +69,9 @@ def onnx_calls(op: Op, size: tuple[int, int, int], made: Native, threads: int) -
     }
     file = kornia_peers.onnx_file(op, size) if op.kornia else ""
     if not isinstance(file, str):
-        session = onnxruntime.InferenceSession(str(file), onnx_options(threads), providers=["CPUExecutionProvider"])
+        session = onnxruntime.InferenceSession(
+            str(file), onnx_options(threads), providers=["CPUExecutionProvider"]
+        )
         calls["kornia"] = onnx_call(session, kornia_peers.images(made.inputs))
     return calls
 

@@ -1,4 +1,5 @@
-"""The one list of ops: with what values each is measured, which op of Kornia does the same work, and how far the peers may differ.
+"""The one list of ops: with what values each is measured, which op of Kornia does the same work, and how far
+the peers may differ.
 
 OpenCV's calls have the same names in bench/opencv_peers (C++) and bench/opencv.py.
 """
@@ -41,7 +42,8 @@ class Op:
     #: which of the outputs OpenCV makes too
     output: int = 0
     opencv_type: str = "float32"
-    #: the bundle in which `values` are constants and so may be another form in ONNX; Kornia's files have them as constants
+    #: the bundle in which `values` are constants and so may be another form in ONNX; Kornia's files have them
+    #: as constants
     constant: str = ""
 
 
@@ -98,7 +100,9 @@ OPS = (
     Op(
         "filters.bilateral_blur",
         lambda k, v, x: k.filters.bilateral_blur(x, (5, 5), 0.1, (1.5, 1.5)),
-        opencv_agrees=Agreement(0.03, 0.99, note="the disc of 13 pixels, chiasm all 25 of the square; exp from a table"),
+        opencv_agrees=Agreement(
+            0.03, 0.99, note="the disc of 13 pixels, chiasm all 25 of the square; exp from a table"
+        ),
     ),
     Op(
         "filters.sobel",
@@ -111,21 +115,37 @@ OPS = (
         lambda k, v, x: k.filters.canny(x, 0.5, 0.9, (5, 5), (1.0, 1.0)),
         output=1,
         opencv_type="uint8 inside",
-        opencv_agrees=Agreement(0, 0.99, note="grey, blur and gradients in whole numbers, so that single pixels differ; makes no magnitude"),
+        opencv_agrees=Agreement(
+            0,
+            0.99,
+            note=(
+                "grey, blur and gradients in whole numbers, so that single pixels differ; makes no magnitude"
+            ),
+        ),
         kornia_agrees=Agreement(0, 0.999),
     ),
     Op("filters.unsharp_mask", lambda k, v, x: k.filters.unsharp_mask(x, (5, 5), (1.5, 1.5))),
-    Op("filters.filter2d", lambda k, v, x: k.filters.filter2d(x, v["kernel"].reshape(1, 3, 3)), {"kernel": _SHARPEN}),
+    Op(
+        "filters.filter2d",
+        lambda k, v, x: k.filters.filter2d(x, v["kernel"].reshape(1, 3, 3)),
+        {"kernel": _SHARPEN},
+    ),
     Op("filters.adaptive_threshold", None, opencv_type="uint8 inside", opencv_agrees=Agreement(0)),
     Op(
         "filters.otsu_threshold",
         lambda k, v, x: k.filters.otsu_threshold(x),
         opencv_type="uint8 inside",
-        opencv_agrees=Agreement(1e-6, 0.99, note="256 levels, chiasm 256 bins from the least to the greatest value"),
+        opencv_agrees=Agreement(
+            1e-6, 0.99, note="256 levels, chiasm 256 bins from the least to the greatest value"
+        ),
         kornia_agrees=Agreement(1e-6, 0.999),
     ),
     Op("enhance.normalize", lambda k, v, x: k.enhance.normalize(x, v["mean"], v["std"]), _NORMAL),
-    Op("enhance.add_weighted", lambda k, v, x, y: k.enhance.add_weighted(x, v["alpha"], y, v["beta"], v["gamma"]), _WEIGHTS),
+    Op(
+        "enhance.add_weighted",
+        lambda k, v, x, y: k.enhance.add_weighted(x, v["alpha"], y, v["beta"], v["gamma"]),
+        _WEIGHTS,
+    ),
     Op(
         "enhance.adjust_gamma",
         lambda k, v, x: k.enhance.adjust_gamma(x, v["gamma"], v["gain"]),
@@ -143,7 +163,9 @@ OPS = (
         "enhance.equalize",
         lambda k, v, x: k.enhance.equalize(x),
         opencv_type="uint8 inside",
-        opencv_agrees=Agreement(0.05, 0.85, note="leaves the darkest level out of the curve, chiasm as Pillow the brightest"),
+        opencv_agrees=Agreement(
+            0.05, 0.85, note="leaves the darkest level out of the curve, chiasm as Pillow the brightest"
+        ),
         kornia_agrees=Agreement(1e-6, 0.999),
     ),
     Op(

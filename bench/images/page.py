@@ -28,11 +28,23 @@ def page(rows: list[dict]) -> str:
     lines = [
         "# Benchmarks of image ops",
         "",
-        f"Made by `make bench-images` on {date.today()}: {cpu()}, {cores()} cores. Contenders take turns in one process; medians.",
-        f"chiasm {chiasm.__version__}, OpenCV {debian} (Debian, in C++) and {cv2.__version__} (wheel with IPP, in Python), Kornia {kornia.__version__} "
-        f"on PyTorch {version('torch')}, ONNX Runtime {version('onnxruntime')}.",
-        "*Of copy* is the bandwidth, of inputs read once and outputs written once, as a share of that of one thread's copy of as many bytes in the same race.",
-        "The inputs are photographs, three channels; [benchmarks.md](benchmarks.md) has pipelines, geometry and the runtime's own cost.",
+        (
+            f"Made by `make bench-images` on {date.today()}: {cpu()}, {cores()} cores. Contenders take turns"
+            " in one process; medians."
+        ),
+        (
+            f"chiasm {chiasm.__version__}, OpenCV {debian} (Debian, in C++) and {cv2.__version__} (wheel with"
+            f" IPP, in Python), Kornia {kornia.__version__} on PyTorch {version('torch')}, ONNX Runtime"
+            f" {version('onnxruntime')}."
+        ),
+        (
+            "*Of copy* is the bandwidth, of inputs read once and outputs written once, as a share of that of"
+            " one thread's copy of as many bytes in the same race."
+        ),
+        (
+            "The inputs are photographs, three channels; [benchmarks.md](benchmarks.md) has pipelines,"
+            " geometry and the runtime's own cost."
+        ),
         "",
         *left_out(),
         *opencv_table(rows),
@@ -53,14 +65,35 @@ def opencv_table(rows: list[dict]) -> list[str]:
     lines = [
         "## Is it as fast as OpenCV?",
         "",
-        "chiasm's native backend into the caller's buffers, and OpenCV into matrices that are kept; its HWC matrices are made",
-        "beforehand. OpenCV's data are float32 as chiasm's; where it has the op for bytes only (`uint8 inside`), converting there and back",
+        (
+            "chiasm's native backend into the caller's buffers, and OpenCV into matrices that are kept; its"
+            " HWC matrices are made"
+        ),
+        (
+            "beforehand. OpenCV's data are float32 as chiasm's; where it has the op for bytes only (`uint8"
+            " inside`), converting there and back"
+        ),
         "is part of its time. clahe has bytes in and out in both.",
         f"Aims: {OPENCV[0]} times as fast in the geometric mean, no op under {OPENCV[1]}.",
         f"Where OpenCV is faster the number is **bold**, under {OPENCV[1]} ***bold and slanted***.",
     ]
-    for peer, title in (("debian", "In C++, Debian's OpenCV"), ("wheel", "From Python, OpenCV's wheel, which has IPP")):
-        lines += ["", f"### {title}", "", *table(rows, "OpenCV ms", compared(peer, "native", "opencv", 1.0, OPENCV[1]), OPENCV, lambda row: [types[row["bundle"]]], ["OpenCV's data"])]
+    for peer, title in (
+        ("debian", "In C++, Debian's OpenCV"),
+        ("wheel", "From Python, OpenCV's wheel, which has IPP"),
+    ):
+        lines += [
+            "",
+            f"### {title}",
+            "",
+            *table(
+                rows,
+                "OpenCV ms",
+                compared(peer, "native", "opencv", 1.0, OPENCV[1]),
+                OPENCV,
+                lambda row: [types[row["bundle"]]],
+                ["OpenCV's data"],
+            ),
+        ]
     return lines
 
 
@@ -70,12 +103,20 @@ def kornia_table(rows: list[dict]) -> list[str]:
         "",
         "## Is it faster than Kornia, from Python?",
         "",
-        "`Method.run_into` on arrays of NumPy, and Kornia on tensors with the same values, eager, in `torch.inference_mode()`.",
+        (
+            "`Method.run_into` on arrays of NumPy, and Kornia on tensors with the same values, eager, in"
+            " `torch.inference_mode()`."
+        ),
         "Before each turn on two threads both rest until the other's threads sleep, and warm up.",
-        f"Aim: {EAGER[0]:g} times as fast in the geometric mean. Where Kornia is faster the number is ***bold***."
-        + (f" Kornia has no {', '.join(without)}." if without else ""),
+        f"Aim: {EAGER[0]:g} times as fast in the geometric mean. Where Kornia is faster the number is"
+        " ***bold***." + (f" Kornia has no {', '.join(without)}." if without else ""),
         "",
-        *table([r for r in rows if "kornia" in r], "Kornia ms", compared("kornia", "native", "kornia", 1.0, 1.0), EAGER),
+        *table(
+            [r for r in rows if "kornia" in r],
+            "Kornia ms",
+            compared("kornia", "native", "kornia", 1.0, 1.0),
+            EAGER,
+        ),
     ]
 
 
@@ -84,21 +125,40 @@ def onnx_table(rows: list[dict]) -> list[str]:
     exported = [r for r in rows if "kornia" in r["onnx"]]
     by_name = {op.bundle: op for op in OPS if op.kornia}
     missing = sorted({r["bundle"] for r in rows if r["bundle"] in by_name} - {r["bundle"] for r in exported})
-    fixed = sorted({r["bundle"] for r in exported if str(onnx_file(by_name[r["bundle"]], sizes[r["size"]])).endswith(f".{sizes[r['size']][1]}.onnx")})
+    fixed = sorted(
+        {
+            r["bundle"]
+            for r in exported
+            if str(onnx_file(by_name[r["bundle"]], sizes[r["size"]])).endswith(f".{sizes[r['size']][1]}.onnx")
+        }
+    )
 
     lines = [
         "",
         "## In ONNX Runtime, is it faster than Kornia's own export?",
         "",
-        "Kornia's ops by `torch.onnx.export(dynamo=True)`, their parameters constants; chiasm's flat file of standard operators, and the fused one",
-        f"with the plug-in. The same sessions' options. Aims: {ONNX[0]:g} times as fast in the geometric mean, no op slower (***bold***).",
+        (
+            "Kornia's ops by `torch.onnx.export(dynamo=True)`, their parameters constants; chiasm's flat file"
+            " of standard operators, and the fused one"
+        ),
+        (
+            f"with the plug-in. The same sessions' options. Aims: {ONNX[0]:g} times as fast in the geometric"
+            " mean, no op slower (***bold***)."
+        ),
     ]
     if constant := [op.bundle for op in OPS if op.constant]:
-        lines.append(f"chiasm's numbers are inputs, one for each image, but constants in {', '.join(constant)}.")
+        lines.append(
+            f"chiasm's numbers are inputs, one for each image, but constants in {', '.join(constant)}."
+        )
     if fixed:
         lines.append(f"Exported for one size, because the export for any size fails: {', '.join(fixed)}.")
     for form, title in (("flat", "Flat"), ("fused", "Fused, with the plug-in")):
-        lines += ["", f"### {title}", "", *table(exported, "Kornia ms", compared("onnx", form, "kornia", *(ONNX[1],) * 2), ONNX)]
+        lines += [
+            "",
+            f"### {title}",
+            "",
+            *table(exported, "Kornia ms", compared("onnx", form, "kornia", *(ONNX[1],) * 2), ONNX),
+        ]
     if missing:
         lines += ["", "Kornia's ops that cannot be exported:", ""]
         lines += [f"* {name}: {onnx_file(by_name[name], next(iter(sizes.values())))}" for name in missing]
@@ -111,7 +171,10 @@ def check_table(bundles: set[str]) -> list[str]:
         "",
         "## Is it the same work?",
         "",
-        f"`python -m bench.images.check`: what the peers make of the photographs at {'x'.join(map(str, SIZE))}, against chiasm's values.",
+        (
+            "`python -m bench.images.check`: what the peers make of the photographs at"
+            f" {'x'.join(map(str, SIZE))}, against chiasm's values."
+        ),
         "",
         "| op | Debian's OpenCV | wheel | OpenCV differs in | Kornia | Kornia differs in |",
         "|---|---|---|---|---|---|",
@@ -119,6 +182,13 @@ def check_table(bundles: set[str]) -> list[str]:
     for op in OPS:
         if op.bundle in bundles & report.keys():
             text = {peer: row["text"] for peer, row in report[op.bundle].items()}
-            cells = (op.bundle, text["debian"], text["wheel"], op.opencv_agrees.note, text.get("kornia", "no such op"), op.kornia_agrees.note)
+            cells = (
+                op.bundle,
+                text["debian"],
+                text["wheel"],
+                op.opencv_agrees.note,
+                text.get("kornia", "no such op"),
+                op.kornia_agrees.note,
+            )
             lines.append(f"| {' | '.join(cells)} |")
     return lines

@@ -1,4 +1,5 @@
-"""make bench-matching: two views of a scene matched by one bundle, beside OpenCV's SIFT, in C++ -> docs/benchmarks_matching.md."""
+"""make bench-matching: two views of a scene matched by one bundle, beside OpenCV's SIFT, in C++ ->
+docs/benchmarks_matching.md."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ PAGE = ROOT / "docs" / "benchmarks_matching.md"
 PROGRAM = ROOT / "build" / "release" / "bin" / "bench_matching"
 FOLDER = ROOT / "build" / "bench-matching"
 PIPELINE, DETECTOR = "pipelines.two_view_homography", "feature.detect_keypoints.dog"
-#: the pipeline's defaults, of which the last has to be said to the detector; in the fourth octave 27 taps have to fit twice
+#: the pipeline's defaults, of which the last has to be said to the detector; in the fourth octave 27 taps
+#: have to fit twice
 OPTIONS = {"max_keypoints": 2500}
 DETECTION = OPTIONS | {"response": "dog", "threshold": 0.005}
 LIMITS = {"H": (210, 32768), "W": (218, 32768), "OH": (210, 32768), "OW": (218, 32768)}
@@ -36,7 +38,11 @@ def main() -> int:
         for name, options in ((PIPELINE, OPTIONS), (DETECTOR, DETECTION)):
             _export(name, options)
     made = pairs(FOLDER)
-    rows = [row(pair, threads) for threads in sorted({1, cores()}) for pair in track(made, f"{threads} thread{'s' * (threads > 1)}")]
+    rows = [
+        row(pair, threads)
+        for threads in sorted({1, cores()})
+        for pair in track(made, f"{threads} thread{'s' * (threads > 1)}")
+    ]
     PAGE.write_text(page(rows))
     print("\n".join(accuracy(rows) + [""] + speed(rows)))
     return 0
@@ -46,11 +52,25 @@ def _export(name: str, options: dict) -> None:
     """The catalog's op as the benchmark wants it, native only."""
     entry = catalog()[name]
     symbols = entry.spec.symbols | {k: v for k, v in LIMITS.items() if k in entry.spec.symbols}
-    export(entry.function(), replace(entry.spec, config=options, symbols=symbols), FOLDER, formats=("native",), methods=("forward",))
+    export(
+        entry.function(),
+        replace(entry.spec, config=options, symbols=symbols),
+        FOLDER,
+        formats=("native",),
+        methods=("forward",),
+    )
 
 
 def row(pair: Pair, threads: int) -> dict:
-    found = said(PROGRAM, FOLDER / f"{PIPELINE}.chiasm", FOLDER / f"{DETECTOR}.chiasm", threads, TURNS, pair.first, pair.second)
+    found = said(
+        PROGRAM,
+        FOLDER / f"{PIPELINE}.chiasm",
+        FOLDER / f"{DETECTOR}.chiasm",
+        threads,
+        TURNS,
+        pair.first,
+        pair.second,
+    )
     shape = cv2.imread(str(pair.first), cv2.IMREAD_GRAYSCALE).shape
     scores = {name: score(found[name], pair.homography, shape) for name in ("chiasm", "OpenCV")}
     return {"pair": pair, "threads": threads, "version": found["opencv_version"]} | scores
@@ -60,12 +80,27 @@ def page(rows: list[dict]) -> str:
     lines = [
         "# Benchmark of matching",
         "",
-        f"Made by `make bench-matching` on {date.today()}: {cpu()}, {cores()} cores. chiasm {chiasm.__version__}'s bundle `{PIPELINE}`, of 2500 slots, native, and Debian's OpenCV",
-        f"{rows[0]['version']} (SIFT of at most 2500 features, BFMatcher with the ratio test, findHomography with RANSAC), in C++, in turns in one process.",
-        "Ten photographs of scikit-image, each moved by six homographies, with what the change is called done to it (bench/matching/pairs.py).",
+        (
+            f"Made by `make bench-matching` on {date.today()}: {cpu()}, {cores()} cores. chiasm"
+            f" {chiasm.__version__}'s bundle `{PIPELINE}`, of 2500 slots, native, and Debian's OpenCV"
+        ),
+        (
+            f"{rows[0]['version']} (SIFT of at most 2500 features, BFMatcher with the ratio test,"
+            " findHomography with RANSAC), in C++, in turns in one process."
+        ),
+        (
+            "Ten photographs of scikit-image, each moved by six homographies, with what the change is called"
+            " done to it (bench/matching/pairs.py)."
+        ),
         "",
-        "*Repeatability*: share of the key points in the common part of both images that have one of the other image within 3 pixels; *matching score*: right matches",
-        "among as many; *precision*: right ones among the matches; *corner error*: mean distance of where the homography and the truth take the four corners.",
+        (
+            "*Repeatability*: share of the key points in the common part of both images that have one of the"
+            " other image within 3 pixels; *matching score*: right matches"
+        ),
+        (
+            "among as many; *precision*: right ones among the matches; *corner error*: mean distance of where"
+            " the homography and the truth take the four corners."
+        ),
         "",
         *accuracy(rows),
         "",
@@ -79,26 +114,40 @@ def page(rows: list[dict]) -> str:
 def accuracy(rows: list[dict]) -> list[str]:
     """By the kind of change, of the runs on one thread: the number of threads changes nothing."""
     lines = [
-        "| change | by | key points | repeatability | matching score | precision | median corner error | within 1 px | within 3 px |",
+        (
+            "| change | by | key points | repeatability | matching score | precision | median corner error |"
+            " within 1 px | within 3 px |"
+        ),
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for change in (*CHANGES, "all"):
         for name in ("chiasm", "OpenCV"):
             of = [r[name] for r in rows if r["threads"] == 1 and change in (r["pair"].change, "all")]
-            means = [f"{mean(s[k] for s in of):.3f}" for k in ("repeatability", "matching_score", "precision")]
+            means = [
+                f"{mean(s[k] for s in of):.3f}" for k in ("repeatability", "matching_score", "precision")
+            ]
             errors = [s["error"] for s in of]
             within = [f"{sum(e <= limit for e in errors)} of {len(errors)}" for limit in (1, 3)]
-            lines.append(f"| {change} | {name} | {mean(s['keypoints'] for s in of):.0f} | {' | '.join(means)} | {median(errors):.3f} | {' | '.join(within)} |")
+            lines.append(
+                f"| {change} | {name} | {mean(s['keypoints'] for s in of):.0f} | {' | '.join(means)} |"
+                f" {median(errors):.3f} | {' | '.join(within)} |"
+            )
     return lines
 
 
 def speed(rows: list[dict]) -> list[str]:
-    lines = ["| pairs | threads | number | chiasm ms | OpenCV ms | times as fast |", "|---|---|---|---|---|---|"]
+    lines = [
+        "| pairs | threads | number | chiasm ms | OpenCV ms | times as fast |",
+        "|---|---|---|---|---|---|",
+    ]
     for title, least in (("all", 0), (f"with {MANY} of OpenCV's key points or more", MANY)):
         for threads in sorted({r["threads"] for r in rows}):
             of = [r for r in rows if r["threads"] == threads and r["OpenCV"]["keypoints"] >= least]
             ours, theirs = (median(r[name]["ms"] for r in of) for name in ("chiasm", "OpenCV"))
-            lines.append(f"| {title} | {threads} | {len(of)} | {ours:.1f} | {theirs:.1f} | {median(r['OpenCV']['ms'] / r['chiasm']['ms'] for r in of):.2f} |")
+            lines.append(
+                f"| {title} | {threads} | {len(of)} | {ours:.1f} | {theirs:.1f} |"
+                f" {median(r['OpenCV']['ms'] / r['chiasm']['ms'] for r in of):.2f} |"
+            )
     return lines
 
 

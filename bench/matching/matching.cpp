@@ -1,9 +1,11 @@
-// Two views of a scene, matched by chiasm's native code and by OpenCV; `python -m bench.matching` calls this and scores what it says.
+// Two views of a scene, matched by chiasm's native code and by OpenCV; `python -m bench.matching` calls this
+// and scores what it says.
 //
 //     bench_matching PIPELINE DETECTOR THREADS TURNS IMAGE1 IMAGE2 [IMAGE1 IMAGE2 ...]
 //
-// For each pair of image files a line of JSON: of either contender the homography, the matches (x y of image 1, x y of image 2), the key points of
-// both images, and the median milliseconds of TURNS calls that take turns.
+// For each pair of image files a line of JSON: of either contender the homography, the matches (x y of image
+// 1, x y of image 2), the key points of both images, and the median milliseconds of TURNS calls that take
+// turns.
 #include <iostream>
 #include <optional>
 #include <random>
@@ -29,7 +31,8 @@ struct Answer {
 
 class Chiasm {
  public:
-  Chiasm(const std::string& pipeline, const std::string& detector) : pipeline_(load(pipeline)), detector_(load(detector)), uniforms_(size_t{kSamples} * 4) {
+  Chiasm(const std::string& pipeline, const std::string& detector)
+      : pipeline_(load(pipeline)), detector_(load(detector)), uniforms_(size_t{kSamples} * 4) {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> uniform(0, 1);
     for (float& u : uniforms_) u = uniform(random);
@@ -50,16 +53,21 @@ class Chiasm {
     a.homography = std::vector<float>(h, h + 9);
     const auto *p = results[1].data<const float>(), *q = results[2].data<const float>();
     for (int64_t i = 0; i < results[3].shape()[1]; ++i)
-      if (results[3].data<const bool>()[i]) a.matches.push_back({p[2 * i], p[2 * i + 1], q[2 * i], q[2 * i + 1]});
+      if (results[3].data<const bool>()[i])
+        a.matches.push_back({p[2 * i], p[2 * i + 1], q[2 * i], q[2 * i + 1]});
     a.keypoints1 = keypoints(images_[0]);
     a.keypoints2 = keypoints(images_[1]);
     return a;
   }
 
  private:
-  static chiasm::Method load(const std::string& path) { return chiasm::Bundle::open(path).method("forward", chiasm::LoadOptions().with_backend("native")); }
+  static chiasm::Method load(const std::string& path) {
+    return chiasm::Bundle::open(path).method("forward", chiasm::LoadOptions().with_backend("native"));
+  }
 
-  static chiasm::Tensor tensor(cv::Mat& m) { return chiasm::Tensor(m.ptr<float>(), chiasm::DType::Float32, chiasm::Shape({1, 1, m.rows, m.cols})); }
+  static chiasm::Tensor tensor(cv::Mat& m) {
+    return chiasm::Tensor(m.ptr<float>(), chiasm::DType::Float32, chiasm::Shape({1, 1, m.rows, m.cols}));
+  }
 
   json keypoints(cv::Mat& image) {
     const auto found = detector_.run({tensor(image)});
@@ -92,13 +100,16 @@ class OpenCv {
         points_[0].push_back(keypoints_[0][size_t(two[0].queryIdx)].pt);
         points_[1].push_back(keypoints_[1][size_t(two[0].trainIdx)].pt);
       }
-    homography_ = points_[0].size() < 4 ? cv::Mat() : cv::findHomography(points_[0], points_[1], cv::RANSAC, 3.0);
+    homography_ =
+        points_[0].size() < 4 ? cv::Mat() : cv::findHomography(points_[0], points_[1], cv::RANSAC, 3.0);
   }
 
   Answer answer() const {
     Answer a;
-    if (!homography_.empty()) a.homography = std::vector<double>(homography_.begin<double>(), homography_.end<double>());
-    for (size_t i = 0; i < points_[0].size(); ++i) a.matches.push_back({points_[0][i].x, points_[0][i].y, points_[1][i].x, points_[1][i].y});
+    if (!homography_.empty())
+      a.homography = std::vector<double>(homography_.begin<double>(), homography_.end<double>());
+    for (size_t i = 0; i < points_[0].size(); ++i)
+      a.matches.push_back({points_[0][i].x, points_[0][i].y, points_[1][i].x, points_[1][i].y});
     for (const auto& k : keypoints_[0]) a.keypoints1.push_back({k.pt.x, k.pt.y});
     for (const auto& k : keypoints_[1]) a.keypoints2.push_back({k.pt.x, k.pt.y});
     return a;
@@ -113,7 +124,11 @@ class OpenCv {
 };
 
 json described(const Answer& a, std::vector<double> times) {
-  return {{"homography", a.homography}, {"matches", a.matches}, {"keypoints1", a.keypoints1}, {"keypoints2", a.keypoints2}, {"ms", bench::median(std::move(times)) / 1000}};
+  return {{"homography", a.homography},
+          {"matches", a.matches},
+          {"keypoints1", a.keypoints1},
+          {"keypoints2", a.keypoints2},
+          {"ms", bench::median(std::move(times)) / 1000}};
 }
 
 }  // namespace
@@ -128,8 +143,10 @@ int main(int argc, char** argv) try {
   Chiasm ours(argv[1], argv[2]);
   OpenCv theirs;
   for (int i = 5; i < argc; i += 2) {
-    const cv::Mat first = cv::imread(argv[i], cv::IMREAD_GRAYSCALE), second = cv::imread(argv[i + 1], cv::IMREAD_GRAYSCALE);
-    if (first.empty() || second.empty()) throw std::runtime_error(std::string("cannot read ") + argv[i] + " or " + argv[i + 1]);
+    const cv::Mat first = cv::imread(argv[i], cv::IMREAD_GRAYSCALE),
+                  second = cv::imread(argv[i + 1], cv::IMREAD_GRAYSCALE);
+    if (first.empty() || second.empty())
+      throw std::runtime_error(std::string("cannot read ") + argv[i] + " or " + argv[i + 1]);
     std::vector<double> our_times, their_times;
     for (int turn = 0; turn < std::stoi(argv[4]); ++turn) {
       auto start = bench::Clock::now();
@@ -139,7 +156,10 @@ int main(int argc, char** argv) try {
       theirs.match(first, second);
       their_times.push_back(bench::microseconds_since(start));
     }
-    std::cout << json{{"chiasm", described(ours.answer(), our_times)}, {"OpenCV", described(theirs.answer(), their_times)}, {"opencv_version", CV_VERSION}} << std::endl;
+    std::cout << json{{"chiasm", described(ours.answer(), our_times)},
+                      {"OpenCV", described(theirs.answer(), their_times)},
+                      {"opencv_version", CV_VERSION}}
+              << std::endl;
   }
   return 0;
 } catch (const std::exception& error) {

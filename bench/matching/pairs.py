@@ -1,4 +1,5 @@
-"""Photographs and what they become under known homographies: ten of scikit-image's, each changed in six ways."""
+"""Photographs and what they become under known homographies: ten of scikit-image's, each changed in six
+ways."""
 
 from __future__ import annotations
 
@@ -11,7 +12,16 @@ from skimage import data, io
 
 #: file names inside scikit-image
 PHOTOGRAPHS = (
-    "astronaut.png", "brick.png", "camera.png", "chelsea.png", "coffee.png", "coins.png", "grass.png", "gravel.png", "motorcycle_left.png", "rocket.jpg",
+    "astronaut.png",
+    "brick.png",
+    "camera.png",
+    "chelsea.png",
+    "coffee.png",
+    "coins.png",
+    "grass.png",
+    "gravel.png",
+    "motorcycle_left.png",
+    "rocket.jpg",
 )
 CHANGES = ("viewpoint", "scale", "rotation", "light", "blur", "JPEG")
 
@@ -44,7 +54,8 @@ def pairs(folder: Path) -> list[Pair]:
 
 
 def _homography(change: str, shape: tuple[int, int], random: np.random.Generator) -> np.ndarray:
-    """About the image's centre: corners moved by up to a fifth of the sides (a tenth for light, blur and JPEG), shrunk by 1.3 to 2.5, turned by 15 to 180 degrees."""
+    """About the image's centre: corners moved by up to a fifth of the sides (a tenth for light, blur and
+    JPEG), shrunk by 1.3 to 2.5, turned by 15 to 180 degrees."""
     height, width = shape
     corners = np.float32([[0, 0], [width - 1, 0], [width - 1, height - 1], [0, height - 1]])
     centre = corners.mean(0)
@@ -70,9 +81,16 @@ def _warped(grey: np.ndarray, homography: np.ndarray) -> np.ndarray:
 
 def _degraded(change: str, image: np.ndarray, random: np.random.Generator) -> np.ndarray:
     if change == "light":
-        return np.clip(255 * (image / 255.0) ** random.uniform(1.4, 2.2) * random.uniform(0.5, 0.8), 0, 255).round().astype(np.uint8)
+        return (
+            np.clip(255 * (image / 255.0) ** random.uniform(1.4, 2.2) * random.uniform(0.5, 0.8), 0, 255)
+            .round()
+            .astype(np.uint8)
+        )
     if change == "blur":
         return cv2.GaussianBlur(image, (0, 0), random.uniform(1.0, 2.5))
     if change == "JPEG":
-        return cv2.imdecode(cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, int(random.integers(8, 30))])[1], cv2.IMREAD_GRAYSCALE)
+        return cv2.imdecode(
+            cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, int(random.integers(8, 30))])[1],
+            cv2.IMREAD_GRAYSCALE,
+        )
     return image

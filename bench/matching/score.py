@@ -1,6 +1,7 @@
 """How well key points, matches and homographies agree with the truth.
 
-Repeatability and matching score are K. Mikolajczyk, C. Schmid et al.'s (A comparison of affine region detectors, IJCV 2005), by places alone.
+Repeatability and matching score are K. Mikolajczyk, C. Schmid et al.'s (A comparison of affine region
+detectors, IJCV 2005), by places alone.
 """
 
 from __future__ import annotations
@@ -32,12 +33,17 @@ def score(found: dict, homography: np.ndarray, shape: tuple[int, int]) -> dict:
 
 
 def corner_error(estimated: list[float] | None, homography: np.ndarray, shape: tuple[int, int]) -> float:
-    """Mean distance, in pixels, of where the estimate and the truth take the image's corners; infinite where there is no estimate."""
+    """Mean distance, in pixels, of where the estimate and the truth take the image's corners; infinite where
+    there is no estimate."""
     if estimated is None or not np.isfinite(estimated).all():
         return np.inf
     height, width = shape
     corners = np.array([[0, 0], [width - 1, 0], [width - 1, height - 1], [0, height - 1.0]])
-    return float(np.linalg.norm(_moved(corners, np.reshape(estimated, (3, 3))) - _moved(corners, homography), axis=1).mean())
+    return float(
+        np.linalg.norm(
+            _moved(corners, np.reshape(estimated, (3, 3))) - _moved(corners, homography), axis=1
+        ).mean()
+    )
 
 
 def _moved(points: np.ndarray, homography: np.ndarray) -> np.ndarray:

@@ -26,7 +26,8 @@ inline std::vector<cv::Mat> planes(const chiasm::Tensor& tensor) {
   const bool bytes = tensor.dtype() == chiasm::DType::UInt8;
   std::vector<cv::Mat> result;
   for (int64_t i = 0; i < s[0] * s[1]; ++i) {
-    auto* start = static_cast<char*>(const_cast<void*>(static_cast<const void*>(tensor.data()))) + i * s[2] * s[3] * (bytes ? 1 : 4);
+    auto* start = static_cast<char*>(const_cast<void*>(static_cast<const void*>(tensor.data()))) +
+                  i * s[2] * s[3] * (bytes ? 1 : 4);
     result.emplace_back(int(s[2]), int(s[3]), bytes ? CV_8U : CV_32F, start);
   }
   return result;
@@ -35,23 +36,28 @@ inline std::vector<cv::Mat> planes(const chiasm::Tensor& tensor) {
 // The same as bytes, for what OpenCV does with bytes only; `scale` takes floating point to 0..255.
 inline std::vector<cv::Mat> byte_planes(const chiasm::Tensor& tensor, double scale) {
   std::vector<cv::Mat> result;
-  for (const auto& plane : planes(tensor)) plane.convertTo(result.emplace_back(), CV_8U, plane.depth() == CV_8U ? 1 : scale);
+  for (const auto& plane : planes(tensor))
+    plane.convertTo(result.emplace_back(), CV_8U, plane.depth() == CV_8U ? 1 : scale);
   return result;
 }
 
 // The images of a tensor (B, C, H, W) as HWC matrices, given its planes.
 inline std::vector<cv::Mat> images(const std::vector<cv::Mat>& planes, int64_t channels) {
   std::vector<cv::Mat> result;
-  for (auto plane = planes.begin(); plane != planes.end(); plane += channels) cv::merge(&*plane, size_t(channels), result.emplace_back());
+  for (auto plane = planes.begin(); plane != planes.end(); plane += channels)
+    cv::merge(&*plane, size_t(channels), result.emplace_back());
   return result;
 }
 
-inline std::vector<cv::Mat> images(const chiasm::Tensor& tensor) { return images(planes(tensor), tensor.shape()[1]); }
+inline std::vector<cv::Mat> images(const chiasm::Tensor& tensor) {
+  return images(planes(tensor), tensor.shape()[1]);
+}
 
 struct Batch {
   std::vector<cv::Mat> in, out, scratch, more, bytes;
 
-  explicit Batch(std::vector<cv::Mat> matrices) : in(std::move(matrices)), out(in.size()), scratch(in.size()), more(in.size()), bytes(in.size()) {}
+  explicit Batch(std::vector<cv::Mat> matrices)
+      : in(std::move(matrices)), out(in.size()), scratch(in.size()), more(in.size()), bytes(in.size()) {}
 };
 
 // `body(batch, i)` makes batch.out[i] of batch.in[i].
@@ -64,8 +70,8 @@ Peer per_image(std::vector<cv::Mat> in, Body body) {
   return {call, [batch] { return batch->out; }};
 }
 
-// For what OpenCV does with bytes only, on float32 as chiasm's: the conversions there (values are 0 to 1 / scale) and back are part of the
-// call. `body(bytes, result, scratch)` works on bytes.
+// For what OpenCV does with bytes only, on float32 as chiasm's: the conversions there (values are 0 to 1 /
+// scale) and back are part of the call. `body(bytes, result, scratch)` works on bytes.
 template <class Body>
 Peer per_byte_image(std::vector<cv::Mat> in, double scale, Body body) {
   return per_image(std::move(in), [scale, body](Batch& b, size_t i) {

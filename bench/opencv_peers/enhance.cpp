@@ -14,7 +14,9 @@ Peer normalize(const Inputs& x) {
 Peer add_weighted(const Inputs& x) {
   const auto others = images(x[2]);
   const double alpha = first(x[1]), beta = first(x[3]), gamma = first(x[4]);
-  return per_image(images(x[0]), [=](Batch& b, size_t i) { cv::addWeighted(b.in[i], alpha, others[i], beta, gamma, b.out[i]); });
+  return per_image(images(x[0]), [=](Batch& b, size_t i) {
+    cv::addWeighted(b.in[i], alpha, others[i], beta, gamma, b.out[i]);
+  });
 }
 
 // Without the gain, which is 1, and the limits, which are kept by themselves.
@@ -25,11 +27,14 @@ Peer adjust_gamma(const Inputs& x) {
 
 Peer threshold(const Inputs& x) {
   const double limit = first(x[1]), value = first(x[2]);
-  return per_image(images(x[0]), [=](Batch& b, size_t i) { cv::threshold(b.in[i], b.out[i], limit, value, cv::THRESH_BINARY); });
+  return per_image(images(x[0]), [=](Batch& b, size_t i) {
+    cv::threshold(b.in[i], b.out[i], limit, value, cv::THRESH_BINARY);
+  });
 }
 
 Peer equalize(const Inputs& x) {
-  return per_byte_image(planes(x[0]), 255, [](const cv::Mat& in, cv::Mat& out, cv::Mat&) { cv::equalizeHist(in, out); });
+  return per_byte_image(planes(x[0]), 255,
+                        [](const cv::Mat& in, cv::Mat& out, cv::Mat&) { cv::equalizeHist(in, out); });
 }
 
 Peer clahe(const Inputs& x) {
@@ -45,12 +50,9 @@ Peer integral(const Inputs& x) {
 
 Table enhance() {
   return {
-      {"enhance.normalize", normalize},
-      {"enhance.add_weighted", add_weighted},
-      {"enhance.adjust_gamma", adjust_gamma},
-      {"enhance.threshold.binary", threshold},
-      {"enhance.equalize", equalize},
-      {"enhance.clahe", clahe},
+      {"enhance.normalize", normalize},       {"enhance.add_weighted", add_weighted},
+      {"enhance.adjust_gamma", adjust_gamma}, {"enhance.threshold.binary", threshold},
+      {"enhance.equalize", equalize},         {"enhance.clahe", clahe},
       {"enhance.integral_image", integral},
   };
 }

@@ -16,7 +16,9 @@ Peer sobel(const Inputs& x) {
 
 Peer gaussian(const Inputs& x) {
   const double sigma = first(x[1]);
-  return per_image(images(x[0]), [sigma](Batch& b, size_t i) { cv::GaussianBlur(b.in[i], b.out[i], {5, 5}, sigma, sigma, REFLECT); });
+  return per_image(images(x[0]), [sigma](Batch& b, size_t i) {
+    cv::GaussianBlur(b.in[i], b.out[i], {5, 5}, sigma, sigma, REFLECT);
+  });
 }
 
 Peer unsharp(const Inputs& x) {
@@ -27,7 +29,9 @@ Peer unsharp(const Inputs& x) {
 }
 
 Peer correlate(const Inputs& x, const cv::Mat& kernel) {
-  return per_image(images(x[0]), [kernel](Batch& b, size_t i) { cv::filter2D(b.in[i], b.out[i], CV_32F, kernel, {-1, -1}, 0, REFLECT); });
+  return per_image(images(x[0]), [kernel](Batch& b, size_t i) {
+    cv::filter2D(b.in[i], b.out[i], CV_32F, kernel, {-1, -1}, 0, REFLECT);
+  });
 }
 
 Peer laplacian(const Inputs& x) {
@@ -36,10 +40,14 @@ Peer laplacian(const Inputs& x) {
   return correlate(x, kernel);
 }
 
-Peer filter2d(const Inputs& x) { return correlate(x, cv::Mat(3, 3, CV_32F, const_cast<float*>(x[1].data<const float>()))); }
+Peer filter2d(const Inputs& x) {
+  return correlate(x, cv::Mat(3, 3, CV_32F, const_cast<float*>(x[1].data<const float>())));
+}
 
 Peer box(const Inputs& x) {
-  return per_image(images(x[0]), [](Batch& b, size_t i) { cv::blur(b.in[i], b.out[i], {5, 5}, {-1, -1}, REFLECT); });
+  return per_image(images(x[0]), [](Batch& b, size_t i) {
+    cv::blur(b.in[i], b.out[i], {5, 5}, {-1, -1}, REFLECT);
+  });
 }
 
 Peer median(const Inputs& x) {
@@ -47,7 +55,8 @@ Peer median(const Inputs& x) {
 }
 
 Peer bilateral(const Inputs& x) {
-  return per_image(images(x[0]), [](Batch& b, size_t i) { cv::bilateralFilter(b.in[i], b.out[i], 5, 0.1, 1.5, REFLECT); });
+  return per_image(images(x[0]),
+                   [](Batch& b, size_t i) { cv::bilateralFilter(b.in[i], b.out[i], 5, 0.1, 1.5, REFLECT); });
 }
 
 Peer canny(const Inputs& x) {
@@ -77,16 +86,11 @@ Peer otsu(const Inputs& x) {
 
 Table filters() {
   return {
-      {"filters.sobel", sobel},
-      {"filters.gaussian_blur2d", gaussian},
-      {"filters.unsharp_mask", unsharp},
-      {"filters.laplacian", laplacian},
-      {"filters.filter2d", filter2d},
-      {"filters.box_blur", box},
-      {"filters.median_blur", median},
-      {"filters.bilateral_blur", bilateral},
-      {"filters.canny", canny},
-      {"filters.adaptive_threshold", adaptive},
+      {"filters.sobel", sobel},          {"filters.gaussian_blur2d", gaussian},
+      {"filters.unsharp_mask", unsharp}, {"filters.laplacian", laplacian},
+      {"filters.filter2d", filter2d},    {"filters.box_blur", box},
+      {"filters.median_blur", median},   {"filters.bilateral_blur", bilateral},
+      {"filters.canny", canny},          {"filters.adaptive_threshold", adaptive},
       {"filters.otsu_threshold", otsu},
   };
 }

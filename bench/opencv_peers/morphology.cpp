@@ -6,7 +6,8 @@ namespace {
 auto morphology(int operation, int shape, int size) {
   return [=](const Inputs& x) {
     const cv::Mat element = cv::getStructuringElement(shape, {size, size});
-    return per_image(images(x[0]), [=](Batch& b, size_t i) { cv::morphologyEx(b.in[i], b.out[i], operation, element); });
+    return per_image(images(x[0]),
+                     [=](Batch& b, size_t i) { cv::morphologyEx(b.in[i], b.out[i], operation, element); });
   };
 }
 

@@ -35,8 +35,6 @@ Peer preprocess(const Inputs& x) {
 
 }  // namespace
 
-Table pipelines() {
-  return {{"pipelines.edges", edges}, {"pipelines.preprocess", preprocess}};
-}
+Table pipelines() { return {{"pipelines.edges", edges}, {"pipelines.preprocess", preprocess}}; }
 
 }  // namespace peers

@@ -1,4 +1,5 @@
-"""make example-attack: see examples/attack/__init__.py. Writes build/examples/attack, docs/use_cases/attack*.png and its section of docs/use_cases.md."""
+"""make example-attack: see examples/attack/__init__.py. Writes build/examples/attack,
+docs/use_cases/attack*.png and its section of docs/use_cases.md."""
 
 from __future__ import annotations
 
@@ -27,8 +28,14 @@ def main() -> None:
     exported = time.monotonic()
     looks = run(settings, console)
     attacked = time.monotonic()
-    files = {name: save(look.state.images, there, name) for name, look in (("original", looks[0]), ("attacked", looks[-1]))}
-    said = {backend: {name: by_program(*pair, made, backend, settings) for name, pair in files.items()} for backend in ("native", "onnx")}
+    files = {
+        name: save(look.state.images, there, name)
+        for name, look in (("original", looks[0]), ("attacked", looks[-1]))
+    }
+    said = {
+        backend: {name: by_program(*pair, made, backend, settings) for name, pair in files.items()}
+        for backend in ("native", "onnx")
+    }
     seconds = {"exporting the bundle": exported - started, "the attack": attacked - exported}
     write(looks[0], looks[-1])
     lines = section(settings, looks, said, seconds)

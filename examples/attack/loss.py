@@ -1,17 +1,19 @@
 """The loss of the attack, of three parts: E. Riba et al., Kornia, WACV 2020, section 4.4.
 
-    loss = L_loc + alpha L_desc + beta L_reg
-    L_loc  = mean of |H p1 - p2|^2                     p1, p2: a pair of key points, in pixels of the second image
-    L_desc = mean of 1 + d(D1, D2) - d(D1, D2neg)      D: descriptors, d: Euclidean distance, neg: the hardest negative in the batch
-    L_reg  = mean of (I - I_init)^2                    over the values of both images
+    loss = L_loc + alpha L_desc + beta L_reg L_loc  = mean of |H p1 - p2|^2                     p1, p2: a pair
+    of key points, in pixels of the second image L_desc = mean of 1 + d(D1, D2) - d(D1, D2neg)      D:
+    descriptors, d: Euclidean distance, neg: the hardest negative in the batch L_reg  = mean of (I - I_init)^2
+    over the values of both images
 
-The paper does not say which key points are a pair but that p2 is the nearest. Here they are each other's nearest, and near enough in place and in scale: far
-ones have nothing to win. The hardest negative is A. Mishchuk et al.'s (Working hard to know your neighbor's margins, NIPS 2017): the nearest wrong partner of either
-descriptor, of other places.
+The paper does not say which key points are a pair but that p2 is the nearest. Here they are each other's
+nearest, and near enough in place and in scale: far ones have nothing to win. The hardest negative is A.
+Mishchuk et al.'s (Working hard to know your neighbor's margins, NIPS 2017): the nearest wrong partner of
+either descriptor, of other places.
 
-Orientations are not differentiable where one peak of a histogram takes over from another. So a pair is described at one orientation, that of the first
-image's key point, which the homography takes to the second; once both patches look alike, the second's own orientation is the same. (With each key
-point at its own orientation neighbours ask for different turns of the same pixels.)
+Orientations are not differentiable where one peak of a histogram takes over from another. So a pair is
+described at one orientation, that of the first image's key point, which the homography takes to the second;
+once both patches look alike, the second's own orientation is the same. (With each key point at its own
+orientation neighbours ask for different turns of the same pixels.)
 """
 
 from __future__ import annotations
@@ -47,22 +49,33 @@ class Loss(NamedTuple):
 
 
 def attack_loss(images: Tensor, originals: Tensor, homography: Tensor, settings: Settings) -> Loss:
-    """The loss of two images (2, 3, H, W), RGB in [0, 1], which shall match by homography (1, 3, 3), from the first to the second.
+    """The loss of two images (2, 3, H, W), RGB in [0, 1], which shall match by homography (1, 3, 3), from the
+    first to the second.
 
     Raises:
         RuntimeError: if fewer than two key points have a partner.
     """
     grey = rgb_to_grayscale(images)
     lafs, _, valid = detect_keypoints(grey, **settings.detection())
-    first, second = partners(perspective_transform_lafs(homography, lafs[:1])[0], lafs[1], valid[0], valid[1], settings)
+    first, second = partners(
+        perspective_transform_lafs(homography, lafs[:1])[0], lafs[1], valid[0], valid[1], settings
+    )
     if len(first) < 2:
-        raise RuntimeError(f"{len(first)} key points of the first image have one of the second within {settings.near} pixels of where the homography takes them")
+        raise RuntimeError(
+            f"{len(first)} key points of the first image have one of the second within {settings.near} pixels"
+            " of where the homography takes them"
+        )
     lafs = torch.stack([lafs[0, first], lafs[1, second]])
     places = get_laf_center(lafs[1:])
     loc = (get_laf_center(perspective_transform_lafs(homography, lafs[:1])) - places).square().sum(-1).mean()
     with torch.no_grad():
         oriented = orient_laf(lafs[:1], grey[:1])
-        angles = torch.cat([get_laf_orientation(oriented), get_laf_orientation(perspective_transform_lafs(homography, oriented))])
+        angles = torch.cat(
+            [
+                get_laf_orientation(oriented),
+                get_laf_orientation(perspective_transform_lafs(homography, oriented)),
+            ]
+        )
     described = sift_laf_descriptors(grey, set_laf_orientation(lafs, angles))
     distances = torch.cdist(described[0], described[1])
     desc = (1.0 + distances.diagonal() - hardest(distances, places[0], settings.near)).mean()
@@ -71,10 +84,15 @@ def attack_loss(images: Tensor, originals: Tensor, homography: Tensor, settings:
 
 
 @torch.no_grad()
-def partners(moved: Tensor, lafs: Tensor, there1: Tensor, there2: Tensor, settings: Settings) -> tuple[Tensor, Tensor]:
-    """Which of the moved frames (K, 2, 3) and of the others (K, 2, 3) are each other's nearest, of those that are there (K,): numbers (n,) of either."""
+def partners(
+    moved: Tensor, lafs: Tensor, there1: Tensor, there2: Tensor, settings: Settings
+) -> tuple[Tensor, Tensor]:
+    """Which of the moved frames (K, 2, 3) and of the others (K, 2, 3) are each other's nearest, of those that
+    are there (K,): numbers (n,) of either."""
     distances = torch.cdist(moved[..., 2], lafs[..., 2])
-    octaves = get_laf_scale(moved[None]).flatten().log2()[:, None] - get_laf_scale(lafs[None]).flatten().log2()
+    octaves = (
+        get_laf_scale(moved[None]).flatten().log2()[:, None] - get_laf_scale(lafs[None]).flatten().log2()
+    )
     alike = (distances < settings.near) & (octaves.abs() < settings.octaves) & there1[:, None] & there2
     distances = distances.where(alike, torch.inf)
     least, nearest = distances.min(1)
@@ -84,6 +102,7 @@ def partners(moved: Tensor, lafs: Tensor, there1: Tensor, there2: Tensor, settin
 
 
 def hardest(distances: Tensor, places: Tensor, near: float) -> Tensor:
-    """Of distances (n, n), whose pairs are the diagonal, the least wrong one of each row or column (n,): of places (n, 2) that are not near the right one."""
+    """Of distances (n, n), whose pairs are the diagonal, the least wrong one of each row or column (n,): of
+    places (n, 2) that are not near the right one."""
     wrong = distances.where(torch.cdist(places, places) >= near, torch.inf)
     return torch.minimum(wrong.min(0).values, wrong.min(1).values)

@@ -15,7 +15,8 @@ from .settings import Settings
 
 
 class State(NamedTuple):
-    """Both images (2, H, W, 3), uint8, RGB, after so many steps, and the loss of those before the last step (None at first)."""
+    """Both images (2, H, W, 3), uint8, RGB, after so many steps, and the loss of those before the last step
+    (None at first)."""
 
     step: int
     images: np.ndarray

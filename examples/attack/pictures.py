@@ -19,7 +19,12 @@ def write(first: Look, last: Look) -> None:
     before, after = _matches(first), _matches(last)
     _save(np.concatenate([before, np.full((GUTTER, *before.shape[1:]), 255, np.uint8), after]), "attack.png")
     change = 128 + GAIN * (last.state.images.astype(float) - first.state.images).mean(-1, keepdims=True)
-    _save(np.concatenate([_beside(last.state.images), _beside(change.clip(0, 255).astype(np.uint8).repeat(3, -1))]), "attack_change.png")
+    _save(
+        np.concatenate(
+            [_beside(last.state.images), _beside(change.clip(0, 255).astype(np.uint8).repeat(3, -1))]
+        ),
+        "attack_change.png",
+    )
 
 
 def _matches(look: Look) -> np.ndarray:

@@ -13,14 +13,13 @@ PARTS = (View("astronaut.png", (64, 0, 464, 300)), View("coffee.png", (100, 60, 
 class Settings:
     """The paper's: Hessian, 2500 key points, Adam with 0.003. It does not give the others.
 
-    first, second: parts of two photographs, of one size.
-    corners: where the wanted homography takes the first image's corners, clockwise from the upper left one: how far from the second's, in widths and heights.
-    max_keypoints, response, num_octaves, mr_size, threshold, double_image: see ``chiasm.feature.detect_keypoints``.
-    near, octaves: key points are a pair if the homography takes one to the other with less than so many pixels and so many octaves between them.
-    alpha, beta: weights of the losses of descriptors and of the change.
-    lr, steps: Adam's.
-    samples, inl_th: of RANSAC.
-    look_every: steps between two looks at what the matching says.
+    first, second: parts of two photographs, of one size. corners: where the wanted homography takes the first
+    image's corners, clockwise from the upper left one: how far from the second's, in widths and heights.
+    max_keypoints, response, num_octaves, mr_size, threshold, double_image: see
+    ``chiasm.feature.detect_keypoints``. near, octaves: key points are a pair if the homography takes one to
+    the other with less than so many pixels and so many octaves between them. alpha, beta: weights of the
+    losses of descriptors and of the change. lr, steps: Adam's. samples, inl_th: of RANSAC. look_every: steps
+    between two looks at what the matching says.
     """
 
     first: View = PARTS[0]
@@ -44,7 +43,10 @@ class Settings:
 
     def detection(self) -> dict:
         """The detector's arguments, which the matching has as well."""
-        return {name: getattr(self, name) for name in ("max_keypoints", "response", "num_octaves", "mr_size", "threshold", "double_image")}
+        return {
+            name: getattr(self, name)
+            for name in ("max_keypoints", "response", "num_octaves", "mr_size", "threshold", "double_image")
+        }
 
 
 #: For tests: seconds, and a change that is plain to see.

@@ -1,4 +1,5 @@
-"""make example-batch: Sobel edges and three pipelines on batches of 1 to 256 photographs, beside other libraries -> docs/use_cases.md."""
+"""make example-batch: Sobel edges and three pipelines on batches of 1 to 256 photographs, beside other
+libraries -> docs/use_cases.md."""
 
 from __future__ import annotations
 
@@ -57,11 +58,15 @@ def main() -> int:
             measured.memory[work] = twin.memory(work, settings_file)
             for name in progress.track(WORKS[work].ways, description=f"memory of {work}"):
                 measured.memory[work][name] = memory(work, name)
-    (folder("batch") / "measured.json").write_text(json.dumps([{"work": w, "threads": n, "times": t} for (w, n), t in measured.times.items()], indent=1))
+    (folder("batch") / "measured.json").write_text(
+        json.dumps([{"work": w, "threads": n, "times": t} for (w, n), t in measured.times.items()], indent=1)
+    )
     PICTURES.mkdir(parents=True, exist_ok=True)
     sheet(setup).save(PICTURES / "batch.png", optimize=True)
     for work in WORKS:
-        beside([chart(measured, work, count) for count in threads]).save(PICTURES / f"batch_{work}.png", optimize=True)
+        beside([chart(measured, work, count) for count in threads]).save(
+            PICTURES / f"batch_{work}.png", optimize=True
+        )
     lines = section(measured, settings, threads, versions(opencv), (time.monotonic() - start) / 60)
     publish("batch", lines)
     Console(width=None if sys.stdout.isatty() else 170).print(Markdown("\n".join(lines)))
@@ -71,7 +76,9 @@ def main() -> int:
 def in_python(work: str, threads: int) -> Iterator[dict]:
     """The rows of a race, from a process of its own."""
     command = [sys.executable, "-m", "examples.batch.measure", work, str(threads)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=environment(threads)) as process:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=environment(threads)
+    ) as process:
         for line in process.stdout:
             yield json.loads(line)
     if process.returncode:
@@ -80,20 +87,42 @@ def in_python(work: str, threads: int) -> Iterator[dict]:
 
 def memory(work: str, name: str) -> float:
     command = [sys.executable, "-m", "examples.batch.memory", work, name]
-    return float(subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment(1)).stdout)
+    return float(
+        subprocess.run(
+            command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment(1)
+        ).stdout
+    )
 
 
 def chart(measured: Measured, work: str, threads: int):
     """Milliseconds an image by batch size."""
-    lines = {name: [(size, ms / size) for size, (ms, _) in sorted(times.items())] for name, times in measured.times[work, threads].items()}
+    lines = {
+        name: [(size, ms / size) for size, (ms, _) in sorted(times.items())]
+        for name, times in measured.times[work, threads].items()
+    }
     native = [name for name in lines if name.startswith("chiasm native")]
-    return log_log(lines, native, f"{WORKS[work].title}, {threads_text(threads)}", ("images in a batch", "ms an image"), (600, 420))
+    return log_log(
+        lines,
+        native,
+        f"{WORKS[work].title}, {threads_text(threads)}",
+        ("images in a batch", "ms an image"),
+        (600, 420),
+    )
 
 
 def versions(opencv: str) -> dict[str, str]:
     """Of the contenders; `opencv` is C++'s."""
-    kornia = {d.name.replace("_", "-"): d.version for d in distributions(path=[str(ROOT / ".deps" / "kornia")])}
-    names = {"OpenCV": "opencv-python-headless", "Pillow": "pillow", "scikit-image": "scikit-image", "SciPy": "scipy", "PyTorch": "torch", "ONNX Runtime": "onnxruntime"}
+    kornia = {
+        d.name.replace("_", "-"): d.version for d in distributions(path=[str(ROOT / ".deps" / "kornia")])
+    }
+    names = {
+        "OpenCV": "opencv-python-headless",
+        "Pillow": "pillow",
+        "scikit-image": "scikit-image",
+        "SciPy": "scipy",
+        "PyTorch": "torch",
+        "ONNX Runtime": "onnxruntime",
+    }
     found = {"chiasm": chiasm.__version__} | {name: version(package) for name, package in names.items()}
     return found | {"OpenCV in C++": opencv, "Kornia": kornia["kornia"], "kornia-rs": kornia["kornia-rs"]}
 

@@ -1,4 +1,5 @@
-"""The five ops of pipeline.py: undistort, resize, jitter colours, blur, normalise; float32 from the first to the last."""
+"""The five ops of pipeline.py: undistort, resize, jitter colours, blur, normalise; float32 from the first to
+the last."""
 
 from __future__ import annotations
 
@@ -17,7 +18,9 @@ GREY = (0.299, 0.587, 0.114)
 
 def config(settings: Settings) -> dict:
     """The arguments of `prepare` beside the image."""
-    return {name: getattr(settings, name) for name in ("camera", "lens", "jitter", "blur", "mean", "std")} | {"size": settings.resized}
+    return {name: getattr(settings, name) for name in ("camera", "lens", "jitter", "blur", "mean", "std")} | {
+        "size": settings.resized
+    }
 
 
 def _eager(setup: Setup):
@@ -37,7 +40,8 @@ def saturation_matrix(factor: float) -> np.ndarray:
 
 
 def _opencv(images: Images, setup: Setup) -> Ready:
-    """The maps are made once, as who has many images of one camera does; each image goes through all steps while it is in the cache."""
+    """The maps are made once, as who has many images of one camera does; each image goes through all steps
+    while it is in the cache."""
     import cv2
 
     cv2.setNumThreads(1 if len(images) > 1 else setup.threads)
@@ -55,7 +59,9 @@ def _opencv(images: Images, setup: Setup) -> Ready:
         x = step("small", cv2.resize, straight, s.resized[::-1], interpolation=cv2.INTER_LINEAR)
         x = step("small", cv2.min, step("small", cv2.multiply, x, (brightness,) * 4), ones)
         mean = cv2.mean(step("grey", cv2.cvtColor, x, cv2.COLOR_RGB2GRAY))[0]
-        x = step("small", cv2.add, step("small", cv2.multiply, x, (contrast,) * 4), (mean * (1 - contrast),) * 4)
+        x = step(
+            "small", cv2.add, step("small", cv2.multiply, x, (contrast,) * 4), (mean * (1 - contrast),) * 4
+        )
         x = step("small", cv2.min, step("small", cv2.max, x, zeros), ones)
         x = step("other", cv2.transform, x, colours)
         x = step("other", cv2.min, step("other", cv2.max, x, zeros), ones)
@@ -71,7 +77,8 @@ def _opencv(images: Images, setup: Setup) -> Ready:
 
 
 def _opencv_bytes(images: Images, setup: Setup) -> Ready:
-    """The same steps on bytes, as they come from a camera: tables for the curves, whole levels after every step."""
+    """The same steps on bytes, as they come from a camera: tables for the curves, whole levels after every
+    step."""
     import cv2
 
     cv2.setNumThreads(1 if len(images) > 1 else setup.threads)
@@ -98,7 +105,11 @@ def _opencv_bytes(images: Images, setup: Setup) -> Ready:
         cv2.insertChannel(hue, hsv, 0)
         x = step("small", cv2.cvtColor, hsv, cv2.COLOR_HSV2RGB_FULL)
         x = step("other", cv2.GaussianBlur, x, (s.blur[0],) * 2, s.blur[1], sigmaY=s.blur[1])
-        cv2.subtract(step("float", cv2.multiply, x, (*scale.tolist(), 1.0), dtype=cv2.CV_32F), (*shift.tolist(), 0.0), made[i])
+        cv2.subtract(
+            step("float", cv2.multiply, x, (*scale.tolist(), 1.0), dtype=cv2.CV_32F),
+            (*shift.tolist(), 0.0),
+            made[i],
+        )
 
     return Ready(over_images(one, len(pictures), setup.threads), lambda _: from_matrices(made))
 
@@ -117,12 +128,16 @@ def _kornia(kornia, setup: Setup, x):
 
 WORK = Work(
     "Five ops in one bundle",
-    "One bundle of five ops ([pipeline.py](../examples/batch/pipeline.py)): undistort, resize to 224 x 224, jitter of brightness, contrast, saturation and hue, blur, normalise, float32. OpenCV has its maps kept; *OpenCV on bytes* has bytes until the normalisation.",
+    "One bundle of five ops ([pipeline.py](../examples/batch/pipeline.py)): undistort, resize to 224 x 224,"
+    " jitter of brightness, contrast, saturation and hue, blur, normalise, float32. OpenCV has its maps kept;"
+    " *OpenCV on bytes* has bytes until the normalisation.",
     "examples.prepare",
     ours.ways("examples.prepare", _eager, frames=False, agrees=Agreement(1e-3, 0.9999))
     | {
         "OpenCV": Way(_opencv, Agreement(1e-3, 0.9999)),
-        "OpenCV on bytes": Way(_opencv_bytes, Agreement(0.1, 0.9, note="bytes in, whole levels after every step")),
+        "OpenCV on bytes": Way(
+            _opencv_bytes, Agreement(0.1, 0.9, note="bytes in, whole levels after every step")
+        ),
     }
     | kornias.ways(_kornia, lambda images: images.floats, lambda made: made, Agreement(1e-3, 0.9999)),
     debian=Agreement(0.02, note="reads at positions rounded to 1/32 pixel"),

@@ -39,7 +39,9 @@ def _opencv_edges(images: Images, setup: Setup) -> Ready:
         dy = into(scratch, "dy", cv2.Sobel, blurred, cv2.CV_32F, 0, 1)
         cv2.convertScaleAbs(into(scratch, "magnitude", cv2.magnitude, dx, dy, dst="magnitude"), made[i])
 
-    return Ready(over_images(one, len(frames), setup.threads), lambda _: np.stack(made)[:, None].astype(np.float32))
+    return Ready(
+        over_images(one, len(frames), setup.threads), lambda _: np.stack(made)[:, None].astype(np.float32)
+    )
 
 
 def _opencv_preprocess(images: Images, setup: Setup) -> Ready:
@@ -53,7 +55,9 @@ def _opencv_preprocess(images: Images, setup: Setup) -> Ready:
     parameters.swapRB = True
 
     def one(i: int, scratch: dict) -> np.ndarray:
-        return cv2.dnn.blobFromImageWithParams(into(scratch, "small", cv2.resize, frames[i], SIZE, interpolation=cv2.INTER_LINEAR), parameters)
+        return cv2.dnn.blobFromImageWithParams(
+            into(scratch, "small", cv2.resize, frames[i], SIZE, interpolation=cv2.INTER_LINEAR), parameters
+        )
 
     return Ready(over_images(one, len(frames), setup.threads), np.concatenate)
 
@@ -66,7 +70,11 @@ def _kornia_edges(kornia, setup: Setup, frames):
 
 def _kornia_preprocess(kornia, setup: Setup, frames):
     rgb = kornia.color.bgr_to_rgb(frames.permute(0, 3, 1, 2).float() / 255.0)
-    return kornia.enhance.normalize(kornia.geometry.resize(rgb, SIZE), frames.new_tensor(MEAN, dtype=rgb.dtype), frames.new_tensor(STD, dtype=rgb.dtype))
+    return kornia.enhance.normalize(
+        kornia.geometry.resize(rgb, SIZE),
+        frames.new_tensor(MEAN, dtype=rgb.dtype),
+        frames.new_tensor(STD, dtype=rgb.dtype),
+    )
 
 
 def _kornia_rs_preprocess(images: Images, setup: Setup) -> Ready:
@@ -76,18 +84,36 @@ def _kornia_rs_preprocess(images: Images, setup: Setup) -> Ready:
 
 EDGES = Work(
     "The pipeline *edges*",
-    "Of a frame (bytes, BGR): grey, Gaussian blur 5 x 5 of sigma 1, Sobel magnitude, bytes: `chiasm.pipelines.edges`, one frame a call.",
+    "Of a frame (bytes, BGR): grey, Gaussian blur 5 x 5 of sigma 1, Sobel magnitude, bytes:"
+    " `chiasm.pipelines.edges`, one frame a call.",
     "pipelines.edges",
     ours.ways("pipelines.edges", _eager_edges, frames=True, agrees=Agreement(1))
-    | {"OpenCV": Way(_opencv_edges, Agreement(8, 0.999, edge=1, note="rounds the grey image and the blurred one to whole levels"))}
-    | kornias.ways(_kornia_edges, lambda images: images.stacked_frames, lambda made: made.astype(np.float32), Agreement(1)),
+    | {
+        "OpenCV": Way(
+            _opencv_edges,
+            Agreement(8, 0.999, edge=1, note="rounds the grey image and the blurred one to whole levels"),
+        )
+    }
+    | kornias.ways(
+        _kornia_edges,
+        lambda images: images.stacked_frames,
+        lambda made: made.astype(np.float32),
+        Agreement(1),
+    ),
 )
 PREPROCESS = Work(
     "The pipeline *preprocess*",
-    "Of a frame (bytes, BGR): RGB, 224 x 224 (bilinear), in [0, 1], normalised, as planes: `chiasm.pipelines.preprocess`, one frame a call.",
+    "Of a frame (bytes, BGR): RGB, 224 x 224 (bilinear), in [0, 1], normalised, as planes:"
+    " `chiasm.pipelines.preprocess`, one frame a call.",
     "pipelines.preprocess",
     ours.ways("pipelines.preprocess", _eager_preprocess, frames=True, agrees=Agreement(1e-5))
     | {"OpenCV": Way(_opencv_preprocess, Agreement(0.02, note="rounds the resized image to whole levels"))}
-    | kornias.ways(_kornia_preprocess, lambda images: images.stacked_frames, lambda made: made, Agreement(1e-4))
-    | {"kornia-rs": Way(_kornia_rs_preprocess, Agreement(0.04, note="takes RGB; rounds the resized image to whole levels"))},
+    | kornias.ways(
+        _kornia_preprocess, lambda images: images.stacked_frames, lambda made: made, Agreement(1e-4)
+    )
+    | {
+        "kornia-rs": Way(
+            _kornia_rs_preprocess, Agreement(0.04, note="takes RGB; rounds the resized image to whole levels")
+        )
+    },
 )

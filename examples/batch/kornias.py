@@ -37,7 +37,9 @@ def ways(
         import torch
 
         kornia = module("kornia")
-        return torch.compile(lambda x: function(kornia, setup, x), dynamic=True)  # once for batches of all sizes
+        return torch.compile(
+            lambda x: function(kornia, setup, x), dynamic=True
+        )  # once for batches of all sizes
 
     def way(compile: bool) -> Way:
         def make(images: Images, setup: Setup) -> Ready:

@@ -1,6 +1,7 @@
 """One race in Python with one number of threads, which a process can set once.
 
-    python -m examples.batch.measure WORK THREADS    -> lines of JSON: how near the results are, then the times at each batch size
+python -m examples.batch.measure WORK THREADS    -> lines of JSON: how near the results are, then the times at
+each batch size
 """
 
 from __future__ import annotations
@@ -37,18 +38,24 @@ def agreement(limits: Agreement, made: np.ndarray, expected: np.ndarray) -> dict
     difference = np.abs(made[inside].astype(np.float64) - expected[inside])
     share = float(np.mean(difference <= limits.tolerance))
     if share < limits.share:
-        raise Disagreement(f"{share:.2%} of the values within {limits.tolerance:g}, expected {limits.share:.2%}; at most {difference.max():.3g}")
+        raise Disagreement(
+            f"{share:.2%} of the values within {limits.tolerance:g}, expected {limits.share:.2%}; at most"
+            f" {difference.max():.3g}"
+        )
     return {"mean": float(difference.mean()), "most": float(difference.max()), "note": limits.note}
 
 
 def reference(work: str, setup: Setup) -> np.ndarray:
     """What chiasm's eager function makes of the images that are compared."""
-    eager = next(iter(WORKS[work].ways.values())).make(Images(photographs(COMPARED, setup.settings.size)), setup)
+    eager = next(iter(WORKS[work].ways.values())).make(
+        Images(photographs(COMPARED, setup.settings.size)), setup
+    )
     return eager.planes(eager.call())
 
 
 def check(work: str, setup: Setup, names: Collection[str]) -> dict[str, dict]:
-    """Every contender's results against chiasm's eager ones; Disagreement names the first that does other work."""
+    """Every contender's results against chiasm's eager ones; Disagreement names the first that does other
+    work."""
     images, expected = Images(photographs(COMPARED, setup.settings.size)), reference(work, setup)
     ways, found = WORKS[work].ways, {}
     for name in names:
@@ -68,13 +75,23 @@ def measure(work: str, setup: Setup, names: Collection[str]) -> Iterator[dict]:
         images = Images(photographs(batch, settings.size))
         calls = {name: WORKS[work].ways[name].make(images, setup).call for name in names}
         times = race(calls, settings.repeats, settings.seconds, settings.turns, pause=setup.threads > 1)
-        yield {"work": work, "threads": setup.threads, "batch": batch, "times": {name: t._asdict() for name, t in times.items()}}
+        yield {
+            "work": work,
+            "threads": setup.threads,
+            "batch": batch,
+            "times": {name: t._asdict() for name, t in times.items()},
+        }
 
 
 def environment(threads: int) -> dict[str, str]:
-    """For a process that measures: what reads the number of threads from the environment, and where torch.compile keeps what it made."""
+    """For a process that measures: what reads the number of threads from the environment, and where
+    torch.compile keeps what it made."""
     count = str(threads)
-    return os.environ | {"OMP_NUM_THREADS": count, "RAYON_NUM_THREADS": count, "TORCHINDUCTOR_CACHE_DIR": str(folder("batch") / "torch.compile")}
+    return os.environ | {
+        "OMP_NUM_THREADS": count,
+        "RAYON_NUM_THREADS": count,
+        "TORCHINDUCTOR_CACHE_DIR": str(folder("batch") / "torch.compile"),
+    }
 
 
 def main(work: str, threads: int) -> None:

@@ -1,6 +1,7 @@
-"""What a batch adds at most to the memory of a process, on one thread: a contender's results and what it needs on the way to them.
+"""What a batch adds at most to the memory of a process, on one thread: a contender's results and what it
+needs on the way to them.
 
-    python -m examples.batch.memory WORK NAME    -> megabytes an image
+python -m examples.batch.memory WORK NAME    -> megabytes an image
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ def megabytes(field: str) -> float:
 
 
 def measure(work: str, name: str, setup: Setup) -> float:
-    """The peak over one call, without the forms of the images that it is given; one image before, so that what is loaded once does not count."""
+    """The peak over one call, without the forms of the images that it is given; one image before, so that
+    what is loaded once does not count."""
     way, batch = WORKS[work].ways[name], setup.settings.memory_batch
     way.make(Images(photographs(1, setup.settings.size)), setup).call()
     images = Images(photographs(batch, setup.settings.size))

@@ -1,4 +1,5 @@
-// OpenCV's way of each work, one image after another; the numbers are those that the bundle was exported with.
+// OpenCV's way of each work, one image after another; the numbers are those that the bundle was exported
+// with.
 #pragma once
 
 #include <cmath>
@@ -30,7 +31,8 @@ inline OnImage sobel() {
 
 // Of frames: uint8, BGR.
 inline OnImage edges() {
-  return [grey = cv::Mat(), blurred = cv::Mat(), dx = cv::Mat(), dy = cv::Mat(), magnitude = cv::Mat()](const cv::Mat& frame, cv::Mat& result) mutable {
+  return [grey = cv::Mat(), blurred = cv::Mat(), dx = cv::Mat(), dy = cv::Mat(), magnitude = cv::Mat()](
+             const cv::Mat& frame, cv::Mat& result) mutable {
     cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
     cv::GaussianBlur(grey, blurred, {5, 5}, 1.0);
     cv::Sobel(blurred, dx, CV_32F, 1, 0);
@@ -43,29 +45,37 @@ inline OnImage edges() {
 // Of frames: uint8, BGR. The result is three planes below each other, R, G, B.
 inline OnImage preprocess() {
   const double mean[] = {0.485, 0.456, 0.406}, std[] = {0.229, 0.224, 0.225};  // pipelines.preprocess's own
-  return [=, small = cv::Mat(), planes = std::vector<cv::Mat>()](const cv::Mat& frame, cv::Mat& result) mutable {
-    cv::resize(frame, small, {224, 224}, 0, 0, cv::INTER_LINEAR);
-    cv::split(small, planes);
-    result.create(3 * small.rows, small.cols, CV_32F);
-    for (int c = 0; c < 3; ++c) planes[2 - c].convertTo(result.rowRange(c * small.rows, (c + 1) * small.rows), CV_32F, 1 / (255 * std[c]), -mean[c] / std[c]);
-  };
+  return
+      [=, small = cv::Mat(), planes = std::vector<cv::Mat>()](const cv::Mat& frame, cv::Mat& result) mutable {
+        cv::resize(frame, small, {224, 224}, 0, 0, cv::INTER_LINEAR);
+        cv::split(small, planes);
+        result.create(3 * small.rows, small.cols, CV_32F);
+        for (int c = 0; c < 3; ++c)
+          planes[2 - c].convertTo(result.rowRange(c * small.rows, (c + 1) * small.rows), CV_32F,
+                                  1 / (255 * std[c]), -mean[c] / std[c]);
+      };
 }
 
 // Of float32 images, RGB: the five ops. The maps are made once.
 inline OnImage prepare(const nlohmann::json& config, cv::Size size) {
-  const std::vector<double> camera = config.at("camera"), lens = config.at("lens"), jitter = config.at("jitter");
+  const std::vector<double> camera = config.at("camera"), lens = config.at("lens"),
+                            jitter = config.at("jitter");
   const cv::Matx33d matrix(camera[0], 0, camera[2], 0, camera[1], camera[3], 0, 0, 1);
   cv::Mat map_x, map_y;
   cv::initUndistortRectifyMap(matrix, lens, {}, matrix, size, CV_32FC1, map_x, map_y);
   const cv::Size resized(config.at("size").at(1), config.at("size").at(0));
   const int taps = config.at("blur").at(0);
   const double sigma = config.at("blur").at(1), degrees = jitter[3] * 180 / CV_PI;
-  const cv::Scalar mean = scalar(config.at("mean")), std = scalar(config.at("std")), zero = cv::Scalar::all(0), one = cv::Scalar::all(1);
+  const cv::Scalar mean = scalar(config.at("mean")), std = scalar(config.at("std")),
+                   zero = cv::Scalar::all(0), one = cv::Scalar::all(1);
   cv::Matx33f colours;  // away from grey
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) colours(r, c) = float((r == c ? jitter[2] : 0) + (1 - jitter[2]) * (c == 0 ? 0.299 : c == 1 ? 0.587 : 0.114));
-  return [=, straight = cv::Mat(), x = cv::Mat(), y = cv::Mat(), grey = cv::Mat(), hsv = cv::Mat(), hue = cv::Mat(), beyond = cv::Mat()](
-             const cv::Mat& image, cv::Mat& result) mutable {
+    for (int c = 0; c < 3; ++c)
+      colours(r, c) = float((r == c ? jitter[2] : 0) + (1 - jitter[2]) * (c == 0   ? 0.299
+                                                                          : c == 1 ? 0.587
+                                                                                   : 0.114));
+  return [=, straight = cv::Mat(), x = cv::Mat(), y = cv::Mat(), grey = cv::Mat(), hsv = cv::Mat(),
+          hue = cv::Mat(), beyond = cv::Mat()](const cv::Mat& image, cv::Mat& result) mutable {
     cv::remap(image, straight, map_x, map_y, cv::INTER_LINEAR);
     cv::resize(straight, x, resized, 0, 0, cv::INTER_LINEAR);
     x.convertTo(x, -1, jitter[0]);

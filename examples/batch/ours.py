@@ -12,11 +12,17 @@ from bench.wheel import onnx_options, room
 
 from .ways import Images, Ready, Setup, Way
 
-EAGER, FLAT, FUSED, NATIVE = "chiasm eager", "chiasm in ONNX Runtime", "chiasm in ONNX Runtime, plug-in", "chiasm native"
+EAGER, FLAT, FUSED, NATIVE = (
+    "chiasm eager",
+    "chiasm in ONNX Runtime",
+    "chiasm in ONNX Runtime, plug-in",
+    "chiasm native",
+)
 
 
 def ways(bundle: str, eager: Callable[[Setup], Callable], frames: bool, agrees: Agreement) -> dict[str, Way]:
-    """`eager(setup)` is the function of tensors that the bundle was exported from; `frames` says that it takes one camera's frame, not a batch."""
+    """`eager(setup)` is the function of tensors that the bundle was exported from; `frames` says that it
+    takes one camera's frame, not a batch."""
 
     def inputs(images: Images) -> list[np.ndarray]:
         return images.frames if frames else [images.floats]
@@ -41,7 +47,9 @@ def ways(bundle: str, eager: Callable[[Setup], Callable], frames: bool, agrees: 
         def make(images: Images, setup: Setup) -> Ready:
             import chiasm.onnx
 
-            session = chiasm.onnx.session(setup.bundles / f"{bundle}.chiasm", fused=fused, options=onnx_options(setup.threads))
+            session = chiasm.onnx.session(
+                setup.bundles / f"{bundle}.chiasm", fused=fused, options=onnx_options(setup.threads)
+            )
             bindings, outputs = zip(*(_bound(session, x) for x in inputs(images)), strict=True)
 
             def call(given=images) -> tuple[np.ndarray, ...]:  # whose memory is bound
@@ -68,7 +76,12 @@ def ways(bundle: str, eager: Callable[[Setup], Callable], frames: bool, agrees: 
 
         return Ready(call, lambda _: planes([out[0] for out in outputs]))
 
-    contenders = {EAGER: in_eager, FLAT: in_onnx_runtime(fused=False), FUSED: in_onnx_runtime(fused=True), NATIVE: natively}
+    contenders = {
+        EAGER: in_eager,
+        FLAT: in_onnx_runtime(fused=False),
+        FUSED: in_onnx_runtime(fused=True),
+        NATIVE: natively,
+    }
     return {name: Way(make, agrees) for name, make in contenders.items()}
 
 

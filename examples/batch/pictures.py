@@ -22,7 +22,9 @@ def sheet(setup: Setup) -> Image.Image:
     settings, images = setup.settings, Images(photographs(len(PHOTOGRAPHS), setup.settings.size))
 
     def run(work: str) -> Callable[[np.ndarray], np.ndarray]:
-        return chiasm.runtime.open(setup.bundles / f"{WORKS[work].bundle}.chiasm").method("forward", backend="native")
+        return chiasm.runtime.open(setup.bundles / f"{WORKS[work].bundle}.chiasm").method(
+            "forward", backend="native"
+        )
 
     mean, std = (np.array(v, np.float32)[:, None, None] for v in (settings.mean, settings.std))
     sobel, prepared = run("sobel")(images.floats), run("prepare")(images.floats)
@@ -33,12 +35,16 @@ def sheet(setup: Setup) -> Image.Image:
         "preprocess, the normalisation undone": [run("preprocess")(f)[0] * std + mean for f in images.frames],
         "five ops, the normalisation undone": list(prepared * std + mean),
     }
-    canvas = Image.new("RGB", (len(PHOTOGRAPHS) * (SIDE + GAP) - GAP, len(rows) * (SIDE + STRIP + GAP)), "white")
+    canvas = Image.new(
+        "RGB", (len(PHOTOGRAPHS) * (SIDE + GAP) - GAP, len(rows) * (SIDE + STRIP + GAP)), "white"
+    )
     pen = ImageDraw.Draw(canvas)
     for row, (label, planes) in enumerate(rows.items()):
         top = row * (SIDE + STRIP + GAP)
         pen.text((0, top + 2), label, fill=INK, font=FONT)
         for column, image in enumerate(planes):
             pixels = Image.fromarray((image.clip(0, 1) * 255).round().astype(np.uint8).transpose(1, 2, 0))
-            canvas.paste(pixels.resize((SIDE, SIDE), Image.Resampling.LANCZOS), (column * (SIDE + GAP), top + STRIP))
+            canvas.paste(
+                pixels.resize((SIDE, SIDE), Image.Resampling.LANCZOS), (column * (SIDE + GAP), top + STRIP)
+            )
     return canvas.quantize(palette=canvas.quantize(256))  # a third of the bytes

@@ -1,4 +1,5 @@
-"""Five ops as one function, for one bundle: a camera's images made ready for a network, in other colours each time it is trained."""
+"""Five ops as one function, for one bundle: a camera's images made ready for a network, in other colours each
+time it is trained."""
 
 from typing import Tuple
 
@@ -29,22 +30,27 @@ def prepare(
 ) -> Tensor:
     """Undistort, resize (bilinear), jitter the colours, blur (Gaussian, mirrored border), normalise.
 
-    The jitter is that of Kornia's ``ColorJitter`` and of torchvision's, its factors given instead of drawn: Pillow's brightness, contrast and
-    saturation, each limited to [0, 1], then the hue.
+    The jitter is that of Kornia's ``ColorJitter`` and of torchvision's, its factors given instead of drawn:
+    Pillow's brightness, contrast and saturation, each limited to [0, 1], then the hue.
 
     Args:
         image: (B, 3, H, W), RGB in [0, 1], all of one camera.
         camera: focal lengths fx, fy and principal point cx, cy, in pixels.
         lens: OpenCV's coefficients k1, k2, p1, p2, k3.
         size: height and width of the result.
-        jitter: factors of brightness, contrast and saturation, and the angle that hues are turned by, in radians.
+        jitter: factors of brightness, contrast and saturation, and the angle that hues are turned by, in
+            radians.
         blur: taps and standard deviation, in pixels.
         mean, std: of the channels R, G, B.
 
     Returns:
         (B, 3, *size).
     """
-    matrix = torch.tensor([[camera[0], 0.0, camera[2]], [0.0, camera[1], camera[3]], [0.0, 0.0, 1.0]], dtype=image.dtype, device=image.device)
+    matrix = torch.tensor(
+        [[camera[0], 0.0, camera[2]], [0.0, camera[1], camera[3]], [0.0, 0.0, 1.0]],
+        dtype=image.dtype,
+        device=image.device,
+    )
     coefficients = torch.tensor(lens, dtype=image.dtype, device=image.device)
     # As the channels of one image, for then one map serves all.
     channels = undistort_image(image.flatten(0, 1)[None], matrix[None], coefficients[None])
@@ -54,5 +60,8 @@ def prepare(
     out = adjust_saturation_with_gray_subtraction(out, jitter[2])
     out = adjust_hue(out, jitter[3])
     out = gaussian_blur2d(out, blur[0], (blur[1], blur[1]))
-    means, deviations = torch.tensor(mean, dtype=image.dtype, device=image.device), torch.tensor(std, dtype=image.dtype, device=image.device)
+    means, deviations = (
+        torch.tensor(mean, dtype=image.dtype, device=image.device),
+        torch.tensor(std, dtype=image.dtype, device=image.device),
+    )
     return normalize(out, means, deviations)

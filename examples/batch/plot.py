@@ -14,10 +14,17 @@ LEFT, TOP, RIGHT, BOTTOM = 44, 34, 190, 30
 LINE = 13
 
 
-def log_log(lines: Mapping[str, Sequence[tuple[float, float]]], bold: Sequence[str], title: str, axes: tuple[str, str], size: tuple[int, int]) -> Image.Image:
+def log_log(
+    lines: Mapping[str, Sequence[tuple[float, float]]],
+    bold: Sequence[str],
+    title: str,
+    axes: tuple[str, str],
+    size: tuple[int, int],
+) -> Image.Image:
     """Points (x, y), all positive, by the lines' names; those in `bold` are drawn thick.
 
-    The names stand at the right in the order of the lines' ends, moved apart where they would cover each other.
+    The names stand at the right in the order of the lines' ends, moved apart where they would cover each
+    other.
     """
     canvas, pen = blank(size)
     points = np.log10(np.array([p for line in lines.values() for p in line]))
@@ -57,8 +64,14 @@ def log_log(lines: Mapping[str, Sequence[tuple[float, float]]], bold: Sequence[s
     return canvas
 
 
-def _name(pen: ImageDraw.ImageDraw, ends: Mapping[str, tuple[tuple[float, float], tuple[int, int, int]]], left: float, bottom: float) -> None:
-    """Write each name beside its line's end, from the top down, with a thin line to it where it had to move."""
+def _name(
+    pen: ImageDraw.ImageDraw,
+    ends: Mapping[str, tuple[tuple[float, float], tuple[int, int, int]]],
+    left: float,
+    bottom: float,
+) -> None:
+    """Write each name beside its line's end, from the top down, with a thin line to it where it had to
+    move."""
     order = sorted(ends, key=lambda name: ends[name][0][1])
     heights: list[float] = []
     for name in order:

@@ -1,4 +1,5 @@
-"""Contenders in turns: a busy moment of the machine hits all of them, and a slow one does not take the others' time."""
+"""Contenders in turns: a busy moment of the machine hits all of them, and a slow one does not take the
+others' time."""
 
 from __future__ import annotations
 
@@ -7,7 +8,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-#: seconds that another's threads get to fall asleep in, and those that call too short to wake a machine up take instead
+#: seconds that another's threads get to fall asleep in, and those that call too short to wake a machine up
+#: take instead
 PAUSE = 0.02
 LEAST = 3
 
@@ -19,10 +21,13 @@ class Time(NamedTuple):
     repeats: int
 
 
-def race(calls: Mapping[str, Callable[[], object]], repeats: int, seconds: float, turns: int, pause: bool) -> dict[str, Time]:
+def race(
+    calls: Mapping[str, Callable[[], object]], repeats: int, seconds: float, turns: int, pause: bool
+) -> dict[str, Time]:
     """Each call `repeats` times, or as often as `seconds` allow, spread evenly over the turns.
 
-    Each turn begins with a call that does not count, which brings what it needs back into the caches, unless calls take long.
+    Each turn begins with a call that does not count, which brings what it needs back into the caches, unless
+    calls take long.
     """
     wanted, taken, times = {}, {}, {}
     for name, call in calls.items():

@@ -1,4 +1,5 @@
-"""The paper's work: the magnitude of Sobel's gradient of every channel, float32, kernels divided by 8, borders replicated."""
+"""The paper's work: the magnitude of Sobel's gradient of every channel, float32, kernels divided by 8,
+borders replicated."""
 
 from __future__ import annotations
 
@@ -25,8 +26,30 @@ def _opencv(images: Images, setup: Setup) -> Ready:
     flat = [m.reshape(m.shape[0], -1) for m in made]  # cv2.magnitude takes one channel
 
     def one(i: int, scratch: dict) -> None:
-        dx = into(scratch, "dx", cv2.Sobel, matrices[i], cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8, borderType=cv2.BORDER_REPLICATE)
-        dy = into(scratch, "dy", cv2.Sobel, matrices[i], cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8, borderType=cv2.BORDER_REPLICATE)
+        dx = into(
+            scratch,
+            "dx",
+            cv2.Sobel,
+            matrices[i],
+            cv2.CV_32F,
+            1,
+            0,
+            ksize=3,
+            scale=1 / 8,
+            borderType=cv2.BORDER_REPLICATE,
+        )
+        dy = into(
+            scratch,
+            "dy",
+            cv2.Sobel,
+            matrices[i],
+            cv2.CV_32F,
+            0,
+            1,
+            ksize=3,
+            scale=1 / 8,
+            borderType=cv2.BORDER_REPLICATE,
+        )
         cv2.magnitude(dx.reshape(flat[i].shape), dy.reshape(flat[i].shape), flat[i])
 
     return Ready(over_images(one, len(matrices), setup.threads), lambda _: from_matrices(made))
@@ -49,7 +72,12 @@ def _pillow(images: Images, setup: Setup) -> Ready:
         return [ImageMath.lambda_eval(magnitude, dx=x, dy=y) for x, y in zip(dx, dy, strict=True)]
 
     call = over_images(one, len(pictures), setup.threads)
-    return Ready(call, lambda made: np.stack([np.stack([np.asarray(band) for band in picture]) for picture in made]) / np.float32(255))
+    return Ready(
+        call,
+        lambda made: (
+            np.stack([np.stack([np.asarray(band) for band in picture]) for picture in made]) / np.float32(255)
+        ),
+    )
 
 
 def _scikit_image(images: Images, setup: Setup) -> Ready:
@@ -84,15 +112,27 @@ def _kornia_rs(images: Images, setup: Setup) -> Ready:
 _EPSILON = "chiasm adds 1e-6 to the squared magnitude"
 WORK = Work(
     "Sobel",
-    "Magnitude of the gradient of each channel by Sobel's 3 x 3 kernels divided by 8, float32, the border replicated: `chiasm.filters.sobel`.",
+    "Magnitude of the gradient of each channel by Sobel's 3 x 3 kernels divided by 8, float32, the border"
+    " replicated: `chiasm.filters.sobel`.",
     "filters.sobel",
     ours.ways("filters.sobel", _eager, frames=False, agrees=Agreement(1e-6))
     | {
         "OpenCV": Way(_opencv, Agreement(1.1e-3, note=_EPSILON)),
-        "Pillow": Way(_pillow, Agreement(4e-3, edge=1, note="whole levels inside, and leaves the border as it is")),
+        "Pillow": Way(
+            _pillow, Agreement(4e-3, edge=1, note="whole levels inside, and leaves the border as it is")
+        ),
         "scikit-image": Way(_scikit_image, Agreement(1.1e-3, note=_EPSILON + "; larger by the root of 2")),
         "SciPy": Way(_scipy, Agreement(1.1e-3, note=_EPSILON)),
     }
-    | kornias.ways(lambda kornia, setup, x: kornia.filters.sobel(x), lambda images: images.floats, lambda made: made, Agreement(1e-5))
-    | {"kornia-rs": Way(_kornia_rs, Agreement(1.1e-3, edge=1, note="kernels not divided, zeros around the image"))},
+    | kornias.ways(
+        lambda kornia, setup, x: kornia.filters.sobel(x),
+        lambda images: images.floats,
+        lambda made: made,
+        Agreement(1e-5),
+    )
+    | {
+        "kornia-rs": Way(
+            _kornia_rs, Agreement(1.1e-3, edge=1, note="kernels not divided, zeros around the image")
+        )
+    },
 )

@@ -1,4 +1,5 @@
-"""The C++ twin, build/release/bin/example_batch: the same bundles and photographs without Python, beside Debian's OpenCV."""
+"""The C++ twin, build/release/bin/example_batch: the same bundles and photographs without Python, beside
+Debian's OpenCV."""
 
 from __future__ import annotations
 
@@ -26,7 +27,10 @@ def write_settings(setup: Setup, folder: Path) -> Path:
     """What the program reads."""
     settings, raw = setup.settings, folder / "photographs.raw"
     raw.write_bytes(photographs(len(PHOTOGRAPHS), settings.size).tobytes())
-    works = {name: {"bundle": str(setup.bundles / f"{work.bundle}.chiasm"), "batches": batches(name, settings)} for name, work in WORKS.items()}
+    works = {
+        name: {"bundle": str(setup.bundles / f"{work.bundle}.chiasm"), "batches": batches(name, settings)}
+        for name, work in WORKS.items()
+    }
     path = folder / "settings.json"
     path.write_text(json.dumps(asdict(settings) | {"photographs": str(raw), "works": works}))
     return path
@@ -34,7 +38,9 @@ def write_settings(setup: Setup, folder: Path) -> Path:
 
 def program(*arguments: object) -> Iterator[dict]:
     """The lines that the program says; RuntimeError with its words where it fails."""
-    with subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        [PROGRAM, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         for line in process.stdout:
             yield json.loads(line)
         problem = process.stderr.read()
@@ -43,7 +49,8 @@ def program(*arguments: object) -> Iterator[dict]:
 
 
 def check(work: str, setup: Setup, settings_file: Path) -> tuple[dict[str, dict], str]:
-    """How far both contenders' results are from chiasm's eager ones, and OpenCV's version; Disagreement where one does other work."""
+    """How far both contenders' results are from chiasm's eager ones, and OpenCV's version; Disagreement where
+    one does other work."""
     [said] = program("results", settings_file, work)
     expected, found, ways = reference(work, setup), {}, WORKS[work].ways
     limits = {CHIASM: ways[NATIVE].agrees, OPENCV: WORKS[work].debian or ways["OpenCV"].agrees}
@@ -64,4 +71,7 @@ def race(work: str, threads: int, settings_file: Path) -> Iterator[dict]:
 
 def memory(work: str, settings_file: Path) -> dict[str, float]:
     """Megabytes an image."""
-    return {name: next(program("memory", settings_file, work, who))["mb"] for name, who in ((CHIASM, "chiasm"), (OPENCV, "OpenCV"))}
+    return {
+        name: next(program("memory", settings_file, work, who))["mb"]
+        for name, who in ((CHIASM, "chiasm"), (OPENCV, "OpenCV"))
+    }

@@ -1,4 +1,5 @@
-"""What every contender is made of: images in the form that it wants, a call that does a whole batch, and its results in chiasm's form."""
+"""What every contender is made of: images in the form that it wants, a call that does a whole batch, and its
+results in chiasm's form."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ def photographs(batch: int, size: tuple[int, int]) -> np.ndarray:
 
 
 class Images:
-    """A batch of photographs (B, 3, H, W), RGB, uint8, in the forms that contenders take, each made when first asked for."""
+    """A batch of photographs (B, 3, H, W), RGB, uint8, in the forms that contenders take, each made when
+    first asked for."""
 
     def __init__(self, pixels: np.ndarray) -> None:
         self.pixels = pixels
@@ -42,7 +44,9 @@ class Images:
 
     def bytes(self) -> int:
         """Of all forms that were made."""
-        made = [v for k, v in vars(self).items() if k not in ("pixels", "planes")]  # planes are views of floats
+        made = [
+            v for k, v in vars(self).items() if k not in ("pixels", "planes")
+        ]  # planes are views of floats
         return sum(a.nbytes for form in made for a in (form if isinstance(form, list) else [form]))
 
     @cached_property
@@ -108,12 +112,14 @@ class Work:
     said: str
     bundle: str
     ways: Mapping[str, Way]
-    #: how far the results of Debian's OpenCV may be, where its version computes in another way than the wheel's
+    #: how far the results of Debian's OpenCV may be, where its version computes in another way than the
+    #: wheel's
     debian: Agreement | None = None
 
 
 def over_images(one: Callable[[int, dict], Any], count: int, threads: int) -> Callable[[], list]:
-    """A call that does `one(i, scratch)` for each of `count` images; `scratch` is the thread's own, where it keeps what it need not make again."""
+    """A call that does `one(i, scratch)` for each of `count` images; `scratch` is the thread's own, where it
+    keeps what it need not make again."""
     shares = min(threads, count)
     scratch: list[dict] = [{} for _ in range(shares)]
 
@@ -126,7 +132,9 @@ def over_images(one: Callable[[int, dict], Any], count: int, threads: int) -> Ca
     return lambda: [made for part in pool.map(share, range(shares)) for made in part]
 
 
-def into(scratch: dict, key: str, function: Callable, *arguments: Any, dst: str = "dst", **options: Any) -> Any:
+def into(
+    scratch: dict, key: str, function: Callable, *arguments: Any, dst: str = "dst", **options: Any
+) -> Any:
     """A call of an OpenCV function into the matrix that is kept under the key."""
     made = function(*arguments, **{dst: scratch.get(key)}, **options)
     scratch[key] = made[1] if isinstance(made, tuple) else made

@@ -14,18 +14,31 @@ from . import five_ops, frames, sobel
 from .pipeline import prepare
 from .settings import Settings
 
-WORKS = {"sobel": sobel.WORK, "edges": frames.EDGES, "preprocess": frames.PREPROCESS, "prepare": five_ops.WORK}
+WORKS = {
+    "sobel": sobel.WORK,
+    "edges": frames.EDGES,
+    "preprocess": frames.PREPROCESS,
+    "prepare": five_ops.WORK,
+}
 
 
 def batches(work: str, settings: Settings) -> tuple[int, ...]:
     return settings.batches if work == "sobel" else settings.pipeline_batches
 
 
-def export_bundle(work: str, settings: Settings, folder: Path, formats: Sequence[str] = ("native", "onnx")) -> Path:
+def export_bundle(
+    work: str, settings: Settings, folder: Path, formats: Sequence[str] = ("native", "onnx")
+) -> Path:
     """The bundle of a race, float32 and without its gradient."""
     if work != "prepare":
         entry = catalog()[WORKS[work].bundle]
-        return export(entry.function(), replace(entry.spec, dtypes=("float32",)), folder, formats=formats, methods=("forward",))
+        return export(
+            entry.function(),
+            replace(entry.spec, dtypes=("float32",)),
+            folder,
+            formats=formats,
+            methods=("forward",),
+        )
     spec = Spec(
         WORKS[work].bundle,
         [image("image", channels=3, color="RGB")],

@@ -1,8 +1,8 @@
 """make demo: part of the catalog on real photographs, from C++, on every backend.
 
-The inputs and eager Python's results are written to build/demo; the C++ program demo_runner runs each bundle in a process a
-backend and says how far it is from eager, how long loading and running took, and how much memory; OpenCV does the same work
-beside it. Then the tables are printed and the pictures written.
+The inputs and eager Python's results are written to build/demo; the C++ program demo_runner runs each bundle
+in a process a backend and says how far it is from eager, how long loading and running took, and how much
+memory; OpenCV does the same work beside it. Then the tables are printed and the pictures written.
 """
 
 from __future__ import annotations
@@ -62,7 +62,12 @@ SHOWN = (
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
-@click.option("--list", "listing", is_flag=True, help="Print the names of the ops that the demo shows, and do nothing else.")
+@click.option(
+    "--list",
+    "listing",
+    is_flag=True,
+    help="Print the names of the ops that the demo shows, and do nothing else.",
+)
 def main(listing: bool) -> None:
     """Run the demo on the bundles in build/demo/bundles."""
     if listing:
@@ -72,7 +77,9 @@ def main(listing: bool) -> None:
     entries = shown_ops()
     missing = [name for name in entries if not (bundle_of(name) / "manifest.json").is_file()]
     if missing:
-        raise click.ClickException(f"{DEMO / 'bundles'} has no bundle of {', '.join(missing)}: `make demo` makes them")
+        raise click.ClickException(
+            f"{DEMO / 'bundles'} has no bundle of {', '.join(missing)}: `make demo` makes them"
+        )
     console = Console(width=None if sys.stdout.isatty() else 170)
     for stale in ("cases", "pictures"):
         shutil.rmtree(DEMO / stale, ignore_errors=True)
@@ -96,7 +103,11 @@ def main(listing: bool) -> None:
     contact_sheet(pictures, DEMO / "pictures.png")
     checks, failed = print_parity(console, reports)
     print_cost(console, reports)
-    console.print(f"{len(pictures)} pictures in {(DEMO / 'pictures').relative_to(ROOT)}/, all on one page: {(DEMO / 'pictures.png').relative_to(ROOT)}", highlight=False)
+    console.print(
+        f"{len(pictures)} pictures in {(DEMO / 'pictures').relative_to(ROOT)}/, all on one page:"
+        f" {(DEMO / 'pictures.png').relative_to(ROOT)}",
+        highlight=False,
+    )
     print(f"demo: {checks} checks from C++, {failed} failed")
     if failed:
         raise SystemExit(1)
@@ -108,7 +119,9 @@ def bundle_of(name: str) -> Path:
 
 def shown_ops() -> dict[str, Entry]:
     """The part of the catalog that the demo shows."""
-    return {name: entry for name, entry in catalog().items() if any(fnmatch(name, pattern) for pattern in SHOWN)}
+    return {
+        name: entry for name, entry in catalog().items() if any(fnmatch(name, pattern) for pattern in SHOWN)
+    }
 
 
 def scenes(spec: Spec) -> list[Scene]:
@@ -122,15 +135,30 @@ def scenes(spec: Spec) -> list[Scene]:
     return [("x".join(map(str, next(iter(given.values())).shape)), given) for given in made.values()]
 
 
-def draw(spec: Spec, given: dict[str, torch.Tensor], outputs: list[dict], results: list[torch.Tensor]) -> Image.Image:
+def draw(
+    spec: Spec, given: dict[str, torch.Tensor], outputs: list[dict], results: list[torch.Tensor]
+) -> Image.Image:
     """The picture of one op."""
-    shown = Shown(spec, photograph("astronaut.png"), given, outputs, {o["name"]: r for o, r in zip(outputs, results, strict=True)})
+    shown = Shown(
+        spec,
+        photograph("astronaut.png"),
+        given,
+        outputs,
+        {o["name"]: r for o, r in zip(outputs, results, strict=True)},
+    )
     made = panels(shown)
     return titled(compose(made, PICTURE), spec.name, caption(shown, made))
 
 
 def print_parity(console: Console, reports: dict[str, dict]) -> tuple[int, int]:
-    table = Table("op", "input", *BACKENDS, title="Parity: C++ against eager Python, largest difference", box=None, header_style="bold")
+    table = Table(
+        "op",
+        "input",
+        *BACKENDS,
+        title="Parity: C++ against eager Python, largest difference",
+        box=None,
+        header_style="bold",
+    )
     checks = failed = 0
     for name, report in reports.items():
         labels = [c["shape"] for b in BACKENDS for c in report[b]["cases"]]
@@ -140,7 +168,11 @@ def print_parity(console: Console, reports: dict[str, dict]) -> tuple[int, int]:
                 case = next(iter(report[backend]["cases"][row : row + 1]), None)
                 bad = case is None or case["wrong"] > 0
                 checks, failed = checks + 1, failed + bad
-                text = report[backend].get("problem", "not run") if case is None else f"{case['error']:.1e} {'FAIL' if bad else 'pass'}"
+                text = (
+                    report[backend].get("problem", "not run")
+                    if case is None
+                    else f"{case['error']:.1e} {'FAIL' if bad else 'pass'}"
+                )
                 cells.append(f"[{'red' if bad else 'green'}]{text}[/]")
             table.add_row(name if row == 0 else "", label, *cells)
     console.print(table)
@@ -150,12 +182,24 @@ def print_parity(console: Console, reports: dict[str, dict]) -> tuple[int, int]:
 def print_cost(console: Console, reports: dict[str, dict]) -> None:
     """Load time, memory, time per run on the first input, OpenCV beside."""
     title = "Cost: load ms / memory MB / run ms, one process each; OpenCV (Debian's) on the same threads"
-    table = Table(Column("op", no_wrap=True), *BACKENDS, "OpenCV run ms", "native vs OpenCV", title=title, box=None, header_style="bold")
+    table = Table(
+        Column("op", no_wrap=True),
+        *BACKENDS,
+        "OpenCV run ms",
+        "native vs OpenCV",
+        title=title,
+        box=None,
+        header_style="bold",
+    )
     for name, report in reports.items():
         cells = []
         for backend in BACKENDS:
             r = report[backend]
-            cells.append(f"{r['load_ms']:6.1f} /{r['memory_mb']:6.1f} /{r['cases'][0]['ms']:8.3f}" if r["cases"] else "-")
+            cells.append(
+                f"{r['load_ms']:6.1f} /{r['memory_mb']:6.1f} /{r['cases'][0]['ms']:8.3f}"
+                if r["cases"]
+                else "-"
+            )
         peer = report["opencv"]["cases"][0]["ms"] if report["opencv"]["cases"] else None
         native = report["native"]["cases"][0]["ms"] if report["native"]["cases"] else None
         ratio = f"{peer / native:.2f}x" if peer and native else ""

@@ -1,5 +1,5 @@
-// Runs one bundle on prepared cases with one backend, or OpenCV's version of the same work, and reports on stdout in JSON:
-// largest error against eager Python, load time, memory, time per run.
+// Runs one bundle on prepared cases with one backend, or OpenCV's version of the same work, and reports on
+// stdout in JSON: largest error against eager Python, load time, memory, time per run.
 //
 //     demo_runner CASES.json native|torch|onnx|opencv
 //
@@ -23,8 +23,8 @@
 #include "harness.hpp"
 #include "opencv_peers.hpp"
 
-using nlohmann::json;
 using bench::Clock;
+using nlohmann::json;
 
 namespace {
 
@@ -62,8 +62,11 @@ struct Loaded {
     const std::string path = folder + "/" + entry.at("file").get<std::string>();
     std::ifstream file(path, std::ios::binary);
     bytes.assign(std::istreambuf_iterator<char>(file), {});
-    const size_t expected = size_t(shape.count()) * with_type(dtype, [](auto value) { return sizeof(value); });
-    if (bytes.size() != expected) throw std::runtime_error(path + ": expected " + std::to_string(expected) + " bytes, got " + std::to_string(bytes.size()));
+    const size_t expected =
+        size_t(shape.count()) * with_type(dtype, [](auto value) { return sizeof(value); });
+    if (bytes.size() != expected)
+      throw std::runtime_error(path + ": expected " + std::to_string(expected) + " bytes, got " +
+                               std::to_string(bytes.size()));
   }
 
   chiasm::Tensor view() { return {static_cast<void*>(bytes.data()), dtype, shape}; }
@@ -87,12 +90,16 @@ Difference difference(const T* a, const T* b, int64_t n, double atol, double rto
 }
 
 Difference compare(const chiasm::Tensor& result, Loaded& expected, const json& entry) {
-  if (result.dtype() != expected.dtype || !std::equal(result.shape().begin(), result.shape().end(), expected.shape.begin(), expected.shape.end()))
+  if (result.dtype() != expected.dtype ||
+      !std::equal(result.shape().begin(), result.shape().end(), expected.shape.begin(), expected.shape.end()))
     throw std::runtime_error("an output has another shape or dtype than eager Python's");
   const int64_t n = result.shape().count();
   const double atol = entry.at("atol"), rtol = entry.at("rtol");
   const void *a = result.data(), *b = expected.bytes.data();
-  return with_type(result.dtype(), [&](auto value) { return difference(static_cast<const decltype(value)*>(a), static_cast<const decltype(value)*>(b), n, atol, rtol); });
+  return with_type(result.dtype(), [&](auto value) {
+    return difference(static_cast<const decltype(value)*>(a), static_cast<const decltype(value)*>(b), n, atol,
+                      rtol);
+  });
 }
 
 // Median milliseconds of a call that is repeated for a while.
@@ -170,7 +177,8 @@ int main(int argc, char** argv) {
     const json cases = json::parse(std::ifstream(path));
     const std::string folder = path.substr(0, path.rfind('/'));
     cv::setNumThreads(cv::getNumberOfCPUs());
-    std::cout << (backend == "opencv" ? run_opencv(cases, folder) : run_chiasm(cases, folder, backend)) << "\n";
+    std::cout << (backend == "opencv" ? run_opencv(cases, folder) : run_chiasm(cases, folder, backend))
+              << "\n";
     return 0;
   } catch (const std::exception& error) {
     std::cerr << error.what() << "\n";

@@ -1,4 +1,5 @@
-"""make example-depth: depth of calibrated views by gradient descent -> docs/use_cases.md, pictures beside it."""
+"""make example-depth: depth of calibrated views by gradient descent -> docs/use_cases.md, pictures beside
+it."""
 
 from __future__ import annotations
 
@@ -31,7 +32,12 @@ def main() -> None:
     columns = TextColumn("{task.description:44}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn()
     with Progress(*columns) as progress:
         exporting = progress.add_task("exporting", total=None)
-        export_all(settings, folder(NAME) / "bundles", ("onnx", "native"), lambda what: progress.update(exporting, description=f"exporting {what}"))
+        export_all(
+            settings,
+            folder(NAME) / "bundles",
+            ("onnx", "native"),
+            lambda what: progress.update(exporting, description=f"exporting {what}"),
+        )
         progress.update(exporting, total=1, completed=1, description="exported the bundles")
         begun = time.perf_counter()
         results = [run(scene, settings, progress) for scene in (room(settings), motorcycle(settings))]
@@ -51,9 +57,14 @@ def run(scene: Scene, settings: Settings, progress: Progress) -> tuple[Scene, li
     height, width = scene.depth.shape
     pixels = settings.iterations * sum((height >> i) * (width >> i) for i in range(settings.scales))
     runs = []
-    for engine, functions in (("Python, eager", eager(settings)), ("Python, native code", loaded(bundles, "native"))):
+    for engine, functions in (
+        ("Python, eager", eager(settings)),
+        ("Python, native code", loaded(bundles, "native")),
+    ):
         task = progress.add_task(f"{scene.name}: {engine}", total=pixels)
-        made, levels = in_python(engine, scene, settings, functions, lambda n, task=task: progress.advance(task, n))
+        made, levels = in_python(
+            engine, scene, settings, functions, lambda n, task=task: progress.advance(task, n)
+        )
         runs.append(made)
     for backend in ("native", "onnx"):
         task = progress.add_task(f"{scene.name}: C++, {backend}", total=None)

@@ -32,7 +32,11 @@ def specs(settings: Settings) -> dict[str, tuple[Callable, Spec]]:
         TensorSpec("rate", (), description="learning rate"),
     ]
     config = {name: getattr(settings, name) for name in CONFIG}
-    outputs = [TensorSpec("next_inverse_depth", layout="NCHW"), TensorSpec("next_velocity", layout="NCHW"), TensorSpec("loss")]
+    outputs = [
+        TensorSpec("next_inverse_depth", layout="NCHW"),
+        TensorSpec("next_velocity", layout="NCHW"),
+        TensorSpec("loss"),
+    ]
     images = [
         TensorSpec("images", ("B", 3, "H", "W"), layout="NCHW", color="RGB", range=(0.0, 1.0)),
         TensorSpec("cameras", ("B", 3, 3), description="camera matrices, in pixels"),
@@ -44,15 +48,31 @@ def specs(settings: Settings) -> dict[str, tuple[Callable, Spec]]:
     found = [
         (step, Spec("depth.step", inputs, outputs, config, sides, sample=_views, takes_gradients=True)),
         (reduce, Spec("depth.reduce", images, smaller, symbols=finer, gradients=())),
-        (enlarge, Spec("depth.enlarge", [INVERSE_DEPTH, like], [TensorSpec("enlarged", layout="NCHW")], symbols=any_size, gradients=())),
+        (
+            enlarge,
+            Spec(
+                "depth.enlarge",
+                [INVERSE_DEPTH, like],
+                [TensorSpec("enlarged", layout="NCHW")],
+                symbols=any_size,
+                gradients=(),
+            ),
+        ),
     ]
     return {spec.name: (fn, spec) for fn, spec in found}
 
 
-def export_all(settings: Settings, folder: Path, formats: Sequence[str], progress: Callable[[str], None] = lambda step: None) -> None:
+def export_all(
+    settings: Settings,
+    folder: Path,
+    formats: Sequence[str],
+    progress: Callable[[str], None] = lambda step: None,
+) -> None:
     """Write the bundles into a folder."""
     for name, (fn, spec) in specs(settings).items():
-        export(fn, spec, folder, formats=formats, progress=lambda what, name=name: progress(f"{name}: {what}"))
+        export(
+            fn, spec, folder, formats=formats, progress=lambda what, name=name: progress(f"{name}: {what}")
+        )
 
 
 def _views(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, Tensor]:

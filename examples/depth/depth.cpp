@@ -1,10 +1,12 @@
-// Depth of a scene by gradient descent, from bundles, without Python or torch: the loop of examples/depth/descent.py.
+// Depth of a scene by gradient descent, from bundles, without Python or torch: the loop of
+// examples/depth/descent.py.
 //
 //     example_depth BUNDLES native|onnx SCENE
 //
-// SCENE is a folder with the views as pictures and scene.json: cameras, motions, limits of the inverse depth, scales, iterations, learning rate.
-// The inverse depth is written there as inverse_depth.BACKEND.tiff (32-bit floats); a line of JSON on stdout says what the last step's loss was,
-// how long all of it and a step at the finest scale took, and whether libtorch was in the process.
+// SCENE is a folder with the views as pictures and scene.json: cameras, motions, limits of the inverse depth,
+// scales, iterations, learning rate. The inverse depth is written there as inverse_depth.BACKEND.tiff (32-bit
+// floats); a line of JSON on stdout says what the last step's loss was, how long all of it and a step at the
+// finest scale took, and whether libtorch was in the process.
 #include <fstream>
 #include <iostream>
 #include <optional>
@@ -20,8 +22,8 @@
 #include "../../bench/harness.hpp"
 #include "../loaded.hpp"
 
-using nlohmann::json;
 using bench::Clock;
+using nlohmann::json;
 
 namespace {
 
@@ -40,7 +42,8 @@ struct Values {
 
   Values(std::vector<float> values, chiasm::Shape sizes) : data(std::move(values)), shape(sizes) {
     if (int64_t(data.size()) != shape.count())
-      throw std::runtime_error("scene.json: expected " + std::to_string(shape.count()) + " numbers, got " + std::to_string(data.size()));
+      throw std::runtime_error("scene.json: expected " + std::to_string(shape.count()) + " numbers, got " +
+                               std::to_string(data.size()));
   }
   static Values read(const json& value, chiasm::Shape sizes) {
     std::vector<float> values;
@@ -70,7 +73,8 @@ Values read_views(const std::string& folder, const json& files) {
     if (picture.size() != size) throw std::runtime_error(path + " has another size than the first view");
     for (int channel = 2; channel >= 0; --channel)
       for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x) values.push_back(float(picture.at<cv::Vec3b>(y, x)[channel]) / 255);
+        for (int x = 0; x < size.width; ++x)
+          values.push_back(float(picture.at<cv::Vec3b>(y, x)[channel]) / 255);
   }
   return {std::move(values), {int64_t(files.size()), 3, size.height, size.width}};
 }
@@ -78,14 +82,17 @@ Values read_views(const std::string& folder, const json& files) {
 class Descent {
  public:
   Descent(const std::string& bundles, const std::string& backend)
-      : step_(load(bundles, backend, "step")), reduce_(load(bundles, backend, "reduce")), enlarge_(load(bundles, backend, "enlarge")) {}
+      : step_(load(bundles, backend, "step")),
+        reduce_(load(bundles, backend, "reduce")),
+        enlarge_(load(bundles, backend, "enlarge")) {}
 
   // The finest scale's inverse depth, which is written to a file, and a report.
   json run(const std::string& folder, const std::string& result) {
     const json scene = json::parse(std::ifstream(folder + "/scene.json"));
     const Values images = read_views(folder, scene.at("views"));
     const int64_t count = images.shape[0];
-    const Values cameras = Values::read(scene.at("cameras"), {count, 3, 3}), motions = Values::read(scene.at("motions"), {count, 4, 4});
+    const Values cameras = Values::read(scene.at("cameras"), {count, 3, 3}),
+                 motions = Values::read(scene.at("motions"), {count, 4, 4});
     const Values limits = Values::read(scene.at("limits"), {2});
     const int scales = scene.at("scales"), iterations = scene.at("iterations");
     const double rate = scene.at("rate");
@@ -100,7 +107,8 @@ class Descent {
       const auto [finer, their_cameras] = scale(i - 1);
       reduced.push_back(reduce_.run({finer, their_cameras}));
     }
-    // The start is as large as the coarsest scale, not one pixel: resampling makes a constant uneven by rounding, each engine in its way.
+    // The start is as large as the coarsest scale, not one pixel: resampling makes a constant uneven by
+    // rounding, each engine in its way.
     chiasm::Shape coarsest = scale(scales - 1).first.shape();
     coarsest[0] = coarsest[1] = 1;
     const std::vector<float> middle(size_t(coarsest.count()), (limits.data[0] + limits.data[1]) / 2);
@@ -117,8 +125,15 @@ class Descent {
       const auto began = Clock::now();
       for (int k = 0; k < iterations; ++k) {
         const float now = float(rate * (1 - double(k) / iterations));
-        state = step_.run({inverse_depth, velocity, reference, entries(views, 1, count), entries(their_cameras, 0, 1),
-                           entries(their_cameras, 1, count), entries(motions.view(), 1, count), limits.view(), {&now, chiasm::Shape()}});
+        state = step_.run({inverse_depth,
+                           velocity,
+                           reference,
+                           entries(views, 1, count),
+                           entries(their_cameras, 0, 1),
+                           entries(their_cameras, 1, count),
+                           entries(motions.view(), 1, count),
+                           limits.view(),
+                           {&now, chiasm::Shape()}});
         inverse_depth = (*state)[0];
         velocity = (*state)[1];
       }
@@ -131,14 +146,16 @@ class Descent {
   }
 
  private:
-  static chiasm::Method load(const std::string& bundles, const std::string& backend, const std::string& name) {
+  static chiasm::Method load(const std::string& bundles, const std::string& backend,
+                             const std::string& name) {
     // ONNX Runtime with its own operators: native code is the other backend.
     const auto options = chiasm::LoadOptions().with_backend(backend).with_fused(false);
     return chiasm::Bundle::open(bundles + "/depth." + name + ".chiasm").method("forward", options);
   }
 
   static void write(const chiasm::Tensor& inverse_depth, const std::string& path) {
-    const cv::Mat view(int(inverse_depth.shape()[2]), int(inverse_depth.shape()[3]), CV_32F, inverse_depth.data());
+    const cv::Mat view(int(inverse_depth.shape()[2]), int(inverse_depth.shape()[3]), CV_32F,
+                       inverse_depth.data());
     if (!cv::imwrite(path, view)) throw std::runtime_error("cannot write " + path);
   }
 
@@ -154,7 +171,8 @@ int main(int argc, char** argv) try {
   }
   chiasm::set_num_threads(1);
   const std::string backend = argv[2], folder = argv[3];
-  std::cout << Descent(argv[1], backend).run(folder, folder + "/inverse_depth." + backend + ".tiff") << std::endl;
+  std::cout << Descent(argv[1], backend).run(folder, folder + "/inverse_depth." + backend + ".tiff")
+            << std::endl;
   return 0;
 } catch (const std::exception& error) {
   std::cerr << error.what() << '\n';

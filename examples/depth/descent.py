@@ -1,4 +1,5 @@
-"""The optimisation: from the coarsest scale to the finest, by functions that are eager Python's or of bundles."""
+"""The optimisation: from the coarsest scale to the finest, by functions that are eager Python's or of
+bundles."""
 
 from __future__ import annotations
 
@@ -47,7 +48,9 @@ class Level:
 
 def eager(settings: Settings) -> Functions:
     """As Python runs them."""
-    return Functions(partial(step.step, **{name: getattr(settings, name) for name in CONFIG}), step.reduce, step.enlarge)
+    return Functions(
+        partial(step.step, **{name: getattr(settings, name) for name in CONFIG}), step.reduce, step.enlarge
+    )
 
 
 def loaded(folder: Path, backend: str) -> Functions:
@@ -56,7 +59,12 @@ def loaded(folder: Path, backend: str) -> Functions:
     return Functions(*(bundle.method("forward", backend=backend, fused=False) for bundle in bundles))
 
 
-def descend(scene: Scene, settings: Settings, functions: Functions, advance: Callable[[int], None] = lambda pixels: None) -> list[Level]:
+def descend(
+    scene: Scene,
+    settings: Settings,
+    functions: Functions,
+    advance: Callable[[int], None] = lambda pixels: None,
+) -> list[Level]:
     """Depth at every scale, the coarsest first.
 
     Args:
@@ -65,7 +73,8 @@ def descend(scene: Scene, settings: Settings, functions: Functions, advance: Cal
     scales = [(scene.images, scene.cameras)]
     for _ in range(settings.scales - 1):
         scales.append(functions.reduce(*scales[-1]))
-    # As large as the coarsest scale, not one pixel: resampling makes a constant uneven by rounding, each engine in its way.
+    # As large as the coarsest scale, not one pixel: resampling makes a constant uneven by rounding, each
+    # engine in its way.
     inverse_depth = torch.full_like(scales[-1][0][:1, :1], float(scene.limits.mean()))
     levels = []
     for images, cameras in reversed(scales):
@@ -74,7 +83,9 @@ def descend(scene: Scene, settings: Settings, functions: Functions, advance: Cal
         views = (images[:1], images[1:], cameras[:1], cameras[1:], scene.motions[1:], scene.limits)
         start = time.perf_counter()
         for iteration in range(settings.iterations):
-            inverse_depth, velocity, loss = functions.step(inverse_depth, velocity, *views, torch.tensor(settings.rate_at(iteration)))
+            inverse_depth, velocity, loss = functions.step(
+                inverse_depth, velocity, *views, torch.tensor(settings.rate_at(iteration))
+            )
             advance(inverse_depth.numel())
         milliseconds = (time.perf_counter() - start) * 1000 / settings.iterations
         levels.append(Level(images, cameras, inverse_depth, float(loss), milliseconds))

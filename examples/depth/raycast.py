@@ -1,4 +1,5 @@
-"""Views of textured planes and balls, by casting rays: images as a camera would take them, and the exact depth of every pixel."""
+"""Views of textured planes and balls, by casting rays: images as a camera would take them, and the exact
+depth of every pixel."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ class Board:
     tiles: tuple[float, float] = (1.0, 1.0)
 
     def hit(self, origin: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Along rays (..., 3) how far the surface is, infinite where it is not, and the photograph's coordinates there."""
+        """Along rays (..., 3) how far the surface is, infinite where it is not, and the photograph's
+        coordinates there."""
         right, down = np.array(self.right), np.array(self.down)
         normal = np.cross(right, down)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -65,7 +67,9 @@ class Ball:
 Surface = Board | Ball
 
 
-def cast(surfaces: tuple[Surface, ...], origin: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def cast(
+    surfaces: tuple[Surface, ...], origin: np.ndarray, rays: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The colours (..., 3) from 0 to 1 that rays (..., 3) meet first, and how far along the rays (...)."""
     nearest = np.full(rays.shape[:-1], np.inf)
     colors = np.zeros((*rays.shape[:-1], 3))
@@ -78,7 +82,8 @@ def cast(surfaces: tuple[Surface, ...], origin: np.ndarray, rays: np.ndarray) ->
 
 
 def texture(photo: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """A photograph (N, 3) at coordinates (N,) that grow by 1 over its sides; every other one is mirrored, so that there is no seam."""
+    """A photograph (N, 3) at coordinates (N,) that grow by 1 over its sides; every other one is mirrored, so
+    that there is no seam."""
     pixels = photograph(photo) / 255.0
     height, width = pixels.shape[:2]
     u, v = (1 - np.abs(1 - x % 2)) * (width - 1), (1 - np.abs(1 - y % 2)) * (height - 1)
@@ -89,7 +94,9 @@ def texture(photo: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return upper * (1 - fy) + lower * fy
 
 
-def render(surfaces: tuple[Surface, ...], camera: np.ndarray, motion: np.ndarray, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+def render(
+    surfaces: tuple[Surface, ...], camera: np.ndarray, motion: np.ndarray, height: int, width: int
+) -> tuple[np.ndarray, np.ndarray]:
     """What a camera sees.
 
     Args:
@@ -97,7 +104,8 @@ def render(surfaces: tuple[Surface, ...], camera: np.ndarray, motion: np.ndarray
         motion: (4, 4), from the scene's frame to the camera's.
 
     Returns:
-        The image (height, width, 3), bytes as a camera gives them, and the depth (height, width) at the pixels' centres.
+        The image (height, width, 3), bytes as a camera gives them, and the depth (height, width) at the
+        pixels' centres.
     """
     rotation, origin = motion[:3, :3], -motion[:3, :3].T @ motion[:3, 3]
 
@@ -106,17 +114,30 @@ def render(surfaces: tuple[Surface, ...], camera: np.ndarray, motion: np.ndarray
         return pixels @ np.linalg.inv(camera).T @ rotation  # of depth 1 in the camera's frame
 
     fine = (np.arange(RAYS) + 0.5) / RAYS - 0.5
-    colors, _ = cast(surfaces, origin, rays((np.arange(width)[:, None] + fine).ravel(), (np.arange(height)[:, None] + fine).ravel()))
+    colors, _ = cast(
+        surfaces,
+        origin,
+        rays((np.arange(width)[:, None] + fine).ravel(), (np.arange(height)[:, None] + fine).ravel()),
+    )
     _, depth = cast(surfaces, origin, rays(np.arange(width, dtype=float), np.arange(height, dtype=float)))
     image = colors.reshape(height, RAYS, width, RAYS, 3).mean((1, 3))
     return (image * 255).round().astype(np.uint8), depth
 
 
-def visible(surfaces: tuple[Surface, ...], points: np.ndarray, camera: np.ndarray, motion: np.ndarray, height: int, width: int) -> np.ndarray:
+def visible(
+    surfaces: tuple[Surface, ...],
+    points: np.ndarray,
+    camera: np.ndarray,
+    motion: np.ndarray,
+    height: int,
+    width: int,
+) -> np.ndarray:
     """Which points (..., 3) of surfaces a camera sees: nothing before them, and inside the image."""
     rotation, shift = motion[:3, :3], motion[:3, 3]
     _, along = cast(surfaces, -rotation.T @ shift, points + rotation.T @ shift)
     seen = (points @ rotation.T + shift) @ camera.T
     x, y = seen[..., 0] / seen[..., 2], seen[..., 1] / seen[..., 2]
     # A ray to a point is 1 long there: less, and something is before it.
-    return (along > 1 - 1e-6) & (seen[..., 2] > 0) & (x >= 0) & (x <= width - 1) & (y >= 0) & (y <= height - 1)
+    return (
+        (along > 1 - 1e-6) & (seen[..., 2] > 0) & (x >= 0) & (x <= width - 1) & (y >= 0) & (y <= height - 1)
+    )

@@ -20,8 +20,8 @@ from .score import Difference, Score, depth_at_full_size, difference, score
 from .settings import Settings
 
 PROGRAM = BUILD / "release" / "bin" / "example_depth"
-#: What is held to: the share of pixels whose depth after the whole optimisation differs from eager Python's by less than a hundredth, and by
-#: how much the mean error against the truth may differ.
+#: What is held to: the share of pixels whose depth after the whole optimisation differs from eager Python's
+#: by less than a hundredth, and by how much the mean error against the truth may differ.
 AGREEING, ERROR_APART = 0.9, 0.005
 
 
@@ -37,13 +37,26 @@ class Run:
 
 
 def in_python(
-    engine: str, scene: Scene, settings: Settings, functions: Functions, advance: Callable[[int], None] = lambda pixels: None
+    engine: str,
+    scene: Scene,
+    settings: Settings,
+    functions: Functions,
+    advance: Callable[[int], None] = lambda pixels: None,
 ) -> tuple[Run, list[Level]]:
     """The run, and what it found at every scale."""
     start = time.perf_counter()
     levels = descend(scene, settings, functions, advance)
     last = levels[-1]
-    return Run(engine, depth_at_full_size(last.inverse_depth, scene), last.loss, time.perf_counter() - start, last.milliseconds), levels
+    return (
+        Run(
+            engine,
+            depth_at_full_size(last.inverse_depth, scene),
+            last.loss,
+            time.perf_counter() - start,
+            last.milliseconds,
+        ),
+        levels,
+    )
 
 
 def in_cpp(backend: str, scene: Scene, bundles: Path, folder: Path) -> Run:
@@ -51,9 +64,13 @@ def in_cpp(backend: str, scene: Scene, bundles: Path, folder: Path) -> Run:
     report = said(PROGRAM, bundles, backend, folder)
     if report["libtorch"]:
         raise RuntimeError(f"{PROGRAM.name}: libtorch is in its process")
-    inverse_depth = torch.from_numpy(cv2.imread(str(folder / f"inverse_depth.{backend}.tiff"), cv2.IMREAD_UNCHANGED))[None, None]
+    inverse_depth = torch.from_numpy(
+        cv2.imread(str(folder / f"inverse_depth.{backend}.tiff"), cv2.IMREAD_UNCHANGED)
+    )[None, None]
     engine = {"native": "C++, native code", "onnx": "C++, ONNX Runtime"}[backend]
-    return Run(engine, depth_at_full_size(inverse_depth, scene), report["loss"], report["seconds"], report["step_ms"])
+    return Run(
+        engine, depth_at_full_size(inverse_depth, scene), report["loss"], report["seconds"], report["step_ms"]
+    )
 
 
 @dataclass(frozen=True)
@@ -75,5 +92,8 @@ def judge(runs: list[Run], scene: Scene) -> list[Judged]:
     for one in judged:
         errors = one.score.error, judged[0].score.error
         if one.difference.within < AGREEING or abs(errors[0] - errors[1]) > ERROR_APART:
-            raise RuntimeError(f"{scene.name}: {one.run.engine} does not agree with {runs[0].engine}: {one.difference}, errors {errors}")
+            raise RuntimeError(
+                f"{scene.name}: {one.run.engine} does not agree with {runs[0].engine}: {one.difference},"
+                f" errors {errors}"
+            )
     return judged

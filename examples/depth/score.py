@@ -39,7 +39,12 @@ def score(depth: np.ndarray, scene: Scene) -> Score:
     known = np.isfinite(scene.depth)
     seen = known & scene.seen
     within = error < NEAR_ENOUGH
-    return Score(float(np.nanmean(error[known])), float(within[known].mean()), float(np.nanmean(error[seen])), float(within[seen].mean()))
+    return Score(
+        float(np.nanmean(error[known])),
+        float(within[known].mean()),
+        float(np.nanmean(error[seen])),
+        float(within[seen].mean()),
+    )
 
 
 @dataclass(frozen=True)
@@ -53,9 +58,15 @@ class Difference:
 
 
 def difference(depth: np.ndarray, other: np.ndarray) -> Difference:
-    """Between depths (H, W): mean, median, the 99th percentile, and the share of pixels that differ by less than a hundredth."""
+    """Between depths (H, W): mean, median, the 99th percentile, and the share of pixels that differ by less
+    than a hundredth."""
     relative = np.abs(depth - other) / other
-    return Difference(float(relative.mean()), float(np.median(relative)), float(np.quantile(relative, 0.99)), float((relative < 0.01).mean()))
+    return Difference(
+        float(relative.mean()),
+        float(np.median(relative)),
+        float(np.quantile(relative, 0.99)),
+        float((relative < 0.01).mean()),
+    )
 
 
 def semi_global(scene: Scene, settings: Settings) -> tuple[np.ndarray, float]:
@@ -69,10 +80,17 @@ def semi_global(scene: Scene, settings: Settings) -> tuple[np.ndarray, float]:
     low, high = int(np.floor(BASELINE * focal / far - offset)), BASELINE * focal / near - offset
     count, block = 16 * int(np.ceil((high - low) / 16)), 5
     smoothness = {"P1": 8 * 3 * block**2, "P2": 32 * 3 * block**2}  # as its documentation proposes
-    matcher = cv2.StereoSGBM_create(low, count, block, **smoothness, disp12MaxDiff=1, uniquenessRatio=10, mode=cv2.STEREO_SGBM_MODE_HH)
+    matcher = cv2.StereoSGBM_create(
+        low, count, block, **smoothness, disp12MaxDiff=1, uniquenessRatio=10, mode=cv2.STEREO_SGBM_MODE_HH
+    )
     # It leaves out as many columns as there are disparities.
     margin = count + max(low, 0)
-    padded = [cv2.copyMakeBorder(pixels(image), 0, 0, margin, margin, cv2.BORDER_REPLICATE) for image in scene.images]
+    padded = [
+        cv2.copyMakeBorder(pixels(image), 0, 0, margin, margin, cv2.BORDER_REPLICATE)
+        for image in scene.images
+    ]
     disparity = matcher.compute(*padded)[:, margin:-margin] / 16.0
     found = disparity >= low
-    return np.where(found, BASELINE * focal / np.where(found, disparity + offset, 1), np.nan), float(found.mean())
+    return np.where(found, BASELINE * focal / np.where(found, disparity + offset, 1), np.nan), float(
+        found.mean()
+    )

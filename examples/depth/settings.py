@@ -9,15 +9,12 @@ from dataclasses import dataclass
 class Settings:
     """Scales, iterations and the size of the rendered views are the paper's.
 
-    scales: each half as large as the next.
-    iterations: steps at a scale.
-    rate: learning rate at a scale's first step, from where it falls to 0 in equal steps.
-    inertia: of the momentum.
-    window: taps of SSIM's window.
-    ssim_weight, l1_weight: of the photometric differences; C. Godard et al. (CVPR 2017) have these.
-    smoothness: weight of the edge-aware smoothness.
-    room_size, motorcycle_size: width and height of the views, pixels.
-    depths: the least and the greatest depth that is looked for, metres; the search starts in the middle of their inverses.
+    scales: each half as large as the next. iterations: steps at a scale. rate: learning rate at a scale's
+    first step, from where it falls to 0 in equal steps. inertia: of the momentum. window: taps of SSIM's
+    window. ssim_weight, l1_weight: of the photometric differences; C. Godard et al. (CVPR 2017) have these.
+    smoothness: weight of the edge-aware smoothness. room_size, motorcycle_size: width and height of the
+    views, pixels. depths: the least and the greatest depth that is looked for, metres; the search starts in
+    the middle of their inverses.
     """
 
     scales: int = 7

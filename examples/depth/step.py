@@ -1,4 +1,5 @@
-"""What is computed at every scale, written once: eager Python, the exported bundles and the C++ program all run these functions."""
+"""What is computed at every scale, written once: eager Python, the exported bundles and the C++ program all
+run these functions."""
 
 from typing import Tuple
 
@@ -27,7 +28,9 @@ def reduce(images: Tensor, cameras: Tensor) -> Tuple[Tensor, Tensor]:
     zero = torch.zeros_like(cameras[:, 0, 0])
     # Pixels reach half a pixel beyond their centres, at every scale.
     x, y = (zero + smaller.size(3)) / images.size(3), (zero + smaller.size(2)) / images.size(2)
-    scale = torch.stack([x, zero, 0.5 * x - 0.5, zero, y, 0.5 * y - 0.5, zero, zero, zero + 1.0], 1).reshape(-1, 3, 3)
+    scale = torch.stack([x, zero, 0.5 * x - 0.5, zero, y, 0.5 * y - 0.5, zero, zero, zero + 1.0], 1).reshape(
+        -1, 3, 3
+    )
     return smaller, (scale[:, :, :, None] * cameras[:, None]).sum(2)
 
 
@@ -47,7 +50,8 @@ def photometric(
     ssim_weight: float,
     l1_weight: float,
 ) -> Tensor:
-    """How much the views, warped to the reference by its depth, differ from it: a mean of (1 - SSIM) / 2 and of absolute differences.
+    """How much the views, warped to the reference by its depth, differ from it: a mean of (1 - SSIM) / 2 and
+    of absolute differences.
 
     The mean is over the pixels that a view has: a point out of its image says nothing of it.
 
@@ -68,7 +72,10 @@ def photometric(
     inside = depth_warp(view_cameras, motions, camera, still, depth.detach(), torch.ones_like(views[:, 0:1]))
     seen = (inside > 0.999).to(depth.dtype)
     target = reference.expand_as(warped)
-    differences = ssim_weight * ssim_loss(target, warped, window, reduction="none") + l1_weight * (target - warped).abs()
+    differences = (
+        ssim_weight * ssim_loss(target, warped, window, reduction="none")
+        + l1_weight * (target - warped).abs()
+    )
     return (seen * differences.mean(1, keepdim=True)).sum() / seen.sum().clamp(min=1.0)
 
 
@@ -90,8 +97,9 @@ def step(
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """One step of gradient descent with momentum: loss, gradient and update.
 
-    The unknown is the inverse depth, for where a pixel is seen in another view is nearly linear in it. The descent is in units of parallax, the
-    pixels by which the farthest view would see the inverse depth move: then one rate does at all scales and for all units of length.
+    The unknown is the inverse depth, for where a pixel is seen in another view is nearly linear in it. The
+    descent is in units of parallax, the pixels by which the farthest view would see the inverse depth move:
+    then one rate does at all scales and for all units of length.
 
     Args:
         inverse_depth: (1, 1, H, W), of the reference.
@@ -109,7 +117,9 @@ def step(
     baseline = torch.sqrt((motions[:, 0:3, 3] * motions[:, 0:3, 3]).sum(1)).amax(0)
     unit = camera[0, 0, 0] * baseline
     parallax = (inverse_depth * unit).detach().requires_grad_(True)
-    photo = photometric(unit / parallax, reference, views, camera, view_cameras, motions, window, ssim_weight, l1_weight)
+    photo = photometric(
+        unit / parallax, reference, views, camera, view_cameras, motions, window, ssim_weight, l1_weight
+    )
     loss = photo + smoothness * inverse_depth_smoothness_loss(parallax, reference)
     gradient = torch.autograd.grad([loss], [parallax])[0]
     assert gradient is not None

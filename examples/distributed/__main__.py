@@ -1,4 +1,5 @@
-"""make example-distributed: see examples/distributed/__init__.py. Writes build/examples/distributed, docs/use_cases/distributed.png and its section of docs/use_cases.md."""
+"""make example-distributed: see examples/distributed/__init__.py. Writes build/examples/distributed,
+docs/use_cases/distributed.png and its section of docs/use_cases.md."""
 
 from __future__ import annotations
 
@@ -37,7 +38,16 @@ def main() -> None:
 def by_processes(settings: Settings, there: Path) -> list[dict[str, Any]]:
     """What each process of torchrun did, see ``worker.work``."""
     (there / "settings.json").write_text(json.dumps(asdict(settings)))
-    command = [sys.executable, "-m", "torch.distributed.run", "--standalone", f"--nproc-per-node={settings.processes}", "-m", "examples.distributed.worker", there]
+    command = [
+        sys.executable,
+        "-m",
+        "torch.distributed.run",
+        "--standalone",
+        f"--nproc-per-node={settings.processes}",
+        "-m",
+        "examples.distributed.worker",
+        there,
+    ]
     subprocess.run(command, check=True, cwd=ROOT, env=os.environ | {"OMP_NUM_THREADS": "1"})
     return torch.load(there / "result.pt")
 
@@ -52,7 +62,12 @@ def alone(settings: Settings) -> dict[str, Any]:
     with Progress() as progress:
         task = progress.add_task("learning by one process", total=settings.levels * settings.steps)
         learn(model, photographs.double(), 1.0, settings, lambda: progress.advance(task))
-    return {"edges": edges, "homography": model().detach(), "pipeline_seconds": piped - started, "learning_seconds": time.monotonic() - piped}
+    return {
+        "edges": edges,
+        "homography": model().detach(),
+        "pipeline_seconds": piped - started,
+        "learning_seconds": time.monotonic() - piped,
+    }
 
 
 if __name__ == "__main__":

@@ -21,7 +21,9 @@ from .settings import Settings
 
 def pipeline() -> nn.Sequential:
     """From photographs to their edges, by way of less noise, sharpness and contrast."""
-    return nn.Sequential(MedianBlur((3, 3)), UnsharpMask((9, 9), (1.5, 1.5)), EqualizeClahe(), RgbToGrayscale(), Sobel())
+    return nn.Sequential(
+        MedianBlur((3, 3)), UnsharpMask((9, 9), (1.5, 1.5)), EqualizeClahe(), RgbToGrayscale(), Sobel()
+    )
 
 
 def batch(settings: Settings) -> Tensor:
@@ -33,7 +35,9 @@ def batch(settings: Settings) -> Tensor:
 def truth(settings: Settings) -> np.ndarray:
     """The homography (3, 3) from the photographs' pixels to those of the moved ones."""
     before = corners(settings)
-    return cv2.getPerspectiveTransform(before.astype(np.float32), (before + np.array(settings.corners) * settings.size).astype(np.float32))
+    return cv2.getPerspectiveTransform(
+        before.astype(np.float32), (before + np.array(settings.corners) * settings.size).astype(np.float32)
+    )
 
 
 def moved(photographs: Tensor, settings: Settings) -> Tensor:
@@ -42,26 +46,42 @@ def moved(photographs: Tensor, settings: Settings) -> Tensor:
     return warp_perspective(photographs, homography, photographs.shape[2:])
 
 
-def learn(model: nn.Module, photographs: Tensor, share: float, settings: Settings, done: Callable[[], None] = lambda: None) -> None:
-    """Learn the one homography that moved all photographs, as registration by gradient descent does, but of squared differences.
+def learn(
+    model: nn.Module,
+    photographs: Tensor,
+    share: float,
+    settings: Settings,
+    done: Callable[[], None] = lambda: None,
+) -> None:
+    """Learn the one homography that moved all photographs, as registration by gradient descent does, but of
+    squared differences.
 
-    Absolute ones have kinks, at which the last bits of sums, which depend on how photographs are shared, grow to tenths of a pixel in some hundred steps.
+    Absolute ones have kinks, at which the last bits of sums, which depend on how photographs are shared, grow
+    to tenths of a pixel in some hundred steps.
 
     Args:
-        model: returns (1, 3, 3), from the moved photographs to the others, in normalised coordinates: ``Homography()``, or what wraps it.
+        model: returns (1, 3, 3), from the moved photographs to the others, in normalised coordinates:
+            ``Homography()``, or what wraps it.
         photographs: (B, 3, H, W), those of this process.
-        share: by what their mean loss is multiplied. DistributedDataParallel takes the mean of the processes' gradients, so this is their number times the
-            share of all photographs that is here, and 1 where they are all here.
+        share: by what their mean loss is multiplied. DistributedDataParallel takes the mean of the processes'
+            gradients, so this is their number times the share of all photographs that is here, and 1 where
+            they are all here.
         done: called after each step.
     """
     optimiser = torch.optim.Adam(model.parameters(), settings.lr)
-    levels = zip(build_pyramid(photographs, settings.levels), build_pyramid(moved(photographs, settings), settings.levels), strict=True)
+    levels = zip(
+        build_pyramid(photographs, settings.levels),
+        build_pyramid(moved(photographs, settings), settings.levels),
+        strict=True,
+    )
     for source, target in reversed(list(levels)):
         warp = HomographyWarper(target.size(2), target.size(3))
         for _ in range(settings.steps):
             homography = model().expand(len(source), -1, -1)
             covered = (warp(torch.ones_like(source[:, :1]), homography.detach()) > 0.999).to(source.dtype)
-            off = ((warp(source, homography) - target).square() * covered).sum((1, 2, 3)) / covered.sum((1, 2, 3))
+            off = ((warp(source, homography) - target).square() * covered).sum((1, 2, 3)) / covered.sum(
+                (1, 2, 3)
+            )
             loss = share * off.mean()
             optimiser.zero_grad()
             loss.backward()

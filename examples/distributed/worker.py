@@ -2,7 +2,8 @@
 
     torchrun --standalone --nproc-per-node 2 -m examples.distributed.worker FOLDER
 
-The first reads FOLDER/settings.json, sends settings, op and photographs to all, and writes what comes back to FOLDER/result.pt.
+The first reads FOLDER/settings.json, sends settings, op and photographs to all, and writes what comes back to
+FOLDER/result.pt.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ def main(folder: Path) -> None:
 
 
 def work(settings: Settings) -> dict[str, Any]:
-    """What a process did: the edges of its photographs, the homography that all learned, where and in which time."""
+    """What a process did: the edges of its photographs, the homography that all learned, where and in which
+    time."""
     op = loaded(sent(scripted(pipeline()) if dist.get_rank() == 0 else None))
     photographs, total = shard(batch(settings) if dist.get_rank() == 0 else None)
     started = time.monotonic()
@@ -54,10 +56,20 @@ def work(settings: Settings) -> dict[str, Any]:
     model = DistributedDataParallel(Homography().double())
     with Progress(disable=dist.get_rank() > 0) as progress:
         task = progress.add_task("learning by all processes", total=settings.levels * settings.steps)
-        learn(model, photographs.double(), dist.get_world_size() * len(photographs) / total, settings, lambda: progress.advance(task))
+        learn(
+            model,
+            photographs.double(),
+            dist.get_world_size() * len(photographs) / total,
+            settings,
+            lambda: progress.advance(task),
+        )
     learnt = time.monotonic()
     return {
-        "host": socket.gethostname(), "edges": edges, "homography": model.module().detach(), "pipeline_seconds": sharded - started, "learning_seconds": learnt - sharded,
+        "host": socket.gethostname(),
+        "edges": edges,
+        "homography": model.module().detach(),
+        "pipeline_seconds": sharded - started,
+        "learning_seconds": learnt - sharded,
     }
 
 
@@ -84,7 +96,10 @@ def shard(photographs: Tensor | None) -> tuple[Tensor, int]:
     parts: list[Tensor] | None = None
     if photographs is not None:
         if len(photographs) < dist.get_world_size():
-            raise ValueError(f"{len(photographs)} photographs cannot be shared by {dist.get_world_size()} processes: each takes at least one")
+            raise ValueError(
+                f"{len(photographs)} photographs cannot be shared by {dist.get_world_size()} processes: each"
+                " takes at least one"
+            )
         parts = list(photographs.tensor_split(dist.get_world_size()))
     mine: list[Tensor | None] = [None]
     dist.scatter_object_list(mine, parts, 0)

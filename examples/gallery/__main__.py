@@ -1,4 +1,5 @@
-"""make gallery: one picture an op, computed by its bundle through the C++ runtime -> build/gallery, and a sheet of each family -> docs/gallery."""
+"""make gallery: one picture an op, computed by its bundle through the C++ runtime -> build/gallery, and a
+sheet of each family -> docs/gallery."""
 
 from __future__ import annotations
 
@@ -33,17 +34,30 @@ QUALITY = 80
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("patterns", nargs=-1)
-@click.option("-b", "--bundles", type=click.Path(path_type=Path, exists=True, file_okay=False), default=BUILD / "bundles", help="Folder of the bundles. [default: build/bundles]")
+@click.option(
+    "-b",
+    "--bundles",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    default=BUILD / "bundles",
+    help="Folder of the bundles. [default: build/bundles]",
+)
 def main(patterns: tuple[str, ...], bundles: Path) -> None:
     """Draw the gallery.
 
-    PATTERNS are names, or shell patterns such as 'filters.*': then only those are drawn, with sheets in build/gallery, and docs/gallery is left alone.
+    PATTERNS are names, or shell patterns such as 'filters.*': then only those are drawn, with sheets in
+    build/gallery, and docs/gallery is left alone.
     """
     warnings.simplefilter("ignore")
-    entries = {name: e for name, e in catalog().items() if not patterns or any(fnmatch(name, p) for p in patterns)}
+    entries = {
+        name: e for name, e in catalog().items() if not patterns or any(fnmatch(name, p) for p in patterns)
+    }
     missing = [name for name in entries if not (bundles / f"{name}{SUFFIX}" / "manifest.json").is_file()]
     if missing or not entries:
-        raise click.ClickException(f"{bundles} has no bundle of {', '.join(missing)}: `make bundles` makes them" if missing else f"no op matches {' '.join(patterns)}")
+        raise click.ClickException(
+            f"{bundles} has no bundle of {', '.join(missing)}: `make bundles` makes them"
+            if missing
+            else f"no op matches {' '.join(patterns)}"
+        )
     shutil.rmtree(WORK / "cases", ignore_errors=True)
     if not patterns:
         shutil.rmtree(PICTURES, ignore_errors=True)
@@ -62,11 +76,21 @@ def main(patterns: tuple[str, ...], bundles: Path) -> None:
                 problems[name] = problem
                 console.print(f"{name}: {problem}", style="red", highlight=False, markup=False)
     for family, names in families(captions).items():
-        contact_sheet([titled(Image.open(PICTURES / f"{n}.jpg"), n, captions[n]) for n in names], WORK / f"{family}.png")
+        contact_sheet(
+            [titled(Image.open(PICTURES / f"{n}.jpg"), n, captions[n]) for n in names], WORK / f"{family}.png"
+        )
     if not patterns:
-        write_pages(captions, {n: (inspect.getdoc(entries[n].function()) or "").split("\n")[0] for n in captions}, PICTURES)
+        write_pages(
+            captions,
+            {n: (inspect.getdoc(entries[n].function()) or "").split("\n")[0] for n in captions},
+            PICTURES,
+        )
         write_sheets(PICTURES, DOCS)
-    console.print(f"{len(captions)} pictures in {PICTURES.relative_to(ROOT)}, sheets in {(WORK if patterns else DOCS).relative_to(ROOT)}, {len(problems)} problems", highlight=False)
+    console.print(
+        f"{len(captions)} pictures in {PICTURES.relative_to(ROOT)}, sheets in"
+        f" {(WORK if patterns else DOCS).relative_to(ROOT)}, {len(problems)} problems",
+        highlight=False,
+    )
     if problems:
         raise SystemExit(1)
 
@@ -83,11 +107,17 @@ def draw(entry: Entry, bundle: Path) -> tuple[str, str]:
     if "problem" in report:
         raise RuntimeError(f"{backend}: {report['problem']}")
     results = read_results(folder, outputs, backend)
-    shown = Shown(spec, photos[0], given, outputs, {o["name"]: r for o, r in zip(outputs, results, strict=True)})
+    shown = Shown(
+        spec, photos[0], given, outputs, {o["name"]: r for o, r in zip(outputs, results, strict=True)}
+    )
     made = panels(shown)
     compose(made).save(PICTURES / f"{spec.name}.jpg", quality=QUALITY, optimize=True)
     case = report["cases"][0]
-    return caption(shown, made), f"{case['wrong']} values differ from eager Python's by up to {case['error']:.2g}" if case["wrong"] else ""
+    return caption(shown, made), (
+        f"{case['wrong']} values differ from eager Python's by up to {case['error']:.2g}"
+        if case["wrong"]
+        else ""
+    )
 
 
 if __name__ == "__main__":

@@ -7,9 +7,9 @@ from html import escape
 from pathlib import Path
 
 COLUMNS, LONGEST = 3, 100
-ABOUT = """Written by `make gallery`; do not edit. Every picture is the work of an exported bundle that a C++ program ran on a photograph
-(from scikit-image) or on points and matrices, natively where the bundle has native code. Inputs are at the left, with blue labels; outputs at the
-right, with orange ones."""
+ABOUT = """Written by `make gallery`; do not edit. Every picture is the work of an exported bundle that a C++
+program ran on a photograph (from scikit-image) or on points and matrices, natively where the bundle has
+native code. Inputs are at the left, with blue labels; outputs at the right, with orange ones."""
 
 
 def families(names: Iterable[str]) -> dict[str, list[str]]:
@@ -20,7 +20,9 @@ def families(names: Iterable[str]) -> dict[str, list[str]]:
     made: dict[str, list[str]] = {}
     for family, members in found.items():
         for name in members:
-            made.setdefault(".".join(name.split(".")[:2]) if len(members) > LONGEST else family, []).append(name)
+            made.setdefault(".".join(name.split(".")[:2]) if len(members) > LONGEST else family, []).append(
+                name
+            )
     return made
 
 
@@ -44,4 +46,7 @@ def page(family: str, names: list[str], captions: dict[str, str], summaries: dic
 
 def cell(name: str, caption: str, summary: str) -> str:
     text = f"<br><sub>{escape(caption, quote=False)}</sub>" if caption else ""
-    return f'<td width="33%" valign="top"><img src="{name}.jpg" width="480" alt="{name}"><br><b>{name}</b><br><sub>{escape(summary, quote=False)}</sub>{text}</td>'
+    return (
+        f'<td width="33%" valign="top"><img src="{name}.jpg" width="480"'
+        f' alt="{name}"><br><b>{name}</b><br><sub>{escape(summary, quote=False)}</sub>{text}</td>'
+    )

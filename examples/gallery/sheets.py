@@ -1,6 +1,6 @@
 """The sheets of docs/gallery: small pictures of all ops of a family on one.
 
-    python -m examples.gallery.sheets FOLDER    from the pictures OP.jpg in FOLDER, without running anything
+python -m examples.gallery.sheets FOLDER    from the pictures OP.jpg in FOLDER, without running anything
 """
 
 from __future__ import annotations
@@ -20,10 +20,19 @@ LEAST = 45
 QUALITY = 70
 #: The README's picture: ops on different inputs.
 HERO = (
-    "filters.canny", "filters.median_blur", "filters.otsu_threshold", "enhance.equalize_clahe",
-    "geometry.transform.warp_perspective.bilinear_zeros", "color.apply_colormap", "contrib.connected_components", "feature.detect_keypoints.dog",
-    "geometry.depth.depth_to_normals", "geometry.calibration.undistort_image", "morphology.skeletonize", "filters.adaptive_threshold",
-)  # fmt: skip
+    "filters.canny",
+    "filters.median_blur",
+    "filters.otsu_threshold",
+    "enhance.equalize_clahe",
+    "geometry.transform.warp_perspective.bilinear_zeros",
+    "color.apply_colormap",
+    "contrib.connected_components",
+    "feature.detect_keypoints.dog",
+    "geometry.depth.depth_to_normals",
+    "geometry.calibration.undistort_image",
+    "morphology.skeletonize",
+    "filters.adaptive_threshold",
+)
 HERO_COLUMNS = 4
 
 
@@ -64,7 +73,9 @@ def draw(pictures: Path, names: Sequence[str], columns: int = COLUMNS) -> Image.
     tiles = []
     for name in names:
         picture = Image.open(pictures / f"{name}.jpg").convert("RGB")
-        tiles.append(picture.resize((WIDTH, max(1, picture.height * WIDTH // picture.width)), Image.Resampling.LANCZOS))
+        tiles.append(
+            picture.resize((WIDTH, max(1, picture.height * WIDTH // picture.width)), Image.Resampling.LANCZOS)
+        )
     rows = [range(i, min(i + columns, len(tiles))) for i in range(0, len(tiles), columns)]
     heights = [max(tiles[i].height for i in row) + 2 * TEXT + GAP for row in rows]
     sheet = Image.new("RGB", (columns * (WIDTH + GAP) + GAP, sum(heights) + GAP), "white")
@@ -87,7 +98,17 @@ def write_sheets(pictures: Path, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob("*.jpg"):
         old.unlink()
-    page = ["# Gallery", "", ABOUT, "", f"{len(names)} ops. `make gallery` writes a large picture of each, with what it shows, to `build/gallery/pictures`.", ""]
+    page = [
+        "# Gallery",
+        "",
+        ABOUT,
+        "",
+        (
+            f"{len(names)} ops. `make gallery` writes a large picture of each, with what it shows, to"
+            " `build/gallery/pictures`."
+        ),
+        "",
+    ]
     for number, members in enumerate(sheets(names), 1):
         file = f"{number:02}-{title(members).partition(':')[0].replace(', ', '-')}.jpg"
         draw(pictures, members).save(folder / file, quality=QUALITY, optimize=True)

@@ -84,7 +84,9 @@ SCENES = {
     "geometry.homography": Scene((PORTRAIT,)),
     "geometry.transform.resize": Scene((View("chelsea.png", (275, 90, 334, 134)),), (177, 236)),
     "geometry.transform.resize.bicubic_antialias": Scene((View("camera.png", (0, 40, 472, 394)),), (88, 118)),
-    "geometry.transform.resize.bilinear_antialias": Scene((View("camera.png", (0, 40, 472, 394)),), (88, 118)),
+    "geometry.transform.resize.bilinear_antialias": Scene(
+        (View("camera.png", (0, 40, 472, 394)),), (88, 118)
+    ),
     "geometry.transform.warp_perspective": Scene((PORTRAIT,), CARD[::-1]),
     "image.draw_point2d": Scene((FACE,)),
     "image.make_grid": Scene(QUARTERS),

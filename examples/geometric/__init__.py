@@ -11,7 +11,18 @@ from chiasm.export.spec import Spec
 from .cameras import bent_photo, cameras, depths, lenses
 from .motorcycle import stereo_pair
 from .plane import lattice, planar, splines, whole_box
-from .points import affine_matrices, affine_pairs, bent_boxes, moved_points, one_turn, pixel_homographies, pixels_of, slerp, straight_boxes, tangents
+from .points import (
+    affine_matrices,
+    affine_pairs,
+    bent_boxes,
+    moved_points,
+    one_turn,
+    pixel_homographies,
+    pixels_of,
+    slerp,
+    straight_boxes,
+    tangents,
+)
 from .setting import Inputs, Setting, made_by
 from .space import scale_space, solid, spatial, volume_sizes
 
@@ -46,10 +57,23 @@ COUNTS = {
     "geometry.transform.warp_points_tps": {"N": 11 * 11},
 }
 #: Ops whose photographs get a lattice.
-WARPED = tuple(f"geometry.{name}" for name in (
-    "depth.depth_warp", "depth.warp_frame_depth", "transform.affine", "transform.crop_by_transform_mat", "transform.elastic", "transform.homography_warp",
-    "transform.remap", "transform.rotate", "transform.scale", "transform.shear", "transform.translate", "transform.warp",
-))
+WARPED = tuple(
+    f"geometry.{name}"
+    for name in (
+        "depth.depth_warp",
+        "depth.warp_frame_depth",
+        "transform.affine",
+        "transform.crop_by_transform_mat",
+        "transform.elastic",
+        "transform.homography_warp",
+        "transform.remap",
+        "transform.rotate",
+        "transform.scale",
+        "transform.shear",
+        "transform.translate",
+        "transform.warp",
+    )
+)
 #: By the beginning of an op's name; what a longer one makes, wins.
 MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "geometry.bbox.bbox_to_mask": straight_boxes,
@@ -78,10 +102,25 @@ MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "geometry.transform.get_tps": splines,
     "geometry.transform.warp_image_tps": splines,
     "geometry.transform.warp_points_tps": splines,
-    **{f"geometry.transform.{name}": spatial for name in (
-        "affine3d", "center_crop3d", "crop_and_resize3d", "crop_by_boxes3d", "crop_by_transform_mat3d", "get_affine_matrix3d", "get_perspective_transform3d",
-        "get_projective_transform", "get_shear_matrix3d", "homography_warp3d", "rotate3d", "warp_affine3d", "warp_grid3d", "warp_perspective3d",
-    )},
+    **{
+        f"geometry.transform.{name}": spatial
+        for name in (
+            "affine3d",
+            "center_crop3d",
+            "crop_and_resize3d",
+            "crop_by_boxes3d",
+            "crop_by_transform_mat3d",
+            "get_affine_matrix3d",
+            "get_perspective_transform3d",
+            "get_projective_transform",
+            "get_shear_matrix3d",
+            "homography_warp3d",
+            "rotate3d",
+            "warp_affine3d",
+            "warp_grid3d",
+            "warp_perspective3d",
+        )
+    },
 }
 
 

@@ -33,15 +33,26 @@ def depths(s: Setting) -> Inputs:
     moved = motion((0.4, -0.1, 0.3), (0.0, -6.0, 4.0))
     shape = (1, h, w) if 1 in s.shape("depth") + s.shape("depth_src") + s.shape("depth_dst") else (h, w)
     made = {
-        "depth": depth.reshape(shape), "depth_src": depth[None], "depth_dst": depth[None], "disparity": 100.0 / depth[None],
-        "camera_matrix": camera, "intrinsics_src": camera, "intrinsics_dst": camera,
-        "extrinsics_src": still, "extrinsics_dst": moved, "src_trans_dst": moved,
-        "plane_normals": torch.tensor([0.25, -0.5, 1.0]), "plane_offsets": torch.tensor([4.0]),
+        "depth": depth.reshape(shape),
+        "depth_src": depth[None],
+        "depth_dst": depth[None],
+        "disparity": 100.0 / depth[None],
+        "camera_matrix": camera,
+        "intrinsics_src": camera,
+        "intrinsics_dst": camera,
+        "extrinsics_src": still,
+        "extrinsics_dst": moved,
+        "src_trans_dst": moved,
+        "plane_normals": torch.tensor([0.25, -0.5, 1.0]),
+        "plane_offsets": torch.tensor([4.0]),
         "points_uv": (mesh(15, 12).flatten(0, 1) + 1) / 2 * torch.tensor([s.width - 1.0, s.height - 1.0]),
     }
     if "N" in s.sizes:
         made["camera_matrix"] = camera_of(s.height, s.width)
-    return {name: s.repeated(value) for name, value in made.items()} | {"baseline": torch.tensor([0.2]), "focal": torch.tensor([500.0])}
+    return {name: s.repeated(value) for name, value in made.items()} | {
+        "baseline": torch.tensor([0.2]),
+        "focal": torch.tensor([500.0]),
+    }
 
 
 def cameras(s: Setting) -> Inputs:
@@ -51,7 +62,10 @@ def cameras(s: Setting) -> Inputs:
     grid = mesh(15, 12).flatten(0, 1)
     bend = torch.tensor([520.0, 520.0, 320.0, 240.0, 0.15, 0.06, 0.02, 0.0])
     size = s.shape("params")[1:] or (8,)
-    made: Inputs = {"camera_matrix": camera.expand(n, 3, 3).contiguous(), "params": bend[: int(size[0])].expand(n, -1).contiguous()}
+    made: Inputs = {
+        "camera_matrix": camera.expand(n, 3, 3).contiguous(),
+        "params": bend[: int(size[0])].expand(n, -1).contiguous(),
+    }
     if n == len(grid) and "params" in {t.name for t in s.spec.inputs}:
         made["projected_points_in_camera_z1_plane"] = grid * torch.tensor([0.9, 0.7])
         made["distorted_points_in_camera"] = (grid + 1) * torch.tensor([320.0, 240.0])
@@ -62,24 +76,46 @@ def cameras(s: Setting) -> Inputs:
     projection[:3, :3] = camera
     rays = torch.cat([mesh(w, h) * torch.tensor([2.0, 1.5]), relief(h, w)[..., None]], -1)
     pixels = torch.cat([(mesh(w, h) + 1) / 2 * torch.tensor([w - 1.0, h - 1.0]), torch.ones(h, w, 1)], -1)
-    return made | {
-        "depth": relief(h, w)[None, None], "intrinsics_inv": inverse[None], "pixel_coords": pixels[None].contiguous(),
-        "cam_coords_src": rays[None].contiguous(), "dst_proj_src": projection[None],
-    } if "H" in s.sizes else made
+    return (
+        made
+        | {
+            "depth": relief(h, w)[None, None],
+            "intrinsics_inv": inverse[None],
+            "pixel_coords": pixels[None].contiguous(),
+            "cam_coords_src": rays[None].contiguous(),
+            "dst_proj_src": projection[None],
+        }
+        if "H" in s.sizes
+        else made
+    )
 
 
 def lenses(s: Setting) -> Inputs:
     """A lens on a camera that sees 640 x 480 pixels, and a grid of them."""
     camera = torch.tensor([[520.0, 0.0, 320.0], [0.0, 520.0, 240.0], [0.0, 0.0, 1.0]])
     size = int((s.shape("dist") or (1, 4))[1])
-    made = {"points": (mesh(15, 12).flatten(0, 1) + 1) * torch.tensor([320.0, 240.0]), "K": camera, "new_K": camera, "dist": torch.tensor(LENS[:size])}
+    made = {
+        "points": (mesh(15, 12).flatten(0, 1) + 1) * torch.tensor([320.0, 240.0]),
+        "K": camera,
+        "new_K": camera,
+        "dist": torch.tensor(LENS[:size]),
+    }
     return {name: s.repeated(value) for name, value in made.items()}
 
 
 def bent_photo(s: Setting) -> Inputs:
     """The photograph as a wide lens would have taken it."""
     camera, bend = camera_of(s.height, s.width)[None], torch.tensor([[-0.45, 0.18, 0.0, 0.0, 0.0]])
-    pixels = ((mesh(s.width, s.height) + 1) / 2 * torch.tensor([s.width - 1.0, s.height - 1.0])).flatten(0, 1)[None]
-    x, y = calibration.undistort_points(pixels, camera, bend).reshape(1, s.height, s.width, 2).expand(len(s.rgb), -1, -1, -1).unbind(-1)
-    taken = transform.remap(lattice(s.rgb), x.contiguous(), y.contiguous(), padding_mode="border", align_corners=True)
+    pixels = ((mesh(s.width, s.height) + 1) / 2 * torch.tensor([s.width - 1.0, s.height - 1.0])).flatten(
+        0, 1
+    )[None]
+    x, y = (
+        calibration.undistort_points(pixels, camera, bend)
+        .reshape(1, s.height, s.width, 2)
+        .expand(len(s.rgb), -1, -1, -1)
+        .unbind(-1)
+    )
+    taken = transform.remap(
+        lattice(s.rgb), x.contiguous(), y.contiguous(), padding_mode="border", align_corners=True
+    )
     return {"image": taken.contiguous(), "K": s.repeated(camera[0]), "dist": s.repeated(bend[0])}

@@ -17,7 +17,10 @@ def lattice(rgb: Tensor, steps: int = 8) -> Tensor:
     """Photographs with regular lines drawn on them, which show how they are warped."""
     h, w = rgb.shape[-2:]
     step = w / steps
-    y, x = torch.arange(h)[:, None] + 0.5 * step, torch.arange(w) + 0.5 * step  # none at the borders, which some warps repeat
+    y, x = (
+        torch.arange(h)[:, None] + 0.5 * step,
+        torch.arange(w) + 0.5 * step,
+    )  # none at the borders, which some warps repeat
     thick = max(1.0, w / 200)
     lines = ((x % step) < thick) | ((y % step) < thick)
     return torch.where(lines, rgb * 0.25 + 0.75 * torch.tensor([1.0, 0.95, 0.35]).view(3, 1, 1), rgb)
@@ -46,8 +49,22 @@ def planar(s: Setting) -> Inputs:
     }
     made = {name: s.repeated(value) for name, value in made.items()}
     coarse = torch.rand((1, 2, 5, 7), generator=torch.Generator().manual_seed(3)) * 0.3 - 0.15
-    made["noise"] = functional.interpolate(coarse, (h, w), mode="bicubic").expand(s.sizes.get("B", 1), -1, -1, -1).contiguous()
-    return made | ripples(s) | {"grid": mesh(s.sizes.get("W", 2), s.sizes.get("H", 2)).expand(s.sizes.get("B", 1), -1, -1, -1).contiguous()}
+    made["noise"] = (
+        functional.interpolate(coarse, (h, w), mode="bicubic")
+        .expand(s.sizes.get("B", 1), -1, -1, -1)
+        .contiguous()
+    )
+    return (
+        made
+        | ripples(s)
+        | {
+            "grid": (
+                mesh(s.sizes.get("W", 2), s.sizes.get("H", 2))
+                .expand(s.sizes.get("B", 1), -1, -1, -1)
+                .contiguous()
+            )
+        }
+    )
 
 
 def quadrilateral(w: int, h: int) -> Tensor:
@@ -62,7 +79,10 @@ def ripples(s: Setting) -> Inputs:
     u, v = 1.08 * (x * twist.cos() - y * twist.sin()), 1.08 * (x * twist.sin() + y * twist.cos())
     if s.spec.config.get("normalized_coordinates"):
         return {"map_x": s.repeated(u), "map_y": s.repeated(v)}
-    return {"map_x": s.repeated((u + 1) / 2 * (s.width - 1)), "map_y": s.repeated((v + 1) / 2 * (s.height - 1))}
+    return {
+        "map_x": s.repeated((u + 1) / 2 * (s.width - 1)),
+        "map_y": s.repeated((v + 1) / 2 * (s.height - 1)),
+    }
 
 
 def whole_box(s: Setting) -> Inputs:
@@ -73,11 +93,27 @@ def whole_box(s: Setting) -> Inputs:
 
 def splines(s: Setting) -> Inputs:
     """Eight points, of which the inner ones move."""
-    ends = torch.tensor([[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9], [-0.35, -0.3], [0.35, -0.35], [0.4, 0.35], [-0.3, 0.35]])
+    ends = torch.tensor(
+        [
+            [-0.9, -0.9],
+            [0.9, -0.9],
+            [0.9, 0.9],
+            [-0.9, 0.9],
+            [-0.35, -0.3],
+            [0.35, -0.35],
+            [0.4, 0.35],
+            [-0.3, 0.35],
+        ]
+    )
     moved = ends + torch.tensor([[0.0, 0.0]] * 4 + [[0.2, -0.15], [0.15, 0.2], [-0.2, 0.15], [-0.15, -0.2]])
     if s.shape("points_src") == ("B", 6, 2):
         return {"points_src": s.repeated(ends[1:7]), "points_dst": s.repeated(moved[1:7])}
     kernel, affine = transform.get_tps_transform(ends[None], moved[None])
     side = math.isqrt(s.sizes.get("N", 1))
-    made = {"kernel_centers": moved, "kernel_weights": kernel[0], "affine_weights": affine[0], "points_src": mesh(side, side).flatten(0, 1)}
+    made = {
+        "kernel_centers": moved,
+        "kernel_weights": kernel[0],
+        "affine_weights": affine[0],
+        "points_src": mesh(side, side).flatten(0, 1),
+    }
     return {name: s.repeated(value) for name, value in made.items()}

@@ -13,11 +13,19 @@ def pixel_homographies(s: Setting) -> Inputs:
     """From 640 x 480 to 800 x 360 pixels; or between -1 and 1."""
     n = int(s.shape("dst_pix_trans_src_pix")[1])
     if "denormalize" in s.spec.name:
-        made = torch.eye(n) + 0.1 * torch.tensor([[1.0, -2.0, 1.0, 0.0], [2.0, 0.0, -1.0, 1.0], [1.0, 1.0, 0.0, -1.0], [0.0, 1.0, 0.0, 0.0]])[:n, :n]
+        made = (
+            torch.eye(n)
+            + 0.1
+            * torch.tensor(
+                [[1.0, -2.0, 1.0, 0.0], [2.0, 0.0, -1.0, 1.0], [1.0, 1.0, 0.0, -1.0], [0.0, 1.0, 0.0, 0.0]]
+            )[:n, :n]
+        )
     elif n == 3:
         made = torch.tensor([[0.9, -0.2, 150.0], [0.1, 0.6, 10.0], [2e-4, -1e-4, 1.0]])
     else:
-        made = torch.tensor([[0.9, -0.2, 0.0, 14.0], [0.1, 0.6, 0.0, 2.0], [0.0, 0.1, 0.7, 1.0], [0.0, 0.0, 2e-3, 1.0]])
+        made = torch.tensor(
+            [[0.9, -0.2, 0.0, 14.0], [0.1, 0.6, 0.0, 2.0], [0.0, 0.1, 0.7, 1.0], [0.0, 0.0, 2e-3, 1.0]]
+        )
     return {"dst_pix_trans_src_pix": s.repeated(made)}
 
 
@@ -71,7 +79,9 @@ def affine_pairs(s: Setting) -> Inputs:
 def straight_boxes(s: Setting) -> Inputs:
     axes = 2 if s.shape("boxes")[1:] == (4, 2) else 3
     corners = (FACE if axes == 2 else BOX) * torch.tensor([22.0, 15.0, 10.0])[:axes]
-    starts = torch.tensor([[3.0, 4.0, 6.0], [30.0, 2.0, 9.0], [8.0, 26.0, 7.0], [34.0, 24.0, 5.0]])[:, None, :axes]
+    starts = torch.tensor([[3.0, 4.0, 6.0], [30.0, 2.0, 9.0], [8.0, 26.0, 7.0], [34.0, 24.0, 5.0]])[
+        :, None, :axes
+    ]
     return {"boxes": (starts + corners * torch.tensor([1.0, 0.8, 1.1, 0.9])[:, None, None]).contiguous()}
 
 

@@ -1,4 +1,5 @@
-"""Telling inputs for what is found in images: classes, key points, matches; and for losses and metrics, which judge it."""
+"""Telling inputs for what is found in images: classes, key points, matches; and for losses and metrics, which
+judge it."""
 
 from __future__ import annotations
 
@@ -20,7 +21,12 @@ from .volumes import balls, noisy_volumes, related_volumes
 
 __all__ = ["judged"]
 
-DISPARITY = ("kitti_d1_error", "mean_absolute_disparity_error", "mean_bad_pixel_error", "root_mean_squared_disparity_error")
+DISPARITY = (
+    "kitti_d1_error",
+    "mean_absolute_disparity_error",
+    "mean_bad_pixel_error",
+    "root_mean_squared_disparity_error",
+)
 #: By the beginning of an op's name; what a longer one makes, wins.
 MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "contrib.combine_tensor_patches": windows,
@@ -37,7 +43,10 @@ MAKERS: dict[str, Callable[[Setting], Inputs]] = {
     "feature.multi_scale_index_proposal": response,
     "feature.sift_describe": patches,
     "losses": classes,
-    **{f"losses.{name}": differing for name in ("cauchy", "charbonnier", "geman", "ms_ssim", "psnr", "ssim_loss", "welsch")},
+    **{
+        f"losses.{name}": differing
+        for name in ("cauchy", "charbonnier", "geman", "ms_ssim", "psnr", "ssim_loss", "welsch")
+    },
     "losses.hausdorff": silhouettes,
     "losses.hausdorff_er_loss3d": balls,
     "losses.inverse_depth": inverse_depth,

@@ -38,7 +38,13 @@ def detections(s: Setting) -> Inputs:
     labels[[4, 8]] = torch.tensor([1, 2])
     scores = torch.rand(len(found), generator=torch.Generator().manual_seed(0)) * 0.6 + 0.4
     scores[-2:] = torch.tensor([0.45, 0.8])
-    made = {"pred_boxes": found, "pred_labels": labels, "pred_scores": scores, "gt_boxes": true, "gt_labels": classes}
+    made = {
+        "pred_boxes": found,
+        "pred_labels": labels,
+        "pred_scores": scores,
+        "gt_boxes": true,
+        "gt_labels": classes,
+    }
     made |= {"pred_mask": torch.arange(len(found)) != len(found) - 1, "gt_mask": torch.arange(len(true)) != 3}
     return {name: value[None].contiguous() for name, value in made.items()}
 

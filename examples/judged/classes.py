@@ -1,4 +1,5 @@
-"""A horse on a meadow: the class of every pixel, and what a network that is not yet trained well might say of it."""
+"""A horse on a meadow: the class of every pixel, and what a network that is not yet trained well might say of
+it."""
 
 from __future__ import annotations
 
@@ -23,14 +24,19 @@ def truth(s: Setting) -> Tensor:
 
     made = torch.full_like(gray, SKY, dtype=torch.int64)
     for where, label in (
-        (disk(0.7, 0.75, 0.9, 0.55), HILL), (disk(-0.95, -0.7, 0.16, 0.16), SUN), (disk(-0.2, -0.76, 0.4, 0.13), CLOUD), (y > 0.62, MEADOW), (gray < 0.5, HORSE),
-    ):  # fmt: skip
+        (disk(0.7, 0.75, 0.9, 0.55), HILL),
+        (disk(-0.95, -0.7, 0.16, 0.16), SUN),
+        (disk(-0.2, -0.76, 0.4, 0.13), CLOUD),
+        (y > 0.62, MEADOW),
+        (gray < 0.5, HORSE),
+    ):
         made[where] = label
     return made
 
 
 def found(labels: Tensor, count: int) -> Tensor:
-    """(count, H, W): shares of the classes, smooth, a little beside the true places; the sun is taken for a cloud."""
+    """(count, H, W): shares of the classes, smooth, a little beside the true places; the sun is taken for a
+    cloud."""
     planes = functional.one_hot(labels, count).permute(2, 0, 1).float()
     if count > CLOUD:
         planes[CLOUD] += 0.7 * planes[SUN]
@@ -40,7 +46,8 @@ def found(labels: Tensor, count: int) -> Tensor:
 
 
 def classes(s: Setting) -> Inputs:
-    """Logits or the likeliest class, and the truth, of which a part is to be ignored where the op can; two classes are the horse and the rest."""
+    """Logits or the likeliest class, and the truth, of which a part is to be ignored where the op can; two
+    classes are the horse and the rest."""
     pred, target = s.shape("pred"), s.shape("target")
     labels = truth(s)
     if "binary" in s.spec.name or pred[1:2] == (1,):
@@ -54,9 +61,16 @@ def classes(s: Setting) -> Inputs:
         logits = shares.argmax(0)
     if any("-100" in t.description for t in s.spec.inputs):
         labels[-40:-10, 12:60] = IGNORED
-    made = {"pred": logits[None], "target": labels[None, None] if len(target) == 4 else labels[None], "labels": labels.clamp(max=4)[None]}
+    made = {
+        "pred": logits[None],
+        "target": labels[None, None] if len(target) == 4 else labels[None],
+        "labels": labels.clamp(max=4)[None],
+    }
     rare = torch.tensor([0.5, 2.0, 0.5, 4.0, 2.0, 1.0])[: len(logits)]
-    return {name: value.contiguous() for name, value in made.items()} | {"weight": rare, "pos_weight": 0.5 * rare}
+    return {name: value.contiguous() for name, value in made.items()} | {
+        "weight": rare,
+        "pos_weight": 0.5 * rare,
+    }
 
 
 def silhouettes(s: Setting) -> Inputs:
@@ -74,7 +88,12 @@ def heat_maps(s: Setting) -> Inputs:
     pred = [(0.2, 0.3, 0.1), (0.56, 0.7, 0.1), (0.74, 0.52, 0.16)]
 
     def hills(places: list[tuple[float, float, float]]) -> Tensor:
-        made = torch.stack([torch.exp(-((grid - torch.tensor([x, y])) ** 2).sum(-1) / (2 * spread**2)) for x, y, spread in places])
+        made = torch.stack(
+            [
+                torch.exp(-((grid - torch.tensor([x, y])) ** 2).sum(-1) / (2 * spread**2))
+                for x, y, spread in places
+            ]
+        )
         return (made / made.sum((1, 2), keepdim=True))[None]
 
     return {"pred": hills(pred), "target": hills(target)}

@@ -22,7 +22,10 @@ Found = tuple[Tensor, Tensor]
 
 def view(side: str) -> Tensor:
     """(3, H, W)."""
-    return torch.from_numpy(photograph(f"motorcycle_{side}.png")[::STEP, ::STEP].copy()).permute(2, 0, 1).float() / 255
+    return (
+        torch.from_numpy(photograph(f"motorcycle_{side}.png")[::STEP, ::STEP].copy()).permute(2, 0, 1).float()
+        / 255
+    )
 
 
 @cache
@@ -38,7 +41,8 @@ def key_points() -> tuple[Found, Found]:
 
 
 def partners(points: Tensor) -> Tensor:
-    """Where the right photograph has the left one's pixels (N, 2), by the true disparity; NaN where that is not known."""
+    """Where the right photograph has the left one's pixels (N, 2), by the true disparity; NaN where that is
+    not known."""
     true = motorcycle_disparity()[::STEP, ::STEP] / STEP
     x, y = (points[:, i].round().long().clamp(0, true.shape[1 - i] - 1) for i in (0, 1))
     return torch.stack([points[:, 0] - true[y, x], points[:, 1]], 1)
@@ -53,10 +57,13 @@ def described(s: Setting) -> Inputs:
 
 
 def two_images(s: Setting) -> Inputs:
-    """The photograph, and it as a worse camera sees it from elsewhere, when what is at its left has slipped."""
+    """The photograph, and it as a worse camera sees it from elsewhere, when what is at its left has
+    slipped."""
     gray = color.rgb_to_grayscale(s.rgb)
     w, h = s.width, s.height
-    bend = s.repeated(torch.tensor([[0.8, -0.22, 0.2 * w], [0.2, 0.78, -0.02 * h], [0.15 / w, -0.12 / h, 1.0]]))
+    bend = s.repeated(
+        torch.tensor([[0.8, -0.22, 0.2 * w], [0.2, 0.78, -0.02 * h], [0.15 / w, -0.12 / h, 1.0]])
+    )
     slipped = torch.cat([gray[..., : w // 3].roll(h // 8, 2), gray[..., w // 3 :]], 3)
     other = transform.warp_perspective(slipped, bend, (h, w)) + noise(tuple(gray.shape), 0.04)
     uniforms = torch.rand((500, 4), generator=torch.Generator().manual_seed(0))

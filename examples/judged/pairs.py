@@ -23,7 +23,10 @@ def differing(s: Setting) -> Inputs:
     """The photograph, and a noisy copy on which something lies that is not in it."""
     copy = (s.rgb + noise(tuple(s.rgb.shape), 0.06)).clamp(0, 1)
     left, top, side = s.width // 10, s.height // 8, s.height // 3
-    cup = torch.from_numpy(photograph("coffee.png")[60:360, 150:450].copy()).permute(2, 0, 1)[None].float() / 255
+    cup = (
+        torch.from_numpy(photograph("coffee.png")[60:360, 150:450].copy()).permute(2, 0, 1)[None].float()
+        / 255
+    )
     copy[:, :, top : top + side, left : left + side] = functional.interpolate(cup, (side, side), mode="area")
     return {"img1": s.rgb, "image": copy, "img2": copy, "target": s.rgb}
 
@@ -31,24 +34,42 @@ def differing(s: Setting) -> Inputs:
 def rougher(s: Setting) -> Inputs:
     """The photograph, blurred, as it is, and with noise."""
     blurred = filters.gaussian_blur2d(s.rgb, (11, 11), (2.5, 2.5))
-    return {"img": color.rgb_to_grayscale(torch.cat([blurred, s.rgb, (s.rgb + noise(tuple(s.rgb.shape), 0.08)).clamp(0, 1)]))}
+    return {
+        "img": color.rgb_to_grayscale(
+            torch.cat([blurred, s.rgb, (s.rgb + noise(tuple(s.rgb.shape), 0.08)).clamp(0, 1)])
+        )
+    }
 
 
 def related(s: Setting) -> Inputs:
-    """Three times the photograph's brightness, and something that goes with it exactly, more or less, not at all; masks leave out a corner."""
+    """Three times the photograph's brightness, and something that goes with it exactly, more or less, not at
+    all; masks leave out a corner."""
     gray = color.rgb_to_grayscale(s.rgb)[:, 0]
-    other = torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float().mean(1, keepdim=True) / 255
+    other = (
+        torch.from_numpy(photograph("coffee.png").copy()).permute(2, 0, 1)[None].float().mean(1, keepdim=True)
+        / 255
+    )
     other = functional.interpolate(other, gray.shape[-2:], mode="area")[:, 0]
     made = torch.cat([1 - gray**2, (1 - gray**2 + noise(tuple(gray.shape), 0.12)).clamp(0, 1), other])
     input, target = gray.expand_as(made), made
     x, y = mesh(s.width, s.height).unbind(-1)
     masks = (x + y > -0.6).expand_as(made), (x - y < 0.7).expand_as(made)
     if len(s.shape("input")) == 2:  # some of the pixels
-        return {n: t.flatten(1)[:, ::97].contiguous() for n, t in zip(("input", "target", "input_mask", "target_mask"), (input, target, *masks), strict=True)}
-    return {n: t[None].contiguous() for n, t in zip(("input", "target", "input_mask", "target_mask"), (input, target, *masks), strict=True)}
+        return {
+            n: t.flatten(1)[:, ::97].contiguous()
+            for n, t in zip(
+                ("input", "target", "input_mask", "target_mask"), (input, target, *masks), strict=True
+            )
+        }
+    return {
+        n: t[None].contiguous()
+        for n, t in zip(
+            ("input", "target", "input_mask", "target_mask"), (input, target, *masks), strict=True
+        )
+    }
 
 
-# --- disparity and flow ------------------------------------------------------------------------------------------------
+# --- disparity and flow -------------------------------------------------------------------------------------
 
 
 @cache
@@ -65,18 +86,27 @@ def disparities(s: Setting) -> Inputs:
     valid = torch.isfinite(true)
     found = filters.median_blur(filled(true)[None, None], (7, 7)) + noise((1, 1, *true.shape), 0.5)
     found[..., 40:90, 60:130] += 12
-    return {"input": found.clamp(min=0), "target": true.nan_to_num(0.0)[None, None], "valid_mask": valid[None, None]}
+    return {
+        "input": found.clamp(min=0),
+        "target": true.nan_to_num(0.0)[None, None],
+        "valid_mask": valid[None, None],
+    }
 
 
 def filled(values: Tensor) -> Tensor:
     """What is NaN is what is nearest to it."""
-    where = ndimage.distance_transform_edt(torch.isnan(values).numpy(), return_distances=False, return_indices=True)
+    where = ndimage.distance_transform_edt(
+        torch.isnan(values).numpy(), return_distances=False, return_indices=True
+    )
     return values[torch.from_numpy(where[0]), torch.from_numpy(where[1])]
 
 
 def inverse_depth(s: Setting) -> Inputs:
     """The motorcycle, and its disparity, which is in proportion to inverse depth."""
-    left = torch.from_numpy(photograph("motorcycle_left.png")[::2, ::2].copy()).permute(2, 0, 1)[None].float() / 255
+    left = (
+        torch.from_numpy(photograph("motorcycle_left.png")[::2, ::2].copy()).permute(2, 0, 1)[None].float()
+        / 255
+    )
     return {"idepth": filled(motorcycle_disparity()[::2, ::2])[None, None] / 60, "image": left}
 
 

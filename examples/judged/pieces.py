@@ -12,9 +12,13 @@ from examples.geometric.setting import Inputs, Setting
 def windows(s: Setting) -> Inputs:
     """Windows of the photograph, as the op wants them."""
     config = s.spec.config
-    small = functional.interpolate(s.rgb, config["original_size"], mode="bilinear", antialias=True).clamp(0, 1)
+    small = functional.interpolate(s.rgb, config["original_size"], mode="bilinear", antialias=True).clamp(
+        0, 1
+    )
     top, bottom, left, right = config["unpadding"]
-    cut = contrib.extract_tensor_patches(functional.pad(small, (left, right, top, bottom)), config["window_size"], config["stride"])
+    cut = contrib.extract_tensor_patches(
+        functional.pad(small, (left, right, top, bottom)), config["window_size"], config["stride"]
+    )
     return {"patches": cut.contiguous()}
 
 

@@ -12,7 +12,11 @@ FOUND = ((12.0, 29.0, 12.0), (15.0, -38.0, 58.0), (40.0, 60.0, -70.0))
 
 def rotations(s: Setting) -> Inputs:
     """Three poses, the first of them nearly right."""
-    shifts = (((0.9, 0.3, 0.2), (1.0, 0.4, 0.2)), ((0.8, 0.4, -0.3), (0.6, 0.8, -0.1)), ((0.6, -0.7, 0.1), (0.8, 0.5, 0.3)))
+    shifts = (
+        ((0.9, 0.3, 0.2), (1.0, 0.4, 0.2)),
+        ((0.8, 0.4, -0.3), (0.6, 0.8, -0.1)),
+        ((0.6, -0.7, 0.1), (0.8, 0.5, 0.3)),
+    )
     true = torch.stack([motion(t, turn) for turn, (t, _) in zip(TRUE, shifts, strict=True)])
     found = torch.stack([motion(t, turn) for turn, (_, t) in zip(FOUND, shifts, strict=True)])
     return {name: value.contiguous() for name, value in (
@@ -34,5 +38,3 @@ def positions(s: Setting) -> Inputs:
     errors = 8 * torch.rand(60, generator=random) ** 2 + 0.3
     errors[::6] *= 5
     return {"t": true + drift, "t_gt": true, "errors": errors}
-
-

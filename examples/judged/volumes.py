@@ -15,7 +15,11 @@ DEPTH, HEIGHT, WIDTH = 12, 44, 58
 
 def coordinates() -> tuple[Tensor, Tensor, Tensor]:
     """z, y, x from -1 to 1, x as long as the volume is wide."""
-    axes = (torch.linspace(-1, 1, DEPTH), torch.linspace(-1, 1, HEIGHT), torch.linspace(-1, 1, WIDTH) * WIDTH / HEIGHT)
+    axes = (
+        torch.linspace(-1, 1, DEPTH),
+        torch.linspace(-1, 1, HEIGHT),
+        torch.linspace(-1, 1, WIDTH) * WIDTH / HEIGHT,
+    )
     return torch.meshgrid(*axes, indexing="ij")
 
 
@@ -40,7 +44,9 @@ def balls(s: Setting) -> Inputs:
 def frames_of(rgb: Tensor) -> Tensor:
     """(B, C, D, H, W): a camera that goes over the photograph."""
     step = 3
-    small = functional.interpolate(rgb, (HEIGHT, WIDTH + step * DEPTH), mode="bilinear", antialias=True).clamp(0, 1)
+    small = functional.interpolate(
+        rgb, (HEIGHT, WIDTH + step * DEPTH), mode="bilinear", antialias=True
+    ).clamp(0, 1)
     return torch.stack([small[..., step * i : step * i + WIDTH] for i in range(DEPTH)], 2).contiguous()
 
 

@@ -1,4 +1,5 @@
-"""What to show of an op: its inputs and what the C++ program made of them, as labelled pictures, and a caption."""
+"""What to show of an op: its inputs and what the C++ program made of them, as labelled pictures, and a
+caption."""
 
 from .choice import caption, panels
 from .model import WIDE, Panel, Shown

@@ -34,7 +34,8 @@ def cell(part: Part, index: int, width: int) -> np.ndarray:
 
 
 def rows_of(item: np.ndarray) -> np.ndarray:
-    """Numbers as a table, no more than five in a row of a vector; matrices under each other, wide ones on their side."""
+    """Numbers as a table, no more than five in a row of a vector; matrices under each other, wide ones on
+    their side."""
     if item.ndim == 0:
         return item.reshape(1, 1)
     if item.ndim == 1:
@@ -53,9 +54,16 @@ def pose_of(kind: str, item: np.ndarray) -> np.ndarray:
     """(4, 4)."""
     if kind == "motion":
         return item.astype(np.float64)
-    to_matrix = {"axis_angle": conversions.axis_angle_to_rotation_matrix, "quaternion": conversions.quaternion_to_rotation_matrix}
+    to_matrix = {
+        "axis_angle": conversions.axis_angle_to_rotation_matrix,
+        "quaternion": conversions.quaternion_to_rotation_matrix,
+    }
     made = np.eye(4)
-    made[:3, :3] = to_matrix[kind](torch.from_numpy(item[None].astype(np.float64)))[0].numpy() if kind in to_matrix else item
+    made[:3, :3] = (
+        to_matrix[kind](torch.from_numpy(item[None].astype(np.float64)))[0].numpy()
+        if kind in to_matrix
+        else item
+    )
     return made
 
 
@@ -91,7 +99,8 @@ def warped(matrix: np.ndarray, size: tuple[int, int]) -> np.ndarray:
 
 
 def lines(matrix: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """The epipolar lines, in the square from -1 to 1, of nine points of it, which are drawn in their colours."""
+    """The epipolar lines, in the square from -1 to 1, of nine points of it, which are drawn in their
+    colours."""
     steps = np.array([-0.6, 0.0, 0.6])
     points = np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
     plane = Plane(size, CORNERS)

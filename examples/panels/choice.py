@@ -24,13 +24,19 @@ def panels(shown: Shown) -> list[Panel]:
 
 
 def caption(shown: Shown, made: list[Panel]) -> str:
-    """Configuration, values of the inputs and outputs that are no pictures, and how values were mapped to colours."""
+    """Configuration, values of the inputs and outputs that are no pictures, and how values were mapped to
+    colours."""
     said = [", ".join(f"{k}={v!r}" for k, v in shown.spec.config.items())]
     seen = {name for p in made for name in (*p.label.split(", "), *p.label.split()[:1])}
-    said += [numbers(n, t) for n, t in shown.inputs.items() if 0 < t.numel() <= 9 and n not in seen and n != "M"]
+    said += [
+        numbers(n, t) for n, t in shown.inputs.items() if 0 < t.numel() <= 9 and n not in seen and n != "M"
+    ]
     said += [numbers(n, t) for n, t in shown.outputs.items() if t.numel() <= 4 and n not in seen]
     labels = {p.note: [q.label for q in made if q.note == p.note] for p in made if p.note}
-    said += [note if len(names) == len(made) else f"{', '.join(dict.fromkeys(names))}: {note}" for note, names in labels.items()]
+    said += [
+        note if len(names) == len(made) else f"{', '.join(dict.fromkeys(names))}: {note}"
+        for note, names in labels.items()
+    ]
     return "; ".join(s for s in said if s)
 
 

@@ -19,14 +19,25 @@ DOT, LEFT_OUT = (31, 119, 180), (190, 190, 190)
 
 def compared(shown: Shown) -> list[Panel]:
     """The inputs, and outputs that are maps of them."""
-    depths = [shown.inputs[t.name] for t in shown.spec.inputs if any(word in t.description for word in DEPTHS) and "mask" not in t.name]
+    depths = [
+        shown.inputs[t.name]
+        for t in shown.spec.inputs
+        if any(word in t.description for word in DEPTHS) and "mask" not in t.name
+    ]
     limits = limits_of(depths) if depths else (0.0, 1.0)
     made = []
     for t in shown.spec.inputs:
         value = shown.inputs[t.name]
         if (value.dim() > 2 and not t.name.endswith("_mask")) or t.name == "valid_mask":
             pixels, note = picture(t, value, limits)
-            made.append(Panel(f"{t.name}: slices" if "D" in t.shape else t.name, hidden(shown, t.name, pixels), note, True))
+            made.append(
+                Panel(
+                    f"{t.name}: slices" if "D" in t.shape else t.name,
+                    hidden(shown, t.name, pixels),
+                    note,
+                    True,
+                )
+            )
     return [*made, *maps(shown)]
 
 
@@ -54,13 +65,19 @@ def maps(shown: Shown) -> list[Panel]:
 
 def labelled(shown: Shown) -> list[str]:
     """The first output's values."""
-    return [f"{next(iter(shown.outputs))} {short(v) if abs(v) >= 100 else f'{v:.3g}'}" for v in shown.first.flatten().tolist()]
+    return [
+        f"{next(iter(shown.outputs))} {short(v) if abs(v) >= 100 else f'{v:.3g}'}"
+        for v in shown.first.flatten().tolist()
+    ]
 
 
 def series(shown: Shown) -> list[Panel]:
     """An image an entry, with its value."""
     images = shown.inputs[shown.spec.inputs[0].name]
-    return [Panel(label, (image[0].numpy()[..., None] * np.full(3, 255)).astype(np.uint8)) for label, image in zip(labelled(shown), images, strict=True)]
+    return [
+        Panel(label, (image[0].numpy()[..., None] * np.full(3, 255)).astype(np.uint8))
+        for label, image in zip(labelled(shown), images, strict=True)
+    ]
 
 
 def pairs(draw: Callable[[Shown, int], list[Panel]]) -> Callable[[Shown], list[Panel]]:
@@ -77,9 +94,15 @@ def planes(shown: Shown, index: int) -> list[Panel]:
     """Both channels."""
     made = []
     for name, label in (("input", "input"), ("target", f"target, {labelled(shown)[index]}")):
-        gray = (shown.inputs[name][0, index].clamp(0, 1).numpy()[..., None] * np.full(3, 255)).astype(np.uint8)
+        gray = (shown.inputs[name][0, index].clamp(0, 1).numpy()[..., None] * np.full(3, 255)).astype(
+            np.uint8
+        )
         mask = shown.inputs.get(f"{name}_mask")
-        gray = gray if mask is None else np.where(mask[0, index].numpy()[..., None], gray, HIDDEN).astype(np.uint8)
+        gray = (
+            gray
+            if mask is None
+            else np.where(mask[0, index].numpy()[..., None], gray, HIDDEN).astype(np.uint8)
+        )
         made.append(Panel(label, gray, given=True))
     return made
 
@@ -92,13 +115,22 @@ def signals(shown: Shown, index: int) -> list[Panel]:
     plane = Plane(THIRD, points, down=False, equal=False)
     plane.path(np.array([[plane.low[0], 0], [plane.high[0], 0]]), FAINT)
     plane.dots(points, np.where(counted[:, None], DOT, LEFT_OUT), 1.4)
-    return [Panel(labelled(shown)[index], plane.pixels(), "target upwards, input to the right" + (", grey: masked" if masks else ""))]
+    return [
+        Panel(
+            labelled(shown)[index],
+            plane.pixels(),
+            "target upwards, input to the right" + (", grey: masked" if masks else ""),
+        )
+    ]
 
 
 def each_class(shown: Shown) -> list[Panel]:
     """The labels, and an image a class."""
     given = [p for p in compared(shown) if p.given]
-    return given + [Panel(f"class {i}", (plane.numpy()[..., None] * np.full(3, 255)).astype(np.uint8)) for i, plane in enumerate(shown.first[0])]
+    return given + [
+        Panel(f"class {i}", (plane.numpy()[..., None] * np.full(3, 255)).astype(np.uint8))
+        for i, plane in enumerate(shown.first[0])
+    ]
 
 
 COMPARED: dict[str, Callable[[Shown], list[Panel]]] = {

@@ -53,7 +53,12 @@ def fit(shown: Shown) -> list[Panel]:
         return canvas.pixels()
 
     names = ", ".join(shown.outputs)
-    return finished([Sketch("points, by weight", lambda size: plot(False, size), True), Sketch(names, lambda size: plot(True, size))])
+    return finished(
+        [
+            Sketch("points, by weight", lambda size: plot(False, size), True),
+            Sketch(names, lambda size: plot(True, size)),
+        ]
+    )
 
 
 def paths_of(shown: Shown, points: np.ndarray) -> list[np.ndarray]:
@@ -65,8 +70,12 @@ def paths_of(shown: Shown, points: np.ndarray) -> list[np.ndarray]:
     normal, offset = shown.outputs["normal"][0].double().numpy(), float(shown.outputs["offset"][0])
     low, high = points[:, :2].min(0), points[:, :2].max(0)
     steps = np.linspace(0, 1, 6)
-    x, y = (low + s * (high - low) for s in (np.stack([steps, 0 * steps], 1), np.stack([0 * steps, steps], 1)))
-    grid = [np.array([[a, y[0, 1]], [a, y[-1, 1]]]) for a in x[:, 0]] + [np.array([[x[0, 0], b], [x[-1, 0], b]]) for b in y[:, 1]]
+    x, y = (
+        low + s * (high - low) for s in (np.stack([steps, 0 * steps], 1), np.stack([0 * steps, steps], 1))
+    )
+    grid = [np.array([[a, y[0, 1]], [a, y[-1, 1]]]) for a in x[:, 0]] + [
+        np.array([[x[0, 0], b], [x[-1, 0], b]]) for b in y[:, 1]
+    ]
     return [np.column_stack([line, -(line @ normal[:2] + offset) / normal[2]]) for line in grid]
 
 
@@ -76,13 +85,17 @@ def mean_rotation(shown: Shown) -> list[Panel]:
     mean = pose_of("quaternion", shown.first[0].numpy())
 
     def axes(size: Size) -> np.ndarray:
-        space = Space(size, 1.15 * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]), box=False)
+        space = Space(
+            size, 1.15 * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]), box=False
+        )
         for pose in given:
             space.axes(pose, 1.2, 0.9)
         return space.pixels()
 
-    return finished([
-        Sketch("Q: their axes x, y, z", axes, True),
-        Sketch("output", lambda size: cube(mean, size)),
-        Sketch("output", lambda size: table(shown.first.numpy(), size[0], 20)),
-    ])
+    return finished(
+        [
+            Sketch("Q: their axes x, y, z", axes, True),
+            Sketch("output", lambda size: cube(mean, size)),
+            Sketch("output", lambda size: table(shown.first.numpy(), size[0], 20)),
+        ]
+    )

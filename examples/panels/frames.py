@@ -26,7 +26,11 @@ def frames(shown: Shown) -> list[Panel]:
     """What is given, with numbers that belong to it; what is made of it, over what was given in grey."""
     name = next(n for n in PLACED if n in shown.inputs)
     places = shown.inputs[name][0].double().numpy()
-    numbers = {n: t for n, t in shown.inputs.items() if t.shape[:2] == (1, len(places)) and t[0].numel() == len(places)}
+    numbers = {
+        n: t
+        for n, t in shown.inputs.items()
+        if t.shape[:2] == (1, len(places)) and t[0].numel() == len(places)
+    }
     before = paper(shown, places, shown.photo)
     draw(before, name, places, inks_of(len(places)))
     write(before, name, places, list(numbers.values()))
@@ -50,7 +54,12 @@ def after(shown: Shown, name: str, places: np.ndarray, label: str, value: torch.
         return sheet.pixels()
     array = value.double().numpy()
     sheet = paper(shown, array, seen(shown))
-    if isinstance(sheet, Photo) and name not in ("xy", "ells", "threepts") and "trans_01" not in shown.inputs and spans(places) == spans(array):
+    if (
+        isinstance(sheet, Photo)
+        and name not in ("xy", "ells", "threepts")
+        and "trans_01" not in shown.inputs
+        and spans(places) == spans(array)
+    ):
         draw(sheet, name, places, np.array([GHOST] * count))
     draw(sheet, label, array, inks_of(count))
     return sheet.pixels()
@@ -134,15 +143,33 @@ def proposed(shown: Shown) -> list[Panel]:
     """A dot where each window's key point is, the larger its response the larger."""
     given = input_panels(shown)
     sheet = Photo(given[0].image, HALF[0])
-    places, scores = (shown.outputs[n][0].double().flatten(end_dim=-k).numpy() for n, k in (("coordinates", 2), ("scores", 1)))
+    places, scores = (
+        shown.outputs[n][0].double().flatten(end_dim=-k).numpy()
+        for n, k in (("coordinates", 2), ("scores", 1))
+    )
     for (x, y), score in zip(places, (scores / scores.max()).clip(0), strict=True):
         ring(sheet, np.array([[1 + 5 * score, 0, x], [0, 1 + 5 * score, y]]), NO, 1.2)
     return [*given, Panel("coordinates", sheet.pixels(), "rings grow with scores")]
 
 
-NAMES = ("ellipse_to_laf", "laf_", "get_laf_center", "get_laf_orientation", "get_laf_scale", "make_upright", "rotate_laf", "scale_laf", "set_laf", "adapt_laf", "orient_laf")
+NAMES = (
+    "ellipse_to_laf",
+    "laf_",
+    "get_laf_center",
+    "get_laf_orientation",
+    "get_laf_scale",
+    "make_upright",
+    "rotate_laf",
+    "scale_laf",
+    "set_laf",
+    "adapt_laf",
+    "orient_laf",
+)
 FRAMES: dict[str, Callable[[Shown], list[Panel]]] = {
-    **{f"feature.{name}": frames for name in (*NAMES, "normalize_laf", "denormalize_laf", "perspective_transform_lafs")},
+    **{
+        f"feature.{name}": frames
+        for name in (*NAMES, "normalize_laf", "denormalize_laf", "perspective_transform_lafs")
+    },
     "feature.detect_keypoints": detected,
     "feature.index_proposal": proposed,
     "feature.multi_scale_index_proposal": proposed,

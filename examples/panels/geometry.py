@@ -30,9 +30,18 @@ def warps(shown: Shown) -> list[Panel]:
     for t in shown.spec.inputs:
         tensor = shown.inputs[t.name]
         if t.layout:
-            made += [Panel(p.label, marked(shown, p.image), p.note, True) for p in image_panels(t.name, tensor, t.layout, t.color, True)]
+            made += [
+                Panel(p.label, marked(shown, p.image), p.note, True)
+                for p in image_panels(t.name, tensor, t.layout, t.color, True)
+            ]
         elif t.shape[1:] == ("OH", "OW"):
-            made += image_panels(t.name, (tensor - tensor.min()) / (tensor.max() - tensor.min()), "HW" if tensor.dim() == 2 else "CHW", "", True)
+            made += image_panels(
+                t.name,
+                (tensor - tensor.min()) / (tensor.max() - tensor.min()),
+                "HW" if tensor.dim() == 2 else "CHW",
+                "",
+                True,
+            )
         elif t.name == "noise":
             made += image_panels("noise: x", tensor[:, :1] / (2 * tensor.abs().max()) + 0.5, "NCHW", "", True)
     return [*made, *output_panels(shown)]
@@ -97,9 +106,24 @@ GEOMETRY: dict[str, Callable[[Shown], list[Panel]]] = {
     "geometry.transform.projection_from_Rt": tensors,
     "geometry.transform.warp_grid": tensors,
     "geometry.transform.warp_points": tensors,
-    **{f"geometry.bbox.{name}": space_boxes for name in ("bbox_generator3d", "bbox_to_mask3d", "infer_bbox_shape3d", "is_bbox3d")},
-    **{f"geometry.transform.get_{name}3d": space_maps for name in ("affine_matrix", "perspective_transform", "shear_matrix")},
-    **{f"geometry.epipolar.{name}": two_views for name in (
-        "find_essential", "find_fundamental_7point", "get_closest", "left_to_right", "right_to_left", "sampson", "symmetrical",
-    )},
+    **{
+        f"geometry.bbox.{name}": space_boxes
+        for name in ("bbox_generator3d", "bbox_to_mask3d", "infer_bbox_shape3d", "is_bbox3d")
+    },
+    **{
+        f"geometry.transform.get_{name}3d": space_maps
+        for name in ("affine_matrix", "perspective_transform", "shear_matrix")
+    },
+    **{
+        f"geometry.epipolar.{name}": two_views
+        for name in (
+            "find_essential",
+            "find_fundamental_7point",
+            "get_closest",
+            "left_to_right",
+            "right_to_left",
+            "sampson",
+            "symmetrical",
+        )
+    },
 }

@@ -16,7 +16,9 @@ def square_of(matrix: np.ndarray) -> np.ndarray:
 
 def mapped(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Where a matrix takes points (..., 2)."""
-    made = np.concatenate([points, np.ones_like(points[..., :1])], -1).astype(np.float64) @ square_of(matrix).T
+    made = (
+        np.concatenate([points, np.ones_like(points[..., :1])], -1).astype(np.float64) @ square_of(matrix).T
+    )
     return made[..., :2] / made[..., 2:]
 
 
@@ -32,4 +34,8 @@ def draw_grid(plane: Plane, low: np.ndarray, high: np.ndarray, matrix: np.ndarra
     lines = grid_of(low, high)
     inks = {0: (40, 150, 60), GRID_LINES + 1: (215, 50, 45)}
     for index, line in enumerate(lines):
-        plane.path(line if matrix is None else mapped(matrix, line), inks.get(index, GRID), 1.8 if index in inks else 0.8)
+        plane.path(
+            line if matrix is None else mapped(matrix, line),
+            inks.get(index, GRID),
+            1.8 if index in inks else 0.8,
+        )

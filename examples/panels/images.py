@@ -51,7 +51,15 @@ def image_panels(name: str, tensor: torch.Tensor, layout: str, color: str, given
                 image = image[..., ::-1]
             elif color == "BGR":
                 note = "blue is shown as red, as it lies"
-            made.append(Panel(name, image, "" if given and color != "BGR" else note, given, 0.5 if len(arrays) > 1 else 1.0))
+            made.append(
+                Panel(
+                    name,
+                    image,
+                    "" if given and color != "BGR" else note,
+                    given,
+                    0.5 if len(arrays) > 1 else 1.0,
+                )
+            )
     return made
 
 
@@ -59,7 +67,14 @@ def kernel_panel(name: str, kernel: torch.Tensor, given: bool = False, weight: f
     """A matrix, enlarged; its values are not spread further than to black and white."""
     values = kernel.numpy()[..., None] / max(float(kernel.abs().max()), 1e-12)
     signed = values.min() < 0
-    return Panel(name, rgb_of(visible(values / 2 + 0.5 if signed else values)[0]), "grey is 0" if signed else "", given, weight, True)
+    return Panel(
+        name,
+        rgb_of(visible(values / 2 + 0.5 if signed else values)[0]),
+        "grey is 0" if signed else "",
+        given,
+        weight,
+        True,
+    )
 
 
 def kernels(shown: Shown) -> list[Panel]:
@@ -76,7 +91,10 @@ def kernels(shown: Shown) -> list[Panel]:
 
 def gradient(shown: Shown) -> list[Panel]:
     planes = shown.first[:, :, :, shown.first.shape[3] // 2] if shown.first.dim() == 6 else shown.first
-    made = [image_panels(f"d/d{axis}", planes[:, :, i], "NCHW", "", False) for i, axis in enumerate("xyz"[: planes.shape[2]])]
+    made = [
+        image_panels(f"d/d{axis}", planes[:, :, i], "NCHW", "", False)
+        for i, axis in enumerate("xyz"[: planes.shape[2]])
+    ]
     return [*input_panels(shown), *(panel for group in made for panel in group)]
 
 

@@ -20,7 +20,10 @@ GUTTER, NEAR, AT_MOST = 6, 3.0, 120
 def beside(first: np.ndarray, second: np.ndarray) -> tuple[Photo, np.ndarray]:
     """Two photographs beside each other, and where the second's first pixel is."""
     height = max(len(first), len(second))
-    parts = [np.pad(p, ((0, height - len(p)), (0, g), (0, 0)), constant_values=255) for p, g in ((first, GUTTER), (second, 0))]
+    parts = [
+        np.pad(p, ((0, height - len(p)), (0, g), (0, 0)), constant_values=255)
+        for p, g in ((first, GUTTER), (second, 0))
+    ]
     return Photo(np.concatenate(parts, 1), WHOLE[0]), np.array([first.shape[1] + GUTTER, 0])
 
 
@@ -41,10 +44,15 @@ def matches(shown: Shown) -> list[Panel]:
     first, second = points[0][pairs[:, 0]], points[1][pairs[:, 1]]
     off = (partners(first) - second).norm(dim=1)
     inks = [UNKNOWN if np.isnan(d) else GOOD if d < NEAR else BAD for d in off.tolist()]
-    for a, b, ink in sorted(zip(first.numpy(), second.numpy() + shift, inks, strict=True), key=lambda line: line[2] == BAD):
+    for a, b, ink in sorted(
+        zip(first.numpy(), second.numpy() + shift, inks, strict=True), key=lambda line: line[2] == BAD
+    ):
         sheet.path(np.stack([a, b]), ink, 1)
     count = " / ".join(str(inks.count(ink)) for ink in (GOOD, BAD, UNKNOWN))
-    note = f"{len(inks)} matches; by the true disparity right (green) / wrong (red) / not known (yellow): {count}"
+    note = (
+        f"{len(inks)} matches; by the true disparity right (green) / wrong (red) / not known (yellow):"
+        f" {count}"
+    )
     return [Panel(label_of(shown), sheet.pixels(), note, weight=WIDE)]
 
 
@@ -54,7 +62,8 @@ def label_of(shown: Shown) -> str:
 
 
 def two_views(shown: Shown) -> list[Panel]:
-    """Matches on both images, green where they obey the homography; and the second image where it takes it back onto the first."""
+    """Matches on both images, green where they obey the homography; and the second image where it takes it
+    back onto the first."""
     first, second = (bytes_of(shown.inputs[n][0]) for n in ("image1", "image2"))
     sheet, shift = beside(first, second)
     matched, inliers = (shown.outputs[n][0].numpy() for n in ("matched", "inliers"))

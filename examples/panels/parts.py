@@ -11,10 +11,29 @@ from chiasm.export.spec import TensorSpec
 
 from .model import Shown
 
-POINTS = ("point", "pts", "pixel", "coord", "center", "grid", "rays", "corner", "x, y", "rho, phi", "where they go")
+POINTS = (
+    "point",
+    "pts",
+    "pixel",
+    "coord",
+    "center",
+    "grid",
+    "rays",
+    "corner",
+    "x, y",
+    "rho, phi",
+    "where they go",
+)
 LINES = ("lines", "line", "perpendiculars")
 #: Rotations and translations that belong together.
-POSES = (("R", "t"), ("R1", "t1"), ("R2", "t2"), ("R_out", "t_out"), ("rmat", "tvec"), ("rotations", "translations"))
+POSES = (
+    ("R", "t"),
+    ("R1", "t1"),
+    ("R2", "t2"),
+    ("R_out", "t_out"),
+    ("rmat", "tvec"),
+    ("rotations", "translations"),
+)
 EPIPOLAR = ("Fm", "F_mat", "E_mat", "fundamental", "essential")
 WEIGHTS = ("weights", "w", "scores")
 
@@ -23,11 +42,9 @@ WEIGHTS = ("weights", "w", "scores")
 class Part:
     """An input or output, or several that are one number each, as `items` (n, ...) of a kind:
 
-    image: values on a grid (H, W);
-    points, lines, values, flags: of which there are many;
-    quaternion, axis_angle, rotation, motion (in space), turn, move (in the plane), homography, epipolar (essential and fundamental matrices): drawn
-    as what they do;
-    numbers: anything else.
+    image: values on a grid (H, W); points, lines, values, flags: of which there are many; quaternion,
+    axis_angle, rotation, motion (in space), turn, move (in the plane), homography, epipolar (essential and
+    fundamental matrices): drawn as what they do; numbers: anything else.
     """
 
     name: str
@@ -42,8 +59,14 @@ class Part:
 
 def parts(shown: Shown) -> list[Part]:
     """All that is no image, inputs first."""
-    given = [(t.name, items_of(shown, shown.inputs[t.name], t), t.description) for t in shown.spec.inputs if not t.layout and t.dtype != "uint8"]
-    made = [(d["name"], items_of(shown, shown.outputs[d["name"]]), "") for d in shown.described if not d["layout"]]
+    given = [
+        (t.name, items_of(shown, shown.inputs[t.name], t), t.description)
+        for t in shown.spec.inputs
+        if not t.layout and t.dtype != "uint8"
+    ]
+    made = [
+        (d["name"], items_of(shown, shown.outputs[d["name"]]), "") for d in shown.described if not d["layout"]
+    ]
     first = [part_of(*g, True) for g in grouped(given)]
     like = "point" if any(p.kind in ("points", "lines") for p in first) else ""
     if any("quaternion" in f"{name} {about}" for name, _, about in given):
@@ -58,7 +81,12 @@ def posed(found: list[Part]) -> list[Part]:
     made: list[Part] = []
     for part in found:
         before = made[-1] if made else None
-        if before and before.kind == "rotation" and (before.name, part.name) in POSES and part.items.shape == (len(before.items), 3):
+        if (
+            before
+            and before.kind == "rotation"
+            and (before.name, part.name) in POSES
+            and part.items.shape == (len(before.items), 3)
+        ):
             poses = np.tile(np.eye(4, dtype=part.items.dtype), (len(part.items), 1, 1))
             poses[:, :3, :3], poses[:, :3, 3] = before.items, part.items
             made[-1] = Part(f"{before.name}, {part.name}", poses, "motion", part.given)
@@ -69,7 +97,12 @@ def posed(found: list[Part]) -> list[Part]:
 
 def items_of(shown: Shown, tensor: torch.Tensor, described: TensorSpec | None = None) -> np.ndarray:
     """(n, ...): what a batch of one holds many of, or the batch."""
-    sizes = {d: s for t in shown.spec.inputs for d, s in zip(t.shape, shown.inputs[t.name].shape, strict=True) if isinstance(d, str)}
+    sizes = {
+        d: s
+        for t in shown.spec.inputs
+        for d, s in zip(t.shape, shown.inputs[t.name].shape, strict=True)
+        if isinstance(d, str)
+    }
     array, dims = tensor.numpy(), tuple(sizes.get(d, 0) for d in ("B", "N"))
     plane = tuple(sizes[d] for d in ("D", "H", "W") if d in sizes)
     if len(plane) > 1 and array.shape[1 : 1 + len(plane)] == plane:
@@ -78,14 +111,19 @@ def items_of(shown: Shown, tensor: torch.Tensor, described: TensorSpec | None = 
         first = array.reshape(-1, *plane)[0]  # of several, such as a position's coordinates
         if len(plane) == 2:
             return first
-        return first.max(0) if np.median(first) == 0 else first[len(first) // 2]  # of what is nearly nowhere, all slices
+        return (
+            first.max(0) if np.median(first) == 0 else first[len(first) // 2]
+        )  # of what is nearly nowhere, all slices
     if array.ndim > 3 and min(array.shape[-2:]) > 16:
         return array.reshape(-1, *array.shape[-2:])[0]
     if array.ndim == 4 and len(array) == 1 and array.shape[-2:] in ((3, 3), (3, 1)):
         return array[0]
     if array.ndim == 4 and array.shape[-1] == 2:
         return np.moveaxis(array, -1, 1)
-    if array.ndim > 1 and (array.shape[:2] == dims or (dims[0] == 1 and described is not None and is_pointed(described) and array.ndim == 3)):
+    if array.ndim > 1 and (
+        array.shape[:2] == dims
+        or (dims[0] == 1 and described is not None and is_pointed(described) and array.ndim == 3)
+    ):
         return array[0]
     return array
 
@@ -99,7 +137,13 @@ def grouped(tensors: list[tuple[str, np.ndarray, str]]) -> list[tuple[str, np.nd
     made: list[tuple[str, np.ndarray, str]] = []
     alone = any(array.ndim == 2 and array.shape[1] > 1 for _, array, _ in tensors)
     for name, array, about in tensors:
-        if joins(name, array) and not alone and made and (made[-1][1].ndim == 1 or ", " in made[-1][0]) and len(made[-1][1]) == len(array):
+        if (
+            joins(name, array)
+            and not alone
+            and made
+            and (made[-1][1].ndim == 1 or ", " in made[-1][0])
+            and len(made[-1][1]) == len(array)
+        ):
             before = made.pop()
             made.append((f"{before[0]}, {name}", np.column_stack([before[1], array]), before[2]))
         else:
@@ -140,7 +184,9 @@ def kind_of(name: str, items: np.ndarray, about: str) -> str:
         return "homography"
     if shape == (3,) and name in LINES:
         return "lines"
-    if shape in ((2,), (3,)) and (any(word in f"{name} {about}" for word in POINTS) or name in ("X", "x1", "x2")):
+    if shape in ((2,), (3,)) and (
+        any(word in f"{name} {about}" for word in POINTS) or name in ("X", "x1", "x2")
+    ):
         return "points"
     if shape == (3, 4) and is_rigid(whole(items)):
         return "motion"
@@ -161,7 +207,12 @@ def is_rigid(matrices: np.ndarray) -> bool:
     square = upper @ upper.transpose(0, 2, 1)
     last = np.eye(size)[-1]
     straight = size < 4 or np.allclose(matrices[:, -1], last, atol=1e-4)
-    return size <= 4 and straight and np.allclose(square, np.eye(upper.shape[1]), atol=1e-3) and bool((np.linalg.det(upper) > 0).all())
+    return (
+        size <= 4
+        and straight
+        and np.allclose(square, np.eye(upper.shape[1]), atol=1e-3)
+        and bool((np.linalg.det(upper) > 0).all())
+    )
 
 
 def is_move(matrices: np.ndarray) -> bool:
@@ -169,4 +220,6 @@ def is_move(matrices: np.ndarray) -> bool:
     if matrices.shape[1:] != (3, 3) or not np.allclose(matrices[:, 2], [0, 0, 1], atol=1e-4):
         return False
     upper = matrices[:, :2, :2]
-    return np.abs(matrices[:, :2, 2]).max() > 1e-3 and np.allclose(upper @ upper.transpose(0, 2, 1), np.eye(2), atol=1e-3)
+    return np.abs(matrices[:, :2, 2]).max() > 1e-3 and np.allclose(
+        upper @ upper.transpose(0, 2, 1), np.eye(2), atol=1e-3
+    )

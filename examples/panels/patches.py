@@ -28,7 +28,9 @@ def sheet_of(cells: list[np.ndarray], inks: np.ndarray | None = None) -> np.ndar
         made[EDGE:-EDGE, EDGE:-EDGE] = cell
         framed.append(made)
     framed += [np.full_like(framed[0], 255)] * (-len(framed) % COLUMNS)
-    return np.concatenate([np.concatenate(framed[i : i + COLUMNS], 1) for i in range(0, len(framed), COLUMNS)])
+    return np.concatenate(
+        [np.concatenate(framed[i : i + COLUMNS], 1) for i in range(0, len(framed), COLUMNS)]
+    )
 
 
 def enlarged(patch: np.ndarray) -> Photo:
@@ -37,7 +39,9 @@ def enlarged(patch: np.ndarray) -> Photo:
 
 
 def given(shown: Shown) -> Panel:
-    return Panel("patches", sheet_of([enlarged(p).pixels() for p in shown.inputs["patches"].numpy()]), given=True)
+    return Panel(
+        "patches", sheet_of([enlarged(p).pixels() for p in shown.inputs["patches"].numpy()]), given=True
+    )
 
 
 def shapes(shown: Shown) -> list[Panel]:
@@ -91,8 +95,16 @@ def glyphs(shown: Shown) -> list[Panel]:
     found = shown.first.double().numpy()
     found = found[0] if found.ndim == 3 else found
     if "patches" in shown.inputs:
-        return [given(shown), Panel("descriptors: 4 x 4 parts, 8 directions", sheet_of([glyph(d) for d in found]))]
-    return [framed(shown), Panel("descriptors: 4 x 4 parts, 8 directions", sheet_of([glyph(d) for d in found], inks_of(len(found))))]
+        return [
+            given(shown),
+            Panel("descriptors: 4 x 4 parts, 8 directions", sheet_of([glyph(d) for d in found])),
+        ]
+    return [
+        framed(shown),
+        Panel(
+            "descriptors: 4 x 4 parts, 8 directions", sheet_of([glyph(d) for d in found], inks_of(len(found)))
+        ),
+    ]
 
 
 def rows(shown: Shown) -> list[Panel]:
@@ -113,7 +125,13 @@ def framed(shown: Shown) -> Panel:
 def extracted(shown: Shown) -> list[Panel]:
     """Frames on the photograph, and what is in each."""
     patches = shown.first[0].numpy()
-    return [framed(shown), Panel(next(iter(shown.outputs)), sheet_of([enlarged(p).pixels() for p in patches], inks_of(len(patches))))]
+    return [
+        framed(shown),
+        Panel(
+            next(iter(shown.outputs)),
+            sheet_of([enlarged(p).pixels() for p in patches], inks_of(len(patches))),
+        ),
+    ]
 
 
 def layouts(shown: Shown) -> list[Panel]:
@@ -137,7 +155,10 @@ def dense(shown: Shown) -> list[Panel]:
     low, high = np.percentile(parts, (1, 99), axis=0)
     pixels = ((parts - low) / (high - low)).clip(0, 1) * 255
     seen = pixels.reshape(*found.shape[1:], 3).astype(np.uint8)
-    return [*input_panels(shown), Panel("descriptors", seen, "their first three principal components are shown as red, green and blue")]
+    return [
+        *input_panels(shown),
+        Panel("descriptors", seen, "their first three principal components are shown as red, green and blue"),
+    ]
 
 
 PATCHES: dict[str, Callable[[Shown], list[Panel]]] = {

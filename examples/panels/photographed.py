@@ -15,7 +15,8 @@ DOT, LINE = 9, 3
 
 
 def stereo_views(shown: Shown) -> list[Panel]:
-    """Points of the left photograph; their lines in the right one, and its points: hollow where the op says that they are no partners."""
+    """Points of the left photograph; their lines in the right one, and its points: hollow where the op says
+    that they are no partners."""
     _, first, second = pair(shown)
     matrix = shown.outputs["fundamental"][0].numpy()
     inliers = shown.outputs["inliers"][0].numpy() if "inliers" in shown.outputs else np.ones(len(first), bool)
@@ -26,13 +27,22 @@ def stereo_views(shown: Shown) -> list[Panel]:
         dot(pen, point, ink)
     pen = ImageDraw.Draw(right)
     for (a, b, c), ink, inlier in zip(lines_of(matrix, first), inks, inliers, strict=True):
-        ends = [(x, -(a * x + c) / b) for x in (0, right.width)] if abs(b) > abs(a) else [(-(b * y + c) / a, y) for y in (0, right.height)]
+        ends = (
+            [(x, -(a * x + c) / b) for x in (0, right.width)]
+            if abs(b) > abs(a)
+            else [(-(b * y + c) / a, y) for y in (0, right.height)]
+        )
         if inlier:
             pen.line(ends, ink, LINE)
     for point, ink, inlier in zip(second, inks, inliers, strict=True):
         dot(pen, point, ink, inlier)
-    note = f"{inliers.sum()} of {len(inliers)} are inliers, the others are hollow" if not inliers.all() else ""
-    return [Panel("left photograph and points1", np.asarray(left), "", True), Panel("right photograph, turned: lines and points2", np.asarray(right), note)]
+    note = (
+        f"{inliers.sum()} of {len(inliers)} are inliers, the others are hollow" if not inliers.all() else ""
+    )
+    return [
+        Panel("left photograph and points1", np.asarray(left), "", True),
+        Panel("right photograph, turned: lines and points2", np.asarray(right), note),
+    ]
 
 
 def dot(pen: ImageDraw.ImageDraw, point: np.ndarray, ink: tuple[int, int, int], filled: bool = True) -> None:

@@ -9,7 +9,9 @@ from .model import Panel, Shown
 
 GUTTER = 2
 #: Heights: deep water, shallow water, sand, grass, rock, snow.
-HEIGHTS = np.array([(20, 50, 120), (70, 140, 200), (225, 210, 150), (90, 150, 70), (120, 105, 90), (250, 250, 250)])
+HEIGHTS = np.array(
+    [(20, 50, 120), (70, 140, 200), (225, 210, 150), (90, 150, 70), (120, 105, 90), (250, 250, 250)]
+)
 STOPS = (0.0, 0.42, 0.46, 0.55, 0.8, 1.0)
 
 
@@ -19,8 +21,18 @@ def windows(shown: Shown) -> list[Panel]:
     made = shown.first
     patches, image = (made, given) if made.dim() == 5 else (given, made)
     right = columns(shown, image.shape[3])
-    sheet = Panel(next(n for n, t in (shown.inputs | shown.outputs).items() if t is patches), apart(patches[0].numpy(), right), f"{patches.shape[1]} windows", patches is given)
-    whole = Panel(next(n for n, t in (shown.inputs | shown.outputs).items() if t is image), colors(image[0].numpy()), "", image is given)
+    sheet = Panel(
+        next(n for n, t in (shown.inputs | shown.outputs).items() if t is patches),
+        apart(patches[0].numpy(), right),
+        f"{patches.shape[1]} windows",
+        patches is given,
+    )
+    whole = Panel(
+        next(n for n, t in (shown.inputs | shown.outputs).items() if t is image),
+        colors(image[0].numpy()),
+        "",
+        image is given,
+    )
     return [whole, sheet] if image is given else [sheet, whole]
 
 
@@ -28,7 +40,9 @@ def columns(shown: Shown, width: int) -> int:
     """How many windows there are in a row."""
     config = shown.spec.config
     window, stride = config["window_size"][1], config["stride"][1]
-    padding = 2 * config["padding"][1] if "padding" in config else sum(config.get("unpadding", (0, 0, 0, 0))[2:])
+    padding = (
+        2 * config["padding"][1] if "padding" in config else sum(config.get("unpadding", (0, 0, 0, 0))[2:])
+    )
     steps = (width + padding - window) / stride
     return int(np.ceil(steps) if config.get("allow_auto_padding") else np.floor(steps)) + 1
 
@@ -40,7 +54,14 @@ def colors(image: np.ndarray) -> np.ndarray:
 def apart(patches: np.ndarray, right: int) -> np.ndarray:
     """(N, C, h, w) in rows, with gutters."""
     factor = 3
-    cells = [np.pad(colors(p).repeat(factor, 0).repeat(factor, 1), ((0, GUTTER), (0, GUTTER), (0, 0)), constant_values=255) for p in patches]
+    cells = [
+        np.pad(
+            colors(p).repeat(factor, 0).repeat(factor, 1),
+            ((0, GUTTER), (0, GUTTER), (0, 0)),
+            constant_values=255,
+        )
+        for p in patches
+    ]
     rows = [np.concatenate(cells[i : i + right], 1) for i in range(0, len(cells), right)]
     return np.concatenate(rows)
 
@@ -53,7 +74,11 @@ def posterised(shown: Shown) -> list[Panel]:
     return [
         Panel("x: the photograph's pixels", shown.photo, given=True),
         Panel("means[labels]", colors(flat.transpose(2, 0, 1))),
-        Panel("centers", swatches(shown.inputs["centers"].numpy(), np.full(len(means), 1 / len(means))), given=True),
+        Panel(
+            "centers",
+            swatches(shown.inputs["centers"].numpy(), np.full(len(means), 1 / len(means))),
+            given=True,
+        ),
         Panel("means, by how many pixels have them", swatches(means, share)),
     ]
 

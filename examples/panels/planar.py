@@ -23,7 +23,13 @@ def domain_of(shown: Shown, given: bool) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros(2), np.array([w - 1.0, h - 1.0])
 
 
-def grid_sketch(label: str, matrix: np.ndarray, domain: tuple[np.ndarray, np.ndarray], given: bool, marks: np.ndarray | None = None) -> Sketch:
+def grid_sketch(
+    label: str,
+    matrix: np.ndarray,
+    domain: tuple[np.ndarray, np.ndarray],
+    given: bool,
+    marks: np.ndarray | None = None,
+) -> Sketch:
     """The grid that a matrix warps, where it was in grey; marks go with it."""
 
     def draw(size: Size) -> np.ndarray:
@@ -31,7 +37,10 @@ def grid_sketch(label: str, matrix: np.ndarray, domain: tuple[np.ndarray, np.nda
         corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
         seen = np.concatenate([mapped(matrix, line) for line in grid_of(low, high)])
         beside = np.concatenate([seen, corners])
-        near = np.ptp(beside, axis=0).max() < 3 * np.ptp(seen, axis=0).max() and np.ptp(beside, axis=0).max() < 3 * (high - low).max()
+        near = (
+            np.ptp(beside, axis=0).max() < 3 * np.ptp(seen, axis=0).max()
+            and np.ptp(beside, axis=0).max() < 3 * (high - low).max()
+        )
         plane = Plane(size, beside if near else seen)
         if near:
             plane.path(corners, OUTLINE, 1, closed=True)
@@ -69,7 +78,11 @@ def fitted(shown: Shown) -> list[Panel]:
     """Points or segments of two images, over a grid that the matrix takes from one to the other."""
     first, second = (shown.inputs[t.name][0].numpy().astype(np.float64) for t in shown.spec.inputs[:2])
     names = [t.name for t in shown.spec.inputs[:2]]
-    matrix = next(t[0].numpy() for t in (*shown.inputs.values(), *shown.outputs.values()) if tuple(t.shape[1:]) in ((3, 3), (2, 3)))
+    matrix = next(
+        t[0].numpy()
+        for t in (*shown.inputs.values(), *shown.outputs.values())
+        if tuple(t.shape[1:]) in ((3, 3), (2, 3))
+    )
     inks = wheel(first.reshape(len(first), -1, 2).mean(1))
     low, high = first.reshape(-1, 2).min(0), first.reshape(-1, 2).max(0)
     seen = mapped(matrix, first)
@@ -93,7 +106,11 @@ def fitted(shown: Shown) -> list[Panel]:
     sketches = [Sketch(names[0], before, True), Sketch(f"{names[1]}{rings}", after, True)]
     for name, tensor in shown.outputs.items():
         values = tensor[0].numpy()
-        sketches.append(table_sketch(name, values, False) if values.ndim == 2 else Sketch(name, lambda size, v=values: levels(v, inks, size)))
+        sketches.append(
+            table_sketch(name, values, False)
+            if values.ndim == 2
+            else Sketch(name, lambda size, v=values: levels(v, inks, size))
+        )
     return finished(sketches)
 
 
@@ -108,7 +125,8 @@ def things(plane: Plane, places: np.ndarray, inks: np.ndarray) -> None:
 
 
 def quadrilaterals(shown: Shown) -> list[Panel]:
-    """Four points of two images, a sample a column; whether a homography can take one to the other, as the op says it."""
+    """Four points of two images, a sample a column; whether a homography can take one to the other, as the op
+    says it."""
     made = []
     for name in ("points1", "points2"):
         for i, valid in enumerate(shown.first.tolist()):
@@ -116,11 +134,17 @@ def quadrilaterals(shown: Shown) -> list[Panel]:
             plane = Plane((154, 130), corners)
             plane.path(corners, GRAY, 1.3, closed=True)
             plane.dots(corners, hues(4), 4)
-            made.append(Panel(name if name == "points1" else f"{name}: {'valid' if valid else 'not valid'}", plane.pixels(), given=True))
+            made.append(
+                Panel(
+                    name if name == "points1" else f"{name}: {'valid' if valid else 'not valid'}",
+                    plane.pixels(),
+                    given=True,
+                )
+            )
     return made
 
 
-# --- boxes -------------------------------------------------------------------------------------------------------------
+# --- boxes --------------------------------------------------------------------------------------------------
 
 
 def corners_of(boxes: np.ndarray, mode: str = "xyxy") -> np.ndarray:
@@ -133,11 +157,21 @@ def corners_of(boxes: np.ndarray, mode: str = "xyxy") -> np.ndarray:
     return np.stack([np.stack(c, -1) for c in ((x1, y1), (x2, y1), (x2, y2), (x1, y2))], 1)
 
 
-def boxes_sketch(label: str, corners: np.ndarray, texts: list[str] | None = None, given: bool = False, before: np.ndarray | None = None, faint: np.ndarray | None = None) -> Sketch:
+def boxes_sketch(
+    label: str,
+    corners: np.ndarray,
+    texts: list[str] | None = None,
+    given: bool = False,
+    before: np.ndarray | None = None,
+    faint: np.ndarray | None = None,
+) -> Sketch:
     """Rectangles with texts in them; `before` in grey, `faint` says which are drawn thinly."""
 
     def draw(size: Size) -> np.ndarray:
-        plane = Plane(size, np.concatenate([corners.reshape(-1, 2)] + ([] if before is None else [before.reshape(-1, 2)])))
+        plane = Plane(
+            size,
+            np.concatenate([corners.reshape(-1, 2)] + ([] if before is None else [before.reshape(-1, 2)])),
+        )
         for box in () if before is None else before:
             plane.path(box, OUTLINE, 1.2, closed=True)
         for i, box in enumerate(corners):
@@ -157,20 +191,44 @@ def plane_boxes(shown: Shown) -> list[Panel]:
     name, config = shown.spec.name, shown.spec.config
     if "generator" in name:
         given = np.stack([t.numpy() for t in shown.inputs.values()])
-        return finished([Sketch(", ".join(shown.inputs), lambda size: table(given, size[0], 22), True), boxes_sketch("boxes", corners_of(shown.first.numpy()))])
+        return finished(
+            [
+                Sketch(", ".join(shown.inputs), lambda size: table(given, size[0], 22), True),
+                boxes_sketch("boxes", corners_of(shown.first.numpy())),
+            ]
+        )
     boxes = shown.inputs["boxes"][0].numpy() if "transform_bbox" in name else shown.inputs["boxes"].numpy()
     corners = corners_of(boxes, config.get("mode", "xyxy"))
     if "transform_bbox" in name:
         moved = corners_of(shown.first[0].numpy(), config["mode"])
-        return finished([boxes_sketch("boxes", corners, given=True), boxes_sketch("boxes_out", moved, before=corners), table_sketch("trans_mat", shown.inputs["trans_mat"][0].numpy(), True)])
+        return finished(
+            [
+                boxes_sketch("boxes", corners, given=True),
+                boxes_sketch("boxes_out", moved, before=corners),
+                table_sketch("trans_mat", shown.inputs["trans_mat"][0].numpy(), True),
+            ]
+        )
     if "nms" in name:
         kept = np.zeros(len(boxes), bool)
         kept[shown.first.numpy()] = shown.outputs["kept"].numpy()
-        return finished([boxes_sketch("boxes", corners, given=True), boxes_sketch("kept: those in colour", corners, faint=~kept)])
+        return finished(
+            [
+                boxes_sketch("boxes", corners, given=True),
+                boxes_sketch("kept: those in colour", corners, faint=~kept),
+            ]
+        )
     if "mask" in name:
-        masks = [Panel("mask", (m.numpy()[..., None] * SERIES[i]).astype(np.uint8)) for i, m in enumerate(shown.first[:3])]
+        masks = [
+            Panel("mask", (m.numpy()[..., None] * SERIES[i]).astype(np.uint8))
+            for i, m in enumerate(shown.first[:3])
+        ]
         return [*finished([boxes_sketch("boxes", corners[:3], given=True)], len(masks)), *masks]
-    return finished([boxes_sketch("boxes", corners, given=True), boxes_sketch(", ".join(shown.outputs), corners, said(shown))])
+    return finished(
+        [
+            boxes_sketch("boxes", corners, given=True),
+            boxes_sketch(", ".join(shown.outputs), corners, said(shown)),
+        ]
+    )
 
 
 def said(shown: Shown) -> list[str]:

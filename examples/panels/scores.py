@@ -27,9 +27,14 @@ def confusion(shown: Shown) -> list[Panel]:
     colors = np.repeat(CLASSES[: len(values)], side // len(values), 0).astype(np.uint8)
     cells = table(values.round(2), side, side // len(values))[:side]
     top = np.broadcast_to(colors, (STRIP, side, 3))
-    left = np.pad(np.broadcast_to(colors[:, None], (side, STRIP, 3)), ((STRIP, 0), (0, 0), (0, 0)), constant_values=255)
+    left = np.pad(
+        np.broadcast_to(colors[:, None], (side, STRIP, 3)), ((STRIP, 0), (0, 0), (0, 0)), constant_values=255
+    )
     picture = np.concatenate([left, np.concatenate([top, cells])], 1)
-    return [*compared_inputs(shown), Panel(next(iter(shown.outputs)), picture, "rows are true classes, columns found ones")]
+    return [
+        *compared_inputs(shown),
+        Panel(next(iter(shown.outputs)), picture, "rows are true classes, columns found ones"),
+    ]
 
 
 def compared_inputs(shown: Shown) -> list[Panel]:
@@ -39,7 +44,13 @@ def compared_inputs(shown: Shown) -> list[Panel]:
 def class_values(shown: Shown) -> list[Panel]:
     """A bar a class."""
     inks = np.minimum(CLASSES, 225)
-    return [*compared_inputs(shown), Panel(f"{next(iter(shown.outputs))} of each class", levels(shown.first[0].numpy(), inks, (THIRD[0], 116)))]
+    return [
+        *compared_inputs(shown),
+        Panel(
+            f"{next(iter(shown.outputs))} of each class",
+            levels(shown.first[0].numpy(), inks, (THIRD[0], 116)),
+        ),
+    ]
 
 
 def ranking(shown: Shown) -> list[Panel]:
@@ -47,12 +58,27 @@ def ranking(shown: Shown) -> list[Panel]:
     pred, target = shown.inputs["pred"].numpy().T, shown.inputs["target"].numpy()
     width, row = WHOLE[0], 20
     sheet = Sheet((width, len(pred) * row + 2))
-    sheet.canvas.paste(Image.fromarray(table(pred.round(2), width, row)).resize((width * ZOOM, (len(pred) * row + 1) * ZOOM), Image.Resampling.LANCZOS))
+    sheet.canvas.paste(
+        Image.fromarray(table(pred.round(2), width, row)).resize(
+            (width * ZOOM, (len(pred) * row + 1) * ZOOM), Image.Resampling.LANCZOS
+        )
+    )
     step = width / pred.shape[1]
     for i, label in enumerate(target.tolist()):
         x0, y0, x1, y1 = i * step + 1, label * row + 1, (i + 1) * step - 2, (label + 1) * row - 2
-        sheet.stroke(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]]), RIGHT if pred[:, i].argmax() == label else WRONG, 2)
-    return [Panel("pred: a column a sample, a row a class; framed: target", sheet.pixels(), "red where another class has the highest score", True)]
+        sheet.stroke(
+            np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]]),
+            RIGHT if pred[:, i].argmax() == label else WRONG,
+            2,
+        )
+    return [
+        Panel(
+            "pred: a column a sample, a row a class; framed: target",
+            sheet.pixels(),
+            "red where another class has the highest score",
+            True,
+        )
+    ]
 
 
 def areas(shown: Shown) -> list[Panel]:
@@ -67,10 +93,13 @@ def areas(shown: Shown) -> list[Panel]:
     kept = steps[steps[:, 0] <= plane.high[0]]
     plane.path(np.concatenate([[[0.0, 0.0]], kept, [[plane.high[0], kept[-1, 1]]]]), INK, 1.8)
     bars = levels(shown.first.numpy(), np.array(SERIES), (152, 150))
-    return [Panel("share of errors below (upwards), and the thresholds", plane.pixels(), given=True, weight=2), Panel("areas, of 1", bars)]
+    return [
+        Panel("share of errors below (upwards), and the thresholds", plane.pixels(), given=True, weight=2),
+        Panel("areas, of 1", bars),
+    ]
 
 
-# --- boxes -------------------------------------------------------------------------------------------------------------
+# --- boxes --------------------------------------------------------------------------------------------------
 
 
 def draw_boxes(sheet: Photo, boxes: np.ndarray, inks: np.ndarray, texts: list[str]) -> None:
@@ -86,7 +115,9 @@ def overlaps(shown: Shown) -> list[Panel]:
     for name, ink, mark in (("boxes_1", (90, 190, 255), "abcdefgh"), ("boxes_2", (255, 170, 60), "")):
         boxes = shown.inputs[name].numpy()
         draw_boxes(sheet, boxes, np.array([ink] * len(boxes)), [""] * len(boxes))
-        for i, (x, y) in enumerate(sheet.at(boxes[:, :2].astype(np.float64) if mark else boxes[:, 2:].astype(np.float64))):
+        for i, (x, y) in enumerate(
+            sheet.at(boxes[:, :2].astype(np.float64) if mark else boxes[:, 2:].astype(np.float64))
+        ):
             sheet.write((float(x), float(y)), f"{i}", ink, "rb" if mark else "lt", 11)
     return [
         Panel("boxes_1 (blue), boxes_2 (orange)", sheet.pixels(), given=True),
@@ -95,21 +126,41 @@ def overlaps(shown: Shown) -> list[Panel]:
 
 
 def precisions(shown: Shown) -> list[Panel]:
-    """True boxes, found ones with their scores, in the classes' colours; those that a mask leaves out are grey."""
+    """True boxes, found ones with their scores, in the classes' colours; those that a mask leaves out are
+    grey."""
     made = []
     for kind, label in (("gt", "gt_boxes"), ("pred", "pred_boxes, scores")):
         boxes, labels = (shown.inputs[f"{kind}_{n}"][0].numpy() for n in ("boxes", "labels"))
-        there = shown.inputs[f"{kind}_mask"][0].numpy() if f"{kind}_mask" in shown.inputs else np.ones(len(boxes), bool)
-        texts = [f"{v:.2f}"[1:] for v in shown.inputs["pred_scores"][0].tolist()] if kind == "pred" else [""] * len(boxes)
+        there = (
+            shown.inputs[f"{kind}_mask"][0].numpy()
+            if f"{kind}_mask" in shown.inputs
+            else np.ones(len(boxes), bool)
+        )
+        texts = (
+            [f"{v:.2f}"[1:] for v in shown.inputs["pred_scores"][0].tolist()]
+            if kind == "pred"
+            else [""] * len(boxes)
+        )
         sheet = Photo(shown.photo, HALF[0])
         draw_boxes(sheet, boxes, np.where(there[:, None], VIVID[labels - 1], GRAY), texts)
-        made.append(Panel(label, sheet.pixels(), "colours are classes" + ("" if there.all() else ", grey: masked"), True))
-    return [*made, Panel("average precision of each class", levels(shown.outputs["precisions"].numpy(), VIVID, (WHOLE[0], 90)), weight=WIDE)]
+        made.append(
+            Panel(
+                label, sheet.pixels(), "colours are classes" + ("" if there.all() else ", grey: masked"), True
+            )
+        )
+    return [
+        *made,
+        Panel(
+            "average precision of each class",
+            levels(shown.outputs["precisions"].numpy(), VIVID, (WHOLE[0], 90)),
+            weight=WIDE,
+        ),
+    ]
 
 
 VIVID = np.array([(60, 170, 255), (255, 150, 40), (70, 210, 90), (235, 90, 220)])
 
-# --- poses -------------------------------------------------------------------------------------------------------------
+# --- poses --------------------------------------------------------------------------------------------------
 
 
 def pose_errors(shown: Shown) -> list[Panel]:
@@ -153,7 +204,13 @@ def drift(shown: Shown) -> list[Panel]:
     space.path(true, RIGHT, 1.2)
     space.path(found, SERIES[0], 1.2)
     space.dots(found, inks, 2.2)
-    return [Panel("t (blue), t_gt (green)", space.pixels(), given=True), Panel("distance", levels(shown.first.numpy(), np.broadcast_to(np.array(SERIES[1]), (len(true), 3)), (HALF[0], 190)))]
+    return [
+        Panel("t (blue), t_gt (green)", space.pixels(), given=True),
+        Panel(
+            "distance",
+            levels(shown.first.numpy(), np.broadcast_to(np.array(SERIES[1]), (len(true), 3)), (HALF[0], 190)),
+        ),
+    ]
 
 
 SCORES: dict[str, Callable[[Shown], list[Panel]]] = {

@@ -16,21 +16,27 @@ from .solid import montage
 from .tensors import shades
 
 #: Of classes 0, 1, ...: a sky, a horse, a meadow, the sun, a cloud, a hill.
-CLASSES = np.array([(150, 190, 235), (140, 80, 40), (120, 175, 75), (250, 205, 60), (240, 240, 245), (85, 120, 110)])
+CLASSES = np.array(
+    [(150, 190, 235), (140, 80, 40), (120, 175, 75), (250, 205, 60), (240, 240, 245), (85, 120, 110)]
+)
 UNSEEN, HIDDEN = (60, 60, 60), (205, 210, 220)
 #: What is not negative and has no natural white.
 DEPTHS = ("disparity", "depth")
 ARROWS = 14
 
 
-def picture(described: TensorSpec, value: torch.Tensor, limits: tuple[float, float]) -> tuple[np.ndarray, str]:
+def picture(
+    described: TensorSpec, value: torch.Tensor, limits: tuple[float, float]
+) -> tuple[np.ndarray, str]:
     """The first entry of a batch as RGB (H, W, 3), and what its colours mean; limits are those of depths."""
     array, about = value[0].numpy(), f"{described.name} {described.description}"
     volume = array.ndim == 4 or "D" in described.shape
     if value.dtype == torch.bool or value.dtype == torch.int64:
         flat = array[0] if array.ndim > 2 + volume else array
         pixels = classes(flat) if value.dtype == torch.int64 else flat[..., None] * np.full(3, 255)
-        return (montage(pixels.transpose(3, 0, 1, 2) / 255) if volume else pixels.astype(np.uint8)), "dark: ignored" if flat.min() < 0 else ""
+        return (montage(pixels.transpose(3, 0, 1, 2) / 255) if volume else pixels.astype(np.uint8)), (
+            "dark: ignored" if flat.min() < 0 else ""
+        )
     if array.shape[-1] == 2:
         return flow(array), "colours are directions"
     if "logits" in about or "probabilities" in about:
@@ -83,7 +89,9 @@ def flow(vectors: np.ndarray) -> np.ndarray:
     wheel = np.array([colorsys.hsv_to_rgb(t / 64, 0.9, 1) for t in range(64)])
     turn = np.arctan2(vectors[..., 1], vectors[..., 0]) / (2 * np.pi) % 1
     strong = (length / length.max())[..., None]
-    sheet = Photo(((1 - strong * (1 - wheel[(turn * 64).astype(int) % 64])) * 255).astype(np.uint8), vectors.shape[1])
+    sheet = Photo(
+        ((1 - strong * (1 - wheel[(turn * 64).astype(int) % 64])) * 255).astype(np.uint8), vectors.shape[1]
+    )
     step = max(vectors.shape[:2]) // ARROWS
     for y in range(step // 2, vectors.shape[0], step):
         for x in range(step // 2, vectors.shape[1], step):
@@ -97,4 +105,6 @@ def arrow(sheet: Photo, start: np.ndarray, vector: np.ndarray) -> None:
     end = start + vector
     sheet.path(np.stack([start, end]), UNSEEN)
     if np.hypot(*vector) > 3:
-        sheet.path(np.stack([end - 0.35 * vector + 0.2 * across, end, end - 0.35 * vector - 0.2 * across]), UNSEEN)
+        sheet.path(
+            np.stack([end - 0.35 * vector + 0.2 * across, end, end - 0.35 * vector - 0.2 * across]), UNSEEN
+        )

@@ -23,7 +23,14 @@ def montage(volume: np.ndarray) -> np.ndarray:
     chosen = np.unique(np.linspace(0, depth - 1, min(SLICES, depth)).round().astype(int))
     pixels, _ = visible(volume.transpose(1, 2, 3, 0))
     larger = max(1, 72 // pixels.shape[2])
-    slices = [np.pad(rgb_of(pixels[i]).repeat(larger, 0).repeat(larger, 1), ((0, GUTTER), (0, GUTTER), (0, 0)), constant_values=255) for i in chosen]
+    slices = [
+        np.pad(
+            rgb_of(pixels[i]).repeat(larger, 0).repeat(larger, 1),
+            ((0, GUTTER), (0, GUTTER), (0, 0)),
+            constant_values=255,
+        )
+        for i in chosen
+    ]
     slices += [np.full_like(slices[0], 255)] * (-len(slices) % 3)
     rows = [np.concatenate(slices[i : i + 3], 1) for i in range(0, len(slices), 3)]
     return np.concatenate(rows)[:-GUTTER, :-GUTTER]
@@ -31,17 +38,24 @@ def montage(volume: np.ndarray) -> np.ndarray:
 
 def volumes(shown: Shown) -> list[Panel]:
     """Slices of the volumes before and after."""
-    given = [Panel(f"{t.name}: slices", montage(shown.inputs[t.name][0].numpy()), given=True) for t in shown.spec.inputs if t.layout]
+    given = [
+        Panel(f"{t.name}: slices", montage(shown.inputs[t.name][0].numpy()), given=True)
+        for t in shown.spec.inputs
+        if t.layout
+    ]
     return [*given, *(Panel(f"{n}: slices", montage(t[0].numpy())) for n, t in shown.outputs.items())]
 
 
-# --- maps --------------------------------------------------------------------------------------------------------------
+# --- maps ---------------------------------------------------------------------------------------------------
 
 
 def moved(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Where a matrix (3, 4) or (4, 4) takes points (..., 3)."""
     whole = np.concatenate([matrix, [[0, 0, 0, 1]]]) if len(matrix) == 3 else matrix
-    made = np.concatenate([points, np.ones_like(points[..., :1])], -1).astype(np.float64) @ whole.astype(np.float64).T
+    made = (
+        np.concatenate([points, np.ones_like(points[..., :1])], -1).astype(np.float64)
+        @ whole.astype(np.float64).T
+    )
     return made[..., :3] / made[..., 3:]
 
 
@@ -61,7 +75,11 @@ def box_sketch(label: str, corners: np.ndarray, before: np.ndarray | None, given
     """Boxes (n, 8, 3), and others in grey."""
 
     def draw(size: Size) -> np.ndarray:
-        everything = corners.reshape(-1, 3) if before is None else np.concatenate([corners.reshape(-1, 3), before.reshape(-1, 3)])
+        everything = (
+            corners.reshape(-1, 3)
+            if before is None
+            else np.concatenate([corners.reshape(-1, 3), before.reshape(-1, 3)])
+        )
         space = Space(size, everything, CAMERA)
         for box in () if before is None else before:
             draw_box(space, box, (190, 190, 190), 0.9)
@@ -85,7 +103,9 @@ def space_maps(shown: Shown) -> list[Panel]:
     if not given:
         box = inputs["src"] if "src" in inputs else box_of(*extent_of(shown, False))
         sketches.insert(0, box_sketch("src" if "src" in inputs else "a box of voxels", box[None], None, True))
-    tables = [Sketch(n, lambda size, m=m: table(m, size[0], 20), n in given) for n, m in (given | made).items()]
+    tables = [
+        Sketch(n, lambda size, m=m: table(m, size[0], 20), n in given) for n, m in (given | made).items()
+    ]
     return finished([*sketches, *tables])
 
 
@@ -99,19 +119,30 @@ def extent_of(shown: Shown, given: bool) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros(3), np.array([23.0, 15.0, 11.0])
 
 
-# --- boxes -------------------------------------------------------------------------------------------------------------
+# --- boxes --------------------------------------------------------------------------------------------------
 
 
 def space_boxes(shown: Shown) -> list[Panel]:
     """Boxes in space, and what the op says of each."""
     if "generator" in shown.spec.name:
         given = np.stack([t.numpy() for t in shown.inputs.values()])
-        return finished([Sketch(", ".join(shown.inputs), lambda size: table(given, size[0], 22), True), box_sketch("boxes", shown.first.numpy(), None, False)])
+        return finished(
+            [
+                Sketch(", ".join(shown.inputs), lambda size: table(given, size[0], 22), True),
+                box_sketch("boxes", shown.first.numpy(), None, False),
+            ]
+        )
     boxes = shown.inputs["boxes"].numpy()
     if "mask" in shown.spec.name:
-        return [*finished([box_sketch("boxes", boxes[:1], None, True)], 1), Panel("mask: slices of the first", montage(shown.first[0].numpy()))]
+        return [
+            *finished([box_sketch("boxes", boxes[:1], None, True)], 1),
+            Panel("mask: slices of the first", montage(shown.first[0].numpy())),
+        ]
     texts = said(shown)
-    sketches = [box_sketch("boxes", boxes, None, True), Sketch(", ".join(shown.outputs), lambda size: verdicts(texts, size))]
+    sketches = [
+        box_sketch("boxes", boxes, None, True),
+        Sketch(", ".join(shown.outputs), lambda size: verdicts(texts, size)),
+    ]
     return finished(sketches)
 
 
@@ -123,7 +154,7 @@ def verdicts(texts: list[str], size: Size) -> np.ndarray:
     return space.pixels()
 
 
-# --- depth -------------------------------------------------------------------------------------------------------------
+# --- depth --------------------------------------------------------------------------------------------------
 
 
 def cloud_sketch(label: str, points: np.ndarray, inks: np.ndarray) -> Sketch:
@@ -144,7 +175,14 @@ def depth_clouds(shown: Shown) -> list[Panel]:
     step = max(1, points.shape[0] // 60)
     inks = shown.photo[::step, ::step].reshape(-1, 3)
     plane, note = visible(depth.reshape(*depth.shape[-2:], 1).numpy())
-    sketches = [Sketch("depth", lambda size: rgb_of(plane), True, note), cloud_sketch("points, in the photograph's colours", points[::step, ::step].reshape(-1, 3).astype(np.float64), inks)]
+    sketches = [
+        Sketch("depth", lambda size: rgb_of(plane), True, note),
+        cloud_sketch(
+            "points, in the photograph's colours",
+            points[::step, ::step].reshape(-1, 3).astype(np.float64),
+            inks,
+        ),
+    ]
     return finished(sketches)
 
 

@@ -15,7 +15,13 @@ def histogram(shown: Shown) -> list[Panel]:
     given = input_panels(shown) or [Panel("x: brightness of its pixels", shown.photo, given=True)]
     counts = shown.first[0].reshape(-1, shown.first.shape[-1]).numpy()
     names = ["red", "green", "blue"] if len(counts) == 3 else []
-    return [*given, Panel(next(iter(shown.outputs)), plots.bars(list(counts), plots.RGB if names else plots.SERIES, names, HALF))]
+    return [
+        *given,
+        Panel(
+            next(iter(shown.outputs)),
+            plots.bars(list(counts), plots.RGB if names else plots.SERIES, names, HALF),
+        ),
+    ]
 
 
 def joint_density(shown: Shown) -> list[Panel]:
@@ -33,7 +39,11 @@ def whitening(shown: Shown) -> list[Panel]:
     before, after = shown.inputs["inp"].numpy(), shown.first.numpy()
     inks = (before[:, :3] * 230).clip(0, 230)
     return [
-        Panel("inp: red and green of pixels", plots.scatter(before[:, :2] - before[:, :2].mean(0), inks, HALF), given=True),
+        Panel(
+            "inp: red and green of pixels",
+            plots.scatter(before[:, :2] - before[:, :2].mean(0), inks, HALF),
+            given=True,
+        ),
         Panel("output: the same samples", plots.scatter(after[:, :2], inks, HALF)),
     ]
 
@@ -41,4 +51,7 @@ def whitening(shown: Shown) -> list[Panel]:
 def matrices(shown: Shown) -> list[Panel]:
     before = shown.inputs["inp"].numpy()
     points = plots.scatter(before[:, :2], (before[:, :3] * 230).clip(0, 230), THIRD)
-    return [Panel("inp: pixels", points, given=True), *(kernel_panel(n, shown.outputs[n]) for n in ("transform_matrix", "inverse"))]
+    return [
+        Panel("inp: pixels", points, given=True),
+        *(kernel_panel(n, shown.outputs[n]) for n in ("transform_matrix", "inverse")),
+    ]

@@ -21,13 +21,33 @@ Size = tuple[int, int]
 QUARTER = 114
 JOIN, GHOST = (190, 190, 190), (170, 170, 170)
 #: Families whose y grows upwards.
-UPWARDS = tuple(f"geometry.{n}" for n in (
-    "linalg", "line", "plane", "quaternion", "conversions.cart2pol", "conversions.convert_points", "conversions.pol2cart", "conversions.deg2rad", "conversions.rad2deg",
-))
+UPWARDS = tuple(
+    f"geometry.{n}"
+    for n in (
+        "linalg",
+        "line",
+        "plane",
+        "quaternion",
+        "conversions.cart2pol",
+        "conversions.convert_points",
+        "conversions.pol2cart",
+        "conversions.deg2rad",
+        "conversions.rad2deg",
+    )
+)
 #: Families whose z goes into the picture.
-INWARDS = tuple(f"geometry.{n}" for n in (
-    "calibration", "camera", "conversions.denormalize_pixel", "conversions.normalize_pixel", "depth", "epipolar", "transform",
-))
+INWARDS = tuple(
+    f"geometry.{n}"
+    for n in (
+        "calibration",
+        "camera",
+        "conversions.denormalize_pixel",
+        "conversions.normalize_pixel",
+        "depth",
+        "epipolar",
+        "transform",
+    )
+)
 
 
 @dataclass(frozen=True)
@@ -51,16 +71,29 @@ def tensors(shown: Shown) -> list[Panel]:
     found = parts(shown)
     if not found:
         return all_images(shown)
-    images = [p for t in shown.spec.inputs if t.layout for p in image_panels(t.name, shown.inputs[t.name], t.layout, t.color, True)]
+    images = [
+        p
+        for t in shown.spec.inputs
+        if t.layout
+        for p in image_panels(t.name, shown.inputs[t.name], t.layout, t.color, True)
+    ]
     if len(found) == 2 and all(p.kind == "values" for p in found):
         return finished([graph(*found)])
-    if any(p.kind in ("points", "lines", "image") for p in found) and all(p.many or len(p.items) == 1 for p in found if not p.given):
+    if any(p.kind in ("points", "lines", "image") for p in found) and all(
+        p.many or len(p.items) == 1 for p in found if not p.given
+    ):
         before = images if all(p.kind == "image" for p in found) else []
         return [*before, *finished(plots_of(shown, found), len(before))]
     samples = min(len(p.items) for p in found)
     if samples > 1:
-        return [Panel(p.name, cell(p, i, THIRD[0]), given=p.given) for p in found for i in range(min(samples, 3))]
-    cells = [Sketch(p.name, lambda size, p=p, i=i: cell(p, i, size[0]), p.given) for p in found for i in range(min(len(p.items), 4))]
+        return [
+            Panel(p.name, cell(p, i, THIRD[0]), given=p.given) for p in found for i in range(min(samples, 3))
+        ]
+    cells = [
+        Sketch(p.name, lambda size, p=p, i=i: cell(p, i, size[0]), p.given)
+        for p in found
+        for i in range(min(len(p.items), 4))
+    ]
     if len(cells) == 4:  # in one row
         return [Panel(c.label, c.draw((QUARTER, QUARTER)), given=c.given, weight=0.75) for c in cells]
     return [*images, *finished(cells, len(images))]
@@ -77,19 +110,38 @@ def plots_of(shown: Shown, found: list[Part]) -> list[Sketch]:
         if part.kind == "points":
             before = seen.get(part.items.shape[1])
             seen[part.items.shape[1]] = part
-            if before is not None and ("," in part.name or len(before.items) != len(part.items) or not overlap(before.items, part.items)):
+            if before is not None and (
+                "," in part.name
+                or len(before.items) != len(part.items)
+                or not overlap(before.items, part.items)
+            ):
                 before = None
             made.append(Sketch(part.name, drawer(shown, part, before, inks, weights), part.given))
         elif part.kind == "lines":
-            beside = next((p for p in found if p.kind == "points" and p.items.shape == (len(part.items), 2)), None)
+            beside = next(
+                (p for p in found if p.kind == "points" and p.items.shape == (len(part.items), 2)), None
+            )
             made.append(Sketch(part.name, line_drawer(shown, part, beside, inks), part.given))
         elif part.kind == "image":
-            made.append(Sketch(part.name, lambda size, p=part: gray(p.items), part.given, f"black is {short(lowest(part.items))}, white {short(float(part.items.max()))}"))
+            made.append(
+                Sketch(
+                    part.name,
+                    lambda size, p=part: gray(p.items),
+                    part.given,
+                    f"black is {short(lowest(part.items))}, white {short(float(part.items.max()))}",
+                )
+            )
         elif part.kind == "values" and part.name not in WEIGHTS:
             place = seen.get(2)
-            if place is not None and len(place.items) == len(part.items) and (part.given or len(part.items) > 50):
+            if (
+                place is not None
+                and len(place.items) == len(part.items)
+                and (part.given or len(part.items) > 50)
+            ):
                 note = f"from {short(float(part.items.min()))} (dark) to {short(float(part.items.max()))}"
-                made.append(Sketch(part.name, drawer(shown, place, None, shades(part.items), None), part.given, note))
+                made.append(
+                    Sketch(part.name, drawer(shown, place, None, shades(part.items), None), part.given, note)
+                )
             elif len(part.items) > 1:
                 made.append(Sketch(part.name, lambda size, p=part: levels(p.items, inks, size), part.given))
         elif not part.many:
@@ -114,7 +166,11 @@ def graph(given: Part, made: Part) -> Sketch:
 def gray(values: np.ndarray) -> np.ndarray:
     """Values (H, W) as an image."""
     low = lowest(values)
-    return ((values[..., None] - low) / max(float(values.max()) - low, 1e-12) * 255).astype(np.uint8).repeat(3, 2)
+    return (
+        ((values[..., None] - low) / max(float(values.max()) - low, 1e-12) * 255)
+        .astype(np.uint8)
+        .repeat(3, 2)
+    )
 
 
 def lowest(values: np.ndarray) -> float:
@@ -129,18 +185,24 @@ def view_of(shown: Shown) -> np.ndarray:
     return CAMERA if shown.spec.name.startswith(INWARDS) else TEXTBOOK
 
 
-def drawer(shown: Shown, part: Part, before: Part | None, inks: np.ndarray, weights: np.ndarray | None) -> Callable[[Size], np.ndarray]:
+def drawer(
+    shown: Shown, part: Part, before: Part | None, inks: np.ndarray, weights: np.ndarray | None
+) -> Callable[[Size], np.ndarray]:
     """Points (n, 2 or 3), joined with the ones before."""
 
     def draw(size: Size) -> np.ndarray:
         points = part.items.astype(np.float64)
         extent = points if before is None else np.concatenate([points, before.items])
         canvas = paper(shown, extent, size)
-        radius = np.clip(12 / np.sqrt(len(points)), 1.2, 2.8) * (1 if weights is None or len(weights) != len(points) else np.sqrt(np.maximum(weights, 0.05)))
+        radius = np.clip(12 / np.sqrt(len(points)), 1.2, 2.8) * (
+            1 if weights is None or len(weights) != len(points) else np.sqrt(np.maximum(weights, 0.05))
+        )
         if before is not None:
             canvas.joins(before.items, points, JOIN)
             canvas.dots(before.items, np.broadcast_to(GHOST, (len(points), 3)), 0.6 * np.asarray(radius))
-        canvas.dots(points, inks if len(inks) == len(points) else np.broadcast_to(INK, (len(points), 3)), radius)
+        canvas.dots(
+            points, inks if len(inks) == len(points) else np.broadcast_to(INK, (len(points), 3)), radius
+        )
         return canvas.pixels()
 
     return draw
@@ -154,14 +216,18 @@ def paper(shown: Shown, extent: np.ndarray, size: Size) -> Plane | Space:
     return Space(size, extent, view_of(shown), equal=equal or not spread.min())
 
 
-def line_drawer(shown: Shown, part: Part, through: Part | None, inks: np.ndarray) -> Callable[[Size], np.ndarray]:
+def line_drawer(
+    shown: Shown, part: Part, through: Part | None, inks: np.ndarray
+) -> Callable[[Size], np.ndarray]:
     """Lines a x + b y + c = 0, and points."""
 
     def draw(size: Size) -> np.ndarray:
         extent = through.items if through is not None else np.array([[-1.0, -1.0], [1.0, 1.0]])
         plane = Plane(size, extent, is_down(shown))
         plane.lines(part.items, inks)
-        if through is not None and (part.given or part.name != "lines"):  # epipolar lines are those of the other image
+        if through is not None and (
+            part.given or part.name != "lines"
+        ):  # epipolar lines are those of the other image
             plane.dots(through.items, inks)
         return plane.pixels()
 
@@ -204,7 +270,11 @@ def levels(values: np.ndarray, inks: np.ndarray | None, size: Size) -> np.ndarra
         sheet.stroke(np.array([[left, y], [right, y]]), FAINT)
         sheet.write((left - 4, y), short(value), (150, 150, 150), "rm", 9)
     step = (right - left) / len(values)
-    colors = inks if inks is not None and len(inks) == len(values) else np.broadcast_to((70, 110, 170), (len(values), 3))
+    colors = (
+        inks
+        if inks is not None and len(inks) == len(values)
+        else np.broadcast_to((70, 110, 170), (len(values), 3))
+    )
     for i, value in enumerate(values):
         ends = sorted((bottom + low * scale, bottom - (value - low) * scale))
         box = [left + (i + 0.12) * step, ends[0], left + (i + 0.88) * step, ends[1]]

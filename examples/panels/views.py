@@ -14,7 +14,10 @@ from .tensors import Size, Sketch, finished, levels, wheel
 
 def lines_of(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     """F x of points (n, 2)."""
-    return np.concatenate([points, np.ones_like(points[:, :1])], 1).astype(np.float64) @ matrix.astype(np.float64).T
+    return (
+        np.concatenate([points, np.ones_like(points[:, :1])], 1).astype(np.float64)
+        @ matrix.astype(np.float64).T
+    )
 
 
 def pair(shown: Shown) -> tuple[list[str], np.ndarray, np.ndarray]:
@@ -27,7 +30,7 @@ def pair(shown: Shown) -> tuple[list[str], np.ndarray, np.ndarray]:
 def two_views(shown: Shown) -> list[Panel]:
     """Points of the first image, those of the second on their lines, and what the op says of them."""
     names, first, second = pair(shown)
-    found = next((t[0] for n, t in (shown.inputs | shown.outputs).items() if n in EPIPOLAR)).numpy()
+    found = next(t[0] for n, t in (shown.inputs | shown.outputs).items() if n in EPIPOLAR).numpy()
     matrix = found if found.ndim == 2 else found[best(found, first, second)]
     inks = wheel(first)
     closest = shown.first[0].numpy() if shown.first.shape[2:] == (2,) else None
@@ -49,13 +52,20 @@ def two_views(shown: Shown) -> list[Panel]:
         plane.dots(second, inks, 3)
         return plane.pixels()
 
-    sketches = [Sketch(names[0], before, True), Sketch(f"{names[1]} and lines" + (", rings: output" if closest is not None else ""), after, True)]
+    sketches = [
+        Sketch(names[0], before, True),
+        Sketch(f"{names[1]} and lines" + (", rings: output" if closest is not None else ""), after, True),
+    ]
     for name, tensor in shown.outputs.items():
         values = tensor[0].numpy()
         if values.dtype != bool and values.ndim == 1:
             sketches.append(Sketch(name, lambda size, v=values: levels(v, inks, size)))
         elif values.ndim >= 2 and closest is None:
-            note = f"the best of {int(shown.outputs['exists'][0].sum())} solutions is shown" if found.ndim == 3 else ""
+            note = (
+                f"the best of {int(shown.outputs['exists'][0].sum())} solutions is shown"
+                if found.ndim == 3
+                else ""
+            )
             sketches.append(Sketch(name, lambda size: table(matrix, size[0], 20), note=note))
     return finished(sketches)
 
@@ -65,6 +75,8 @@ def best(matrices: np.ndarray, first: np.ndarray, second: np.ndarray) -> int:
     errors = []
     for matrix in matrices:
         lines = lines_of(matrix, first)
-        distance = (np.concatenate([second, np.ones_like(second[:, :1])], 1) * lines).sum(1) / np.maximum(np.hypot(lines[:, 0], lines[:, 1]), 1e-12)
+        distance = (np.concatenate([second, np.ones_like(second[:, :1])], 1) * lines).sum(1) / np.maximum(
+            np.hypot(lines[:, 0], lines[:, 1]), 1e-12
+        )
         errors.append(np.abs(distance).sum() if np.abs(matrix).max() else np.inf)
     return int(np.argmin(errors))

@@ -1,4 +1,5 @@
-"""make example-registration: photographs registered by gradient descent, whose whole step is one exported function -> docs/use_cases.md."""
+"""make example-registration: photographs registered by gradient descent, whose whole step is one exported
+function -> docs/use_cases.md."""
 
 from __future__ import annotations
 
@@ -33,12 +34,21 @@ def main() -> None:
     runtime.set_num_threads(settings.threads)
     console = Console(stderr=True)
     with console.status("exporting the bundles") as status:
-        bundles = export_all(settings, folder(NAME) / "bundles", ("onnx", "native"), lambda step: status.update(f"exporting {step}"))
+        bundles = export_all(
+            settings,
+            folder(NAME) / "bundles",
+            ("onnx", "native"),
+            lambda step: status.update(f"exporting {step}"),
+        )
     engine = Engine.bundles(bundles, "native")
-    trials = [trial(pair, engine, settings) for pair in track(pairs(settings), "registering pairs", console=console)]
+    trials = [
+        trial(pair, engine, settings) for pair in track(pairs(settings), "registering pairs", console=console)
+    ]
     shown = trials[settings.shown]
     figure(shown.pair, shown.levels, settings, PICTURES / f"{NAME}.png")
-    found = list(track(runs(shown.pair, settings, bundles), "one pair by every engine", ENGINES, console=console))
+    found = list(
+        track(runs(shown.pair, settings, bundles), "one pair by every engine", ENGINES, console=console)
+    )
     lines = page(settings, trials, found, time.perf_counter() - start, cv2.__version__)
     print("\n".join(lines))
     publish(NAME, lines)

@@ -21,7 +21,10 @@ LIMITS = {"H": (LEAST, 8192), "W": (LEAST, 8192)}
 def ops(settings: Settings) -> list[tuple[Callable, Spec]]:
     """What is exported, and how."""
     whole = {side: (low << (settings.levels - 1), high) for side, (low, high) in LIMITS.items()}
-    levels = [TensorSpec(f"level{i}", layout="NCHW", description=f"1/{2**i} of the size") for i in range(settings.levels)]
+    levels = [
+        TensorSpec(f"level{i}", layout="NCHW", description=f"1/{2**i} of the size")
+        for i in range(settings.levels)
+    ]
     state = [TensorSpec(name, ("B", 3, 3)) for name in ("homography", "mean", "square")]
     after = [TensorSpec(f"{t.name}_after") for t in state]
     step = Spec(
@@ -39,13 +42,29 @@ def ops(settings: Settings) -> list[tuple[Callable, Spec]]:
         symbols=LIMITS,
         sample=_sample_frame,
     )
-    return [(pyramid, Spec("registration.pyramid", [frame()], levels, {"levels": settings.levels}, whole)), (registration_step, step), (warp, warping)]
+    return [
+        (pyramid, Spec("registration.pyramid", [frame()], levels, {"levels": settings.levels}, whole)),
+        (registration_step, step),
+        (warp, warping),
+    ]
 
 
-def export_all(settings: Settings, folder: Path, formats: Sequence[str], progress: Callable[[str], None] = lambda step: None) -> Path:
+def export_all(
+    settings: Settings,
+    folder: Path,
+    formats: Sequence[str],
+    progress: Callable[[str], None] = lambda step: None,
+) -> Path:
     """Write the bundles to a folder, and return it."""
     for function, spec in ops(settings):
-        export(function, spec, folder, formats=formats, methods=("forward",), progress=lambda step, name=spec.name: progress(f"{name}: {step}"))
+        export(
+            function,
+            spec,
+            folder,
+            formats=formats,
+            methods=("forward",),
+            progress=lambda step, name=spec.name: progress(f"{name}: {step}"),
+        )
     return folder
 
 
@@ -67,7 +86,9 @@ def _sample(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtyp
     }
 
 
-def _sample_frame(generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype) -> dict[str, torch.Tensor]:
+def _sample_frame(
+    generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype
+) -> dict[str, torch.Tensor]:
     pixels = torch.randint(0, 256, (sizes["H"], sizes["W"], 3), generator=generator, dtype=torch.uint8)
     return {"frame": pixels, "homography": _near_identity(torch.rand(1, 3, 3, generator=generator))}
 

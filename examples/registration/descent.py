@@ -1,4 +1,5 @@
-"""The loop: from coarse to fine, so many steps at each level. The same on eager Python and on exported bundles; registration.cpp has it in C++."""
+"""The loop: from coarse to fine, so many steps at each level. The same on eager Python and on exported
+bundles; registration.cpp has it in C++."""
 
 from __future__ import annotations
 
@@ -32,23 +33,29 @@ class Engine:
 
     @staticmethod
     def bundles(folder: Path, backend: str) -> Engine:
-        """"onnx" with its own operators: native code is another engine."""
+        """ONNX Runtime ("onnx") with its own operators: native code is another engine."""
         opened = (runtime.open(folder / f"registration.{name}.chiasm") for name in ("pyramid", "step"))
         return Engine(*(bundle.method("forward", backend=backend, fused=False) for bundle in opened))
 
     def register(self, src: np.ndarray, dst: np.ndarray, settings: Settings) -> list[np.ndarray]:
-        """Frames (H, W, 3), uint8, to homographies (3, 3), from dst to src in normalised coordinates, after each level, the coarsest first."""
+        """Frames (H, W, 3), uint8, to homographies (3, 3), from dst to src in normalised coordinates, after
+        each level, the coarsest first."""
         sources, targets = (self.pyramid(torch.from_numpy(frame)) for frame in (src, dst))
         homography, lr, found = torch.eye(3)[None], torch.tensor(settings.lr), []
         for source, target in zip(sources[::-1], targets[::-1], strict=True):
             mean = square = torch.zeros_like(homography)
             for i in range(1, settings.iterations + 1):
-                homography, mean, square, _ = self.step(source, target, homography, mean, square, torch.tensor(float(i)), lr)
+                homography, mean, square, _ = self.step(
+                    source, target, homography, mean, square, torch.tensor(float(i)), lr
+                )
             found.append((homography / homography[:, 2:, 2:])[0].numpy())
         return found
 
 
 def in_pixels(homography: np.ndarray, settings: Settings) -> np.ndarray:
-    """A homography between normalised coordinates, (3, 3), between the pixels of the full size, in float64."""
+    """A homography between normalised coordinates, (3, 3), between the pixels of the full size, in
+    float64."""
     size = (settings.height, settings.width)
-    return denormalize_homography(torch.from_numpy(homography.astype(np.float64))[None], size, size, align_corners=False)[0].numpy()
+    return denormalize_homography(
+        torch.from_numpy(homography.astype(np.float64))[None], size, size, align_corners=False
+    )[0].numpy()

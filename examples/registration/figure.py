@@ -26,13 +26,21 @@ WHITE = 0.05
 
 
 def figure(pair: Pair, levels: list[np.ndarray], settings: Settings, path: Path) -> None:
-    """Source, destination, the source warped by what each level ended with, and how far that is from the source warped by the truth."""
-    sources, targets = (pyramid(torch.from_numpy(frame), settings.levels)[::-1] for frame in (pair.src, pair.dst))
+    """Source, destination, the source warped by what each level ended with, and how far that is from the
+    source warped by the truth."""
+    sources, targets = (
+        pyramid(torch.from_numpy(frame), settings.levels)[::-1] for frame in (pair.src, pair.dst)
+    )
     size = (settings.height, settings.width)
-    truth = normalize_homography(torch.from_numpy(np.linalg.inv(pair.homography))[None], size, size, align_corners=False).float()
+    truth = normalize_homography(
+        torch.from_numpy(np.linalg.inv(pair.homography))[None], size, size, align_corners=False
+    ).float()
     rows: list[list[Panel]] = [[], [], [], []]
     for source, target, found in zip(sources, targets, levels, strict=True):
-        warped, right = (homography_warp(source, h, (target.size(2), target.size(3))) for h in (torch.from_numpy(found)[None], truth))
+        warped, right = (
+            homography_warp(source, h, (target.size(2), target.size(3)))
+            for h in (torch.from_numpy(found)[None], truth)
+        )
         error = corner_error(pair, in_pixels(found, settings))
         difference = (warped - right).abs().mean(1, keepdim=True).expand(-1, 3, -1, -1)
         rows[0].append(Panel(f"source, {source.size(3)} x {source.size(2)}", _rgb(source), given=True))

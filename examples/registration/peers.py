@@ -1,6 +1,7 @@
 """OpenCV's registration by intensities, on grey images and with its default settings.
 
-G. Evangelidis, E. Psarakis, Parametric Image Alignment using Enhanced Correlation Coefficient Maximization, PAMI 30(10), 2008.
+G. Evangelidis, E. Psarakis, Parametric Image Alignment using Enhanced Correlation Coefficient Maximization,
+PAMI 30(10), 2008.
 """
 
 from __future__ import annotations

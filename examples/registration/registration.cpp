@@ -1,10 +1,13 @@
-// Registers two photographs by gradient descent, from their files on, by exported bundles alone: no Python, no torch.
+// Registers two photographs by gradient descent, from their files on, by exported bundles alone: no Python,
+// no torch.
 //
 //     example_registration BUNDLES native|onnx THREADS ITERATIONS LR SOURCE DESTINATION WARPED
 //
-// BUNDLES is the folder with registration.pyramid, registration.step and registration.warp, which `python -m examples.registration` makes. Says in
-// JSON: of each level the homography from DESTINATION to SOURCE in normalised coordinates and the loss; the last one in pixels; milliseconds of
-// the processor from images to homography; whether a library of torch is in this process. Writes SOURCE as DESTINATION shows it to the file WARPED.
+// BUNDLES is the folder with registration.pyramid, registration.step and registration.warp, which `python -m
+// examples.registration` makes. Says in JSON: of each level the homography from DESTINATION to SOURCE in
+// normalised coordinates and the loss; the last one in pixels; milliseconds of the processor from images to
+// homography; whether a library of torch is in this process. Writes SOURCE as DESTINATION shows it to the
+// file WARPED.
 #include <array>
 #include <ctime>
 #include <iostream>
@@ -42,11 +45,13 @@ json scaled(const Matrix& m) {
 
 class Registration {
  public:
-  Registration(std::string folder, const std::string& backend) : folder_(std::move(folder)), backend_(backend) {}
+  Registration(std::string folder, const std::string& backend)
+      : folder_(std::move(folder)), backend_(backend) {}
 
   // From coarse to fine, so many steps at each level, Adam starting anew. Keeps the last homography.
   json descend(const cv::Mat& source, const cv::Mat& destination, int iterations, float lr) {
-    const chiasm::Outputs sources = pyramid_.run({chiasm::view(source)}), targets = pyramid_.run({chiasm::view(destination)});
+    const chiasm::Outputs sources = pyramid_.run({chiasm::view(source)}),
+                          targets = pyramid_.run({chiasm::view(destination)});
     homography_ = kIdentity;
     json levels = json::array();
     for (size_t level = sources.size(); level-- > 0;) {
@@ -55,7 +60,8 @@ class Registration {
       for (int i = 1; i <= iterations; ++i) {
         auto step = float(i);
         step_.run_into(
-            {sources[level], targets[level], tensor(state.homography), tensor(state.mean), tensor(state.square), scalar(step), scalar(lr)},
+            {sources[level], targets[level], tensor(state.homography), tensor(state.mean),
+             tensor(state.square), scalar(step), scalar(lr)},
             {tensor(next.homography), tensor(next.mean), tensor(next.square), chiasm::Tensor(&loss, {1})});
         state = next;
       }
@@ -96,7 +102,8 @@ cv::Mat read(const std::string& file) {
 
 int main(int argc, char** argv) try {
   if (argc != 9) {
-    std::cerr << "usage: example_registration BUNDLES native|onnx THREADS ITERATIONS LR SOURCE DESTINATION WARPED\n";
+    std::cerr << "usage: example_registration BUNDLES native|onnx THREADS ITERATIONS LR SOURCE DESTINATION "
+                 "WARPED\n";
     return 2;
   }
   chiasm::set_num_threads(std::stoi(argv[3]));

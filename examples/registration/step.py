@@ -22,7 +22,8 @@ def pyramid(frame: Tensor, levels: int) -> List[Tensor]:
 def registration_step(
     src: Tensor, dst: Tensor, homography: Tensor, mean: Tensor, square: Tensor, step: Tensor, lr: Tensor
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """One step of Adam down the mean absolute difference of warped images and others, over the pixels that the former cover.
+    """One step of Adam down the mean absolute difference of warped images and others, over the pixels that
+    the former cover.
 
     Args:
         src: (B, C, H, W), what is warped, floating point in [0, 1].
@@ -57,9 +58,12 @@ def warp(frame: Tensor, homography: Tensor) -> Tuple[Tensor, Tensor]:
         homography: (1, 3, 3), from the destination to the source in normalised coordinates, up to scale.
 
     Returns:
-        The frame as the destination shows it, (H, W, 3), black where it does not reach; the homography from the destination's pixels to the
-        source's, (1, 3, 3), the last entry 1.
+        The frame as the destination shows it, (H, W, 3), black where it does not reach; the homography from
+        the destination's pixels to the source's, (1, 3, 3), the last entry 1.
     """
     size = (frame.size(0), frame.size(1))
     pixels = denormalize_homography(homography, size, size, align_corners=False)
-    return tensor_to_image(homography_warp(image_to_tensor(frame), homography, size))[0], pixels / pixels[:, 2:, 2:]
+    return (
+        tensor_to_image(homography_warp(image_to_tensor(frame), homography, size))[0],
+        pixels / pixels[:, 2:, 2:],
+    )

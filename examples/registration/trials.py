@@ -1,4 +1,5 @@
-"""What is measured: pairs registered by native code and by OpenCV, and one pair registered by every engine."""
+"""What is measured: pairs registered by native code and by OpenCV, and one pair registered by every
+engine."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Result:
-    """A contender's mean error of the corners, in pixels, and the milliseconds that it took of the processor."""
+    """A contender's mean error of the corners, in pixels, and the milliseconds that it took of the
+    processor."""
 
     error: float
     ms: float
@@ -33,7 +35,8 @@ class Result:
 
 @dataclass(frozen=True)
 class Trial:
-    """levels: the homographies (3, 3) between normalised coordinates. errors: of the corners, at first and after each level."""
+    """levels: the homographies (3, 3) between normalised coordinates. errors: of the corners, at first and
+    after each level."""
 
     pair: Pair
     levels: list[np.ndarray]
@@ -44,7 +47,10 @@ class Trial:
 def trial(pair: Pair, engine: Engine, settings: Settings) -> Trial:
     """A pair registered by us and by OpenCV."""
     levels, ms = timed(lambda: engine.register(pair.src, pair.dst, settings))
-    errors = [corner_error(pair, np.eye(3)), *(corner_error(pair, in_pixels(level, settings)) for level in levels)]
+    errors = [
+        corner_error(pair, np.eye(3)),
+        *(corner_error(pair, in_pixels(level, settings)) for level in levels),
+    ]
     results = {"gradient descent": Result(errors[-1], ms)}
     for find in (ecc, ecc_multi_scale):
         found, ms = timed(lambda find=find: find(pair.src, pair.dst))
@@ -54,7 +60,8 @@ def trial(pair: Pair, engine: Engine, settings: Settings) -> Trial:
 
 @dataclass(frozen=True)
 class Run:
-    """What one engine made of a pair: the homography (3, 3) between normalised coordinates, and the milliseconds of the processor from frames to it."""
+    """What one engine made of a pair: the homography (3, 3) between normalised coordinates, and the
+    milliseconds of the processor from frames to it."""
 
     engine: str
     homography: np.ndarray
@@ -72,8 +79,14 @@ def runs(pair: Pair, settings: Settings, bundles: Path) -> Iterator[Run]:
         engine = load()
         levels, ms = timed(lambda engine=engine: engine.register(pair.src, pair.dst, settings))
         yield Run(f"Python, {name}", levels[-1], ms)
-    registrator = ImageRegistrator(pyramid_levels=settings.levels, lr=settings.lr, num_iterations=settings.iterations)
-    found, ms = timed(lambda: registrator.register(*(image_to_tensor(torch.from_numpy(frame)) for frame in (pair.src, pair.dst))))
+    registrator = ImageRegistrator(
+        pyramid_levels=settings.levels, lr=settings.lr, num_iterations=settings.iterations
+    )
+    found, ms = timed(
+        lambda: registrator.register(
+            *(image_to_tensor(torch.from_numpy(frame)) for frame in (pair.src, pair.dst))
+        )
+    )
     yield Run("Python, `ImageRegistrator` with `torch.optim.Adam`", found[0].numpy(), ms)
     for name, backend in {"native": "native", "ONNX Runtime": "onnx"}.items():
         report = twin(pair, settings, bundles, backend)
@@ -83,7 +96,8 @@ def runs(pair: Pair, settings: Settings, bundles: Path) -> Iterator[Run]:
 
 
 def timed(call: Callable[[], T]) -> tuple[T, float]:
-    """A result and the milliseconds that it took of the processor, which other programs on the machine hardly change."""
+    """A result and the milliseconds that it took of the processor, which other programs on the machine hardly
+    change."""
     start = time.process_time()
     result = call()
     return result, 1000 * (time.process_time() - start)

@@ -19,7 +19,8 @@ PROGRAM = BUILD / "release" / "bin" / "example_registration"
 
 @dataclass(frozen=True)
 class Report:
-    """levels: the homographies (3, 3) between normalised coordinates. pixels: the last one, between pixels. warped: (H, W, 3), uint8, BGR."""
+    """levels: the homographies (3, 3) between normalised coordinates. pixels: the last one, between pixels.
+    warped: (H, W, 3), uint8, BGR."""
 
     levels: list[np.ndarray]
     pixels: np.ndarray
@@ -35,4 +36,6 @@ def twin(pair: Pair, settings: Settings, bundles: Path, backend: str) -> Report:
         cv2.imwrite(str(file), frame)
     found = said(PROGRAM, bundles, backend, settings.threads, settings.iterations, settings.lr, *files)
     levels = [np.reshape(level["homography"], (3, 3)) for level in found["levels"]]
-    return Report(levels, np.reshape(found["pixels"], (3, 3)), cv2.imread(str(files[2])), found["ms"], found["torch"])
+    return Report(
+        levels, np.reshape(found["pixels"], (3, 3)), cv2.imread(str(files[2])), found["ms"], found["torch"]
+    )

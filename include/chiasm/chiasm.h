@@ -1,28 +1,30 @@
 /** chiasm: the C interface of the runtime. Compiles as C11 and as C++17.
  *
- *  A *bundle* is a folder `NAME.chiasm/` that holds one op or pipeline: a manifest, the artifacts that the backends load,
- *  and golden vectors. A *method* (`forward`, `vjp`) is an entry point of a bundle. A *backend* runs an artifact of a
- *  method. chiasm has `native`, `torch` and `onnx`; any library `libchiasm_<name>.so` in a plug-in folder is one more.
+ *  A *bundle* is a folder `NAME.chiasm/` that holds one op or pipeline: a manifest, the artifacts that the
+ *  backends load, and golden vectors. A *method* (`forward`, `vjp`) is an entry point of a bundle. A
+ *  *backend* runs an artifact of a method. chiasm has `native`, `torch` and `onnx`; any library
+ *  `libchiasm_<name>.so` in a plug-in folder is one more.
  *
  *  Everything goes through one append-only table of functions, `chiasm_api`. Ask for it once:
  *
  *      const chiasm_api* api = chiasm_get_api(CHIASM_API_VERSION);
  *
- *  and check for NULL (the library is older than this header). Members are never removed, reordered or changed;
- *  new ones are appended and marked with the version since when they exist.
+ *  and check for NULL (the library is older than this header). Members are never removed, reordered or
+ *  changed; new ones are appended and marked with the version since when they exist.
  *
- *  Errors: a function that can fail returns `chiasm_status*`: NULL is success; anything else carries a code and a
- *  message that names the argument, what was expected and what came, and is freed with `status_free`. No function throws.
+ *  Errors: a function that can fail returns `chiasm_status*`: NULL is success; anything else carries a code
+ *  and a message that names the argument, what was expected and what came, and is freed with `status_free`.
+ *  No function throws.
  *
- *  Structs are led by their size, so that either side may be the newer one: set `struct_size` to sizeof in every struct that
- *  you pass. Step through an array of structs that the library returns by the `struct_size` of its first element, not by
- *  sizeof, because a newer library may have appended members.
+ *  Structs are led by their size, so that either side may be the newer one: set `struct_size` to sizeof in
+ *  every struct that you pass. Step through an array of structs that the library returns by the `struct_size`
+ *  of its first element, not by sizeof, because a newer library may have appended members.
  *
- *  Ownership: a `chiasm_method` keeps its bundle and backend alive, so handles may be closed in any order. Strings and
- *  info structs returned by a handle live as long as that handle.
+ *  Ownership: a `chiasm_method` keeps its bundle and backend alive, so handles may be closed in any order.
+ *  Strings and info structs returned by a handle live as long as that handle.
  *
- *  Threads: every function may be called from any thread. One method may run in many threads at once. Closing a handle
- *  while another thread uses that same handle is an error of the caller.
+ *  Threads: every function may be called from any thread. One method may run in many threads at once. Closing
+ *  a handle while another thread uses that same handle is an error of the caller.
  */
 #ifndef CHIASM_CHIASM_H
 #define CHIASM_CHIASM_H
@@ -50,26 +52,33 @@ extern "C" {
 typedef enum chiasm_code {
   CHIASM_OK = 0,
   /* the call */
-  CHIASM_INVALID_ARGUMENT = 1,    /**< NULL, out of range, unknown name, wrong dtype, rank, shape, strides or device */
-  CHIASM_FAILED_PRECONDITION = 2, /**< right call, wrong moment (thread policy after the first load, native code not allowed) */
+  /** NULL, out of range, unknown name, wrong dtype, rank, shape, strides or device */
+  CHIASM_INVALID_ARGUMENT = 1,
+  /** right call, wrong moment (thread policy after the first load, native code not allowed) */
+  CHIASM_FAILED_PRECONDITION = 2,
   /* the bundle */
-  CHIASM_NOT_FOUND = 16,       /**< no such file, method, or artifact for this machine */
-  CHIASM_CORRUPT = 17,         /**< truncated, tampered with, or not a bundle; the message names the file */
+  CHIASM_NOT_FOUND = 16,        /**< no such file, method, or artifact for this machine */
+  CHIASM_CORRUPT = 17,          /**< truncated, tampered with, or not a bundle; the message names the file */
   CHIASM_VERSION_MISMATCH = 18, /**< written by a newer schema, or for another interface version */
-  CHIASM_UNTRUSTED = 19,        /**< since 2: refused by the trust policy: not signed, or not by a trusted key */
+  /** since 2: refused by the trust policy: not signed, or not by a trusted key */
+  CHIASM_UNTRUSTED = 19,
   /* the machine */
-  CHIASM_UNAVAILABLE = 32,   /**< a backend, engine library or device is missing; the message says how to get it */
-  CHIASM_OUT_OF_MEMORY = 33, /**< since 2: the message says how many bytes were asked for, where that is known */
-  CHIASM_IO_ERROR = 34,      /**< since 2: the system refused a file: no permission, too many open files, a failing disk */
+  /** a backend, engine library or device is missing; the message says how to get it */
+  CHIASM_UNAVAILABLE = 32,
+  /** since 2: the message says how many bytes were asked for, where that is known */
+  CHIASM_OUT_OF_MEMORY = 33,
+  /** since 2: the system refused a file: no permission, too many open files, a failing disk */
+  CHIASM_IO_ERROR = 34,
   /* the engine, or chiasm itself */
   CHIASM_INTERNAL = 48
 } chiasm_code;
 
 /** Which bundles this process runs. Values are stable. */
 typedef enum chiasm_trust_policy {
-  CHIASM_TRUST_ANY = 0,      /**< the default */
-  CHIASM_TRUST_SIGNED = 1,   /**< those that a trusted key has signed (`chiasm sign`, docs/signing.md) */
-  CHIASM_TRUST_DATA_ONLY = 2 /**< any, but only the onnx backend's standard operators: data, never a program */
+  CHIASM_TRUST_ANY = 0,    /**< the default */
+  CHIASM_TRUST_SIGNED = 1, /**< those that a trusted key has signed (`chiasm sign`, docs/signing.md) */
+  /** any, but only the onnx backend's standard operators: data, never a program */
+  CHIASM_TRUST_DATA_ONLY = 2
 } chiasm_trust_policy;
 
 /** Element types. Values are stable. */
@@ -92,9 +101,9 @@ typedef enum chiasm_device_type { CHIASM_CPU = 0, CHIASM_CUDA = 1 } chiasm_devic
 
 /** A view of a tensor that somebody else owns.
  *
- *  `data` is aligned to the size of one element, and is not NULL, also where a dimension is 0. `strides` counts elements,
- *  not bytes; NULL means dense row-major. Engines see only dense row-major memory: any other stride is refused with a
- *  message, never misread. A dimension of size 1 may have any stride.
+ *  `data` is aligned to the size of one element, and is not NULL, also where a dimension is 0. `strides`
+ *  counts elements, not bytes; NULL means dense row-major. Engines see only dense row-major memory: any other
+ *  stride is refused with a message, never misread. A dimension of size 1 may have any stride.
  */
 typedef struct chiasm_tensor {
   size_t struct_size; /**< sizeof(chiasm_tensor) */
@@ -107,8 +116,9 @@ typedef struct chiasm_tensor {
   const int64_t* strides;
 } chiasm_tensor;
 
-/** One dimension in a method's signature: a constant (`min == max`), or a symbol with its limits, or an expression over
- *  symbols (`"2*H"`, with min and max 0). Each symbol of a method is a whole dimension of one of its inputs. */
+/** One dimension in a method's signature: a constant (`min == max`), or a symbol with its limits, or an
+ *  expression over symbols (`"2*H"`, with min and max 0). Each symbol of a method is a whole dimension of one
+ *  of its inputs. */
 typedef struct chiasm_dim_info {
   size_t struct_size;
   const char* expression; /**< "3", "H", "H//2 + 1" */
@@ -120,10 +130,11 @@ typedef struct chiasm_tensor_info {
   size_t struct_size;
   const char* name;
   const char* description;
-  const char* layout;       /**< "NCHW", "HWC", ... or "" */
-  const char* color;        /**< "RGB", "BGR", "GRAY", "HSV" or "" */
-  const int32_t* dtypes;    /**< the dtypes accepted, each a chiasm_dtype */
-  int32_t dtype_count;      /**< more than one: the method is generic, and all generic tensors of a call agree */
+  const char* layout;    /**< "NCHW", "HWC", ... or "" */
+  const char* color;     /**< "RGB", "BGR", "GRAY", "HSV" or "" */
+  const int32_t* dtypes; /**< the dtypes accepted, each a chiasm_dtype */
+  /** more than one: the method is generic, and all generic tensors of a call agree */
+  int32_t dtype_count;
   int32_t ndim;
   const chiasm_dim_info* dims;
   double value_min, value_max; /**< nominal range of the values; both 0 where none is stated; not checked */
@@ -163,36 +174,41 @@ typedef struct chiasm_backend_info {
 /** How to load a method. Start from CHIASM_LOAD_OPTIONS_INIT. NULL stands for that. */
 typedef struct chiasm_load_options {
   size_t struct_size;
-  const char* backend; /**< "native", "torch", "onnx", ...; NULL or "auto": the first, by priority, that can run it here */
+  /** "native", "torch", "onnx", ...; NULL or "auto": the first, by priority, that can run it here */
+  const char* backend;
   int32_t device_type; /**< CHIASM_CPU (the default) or CHIASM_CUDA */
   int32_t device_index;
-  /** The native and torch artifacts are programs: loading one runs code that came with the bundle. The manifest's hash
-   *  protects against damage, not against an author whom you do not trust. 1 (what CHIASM_LOAD_OPTIONS_INIT sets, because
-   *  a bundle is normally shipped with the product that opens it) allows them; 0 refuses them and leaves artifacts that are
-   *  data: those of the onnx backend. */
+  /** The native and torch artifacts are programs: loading one runs code that came with the bundle. The
+   *  manifest's hash protects against damage, not against an author whom you do not trust. 1 (what
+   *  CHIASM_LOAD_OPTIONS_INIT sets, because a bundle is normally shipped with the product that opens it)
+   *  allows them; 0 refuses them and leaves artifacts that are data: those of the onnx backend. */
   int32_t allow_native_code;
-  int32_t dtype; /**< for generic methods: load the artifact for this chiasm_dtype; -1: float32, else the first there is.
-                      (Zero is CHIASM_BOOL, so start from CHIASM_LOAD_OPTIONS_INIT.) */
-  int32_t warm_up; /**< 1: run once on the smallest valid input, so that the first real run is not the slow one */
-  /** onnx on the CPU: 1 (the default) runs the method's native code as one node inside ONNX Runtime, where the bundle has
-   *  both forms and libchiasm_ort is installed; 0, or no allow_native_code, leaves the graph of standard operators. */
+  /** for generic methods: load the artifact for this chiasm_dtype; -1: float32, else the first there is.
+   *  (Zero is CHIASM_BOOL, so start from CHIASM_LOAD_OPTIONS_INIT.) */
+  int32_t dtype;
+  /** 1: run once on the smallest valid input, so that the first real run is not the slow one */
+  int32_t warm_up;
+  /** onnx on the CPU: 1 (the default) runs the method's native code as one node inside ONNX Runtime, where
+   *  the bundle has both forms and libchiasm_ort is installed; 0, or no allow_native_code, leaves the graph
+   *  of standard operators. */
   int32_t fused;
-  /** Since 3: how many threads a run of this method may use, on every backend; 0 (the default): as many as the process may
-   *  (set_num_threads), which is also the upper limit. A server that runs several methods at once gives each 1: a run then
-   *  wakes no thread and waits for none. */
+  /** Since 3: how many threads a run of this method may use, on every backend; 0 (the default): as many as
+   *  the process may (set_num_threads), which is also the upper limit. A server that runs several methods at
+   *  once gives each 1: a run then wakes no thread and waits for none. */
   int32_t num_threads;
-  /** Since 3: options of the backend that is named, as "key=value" texts, then NULL. NULL: none. An unknown key is refused
-   *  with those that the backend has. */
+  /** Since 3: options of the backend that is named, as "key=value" texts, then NULL. NULL: none. An unknown
+   *  key is refused with those that the backend has. */
   const char* const* options;
 } chiasm_load_options;
 
-#define CHIASM_LOAD_OPTIONS_INIT {sizeof(chiasm_load_options), NULL, CHIASM_CPU, 0, 1, -1, 0, 1, 0, NULL}
+#define CHIASM_LOAD_OPTIONS_INIT \
+  { sizeof(chiasm_load_options), NULL, CHIASM_CPU, 0, 1, -1, 0, 1, 0, NULL }
 
 /** How to run a method. NULL stands for the defaults. */
 typedef struct chiasm_run_options {
   size_t struct_size;
-  /** CUDA: the `cudaStream_t` to enqueue on; NULL is the default stream. The call returns when the work is enqueued; inputs
-   *  and outputs must stay valid until the stream reaches it. Ignored on the CPU. */
+  /** CUDA: the `cudaStream_t` to enqueue on; NULL is the default stream. The call returns when the work is
+   *  enqueued; inputs and outputs must stay valid until the stream reaches it. Ignored on the CPU. */
   void* stream;
 } chiasm_run_options;
 
@@ -231,11 +247,12 @@ typedef struct chiasm_api {
   const char* (*library_version)(void);
   /** How many backends are installed. They are numbered in the order in which "auto" tries them. */
   size_t (*backend_count)(void);
-  /** Opens the backend's engine, so the first call for one may take as long as that takes to load. The strings live as
-   *  long as the process. */
+  /** Opens the backend's engine, so the first call for one may take as long as that takes to load. The
+   *  strings live as long as the process. */
   chiasm_status* (*backend_info)(size_t index, chiasm_backend_info* info);
-  /** The one thread policy of the process: how many threads a run may use, for every backend; 0 (the default) means all
-   *  cores this process may run on. Fails with FAILED_PRECONDITION after the first method was loaded. */
+  /** The one thread policy of the process: how many threads a run may use, for every backend; 0 (the default)
+   *  means all cores this process may run on. Fails with FAILED_PRECONDITION after the first method was
+   *  loaded. */
   chiasm_status* (*set_num_threads)(int32_t count);
   int32_t (*get_num_threads)(void); /**< always > 0 */
 
@@ -243,9 +260,9 @@ typedef struct chiasm_api {
   chiasm_status* (*bundle_open)(const char* path, chiasm_bundle** bundle);
   void (*bundle_close)(chiasm_bundle* bundle); /**< NULL is allowed */
   const chiasm_bundle_info* (*bundle_get_info)(const chiasm_bundle* bundle);
-  /** Replay the golden vectors of every method on every backend present here, or on that, and for that dtype and device,
-   *  which `options` names. Returns a status only where the test could not be made; `*failed` counts rows that failed.
-   *  `callback` and `failed` may be NULL. */
+  /** Replay the golden vectors of every method on every backend present here, or on that, and for that dtype
+   *  and device, which `options` names. Returns a status only where the test could not be made; `*failed`
+   *  counts rows that failed. `callback` and `failed` may be NULL. */
   chiasm_status* (*bundle_self_test)(chiasm_bundle* bundle, const chiasm_load_options* options,
                                      chiasm_self_test_callback callback, void* user, int32_t* failed);
 
@@ -256,37 +273,41 @@ typedef struct chiasm_api {
   const chiasm_method_info* (*method_get_info)(const chiasm_method* method);
   const char* (*method_backend)(const chiasm_method* method);  /**< "native", "torch", "onnx", ... */
   const char* (*method_artifact)(const chiasm_method* method); /**< the file's name inside the bundle */
-  /** The shape and dtype that output `index` will have for these inputs (their data is not read, but is checked as for a
-   *  run). `shape` has room for CHIASM_MAX_DIMS. */
-  chiasm_status* (*method_output_shape)(const chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
-                                        size_t index, int64_t* shape, int32_t* ndim, int32_t* dtype);
-  /** Run into tensors that the library allocates, on the CPU. A method that was loaded for CUDA refuses this with
-   *  FAILED_PRECONDITION: allocate the outputs on the device and use method_run_into. */
+  /** The shape and dtype that output `index` will have for these inputs (their data is not read, but is
+   *  checked as for a run). `shape` has room for CHIASM_MAX_DIMS. */
+  chiasm_status* (*method_output_shape)(const chiasm_method* method, const chiasm_tensor* inputs,
+                                        size_t input_count, size_t index, int64_t* shape, int32_t* ndim,
+                                        int32_t* dtype);
+  /** Run into tensors that the library allocates, on the CPU. A method that was loaded for CUDA refuses this
+   *  with FAILED_PRECONDITION: allocate the outputs on the device and use method_run_into. */
   chiasm_status* (*method_run)(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
                                const chiasm_run_options* options, chiasm_outputs** outputs);
-  /** Run into the caller's tensors, whose dtype, shape and device must be those of `method_output_shape` and which must
-   *  not overlap the inputs or each other. */
+  /** Run into the caller's tensors, whose dtype, shape and device must be those of `method_output_shape` and
+   *  which must not overlap the inputs or each other. */
   chiasm_status* (*method_run_into)(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
-                                    const chiasm_tensor* outputs, size_t output_count, const chiasm_run_options* options);
+                                    const chiasm_tensor* outputs, size_t output_count,
+                                    const chiasm_run_options* options);
 
   /* since 1: outputs */
   size_t (*outputs_count)(const chiasm_outputs* outputs);
-  const chiasm_tensor* (*outputs_get)(const chiasm_outputs* outputs, size_t index); /**< NULL if out of range */
-  void (*outputs_free)(chiasm_outputs* outputs);                                    /**< NULL is allowed */
+  /** NULL if out of range */
+  const chiasm_tensor* (*outputs_get)(const chiasm_outputs* outputs, size_t index);
+  void (*outputs_free)(chiasm_outputs* outputs); /**< NULL is allowed */
 
   /* since 2: trust */
   /** The one trust policy of the process, a chiasm_trust_policy, in place of what the environment says:
-   *  CHIASM_TRUST_POLICY (`any`, `signed`, `data_only`) and CHIASM_TRUSTED_KEYS (separated by colons). A key is a minisign
-   *  public key, or the path of a file that holds one; SIGNED needs at least one. The policy is obeyed when a bundle is
-   *  opened and again when a method is loaded, before anything of the bundle is run. Fails with FAILED_PRECONDITION after the
-   *  first load, whether that succeeded or not. */
+   *  CHIASM_TRUST_POLICY (`any`, `signed`, `data_only`) and CHIASM_TRUSTED_KEYS (separated by colons). A key
+   *  is a minisign public key, or the path of a file that holds one; SIGNED needs at least one. The policy is
+   *  obeyed when a bundle is opened and again when a method is loaded, before anything of the bundle is run.
+   *  Fails with FAILED_PRECONDITION after the first load, whether that succeeded or not. */
   chiasm_status* (*set_trust)(int32_t policy, const char* const* keys, size_t key_count);
-  /** The policy and the trusted keys, each of 56 characters; they live as long as the process. `keys` and `key_count` may be
-   *  NULL. */
+  /** The policy and the trusted keys, each of 56 characters; they live as long as the process. `keys` and
+   *  `key_count` may be NULL. */
   chiasm_status* (*get_trust)(int32_t* policy, const char* const** keys, size_t* key_count);
 } chiasm_api;
 
-/** The function table, or NULL where the library does not have this version. The table lives as long as the process. */
+/** The function table, or NULL where the library does not have this version. The table lives as long as the
+ *  process. */
 CHIASM_EXPORT const chiasm_api* chiasm_get_api(uint32_t version);
 
 #ifdef __cplusplus

@@ -5,10 +5,10 @@
  *      auto out = sobel.run({chiasm::Tensor(image.data(), {1, 3, 256, 256})});
  *      const float* edges = out[0].data<float>();
  *
- *  Handles (Bundle, Method, Outputs) are move-only and may be destroyed in any order: a Method keeps what it needs of its
- *  bundle, and Outputs own their memory. A handle that was moved from may be destroyed, assigned to and asked `if (handle)`;
- *  anything else throws Error. Whatever fails throws Error. Nothing of the standard library crosses into libchiasm, so
- *  any compiler and any settings will do.
+ *  Handles (Bundle, Method, Outputs) are move-only and may be destroyed in any order: a Method keeps what it
+ *  needs of its bundle, and Outputs own their memory. A handle that was moved from may be destroyed, assigned
+ *  to and asked `if (handle)`; anything else throws Error. Whatever fails throws Error. Nothing of the
+ *  standard library crosses into libchiasm, so any compiler and any settings will do.
  */
 #ifndef CHIASM_CHIASM_HPP
 #define CHIASM_CHIASM_HPP
@@ -67,15 +67,42 @@ template <class T>
 struct DTypeOf {
   static_assert(sizeof(T) == 0, "chiasm has no dtype for this type; pass a void pointer and a DType");
 };
-template <> struct DTypeOf<bool> { static constexpr DType value = DType::Bool; };
-template <> struct DTypeOf<uint8_t> { static constexpr DType value = DType::UInt8; };
-template <> struct DTypeOf<uint16_t> { static constexpr DType value = DType::UInt16; };
-template <> struct DTypeOf<int8_t> { static constexpr DType value = DType::Int8; };
-template <> struct DTypeOf<int16_t> { static constexpr DType value = DType::Int16; };
-template <> struct DTypeOf<int32_t> { static constexpr DType value = DType::Int32; };
-template <> struct DTypeOf<int64_t> { static constexpr DType value = DType::Int64; };
-template <> struct DTypeOf<float> { static constexpr DType value = DType::Float32; };
-template <> struct DTypeOf<double> { static constexpr DType value = DType::Float64; };
+template <>
+struct DTypeOf<bool> {
+  static constexpr DType value = DType::Bool;
+};
+template <>
+struct DTypeOf<uint8_t> {
+  static constexpr DType value = DType::UInt8;
+};
+template <>
+struct DTypeOf<uint16_t> {
+  static constexpr DType value = DType::UInt16;
+};
+template <>
+struct DTypeOf<int8_t> {
+  static constexpr DType value = DType::Int8;
+};
+template <>
+struct DTypeOf<int16_t> {
+  static constexpr DType value = DType::Int16;
+};
+template <>
+struct DTypeOf<int32_t> {
+  static constexpr DType value = DType::Int32;
+};
+template <>
+struct DTypeOf<int64_t> {
+  static constexpr DType value = DType::Int64;
+};
+template <>
+struct DTypeOf<float> {
+  static constexpr DType value = DType::Float32;
+};
+template <>
+struct DTypeOf<double> {
+  static constexpr DType value = DType::Float64;
+};
 
 /** The DType of a C++ type. */
 template <class T>
@@ -101,8 +128,8 @@ class Shape final {
   /** Throws Error where `count` is more than CHIASM_MAX_DIMS. */
   Shape(const int64_t* sizes, size_t count) : count_(count) {
     if (count > CHIASM_MAX_DIMS) {
-      throw Error(CHIASM_INVALID_ARGUMENT, "a tensor has at most " + std::to_string(CHIASM_MAX_DIMS) + " dimensions, got " +
-                                               std::to_string(count));
+      throw Error(CHIASM_INVALID_ARGUMENT, "a tensor has at most " + std::to_string(CHIASM_MAX_DIMS) +
+                                               " dimensions, got " + std::to_string(count));
     }
     std::copy(sizes, sizes + count, sizes_);
   }
@@ -121,7 +148,9 @@ class Shape final {
     for (const int64_t size : *this) count *= size;
     return count;
   }
-  friend bool operator==(const Shape& a, const Shape& b) noexcept { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
+  friend bool operator==(const Shape& a, const Shape& b) noexcept {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end());
+  }
   friend bool operator!=(const Shape& a, const Shape& b) noexcept { return !(a == b); }
 
  private:
@@ -131,20 +160,23 @@ class Shape final {
 
 /** A view of a tensor that somebody else owns: pointer, dtype, shape, strides, device. Cheap to copy.
  *
- *  The memory must outlive every use of the view. Made from a pointer to const, the view is read-only: it may be an input, not
- *  an output.
+ *  The memory must outlive every use of the view. Made from a pointer to const, the view is read-only: it may
+ *  be an input, not an output.
  */
 class Tensor {
  public:
   /** A dense row-major tensor in CPU memory, or on `device`. */
   template <class T, class = std::enable_if_t<!std::is_void_v<T>>>
   Tensor(T* data, Shape shape, Device device = {})
-      : Tensor(const_cast<std::remove_cv_t<T>*>(data), dtype_of<T>, shape, Shape(), device, std::is_const_v<T>) {}
-  Tensor(void* data, DType dtype, Shape shape, Device device = {}) : Tensor(data, dtype, shape, Shape(), device, false) {}
+      : Tensor(const_cast<std::remove_cv_t<T>*>(data), dtype_of<T>, shape, Shape(), device,
+               std::is_const_v<T>) {}
+  Tensor(void* data, DType dtype, Shape shape, Device device = {})
+      : Tensor(data, dtype, shape, Shape(), device, false) {}
   Tensor(const void* data, DType dtype, Shape shape, Device device = {})
       : Tensor(const_cast<void*>(data), dtype, shape, Shape(), device, true) {}
 
-  /** With strides, counted in elements. Engines take dense row-major memory only: run refuses any other with a message. */
+  /** With strides, counted in elements. Engines take dense row-major memory only: run refuses any other with
+   *  a message. */
   template <class T>
   static Tensor strided(T* data, Shape shape, Shape strides, Device device = {}) {
     return strided(data, dtype_of<T>, shape, strides, device);
@@ -165,14 +197,16 @@ class Tensor {
         device_{static_cast<chiasm_device_type>(tensor.device_type), tensor.device_index},
         has_strides_(tensor.strides != nullptr) {}
 
-  /** The elements. Throws Error where T is not the tensor's type, or is not const and the view is read-only. */
+  /** The elements. Throws Error where T is not the tensor's type, or is not const and the view is read-only.
+   *  */
   template <class T>
   T* data() const {
     if (dtype_of<T> != dtype_) {
-      throw Error(CHIASM_INVALID_ARGUMENT,
-                  std::string("the tensor is ") + chiasm::name(dtype_) + ", not " + chiasm::name(dtype_of<T>));
+      throw Error(CHIASM_INVALID_ARGUMENT, std::string("the tensor is ") + chiasm::name(dtype_) + ", not " +
+                                               chiasm::name(dtype_of<T>));
     }
-    if (read_only_ && !std::is_const_v<T>) throw Error(CHIASM_INVALID_ARGUMENT, "the tensor is read-only: ask for a const type");
+    if (read_only_ && !std::is_const_v<T>)
+      throw Error(CHIASM_INVALID_ARGUMENT, "the tensor is read-only: ask for a const type");
     return static_cast<T*>(data_);
   }
   void* data() const noexcept { return data_; }
@@ -206,8 +240,14 @@ class Tensor {
 
   /** For the C interface; points into this object. */
   chiasm_tensor c_tensor() const noexcept {
-    return {sizeof(chiasm_tensor), data_, static_cast<int32_t>(dtype_), static_cast<int32_t>(device_.type), device_.index,
-            static_cast<int32_t>(shape_.size()), shape_.data(), has_strides_ ? strides_.data() : nullptr};
+    return {sizeof(chiasm_tensor),
+            data_,
+            static_cast<int32_t>(dtype_),
+            static_cast<int32_t>(device_.type),
+            device_.index,
+            static_cast<int32_t>(shape_.size()),
+            shape_.data(),
+            has_strides_ ? strides_.data() : nullptr};
   }
 
  private:
@@ -221,7 +261,8 @@ class Tensor {
         read_only_(read_only) {}
 
   static const Shape& check_strides(const Shape& shape, const Shape& strides) {
-    if (shape.size() != strides.size()) throw Error(CHIASM_INVALID_ARGUMENT, "shape and strides differ in length");
+    if (shape.size() != strides.size())
+      throw Error(CHIASM_INVALID_ARGUMENT, "shape and strides differ in length");
     return strides;
   }
 
@@ -239,8 +280,9 @@ namespace detail {
 inline const chiasm_api& api() {
   static const chiasm_api* const table = chiasm_get_api(CHIASM_API_VERSION);
   if (table == nullptr) {
-    throw Error(CHIASM_VERSION_MISMATCH, "libchiasm is older than the header chiasm.hpp: it has no interface version " +
-                                             std::to_string(CHIASM_API_VERSION));
+    throw Error(CHIASM_VERSION_MISMATCH,
+                "libchiasm is older than the header chiasm.hpp: it has no interface version " +
+                    std::to_string(CHIASM_API_VERSION));
   }
   return *table;
 }
@@ -289,13 +331,15 @@ struct FreeOutputs {
 /** The handle, or Error where it was moved from. */
 template <class Handle>
 auto* use(const Handle& handle, const char* what) {
-  if (handle == nullptr) throw Error(CHIASM_FAILED_PRECONDITION, std::string("this ") + what + " was moved from");
+  if (handle == nullptr)
+    throw Error(CHIASM_FAILED_PRECONDITION, std::string("this ") + what + " was moved from");
   return handle.get();
 }
 
 }  // namespace detail
 
-/** One dimension of a signature: a constant, a symbol with limits, or an expression ("2*H", without limits). */
+/** One dimension of a signature: a constant, a symbol with limits, or an expression ("2*H", without limits).
+ *  */
 struct DimInfo {
   std::string expression;
   int64_t min = 0, max = 0;
@@ -342,23 +386,51 @@ struct SelfTestRow {
 
 /** How to load a method. */
 struct LoadOptions {
-  std::string backend = "auto"; /**< "native", "torch", "onnx", ...; "auto": the first, by priority, that can run it here */
+  /** "native", "torch", "onnx", ...; "auto": the first, by priority, that can run it here */
+  std::string backend = "auto";
   Device device;
   bool allow_native_code = true; /**< false: only the onnx backend, whose artifacts are data; see chiasm.h */
   int32_t dtype = -1;            /**< a generic method for this DType; -1: float32, else the first there is */
-  bool fused = true;             /**< onnx: native code inside ONNX Runtime where there is some; see chiasm.h */
-  bool warm_up = false;          /**< run once on the smallest input, so that the first real run is not the slow one */
-  int32_t num_threads = 0;       /**< threads of a run of this method; 0: as many as the process may use; see chiasm.h */
+  /** onnx: native code inside ONNX Runtime where there is some; see chiasm.h */
+  bool fused = true;
+  /** run once on the smallest input, so that the first real run is not the slow one */
+  bool warm_up = false;
+  /** threads of a run of this method; 0: as many as the process may use; see chiasm.h */
+  int32_t num_threads = 0;
   std::vector<std::string> options; /**< of the backend that is named, each "key=value" */
 
-  LoadOptions& with_backend(std::string value) { backend = std::move(value); return *this; }
-  LoadOptions& with_device(Device value) { device = value; return *this; }
-  LoadOptions& with_dtype(DType value) { dtype = static_cast<int32_t>(value); return *this; }
-  LoadOptions& with_native_code(bool value) { allow_native_code = value; return *this; }
-  LoadOptions& with_fused(bool value) { fused = value; return *this; }
-  LoadOptions& with_warm_up(bool value = true) { warm_up = value; return *this; }
-  LoadOptions& with_num_threads(int32_t value) { num_threads = value; return *this; }
-  LoadOptions& with_option(const std::string& key, const std::string& value) { options.push_back(key + "=" + value); return *this; }
+  LoadOptions& with_backend(std::string value) {
+    backend = std::move(value);
+    return *this;
+  }
+  LoadOptions& with_device(Device value) {
+    device = value;
+    return *this;
+  }
+  LoadOptions& with_dtype(DType value) {
+    dtype = static_cast<int32_t>(value);
+    return *this;
+  }
+  LoadOptions& with_native_code(bool value) {
+    allow_native_code = value;
+    return *this;
+  }
+  LoadOptions& with_fused(bool value) {
+    fused = value;
+    return *this;
+  }
+  LoadOptions& with_warm_up(bool value = true) {
+    warm_up = value;
+    return *this;
+  }
+  LoadOptions& with_num_threads(int32_t value) {
+    num_threads = value;
+    return *this;
+  }
+  LoadOptions& with_option(const std::string& key, const std::string& value) {
+    options.push_back(key + "=" + value);
+    return *this;
+  }
 };
 
 namespace detail {
@@ -390,8 +462,9 @@ class CLoadOptions final {
 
 }  // namespace detail
 
-/** A view of an output of Outputs that end with this statement: `b.run({a.run({x})[0]})`. What would keep its memory is not
- *  offered: `float* p = a.run({x})[0].data<float>()` does not compile. Keep the Outputs in a variable. */
+/** A view of an output of Outputs that end with this statement: `b.run({a.run({x})[0]})`. What would keep its
+ *  memory is not offered: `float* p = a.run({x})[0].data<float>()` does not compile. Keep the Outputs in a
+ *  variable. */
 class TemporaryTensor final : public Tensor {
  public:
   explicit TemporaryTensor(const Tensor& tensor) : Tensor(tensor) {}
@@ -412,7 +485,8 @@ class Outputs final {
   Tensor operator[](size_t i) const& {
     const chiasm_tensor* const tensor = detail::api().outputs_get(detail::use(handle_, "Outputs"), i);
     if (tensor == nullptr) {
-      throw Error(CHIASM_INVALID_ARGUMENT, "there is no output " + std::to_string(i) + ", only " + std::to_string(size()));
+      throw Error(CHIASM_INVALID_ARGUMENT,
+                  "there is no output " + std::to_string(i) + ", only " + std::to_string(size()));
     }
     return Tensor(*tensor);
   }
@@ -434,8 +508,9 @@ class Method final {
   explicit Method(chiasm_method* method) noexcept : handle_(method) {}
   explicit operator bool() const noexcept { return handle_ != nullptr; }
 
-  /** Run into memory that the library allocates (on the CPU; with CUDA use run_into). Throws Error, before any engine sees
-   *  them, for inputs that the method does not take. `stream`: the cudaStream_t to enqueue on. */
+  /** Run into memory that the library allocates (on the CPU; with CUDA use run_into). Throws Error, before
+   *  any engine sees them, for inputs that the method does not take. `stream`: the cudaStream_t to enqueue
+   *  on. */
   Outputs run(std::initializer_list<Tensor> inputs, void* stream = nullptr) const {
     return run(inputs.begin(), inputs.size(), stream);
   }
@@ -450,22 +525,26 @@ class Method final {
     return Outputs(outputs);
   }
 
-  /** Run into the caller's memory: no allocation, no copy. Shapes and dtypes must be those of output_type, and the memory
-   *  must not overlap the inputs or other outputs. */
-  void run_into(std::initializer_list<Tensor> inputs, std::initializer_list<Tensor> outputs, void* stream = nullptr) const {
+  /** Run into the caller's memory: no allocation, no copy. Shapes and dtypes must be those of output_type,
+   *  and the memory must not overlap the inputs or other outputs. */
+  void run_into(std::initializer_list<Tensor> inputs, std::initializer_list<Tensor> outputs,
+                void* stream = nullptr) const {
     run_into(inputs.begin(), inputs.size(), outputs.begin(), outputs.size(), stream);
   }
-  void run_into(const std::vector<Tensor>& inputs, const std::vector<Tensor>& outputs, void* stream = nullptr) const {
+  void run_into(const std::vector<Tensor>& inputs, const std::vector<Tensor>& outputs,
+                void* stream = nullptr) const {
     run_into(inputs.data(), inputs.size(), outputs.data(), outputs.size(), stream);
   }
   void run_into(const Tensor* inputs, size_t input_count, const Tensor* outputs, size_t output_count,
                 void* stream = nullptr) const {
     for (size_t i = 0; i < output_count; ++i) {
-      if (outputs[i].read_only()) throw Error(CHIASM_INVALID_ARGUMENT, "output " + std::to_string(i) + " is read-only");
+      if (outputs[i].read_only())
+        throw Error(CHIASM_INVALID_ARGUMENT, "output " + std::to_string(i) + " is read-only");
     }
     const detail::TensorList in(inputs, input_count), out(outputs, output_count);
     const chiasm_run_options options{sizeof(chiasm_run_options), stream};
-    detail::check(detail::api().method_run_into(handle(), in.data(), in.size(), out.data(), out.size(), &options));
+    detail::check(
+        detail::api().method_run_into(handle(), in.data(), in.size(), out.data(), out.size(), &options));
   }
 
   /** What output `index` will be for these inputs, which are checked as for a run. */
@@ -473,7 +552,8 @@ class Method final {
     const detail::TensorList list(inputs.data(), inputs.size());
     int64_t shape[CHIASM_MAX_DIMS];
     int32_t ndim = 0, dtype = 0;
-    detail::check(detail::api().method_output_shape(handle(), list.data(), list.size(), index, shape, &ndim, &dtype));
+    detail::check(
+        detail::api().method_output_shape(handle(), list.data(), list.size(), index, shape, &ndim, &dtype));
     return {Shape(shape, static_cast<size_t>(ndim)), static_cast<DType>(dtype)};
   }
 
@@ -507,8 +587,10 @@ inline TensorInfo tensor_info(const chiasm_tensor_info& from) {
 
 inline MethodInfo method_info(const chiasm_method_info& from) {
   MethodInfo to{from.name, {}, {}};
-  for (int32_t i = 0; i < from.input_count; ++i) to.inputs.push_back(tensor_info(element(from.inputs, static_cast<size_t>(i))));
-  for (int32_t i = 0; i < from.output_count; ++i) to.outputs.push_back(tensor_info(element(from.outputs, static_cast<size_t>(i))));
+  for (int32_t i = 0; i < from.input_count; ++i)
+    to.inputs.push_back(tensor_info(element(from.inputs, static_cast<size_t>(i))));
+  for (int32_t i = 0; i < from.output_count; ++i)
+    to.outputs.push_back(tensor_info(element(from.outputs, static_cast<size_t>(i))));
   return to;
 }
 
@@ -520,8 +602,9 @@ struct RowCollector {
   static void add(const chiasm_self_test_row* row, void* user) noexcept {
     auto* const self = static_cast<RowCollector*>(user);
     try {
-      self->rows.push_back({row->method, row->backend, row->artifact, row->dtype, static_cast<SelfTestRow::Result>(row->passed),
-                            row->max_error, row->tolerance, row->message});
+      self->rows.push_back({row->method, row->backend, row->artifact, row->dtype,
+                            static_cast<SelfTestRow::Result>(row->passed), row->max_error, row->tolerance,
+                            row->message});
     } catch (...) {
       self->error = std::current_exception();
     }
@@ -530,7 +613,9 @@ struct RowCollector {
 
 }  // namespace detail
 
-inline MethodInfo Method::info() const { return detail::method_info(*detail::api().method_get_info(handle())); }
+inline MethodInfo Method::info() const {
+  return detail::method_info(*detail::api().method_get_info(handle()));
+}
 
 /** An open bundle. */
 class Bundle final {
@@ -571,7 +656,8 @@ class Bundle final {
   std::vector<SelfTestRow> self_test(const LoadOptions& options = {}) const {
     const detail::CLoadOptions c_options(options);
     detail::RowCollector collector;
-    detail::check(detail::api().bundle_self_test(handle(), c_options.get(), &detail::RowCollector::add, &collector, nullptr));
+    detail::check(detail::api().bundle_self_test(handle(), c_options.get(), &detail::RowCollector::add,
+                                                 &collector, nullptr));
     if (collector.error) std::rethrow_exception(collector.error);
     return std::move(collector.rows);
   }
@@ -589,8 +675,8 @@ class Bundle final {
 /** The version of the library, "0.1.0". */
 inline std::string library_version() { return detail::api().library_version(); }
 
-/** The backends that are installed, in the order in which "auto" tries them, also those whose engine is missing. Opens the engine of
- *  each, which may take a while. */
+/** The backends that are installed, in the order in which "auto" tries them, also those whose engine is
+ *  missing. Opens the engine of each, which may take a while. */
 inline std::vector<BackendInfo> backends() {
   std::vector<BackendInfo> all;
   for (size_t i = 0; i < detail::api().backend_count(); ++i) {
@@ -602,15 +688,20 @@ inline std::vector<BackendInfo> backends() {
   return all;
 }
 
-/** How many threads a run may use, in every backend; 0: all cores of this process. Before the first method is loaded. */
+/** How many threads a run may use, in every backend; 0: all cores of this process. Before the first method is
+ *  loaded. */
 inline void set_num_threads(int32_t count) { detail::check(detail::api().set_num_threads(count)); }
 inline int32_t get_num_threads() { return detail::api().get_num_threads(); }
 
 /** Which bundles this process runs; the values are those of chiasm_trust_policy. */
-enum class TrustPolicy : int32_t { Any = CHIASM_TRUST_ANY, Signed = CHIASM_TRUST_SIGNED, DataOnly = CHIASM_TRUST_DATA_ONLY };
+enum class TrustPolicy : int32_t {
+  Any = CHIASM_TRUST_ANY,
+  Signed = CHIASM_TRUST_SIGNED,
+  DataOnly = CHIASM_TRUST_DATA_ONLY
+};
 
-/** The trust policy of the process, in place of the environment's; before the first load. `keys`, for Signed: minisign public
- *  keys, or paths of files that hold one; see chiasm.h. */
+/** The trust policy of the process, in place of the environment's; before the first load. `keys`, for Signed:
+ *  minisign public keys, or paths of files that hold one; see chiasm.h. */
 inline void set_trust(TrustPolicy policy, const std::vector<std::string>& keys = {}) {
   std::vector<const char*> c_keys;
   for (const std::string& key : keys) c_keys.push_back(key.c_str());

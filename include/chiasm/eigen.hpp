@@ -1,4 +1,5 @@
-/** chiasm and Eigen: views of dense matrices, vectors, arrays and maps, and copies of small objects. Optional: needs Eigen 3.3 or later.
+/** chiasm and Eigen: views of dense matrices, vectors, arrays and maps, and copies of small objects.
+ *  Optional: needs Eigen 3.3 or later.
  *
  *      Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> axis_angle(100, 3);
  *      auto out = method.run({chiasm::view(axis_angle)});
@@ -6,8 +7,8 @@
  *      std::vector<Eigen::Isometry3f> poses = ...;
  *      auto inverses = chiasm::unpack<Eigen::Isometry3f>(invert.run({chiasm::pack(poses)})[0]);
  *
- *  Eigen's own order is column-major: the view of such a matrix says so in its strides, and run refuses it rather than
- *  misread it. `row_major(m)` makes the copy that engines take.
+ *  Eigen's own order is column-major: the view of such a matrix says so in its strides, and run refuses it
+ *  rather than misread it. `row_major(m)` makes the copy that engines take.
  */
 #ifndef CHIASM_EIGEN_HPP
 #define CHIASM_EIGEN_HPP
@@ -23,7 +24,10 @@
 
 namespace chiasm {
 
-template <> struct DTypeOf<Eigen::half> { static constexpr DType value = DType::Float16; };
+template <>
+struct DTypeOf<Eigen::half> {
+  static constexpr DType value = DType::Float16;
+};
 
 namespace detail {
 
@@ -36,7 +40,8 @@ Tensor view_eigen(const Derived& matrix, Scalar* data) {
     return Tensor::strided(data, Shape{static_cast<int64_t>(matrix.size())}, Shape{inner});
   } else {
     const auto outer = static_cast<int64_t>(matrix.outerStride());
-    return Tensor::strided(data, Shape{static_cast<int64_t>(matrix.rows()), static_cast<int64_t>(matrix.cols())},
+    return Tensor::strided(data,
+                           Shape{static_cast<int64_t>(matrix.rows()), static_cast<int64_t>(matrix.cols())},
                            Derived::IsRowMajor ? Shape{outer, inner} : Shape{inner, outer});
   }
 }
@@ -52,7 +57,8 @@ Tensor view(Eigen::DenseBase<Derived>& matrix) {
 /** The same, read-only: an input, not an output. */
 template <class Derived>
 Tensor view(const Eigen::DenseBase<Derived>& matrix) {
-  return detail::view_eigen(matrix.derived(), static_cast<const typename Derived::Scalar*>(matrix.derived().data()));
+  return detail::view_eigen(matrix.derived(),
+                            static_cast<const typename Derived::Scalar*>(matrix.derived().data()));
 }
 /** A temporary matrix would be gone before the run. */
 template <class Derived>
@@ -68,7 +74,8 @@ auto row_major(const Eigen::DenseBase<Derived>& matrix) {
   return copy;
 }
 
-/** chiasm's quaternions are (w, x, y, z); Eigen stores (x, y, z, w). Use these, never a view of `coeffs()`. */
+/** chiasm's quaternions are (w, x, y, z); Eigen stores (x, y, z, w). Use these, never a view of `coeffs()`.
+ *  */
 template <class Derived>
 Eigen::Matrix<typename Derived::Scalar, 4, 1> wxyz(const Eigen::QuaternionBase<Derived>& quaternion) {
   return {quaternion.w(), quaternion.x(), quaternion.y(), quaternion.z()};
@@ -82,7 +89,8 @@ Eigen::Quaternion<std::remove_const_t<T>> quaternion_from_wxyz(T* values) {
 
 namespace detail {
 
-/** How one Eigen object lies in chiasm's memory: matrices by rows, transforms as their matrix, quaternions as (w, x, y, z). */
+/** How one Eigen object lies in chiasm's memory: matrices by rows, transforms as their matrix, quaternions as
+ *  (w, x, y, z). */
 template <class T, class = void>
 struct EigenLayout;
 
@@ -90,7 +98,8 @@ template <class T>
 struct EigenLayout<T, std::enable_if_t<std::is_base_of_v<Eigen::DenseBase<T>, T>>> {
   using Scalar = typename T::Scalar;
   static constexpr int rows = T::RowsAtCompileTime, cols = T::ColsAtCompileTime;
-  static_assert(rows != Eigen::Dynamic && cols != Eigen::Dynamic, "pack and unpack take types of fixed size: use view or row_major for others");
+  static_assert(rows != Eigen::Dynamic && cols != Eigen::Dynamic,
+                "pack and unpack take types of fixed size: use view or row_major for others");
   using Rows = Eigen::Matrix<Scalar, rows, cols, cols == 1 && rows != 1 ? Eigen::ColMajor : Eigen::RowMajor>;
   static constexpr bool is_vector = bool(T::IsVectorAtCompileTime);
   static Shape shape(int64_t n) { return is_vector ? Shape{n, int64_t{rows} * cols} : Shape{n, rows, cols}; }
@@ -135,8 +144,8 @@ class Packed final {
   Shape shape_;
 };
 
-/** Objects of one type and fixed size: (N, rows, cols) of matrices, transforms and their maps, (N, size) of vectors, and (N, 4) as
- *  (w, x, y, z) of quaternions, whatever their order in Eigen. */
+/** Objects of one type and fixed size: (N, rows, cols) of matrices, transforms and their maps, (N, size) of
+ *  vectors, and (N, 4) as (w, x, y, z) of quaternions, whatever their order in Eigen. */
 template <class T, class Allocator>
 auto pack(const std::vector<T, Allocator>& items) {
   using Layout = detail::EigenLayout<T>;
@@ -155,8 +164,9 @@ auto pack(const T& item) {
   return Packed<typename Layout::Scalar>(std::move(values), Layout::shape(1));
 }
 
-/** The objects in a dense tensor of T's scalars: (N, rows, cols) or (rows, cols) as matrices or transforms, and so on as in `pack`; a column
- *  vector may also be (N, rows, 1). Throws Error where the tensor is something else. */
+/** The objects in a dense tensor of T's scalars: (N, rows, cols) or (rows, cols) as matrices or transforms,
+ *  and so on as in `pack`; a column vector may also be (N, rows, 1). Throws Error where the tensor is
+ *  something else. */
 template <class T>
 auto unpack(const Tensor& tensor) {
   using Layout = detail::EigenLayout<T>;
@@ -169,8 +179,10 @@ auto unpack(const Tensor& tensor) {
   bool fits = tensor.is_contiguous();
   for (; fits && wanted > 1; --wanted, --left) fits = left > 0 && shape[left - 1] == one[wanted - 1];
   if (!fits || left > 1) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "unpack: expected dense objects of " + std::to_string(each) + " values in a batch of at most one dimension, got a tensor of " +
-                                             std::to_string(shape.size()) + " dimensions and " + std::to_string(shape.count()) + " values");
+    throw Error(CHIASM_INVALID_ARGUMENT, "unpack: expected dense objects of " + std::to_string(each) +
+                                             " values in a batch of at most one dimension, got a tensor of " +
+                                             std::to_string(shape.size()) + " dimensions and " +
+                                             std::to_string(shape.count()) + " values");
   }
   std::vector<decltype(Layout::get(nullptr))> items;
   const auto* values = tensor.data<const typename Layout::Scalar>();

@@ -75,7 +75,8 @@ Tensor view_mat(const cv::Mat& mat, Data* data) {
   for (size_t i = 0; i < dims; ++i) {
     const size_t step = mat.step.p[i];
     if (step % element != 0) {
-      throw Error(CHIASM_INVALID_ARGUMENT, "the rows of the cv::Mat do not begin at whole elements: pass a clone()");
+      throw Error(CHIASM_INVALID_ARGUMENT,
+                  "the rows of the cv::Mat do not begin at whole elements: pass a clone()");
     }
     shape[i] = mat.size.p[i];
     strides[i] = static_cast<int64_t>(step / element);
@@ -89,36 +90,46 @@ Tensor view_mat(const cv::Mat& mat, Data* data) {
 
 }  // namespace detail
 
-/** A view of the image: shape (H, W, C), or (H, W) for one channel; the channels in the order of the Mat (BGR as a rule).
+/** A view of the image: shape (H, W, C), or (H, W) for one channel; the channels in the order of the Mat (BGR
+ *  as a rule).
  *
- *  The view does not keep the Mat's memory alive. A region of interest has gaps between its rows; the view says so in its
- *  strides, and run refuses it: pass `roi.clone()`.
+ *  The view does not keep the Mat's memory alive. A region of interest has gaps between its rows; the view
+ *  says so in its strides, and run refuses it: pass `roi.clone()`.
  */
 inline Tensor view(cv::Mat& mat) { return detail::view_mat(mat, static_cast<void*>(mat.data)); }
 /** The same, read-only: an input, not an output. */
 inline Tensor view(const cv::Mat& mat) { return detail::view_mat(mat, static_cast<const void*>(mat.data)); }
 
-/** A Mat that shares the tensor's memory, which must outlive it: of (H, W) with one channel, of (H, W, C) with C channels.
- *  Other shapes throw Error, and so does a read-only tensor, because whoever has a Mat may write to it. bool comes as CV_8U. */
+/** A Mat that shares the tensor's memory, which must outlive it: of (H, W) with one channel, of (H, W, C)
+ *  with C channels. Other shapes throw Error, and so does a read-only tensor, because whoever has a Mat may
+ *  write to it. bool comes as CV_8U. */
 inline cv::Mat to_mat(const Tensor& tensor) {
   const Shape& shape = tensor.shape();
   const Shape strides = tensor.strides();
   const bool has_channels = shape.size() == 3;
-  if (tensor.device() != Device::cpu()) throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: the tensor is not in CPU memory");
-  if (tensor.read_only()) throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: the tensor is read-only, a cv::Mat is writable: copy the tensor first");
+  if (tensor.device() != Device::cpu())
+    throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: the tensor is not in CPU memory");
+  if (tensor.read_only())
+    throw Error(CHIASM_INVALID_ARGUMENT,
+                "to_mat: the tensor is read-only, a cv::Mat is writable: copy the tensor first");
   if (shape.size() != 2 && !has_channels) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: expected a tensor of shape (H, W) or (H, W, C), got one of " +
-                                             std::to_string(shape.size()) + " dimensions");
+    throw Error(CHIASM_INVALID_ARGUMENT,
+                "to_mat: expected a tensor of shape (H, W) or (H, W, C), got one of " +
+                    std::to_string(shape.size()) + " dimensions");
   }
   const int64_t channels = has_channels ? shape[2] : 1;
   if (channels < 1 || channels > CV_CN_MAX || shape[0] > INT_MAX || shape[1] > INT_MAX) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: expected at most " + std::to_string(CV_CN_MAX) + " channels, got " +
-                                             std::to_string(channels) + " (is the tensor (C, H, W)?)");
+    throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: expected at most " + std::to_string(CV_CN_MAX) +
+                                             " channels, got " + std::to_string(channels) +
+                                             " (is the tensor (C, H, W)?)");
   }
-  const bool dense_pixels = (!has_channels || channels == 1 || strides[2] == 1) && (shape[1] <= 1 || strides[1] == channels);
-  if (!dense_pixels) throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: the pixels of a row do not follow each other in memory");
+  const bool dense_pixels =
+      (!has_channels || channels == 1 || strides[2] == 1) && (shape[1] <= 1 || strides[1] == channels);
+  if (!dense_pixels)
+    throw Error(CHIASM_INVALID_ARGUMENT, "to_mat: the pixels of a row do not follow each other in memory");
   const int type = CV_MAKETYPE(detail::depth_of_dtype(tensor.dtype()), static_cast<int>(channels));
-  const size_t step = shape[0] <= 1 ? size_t{cv::Mat::AUTO_STEP} : static_cast<size_t>(strides[0]) * CV_ELEM_SIZE1(type);
+  const size_t step =
+      shape[0] <= 1 ? size_t{cv::Mat::AUTO_STEP} : static_cast<size_t>(strides[0]) * CV_ELEM_SIZE1(type);
   return cv::Mat(static_cast<int>(shape[0]), static_cast<int>(shape[1]), type, tensor.data(), step);
 }
 /** The memory would be gone before the Mat is used: keep the Outputs in a variable. */
@@ -127,7 +138,8 @@ cv::Mat to_mat(const TemporaryTensor& tensor) = delete;
 /** An image as planes, a tensor of shape (1, C, H, W), with its memory. */
 class Planes final {
  public:
-  Planes(std::vector<unsigned char> memory, DType dtype, Shape shape) : memory_(std::move(memory)), dtype_(dtype), shape_(shape) {}
+  Planes(std::vector<unsigned char> memory, DType dtype, Shape shape)
+      : memory_(std::move(memory)), dtype_(dtype), shape_(shape) {}
 
   DType dtype() const { return dtype_; }
   const Shape& shape() const { return shape_; }
@@ -146,10 +158,13 @@ namespace detail {
 
 inline Planes split_mat(const cv::Mat& mat, bool swap_rb) {
   if (mat.empty()) throw Error(CHIASM_INVALID_ARGUMENT, "planes: the cv::Mat is empty");
-  if (mat.dims != 2) throw Error(CHIASM_INVALID_ARGUMENT, "planes: expected a cv::Mat of 2 dimensions, got " + std::to_string(mat.dims));
+  if (mat.dims != 2)
+    throw Error(CHIASM_INVALID_ARGUMENT,
+                "planes: expected a cv::Mat of 2 dimensions, got " + std::to_string(mat.dims));
   const int channels = mat.channels();
   if (swap_rb && channels < 3) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "planes: swap_rb is for 3 or 4 channels, the cv::Mat has " + std::to_string(channels));
+    throw Error(CHIASM_INVALID_ARGUMENT,
+                "planes: swap_rb is for 3 or 4 channels, the cv::Mat has " + std::to_string(channels));
   }
   const DType dtype = dtype_of_depth(mat.depth());
   const size_t plane_bytes = static_cast<size_t>(mat.rows) * static_cast<size_t>(mat.cols) * mat.elemSize1();
@@ -157,7 +172,8 @@ inline Planes split_mat(const cv::Mat& mat, bool swap_rb) {
   std::vector<cv::Mat> targets;
   for (int c = 0; c < channels; ++c) {
     const int to = swap_rb && c < 3 ? 2 - c : c;
-    targets.emplace_back(mat.rows, mat.cols, mat.depth(), memory.data() + plane_bytes * static_cast<size_t>(to));
+    targets.emplace_back(mat.rows, mat.cols, mat.depth(),
+                         memory.data() + plane_bytes * static_cast<size_t>(to));
   }
   cv::split(mat, targets.data());
   return Planes(std::move(memory), dtype, Shape{1, channels, mat.rows, mat.cols});
@@ -168,45 +184,56 @@ inline Planes split_mat(const cv::Mat& mat, bool swap_rb) {
 /** The image as planes of its own element type: (H, W, C) becomes (1, C, H, W). Copies. */
 inline Planes planes(const cv::Mat& mat) { return detail::split_mat(mat, false); }
 
-/** The same as float32, each value times `scale` (1 / 255.0 for bytes), with the first and the third channel swapped where
- *  `swap_rb`: OpenCV has BGR, ops take RGB. The arguments are those of cv::dnn::blobFromImage. */
+/** The same as float32, each value times `scale` (1 / 255.0 for bytes), with the first and the third channel
+ *  swapped where `swap_rb`: OpenCV has BGR, ops take RGB. The arguments are those of cv::dnn::blobFromImage.
+ *  */
 inline Planes planes(const cv::Mat& mat, double scale, bool swap_rb = false) {
   cv::Mat scaled;
   if (!mat.empty()) mat.convertTo(scaled, CV_32F, scale);
   return detail::split_mat(scaled, swap_rb);
 }
 
-/** Image `index` of a tensor of shape (C, H, W) or (B, C, H, W) as a Mat of its own memory, (H, W, C): each value times `scale`, rounded
- *  and saturated to `depth` (CV_8U, ...; negative: the tensor's own), the first and the third channel swapped where `swap_rb`. */
-inline cv::Mat planes_to_mat(const Tensor& tensor, int depth = -1, double scale = 1, bool swap_rb = false, int64_t index = 0) {
+/** Image `index` of a tensor of shape (C, H, W) or (B, C, H, W) as a Mat of its own memory, (H, W, C): each
+ *  value times `scale`, rounded and saturated to `depth` (CV_8U, ...; negative: the tensor's own), the first
+ *  and the third channel swapped where `swap_rb`. */
+inline cv::Mat planes_to_mat(const Tensor& tensor, int depth = -1, double scale = 1, bool swap_rb = false,
+                             int64_t index = 0) {
   const Shape& shape = tensor.shape();
   if (shape.size() != 3 && shape.size() != 4) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: expected a tensor of shape (C, H, W) or (B, C, H, W), got one of " +
-                                             std::to_string(shape.size()) + " dimensions");
+    throw Error(CHIASM_INVALID_ARGUMENT,
+                "planes_to_mat: expected a tensor of shape (C, H, W) or (B, C, H, W), got one of " +
+                    std::to_string(shape.size()) + " dimensions");
   }
-  if (tensor.device() != Device::cpu()) throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: the tensor is not in CPU memory");
+  if (tensor.device() != Device::cpu())
+    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: the tensor is not in CPU memory");
   if (!tensor.is_contiguous()) throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: the tensor is not dense");
   const size_t first = shape.size() - 3;
-  const int64_t batch = first == 1 ? shape[0] : 1, channels = shape[first], rows = shape[first + 1], cols = shape[first + 2];
+  const int64_t batch = first == 1 ? shape[0] : 1, channels = shape[first], rows = shape[first + 1],
+                cols = shape[first + 2];
   if (index < 0 || index >= batch) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: there is no image " + std::to_string(index) + ", only " + std::to_string(batch));
+    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: there is no image " + std::to_string(index) +
+                                             ", only " + std::to_string(batch));
   }
   if (channels < 1 || channels > CV_CN_MAX || rows > INT_MAX || cols > INT_MAX) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: expected 1 to " + std::to_string(CV_CN_MAX) + " channels, got " +
-                                             std::to_string(channels) + " (is the tensor (H, W, C)? then use to_mat)");
+    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: expected 1 to " + std::to_string(CV_CN_MAX) +
+                                             " channels, got " + std::to_string(channels) +
+                                             " (is the tensor (H, W, C)? then use to_mat)");
   }
   if (swap_rb && channels < 3) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "planes_to_mat: swap_rb is for 3 or 4 channels, the tensor has " + std::to_string(channels));
+    throw Error(CHIASM_INVALID_ARGUMENT,
+                "planes_to_mat: swap_rb is for 3 or 4 channels, the tensor has " + std::to_string(channels));
   }
   const int own_depth = detail::depth_of_dtype(tensor.dtype());
   const size_t plane_bytes = static_cast<size_t>(rows * cols) * static_cast<size_t>(CV_ELEM_SIZE1(own_depth));
   // cv::merge only reads them.
-  auto* const data = static_cast<unsigned char*>(const_cast<void*>(static_cast<const void*>(tensor.c_tensor().data))) +
-                     plane_bytes * static_cast<size_t>(channels * index);
+  auto* const data =
+      static_cast<unsigned char*>(const_cast<void*>(static_cast<const void*>(tensor.c_tensor().data))) +
+      plane_bytes * static_cast<size_t>(channels * index);
   std::vector<cv::Mat> sources;
   for (int64_t c = 0; c < channels; ++c) {
     const int64_t from = swap_rb && c < 3 ? 2 - c : c;
-    sources.emplace_back(static_cast<int>(rows), static_cast<int>(cols), own_depth, data + plane_bytes * static_cast<size_t>(from));
+    sources.emplace_back(static_cast<int>(rows), static_cast<int>(cols), own_depth,
+                         data + plane_bytes * static_cast<size_t>(from));
   }
   cv::Mat merged;
   cv::merge(sources, merged);

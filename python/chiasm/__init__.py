@@ -1,7 +1,8 @@
-"""chiasm: computer-vision ops written once in typed, scriptable Python and run everywhere with the same numbers.
+"""chiasm: computer-vision ops written once in typed, scriptable Python and run everywhere with the same
+numbers.
 
-Submodules load on first use, so that ``import chiasm.runtime`` and ``import chiasm.onnx`` (which run exported bundles) do not
-import torch.
+Submodules load on first use, so that ``import chiasm.runtime`` and ``import chiasm.onnx`` (which run exported
+bundles) do not import torch.
 """
 
 import importlib

@@ -58,7 +58,13 @@ class Method:
     @property
     def outputs(self) -> list[TensorInfo]: ...
     def __call__(self, *inputs: Any, **named: Any) -> Any: ...
-    def run(self, inputs: Sequence[Any] | Mapping[str, Any] | Any, *, returns: str | None = None, stream: Any = None) -> Any: ...
+    def run(
+        self,
+        inputs: Sequence[Any] | Mapping[str, Any] | Any,
+        *,
+        returns: str | None = None,
+        stream: Any = None,
+    ) -> Any: ...
     def run_into(
         self,
         inputs: Sequence[Any] | Mapping[str, Any] | Any,

@@ -1,4 +1,5 @@
-"""Writes what follows from the declarations of the kernels (python/chiasm/primitives/kernels/declarations.py).
+"""Writes what follows from the declarations of the kernels
+(python/chiasm/primitives/kernels/declarations.py).
 
     generate.py build FOLDER    kernels.h, kernel_calls.h and kernel_calls.cpp, for CMake
     generate.py docs FILE       the page of kernels
@@ -14,7 +15,9 @@ from pathlib import Path
 from typing import Dict, Iterator, List
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parents[1] / "python" / "chiasm" / "primitives"))  # not by chiasm: its package needs torch
+sys.path.insert(
+    0, str(HERE.parents[1] / "python" / "chiasm" / "primitives")
+)  # not by chiasm: its package needs torch
 
 from kernels.schema import VARIABLES, Argument, DeclarationError, Kernel, identifiers  # noqa: E402
 
@@ -23,13 +26,41 @@ try:
 except DeclarationError as error:
     sys.exit(f"error: {error}")
 
-MADE = "// Made from the declarations in python/chiasm/primitives/kernels/declarations.py by runtime/artifact/generate.py."
-CPP = {"float32": "float", "float64": "double", "uint8": "uint8_t", "int32": "int32_t", "int64": "int64_t", "bool": "bool", "int": "int64_t"}
-CODES = {"float32": "kFloat", "float64": "kDouble", "uint8": "kUint8", "int32": "kInt32", "int64": "kInt64", "bool": "kBool"}
+MADE = (
+    "// Made from the declarations in python/chiasm/primitives/kernels/declarations.py by"
+    " runtime/artifact/generate.py."
+)
+CPP = {
+    "float32": "float",
+    "float64": "double",
+    "uint8": "uint8_t",
+    "int32": "int32_t",
+    "int64": "int64_t",
+    "bool": "bool",
+    "int": "int64_t",
+}
+CODES = {
+    "float32": "kFloat",
+    "float64": "kDouble",
+    "uint8": "kUint8",
+    "int32": "kInt32",
+    "int64": "kInt64",
+    "bool": "kBool",
+}
 ENUMERATORS = {e.name: e.numbers for e in ENUMERATIONS}
 OPERATORS: Dict[type, str] = {
-    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.FloorDiv: "/", ast.Mod: "%", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
-}  # fmt: skip
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.FloorDiv: "/",
+    ast.Mod: "%",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+}
 
 
 def cpp_type(kernel: Kernel, argument: Argument) -> str:
@@ -40,12 +71,17 @@ def cpp_type(kernel: Kernel, argument: Argument) -> str:
 
 
 def parameters(kernel: Kernel) -> Iterator[tuple[str, str, str]]:
-    """Type, name and value (in kernel_calls.cpp) of each of the C++ function's parameters: a tensor's data and those of its sizes that are not there yet."""
+    """Type, name and value (in kernel_calls.cpp) of each of the C++ function's parameters: a tensor's data
+    and those of its sizes that are not there yet."""
     there: set[str] = set()
     for argument in kernel.arguments:
         kind = cpp_type(kernel, argument)
         if argument.shape is None:
-            forms = {"bool": f"{argument.name} != 0", "int64_t": argument.name, "T": f"static_cast<T>({argument.name})"}
+            forms = {
+                "bool": f"{argument.name} != 0",
+                "int64_t": argument.name,
+                "T": f"static_cast<T>({argument.name})",
+            }
             yield kind, argument.name, forms.get(kind, f"{kind}({argument.name})")
             continue
         yield f"const {kind}*", argument.name, f"{argument.name}.data<{kind}>()"
@@ -69,20 +105,45 @@ def header() -> str:
     out = [MADE, "#pragma once", ""]
     out += ['#include "artifact/kernels/images.h"', "", "namespace chiasm::kernels {", ""]
     for e in ENUMERATIONS:
-        out += [f"/** {e.doc} */", f"enum class {e.name} : int64_t {{ {', '.join('k' + value.capitalize() for value in e.values)} }};", ""]
-    out += [f"inline constexpr int64_t {constant(name)} = {value};" for name, value in CONSTANTS.items()] + [""]
+        out += [
+            f"/** {e.doc} */",
+            (
+                f"enum class {e.name} : int64_t {{"
+                f" {', '.join('k' + value.capitalize() for value in e.values)} }};"
+            ),
+            "",
+        ]
+    out += [f"inline constexpr int64_t {constant(name)} = {value};" for name, value in CONSTANTS.items()] + [
+        ""
+    ]
     for k in KERNELS.values():
-        types, function = [kind for kind, _, _ in parameters(k)], f"void {k.name}({', '.join(f'{kind} {name}' for kind, name, _ in parameters(k))})"
+        types, function = (
+            [kind for kind, _, _ in parameters(k)],
+            f"void {k.name}({', '.join(f'{kind} {name}' for kind, name, _ in parameters(k))})",
+        )
         out += [f"/** {k.schema}", " *"]
-        out += [f" *  {line}" for line in [*textwrap.wrap(k.doc, 140), *([f"Where {', '.join(k.where)}."] if k.where else [])]]
+        out += [
+            f" *  {line}"
+            for line in [*textwrap.wrap(k.doc, 140), *([f"Where {', '.join(k.where)}."] if k.where else [])]
+        ]
         out[-1] += " */"
         if k.variable:
             out += [f"template <class {k.variable}>", f"{function};"]
-            instances = [re.sub(rf"\b{k.variable}\b", CPP[t], ", ".join(types)) for t in VARIABLES[k.variable]]
-            out += [f"#define CHIASM_INSTANTIATE_{k.name} \\", *(f"  template void {k.name}({instance}); \\" for instance in instances), ""]
+            instances = [
+                re.sub(rf"\b{k.variable}\b", CPP[t], ", ".join(types)) for t in VARIABLES[k.variable]
+            ]
+            out += [
+                f"#define CHIASM_INSTANTIATE_{k.name} \\",
+                *(f"  template void {k.name}({instance}); \\" for instance in instances),
+                "",
+            ]
         else:
             out += [f"{function};", ""]
-    out += ["/** Stands at the end of a source, for each of its kernels with a type variable. */", "#define CHIASM_INSTANTIATE(kernel) CHIASM_INSTANTIATE_##kernel", ""]
+    out += [
+        "/** Stands at the end of a source, for each of its kernels with a type variable. */",
+        "#define CHIASM_INSTANTIATE(kernel) CHIASM_INSTANTIATE_##kernel",
+        "",
+    ]
     return "\n".join([*out, "}  // namespace chiasm::kernels", ""])
 
 
@@ -104,31 +165,58 @@ class Expression:
 
     def _node(self, node: ast.expr, text: str) -> str:
         if isinstance(node, ast.Name):
-            return f"{node.id}_entries[i]" if node.id in self.entries else constant(node.id) if node.id in CONSTANTS else node.id
+            return (
+                f"{node.id}_entries[i]"
+                if node.id in self.entries
+                else constant(node.id)
+                if node.id in CONSTANTS
+                else node.id
+            )
         if isinstance(node, ast.Constant) and isinstance(node.value, int):
             return f"int64_t{{{node.value}}}"
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
             return f"int64_t{{{ast.literal_eval(node.left) ** ast.literal_eval(node.right)}}}"
         if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
-            return f"({self._node(node.left, text)} {OPERATORS[type(node.op)]} {self._node(node.right, text)})"
+            return (
+                f"({self._node(node.left, text)} {OPERATORS[type(node.op)]} {self._node(node.right, text)})"
+            )
         if isinstance(node, ast.IfExp):
-            return f"({self._node(node.test, text)} ? {self._node(node.body, text)} : {self._node(node.orelse, text)})"
+            return (
+                f"({self._node(node.test, text)} ? {self._node(node.body, text)} :"
+                f" {self._node(node.orelse, text)})"
+            )
         if isinstance(node, ast.Compare):
             return self._comparison(node, text)
-        raise DeclarationError(f"kernel {self.kernel.name}: {text!r}: no C++ form of {ast.unparse(node)!r} is known")
+        raise DeclarationError(
+            f"kernel {self.kernel.name}: {text!r}: no C++ form of {ast.unparse(node)!r} is known"
+        )
 
     def _comparison(self, node: ast.Compare, text: str) -> str:
         terms, parts = [node.left, *node.comparators], []
         for left, operator, right in zip(terms, node.ops, node.comparators):
             if isinstance(operator, ast.In) and isinstance(right, ast.Tuple):
-                parts.append("(" + " || ".join(f"{self._node(left, text)} == {self._node(value, text)}" for value in right.elts) + ")")
+                parts.append(
+                    "("
+                    + " || ".join(
+                        f"{self._node(left, text)} == {self._node(value, text)}" for value in right.elts
+                    )
+                    + ")"
+                )
                 continue
             if type(operator) not in OPERATORS:
-                raise DeclarationError(f"kernel {self.kernel.name}: {text!r}: no C++ form of this comparison is known")
-            if isinstance(left, ast.Name) and isinstance(right, ast.Constant) and isinstance(right.value, str):
+                raise DeclarationError(
+                    f"kernel {self.kernel.name}: {text!r}: no C++ form of this comparison is known"
+                )
+            if (
+                isinstance(left, ast.Name)
+                and isinstance(right, ast.Constant)
+                and isinstance(right.value, str)
+            ):
                 enumerators = ENUMERATORS.get(self.types.get(left.id, ""), {})
                 if right.value not in enumerators:
-                    raise DeclarationError(f"kernel {self.kernel.name}: {text!r}: {left.id} has no enumerator {right.value}")
+                    raise DeclarationError(
+                        f"kernel {self.kernel.name}: {text!r}: {left.id} has no enumerator {right.value}"
+                    )
                 right = ast.Constant(enumerators[right.value])
             parts.append(f"{self._node(left, text)} {OPERATORS[type(operator)]} {self._node(right, text)}")
         return " && ".join(parts)
@@ -136,13 +224,24 @@ class Expression:
 
 def prototypes() -> str:
     """kernel_calls.h: the C functions that AOTInductor's code calls."""
-    out = [MADE, "#pragma once", "", "#include <torch/csrc/inductor/aoti_torch/c/shim.h>", "", 'extern "C" {', ""]
+    out = [
+        MADE,
+        "#pragma once",
+        "",
+        "#include <torch/csrc/inductor/aoti_torch/c/shim.h>",
+        "",
+        'extern "C" {',
+        "",
+    ]
     return "\n".join([*out, *(f"{prototype(k)};" for k in KERNELS.values()), "", "}", ""])
 
 
 def prototype(k: Kernel) -> str:
     passed = {"int": "int64_t", "float": "double", "bool": "int32_t"}
-    arguments = [f"AtenTensorHandle {a.name}_" if a.shape is not None else f"{passed.get(a.type, 'int64_t')} {a.name}" for a in k.arguments]
+    arguments = [
+        f"AtenTensorHandle {a.name}_" if a.shape is not None else f"{passed.get(a.type, 'int64_t')} {a.name}"
+        for a in k.arguments
+    ]
     return f"AOTITorchError aoti_torch_cpu_{k.name}({', '.join(arguments)}, AtenTensorHandle* result)"
 
 
@@ -179,16 +278,28 @@ def call(k: Kernel) -> List[str]:
         if a.type in ENUMERATORS:
             out.append(f'    within("{k.name}: {a.name}", {a.name}, 0, {len(ENUMERATORS[a.type]) - 1});')
     compared = {name for text in k.conditions for name in identifiers(text, k.name)}
-    out += [f"    const int64_t* const {name}_entries = {name}.data<int64_t>();" for name in Expression(k).entries if name in compared]
+    out += [
+        f"    const int64_t* const {name}_entries = {name}.data<int64_t>();"
+        for name in Expression(k).entries
+        if name in compared
+    ]
     out += [f"    {condition(k, text)}" for text in k.conditions]
     first = next((a.name for a in k.tensors if "..." in (a.shape or ())), None)
     sizes = [Expression(k).cpp(s) for s in k.result.shape or () if s != "..."]
     element = f"{typed}" if k.result.type in VARIABLES else CODES[k.result.type]
-    shape = f"{{{', '.join(sizes)}}}" if "..." not in (k.result.shape or ()) else f"{first}.with_leading({{{', '.join(sizes)}}})"
+    shape = (
+        f"{{{', '.join(sizes)}}}"
+        if "..." not in (k.result.shape or ())
+        else f"{first}.with_leading({{{', '.join(sizes)}}})"
+    )
     out.append(f"    Result out = make({shape}, {element});")
-    function = f"chiasm::kernels::{k.name}({', '.join(value if '{' not in value else f'{kind}{value}' for kind, _, value in parameters(k))});"
+    passed = [value if "{" not in value else f"{kind}{value}" for kind, _, value in parameters(k)]
+    function = f"chiasm::kernels::{k.name}({', '.join(passed)});"
     if k.variable:
-        out += [f"    for_type<{', '.join(CPP[t] for t in VARIABLES[k.variable])}>({typed}, [&]<class {k.variable}>({k.variable}) {{ {function} }});"]
+        out += [
+            f"    for_type<{', '.join(CPP[t] for t in VARIABLES[k.variable])}>({typed}, [&]<class"
+            f" {k.variable}>({k.variable}) {{ {function} }});"
+        ]
     else:
         out.append(f"    {function}")
     return [*out, "    *result = out.release();", "  });", "}"]
@@ -199,7 +310,10 @@ def bind(k: Kernel, a: Argument, dtype: str, bound: set[str]) -> Iterator[str]:
     named = [s for s in a.shape or () if s != "..."]
     expected = ", ".join(s if s.isdigit() or s in bound else "kAny" for s in named)
     folded = "..." in (a.shape or ())
-    yield f'const Argument {a.name}("{k.name}: {a.name}", {a.name}_, {dtype}, {{{expected}}}, {str(folded).lower()});'
+    yield (
+        f'const Argument {a.name}("{k.name}: {a.name}", {a.name}_, {dtype}, {{{expected}}},'
+        f" {str(folded).lower()});"
+    )
     if folded:
         yield f"const int64_t count = {a.name}.leading();"
     for i, size in enumerate(named):
@@ -208,12 +322,19 @@ def bind(k: Kernel, a: Argument, dtype: str, bound: set[str]) -> Iterator[str]:
             bound.add(size)
             yield f"[[maybe_unused]] const int64_t {size} = {place};"
         elif size in named[:i]:
-            yield f'if ({place} != {size}) refuse("{k.name}: {a.name}", "shape ({", ".join(a.shape or ())})", {a.name}.shape_text());'
+            yield (
+                f'if ({place} != {size}) refuse("{k.name}: {a.name}", "shape ({", ".join(a.shape or ())})",'
+                f" {a.name}.shape_text());"
+            )
 
 
 def condition(k: Kernel, text: str) -> str:
-    """Refuses a call for which a condition does not hold, in the name of the first argument that it is about."""
-    cpp, names = Expression(k).cpp(text), list(dict.fromkeys(n for n in identifiers(text, k.name) if n not in ("INT32_MAX", *CONSTANTS)))
+    """Refuses a call for which a condition does not hold, in the name of the first argument that it is
+    about."""
+    cpp, names = (
+        Expression(k).cpp(text),
+        list(dict.fromkeys(n for n in identifiers(text, k.name) if n not in ("INT32_MAX", *CONSTANTS))),
+    )
     entries = [name for name in names if name in Expression(k).entries]
     subject = next(k.sizes.get(name, name) for name in names)
     values = ", ".join(f'{{"{name}", {f"{name}_entries[i]" if name in entries else name}}}' for name in names)
@@ -223,10 +344,21 @@ def condition(k: Kernel, text: str) -> str:
 
 def page() -> str:
     """docs/kernels.md."""
-    out = ["# Kernels", "", "<!-- Made by `make docs` from python/chiasm/primitives/kernels/declarations.py. -->", ""]
+    out = [
+        "# Kernels",
+        "",
+        "<!-- Made by `make docs` from python/chiasm/primitives/kernels/declarations.py. -->",
+        "",
+    ]
     out += [
-        "The loops in C++ that compiled ops call where compiled tensor code is measurably slower (`runtime/artifact/kernels`). [architecture.md](architecture.md) tells how",
-        "an op comes to one, and how to add one. T is float32 or float64, I is uint8 or int32. H and W are 1 to 2^31 - 1. A call that does not fit its declaration is an error that",
+        (
+            "The loops in C++ that compiled ops call where compiled tensor code is measurably slower"
+            " (`runtime/artifact/kernels`). [architecture.md](architecture.md) tells how"
+        ),
+        (
+            "an op comes to one, and how to add one. T is float32 or float64, I is uint8 or int32. H and W"
+            " are 1 to 2^31 - 1. A call that does not fit its declaration is an error that"
+        ),
         "names the argument, what was expected, and what came.",
         "",
     ]
@@ -248,7 +380,9 @@ def check_sources() -> None:
         text = source.read_text()
         wanted = f"CHIASM_INSTANTIATE({k.name})" if k.variable else f"void {k.name}("
         if wanted not in text:
-            raise DeclarationError(f"kernel {k.name}: runtime/artifact/kernels/{k.source} does not have '{wanted}'")
+            raise DeclarationError(
+                f"kernel {k.name}: runtime/artifact/kernels/{k.source} does not have '{wanted}'"
+            )
 
 
 def write(files: Dict[Path, str]) -> None:
@@ -262,7 +396,13 @@ def main(arguments: List[str]) -> None:
     match arguments:
         case ["build", folder]:
             check_sources()
-            write({Path(folder) / "kernels.h": header(), Path(folder) / "kernel_calls.h": prototypes(), Path(folder) / "kernel_calls.cpp": calls()})
+            write(
+                {
+                    Path(folder) / "kernels.h": header(),
+                    Path(folder) / "kernel_calls.h": prototypes(),
+                    Path(folder) / "kernel_calls.cpp": calls(),
+                }
+            )
         case ["docs", file]:
             write({Path(file): page()})
         case _:

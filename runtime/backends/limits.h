@@ -1,4 +1,5 @@
-/** What the process may still have: engines that cannot make their threads, or allocate their tables, hang or end the process. */
+/** What the process may still have: engines that cannot make their threads, or allocate their tables, hang or
+ *  end the process. */
 #pragma once
 
 #include <cstddef>
@@ -14,14 +15,16 @@
 
 namespace chiasm::plugin {
 
-/** How many threads more than those that are there the process may have now, up to `wanted`: they are made, and end at once. */
+/** How many threads more than those that are there the process may have now, up to `wanted`: they are made,
+ *  and end at once. */
 inline int32_t threads_left(int32_t wanted) {
   std::vector<std::thread> threads;
   std::mutex mutex;
   std::unique_lock<std::mutex> all_are_there(mutex);
   try {
     threads.reserve(static_cast<size_t>(wanted));
-    while (static_cast<int32_t>(threads.size()) < wanted) threads.emplace_back([&mutex] { const std::lock_guard<std::mutex> wait(mutex); });
+    while (static_cast<int32_t>(threads.size()) < wanted)
+      threads.emplace_back([&mutex] { const std::lock_guard<std::mutex> wait(mutex); });
   } catch (const std::exception&) {  // no more threads, or no memory for one
   }
   const auto count = static_cast<int32_t>(threads.size());
@@ -30,12 +33,15 @@ inline int32_t threads_left(int32_t wanted) {
   return count;
 }
 
-/** What glibc maps for a moment when a thread first allocates: twice an arena's size, of which it keeps an aligned half. */
+/** What glibc maps for a moment when a thread first allocates: twice an arena's size, of which it keeps an
+ *  aligned half. */
 inline constexpr size_t kArenaBytes = size_t{128} << 20;
 
 /** Throws CHIASM_OUT_OF_MEMORY, naming `purpose`, unless the process may have `bytes` more now. */
 inline void require_memory(size_t bytes, const std::string& purpose) {
-  if (!has_room(bytes)) throw Error(CHIASM_OUT_OF_MEMORY, purpose + " needs " + std::to_string(bytes) + " bytes, which the process may not have");
+  if (!has_room(bytes))
+    throw Error(CHIASM_OUT_OF_MEMORY,
+                purpose + " needs " + std::to_string(bytes) + " bytes, which the process may not have");
 }
 
 }  // namespace chiasm::plugin

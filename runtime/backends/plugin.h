@@ -26,19 +26,23 @@ inline int32_t report(chiasm_error_text* error, chiasm_code code, const char* me
   return code;
 }
 
-/** Runs `body` and turns whatever it throws into a code and a text: no exception may cross a plug-in's boundary. */
+/** Runs `body` and turns whatever it throws into a code and a text: no exception may cross a plug-in's
+ *  boundary. */
 template <class Body>
 int32_t guard(chiasm_error_text* error, Body&& body) noexcept {
   try {
     body();
     return CHIASM_OK;
   } catch (...) {
-    return report_current_exception([error](chiasm_code code, const char* message) { return report(error, code, message); });
+    return report_current_exception(
+        [error](chiasm_code code, const char* message) { return report(error, code, message); });
   }
 }
 
-/** The value of an option in a list of "key=value" texts that ends with NULL; `missing` where it is not there. */
-inline std::string option(const char* const* options, const std::string& key, const std::string& missing = "") {
+/** The value of an option in a list of "key=value" texts that ends with NULL; `missing` where it is not
+ *  there. */
+inline std::string option(const char* const* options, const std::string& key,
+                          const std::string& missing = "") {
   for (const char* const* o = options; o != nullptr && *o != nullptr; ++o) {
     if (std::strncmp(*o, key.c_str(), key.size()) == 0 && (*o)[key.size()] == '=') return *o + key.size() + 1;
   }
@@ -48,7 +52,8 @@ inline std::string option(const char* const* options, const std::string& key, co
 /** The same for an option that is 0 or 1. Throws Error (INVALID_ARGUMENT) for any other value. */
 inline bool flag(const char* const* options, const std::string& key, bool missing) {
   const std::string value = option(options, key, missing ? "1" : "0");
-  if (value != "0" && value != "1") throw Error(CHIASM_INVALID_ARGUMENT, "the option " + key + " is '" + value + "', expected 0 or 1");
+  if (value != "0" && value != "1")
+    throw Error(CHIASM_INVALID_ARGUMENT, "the option " + key + " is '" + value + "', expected 0 or 1");
   return value == "1";
 }
 
@@ -73,7 +78,8 @@ class MemoryFile {
       if (n < 0 && errno == EINTR) continue;
       if (n <= 0) {
         const chiasm_code code = errno == ENOMEM || errno == ENOSPC ? CHIASM_OUT_OF_MEMORY : CHIASM_IO_ERROR;
-        throw Error(code, "write " + std::to_string(size) + " bytes to a memory file: " + std::strerror(errno));
+        throw Error(code,
+                    "write " + std::to_string(size) + " bytes to a memory file: " + std::strerror(errno));
       }
       p += n;
       size -= static_cast<size_t>(n);
@@ -89,7 +95,8 @@ class MemoryFile {
   std::string path() const {
     std::string path = "/proc/self/fd/" + std::to_string(fd_);
     if (access(path.c_str(), R_OK) != 0)
-      throw Error(CHIASM_UNAVAILABLE, "code is loaded through " + path + ", which cannot be read (" + std::strerror(errno) + "): mount /proc");
+      throw Error(CHIASM_UNAVAILABLE, "code is loaded through " + path + ", which cannot be read (" +
+                                          std::strerror(errno) + "): mount /proc");
     return path;
   }
 

@@ -47,13 +47,15 @@ struct Driver {
 template <class Function>
 void find(void* library, const char* name, Function* function) {
   *function = reinterpret_cast<Function>(dlsym(library, name));
-  if (*function == nullptr) throw Error(CHIASM_UNAVAILABLE, std::string("the CUDA driver is too old: it has no ") + name);
+  if (*function == nullptr)
+    throw Error(CHIASM_UNAVAILABLE, std::string("the CUDA driver is too old: it has no ") + name);
 }
 
 Driver open_driver() {
   void* library = dlopen("libcuda.so.1", RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
-    throw Error(CHIASM_UNAVAILABLE, std::string("there is no CUDA driver on this machine (") + dlerror() + ")");
+    throw Error(CHIASM_UNAVAILABLE,
+                std::string("there is no CUDA driver on this machine (") + dlerror() + ")");
   }
   Driver d{};
   find(library, "cuInit", &d.init);
@@ -100,7 +102,8 @@ CudaDevice::CudaDevice(int32_t index) {
   int count = 0;
   check(driver().device_count(&count), "cuDeviceGetCount");
   if (index < 0 || index >= count)
-    throw Error(CHIASM_UNAVAILABLE, "there is no CUDA device " + std::to_string(index) + "; this machine has " + std::to_string(count));
+    throw Error(CHIASM_UNAVAILABLE, "there is no CUDA device " + std::to_string(index) +
+                                        "; this machine has " + std::to_string(count));
   check(driver().device_get(&device_, index), "cuDeviceGet");
   check(driver().context_retain(&context_, device_), "cuDevicePrimaryCtxRetain");
 }
@@ -156,14 +159,16 @@ void CudaStream::order(void* first, void* then) {
   check(result, "ordering of CUDA streams");
 }
 
-CudaBuffer::CudaBuffer(int32_t device_index, std::size_t bytes) : device_(std::make_shared<const CudaDevice>(device_index)) {
+CudaBuffer::CudaBuffer(int32_t device_index, std::size_t bytes)
+    : device_(std::make_shared<const CudaDevice>(device_index)) {
   const CudaDevice::Current current(*device_);
   Address address = 0;
   check(driver().memory_allocate(&address, bytes > 0 ? bytes : 1), "cuMemAlloc");
   data_ = reinterpret_cast<void*>(address);
 }
 
-CudaBuffer::CudaBuffer(CudaBuffer&& other) noexcept : device_(std::move(other.device_)), data_(std::exchange(other.data_, nullptr)) {}
+CudaBuffer::CudaBuffer(CudaBuffer&& other) noexcept
+    : device_(std::move(other.device_)), data_(std::exchange(other.data_, nullptr)) {}
 
 CudaBuffer& CudaBuffer::operator=(CudaBuffer&& other) noexcept {
   std::swap(device_, other.device_);
@@ -194,7 +199,8 @@ void CudaBuffer::copy_to_host(void* target, std::size_t bytes) const {
 bool cuda_device_present() {
   const char* visible = std::getenv("CUDA_VISIBLE_DEVICES");
   if (visible != nullptr && (visible[0] == '\0' || visible[0] == '-')) return false;
-  return access("/dev/nvidiactl", F_OK) == 0 || access("/dev/nvgpu", F_OK) == 0 || access("/dev/dxg", F_OK) == 0;
+  return access("/dev/nvidiactl", F_OK) == 0 || access("/dev/nvgpu", F_OK) == 0 ||
+         access("/dev/dxg", F_OK) == 0;
 }
 
 }  // namespace chiasm::base

@@ -1,5 +1,5 @@
-/** What the core and its plug-ins do with the CUDA driver. It is found at run time: nothing is linked, and no CUDA headers are
- *  needed to build. */
+/** What the core and its plug-ins do with the CUDA driver. It is found at run time: nothing is linked, and no
+ *  CUDA headers are needed to build. */
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace chiasm::base {
 
-/** A device's primary context, which is the one that the CUDA runtime uses as well. Throws Error(CHIASM_UNAVAILABLE) where
- *  there is no driver or no such device. */
+/** A device's primary context, which is the one that the CUDA runtime uses as well. Throws
+ *  Error(CHIASM_UNAVAILABLE) where there is no driver or no such device. */
 class CudaDevice final {
  public:
   explicit CudaDevice(int32_t index);
@@ -29,8 +29,8 @@ class CudaDevice final {
   /** The compute capability: 90 for 9.0. */
   int64_t capability() const;
 
-  /** Memory in the order of the stream: it may be released while work that uses it is still enqueued. NULL where there is
-   *  none left. The device must be current. */
+  /** Memory in the order of the stream: it may be released while work that uses it is still enqueued. NULL
+   *  where there is none left. The device must be current. */
   static void* allocate(std::size_t bytes, void* stream) noexcept;
   static void release(void* data, void* stream) noexcept;
 
@@ -78,7 +78,8 @@ class CudaBuffer final {
   void* data_ = nullptr;
 };
 
-/** A guess that costs no driver start (cuInit takes 100 ms and more): is there a device that this process may see? */
+/** A guess that costs no driver start (cuInit takes 100 ms and more): is there a device that this process may
+ *  see? */
 bool cuda_device_present();
 
 }  // namespace chiasm::base

@@ -20,24 +20,26 @@ struct DTypeEntry {
 
 /** Indexed by chiasm_dtype. The one table of element types: docs/howto/dtype.md adds a line to it. */
 inline constexpr DTypeEntry kDTypes[] = {
-    {"bool", "BOOL", 1, 6, 'b', 9, 11},        //
-    {"uint8", "U8", 1, 1, 'u', 2, 0},          //
-    {"int8", "I8", 1, 0, 'i', 3, 1},           //
-    {"int16", "I16", 2, 0, 'i', 5, 2},         //
-    {"int32", "I32", 4, 0, 'i', 6, 3},         //
-    {"int64", "I64", 8, 0, 'i', 7, 4},         //
-    {"float16", "F16", 2, 2, 'f', 10, 5},      //
-    {"bfloat16", "BF16", 2, 4, 'V', 16, 15},   //
-    {"float32", "F32", 4, 2, 'f', 1, 6},       //
-    {"float64", "F64", 8, 2, 'f', 11, 7},      //
-    {"uint16", "U16", 2, 1, 'u', 4, 27},       //
+    {"bool", "BOOL", 1, 6, 'b', 9, 11},       //
+    {"uint8", "U8", 1, 1, 'u', 2, 0},         //
+    {"int8", "I8", 1, 0, 'i', 3, 1},          //
+    {"int16", "I16", 2, 0, 'i', 5, 2},        //
+    {"int32", "I32", 4, 0, 'i', 6, 3},        //
+    {"int64", "I64", 8, 0, 'i', 7, 4},        //
+    {"float16", "F16", 2, 2, 'f', 10, 5},     //
+    {"bfloat16", "BF16", 2, 4, 'V', 16, 15},  //
+    {"float32", "F32", 4, 2, 'f', 1, 6},      //
+    {"float64", "F64", 8, 2, 'f', 11, 7},     //
+    {"uint16", "U16", 2, 1, 'u', 4, 27},      //
 };
 inline constexpr int32_t kDTypeCount = sizeof kDTypes / sizeof kDTypes[0];
 
 inline bool is_dtype(int64_t value) { return value >= 0 && value < kDTypeCount; }
 
 /** Also for values that are no dtype, as messages need. */
-inline const char* dtype_name(int64_t value) { return is_dtype(value) ? kDTypes[value].name : "an unknown dtype"; }
+inline const char* dtype_name(int64_t value) {
+  return is_dtype(value) ? kDTypes[value].name : "an unknown dtype";
+}
 
 /** -1 where there is none of that name. */
 inline int32_t dtype_from_name(std::string_view name) {
@@ -55,7 +57,9 @@ inline size_t element_count(const chiasm_tensor& tensor) {
 }
 
 /** The bytes of a dense tensor of a dtype that there is. */
-inline size_t byte_count(const chiasm_tensor& tensor) { return element_count(tensor) * kDTypes[tensor.dtype].size; }
+inline size_t byte_count(const chiasm_tensor& tensor) {
+  return element_count(tensor) * kDTypes[tensor.dtype].size;
+}
 
 inline int32_t dtype_from_safetensors(std::string_view name) {
   for (int32_t i = 0; i < kDTypeCount; ++i) {

@@ -11,7 +11,8 @@
 
 namespace chiasm::base {
 
-/** A code and a message for the user. Whatever else is thrown counts as CHIASM_INTERNAL, or CHIASM_OUT_OF_MEMORY. */
+/** A code and a message for the user. Whatever else is thrown counts as CHIASM_INTERNAL, or
+ *  CHIASM_OUT_OF_MEMORY. */
 class Error : public std::exception {
  public:
   Error(chiasm_code code, std::string message) : code_(code), message_(std::move(message)) {}
@@ -23,7 +24,9 @@ class Error : public std::exception {
   std::string message_;
 };
 
-[[noreturn]] inline void fail(chiasm_code code, std::string message) { throw Error(code, std::move(message)); }
+[[noreturn]] inline void fail(chiasm_code code, std::string message) {
+  throw Error(code, std::move(message));
+}
 
 /** Calls report(code, text) for the exception that is being handled. */
 template <class Report>

@@ -38,7 +38,8 @@ std::atomic<int64_t>& ForkGate::enter() noexcept {
     inside.fetch_add(1);
     if (!closed_.load()) return inside;
     inside.fetch_sub(1);
-    while (closed_.load(std::memory_order_acquire)) std::this_thread::sleep_for(std::chrono::microseconds(50));
+    while (closed_.load(std::memory_order_acquire))
+      std::this_thread::sleep_for(std::chrono::microseconds(50));
   }
 }
 
@@ -47,7 +48,8 @@ void ForkGate::close() noexcept {
   closed_.store(true);
   const auto limit = std::chrono::steady_clock::now() + kPatience;
   for (const Slot& slot : slots_) {
-    while (slot.inside.load() != 0 && std::chrono::steady_clock::now() < limit) std::this_thread::sleep_for(std::chrono::microseconds(20));
+    while (slot.inside.load() != 0 && std::chrono::steady_clock::now() < limit)
+      std::this_thread::sleep_for(std::chrono::microseconds(20));
   }
 }
 

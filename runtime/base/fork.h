@@ -1,4 +1,5 @@
-/** Locks and forks. A child of fork has one thread: what the parent's others held at that moment would stay held in it for ever. */
+/** Locks and forks. A child of fork has one thread: what the parent's others held at that moment would stay
+ *  held in it for ever. */
 #pragma once
 
 #include <atomic>
@@ -7,10 +8,12 @@
 
 namespace chiasm::base {
 
-/** Counts who is inside: a call of an engine, an opening of a library. A fork waits until nobody is, and who comes in the meantime
- *  waits until it is done; so a child finds the locks inside free. A passage takes 4 ns. Passages of two gates must not be nested.
+/** Counts who is inside: a call of an engine, an opening of a library. A fork waits until nobody is, and who
+ *  comes in the meantime waits until it is done; so a child finds the locks inside free. A passage takes 4
+ *  ns. Passages of two gates must not be nested.
  *
- *  There is one gate in each library that this code is linked into, which is never unloaded or holds none at its end. */
+ *  There is one gate in each library that this code is linked into, which is never unloaded or holds none at
+ *  its end. */
 class ForkGate final {
  public:
   /** While one lives, its thread is inside. */
@@ -46,8 +49,8 @@ class ForkGate final {
   std::mutex forks_;  // one after the other
 };
 
-/** For a mutex that guards what has no gate, in a handler of pthread_atfork that runs in the child: makes it usable. False where
- *  another thread held it: what it guards may be half changed. */
+/** For a mutex that guards what has no gate, in a handler of pthread_atfork that runs in the child: makes it
+ *  usable. False where another thread held it: what it guards may be half changed. */
 bool free_in_child(std::mutex& mutex) noexcept;
 
 }  // namespace chiasm::base

@@ -10,9 +10,11 @@
 namespace chiasm::base {
 namespace {
 
-// Sizes come in four steps per doubling, so that images of nearly the same size share blocks. At most a quarter is wasted.
+// Sizes come in four steps per doubling, so that images of nearly the same size share blocks. At most a
+// quarter is wasted.
 std::size_t rounded(std::size_t bytes) {
-  if (bytes < Pool::kSmallestKept) return std::max((bytes + Pool::kAlignment - 1) & ~(Pool::kAlignment - 1), Pool::kAlignment);
+  if (bytes < Pool::kSmallestKept)
+    return std::max((bytes + Pool::kAlignment - 1) & ~(Pool::kAlignment - 1), Pool::kAlignment);
   std::size_t step = Pool::kSmallestKept / 4;
   while (step * 8 < bytes) step *= 2;
   return (bytes + step - 1) / step * step;

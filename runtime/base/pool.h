@@ -9,8 +9,8 @@
 
 namespace chiasm::base {
 
-/** Blocks of memory aligned to 64 bytes. Big blocks are kept when they are released, up to a limit, the ones released last:
- *  the page faults on a fresh block of 6 MB cost more than a stencil over it. Thread-safe. */
+/** Blocks of memory aligned to 64 bytes. Big blocks are kept when they are released, up to a limit, the ones
+ *  released last: the page faults on a fresh block of 6 MB cost more than a stencil over it. Thread-safe. */
 class Pool final {
  public:
   static constexpr std::size_t kAlignment = 64;
@@ -57,7 +57,8 @@ class PooledMemory final {
   explicit PooledMemory(std::size_t bytes) : data_(Pool::instance().allocate(bytes)), bytes_(bytes) {
     if (data_ == nullptr) throw std::bad_alloc();
   }
-  PooledMemory(PooledMemory&& other) noexcept : data_(std::exchange(other.data_, nullptr)), bytes_(other.bytes_) {}
+  PooledMemory(PooledMemory&& other) noexcept
+      : data_(std::exchange(other.data_, nullptr)), bytes_(other.bytes_) {}
   PooledMemory& operator=(PooledMemory&& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(bytes_, other.bytes_);

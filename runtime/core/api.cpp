@@ -6,8 +6,8 @@
 
 #include "core/bundle.h"
 #include "core/method.h"
-#include "core/self_test.h"
 #include "core/registry.h"
+#include "core/self_test.h"
 #include "core/status.h"
 #include "core/struct_size.h"
 #include "core/threads.h"
@@ -46,9 +46,11 @@ chiasm_status* backend_info(size_t index, chiasm_backend_info* info) {
     need(info, "info");
     const auto& all = Registry::instance().all();
     if (index >= all.size()) {
-      fail(CHIASM_INVALID_ARGUMENT, "there is no backend " + std::to_string(index) + ", only " + std::to_string(all.size()));
+      fail(CHIASM_INVALID_ARGUMENT,
+           "there is no backend " + std::to_string(index) + ", only " + std::to_string(all.size()));
     }
-    check_struct_size(info->struct_size, CHIASM_SIZE_THROUGH(chiasm_backend_info, problem), "backend info", "set it to sizeof(chiasm_backend_info)");
+    check_struct_size(info->struct_size, CHIASM_SIZE_THROUGH(chiasm_backend_info, problem), "backend info",
+                      "set it to sizeof(chiasm_backend_info)");
     const Backend& backend = *all[index];
     const Backend::Engine& engine = backend.engine();
     info->name = backend.name().c_str();
@@ -66,7 +68,8 @@ chiasm_status* set_threads(int32_t count) {
 chiasm_status* set_trust_policy(int32_t policy, const char* const* keys, size_t key_count) {
   return guarded([&] {
     if (key_count > kMaxKeys) {
-      fail(CHIASM_INVALID_ARGUMENT, std::to_string(key_count) + " keys, expected at most " + std::to_string(kMaxKeys));
+      fail(CHIASM_INVALID_ARGUMENT,
+           std::to_string(key_count) + " keys, expected at most " + std::to_string(kMaxKeys));
     }
     if (key_count > 0) need(keys, "keys");
     std::vector<std::string> texts;
@@ -117,16 +120,18 @@ const chiasm_bundle_info* bundle_get_info(const chiasm_bundle* bundle) {
   return bundle == nullptr ? nullptr : &bundle->bundle->info();
 }
 
-chiasm_status* bundle_self_test(chiasm_bundle* bundle, const chiasm_load_options* options, chiasm_self_test_callback callback,
-                                void* user, int32_t* failed) {
+chiasm_status* bundle_self_test(chiasm_bundle* bundle, const chiasm_load_options* options,
+                                chiasm_self_test_callback callback, void* user, int32_t* failed) {
   return guarded([&] {
     need(bundle, "bundle");
-    const int32_t count = self_test(bundle->bundle, read_load_options(options), Registry::instance(), callback, user);
+    const int32_t count =
+        self_test(bundle->bundle, read_load_options(options), Registry::instance(), callback, user);
     if (failed != nullptr) *failed = count;
   });
 }
 
-chiasm_status* method_load(chiasm_bundle* bundle, const char* name, const chiasm_load_options* options, chiasm_method** method) {
+chiasm_status* method_load(chiasm_bundle* bundle, const char* name, const chiasm_load_options* options,
+                           chiasm_method** method) {
   return guarded([&] {
     need(method, "method");
     *method = nullptr;
@@ -142,12 +147,17 @@ const chiasm_method_info* method_get_info(const chiasm_method* method) {
   return method == nullptr ? nullptr : &method->method->info();
 }
 
-const char* method_backend(const chiasm_method* method) { return method == nullptr ? "" : method->method->backend(); }
+const char* method_backend(const chiasm_method* method) {
+  return method == nullptr ? "" : method->method->backend();
+}
 
-const char* method_artifact(const chiasm_method* method) { return method == nullptr ? "" : method->method->artifact(); }
+const char* method_artifact(const chiasm_method* method) {
+  return method == nullptr ? "" : method->method->artifact();
+}
 
-chiasm_status* method_output_shape(const chiasm_method* method, const chiasm_tensor* inputs, size_t input_count, size_t index,
-                                   int64_t* shape, int32_t* ndim, int32_t* dtype) {
+chiasm_status* method_output_shape(const chiasm_method* method, const chiasm_tensor* inputs,
+                                   size_t input_count, size_t index, int64_t* shape, int32_t* ndim,
+                                   int32_t* dtype) {
   return guarded([&] {
     need(method, "method");
     need(shape, "shape");
@@ -155,8 +165,8 @@ chiasm_status* method_output_shape(const chiasm_method* method, const chiasm_ten
     need(dtype, "dtype");
     const Signature& signature = method->method->signature();
     if (index >= signature.output_count()) {
-      fail(CHIASM_INVALID_ARGUMENT,
-           "there is no output " + std::to_string(index) + ", only " + std::to_string(signature.output_count()));
+      fail(CHIASM_INVALID_ARGUMENT, "there is no output " + std::to_string(index) + ", only " +
+                                        std::to_string(signature.output_count()));
     }
     Call call;
     signature.check_inputs(inputs, input_count, call);
@@ -177,7 +187,8 @@ chiasm_status* method_run(chiasm_method* method, const chiasm_tensor* inputs, si
 }
 
 chiasm_status* method_run_into(chiasm_method* method, const chiasm_tensor* inputs, size_t input_count,
-                               const chiasm_tensor* outputs, size_t output_count, const chiasm_run_options* options) {
+                               const chiasm_tensor* outputs, size_t output_count,
+                               const chiasm_run_options* options) {
   return guarded([&] {
     need(method, "method");
     method->method->run_into(inputs, input_count, outputs, output_count, options);
@@ -195,33 +206,12 @@ const chiasm_tensor* outputs_get(const chiasm_outputs* outputs, size_t index) {
 void outputs_free(chiasm_outputs* outputs) { delete reinterpret_cast<Outputs*>(outputs); }
 
 constexpr chiasm_api kApi = {
-    sizeof(chiasm_api),
-    CHIASM_API_VERSION,
-    status_code,
-    status_message,
-    status_free,
-    library_version,
-    backend_count,
-    backend_info,
-    set_threads,
-    get_num_threads,
-    bundle_open,
-    bundle_close,
-    bundle_get_info,
-    bundle_self_test,
-    method_load,
-    method_close,
-    method_get_info,
-    method_backend,
-    method_artifact,
-    method_output_shape,
-    method_run,
-    method_run_into,
-    outputs_count,
-    outputs_get,
-    outputs_free,
-    set_trust_policy,
-    get_trust_policy,
+    sizeof(chiasm_api), CHIASM_API_VERSION, status_code,     status_message,   status_free,
+    library_version,    backend_count,      backend_info,    set_threads,      get_num_threads,
+    bundle_open,        bundle_close,       bundle_get_info, bundle_self_test, method_load,
+    method_close,       method_get_info,    method_backend,  method_artifact,  method_output_shape,
+    method_run,         method_run_into,    outputs_count,   outputs_get,      outputs_free,
+    set_trust_policy,   get_trust_policy,
 };
 
 }  // namespace

@@ -1,13 +1,15 @@
 /** The interface between the core and a backend plug-in. docs/howto/backend.md writes one step by step.
  *
- *  A backend is a library `libchiasm_<name>.so` in a plug-in folder. It exports one symbol, `chiasm_backend_entry`, which
- *  returns a table. The core knows no backend by name: what it must know of one stands in that table.
+ *  A backend is a library `libchiasm_<name>.so` in a plug-in folder. It exports one symbol,
+ *  `chiasm_backend_entry`, which returns a table. The core knows no backend by name: what it must know of one
+ *  stands in that table.
  *
- *  Only plain C types cross this interface, because the core and a plug-in may be built with different C++ settings. A
- *  plug-in catches every exception of its engine and returns it as a chiasm_code and a text.
+ *  Only plain C types cross this interface, because the core and a plug-in may be built with different C++
+ *  settings. A plug-in catches every exception of its engine and returns it as a chiasm_code and a text.
  *
- *  A plug-in must open without its engine (ONNX Runtime, libtorch, ...): the core opens all plug-ins to read their tables.
- *  `probe` opens the engine. It is called only when the backend is about to be used or is asked about.
+ *  A plug-in must open without its engine (ONNX Runtime, libtorch, ...): the core opens all plug-ins to read
+ *  their tables. `probe` opens the engine. It is called only when the backend is about to be used or is asked
+ *  about.
  */
 #ifndef CHIASM_RUNTIME_CORE_BACKEND_H
 #define CHIASM_RUNTIME_CORE_BACKEND_H
@@ -28,8 +30,9 @@ typedef struct chiasm_error_text {
 
 /** A format of artifacts that a backend loads. */
 typedef struct chiasm_backend_format {
-  const char* name;   /**< as the manifest names it: "onnx", "torchscript", "aotinductor" */
-  int32_t is_program; /**< 1: loading an artifact runs code that came with the bundle; 0: artifacts are data */
+  const char* name; /**< as the manifest names it: "onnx", "torchscript", "aotinductor" */
+  /** 1: loading an artifact runs code that came with the bundle; 0: artifacts are data */
+  int32_t is_program;
 } chiasm_backend_format;
 
 /** An option that a user may set when loading a method (chiasm_load_options.options). */
@@ -44,7 +47,8 @@ typedef struct chiasm_backend_load {
   size_t struct_size;
   const void* data; /**< the artifact's bytes, whose hash the core has checked; NULL in a call of `rank` */
   size_t size;
-  const char* file;   /**< for messages only: never open it, its content may have changed since it was hashed */
+  /** for messages only: never open it, its content may have changed since it was hashed */
+  const char* file;
   const char* format; /**< one of the backend's formats */
   int32_t device_type, device_index;
   int32_t num_threads;     /**< how many threads a run may use, always > 0 */
@@ -53,10 +57,11 @@ typedef struct chiasm_backend_load {
   int32_t input_count, output_count;
   const char* const* input_names; /**< in the method's order */
   const char* const* output_names;
-  /** The method's signature as a text (core/signature_text.h), which compiled code must have been made for. */
+  /** The method's signature as a text (core/signature_text.h), which compiled code must have been made for.
+   *  */
   const char* signature;
-  /** Bit i is set where input (output) i begins with the dimension that counts independent samples of a batch, so that a
-   *  batch may be run in parts. All 0 where samples depend on each other. */
+  /** Bit i is set where input (output) i begins with the dimension that counts independent samples of a
+   *  batch, so that a batch may be run in parts. All 0 where samples depend on each other. */
   uint64_t batched_inputs, batched_outputs;
   const char* bundle;          /**< the bundle's folder */
   const char* manifest_sha256; /**< the hash of the manifest that the core has checked */
@@ -70,22 +75,25 @@ typedef struct chiasm_backend {
   size_t struct_size;
   uint32_t abi;     /**< CHIASM_BACKEND_ABI */
   const char* name; /**< as in the library's file name: lower-case letters, digits and underscores */
-  int32_t priority; /**< `auto` takes the backend with the highest that can run a method; by name where equal */
+  /** `auto` takes the backend with the highest that can run a method; by name where equal */
+  int32_t priority;
   const chiasm_backend_format* formats; /**< ends with a NULL name */
   uint32_t devices;                     /**< bit CHIASM_CPU, bit CHIASM_CUDA: 1u << chiasm_device_type */
   const chiasm_backend_option* options; /**< ends with a NULL key */
 
-  /** Opens the engine and fills in engine_version and has_cuda. Called once. Its error text says how to get the engine. */
+  /** Opens the engine and fills in engine_version and has_cuda. Called once. Its error text says how to get
+   *  the engine. */
   int32_t (*probe)(chiasm_backend_info* info, chiasm_error_text* error);
-  /** Which of a method's artifacts to take on a machine that fits them all: the highest; below 0: not this one. May be
-   *  NULL. Called before `probe`: it must not open the engine. */
+  /** Which of a method's artifacts to take on a machine that fits them all: the highest; below 0: not this
+   *  one. May be NULL. Called before `probe`: it must not open the engine. */
   int32_t (*rank)(const chiasm_backend_load* request);
-  /** Where it returns CHIASM_UNAVAILABLE or CHIASM_VERSION_MISMATCH, the core tries the next artifact or backend. */
+  /** Where it returns CHIASM_UNAVAILABLE or CHIASM_VERSION_MISMATCH, the core tries the next artifact or
+   *  backend. */
   int32_t (*load)(const chiasm_backend_load* request, void** model, chiasm_error_text* error);
-  /** Reads `inputs`, writes `outputs`. The core has checked them against the manifest: dense, right shape and dtype, not
-   *  overlapping. May be called from several threads at once. */
-  int32_t (*run)(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
-                 chiasm_error_text* error);
+  /** Reads `inputs`, writes `outputs`. The core has checked them against the manifest: dense, right shape and
+   *  dtype, not overlapping. May be called from several threads at once. */
+  int32_t (*run)(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+                 const chiasm_run_options* options, chiasm_error_text* error);
   void (*unload)(void* model);
 } chiasm_backend;
 

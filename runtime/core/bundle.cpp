@@ -52,8 +52,8 @@ Bundle::Bundle(const char* path, const Trust& trust) : path_(path) {
 void Bundle::check_signature(const Trust& trust) const {
   if (trust.policy != CHIASM_TRUST_SIGNED) return;
   if (!signature_) {
-    fail(CHIASM_UNTRUSTED, path_ + ": is not signed, and the trust policy is 'signed': there is no " + kSignature +
-                               " in it (`chiasm sign` makes one)");
+    fail(CHIASM_UNTRUSTED, path_ + ": is not signed, and the trust policy is 'signed': there is no " +
+                               kSignature + " in it (`chiasm sign` makes one)");
   }
   verify_signature(text_, *signature_, trust.keys, file_path(kSignature));
 }

@@ -31,7 +31,9 @@ class Bundle final {
   const MethodSpec& method(const char* name) const;
 
   /** The file's bytes, checked against the manifest. */
-  Bytes read(const BundleFile& file) const { return Folder(path_).read_checked(file.file, file.size, file.sha256); }
+  Bytes read(const BundleFile& file) const {
+    return Folder(path_).read_checked(file.file, file.size, file.sha256);
+  }
 
   /** Before anything of the bundle is run. Throws Error: UNTRUSTED, or what is wrong with a document. */
   void check_trust(const Trust& trust) const;
@@ -40,7 +42,8 @@ class Bundle final {
   void check_signature(const Trust& trust) const;
 
   std::string path_, text_, text_sha256_;
-  std::optional<std::string> signature_; /**< read together with the manifest, so that it is of the same moment */
+  /** read together with the manifest, so that it is of the same moment */
+  std::optional<std::string> signature_;
   Manifest manifest_;
   std::vector<MethodInfo> methods_;
   std::vector<chiasm_method_info> method_infos_;

@@ -5,8 +5,8 @@ namespace chiasm::core {
 bool cpu_supports(Isa isa) {
   if (isa == Isa::none) return true;
 #if defined(__x86_64__)
-  // __builtin_cpu_supports knows no name for MOVBE, LZCNT and F16C in older compilers; every CPU that has AVX2, BMI2 and
-  // FMA has them.
+  // __builtin_cpu_supports knows no name for MOVBE, LZCNT and F16C in older compilers; every CPU that has
+  // AVX2, BMI2 and FMA has them.
   static const bool v3 = [] {
     __builtin_cpu_init();
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&

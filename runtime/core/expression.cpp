@@ -9,7 +9,7 @@ namespace chiasm::core {
 namespace {
 
 constexpr size_t kMaxLength = 256;
-constexpr int kMaxDepth = 16;   // of parentheses and unary minus
+constexpr int kMaxDepth = 16;  // of parentheses and unary minus
 constexpr size_t kMaxStack = 2 * kMaxDepth + 4;
 
 bool is_name_start(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
@@ -20,7 +20,8 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 /** Recursive descent: sum := product (('+' | '-') product)*, product := factor (('*' | '//') factor)*. */
 class ExpressionParser final {
  public:
-  ExpressionParser(std::string_view text, const std::vector<std::string>& symbols) : text_(text), symbols_(symbols) {}
+  ExpressionParser(std::string_view text, const std::vector<std::string>& symbols)
+      : text_(text), symbols_(symbols) {}
 
   Expression parse() {
     if (text_.size() > kMaxLength) error("longer than " + std::to_string(kMaxLength) + " characters");
@@ -129,7 +130,8 @@ class ExpressionParser final {
   }
 };
 
-Expression::Expression(int64_t constant) : code_{{Kind::constant, constant}}, text_(std::to_string(constant)) {}
+Expression::Expression(int64_t constant)
+    : code_{{Kind::constant, constant}}, text_(std::to_string(constant)) {}
 
 Expression Expression::parse(std::string_view text, const std::vector<std::string>& symbols) {
   return ExpressionParser(text, symbols).parse();

@@ -23,7 +23,8 @@ class Expression final {
   Expression() : Expression(0) {}
   explicit Expression(int64_t constant);
 
-  /** Parse `text`, in which each name must be one of `symbols`. Throws Error (CHIASM_CORRUPT) that quotes the text. */
+  /** Parse `text`, in which each name must be one of `symbols`. Throws Error (CHIASM_CORRUPT) that quotes the
+   *  text. */
   static Expression parse(std::string_view text, const std::vector<std::string>& symbols);
 
   /** The value where symbol i has the value `symbols[i]`. */

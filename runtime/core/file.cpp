@@ -52,7 +52,8 @@ Bytes read_whole(int descriptor, const std::string& path, uint64_t limit) {
   if (!S_ISREG(info.st_mode)) fail(CHIASM_CORRUPT, path + ": not a regular file");
   const auto size = static_cast<uint64_t>(info.st_size);
   if (size > limit) {
-    fail(CHIASM_CORRUPT, path + ": has " + std::to_string(size) + " bytes, expected at most " + std::to_string(limit));
+    fail(CHIASM_CORRUPT,
+         path + ": has " + std::to_string(size) + " bytes, expected at most " + std::to_string(limit));
   }
   Bytes bytes = make_bytes(size, path);
   size_t done = 0;
@@ -76,7 +77,8 @@ std::string printable(std::string text) {
 /** Where an open file is, as the system knows it; "" where it does not say. */
 std::string place_of(int descriptor) {
   char place[PATH_MAX];
-  const ssize_t size = ::readlink(("/proc/self/fd/" + std::to_string(descriptor)).c_str(), place, sizeof place);
+  const ssize_t size =
+      ::readlink(("/proc/self/fd/" + std::to_string(descriptor)).c_str(), place, sizeof place);
   return size > 0 && size < PATH_MAX ? std::string(place, static_cast<size_t>(size)) : "";
 }
 
@@ -86,8 +88,7 @@ Bytes make_bytes(uint64_t size, const std::string& what) {
   try {
     return Bytes(size);
   } catch (const std::bad_alloc&) {
-  } catch (const std::length_error&) {
-  }
+  } catch (const std::length_error&) {}
   fail(CHIASM_OUT_OF_MEMORY, what + ": out of memory: it needs " + std::to_string(size) + " bytes");
 }
 
@@ -109,11 +110,13 @@ std::string sha256(const void* data, size_t size) {
   return text;
 }
 
-Folder::Folder(const std::string& path) : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+Folder::Folder(const std::string& path)
+    : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
   if (descriptor_ >= 0) return;
   struct stat info {};
   const int reason = errno;
-  if (reason == ENOTDIR && ::stat(path.c_str(), &info) == 0) fail(CHIASM_CORRUPT, path + " is not a bundle: a bundle is a folder");
+  if (reason == ENOTDIR && ::stat(path.c_str(), &info) == 0)
+    fail(CHIASM_CORRUPT, path + " is not a bundle: a bundle is a folder");
   errno = reason;
   fail_by_system("cannot open the bundle " + path);
 }
@@ -129,30 +132,35 @@ int Folder::open_file(const std::string& name) const {
   const std::string inside = place_of(descriptor_) + "/", place = place_of(target.value());
   if (inside.size() == 1 || place.compare(0, inside.size(), inside) != 0) {
     fail(CHIASM_CORRUPT, path_ + "/" + name + ": is a link that leaves the bundle's folder" +
-                             (place.empty() ? "" : ", to " + printable(place)) + ": put the file itself there");
+                             (place.empty() ? "" : ", to " + printable(place)) +
+                             ": put the file itself there");
   }
-  return ::open(("/proc/self/fd/" + std::to_string(target.value())).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  return ::open(("/proc/self/fd/" + std::to_string(target.value())).c_str(),
+                O_RDONLY | O_CLOEXEC | O_NONBLOCK);
 }
 
-Bytes Folder::read(const std::string& name, uint64_t limit) const { return read_whole(open_file(name), path_ + "/" + name, limit); }
+Bytes Folder::read(const std::string& name, uint64_t limit) const {
+  return read_whole(open_file(name), path_ + "/" + name, limit);
+}
 
 Bytes Folder::read_checked(const std::string& name, uint64_t size, std::string_view expected_sha256) const {
   const std::string path = path_ + "/" + name;
   Bytes bytes = read(name, size);
   if (bytes.size() < size) {
-    fail(CHIASM_CORRUPT, path + ": truncated: has " + std::to_string(bytes.size()) + " bytes, the manifest says " +
-                             std::to_string(size));
+    fail(CHIASM_CORRUPT, path + ": truncated: has " + std::to_string(bytes.size()) +
+                             " bytes, the manifest says " + std::to_string(size));
   }
   const std::string actual = sha256(bytes.data(), bytes.size());
   if (actual != expected_sha256) {
-    fail(CHIASM_CORRUPT, path + ": changed since the bundle was made: its sha256 is " + actual + ", the manifest says " +
-                             std::string(expected_sha256));
+    fail(CHIASM_CORRUPT, path + ": changed since the bundle was made: its sha256 is " + actual +
+                             ", the manifest says " + std::string(expected_sha256));
   }
   return bytes;
 }
 
 void Folder::only(const std::set<std::string>& names) const {
-  const int again = ::openat(descriptor_, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // the listing has a position of its own
+  const int again = ::openat(descriptor_, ".",
+                             O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // the listing has a position of its own
   const std::unique_ptr<DIR, int (*)(DIR*)> listing(again < 0 ? nullptr : ::fdopendir(again), ::closedir);
   if (listing == nullptr) {
     const Descriptor closed(again);
@@ -162,7 +170,8 @@ void Folder::only(const std::set<std::string>& names) const {
   while (const dirent* const entry = ::readdir(listing.get())) {
     const std::string name = entry->d_name;
     if (name != "." && name != ".." && names.count(name) == 0) {
-      fail(CHIASM_CORRUPT, path_ + " has '" + printable(name) + "', which its manifest does not name: remove it, or export the bundle again");
+      fail(CHIASM_CORRUPT, path_ + " has '" + printable(name) +
+                               "', which its manifest does not name: remove it, or export the bundle again");
     }
     errno = 0;
   }

@@ -14,7 +14,8 @@ double from_float16(uint16_t bits) {
   const int mantissa = bits & 1023;
   double value;
   if (exponent == 31) {
-    value = mantissa == 0 ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
+    value =
+        mantissa == 0 ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
   } else if (exponent == 0) {
     value = std::ldexp(mantissa, -24);
   } else {
@@ -55,7 +56,8 @@ double element(const void* data, size_t i, int32_t dtype) {
 
 }  // namespace
 
-Comparison compare(const void* actual, const void* expected, size_t count, int32_t dtype, const Tolerance& tolerance) {
+Comparison compare(const void* actual, const void* expected, size_t count, int32_t dtype,
+                   const Tolerance& tolerance) {
   Comparison result;
   double worst_excess = 0;
   for (size_t i = 0; i < count; ++i) {

@@ -18,6 +18,7 @@ struct Comparison {
 };
 
 /** Compare `count` elements: |actual - expected| <= atol + rtol * |expected|. Neither needs to be aligned. */
-Comparison compare(const void* actual, const void* expected, size_t count, int32_t dtype, const Tolerance& tolerance);
+Comparison compare(const void* actual, const void* expected, size_t count, int32_t dtype,
+                   const Tolerance& tolerance);
 
 }  // namespace chiasm::core

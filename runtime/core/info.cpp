@@ -2,7 +2,8 @@
 
 namespace chiasm::core {
 
-MethodInfo::MethodInfo(const MethodSpec& method, const std::vector<Symbol>& symbols, std::vector<int32_t> dtypes)
+MethodInfo::MethodInfo(const MethodSpec& method, const std::vector<Symbol>& symbols,
+                       std::vector<int32_t> dtypes)
     : dtypes_(std::move(dtypes)) {
   tensors_.reserve(method.inputs.size() + method.outputs.size());
   for (const TensorSpec& spec : method.inputs) add(spec, symbols);

@@ -19,14 +19,16 @@ class Guard final {
   explicit Guard(const std::string& origin) : origin_(origin) {}
 
   bool operator()(int depth, Json::parse_event_t event, Json& parsed) {
-    if (depth > kMaxDepth) fail(CHIASM_CORRUPT, origin_ + ": nested deeper than " + std::to_string(kMaxDepth) + " levels");
+    if (depth > kMaxDepth)
+      fail(CHIASM_CORRUPT, origin_ + ": nested deeper than " + std::to_string(kMaxDepth) + " levels");
     if (event == Json::parse_event_t::object_start) {
       keys_.emplace_back();
     } else if (event == Json::parse_event_t::object_end) {
       keys_.pop_back();
     } else if (event == Json::parse_event_t::key) {
       const auto& key = parsed.get_ref<const std::string&>();
-      if (!keys_.back().insert(key).second) fail(CHIASM_CORRUPT, origin_ + ": the key '" + key + "' occurs twice");
+      if (!keys_.back().insert(key).second)
+        fail(CHIASM_CORRUPT, origin_ + ": the key '" + key + "' occurs twice");
     }
     return true;
   }
@@ -40,7 +42,9 @@ class Guard final {
 
 Json parse_json(std::string_view text, const std::string& origin) {
   Guard guard(origin);
-  const auto callback = [&guard](int depth, Json::parse_event_t event, Json& parsed) { return guard(depth, event, parsed); };
+  const auto callback = [&guard](int depth, Json::parse_event_t event, Json& parsed) {
+    return guard(depth, event, parsed);
+  };
   try {
     return Json::parse(text.begin(), text.end(), callback);
   } catch (const Json::exception& error) {
@@ -67,7 +71,8 @@ void JsonNode::expect_object() const {
 void JsonNode::only(std::initializer_list<std::string_view> keys) const {
   expect_object();
   for (const auto& item : value_->items()) {
-    if (std::find(keys.begin(), keys.end(), item.key()) == keys.end()) refuse("unknown field '" + item.key() + "'");
+    if (std::find(keys.begin(), keys.end(), item.key()) == keys.end())
+      refuse("unknown field '" + item.key() + "'");
   }
 }
 
@@ -89,10 +94,12 @@ const std::string& JsonNode::string(size_t max_size) const {
 
 int64_t JsonNode::integer(int64_t min, int64_t max) const {
   if (!value_->is_number_integer()) expected("an integer");
-  const bool too_big = value_->is_number_unsigned() && value_->get<uint64_t>() > static_cast<uint64_t>(INT64_MAX);
+  const bool too_big =
+      value_->is_number_unsigned() && value_->get<uint64_t>() > static_cast<uint64_t>(INT64_MAX);
   const int64_t value = too_big ? INT64_MAX : value_->get<int64_t>();
   if (too_big || value < min || value > max) {
-    refuse("expected an integer from " + std::to_string(min) + " to " + std::to_string(max) + ", got " + value_->dump());
+    refuse("expected an integer from " + std::to_string(min) + " to " + std::to_string(max) + ", got " +
+           value_->dump());
   }
   return value;
 }
@@ -112,8 +119,8 @@ bool JsonNode::boolean() const {
 std::vector<JsonNode> JsonNode::elements(size_t min_count, size_t max_count) const {
   if (!value_->is_array()) expected("an array");
   if (value_->size() < min_count || value_->size() > max_count) {
-    refuse("has " + std::to_string(value_->size()) + " elements, expected " + std::to_string(min_count) + " to " +
-           std::to_string(max_count));
+    refuse("has " + std::to_string(value_->size()) + " elements, expected " + std::to_string(min_count) +
+           " to " + std::to_string(max_count));
   }
   std::vector<JsonNode> nodes;
   nodes.reserve(value_->size());
@@ -126,8 +133,8 @@ std::vector<JsonNode> JsonNode::elements(size_t min_count, size_t max_count) con
 std::vector<JsonNode::Member> JsonNode::members(size_t min_count, size_t max_count) const {
   expect_object();
   if (value_->size() < min_count || value_->size() > max_count) {
-    refuse("has " + std::to_string(value_->size()) + " members, expected " + std::to_string(min_count) + " to " +
-           std::to_string(max_count));
+    refuse("has " + std::to_string(value_->size()) + " members, expected " + std::to_string(min_count) +
+           " to " + std::to_string(max_count));
   }
   std::vector<Member> nodes;
   for (const auto& item : value_->items()) nodes.push_back({item.key(), child(item.value(), item.key())});

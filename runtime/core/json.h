@@ -12,8 +12,8 @@
 
 namespace chiasm::core {
 
-/** Parse text that may hold anything. Throws Error (CHIASM_CORRUPT) for text that is not JSON, is nested deeper than 32
- *  levels, or has the same key twice in one object. */
+/** Parse text that may hold anything. Throws Error (CHIASM_CORRUPT) for text that is not JSON, is nested
+ *  deeper than 32 levels, or has the same key twice in one object. */
 nlohmann::json parse_json(std::string_view text, const std::string& origin);
 
 /** A value of a document together with its place. The document must outlive it. */

@@ -1,15 +1,17 @@
-/** The frozen layout of the C interface: version 3 on a 64-bit machine. A line here never changes; new members get new
- *  lines, and then the struct a new size. */
+/** The frozen layout of the C interface: version 3 on a 64-bit machine. A line here never changes; new
+ *  members get new lines, and then the struct a new size. */
 #include <cstddef>
 
 #include "chiasm/chiasm.h"
 #include "core/backend.h"
 
-#define CHIASM_AT(type, member, offset) static_assert(offsetof(type, member) == (offset), #type "::" #member " has moved")
+#define CHIASM_AT(type, member, offset) \
+  static_assert(offsetof(type, member) == (offset), #type "::" #member " has moved")
 #define CHIASM_SIZE(type, size) static_assert(sizeof(type) == (size), #type " has another size")
 
 static_assert(sizeof(void*) == 8, "the layouts below are those of 64-bit machines");
-static_assert(CHIASM_API_VERSION == 3u && CHIASM_BACKEND_ABI == 5u, "freeze the new version's layout here too");
+static_assert(CHIASM_API_VERSION == 3u && CHIASM_BACKEND_ABI == 5u,
+              "freeze the new version's layout here too");
 
 CHIASM_AT(chiasm_tensor, struct_size, 0);
 CHIASM_AT(chiasm_tensor, data, 8);
@@ -172,11 +174,12 @@ CHIASM_AT(chiasm_backend, unload, 88);
 CHIASM_SIZE(chiasm_backend, 96);
 
 // Values that bundles, plug-ins and programs keep.
-static_assert(CHIASM_OK == 0 && CHIASM_INVALID_ARGUMENT == 1 && CHIASM_FAILED_PRECONDITION == 2 && CHIASM_NOT_FOUND == 16 &&
-              CHIASM_CORRUPT == 17 && CHIASM_VERSION_MISMATCH == 18 && CHIASM_UNAVAILABLE == 32 && CHIASM_INTERNAL == 48);
-static_assert(CHIASM_UNTRUSTED == 19 && CHIASM_OUT_OF_MEMORY == 33 && CHIASM_IO_ERROR == 34 && CHIASM_TRUST_ANY == 0 &&
-              CHIASM_TRUST_SIGNED == 1 && CHIASM_TRUST_DATA_ONLY == 2);
-static_assert(CHIASM_BOOL == 0 && CHIASM_UINT8 == 1 && CHIASM_INT8 == 2 && CHIASM_INT16 == 3 && CHIASM_INT32 == 4 &&
-              CHIASM_INT64 == 5 && CHIASM_FLOAT16 == 6 && CHIASM_BFLOAT16 == 7 && CHIASM_FLOAT32 == 8 && CHIASM_FLOAT64 == 9 &&
-              CHIASM_UINT16 == 10);
+static_assert(CHIASM_OK == 0 && CHIASM_INVALID_ARGUMENT == 1 && CHIASM_FAILED_PRECONDITION == 2 &&
+              CHIASM_NOT_FOUND == 16 && CHIASM_CORRUPT == 17 && CHIASM_VERSION_MISMATCH == 18 &&
+              CHIASM_UNAVAILABLE == 32 && CHIASM_INTERNAL == 48);
+static_assert(CHIASM_UNTRUSTED == 19 && CHIASM_OUT_OF_MEMORY == 33 && CHIASM_IO_ERROR == 34 &&
+              CHIASM_TRUST_ANY == 0 && CHIASM_TRUST_SIGNED == 1 && CHIASM_TRUST_DATA_ONLY == 2);
+static_assert(CHIASM_BOOL == 0 && CHIASM_UINT8 == 1 && CHIASM_INT8 == 2 && CHIASM_INT16 == 3 &&
+              CHIASM_INT32 == 4 && CHIASM_INT64 == 5 && CHIASM_FLOAT16 == 6 && CHIASM_BFLOAT16 == 7 &&
+              CHIASM_FLOAT32 == 8 && CHIASM_FLOAT64 == 9 && CHIASM_UINT16 == 10);
 static_assert(CHIASM_CPU == 0 && CHIASM_CUDA == 1 && CHIASM_MAX_DIMS == 8);

@@ -16,8 +16,8 @@ std::vector<const char*> names_of(const std::vector<TensorSpec>& tensors) {
 
 }  // namespace
 
-LoadCall::LoadCall(const Bundle& bundle, const MethodSpec& method, const Artifact& artifact, const Backend& backend, const LoadRequest& request,
-                   int32_t dtype)
+LoadCall::LoadCall(const Bundle& bundle, const MethodSpec& method, const Artifact& artifact,
+                   const Backend& backend, const LoadRequest& request, int32_t dtype)
     : path_(bundle.file_path(artifact.file)),
       signature_(signature_text(method, bundle.manifest().symbols, dtype)),
       inputs_(names_of(method.inputs)),
@@ -25,7 +25,8 @@ LoadCall::LoadCall(const Bundle& bundle, const MethodSpec& method, const Artifac
   for (const auto& [key, value] : artifact.options) texts_.push_back(key + "=" + value);
   const size_t artifact_option_count = texts_.size();
   for (std::string& option : request.options_for(backend)) texts_.push_back(std::move(option));
-  for (size_t i = 0; i < texts_.size(); ++i) (i < artifact_option_count ? artifact_options_ : options_).push_back(texts_[i].c_str());
+  for (size_t i = 0; i < texts_.size(); ++i)
+    (i < artifact_option_count ? artifact_options_ : options_).push_back(texts_[i].c_str());
   artifact_options_.push_back(nullptr);
   options_.push_back(nullptr);
 
@@ -35,7 +36,8 @@ LoadCall::LoadCall(const Bundle& bundle, const MethodSpec& method, const Artifac
   load_.device_type = request.device_type;
   load_.device_index = request.device_index;
   load_.process_threads = use_num_threads();
-  load_.num_threads = request.num_threads == 0 ? load_.process_threads : std::min(request.num_threads, load_.process_threads);
+  load_.num_threads =
+      request.num_threads == 0 ? load_.process_threads : std::min(request.num_threads, load_.process_threads);
   load_.allow_programs = request.programs_refused().empty() ? 1 : 0;
   load_.input_count = static_cast<int32_t>(inputs_.size());
   load_.output_count = static_cast<int32_t>(outputs_.size());

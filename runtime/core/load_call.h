@@ -12,8 +12,8 @@ namespace chiasm::core {
 /** Owns what one chiasm_backend_load points to. The bundle, the specs and the backend must outlive it. */
 class LoadCall final {
  public:
-  LoadCall(const Bundle& bundle, const MethodSpec& method, const Artifact& artifact, const Backend& backend, const LoadRequest& request,
-           int32_t dtype);
+  LoadCall(const Bundle& bundle, const MethodSpec& method, const Artifact& artifact, const Backend& backend,
+           const LoadRequest& request, int32_t dtype);
   LoadCall(const LoadCall&) = delete;
   LoadCall& operator=(const LoadCall&) = delete;
 

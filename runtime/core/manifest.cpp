@@ -37,8 +37,8 @@ std::string read_name(const JsonNode& node, std::string_view more = "") {
 /** A plain name, which must not lead out of the bundle's folder, nor to the manifest and its signature. */
 std::string read_file_name(const JsonNode& node) {
   const std::string& text = node.string(255);
-  bool good = !text.empty() && (is_letter(text[0]) || is_digit(text[0])) && text.find("..") == std::string::npos &&
-              text.rfind("manifest.json", 0) != 0;
+  bool good = !text.empty() && (is_letter(text[0]) || is_digit(text[0])) &&
+              text.find("..") == std::string::npos && text.rfind("manifest.json", 0) != 0;
   for (const char c : text) good = good && (is_letter(c) || is_digit(c) || c == '.' || c == '-');
   if (!good) node.refuse("'" + text + "' is not the name of a file inside the bundle");
   return text;
@@ -63,7 +63,8 @@ BundleFile read_bundle_file(const JsonNode& node) {
 /** The name of a backend, a format or an engine: which there are is for the plug-ins to say. */
 std::string read_plugin_name(const JsonNode& node) {
   const std::string& text = node.string(64);
-  if (!is_backend_name(text)) node.refuse("'" + text + "' is not a name of lower-case letters, digits and underscores");
+  if (!is_backend_name(text))
+    node.refuse("'" + text + "' is not a name of lower-case letters, digits and underscores");
   return text;
 }
 
@@ -134,13 +135,15 @@ class Reader final {
     const JsonNode schema = root_.at("schema_version");
     version_ = schema.integer(1, INT64_MAX);
     if (version_ > kSchemaVersion) {
-      schema.refuse("the bundle was written by a newer chiasm (schema " + std::to_string(version_) + "); this library reads up to " +
-                        std::to_string(kSchemaVersion) + ": update chiasm, or export the bundle with the older version",
+      schema.refuse("the bundle was written by a newer chiasm (schema " + std::to_string(version_) +
+                        "); this library reads up to " + std::to_string(kSchemaVersion) +
+                        ": update chiasm, or export the bundle with the older version",
                     CHIASM_VERSION_MISMATCH);
     }
-    if (version_ < 2 && root_.has("documents")) root_.refuse("'documents' is for schema version 2, this is 1");
-    root_.only({"schema_version", "name", "version", "summary", "reference", "created", "producer", "config", "symbols",
-                "dtypes", "methods", "golden", "documents"});
+    if (version_ < 2 && root_.has("documents"))
+      root_.refuse("'documents' is for schema version 2, this is 1");
+    root_.only({"schema_version", "name", "version", "summary", "reference", "created", "producer", "config",
+                "symbols", "dtypes", "methods", "golden", "documents"});
     manifest_.name = read_name(root_.at("name"), ".");
     check_version(root_.at("version"));
     manifest_.version = root_.at("version").string();
@@ -164,9 +167,11 @@ class Reader final {
     for (const auto& member : root_.at("symbols").members(0, kMaxSymbols)) {
       if (!is_name(member.key)) member.node.refuse("'" + member.key + "' is not a name");
       member.node.only({"min", "max"});
-      Symbol symbol{member.key, member.node.at("min").integer(1, kMaxDim), member.node.at("max").integer(1, kMaxDim)};
+      Symbol symbol{member.key, member.node.at("min").integer(1, kMaxDim),
+                    member.node.at("max").integer(1, kMaxDim)};
       if (symbol.min > symbol.max) {
-        member.node.refuse("min " + std::to_string(symbol.min) + " is greater than max " + std::to_string(symbol.max));
+        member.node.refuse("min " + std::to_string(symbol.min) + " is greater than max " +
+                           std::to_string(symbol.max));
       }
       symbol_names_.push_back(symbol.name);
       manifest_.symbols.push_back(std::move(symbol));
@@ -192,8 +197,10 @@ class Reader final {
     tensor.color = node.at("color").string(64);
     const JsonNode dtype = node.at("dtype");
     tensor.dtype = dtype.string() == "T" ? kGeneric : read_dtype(dtype);
-    if (tensor.dtype == kGeneric && manifest_.dtypes.empty()) dtype.refuse("is T, but the manifest's 'dtypes' is empty");
-    for (const JsonNode& dim : node.at("shape").elements(0, CHIASM_MAX_DIMS)) tensor.shape.push_back(read_dim(dim));
+    if (tensor.dtype == kGeneric && manifest_.dtypes.empty())
+      dtype.refuse("is T, but the manifest's 'dtypes' is empty");
+    for (const JsonNode& dim : node.at("shape").elements(0, CHIASM_MAX_DIMS))
+      tensor.shape.push_back(read_dim(dim));
     const JsonNode range = node.at("range");
     if (!range.is_null()) {
       const auto limits = range.elements(2, 2);
@@ -206,8 +213,8 @@ class Reader final {
 
   Artifact read_artifact(const JsonNode& node, const MethodSpec& method) const {
     static constexpr const char* kDevices[] = {"any", "cpu", "cuda"};
-    node.only({"backend", "format", "file", "size", "sha256", "dtypes", "device", "autograd", "isa", "sm", "glibc", "opset",
-               "ir_version", "needs", "function", "why", "options"});
+    node.only({"backend", "format", "file", "size", "sha256", "dtypes", "device", "autograd", "isa", "sm",
+               "glibc", "opset", "ir_version", "needs", "function", "why", "options"});
     Artifact artifact;
     static_cast<BundleFile&>(artifact) = read_bundle_file(node);
     artifact.backend = read_plugin_name(node.at("backend"));
@@ -218,7 +225,8 @@ class Reader final {
         node.at("dtypes").refuse(std::string(dtype_name(dtype)) + " is not among the manifest's 'dtypes'");
       }
     }
-    if (method.generic && artifact.dtypes.empty()) node.at("dtypes").refuse("empty, but the method has tensors of dtype T");
+    if (method.generic && artifact.dtypes.empty())
+      node.at("dtypes").refuse("empty, but the method has tensors of dtype T");
     artifact.device = static_cast<DevicePlacement>(read_choice(node.at("device"), kDevices));
     if (node.has("isa")) {
       static constexpr const char* kIsas[] = {"x86-64-v3", "x86-64-v4"};
@@ -229,7 +237,8 @@ class Reader final {
     if (node.has("opset")) node.at("opset").integer(1, 9999);
     if (node.has("ir_version")) node.at("ir_version").integer(1, 9999);
     if (node.has("needs")) {
-      for (const JsonNode& need : node.at("needs").elements(0, 16)) artifact.needs.push_back(read_plugin_name(need));
+      for (const JsonNode& need : node.at("needs").elements(0, 16))
+        artifact.needs.push_back(read_plugin_name(need));
     }
     if (node.has("why")) artifact.why = read_why(since(node, "why", 2));
     read_options(node, artifact);
@@ -239,7 +248,8 @@ class Reader final {
   /** The member, which manifests may have from a version of the schema on. */
   JsonNode since(const JsonNode& node, const char* key, int64_t version) const {
     if (version_ < version) {
-      node.refuse("'" + std::string(key) + "' is for schema version " + std::to_string(version) + ", this is " + std::to_string(version_));
+      node.refuse("'" + std::string(key) + "' is for schema version " + std::to_string(version) +
+                  ", this is " + std::to_string(version_));
     }
     return node.at(key);
   }
@@ -253,11 +263,13 @@ class Reader final {
     return why;
   }
 
-  /** `autograd` and `function` stand for options of the torch and the onnx backend since before there were any. */
+  /** `autograd` and `function` stand for options of the torch and the onnx backend since before there were
+   *  any. */
   void read_options(const JsonNode& node, Artifact& artifact) const {
     if (node.has("autograd")) {
       const bool autograd = node.at("autograd").boolean();
-      if (autograd && artifact.format != "torchscript") node.refuse("'autograd' is for format torchscript only");
+      if (autograd && artifact.format != "torchscript")
+        node.refuse("'autograd' is for format torchscript only");
       if (autograd) artifact.options["autograd"] = "1";
     }
     if (node.has("function")) {
@@ -267,8 +279,10 @@ class Reader final {
     }
     if (!node.has("options")) return;
     for (const auto& member : since(node, "options", 3).members(0, 64)) {
-      if (!is_backend_name(member.key)) member.node.refuse("'" + member.key + "' is not the name of an option");
-      if (!artifact.options.emplace(member.key, member.node.string(4096)).second) member.node.refuse("is given twice");
+      if (!is_backend_name(member.key))
+        member.node.refuse("'" + member.key + "' is not the name of an option");
+      if (!artifact.options.emplace(member.key, member.node.string(4096)).second)
+        member.node.refuse("is given twice");
     }
   }
 
@@ -282,7 +296,8 @@ class Reader final {
     for (const char* side : {"inputs", "outputs"}) {
       for (const JsonNode& element : node.at(side).elements(1, kMaxTensors)) {
         TensorSpec tensor = read_tensor(element);
-        if (!names.insert(tensor.name).second) element.at("name").refuse("a second tensor of the name '" + tensor.name + "'");
+        if (!names.insert(tensor.name).second)
+          element.at("name").refuse("a second tensor of the name '" + tensor.name + "'");
         method.generic = method.generic || tensor.dtype == kGeneric;
         (side[0] == 'i' ? method.inputs : method.outputs).push_back(std::move(tensor));
       }
@@ -297,7 +312,8 @@ class Reader final {
     manifest_.methods.push_back(std::move(method));
   }
 
-  /** Each symbol of a method must be, somewhere, a whole dimension of an input: that is where its value comes from. */
+  /** Each symbol of a method must be, somewhere, a whole dimension of an input: that is where its value comes
+   *  from. */
   void check_symbols_bound(const JsonNode& node, const MethodSpec& method) const {
     std::set<size_t> bound;
     for (const TensorSpec& tensor : method.inputs) {
@@ -310,8 +326,8 @@ class Reader final {
         for (const Expression& dim : tensor.shape) {
           for (const size_t symbol : dim.symbols()) {
             if (bound.count(symbol) == 0) {
-              node.refuse("'" + tensor.name + "' has the dimension '" + dim.text() + "', but no input has the dimension '" +
-                          symbol_names_[symbol] + "'");
+              node.refuse("'" + tensor.name + "' has the dimension '" + dim.text() +
+                          "', but no input has the dimension '" + symbol_names_[symbol] + "'");
             }
           }
         }
@@ -319,13 +335,15 @@ class Reader final {
     }
   }
 
-  /** The symbol that counts samples is the first dimension of every output and of some inputs, and of nothing else a part. */
+  /** The symbol that counts samples is the first dimension of every output and of some inputs, and of nothing
+   *  else a part. */
   void read_samples(const JsonNode& node, MethodSpec& method) const {
     const std::string& name = node.string(64);
     const auto found = std::find(symbol_names_.begin(), symbol_names_.end(), name);
     if (found == symbol_names_.end()) node.refuse("there is no symbol '" + name + "'");
     const auto symbol = static_cast<size_t>(found - symbol_names_.begin());
-    if (manifest_.symbols[symbol].min != 1) node.refuse("'" + name + "' cannot be 1, so a batch has no parts");
+    if (manifest_.symbols[symbol].min != 1)
+      node.refuse("'" + name + "' cannot be 1, so a batch has no parts");
     const auto mask = [&](const std::vector<TensorSpec>& tensors) {
       uint64_t first = 0;
       for (size_t i = 0; i < tensors.size(); ++i) {
@@ -333,7 +351,8 @@ class Reader final {
           const std::vector<size_t> used = tensors[i].shape[d].symbols();
           if (std::find(used.begin(), used.end(), symbol) == used.end()) continue;
           if (d != 0 || !tensors[i].shape[d].is_symbol()) {
-            node.refuse("'" + name + "' must be a first dimension, but '" + tensors[i].name + "' has it elsewhere");
+            node.refuse("'" + name + "' must be a first dimension, but '" + tensors[i].name +
+                        "' has it elsewhere");
           }
           first |= uint64_t{1} << i;
         }
@@ -342,7 +361,8 @@ class Reader final {
     };
     method.batched_inputs = mask(method.inputs);
     method.batched_outputs = mask(method.outputs);
-    if (method.batched_outputs != (~uint64_t{0} >> (64 - method.outputs.size()))) node.refuse("an output has no first dimension '" + name + "'");
+    if (method.batched_outputs != (~uint64_t{0} >> (64 - method.outputs.size())))
+      node.refuse("an output has no first dimension '" + name + "'");
   }
 
   static void read_tolerances(const JsonNode& node, MethodSpec& method) {
@@ -372,7 +392,8 @@ class Reader final {
       one.method = static_cast<size_t>(found - manifest_.methods.begin());
       const JsonNode dtype = element.at("dtype");
       if (!dtype.is_null()) one.dtype = read_dtype(dtype);
-      if (found->generic && one.dtype == kGeneric) dtype.refuse("is null, but the method has tensors of dtype T");
+      if (found->generic && one.dtype == kGeneric)
+        dtype.refuse("is null, but the method has tensors of dtype T");
       manifest_.golden_cases.push_back(std::move(one));
     }
   }

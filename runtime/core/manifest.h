@@ -44,8 +44,8 @@ struct BundleFile {
   uint64_t size = 0;
 };
 
-/** The format of an ONNX model whose graph is one function that stands for native code of the bundle. Manifests call it "onnx" and name
- *  the function. */
+/** The format of an ONNX model whose graph is one function that stands for native code of the bundle.
+ *  Manifests call it "onnx" and name the function. */
 inline constexpr const char* kFusedOnnx = "fused_onnx";
 
 /** A version of the C library: 2.31 is {2, 31}. */
@@ -59,10 +59,10 @@ struct Artifact : BundleFile {
   std::vector<int32_t> dtypes; /**< values of T that it serves */
   DevicePlacement device = DevicePlacement::any;
   Isa isa = Isa::none;
-  int64_t sm = 0;    /**< compute capability, 90 for 9.0; 0 where not stated */
-  GlibcVersion glibc; /**< the oldest that it runs with; 0.0 where not stated */
-  std::vector<std::string> needs; /**< engines that it needs besides its backend's */
-  std::string why;                /**< which operator needs them; "" where not stated */
+  int64_t sm = 0;                             /**< compute capability, 90 for 9.0; 0 where not stated */
+  GlibcVersion glibc;                         /**< the oldest that it runs with; 0.0 where not stated */
+  std::vector<std::string> needs;             /**< engines that it needs besides its backend's */
+  std::string why;                            /**< which operator needs them; "" where not stated */
   std::map<std::string, std::string> options; /**< what its backend must know of it */
 
   /** "" where there is none of that key. */
@@ -79,10 +79,12 @@ struct Tolerance {
 struct MethodSpec {
   std::string name;
   std::vector<TensorSpec> inputs, outputs;
-  std::array<std::optional<Tolerance>, kDTypeCount> tolerances; /**< of the outputs, by chiasm_dtype; none means exact */
+  /** of the outputs, by chiasm_dtype; none means exact */
+  std::array<std::optional<Tolerance>, kDTypeCount> tolerances;
   std::vector<Artifact> artifacts;
   bool generic = false; /**< whether some tensor is of dtype T */
-  /** Bit i is set where input (output) i begins with the symbol that counts independent samples; 0 where there is none. */
+  /** Bit i is set where input (output) i begins with the symbol that counts independent samples; 0 where
+   *  there is none. */
   uint64_t batched_inputs = 0, batched_outputs = 0;
 };
 
@@ -104,12 +106,13 @@ struct Manifest {
   std::vector<MethodSpec> methods;
   BundleFile golden;
   std::vector<GoldenCase> golden_cases;
-  std::vector<BundleFile> documents; /**< what travels with the bundle: a list of parts, where it comes from */
-  std::set<std::string> files;       /**< the names of all these */
+  /** what travels with the bundle: a list of parts, where it comes from */
+  std::vector<BundleFile> documents;
+  std::set<std::string> files; /**< the names of all these */
 };
 
-/** Read a manifest. `origin` is the file's name, for messages. Throws Error for anything that is not a valid manifest:
- *  VERSION_MISMATCH for a newer schema, CORRUPT for all else. */
+/** Read a manifest. `origin` is the file's name, for messages. Throws Error for anything that is not a valid
+ *  manifest: VERSION_MISMATCH for a newer schema, CORRUPT for all else. */
 Manifest parse_manifest(std::string_view text, const std::string& origin);
 
 }  // namespace chiasm::core

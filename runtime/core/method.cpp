@@ -11,7 +11,8 @@ namespace chiasm::core {
 namespace {
 
 /** Throw what a backend reported. */
-void check_backend(int32_t code, chiasm_error_text& error, const char* doing, const Backend& backend, const std::string& what) {
+void check_backend(int32_t code, chiasm_error_text& error, const char* doing, const Backend& backend,
+                   const std::string& what) {
   if (code == CHIASM_OK) return;
   error.text[sizeof error.text - 1] = '\0';
   switch (code) {
@@ -26,8 +27,9 @@ void check_backend(int32_t code, chiasm_error_text& error, const char* doing, co
     case CHIASM_IO_ERROR: break;
     default: code = CHIASM_INTERNAL;
   }
-  fail(static_cast<chiasm_code>(code), std::string(doing) + " " + what + " on the " + backend.name() + " backend failed: " +
-                                           (error.text[0] == '\0' ? "it gave no reason" : error.text));
+  fail(static_cast<chiasm_code>(code),
+       std::string(doing) + " " + what + " on the " + backend.name() +
+           " backend failed: " + (error.text[0] == '\0' ? "it gave no reason" : error.text));
 }
 
 std::vector<int32_t> generic_dtypes(int32_t dtype) {
@@ -36,7 +38,8 @@ std::vector<int32_t> generic_dtypes(int32_t dtype) {
 
 void check_run_options(const chiasm_run_options* options) {
   if (options != nullptr) {
-    check_struct_size(options->struct_size, CHIASM_SIZE_THROUGH(chiasm_run_options, stream), "run options", "set it to sizeof(chiasm_run_options)");
+    check_struct_size(options->struct_size, CHIASM_SIZE_THROUGH(chiasm_run_options, stream), "run options",
+                      "set it to sizeof(chiasm_run_options)");
   }
 }
 
@@ -48,8 +51,9 @@ Outputs::Outputs(Call& call, const std::vector<TensorSpec>& outputs) : slots_(ou
     try {
       slot.memory = PooledMemory(call.output_bytes[i]);
     } catch (const std::bad_alloc&) {
-      fail(CHIASM_OUT_OF_MEMORY, "output '" + outputs[i].name + "': out of memory: it needs " + std::to_string(call.output_bytes[i]) +
-                                     " bytes, its shape is " + shape_text(call.output_shapes[i], call.outputs[i].ndim));
+      fail(CHIASM_OUT_OF_MEMORY, "output '" + outputs[i].name + "': out of memory: it needs " +
+                                     std::to_string(call.output_bytes[i]) + " bytes, its shape is " +
+                                     shape_text(call.output_shapes[i], call.outputs[i].ndim));
     }
     std::memcpy(slot.shape, call.output_shapes[i], sizeof slot.shape);
     call.outputs[i].data = slot.memory.data();
@@ -58,7 +62,8 @@ Outputs::Outputs(Call& call, const std::vector<TensorSpec>& outputs) : slots_(ou
   }
 }
 
-std::shared_ptr<Method> Method::load(std::shared_ptr<const Bundle> bundle, const char* name, const LoadRequest& asked) {
+std::shared_ptr<Method> Method::load(std::shared_ptr<const Bundle> bundle, const char* name,
+                                     const LoadRequest& asked) {
   const LoadRequest request = under(use_trust(), asked);
   const MethodSpec& spec = bundle->method(name);
   const int32_t dtype = choose_dtype(spec, bundle->manifest().dtypes, request);
@@ -74,8 +79,8 @@ std::shared_ptr<Method> Method::load(std::shared_ptr<const Bundle> bundle, const
   return method;
 }
 
-Method::Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, const Artifact& artifact, const Backend& backend,
-               int32_t dtype, const LoadRequest& request)
+Method::Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, const Artifact& artifact,
+               const Backend& backend, int32_t dtype, const LoadRequest& request)
     : bundle_(std::move(bundle)),
       spec_(spec),
       artifact_(artifact),
@@ -96,8 +101,8 @@ Method::Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, con
 
 Method::~Method() { backend_.table()->unload(model_); }
 
-// What is trusted is the manifest that was parsed, and by its hash the artifact's bytes, which are read once: those that are checked
-// here are those that the backend gets.
+// What is trusted is the manifest that was parsed, and by its hash the artifact's bytes, which are read once:
+// those that are checked here are those that the backend gets.
 void Method::load_model(const LoadCall& call) {
   const Trust& trust = use_trust();
   bundle_->check_trust(trust);
@@ -118,21 +123,23 @@ void Method::execute(const Call& call, const chiasm_run_options* options) const 
   if (code != CHIASM_OK) check_backend(code, error, "running", backend_, "'" + spec_.name + "'");
 }
 
-std::unique_ptr<Outputs> Method::run(const chiasm_tensor* inputs, size_t count, const chiasm_run_options* options) const {
+std::unique_ptr<Outputs> Method::run(const chiasm_tensor* inputs, size_t count,
+                                     const chiasm_run_options* options) const {
   check_run_options(options);
   Call call;
   signature_.check_inputs(inputs, count, call);
   if (device_type_ != CHIASM_CPU) {
     fail(CHIASM_FAILED_PRECONDITION,
-         "run allocates its outputs on the CPU only; for a method on CUDA allocate them on the device and call run_into");
+         "run allocates its outputs on the CPU only; for a method on CUDA allocate them on the device and "
+         "call run_into");
   }
   auto outputs = std::make_unique<Outputs>(call, spec_.outputs);
   execute(call, options);
   return outputs;
 }
 
-void Method::run_into(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs, size_t output_count,
-                      const chiasm_run_options* options) const {
+void Method::run_into(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs,
+                      size_t output_count, const chiasm_run_options* options) const {
   check_run_options(options);
   Call call;
   signature_.check_inputs(inputs, input_count, call);
@@ -151,7 +158,8 @@ void Method::warm_up() const {
     try {
       host.emplace_back(bytes);
     } catch (const std::bad_alloc&) {
-      fail(CHIASM_OUT_OF_MEMORY, "the warm-up of '" + spec_.name + "': out of memory: a tensor of it needs " + std::to_string(bytes) + " bytes");
+      fail(CHIASM_OUT_OF_MEMORY, "the warm-up of '" + spec_.name + "': out of memory: a tensor of it needs " +
+                                     std::to_string(bytes) + " bytes");
     }
     tensor.data = host.back().data();
     std::memset(tensor.data, 0, bytes);

@@ -37,11 +37,12 @@ class Outputs final {
 class Method final {
  public:
   /** Load by the caller's wishes. Throws Error. */
-  static std::shared_ptr<Method> load(std::shared_ptr<const Bundle> bundle, const char* name, const LoadRequest& asked);
+  static std::shared_ptr<Method> load(std::shared_ptr<const Bundle> bundle, const char* name,
+                                      const LoadRequest& asked);
 
   /** Load this artifact with this backend, which is available. */
-  Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, const Artifact& artifact, const Backend& backend,
-         int32_t dtype, const LoadRequest& request);
+  Method(std::shared_ptr<const Bundle> bundle, const MethodSpec& spec, const Artifact& artifact,
+         const Backend& backend, int32_t dtype, const LoadRequest& request);
   Method(const Method&) = delete;
   Method& operator=(const Method&) = delete;
   ~Method();
@@ -51,9 +52,10 @@ class Method final {
   const char* artifact() const { return artifact_.file.c_str(); }
   const Signature& signature() const { return signature_; }
 
-  std::unique_ptr<Outputs> run(const chiasm_tensor* inputs, size_t count, const chiasm_run_options* options) const;
-  void run_into(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs, size_t output_count,
-                const chiasm_run_options* options) const;
+  std::unique_ptr<Outputs> run(const chiasm_tensor* inputs, size_t count,
+                               const chiasm_run_options* options) const;
+  void run_into(const chiasm_tensor* inputs, size_t input_count, const chiasm_tensor* outputs,
+                size_t output_count, const chiasm_run_options* options) const;
   /** Run a call that was checked and has all its data. */
   void execute(const Call& call, const chiasm_run_options* options) const;
 

@@ -25,7 +25,8 @@ std::string encode(const std::array<unsigned char, N>& bytes) {
 template <size_t N>
 bool decode(std::string_view text, std::array<unsigned char, N>& bytes) {
   size_t size = 0;
-  return sodium_base642bin(bytes.data(), N, text.data(), text.size(), nullptr, &size, nullptr, sodium_base64_VARIANT_ORIGINAL) == 0 &&
+  return sodium_base642bin(bytes.data(), N, text.data(), text.size(), nullptr, &size, nullptr,
+                           sodium_base64_VARIANT_ORIGINAL) == 0 &&
          size == N && encode(bytes) == text;  // it takes bytes above 127 for others
 }
 
@@ -38,9 +39,13 @@ std::string_view take_line(std::string_view& text) {
   return line;
 }
 
-bool starts_with(std::string_view text, std::string_view start) { return text.substr(0, start.size()) == start; }
+bool starts_with(std::string_view text, std::string_view start) {
+  return text.substr(0, start.size()) == start;
+}
 
-const unsigned char* bytes_of(std::string_view text) { return reinterpret_cast<const unsigned char*>(text.data()); }
+const unsigned char* bytes_of(std::string_view text) {
+  return reinterpret_cast<const unsigned char*>(text.data());
+}
 
 /** As minisign shows it. */
 std::string text_of(const KeyId& id) {
@@ -58,7 +63,9 @@ PublicKey read_public_key(std::string_view text, const std::string& origin) {
   std::array<unsigned char, kKeySize> bytes;
   const std::string_view line = take_line(text);
   if (!text.empty() || !decode(line, bytes) || bytes[0] != 'E' || bytes[1] != 'd') {
-    fail(CHIASM_INVALID_ARGUMENT, origin + ": not a minisign public key: expected 56 characters that begin with RW, alone or below a comment");
+    fail(CHIASM_INVALID_ARGUMENT, origin +
+                                      ": not a minisign public key: expected 56 characters that begin with "
+                                      "RW, alone or below a comment");
   }
   PublicKey key;
   std::copy_n(bytes.begin() + 2, key.id.size(), key.id.begin());
@@ -73,13 +80,14 @@ std::string text_of(const PublicKey& key) {
   return encode(bytes);
 }
 
-std::string verify_signature(std::string_view message, std::string_view signature, const std::vector<PublicKey>& keys,
-                             const std::string& origin) {
+std::string verify_signature(std::string_view message, std::string_view signature,
+                             const std::vector<PublicKey>& keys, const std::string& origin) {
   std::array<unsigned char, 74> bytes;
   std::array<unsigned char, 64> global;
   std::string_view rest = signature;
   const bool has_comment = starts_with(take_line(rest), kUntrusted);
-  const bool has_signature = decode(take_line(rest), bytes) && bytes[0] == 'E' && (bytes[1] == 'd' || bytes[1] == 'D');
+  const bool has_signature =
+      decode(take_line(rest), bytes) && bytes[0] == 'E' && (bytes[1] == 'd' || bytes[1] == 'D');
   std::string_view comment = take_line(rest);
   const bool has_trusted = starts_with(comment, kTrusted), has_global = decode(take_line(rest), global);
   if (!has_comment || !has_signature || !has_trusted || !has_global || !rest.empty()) {
@@ -89,16 +97,20 @@ std::string verify_signature(std::string_view message, std::string_view signatur
 
   KeyId id;
   std::copy_n(bytes.begin() + 2, id.size(), id.begin());
-  const auto key = std::find_if(keys.begin(), keys.end(), [&id](const PublicKey& one) { return one.id == id; });
-  if (key == keys.end()) fail(CHIASM_UNTRUSTED, origin + ": made by the key " + text_of(id) + ", which is not trusted here");
+  const auto key =
+      std::find_if(keys.begin(), keys.end(), [&id](const PublicKey& one) { return one.id == id; });
+  if (key == keys.end())
+    fail(CHIASM_UNTRUSTED, origin + ": made by the key " + text_of(id) + ", which is not trusted here");
 
   std::array<unsigned char, 64> hash;
   if (bytes[1] == 'D') {
     crypto_generichash(hash.data(), hash.size(), bytes_of(message), message.size(), nullptr, 0);
     message = {reinterpret_cast<const char*>(hash.data()), hash.size()};
   }
-  if (crypto_sign_verify_detached(bytes.data() + 10, bytes_of(message), message.size(), key->key.data()) != 0) {
-    fail(CHIASM_UNTRUSTED, origin + ": does not fit: what the key " + text_of(id) + " signed is something else");
+  if (crypto_sign_verify_detached(bytes.data() + 10, bytes_of(message), message.size(), key->key.data()) !=
+      0) {
+    fail(CHIASM_UNTRUSTED,
+         origin + ": does not fit: what the key " + text_of(id) + " signed is something else");
   }
   std::string both(reinterpret_cast<const char*>(bytes.data()) + 10, 64);
   both += comment;
@@ -108,7 +120,8 @@ std::string verify_signature(std::string_view message, std::string_view signatur
   return std::string(comment);
 }
 
-std::array<unsigned char, 64> sign(std::string_view message, const std::array<unsigned char, 64>& secret_key) {
+std::array<unsigned char, 64> sign(std::string_view message,
+                                   const std::array<unsigned char, 64>& secret_key) {
   std::array<unsigned char, 64> signature;
   crypto_sign_detached(signature.data(), nullptr, bytes_of(message), message.size(), secret_key.data());
   return signature;

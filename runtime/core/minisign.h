@@ -17,19 +17,21 @@ struct PublicKey {
   std::array<unsigned char, 32> key;
 };
 
-/** A key's 56 characters, or the text of a key file, whose second line they are. Throws Error (INVALID_ARGUMENT) that names
- *  `origin`. */
+/** A key's 56 characters, or the text of a key file, whose second line they are. Throws Error
+ *  (INVALID_ARGUMENT) that names `origin`. */
 PublicKey read_public_key(std::string_view text, const std::string& origin);
 
 /** Its 56 characters. */
 std::string text_of(const PublicKey& key);
 
-/** Proves that one of the keys has signed the message, and the signature's trusted comment, which is returned. Throws Error:
- *  CORRUPT where `signature` is no signature file, UNTRUSTED for all else; each names `origin`. */
-std::string verify_signature(std::string_view message, std::string_view signature, const std::vector<PublicKey>& keys,
-                             const std::string& origin);
+/** Proves that one of the keys has signed the message, and the signature's trusted comment, which is
+ *  returned. Throws Error: CORRUPT where `signature` is no signature file, UNTRUSTED for all else; each names
+ *  `origin`. */
+std::string verify_signature(std::string_view message, std::string_view signature,
+                             const std::vector<PublicKey>& keys, const std::string& origin);
 
-/** Ed25519: the signature of a message by a secret key (seed, then public key), for what writes signature files. */
+/** Ed25519: the signature of a message by a secret key (seed, then public key), for what writes signature
+ *  files. */
 std::array<unsigned char, 64> sign(std::string_view message, const std::array<unsigned char, 64>& secret_key);
 
 }  // namespace chiasm::core

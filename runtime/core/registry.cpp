@@ -57,7 +57,8 @@ std::map<std::string, std::string> plugins_in(const std::string& folder) {
 
 bool is_backend_name(const std::string& text) {
   const auto good = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
-  return !text.empty() && text.size() <= 64 && text[0] >= 'a' && text[0] <= 'z' && std::all_of(text.begin(), text.end(), good);
+  return !text.empty() && text.size() <= 64 && text[0] >= 'a' && text[0] <= 'z' &&
+         std::all_of(text.begin(), text.end(), good);
 }
 
 std::vector<std::string> split_path(const char* list) {
@@ -77,7 +78,9 @@ std::vector<std::string> split_path(const char* list) {
 Backend::Backend(std::string name, const std::string& path) : name_(std::move(name)) { open(path); }
 
 void Backend::open(const std::string& path) {
-  const auto unusable = [this](const std::string& what) { engine_.problem = "the " + name_ + " backend is not available: " + what; };
+  const auto unusable = [this](const std::string& what) {
+    engine_.problem = "the " + name_ + " backend is not available: " + what;
+  };
   void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) return unusable(path + ": " + last_dl_error());
   void* const symbol = ::dlsym(library, CHIASM_BACKEND_ENTRY);
@@ -107,7 +110,8 @@ bool Backend::is_program(const std::string& format) const {
 }
 
 bool Backend::has_option(const std::string& key) const {
-  for (const chiasm_backend_option* o = table_ == nullptr ? nullptr : table_->options; o != nullptr && o->key != nullptr; ++o) {
+  for (const chiasm_backend_option* o = table_ == nullptr ? nullptr : table_->options;
+       o != nullptr && o->key != nullptr; ++o) {
     if (key == o->key) return true;
   }
   return false;
@@ -120,16 +124,19 @@ void Backend::check_option(const std::string& option) const {
   }
   if (has_option(option.substr(0, equals))) return;
   std::string known;
-  for (const chiasm_backend_option* o = table_ == nullptr ? nullptr : table_->options; o != nullptr && o->key != nullptr; ++o) {
+  for (const chiasm_backend_option* o = table_ == nullptr ? nullptr : table_->options;
+       o != nullptr && o->key != nullptr; ++o) {
     known += (known.empty() ? "" : ", ") + std::string(o->key) + " (" + o->values + ")";
   }
-  fail(CHIASM_INVALID_ARGUMENT, "load options: the " + name_ + " backend has no option '" + option.substr(0, equals) +
-                                    "'; it has " + (known.empty() ? "none" : known));
+  fail(CHIASM_INVALID_ARGUMENT, "load options: the " + name_ + " backend has no option '" +
+                                    option.substr(0, equals) + "'; it has " +
+                                    (known.empty() ? "none" : known));
 }
 
 const Backend::Engine& Backend::engine() const {
   std::call_once(probed_, [this] {
-    const ForkGate::Passage passage;  // a child could neither open a library nor begin again while its parent was opening one
+    // a child could neither open a library nor begin again while its parent was opening one
+    const ForkGate::Passage passage;
     probe();
   });
   return engine_;
@@ -143,7 +150,8 @@ void Backend::probe() const {
   error.text[0] = '\0';
   if (table_->probe(&info, &error) != CHIASM_OK) {
     error.text[sizeof error.text - 1] = '\0';
-    engine_.problem = "the " + name_ + " backend is not available: " + (error.text[0] == '\0' ? "its probe failed" : error.text);
+    engine_.problem = "the " + name_ + " backend is not available: " +
+                      (error.text[0] == '\0' ? "its probe failed" : error.text);
     return;
   }
   engine_.has_cuda = info.has_cuda == 1;
@@ -166,8 +174,11 @@ void Registry::scan() {
   std::map<std::string, std::string> paths;
   for (const std::string& folder : folders_) paths.merge(plugins_in(folder));
   for (const auto& [name, path] : paths) backends_.push_back(std::make_unique<Backend>(name, path));
-  const auto priority = [](const auto& backend) { return backend->table() == nullptr ? INT32_MIN : backend->table()->priority; };
-  std::stable_sort(backends_.begin(), backends_.end(), [&](const auto& a, const auto& b) { return priority(a) > priority(b); });
+  const auto priority = [](const auto& backend) {
+    return backend->table() == nullptr ? INT32_MIN : backend->table()->priority;
+  };
+  std::stable_sort(backends_.begin(), backends_.end(),
+                   [&](const auto& a, const auto& b) { return priority(a) > priority(b); });
 }
 
 const std::vector<std::unique_ptr<Backend>>& Registry::all() {

@@ -1,4 +1,5 @@
-/** The backends of this process: plug-ins, found in folders by their file names, opened at the first need, never closed. */
+/** The backends of this process: plug-ins, found in folders by their file names, opened at the first need,
+ *  never closed. */
 #pragma once
 
 #include <memory>
@@ -23,7 +24,9 @@ class Backend final {
   bool loads(const std::string& format) const { return format_of(format) != nullptr; }
   /** Whether loading an artifact of that format runs code that came with the bundle. */
   bool is_program(const std::string& format) const;
-  bool has_device(int32_t device_type) const { return table_ != nullptr && (table_->devices >> device_type & 1u) != 0; }
+  bool has_device(int32_t device_type) const {
+    return table_ != nullptr && (table_->devices >> device_type & 1u) != 0;
+  }
   bool has_option(const std::string& key) const;
   /** Throws Error (INVALID_ARGUMENT) where `option` is not "key=value" with a key that this backend knows. */
   void check_option(const std::string& option) const;
@@ -47,15 +50,16 @@ class Backend final {
   mutable std::once_flag probed_;
 };
 
-/** Finds `libchiasm_<name>.so` in a list of folders. Of several with one name the first counts, also where it cannot be
- *  opened: a broken installation is reported, not hidden by an older one. Thread-safe. */
+/** Finds `libchiasm_<name>.so` in a list of folders. Of several with one name the first counts, also where it
+ *  cannot be opened: a broken installation is reported, not hidden by an older one. Thread-safe. */
 class Registry final {
  public:
   explicit Registry(std::vector<std::string> folders);
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
 
-  /** Those that were found, in the order in which `auto` tries them: by priority, then by name. The first call opens all. */
+  /** Those that were found, in the order in which `auto` tries them: by priority, then by name. The first
+   *  call opens all. */
   const std::vector<std::unique_ptr<Backend>>& all();
   /** NULL where there is none of that name. */
   const Backend* find(const std::string& name);
@@ -73,7 +77,8 @@ class Registry final {
   std::once_flag scanned_;
 };
 
-/** Whether it may be a backend's name: 1 to 64 lower-case letters, digits and underscores, the first a letter. */
+/** Whether it may be a backend's name: 1 to 64 lower-case letters, digits and underscores, the first a
+ *  letter. */
 bool is_backend_name(const std::string& text);
 
 /** The parts of a list that is separated by colons; empty ones are left out. */

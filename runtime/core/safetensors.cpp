@@ -28,7 +28,8 @@ StoredTensor read_tensor(const JsonNode& node, const unsigned char* data, size_t
   const int64_t end = limits[1].integer(0, static_cast<int64_t>(data_size));
   const int64_t begin = limits[0].integer(0, end);
   if (end - begin != bytes) {
-    offsets.refuse("span " + std::to_string(end - begin) + " bytes, but dtype and shape need " + std::to_string(bytes));
+    offsets.refuse("span " + std::to_string(end - begin) + " bytes, but dtype and shape need " +
+                   std::to_string(bytes));
   }
   tensor.data = data + begin;
   tensor.size = static_cast<size_t>(bytes);
@@ -37,13 +38,14 @@ StoredTensor read_tensor(const JsonNode& node, const unsigned char* data, size_t
 
 }  // namespace
 
-std::map<std::string, StoredTensor> read_safetensors(const unsigned char* bytes, size_t size, const std::string& origin) {
+std::map<std::string, StoredTensor> read_safetensors(const unsigned char* bytes, size_t size,
+                                                     const std::string& origin) {
   if (size < kPrefix) fail(CHIASM_CORRUPT, origin + ": shorter than a safetensors file can be");
   uint64_t header_size = 0;
   for (size_t i = 0; i < kPrefix; ++i) header_size |= static_cast<uint64_t>(bytes[i]) << (8 * i);
   if (header_size > size - kPrefix || header_size > kMaxHeader) {
-    fail(CHIASM_CORRUPT, origin + ": says that its header has " + std::to_string(header_size) + " bytes, but the file has " +
-                             std::to_string(size));
+    fail(CHIASM_CORRUPT, origin + ": says that its header has " + std::to_string(header_size) +
+                             " bytes, but the file has " + std::to_string(size));
   }
   const std::string_view header(reinterpret_cast<const char*>(bytes) + kPrefix, header_size);
   const nlohmann::json document = parse_json(header, origin);

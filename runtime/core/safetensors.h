@@ -17,8 +17,9 @@ struct StoredTensor {
   size_t size = 0;
 };
 
-/** Tensors by name, as views of `bytes`, which must outlive them. Every offset is checked. Throws Error (CORRUPT) that names
- *  `origin`. */
-std::map<std::string, StoredTensor> read_safetensors(const unsigned char* bytes, size_t size, const std::string& origin);
+/** Tensors by name, as views of `bytes`, which must outlive them. Every offset is checked. Throws Error
+ *  (CORRUPT) that names `origin`. */
+std::map<std::string, StoredTensor> read_safetensors(const unsigned char* bytes, size_t size,
+                                                     const std::string& origin);
 
 }  // namespace chiasm::core

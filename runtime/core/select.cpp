@@ -23,7 +23,9 @@ std::vector<std::string> read_options(const char* const* options) {
   constexpr size_t kMost = 256;
   std::vector<std::string> read;
   for (const char* const* option = options; option != nullptr && *option != nullptr; ++option) {
-    if (read.size() == kMost) fail(CHIASM_INVALID_ARGUMENT, "load options: more than " + std::to_string(kMost) + " options; the list ends with NULL");
+    if (read.size() == kMost)
+      fail(CHIASM_INVALID_ARGUMENT,
+           "load options: more than " + std::to_string(kMost) + " options; the list ends with NULL");
     read.emplace_back(*option);
   }
   return read;
@@ -36,12 +38,16 @@ LoadRequest read_load_options(const chiasm_load_options* options) {
   if (options == nullptr) return request;
   check_struct_size(options->struct_size, CHIASM_SIZE_THROUGH(chiasm_load_options, fused), "load options",
                     "start from CHIASM_LOAD_OPTIONS_INIT");
-  if (options->backend != nullptr && std::string(options->backend) != "auto") request.backend = options->backend;
+  if (options->backend != nullptr && std::string(options->backend) != "auto")
+    request.backend = options->backend;
   if (!request.backend.empty() && !is_backend_name(request.backend)) {
-    fail(CHIASM_INVALID_ARGUMENT, "load options: '" + request.backend + "' cannot be the name of a backend, which has lower-case letters, digits and underscores");
+    fail(CHIASM_INVALID_ARGUMENT,
+         "load options: '" + request.backend +
+             "' cannot be the name of a backend, which has lower-case letters, digits and underscores");
   }
   if (options->device_type != CHIASM_CPU && options->device_type != CHIASM_CUDA) {
-    fail(CHIASM_INVALID_ARGUMENT, "load options: unknown device_type " + std::to_string(options->device_type));
+    fail(CHIASM_INVALID_ARGUMENT,
+         "load options: unknown device_type " + std::to_string(options->device_type));
   }
   if (options->device_index < 0 || (options->device_type == CHIASM_CPU && options->device_index != 0)) {
     fail(CHIASM_INVALID_ARGUMENT, "load options: device_index is " + std::to_string(options->device_index) +
@@ -60,9 +66,11 @@ LoadRequest read_load_options(const chiasm_load_options* options) {
     request.num_threads = options->num_threads;
     check_num_threads(request.num_threads, "load options: num_threads");
   }
-  if (options->struct_size >= CHIASM_SIZE_THROUGH(chiasm_load_options, options)) request.options = read_options(options->options);
+  if (options->struct_size >= CHIASM_SIZE_THROUGH(chiasm_load_options, options))
+    request.options = read_options(options->options);
   if (!request.options.empty() && request.backend.empty()) {
-    fail(CHIASM_INVALID_ARGUMENT, "load options: the option '" + request.options[0] + "' is for one backend: name it, not auto");
+    fail(CHIASM_INVALID_ARGUMENT,
+         "load options: the option '" + request.options[0] + "' is for one backend: name it, not auto");
   }
   return request;
 }
@@ -80,9 +88,7 @@ LoadRequest under(const Trust& trust, LoadRequest request) {
 }
 
 std::string LoadRequest::programs_refused() const {
-  return data_only            ? "the trust policy is 'data_only'"
-         : !allow_native_code ? "allow_native_code is 0"
-                              : "";
+  return data_only ? "the trust policy is 'data_only'" : !allow_native_code ? "allow_native_code is 0" : "";
 }
 
 Machine this_machine(int32_t device_type, int32_t device_index) {
@@ -97,37 +103,47 @@ Machine this_machine(int32_t device_type, int32_t device_index) {
   return machine;
 }
 
-int32_t choose_dtype(const MethodSpec& method, const std::vector<int32_t>& dtypes, const LoadRequest& request) {
+int32_t choose_dtype(const MethodSpec& method, const std::vector<int32_t>& dtypes,
+                     const LoadRequest& request) {
   if (!method.generic) return kGeneric;
   const int32_t asked = request.dtype;
   std::vector<int32_t> offered;
   for (const int32_t dtype : dtypes) {
     for (const Artifact& artifact : method.artifacts) {
       const bool wanted = request.backend.empty() || request.backend == artifact.backend;
-      if (!wanted || std::find(artifact.dtypes.begin(), artifact.dtypes.end(), dtype) == artifact.dtypes.end()) continue;
+      if (!wanted ||
+          std::find(artifact.dtypes.begin(), artifact.dtypes.end(), dtype) == artifact.dtypes.end())
+        continue;
       offered.push_back(dtype);
       break;
     }
   }
   if (offered.empty()) offered = dtypes;  // no artifact at all for that backend: `choose` says so
-  const auto has = [&offered](int32_t dtype) { return std::find(offered.begin(), offered.end(), dtype) != offered.end(); };
+  const auto has = [&offered](int32_t dtype) {
+    return std::find(offered.begin(), offered.end(), dtype) != offered.end();
+  };
   if (asked == kGeneric) return has(CHIASM_FLOAT32) ? CHIASM_FLOAT32 : offered.front();
   if (!has(asked)) {
     std::string all;
     for (const int32_t dtype : offered) all += (all.empty() ? "" : ", ") + std::string(dtype_name(dtype));
-    fail(CHIASM_NOT_FOUND, "method '" + method.name + "' has no artifact for " + dtype_name(asked) + "; it has " + all);
+    fail(CHIASM_NOT_FOUND,
+         "method '" + method.name + "' has no artifact for " + dtype_name(asked) + "; it has " + all);
   }
   return asked;
 }
 
 namespace {
 
-std::string text_of(const GlibcVersion& version) { return std::to_string(version.major) + "." + std::to_string(version.minor); }
+std::string text_of(const GlibcVersion& version) {
+  return std::to_string(version.major) + "." + std::to_string(version.minor);
+}
 
 }  // namespace
 
-std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t dtype, const Machine& machine) {
-  if (dtype != kGeneric && std::find(artifact.dtypes.begin(), artifact.dtypes.end(), dtype) == artifact.dtypes.end()) {
+std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t dtype,
+                   const Machine& machine) {
+  if (dtype != kGeneric &&
+      std::find(artifact.dtypes.begin(), artifact.dtypes.end(), dtype) == artifact.dtypes.end()) {
     return std::string("is not for ") + dtype_name(dtype);
   }
   const bool cuda = request.device_type == CHIASM_CUDA;
@@ -136,22 +152,28 @@ std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t
   if (cuda && artifact.sm != 0) {
     // Code for 9.0 runs on 9.x, but neither on 8.x nor on 10.x.
     if (machine.sm / 10 != artifact.sm / 10 || machine.sm < artifact.sm) {
-      return "is for a GPU of compute capability " + std::to_string(artifact.sm) + ", this one has " + std::to_string(machine.sm);
+      return "is for a GPU of compute capability " + std::to_string(artifact.sm) + ", this one has " +
+             std::to_string(machine.sm);
     }
   }
   const GlibcVersion &needed = artifact.glibc, &present = machine.glibc;
   if (needed.major > present.major || (needed.major == present.major && needed.minor > present.minor)) {
-    return "needs glibc " + text_of(needed) + (present.major == 0 ? ", this machine has another C library" : ", this machine has " + text_of(present));
+    return "needs glibc " + text_of(needed) +
+           (present.major == 0 ? ", this machine has another C library"
+                               : ", this machine has " + text_of(present));
   }
-  if (!cuda && artifact.isa > machine.isa) return std::string("needs a CPU with ") + kIsaNames[static_cast<int>(artifact.isa)];
+  if (!cuda && artifact.isa > machine.isa)
+    return std::string("needs a CPU with ") + kIsaNames[static_cast<int>(artifact.isa)];
   return "";
 }
 
 namespace {
 
-/** The artifacts for a backend that fit, those for the highest CPU level first; `why_not` says why others do not. */
-std::vector<const Artifact*> fitting(const MethodSpec& method, const std::string& backend, const LoadRequest& request, int32_t dtype,
-                                     const Machine& machine, std::string& why_not) {
+/** The artifacts for a backend that fit, those for the highest CPU level first; `why_not` says why others do
+ *  not. */
+std::vector<const Artifact*> fitting(const MethodSpec& method, const std::string& backend,
+                                     const LoadRequest& request, int32_t dtype, const Machine& machine,
+                                     std::string& why_not) {
   std::vector<const Artifact*> found;
   for (const Artifact& artifact : method.artifacts) {
     if (artifact.backend != backend) continue;
@@ -163,11 +185,13 @@ std::vector<const Artifact*> fitting(const MethodSpec& method, const std::string
     }
   }
   const auto level = [](const Artifact* artifact) { return std::make_pair(artifact->isa, artifact->sm); };
-  std::stable_sort(found.begin(), found.end(), [&](const Artifact* a, const Artifact* b) { return level(a) > level(b); });
+  std::stable_sort(found.begin(), found.end(),
+                   [&](const Artifact* a, const Artifact* b) { return level(a) > level(b); });
   return found;
 }
 
-/** Why the method has artifacts of a format that the backend loads, but for another backend; "" where it has none. */
+/** Why the method has artifacts of a format that the backend loads, but for another backend; "" where it has
+ *  none. */
 std::string needs_of(const MethodSpec& method, const Backend& backend) {
   for (const Artifact& artifact : method.artifacts) {
     if (artifact.needs.empty() || !backend.loads(artifact.format)) continue;
@@ -181,7 +205,8 @@ class Reasons final {
  public:
   void add(const std::string& backend, const std::string& reason, chiasm_code code = CHIASM_NOT_FOUND) {
     text_ += (text_.empty() ? " " : "; ") + backend + ": " + reason;
-    // What is missing on this machine says more than what is forbidden, and that more than what the bundle has not.
+    // What is missing on this machine says more than what is forbidden, and that more than what the bundle
+    // has not.
     if (code != CHIASM_NOT_FOUND && (code_ == CHIASM_NOT_FOUND || code == CHIASM_UNAVAILABLE)) code_ = code;
     last_.reset();
     ++count_;
@@ -192,7 +217,8 @@ class Reasons final {
   }
   [[noreturn]] void fail_for(const MethodSpec& method) const {
     if (count_ == 1 && last_) throw *last_;
-    fail(code_, "no backend can run method '" + method.name + "' here:" + (text_.empty() ? " none is installed" : text_));
+    fail(code_, "no backend can run method '" + method.name +
+                    "' here:" + (text_.empty() ? " none is installed" : text_));
   }
 
  private:
@@ -204,15 +230,15 @@ class Reasons final {
 
 }  // namespace
 
-const Artifact* best_fit(const MethodSpec& method, const std::string& backend, const LoadRequest& request, int32_t dtype,
-                         const Machine& machine, std::string& why_not) {
+const Artifact* best_fit(const MethodSpec& method, const std::string& backend, const LoadRequest& request,
+                         int32_t dtype, const Machine& machine, std::string& why_not) {
   const std::vector<const Artifact*> found = fitting(method, backend, request, dtype, machine, why_not);
   if (found.empty() && why_not.empty()) why_not = "the bundle has no artifact for it";
   return found.empty() ? nullptr : found.front();
 }
 
-void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype, const Machine& machine, Registry& registry,
-            const Rank& rank, const std::function<void(const Candidate&)>& load) {
+void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype, const Machine& machine,
+            Registry& registry, const Rank& rank, const std::function<void(const Candidate&)>& load) {
   Reasons reasons;
   for (const auto& each : registry.all()) {
     const Backend& backend = *each;
@@ -220,21 +246,27 @@ void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype,
     std::string why_not;
     std::vector<const Artifact*> found = fitting(method, backend.name(), request, dtype, machine, why_not);
     const auto leave_out = [&](const std::string& reason, const auto& which) {
-      const auto end = std::stable_partition(found.begin(), found.end(), [&](const Artifact* a) { return !which(*a); });
-      for (auto artifact = end; artifact != found.end(); ++artifact) why_not += (why_not.empty() ? "" : ", ") + (*artifact)->file + " " + reason;
+      const auto end =
+          std::stable_partition(found.begin(), found.end(), [&](const Artifact* a) { return !which(*a); });
+      for (auto artifact = end; artifact != found.end(); ++artifact)
+        why_not += (why_not.empty() ? "" : ", ") + (*artifact)->file + " " + reason;
       found.erase(end, found.end());
     };
     if (!found.empty() && backend.table() == nullptr) {
       reasons.add(backend.name(), backend.engine().problem, CHIASM_UNAVAILABLE);
       continue;
     }
-    leave_out("is in a format that it does not load", [&](const Artifact& a) { return !backend.loads(a.format); });
+    leave_out("is in a format that it does not load",
+              [&](const Artifact& a) { return !backend.loads(a.format); });
     const bool had_some = !found.empty();
     const std::string refused = request.programs_refused();
-    if (!refused.empty()) leave_out("is a program, and " + refused, [&](const Artifact& a) { return backend.is_program(a.format); });
+    if (!refused.empty())
+      leave_out("is a program, and " + refused,
+                [&](const Artifact& a) { return backend.is_program(a.format); });
     if (found.empty()) {
       if (had_some) {
-        reasons.add(backend.name(), "its artifacts are programs, and " + refused, request.data_only ? CHIASM_UNTRUSTED : CHIASM_FAILED_PRECONDITION);
+        reasons.add(backend.name(), "its artifacts are programs, and " + refused,
+                    request.data_only ? CHIASM_UNTRUSTED : CHIASM_FAILED_PRECONDITION);
       } else {
         if (why_not.empty()) why_not = needs_of(method, backend);
         reasons.add(backend.name(), why_not.empty() ? "the bundle has no artifact for it" : why_not);
@@ -247,13 +279,15 @@ void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype,
     }
     std::vector<std::pair<int32_t, const Artifact*>> ranked;
     for (const Artifact* artifact : found) ranked.emplace_back(rank(backend, *artifact), artifact);
-    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::stable_sort(ranked.begin(), ranked.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
     if (!backend.engine().problem.empty()) {
       reasons.add(backend.name(), backend.engine().problem, CHIASM_UNAVAILABLE);
       continue;
     }
     if (request.device_type == CHIASM_CUDA && !backend.engine().has_cuda) {
-      reasons.add(backend.name(), "its engine (" + backend.engine().version + ") cannot use CUDA here", CHIASM_UNAVAILABLE);
+      reasons.add(backend.name(), "its engine (" + backend.engine().version + ") cannot use CUDA here",
+                  CHIASM_UNAVAILABLE);
       continue;
     }
     std::optional<Error> last;
@@ -272,10 +306,13 @@ void choose(const MethodSpec& method, const LoadRequest& request, int32_t dtype,
       reasons.add(backend.name(), "its options leave out each of its artifacts", CHIASM_INVALID_ARGUMENT);
     }
   }
-  std::vector<std::string> missing;  // backends that the method has artifacts for, or that were asked for, and that are not here
+  // backends that the method has artifacts for, or that were asked for, and that are not here
+  std::vector<std::string> missing;
   if (!request.backend.empty()) missing.push_back(request.backend);
   for (const Artifact& artifact : method.artifacts) {
-    if (request.backend.empty() && std::find(missing.begin(), missing.end(), artifact.backend) == missing.end()) missing.push_back(artifact.backend);
+    if (request.backend.empty() &&
+        std::find(missing.begin(), missing.end(), artifact.backend) == missing.end())
+      missing.push_back(artifact.backend);
   }
   for (const std::string& name : missing) {
     if (registry.find(name) == nullptr) reasons.add(name, registry.not_found(name), CHIASM_UNAVAILABLE);

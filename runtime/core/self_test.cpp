@@ -24,9 +24,11 @@ struct Row {
   std::string message;
 };
 
-const StoredTensor& find(const Stored& stored, const std::string& prefix, const std::string& name, const std::string& file) {
+const StoredTensor& find(const Stored& stored, const std::string& prefix, const std::string& name,
+                         const std::string& file) {
   const auto found = stored.find(prefix + "/" + name);
-  if (found == stored.end()) fail(CHIASM_CORRUPT, file + ": there is no tensor '" + prefix + "/" + name + "'");
+  if (found == stored.end())
+    fail(CHIASM_CORRUPT, file + ": there is no tensor '" + prefix + "/" + name + "'");
   return found->second;
 }
 
@@ -56,14 +58,10 @@ class Buffer final {
 };
 
 chiasm_tensor view(const StoredTensor& stored, void* data, const LoadRequest& request) {
-  return {sizeof(chiasm_tensor),
-          data,
-          stored.dtype,
-          request.device_type,
-          request.device_index,
-          static_cast<int32_t>(stored.shape.size()),
-          stored.shape.data(),
-          nullptr};
+  return {sizeof(chiasm_tensor), data,
+          stored.dtype,          request.device_type,
+          request.device_index,  static_cast<int32_t>(stored.shape.size()),
+          stored.shape.data(),   nullptr};
 }
 
 /** Run one case and compare; throws Error where it cannot be run. */
@@ -80,7 +78,8 @@ void replay(const Method& method, const MethodSpec& spec, const GoldenCase& one,
     inputs.push_back(supply(golden));
     buffers.back()->write(golden.data);
   }
-  for (const TensorSpec& tensor : spec.outputs) outputs.push_back(supply(find(stored, one.prefix, tensor.name, file)));
+  for (const TensorSpec& tensor : spec.outputs)
+    outputs.push_back(supply(find(stored, one.prefix, tensor.name, file)));
   method.run_into(inputs.data(), inputs.size(), outputs.data(), outputs.size(), nullptr);
 
   row.passed = 1;
@@ -88,30 +87,34 @@ void replay(const Method& method, const MethodSpec& spec, const GoldenCase& one,
     const StoredTensor& golden = find(stored, one.prefix, spec.outputs[i].name, file);
     const Tolerance tolerance = spec.tolerances[static_cast<size_t>(golden.dtype)].value_or(Tolerance{});
     const size_t count = golden.size / kDTypes[golden.dtype].size;
-    const Comparison result = compare(buffers[inputs.size() + i]->read(), golden.data, count, golden.dtype, tolerance);
+    const Comparison result =
+        compare(buffers[inputs.size() + i]->read(), golden.data, count, golden.dtype, tolerance);
     row.max_error = std::max(row.max_error, result.max_error);
     row.tolerance = std::max(row.tolerance, tolerance.atol);
     if (result.passed) continue;
     row.passed = 0;
     row.message += (row.message.empty() ? "" : "; ") + ("output '" + spec.outputs[i].name + "': ") +
-                   std::to_string(result.mismatches) + " of " + std::to_string(count) + " values differ, the worst at element " +
-                   std::to_string(result.worst) + ": " + std::to_string(result.actual) + ", golden " +
-                   std::to_string(result.expected);
+                   std::to_string(result.mismatches) + " of " + std::to_string(count) +
+                   " values differ, the worst at element " + std::to_string(result.worst) + ": " +
+                   std::to_string(result.actual) + ", golden " + std::to_string(result.expected);
   }
 }
 
 /** Why the artifact is not tried, or "". */
-std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32_t dtype, const Machine& machine,
-                     Registry& registry) {
+std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32_t dtype,
+                     const Machine& machine, Registry& registry) {
   const std::string why = misfit(artifact, request, dtype, machine);
   if (!why.empty()) return "the artifact " + why;
   const Backend* const backend = registry.find(artifact.backend);
   if (backend == nullptr) return registry.not_found(artifact.backend);
   if (backend->table() == nullptr) return backend->engine().problem;
-  if (!backend->loads(artifact.format)) return "the " + artifact.backend + " backend does not load format '" + artifact.format + "'";
+  if (!backend->loads(artifact.format))
+    return "the " + artifact.backend + " backend does not load format '" + artifact.format + "'";
   const std::string refused = request.programs_refused();
-  if (backend->is_program(artifact.format) && !refused.empty()) return "the artifact is a program, and " + refused;
-  if (!backend->has_device(request.device_type)) return "the " + artifact.backend + " backend does not run on this kind of device";
+  if (backend->is_program(artifact.format) && !refused.empty())
+    return "the artifact is a program, and " + refused;
+  if (!backend->has_device(request.device_type))
+    return "the " + artifact.backend + " backend does not run on this kind of device";
   if (!backend->engine().problem.empty()) return backend->engine().problem;
   if (request.device_type == CHIASM_CUDA && !backend->engine().has_cuda) {
     return "the engine (" + backend->engine().version + ") cannot use CUDA here";
@@ -149,12 +152,14 @@ int32_t self_test(std::shared_ptr<const Bundle> bundle, const LoadRequest& asked
         if (row.message.empty()) {
           try {
             if (method == nullptr || loaded_dtype != dtype) {
-              method = std::make_unique<Method>(bundle, spec, artifact, *registry.find(artifact.backend), dtype, request);
+              method = std::make_unique<Method>(bundle, spec, artifact, *registry.find(artifact.backend),
+                                                dtype, request);
               loaded_dtype = dtype;
             }
             replay(*method, spec, one, stored, request, file, row);
           } catch (const Error& error) {
-            const bool not_here = error.code() == CHIASM_UNAVAILABLE || error.code() == CHIASM_VERSION_MISMATCH;
+            const bool not_here =
+                error.code() == CHIASM_UNAVAILABLE || error.code() == CHIASM_VERSION_MISMATCH;
             row.passed = not_here ? -1 : 0;  // like what has an obstacle
             row.message = error.what();
           } catch (const std::exception& error) {

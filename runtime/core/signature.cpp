@@ -26,12 +26,14 @@ void check_array(const chiasm_tensor* tensors, size_t count, size_t expected, co
     fail(CHIASM_INVALID_ARGUMENT, "expected " + counted(expected, kind) + ", got " + std::to_string(count));
   }
   if (tensors == nullptr) fail(CHIASM_INVALID_ARGUMENT, std::string("the array of ") + kind + "s is NULL");
-  // The upper bound: no version of the struct is that long, so the caller has not set it, and the next one would be anywhere.
+  // The upper bound: no version of the struct is that long, so the caller has not set it, and the next one
+  // would be anywhere.
   constexpr size_t kLongest = 1024;
   const size_t size = tensors->struct_size;
   if (size < kFirstSize || size > kLongest || size % alignof(chiasm_tensor) != 0) {
-    fail(CHIASM_INVALID_ARGUMENT, std::string(kind) + " 0: struct_size is " + std::to_string(tensors->struct_size) +
-                                      ", expected sizeof(chiasm_tensor), " + std::to_string(sizeof(chiasm_tensor)));
+    fail(CHIASM_INVALID_ARGUMENT,
+         std::string(kind) + " 0: struct_size is " + std::to_string(tensors->struct_size) +
+             ", expected sizeof(chiasm_tensor), " + std::to_string(sizeof(chiasm_tensor)));
   }
 }
 
@@ -64,7 +66,9 @@ Signature::Signature(const MethodSpec& method, const std::vector<Symbol>& symbol
     : symbols_(symbols), device_type_(device_type), device_index_(device_index) {
   std::vector<bool> bound(symbols.size(), false);
   bindings_.resize(symbols.size());
-  const auto dtype_of = [generic_dtype](const TensorSpec& spec) { return spec.dtype == kGeneric ? generic_dtype : spec.dtype; };
+  const auto dtype_of = [generic_dtype](const TensorSpec& spec) {
+    return spec.dtype == kGeneric ? generic_dtype : spec.dtype;
+  };
   for (const TensorSpec& spec : method.inputs) {
     TensorRule rule{&spec, dtype_of(spec), {}};
     for (const Expression& dim : spec.shape) {
@@ -88,21 +92,25 @@ Signature::Signature(const MethodSpec& method, const std::vector<Symbol>& symbol
 void Signature::check_common(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const {
   const std::string& name = rule.spec->name;
   if (tensor.struct_size < kFirstSize) {
-    refuse(kind, name, "struct_size is " + std::to_string(tensor.struct_size) + ", expected sizeof(chiasm_tensor), " +
-                           std::to_string(sizeof(chiasm_tensor)));
+    refuse(kind, name,
+           "struct_size is " + std::to_string(tensor.struct_size) + ", expected sizeof(chiasm_tensor), " +
+               std::to_string(sizeof(chiasm_tensor)));
   }
   if (tensor.dtype != rule.dtype) {
-    std::string what = std::string("expected ") + dtype_name(rule.dtype) + ", got " + dtype_name(tensor.dtype);
+    std::string what =
+        std::string("expected ") + dtype_name(rule.dtype) + ", got " + dtype_name(tensor.dtype);
     if (!is_dtype(tensor.dtype)) what += " (" + std::to_string(tensor.dtype) + ")";
     if (rule.spec->dtype == kGeneric) {
       what += "; the method was loaded for " + std::string(dtype_name(rule.dtype)) +
-              ", which all its tensors of type T have: convert, or load it with another dtype in the load options";
+              ", which all its tensors of type T have: convert, or load it with another dtype in the load "
+              "options";
     }
     refuse(kind, name, what);
   }
   if (tensor.device_type != device_type_ || tensor.device_index != device_index_) {
-    refuse(kind, name, "expected memory on " + device_text(device_type_, device_index_) + ", where the method was loaded, got " +
-                           device_text(tensor.device_type, tensor.device_index));
+    refuse(kind, name,
+           "expected memory on " + device_text(device_type_, device_index_) +
+               ", where the method was loaded, got " + device_text(tensor.device_type, tensor.device_index));
   }
   const auto rank = static_cast<int32_t>(rule.spec->shape.size());
   if (tensor.ndim < 0 || tensor.ndim > CHIASM_MAX_DIMS) {
@@ -112,7 +120,8 @@ void Signature::check_common(const chiasm_tensor& tensor, const TensorRule& rule
   if (tensor.data == nullptr) refuse(kind, name, "its data is NULL");
   const size_t size = kDTypes[rule.dtype].size;
   if ((reinterpret_cast<uintptr_t>(tensor.data) & (size - 1)) != 0) {
-    refuse(kind, name, "its data is not aligned to " + std::to_string(size) + " bytes, the size of its elements");
+    refuse(kind, name,
+           "its data is not aligned to " + std::to_string(size) + " bytes, the size of its elements");
   }
 }
 
@@ -124,8 +133,8 @@ void Signature::check_strides(const chiasm_tensor& tensor, const TensorRule& rul
   for (int32_t i = tensor.ndim - 1; i >= 0; --i) {
     if (tensor.shape[i] != 1 && tensor.strides[i] != expected) {
       refuse(kind, rule.spec->name,
-             "expected dense row-major memory, got strides " + shape_text(tensor.strides, tensor.ndim) + " for shape " +
-                 shape_text(tensor.shape, tensor.ndim) +
+             "expected dense row-major memory, got strides " + shape_text(tensor.strides, tensor.ndim) +
+                 " for shape " + shape_text(tensor.shape, tensor.ndim) +
                  (looks_channels_last(tensor) ? ", which is the channels-last layout" : "") +
                  ": pass a dense copy (torch: .contiguous(), numpy: ascontiguousarray, cv::Mat: .clone(), "
                  "Eigen: chiasm::row_major)");
@@ -134,8 +143,8 @@ void Signature::check_strides(const chiasm_tensor& tensor, const TensorRule& rul
   }
 }
 
-void Signature::refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind, const Call& call,
-                             size_t tensor_index, const std::string& why) const {
+void Signature::refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind,
+                             const Call& call, size_t tensor_index, const std::string& why) const {
   std::string shape = "(", known;
   std::vector<size_t> told;
   const bool is_input = kind[0] == 'i';
@@ -145,19 +154,23 @@ void Signature::refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule
     for (const size_t symbol : dims[i].symbols()) {
       const Binding& from = bindings_[symbol];
       const bool is_known = !is_input || from.input < tensor_index ||
-                            (from.input == tensor_index && rule.dims[i].rule == Rule::same) || rule.dims[i].rule == Rule::expression;
+                            (from.input == tensor_index && rule.dims[i].rule == Rule::same) ||
+                            rule.dims[i].rule == Rule::expression;
       if (!is_known || std::find(told.begin(), told.end(), symbol) != told.end()) continue;
       told.push_back(symbol);
-      known += (known.empty() ? " with " : ", ") + symbols_[symbol].name + "=" + std::to_string(call.symbols[symbol]) + " (from ";
+      known += (known.empty() ? " with " : ", ") + symbols_[symbol].name + "=" +
+               std::to_string(call.symbols[symbol]) + " (from ";
       known += is_input && from.input == tensor_index ? "dimension " + std::to_string(from.dim) + ")"
                                                       : "input '" + inputs_[from.input].spec->name + "')";
     }
   }
   shape += dims.size() == 1 ? ",)" : ")";
-  refuse(kind, rule.spec->name, "expected shape " + shape + known + ", got " + shape_text(tensor.shape, tensor.ndim) + why);
+  refuse(kind, rule.spec->name,
+         "expected shape " + shape + known + ", got " + shape_text(tensor.shape, tensor.ndim) + why);
 }
 
-int64_t Signature::evaluate(const Expression& dim, const TensorRule& rule, const char* kind, const Call& call) const {
+int64_t Signature::evaluate(const Expression& dim, const TensorRule& rule, const char* kind,
+                            const Call& call) const {
   int64_t value = 0;
   const Expression::Fault fault = dim.evaluate(call.symbols, &value);
   if (fault == Expression::Fault::none && value >= 0) return value;
@@ -166,7 +179,8 @@ int64_t Signature::evaluate(const Expression& dim, const TensorRule& rule, const
                                                                         : " is negative";
   std::string values;
   for (const size_t symbol : dim.symbols()) {
-    values += (values.empty() ? " with " : ", ") + symbols_[symbol].name + "=" + std::to_string(call.symbols[symbol]);
+    values += (values.empty() ? " with " : ", ") + symbols_[symbol].name + "=" +
+              std::to_string(call.symbols[symbol]);
   }
   refuse(kind, rule.spec->name, "its dimension '" + dim.text() + "'" + what + values);
 }
@@ -187,7 +201,8 @@ void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& ca
         const Symbol& symbol = symbols_[static_cast<size_t>(dim.operand)];
         if (got < symbol.min || got > symbol.max) {
           refuse_shape(tensor, rule, "input", call, n,
-                       ": " + symbol.name + " must be from " + std::to_string(symbol.min) + " to " + std::to_string(symbol.max));
+                       ": " + symbol.name + " must be from " + std::to_string(symbol.min) + " to " +
+                           std::to_string(symbol.max));
         }
         call.symbols[dim.operand] = got;
       } else if (dim.rule != Rule::expression) {
@@ -224,8 +239,10 @@ void Signature::infer_outputs(Call& call) const {
   for (size_t n = 0; n < outputs_.size(); ++n) {
     const TensorRule& rule = outputs_[n];
     const auto& dims = rule.spec->shape;
-    for (size_t i = 0; i < dims.size(); ++i) call.output_shapes[n][i] = evaluate(dims[i], rule, "output", call);
-    call.outputs[n] = {sizeof(chiasm_tensor), nullptr, rule.dtype, device_type_, device_index_, static_cast<int32_t>(dims.size()),
+    for (size_t i = 0; i < dims.size(); ++i)
+      call.output_shapes[n][i] = evaluate(dims[i], rule, "output", call);
+    call.outputs[n] = {sizeof(chiasm_tensor), nullptr,       rule.dtype,
+                       device_type_,          device_index_, static_cast<int32_t>(dims.size()),
                        call.output_shapes[n], nullptr};
     call.output_bytes[n] = bytes_of(call.outputs[n], "output", rule.spec->name.c_str());
   }
@@ -283,8 +300,14 @@ void Signature::smallest_call(Call& call, int64_t (*shapes)[CHIASM_MAX_DIMS]) co
     const TensorRule& rule = inputs_[n];
     const auto& dims = rule.spec->shape;
     for (size_t i = 0; i < dims.size(); ++i) shapes[n][i] = evaluate(dims[i], rule, "input", call);
-    call.inputs[n] = {sizeof(chiasm_tensor), nullptr, rule.dtype, device_type_, device_index_, static_cast<int32_t>(dims.size()),
-                      shapes[n], nullptr};
+    call.inputs[n] = {sizeof(chiasm_tensor),
+                      nullptr,
+                      rule.dtype,
+                      device_type_,
+                      device_index_,
+                      static_cast<int32_t>(dims.size()),
+                      shapes[n],
+                      nullptr};
   }
   infer_outputs(call);
 }

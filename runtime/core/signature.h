@@ -14,29 +14,31 @@ namespace chiasm::core {
  */
 struct Call {
   chiasm_tensor inputs[kMaxTensors];
-  chiasm_tensor outputs[kMaxTensors];           /**< data NULL until it is supplied */
+  chiasm_tensor outputs[kMaxTensors]; /**< data NULL until it is supplied */
   int64_t output_shapes[kMaxTensors][CHIASM_MAX_DIMS];
   size_t output_bytes[kMaxTensors];
   int64_t symbols[kMaxSymbols];
 };
 
-/** A method's signature for one value of T, one device, prepared for fast checks. The specs must outlive it. */
+/** A method's signature for one value of T, one device, prepared for fast checks. The specs must outlive it.
+ *  */
 class Signature final {
  public:
-  Signature(const MethodSpec& method, const std::vector<Symbol>& symbols, int32_t generic_dtype, int32_t device_type,
-            int32_t device_index);
+  Signature(const MethodSpec& method, const std::vector<Symbol>& symbols, int32_t generic_dtype,
+            int32_t device_type, int32_t device_index);
 
   size_t input_count() const { return inputs_.size(); }
   size_t output_count() const { return outputs_.size(); }
 
-  /** Check the inputs, and fill `call` but for the outputs' data. Throws Error (INVALID_ARGUMENT) whose message names the
-   *  tensor, what was expected and what came. */
+  /** Check the inputs, and fill `call` but for the outputs' data. Throws Error (INVALID_ARGUMENT) whose
+   *  message names the tensor, what was expected and what came. */
   void check_inputs(const chiasm_tensor* inputs, size_t count, Call& call) const;
 
   /** After check_inputs: check the caller's outputs and take them into `call`. */
   void check_outputs(const chiasm_tensor* outputs, size_t count, Call& call) const;
 
-  /** The call whose every symbol is at its minimum; data is NULL everywhere. `shapes` holds the inputs' shapes. */
+  /** The call whose every symbol is at its minimum; data is NULL everywhere. `shapes` holds the inputs'
+   *  shapes. */
   void smallest_call(Call& call, int64_t (*shapes)[CHIASM_MAX_DIMS]) const;
 
   /** Bytes of a dense tensor; throws where that is more than memory can be. */
@@ -60,8 +62,8 @@ class Signature final {
 
   void check_common(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const;
   void check_strides(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const;
-  [[noreturn]] void refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind, const Call& call,
-                                 size_t tensor_index, const std::string& why) const;
+  [[noreturn]] void refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind,
+                                 const Call& call, size_t tensor_index, const std::string& why) const;
   int64_t evaluate(const Expression& dim, const TensorRule& rule, const char* kind, const Call& call) const;
   void infer_outputs(Call& call) const;
 

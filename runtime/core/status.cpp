@@ -25,12 +25,15 @@ chiasm_status* make_status(int32_t code, const char* message) noexcept {
 }  // namespace
 
 chiasm_status* status_from_current_exception() noexcept {
-  return report_current_exception([](chiasm_code code, const char* message) { return make_status(code, message); });
+  return report_current_exception(
+      [](chiasm_code code, const char* message) { return make_status(code, message); });
 }
 
 int32_t status_code(const chiasm_status* status) { return status == nullptr ? CHIASM_OK : status->code; }
 
-const char* status_message(const chiasm_status* status) { return status == nullptr ? "" : status->message.c_str(); }
+const char* status_message(const chiasm_status* status) {
+  return status == nullptr ? "" : status->message.c_str();
+}
 
 void status_free(chiasm_status* status) {
   if (status != out_of_memory()) delete status;

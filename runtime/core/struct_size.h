@@ -8,13 +8,17 @@
 
 namespace chiasm::core {
 
-/** The size of a struct that ends with `member`: what a caller's struct_size must be for the library to read that member. */
+/** The size of a struct that ends with `member`: what a caller's struct_size must be for the library to read
+ *  that member. */
 #define CHIASM_SIZE_THROUGH(type, member) (offsetof(type, member) + sizeof(type::member))
 
-/** Throws Error (INVALID_ARGUMENT) where a caller's struct is smaller than `first`, what it was when it was first published. */
-inline void check_struct_size(size_t struct_size, size_t first, const std::string& what, const std::string& remedy) {
+/** Throws Error (INVALID_ARGUMENT) where a caller's struct is smaller than `first`, what it was when it was
+ *  first published. */
+inline void check_struct_size(size_t struct_size, size_t first, const std::string& what,
+                              const std::string& remedy) {
   if (struct_size >= first) return;
-  fail(CHIASM_INVALID_ARGUMENT, what + ": struct_size is " + std::to_string(struct_size) + ", expected at least " + std::to_string(first) + ": " + remedy);
+  fail(CHIASM_INVALID_ARGUMENT, what + ": struct_size is " + std::to_string(struct_size) +
+                                    ", expected at least " + std::to_string(first) + ": " + remedy);
 }
 
 }  // namespace chiasm::core

@@ -41,14 +41,16 @@ int32_t cores() {
 
 void check_num_threads(int32_t count, const std::string& what) {
   if (count >= 0 && count <= kMaxThreads) return;
-  fail(CHIASM_INVALID_ARGUMENT, what + " is " + std::to_string(count) + ", expected 0 to " + std::to_string(kMaxThreads));
+  fail(CHIASM_INVALID_ARGUMENT,
+       what + " is " + std::to_string(count) + ", expected 0 to " + std::to_string(kMaxThreads));
 }
 
 void set_num_threads(int32_t count) {
   check_num_threads(count, "the number of threads");
   Policy& state = policy();
   const std::lock_guard<std::mutex> lock(state.mutex);
-  if (state.used) fail(CHIASM_FAILED_PRECONDITION, "the number of threads cannot change after the first method was loaded");
+  if (state.used)
+    fail(CHIASM_FAILED_PRECONDITION, "the number of threads cannot change after the first method was loaded");
   state.count = count;
 }
 

@@ -9,7 +9,6 @@ namespace chiasm::core {
 /** Throws Error (INVALID_ARGUMENT), naming `what`, for a number of threads that makes no sense. */
 void check_num_threads(int32_t count, const std::string& what);
 
-
 /** 0: all cores this process may run on. Throws Error (FAILED_PRECONDITION) once it was used. */
 void set_num_threads(int32_t count);
 /** Always > 0. */

@@ -26,7 +26,8 @@ State& state() {
 
 PublicKey read_key(const std::string& text) {
   constexpr size_t kKeySize = 56;
-  if (text.size() == kKeySize && text.compare(0, 2, "RW") == 0) return read_public_key(text, "the trusted key '" + text + "'");
+  if (text.size() == kKeySize && text.compare(0, 2, "RW") == 0)
+    return read_public_key(text, "the trusted key '" + text + "'");
   const Bytes file = read_file(text, kMaxSignatureSize);
   return read_public_key({reinterpret_cast<const char*>(file.data()), file.size()}, text);
 }
@@ -36,7 +37,8 @@ Trust make_trust(int32_t policy, const std::vector<std::string>& keys) {
   trust.policy = policy;
   for (const std::string& key : keys) trust.keys.push_back(read_key(key));
   if (policy == CHIASM_TRUST_SIGNED && keys.empty()) {
-    fail(CHIASM_INVALID_ARGUMENT, "the trust policy 'signed' needs a trusted key: set CHIASM_TRUSTED_KEYS, or give one to set_trust");
+    fail(CHIASM_INVALID_ARGUMENT,
+         "the trust policy 'signed' needs a trusted key: set CHIASM_TRUSTED_KEYS, or give one to set_trust");
   }
   return trust;
 }
@@ -46,7 +48,8 @@ Trust from_environment() {
   int32_t policy = name == nullptr || name[0] == '\0' ? CHIASM_TRUST_ANY : -1;
   for (int32_t i = 0; policy < 0 && i < 3; ++i) policy = std::string_view(name) == kPolicyNames[i] ? i : -1;
   if (policy < 0) {
-    fail(CHIASM_INVALID_ARGUMENT, std::string("CHIASM_TRUST_POLICY is '") + name + "', expected any, signed or data_only");
+    fail(CHIASM_INVALID_ARGUMENT,
+         std::string("CHIASM_TRUST_POLICY is '") + name + "', expected any, signed or data_only");
   }
   return make_trust(policy, split_path(std::getenv("CHIASM_TRUSTED_KEYS")));
 }
@@ -55,12 +58,14 @@ Trust from_environment() {
 
 void set_trust(int32_t policy, const std::vector<std::string>& keys) {
   if (policy < CHIASM_TRUST_ANY || policy > CHIASM_TRUST_DATA_ONLY) {
-    fail(CHIASM_INVALID_ARGUMENT, "unknown trust policy " + std::to_string(policy) + ", expected a chiasm_trust_policy");
+    fail(CHIASM_INVALID_ARGUMENT,
+         "unknown trust policy " + std::to_string(policy) + ", expected a chiasm_trust_policy");
   }
   Trust trust = make_trust(policy, keys);
   State& now = state();
   const std::lock_guard<std::mutex> lock(now.mutex);
-  if (now.used) fail(CHIASM_FAILED_PRECONDITION, "the trust policy cannot change after the first method was loaded");
+  if (now.used)
+    fail(CHIASM_FAILED_PRECONDITION, "the trust policy cannot change after the first method was loaded");
   now.set = std::move(trust);
 }
 

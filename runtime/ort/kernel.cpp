@@ -7,9 +7,9 @@
 #include <string>
 #include <thread>
 
-#include "base/pool.h"
 #include "backends/onnx/code_in_text.h"
 #include "backends/onnx/dtype.h"
+#include "base/pool.h"
 #include "core/signature_text.h"
 #include "core/status.h"
 
@@ -32,16 +32,18 @@ OrtErrorCode code_of(int32_t code) {
 
 /** Compiled reductions make room for a partial result of each of this many threads. */
 int32_t most_threads() {
-  static const auto count = static_cast<int32_t>(std::clamp(std::thread::hardware_concurrency(), 1u, unsigned{Lease::kMost}));
+  static const auto count =
+      static_cast<int32_t>(std::clamp(std::thread::hardware_concurrency(), 1u, unsigned{Lease::kMost}));
   return count;
 }
 
 native::CompiledOp load(const Node& node) {
   const core::Bytes bytes = node.bundle->read(node.native);
-  const std::string signature = core::signature_text(node.method, node.bundle->manifest().symbols, node.dtype);
+  const std::string signature =
+      core::signature_text(node.method, node.bundle->manifest().symbols, node.dtype);
   return native::CompiledOp({bytes.data(), bytes.size(), static_cast<int32_t>(node.method.inputs.size()),
-                        static_cast<int32_t>(node.method.outputs.size()), node.method.batched_inputs, node.method.batched_outputs,
-                        CHIASM_CPU, 0, signature.c_str()});
+                             static_cast<int32_t>(node.method.outputs.size()), node.method.batched_inputs,
+                             node.method.batched_outputs, CHIASM_CPU, 0, signature.c_str()});
 }
 
 /** The tensor in a value of ONNX Runtime. */
@@ -51,13 +53,15 @@ chiasm_tensor view(const OrtApi& api, const OrtValue& value, int64_t* shape) {
   tensor.shape = shape;
   OrtTensorTypeAndShapeInfo* raw = nullptr;
   check(api.GetTensorTypeAndShape(&value, &raw));
-  const std::unique_ptr<OrtTensorTypeAndShapeInfo, void (*)(OrtTensorTypeAndShapeInfo*)> info(raw, api.ReleaseTensorTypeAndShapeInfo);
+  const std::unique_ptr<OrtTensorTypeAndShapeInfo, void (*)(OrtTensorTypeAndShapeInfo*)> info(
+      raw, api.ReleaseTensorTypeAndShapeInfo);
   ONNXTensorElementDataType type;
   check(api.GetTensorElementType(raw, &type));
   tensor.dtype = onnx::dtype_of(type);
   size_t rank = 0;
   check(api.GetDimensionsCount(raw, &rank));
-  if (rank > CHIASM_MAX_DIMS) core::fail(CHIASM_INVALID_ARGUMENT, "a tensor has " + std::to_string(rank) + " dimensions");
+  if (rank > CHIASM_MAX_DIMS)
+    core::fail(CHIASM_INVALID_ARGUMENT, "a tensor has " + std::to_string(rank) + " dimensions");
   check(api.GetDimensions(raw, shape, rank));
   tensor.ndim = static_cast<int32_t>(rank);
   check(api.GetTensorMutableData(const_cast<OrtValue*>(&value), &tensor.data));
@@ -104,7 +108,9 @@ OrtStatus* Kernel::compute(OrtKernelContext* context) noexcept {
 }
 
 Kernel::Kernel(const Node& node)
-    : node_(node), signature_(node.method, node.bundle->manifest().symbols, node.dtype, CHIASM_CPU, 0), op_(load(node)) {}
+    : node_(node),
+      signature_(node.method, node.bundle->manifest().symbols, node.dtype, CHIASM_CPU, 0),
+      op_(load(node)) {}
 
 void Kernel::run(OrtKernelContext* context) {
   const OrtApi& api = node_.api;
@@ -119,7 +125,8 @@ void Kernel::run(OrtKernelContext* context) {
   signature_.check_inputs(inputs, signature_.input_count(), call);
   for (size_t i = 0; i < signature_.output_count(); ++i) {
     OrtValue* value = nullptr;
-    check(api.KernelContext_GetOutput(context, i, call.outputs[i].shape, static_cast<size_t>(call.outputs[i].ndim), &value));
+    check(api.KernelContext_GetOutput(context, i, call.outputs[i].shape,
+                                      static_cast<size_t>(call.outputs[i].ndim), &value));
     check(api.GetTensorMutableData(value, &call.outputs[i].data));
   }
 
@@ -144,7 +151,9 @@ void Kernel::run(OrtKernelContext* context) {
   } else {
     Lease lease(api, context, experience_);
     work.host.context = &lease;
-    work.host.fork = [](void* l, Lease::Body body, void* argument) { static_cast<Lease*>(l)->fork(body, argument); };
+    work.host.fork = [](void* l, Lease::Body body, void* argument) {
+      static_cast<Lease*>(l)->fork(body, argument);
+    };
     check(lease.run([](void* w) { static_cast<Work*>(w)->run(); }, &work));
   }
   if (work.error) std::rethrow_exception(work.error);

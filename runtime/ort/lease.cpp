@@ -14,12 +14,15 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kPatience = std::chrono::microseconds(60);
 constexpr int kSpins = 4000;
 
-/** For who waits on threads that all are at work: pauses, and gives the core away where one of them has lost its own. */
+/** For who waits on threads that all are at work: pauses, and gives the core away where one of them has lost
+ *  its own. */
 class Waiting {
  public:
   void step() {
-    if (++steps_ < kSpins) relax();
-    else std::this_thread::yield();
+    if (++steps_ < kSpins)
+      relax();
+    else
+      std::this_thread::yield();
   }
 
  private:
@@ -35,7 +38,10 @@ OrtStatus* Lease::run(void (*run)(void*), void* argument) {
   OrtStatus* status = api_.KernelContext_ParallelFor(context_, iteration, kMost, 0, this);
   const int32_t before = experience_.load(std::memory_order_relaxed), now = seen_.load();
   // Slowly down, so that one run in which the pool was busy does not make the next go on alone.
-  experience_.store(before == 0 || now > before ? now : before > now ? before - 1 : now, std::memory_order_relaxed);
+  experience_.store(before == 0 || now > before ? now
+                    : before > now              ? before - 1
+                                                : now,
+                    std::memory_order_relaxed);
   return status;
 }
 

@@ -11,15 +11,17 @@ namespace chiasm::ort {
 
 /** Runs an op in the session's own thread pool, whatever its size, and adds no thread to it.
  *
- *  ONNX Runtime offers a parallel loop, whose iterations may run one after the other; a compiled op needs threads that run at
- *  the same time, because they wait for each other. So the loop is used to collect threads: the caller's iteration runs the op,
- *  any other thread that turns up serves it until it ends, and each parallel region is done by those that are there by then.
+ *  ONNX Runtime offers a parallel loop, whose iterations may run one after the other; a compiled op needs
+ *  threads that run at the same time, because they wait for each other. So the loop is used to collect
+ *  threads: the caller's iteration runs the op, any other thread that turns up serves it until it ends, and
+ *  each parallel region is done by those that are there by then.
  */
 class Lease final {
  public:
   using Body = void (*)(void* argument, int32_t index, int32_t count);
 
-  /** How many threads turned up in earlier runs, and so are worth waiting for; 0 before the first. Kept by the kernel. */
+  /** How many threads turned up in earlier runs, and so are worth waiting for; 0 before the first. Kept by
+   *  the kernel. */
   using Experience = std::atomic<int32_t>;
   static constexpr int32_t kMost = 64;
 
@@ -31,7 +33,8 @@ class Lease final {
   /** Calls `run` in this thread, during which `fork` may be called. Must not throw. */
   OrtStatus* run(void (*run)(void*), void* argument);
 
-  /** Calls body(argument, i, n) at the same time on n threads, this one being 0, and returns when all have returned. */
+  /** Calls body(argument, i, n) at the same time on n threads, this one being 0, and returns when all have
+   *  returned. */
   void fork(Body body, void* argument);
 
  private:
@@ -50,7 +53,8 @@ class Lease final {
 
   Body body_ = nullptr;
   void* argument_ = nullptr;
-  /** Regions begun so far, times kMost + 1, plus the number of threads in the last: one word, so that they are read as one. */
+  /** Regions begun so far, times kMost + 1, plus the number of threads in the last: one word, so that they
+   *  are read as one. */
   std::atomic<uint64_t> region_{0};
   std::atomic<int32_t> joined_{1};
   std::atomic<int32_t> seen_{1}; /**< joined, or came too late */

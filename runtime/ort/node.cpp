@@ -16,7 +16,8 @@
 namespace chiasm::ort {
 namespace {
 
-/** The version of ONNX Runtime's interface that OrtCustomOp is filled in for: what every version from 1.17 on reads. */
+/** The version of ONNX Runtime's interface that OrtCustomOp is filled in for: what every version from 1.17 on
+ *  reads. */
 constexpr uint32_t kInterface = 17;
 
 const Node& self(const OrtCustomOp* op) { return *static_cast<const Node*>(op); }
@@ -32,8 +33,9 @@ bool is_there(const std::string& path) {
 
 }  // namespace
 
-Node::Node(const OrtApi& the_api, std::shared_ptr<const core::Bundle> the_bundle, const core::MethodSpec& the_method,
-           const core::Artifact& the_native, std::string the_function, int32_t the_dtype)
+Node::Node(const OrtApi& the_api, std::shared_ptr<const core::Bundle> the_bundle,
+           const core::MethodSpec& the_method, const core::Artifact& the_native, std::string the_function,
+           int32_t the_dtype)
     : OrtCustomOp{},
       api(the_api),
       bundle(std::move(the_bundle)),
@@ -49,7 +51,9 @@ Node::Node(const OrtApi& the_api, std::shared_ptr<const core::Bundle> the_bundle
   op.GetInputTypeCount = [](const OrtCustomOp* o) { return self(o).method.inputs.size(); };
   op.GetInputType = [](const OrtCustomOp* o, size_t i) { return type_of(self(o).method.inputs[i], self(o)); };
   op.GetOutputTypeCount = [](const OrtCustomOp* o) { return self(o).method.outputs.size(); };
-  op.GetOutputType = [](const OrtCustomOp* o, size_t i) { return type_of(self(o).method.outputs[i], self(o)); };
+  op.GetOutputType = [](const OrtCustomOp* o, size_t i) {
+    return type_of(self(o).method.outputs[i], self(o));
+  };
   op.GetInputCharacteristic = [](const OrtCustomOp*, size_t) { return INPUT_OUTPUT_REQUIRED; };
   op.GetOutputCharacteristic = [](const OrtCustomOp*, size_t) { return INPUT_OUTPUT_REQUIRED; };
   op.GetInputMemoryType = [](const OrtCustomOp*, size_t) { return OrtMemTypeDefault; };
@@ -62,22 +66,27 @@ Node::Node(const OrtApi& the_api, std::shared_ptr<const core::Bundle> the_bundle
   op.CreateKernelV2 = [](const OrtCustomOp* o, const OrtApi*, const OrtKernelInfo*, void** kernel) {
     return Kernel::create(self(o), kernel);
   };
-  op.KernelComputeV2 = [](void* kernel, OrtKernelContext* context) { return static_cast<Kernel*>(kernel)->compute(context); };
+  op.KernelComputeV2 = [](void* kernel, OrtKernelContext* context) {
+    return static_cast<Kernel*>(kernel)->compute(context);
+  };
   op.KernelDestroy = [](void* kernel) { delete static_cast<Kernel*>(kernel); };
 }
 
-std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::shared_ptr<const core::Bundle>& bundle,
+std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api,
+                                            const std::shared_ptr<const core::Bundle>& bundle,
                                             const core::LoadRequest& request, std::string& report) {
   const core::Machine machine = core::this_machine(CHIASM_CPU, 0);
   std::vector<std::unique_ptr<Node>> nodes;
   for (const core::MethodSpec& method : bundle->manifest().methods) {
-    // All or none of a function's dtypes: ONNX Runtime looks no further than the name before it drops the body.
+    // All or none of a function's dtypes: ONNX Runtime looks no further than the name before it drops the
+    // body.
     std::vector<std::unique_ptr<Node>> made;
     std::string why_not = request.programs_refused();
     for (const core::Artifact& fused : method.artifacts) {
-    const std::string function = fused.option("function");
+      const std::string function = fused.option("function");
       if (function.empty()) continue;
-      const std::vector<int32_t> dtypes = method.generic ? fused.dtypes : std::vector<int32_t>{core::kGeneric};
+      const std::vector<int32_t> dtypes =
+          method.generic ? fused.dtypes : std::vector<int32_t>{core::kGeneric};
       for (const int32_t dtype : dtypes) {
         std::string misfits;
         const core::Artifact* native = core::best_fit(method, "native", request, dtype, machine, misfits);
@@ -93,7 +102,8 @@ std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::shared
     if (why_not.empty()) {
       std::move(made.begin(), made.end(), std::back_inserter(nodes));
     } else {
-      report += "chiasm: '" + method.name + "' of " + bundle->info().path + " runs as standard operators: native: " + why_not + "\n";
+      report += "chiasm: '" + method.name + "' of " + bundle->info().path +
+                " runs as standard operators: native: " + why_not + "\n";
     }
   }
   return nodes;

@@ -12,8 +12,8 @@
 
 namespace chiasm::ort {
 
-/** The operator `chiasm::<function>` for one value of T: what ONNX Runtime asks before it makes kernels. Lives as long as any
- *  session may, which nothing tells us: for ever. */
+/** The operator `chiasm::<function>` for one value of T: what ONNX Runtime asks before it makes kernels.
+ *  Lives as long as any session may, which nothing tells us: for ever. */
 struct Node final : OrtCustomOp {
   Node(const OrtApi& api, std::shared_ptr<const core::Bundle> bundle, const core::MethodSpec& method,
        const core::Artifact& native, std::string function, int32_t dtype);
@@ -27,9 +27,10 @@ struct Node final : OrtCustomOp {
   const int version;   /**< of the operator: the first part of the bundle's version, but 1 before 1.0 */
 };
 
-/** The operators of a bundle that this machine has native code for and the request allows it. A method without is left to its
- *  function's body, and `report` gets a line that says so. */
-std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api, const std::shared_ptr<const core::Bundle>& bundle,
+/** The operators of a bundle that this machine has native code for and the request allows it. A method
+ *  without is left to its function's body, and `report` gets a line that says so. */
+std::vector<std::unique_ptr<Node>> nodes_of(const OrtApi& api,
+                                            const std::shared_ptr<const core::Bundle>& bundle,
                                             const core::LoadRequest& request, std::string& report);
 
 }  // namespace chiasm::ort

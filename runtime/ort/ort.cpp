@@ -1,9 +1,9 @@
-// libchiasm_ort.so: a custom-op library of ONNX Runtime. Where it is registered with a session, the nodes `chiasm::<function>`
-// of fused models run native code; elsewhere ONNX Runtime runs the functions' bodies.
+// libchiasm_ort.so: a custom-op library of ONNX Runtime. Where it is registered with a session, the nodes
+// `chiasm::<function>` of fused models run native code; elsewhere ONNX Runtime runs the functions' bodies.
 //
-// It serves the bundles that the session's configuration entry `chiasm.bundles` names (folders, separated by colons), or
-// where there is no such entry, those in the folder that this library is in: for servers that take a library's name and no more.
-// It obeys the process's trust policy (docs/signing.md).
+// It serves the bundles that the session's configuration entry `chiasm.bundles` names (folders, separated by
+// colons), or where there is no such entry, those in the folder that this library is in: for servers that
+// take a library's name and no more. It obeys the process's trust policy (docs/signing.md).
 #include <dirent.h>
 #include <dlfcn.h>
 
@@ -72,25 +72,34 @@ std::vector<std::string> wanted_bundles(const OrtApi& api, const OrtSessionOptio
   return entry ? core::split_path(entry->c_str()) : bundles_beside_this_library();
 }
 
-/** The trust policy of libchiasm, where the program has that too and may have set one; else the environment's. */
+/** The trust policy of libchiasm, where the program has that too and may have set one; else the
+ *  environment's. */
 core::Trust trust_of_process() {
-  const std::unique_ptr<void, int (*)(void*)> library(dlopen(CHIASM_SONAME, RTLD_LAZY | RTLD_LOCAL | RTLD_NOLOAD), dlclose);
-  const auto get_api = library ? reinterpret_cast<decltype(&chiasm_get_api)>(dlsym(library.get(), "chiasm_get_api")) : nullptr;
+  const std::unique_ptr<void, int (*)(void*)> library(
+      dlopen(CHIASM_SONAME, RTLD_LAZY | RTLD_LOCAL | RTLD_NOLOAD), dlclose);
+  const auto get_api =
+      library ? reinterpret_cast<decltype(&chiasm_get_api)>(dlsym(library.get(), "chiasm_get_api")) : nullptr;
   const chiasm_api* const chiasm = get_api == nullptr ? nullptr : get_api(CHIASM_API_VERSION);
   if (chiasm == nullptr) return core::use_trust();
   core::Trust trust;
   const char* const* keys = nullptr;
   size_t key_count = 0;
-  const std::unique_ptr<chiasm_status, void (*)(chiasm_status*)> status(chiasm->get_trust(&trust.policy, &keys, &key_count), chiasm->status_free);
-  if (status) core::fail(static_cast<chiasm_code>(chiasm->status_code(status.get())), chiasm->status_message(status.get()));
-  for (size_t i = 0; i < key_count; ++i) trust.keys.push_back(core::read_public_key(keys[i], "a trusted key"));
+  const std::unique_ptr<chiasm_status, void (*)(chiasm_status*)> status(
+      chiasm->get_trust(&trust.policy, &keys, &key_count), chiasm->status_free);
+  if (status)
+    core::fail(static_cast<chiasm_code>(chiasm->status_code(status.get())),
+               chiasm->status_message(status.get()));
+  for (size_t i = 0; i < key_count; ++i)
+    trust.keys.push_back(core::read_public_key(keys[i], "a trusted key"));
   return trust;
 }
 
 using Bundles = std::vector<std::shared_ptr<const core::Bundle>>;
 
-/** Opens the bundles and proves that they may be run: by the policy and, where `checked` is given, by having that manifest still. */
-Bundles open_bundles(const std::vector<std::string>& paths, const core::Trust& trust, const std::optional<std::string>& checked) {
+/** Opens the bundles and proves that they may be run: by the policy and, where `checked` is given, by having
+ *  that manifest still. */
+Bundles open_bundles(const std::vector<std::string>& paths, const core::Trust& trust,
+                     const std::optional<std::string>& checked) {
   Bundles bundles;
   for (const std::string& path : paths) {
     auto bundle = std::make_shared<const core::Bundle>(path.c_str(), trust);
@@ -110,7 +119,8 @@ struct Domain {
   std::string report;
 };
 
-std::unique_ptr<Domain> make_domain(const OrtApi& api, const Bundles& bundles, const core::LoadRequest& request) {
+std::unique_ptr<Domain> make_domain(const OrtApi& api, const Bundles& bundles,
+                                    const core::LoadRequest& request) {
   auto domain = std::make_unique<Domain>();
   std::map<std::string, std::string> owners;
   for (const auto& bundle : bundles) {
@@ -118,7 +128,8 @@ std::unique_ptr<Domain> make_domain(const OrtApi& api, const Bundles& bundles, c
     for (auto& node : nodes_of(api, bundle, request, domain->report)) {
       const auto [owner, is_new] = owners.emplace(node->function, path);
       if (!is_new && owner->second != path)
-        core::fail(CHIASM_INVALID_ARGUMENT, "both " + owner->second + " and " + path + " have the function " + node->function);
+        core::fail(CHIASM_INVALID_ARGUMENT,
+                   "both " + owner->second + " and " + path + " have the function " + node->function);
       domain->nodes.push_back(std::move(node));
     }
   }
@@ -132,8 +143,9 @@ void add_domain(const OrtApi& api, OrtSessionOptions* options) {
   const core::Trust trust = trust_of_process();
   const Bundles bundles = open_bundles(wanted_bundles(api, options), trust, checked);
   const core::LoadRequest request = core::under(trust, {});
-  // Sessions keep pointers into a domain and do not say when they end, so each is made once and kept. What a session needs of
-  // a bundle is only its manifest; the code is a kernel's, and goes with the session. Never destroyed, like ONNX Runtime's own.
+  // Sessions keep pointers into a domain and do not say when they end, so each is made once and kept. What a
+  // session needs of a bundle is only its manifest; the code is a kernel's, and goes with the session. Never
+  // destroyed, like ONNX Runtime's own.
   static std::mutex& mutex = *new std::mutex;
   static auto& domains = *new std::map<std::pair<const OrtApi*, std::string>, std::unique_ptr<Domain>>;
   std::string key = request.programs_refused() + "\n";
@@ -150,9 +162,12 @@ void add_domain(const OrtApi& api, OrtSessionOptions* options) {
 }  // namespace
 }  // namespace chiasm::ort
 
-extern "C" CHIASM_EXPORT OrtStatus* ORT_API_CALL RegisterCustomOps(OrtSessionOptions* options, const OrtApiBase* base) {
+extern "C" CHIASM_EXPORT OrtStatus* ORT_API_CALL RegisterCustomOps(OrtSessionOptions* options,
+                                                                   const OrtApiBase* base) {
   const OrtApi* api = base->GetApi(chiasm::ort::kOldestInterface);
-  if (api == nullptr) return base->GetApi(1)->CreateStatus(ORT_NOT_IMPLEMENTED, "chiasm: ONNX Runtime is too old: expected 1.17 or later");
+  if (api == nullptr)
+    return base->GetApi(1)->CreateStatus(ORT_NOT_IMPLEMENTED,
+                                         "chiasm: ONNX Runtime is too old: expected 1.17 or later");
   try {
     chiasm::ort::add_domain(*api, options);
     return nullptr;

@@ -27,13 +27,14 @@ Library library_from_name(const std::string& name) {
   throw Error(CHIASM_INVALID_ARGUMENT, "returns: expected 'numpy', 'torch' or 'dlpack', got '" + name + "'");
 }
 
-// A cudaStream_t from an int, or from what has one: torch.cuda.Stream, or the protocol `__cuda_stream__`. None stands for
-// torch's current stream where tensors are torch's, and for the default stream elsewhere.
+// A cudaStream_t from an int, or from what has one: torch.cuda.Stream, or the protocol `__cuda_stream__`.
+// None stands for torch's current stream where tensors are torch's, and for the default stream elsewhere.
 void* stream_from(const py::object& stream, const Arguments& arguments) {
   py::object number = stream;
   if (stream.is_none()) {
     if (arguments.cuda_device() < 0 || !arguments.has_torch()) return nullptr;
-    number = py::module_::import("torch.cuda").attr("current_stream")(arguments.cuda_device()).attr("cuda_stream");
+    number =
+        py::module_::import("torch.cuda").attr("current_stream")(arguments.cuda_device()).attr("cuda_stream");
   } else if (py::hasattr(stream, "cuda_stream")) {
     number = stream.attr("cuda_stream");
   } else if (py::hasattr(stream, "__cuda_stream__")) {
@@ -118,13 +119,14 @@ class PythonMethod {
     chiasm_status* status = nullptr;
     {
       const py::gil_scoped_release release;
-      status = api().method_run_into(method_.c_handle(), in.views().data(), in.views().size(), out.views().data(),
-                                     out.views().size(), &options);
+      status = api().method_run_into(method_.c_handle(), in.views().data(), in.views().size(),
+                                     out.views().data(), out.views().size(), &options);
     }
     check(status);
   }
 
-  std::vector<std::pair<py::tuple, std::string>> output_shapes(const py::args& inputs, const py::kwargs& named) const {
+  std::vector<std::pair<py::tuple, std::string>> output_shapes(const py::args& inputs,
+                                                               const py::kwargs& named) const {
     Arguments arguments(Arguments::Role::input, inputs_.count);
     collect(arguments, inputs_, inputs, named);
     std::vector<std::pair<py::tuple, std::string>> result;
@@ -132,7 +134,8 @@ class PythonMethod {
       int64_t shape[CHIASM_MAX_DIMS];
       int32_t ndim = 0;
       int32_t dtype = 0;
-      check(api().method_output_shape(method_.c_handle(), arguments.views().data(), arguments.views().size(), k, shape, &ndim, &dtype));
+      check(api().method_output_shape(method_.c_handle(), arguments.views().data(), arguments.views().size(),
+                                      k, shape, &ndim, &dtype));
       py::tuple dims(ndim);
       for (int32_t i = 0; i < ndim; ++i) dims[static_cast<size_t>(i)] = py::int_(shape[i]);
       result.emplace_back(std::move(dims), dtype_name(dtype));
@@ -141,23 +144,27 @@ class PythonMethod {
   }
 
   std::string repr() const {
-    return "<chiasm method " + name() + "(" + inputs_.names() + ") -> " + outputs_.names() + ", " + backend() + ": " +
-           artifact() + ">";
+    return "<chiasm method " + name() + "(" + inputs_.names() + ") -> " + outputs_.names() + ", " +
+           backend() + ": " + artifact() + ">";
   }
 
  private:
   // Positions first, then names; every tensor exactly once.
-  void collect(Arguments& arguments, const Signature& signature, const py::sequence& given, const py::dict& named) const {
+  void collect(Arguments& arguments, const Signature& signature, const py::sequence& given,
+               const py::dict& named) const {
     const auto fail = [&](const std::string& what) {
-      return py::type_error("method '" + name() + "' " + what + " (its " + signature.kind + "s are " + signature.names() + ")");
+      return py::type_error("method '" + name() + "' " + what + " (its " + signature.kind + "s are " +
+                            signature.names() + ")");
     };
     const size_t given_count = given.size();
     if (given_count > signature.count)
-      throw fail("takes " + std::to_string(signature.count) + " " + signature.kind + "s, got " + std::to_string(given_count));
+      throw fail("takes " + std::to_string(signature.count) + " " + signature.kind + "s, got " +
+                 std::to_string(given_count));
     for (size_t i = 0; i < signature.count; ++i) {
       const char* tensor = signature.tensors[i].name;
       const bool is_named = !named.empty() && named.contains(tensor);
-      if (i < given_count && is_named) throw fail(std::string("got '") + tensor + "' by position and by name");
+      if (i < given_count && is_named)
+        throw fail(std::string("got '") + tensor + "' by position and by name");
       if (i >= given_count && !is_named) throw fail(std::string("needs '") + tensor + "', which is missing");
       arguments.add(i < given_count ? py::object(given[i]) : py::object(named[tensor]), signature.tensors[i]);
     }
@@ -181,7 +188,8 @@ class PythonMethod {
     }
   }
 
-  py::object run_collected(const Arguments& arguments, const py::object& returns, const py::object& stream) const {
+  py::object run_collected(const Arguments& arguments, const py::object& returns,
+                           const py::object& stream) const {
     Library library = arguments.has_torch() ? Library::torch : Library::numpy;
     if (!returns.is_none()) library = library_from_name(returns.cast<std::string>());
     const chiasm_run_options options{sizeof(chiasm_run_options), stream_from(stream, arguments)};
@@ -189,7 +197,8 @@ class PythonMethod {
     chiasm_status* status = nullptr;
     {
       const py::gil_scoped_release release;
-      status = api().method_run(method_.c_handle(), arguments.views().data(), arguments.views().size(), &options, &raw);
+      status = api().method_run(method_.c_handle(), arguments.views().data(), arguments.views().size(),
+                                &options, &raw);
     }
     check(status);
     const Output::Outputs outputs(raw, [](chiasm_outputs* p) { api().outputs_free(p); });
@@ -210,14 +219,16 @@ std::vector<std::string> method_names(const Bundle& bundle) {
   return names;
 }
 
-std::pair<std::vector<TensorInfo>, std::vector<TensorInfo>> signature(const Bundle& bundle, const std::string& name) {
+std::pair<std::vector<TensorInfo>, std::vector<TensorInfo>> signature(const Bundle& bundle,
+                                                                      const std::string& name) {
   for (MethodInfo& method : bundle.methods()) {
     if (method.name == name) return {std::move(method.inputs), std::move(method.outputs)};
   }
   throw Error(CHIASM_NOT_FOUND, "bundle '" + bundle.info().name + "' has no method '" + name + "'");
 }
 
-std::unique_ptr<PythonMethod> load(const Bundle& bundle, const std::string& name, const LoadOptions& options) {
+std::unique_ptr<PythonMethod> load(const Bundle& bundle, const std::string& name,
+                                   const LoadOptions& options) {
   const auto method = [&] {
     const py::gil_scoped_release release;
     return bundle.method(name, options);
@@ -252,7 +263,8 @@ constexpr const char* kPolicies[] = {"any", "signed", "data_only"};
 void set_trust(const std::string& policy, const std::vector<std::string>& keys) {
   const auto found = std::find(std::begin(kPolicies), std::end(kPolicies), policy);
   if (found == std::end(kPolicies)) {
-    throw Error(CHIASM_INVALID_ARGUMENT, "policy: expected 'any', 'signed' or 'data_only', got '" + policy + "'");
+    throw Error(CHIASM_INVALID_ARGUMENT,
+                "policy: expected 'any', 'signed' or 'data_only', got '" + policy + "'");
   }
   chiasm::set_trust(static_cast<TrustPolicy>(found - std::begin(kPolicies)), keys);
 }
@@ -268,7 +280,8 @@ py::bytes sign(const std::string& message, const std::string& secret_key) {
   return {reinterpret_cast<const char*>(signature.data()), signature.size()};
 }
 
-py::bytes verify_signature(const std::string& message, const std::string& signature, const std::string& key, const std::string& origin) {
+py::bytes verify_signature(const std::string& message, const std::string& signature, const std::string& key,
+                           const std::string& origin) {
   try {
     return core::verify_signature(message, signature, {core::read_public_key(key, "the key")}, origin);
   } catch (const core::Error& error) {
@@ -276,9 +289,12 @@ py::bytes verify_signature(const std::string& message, const std::string& signat
   }
 }
 
-py::object dlpack(const Output& output, const py::object&, const py::object& max_version, const py::object& device, const py::object& copy) {
-  if (!device.is_none() && !device.equal(output.device())) throw py::buffer_error("this output cannot be exported to another device");
-  if (!copy.is_none() && copy.cast<bool>()) throw py::buffer_error("this output is exported without a copy only");
+py::object dlpack(const Output& output, const py::object&, const py::object& max_version,
+                  const py::object& device, const py::object& copy) {
+  if (!device.is_none() && !device.equal(output.device()))
+    throw py::buffer_error("this output cannot be exported to another device");
+  if (!copy.is_none() && copy.cast<bool>())
+    throw py::buffer_error("this output is exported without a copy only");
   const bool versioned = !max_version.is_none() && max_version.cast<py::sequence>()[0].cast<int>() >= 1;
   return output.capsule(versioned);
 }
@@ -318,7 +334,8 @@ PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
       .def_property_readonly("shape", shape_texts, "One expression for each dimension: '3', 'H', '2*H'.")
       .def_property_readonly("range", value_range, "Nominal (min, max) of the values, or None.")
       .def("__repr__", [](const TensorInfo& info) {
-        return "<" + info.name + ": " + joined(dtype_names(info), "|") + "[" + joined(shape_texts(info), ", ") + "]>";
+        return "<" + info.name + ": " + joined(dtype_names(info), "|") + "[" +
+               joined(shape_texts(info), ", ") + "]>";
       });
 
   py::class_<Output>(m, "Output", "An output of a run, for any library that speaks DLPack.")
@@ -329,19 +346,21 @@ PYBIND11_MODULE(_runtime, m, pybind11::multiple_interpreters::not_supported()) {
       .def_property_readonly("shape", &Output::shape)
       .def_property_readonly("dtype", [](const Output& output) { return dtype_name(output.dtype()); });
 
-  py::class_<PythonMethod>(m, "Method", R"(An entry point of a bundle, loaded on one backend: call it with arrays.
+  py::class_<PythonMethod>(m, "Method",
+                           R"(An entry point of a bundle, loaded on one backend: call it with arrays.
 
-Inputs are NumPy arrays, torch tensors, or anything else with ``__dlpack__`` or the buffer protocol, and are read where
-they are: they must be dense. Python numbers stand for 0-d inputs. Outputs are torch tensors if any input was one, else
-NumPy arrays; one output is returned as itself, several as a tuple. The GIL is released while the method runs, and one
-method may run in many threads at once.)")
+Inputs are NumPy arrays, torch tensors, or anything else with ``__dlpack__`` or the buffer protocol, and are
+read where they are: they must be dense. Python numbers stand for 0-d inputs. Outputs are torch tensors if any
+input was one, else NumPy arrays; one output is returned as itself, several as a tuple. The GIL is released
+while the method runs, and one method may run in many threads at once.)")
       .def_property_readonly("name", &PythonMethod::name)
       .def_property_readonly("backend", &PythonMethod::backend, "'native', 'torch' or 'onnx'")
       .def_property_readonly("artifact", &PythonMethod::artifact, "The file's name inside the bundle.")
       .def_property_readonly("inputs", &PythonMethod::inputs)
       .def_property_readonly("outputs", &PythonMethod::outputs)
       .def("__call__", &PythonMethod::call, "Run on inputs given by position or by name.")
-      .def("run", &PythonMethod::run, arg("inputs"), py::kw_only(), arg("returns") = py::none(), arg("stream") = py::none(),
+      .def("run", &PythonMethod::run, arg("inputs"), py::kw_only(), arg("returns") = py::none(),
+           arg("stream") = py::none(),
            R"(Run on a sequence of inputs, or a dict of them by name, or the only input itself.
 
 Parameters
@@ -349,12 +368,14 @@ Parameters
 returns : {"numpy", "torch", "dlpack"}, optional
     What the outputs are; by default as the inputs. "dlpack" gives objects with ``__dlpack__``.
 stream : int or torch.cuda.Stream, optional
-    On CUDA, the stream to enqueue on: the call returns when the work is enqueued. By default torch's current stream for
-    torch tensors, else the default stream.)")
-      .def("run_into", &PythonMethod::run_into, arg("inputs"), arg("outputs"), py::kw_only(), arg("stream") = py::none(),
-           R"(Run into arrays of the caller, each given as in `run`. They must be dense and writable, have the shapes and
-dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
-      .def("output_shapes", &PythonMethod::output_shapes, "A (shape, dtype) for each output that these inputs would give.")
+    On CUDA, the stream to enqueue on: the call returns when the work is enqueued. By default torch's current
+    stream for torch tensors, else the default stream.)")
+      .def("run_into", &PythonMethod::run_into, arg("inputs"), arg("outputs"), py::kw_only(),
+           arg("stream") = py::none(),
+           R"(Run into arrays of the caller, each given as in `run`. They must be dense and writable, have the
+shapes and dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
+      .def("output_shapes", &PythonMethod::output_shapes,
+           "A (shape, dtype) for each output that these inputs would give.")
       .def("__repr__", &PythonMethod::repr);
 
   py::class_<SelfTestRow>(m, "SelfTestRow", "A golden case replayed on one backend.")
@@ -362,14 +383,16 @@ dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
       .def_readonly("backend", &SelfTestRow::backend)
       .def_readonly("artifact", &SelfTestRow::artifact)
       .def_readonly("dtype", &SelfTestRow::dtype)
-      .def_property_readonly("passed", passed, "True, False, or None where it was not run: `message` says why.")
+      .def_property_readonly("passed", passed,
+                             "True, False, or None where it was not run: `message` says why.")
       .def_readonly("max_error", &SelfTestRow::max_error)
       .def_readonly("tolerance", &SelfTestRow::tolerance)
       .def_readonly("message", &SelfTestRow::message)
       .def("__repr__", [](const SelfTestRow& row) {
         const std::optional<bool> ok = passed(row);
         const char* state = !ok ? "not run" : *ok ? "passed" : "FAILED";
-        return "<" + row.method + " " + row.dtype + " on " + row.backend + ": " + state + (row.message.empty() ? "" : ", " + row.message) + ">";
+        return "<" + row.method + " " + row.dtype + " on " + row.backend + ": " + state +
+               (row.message.empty() ? "" : ", " + row.message) + ">";
       });
 
   py::class_<LoadOptions>(m, "LoadOptions", "How to load a method; the members are those of chiasm.hpp.")
@@ -379,10 +402,22 @@ dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
       .def_readwrite("fused", &LoadOptions::fused)
       .def_readwrite("warm_up", &LoadOptions::warm_up)
       .def_readwrite("num_threads", &LoadOptions::num_threads)
-      .def("with_option", [](LoadOptions& self, const std::string& key, const std::string& value) { self.with_option(key, value); }, arg("key"), arg("value"))
-      .def("with_device", [](LoadOptions& self, int32_t type, int32_t index) { self.device = {static_cast<chiasm_device_type>(type), index}; },
-           arg("type"), arg("index"))
-      .def("with_dtype", [](LoadOptions& self, const std::string& name) { self.dtype = dtype_from_name(name); }, arg("name"));
+      .def(
+          "with_option",
+          [](LoadOptions& self, const std::string& key, const std::string& value) {
+            self.with_option(key, value);
+          },
+          arg("key"), arg("value"))
+      .def(
+          "with_device",
+          [](LoadOptions& self, int32_t type, int32_t index) {
+            self.device = {static_cast<chiasm_device_type>(type), index};
+          },
+          arg("type"), arg("index"))
+      .def(
+          "with_dtype",
+          [](LoadOptions& self, const std::string& name) { self.dtype = dtype_from_name(name); },
+          arg("name"));
 
   const py::call_guard<py::gil_scoped_release> without_gil;
   py::class_<Bundle>(m, "Bundle")
@@ -397,15 +432,19 @@ dtypes of `output_shapes`, and overlap neither the inputs nor each other.)")
       .def("method", load, arg("name"), arg("options"))
       .def("self_test", &Bundle::self_test, arg("options"), without_gil);
 
-  py::class_<BackendInfo>(m, "BackendInfo", "Whether a backend can be used in this process, and if not, why and what to do.")
+  py::class_<BackendInfo>(m, "BackendInfo",
+                          "Whether a backend can be used in this process, and if not, why and what to do.")
       .def_readonly("name", &BackendInfo::name)
       .def_readonly("available", &BackendInfo::available)
       .def_readonly("has_cuda", &BackendInfo::has_cuda)
       .def_readonly("engine_version", &BackendInfo::engine_version)
       .def_readonly("problem", &BackendInfo::problem)
-      .def("__repr__", [](const BackendInfo& info) { return "<" + info.name + ": " + (info.available ? info.engine_version : info.problem) + ">"; });
+      .def("__repr__", [](const BackendInfo& info) {
+        return "<" + info.name + ": " + (info.available ? info.engine_version : info.problem) + ">";
+      });
 
-  m.def("backends", [] { return chiasm::backends(); }, without_gil);
+  m.def(
+      "backends", [] { return chiasm::backends(); }, without_gil);
   m.def("library_version", &chiasm::library_version);
   m.def("set_num_threads", &chiasm::set_num_threads, arg("count"));
   m.def("get_num_threads", &chiasm::get_num_threads);

@@ -58,7 +58,8 @@ py::dtype numpy_dtype(int32_t dtype) {
       try {
         found = py::dtype::from_args(py::module_::import("ml_dtypes").attr(entry.name));
       } catch (const py::error_already_set&) {
-        throw Error(CHIASM_INVALID_ARGUMENT, std::string("NumPy has no ") + entry.name + ": pass torch tensors, or install ml_dtypes");
+        throw Error(CHIASM_INVALID_ARGUMENT,
+                    std::string("NumPy has no ") + entry.name + ": pass torch tensors, or install ml_dtypes");
       }
     }
     known[dtype] = found.release().ptr();
@@ -94,8 +95,9 @@ const Torch* imported_torch() {
   PyObject* found = PyDict_GetItemString(PyImport_GetModuleDict(), "torch");
   if (found == nullptr || !py::hasattr(found, "Tensor")) return nullptr;  // not there, or only being imported
   const py::module_ dlpack = py::module_::import("torch.utils.dlpack");
-  instance = new Torch{reinterpret_cast<PyTypeObject*>(py::handle(found).attr("Tensor").cast<py::object>().release().ptr()),
-                       dlpack.attr("to_dlpack"), dlpack.attr("from_dlpack")};
+  instance = new Torch{
+      reinterpret_cast<PyTypeObject*>(py::handle(found).attr("Tensor").cast<py::object>().release().ptr()),
+      dlpack.attr("to_dlpack"), dlpack.attr("from_dlpack")};
   return instance;
 }
 
@@ -104,7 +106,9 @@ bool is_torch_tensor(py::handle object) {
   return torch != nullptr && PyObject_TypeCheck(object.ptr(), torch->tensor) != 0;
 }
 
-std::string type_name(py::handle object) { return py::str(py::type::handle_of(object).attr("__name__")).cast<std::string>(); }
+std::string type_name(py::handle object) {
+  return py::str(py::type::handle_of(object).attr("__name__")).cast<std::string>();
+}
 
 // Holds what a DLPack tensor that we hand out points to.
 template <class Managed>
@@ -144,7 +148,9 @@ void fill(DLTensor& target, const chiasm_tensor& tensor, int64_t* shape, int64_t
 
 }  // namespace
 
-const char* dtype_name(int32_t dtype) { return dtype >= 0 && dtype < kDTypeCount ? kDTypes[dtype].name : "unknown"; }
+const char* dtype_name(int32_t dtype) {
+  return dtype >= 0 && dtype < kDTypeCount ? kDTypes[dtype].name : "unknown";
+}
 
 int32_t dtype_from_name(const std::string& name) {
   for (int32_t i = 0; i < kDTypeCount; ++i) {
@@ -160,7 +166,8 @@ Arguments::Arguments(Role role, size_t count) : role_(role) {
 }
 
 void Arguments::refuse(const chiasm_tensor_info& info, const std::string& why) const {
-  throw Error(CHIASM_INVALID_ARGUMENT, std::string(role_ == Role::input ? "input '" : "output '") + info.name + "': " + why);
+  throw Error(CHIASM_INVALID_ARGUMENT,
+              std::string(role_ == Role::input ? "input '" : "output '") + info.name + "': " + why);
 }
 
 void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
@@ -169,7 +176,9 @@ void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
   } else if (is_torch_tensor(object)) {
     has_torch_ = true;
     if (object.attr("requires_grad").cast<bool>())
-      refuse(info, "the tensor requires grad, and a run is not recorded by autograd; pass tensor.detach(), or run the method 'vjp'");
+      refuse(info,
+             "the tensor requires grad, and a run is not recorded by autograd; pass tensor.detach(), or run "
+             "the method 'vjp'");
     // Not object.__dlpack__(), which is Python code and takes ten times as long.
     add_dlpack(imported_torch()->to_dlpack(object), info);
   } else if (py::hasattr(object, "__dlpack__")) {
@@ -180,7 +189,8 @@ void Arguments::add(py::handle object, const chiasm_tensor_info& info) {
       add_dlpack(object.attr("__dlpack__")(), info);  // written before version 1 of the protocol
     }
   } else if (role_ == Role::input &&
-             (py::isinstance<py::float_>(object) || py::isinstance<py::int_>(object) || py::isinstance<py::bool_>(object))) {
+             (py::isinstance<py::float_>(object) || py::isinstance<py::int_>(object) ||
+              py::isinstance<py::bool_>(object))) {
     const py::dtype dtype = numpy_dtype(number_dtype(info));
     add_array(py::array(py::module_::import("numpy").attr("asarray")(object, dtype)), info);
   } else if (PyObject_CheckBuffer(object.ptr()) != 0 || py::hasattr(object, "__array_interface__")) {
@@ -234,7 +244,8 @@ void Arguments::add_dlpack(py::object capsule, const chiasm_tensor_info& info) {
   const DLTensor* tensor = nullptr;
   if (PyCapsule_IsValid(capsule.ptr(), kVersionedCapsule) != 0) {
     auto* managed = static_cast<VersionedTensor*>(PyCapsule_GetPointer(capsule.ptr(), kVersionedCapsule));
-    if (managed->major != 1) refuse(info, "its DLPack version is " + std::to_string(managed->major) + ", not 1");
+    if (managed->major != 1)
+      refuse(info, "its DLPack version is " + std::to_string(managed->major) + ", not 1");
     if (role_ == Role::output && (managed->flags & kReadOnly) != 0) refuse(info, "the tensor is read-only");
     tensor = &managed->tensor;
   } else if (PyCapsule_IsValid(capsule.ptr(), kCapsule) != 0) {
@@ -257,8 +268,9 @@ void Arguments::add_dlpack(py::object capsule, const chiasm_tensor_info& info) {
       view.device_index = tensor->device.device_id;
       cuda_device_ = view.device_index;
       break;
-    default: refuse(info, "it is on a device that is neither the CPU nor CUDA (DLPack device type " +
-                              std::to_string(static_cast<int>(tensor->device.device_type)) + ")");
+    default:
+      refuse(info, "it is on a device that is neither the CPU nor CUDA (DLPack device type " +
+                       std::to_string(static_cast<int>(tensor->device.device_type)) + ")");
   }
   std::copy_n(tensor->shape, tensor->ndim, storage_.back()->shape.begin());
   if (tensor->strides == nullptr) {
@@ -270,7 +282,8 @@ void Arguments::add_dlpack(py::object capsule, const chiasm_tensor_info& info) {
   owners_.push_back(std::move(capsule));  // not renamed: the capsule itself frees the tensor when we drop it
 }
 
-Output::Output(Outputs outputs, size_t index) : outputs_(std::move(outputs)), tensor_(api().outputs_get(outputs_.get(), index)) {}
+Output::Output(Outputs outputs, size_t index)
+    : outputs_(std::move(outputs)), tensor_(api().outputs_get(outputs_.get(), index)) {}
 
 py::capsule Output::capsule(bool versioned) const {
   if (versioned) {
@@ -278,8 +291,9 @@ py::capsule Output::capsule(bool versioned) const {
     exported->managed = {1, 0, exported.get(), delete_exported<VersionedTensor>, 0, {}};
     exported->outputs = outputs_;
     fill(exported->managed.tensor, *tensor_, exported->shape.data(), exported->strides.data());
-    PyObject* capsule = PyCapsule_New(&exported->managed, kVersionedCapsule,
-                                      [](PyObject* self) { delete_unused<VersionedTensor>(self, kVersionedCapsule); });
+    PyObject* capsule = PyCapsule_New(&exported->managed, kVersionedCapsule, [](PyObject* self) {
+      delete_unused<VersionedTensor>(self, kVersionedCapsule);
+    });
     if (capsule == nullptr) throw py::error_already_set();
     exported.release();
     return py::reinterpret_steal<py::capsule>(capsule);
@@ -289,8 +303,8 @@ py::capsule Output::capsule(bool versioned) const {
   exported->managed.deleter = delete_exported<DLManagedTensor>;
   exported->outputs = outputs_;
   fill(exported->managed.dl_tensor, *tensor_, exported->shape.data(), exported->strides.data());
-  PyObject* capsule =
-      PyCapsule_New(&exported->managed, kCapsule, [](PyObject* self) { delete_unused<DLManagedTensor>(self, kCapsule); });
+  PyObject* capsule = PyCapsule_New(&exported->managed, kCapsule,
+                                    [](PyObject* self) { delete_unused<DLManagedTensor>(self, kCapsule); });
   if (capsule == nullptr) throw py::error_already_set();
   exported.release();
   return py::reinterpret_steal<py::capsule>(capsule);
@@ -309,10 +323,13 @@ py::tuple Output::shape() const {
 
 py::object Output::to_numpy() const {
   if (tensor_->device_type != CHIASM_CPU)
-    throw Error(CHIASM_INVALID_ARGUMENT, "NumPy arrays are on the CPU and this output is on CUDA: ask for returns='torch' or 'dlpack'");
+    throw Error(
+        CHIASM_INVALID_ARGUMENT,
+        "NumPy arrays are on the CPU and this output is on CUDA: ask for returns='torch' or 'dlpack'");
   const py::capsule owner(new Outputs(outputs_), [](void* p) { delete static_cast<Outputs*>(p); });
-  return py::array(numpy_dtype(tensor_->dtype), std::vector<py::ssize_t>(tensor_->shape, tensor_->shape + tensor_->ndim),
-                   tensor_->data, owner);
+  return py::array(numpy_dtype(tensor_->dtype),
+                   std::vector<py::ssize_t>(tensor_->shape, tensor_->shape + tensor_->ndim), tensor_->data,
+                   owner);
 }
 
 py::object Output::to(Library library) const {
@@ -321,7 +338,9 @@ py::object Output::to(Library library) const {
     case Library::torch: {
       if (imported_torch() == nullptr) py::module_::import("torch");
       const Torch* torch = imported_torch();
-      if (torch == nullptr) throw Error(CHIASM_FAILED_PRECONDITION, "torch is only being imported: its tensors cannot be made yet");
+      if (torch == nullptr)
+        throw Error(CHIASM_FAILED_PRECONDITION,
+                    "torch is only being imported: its tensors cannot be made yet");
       return torch->from_dlpack(capsule(false));
     }
     default: return py::cast(*this);

@@ -24,7 +24,8 @@ int32_t dtype_from_name(const std::string& name);
 /** Who the results of a run are for. */
 enum class Library { numpy, torch, dlpack };
 
-/** The inputs, or the caller's outputs, of one run: views of memory that Python objects own, kept alive with them. */
+/** The inputs, or the caller's outputs, of one run: views of memory that Python objects own, kept alive with
+ *  them. */
 class Arguments {
  public:
   enum class Role { input, output };
@@ -33,8 +34,8 @@ class Arguments {
   Arguments(const Arguments&) = delete;
   Arguments& operator=(const Arguments&) = delete;
 
-  /** A NumPy array, a torch tensor, anything with `__dlpack__` or the buffer protocol; for an input also a Python number,
-   *  which becomes a 0-d tensor of the dtype in `info`. */
+  /** A NumPy array, a torch tensor, anything with `__dlpack__` or the buffer protocol; for an input also a
+   *  Python number, which becomes a 0-d tensor of the dtype in `info`. */
   void add(py::handle object, const chiasm_tensor_info& info);
 
   const std::vector<chiasm_tensor>& views() const { return views_; }
@@ -56,7 +57,8 @@ class Arguments {
   Role role_;
   bool has_torch_ = false;
   int32_t cuda_device_ = -1;
-  int32_t generic_dtype_ = -1;  // of the first tensor where several dtypes are accepted: all such tensors agree
+  // of the first tensor where several dtypes are accepted: all such tensors agree
+  int32_t generic_dtype_ = -1;
   std::vector<chiasm_tensor> views_;
   std::vector<std::unique_ptr<Storage>> storage_;
   std::vector<py::object> owners_;

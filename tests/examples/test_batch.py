@@ -1,4 +1,5 @@
-"""The example `batch` at small size: that all contenders do one work, that times and memory are what they say, the C++ twin, the page."""
+"""The example `batch` at small size: that all contenders do one work, that times and memory are what they
+say, the C++ twin, the page."""
 
 from __future__ import annotations
 
@@ -36,7 +37,11 @@ def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
 
 def names(work: str) -> list[str]:
     """The contenders that can run here, but for what compiles for minutes."""
-    return [n for n in WORKS[work].ways if n != "Kornia, torch.compile" and (KORNIA or not n.lower().startswith("kornia"))]
+    return [
+        n
+        for n in WORKS[work].ways
+        if n != "Kornia, torch.compile" and (KORNIA or not n.lower().startswith("kornia"))
+    ]
 
 
 @pytest.mark.parametrize("work", WORKS)
@@ -79,7 +84,13 @@ def test_race_is_in_turns_and_bounded() -> None:
 
         return call
 
-    times = race({"slow": contender("slow", 0.03), "fast": contender("fast", 0.001)}, repeats=12, seconds=0.05, turns=4, pause=False)
+    times = race(
+        {"slow": contender("slow", 0.03), "fast": contender("fast", 0.001)},
+        repeats=12,
+        seconds=0.05,
+        turns=4,
+        pause=False,
+    )
     assert (times["slow"].repeats, times["fast"].repeats) == (3, 12)
     assert times["slow"].ms >= 30 and 1 <= times["fast"].ms < 30
     slow = [i for i, name in enumerate(order) if name == "slow"]
@@ -90,7 +101,9 @@ def test_rows_of_a_race(setup: Setup) -> None:
     rows = list(measure("sobel", setup, [FLAT, NATIVE, "OpenCV"]))
     assert set(rows[0]["agreement"]) == {FLAT, NATIVE, "OpenCV"}
     assert [row["batch"] for row in rows[1:]] == list(SMALL.batches)
-    assert all(t["ms"] > 0 and 3 <= t["repeats"] <= SMALL.repeats for row in rows[1:] for t in row["times"].values())
+    assert all(
+        t["ms"] > 0 and 3 <= t["repeats"] <= SMALL.repeats for row in rows[1:] for t in row["times"].values()
+    )
 
 
 def test_memory_is_the_peak_of_a_call(setup: Setup, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -139,16 +152,29 @@ def made_up(opencv: float) -> Measured:
     """Native code takes 1 ms an image, OpenCV in Python `opencv`, in C++ 5 ms."""
     measured = Measured()
     for work in WORKS:
-        measured.add({"work": work, "threads": 1, "agreement": {"OpenCV": {"mean": 1e-5, "most": 1e-3, "note": "rounds"}}})
+        measured.add(
+            {
+                "work": work,
+                "threads": 1,
+                "agreement": {"OpenCV": {"mean": 1e-5, "most": 1e-3, "note": "rounds"}},
+            }
+        )
         for batch in (1, 4):
             ms = {NATIVE: 1.0, "OpenCV": opencv, "Kornia": 7.0, twin.CHIASM: 1.0, twin.OPENCV: 5.0}
-            row = {"work": work, "threads": 1, "batch": batch, "times": {n: {"ms": t * batch, "repeats": 500} for n, t in ms.items()}}
+            row = {
+                "work": work,
+                "threads": 1,
+                "batch": batch,
+                "times": {n: {"ms": t * batch, "repeats": 500} for n, t in ms.items()},
+            }
             measured.add(row)
     return measured
 
 
 def test_page_says_who_is_ahead() -> None:
-    assert "is 2.00 to 2.00 times as fast as the fastest peer: ahead at every batch size" in standing(made_up(2.0), "sobel", 1)
+    assert "is 2.00 to 2.00 times as fast as the fastest peer: ahead at every batch size" in standing(
+        made_up(2.0), "sobel", 1
+    )
     assert "**behind** at 1 (OpenCV, 0.50), 4 (OpenCV, 0.50)" in standing(made_up(0.5), "sobel", 1)
     assert "3.50 times OpenCV (reached); 5.00 times OpenCV, C++ (reached)" in aim(made_up(3.5), "prepare", 1)
     assert "1.50 times OpenCV (**not reached**, 2.0 times short of it)" in aim(made_up(1.5), "prepare", 1)
@@ -165,7 +191,9 @@ def test_section_is_published(tmp_path: Path) -> None:
 
 
 def test_plot_is_logarithmic_in_both() -> None:
-    chart = np.asarray(log_log({"line": [(1, 1), (10, 10), (100, 100)]}, ["line"], "title", ("x", "y"), (500, 300))).astype(int)
+    chart = np.asarray(
+        log_log({"line": [(1, 1), (10, 10), (100, 100)]}, ["line"], "title", ("x", "y"), (500, 300))
+    ).astype(int)
     area = chart[40:265, 50:305]  # inside of the axes, without the names
     ys, xs = np.nonzero(np.ptp(area, axis=2) > 60)
     slope, offset = np.polyfit(xs, ys, 1)

@@ -1,4 +1,5 @@
-"""Depth by gradient descent (examples/depth): the scenes' truth, the step's gradient, what is found at a small size, C++ beside Python."""
+"""Depth by gradient descent (examples/depth): the scenes' truth, the step's gradient, what is found at a
+small size, C++ beside Python."""
 
 from __future__ import annotations
 
@@ -35,7 +36,11 @@ def points(scene: Scene) -> np.ndarray:
     """What the reference's pixels see by the true depth, (H, W, 3)."""
     height, width = scene.depth.shape
     x, y = np.meshgrid(np.arange(width), np.arange(height))
-    return np.stack([x, y, np.ones_like(x)], -1) @ np.linalg.inv(scene.cameras[0].double().numpy()).T * scene.depth[..., None]
+    return (
+        np.stack([x, y, np.ones_like(x)], -1)
+        @ np.linalg.inv(scene.cameras[0].double().numpy()).T
+        * scene.depth[..., None]
+    )
 
 
 def seen_at(scene: Scene, view: int) -> np.ndarray:
@@ -77,20 +82,29 @@ def test_stereo_cameras_shift_pixels_by_the_disparity() -> None:
         full = data["arr_0"].astype(float)
     height, width = scene.depth.shape
     y, x = np.nonzero(np.isfinite(scene.depth))
-    disparity = full[((y + 0.5) * full.shape[0] / height).astype(int), ((x + 0.5) * full.shape[1] / width).astype(int)]
-    np.testing.assert_allclose(seen_at(scene, 1)[y, x], np.stack([x - disparity * width / full.shape[1], y], 1), atol=1e-3)
+    disparity = full[
+        ((y + 0.5) * full.shape[0] / height).astype(int), ((x + 0.5) * full.shape[1] / width).astype(int)
+    ]
+    np.testing.assert_allclose(
+        seen_at(scene, 1)[y, x], np.stack([x - disparity * width / full.shape[1], y], 1), atol=1e-3
+    )
 
 
 @pytest.mark.parametrize("size", [(40, 64), (31, 45)])
 def test_reduced_cameras_see_what_reduced_images_show(size: tuple[int, int]) -> None:
-    """An image whose values are its pixels' coordinates: away from the borders the reduced one's are where the reduced camera says."""
+    """An image whose values are its pixels' coordinates: away from the borders the reduced one's are where
+    the reduced camera says."""
     height, width = size
     camera = torch.tensor([[[50.0, 0.0, 20.0], [0.0, 55.0, 15.0], [0.0, 0.0, 1.0]]], dtype=torch.float64)
     y, x = torch.meshgrid(torch.arange(height), torch.arange(width), indexing="ij")
     smaller, reduced = reduce(torch.stack([x, y, 0 * x])[None].double(), camera)
     v, u = torch.meshgrid(torch.arange(smaller.shape[2]), torch.arange(smaller.shape[3]), indexing="ij")
-    rays = (torch.stack([u, v, torch.ones_like(u)], -1).double() @ torch.linalg.inv(reduced[0]).T) @ camera[0].T
-    torch.testing.assert_close(smaller[0, :2, 2:-2, 2:-2], rays[2:-2, 2:-2, :2].permute(2, 0, 1), rtol=0, atol=1e-9)
+    rays = (torch.stack([u, v, torch.ones_like(u)], -1).double() @ torch.linalg.inv(reduced[0]).T) @ camera[
+        0
+    ].T
+    torch.testing.assert_close(
+        smaller[0, :2, 2:-2, 2:-2], rays[2:-2, 2:-2, :2].permute(2, 0, 1), rtol=0, atol=1e-9
+    )
 
 
 def noise(settings: Settings, dtype: torch.dtype, height: int, width: int) -> list[Tensor]:
@@ -143,7 +157,9 @@ def test_finds_the_true_depth(name: str, found: dict[str, list[Level]]) -> None:
     scene, levels = SCENES[name], found[name]
     scores = [score(depth_at_full_size(level.inverse_depth, scene), scene) for level in levels]
     assert scores[-1].seen_error < 0.06 and scores[-1].seen_within > 0.7
-    assert all(finer.error < coarser.error and finer.within > coarser.within for coarser, finer in pairwise(scores))
+    assert all(
+        finer.error < coarser.error and finer.within > coarser.within for coarser, finer in pairwise(scores)
+    )
 
 
 @both
@@ -158,11 +174,18 @@ def test_figure_shows_every_scale(name: str, found: dict[str, list[Level]]) -> N
 def test_section_tells_what_was_found(name: str, found: dict[str, list[Level]]) -> None:
     scene, levels = SCENES[name], found[name]
     first = Run("Python, eager", depth_at_full_size(levels[-1].inverse_depth, scene), 0.1, 2.0, 3.0)
-    runs = [first, replace(first, engine="Python, native code"), replace(first, engine="C++, native code", depth=first.depth * 1.001)]
+    runs = [
+        first,
+        replace(first, engine="Python, native code"),
+        replace(first, engine="C++, native code", depth=first.depth * 1.001),
+    ]
     judged = judge(runs, scene)
     text = "\n".join(section(SMALL, [(scene, levels, judged)], 1.0, 2.0))
     size, best = f"{scene.depth.shape[1]}x{scene.depth.shape[0]}", score(first.depth, scene)
-    assert f"| {size} | {levels[-1].loss:.4f} | {best.error:.2%} | {best.within:.1%} | {best.seen_error:.2%} |" in text
+    assert (
+        f"| {size} | {levels[-1].loss:.4f} | {best.error:.2%} | {best.within:.1%} | {best.seen_error:.2%} |"
+        in text
+    )
     assert "| C++, native code | 2 | 3.0 | 0.10000 |" in text and "| 1.0e-03 | 1.0e-03 | 100.0% |" in text
     assert "did not give both the same bits" in text
 
@@ -197,8 +220,11 @@ def test_exported_step_is_eager_pythons(bundles: Path, size: tuple[int, int]) ->
 
 @pytest.mark.skipif(not PROGRAM.exists(), reason="`cmake --build --preset release` makes the program")
 @both
-def test_cpp_finds_pythons_depth(name: str, bundles: Path, tmp_path: Path, found: dict[str, list[Level]]) -> None:
-    """Within rounding after three steps a scale; then kinks of the loss part the ways, but not how near the truth they lead."""
+def test_cpp_finds_pythons_depth(
+    name: str, bundles: Path, tmp_path: Path, found: dict[str, list[Level]]
+) -> None:
+    """Within rounding after three steps a scale; then kinks of the loss part the ways, but not how near the
+    truth they lead."""
     scene, short = SCENES[name], replace(SMALL, iterations=3)
     save(scene, short, tmp_path)
     expected = in_python("Python", scene, short, eager(short))[0]
@@ -207,7 +233,10 @@ def test_cpp_finds_pythons_depth(name: str, bundles: Path, tmp_path: Path, found
     assert apart.median < 1e-5 and apart.within > 0.98
     assert made.loss == pytest.approx(expected.loss, rel=1e-3)
     save(scene, SMALL, tmp_path)
-    whole, python = in_cpp("onnx", scene, bundles, tmp_path).depth, depth_at_full_size(found[name][-1].inverse_depth, scene)
+    whole, python = (
+        in_cpp("onnx", scene, bundles, tmp_path).depth,
+        depth_at_full_size(found[name][-1].inverse_depth, scene),
+    )
     assert difference(whole, python).median < 0.01
     assert score(whole, scene).error == pytest.approx(score(python, scene).error, abs=0.01)
 

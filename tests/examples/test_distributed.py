@@ -32,12 +32,16 @@ def single() -> dict[str, Any]:
     return alone(SMALL)
 
 
-def test_the_pipeline_of_two_processes_is_one_processs(together: list[dict[str, Any]], single: dict[str, Any]) -> None:
+def test_the_pipeline_of_two_processes_is_one_processs(
+    together: list[dict[str, Any]], single: dict[str, Any]
+) -> None:
     assert [len(result["edges"]) for result in together] == [2, 1]
     assert torch.equal(edges(together), single["edges"])
 
 
-def test_ddp_learns_what_one_process_learns_which_is_the_truth(together: list[dict[str, Any]], single: dict[str, Any]) -> None:
+def test_ddp_learns_what_one_process_learns_which_is_the_truth(
+    together: list[dict[str, Any]], single: dict[str, Any]
+) -> None:
     assert apart(SMALL, together, single) <= SMALL.tolerance
     assert np.abs(corners_taken(single["homography"], SMALL) - corners_truly(SMALL)).max() < 0.3
     identity = torch.eye(3)[None]
@@ -50,7 +54,15 @@ def test_two_torchruns_that_find_each_other_as_machines_do(single: dict[str, Any
         probe.bind(("localhost", 0))
         port = probe.getsockname()[1]
     nodes = ["--nnodes=2", "--nproc-per-node=1", "--rdzv-backend=c10d", f"--rdzv-endpoint=localhost:{port}"]
-    command = [sys.executable, "-m", "torch.distributed.run", *nodes, "-m", "examples.distributed.worker", str(tmp_path)]
+    command = [
+        sys.executable,
+        "-m",
+        "torch.distributed.run",
+        *nodes,
+        "-m",
+        "examples.distributed.worker",
+        str(tmp_path),
+    ]
     machines = [subprocess.Popen(command, cwd=ROOT) for _ in range(2)]
     assert [machine.wait() for machine in machines] == [0, 0]
     check(SMALL, torch.load(tmp_path / "result.pt"), single)
@@ -68,6 +80,8 @@ def test_a_difference_is_found(together: list[dict[str, Any]], single: dict[str,
 
 def test_photographs_move_as_opencv_moves_them() -> None:
     photographs = batch(SMALL)
-    theirs = cv2.warpPerspective(photographs[0].permute(1, 2, 0).numpy(), truth(SMALL), SMALL.size, flags=cv2.INTER_LINEAR)
+    theirs = cv2.warpPerspective(
+        photographs[0].permute(1, 2, 0).numpy(), truth(SMALL), SMALL.size, flags=cv2.INTER_LINEAR
+    )
     ours = moved(photographs, SMALL)[0].permute(1, 2, 0).numpy()
     assert np.abs(ours - theirs)[4:-4, 4:-4].mean() < 0.01

@@ -35,13 +35,18 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def light(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """Bundles by name, of the function above or of the catalog, made when first asked for, without native code."""
+    """Bundles by name, of the function above or of the catalog, made when first asked for, without native
+    code."""
     folder = tmp_path_factory.mktemp("light")
     made: dict[str, Path] = {}
 
     def get(name: str) -> Path:
         if name not in made:
-            fn, spec = (scaled_difference, SPEC) if name == SPEC.name else (catalog()[name].function(), catalog()[name].spec)
+            fn, spec = (
+                (scaled_difference, SPEC)
+                if name == SPEC.name
+                else (catalog()[name].function(), catalog()[name].spec)
+            )
             made[name] = export(fn, spec, folder, formats=["torchscript", "onnx"])
         return made[name]
 

@@ -31,7 +31,10 @@ def of_a_part(x: Tensor) -> Tensor:
     return y[..., 0] * y[..., 1] * y[..., 2] + x[..., 3]
 
 
-@pytest.mark.parametrize(("function", "shape"), [(components, ("N", 4)), (overlapping, ("N", 3, 5)), (along_rows, ("N", 4, "M")), (of_a_part, ("N", 4))])
+@pytest.mark.parametrize(
+    ("function", "shape"),
+    [(components, ("N", 4)), (overlapping, ("N", 3, 5)), (along_rows, ("N", 4, "M")), (of_a_part, ("N", 4))],
+)
 def test_parts_are_joined(function, shape) -> None:
     spec = Spec("test.parts", [TensorSpec("x", shape, range=(-1, 1))], symbols={"N": (2, 100), "M": (2, 100)})
     op = bind(function, ["x"], {}, spec.name)
@@ -39,7 +42,12 @@ def test_parts_are_joined(function, shape) -> None:
     outputs = output_specs(trace(op, spec, list(spec.inputs), example, "onnx"), spec, "float32")
     tensors, _ = vjp_signature(spec, outputs)
     pullback = vjp_module(op, spec, outputs)
-    program = trace_vjp(pullback, spec, tensors, with_cotangents(op, spec, samples.fit(spec, samples.EXAMPLE), "float32", tensors))
+    program = trace_vjp(
+        pullback,
+        spec,
+        tensors,
+        with_cotangents(op, spec, samples.fit(spec, samples.EXAMPLE), "float32", tensors),
+    )
     targets = [n.target for n in program.graph.nodes]
     assert torch.ops.aten.cat.default in targets
     assert torch.ops.aten.select_backward.default not in targets

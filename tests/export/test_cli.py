@@ -74,7 +74,9 @@ def test_run_maps_an_image_file_to_an_image_file(photo: Path, tmp_path: Path, ba
     assert code == 0 and backend in text, text
     expected = cv2.imread(str(photo), cv2.IMREAD_GRAYSCALE)
     assert np.abs(np.asarray(Image.open(target)).astype(int) - expected).max() <= 1
-    code, text = chiasm("run", BUNDLES / "pipelines.edges.chiasm", photo, tmp_path / "edges.png", "-b", backend)
+    code, text = chiasm(
+        "run", BUNDLES / "pipelines.edges.chiasm", photo, tmp_path / "edges.png", "-b", backend
+    )
     assert code == 0 and np.asarray(Image.open(tmp_path / "edges.png")).shape == (149, 201)
 
 
@@ -83,7 +85,14 @@ def test_run_takes_other_inputs_and_says_which_are_missing(photo: Path, tmp_path
     code, text = chiasm("run", blur, photo, tmp_path / "out.png")
     assert code == 1 and "sigma" in text and "--set" in text
     assert chiasm("run", blur, photo, tmp_path / "out.png", "--set", "sigma=[[1.5, 1.5]]")[0] == 0
-    code, text = chiasm("run", BUNDLES / "geometry.transform.resize.bilinear.chiasm", photo, tmp_path / "small.png", "-s", "like=50x60")
+    code, text = chiasm(
+        "run",
+        BUNDLES / "geometry.transform.resize.bilinear.chiasm",
+        photo,
+        tmp_path / "small.png",
+        "-s",
+        "like=50x60",
+    )
     assert code == 0 and Image.open(tmp_path / "small.png").size == (60, 50)
     code, text = chiasm("run", blur, photo, tmp_path / "out.png", "--set", "nonsense=1")
     assert code == 1 and "nonsense" in text

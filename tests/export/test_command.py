@@ -1,4 +1,5 @@
-"""Whatever is typed wrong, damaged or full: one line on stderr and an exit status, never a traceback, and nothing half-written."""
+"""Whatever is typed wrong, damaged or full: one line on stderr and an exit status, never a traceback, and
+nothing half-written."""
 
 import json
 import os
@@ -41,8 +42,15 @@ def run(*arguments: object) -> subprocess.CompletedProcess[str]:
 def spawn(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
     """The command in a process of its own."""
     environment = os.environ | {"PYTHONPATH": str(ROOT / "python"), "COLUMNS": "200"}
-    return subprocess.run([*COMMAND, *map(str, arguments)], env=environment, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, timeout=100,
-                          **{"stdout": subprocess.PIPE} | options)
+    return subprocess.run(
+        [*COMMAND, *map(str, arguments)],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=100,
+        **{"stdout": subprocess.PIPE} | options,
+    )
 
 
 def refused(done: subprocess.CompletedProcess[str], *parts: str, status: int = 1) -> None:
@@ -71,11 +79,17 @@ def sobel(light: Folder, tmp_path: Path) -> Path:
 
 def _bomb(path: Path) -> None:
     """A PNG that says to be 60000 x 60000."""
+
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     header = struct.pack(">IIBBBBB", 60000, 60000, 8, 2, 0, 0, 0)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(bytes(1000))) + chunk(b"IEND", b""))
+    path.write_bytes(
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", header)
+        + chunk(b"IDAT", zlib.compress(bytes(1000)))
+        + chunk(b"IEND", b"")
+    )
 
 
 def test_images_that_cannot_be_read_or_written(light: Folder, photo: Path, tmp_path: Path) -> None:
@@ -85,10 +99,20 @@ def test_images_that_cannot_be_read_or_written(light: Folder, photo: Path, tmp_p
     (tmp_path / "text.png").write_text("no image")
     (tmp_path / "empty.png").write_bytes(b"")
     Image.fromarray(np.zeros((9, 9), np.float32)).save(tmp_path / "float.tif")
-    for name, part in (("bomb.png", "too many pixels"), ("cut.png", "not an image"), ("text.png", "not an image"), ("empty.png", "not an image"), ("float.tif", "32 bits")):
+    for name, part in (
+        ("bomb.png", "too many pixels"),
+        ("cut.png", "not an image"),
+        ("text.png", "not an image"),
+        ("empty.png", "not an image"),
+        ("float.tif", "32 bits"),
+    ):
         refused(run("run", bundle, tmp_path / name, out), name, part)
     refused(run("run", bundle, tmp_path / "none.png", out), "none.png", "does not exist", status=2)
-    for name, part in (("out", "no extension"), ("out.xyz", "'.xyz'"), ("none/out.png", "none does not exist")):
+    for name, part in (
+        ("out", "no extension"),
+        ("out.xyz", "'.xyz'"),
+        ("none/out.png", "none does not exist"),
+    ):
         refused(run("run", bundle, photo, tmp_path / name), part)
     assert not list(tmp_path.glob("out*")) and not list(tmp_path.glob(".writing*"))
 
@@ -98,7 +122,19 @@ def test_settings_that_are_no_values(light: Folder, photo: Path, tmp_path: Path)
     for text in ("factor", "=1", "factor=1 -s"):
         refused(run("run", bundle, photo, out, "-s", text), status=2 if text != "factor=1 -s" else 1)
     refused(run("run", bundle, photo, out, "-s", "factor=1", "-s", "factor=2"), "twice", status=2)
-    for value in ("", "[1,", "[[1, 2], [3]]", "null", '"x"', '{"a": 1}', "1e999999", "[" * 5000, "999999x999999", "[[1.5]]", "[[\x1b[31m"):
+    for value in (
+        "",
+        "[1,",
+        "[[1, 2], [3]]",
+        "null",
+        '"x"',
+        '{"a": 1}',
+        "1e999999",
+        "[" * 5000,
+        "999999x999999",
+        "[[1.5]]",
+        "[[\x1b[31m",
+    ):
         refused(run("run", bundle, photo, out, "-s", f"factor={value}"), "factor")
     assert not out.exists()
 
@@ -151,8 +187,15 @@ def test_bundles_that_are_none(sobel: Path, photo: Path, tmp_path: Path) -> None
         refused(run(*command, tmp_path / "none"), "none", status=2)
     refused(run("run", photo, photo, out), "not a bundle")
     text = (sobel / "manifest.json").read_bytes()
-    for damage, part in ((b"{", "not JSON"), (b"\xff\xfe", "not JSON"), (b"[" * 100_000, "not JSON"), (b"[]", "manifest.json"), (b'{"schema_version": 99}', "99"), (text[:-30], "not JSON"),
-                         (text.replace(b'"min": 8', b'"min": "' + b"x" * 5000 + b'"'), "min")):
+    for damage, part in (
+        (b"{", "not JSON"),
+        (b"\xff\xfe", "not JSON"),
+        (b"[" * 100_000, "not JSON"),
+        (b"[]", "manifest.json"),
+        (b'{"schema_version": 99}', "99"),
+        (text[:-30], "not JSON"),
+        (text.replace(b'"min": 8', b'"min": "' + b"x" * 5000 + b'"'), "min"),
+    ):
         (sobel / "manifest.json").write_bytes(damage)
         for command in (["info", sobel], ["verify", sobel], ["run", sobel, photo, out]):
             refused(run(*command), part)
@@ -172,7 +215,10 @@ def test_verify_names_what_a_bundle_lacks(sobel: Path) -> None:
 
     golden = load_file(sobel / "golden.safetensors")
     whole = (sobel / "golden.safetensors").read_bytes()
-    replaced("golden.safetensors", save({k: v for k, v in golden.items() if not k.endswith("forward.float64/input")}))
+    replaced(
+        "golden.safetensors",
+        save({k: v for k, v in golden.items() if not k.endswith("forward.float64/input")}),
+    )
     refused(run("verify", sobel), "forward.float64/input")
     replaced("golden.safetensors", b"no tensors at all")
     refused(run("verify", sobel), "golden.safetensors")
@@ -189,7 +235,9 @@ def test_verify_names_what_a_bundle_lacks(sobel: Path) -> None:
 def test_no_permission(sobel: Path, photo: Path, tmp_path: Path) -> None:
     for parent in (photo.parent, *photo.parents[1:3], *tmp_path.parents[:2], tmp_path):
         parent.chmod(0o755)
-    assert run("run", sobel, photo, tmp_path / "out.png", "-b", "onnx").returncode == 0  # and all that is imported is
+    assert (
+        run("run", sobel, photo, tmp_path / "out.png", "-b", "onnx").returncode == 0
+    )  # and all that is imported is
     (tmp_path / "out.png").unlink()
     (sobel / "forward.pt").chmod(0)
     os.seteuid(65534)
@@ -209,13 +257,17 @@ def test_no_permission(sobel: Path, photo: Path, tmp_path: Path) -> None:
 
 def test_odd_text_is_shown_as_it_is(sobel: Path) -> None:
     manifest = json.loads((sobel / "manifest.json").read_text())
-    manifest["summary"] = "[red]not red[/] [/] :smile: \"quoted\" \x1b[2J\x07 two\nlines [link=x"
+    manifest["summary"] = '[red]not red[/] [/] :smile: "quoted" \x1b[2J\x07 two\nlines [link=x'
     manifest["config"] = {"[bold]": "[/]\x1b[31m"}
     manifest["methods"]["forward"]["inputs"][0]["description"] = "[blink]\x1b]0;title\x07 [/nonsense]"
     (sobel / "manifest.json").write_text(json.dumps(manifest))
     done = run("info", sobel)
     assert done.returncode == 0, done.stderr
-    assert '[red]not red[/] [/] :smile: "quoted" two lines [link=x' in done.stdout and "[blink]" in done.stdout and "[/nonsense]" in done.stdout
+    assert (
+        '[red]not red[/] [/] :smile: "quoted" two lines [link=x' in done.stdout
+        and "[blink]" in done.stdout
+        and "[/nonsense]" in done.stdout
+    )
     assert "\x1b" not in done.stdout and "\x07" not in done.stdout
     assert json.loads(run("info", "--json", sobel).stdout) == manifest
 
@@ -223,7 +275,14 @@ def test_odd_text_is_shown_as_it_is(sobel: Path) -> None:
 def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(ROOT / "python")}
     command = [*COMMAND, "export", "filters.*", "-f", "onnx", "-o", str(tmp_path), "-j", "1"]
-    process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen(
+        command,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
     deadline = time.monotonic() + 100
     while not list(tmp_path.glob("*.chiasm")) and time.monotonic() < deadline:  # one is there, of many
         time.sleep(0.01)
@@ -235,15 +294,31 @@ def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
 
 def test_a_reader_that_leaves(sobel: Path) -> None:
     manifest = json.loads((sobel / "manifest.json").read_text())
-    (sobel / "manifest.json").write_text(json.dumps(manifest | {"summary": "long" * 100_000}))  # more than a pipe holds
+    (sobel / "manifest.json").write_text(
+        json.dumps(manifest | {"summary": "long" * 100_000})
+    )  # more than a pipe holds
     for arguments in ("info --json", "info"):
-        done = subprocess.run(f"{sys.executable} -m chiasm.export {arguments} {sobel} | head -c 1", shell=True,
-                              env=os.environ | {"PYTHONPATH": str(ROOT / "python")}, capture_output=True, text=True, timeout=100)
+        done = subprocess.run(
+            f"{sys.executable} -m chiasm.export {arguments} {sobel} | head -c 1",
+            shell=True,
+            env=os.environ | {"PYTHONPATH": str(ROOT / "python")},
+            capture_output=True,
+            text=True,
+            timeout=100,
+        )
         assert not done.stderr, done.stderr
 
 
 def test_wrong_words() -> None:
-    for words in (["nonsense"], ["export"], ["export", "no.such.op"], ["export", "filters.sobel", "-f", "tensorflow"], ["export", "filters.sobel", "-j", "0"], ["run"], ["list", "\x1b[31m"]):
+    for words in (
+        ["nonsense"],
+        ["export"],
+        ["export", "no.such.op"],
+        ["export", "filters.sobel", "-f", "tensorflow"],
+        ["export", "filters.sobel", "-j", "0"],
+        ["run"],
+        ["list", "\x1b[31m"],
+    ):
         done = run(*words)
         refused(done, status=2)
         assert "\x1b" not in done.stderr
@@ -255,17 +330,24 @@ def test_an_error_of_ours_says_how_to_see_it(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(cli, "_select", broken)
     result = CliRunner().invoke(main, ["list"])
-    assert result.exit_code == 1 and "internal error: KeyError: 'surprise'" in result.output and "CHIASM_TRACEBACK=1" in result.output
+    assert (
+        result.exit_code == 1
+        and "internal error: KeyError: 'surprise'" in result.output
+        and "CHIASM_TRACEBACK=1" in result.output
+    )
     monkeypatch.setenv("CHIASM_TRACEBACK", "1")
     assert isinstance(CliRunner().invoke(main, ["list"]).exception, KeyError)
 
 
-# --- images as OpenCV reads them ---------------------------------------------------------------------------------------------
+# --- images as OpenCV reads them ----------------------------------------------------------------------------
 
 
 def test_files_are_read_as_opencv_reads_them(tmp_path: Path) -> None:
     random = np.random.default_rng(1)
-    grey, colour = random.integers(0, 65536, (13, 17), np.uint16), random.integers(0, 65536, (13, 17, 3), np.uint16)
+    grey, colour = (
+        random.integers(0, 65536, (13, 17), np.uint16),
+        random.integers(0, 65536, (13, 17, 3), np.uint16),
+    )
     cv2.imwrite(str(tmp_path / "grey16.png"), grey)
     cv2.imwrite(str(tmp_path / "colour16.png"), colour)
     cv2.imwrite(str(tmp_path / "grey16.tif"), grey)
@@ -284,7 +366,9 @@ def test_files_are_read_as_opencv_reads_them(tmp_path: Path) -> None:
         expected = cv2.imread(str(file))
         got = to_array(wanted, read_image(file), [])
         assert got.shape == expected.shape, file.name
-        assert np.abs(got.astype(int) - expected).max() <= 2 * (file.suffix == ".jpg"), file.name  # two decoders of JPEG
+        assert np.abs(got.astype(int) - expected).max() <= 2 * (file.suffix == ".jpg"), (
+            file.name
+        )  # two decoders of JPEG
 
 
 def test_numbers_have_all_sixteen_bits_and_the_colour_order_that_is_asked_for(tmp_path: Path) -> None:
@@ -292,10 +376,16 @@ def test_numbers_have_all_sixteen_bits_and_the_colour_order_that_is_asked_for(tm
     cv2.imwrite(str(tmp_path / "grey.png"), values)
     one = {"layout": "NCHW", "shape": ["B", 1, "H", "W"], "dtype": "T", "color": "GRAY", "name": "input"}
     got = to_array(one, read_image(tmp_path / "grey.png"), ["float32", "float64"])
-    assert got.dtype == np.float32 and got.shape == (1, 1, 256, 256) and np.array_equal(np.rint(got[0, 0] * 65535), values)
+    assert (
+        got.dtype == np.float32
+        and got.shape == (1, 1, 256, 256)
+        and np.array_equal(np.rint(got[0, 0] * 65535), values)
+    )
     colour = np.random.default_rng(2).integers(0, 256, (5, 7, 3), np.uint8)
     Image.fromarray(colour).save(tmp_path / "colour.png")
-    bgr = to_array(one | {"shape": ["B", 3, "H", "W"], "color": "BGR"}, read_image(tmp_path / "colour.png"), ["float32"])
+    bgr = to_array(
+        one | {"shape": ["B", 3, "H", "W"], "color": "BGR"}, read_image(tmp_path / "colour.png"), ["float32"]
+    )
     assert np.array_equal(np.rint(bgr[0] * 255), colour[..., ::-1].transpose(2, 0, 1))
 
 

@@ -1,4 +1,5 @@
-"""The C++ compiler's part of an export: it compiles the op and nothing else, with the package's precompiled headers or without."""
+"""The C++ compiler's part of an export: it compiles the op and nothing else, with the package's precompiled
+headers or without."""
 
 from __future__ import annotations
 
@@ -28,24 +29,45 @@ def test_the_first_export_compiles_nothing_but_the_op(tmp_path: Path) -> None:
     real = subprocess.run(["which", "g++"], capture_output=True, text=True, check=True).stdout.strip()
     (tools / "g++").write_text(f'#!/bin/sh\nprintf "%s\\n" "$*" >> {log}\nexec {real} "$@"\n')
     (tools / "g++").chmod(0o755)
-    cold = {name: str(tmp_path / name) for name in ("HOME", "TMPDIR", "CHIASM_CACHE", "TORCHINDUCTOR_CACHE_DIR")}
+    cold = {
+        name: str(tmp_path / name) for name in ("HOME", "TMPDIR", "CHIASM_CACHE", "TORCHINDUCTOR_CACHE_DIR")
+    }
     for folder in cold.values():
         Path(folder).mkdir()
-    environment = os.environ | cold | {"PATH": f"{tools}:{os.environ['PATH']}", "PYTHONPATH": f"{ROOT / 'python'}:{ROOT}"}
+    environment = (
+        os.environ
+        | cold
+        | {
+            "PATH": f"{tools}:{os.environ['PATH']}",
+            "PYTHONPATH": f"{ROOT / 'python'}:{ROOT}",
+        }
+    )
     program = """
 import sys
 from tests.export.conftest import SPEC, export, scaled_difference
 export(scaled_difference, SPEC, sys.argv[1], methods=("forward",))
 """
-    subprocess.run([sys.executable, "-W", "ignore", "-c", program, tmp_path / "out"], cwd=ROOT, env=environment, check=True, capture_output=True)
+    subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", program, tmp_path / "out"],
+        cwd=ROOT,
+        env=environment,
+        check=True,
+        capture_output=True,
+    )
 
     commands = [shlex.split(line) for line in log.read_text().splitlines()]
-    files = [word.rpartition("/")[2] for words in commands for word in words if word.endswith((".cpp", ".S", ".h"))]
+    files = [
+        word.rpartition("/")[2] for words in commands for word in words if word.endswith((".cpp", ".S", ".h"))
+    ]
     assert not any("c++-header" in words or "-E" in words for words in commands)
     assert sum("-shared" in words for words in commands) == 1
-    assert sorted(name for name in files if name not in ("wrapper.h", "kernel.h") and not name.endswith(".weights.S")) == ["kernel.cpp", "signature.cpp", "wrapper.cpp"]
+    assert sorted(
+        name for name in files if name not in ("wrapper.h", "kernel.h") and not name.endswith(".weights.S")
+    ) == ["kernel.cpp", "signature.cpp", "wrapper.cpp"]
     # with the headers that were built with the package
-    assert {words[words.index("-include") + 1] for words in commands if "-include" in words} == {str(LIBRARIES / "x86-64-v3" / f"{kind}.h") for kind in ("wrapper", "kernel")}
+    assert {words[words.index("-include") + 1] for words in commands if "-include" in words} == {
+        str(LIBRARIES / "x86-64-v3" / f"{kind}.h") for kind in ("wrapper", "kernel")
+    }
     assert not list((tmp_path / "TMPDIR").rglob("*.gch")), "PyTorch makes none of its own"
 
 
@@ -55,9 +77,19 @@ def test_precompiled_headers_change_no_byte(tmp_path: Path, monkeypatch: pytest.
 
     def code(name: str, headers: bool) -> bytes:
         monkeypatch.setenv("CHIASM_CACHE", str(tmp_path / name))
-        monkeypatch.setattr(compiler, "_fitting", lambda *of: taken.append(bool(found := fitting(*of) if headers else None)) or found)
+        monkeypatch.setattr(
+            compiler,
+            "_fitting",
+            lambda *of: taken.append(bool(found := fitting(*of) if headers else None)) or found,
+        )
         op = bind(scaled_difference, [t.name for t in SPEC.inputs], SPEC.config, SPEC.name)
-        program = trace(op, SPEC, list(SPEC.inputs), samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32"), "native")
+        program = trace(
+            op,
+            SPEC,
+            list(SPEC.inputs),
+            samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32"),
+            "native",
+        )
         with closing(to_native(lambda: program, SPEC, "x86-64-v3", "chiasm 1\n")) as made:
             return made.artifact().data
 

@@ -32,9 +32,13 @@ def halves(input: Tensor) -> Tensor:
 
 def _validator() -> jsonschema.Validator:
     """CycloneDX's own schemas (github.com/CycloneDX/specification, Apache License 2.0)."""
-    schemas = json.loads(gzip.decompress((Path(__file__).parent / "data" / "cyclonedx-1.6.json.gz").read_bytes()))
+    schemas = json.loads(
+        gzip.decompress((Path(__file__).parent / "data" / "cyclonedx-1.6.json.gz").read_bytes())
+    )
     registry = Registry().with_resources((s["$id"], Resource.from_contents(s)) for s in schemas.values())
-    return jsonschema.Draft7Validator(schemas["bom-1.6"], registry=registry, format_checker=jsonschema.Draft7Validator.FORMAT_CHECKER)
+    return jsonschema.Draft7Validator(
+        schemas["bom-1.6"], registry=registry, format_checker=jsonschema.Draft7Validator.FORMAT_CHECKER
+    )
 
 
 def _documents(bundle: Path) -> tuple[dict, dict]:
@@ -45,14 +49,25 @@ def test_the_list_of_parts_is_cyclonedx_and_names_every_file(bundle: Path) -> No
     parts, _ = _documents(bundle)
     _validator().validate(parts)
     files = {c["name"]: c["hashes"][0]["content"] for c in parts["components"] if c["type"] == "file"}
-    assert set(files) == {p.name for p in bundle.iterdir()} - {"manifest.json", "sbom.cdx.json", "provenance.json"}
+    assert set(files) == {p.name for p in bundle.iterdir()} - {
+        "manifest.json",
+        "sbom.cdx.json",
+        "provenance.json",
+    }
     for name, digest in files.items():
         assert hashlib.sha256((bundle / name).read_bytes()).hexdigest() == digest
     versions = {c["name"]: c.get("version") for c in parts["components"]}
     assert versions["torch"] == torch.__version__.split("+")[0] or versions["torch"] == torch.__version__
-    assert versions["g++"] == subprocess.run(["g++", "-dumpfullversion"], capture_output=True, text=True, check=True).stdout.strip()
+    assert (
+        versions["g++"]
+        == subprocess.run(
+            ["g++", "-dumpfullversion"], capture_output=True, text=True, check=True
+        ).stdout.strip()
+    )
     assert "libc.so.6" in versions and versions["libstdc++"] == versions["libgcc"] == versions["g++"]
-    assert not any(".so" in name and not name.startswith(("libc.", "libm.", "libmvec.", "ld-linux")) for name in versions)
+    assert not any(
+        ".so" in name and not name.startswith(("libc.", "libm.", "libmvec.", "ld-linux")) for name in versions
+    )
     assert not any("torch" in name and name != "torch" for name in versions)
     wrong = parts | {"components": [{"type": "nonsense", "name": "x"}]}
     assert not _validator().is_valid(wrong)
@@ -60,23 +75,39 @@ def test_the_list_of_parts_is_cyclonedx_and_names_every_file(bundle: Path) -> No
 
 def test_the_provenance_is_an_in_toto_statement_of_every_file(bundle: Path) -> None:
     _, statement = _documents(bundle)
-    assert statement["_type"] == "https://in-toto.io/Statement/v1" and statement["predicateType"] == "https://slsa.dev/provenance/v1"
+    assert (
+        statement["_type"] == "https://in-toto.io/Statement/v1"
+        and statement["predicateType"] == "https://slsa.dev/provenance/v1"
+    )
     subjects = {s["name"]: s["digest"]["sha256"] for s in statement["subject"]}
     assert set(subjects) == {p.name for p in bundle.iterdir()} - {"manifest.json", "provenance.json"}
     for name, digest in subjects.items():
         assert hashlib.sha256((bundle / name).read_bytes()).hexdigest() == digest
     build = statement["predicate"]["buildDefinition"]
-    assert set(build) >= {"buildType", "externalParameters"} and statement["predicate"]["runDetails"]["builder"]["id"]
-    assert build["externalParameters"]["config"] == {"power": 2.0} and build["externalParameters"]["formats"] == ["torchscript", "onnx", "native"]
+    assert (
+        set(build) >= {"buildType", "externalParameters"}
+        and statement["predicate"]["runDetails"]["builder"]["id"]
+    )
+    assert build["externalParameters"]["config"] == {"power": 2.0} and build["externalParameters"][
+        "formats"
+    ] == ["torchscript", "onnx", "native"]
     sources = {d["name"]: d["digest"]["sha256"] for d in build["resolvedDependencies"] if "digest" in d}
-    assert sources == {"tests.export.conftest": hashlib.sha256((Path(__file__).parent / "conftest.py").read_bytes()).hexdigest()}
+    assert sources == {
+        "tests.export.conftest": (
+            hashlib.sha256((Path(__file__).parent / "conftest.py").read_bytes()).hexdigest()
+        )
+    }
 
 
 def test_the_manifest_names_both(bundle: Path) -> None:
     documents = read_manifest(bundle)["documents"]
     for kind, name in (("sbom", "sbom.cdx.json"), ("provenance", "provenance.json")):
         data = (bundle / name).read_bytes()
-        assert documents[kind] == {"file": name, "size": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+        assert documents[kind] == {
+            "file": name,
+            "size": len(data),
+            "sha256": hashlib.sha256(data).hexdigest(),
+        }
 
 
 def joined(a: Tensor, b: Tensor) -> Tensor:
@@ -85,7 +116,10 @@ def joined(a: Tensor, b: Tensor) -> Tensor:
 
 def test_an_artifact_says_what_it_needs_libtorch_for(tmp_path: Path) -> None:
     """Bytes that are joined are left to libtorch by AOTInductor."""
-    spec = Spec("test.joined", [TensorSpec("a", ("N",), "uint8", range=(0, 255)), TensorSpec("b", ("N",), "uint8", range=(0, 255))])
+    spec = Spec(
+        "test.joined",
+        [TensorSpec("a", ("N",), "uint8", range=(0, 255)), TensorSpec("b", ("N",), "uint8", range=(0, 255))],
+    )
     bundle = export(joined, spec, tmp_path, formats=["native"])
     [artifact] = read_manifest(bundle)["methods"]["forward"]["artifacts"]
     assert artifact["needs"] == ["libtorch"] and "aoti_torch_cpu_cat" in artifact["why"]
@@ -99,13 +133,20 @@ def test_a_modules_classes_are_its_sources(tmp_path: Path) -> None:
         def forward(self, input: Tensor) -> Tensor:
             return input * 2
 
-    bundle = export(nn.Sequential(Twice(), nn.ReLU()), Spec("test.twice", [image()]), tmp_path, formats=["onnx"], methods=["forward"])
+    bundle = export(
+        nn.Sequential(Twice(), nn.ReLU()),
+        Spec("test.twice", [image()]),
+        tmp_path,
+        formats=["onnx"],
+        methods=["forward"],
+    )
     dependencies = _documents(bundle)[1]["predicate"]["buildDefinition"]["resolvedDependencies"]
     assert [d["name"] for d in dependencies if "digest" in d] == [__name__]
 
 
 def test_the_same_bytes_wherever_it_is_made(tmp_path: Path) -> None:
-    """At another path of the op, of chiasm, of the bundle, with another home, cache and working folder, as another user by name."""
+    """At another path of the op, of chiasm, of the bundle, with another home, cache and working folder, as
+    another user by name."""
     program = """
 import sys
 from my_op import halves
@@ -121,14 +162,39 @@ export(halves, Spec("test.halves", [image()]), sys.argv[1], formats=["torchscrip
         python = ROOT / "python"
         if number != "1":
             ignore = shutil.ignore_patterns("__pycache__")
-            python = Path(shutil.copytree(ROOT / "python" / "chiasm", place / "chiasm_copy" / "chiasm", ignore=ignore)).parent
-        environment = {"PATH": os.environ["PATH"], "HOME": str(place / "home"), "CHIASM_CACHE": str(place / "cache"), "USER": f"user{len(number)}",
-                       "PYTHONPATH": f"{place / 'source'}:{python}", "SOURCE_DATE_EPOCH": "1700000000", "PYTHONHASHSEED": str(len(number))}
-        subprocess.run([sys.executable, "-W", "ignore", "-c", program, str(place / "out")], cwd=place / "work", env=environment, check=True, timeout=200)
+            python = Path(
+                shutil.copytree(ROOT / "python" / "chiasm", place / "chiasm_copy" / "chiasm", ignore=ignore)
+            ).parent
+        environment = {
+            "PATH": os.environ["PATH"],
+            "HOME": str(place / "home"),
+            "CHIASM_CACHE": str(place / "cache"),
+            "USER": f"user{len(number)}",
+            "PYTHONPATH": f"{place / 'source'}:{python}",
+            "SOURCE_DATE_EPOCH": "1700000000",
+            "PYTHONHASHSEED": str(len(number)),
+        }
+        subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", program, str(place / "out")],
+            cwd=place / "work",
+            env=environment,
+            check=True,
+            timeout=200,
+        )
         bundle = place / "out" / "test.halves.chiasm"
         found.append({p.name: p.read_bytes() for p in bundle.iterdir()})
-        assert not [name for name, data in found[-1].items() if str(place).encode() in data or str(ROOT).encode() in data]
-    assert set(found[0]) == {"manifest.json", "golden.safetensors", "sbom.cdx.json", "provenance.json", "forward.pt",
-                             *(f"{m}.float32.{f}" for m in ("forward", "vjp") for f in ("onnx", "fused.onnx"))}
+        assert not [
+            name
+            for name, data in found[-1].items()
+            if str(place).encode() in data or str(ROOT).encode() in data
+        ]
+    assert set(found[0]) == {
+        "manifest.json",
+        "golden.safetensors",
+        "sbom.cdx.json",
+        "provenance.json",
+        "forward.pt",
+        *(f"{m}.float32.{f}" for m in ("forward", "vjp") for f in ("onnx", "fused.onnx")),
+    }
     assert [name for name in found[0] if found[0][name] != found[1][name]] == []
     assert json.loads(found[0]["manifest.json"])["created"] == "2023-11-14T22:13:20Z"

@@ -1,4 +1,5 @@
-"""One call from a user's own function to a bundle: what it holds, that it repeats, and what it says when it cannot."""
+"""One call from a user's own function to a bundle: what it holds, that it repeats, and what it says when it
+cannot."""
 
 import hashlib
 import io
@@ -42,18 +43,24 @@ def test_native_loops_are_vectorised(bundle: Path, tmp_path: Path) -> None:
     """AOTInductor falls back to scalar loops without a word."""
     with zipfile.ZipFile(bundle / "forward.float32.x86-64-v3.pt2") as archive:
         archive.extract("chiasm/op.so", tmp_path)
-    code = subprocess.run(["objdump", "-d", tmp_path / "chiasm" / "op.so"], capture_output=True, text=True, check=True).stdout
+    code = subprocess.run(
+        ["objdump", "-d", tmp_path / "chiasm" / "op.so"], capture_output=True, text=True, check=True
+    ).stdout
     assert re.search(r"vmulps .*ymm", code)  # the scaling, eight values at a time
 
 
 def metres(depth: Tensor, scale: float = 0.001) -> Tuple[Tensor, Tensor]:
     """Depth of a camera that measures millimetres, and where it measured nothing."""
-    return depth.to(torch.float32) * scale, (depth.to(torch.int32) + (depth == 0).to(torch.int32) * 65535).to(torch.uint16)
+    return depth.to(torch.float32) * scale, (depth.to(torch.int32) + (depth == 0).to(torch.int32) * 65535).to(
+        torch.uint16
+    )
 
 
 def test_frames_of_sixteen_bits(tmp_path: Path) -> None:
     depth = TensorSpec("depth", ("B", 1, "H", "W"), dtype="uint16", range=(0, 65535))
-    path = export(metres, Spec("test.metres", [depth], [TensorSpec("metres"), TensorSpec("filled")]), tmp_path)
+    path = export(
+        metres, Spec("test.metres", [depth], [TensorSpec("metres"), TensorSpec("filled")]), tmp_path
+    )
     bundle = chiasm.runtime.open(path)
     frame = np.array([[0, 1, 1000, 32768, 65535]], np.uint16)[None, None]
     for backend in ("native", "torch", "onnx"):
@@ -66,14 +73,20 @@ def test_frames_of_sixteen_bits(tmp_path: Path) -> None:
 def test_native_code_brings_no_threads_and_no_torch(bundle: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(bundle / "forward.float32.x86-64-v3.pt2") as archive:
         archive.extract("chiasm/op.so", tmp_path)
-    needed = subprocess.run(["objdump", "-p", tmp_path / "chiasm" / "op.so"], capture_output=True, text=True, check=True).stdout
+    needed = subprocess.run(
+        ["objdump", "-p", tmp_path / "chiasm" / "op.so"], capture_output=True, text=True, check=True
+    ).stdout
     assert not re.search(r"NEEDED +(libgomp|libtorch|libc10|libonnxruntime)", needed)
 
 
 def test_the_manifest_follows_the_schema_and_its_hashes_are_right(bundle: Path) -> None:
     manifest = json.loads((bundle / "manifest.json").read_text())
     jsonschema.validate(manifest, schema())
-    entries = [*(a for m in manifest["methods"].values() for a in m["artifacts"]), manifest["golden"], *manifest["documents"].values()]
+    entries = [
+        *(a for m in manifest["methods"].values() for a in m["artifacts"]),
+        manifest["golden"],
+        *manifest["documents"].values(),
+    ]
     for entry in entries:
         assert hashlib.sha256((bundle / entry["file"]).read_bytes()).hexdigest() == entry["sha256"]
     assert {p.name for p in bundle.iterdir()} == {e["file"] for e in entries} | {"manifest.json"}
@@ -100,10 +113,14 @@ def test_onnx_has_the_arguments_names_the_opset_and_the_op_in_its_metadata(bundl
 def test_native_code_exports_one_symbol_and_needs_no_engine(bundle: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(bundle / "forward.float32.x86-64-v3.pt2") as archive:
         (tmp_path / "op.so").write_bytes(archive.read("chiasm/op.so"))
-    needed = subprocess.run(["readelf", "-d", tmp_path / "op.so"], capture_output=True, text=True, check=True).stdout
+    needed = subprocess.run(
+        ["readelf", "-d", tmp_path / "op.so"], capture_output=True, text=True, check=True
+    ).stdout
     libraries = re.findall(r"\(NEEDED\).*\[(.+)\]", needed)
     assert libraries and not [name for name in libraries if "torch" in name or "c10" in name]
-    symbols = subprocess.run(["nm", "-D", "--defined-only", tmp_path / "op.so"], capture_output=True, text=True, check=True).stdout
+    symbols = subprocess.run(
+        ["nm", "-D", "--defined-only", tmp_path / "op.so"], capture_output=True, text=True, check=True
+    ).stdout
     assert [line.split()[-1] for line in symbols.splitlines()] == ["chiasm_native_entry"]
 
 
@@ -113,8 +130,8 @@ def test_torchs_own_loader_refuses_a_torch_free_artifact(bundle: Path) -> None:
 
 
 def test_exporting_twice_gives_the_same_manifest_but_for_times(tmp_path: Path) -> None:
-    # In processes of their own, as the command does (TorchScript numbers types that a process scripts twice). Each has a cache of
-    # its own, so that the op is compiled again.
+    # In processes of their own, as the command does (TorchScript numbers types that a process scripts twice).
+    # Each has a cache of its own, so that the op is compiled again.
     program = """
 import os, sys
 from tests.export.conftest import SPEC, export, scaled_difference
@@ -137,7 +154,9 @@ def test_a_compilation_is_found_again_whatever_the_process_did_before() -> None:
         outputs = output_specs(trace(op, SPEC, list(SPEC.inputs), inputs, "onnx"), SPEC, "float32")
         tensors, _ = vjp_signature(SPEC, outputs)
         example = with_cotangents(op, SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32", tensors)
-        return _key(trace_vjp(vjp_module(op, SPEC, outputs), SPEC, tensors, example), SPEC, "x86-64-v3", "chiasm 1")
+        return _key(
+            trace_vjp(vjp_module(op, SPEC, outputs), SPEC, tensors, example), SPEC, "x86-64-v3", "chiasm 1"
+        )
 
     assert key() == key()
 
@@ -149,7 +168,9 @@ def test_every_backend_equals_eager_and_its_gradient(bundle: Path, backend: str)
     gain = torch.rand(3, generator=generator) + 0.5
     opened = chiasm.runtime.open(bundle)
     expected = scaled_difference(x, gain, 2.0)
-    torch.testing.assert_close(opened.method("forward", backend=backend)(x, gain), expected, atol=1e-6, rtol=1e-5)
+    torch.testing.assert_close(
+        opened.method("forward", backend=backend)(x, gain), expected, atol=1e-6, rtol=1e-5
+    )
     seed = torch.rand(expected.shape, generator=generator)
     leaves = x.clone().requires_grad_(), gain.clone().requires_grad_()
     want = torch.autograd.grad(scaled_difference(*leaves, 2.0), leaves, seed)
@@ -165,7 +186,12 @@ def test_a_sequential_and_a_plain_function_export_by_the_same_call(tmp_path: Pat
 
     symbols = {"H": (8, 4096), "W": (8, 4096)}
     x = np.random.default_rng(0).random((1, 3, 30, 41), np.float32)
-    first = export(sequential, Spec("test.sequential", [image()], symbols=symbols), tmp_path, formats=["torchscript", "onnx"])
+    first = export(
+        sequential,
+        Spec("test.sequential", [image()], symbols=symbols),
+        tmp_path,
+        formats=["torchscript", "onnx"],
+    )
     got = chiasm.runtime.open(first).method("forward", backend="onnx")(x)
     torch.testing.assert_close(torch.from_numpy(got), sequential(torch.from_numpy(x)), atol=1e-5, rtol=1e-4)
     # a function that closes over modules cannot be scripted, but ONNX takes it
@@ -175,11 +201,19 @@ def test_a_sequential_and_a_plain_function_export_by_the_same_call(tmp_path: Pat
 
 
 def thirds(x: Tensor) -> Tensor:
-    return torch.where(x < -1e300, torch.full_like(x, 1e-300), x * 0.1 + torch.full([], 2.0 / 3.0, dtype=x.dtype))
+    return torch.where(
+        x < -1e300, torch.full_like(x, 1e-300), x * 0.1 + torch.full([], 2.0 / 3.0, dtype=x.dtype)
+    )
 
 
 def test_numbers_in_float64_graphs_are_not_rounded_to_float32(tmp_path: Path) -> None:
-    bundle = export(thirds, Spec("test.thirds", [TensorSpec("x", ("N",))], dtypes=("float64",)), tmp_path, formats=("onnx",), methods=("forward",))
+    bundle = export(
+        thirds,
+        Spec("test.thirds", [TensorSpec("x", ("N",))], dtypes=("float64",)),
+        tmp_path,
+        formats=("onnx",),
+        methods=("forward",),
+    )
     x = torch.tensor([-float("inf"), -1e200, 0.0, 1.0 / 7.0], dtype=torch.float64)
     [result] = onnx_session(bundle / "forward.float64.onnx")({"x": x})
     assert torch.equal(result, thirds(x))
@@ -194,7 +228,10 @@ def test_several_outputs_integer_outputs_and_uint8_input(tmp_path: Path) -> None
     spec = Spec("test.brightest", [frame()], [TensorSpec("channel"), TensorSpec("value")], gradients=())
     made = export(brightest, spec, tmp_path, formats=["torchscript", "onnx"])
     manifest = read_manifest(made)
-    assert [(t["dtype"], t["shape"]) for t in manifest["methods"]["forward"]["outputs"]] == [("int64", ["H", "W"]), ("float32", ["H", "W"])]
+    assert [(t["dtype"], t["shape"]) for t in manifest["methods"]["forward"]["outputs"]] == [
+        ("int64", ["H", "W"]),
+        ("float32", ["H", "W"]),
+    ]
     assert "vjp" not in manifest["methods"]
     image_ = np.random.default_rng(1).integers(0, 255, (13, 9, 3), np.uint8)
     for backend in ("torch", "onnx"):
@@ -209,7 +246,11 @@ def passed_on(input: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def test_gradients_that_are_cotangents_or_parts_of_them(tmp_path: Path) -> None:
-    spec = Spec("test.passed_on", [TensorSpec("input", ("N",)), TensorSpec("matrix", (2, 3))], [TensorSpec("copy"), TensorSpec("longer")])
+    spec = Spec(
+        "test.passed_on",
+        [TensorSpec("input", ("N",)), TensorSpec("matrix", (2, 3))],
+        [TensorSpec("copy"), TensorSpec("longer")],
+    )
     made = export(passed_on, spec, tmp_path, formats=["torchscript", "onnx"])
     random = np.random.default_rng(0)
     x, m, dx, dm = (random.random(shape, np.float32) for shape in ((5,), (2, 3), (5,), (3, 3)))
@@ -218,7 +259,7 @@ def test_gradients_that_are_cotangents_or_parts_of_them(tmp_path: Path) -> None:
         assert np.array_equal(gradients[0], dx) and np.array_equal(gradients[1], dm[:2])
 
 
-# --- errors ------------------------------------------------------------------------------------------------------------
+# --- errors -------------------------------------------------------------------------------------------------
 
 
 def uses_a_lambda(input: Tensor) -> Tensor:
@@ -249,7 +290,9 @@ def freezes_a_size(input: Tensor) -> Tensor:
     ],
 )
 def test_what_cannot_be_exported_is_named(fn, formats, expected, tmp_path: Path) -> None:
-    spec = Spec("test.bad", [TensorSpec("input", ("B", 5, 5))] if fn is has_no_onnx_form else [image()], gradients=())
+    spec = Spec(
+        "test.bad", [TensorSpec("input", ("B", 5, 5))] if fn is has_no_onnx_form else [image()], gradients=()
+    )
     with pytest.raises(ExportError) as caught:
         export(fn, spec, tmp_path, formats=formats)
     for part in ["test.bad", *expected]:
@@ -268,11 +311,15 @@ def test_a_size_that_the_code_fixes_is_named(tmp_path: Path) -> None:
 def _twice_with_places(x: Tensor) -> Tensor:
     """The number of elements is both a size that the graph has and one that it asks for."""
     flat = x.reshape(-1)
-    return (flat[:, None] * torch.ones([2])).flatten().unflatten(0, [flat.size(0), 2]) + torch.arange(x.numel())[:, None]
+    return (flat[:, None] * torch.ones([2])).flatten().unflatten(0, [flat.size(0), 2]) + torch.arange(
+        x.numel()
+    )[:, None]
 
 
 def test_the_number_of_elements_is_a_size_like_others(tmp_path: Path) -> None:
-    bundle = export(_twice_with_places, Spec("test.places", [TensorSpec("x", ("B", "N"))]), tmp_path, formats=["onnx"])
+    bundle = export(
+        _twice_with_places, Spec("test.places", [TensorSpec("x", ("B", "N"))]), tmp_path, formats=["onnx"]
+    )
     x = torch.rand(2, 5)
     assert onnx_session(bundle / "forward.float32.onnx")({"x": x})[0].equal(_twice_with_places(x))
 
@@ -286,7 +333,8 @@ def _costs_of_all(models: Tensor, planes: Tensor) -> Tensor:
 
 
 def test_an_export_leaves_no_trace_on_the_next() -> None:
-    """Loops are traced by torch.compile, which keeps what it made and asks of the next call whether it fits: a guard on a free size."""
+    """Loops are traced by torch.compile, which keeps what it made and asks of the next call whether it fits:
+    a guard on a free size."""
     models, planes = torch.rand(7, 30, 3, 3), torch.rand(7, 7, 11)
     for fn, least in (_costs_of_four, 6), (_costs_of_all, 1):
         tensors = [TensorSpec("models", ("B", "S", 3, 3)), TensorSpec("planes", ("B", 7, "N"))]
@@ -298,7 +346,12 @@ def test_an_export_leaves_no_trace_on_the_next() -> None:
 
 def test_wrong_specs_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="outputs"):
-        export(scaled_difference, replace(SPEC, outputs=[TensorSpec("a"), TensorSpec("b")]), tmp_path, formats=["onnx"])
+        export(
+            scaled_difference,
+            replace(SPEC, outputs=[TensorSpec("a"), TensorSpec("b")]),
+            tmp_path,
+            formats=["onnx"],
+        )
     with pytest.raises(ExportError, match="formats"):
         export(scaled_difference, SPEC, tmp_path, formats=["tensorflow"])
     with pytest.raises(ExportError, match="identifier"):
@@ -340,7 +393,10 @@ def test_the_catalog_is_sound() -> None:
 def test_torchscript_keeps_branches(bundle: Path) -> None:
     scripted = torch.jit.load(io.BytesIO((bundle / "forward.pt").read_bytes()))
     assert "scaled_difference" in str(scripted.inlined_graph) or "abs" in str(scripted.inlined_graph)
-    assert scripted(torch.rand(1, 1, 5, 6, dtype=torch.float64), torch.ones(1, dtype=torch.float64)).dtype == torch.float64
+    assert (
+        scripted(torch.rand(1, 1, 5, 6, dtype=torch.float64), torch.ones(1, dtype=torch.float64)).dtype
+        == torch.float64
+    )
 
 
 def share(input: torch.Tensor) -> torch.Tensor:

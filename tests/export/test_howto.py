@@ -20,7 +20,9 @@ def blocks(page: str) -> list[str]:
 
 
 def run(*command: object, **options: object) -> None:
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=300, **options)
+    done = subprocess.run(
+        [str(part) for part in command], capture_output=True, text=True, timeout=300, **options
+    )
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -39,9 +41,31 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
     run(sys.executable, tmp_path / "runtime/artifact/generate.py", "build", made)
     run(sys.executable, tmp_path / "runtime/artifact/generate.py", "docs", made / "kernels.md")
     assert "## invert\n" in (made / "kernels.md").read_text()
-    assert "AOTITorchError aoti_torch_cpu_invert(AtenTensorHandle x_, double high, AtenTensorHandle* result)" in (made / "kernel_calls.cpp").read_text()
-    sources = [tmp_path / f for f in ("runtime/artifact/kernels/invert.cpp", "runtime/artifact/aoti/openmp.cpp", "tests/kernels/invert_test.cpp", "tests/kernels/threads.cpp")]
-    flags = ["-std=c++20", "-O1", f"-march={next(iter(ISAS))}", "-fopenmp", "-Wall", "-Wextra", "-Werror", f"-I{made}", f"-I{tmp_path / 'runtime'}", f"-I{tmp_path / 'include'}"]
+    assert (
+        "AOTITorchError aoti_torch_cpu_invert(AtenTensorHandle x_, double high, AtenTensorHandle* result)"
+        in (made / "kernel_calls.cpp").read_text()
+    )
+    sources = [
+        tmp_path / f
+        for f in (
+            "runtime/artifact/kernels/invert.cpp",
+            "runtime/artifact/aoti/openmp.cpp",
+            "tests/kernels/invert_test.cpp",
+            "tests/kernels/threads.cpp",
+        )
+    ]
+    flags = [
+        "-std=c++20",
+        "-O1",
+        f"-march={next(iter(ISAS))}",
+        "-fopenmp",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        f"-I{made}",
+        f"-I{tmp_path / 'runtime'}",
+        f"-I{tmp_path / 'include'}",
+    ]
     run("g++", *flags, *sources, "-lgtest", "-lgtest_main", "-o", tmp_path / "invert_test")
     run(tmp_path / "invert_test")
     run(sys.executable, tmp_path / "lowering.py", env={"PYTHONPATH": str(tmp_path / "python")})
@@ -49,7 +73,9 @@ def test_a_kernel_is_added(tmp_path: Path) -> None:
 
 def test_an_op_is_added(tmp_path: Path) -> None:
     source, names, spec, test, commands = blocks("op.md")
-    shutil.copytree(ROOT / "python/chiasm", tmp_path / "chiasm", ignore=shutil.ignore_patterns("__pycache__", "x86-64-*"))
+    shutil.copytree(
+        ROOT / "python/chiasm", tmp_path / "chiasm", ignore=shutil.ignore_patterns("__pycache__", "x86-64-*")
+    )
     (tmp_path / "chiasm/enhance/vignette.py").write_text(source)
     family = tmp_path / "chiasm/enhance/__init__.py"
     before, lookup = family.read_text().split("__getattr__, ")
@@ -58,10 +84,35 @@ def test_an_op_is_added(tmp_path: Path) -> None:
         catalog.write(spec)
     (tmp_path / "test_vignette.py").write_text(test)
     environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONSAFEPATH": "1"}
-    run(sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", tmp_path / "test_vignette.py", env=environment, cwd=tmp_path)
+    run(
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        tmp_path / "test_vignette.py",
+        env=environment,
+        cwd=tmp_path,
+    )
     run(sys.executable, "-c", DOCTEST, env=environment, cwd=tmp_path)
-    export, verify = (line.split("-m chiasm.export ")[1].split() for line in commands.splitlines() if "chiasm.export" in line)
-    run(sys.executable, "-m", "chiasm.export", *export, "-f", "onnx", "-f", "torchscript", env=environment, cwd=tmp_path)
+    export, verify = (
+        line.split("-m chiasm.export ")[1].split()
+        for line in commands.splitlines()
+        if "chiasm.export" in line
+    )
+    run(
+        sys.executable,
+        "-m",
+        "chiasm.export",
+        *export,
+        "-f",
+        "onnx",
+        "-f",
+        "torchscript",
+        env=environment,
+        cwd=tmp_path,
+    )
     run(sys.executable, "-m", "chiasm.export", *verify, env=environment, cwd=tmp_path)
 
 
@@ -72,11 +123,13 @@ import chiasm.enhance
 module = sys.modules["chiasm.enhance.vignette"]
 failed, tried = doctest.testmod(module, extraglobs={"torch": torch})
 assert tried and not failed
-assert torch.autograd.gradcheck(module.vignette, torch.rand(1, 2, 3, 4, dtype=torch.float64, requires_grad=True))
+x = torch.rand(1, 2, 3, 4, dtype=torch.float64, requires_grad=True)
+assert torch.autograd.gradcheck(module.vignette, x)
 torch.jit.script(module.vignette)
 """
 
-#: Behind the last block of kernel.md: what is traced for native code is the kernel, and elsewhere the definition.
+#: Behind the last block of kernel.md: what is traced for native code is the kernel, and elsewhere the
+#: definition.
 USE = """
 from chiasm.primitives.core.target import exporting
 

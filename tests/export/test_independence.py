@@ -1,4 +1,5 @@
-"""Whether the exporter knows which ops treat the samples of a batch apart, and native code gives the same for a batch in parts."""
+"""Whether the exporter knows which ops treat the samples of a batch apart, and native code gives the same for
+a batch in parts."""
 
 from __future__ import annotations
 
@@ -55,7 +56,9 @@ def test_sees_a_label_of_another_sample() -> None:
     inputs = [TensorSpec("label", ("B",), "int64")]
     made = {"label": torch.tensor([2, 5, 1])}
     assert independent(lambda t: (t["label"] + 1,), inputs, made, [None])
-    assert not independent(lambda t: (t["label"] + (t["label"] == 2).sum() * 0 + (t["label"] == 5).sum(),), inputs, made, [None])
+    assert not independent(
+        lambda t: (t["label"] + (t["label"] == 2).sum() * 0 + (t["label"] == 5).sum(),), inputs, made, [None]
+    )
 
 
 @pytest.mark.parametrize(
@@ -71,7 +74,9 @@ def test_sees_a_label_of_another_sample() -> None:
     ],
 )
 def test_samples_are_the_first_dimension(inputs: list, outputs: list, expected: bool) -> None:
-    assert has_samples([TensorSpec("x", s) for s in inputs], [TensorSpec("y", s) for s in outputs]) == expected
+    assert (
+        has_samples([TensorSpec("x", s) for s in inputs], [TensorSpec("y", s) for s in outputs]) == expected
+    )
 
 
 @pytest.mark.parametrize(("op", "samples"), [(halves, "B"), (by_mean, None)])

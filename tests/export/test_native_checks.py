@@ -1,4 +1,5 @@
-"""Native code and values that would lead it outside of its memory: each is an error of the run, and what is proved costs nothing."""
+"""Native code and values that would lead it outside of its memory: each is an error of the run, and what is
+proved costs nothing."""
 
 from __future__ import annotations
 
@@ -25,7 +26,9 @@ from chiasm.primitives.resampling.taps import bilinear_taps
 SIZE = 16
 
 
-def lookups(table: Tensor, picked: Tensor, added: Tensor, put: Tensor, gathered: Tensor, divisor: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
+def lookups(
+    table: Tensor, picked: Tensor, added: Tensor, put: Tensor, gathered: Tensor, divisor: Tensor
+) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]:
     """Every way to use an index, each with an index of its own; and the divisions of integers."""
     ones = torch.ones_like(added, dtype=table.dtype)
     sums = torch.zeros(SIZE, dtype=table.dtype).scatter_add(0, added, ones)
@@ -54,7 +57,10 @@ def sample_lookups_of(*names: str) -> Callable:
             "added": torch.randint(0, SIZE, (s["A"],), generator=g),
             "put": torch.randint(-SIZE, SIZE, (s["Q"],), generator=g),
             "gathered": torch.randint(0, SIZE // 4, (s["G"],), generator=g),
-            "divisor": torch.randint(1, 9, (s["D"],), generator=g) * (2 * torch.randint(0, 2, (s["D"],), generator=g) - 1),
+            "divisor": (
+                torch.randint(1, 9, (s["D"],), generator=g)
+                * (2 * torch.randint(0, 2, (s["D"],), generator=g) - 1)
+            ),
         }
         return {name: made[name] for name in names}
 
@@ -63,7 +69,14 @@ def sample_lookups_of(*names: str) -> Callable:
 
 LOOKUPS = Spec(
     "test.lookups",
-    [TensorSpec("table", (SIZE,)), integers("picked", "P"), integers("added", "A"), integers("put", "Q"), integers("gathered", "G"), integers("divisor", "D")],
+    [
+        TensorSpec("table", (SIZE,)),
+        integers("picked", "P"),
+        integers("added", "A"),
+        integers("put", "Q"),
+        integers("gathered", "G"),
+        integers("divisor", "D"),
+    ],
     [TensorSpec(n) for n in ("values", "sums", "marked", "rows", "quotients", "remainders")],
     symbols=dict.fromkeys("PAQGD", (1, 1 << 16)),
     gradients=(),
@@ -90,19 +103,27 @@ def test_allowed_values_give_what_eager_gives(bundle: Path, count: int) -> None:
 
 
 FAR = [20000, 1 << 31, (1 << 62), -(1 << 63)]
-WRONG = [(n, i) for n in ("picked", "put") for i in (SIZE, -SIZE - 1, *FAR)] + [("added", i) for i in (SIZE, -1, -5, *FAR)] + [("gathered", i) for i in (4, -1, *FAR)]
+WRONG = (
+    [(n, i) for n in ("picked", "put") for i in (SIZE, -SIZE - 1, *FAR)]
+    + [("added", i) for i in (SIZE, -1, -5, *FAR)]
+    + [("gathered", i) for i in (4, -1, *FAR)]
+)
 
 
 @pytest.mark.parametrize(("name", "wrong"), WRONG)
 @pytest.mark.parametrize("place", [0, 13, 60000])
-def test_a_wrong_index_is_an_error_that_names_it_and_the_limit(bundle: Path, name: str, wrong: int, place: int) -> None:
+def test_a_wrong_index_is_an_error_that_names_it_and_the_limit(
+    bundle: Path, name: str, wrong: int, place: int
+) -> None:
     index = torch.zeros(place + 5, dtype=torch.int64)
     index[place] = wrong
     limit = 4 if name == "gathered" else SIZE
     with pytest.raises((IndexError, RuntimeError)):
         lookups(*made(**{name: index}).values())
     method = runtime.open(bundle).method("forward", backend="native")
-    with pytest.raises(runtime.ChiasmError, match=rf"index {wrong} is out of range for an axis of size {limit} \(aten\.\w+\)"):
+    with pytest.raises(
+        runtime.ChiasmError, match=rf"index {wrong} is out of range for an axis of size {limit} \(aten\.\w+\)"
+    ):
         method(*made(**{name: index}).values())
     right = made()  # and the next run is whole
     for mine, eager in zip(method(*right.values()), lookups(*right.values()), strict=True):
@@ -115,15 +136,28 @@ def by_magnitude(table: Tensor, index: Tensor) -> Tensor:
 
 
 def test_a_magnitude_may_be_negative(tmp_path: Path) -> None:
-    spec = Spec("test.by_magnitude", [TensorSpec("table", (SIZE,)), integers("index", "P")], [TensorSpec("value")], symbols={"P": (1, 64)}, gradients=(),
-                sample=lambda g, sizes, dtype: {"table": torch.rand(SIZE, generator=g, dtype=dtype), "index": torch.arange(sizes["P"])})
-    method = runtime.open(export(by_magnitude, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    spec = Spec(
+        "test.by_magnitude",
+        [TensorSpec("table", (SIZE,)), integers("index", "P")],
+        [TensorSpec("value")],
+        symbols={"P": (1, 64)},
+        gradients=(),
+        sample=lambda g, sizes, dtype: {
+            "table": torch.rand(SIZE, generator=g, dtype=dtype),
+            "index": torch.arange(sizes["P"]),
+        },
+    )
+    method = runtime.open(export(by_magnitude, spec, tmp_path, formats=("native",))).method(
+        "forward", backend="native"
+    )
     table, index = torch.rand(SIZE), torch.arange(33) - 16
     torch.testing.assert_close(torch.as_tensor(method(table, index)), by_magnitude(table, index))
     index[5] = -(1 << 63)
     with pytest.raises(IndexError):
         by_magnitude(table, index)
-    with pytest.raises(runtime.ChiasmError, match="index -9223372036854775808 is out of range for an axis of size 16"):
+    with pytest.raises(
+        runtime.ChiasmError, match="index -9223372036854775808 is out of range for an axis of size 16"
+    ):
         method(table, index)
 
 
@@ -134,16 +168,29 @@ def doubled(table: Tensor, index: Tensor) -> Tensor:
 
 
 def test_a_sum_that_wraps_around_is_still_checked(tmp_path: Path) -> None:
-    spec = Spec("test.doubled", [TensorSpec("table", (SIZE,)), integers("index", "P")], [TensorSpec("value")], symbols={"P": (1, 64)}, gradients=(),
-                sample=lambda g, sizes, dtype: {"table": torch.rand(SIZE, generator=g, dtype=dtype), "index": torch.arange(sizes["P"]) - 8})
-    method = runtime.open(export(doubled, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    spec = Spec(
+        "test.doubled",
+        [TensorSpec("table", (SIZE,)), integers("index", "P")],
+        [TensorSpec("value")],
+        symbols={"P": (1, 64)},
+        gradients=(),
+        sample=lambda g, sizes, dtype: {
+            "table": torch.rand(SIZE, generator=g, dtype=dtype),
+            "index": torch.arange(sizes["P"]) - 8,
+        },
+    )
+    method = runtime.open(export(doubled, spec, tmp_path, formats=("native",))).method(
+        "forward", backend="native"
+    )
     table = torch.rand(SIZE)
     for place in (0, 32):
         index = torch.arange(33) % 8
         index[place] = (1 << 62) + 5
         with pytest.raises(IndexError):
             doubled(table, index)
-        with pytest.raises(runtime.ChiasmError, match="index -9223372036854775798 is out of range for an axis of size 16"):
+        with pytest.raises(
+            runtime.ChiasmError, match="index -9223372036854775798 is out of range for an axis of size 16"
+        ):
             method(table, index)
 
 
@@ -154,9 +201,20 @@ def chosen(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
 
 @pytest.mark.parametrize("wrong", [SIZE, 1 << 62, -SIZE - 1])
 def test_a_number_from_data_is_a_checked_index(tmp_path: Path, wrong: int) -> None:
-    spec = Spec("test.chosen", [TensorSpec("table", (SIZE, 4)), integers("index", "P")], [TensorSpec("first"), TensorSpec("last")], symbols={"P": (1, 64)}, gradients=(),
-                sample=lambda g, sizes, dtype: {"table": torch.rand(SIZE, 4, generator=g, dtype=dtype), "index": torch.arange(sizes["P"]) % 8})
-    method = runtime.open(export(chosen, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    spec = Spec(
+        "test.chosen",
+        [TensorSpec("table", (SIZE, 4)), integers("index", "P")],
+        [TensorSpec("first"), TensorSpec("last")],
+        symbols={"P": (1, 64)},
+        gradients=(),
+        sample=lambda g, sizes, dtype: {
+            "table": torch.rand(SIZE, 4, generator=g, dtype=dtype),
+            "index": torch.arange(sizes["P"]) % 8,
+        },
+    )
+    method = runtime.open(export(chosen, spec, tmp_path, formats=("native",))).method(
+        "forward", backend="native"
+    )
     table = torch.rand(SIZE, 4)
     for first in (3, -2):
         index = torch.tensor([first, 1, 5, 2])
@@ -171,33 +229,60 @@ def test_a_number_from_data_is_a_checked_index(tmp_path: Path, wrong: int) -> No
 
 def from_the_beginning(table: Tensor, index: Tensor) -> Tuple[Tensor, Tensor]:
     """Operators that take no index from the end."""
-    return table.index_select(0, index), torch.zeros(SIZE).index_add(0, index, torch.ones_like(index, dtype=torch.float32))
+    return table.index_select(0, index), torch.zeros(SIZE).index_add(
+        0, index, torch.ones_like(index, dtype=torch.float32)
+    )
 
 
 @pytest.mark.parametrize("place", [0, 32])
 def test_an_operator_that_takes_no_negative_index_refuses_it(tmp_path: Path, place: int) -> None:
-    spec = Spec("test.from_the_beginning", [TensorSpec("table", (SIZE,)), integers("index", "P")], [TensorSpec("picked"), TensorSpec("added")], symbols={"P": (1, 64)}, gradients=(),
-                sample=lambda g, sizes, dtype: {"table": torch.rand(SIZE, generator=g, dtype=dtype), "index": torch.arange(sizes["P"]) % SIZE})
-    method = runtime.open(export(from_the_beginning, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    spec = Spec(
+        "test.from_the_beginning",
+        [TensorSpec("table", (SIZE,)), integers("index", "P")],
+        [TensorSpec("picked"), TensorSpec("added")],
+        symbols={"P": (1, 64)},
+        gradients=(),
+        sample=lambda g, sizes, dtype: {
+            "table": torch.rand(SIZE, generator=g, dtype=dtype),
+            "index": torch.arange(sizes["P"]) % SIZE,
+        },
+    )
+    method = runtime.open(export(from_the_beginning, spec, tmp_path, formats=("native",))).method(
+        "forward", backend="native"
+    )
     table, index = torch.rand(SIZE), torch.arange(33) % SIZE
     for mine, eager in zip(method(table, index), from_the_beginning(table, index), strict=True):
         torch.testing.assert_close(torch.as_tensor(mine), eager)
     index[place] = -1
     with pytest.raises((IndexError, RuntimeError)):
         from_the_beginning(table, index)
-    with pytest.raises(runtime.ChiasmError, match=r"index -1 is out of range for an axis of size 16 \(aten.index_"):
+    with pytest.raises(
+        runtime.ChiasmError, match=r"index -1 is out of range for an axis of size 16 \(aten.index_"
+    ):
         method(table, index)
 
 
 def before_the_last(table: Tensor, index: Tensor) -> Tensor:
-    """An index that is proved for sizes from 2, as which PyTorch takes them, and is -1 where the size is 1."""
+    """An index that is proved for sizes from 2, as which PyTorch takes them, and is -1 where the size is
+    1."""
     return table[index.clamp(0, table.size(0) - 2)]
 
 
 def test_a_size_of_one_is_no_size_of_two(tmp_path: Path) -> None:
-    spec = Spec("test.before_the_last", [TensorSpec("table", ("N",)), integers("index", "P")], [TensorSpec("value")], symbols={"N": (1, 64), "P": (1, 64)},
-                gradients=(), sample=lambda g, sizes, dtype: {"table": torch.rand(sizes["N"], generator=g, dtype=dtype), "index": torch.arange(sizes["P"])})
-    method = runtime.open(export(before_the_last, spec, tmp_path, formats=("native",))).method("forward", backend="native")
+    spec = Spec(
+        "test.before_the_last",
+        [TensorSpec("table", ("N",)), integers("index", "P")],
+        [TensorSpec("value")],
+        symbols={"N": (1, 64), "P": (1, 64)},
+        gradients=(),
+        sample=lambda g, sizes, dtype: {
+            "table": torch.rand(sizes["N"], generator=g, dtype=dtype),
+            "index": torch.arange(sizes["P"]),
+        },
+    )
+    method = runtime.open(export(before_the_last, spec, tmp_path, formats=("native",))).method(
+        "forward", backend="native"
+    )
     for size in (1, 2, 9):
         backing = torch.arange(size + 8.0)
         table, index = backing[8:], torch.arange(33) - 5
@@ -220,9 +305,20 @@ def pick(table: Tensor, picked: Tensor) -> Tensor:
 
 def test_every_backend_refuses_in_one_bundle(tmp_path: Path) -> None:
     """Also the node that runs native code inside ONNX Runtime."""
-    spec = replace(LOOKUPS, name="test.pick", inputs=LOOKUPS.inputs[:2], outputs=(TensorSpec("values"),), sample=sample_lookups_of("table", "picked"))
+    spec = replace(
+        LOOKUPS,
+        name="test.pick",
+        inputs=LOOKUPS.inputs[:2],
+        outputs=(TensorSpec("values"),),
+        sample=sample_lookups_of("table", "picked"),
+    )
     opened = runtime.open(export(pick, spec, tmp_path))
-    for options in ({"backend": "native"}, {"backend": "onnx"}, {"backend": "onnx", "fused": False}, {"backend": "torch"}):
+    for options in (
+        {"backend": "native"},
+        {"backend": "onnx"},
+        {"backend": "onnx", "fused": False},
+        {"backend": "torch"},
+    ):
         method = opened.method("forward", **options)
         table = torch.rand(SIZE)
         torch.testing.assert_close(torch.as_tensor(method(table, torch.tensor([-1, 3]))), table[[-1, 3]])
@@ -239,13 +335,17 @@ def test_every_backend_refuses_in_one_bundle(tmp_path: Path) -> None:
         lambda m: m["methods"]["forward"]["inputs"][1].update(dtype="int32"),
         lambda m: m["methods"]["forward"]["inputs"][1].update(name="other"),
         lambda m: m["methods"]["forward"]["inputs"].reverse(),
-        lambda m: m["methods"]["forward"]["inputs"].append({**m["methods"]["forward"]["inputs"][0], "name": "more"}),
+        lambda m: m["methods"]["forward"]["inputs"].append(
+            {**m["methods"]["forward"]["inputs"][0], "name": "more"}
+        ),
         lambda m: m["methods"]["forward"]["outputs"].pop(),
         lambda m: m["methods"]["forward"]["outputs"][0]["shape"].__setitem__(0, "P + 1"),
         lambda m: m["methods"]["forward"]["outputs"][1].update(dtype="float64"),
     ],
 )
-def test_a_manifest_that_disagrees_with_the_code_is_refused(bundle: Path, tmp_path: Path, edit: Callable[[dict], object]) -> None:
+def test_a_manifest_that_disagrees_with_the_code_is_refused(
+    bundle: Path, tmp_path: Path, edit: Callable[[dict], object]
+) -> None:
     changed = tmp_path / bundle.name
     changed.mkdir()
     for file in bundle.iterdir():
@@ -257,7 +357,7 @@ def test_a_manifest_that_disagrees_with_the_code_is_refused(bundle: Path, tmp_pa
         runtime.open(changed).method("forward", backend="native")
 
 
-# --- what is proved costs nothing -----------------------------------------------------------------------------------------
+# --- what is proved costs nothing ---------------------------------------------------------------------------
 
 
 class _Written(Exception):
@@ -277,8 +377,17 @@ def loops_of(fn: Callable, spec: Spec, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setattr(Build, "_start", start)
     op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
     example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0])
-    with pytest.raises(Exception, match=r"_Written|test\.loops"), closing(Build(LIBRARIES / "include")) as build:
-        _inductor(trace(op, spec, list(spec.inputs), example, "native"), spec, "x86-64-v3", {"aot_inductor.link_libtorch": False}, build)
+    with (
+        pytest.raises(Exception, match=r"_Written|test\.loops"),
+        closing(Build(LIBRARIES / "include")) as build,
+    ):
+        _inductor(
+            trace(op, spec, list(spec.inputs), example, "native"),
+            spec,
+            "x86-64-v3",
+            {"aot_inductor.link_libtorch": False},
+            build,
+        )
     assert sources
     return sources[0]
 
@@ -312,8 +421,22 @@ def sampled(image: Tensor, index: Tensor) -> Tensor:
 
 
 @pytest.mark.parametrize(
-    ("fn", "checks"), [(flipped, False), (clamped, False), (rounded, False), (sampled, False), (rounded_nan, True), (clamped_too_far, True)]
+    ("fn", "checks"),
+    [
+        (flipped, False),
+        (clamped, False),
+        (rounded, False),
+        (sampled, False),
+        (rounded_nan, True),
+        (clamped_too_far, True),
+    ],
 )
-def test_only_what_is_not_proved_is_checked(fn: Callable, checks: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    spec = Spec("test.loops", [TensorSpec("image", ("H", "W")), TensorSpec("index", ("N",), "int64")], symbols={"H": (1, 8192), "W": (1, 8192)})
+def test_only_what_is_not_proved_is_checked(
+    fn: Callable, checks: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec = Spec(
+        "test.loops",
+        [TensorSpec("image", ("H", "W")), TensorSpec("index", ("N",), "int64")],
+        symbols={"H": (1, 8192), "W": (1, 8192)},
+    )
     assert bool(re.search(r"chiasm::checked_index<", loops_of(fn, spec, monkeypatch))) == checks

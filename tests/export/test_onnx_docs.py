@@ -1,4 +1,5 @@
-"""What docs/onnx.md and the docstrings of chiasm.onnx show is run as it stands there; what needs the plug-in is marked so."""
+"""What docs/onnx.md and the docstrings of chiasm.onnx show is run as it stands there; what needs the plug-in
+is marked so."""
 
 import doctest
 import importlib
@@ -16,7 +17,11 @@ from chiasm.export.formats import onnx_function
 from .test_onnx_merging import classifier
 
 ROOT = Path(__file__).resolve().parents[2]
-BLOCKS = [b for b in re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "onnx.md").read_text(), re.DOTALL) if "needs the plug-in" not in b]
+BLOCKS = [
+    b
+    for b in re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "onnx.md").read_text(), re.DOTALL)
+    if "needs the plug-in" not in b
+]
 PRINTED = ("(1, 3, 480, 640)", "", "['pipelines_preprocess', 'Conv', 'Relu']")
 
 
@@ -33,7 +38,9 @@ def test_the_documents_examples(bundles: Path, index: int, tmp_path: Path) -> No
     (tmp_path / "bundles").symlink_to(bundles)
     onnx.save(classifier(13, 7), tmp_path / "classifier.onnx")
     (tmp_path / "example.py").write_text(BLOCKS[index])
-    done = subprocess.run([sys.executable, "-W", "ignore", "example.py"], cwd=tmp_path, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "example.py"], cwd=tmp_path, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.strip() == PRINTED[index]
 

@@ -1,4 +1,5 @@
-"""Bundles in front of existing models: one node more, the same numbers, and clear words where they do not fit."""
+"""Bundles in front of existing models: one node more, the same numbers, and clear words where they do not
+fit."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -19,10 +20,15 @@ from chiasm.pipelines import preprocess
 from .conftest import SPEC, scaled_difference
 
 RANDOM = np.random.default_rng(7)
-WEIGHT, BIAS = RANDOM.standard_normal((8, 3, 3, 3)).astype(np.float32) / 5, RANDOM.standard_normal(8).astype(np.float32)
+WEIGHT, BIAS = (
+    RANDOM.standard_normal((8, 3, 3, 3)).astype(np.float32) / 5,
+    RANDOM.standard_normal(8).astype(np.float32),
+)
 
 
-def classifier(opset: int = 18, ir: int = 8, shape: tuple = ("N", 3, 224, 224), name: str = "images") -> onnx.ModelProto:
+def classifier(
+    opset: int = 18, ir: int = 8, shape: tuple = ("N", 3, 224, 224), name: str = "images"
+) -> onnx.ModelProto:
     """A small network as somebody else exported it: convolution, ReLU, mean over the picture."""
     nodes = [
         helper.make_node("Conv", [name, "weight", "bias"], ["convolved"], strides=[2, 2]),
@@ -31,7 +37,9 @@ def classifier(opset: int = 18, ir: int = 8, shape: tuple = ("N", 3, 224, 224), 
         helper.make_node("Flatten", ["pooled"], ["scores"]),
     ]
     graph = helper.make_graph(
-        nodes, "classifier", [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape)],
+        nodes,
+        "classifier",
+        [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape)],
         [helper.make_tensor_value_info("scores", TensorProto.FLOAT, [shape[0], 8])],
         [numpy_helper.from_array(WEIGHT, "weight"), numpy_helper.from_array(BIAS, "bias")],
     )
@@ -48,13 +56,20 @@ def negative(kind: int = TensorProto.FLOAT) -> onnx.ModelProto:
 
 
 def reference(images: torch.Tensor) -> np.ndarray:
-    return F.conv2d(images, torch.from_numpy(WEIGHT), torch.from_numpy(BIAS), stride=2).relu().mean((2, 3)).numpy()
+    return (
+        F.conv2d(images, torch.from_numpy(WEIGHT), torch.from_numpy(BIAS), stride=2)
+        .relu()
+        .mean((2, 3))
+        .numpy()
+    )
 
 
 def run(model: onnx.ModelProto, **inputs: np.ndarray) -> list[np.ndarray]:
     options = onnxruntime.SessionOptions()
     options.log_severity_level = 3
-    return onnxruntime.InferenceSession(model.SerializeToString(), options, providers=["CPUExecutionProvider"]).run(None, inputs)
+    return onnxruntime.InferenceSession(
+        model.SerializeToString(), options, providers=["CPUExecutionProvider"]
+    ).run(None, inputs)
 
 
 def sizes(value: onnx.ValueInfoProto) -> list[int | str]:
@@ -70,12 +85,16 @@ def photo() -> np.ndarray:
 
 
 @pytest.mark.parametrize(("opset", "ir"), [(11, 4), (13, 7), (18, 8), (20, 9), (23, 11)])
-def test_preprocessing_before_a_network(light: Callable[[str], Path], photo: np.ndarray, tmp_path: Path, opset: int, ir: int) -> None:
+def test_preprocessing_before_a_network(
+    light: Callable[[str], Path], photo: np.ndarray, tmp_path: Path, opset: int, ir: int
+) -> None:
     model = classifier(opset, ir)
     before = model.SerializeToString(deterministic=True)
     onnx.save(model, tmp_path / "classifier.onnx")
     merged = chiasm.onnx.prepend(light("pipelines.preprocess"), tmp_path / "classifier.onnx")
-    assert chiasm.onnx.prepend(light("pipelines.preprocess"), model).SerializeToString(deterministic=True) == merged.SerializeToString(deterministic=True)
+    assert chiasm.onnx.prepend(light("pipelines.preprocess"), model).SerializeToString(
+        deterministic=True
+    ) == merged.SerializeToString(deterministic=True)
     assert model.SerializeToString(deterministic=True) == before
     assert next((n.domain, n.op_type) for n in merged.graph.node) == ("chiasm", "pipelines_preprocess")
     assert len(merged.graph.node) == 5 and [f.name for f in merged.functions] == ["pipelines_preprocess"]
@@ -94,7 +113,9 @@ def test_names_and_sizes_of_both_are_kept_apart_and_joined(light: Callable[[str]
     x = RANDOM.random((2, 3, 60, 80), np.float32)
     from chiasm.filters import sobel
 
-    np.testing.assert_allclose(run(merged, filters_sobel_input=x)[0], reference(sobel(torch.from_numpy(x))), atol=1e-4, rtol=1e-4)
+    np.testing.assert_allclose(
+        run(merged, filters_sobel_input=x)[0], reference(sobel(torch.from_numpy(x))), atol=1e-4, rtol=1e-4
+    )
     # H of the bundle is not H of the model, which is its width
     swapped = chiasm.onnx.prepend(light(SPEC.name), classifier(shape=("B", "C", "X", "H")))
     assert sizes(swapped.graph.input[0]) == ["B", "C", "test_scaled_difference_H", "H"]
@@ -104,14 +125,20 @@ def test_the_dtype_follows_the_model(light: Callable[[str], Path]) -> None:
     merged = chiasm.onnx.prepend(light("filters.sobel"), negative(TensorProto.DOUBLE))
     assert merged.graph.input[0].type.tensor_type.elem_type == TensorProto.DOUBLE
     assert run(merged, input=RANDOM.random((1, 3, 30, 40)))[0].dtype == np.float64
-    with pytest.raises(ValueError, match=r"output 'output' is float32 .*input 'x' is float64 .*dtypes differ"):
+    with pytest.raises(
+        ValueError, match=r"output 'output' is float32 .*input 'x' is float64 .*dtypes differ"
+    ):
         chiasm.onnx.prepend(light("filters.sobel"), negative(TensorProto.DOUBLE), dtype="float32")
 
 
 def test_two_bundles_and_one_bundle_twice(light: Callable[[str], Path]) -> None:
     add = helper.make_graph(
-        [helper.make_node("Add", ["left", "right"], ["sum"])], "add",
-        [helper.make_tensor_value_info(n, TensorProto.FLOAT, ["B", "C", "H", "W"]) for n in ("left", "right")],
+        [helper.make_node("Add", ["left", "right"], ["sum"])],
+        "add",
+        [
+            helper.make_tensor_value_info(n, TensorProto.FLOAT, ["B", "C", "H", "W"])
+            for n in ("left", "right")
+        ],
         [helper.make_tensor_value_info("sum", TensorProto.FLOAT, ["B", "C", "H", "W"])],
     )
     model = helper.make_model(add, opset_imports=[helper.make_opsetid("", 18)], ir_version=8)
@@ -120,12 +147,16 @@ def test_two_bundles_and_one_bundle_twice(light: Callable[[str], Path]) -> None:
     from chiasm.filters import sobel as eager
 
     edges = [eager(torch.from_numpy(v)).numpy() for v in (x, y)]
-    both = chiasm.onnx.prepend(normalize, chiasm.onnx.prepend(sobel, model, connect={"output": "left"}), connect={"output": "right"})
+    both = chiasm.onnx.prepend(
+        normalize, chiasm.onnx.prepend(sobel, model, connect={"output": "left"}), connect={"output": "right"}
+    )
     assert [f.name for f in both.functions] == ["filters_sobel", "enhance_normalize"]
     mean, std = np.array([0.1, 0.2, 0.3], np.float32), np.array([0.5, 0.6, 0.7], np.float32)
     got = run(both, input=x, data=y, mean=mean, std=std)[0]
     np.testing.assert_allclose(got, edges[0] + (y - mean[:, None, None]) / std[:, None, None], atol=1e-5)
-    twice = chiasm.onnx.prepend(sobel, chiasm.onnx.prepend(sobel, model, connect={"output": "left"}), connect={"output": "right"})
+    twice = chiasm.onnx.prepend(
+        sobel, chiasm.onnx.prepend(sobel, model, connect={"output": "left"}), connect={"output": "right"}
+    )
     assert [f.name for f in twice.functions] == ["filters_sobel"]
     assert [v.name for v in twice.graph.input] == ["filters_sobel_input", "input"]
     np.testing.assert_allclose(run(twice, filters_sobel_input=y, input=x)[0], edges[0] + edges[1], atol=1e-5)
@@ -137,7 +168,12 @@ def test_outputs_that_go_nowhere_are_left_out(tmp_path: Path) -> None:
     def extremes(input: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         return input.amin(1, keepdim=True), input.amax(1, keepdim=True)
 
-    made = export(extremes, Spec("test.extremes", [image()], [TensorSpec("low"), TensorSpec("high")], gradients=()), tmp_path, formats=["onnx"])
+    made = export(
+        extremes,
+        Spec("test.extremes", [image()], [TensorSpec("low"), TensorSpec("high")], gradients=()),
+        tmp_path,
+        formats=["onnx"],
+    )
     model = negative()
     with pytest.raises(ValueError, match=r"outputs low, high, the model the inputs x: .*connect="):
         chiasm.onnx.prepend(made, model)
@@ -149,17 +185,32 @@ def test_outputs_that_go_nowhere_are_left_out(tmp_path: Path) -> None:
 
 def test_models_of_other_vendors_operators_and_without_shapes(light: Callable[[str], Path]) -> None:
     """ONNX's checker refuses an output without a shape; ONNX Runtime takes it."""
-    nodes = [helper.make_node("FastGelu", ["x"], ["g"], domain="com.microsoft"), helper.make_node("ReduceMean", ["g"], ["y"], axes=[2, 3])]
-    x, y = helper.make_tensor_value_info("x", TensorProto.FLOAT, ["N", 3, 224, 224]), helper.make_tensor_value_info("y", TensorProto.FLOAT, None)
+    nodes = [
+        helper.make_node("FastGelu", ["x"], ["g"], domain="com.microsoft"),
+        helper.make_node("ReduceMean", ["g"], ["y"], axes=[2, 3]),
+    ]
+    x, y = (
+        helper.make_tensor_value_info("x", TensorProto.FLOAT, ["N", 3, 224, 224]),
+        helper.make_tensor_value_info("y", TensorProto.FLOAT, None),
+    )
     opsets = [helper.make_opsetid("", 13), helper.make_opsetid("com.microsoft", 1)]
-    merged = chiasm.onnx.prepend(light("pipelines.preprocess"), helper.make_model(helper.make_graph(nodes, "g", [x], [y]), opset_imports=opsets, ir_version=7))
+    merged = chiasm.onnx.prepend(
+        light("pipelines.preprocess"),
+        helper.make_model(helper.make_graph(nodes, "g", [x], [y]), opset_imports=opsets, ir_version=7),
+    )
     assert {o.domain: o.version for o in merged.opset_import} == {"": 18, "com.microsoft": 1, "chiasm": 1}
     assert run(merged, frame=np.zeros((30, 40, 3), np.uint8))[0].shape == (1, 3, 1, 1)
 
 
 def test_what_does_not_fit_is_said(light: Callable[[str], Path]) -> None:
     preprocess_, sobel = light("pipelines.preprocess"), light("filters.sobel")
-    with pytest.raises(ValueError, match=r"float32 \(1, 3, 224, 224\), the model's input 'images' is float32 \(N, 3, 256, 256\): 224 is not 256"):
+    with pytest.raises(
+        ValueError,
+        match=(
+            r"float32 \(1, 3, 224, 224\), the model's input 'images' is float32 \(N, 3, 256, 256\): 224 is"
+            r" not 256"
+        ),
+    ):
         chiasm.onnx.prepend(preprocess_, classifier(shape=("N", 3, 256, 256)))
     with pytest.raises(ValueError, match=r"\(N, 3, 224\): the numbers of dimensions differ"):
         chiasm.onnx.prepend(preprocess_, classifier(shape=("N", 3, 224)))
@@ -173,7 +224,9 @@ def test_what_does_not_fit_is_said(light: Callable[[str], Path]) -> None:
         chiasm.onnx.prepend(sobel, classifier(), connect={})
 
 
-def test_functions_and_domains_that_cannot_share_a_model(light: Callable[[str], Path], tmp_path: Path) -> None:
+def test_functions_and_domains_that_cannot_share_a_model(
+    light: Callable[[str], Path], tmp_path: Path
+) -> None:
     model = chiasm.onnx.prepend(light(SPEC.name), classifier(shape=("B", 3, "h", "w")))
     from dataclasses import replace
 
@@ -181,10 +234,17 @@ def test_functions_and_domains_that_cannot_share_a_model(light: Callable[[str], 
     newer = export(scaled_difference, replace(spec, version="2.0.0"), tmp_path / "newer", formats=["onnx"])
     with pytest.raises(ValueError, match=r"version 2\.0\.0 .*holds version 1 of the domain"):
         chiasm.onnx.prepend(newer, model, connect={"output": "input"})
-    cubic = export(scaled_difference, replace(SPEC, config={"power": 3.0}, gradients=()), tmp_path / "cubic", formats=["onnx"])
+    cubic = export(
+        scaled_difference,
+        replace(SPEC, config={"power": 3.0}, gradients=()),
+        tmp_path / "cubic",
+        formats=["onnx"],
+    )
     with pytest.raises(ValueError, match="another function chiasm::test_scaled_difference"):
         chiasm.onnx.prepend(cubic, model, connect={"output": "input"})
     old = classifier(opset=13)
-    old.functions.add(domain="mine", name="f", input=["x"], output=["y"]).node.append(helper.make_node("Relu", ["x"], ["y"]))
+    old.functions.add(domain="mine", name="f", input=["x"], output=["y"]).node.append(
+        helper.make_node("Relu", ["x"], ["y"])
+    )
     with pytest.raises(ValueError, match=r"imports opset 13 and has functions.*opset 18 or later"):
         chiasm.onnx.prepend(light(SPEC.name), old)

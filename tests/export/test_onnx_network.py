@@ -42,15 +42,30 @@ def run(model: onnx.ModelProto, *inputs: Tensor) -> list[np.ndarray]:
     return session.run(None, {i.name: x.numpy() for i, x in zip(session.get_inputs(), inputs, strict=True)})
 
 
-@pytest.mark.parametrize("options", [{}, {"opset_version": 18}, {"opset_version": 21}], ids=["default", "18", "21"])
-def test_a_network_exports_with_the_bundle_as_one_node(light: Callable[[str], Path], tmp_path: Path, options: dict) -> None:
+@pytest.mark.parametrize(
+    "options", [{}, {"opset_version": 18}, {"opset_version": 21}], ids=["default", "18", "21"]
+)
+def test_a_network_exports_with_the_bundle_as_one_node(
+    light: Callable[[str], Path], tmp_path: Path, options: dict
+) -> None:
     network = Classifier(chiasm.onnx.Node(light("pipelines.preprocess"))).eval()
     frame = photo()
     with torch.no_grad():
         expected = network(frame)
-        torch.testing.assert_close(expected, Classifier(nn.Module()).linear(network.conv(preprocess(frame)).relu().mean((2, 3))), atol=1e-5, rtol=1e-4)
+        torch.testing.assert_close(
+            expected,
+            Classifier(nn.Module()).linear(network.conv(preprocess(frame)).relu().mean((2, 3))),
+            atol=1e-5,
+            rtol=1e-4,
+        )
     shapes = {"frame": {0: Dim("H", min=8, max=4096), 1: Dim("W", min=8, max=4096)}}
-    model = chiasm.onnx.export(network, (torch.zeros(40, 56, 3, dtype=torch.uint8),), tmp_path / "net.onnx", dynamic_shapes=shapes, **options)
+    model = chiasm.onnx.export(
+        network,
+        (torch.zeros(40, 56, 3, dtype=torch.uint8),),
+        tmp_path / "net.onnx",
+        dynamic_shapes=shapes,
+        **options,
+    )
     onnx.checker.check_model(model, full_check=True)
     assert onnx.load(tmp_path / "net.onnx") == model
     assert [n.op_type for n in model.graph.node if n.domain == "chiasm"] == ["pipelines_preprocess"]
@@ -66,7 +81,9 @@ def test_what_torch_exports_is_completed_by_embed(light: Callable[[str], Path]) 
     assert program is not None
     with pytest.raises(ValueError, match="chiasm::filters_sobel, which none"):
         chiasm.onnx.embed(program.model_proto)
-    with pytest.raises(ValueError, match=r"does not call chiasm::pipelines_preprocess; it calls filters_sobel"):
+    with pytest.raises(
+        ValueError, match=r"does not call chiasm::pipelines_preprocess; it calls filters_sobel"
+    ):
         chiasm.onnx.embed(program.model_proto, light("pipelines.preprocess"))
     model = chiasm.onnx.embed(program.model_proto, light("filters.sobel"))
     with torch.no_grad():
@@ -75,7 +92,9 @@ def test_what_torch_exports_is_completed_by_embed(light: Callable[[str], Path]) 
 
 def test_embedding_in_another_dtype(light: Callable[[str], Path]) -> None:
     x = torch.rand(1, 3, 30, 40, dtype=torch.float64)
-    program = torch.onnx.export(chiasm.onnx.Node(light("filters.sobel"), dtype="float64"), (x,), dynamo=True, verbose=False)
+    program = torch.onnx.export(
+        chiasm.onnx.Node(light("filters.sobel"), dtype="float64"), (x,), dynamo=True, verbose=False
+    )
     assert program is not None
     model = chiasm.onnx.embed(program.model_proto, light("filters.sobel"), dtype="float64")
     np.testing.assert_allclose(run(model, x)[0], sobel(x).numpy(), atol=1e-9)
@@ -118,7 +137,9 @@ def test_a_node_without_torchscript_has_values_and_no_gradient(light: Callable[[
     vjp = chiasm.onnx.Node(light("filters.sobel"), "vjp")
     x, seed = torch.rand(1, 2, 12, 15), torch.rand(1, 2, 12, 15)
     leaf = x.clone().requires_grad_()
-    torch.testing.assert_close(vjp(x, seed), torch.autograd.grad(sobel(leaf), leaf, seed)[0], atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(
+        vjp(x, seed), torch.autograd.grad(sobel(leaf), leaf, seed)[0], atol=1e-5, rtol=1e-4
+    )
     with pytest.raises(RuntimeError, match="no gradient"):
         vjp(leaf, seed)
     model = chiasm.onnx.export(vjp, (x, seed))

@@ -1,4 +1,5 @@
-"""A bundle opened in ONNX Runtime, and how the plug-in is found. What the plug-in computes is tested where it is built."""
+"""A bundle opened in ONNX Runtime, and how the plug-in is found. What the plug-in computes is tested where it
+is built."""
 
 import shutil
 import subprocess
@@ -22,16 +23,19 @@ IMAGE = np.random.default_rng(0).random((1, 3, 21, 34), np.float32)
 
 def test_importing_it_and_opening_a_session_needs_no_torch(light: Callable[[str], Path]) -> None:
     code = (
-        "import sys, warnings; warnings.simplefilter('ignore'); import chiasm.onnx\n"
-        f"print([i.name for i in chiasm.onnx.session({str(light('filters.sobel'))!r}).get_inputs()], 'torch' in sys.modules)\n"
-        "print(chiasm.onnx.Node.__name__, 'torch' in sys.modules, 'prepend' in dir(chiasm.onnx))"
+        "import sys, warnings; warnings.simplefilter('ignore'); import chiasm.onnx\nprint([i.name for i in"
+        f" chiasm.onnx.session({str(light('filters.sobel'))!r}).get_inputs()], 'torch' in"
+        " sys.modules)\nprint(chiasm.onnx.Node.__name__, 'torch' in sys.modules, 'prepend' in"
+        " dir(chiasm.onnx))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split("\n")[:2] == ["['input'] False", "Node True True"]
 
 
 @pytest.mark.parametrize("method", ["forward", "vjp"])
-def test_without_native_code_the_body_runs_and_a_warning_says_so(light: Callable[[str], Path], method: str) -> None:
+def test_without_native_code_the_body_runs_and_a_warning_says_so(
+    light: Callable[[str], Path], method: str
+) -> None:
     sobel = light("filters.sobel")
     inputs = {"input": IMAGE} | ({"grad_output": IMAGE} if method == "vjp" else {})
     with pytest.warns(RuntimeWarning, match=r"filters\.sobel\.chiasm.*no native artifact"):
@@ -40,9 +44,13 @@ def test_without_native_code_the_body_runs_and_a_warning_says_so(light: Callable
     assert np.array_equal(fused.run(None, inputs)[0], flat.run(None, inputs)[0])
 
 
-def test_without_the_plugin_the_body_runs_and_a_warning_says_what_to_do(bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_plugin_the_body_runs_and_a_warning_says_what_to_do(
+    bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(plugin, "_folders", lambda: [tmp_path])
-    with pytest.warns(RuntimeWarning, match=r"test\.scaled_difference\.chiasm.*libchiasm_ort\.so.*make build.*pip install"):
+    with pytest.warns(
+        RuntimeWarning, match=r"test\.scaled_difference\.chiasm.*libchiasm_ort\.so.*make build.*pip install"
+    ):
         session = chiasm.onnx.session(bundle)
     gain = np.ones(1, np.float32)
     assert session.run(None, {"input": IMAGE, "gain": gain})[0].shape == (1, 3, 20, 34)
@@ -54,7 +62,9 @@ def test_the_flat_form_is_opened_in_the_dtype_asked_for_without_a_word(light: Ca
     options.intra_op_num_threads = 1
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        session = chiasm.onnx.session(sobel, dtype="float64", fused=False, options=options, providers=["CPUExecutionProvider"])
+        session = chiasm.onnx.session(
+            sobel, dtype="float64", fused=False, options=options, providers=["CPUExecutionProvider"]
+        )
         assert session.get_inputs()[0].type == "tensor(double)"
         assert chiasm.onnx.session(sobel, fused=False).get_inputs()[0].type == "tensor(float)"
         assert chiasm.onnx.session(preprocess, fused=False).get_inputs()[0].type == "tensor(uint8)"
@@ -90,14 +100,23 @@ def test_the_plugin_is_found_where_backends_are(tmp_path: Path, monkeypatch: pyt
     assert root / "build" / "release" / "lib" in plugin._folders()
 
 
-def test_a_missing_plugin_says_where_it_was_looked_for_and_what_to_do(light: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_plugin_says_where_it_was_looked_for_and_what_to_do(
+    light: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(plugin, "_folders", lambda: [tmp_path / "here", tmp_path / "there"])
-    for call in (chiasm.onnx.library, lambda: chiasm.onnx.register(onnxruntime.SessionOptions(), light(SPEC.name))):
-        with pytest.raises(FileNotFoundError, match=r"here, .*there.*make build.*pip install.*CHIASM_BACKEND_PATH"):
+    for call in (
+        chiasm.onnx.library,
+        lambda: chiasm.onnx.register(onnxruntime.SessionOptions(), light(SPEC.name)),
+    ):
+        with pytest.raises(
+            FileNotFoundError, match=r"here, .*there.*make build.*pip install.*CHIASM_BACKEND_PATH"
+        ):
             call()
 
 
-def test_registering_refuses_what_the_plugin_would_not_see(light: Callable[[str], Path], tmp_path: Path) -> None:
+def test_registering_refuses_what_the_plugin_would_not_see(
+    light: Callable[[str], Path], tmp_path: Path
+) -> None:
     bundle = light(SPEC.name)
     options = onnxruntime.SessionOptions()
     options.add_session_config_entry("chiasm.bundles", "/elsewhere")

@@ -11,7 +11,8 @@ from chiasm.export.patches import PATCHES, VERSIONS, replaced, source_digest
 
 @pytest.mark.parametrize("name", PATCHES)
 def test_what_is_replaced_is_what_it_was(name: str) -> None:
-    """A new version of the source: read it, adapt the replacement in chiasm/export/patches, record its digest there."""
+    """A new version of the source: read it, adapt the replacement in chiasm/export/patches, record its digest
+    there."""
     assert source_digest(name) == PATCHES[name].source
 
 
@@ -28,5 +29,8 @@ def test_what_is_replaced_comes_back_and_is_declared() -> None:
         assert cpp_builder.run_compile_cmd is None
         raise ZeroDivisionError
     assert cpp_builder.run_compile_cmd is before
-    with pytest.raises(AssertionError, match="is declared in chiasm/export/patches"), replaced({"torch._inductor.cpp_builder:get_cpp_compiler": None}):
+    with (
+        pytest.raises(AssertionError, match="is declared in chiasm/export/patches"),
+        replaced({"torch._inductor.cpp_builder:get_cpp_compiler": None}),
+    ):
         pass

@@ -1,4 +1,5 @@
-"""An op is a function of its inputs: what writes into them, keeps state or draws random numbers is refused, by name and line."""
+"""An op is a function of its inputs: what writes into them, keeps state or draws random numbers is refused,
+by name and line."""
 
 import copy
 import random
@@ -109,9 +110,23 @@ def exported_branch(input: Tensor) -> Tensor:
     return input + 1
 
 
-WRITES = [(by_slice, ANY, "frame[:, :, 0] = 0"), (in_place, ANY, "input.mul_(2)"), (operator, ANY, "input += 1"), (out_form, ANY, "out=input"), (by_view, ANY, "part.zero_()"),
-          (same_dtype, ANY, "copied.mul_(2)"), (data, ANY, "input.data.mul_(2)"), (resized, ANY, "resize_"), (swallowed, ("onnx",), "input.mul_(2)"), (several, ("onnx",), "_foreach_add_"),
-          (by_numpy, ("onnx",), ""), (in_a_loop, ("onnx",), ""), (scripted_branch, ANY, "input.mul_(2)"), (scripted_list, ANY, "part.mul_(2)"), (exported_branch, ("onnx",), "")]
+WRITES = [
+    (by_slice, ANY, "frame[:, :, 0] = 0"),
+    (in_place, ANY, "input.mul_(2)"),
+    (operator, ANY, "input += 1"),
+    (out_form, ANY, "out=input"),
+    (by_view, ANY, "part.zero_()"),
+    (same_dtype, ANY, "copied.mul_(2)"),
+    (data, ANY, "input.data.mul_(2)"),
+    (resized, ANY, "resize_"),
+    (swallowed, ("onnx",), "input.mul_(2)"),
+    (several, ("onnx",), "_foreach_add_"),
+    (by_numpy, ("onnx",), ""),
+    (in_a_loop, ("onnx",), ""),
+    (scripted_branch, ANY, "input.mul_(2)"),
+    (scripted_list, ANY, "part.mul_(2)"),
+    (exported_branch, ("onnx",), ""),
+]
 
 
 @pytest.mark.parametrize(("fn", "formats", "line"), WRITES, ids=[w[0].__name__ for w in WRITES])
@@ -121,7 +136,10 @@ def test_writing_into_an_input(fn, formats, line: str, tmp_path: Path) -> None:
         with pytest.raises(ExportError) as caught:
             export(fn, Spec("test.op", [tensor]), tmp_path, formats=some)
         message = str(caught.value)
-        assert message.startswith(f"test.op: it changes its input {tensor.name!r}") and f"{tensor.name} = {tensor.name}.clone()" in message
+        assert (
+            message.startswith(f"test.op: it changes its input {tensor.name!r}")
+            and f"{tensor.name} = {tensor.name}.clone()" in message
+        )
         assert not line or re.search(rf"at {re.escape(__file__)}:\d+: .*{re.escape(line)}", message), message
     assert not list(tmp_path.iterdir())
 
@@ -156,7 +174,18 @@ def draws_in_graph(input: Tensor) -> Tensor:
     return input + torch.rand_like(input) if torch.compiler.is_exporting() else input + 1
 
 
-@pytest.mark.parametrize(("fn", "formats"), [(draws, ANY), (permutes, ANY), (tosses, ANY), (drops, ANY), (seeded, ("onnx",)), (draws_in_script, ("torchscript",)), (draws_in_graph, ("onnx",))])
+@pytest.mark.parametrize(
+    ("fn", "formats"),
+    [
+        (draws, ANY),
+        (permutes, ANY),
+        (tosses, ANY),
+        (drops, ANY),
+        (seeded, ("onnx",)),
+        (draws_in_script, ("torchscript",)),
+        (draws_in_graph, ("onnx",)),
+    ],
+)
 def test_random_numbers(fn, formats, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="it draws random numbers") as caught:
         export(fn, Spec("test.op", [image()]), tmp_path, formats=formats)
@@ -225,21 +254,34 @@ class CountsUnseen(nn.Module):
         return input + 1
 
 
-@pytest.mark.parametrize(("fn", "message"), [
-    (counts, "the same inputs give other results"), (pythons_random, "the same inputs give other results"), (numpys_random, "the same inputs give other results"),
-    (clock, "the same inputs give other results"), (accumulates, r"keeps between calls\n.*KEPT.add_\(1\)"), (norm, r"keeps between calls\n.*return NORM\(input\)\n.*\n.*\.eval\(\)"),
-    (Counter("add"), r"keeps between calls\n.*self.number.add_\(1\)"), (Counter("replace"), "keeps state in 'fn.number'"), (Counter("replace unseen"), "changes its buffer 'fn.number'"),
-    (Counter("count"), "keeps state in 'fn.count'"), (Counter("norm"), r"keeps between calls\n.*training=True"), (CountsUnseen(), r"attribute 'count'\n.*self.count \+= 1"),
-])
+@pytest.mark.parametrize(
+    ("fn", "message"),
+    [
+        (counts, "the same inputs give other results"),
+        (pythons_random, "the same inputs give other results"),
+        (numpys_random, "the same inputs give other results"),
+        (clock, "the same inputs give other results"),
+        (accumulates, r"keeps between calls\n.*KEPT.add_\(1\)"),
+        (norm, r"keeps between calls\n.*return NORM\(input\)\n.*\n.*\.eval\(\)"),
+        (Counter("add"), r"keeps between calls\n.*self.number.add_\(1\)"),
+        (Counter("replace"), "keeps state in 'fn.number'"),
+        (Counter("replace unseen"), "changes its buffer 'fn.number'"),
+        (Counter("count"), "keeps state in 'fn.count'"),
+        (Counter("norm"), r"keeps between calls\n.*training=True"),
+        (CountsUnseen(), r"attribute 'count'\n.*self.count \+= 1"),
+    ],
+)
 def test_state(fn, message: str, tmp_path: Path) -> None:
     before = copy.deepcopy(NORM.state_dict()), KEPT.clone()
     with pytest.raises(ExportError, match=message):
         export(fn, Spec("test.op", [image(channels=3)]), tmp_path, formats=["torchscript"])
-    assert all(torch.equal(a, b) for a, b in zip(before[0].values(), NORM.state_dict().values())) and torch.equal(before[1], KEPT)
+    assert all(
+        torch.equal(a, b) for a, b in zip(before[0].values(), NORM.state_dict().values())
+    ) and torch.equal(before[1], KEPT)
     assert not list(tmp_path.iterdir())
 
 
-# --- what is allowed ---------------------------------------------------------------------------------------------------------
+# --- what is allowed ----------------------------------------------------------------------------------------
 
 
 def own_copy(input: Tensor) -> Tensor:
@@ -267,10 +309,22 @@ def no_dropout(input: Tensor) -> Tensor:
 
 @pytest.mark.parametrize("fn", [own_copy, other_dtype, no_dropout])
 def test_writing_into_what_is_its_own(fn, tmp_path: Path) -> None:
-    bundle = export(fn, Spec("test.own", [frame() if fn is other_dtype else image()]), tmp_path, formats=ANY, methods=["forward"])
-    x = torch.rand(2, 3, 5, 7) if fn is not other_dtype else torch.randint(0, 255, (5, 7, 3), dtype=torch.uint8)
+    bundle = export(
+        fn,
+        Spec("test.own", [frame() if fn is other_dtype else image()]),
+        tmp_path,
+        formats=ANY,
+        methods=["forward"],
+    )
+    x = (
+        torch.rand(2, 3, 5, 7)
+        if fn is not other_dtype
+        else torch.randint(0, 255, (5, 7, 3), dtype=torch.uint8)
+    )
     for backend in ("onnx", "torch"):
-        torch.testing.assert_close(torch.from_numpy(chiasm.runtime.open(bundle).method("forward", backend=backend)(x.numpy())), fn(x))
+        torch.testing.assert_close(
+            torch.from_numpy(chiasm.runtime.open(bundle).method("forward", backend=backend)(x.numpy())), fn(x)
+        )
 
 
 def as_it_is(input: Tensor) -> Tensor:
@@ -302,12 +356,22 @@ def listed(input: Tensor) -> List[Tensor]:
 def test_results_that_are_inputs_are_copied(fn, tmp_path: Path) -> None:
     names = ["a", "b"] if fn in (twice, listed) else ["a"]
     formats = (*ANY, "native") if fn in (as_it_is, listed) else ANY
-    bundle = export(fn, Spec("test.same", [image()], [TensorSpec(n) for n in names]), tmp_path, formats=formats, methods=None if fn is as_it_is else ["forward"])
+    bundle = export(
+        fn,
+        Spec("test.same", [image()], [TensorSpec(n) for n in names]),
+        tmp_path,
+        formats=formats,
+        methods=None if fn is as_it_is else ["forward"],
+    )
     x = np.random.default_rng(0).random((2, 3, 5, 7), np.float32)
     for backend in ("onnx", "torch", "native")[: len(formats)]:
         method = chiasm.runtime.open(bundle).method("forward", backend=backend)
         results = method(x)
-        for got, want in zip(results if len(names) > 1 else [results], fn(torch.from_numpy(x)) if len(names) > 1 else [fn(torch.from_numpy(x))], strict=True):
+        for got, want in zip(
+            results if len(names) > 1 else [results],
+            fn(torch.from_numpy(x)) if len(names) > 1 else [fn(torch.from_numpy(x))],
+            strict=True,
+        ):
             assert np.array_equal(got, want.numpy()) and not np.shares_memory(got, x)
 
 
@@ -325,7 +389,7 @@ def test_a_branch_that_training_alone_takes_is_not_read() -> None:
         check_script("test.op", torch.jit.script(Net()), {"input": ("float32",)})
 
 
-# --- modules are left as they were -------------------------------------------------------------------------------------------
+# --- modules are left as they were --------------------------------------------------------------------------
 
 
 class Net(nn.Module):
@@ -334,7 +398,12 @@ class Net(nn.Module):
     def __init__(self, fails: bool = False) -> None:
         super().__init__()
         self.fails = fails
-        self.conv, self.norm, self.drop, self.head = nn.Conv2d(3, 4, 3, padding=1), nn.BatchNorm2d(4), nn.Dropout2d(), nn.Conv2d(4, 1, 1)
+        self.conv, self.norm, self.drop, self.head = (
+            nn.Conv2d(3, 4, 3, padding=1),
+            nn.BatchNorm2d(4),
+            nn.Dropout2d(),
+            nn.Conv2d(4, 1, 1),
+        )
         self.notes: List[int] = [1]
         with torch.no_grad():
             self.norm.running_mean.uniform_()
@@ -347,8 +416,20 @@ class Net(nn.Module):
 
 
 def _state(net: nn.Module) -> tuple:
-    return ([(n, m.training, sorted(vars(m)), len(m._forward_hooks)) for n, m in net.named_modules()],
-            [(n, t.data_ptr(), t._version, t.requires_grad, t.detach().clone().tolist(), t.grad is None or t.grad.tolist()) for n, t in (*net.named_parameters(), *net.named_buffers())])
+    return (
+        [(n, m.training, sorted(vars(m)), len(m._forward_hooks)) for n, m in net.named_modules()],
+        [
+            (
+                n,
+                t.data_ptr(),
+                t._version,
+                t.requires_grad,
+                t.detach().clone().tolist(),
+                t.grad is None or t.grad.tolist(),
+            )
+            for n, t in (*net.named_parameters(), *net.named_buffers())
+        ],
+    )
 
 
 @pytest.mark.parametrize("fails", [False, True])
@@ -359,21 +440,44 @@ def test_a_module_is_left_as_it_was(fails: bool, tmp_path: Path) -> None:
     net.conv.weight.grad = torch.ones_like(net.conv.weight)
     seen = []
     net.conv.register_forward_hook(lambda *_: seen.append(0))
-    before, numbers = _state(net), (torch.get_rng_state(), random.getstate(), np.random.get_state()[1].tolist())
+    before, numbers = (
+        _state(net),
+        (
+            torch.get_rng_state(),
+            random.getstate(),
+            np.random.get_state()[1].tolist(),
+        ),
+    )
     try:
-        export(net, Spec("test.net", [image(channels=3)], symbols={"H": (8, 512), "W": (8, 512)}), tmp_path, formats=["onnx"], methods=["forward"])
+        export(
+            net,
+            Spec("test.net", [image(channels=3)], symbols={"H": (8, 512), "W": (8, 512)}),
+            tmp_path,
+            formats=["onnx"],
+            methods=["forward"],
+        )
         assert not fails
     except ExportError:
         assert fails
     assert _state(net) == before
-    assert torch.equal(torch.get_rng_state(), numbers[0]) and random.getstate() == numbers[1] and np.random.get_state()[1].tolist() == numbers[2]
+    assert (
+        torch.equal(torch.get_rng_state(), numbers[0])
+        and random.getstate() == numbers[1]
+        and np.random.get_state()[1].tolist() == numbers[2]
+    )
 
 
 def test_a_networks_default_export(tmp_path: Path) -> None:
     """No ONNX operator is the gradient of a convolution: the rest is exported, and a warning says so."""
     net = Net().train()
     spec = Spec("test.net", [image(channels=3)], symbols={"H": (8, 512), "W": (8, 512)})
-    with pytest.warns(UserWarning, match=r"test.net: exported without its gradient in the format onnx: operator aten.convolution_backward.*methods=\('forward',\)") as caught:
+    with pytest.warns(
+        UserWarning,
+        match=(
+            r"test.net: exported without its gradient in the format onnx: operator"
+            r" aten.convolution_backward.*methods=\('forward',\)"
+        ),
+    ) as caught:
         bundle = export(net, spec, tmp_path, formats=ANY)
     assert {Path(w.filename).name for w in caught if "test.net" in str(w.message)} == {Path(__file__).name}
     net.eval()
@@ -382,14 +486,23 @@ def test_a_networks_default_export(tmp_path: Path) -> None:
     want = net(leaf)
     opened = chiasm.runtime.open(bundle)
     for backend in ("onnx", "torch"):
-        torch.testing.assert_close(torch.from_numpy(opened.method("forward", backend=backend)(x.numpy())), want.detach(), atol=1e-5, rtol=1e-4)
+        torch.testing.assert_close(
+            torch.from_numpy(opened.method("forward", backend=backend)(x.numpy())),
+            want.detach(),
+            atol=1e-5,
+            rtol=1e-4,
+        )
     got = opened.method("vjp", backend="torch")(x.numpy(), g.numpy())
-    torch.testing.assert_close(torch.from_numpy(got), torch.autograd.grad(want, leaf, g)[0], atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(
+        torch.from_numpy(got), torch.autograd.grad(want, leaf, g)[0], atol=1e-5, rtol=1e-4
+    )
     with pytest.raises(ExportError, match="convolution_backward"):
         export(net, spec, tmp_path, formats=["onnx"], methods=["forward", "vjp"])
     with warnings.catch_warnings(), pytest.raises(KeyError):
         warnings.simplefilter("error", UserWarning)
-        chiasm.runtime.open(export(net, spec, tmp_path, formats=["onnx"], methods=["forward"])).info["methods"]["vjp"]
+        chiasm.runtime.open(export(net, spec, tmp_path, formats=["onnx"], methods=["forward"])).info[
+            "methods"
+        ]["vjp"]
 
 
 def test_the_gradient_of_batch_norm_is_in_every_format(tmp_path: Path) -> None:
@@ -399,9 +512,21 @@ def test_the_gradient_of_batch_norm_is_in_every_format(tmp_path: Path) -> None:
         net[0].weight.uniform_()
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message="test.norm")
-        bundle = export(net, Spec("test.norm", [image(channels=3)], symbols={"H": (8, 512), "W": (8, 512)}), tmp_path, formats=ANY)
+        bundle = export(
+            net,
+            Spec("test.norm", [image(channels=3)], symbols={"H": (8, 512), "W": (8, 512)}),
+            tmp_path,
+            formats=ANY,
+        )
     x, g = torch.rand(2, 3, 9, 11), torch.rand(2, 3, 9, 11)
     leaf = x.clone().requires_grad_()
     [want] = torch.autograd.grad(net.eval()(leaf), [leaf], g)
     for backend in ("onnx", "torch"):
-        torch.testing.assert_close(torch.from_numpy(chiasm.runtime.open(bundle).method("vjp", backend=backend)(x.numpy(), g.numpy())), want, atol=1e-6, rtol=1e-5)
+        torch.testing.assert_close(
+            torch.from_numpy(
+                chiasm.runtime.open(bundle).method("vjp", backend=backend)(x.numpy(), g.numpy())
+            ),
+            want,
+            atol=1e-6,
+            rtol=1e-5,
+        )

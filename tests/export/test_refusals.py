@@ -54,7 +54,10 @@ SPECS = {
     "no inputs": (Spec("test.op", []), "inputs: expected at least one"),
     "no outputs": (Spec("test.op", [image()], []), "outputs: expected at least one"),
     "inputs of one name": (Spec("test.op", [image(), image()]), "'input' is the name of two"),
-    "output named as input": (Spec("test.op", [image()], [TensorSpec("input")]), "'input' is the name of two"),
+    "output named as input": (
+        Spec("test.op", [image()], [TensorSpec("input")]),
+        "'input' is the name of two",
+    ),
     "input named self": (Spec("test.op", [image("self")]), "identifier"),
     "input named by a keyword": (Spec("test.op", [image("lambda")]), "identifier"),
     "input outside ASCII": (Spec("test.op", [image("größe")]), "identifier"),
@@ -68,11 +71,20 @@ SPECS = {
     "range beyond the dtype": (of("N", dtype="uint8", range=(0, 300)), "does not fit into uint8"),
     "text that cannot be written": (of("N", description="\ud800"), "description"),
     "unknown configuration": (Spec("test.op", [image()], config={"nope": 1}), "'nope'"),
-    "tensor as configuration": (Spec("test.op", [image()], config={"k": torch.ones(3)}), "a tensor is an input"),
+    "tensor as configuration": (
+        Spec("test.op", [image()], config={"k": torch.ones(3)}),
+        "a tensor is an input",
+    ),
     "infinite configuration": (Spec("test.op", [image()], config={"k": float("inf")}), "finite"),
-    "input that the function does not have": (Spec("test.op", [image("other")]), r"does not take the spec's inputs \['other'\]"),
+    "input that the function does not have": (
+        Spec("test.op", [image("other")]),
+        r"does not take the spec's inputs \['other'\]",
+    ),
     "gradients": (Spec("test.op", [image()], gradients=("nope",)), "'nope' is not a floating input"),
-    "tolerance": (Spec("test.op", [image()], tolerances={"float32": Tolerance(float("nan"), 0)}), "tolerances"),
+    "tolerance": (
+        Spec("test.op", [image()], tolerances={"float32": Tolerance(float("nan"), 0)}),
+        "tolerances",
+    ),
 }
 
 
@@ -84,10 +96,18 @@ def test_a_spec_that_says_what_cannot_be(name: str, tmp_path: Path) -> None:
     assert "\n" not in str(caught.value).strip() and not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(("keywords", "message"), [
-    ({"formats": "onnx"}, "formats: expected a sequence"), ({"formats": ()}, "formats"), ({"formats": ("tensorflow",)}, "formats"),
-    ({"methods": ()}, "methods"), ({"methods": ("vjp",)}, "lacks 'forward'"), ({"methods": ("nope",)}, "methods"), ({"isas": ("i386",)}, "isas"),
-])
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"formats": "onnx"}, "formats: expected a sequence"),
+        ({"formats": ()}, "formats"),
+        ({"formats": ("tensorflow",)}, "formats"),
+        ({"methods": ()}, "methods"),
+        ({"methods": ("vjp",)}, "lacks 'forward'"),
+        ({"methods": ("nope",)}, "methods"),
+        ({"isas": ("i386",)}, "isas"),
+    ],
+)
 def test_wrong_arguments(keywords: dict, message: str, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match=message):
         export(plus, IMAGE, tmp_path, **keywords)
@@ -106,11 +126,13 @@ def test_samples_that_are_not_what_the_spec_says() -> None:
 
     spec = numbers(sample=sample)
     sizes = fit(spec, GOLDEN)
-    with pytest.raises(ExportError, match=r"sample: input 'input'.*expected float32 \(8,\), got torch.float32 \(3, 8\)"):
+    with pytest.raises(
+        ExportError, match=r"sample: input 'input'.*expected float32 \(8,\), got torch.float32 \(3, 8\)"
+    ):
         check_inputs(spec, make(spec, sizes, "float32"), sizes, "float32")
 
 
-# --- results -----------------------------------------------------------------------------------------------------------------
+# --- results ------------------------------------------------------------------------------------------------
 
 
 def a_dict(input: Tensor) -> Dict[str, Tensor]:
@@ -161,12 +183,23 @@ def leaves(input: Tensor) -> Tensor:
     raise SystemExit(0)
 
 
-@pytest.mark.parametrize(("fn", "message"), [
-    (a_dict, "returns a dict: return a tuple of its tensors"), (nested, "returns a list as result 1: return one flat tuple"), (nothing, "returns nothing"),
-    (text, "returns a str"), (number, "returns a float: return a tensor"), (none_at_all, "names 1 outputs, the op returns 0"),
-    (unsigned, "result 0: dtype 'uint32'"), (spectrum, "result 0: dtype 'complex64'"), (sparse, "dense"), (deep, "9 dimensions"),
-    (fails, r"test_refusals.py:\d+: raise ValueError.*\n.*because: ValueError: the op's own words$"), (leaves, r"at .*raise SystemExit\(0\)"),
-])
+@pytest.mark.parametrize(
+    ("fn", "message"),
+    [
+        (a_dict, "returns a dict: return a tuple of its tensors"),
+        (nested, "returns a list as result 1: return one flat tuple"),
+        (nothing, "returns nothing"),
+        (text, "returns a str"),
+        (number, "returns a float: return a tensor"),
+        (none_at_all, "names 1 outputs, the op returns 0"),
+        (unsigned, "result 0: dtype 'uint32'"),
+        (spectrum, "result 0: dtype 'complex64'"),
+        (sparse, "dense"),
+        (deep, "9 dimensions"),
+        (fails, r"test_refusals.py:\d+: raise ValueError.*\n.*because: ValueError: the op's own words$"),
+        (leaves, r"at .*raise SystemExit\(0\)"),
+    ],
+)
 def test_results_that_are_no_outputs(fn, message: str, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match=message):
         export(fn, IMAGE, tmp_path)
@@ -183,14 +216,20 @@ def named(input: Tensor) -> Pair:
 
 
 def test_a_named_tuple_is_a_tuple(tmp_path: Path) -> None:
-    bundle = export(named, Spec("test.named", [image()], [TensorSpec("a"), TensorSpec("b")]), tmp_path, formats=["onnx", "torchscript"], methods=["forward"])
+    bundle = export(
+        named,
+        Spec("test.named", [image()], [TensorSpec("a"), TensorSpec("b")]),
+        tmp_path,
+        formats=["onnx", "torchscript"],
+        methods=["forward"],
+    )
     x = np.random.default_rng(0).random((1, 2, 3, 4), np.float32)
     for backend in ("onnx", "torch"):
         a, b = chiasm.runtime.open(bundle).method("forward", backend=backend)(x)
         assert np.array_equal(a, x + 1) and np.array_equal(b, x)
 
 
-# --- functions ---------------------------------------------------------------------------------------------------------------
+# --- functions ----------------------------------------------------------------------------------------------
 
 
 def percentile(input: Tensor) -> Tensor:
@@ -264,20 +303,40 @@ def _of_a_session() -> object:
     return namespace["typed_in"]
 
 
-@pytest.mark.parametrize(("fn", "message"), [
-    (percentile, r"input - np.percentile\(input, 5\)\n.*\n.*torch.quantile"), (through_numpy, r"input.numpy\(\), 0, 1.*\n.*\n.*NumPy cannot be exported"),
-    (branches, r"if input.mean\(\) > 0.5:\n.*\n.*torch.where"), (prints, r"it prints.*\n.*print\(\"size\".*\n.*remove the print"),
-    (untyped, r"def untyped.*\n.*\n.*give the argument its type"), (lambda input: input + 1, "write a function with def"),
-    (starred, r"\*args: name every argument"), (keywords, r"\*\*kwargs: name every argument"), (no_constant, "def no_constant"), (lacks_one, "missing.*'k'"),
-    (by_position, "by position only"), (generates, "generator"), (nn.ReLU, r"give an instance, ReLU\(...\)"), (None, "expected a function"),
-    (_of_a_session(), "put the function into a file"),
-    (letterbox, r"F.interpolate\(input, size=\(round.*\n.*\n.*\+ - \* // only"), (third, r"int\(input.shape\[2\] \* 0.3\).*\n.*\n.*another input"),
-    (seven, r"torch.ones\(7, 1, 1, 1\)\n.*B.*constant \(7\)"), (only_seven, r"fails when it is called, with input \(1, 3, 17, 22\)\n.*input.reshape\(7, -1\)"),
-])
-def test_functions_that_cannot_be_exported(fn, message: str, tmp_path: Path, capfd: pytest.CaptureFixture) -> None:
+@pytest.mark.parametrize(
+    ("fn", "message"),
+    [
+        (percentile, r"input - np.percentile\(input, 5\)\n.*\n.*torch.quantile"),
+        (through_numpy, r"input.numpy\(\), 0, 1.*\n.*\n.*NumPy cannot be exported"),
+        (branches, r"if input.mean\(\) > 0.5:\n.*\n.*torch.where"),
+        (prints, r"it prints.*\n.*print\(\"size\".*\n.*remove the print"),
+        (untyped, r"def untyped.*\n.*\n.*give the argument its type"),
+        (lambda input: input + 1, "write a function with def"),
+        (starred, r"\*args: name every argument"),
+        (keywords, r"\*\*kwargs: name every argument"),
+        (no_constant, "def no_constant"),
+        (lacks_one, "missing.*'k'"),
+        (by_position, "by position only"),
+        (generates, "generator"),
+        (nn.ReLU, r"give an instance, ReLU\(...\)"),
+        (None, "expected a function"),
+        (_of_a_session(), "put the function into a file"),
+        (letterbox, r"F.interpolate\(input, size=\(round.*\n.*\n.*\+ - \* // only"),
+        (third, r"int\(input.shape\[2\] \* 0.3\).*\n.*\n.*another input"),
+        (seven, r"torch.ones\(7, 1, 1, 1\)\n.*B.*constant \(7\)"),
+        (only_seven, r"fails when it is called, with input \(1, 3, 17, 22\)\n.*input.reshape\(7, -1\)"),
+    ],
+)
+def test_functions_that_cannot_be_exported(
+    fn, message: str, tmp_path: Path, capfd: pytest.CaptureFixture
+) -> None:
     with pytest.raises(ExportError, match=message) as caught:
         export(fn, IMAGE, tmp_path, formats=["torchscript", "onnx"], methods=["forward"])
-    assert "\x1b" not in str(caught.value) and "site-packages" not in str(caught.value) and not list(tmp_path.iterdir())
+    assert (
+        "\x1b" not in str(caught.value)
+        and "site-packages" not in str(caught.value)
+        and not list(tmp_path.iterdir())
+    )
     printed = capfd.readouterr()
     assert not printed.err and (fn is prints or not printed.out), "nor does torch say it in its own words"
 
@@ -291,7 +350,15 @@ class Plus:
         return input + 2
 
 
-@pytest.mark.parametrize(("fn", "same"), [(peak, peak), (Plus(), Plus()), (functools.partial(untyped, k=3), lambda x: x + 3), (torch.sigmoid, torch.sigmoid)])
+@pytest.mark.parametrize(
+    ("fn", "same"),
+    [
+        (peak, peak),
+        (Plus(), Plus()),
+        (functools.partial(untyped, k=3), lambda x: x + 3),
+        (torch.sigmoid, torch.sigmoid),
+    ],
+)
 def test_functions_that_look_odd_and_can_be(fn, same, tmp_path: Path) -> None:
     bundle = export(fn, IMAGE, tmp_path, formats=["onnx"], methods=["forward"])
     x = torch.rand(2, 3, 4, 5, generator=torch.Generator().manual_seed(1)) * 7
@@ -302,7 +369,13 @@ def test_functions_that_look_odd_and_can_be(fn, same, tmp_path: Path) -> None:
 def test_engines_colours_are_cut() -> None:
     assert plain("\x1b[96mstep\x1b[0m 2/3 \x1b]0;title\x07\x1bcend\r\x08") == "step 2/3 end"
     with pytest.raises(ExportError) as caught:
-        export(torch.linalg.matrix_exp, Spec("test.op", [TensorSpec("A", ("B", 5, 5))]), Path("unused"), formats=["onnx"], methods=["forward"])
+        export(
+            torch.linalg.matrix_exp,
+            Spec("test.op", [TensorSpec("A", ("B", 5, 5))]),
+            Path("unused"),
+            formats=["onnx"],
+            methods=["forward"],
+        )
     assert "linalg_matrix_exp" in str(caught.value) and "\x1b" not in str(caught.value)
 
 
@@ -312,11 +385,15 @@ def test_native_code_without_a_compiler(tmp_path: Path, monkeypatch: pytest.Monk
         export(plus, numbers(gradients=()), tmp_path, formats=("native",))
 
 
-def test_native_code_without_the_libraries_that_it_is_linked_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_native_code_without_the_libraries_that_it_is_linked_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(native, "LIBRARIES", tmp_path)
     native._libraries_hash.cache_clear()
     try:
-        with pytest.raises(ExportError, match=r"needs .*libchiasm_aoti\.a, with which chiasm was not built.*make build"):
+        with pytest.raises(
+            ExportError, match=r"needs .*libchiasm_aoti\.a, with which chiasm was not built.*make build"
+        ):
             export(plus, numbers(gradients=()), tmp_path, formats=("native",))
     finally:
         native._libraries_hash.cache_clear()

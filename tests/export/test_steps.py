@@ -27,7 +27,11 @@ def descent(x: Tensor, a: Tensor, lr: Tensor) -> Tuple[Tensor, Tensor]:
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     inputs = [TensorSpec("x", ("N",)), TensorSpec("a", ("N",)), TensorSpec("lr", ())]
-    return export(descent, Spec("my.descent", inputs, [TensorSpec("next"), TensorSpec("loss")], takes_gradients=True), tmp_path_factory.mktemp("steps"))
+    return export(
+        descent,
+        Spec("my.descent", inputs, [TensorSpec("next"), TensorSpec("loss")], takes_gradients=True),
+        tmp_path_factory.mktemp("steps"),
+    )
 
 
 def test_has_no_vjp(bundle: Path) -> None:

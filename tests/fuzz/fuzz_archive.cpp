@@ -8,7 +8,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   try {
     const chiasm::native::Bytes library = chiasm::native::find_library(data, size);
     if (library.data < data || library.size > size || library.data + library.size > data + size) std::abort();
-  } catch (const chiasm::base::Error&) {
-  }
+  } catch (const chiasm::base::Error&) {}
   return 0;
 }

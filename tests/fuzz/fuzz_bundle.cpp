@@ -1,5 +1,6 @@
-/** A real bundle, spoilt: the input is a list of damages, after which it is opened, loaded, run and tested on backends without an
- *  engine. A bundle that opens under the policy 'signed' has the very manifest that was signed. */
+/** A real bundle, spoilt: the input is a list of damages, after which it is opened, loaded, run and tested on
+ *  backends without an engine. A bundle that opens under the policy 'signed' has the very manifest that was
+ *  signed. */
 #include <fuzzer/FuzzedDataProvider.h>
 #include <sodium.h>
 #include <unistd.h>
@@ -37,9 +38,40 @@ std::string name_of(FuzzedDataProvider& input, const Damaged& bundle) {
 }
 
 Json value_of(FuzzedDataProvider& input) {
-  static const Json kValues[] = {nullptr, true, -1, 0, 1, 2, 3, 64, 4096, INT64_MAX, INT64_MIN, UINT64_MAX, int64_t{1} << 40, 1e300, -0.5,
-                                 "", "T", "H", "B*H", "H//0", "-H", "H*H*H*H*H", "float32", "uint8", "native", "torch", "onnx", "forward.pt",
-                                 "manifest.json", "../x", Json::array(), Json::object(), {1, 2, 3}, {"H", "W"}};
+  static const Json kValues[] = {nullptr,
+                                 true,
+                                 -1,
+                                 0,
+                                 1,
+                                 2,
+                                 3,
+                                 64,
+                                 4096,
+                                 INT64_MAX,
+                                 INT64_MIN,
+                                 UINT64_MAX,
+                                 int64_t{1} << 40,
+                                 1e300,
+                                 -0.5,
+                                 "",
+                                 "T",
+                                 "H",
+                                 "B*H",
+                                 "H//0",
+                                 "-H",
+                                 "H*H*H*H*H",
+                                 "float32",
+                                 "uint8",
+                                 "native",
+                                 "torch",
+                                 "onnx",
+                                 "forward.pt",
+                                 "manifest.json",
+                                 "../x",
+                                 Json::array(),
+                                 Json::object(),
+                                 {1, 2, 3},
+                                 {"H", "W"}};
   const auto index = input.ConsumeIntegralInRange<size_t>(0, std::size(kValues));
   return index < std::size(kValues) ? kValues[index] : Json(input.ConsumeRandomLengthString(24));
 }
@@ -58,13 +90,17 @@ void edit_manifest(FuzzedDataProvider& input, std::string& text) {
       node = &*child;
       continue;
     }
-    if (input.ConsumeBool()) *child = value_of(input);
-    else node->erase(child);
+    if (input.ConsumeBool())
+      *child = value_of(input);
+    else
+      node->erase(child);
     text = root.dump(-1, ' ', false, Json::error_handler_t::replace);
     return;
   }
-  if (node->is_object()) (*node)[input.ConsumeRandomLengthString(12)] = value_of(input);
-  else node->push_back(node->empty() || input.ConsumeBool() ? value_of(input) : node->front());
+  if (node->is_object())
+    (*node)[input.ConsumeRandomLengthString(12)] = value_of(input);
+  else
+    node->push_back(node->empty() || input.ConsumeBool() ? value_of(input) : node->front());
   text = root.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -81,7 +117,8 @@ void fit_hashes(Damaged& bundle) {
         node["sha256"] = core::sha256(file->second.data(), file->second.size());
       }
     }
-    if (node.is_structured()) for (Json& child : node) fit(child);
+    if (node.is_structured())
+      for (Json& child : node) fit(child);
   };
   fit(root);
   text = root.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -96,7 +133,8 @@ const core::PublicKey& signing_key(std::array<unsigned char, 64>& secret) {
 
 std::string base64(const std::string& bytes) {
   std::string text(sodium_base64_ENCODED_LEN(bytes.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
-  sodium_bin2base64(text.data(), text.size(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), sodium_base64_VARIANT_ORIGINAL);
+  sodium_bin2base64(text.data(), text.size(), reinterpret_cast<const unsigned char*>(bytes.data()),
+                    bytes.size(), sodium_base64_VARIANT_ORIGINAL);
   text.pop_back();
   return text;
 }
@@ -110,13 +148,15 @@ void sign(Damaged& bundle) {
   };
   const std::string& manifest = bundle.files["manifest.json"];
   const std::string signature = raw(manifest);
-  bundle.files["manifest.json.minisig"] = "untrusted comment: \n" + base64("Ed" + std::string(key.id.begin(), key.id.end()) + signature) +
-                                          "\ntrusted comment: \n" + base64(raw(signature)) + "\n";
+  bundle.files["manifest.json.minisig"] =
+      "untrusted comment: \n" + base64("Ed" + std::string(key.id.begin(), key.id.end()) + signature) +
+      "\ntrusted comment: \n" + base64(raw(signature)) + "\n";
   bundle.signed_manifests.insert(manifest);
 }
 
 void damage(FuzzedDataProvider& input, Damaged& bundle) {
-  static const char* const kTargets[] = {"forward.float32.onnx", "../outside", "/dev/zero", "/etc/passwd", "nothing", "manifest.json", "."};
+  static const char* const kTargets[] = {
+      "forward.float32.onnx", "../outside", "/dev/zero", "/etc/passwd", "nothing", "manifest.json", "."};
   switch (input.ConsumeIntegralInRange<int>(0, 9)) {
     case 0: {
       std::string& file = bundle.files[name_of(input, bundle)];
@@ -140,12 +180,15 @@ void damage(FuzzedDataProvider& input, Damaged& bundle) {
 }
 
 void write(const Damaged& bundle, const std::string& folder) {
-  const auto fits = [](const std::string& name) { return !name.empty() && name.find('/') == std::string::npos && name.find('\0') == std::string::npos; };
+  const auto fits = [](const std::string& name) {
+    return !name.empty() && name.find('/') == std::string::npos && name.find('\0') == std::string::npos;
+  };
   for (const auto& [name, content] : bundle.files) {
     if (fits(name) && bundle.links.count(name) == 0) fuzz::write_file(folder + "/" + name, content);
   }
   for (const auto& [name, target] : bundle.links) {
-    if (fits(name) && ::symlink(target.c_str(), (folder + "/" + name).c_str()) != 0) continue;  // "." and ".." are there
+    if (fits(name) && ::symlink(target.c_str(), (folder + "/" + name).c_str()) != 0)
+      continue;  // "." and ".." are there
   }
 }
 
@@ -158,10 +201,13 @@ void run(const Method& method) {
     size_t values = 1;
     for (const DimInfo& dim : tensor.dims) {
       shape.push_back(dim.min);
-      if (dim.min > static_cast<int64_t>(kMostValues) || (values *= static_cast<size_t>(dim.min)) > kMostValues) return;
+      if (dim.min > static_cast<int64_t>(kMostValues) ||
+          (values *= static_cast<size_t>(dim.min)) > kMostValues)
+        return;
     }
     memory.emplace_back(values + 1);
-    inputs.emplace_back(static_cast<void*>(memory.back().data()), tensor.dtypes.at(0), Shape(shape.data(), shape.size()));
+    inputs.emplace_back(static_cast<void*>(memory.back().data()), tensor.dtypes.at(0),
+                        Shape(shape.data(), shape.size()));
   }
   const Outputs outputs = method.run(inputs);
   for (size_t i = 0; i < outputs.size(); ++i) static_cast<void>(outputs[i].shape());
@@ -178,12 +224,10 @@ void use(const std::string& folder, FuzzedDataProvider& input) {
     for (const MethodInfo& info : bundle.methods()) {
       try {
         run(bundle.method(info.name, options));
-      } catch (const Error&) {
-      }
+      } catch (const Error&) {}
     }
     bundle.self_test(options);
-  } catch (const Error&) {
-  }
+  } catch (const Error&) {}
 }
 
 }  // namespace
@@ -205,7 +249,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     std::array<unsigned char, 64> secret;
     const core::Bundle opened(folder.c_str(), {CHIASM_TRUST_SIGNED, {signing_key(secret)}});
     if (bundle.signed_manifests.count(opened.info().manifest) == 0) std::abort();
-  } catch (const core::Error&) {
-  }
+  } catch (const core::Error&) {}
   return 0;
 }

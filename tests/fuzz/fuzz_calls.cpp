@@ -1,5 +1,5 @@
-/** The C interface by a grammar: each byte string is a program of calls, with good and bad arguments. Handles are live or NULL, and
- *  pointers lead to as much memory as they say; all else may be anything. */
+/** The C interface by a grammar: each byte string is a program of calls, with good and bad arguments. Handles
+ *  are live or NULL, and pointers lead to as much memory as they say; all else may be anything. */
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <cstdlib>
@@ -44,7 +44,9 @@ class Program final {
       case 12: set_trust(); break;
       case 13: method_info(); break;
       case 14: check(api().set_num_threads(input_.ConsumeIntegralInRange<int32_t>(-2, 4))); break;
-      case 15: if (api().get_num_threads() < 1) std::abort(); break;
+      case 15:
+        if (api().get_num_threads() < 1) std::abort();
+        break;
       default: load(); run();  // the usual
     }
   }
@@ -53,7 +55,9 @@ class Program final {
   /** A status has a code and a message; whether it was one. */
   static bool check(chiasm_status* status) {
     const int32_t code = api().status_code(status);
-    if ((status == nullptr) != (code == CHIASM_OK) || (status != nullptr && api().status_message(status)[0] == '\0')) std::abort();
+    if ((status == nullptr) != (code == CHIASM_OK) ||
+        (status != nullptr && api().status_message(status)[0] == '\0'))
+      std::abort();
     if (code == CHIASM_INTERNAL) std::abort();  // the fake engines do not fail, so nothing may
     api().status_free(status);
     return status != nullptr;
@@ -83,9 +87,11 @@ class Program final {
     if (bundles_.size() >= kMostHandles) return;
     static const std::string good = fuzz::scratch_folder() + "/seed.chiasm";
     const std::string text = input_.ConsumeBool() ? good : input_.ConsumeRandomLengthString(40);
-    const bool no_path = input_.ConsumeIntegralInRange(0, 15) == 0, no_result = input_.ConsumeIntegralInRange(0, 15) == 0;
+    const bool no_path = input_.ConsumeIntegralInRange(0, 15) == 0,
+               no_result = input_.ConsumeIntegralInRange(0, 15) == 0;
     chiasm_bundle* bundle = reinterpret_cast<chiasm_bundle*>(this);
-    const bool failed = check(api().bundle_open(no_path ? nullptr : text.c_str(), no_result ? nullptr : &bundle));
+    const bool failed =
+        check(api().bundle_open(no_path ? nullptr : text.c_str(), no_result ? nullptr : &bundle));
     if (no_result) return;
     keep(bundles_, bundle, failed);
   }
@@ -112,8 +118,10 @@ class Program final {
     const chiasm_load_options options = load_options();
     const bool no_result = input_.ConsumeIntegralInRange(0, 15) == 0;
     chiasm_method* method = reinterpret_cast<chiasm_method*>(this);
-    const bool failed = check(api().method_load(any_of(bundles_), input_.ConsumeIntegralInRange(0, 15) == 0 ? nullptr : input_.PickValueInArray(kNames),
-                                                input_.ConsumeBool() ? &options : nullptr, no_result ? nullptr : &method));
+    const bool failed = check(api().method_load(
+        any_of(bundles_),
+        input_.ConsumeIntegralInRange(0, 15) == 0 ? nullptr : input_.PickValueInArray(kNames),
+        input_.ConsumeBool() ? &options : nullptr, no_result ? nullptr : &method));
     if (!no_result) keep(methods_, method, failed);
   }
 
@@ -123,7 +131,8 @@ class Program final {
   }
 
   size_t size_of(size_t right) {
-    const size_t sizes[] = {right, right, right, right + 8, right - 8, right + 4, 0, 8, 1024, 4096, SIZE_MAX, SIZE_MAX - 7};
+    const size_t sizes[] = {right, right, right, right + 8, right - 8, right + 4,
+                            0,     8,     1024,  4096,      SIZE_MAX,  SIZE_MAX - 7};
     return input_.PickValueInArray(sizes);
   }
 
@@ -137,15 +146,24 @@ class Program final {
   };
 
   void make(Tensors& tensors, size_t memory_size) {
-    static constexpr int64_t kDims[] = {1, 1, 2, 3, 3, 4, 8, 16, 0, -1, int64_t{1} << 40, INT64_MAX, INT64_MIN};
+    static constexpr int64_t kDims[] = {1,         1,        2, 3, 3, 4, 8, 16, 0, -1, int64_t{1} << 40,
+                                        INT64_MAX, INT64_MIN};
     static constexpr int64_t kImage[] = {1, 3, 8, 8};
     tensors.count = input_.ConsumeIntegralInRange<size_t>(0, 3);
     const size_t first_size = size_of(sizeof(chiasm_tensor));
-    const size_t step = first_size > 4096 ? sizeof(chiasm_tensor) : std::max(first_size, sizeof(chiasm_tensor));
+    const size_t step =
+        first_size > 4096 ? sizeof(chiasm_tensor) : std::max(first_size, sizeof(chiasm_tensor));
     tensors.structs.resize(step * (tensors.count + 1));
     for (size_t i = 0; i < tensors.count; ++i) {
       tensors.memory.emplace_back(memory_size + 8);
-      chiasm_tensor tensor{i == 0 ? first_size : size_of(sizeof tensor), tensors.memory.back().data(), CHIASM_FLOAT32, CHIASM_CPU, 0, 4, kImage, nullptr};
+      chiasm_tensor tensor{i == 0 ? first_size : size_of(sizeof tensor),
+                           tensors.memory.back().data(),
+                           CHIASM_FLOAT32,
+                           CHIASM_CPU,
+                           0,
+                           4,
+                           kImage,
+                           nullptr};
       if (input_.ConsumeIntegralInRange(0, 3) == 0) {
         tensor.dtype = number();
         tensor.ndim = number();
@@ -164,7 +182,9 @@ class Program final {
       }
       std::memcpy(tensors.structs.data() + i * step, &tensor, sizeof tensor);
     }
-    tensors.data = input_.ConsumeIntegralInRange(0, 15) == 0 ? nullptr : reinterpret_cast<const chiasm_tensor*>(tensors.structs.data());
+    tensors.data = input_.ConsumeIntegralInRange(0, 15) == 0
+                       ? nullptr
+                       : reinterpret_cast<const chiasm_tensor*>(tensors.structs.data());
   }
 
   chiasm_run_options run_options() { return {size_of(sizeof(chiasm_run_options)), nullptr}; }
@@ -176,8 +196,9 @@ class Program final {
     const chiasm_run_options options = run_options();
     chiasm_outputs* outputs = reinterpret_cast<chiasm_outputs*>(this);
     const bool no_result = input_.ConsumeIntegralInRange(0, 15) == 0;
-    const bool failed = check(api().method_run(any_of(methods_), inputs.data, inputs.count, input_.ConsumeBool() ? nullptr : &options,
-                                               no_result ? nullptr : &outputs));
+    const bool failed =
+        check(api().method_run(any_of(methods_), inputs.data, inputs.count,
+                               input_.ConsumeBool() ? nullptr : &options, no_result ? nullptr : &outputs));
     if (!no_result) keep(outputs_, outputs, failed);
   }
 
@@ -187,7 +208,8 @@ class Program final {
     make(outputs, kMemory);
     const chiasm_run_options options = run_options();
     const chiasm_tensor* into = input_.ConsumeIntegralInRange(0, 7) == 0 ? inputs.data : outputs.data;
-    check(api().method_run_into(any_of(methods_), inputs.data, inputs.count, into, into == inputs.data ? inputs.count : outputs.count,
+    check(api().method_run_into(any_of(methods_), inputs.data, inputs.count, into,
+                                into == inputs.data ? inputs.count : outputs.count,
                                 input_.ConsumeBool() ? nullptr : &options));
   }
 
@@ -197,8 +219,10 @@ class Program final {
     int64_t shape[CHIASM_MAX_DIMS];
     int32_t ndim = 0, dtype = 0;
     const auto index = input_.PickValueInArray<size_t>({0, 1, SIZE_MAX});
-    check(api().method_output_shape(any_of(methods_), inputs.data, inputs.count, index, input_.ConsumeIntegralInRange(0, 9) == 0 ? nullptr : shape,
-                                    input_.ConsumeIntegralInRange(0, 9) == 0 ? nullptr : &ndim, input_.ConsumeIntegralInRange(0, 9) == 0 ? nullptr : &dtype));
+    check(api().method_output_shape(any_of(methods_), inputs.data, inputs.count, index,
+                                    input_.ConsumeIntegralInRange(0, 9) == 0 ? nullptr : shape,
+                                    input_.ConsumeIntegralInRange(0, 9) == 0 ? nullptr : &ndim,
+                                    input_.ConsumeIntegralInRange(0, 9) == 0 ? nullptr : &dtype));
   }
 
   void read_outputs() {
@@ -207,7 +231,8 @@ class Program final {
     for (size_t i = 0; i <= count; ++i) {
       const chiasm_tensor* const tensor = api().outputs_get(outputs, i);
       if ((tensor == nullptr) != (i == count)) std::abort();
-      if (tensor != nullptr && tensor->shape[tensor->ndim - 1] > 0) sum_ += *static_cast<const volatile char*>(tensor->data);
+      if (tensor != nullptr && tensor->shape[tensor->ndim - 1] > 0)
+        sum_ += *static_cast<const volatile char*>(tensor->data);
     }
   }
 
@@ -220,25 +245,30 @@ class Program final {
     const chiasm_method* const method = any_of(methods_);
     const chiasm_method_info* const info = api().method_get_info(method);
     if (info != nullptr) sum_ += static_cast<char>(info->inputs[0].dtypes[0]);
-    sum_ += static_cast<char>(std::strlen(api().method_backend(method)) + std::strlen(api().method_artifact(method)));
+    sum_ += static_cast<char>(std::strlen(api().method_backend(method)) +
+                              std::strlen(api().method_artifact(method)));
   }
 
   void self_test() {
     const chiasm_load_options options = load_options();
     int32_t failed = -1;
-    check(api().bundle_self_test(any_of(bundles_), input_.ConsumeBool() ? nullptr : &options, nullptr, nullptr, input_.ConsumeBool() ? nullptr : &failed));
+    check(api().bundle_self_test(any_of(bundles_), input_.ConsumeBool() ? nullptr : &options, nullptr,
+                                 nullptr, input_.ConsumeBool() ? nullptr : &failed));
   }
 
   void backend_info() {
     chiasm_backend_info info{};
     info.struct_size = size_of(sizeof info);
-    check(api().backend_info(input_.PickValueInArray<size_t>({0, 1, 2, 3, SIZE_MAX}), input_.ConsumeBool() ? &info : nullptr));
+    check(api().backend_info(input_.PickValueInArray<size_t>({0, 1, 2, 3, SIZE_MAX}),
+                             input_.ConsumeBool() ? &info : nullptr));
   }
 
   void set_trust() {
-    const std::string key = input_.ConsumeBool() ? "RWTw5+M+30ejPJL8tKbwCcT38wi9MhKN6gMYCUvWEFLwjJgIr0gKPa8T" : input_.ConsumeRandomLengthString(60);
+    const std::string key = input_.ConsumeBool() ? "RWTw5+M+30ejPJL8tKbwCcT38wi9MhKN6gMYCUvWEFLwjJgIr0gKPa8T"
+                                                 : input_.ConsumeRandomLengthString(60);
     const char* const keys[] = {key.c_str(), input_.ConsumeBool() ? nullptr : key.c_str()};
-    check(api().set_trust(number(), input_.ConsumeBool() ? keys : nullptr, input_.PickValueInArray<size_t>({0, 1, 2, SIZE_MAX})));
+    check(api().set_trust(number(), input_.ConsumeBool() ? keys : nullptr,
+                          input_.PickValueInArray<size_t>({0, 1, 2, SIZE_MAX})));
     int32_t policy = 0;
     check(api().get_trust(input_.ConsumeBool() ? &policy : nullptr, nullptr, nullptr));
     check(api().set_trust(CHIASM_TRUST_ANY, nullptr, 0));  // else the rest of this process loads nothing

@@ -9,8 +9,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const int64_t symbols[] = {kValues[data[0] % 8], kValues[data[1] % 8]};
   try {
     int64_t value = 0;
-    chiasm::core::Expression::parse({reinterpret_cast<const char*>(data) + 2, size - 2}, names).evaluate(symbols, &value);
-  } catch (const chiasm::core::Error&) {
-  }
+    chiasm::core::Expression::parse({reinterpret_cast<const char*>(data) + 2, size - 2}, names)
+        .evaluate(symbols, &value);
+  } catch (const chiasm::core::Error&) {}
   return 0;
 }

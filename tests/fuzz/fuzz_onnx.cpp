@@ -1,4 +1,5 @@
-/** Any bytes: a model with all its data inside, or an Error. A tensor with data elsewhere stays refused whatever stands around it. */
+/** Any bytes: a model with all its data inside, or an Error. A tensor with data elsewhere stays refused
+ *  whatever stands around it. */
 #include <cstdlib>
 
 #include "backends/onnx/onnx_file.h"
@@ -18,7 +19,8 @@ bool passes(const std::string& model) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  const std::string model(reinterpret_cast<const char*>(data), size), external("\x3a\x04\x2a\x02\x70\x01", 6);  // graph { initializer { data_location: EXTERNAL } }
+  const std::string model(reinterpret_cast<const char*>(data), size),
+      external("\x3a\x04\x2a\x02\x70\x01", 6);  // graph { initializer { data_location: EXTERNAL } }
   if (passes(model) && (passes(model + external) || passes(external + model))) std::abort();
   return 0;
 }

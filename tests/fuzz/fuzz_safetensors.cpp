@@ -9,7 +9,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     for (const auto& [name, tensor] : chiasm::core::read_safetensors(data, size, "fuzz")) {
       if (tensor.data < data || tensor.size > static_cast<size_t>(data + size - tensor.data)) std::abort();
     }
-  } catch (const chiasm::core::Error&) {
-  }
+  } catch (const chiasm::core::Error&) {}
   return 0;
 }

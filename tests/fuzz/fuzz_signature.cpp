@@ -25,13 +25,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   try {
     chiasm::core::verify_signature(kMessage, text, {chiasm::core::read_public_key(kKey, "k")}, "s");
     bool genuine = false;
-    for (const auto& lines : kSignatures) genuine = genuine || (has(lines[0]) && has(kTrusted) && has(lines[1]));
+    for (const auto& lines : kSignatures)
+      genuine = genuine || (has(lines[0]) && has(kTrusted) && has(lines[1]));
     if (!genuine) std::abort();
-  } catch (const Error&) {
-  }
+  } catch (const Error&) {}
   try {
     if (!has(chiasm::core::text_of(chiasm::core::read_public_key(text, "k")))) std::abort();
-  } catch (const Error&) {
-  }
+  } catch (const Error&) {}
   return 0;
 }

@@ -1,9 +1,10 @@
 // Benchmarks of kernels, each in the file of the kernel's test. Target kernels_bench runs them:
 //
-//     cmake --build --preset release --target kernels_bench && build/release/bin/kernels_bench [--benchmark_filter=median]
+//     cmake --build --preset release --target kernels_bench
+//     build/release/bin/kernels_bench [--benchmark_filter=median]
 //
-// On one thread. The time of a call is a median, of CPU time; the bandwidth is that of images read once and written once, and its share is of a copy of
-// the same images, which takes turns with the kernel.
+// On one thread. The time of a call is a median, of CPU time; the bandwidth is that of images read once and
+// written once, and its share is of a copy of the same images, which takes turns with the kernel.
 #pragma once
 
 #ifndef CHIASM_BENCHMARKS  // for another machine, without the library
@@ -71,7 +72,11 @@ void run(benchmark::State& state, const Call& call) {
 /** Registers call(x, planes, out) at the sizes of docs/benchmarks.md. */
 template <class Call>
 benchmark::internal::Benchmark* add(const char* name, const Call& call) {
-  return benchmark::RegisterBenchmark(name, [call](benchmark::State& state) { run(state, call); })->Args({3, 1080, 1920})->Args({24, 256, 256})->UseManualTime()->Unit(benchmark::kMillisecond);
+  return benchmark::RegisterBenchmark(name, [call](benchmark::State& state) { run(state, call); })
+      ->Args({3, 1080, 1920})
+      ->Args({24, 256, 256})
+      ->UseManualTime()
+      ->Unit(benchmark::kMillisecond);
 }
 
 /** Registers the call that make() gives, which keeps what it reads and writes. */
@@ -92,10 +97,12 @@ benchmark::internal::Benchmark* add_call(const char* name, const Make& make) {
 }  // namespace kernel_benchmarks
 
 /** The benchmark of a kernel of another form: a name, and a function that sets up and gives the call. */
-#define KERNEL_CALL_BENCHMARK(name, ...) \
-  [[maybe_unused]] benchmark::internal::Benchmark* const benchmark_of_##name = kernel_benchmarks::add_call(#name, __VA_ARGS__)
+#define KERNEL_CALL_BENCHMARK(name, ...)                                       \
+  [[maybe_unused]] benchmark::internal::Benchmark* const benchmark_of_##name = \
+      kernel_benchmarks::add_call(#name, __VA_ARGS__)
 
 /** A benchmark of a name, an identifier, and a function of (const float* x, Planes planes, float* out). */
-#define KERNEL_BENCHMARK(name, ...) \
-  [[maybe_unused]] benchmark::internal::Benchmark* const benchmark_of_##name = kernel_benchmarks::add(#name, __VA_ARGS__)
+#define KERNEL_BENCHMARK(name, ...)                                            \
+  [[maybe_unused]] benchmark::internal::Benchmark* const benchmark_of_##name = \
+      kernel_benchmarks::add(#name, __VA_ARGS__)
 #endif

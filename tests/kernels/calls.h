@@ -1,4 +1,5 @@
-// What AOTInductor's code calls (the kernels' calls, runtime/artifact/aoti/operators.cpp), for tests: on tensors in guarded memory.
+// What AOTInductor's code calls (the kernels' calls, runtime/artifact/aoti/operators.cpp), for tests: on
+// tensors in guarded memory.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "guarded_memory.h"
 #include "artifact/aoti/tensor.h"
+#include "guarded_memory.h"
 #include "kernel_calls.h"
 
 using Handle = AtenTensorOpaque*;
@@ -24,7 +25,8 @@ namespace kernel_calls {
 
 using Tensor = std::unique_ptr<AtenTensorOpaque>;
 
-/** Where tensors made from now on lie, and how many bytes beside them were written by then: of tensors that are gone. */
+/** Where tensors made from now on lie, and how many bytes beside them were written by then: of tensors that
+ *  are gone. */
 extern guarded::Placement placement;
 extern int damaged;
 /** The text of the last call that failed. */
@@ -34,12 +36,18 @@ Tensor make(const chiasm::artifact::Dims& sizes, int32_t dtype);
 
 template <class T>
 constexpr int32_t kCode = -1;
-template <> inline constexpr int32_t kCode<uint8_t> = chiasm::artifact::kUint8;
-template <> inline constexpr int32_t kCode<bool> = chiasm::artifact::kBool;
-template <> inline constexpr int32_t kCode<int32_t> = chiasm::artifact::kInt32;
-template <> inline constexpr int32_t kCode<int64_t> = chiasm::artifact::kInt64;
-template <> inline constexpr int32_t kCode<float> = chiasm::artifact::kFloat;
-template <> inline constexpr int32_t kCode<double> = chiasm::artifact::kDouble;
+template <>
+inline constexpr int32_t kCode<uint8_t> = chiasm::artifact::kUint8;
+template <>
+inline constexpr int32_t kCode<bool> = chiasm::artifact::kBool;
+template <>
+inline constexpr int32_t kCode<int32_t> = chiasm::artifact::kInt32;
+template <>
+inline constexpr int32_t kCode<int64_t> = chiasm::artifact::kInt64;
+template <>
+inline constexpr int32_t kCode<float> = chiasm::artifact::kFloat;
+template <>
+inline constexpr int32_t kCode<double> = chiasm::artifact::kDouble;
 
 /** A tensor with values that repeat as often as it takes. */
 template <class T>
@@ -51,6 +59,8 @@ Tensor of(const chiasm::artifact::Dims& sizes, const std::vector<T>& values) {
 }
 
 template <class T>
-Tensor of(const chiasm::artifact::Dims& sizes, std::initializer_list<T> values) { return of(sizes, std::vector<T>(values)); }
+Tensor of(const chiasm::artifact::Dims& sizes, std::initializer_list<T> values) {
+  return of(sizes, std::vector<T>(values));
+}
 
 }  // namespace kernel_calls

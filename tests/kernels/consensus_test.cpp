@@ -1,5 +1,5 @@
-// The kernels of robust estimation: models chosen, against their whole costs in plain loops of doubles, and roots, against those that made the
-// polynomials.
+// The kernels of robust estimation: models chosen, against their whole costs in plain loops of doubles, and
+// roots, against those that made the polynomials.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,7 +19,8 @@ class Consensus : public KernelsTest<T> {
  protected:
   Consensus() : KernelsTest<T>(13) {}
 
-  // Points whose partners are anywhere but for a third, which the first model, nearly the identity, takes to them.
+  // Points whose partners are anywhere but for a third, which the first model, nearly the identity, takes to
+  // them.
   std::vector<T> points(int64_t batch, int64_t n) {
     auto planes = this->random(batch * 7 * n, -1, 1);
     for (int64_t item = 0; item < batch; ++item) {
@@ -52,8 +53,10 @@ double cost(const T* m, const T* planes, int64_t n, bool epipolar) {
       forward[r] = m[3 * r] * p[0] + m[3 * r + 1] * p[1] + m[3 * r + 2];
       backward[r] = m[r] * q[0] + m[3 + r] * q[1] + m[6 + r];
     }
-    const double product = forward[0] * q[0] + forward[1] * q[1] + forward[2], u = forward[0] / forward[2] - q[0], v = forward[1] / forward[2] - q[1];
-    const double slopes = forward[0] * forward[0] + forward[1] * forward[1] + backward[0] * backward[0] + backward[1] * backward[1];
+    const double product = forward[0] * q[0] + forward[1] * q[1] + forward[2],
+                 u = forward[0] / forward[2] - q[0], v = forward[1] / forward[2] - q[1];
+    const double slopes = forward[0] * forward[0] + forward[1] * forward[1] + backward[0] * backward[0] +
+                          backward[1] * backward[1];
     const double error = epipolar ? product * product / slopes : u * u + v * v;
     if (std::isnan(error)) return std::numeric_limits<double>::infinity();
     sum += std::min(error, double(planes[6 * n + i]));
@@ -75,17 +78,22 @@ TYPED_TEST(Consensus, TakesTheCheapest) {
         score_models(models.data(), batch, count, planes.data(), n, epipolar, wanted, index);
         for (int64_t item = 0; item < batch; ++item) {
           std::vector<double> costs;
-          for (int64_t m = 0; m < count; ++m) costs.push_back(cost(models.data() + (item * count + m) * 9, planes.data() + item * 7 * n, n, epipolar));
+          for (int64_t m = 0; m < count; ++m)
+            costs.push_back(
+                cost(models.data() + (item * count + m) * 9, planes.data() + item * 7 * n, n, epipolar));
           auto sorted = costs;
           std::sort(sorted.begin(), sorted.end());
           // What costs the same but for rounding may come in either order.
-          for (int64_t k = 0; k < wanted; ++k) EXPECT_NEAR(costs[index[item * wanted + k]], sorted[k], 1e-5 * (1 + sorted[k])) << n << " points, " << count << " models";
+          for (int64_t k = 0; k < wanted; ++k)
+            EXPECT_NEAR(costs[index[item * wanted + k]], sorted[k], 1e-5 * (1 + sorted[k]))
+                << n << " points, " << count << " models";
         }
       }
 }
 
 KERNEL_CALL_BENCHMARK(score_models, [] {
-  return [models = kernel_benchmarks::random(1000 * 9), points = kernel_benchmarks::random(7 * 2000), best = std::vector<int64_t>(4)]() mutable {
+  return [models = kernel_benchmarks::random(1000 * 9), points = kernel_benchmarks::random(7 * 2000),
+          best = std::vector<int64_t>(4)]() mutable {
     score_models(models.data(), 1, 1000, points.data(), 2000, false, 4, best.data());
   };
 });
@@ -116,7 +124,8 @@ TEST_F(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
   std::uniform_real_distribution<double> draw(-1, 1);
   for (const int64_t degree : {1, 2, 3, 7, 10, 16})
     for (const int64_t count : {1, 4, 5, 30}) {
-      std::vector<double> c(static_cast<size_t>((degree + 1) * count)), places(static_cast<size_t>(2 * degree * count));
+      std::vector<double> c(static_cast<size_t>((degree + 1) * count)),
+          places(static_cast<size_t>(2 * degree * count));
       std::vector<std::vector<double>> made(static_cast<size_t>(count));
       for (int64_t i = 0; i < count; ++i) {
         // Some real roots, at least 0.05 apart, and pairs of complex ones for the rest.
@@ -132,8 +141,11 @@ TEST_F(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
         while (static_cast<int64_t>(p.size()) <= degree) {
           const double root = 2 * draw(engine_);
           const bool single = static_cast<int64_t>(p.size()) == degree || draw(engine_) < 0;
-          if (single && std::any_of(roots.begin(), roots.end(), [&](double r) { return std::abs(r - root) < 0.05; })) continue;
-          times(single ? std::vector<double>{-root, 1} : std::vector<double>{root * root + 0.2 + std::abs(draw(engine_)), -2 * root, 1});
+          if (single &&
+              std::any_of(roots.begin(), roots.end(), [&](double r) { return std::abs(r - root) < 0.05; }))
+            continue;
+          times(single ? std::vector<double>{-root, 1}
+                       : std::vector<double>{root * root + 0.2 + std::abs(draw(engine_)), -2 * root, 1});
           if (single) roots.push_back(root);
         }
         std::sort(roots.begin(), roots.end());
@@ -150,7 +162,8 @@ TEST_F(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
         }
         ASSERT_EQ(found.size(), made[i].size()) << "degree " << degree;
         // The coefficients' rounding moves roots of a degree of 16 by more than their own.
-        for (size_t k = 0; k < found.size(); ++k) EXPECT_NEAR(found[k], made[i][k], degree > 10 ? 1e-5 : 1e-8) << "degree " << degree;
+        for (size_t k = 0; k < found.size(); ++k)
+          EXPECT_NEAR(found[k], made[i][k], degree > 10 ? 1e-5 : 1e-8) << "degree " << degree;
       }
     }
 }
@@ -158,7 +171,8 @@ TEST_F(RealRoots, AreThoseThatThePolynomialIsMadeOf) {
 KERNEL_CALL_BENCHMARK(real_roots, [] {
   std::vector<double> c(11 * 1000);
   for (size_t i = 0; i < c.size(); ++i) c[i] = double(i * 7919 % 1009) / 504.5 - 1;
-  return [c, out = std::vector<double>(2 * 10 * 1000)]() mutable { real_roots(c.data(), 11, 1000, out.data()); };
+  return
+      [c, out = std::vector<double>(2 * 10 * 1000)]() mutable { real_roots(c.data(), 11, 1000, out.data()); };
 });
 
 TEST_F(RealRoots, OfWhatHasNone) {

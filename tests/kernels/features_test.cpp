@@ -1,4 +1,5 @@
-// The kernels of key points, patches and descriptors, against their definitions in plain loops of doubles and against OpenCV.
+// The kernels of key points, patches and descriptors, against their definitions in plain loops of doubles and
+// against OpenCV.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -52,20 +53,24 @@ TYPED_TEST(FeatureKernels, ScaleSpaceNmsMatchesPlainLoops) {
               }
           std::sort(expected.begin(), expected.end());
           for (int64_t k = 0; k < count; ++k)
-            ASSERT_EQ(out[size_t(b * count + k)], k < int64_t(expected.size()) ? expected[size_t(k)].second : -1) << v.height << "x" << v.width << ", slot " << k;
+            ASSERT_EQ(out[size_t(b * count + k)],
+                      k < int64_t(expected.size()) ? expected[size_t(k)].second : -1)
+                << v.height << "x" << v.width << ", slot " << k;
         }
       }
 }
 
 KERNEL_CALL_BENCHMARK(scale_space_nms, [] {
-  return [x = kernel_benchmarks::random(5 * 480 * 640, -1, 1), margins = std::vector<int64_t>(5, 8), out = std::vector<int64_t>(2000)]() mutable {
+  return [x = kernel_benchmarks::random(5 * 480 * 640, -1, 1), margins = std::vector<int64_t>(5, 8),
+          out = std::vector<int64_t>(2000)]() mutable {
     scale_space_nms(x.data(), {1, 5, 480, 640}, margins.data(), true, 2000, out.data());
   };
 });
 
 TYPED_TEST(FeatureKernels, CdistSquaredMatchesOpenCv) {
   using T = TypeParam;
-  for (const auto& [rows, columns, depth] : {std::array<int, 3>{1, 1, 1}, {5, 13, 128}, {9, 24, 3}, {4, 12, 64}})
+  for (const auto& [rows, columns, depth] :
+       {std::array<int, 3>{1, 1, 1}, {5, 13, 128}, {9, 24, 3}, {4, 12, 64}})
     for (const int64_t batch : {1, 2}) {
       auto a = this->random(batch * rows * depth, -1, 1), b = this->random(batch * columns * depth, -1, 1);
       for (auto* x : {&a, &b}) std::fill(x->begin() + int64_t(x->size()) / 2, x->end(), T(0));
@@ -74,15 +79,19 @@ TYPED_TEST(FeatureKernels, CdistSquaredMatchesOpenCv) {
       for (int64_t i = 0; i < batch; ++i)
         for (int r = 0; r < rows; ++r)
           for (int c = 0; c < columns; ++c) {
-            const cv::Mat left(1, depth, cv::DataType<T>::type, const_cast<T*>(a.data() + (i * rows + r) * depth)),
+            const cv::Mat left(1, depth, cv::DataType<T>::type,
+                               const_cast<T*>(a.data() + (i * rows + r) * depth)),
                 right(1, depth, cv::DataType<T>::type, const_cast<T*>(b.data() + (i * columns + c) * depth));
-            ASSERT_NEAR(out[size_t((i * rows + r) * columns + c)], cv::norm(left, right, cv::NORM_L2SQR), 1e-5 * depth);
+            ASSERT_NEAR(out[size_t((i * rows + r) * columns + c)], cv::norm(left, right, cv::NORM_L2SQR),
+                        1e-5 * depth);
           }
     }
 }
 
 KERNEL_CALL_BENCHMARK(cdist_squared, [] {
-  return [x = kernel_benchmarks::random(2000 * 128), out = std::vector<float>(2000 * 2000)]() mutable { cdist_squared(x.data(), 1, 2000, 128, x.data(), 2000, out.data()); };
+  return [x = kernel_benchmarks::random(2000 * 128), out = std::vector<float>(2000 * 2000)]() mutable {
+    cdist_squared(x.data(), 1, 2000, 128, x.data(), 2000, out.data());
+  };
 });
 
 TYPED_TEST(FeatureKernels, TwoSmallestAreTheFirstOfTheSorted) {
@@ -99,17 +108,21 @@ TYPED_TEST(FeatureKernels, TwoSmallestAreTheFirstOfTheSorted) {
       for (int64_t i = 0; i < p.count * lines; ++i) {
         std::vector<std::pair<T, int64_t>> line;
         for (int64_t k = 0; k < length; ++k) {
-          const T value = x[size_t(i / lines * p.height * p.width + (along_rows ? i % lines * p.width + k : k * p.width + i % lines))];
+          const T value = x[size_t(i / lines * p.height * p.width +
+                                   (along_rows ? i % lines * p.width + k : k * p.width + i % lines))];
           if (value < kInfinity) line.emplace_back(value, k);
         }
         std::sort(line.begin(), line.end());
-        for (size_t k = 0; k < 2; ++k) ASSERT_EQ(out[size_t(2 * i) + k], k < line.size() ? line[k].second : -1);
+        for (size_t k = 0; k < 2; ++k)
+          ASSERT_EQ(out[size_t(2 * i) + k], k < line.size() ? line[k].second : -1);
       }
     }
 }
 
 KERNEL_CALL_BENCHMARK(two_smallest, [] {
-  return [x = kernel_benchmarks::random(2000 * 2000), out = std::vector<int64_t>(2 * 2000)]() mutable { two_smallest(x.data(), 1, 2000, 2000, false, out.data()); };
+  return [x = kernel_benchmarks::random(2000 * 2000), out = std::vector<int64_t>(2 * 2000)]() mutable {
+    two_smallest(x.data(), 1, 2000, 2000, false, out.data());
+  };
 });
 
 TYPED_TEST(FeatureKernels, OrientationHistogramsMatchTheirDefinition) {
@@ -122,28 +135,40 @@ TYPED_TEST(FeatureKernels, OrientationHistogramsMatchTheirDefinition) {
     const auto window = this->random(size * size, 0, 1);
     std::vector<T> nearness(static_cast<size_t>(places * size));
     for (int64_t p = 0; p < places; ++p)
-      for (int64_t i = 0; i < size; ++i) nearness[size_t(p * size + i)] = std::max(T(0), 1 - std::abs((T(i) + T(0.5)) * T(places) / T(size) - T(p) - T(0.5)));
+      for (int64_t i = 0; i < size; ++i)
+        nearness[size_t(p * size + i)] =
+            std::max(T(0), 1 - std::abs((T(i) + T(0.5)) * T(places) / T(size) - T(p) - T(0.5)));
     std::vector<T> out(static_cast<size_t>(count * bins * places * places));
-    orientation_histograms(patches.data(), count, size, window.data(), nearness.data(), places, bins, out.data());
+    orientation_histograms(patches.data(), count, size, window.data(), nearness.data(), places, bins,
+                           out.data());
     for (int64_t n = 0; n < count; ++n) {
       std::vector<double> expected(static_cast<size_t>(bins * places * places));
-      const auto pixel = [&](int64_t y, int64_t x) { return double(patches[size_t((n * size + std::clamp<int64_t>(y, 0, size - 1)) * size + std::clamp<int64_t>(x, 0, size - 1))]); };
+      const auto pixel = [&](int64_t y, int64_t x) {
+        return double(patches[size_t((n * size + std::clamp<int64_t>(y, 0, size - 1)) * size +
+                                     std::clamp<int64_t>(x, 0, size - 1))]);
+      };
       for (int64_t y = 0; y < size; ++y)
         for (int64_t x = 0; x < size; ++x) {
-          const double dx = (pixel(y, x + 1) - pixel(y, x - 1)) / 2, dy = (pixel(y + 1, x) - pixel(y - 1, x)) / 2, length = std::hypot(dx, dy);
+          const double dx = (pixel(y, x + 1) - pixel(y, x - 1)) / 2,
+                       dy = (pixel(y + 1, x) - pixel(y - 1, x)) / 2, length = std::hypot(dx, dy);
           const double place = std::atan2(dy, dx) / (2 * M_PI) * double(bins) + double(bins);
           for (int64_t k = 0; k < bins * places * places; ++k) {
-            const double away = std::fmod(std::abs(place - double(k / (places * places))), double(bins)), share = std::max(0.0, 1 - std::min(away, double(bins) - away));
-            expected[size_t(k)] += length * double(window[size_t(y * size + x)]) * share * double(nearness[size_t(k / places % places * size + y)]) * double(nearness[size_t(k % places * size + x)]);
+            const double away = std::fmod(std::abs(place - double(k / (places * places))), double(bins)),
+                         share = std::max(0.0, 1 - std::min(away, double(bins) - away));
+            expected[size_t(k)] += length * double(window[size_t(y * size + x)]) * share *
+                                   double(nearness[size_t(k / places % places * size + y)]) *
+                                   double(nearness[size_t(k % places * size + x)]);
           }
         }
-      for (size_t k = 0; k < expected.size(); ++k) ASSERT_NEAR(out[size_t(n) * expected.size() + k], expected[k], 2e-4) << size << ", entry " << k;
+      for (size_t k = 0; k < expected.size(); ++k)
+        ASSERT_NEAR(out[size_t(n) * expected.size() + k], expected[k], 2e-4) << size << ", entry " << k;
     }
   }
 }
 
 KERNEL_CALL_BENCHMARK(orientation_histograms, [] {
-  return [x = kernel_benchmarks::random(500 * 41 * 41), window = kernel_benchmarks::random(41 * 41), weights = kernel_benchmarks::random(4 * 41), out = std::vector<float>(500 * 8 * 16)]() mutable {
+  return [x = kernel_benchmarks::random(500 * 41 * 41), window = kernel_benchmarks::random(41 * 41),
+          weights = kernel_benchmarks::random(4 * 41), out = std::vector<float>(500 * 8 * 16)]() mutable {
     orientation_histograms(x.data(), 500, 41, window.data(), weights.data(), 4, 8, out.data());
   };
 });
@@ -160,31 +185,40 @@ TYPED_TEST(FeatureKernels, ExtractPatchesReadsBilinearly) {
     width.push_back(widths[k]);
     length += heights[k] * widths[k];
   }
-  for (auto* list : {&start, &height, &width}) list->insert(list->end(), list->begin(), list->begin() + 4);  // the same for either item
+  // the same for either item
+  for (auto* list : {&start, &height, &width}) list->insert(list->end(), list->begin(), list->begin() + 4);
   const auto pixels = this->random(batch * channels * length, 0, 1);
   auto matrices = this->random(batch * frames * 6, -12, 12);
   for (int k : {0, 1, 3, 4}) matrices[size_t(6 + k)] = 0;  // a point
   std::vector<T> out(static_cast<size_t>(batch * channels * frames * side * side));
-  extract_patches(pixels.data(), batch, channels, length, start.data(), frames, height.data(), width.data(), matrices.data(), side, out.data());
+  extract_patches(pixels.data(), batch, channels, length, start.data(), frames, height.data(), width.data(),
+                  matrices.data(), side, out.data());
   for (int64_t i = 0; i < int64_t(out.size()); ++i) {
-    const int64_t column = i % side, row = i / side % side, frame = i / (side * side) % frames, plane = i / (side * side * frames), own = plane / channels * frames + frame;
+    const int64_t column = i % side, row = i / side % side, frame = i / (side * side) % frames,
+                  plane = i / (side * side * frames), own = plane / channels * frames + frame;
     const double u = double(2 * column + 1) / side - 1, v = double(2 * row + 1) / side - 1;
     const T* const m = matrices.data() + 6 * own;
-    const double x = std::clamp(m[0] * u + m[1] * v + m[2], 0.0, double(width[size_t(own)] - 1)), y = std::clamp(m[3] * u + m[4] * v + m[5], 0.0, double(height[size_t(own)] - 1));
+    const double x = std::clamp(m[0] * u + m[1] * v + m[2], 0.0, double(width[size_t(own)] - 1)),
+                 y = std::clamp(m[3] * u + m[4] * v + m[5], 0.0, double(height[size_t(own)] - 1));
     const auto pixel = [&](double r, double c) {
-      const int64_t yy = std::min(int64_t(r), height[size_t(own)] - 1), xx = std::min(int64_t(c), width[size_t(own)] - 1);
+      const int64_t yy = std::min(int64_t(r), height[size_t(own)] - 1),
+                    xx = std::min(int64_t(c), width[size_t(own)] - 1);
       return double(pixels[size_t(plane * length + start[size_t(own)] + yy * width[size_t(own)] + xx)]);
     };
     const double r = std::floor(y), c = std::floor(x), fy = y - r, fx = x - c;
-    const double expected = (pixel(r, c) * (1 - fx) + pixel(r, c + 1) * fx) * (1 - fy) + (pixel(r + 1, c) * (1 - fx) + pixel(r + 1, c + 1) * fx) * fy;
+    const double expected = (pixel(r, c) * (1 - fx) + pixel(r, c + 1) * fx) * (1 - fy) +
+                            (pixel(r + 1, c) * (1 - fx) + pixel(r + 1, c + 1) * fx) * fy;
     ASSERT_NEAR(out[size_t(i)], expected, 2e-5) << "frame " << frame << " at " << x << ", " << y;
   }
 }
 
 KERNEL_CALL_BENCHMARK(extract_patches, [] {
-  return [x = kernel_benchmarks::random(480 * 640), start = std::vector<int64_t>(500), height = std::vector<int64_t>(500, 480), width = std::vector<int64_t>(500, 640),
-          frames = kernel_benchmarks::random(500 * 6, 10, 200), out = std::vector<float>(500 * 32 * 32)]() mutable {
-    extract_patches(x.data(), 1, 1, 480 * 640, start.data(), 500, height.data(), width.data(), frames.data(), 32, out.data());
+  return [x = kernel_benchmarks::random(480 * 640), start = std::vector<int64_t>(500),
+          height = std::vector<int64_t>(500, 480), width = std::vector<int64_t>(500, 640),
+          frames = kernel_benchmarks::random(500 * 6, 10, 200),
+          out = std::vector<float>(500 * 32 * 32)]() mutable {
+    extract_patches(x.data(), 1, 1, 480 * 640, start.data(), 500, height.data(), width.data(), frames.data(),
+                    32, out.data());
   };
 });
 

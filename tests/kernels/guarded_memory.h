@@ -1,5 +1,5 @@
-// Buffers whose surroundings are watched: a page that cannot be touched lies at one end, and what else is around them is noticed when it changes (and by
-// AddressSanitizer also when it is read).
+// Buffers whose surroundings are watched: a page that cannot be touched lies at one end, and what else is
+// around them is noticed when it changes (and by AddressSanitizer also when it is read).
 #pragma once
 
 #include <sys/mman.h>

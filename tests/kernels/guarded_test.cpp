@@ -1,5 +1,6 @@
-// Every kernel by the call that compiled ops make, over sizes that leave parts of vectors and strips, every border and values that no arithmetic likes, with
-// guards around every tensor. What is computed is the other tests' matter; here it must stay in its memory, be the same wherever that lies, and end.
+// Every kernel by the call that compiled ops make, over sizes that leave parts of vectors and strips, every
+// border and values that no arithmetic likes, with guards around every tensor. What is computed is the other
+// tests' matter; here it must stay in its memory, be the same wherever that lies, and end.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -23,8 +24,10 @@ enum class Fill { kOrdinary, kSpecial, kMixed };
 struct Size {
   int64_t height, width;
 };
-// A pixel, a row, a column, less than a vector and a little more, parts of two and of four vectors, more than a tile's rows.
-constexpr Size kSizes[] = {{1, 1}, {1, 2}, {2, 1}, {2, 2}, {1, 9}, {9, 1}, {3, 4}, {4, 3}, {5, 7}, {7, 8}, {8, 9}, {9, 15}, {3, 17}, {6, 31}, {3, 33}, {67, 35}, {2, 261}, {261, 2}};
+// A pixel, a row, a column, less than a vector and a little more, parts of two and of four vectors, more than
+// a tile's rows.
+constexpr Size kSizes[] = {{1, 1}, {1, 2}, {2, 1},  {2, 2},  {1, 9},  {9, 1},  {3, 4},   {4, 3},   {5, 7},
+                           {7, 8}, {8, 9}, {9, 15}, {3, 17}, {6, 31}, {3, 33}, {67, 35}, {2, 261}, {261, 2}};
 constexpr int64_t kBorders = 4;
 
 template <class T>
@@ -34,7 +37,8 @@ class GuardedKernels : public ::testing::Test {
 
   void SetUp() override { use_threads(3); }
 
-  // Has `calls` make its calls with tensors that end, and again with such that begin, at memory that is not there.
+  // Has `calls` make its calls with tensors that end, and again with such that begin, at memory that is not
+  // there.
   template <class Calls>
   void watch(const Calls& calls) {
     Results known;
@@ -50,13 +54,31 @@ class GuardedKernels : public ::testing::Test {
         ASSERT_EQ(kernel_calls::damaged, 0) << "tensors beside which something was written";
       }
       ASSERT_EQ(results[0].size(), results[1].size());
-      for (size_t i = 0; i < results[0].size(); ++i) ASSERT_EQ(results[0][i], results[1][i]) << "call " << i << " depends on where its tensors lie";
+      for (size_t i = 0; i < results[0].size(); ++i)
+        ASSERT_EQ(results[0][i], results[1][i]) << "call " << i << " depends on where its tensors lie";
     }
   }
 
   T number(double low, double high) {
-    static constexpr T kSpecial[] = {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(), T(0), T(-0.0), Limits::denorm_min(), T(1e10), T(-1e10),
-                                     T(3e9), T(-3e9), T(2147483648.0), T(-2147483648.0), T(1e38), T(-1e38), Limits::max(), Limits::lowest(), T(-0.5), T(0.5), T(255.5)};
+    static constexpr T kSpecial[] = {Limits::quiet_NaN(),
+                                     Limits::infinity(),
+                                     -Limits::infinity(),
+                                     T(0),
+                                     T(-0.0),
+                                     Limits::denorm_min(),
+                                     T(1e10),
+                                     T(-1e10),
+                                     T(3e9),
+                                     T(-3e9),
+                                     T(2147483648.0),
+                                     T(-2147483648.0),
+                                     T(1e38),
+                                     T(-1e38),
+                                     Limits::max(),
+                                     Limits::lowest(),
+                                     T(-0.5),
+                                     T(0.5),
+                                     T(255.5)};
     const bool special = fill_ == Fill::kSpecial || (fill_ == Fill::kMixed && engine_() % 16 == 0);
     if (special) return kSpecial[engine_() % std::size(kSpecial)];
     return static_cast<T>(std::uniform_real_distribution<double>(low, high)(engine_));
@@ -70,10 +92,12 @@ class GuardedKernels : public ::testing::Test {
     return tensor;
   }
 
-  // Compilers make a call's arguments in orders of their own: their numbers depend on the call and on what they are, and not on those made before.
+  // Compilers make a call's arguments in orders of their own: their numbers depend on the call and on what
+  // they are, and not on those made before.
   void seed(const Dims& sizes, double low, double high) {
     std::vector<int64_t> what(sizes.begin(), sizes.end());
-    what.insert(what.end(), {static_cast<int64_t>(results_->size()), std::bit_cast<int64_t>(low), std::bit_cast<int64_t>(high)});
+    what.insert(what.end(), {static_cast<int64_t>(results_->size()), std::bit_cast<int64_t>(low),
+                             std::bit_cast<int64_t>(high)});
     std::seed_seq words(what.begin(), what.end());
     engine_.seed(words);
   }
@@ -83,7 +107,8 @@ class GuardedKernels : public ::testing::Test {
     Tensor tensor = kernel_calls::make(sizes, kCode<Whole>);
     seed(sizes, static_cast<double>(low), static_cast<double>(high));
     auto* const data = reinterpret_cast<Whole*>(tensor->data());
-    for (int64_t i = 0; i < tensor->numel(); ++i) data[i] = static_cast<Whole>(std::uniform_int_distribution<int64_t>(low, high)(engine_));
+    for (int64_t i = 0; i < tensor->numel(); ++i)
+      data[i] = static_cast<Whole>(std::uniform_int_distribution<int64_t>(low, high)(engine_));
     return tensor;
   }
 
@@ -95,21 +120,30 @@ class GuardedKernels : public ::testing::Test {
     Tensor tensor(result);
     if (!tensor) return tensor;
     results_->emplace_back(tensor->data(), tensor->data() + tensor->storage->bytes);
-    if (known_ != nullptr) known_->see(*tensor, !is_inexact(call) ? Results::kExact : fill_ == Fill::kOrdinary ? Results::kRounded : Results::kAny);
+    if (known_ != nullptr)
+      known_->see(*tensor, !is_inexact(call)          ? Results::kExact
+                           : fill_ == Fill::kOrdinary ? Results::kRounded
+                                                      : Results::kAny);
     return tensor;
   }
 
-  // Calls whose sums, exponentials or angles depend on how long a vector is, or on a library: huge numbers may then overflow, or not.
+  // Calls whose sums, exponentials or angles depend on how long a vector is, or on a library: huge numbers
+  // may then overflow, or not.
   template <class Function>
   static bool is_inexact(Function* call) {
-    const auto is = [&](auto* other) { return reinterpret_cast<void (*)()>(call) == reinterpret_cast<void (*)()>(other); };
-    return is(aoti_torch_cpu_bilateral) || is(aoti_torch_cpu_orientation_histograms) || is(aoti_torch_cpu_resize) || is(aoti_torch_cpu_resize_blurred) ||
-           is(aoti_torch_cpu_integral) || is(aoti_torch_cpu_cdist_squared) || is(aoti_torch_cpu_two_smallest);
+    const auto is = [&](auto* other) {
+      return reinterpret_cast<void (*)()>(call) == reinterpret_cast<void (*)()>(other);
+    };
+    return is(aoti_torch_cpu_bilateral) || is(aoti_torch_cpu_orientation_histograms) ||
+           is(aoti_torch_cpu_resize) || is(aoti_torch_cpu_resize_blurred) || is(aoti_torch_cpu_integral) ||
+           is(aoti_torch_cpu_cdist_squared) || is(aoti_torch_cpu_two_smallest);
   }
 
   static Handle bare(const Tensor& tensor) { return tensor.get(); }
   template <class Number>
-  static Number bare(Number number) { return number; }
+  static Number bare(Number number) {
+    return number;
+  }
 
   Fill fill_ = Fill::kOrdinary;
   std::mt19937 engine_;
@@ -126,15 +160,18 @@ TYPED_TEST(GuardedKernels, WindowsStayInside) {
       for (int64_t border = 0; border < kBorders; ++border) {
         const Tensor x = this->numbers({2, 1, s.height, s.width});
         for (const int64_t size : {1, 3, 9}) {
-          this->run(aoti_torch_cpu_separable, x, this->numbers({1, size}), this->numbers({2, 5}), border, 2.0, -1.0);
+          this->run(aoti_torch_cpu_separable, x, this->numbers({1, size}), this->numbers({2, 5}), border, 2.0,
+                    -1.0);
           this->run(aoti_torch_cpu_correlate2d, x, this->numbers({1, 2, size}), border);
           this->run(aoti_torch_cpu_correlate2d, x, this->numbers({2, size, 4}), border);
           this->run(aoti_torch_cpu_minmax_filter, x, int64_t{5}, size, border, 0.5, int32_t{1});
           const Tensor high = this->numbers({3, size}), low = this->numbers({3, size});
           this->run(aoti_torch_cpu_morphology, x, high, int64_t{2}, size - 1, border, 0.5, 1e4, int32_t{0});
-          this->run(aoti_torch_cpu_morphology_gradient, x, high, low, int64_t{0}, size / 2, border, 0.5, 0.25, 1e4);
+          this->run(aoti_torch_cpu_morphology_gradient, x, high, low, int64_t{0}, size / 2, border, 0.5, 0.25,
+                    1e4);
         }
-        this->run(aoti_torch_cpu_correlate2d, this->numbers({0, 2, s.height, s.width}), this->numbers({0, 3, 3}), border);
+        this->run(aoti_torch_cpu_correlate2d, this->numbers({0, 2, s.height, s.width}),
+                  this->numbers({0, 3, 3}), border);
         this->run(aoti_torch_cpu_minmax_filter, x, int64_t{1}, int64_t{33}, border, 0.5, int32_t{0});
         this->run(aoti_torch_cpu_median3x3, x, border);
       }
@@ -159,10 +196,14 @@ TYPED_TEST(GuardedKernels, BilateralStaysInside) {
   this->watch([&] {
     for (const Size& s : kSizes)
       for (int64_t border = 0; border < kBorders; ++border) {
-        const Tensor x = this->numbers({2, 2, s.height, s.width}), guide = this->numbers({1, 3, s.height, s.width});
-        this->run(aoti_torch_cpu_bilateral, x, x, this->numbers({1, 3, 5}), this->numbers({1}, -5, 0), border, int32_t{0});
-        this->run(aoti_torch_cpu_bilateral, x, guide, this->numbers({2, 5, 3}), this->numbers({2}, -5, 0), border, int32_t{1});
-        this->run(aoti_torch_cpu_bilateral, x, x, this->numbers({1, 1, 1}), this->numbers({1}, -5, 0), border, int32_t{1});
+        const Tensor x = this->numbers({2, 2, s.height, s.width}),
+                     guide = this->numbers({1, 3, s.height, s.width});
+        this->run(aoti_torch_cpu_bilateral, x, x, this->numbers({1, 3, 5}), this->numbers({1}, -5, 0), border,
+                  int32_t{0});
+        this->run(aoti_torch_cpu_bilateral, x, guide, this->numbers({2, 5, 3}), this->numbers({2}, -5, 0),
+                  border, int32_t{1});
+        this->run(aoti_torch_cpu_bilateral, x, x, this->numbers({1, 1, 1}), this->numbers({1}, -5, 0), border,
+                  int32_t{1});
       }
   });
 }
@@ -175,15 +216,20 @@ TYPED_TEST(GuardedKernels, PositionsAnywhereReadInside) {
         for (int64_t mode = 0; mode < 2; ++mode)
           for (int32_t corners = 0; corners < 2; ++corners) {
             const Tensor source = this->numbers({2, 3, s.height, s.width});
-            // Beyond every side; for a run as an image that is read forwards, too, where pixels are loaded by eights.
-            Tensor x = this->numbers({2, 3, 37}, -5, double(s.width) + 4), y = this->numbers({2, 3, 37}, -5, double(s.height) + 4);
+            // Beyond every side; for a run as an image that is read forwards, too, where pixels are loaded by
+            // eights.
+            Tensor x = this->numbers({2, 3, 37}, -5, double(s.width) + 4),
+                   y = this->numbers({2, 3, 37}, -5, double(s.height) + 4);
             this->run(aoti_torch_cpu_remap, source, x, y, mode, padding, corners);
             for (int64_t i = 0; i < 74; ++i) reinterpret_cast<T*>(x->data())[i] = T(i % 37) * T(s.width) / 37;
             std::fill_n(reinterpret_cast<T*>(y->data()), 74, T(s.height - 1));
             this->run(aoti_torch_cpu_remap, source, x, y, mode, padding, corners);
             const Tensor matrix = this->numbers({2, 3, 3}, -1, 1);
-            this->run(aoti_torch_cpu_warp_perspective, source, matrix, s.height, s.width + 1, mode, padding, corners);
-            this->run(aoti_torch_cpu_warp_perspective, source, kernel_calls::of<T>({2, 3, 3}, {1, 0, 0, 0, 1, 0, 0, 0, 1}), s.height, s.width, mode, padding, corners);
+            this->run(aoti_torch_cpu_warp_perspective, source, matrix, s.height, s.width + 1, mode, padding,
+                      corners);
+            this->run(aoti_torch_cpu_warp_perspective, source,
+                      kernel_calls::of<T>({2, 3, 3}, {1, 0, 0, 0, 1, 0, 0, 0, 1}), s.height, s.width, mode,
+                      padding, corners);
           }
   });
 }
@@ -194,9 +240,12 @@ TYPED_TEST(GuardedKernels, PatchesReadInsideTheirImages) {
       for (const int64_t side : {1, 5, 16}) {
         // Two images in a row of pixels, the second the last that there is of it.
         const int64_t area = s.height * s.width, second = s.height > 1 ? s.height / 2 * s.width : s.width;
-        const Tensor pixels = this->numbers({2, 2, area + second}), frames = this->numbers({2, 3, 2, 3}, -20, 40);
-        const Tensor start = kernel_calls::of<int64_t>({2, 3}, {0, area, area}), width = kernel_calls::of<int64_t>({2, 3}, {s.width});
-        const Tensor height = kernel_calls::of<int64_t>({2, 3}, {s.height, second / s.width, second / s.width});
+        const Tensor pixels = this->numbers({2, 2, area + second}),
+                     frames = this->numbers({2, 3, 2, 3}, -20, 40);
+        const Tensor start = kernel_calls::of<int64_t>({2, 3}, {0, area, area}),
+                     width = kernel_calls::of<int64_t>({2, 3}, {s.width});
+        const Tensor height =
+            kernel_calls::of<int64_t>({2, 3}, {s.height, second / s.width, second / s.width});
         this->run(aoti_torch_cpu_extract_patches, pixels, start, height, width, frames, side);
       }
   });
@@ -205,14 +254,17 @@ TYPED_TEST(GuardedKernels, PatchesReadInsideTheirImages) {
 TYPED_TEST(GuardedKernels, ResizingStaysInside) {
   this->watch([&] {
     for (const Size& s : kSizes)
-      for (const Size& to : {Size{1, 1}, Size{2, 3}, Size{5, 17}, Size{s.height * 2, s.width * 2}, Size{(s.height + 1) / 2, (s.width + 1) / 2}, Size{7, 40}}) {
+      for (const Size& to : {Size{1, 1}, Size{2, 3}, Size{5, 17}, Size{s.height * 2, s.width * 2},
+                             Size{(s.height + 1) / 2, (s.width + 1) / 2}, Size{7, 40}}) {
         const Tensor x = this->numbers({1, 2, s.height, s.width});
         for (int64_t filter = 0; filter < 3; ++filter)
           for (int32_t corners = 0; corners < 2; ++corners)
-            for (int32_t antialias = 0; antialias < 2; ++antialias) this->run(aoti_torch_cpu_resize, x, to.height, to.width, filter, corners, antialias);
+            for (int32_t antialias = 0; antialias < 2; ++antialias)
+              this->run(aoti_torch_cpu_resize, x, to.height, to.width, filter, corners, antialias);
         for (const int64_t border : {0, 1, 3})
           for (int32_t before = 0; before < 2; ++before)
-            this->run(aoti_torch_cpu_resize_blurred, x, this->numbers({5}), to.height, to.width, int32_t{0}, border, before);
+            this->run(aoti_torch_cpu_resize_blurred, x, this->numbers({5}), to.height, to.width, int32_t{0},
+                      border, before);
       }
   });
 }
@@ -229,12 +281,15 @@ TYPED_TEST(GuardedKernels, SumsLevelsAndEdgesStayInside) {
       this->run(aoti_torch_cpu_canny_hysteresis, x, 0.2, 0.6);
       const Tensor extents = this->run(aoti_torch_cpu_aminmax, row);
       for (const int64_t bins : {1, 7, 256}) {
-        const Tensor counts = this->run(aoti_torch_cpu_row_histograms, row, this->numbers({2, 1}, -1, 0), this->numbers({2, 1}, 1, 2), bins);
+        const Tensor counts = this->run(aoti_torch_cpu_row_histograms, row, this->numbers({2, 1}, -1, 0),
+                                        this->numbers({2, 1}, 1, 2), bins);
         int64_t counted = 0;
-        for (int64_t i = 0; i < counts->numel(); ++i) counted += reinterpret_cast<const int32_t*>(counts->data())[i];
+        for (int64_t i = 0; i < counts->numel(); ++i)
+          counted += reinterpret_cast<const int32_t*>(counts->data())[i];
         EXPECT_EQ(counted, row->numel());  // each value is in some bin, NaN in the first
       }
-      this->run(aoti_torch_cpu_lut, this->numbers({2, 256}), this->template wholes<uint8_t>({2, s.height * s.width}, 0, 255));
+      this->run(aoti_torch_cpu_lut, this->numbers({2, 256}),
+                this->template wholes<uint8_t>({2, s.height * s.width}, 0, 255));
     }
   });
 }
@@ -243,7 +298,9 @@ TYPED_TEST(GuardedKernels, FeaturesStayInside) {
   this->watch([&] {
     for (const Size& s : kSizes) {
       const Tensor margins = kernel_calls::of<int64_t>({4}, {0, 1, 2, 0});
-      const Tensor places = this->run(aoti_torch_cpu_scale_space_nms, this->numbers({2, 4, s.height, s.width}, -1, 1), margins, int32_t{1}, int64_t{9});
+      const Tensor places =
+          this->run(aoti_torch_cpu_scale_space_nms, this->numbers({2, 4, s.height, s.width}, -1, 1), margins,
+                    int32_t{1}, int64_t{9});
       for (int64_t i = 0; i < places->numel(); ++i) {
         const int64_t place = reinterpret_cast<const int64_t*>(places->data())[i];
         EXPECT_TRUE(place >= -1 && place < 4 * s.height * s.width);
@@ -253,8 +310,11 @@ TYPED_TEST(GuardedKernels, FeaturesStayInside) {
       this->run(aoti_torch_cpu_two_smallest, distances, int32_t{0});
       this->run(aoti_torch_cpu_two_smallest, distances, int32_t{1});
       if (s.width < 40) {
-        const Tensor patches = this->numbers({3, s.width, s.width}), window = this->numbers({s.width, s.width});
-        for (const int64_t bins : {1, 8, 36}) this->run(aoti_torch_cpu_orientation_histograms, patches, window, this->numbers({4, s.width}), bins);
+        const Tensor patches = this->numbers({3, s.width, s.width}),
+                     window = this->numbers({s.width, s.width});
+        for (const int64_t bins : {1, 8, 36})
+          this->run(aoti_torch_cpu_orientation_histograms, patches, window, this->numbers({4, s.width}),
+                    bins);
       }
     }
   });
@@ -265,8 +325,10 @@ TYPED_TEST(GuardedKernels, ModelsStayInside) {
     for (const int64_t n : {0, 1, 3, 4, 8, 9, 131})
       for (const int64_t count : {1, 3, 40})
         for (int32_t epipolar = 0; epipolar < 2; ++epipolar) {
-          const Tensor best = this->run(aoti_torch_cpu_score_models, this->numbers({2, 17, 3, 3}, -1, 1), this->numbers({2, 7, n}), epipolar, count);
-          for (int64_t i = 0; i < best->numel(); ++i) EXPECT_LT(reinterpret_cast<const uint64_t*>(best->data())[i], 17u);
+          const Tensor best = this->run(aoti_torch_cpu_score_models, this->numbers({2, 17, 3, 3}, -1, 1),
+                                        this->numbers({2, 7, n}), epipolar, count);
+          for (int64_t i = 0; i < best->numel(); ++i)
+            EXPECT_LT(reinterpret_cast<const uint64_t*>(best->data())[i], 17u);
         }
     if constexpr (std::is_same_v<TypeParam, double>) {
       for (int64_t n = 1; n <= 16; ++n)
@@ -283,7 +345,8 @@ TYPED_TEST(GuardedKernels, ModelsStayInside) {
 TYPED_TEST(GuardedKernels, FallbacksStayInside) {
   this->watch([&] {
     for (const Dims& sizes : {Dims{1}, Dims{3, 0}, Dims{0, 3}, Dims{2, 7}, Dims{3, 1, 9}, Dims{2, 33, 5}}) {
-      const Tensor x = this->numbers(sizes, -1, 1), whole = this->template wholes<int64_t>(sizes, INT64_MIN, INT64_MAX);
+      const Tensor x = this->numbers(sizes, -1, 1),
+                   whole = this->template wholes<int64_t>(sizes, INT64_MIN, INT64_MAX);
       const auto ndim = static_cast<int64_t>(sizes.size());
       for (int64_t dim = -ndim; dim < ndim; ++dim)
         for (const Tensor* values : {&x, &whole}) {
@@ -294,8 +357,10 @@ TYPED_TEST(GuardedKernels, FallbacksStayInside) {
       for (int64_t k = 0; k <= sizes.back(); ++k)
         for (int32_t largest = 0; largest < 2; ++largest) {
           Handle values = nullptr, indices = nullptr;
-          EXPECT_EQ(aoti_torch_cpu_topk(x.get(), k, -1, largest, 1, &values, &indices), 0) << kernel_calls::last_error;
-          for (int64_t i = 0; i < indices->numel(); ++i) EXPECT_LT(reinterpret_cast<const uint64_t*>(indices->data())[i], uint64_t(sizes.back()));
+          EXPECT_EQ(aoti_torch_cpu_topk(x.get(), k, -1, largest, 1, &values, &indices), 0)
+              << kernel_calls::last_error;
+          for (int64_t i = 0; i < indices->numel(); ++i)
+            EXPECT_LT(reinterpret_cast<const uint64_t*>(indices->data())[i], uint64_t(sizes.back()));
           delete values;
           delete indices;
         }
@@ -315,16 +380,19 @@ TEST_F(GuardedBytes, FramesLevelsAndMasksStayInside) {
       }
       const Tensor levels = wholes<uint8_t>({2, s.height, s.width}, 0, 255);
       for (const Size& tile : {Size{1, 1}, Size{3, 2}, Size{8, 9}})
-        run(aoti_torch_cpu_clahe_histograms, levels, tile.height, tile.width, (s.height + tile.height - 1) / tile.height, (s.width + 2 * tile.width) / tile.width);
+        run(aoti_torch_cpu_clahe_histograms, levels, tile.height, tile.width,
+            (s.height + tile.height - 1) / tile.height, (s.width + 2 * tile.width) / tile.width);
       const Tensor table = numbers({2, 6, 256}, 0, 255);
       const auto places = [&](int64_t n, int64_t last) { return wholes<int64_t>({n}, 0, last); };
-      run(aoti_torch_cpu_clahe_interpolate, table, int64_t{3}, levels, places(s.height, 1), places(s.height, 1), numbers({s.height}), places(s.width, 2),
-                places(s.width, 2), numbers({s.width}));
+      run(aoti_torch_cpu_clahe_interpolate, table, int64_t{3}, levels, places(s.height, 1),
+          places(s.height, 1), numbers({s.height}), places(s.width, 2), places(s.width, 2),
+          numbers({s.width}));
       // A caller's bools may be any bytes.
       Tensor mask = wholes<uint8_t>({2, s.height, s.width}, 0, 3);
       mask->dtype = kBool;
       const Tensor roots = run(aoti_torch_cpu_connected_components, mask);
-      for (int64_t i = 0; i < roots->numel(); ++i) EXPECT_LT(reinterpret_cast<const uint32_t*>(roots->data())[i], uint32_t(s.height * s.width));
+      for (int64_t i = 0; i < roots->numel(); ++i)
+        EXPECT_LT(reinterpret_cast<const uint32_t*>(roots->data())[i], uint32_t(s.height * s.width));
       for (const int64_t bins : {1, 9, 256}) {
         run(aoti_torch_cpu_bincount, wholes<uint8_t>({2, s.height * s.width}, 0, 255), bins);
         run(aoti_torch_cpu_bincount, wholes<int32_t>({2, s.height * s.width}, INT32_MIN, INT32_MAX), bins);

@@ -1,4 +1,5 @@
-// The kernels by themselves, against OpenCV or the definition in plain loops of doubles, at sizes that leave parts of vectors and tiles.
+// The kernels by themselves, against OpenCV or the definition in plain loops of doubles, at sizes that leave
+// parts of vectors and tiles.
 #include <cmath>
 #include <functional>
 #include <map>
@@ -15,8 +16,10 @@ using namespace chiasm::kernels;
 namespace {
 
 constexpr Border kBorders[] = {Border::kReflect, Border::kReplicate, Border::kCircular, Border::kConstant};
-constexpr int kOpenCvBorders[] = {cv::BORDER_REFLECT_101, cv::BORDER_REPLICATE, cv::BORDER_WRAP, cv::BORDER_CONSTANT};
-// (planes, height, width): a pixel, less than a vector, odd sizes, more than a tile's rows, and more than a strip's columns.
+constexpr int kOpenCvBorders[] = {cv::BORDER_REFLECT_101, cv::BORDER_REPLICATE, cv::BORDER_WRAP,
+                                  cv::BORDER_CONSTANT};
+// (planes, height, width): a pixel, less than a vector, odd sizes, more than a tile's rows, and more than a
+// strip's columns.
 const Planes kSizes[] = {{1, 1, 1}, {2, 3, 5}, {3, 9, 17}, {2, 70, 33}, {1, 3, 30011}};
 
 template <class T>
@@ -32,18 +35,21 @@ int64_t pixels(const Planes& p) { return p.count * p.height * p.width; }
 
 template <class T>
 cv::Mat plane(const std::vector<T>& values, const Planes& p, int64_t i) {
-  return cv::Mat(int(p.height), int(p.width), cv::DataType<T>::type, const_cast<T*>(values.data() + i * p.height * p.width));
+  return cv::Mat(int(p.height), int(p.width), cv::DataType<T>::type,
+                 const_cast<T*>(values.data() + i * p.height * p.width));
 }
 
 // What OpenCV's `filter` makes of each plane with a border of ry, rx pixels around it, against `actual`.
 template <class T>
-void expect_filtered(const std::vector<T>& x, const std::vector<T>& actual, const Planes& p, int ry, int rx, int border, double value, double tolerance,
+void expect_filtered(const std::vector<T>& x, const std::vector<T>& actual, const Planes& p, int ry, int rx,
+                     int border, double value, double tolerance,
                      const std::function<cv::Mat(const cv::Mat&, int64_t)>& filter) {
   for (int64_t i = 0; i < p.count; ++i) {
     cv::Mat padded;
     cv::copyMakeBorder(plane(x, p, i), padded, ry, ry, rx, rx, border, cv::Scalar(value));
     const cv::Mat expected = filter(padded, i)(cv::Rect(rx, ry, int(p.width), int(p.height)));
-    EXPECT_LE(cv::norm(expected, plane(actual, p, i), cv::NORM_INF), tolerance) << p.height << "x" << p.width << ", border " << border;
+    EXPECT_LE(cv::norm(expected, plane(actual, p, i), cv::NORM_INF), tolerance)
+        << p.height << "x" << p.width << ", border " << border;
   }
 }
 
@@ -72,19 +78,29 @@ TYPED_TEST(Kernels, SeparableMatchesOpenCv) {
         auto column = this->random(5 * p.count, -1, 1), row = this->random(3 * p.count, -1, 1);
         if (shared) row[2] = row[0], column[4] = column[0], column[3] = column[1];  // the same from both ends
         std::vector<T> out(x.size());
-        separable(x.data(), {p.count, 1, p.height, p.width}, column.data(), shared ? 1 : p.count, 5, row.data(), shared ? 1 : p.count, 3, kBorders[b], T(2), T(-0.5), out.data());
-        expect_filtered<T>(x, out, p, 2, 1, kOpenCvBorders[b], 0, 1e-5, [&](const cv::Mat& padded, int64_t i) {
-          const auto taps = [&](const std::vector<T>& all, int n) { return cv::Mat(1, n, cv::DataType<T>::type, const_cast<T*>(all.data() + (shared ? 0 : i * n))); };
-          cv::Mat result;
-          cv::sepFilter2D(padded, result, -1, taps(row, 3), taps(column, 5));
-          return cv::Mat(2 * result - 0.5 * padded);
-        });
+        separable(x.data(), {p.count, 1, p.height, p.width}, column.data(), shared ? 1 : p.count, 5,
+                  row.data(), shared ? 1 : p.count, 3, kBorders[b], T(2), T(-0.5), out.data());
+        expect_filtered<T>(x, out, p, 2, 1, kOpenCvBorders[b], 0, 1e-5,
+                           [&](const cv::Mat& padded, int64_t i) {
+                             const auto taps = [&](const std::vector<T>& all, int n) {
+                               return cv::Mat(1, n, cv::DataType<T>::type,
+                                              const_cast<T*>(all.data() + (shared ? 0 : i * n)));
+                             };
+                             cv::Mat result;
+                             cv::sepFilter2D(padded, result, -1, taps(row, 3), taps(column, 5));
+                             return cv::Mat(2 * result - 0.5 * padded);
+                           });
       }
 }
 
 constexpr float kGaussian[] = {0.0614f, 0.2448f, 0.3876f, 0.2448f, 0.0614f}, kOnes[5] = {1, 1, 1, 1, 1};
-KERNEL_BENCHMARK(separable_5x5, [](const float* x, Planes p, float* out) { separable(x, {1, p.count, p.height, p.width}, kGaussian, 1, 5, kGaussian, 1, 5, Border::kReflect, 1.0f, 0.0f, out); });
-KERNEL_BENCHMARK(separable_box_5x5, [](const float* x, Planes p, float* out) { separable(x, {1, p.count, p.height, p.width}, kOnes, 1, 5, kOnes, 1, 5, Border::kReflect, 0.04f, 0.0f, out); });
+KERNEL_BENCHMARK(separable_5x5, [](const float* x, Planes p, float* out) {
+  separable(x, {1, p.count, p.height, p.width}, kGaussian, 1, 5, kGaussian, 1, 5, Border::kReflect, 1.0f,
+            0.0f, out);
+});
+KERNEL_BENCHMARK(separable_box_5x5, [](const float* x, Planes p, float* out) {
+  separable(x, {1, p.count, p.height, p.width}, kOnes, 1, 5, kOnes, 1, 5, Border::kReflect, 0.04f, 0.0f, out);
+});
 
 TYPED_TEST(Kernels, Correlate2dMatchesOpenCv) {
   using T = TypeParam;
@@ -94,18 +110,24 @@ TYPED_TEST(Kernels, Correlate2dMatchesOpenCv) {
         for (const cv::Size size : {cv::Size(3, 3), cv::Size(1, 1), cv::Size(4, 2)}) {
           const auto x = this->random(pixels(p)), taps = this->random(size.area() * p.count, -1, 1);
           std::vector<T> out(x.size());
-          correlate2d(x.data(), {p.count, 1, p.height, p.width}, taps.data(), shared ? 1 : p.count, size.height, size.width, kBorders[b], out.data());
-          expect_filtered<T>(x, out, p, 2, 2, kOpenCvBorders[b], 0, 1e-5, [&](const cv::Mat& padded, int64_t i) {
-            const cv::Mat kernel(size, cv::DataType<T>::type, const_cast<T*>(taps.data() + (shared ? 0 : i * size.area())));
-            cv::Mat result;
-            cv::filter2D(padded, result, -1, kernel, cv::Point((size.width - 1) / 2, (size.height - 1) / 2));
-            return result;
-          });
+          correlate2d(x.data(), {p.count, 1, p.height, p.width}, taps.data(), shared ? 1 : p.count,
+                      size.height, size.width, kBorders[b], out.data());
+          expect_filtered<T>(
+              x, out, p, 2, 2, kOpenCvBorders[b], 0, 1e-5, [&](const cv::Mat& padded, int64_t i) {
+                const cv::Mat kernel(size, cv::DataType<T>::type,
+                                     const_cast<T*>(taps.data() + (shared ? 0 : i * size.area())));
+                cv::Mat result;
+                cv::filter2D(padded, result, -1, kernel,
+                             cv::Point((size.width - 1) / 2, (size.height - 1) / 2));
+                return result;
+              });
         }
 }
 
 constexpr float kTaps[9] = {0.1f, 0.2f, 0.3f, 0.15f, 0.25f, 0.35f, 0.12f, 0.22f, 0.32f};
-KERNEL_BENCHMARK(correlate2d_3x3, [](const float* x, Planes p, float* out) { correlate2d(x, {1, p.count, p.height, p.width}, kTaps, 1, 3, 3, Border::kReflect, out); });
+KERNEL_BENCHMARK(correlate2d_3x3, [](const float* x, Planes p, float* out) {
+  correlate2d(x, {1, p.count, p.height, p.width}, kTaps, 1, 3, 3, Border::kReflect, out);
+});
 
 TYPED_TEST(Kernels, SobelMatchesOpenCv) {
   using T = TypeParam;
@@ -134,16 +156,22 @@ TYPED_TEST(Kernels, MinmaxFilterMatchesOpenCv) {
           const auto x = this->random(pixels(p));
           std::vector<T> out(x.size());
           minmax_filter(x.data(), p, 3, size, kBorders[b], T(0.5), largest, out.data());
-          expect_filtered<T>(x, out, p, 1, size / 2, kOpenCvBorders[b], 0.5, 0, [&](const cv::Mat& padded, int64_t) {
-            cv::Mat result;
-            (largest ? cv::dilate : cv::erode)(padded, result, cv::Mat::ones(3, size, CV_8U), {-1, -1}, 1, cv::BORDER_REPLICATE, cv::Scalar());
-            return result;
-          });
+          expect_filtered<T>(
+              x, out, p, 1, size / 2, kOpenCvBorders[b], 0.5, 0, [&](const cv::Mat& padded, int64_t) {
+                cv::Mat result;
+                (largest ? cv::dilate : cv::erode)(padded, result, cv::Mat::ones(3, size, CV_8U), {-1, -1}, 1,
+                                                   cv::BORDER_REPLICATE, cv::Scalar());
+                return result;
+              });
         }
 }
 
-KERNEL_BENCHMARK(minmax_filter_3x3, [](const float* x, Planes p, float* out) { minmax_filter(x, p, 3, 3, Border::kReplicate, 0.0f, true, out); });
-KERNEL_BENCHMARK(minmax_filter_15x15, [](const float* x, Planes p, float* out) { minmax_filter(x, p, 15, 15, Border::kReplicate, 0.0f, true, out); });
+KERNEL_BENCHMARK(minmax_filter_3x3, [](const float* x, Planes p, float* out) {
+  minmax_filter(x, p, 3, 3, Border::kReplicate, 0.0f, true, out);
+});
+KERNEL_BENCHMARK(minmax_filter_15x15, [](const float* x, Planes p, float* out) {
+  minmax_filter(x, p, 15, 15, Border::kReplicate, 0.0f, true, out);
+});
 
 TYPED_TEST(Kernels, MorphologyMatchesItsDefinition) {
   using T = TypeParam;
@@ -160,18 +188,23 @@ TYPED_TEST(Kernels, MorphologyMatchesItsDefinition) {
             heights[1] = heights[7] = -kAbsent;
             if (!anchored) heights[row * kw + column] = -kAbsent;
             std::vector<T> out(x.size());
-            morphology(x.data(), p, heights.data(), kh, kw, row, column, border, T(0.25), kAbsent, largest, out.data());
+            morphology(x.data(), p, heights.data(), kh, kw, row, column, border, T(0.25), kAbsent, largest,
+                       out.data());
             for (int64_t i = 0; i < p.count; ++i)
               for (int64_t r = 0; r < p.height; ++r)
-                for (int64_t c = 0; c < p.width; c += p.width > 100 ? 13 : 1) {
+                for (int64_t c = 0; c<p.width; c += p.width> 100 ? 13 : 1) {
                   T best = largest ? -INFINITY : INFINITY;
                   for (int64_t k = 0; k < kh * kw; ++k) {
-                    const int v = cv::borderInterpolate(int(r + k / kw - row), int(p.height), kOpenCvBorders[int(border)]);
-                    const int u = cv::borderInterpolate(int(c + k % kw - column), int(p.width), kOpenCvBorders[int(border)]);
+                    const int v = cv::borderInterpolate(int(r + k / kw - row), int(p.height),
+                                                        kOpenCvBorders[int(border)]);
+                    const int u = cv::borderInterpolate(int(c + k % kw - column), int(p.width),
+                                                        kOpenCvBorders[int(border)]);
                     const T value = v < 0 || u < 0 ? T(0.25) : x[size_t((i * p.height + v) * p.width + u)];
-                    best = largest ? std::max(best, value + heights[size_t(k)]) : std::min(best, value - heights[size_t(k)]);
+                    best = largest ? std::max(best, value + heights[size_t(k)])
+                                   : std::min(best, value - heights[size_t(k)]);
                   }
-                  ASSERT_EQ(out[size_t((i * p.height + r) * p.width + c)], best) << p.height << "x" << p.width << " at " << r << ", " << c;
+                  ASSERT_EQ(out[size_t((i * p.height + r) * p.width + c)], best)
+                      << p.height << "x" << p.width << " at " << r << ", " << c;
                 }
           }
 }
@@ -187,7 +220,8 @@ TYPED_TEST(Kernels, MorphologyGradientIsDilationMinusErosion) {
     for (const Border border : kBorders) {
       const auto x = this->random(pixels(p)), high = this->random(5 * 3), low = this->random(5 * 3);
       std::vector<T> out(x.size()), largest(x.size()), smallest(x.size());
-      morphology_gradient(x.data(), p, high.data(), 5, 3, low.data(), 2, 0, border, T(0.25), T(0.75), T(1e4), out.data());
+      morphology_gradient(x.data(), p, high.data(), 5, 3, low.data(), 2, 0, border, T(0.25), T(0.75), T(1e4),
+                          out.data());
       morphology(x.data(), p, high.data(), 5, 3, 2, 0, border, T(0.25), T(1e4), true, largest.data());
       morphology(x.data(), p, low.data(), 5, 3, 2, 0, border, T(0.75), T(1e4), false, smallest.data());
       for (size_t i = 0; i < x.size(); ++i) ASSERT_EQ(out[i], largest[i] - smallest[i]);
@@ -216,7 +250,8 @@ TYPED_TEST(Kernels, Median3x3MatchesOpenCv) {
     }
 }
 
-KERNEL_BENCHMARK(median3x3, [](const float* x, Planes p, float* out) { median3x3(x, p, Border::kReflect, out); });
+KERNEL_BENCHMARK(median3x3,
+                 [](const float* x, Planes p, float* out) { median3x3(x, p, Border::kReflect, out); });
 
 TYPED_TEST(Kernels, IntegralMatchesOpenCv) {
   using T = TypeParam;
@@ -229,7 +264,8 @@ TYPED_TEST(Kernels, IntegralMatchesOpenCv) {
       cv::integral(plane(x, p, i), sums, CV_64F);
       cv::Mat expected;
       sums(cv::Rect(1, 1, int(p.width), int(p.height))).convertTo(expected, cv::DataType<T>::type);
-      EXPECT_LE(cv::norm(expected, plane(out, p, i), cv::NORM_INF), (sizeof(T) == 4 ? 1e-6 : 1e-14) * double(p.height * p.width));
+      EXPECT_LE(cv::norm(expected, plane(out, p, i), cv::NORM_INF),
+                (sizeof(T) == 4 ? 1e-6 : 1e-14) * double(p.height * p.width));
     }
   }
 }
@@ -249,7 +285,8 @@ TYPED_TEST(Kernels, CannyHysteresisKeepsComponentsWithAStrongPixel) {
       cv::connectedComponents(values > low, labels, 8);
       std::vector<bool> strong(x.size() + 1);
       for (int k = 0; k < int(values.total()); ++k)
-        if (values.at<T>(k / values.cols, k % values.cols) > high) strong[size_t(labels.at<int>(k / values.cols, k % values.cols))] = true;
+        if (values.at<T>(k / values.cols, k % values.cols) > high)
+          strong[size_t(labels.at<int>(k / values.cols, k % values.cols))] = true;
       for (int k = 0; k < int(values.total()); ++k) {
         const int label = labels.at<int>(k / values.cols, k % values.cols);
         ASSERT_EQ(out[size_t(i * p.height * p.width + k)], label > 0 && strong[size_t(label)]);
@@ -259,7 +296,9 @@ TYPED_TEST(Kernels, CannyHysteresisKeepsComponentsWithAStrongPixel) {
 }
 
 KERNEL_CALL_BENCHMARK(canny_hysteresis, [] {
-  return [x = kernel_benchmarks::random(1080 * 1920), out = std::shared_ptr<bool[]>(new bool[1080 * 1920])] { canny_hysteresis(x.data(), {1, 1080, 1920}, 0.6f, 0.9f, out.get()); };
+  return [x = kernel_benchmarks::random(1080 * 1920), out = std::shared_ptr<bool[]>(new bool[1080 * 1920])] {
+    canny_hysteresis(x.data(), {1, 1080, 1920}, 0.6f, 0.9f, out.get());
+  };
 });
 
 TYPED_TEST(Kernels, CannyNmsKeepsMaximaOfOpenCvsGradientAcrossTheEdge) {
@@ -277,14 +316,19 @@ TYPED_TEST(Kernels, CannyNmsKeepsMaximaOfOpenCvsGradientAcrossTheEdge) {
       int unlike = 0;
       for (int r = 0; r < dx.rows; ++r)
         for (int c = 0; c < dx.cols; ++c) {
-          const double gx = dx.at<double>(r, c), gy = dy.at<double>(r, c), m = magnitude.at<double>(r + 1, c + 1);
+          const double gx = dx.at<double>(r, c), gy = dy.at<double>(r, c),
+                       m = magnitude.at<double>(r + 1, c + 1);
           const double angle = std::atan2(std::abs(gy), std::abs(gx)) * 180 / CV_PI;
-          const int down = angle < 22.5 ? 0 : 1, right = angle > 67.5 ? 0 : down == 0 || (gx > 0) == (gy > 0) ? 1 : -1;
-          const double before = magnitude.at<double>(r + 1 - down, c + 1 - right), after = magnitude.at<double>(r + 1 + down, c + 1 + right);
+          const int down = angle < 22.5 ? 0 : 1, right = angle > 67.5                        ? 0
+                                                         : down == 0 || (gx > 0) == (gy > 0) ? 1
+                                                                                             : -1;
+          const double before = magnitude.at<double>(r + 1 - down, c + 1 - right),
+                       after = magnitude.at<double>(r + 1 + down, c + 1 + right);
           const double expected = m > before && (down && right ? m > after : m >= after) ? m : 0;
           unlike += std::abs(expected - out[size_t((i * p.height + r) * p.width + c)]) > 1e-5;
         }
-      EXPECT_LE(unlike, dx.total() / 20000) << p.height << "x" << p.width;  // where a comparison hangs on a rounding
+      EXPECT_LE(unlike, dx.total() / 20000)
+          << p.height << "x" << p.width;  // where a comparison hangs on a rounding
     }
   }
 }
@@ -297,35 +341,43 @@ TYPED_TEST(Kernels, BilateralMatchesItsDefinition) {
   for (const Planes& p : kSizes)
     for (const Border border : kBorders)
       for (const bool squares : {true, false}) {
-        const auto x = this->random(pixels(p) * channels), guide = this->random(pixels(p) * depth), nearness = this->random(ky * kx * p.count, 0.5, 1);
+        const auto x = this->random(pixels(p) * channels), guide = this->random(pixels(p) * depth),
+                   nearness = this->random(ky * kx * p.count, 0.5, 1);
         auto symmetric = nearness;  // as every window of distances is
         for (int64_t n = 0; n < p.count; ++n)
-          for (int64_t k = 0; k < ky * kx; ++k) symmetric[size_t(n * ky * kx + k)] = nearness[size_t(n * ky * kx + std::min(k, ky * kx - 1 - k))];
+          for (int64_t k = 0; k < ky * kx; ++k)
+            symmetric[size_t(n * ky * kx + k)] = nearness[size_t(n * ky * kx + std::min(k, ky * kx - 1 - k))];
         const auto falloff = this->random(p.count, -20, -1);
         std::vector<T> out(x.size());
-        bilateral(x.data(), {p.count, channels, p.height, p.width}, guide.data(), p.count, depth, symmetric.data(), p.count, ky, kx, falloff.data(), p.count, border, squares,
-                  out.data());
+        bilateral(x.data(), {p.count, channels, p.height, p.width}, guide.data(), p.count, depth,
+                  symmetric.data(), p.count, ky, kx, falloff.data(), p.count, border, squares, out.data());
         const auto at = [&](const std::vector<T>& values, int64_t i, int64_t r, int64_t c) {
-          const int v = cv::borderInterpolate(int(r), int(p.height), kOpenCvBorders[int(border)]), u = cv::borderInterpolate(int(c), int(p.width), kOpenCvBorders[int(border)]);
+          const int v = cv::borderInterpolate(int(r), int(p.height), kOpenCvBorders[int(border)]),
+                    u = cv::borderInterpolate(int(c), int(p.width), kOpenCvBorders[int(border)]);
           return v < 0 || u < 0 ? 0.0 : double(values[size_t((i * p.height + v) * p.width + u)]);
         };
         for (int64_t n = 0; n < p.count; ++n)
           for (int64_t r = 0; r < p.height; ++r)
-            for (int64_t c = 0; c < p.width; c += p.width > 100 ? 29 : 1) {
+            for (int64_t c = 0; c<p.width; c += p.width> 100 ? 29 : 1) {
               double total = 0, sums[channels] = {};
               for (int64_t k = 0; k < ky * kx; ++k) {
                 const int64_t v = r + k / kx - ky / 2, u = c + k % kx - kx / 2;
                 double distance = 0;
                 for (int64_t d = 0; d < depth; ++d) {
-                  const double difference = std::abs(at(guide, n * depth + d, v, u) - at(guide, n * depth + d, r, c));
+                  const double difference =
+                      std::abs(at(guide, n * depth + d, v, u) - at(guide, n * depth + d, r, c));
                   distance += squares ? difference * difference : difference;
                 }
-                const double weight = std::exp(double(falloff[size_t(n)]) * (squares ? distance : distance * distance)) * double(symmetric[size_t(n * ky * kx + k)]);
+                const double weight =
+                    std::exp(double(falloff[size_t(n)]) * (squares ? distance : distance * distance)) *
+                    double(symmetric[size_t(n * ky * kx + k)]);
                 total += weight;
                 for (int64_t i = 0; i < channels; ++i) sums[i] += weight * at(x, n * channels + i, v, u);
               }
               for (int64_t i = 0; i < channels; ++i)
-                ASSERT_NEAR(out[size_t(((n * channels + i) * p.height + r) * p.width + c)], sums[i] / total, 1e-5) << p.height << "x" << p.width;
+                ASSERT_NEAR(out[size_t(((n * channels + i) * p.height + r) * p.width + c)], sums[i] / total,
+                            1e-5)
+                    << p.height << "x" << p.width;
             }
       }
 }
@@ -333,7 +385,8 @@ TYPED_TEST(Kernels, BilateralMatchesItsDefinition) {
 KERNEL_BENCHMARK(bilateral_5x5, [](const float* x, Planes p, float* out) {
   const std::vector<float> weights(25, 0.5f);
   const float coefficient = -50;
-  bilateral(x, {p.count / 3, 3, p.height, p.width}, x, p.count / 3, 3, weights.data(), 1, 5, 5, &coefficient, 1, Border::kReflect, false, out);
+  bilateral(x, {p.count / 3, 3, p.height, p.width}, x, p.count / 3, 3, weights.data(), 1, 5, 5, &coefficient,
+            1, Border::kReflect, false, out);
 });
 
 class Frames : public Kernels<float> {};
@@ -351,11 +404,14 @@ TEST_F(Frames, FrameToGreyMatchesOpenCv) {
 }
 
 KERNEL_CALL_BENCHMARK(frame_to_grey, [] {
-  return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<float>(1080 * 1920)]() mutable { frame_to_grey(x.data(), 1080, 1920, out.data()); };
+  return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<float>(1080 * 1920)]() mutable {
+    frame_to_grey(x.data(), 1080, 1920, out.data());
+  };
 });
 
 TEST_F(Frames, ResizeFrameMatchesOpenCv) {
-  for (const cv::Size size : {cv::Size(2, 1), cv::Size(5, 8), cv::Size(37, 21), cv::Size(256, 256), cv::Size(301, 133)})
+  for (const cv::Size size :
+       {cv::Size(2, 1), cv::Size(5, 8), cv::Size(37, 21), cv::Size(256, 256), cv::Size(301, 133)})
     for (const cv::Size to : {cv::Size(1, 1), cv::Size(3, 2), cv::Size(37, 21), cv::Size(224, 224)}) {
       // Of its own memory, so that a sanitizer sees what is read beyond it.
       std::vector<uint8_t> bytes(static_cast<size_t>(3 * size.area()));
@@ -368,12 +424,17 @@ TEST_F(Frames, ResizeFrameMatchesOpenCv) {
       std::vector<float> planes(static_cast<size_t>(3 * to.area()));
       resize_frame(bytes.data(), size.height, size.width, to.height, to.width, planes.data());
       for (int c = 0; c < 3; ++c)
-        EXPECT_LE(cv::norm(channels[size_t(2 - c)], cv::Mat(to, CV_32F, planes.data() + c * to.area()), cv::NORM_INF), 1e-2) << size << " to " << to;
+        EXPECT_LE(cv::norm(channels[size_t(2 - c)], cv::Mat(to, CV_32F, planes.data() + c * to.area()),
+                           cv::NORM_INF),
+                  1e-2)
+            << size << " to " << to;
     }
 }
 
 KERNEL_CALL_BENCHMARK(resize_frame, [] {
-  return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<float>(3 * 224 * 224)]() mutable { resize_frame(x.data(), 1080, 1920, 224, 224, out.data()); };
+  return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<float>(3 * 224 * 224)]() mutable {
+    resize_frame(x.data(), 1080, 1920, 224, 224, out.data());
+  };
 });
 
 TYPED_TEST(Kernels, QuantizeU8AndRowHistogramsMatchTheirDefinitions) {
@@ -397,16 +458,21 @@ TYPED_TEST(Kernels, QuantizeU8AndRowHistogramsMatchTheirDefinitions) {
   row_histograms(values.data(), 2, n, low, span, 10, counts.data());
   for (int row = 0; row < 2; ++row) {
     std::vector<int32_t> expected(10);
-    for (int64_t i = 0; i < n; ++i) ++expected[std::min<size_t>(size_t((values[size_t(row * n + i)] - low[row]) / span[row] * T(10)), 9)];
+    for (int64_t i = 0; i < n; ++i)
+      ++expected[std::min<size_t>(size_t((values[size_t(row * n + i)] - low[row]) / span[row] * T(10)), 9)];
     EXPECT_EQ(expected, std::vector<int32_t>(counts.begin() + row * 10, counts.begin() + row * 10 + 10));
   }
 }
 
 KERNEL_CALL_BENCHMARK(quantize_u8, [] {
-  return [x = kernel_benchmarks::random(3 * 1080 * 1920), out = std::vector<uint8_t>(3 * 1080 * 1920)]() mutable { quantize_u8(x.data(), 3 * 1080 * 1920, out.data()); };
+  return [x = kernel_benchmarks::random(3 * 1080 * 1920),
+          out = std::vector<uint8_t>(3 * 1080 * 1920)]() mutable {
+    quantize_u8(x.data(), 3 * 1080 * 1920, out.data());
+  };
 });
 KERNEL_CALL_BENCHMARK(row_histograms, [] {
-  return [x = kernel_benchmarks::random(3 * 1080 * 1920), low = std::vector<float>(3), span = std::vector<float>(3, 1), out = std::vector<int32_t>(3 * 256)]() mutable {
+  return [x = kernel_benchmarks::random(3 * 1080 * 1920), low = std::vector<float>(3),
+          span = std::vector<float>(3, 1), out = std::vector<int32_t>(3 * 256)]() mutable {
     row_histograms(x.data(), 3, 1080 * 1920, low.data(), span.data(), 256, out.data());
   };
 });
@@ -428,7 +494,9 @@ TYPED_TEST(Kernels, AminmaxMatchesTheStandardLibraryAndPassesNaNOn) {
 }
 
 KERNEL_CALL_BENCHMARK(aminmax, [] {
-  return [x = kernel_benchmarks::random(3 * 1080 * 1920), out = std::vector<float>(6)]() mutable { aminmax(x.data(), 3, 1080 * 1920, out.data()); };
+  return [x = kernel_benchmarks::random(3 * 1080 * 1920), out = std::vector<float>(6)]() mutable {
+    aminmax(x.data(), 3, 1080 * 1920, out.data());
+  };
 });
 
 class Tables : public Kernels<float> {};
@@ -452,12 +520,15 @@ TEST_F(Tables, BincountMatchesOpenCv) {
       EXPECT_EQ(others[size_t(row * 300 + k)], histogram.at<float>(k));
     }
   }
-  bincount(index.data(), rows, n, 100, others.data());  // what is beyond the last bin is not counted, nor written anywhere
+  // what is beyond the last bin is not counted, nor written anywhere
+  bincount(index.data(), rows, n, 100, others.data());
   EXPECT_EQ(others[99], counts[99]);
 }
 
 KERNEL_CALL_BENCHMARK(bincount, [] {
-  return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<int32_t>(3 * 256)]() mutable { bincount(x.data(), 3, 1080 * 1920, 256, out.data()); };
+  return [x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<int32_t>(3 * 256)]() mutable {
+    bincount(x.data(), 3, 1080 * 1920, 256, out.data());
+  };
 });
 
 TEST_F(Tables, LutTakesEachRowsTable) {
@@ -471,7 +542,8 @@ TEST_F(Tables, LutTakesEachRowsTable) {
 }
 
 KERNEL_CALL_BENCHMARK(lut, [] {
-  return [table = kernel_benchmarks::random(3 * 256), x = std::vector<uint8_t>(3 * 1080 * 1920, 7), out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+  return [table = kernel_benchmarks::random(3 * 256), x = std::vector<uint8_t>(3 * 1080 * 1920, 7),
+          out = std::vector<float>(3 * 1080 * 1920)]() mutable {
     lut(table.data(), 3, x.data(), 1080 * 1920, out.data());
   };
 });
@@ -486,11 +558,15 @@ TEST_F(Tables, ClaheMatchesOpenCv) {
     std::vector<uint8_t> levels(size_t(pixels(p))), out(levels.size());
     for (auto& v : levels) v = uint8_t(this->engine_() % 90 + this->engine_() % 90);
     std::vector<int32_t> counts(size_t(p.count * tiles * 256));
-    clahe_histograms(levels.data(), p.count, p.height, p.width, tile_y, tile_x, tiles_y, tiles_x, counts.data());
+    clahe_histograms(levels.data(), p.count, p.height, p.width, tile_y, tile_x, tiles_y, tiles_x,
+                     counts.data());
     std::vector<float> table(counts.size());
     for (size_t t = 0; t < counts.size(); t += 256)
-      for (size_t k = 0, sum = 0; k < 256; ++k) table[t + k] = std::nearbyint(float(sum += size_t(counts[t + k])) * (255.0f / float(tile_y * tile_x)));
-    const auto axis = [](int64_t size, int64_t tile, int64_t count, std::vector<int64_t>& first, std::vector<int64_t>& second, std::vector<float>& weight) {
+      for (size_t k = 0, sum = 0; k < 256; ++k)
+        table[t + k] =
+            std::nearbyint(float(sum += size_t(counts[t + k])) * (255.0f / float(tile_y * tile_x)));
+    const auto axis = [](int64_t size, int64_t tile, int64_t count, std::vector<int64_t>& first,
+                         std::vector<int64_t>& second, std::vector<float>& weight) {
       for (int64_t i = 0; i < size; ++i) {
         const float position = float(i) * (1.0f / float(tile)) - 0.5f;
         const auto lower = int64_t(std::floor(position));
@@ -503,7 +579,8 @@ TEST_F(Tables, ClaheMatchesOpenCv) {
     std::vector<float> wy, wx;
     axis(p.height, tile_y, tiles_y, y0, y1, wy);
     axis(p.width, tile_x, tiles_x, x0, x1, wx);
-    clahe_interpolate(table.data(), p.count, tiles, tiles_x, levels.data(), p.height, p.width, y0.data(), y1.data(), wy.data(), x0.data(), x1.data(), wx.data(), out.data());
+    clahe_interpolate(table.data(), p.count, tiles, tiles_x, levels.data(), p.height, p.width, y0.data(),
+                      y1.data(), wy.data(), x0.data(), x1.data(), wx.data(), out.data());
     const auto clahe = cv::createCLAHE(0, {int(tiles_x), int(tiles_y)});
     for (int64_t i = 0; i < p.count; ++i) {
       cv::Mat expected;
@@ -514,12 +591,16 @@ TEST_F(Tables, ClaheMatchesOpenCv) {
 }
 
 KERNEL_CALL_BENCHMARK(clahe_histograms, [] {
-  return [x = std::vector<uint8_t>(1080 * 1920, 7), out = std::vector<int32_t>(64 * 256)]() mutable { clahe_histograms(x.data(), 1, 1080, 1920, 135, 240, 8, 8, out.data()); };
+  return [x = std::vector<uint8_t>(1080 * 1920, 7), out = std::vector<int32_t>(64 * 256)]() mutable {
+    clahe_histograms(x.data(), 1, 1080, 1920, 135, 240, 8, 8, out.data());
+  };
 });
 KERNEL_CALL_BENCHMARK(clahe_interpolate, [] {
-  return [curves = kernel_benchmarks::random(64 * 256, 0, 255), x = std::vector<uint8_t>(1080 * 1920, 7), tiles = std::vector<int64_t>(1920, 3), weights = std::vector<float>(1920, 0.5f),
+  return [curves = kernel_benchmarks::random(64 * 256, 0, 255), x = std::vector<uint8_t>(1080 * 1920, 7),
+          tiles = std::vector<int64_t>(1920, 3), weights = std::vector<float>(1920, 0.5f),
           out = std::vector<uint8_t>(1080 * 1920)]() mutable {
-    clahe_interpolate(curves.data(), 1, 64, 8, x.data(), 1080, 1920, tiles.data(), tiles.data(), weights.data(), tiles.data(), tiles.data(), weights.data(), out.data());
+    clahe_interpolate(curves.data(), 1, 64, 8, x.data(), 1080, 1920, tiles.data(), tiles.data(),
+                      weights.data(), tiles.data(), tiles.data(), weights.data(), out.data());
   };
 });
 
@@ -536,7 +617,8 @@ TEST_F(Tables, ConnectedComponentsMatchOpenCv) {
         cv::connectedComponents(plane(x, p, i) < share, labels, 8);
         std::map<int, int> first;  // OpenCV's label -> where it was seen first
         for (int k = 0; k < int(labels.total()); ++k) {
-          const int label = labels.at<int>(k / labels.cols, k % labels.cols), root = roots[size_t(i * p.height * p.width + k)];
+          const int label = labels.at<int>(k / labels.cols, k % labels.cols),
+                    root = roots[size_t(i * p.height * p.width + k)];
           ASSERT_EQ(root, label == 0 ? k : first.try_emplace(label, k).first->second);
         }
       }
@@ -546,7 +628,9 @@ TEST_F(Tables, ConnectedComponentsMatchOpenCv) {
 KERNEL_CALL_BENCHMARK(connected_components, [] {
   const std::shared_ptr<bool[]> mask(new bool[1080 * 1920]);
   for (int64_t i = 0; i < 1080 * 1920; ++i) mask[i] = i * 7919 % 101 < 40;
-  return [mask, out = std::vector<int32_t>(1080 * 1920)]() mutable { connected_components(mask.get(), 1, 1080, 1920, out.data()); };
+  return [mask, out = std::vector<int32_t>(1080 * 1920)]() mutable {
+    connected_components(mask.get(), 1, 1080, 1920, out.data());
+  };
 });
 
 }  // namespace

@@ -20,7 +20,9 @@ cv::Mat item(const std::vector<double>& values, int64_t n, int64_t i) {
   return cv::Mat(int(n), int(n), CV_64F, const_cast<double*>(values.data()) + i * n * n);
 }
 
-double difference(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) / cv::norm(b, cv::NORM_INF); }
+double difference(const cv::Mat& a, const cv::Mat& b) {
+  return cv::norm(a, b, cv::NORM_INF) / cv::norm(b, cv::NORM_INF);
+}
 
 TEST_F(Matrices, InversesMatchOpenCv) {
   for (const int64_t n : {1, 2, 3, 4, 5, 9, 10, 16})
@@ -35,9 +37,11 @@ TEST_F(Matrices, InversesMatchOpenCv) {
         cv::Mat(a * a.t() + 0.1 * cv::Mat::eye(int(n), int(n), CV_64F)).copyTo(c);
       }
       batched_inverse(general.data(), count, n, out.data());
-      for (int64_t i = 0; i < count; ++i) EXPECT_LT(difference(item(out, n, i), item(general, n, i).inv(cv::DECOMP_SVD)), 1e-9) << n;
+      for (int64_t i = 0; i < count; ++i)
+        EXPECT_LT(difference(item(out, n, i), item(general, n, i).inv(cv::DECOMP_SVD)), 1e-9) << n;
       spd_inverse(symmetric.data(), count, n, out.data());
-      for (int64_t i = 0; i < count; ++i) EXPECT_LT(difference(item(out, n, i), item(symmetric, n, i).inv(cv::DECOMP_CHOLESKY)), 1e-10) << n;
+      for (int64_t i = 0; i < count; ++i)
+        EXPECT_LT(difference(item(out, n, i), item(symmetric, n, i).inv(cv::DECOMP_CHOLESKY)), 1e-10) << n;
     }
 }
 
@@ -47,8 +51,16 @@ std::vector<double> identities() {
   return m;
 }
 
-KERNEL_CALL_BENCHMARK(batched_inverse, [] { return [m = identities(), out = std::vector<double>(1000 * 81)]() mutable { batched_inverse(m.data(), 1000, 9, out.data()); }; });
-KERNEL_CALL_BENCHMARK(spd_inverse, [] { return [m = identities(), out = std::vector<double>(1000 * 81)]() mutable { spd_inverse(m.data(), 1000, 9, out.data()); }; });
+KERNEL_CALL_BENCHMARK(batched_inverse, [] {
+  return [m = identities(), out = std::vector<double>(1000 * 81)]() mutable {
+    batched_inverse(m.data(), 1000, 9, out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(spd_inverse, [] {
+  return [m = identities(), out = std::vector<double>(1000 * 81)]() mutable {
+    spd_inverse(m.data(), 1000, 9, out.data());
+  };
+});
 
 TEST_F(Matrices, OfASingularMatrixThereIsNoInverse) {
   const std::vector<double> m{1, 2, 3, 2, 4, 6, 1, 0, 1};
@@ -78,7 +90,9 @@ TEST_F(Matrices, NormalizedPowerMatchesItsDefinition) {
 }
 
 KERNEL_CALL_BENCHMARK(normalized_power, [] {
-  return [m = identities(), out = std::vector<double>(1000 * 81)]() mutable { normalized_power(m.data(), 1000, 9, 6, out.data()); };
+  return [m = identities(), out = std::vector<double>(1000 * 81)]() mutable {
+    normalized_power(m.data(), 1000, 9, 6, out.data());
+  };
 });
 
 }  // namespace

@@ -1,4 +1,5 @@
-// The kernels' calls refuse what the loops could not stand: with one sentence that names the argument, and without a result.
+// The kernels' calls refuse what the loops could not stand: with one sentence that names the argument, and
+// without a result.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -33,10 +34,12 @@ Tensor claimed(const Dims& sizes, int32_t dtype) {
   return tensor;
 }
 
-#define REFUSES(argument, name, ...) expect_refused(argument, [&](Handle* result) { return aoti_torch_cpu_##name(__VA_ARGS__, result); })
+#define REFUSES(argument, name, ...) \
+  expect_refused(argument, [&](Handle* result) { return aoti_torch_cpu_##name(__VA_ARGS__, result); })
 
 TEST(RefusedCalls, ShapesThatDoNotFit) {
-  const Tensor x = floats({2, 3, 9, 11}), row = floats({1, 3}), none = floats({2, 3, 0, 11}), flat = floats({5}), other = doubles({1, 3});
+  const Tensor x = floats({2, 3, 9, 11}), row = floats({1, 3}), none = floats({2, 3, 0, 11}),
+               flat = floats({5}), other = doubles({1, 3});
   for (const Tensor* bad : {&none, &flat}) {
     REFUSES("separable: x", separable, bad->get(), row.get(), row.get(), 0, 1, 0);
     REFUSES("minmax_filter: x", minmax_filter, bad->get(), 3, 3, 0, 0, 1);
@@ -47,7 +50,8 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
     REFUSES("canny_nms: x", canny_nms, bad->get(), 0);
     REFUSES("canny_hysteresis: x", canny_hysteresis, bad->get(), 0, 1);
   }
-  REFUSES("separable: taps_y", separable, x.get(), floats({3, 3}).get(), row.get(), 0, 1, 0);  // neither 1 nor the batch
+  REFUSES("separable: taps_y", separable, x.get(), floats({3, 3}).get(), row.get(), 0, 1,
+          0);  // neither 1 nor the batch
   REFUSES("separable: taps_x", separable, x.get(), row.get(), floats({1, 4}).get(), 0, 1, 0);
   REFUSES("separable: taps_x", separable, x.get(), row.get(), floats({1, 0}).get(), 0, 1, 0);
   REFUSES("separable: taps_y", separable, x.get(), flat.get(), row.get(), 0, 1, 0);
@@ -60,7 +64,8 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   REFUSES("bilateral: guide", bilateral, x.get(), floats({3, 3, 9, 11}).get(), near.get(), fall.get(), 0, 0);
   REFUSES("bilateral: space_weights", bilateral, x.get(), x.get(), floats({1, 2, 3}).get(), fall.get(), 0, 0);
   REFUSES("bilateral: range_coefficient", bilateral, x.get(), x.get(), near.get(), floats({0}).get(), 0, 0);
-  REFUSES("morphology_gradient: erosion_heights", morphology_gradient, x.get(), floats({3, 3}).get(), floats({3, 4}).get(), 0, 0, 0, 0, 0, 1e4);
+  REFUSES("morphology_gradient: erosion_heights", morphology_gradient, x.get(), floats({3, 3}).get(),
+          floats({3, 4}).get(), 0, 0, 0, 0, 0, 1e4);
   REFUSES("remap: x", remap, x.get(), floats({1, 4, 4}).get(), floats({2, 4, 4}).get(), 0, 0, 0);
   REFUSES("remap: y", remap, x.get(), floats({2, 4, 4}).get(), floats({2, 4, 3}).get(), 0, 0, 0);
   REFUSES("remap: image", remap, none.get(), floats({2, 4, 4}).get(), floats({2, 4, 4}).get(), 0, 0, 0);
@@ -68,7 +73,8 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   REFUSES("resize: x", resize, none.get(), 4, 4, 0, 0, 0);
   REFUSES("resize_blurred: taps", resize_blurred, x.get(), floats({4}).get(), 4, 4, 0, 0, 1);
   REFUSES("aminmax: x", aminmax, floats({2, 0}).get());
-  REFUSES("row_histograms: low", row_histograms, floats({2, 9}).get(), floats({1, 1}).get(), floats({2, 1}).get(), 8);
+  REFUSES("row_histograms: low", row_histograms, floats({2, 9}).get(), floats({1, 1}).get(),
+          floats({2, 1}).get(), 8);
   REFUSES("lut: table", lut, floats({2, 255}).get(), bytes({2, 9}).get());
   REFUSES("lut: index", lut, floats({1, 256}).get(), bytes({2, 9}).get());
   REFUSES("score_models: points", score_models, floats({2, 5, 3, 3}).get(), floats({2, 6, 9}).get(), 0, 1);
@@ -78,9 +84,12 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   REFUSES("cdist_squared: x2", cdist_squared, floats({1, 4, 5}).get(), floats({1, 4, 6}).get());
   REFUSES("two_smallest: x", two_smallest, floats({4, 5}).get(), 1);
   REFUSES("scale_space_nms: margins", scale_space_nms, x.get(), longs({2}, 1).get(), 0, 4);
-  REFUSES("orientation_histograms: patches", orientation_histograms, floats({2, 5, 6}).get(), floats({5, 5}).get(), floats({4, 5}).get(), 8);
-  REFUSES("orientation_histograms: patches", orientation_histograms, floats({2, 1, 5, 5}).get(), floats({5, 5}).get(), floats({4, 5}).get(), 8);
-  REFUSES("orientation_histograms: window", orientation_histograms, floats({2, 5, 5}).get(), floats({4, 5}).get(), floats({4, 5}).get(), 8);
+  REFUSES("orientation_histograms: patches", orientation_histograms, floats({2, 5, 6}).get(),
+          floats({5, 5}).get(), floats({4, 5}).get(), 8);
+  REFUSES("orientation_histograms: patches", orientation_histograms, floats({2, 1, 5, 5}).get(),
+          floats({5, 5}).get(), floats({4, 5}).get(), 8);
+  REFUSES("orientation_histograms: window", orientation_histograms, floats({2, 5, 5}).get(),
+          floats({4, 5}).get(), floats({4, 5}).get(), 8);
   REFUSES("frame_to_grey: frame", frame_to_grey, bytes({4, 4, 4}).get());
   REFUSES("resize_frame: frame", resize_frame, bytes({4, 1, 3}).get(), 2, 2);
 }
@@ -100,7 +109,9 @@ TEST(RefusedCalls, NumbersOutOfTheirRange) {
   REFUSES("resize: mode", resize, x.get(), 4, 4, 3, 0, 0);
   REFUSES("resize: width", resize, x.get(), 4, 0, 0, 0, 0);
   REFUSES("resize_frame: height", resize_frame, bytes({4, 4, 3}).get(), 0, 2);
-  for (const int64_t bins : {0, (1 << 24) + 1}) REFUSES("row_histograms: bins", row_histograms, floats({2, 9}).get(), floats({2, 1}).get(), floats({2, 1}).get(), bins);
+  for (const int64_t bins : {0, (1 << 24) + 1})
+    REFUSES("row_histograms: bins", row_histograms, floats({2, 9}).get(), floats({2, 1}).get(),
+            floats({2, 1}).get(), bins);
   REFUSES("bincount: bins", bincount, bytes({2, 9}).get(), -5);
   REFUSES("bincount: x", bincount, longs({2, 9}, 1).get(), 8);
   REFUSES("clahe_histograms: tile_height", clahe_histograms, bytes({2, 9, 9}).get(), 1 << 20, 1 << 20, 2, 2);
@@ -109,13 +120,15 @@ TEST(RefusedCalls, NumbersOutOfTheirRange) {
   REFUSES("real_roots: coefficients", real_roots, doubles({0, 3}).get());
   REFUSES("scale_space_nms: count", scale_space_nms, x.get(), longs({3}, 1).get(), 0, -1);
   REFUSES("scale_space_nms: margins", scale_space_nms, x.get(), longs({3}, INT64_MIN).get(), 0, 1);
-  REFUSES("orientation_histograms: bins", orientation_histograms, floats({2, 5, 5}).get(), floats({5, 5}).get(), floats({4, 5}).get(), 0);
+  REFUSES("orientation_histograms: bins", orientation_histograms, floats({2, 5, 5}).get(),
+          floats({5, 5}).get(), floats({4, 5}).get(), 0);
 }
 
 TEST(RefusedCalls, IndicesBeyondTheirTables) {
   const Tensor pixels = floats({1, 2, 20}), frames = floats({1, 3, 2, 3});
   const auto patches = [&](int64_t start, int64_t height, int64_t width, const char* argument) {
-    REFUSES(argument, extract_patches, pixels.get(), longs({1, 3}, start).get(), longs({1, 3}, height).get(), longs({1, 3}, width).get(), frames.get(), 4);
+    REFUSES(argument, extract_patches, pixels.get(), longs({1, 3}, start).get(), longs({1, 3}, height).get(),
+            longs({1, 3}, width).get(), frames.get(), 4);
   };
   patches(-1, 4, 5, "extract_patches: start");
   patches(21, 1, 1, "extract_patches: start");
@@ -126,23 +139,27 @@ TEST(RefusedCalls, IndicesBeyondTheirTables) {
   patches(0, INT64_MAX, 2, "extract_patches: height");
   const Tensor levels = bytes({2, 4, 5}), table = floats({2, 6, 256}), wy = floats({4}), wx = floats({5});
   const auto blend = [&](int64_t y, int64_t x, const char* argument) {
-    REFUSES(argument, clahe_interpolate, table.get(), 3, levels.get(), longs({4}, 0).get(), longs({4}, y).get(), wy.get(), longs({5}, x).get(), longs({5}, 2).get(), wx.get());
+    REFUSES(argument, clahe_interpolate, table.get(), 3, levels.get(), longs({4}, 0).get(),
+            longs({4}, y).get(), wy.get(), longs({5}, x).get(), longs({5}, 2).get(), wx.get());
   };
   blend(2, 0, "clahe_interpolate: second_y");
   blend(-1, 0, "clahe_interpolate: second_y");
   blend(1, 3, "clahe_interpolate: first_x");
-  REFUSES("clahe_interpolate: tiles_x", clahe_interpolate, table.get(), 7, levels.get(), longs({4}, 0).get(), longs({4}, 0).get(), wy.get(), longs({5}, 0).get(),
-          longs({5}, 0).get(), wx.get());
+  REFUSES("clahe_interpolate: tiles_x", clahe_interpolate, table.get(), 7, levels.get(), longs({4}, 0).get(),
+          longs({4}, 0).get(), wy.get(), longs({5}, 0).get(), longs({5}, 0).get(), wx.get());
 }
 
 // More pixels than 32 bits number: the kernels' offsets would wrap around.
 TEST(RefusedCalls, ImagesTooLargeForTheirNumbers) {
-  const Tensor mask = claimed({1, 1 << 16, 1 << 15}, kBool), image = claimed({1, 1, 1 << 16, 1 << 15}, kFloat), line = claimed({1, 1, 1, (1 << 24) + 1}, kFloat);
+  const Tensor mask = claimed({1, 1 << 16, 1 << 15}, kBool),
+               image = claimed({1, 1, 1 << 16, 1 << 15}, kFloat),
+               line = claimed({1, 1, 1, (1 << 24) + 1}, kFloat);
   REFUSES("connected_components: mask", connected_components, mask.get());
   REFUSES("canny_hysteresis: x", canny_hysteresis, image.get(), 0, 1);
   const Tensor positions = floats({1, 4, 4});
   REFUSES("remap: image", remap, image.get(), positions.get(), positions.get(), 0, 0, 0);
-  REFUSES("remap: image", remap, line.get(), positions.get(), positions.get(), 0, 0, 0);  // its last pixels have no float32 of their own
+  REFUSES("remap: image", remap, line.get(), positions.get(), positions.get(), 0, 0,
+          0);  // its last pixels have no float32 of their own
   const Tensor row = claimed({1, int64_t{1} << 31}, kFloat), one = floats({1, 1});
   REFUSES("row_histograms: x", row_histograms, row.get(), one.get(), one.get(), 8);
 }
@@ -152,7 +169,8 @@ TEST(RefusedCalls, TopkOfMoreThanThereIs) {
   for (const int64_t k : {int64_t{-1}, int64_t{6}, INT64_MIN}) {
     Handle values = nullptr, indices = nullptr;
     EXPECT_NE(aoti_torch_cpu_topk(x.get(), k, -1, 1, 1, &values, &indices), 0);
-    EXPECT_EQ(kernel_calls::last_error, "topk: " + std::to_string(k) + " values asked for, the dimension has 5");
+    EXPECT_EQ(kernel_calls::last_error,
+              "topk: " + std::to_string(k) + " values asked for, the dimension has 5");
   }
 }
 
@@ -168,7 +186,8 @@ TEST_F(KernelCalls, AGuideThatIsAPartOfTheImage) {
   const Tensor near = floats({1, 3, 3}), fall = of<float>({1}, {-3.0f});
   const auto filtered = [&](const Tensor& x, const Tensor& guide) {
     Handle result = nullptr;
-    EXPECT_EQ(aoti_torch_cpu_bilateral(x.get(), guide.get(), near.get(), fall.get(), 0, 0, &result), 0) << kernel_calls::last_error;
+    EXPECT_EQ(aoti_torch_cpu_bilateral(x.get(), guide.get(), near.get(), fall.get(), 0, 0, &result), 0)
+        << kernel_calls::last_error;
     const Tensor tensor(result);
     const auto* const data = reinterpret_cast<const float*>(tensor->data());
     return std::vector<float>(data, data + tensor->numel());

@@ -1,12 +1,13 @@
-// The kernels that read images between pixels, against the definition in plain loops of doubles and against OpenCV's resize.
+// The kernels that read images between pixels, against the definition in plain loops of doubles and against
+// OpenCV's resize.
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "artifact/kernels/resize_taps.h"
 #include "benchmarks.h"
 #include "fixture.h"
-#include "artifact/kernels/resize_taps.h"
 
 using namespace chiasm::kernels;
 
@@ -36,11 +37,14 @@ double placed(double x, int64_t size, Padding padding, bool corners) {
 template <class T>
 double sampled(const T* plane, int64_t height, int64_t width, double x, double y, Interpolation mode) {
   const auto pixel = [&](double row, double column) {
-    return row < 0 || column < 0 || row > double(height - 1) || column > double(width - 1) ? 0.0 : double(plane[int64_t(row) * width + int64_t(column)]);
+    return row < 0 || column < 0 || row > double(height - 1) || column > double(width - 1)
+               ? 0.0
+               : double(plane[int64_t(row) * width + int64_t(column)]);
   };
   if (mode == Interpolation::kNearest) return pixel(std::nearbyint(y), std::nearbyint(x));
   const double r = std::floor(y), c = std::floor(x), fy = y - r, fx = x - c;
-  return (pixel(r, c) * (1 - fx) + pixel(r, c + 1) * fx) * (1 - fy) + (pixel(r + 1, c) * (1 - fx) + pixel(r + 1, c + 1) * fx) * fy;
+  return (pixel(r, c) * (1 - fx) + pixel(r, c + 1) * fx) * (1 - fy) +
+         (pixel(r + 1, c) * (1 - fx) + pixel(r + 1, c + 1) * fx) * fy;
 }
 
 TYPED_TEST(Resampling, RemapMatchesItsDefinition) {
@@ -53,23 +57,32 @@ TYPED_TEST(Resampling, RemapMatchesItsDefinition) {
           const int64_t plane = images.height * images.width, points = images.count * height * width;
           const auto image = this->random(images.count * images.channels * plane, 0, 1);
           // In steps of 1/4 plus 1/16, so that float and double agree on what is nearest.
-          auto x = this->random(points, -2.5 * double(images.width), 3.5 * double(images.width)), y = this->random(points, -2.5 * double(images.height), 3.5 * double(images.height));
+          auto x = this->random(points, -2.5 * double(images.width), 3.5 * double(images.width)),
+               y = this->random(points, -2.5 * double(images.height), 3.5 * double(images.height));
           for (auto* positions : {&x, &y})
             for (T& v : *positions) v = std::floor(v * 4) / 4 + T(0.0625);
           std::vector<T> out(static_cast<size_t>(images.count * images.channels * height * width));
           remap(image.data(), images, x.data(), height, width, y.data(), mode, padding, corners, out.data());
           for (int64_t i = 0; i < int64_t(out.size()); ++i) {
-            const int64_t p = i / (height * width), at = p / images.channels * height * width + i % (height * width);
-            const double u = placed(double(x[size_t(at)]), images.width, padding, corners), v = placed(double(y[size_t(at)]), images.height, padding, corners);
-            ASSERT_NEAR(double(out[size_t(i)]), sampled(image.data() + p * plane, images.height, images.width, u, v, mode), 1e-5)
-                << images.height << "x" << images.width << " at " << x[size_t(at)] << ", " << y[size_t(at)] << ", padding " << int(padding);
+            const int64_t p = i / (height * width),
+                          at = p / images.channels * height * width + i % (height * width);
+            const double u = placed(double(x[size_t(at)]), images.width, padding, corners),
+                         v = placed(double(y[size_t(at)]), images.height, padding, corners);
+            ASSERT_NEAR(double(out[size_t(i)]),
+                        sampled(image.data() + p * plane, images.height, images.width, u, v, mode), 1e-5)
+                << images.height << "x" << images.width << " at " << x[size_t(at)] << ", " << y[size_t(at)]
+                << ", padding " << int(padding);
           }
         }
 }
 
 KERNEL_CALL_BENCHMARK(remap, [] {
-  return [image = kernel_benchmarks::random(3 * 1080 * 1920), x = kernel_benchmarks::random(1080 * 1920, 0, 1919), y = kernel_benchmarks::random(1080 * 1920, 0, 1079), out = std::vector<float>(3 * 1080 * 1920)]() mutable {
-    remap(image.data(), {1, 3, 1080, 1920}, x.data(), 1080, 1920, y.data(), Interpolation::kBilinear, Padding::kZeros, true, out.data());
+  return [image = kernel_benchmarks::random(3 * 1080 * 1920),
+          x = kernel_benchmarks::random(1080 * 1920, 0, 1919),
+          y = kernel_benchmarks::random(1080 * 1920, 0, 1079),
+          out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+    remap(image.data(), {1, 3, 1080, 1920}, x.data(), 1080, 1920, y.data(), Interpolation::kBilinear,
+          Padding::kZeros, true, out.data());
   };
 });
 
@@ -87,11 +100,15 @@ TYPED_TEST(Resampling, RowsReadForwardsAcrossAllBordersAreTheirDefinition) {
         x[size_t(i)] = T(u * step - 10.5 + 0.25 * v);
         y[size_t(i)] = T(0.75 * v - 3.5 + u * slope);
       }
-      remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBilinear, Padding::kZeros, true, out.data());
+      remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBilinear,
+            Padding::kZeros, true, out.data());
       for (int64_t i = 0; i < int64_t(out.size()); ++i) {
         const size_t at = size_t(i % (height * width));
         const T* const source = image.data() + i / (height * width) * plane;
-        ASSERT_NEAR(double(out[size_t(i)]), sampled(source, images.height, images.width, double(x[at]), double(y[at]), Interpolation::kBilinear), 1e-5)
+        ASSERT_NEAR(double(out[size_t(i)]),
+                    sampled(source, images.height, images.width, double(x[at]), double(y[at]),
+                            Interpolation::kBilinear),
+                    1e-5)
             << "at " << x[at] << ", " << y[at] << ", step " << step << ", slope " << slope;
       }
     }
@@ -102,7 +119,9 @@ TYPED_TEST(Resampling, PositionsThatAreNoNumbersOrHugeReadNothing) {
   const Images images{1, 1, 9, 9};
   const std::vector<T> image(81, T(1));
   constexpr T kInfinity = std::numeric_limits<T>::infinity();
-  const std::vector<T> x{std::numeric_limits<T>::quiet_NaN(), kInfinity, -kInfinity, T(1e30), T(-1e30), T(4), T(4), T(4), T(4)}, y(9, T(4));
+  const std::vector<T> x{
+      std::numeric_limits<T>::quiet_NaN(), kInfinity, -kInfinity, T(1e30), T(-1e30), T(4), T(4), T(4), T(4)},
+      y(9, T(4));
   std::vector<T> out(9);
   for (const Interpolation mode : {Interpolation::kBilinear, Interpolation::kNearest}) {
     remap(image.data(), images, x.data(), 1, 9, y.data(), mode, Padding::kZeros, true, out.data());
@@ -114,7 +133,8 @@ TYPED_TEST(Resampling, WarpPerspectiveIsRemapAtTheMatrixesPositions) {
   using T = TypeParam;
   constexpr int64_t height = 37, width = 141;
   for (const Images& images : kImages) {
-    const auto image = this->random(images.count * images.channels * images.height * images.width, 0, 1), noise = this->random(9 * images.count, -0.05, 0.05);
+    const auto image = this->random(images.count * images.channels * images.height * images.width, 0, 1),
+               noise = this->random(9 * images.count, -0.05, 0.05);
     std::vector<T> matrices(noise), x(static_cast<size_t>(images.count * height * width)), y(x);
     for (int64_t b = 0; b < images.count; ++b) {
       T* const m = matrices.data() + 9 * b;
@@ -126,58 +146,74 @@ TYPED_TEST(Resampling, WarpPerspectiveIsRemapAtTheMatrixesPositions) {
       }
     }
     std::vector<T> out(static_cast<size_t>(images.count * images.channels * height * width)), expected(out);
-    warp_perspective(image.data(), images, matrices.data(), height, width, Interpolation::kBilinear, Padding::kBorder, true, out.data());
-    remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBilinear, Padding::kBorder, true, expected.data());
+    warp_perspective(image.data(), images, matrices.data(), height, width, Interpolation::kBilinear,
+                     Padding::kBorder, true, out.data());
+    remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBilinear, Padding::kBorder,
+          true, expected.data());
     for (size_t i = 0; i < out.size(); ++i) ASSERT_NEAR(out[i], expected[i], 1e-5);
   }
 }
 
 KERNEL_BENCHMARK(warp_perspective, [](const float* x, Planes p, float* out) {
   const float matrix[] = {0.9f, 0.1f, 10, -0.1f, 0.9f, 20, 1e-5f, 1e-5f, 1};
-  warp_perspective(x, {1, p.count, p.height, p.width}, matrix, p.height, p.width, Interpolation::kBilinear, Padding::kZeros, true, out);
+  warp_perspective(x, {1, p.count, p.height, p.width}, matrix, p.height, p.width, Interpolation::kBilinear,
+                   Padding::kZeros, true, out);
 });
 
 // One plane resized along both axes by taps(size, new size), against what `expected` makes of it.
 template <class T, class Taps, class Expected>
-void expect_resized(const std::vector<T>& x, const Planes& p, int64_t height, int64_t width, const Taps& taps, const Expected& expected, double tolerance) {
+void expect_resized(const std::vector<T>& x, const Planes& p, int64_t height, int64_t width, const Taps& taps,
+                    const Expected& expected, double tolerance) {
   std::vector<T> out(static_cast<size_t>(p.count * height * width));
   resample(x.data(), p, taps(p.height, height), taps(p.width, width), out.data());
   for (int64_t i = 0; i < p.count; ++i) {
-    const cv::Mat plane(int(p.height), int(p.width), cv::DataType<T>::type, const_cast<T*>(x.data() + i * p.height * p.width));
+    const cv::Mat plane(int(p.height), int(p.width), cv::DataType<T>::type,
+                        const_cast<T*>(x.data() + i * p.height * p.width));
     const cv::Mat actual(int(height), int(width), cv::DataType<T>::type, out.data() + i * height * width);
-    EXPECT_LE(cv::norm(expected(plane, actual.size()), actual, cv::NORM_INF), tolerance) << p.height << "x" << p.width << " to " << height << "x" << width;
+    EXPECT_LE(cv::norm(expected(plane, actual.size()), actual, cv::NORM_INF), tolerance)
+        << p.height << "x" << p.width << " to " << height << "x" << width;
   }
 }
 
 const Planes kPlanes[] = {{1, 1, 1}, {2, 3, 5}, {1, 40, 71}, {1, 40, 142}, {2, 7, 1}, {3, 70, 150}};
-const std::pair<int64_t, int64_t> kSizes[] = {{1, 1}, {2, 9}, {19, 33}, {20, 71}, {19, 72}, {80, 142}, {5, 300}, {90, 4}};
+const std::pair<int64_t, int64_t> kSizes[] = {{1, 1},   {2, 9},    {19, 33}, {20, 71},
+                                              {19, 72}, {80, 142}, {5, 300}, {90, 4}};
 
 TYPED_TEST(Resampling, ResizeMatchesOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kPlanes)
     for (const auto& [height, width] : kSizes)
-      for (const auto& [filter, flag] : {std::pair{Interpolation::kBilinear, cv::INTER_LINEAR}, {Interpolation::kBicubic, cv::INTER_CUBIC}}) {
-        const auto taps = [filter = filter](int64_t in, int64_t out) { return resize_taps<T>(in, out, filter, false, false); };
+      for (const auto& [filter, flag] : {std::pair{Interpolation::kBilinear, cv::INTER_LINEAR},
+                                         {Interpolation::kBicubic, cv::INTER_CUBIC}}) {
+        const auto taps = [filter = filter](int64_t in, int64_t out) {
+          return resize_taps<T>(in, out, filter, false, false);
+        };
         const auto expected = [flag = flag](const cv::Mat& plane, cv::Size size) {
           cv::Mat resized;
           cv::resize(plane, resized, size, 0, 0, flag);
           return resized;
         };
-        expect_resized(this->random(p.count * p.height * p.width, 0, 1), p, height, width, taps, expected, 2e-5);
+        expect_resized(this->random(p.count * p.height * p.width, 0, 1), p, height, width, taps, expected,
+                       2e-5);
       }
 }
 
 KERNEL_BENCHMARK(resize_half, [](const float* x, Planes p, float* out) {
-  resize(x, {1, p.count, p.height, p.width}, p.height / 2, p.width / 2, Interpolation::kBilinear, false, false, out);
+  resize(x, {1, p.count, p.height, p.width}, p.height / 2, p.width / 2, Interpolation::kBilinear, false,
+         false, out);
 });
 
 // OpenCV blurs first and interpolates then, or interpolates first.
 TYPED_TEST(Resampling, ResizeBlurredMatchesOpenCv) {
   using T = TypeParam;
   const std::vector<T> kernel{T(1) / 16, T(4) / 16, T(6) / 16, T(4) / 16, T(1) / 16};
-  const std::pair<Border, int> borders[] = {{Border::kReflect, cv::BORDER_REFLECT_101}, {Border::kReplicate, cv::BORDER_REPLICATE}, {Border::kConstant, cv::BORDER_CONSTANT}};
+  const std::pair<Border, int> borders[] = {{Border::kReflect, cv::BORDER_REFLECT_101},
+                                            {Border::kReplicate, cv::BORDER_REPLICATE},
+                                            {Border::kConstant, cv::BORDER_CONSTANT}};
   for (const Planes& p : {Planes{2, 4, 6}, Planes{1, 16, 34}, Planes{3, 70, 150}})
-    for (const auto& [height, width] : {std::pair<int64_t, int64_t>{p.height / 2, p.width / 2}, {p.height * 2 / 3, p.width * 2 / 3}, {2 * p.height, 2 * p.width}})
+    for (const auto& [height, width] : {std::pair<int64_t, int64_t>{p.height / 2, p.width / 2},
+                                        {p.height * 2 / 3, p.width * 2 / 3},
+                                        {2 * p.height, 2 * p.width}})
       for (const auto& [border, flag] : borders)
         for (const bool before : {true, false}) {
           const auto taps = [&, border = border](int64_t in, int64_t out) {
@@ -191,17 +227,21 @@ TYPED_TEST(Resampling, ResizeBlurredMatchesOpenCv) {
             if (before) cv::resize(made, made, size, 0, 0, cv::INTER_LINEAR);
             return made;
           };
-          expect_resized(this->random(p.count * p.height * p.width, 0, 1), p, height, width, taps, expected, 2e-5);
+          expect_resized(this->random(p.count * p.height * p.width, 0, 1), p, height, width, taps, expected,
+                         2e-5);
         }
 }
 
 KERNEL_BENCHMARK(resize_blurred_half, [](const float* x, Planes p, float* out) {
   const float taps[] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
-  resize_blurred(x, {1, p.count, p.height, p.width}, taps, 5, p.height / 2, p.width / 2, false, Border::kReflect, true, out);
+  resize_blurred(x, {1, p.count, p.height, p.width}, taps, 5, p.height / 2, p.width / 2, false,
+                 Border::kReflect, true, out);
 });
 
 // Keys' cubic with a = -1/2, as Pillow has it for reducing.
-double keys(double d) { return d < 1 ? (1.5 * d - 2.5) * d * d + 1 : d < 2 ? ((-0.5 * d + 2.5) * d - 4) * d + 2 : 0; }
+double keys(double d) {
+  return d < 1 ? (1.5 * d - 2.5) * d * d + 1 : d < 2 ? ((-0.5 * d + 2.5) * d - 4) * d + 2 : 0;
+}
 
 TYPED_TEST(Resampling, AntialiasedTapsAreTheStretchedFilter) {
   using T = TypeParam;
@@ -216,8 +256,11 @@ TYPED_TEST(Resampling, AntialiasedTapsAreTheStretchedFilter) {
           const double d = std::abs(double(j) + 0.5 - (double(i) + 0.5) * double(in) / double(out)) / stretch;
           total += expected[size_t(j)] = filter == Interpolation::kBilinear ? std::max(1 - d, 0.0) : keys(d);
         }
-        for (int64_t k = i * taps.each; k < (i + 1) * taps.each; ++k) actual[size_t(taps.index[size_t(k)])] += double(taps.weight[size_t(k)]);
-        for (size_t j = 0; j < size_t(in); ++j) EXPECT_NEAR(actual[j], expected[j] / total, 2e-6) << in << " to " << out << ", pixel " << j << " of " << i;
+        for (int64_t k = i * taps.each; k < (i + 1) * taps.each; ++k)
+          actual[size_t(taps.index[size_t(k)])] += double(taps.weight[size_t(k)]);
+        for (size_t j = 0; j < size_t(in); ++j)
+          EXPECT_NEAR(actual[j], expected[j] / total, 2e-6)
+              << in << " to " << out << ", pixel " << j << " of " << i;
       }
     }
 }
@@ -225,10 +268,12 @@ TYPED_TEST(Resampling, AntialiasedTapsAreTheStretchedFilter) {
 TYPED_TEST(Resampling, WithCornersARampStaysOneAndNearestTakesThePixelBelow) {
   using T = TypeParam;
   for (const auto& [in, out] : {std::pair<int64_t, int64_t>{9, 17}, {17, 5}, {30, 30}, {5, 1}}) {
-    const Taps<T> linear = resize_taps<T>(in, out, Interpolation::kBilinear, true, false), nearest = resize_taps<T>(in, out, Interpolation::kNearest, false, false);
+    const Taps<T> linear = resize_taps<T>(in, out, Interpolation::kBilinear, true, false),
+                  nearest = resize_taps<T>(in, out, Interpolation::kNearest, false, false);
     for (int64_t i = 0; i < out; ++i) {
       double position = 0;
-      for (int64_t k = 0; k < 2; ++k) position += double(linear.weight[size_t(2 * i + k)]) * double(linear.index[size_t(2 * i + k)]);
+      for (int64_t k = 0; k < 2; ++k)
+        position += double(linear.weight[size_t(2 * i + k)]) * double(linear.index[size_t(2 * i + k)]);
       EXPECT_NEAR(position, double(i * (in - 1)) / double(std::max<int64_t>(out - 1, 1)), 1e-5);
       EXPECT_EQ(nearest.index[size_t(i)], int(std::floor(double(i) * double(in) / double(out) + 1e-9)));
     }

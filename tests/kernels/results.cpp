@@ -42,7 +42,9 @@ std::string difference(const std::vector<char>& expected, const char* got, bool 
     if (std::memcmp(want + i, is + i, sizeof(T)) == 0) continue;
     if constexpr (std::is_floating_point_v<T>) {
       if (want[i] == is[i] || (std::isnan(want[i]) && std::isnan(is[i]))) continue;
-      if (rounded && std::abs(static_cast<double>(want[i]) - static_cast<double>(is[i])) <= 64 * std::numeric_limits<T>::epsilon() * largest) continue;
+      if (rounded && std::abs(static_cast<double>(want[i]) - static_cast<double>(is[i])) <=
+                         64 * std::numeric_limits<T>::epsilon() * largest)
+        continue;
     }
     return "value " + std::to_string(i) + " is " + std::to_string(is[i]) + ", was " + std::to_string(want[i]);
   }
@@ -60,10 +62,13 @@ void Results::see(const AtenTensorOpaque& result, Comparison comparison) {
   const bool rounded = comparison == kRounded;
   const char* const data = const_cast<AtenTensorOpaque&>(result).data();
   const uint64_t bytes = result.storage->bytes;
-  if (record_.is_open()) record_.write(reinterpret_cast<const char*>(&bytes), sizeof bytes).write(data, static_cast<std::streamsize>(bytes));
+  if (record_.is_open())
+    record_.write(reinterpret_cast<const char*>(&bytes), sizeof bytes)
+        .write(data, static_cast<std::streamsize>(bytes));
   if (!expected_.is_open()) return;
   uint64_t size = 0;
-  ASSERT_TRUE(expected_.read(reinterpret_cast<char*>(&size), sizeof size)) << "call " << seen_ << " was not made";
+  ASSERT_TRUE(expected_.read(reinterpret_cast<char*>(&size), sizeof size))
+      << "call " << seen_ << " was not made";
   ASSERT_EQ(size, bytes) << "call " << seen_;
   std::vector<char> expected(size);
   ASSERT_TRUE(expected_.read(expected.data(), static_cast<std::streamsize>(size))) << "call " << seen_;

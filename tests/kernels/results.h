@@ -1,5 +1,6 @@
-// What the kernels give for one instruction set, held to what they gave for another: with $CHIASM_RECORD_RESULTS a test writes all results into a
-// file of this folder, with $CHIASM_EXPECTED_RESULTS it compares them with that file. Without either it does nothing.
+// What the kernels give for one instruction set, held to what they gave for another: with
+// $CHIASM_RECORD_RESULTS a test writes all results into a file of this folder, with $CHIASM_EXPECTED_RESULTS
+// it compares them with that file. Without either it does nothing.
 #pragma once
 
 #include <fstream>
@@ -13,8 +14,8 @@ class Results {
   /** Of the test that is running. Throws std::runtime_error where its file cannot be opened. */
   Results();
 
-  /** kExact: numbers are equal, and NaN is where NaN was; kRounded: floating-point numbers may differ by a few units in the last place of the
-   *  largest; kAny: sizes alone are compared. */
+  /** kExact: numbers are equal, and NaN is where NaN was; kRounded: floating-point numbers may differ by a
+   *  few units in the last place of the largest; kAny: sizes alone are compared. */
   enum Comparison { kExact, kRounded, kAny };
 
   /** The next result. */

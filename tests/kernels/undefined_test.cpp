@@ -1,4 +1,5 @@
-// What kernels make of NaN and of numbers that no integer holds: the same as the tensor forms of python/chiasm/primitives, in whichever part of a vector.
+// What kernels make of NaN and of numbers that no integer holds: the same as the tensor forms of
+// python/chiasm/primitives, in whichever part of a vector.
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -13,7 +14,8 @@ namespace {
 template <class T>
 class UndefinedKernels : public KernelsTest<T> {
  protected:
-  static constexpr T kNan = std::numeric_limits<T>::quiet_NaN(), kInfinity = std::numeric_limits<T>::infinity();
+  static constexpr T kNan = std::numeric_limits<T>::quiet_NaN(),
+                     kInfinity = std::numeric_limits<T>::infinity();
   UndefinedKernels() : KernelsTest<T>(31) {}
 };
 
@@ -29,14 +31,16 @@ TYPED_TEST(UndefinedKernels, APositionThatIsNotANumberIsOutsideTheImage) {
         std::vector<T> x(19, T(3)), y(19, T(2)), out(19);
         (broken % 2 ? x : y)[broken] = this->kNan;
         remap(image.data(), {1, 1, 6, 7}, x.data(), 1, 19, y.data(), mode, padding, true, out.data());
-        for (size_t i = 0; i < 19; ++i) ASSERT_EQ(out[i], i == broken ? T(0) : T(1)) << i << " with padding " << int(padding);
+        for (size_t i = 0; i < 19; ++i)
+          ASSERT_EQ(out[i], i == broken ? T(0) : T(1)) << i << " with padding " << int(padding);
       }
 }
 
 TYPED_TEST(UndefinedKernels, AValueIsInTheNearestBinAndNanInTheFirst) {
   using T = TypeParam;
   const T most = std::numeric_limits<T>::max(), inf = this->kInfinity;
-  const std::vector<T> x{this->kNan, -1, -inf, -most, T(0.1), T(0.3), T(0.6), T(0.9), 1, 2, 3e9, T(1e20), most, inf};
+  const std::vector<T> x{this->kNan, -1, -inf, -most, T(0.1),  T(0.3), T(0.6),
+                         T(0.9),     1,  2,    3e9,   T(1e20), most,   inf};
   const T low = 0, span = 1;
   int32_t counts[4];
   row_histograms(x.data(), 1, int64_t(x.size()), &low, &span, 4, counts);
@@ -53,7 +57,8 @@ TYPED_TEST(UndefinedKernels, WhatIsBesideNanIsNoExtremum) {
   using T = TypeParam;
   constexpr int64_t width = 23, plane = 3 * width;
   for (int64_t column = 1; column + 1 < width; ++column)
-    for (const int64_t offset : {-plane - width - 1, -plane, -width - 1, -width, -width + 1, int64_t{-1}, int64_t{1}, width - 1, width, width + 1, plane, plane + width + 1}) {
+    for (const int64_t offset : {-plane - width - 1, -plane, -width - 1, -width, -width + 1, int64_t{-1},
+                                 int64_t{1}, width - 1, width, width + 1, plane, plane + width + 1}) {
       const int64_t place = plane + width + column;
       std::vector<T> x(3 * plane, T(0));
       x[size_t(place)] = 1;
@@ -86,8 +91,10 @@ TYPED_TEST(UndefinedKernels, APatchIsReadWhereItsFrameIsANumber) {
   const std::vector<T> pixels(9 * 9, T(1));
   const int64_t start[4] = {}, size[4] = {9, 9, 9, 9};
   const T most = std::numeric_limits<T>::max(), inf = this->kInfinity;
-  // An ordinary frame; one that is not a number; one that leads to infinity but in its middle row and column, where that is times 0; one whose sum is.
-  const std::vector<T> frames{2, 0, 4, 0, 2, 4, 2, 0, this->kNan, 0, 2, 4, inf, 0, 4, 0, 2, 4, most, most, most, 0, 2, 4};
+  // An ordinary frame; one that is not a number; one that leads to infinity but in its middle row and column,
+  // where that is times 0; one whose sum is.
+  const std::vector<T> frames{2,   0, 4, 0, 2, 4, 2,    0,    this->kNan, 0, 2, 4,
+                              inf, 0, 4, 0, 2, 4, most, most, most,       0, 2, 4};
   std::vector<T> out(4 * 25);
   extract_patches(pixels.data(), 1, 1, 81, start, 4, size, size, frames.data(), 5, out.data());
   for (size_t i = 0; i < 25; ++i) {
@@ -107,10 +114,13 @@ TYPED_TEST(UndefinedKernels, AGuideThatIsNotANumberLeavesNoMean) {
     const std::vector<T> nearness(9, T(0.5));
     const T falloff = -1;
     std::vector<T> out(x.size());
-    bilateral(x.data(), {1, 1, 5, 21}, guide.data(), 1, 1, nearness.data(), 1, 3, 3, &falloff, 1, Border::kReplicate, false, out.data());
+    bilateral(x.data(), {1, 1, 5, 21}, guide.data(), 1, 1, nearness.data(), 1, 3, 3, &falloff, 1,
+              Border::kReplicate, false, out.data());
     for (int64_t r = 0; r < 5; ++r)
       for (int64_t c = 0; c < 21; ++c)
-        ASSERT_EQ(std::isnan(out[size_t(r * 21 + c)]), std::abs(r - 2) <= 1 && std::abs(c - int64_t(broken)) <= 1) << r << ", " << c << " of " << broken;
+        ASSERT_EQ(std::isnan(out[size_t(r * 21 + c)]),
+                  std::abs(r - 2) <= 1 && std::abs(c - int64_t(broken)) <= 1)
+            << r << ", " << c << " of " << broken;
   }
 }
 

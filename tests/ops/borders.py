@@ -6,7 +6,11 @@ import cv2
 import numpy as np
 from torch import Tensor
 
-CV_BORDER = {"reflect": cv2.BORDER_REFLECT_101, "replicate": cv2.BORDER_REPLICATE, "constant": cv2.BORDER_CONSTANT}
+CV_BORDER = {
+    "reflect": cv2.BORDER_REFLECT_101,
+    "replicate": cv2.BORDER_REPLICATE,
+    "constant": cv2.BORDER_CONSTANT,
+}
 SCIPY_MODE = {"reflect": "mirror", "replicate": "nearest", "circular": "wrap", "constant": "constant"}
 #: (B, C, H, W) that are odd, even, and neither 1 nor 3 channels.
 SHAPES = [(1, 1, 37, 53), (2, 3, 64, 31), (3, 5, 19, 20), (1, 7, 21, 18)]

@@ -1,6 +1,7 @@
 """One table of calls for the tests that hold for every op: scripting, target forms, gradients, dtypes.
 
-Each case is a plain function with the static arguments fixed, as an exported op has, and a maker of its inputs.
+Each case is a plain function with the static arguments fixed, as an exported op has, and a maker of its
+inputs.
 """
 
 from dataclasses import dataclass
@@ -42,7 +43,9 @@ def image(b: int, c: int, h: int, w: int, dtype: torch.dtype) -> Tuple[Tensor, .
 
 
 def with_sigma(b: int, c: int, h: int, w: int, dtype: torch.dtype) -> Tuple[Tensor, ...]:
-    sigma = torch.stack([0.6 + 0.3 * torch.arange(b, dtype=dtype), 1.4 - 0.2 * torch.arange(b, dtype=dtype)], 1)
+    sigma = torch.stack(
+        [0.6 + 0.3 * torch.arange(b, dtype=dtype), 1.4 - 0.2 * torch.arange(b, dtype=dtype)], 1
+    )
     return photo(b, c, h, w, dtype), sigma
 
 
@@ -52,7 +55,11 @@ def with_two_sigmas(b: int, c: int, h: int, w: int, dtype: torch.dtype) -> Tuple
 
 
 def with_moments(b: int, c: int, h: int, w: int, dtype: torch.dtype) -> Tuple[Tensor, ...]:
-    return photo(b, c, h, w, dtype), torch.linspace(0.3, 0.6, c, dtype=dtype), torch.linspace(0.2, 0.4, c, dtype=dtype)
+    return (
+        photo(b, c, h, w, dtype),
+        torch.linspace(0.3, 0.6, c, dtype=dtype),
+        torch.linspace(0.2, 0.4, c, dtype=dtype),
+    )
 
 
 def with_weights(b: int, c: int, h: int, w: int, dtype: torch.dtype) -> Tuple[Tensor, ...]:

@@ -1,6 +1,6 @@
 """docs/linalg.md: how exact the linear algebra of `chiasm.primitives` is.
 
-    python tests/ops/linalg_accuracy.py            # or `make linalg-accuracy`
+python tests/ops/linalg_accuracy.py            # or `make linalg-accuracy`
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ def orthogonal(n: int, count: int, generator: torch.Generator) -> Tensor:
 
 
 def singular_values(n: int, condition: float, shape: str) -> Tensor:
-    """From 1 down to 1 / condition: evenly in the exponent, or one large and the rest small, or one small and the rest large."""
+    """From 1 down to 1 / condition: evenly in the exponent, or one large and the rest small, or one small and
+    the rest large."""
     if shape == "even":
         return torch.logspace(0, -np.log10(condition), n, dtype=torch.float64)
     values = torch.full((n,), 1.0 if shape == "one small" else 1.0 / condition, dtype=torch.float64)
@@ -43,13 +44,17 @@ SHAPES = ("even", "one large", "one small")
 def general(n: int, condition: float, shape: str, seed: int = 0) -> Tensor:
     """Random matrices (COUNT, n, n) with these singular values."""
     generator = torch.Generator().manual_seed(seed)
-    return (orthogonal(n, COUNT, generator) * singular_values(n, condition, shape)) @ orthogonal(n, COUNT, generator)
+    return (orthogonal(n, COUNT, generator) * singular_values(n, condition, shape)) @ orthogonal(
+        n, COUNT, generator
+    )
 
 
 def symmetric(n: int, condition: float, shape: str, seed: int = 0) -> Tensor:
     """Random symmetric matrices whose eigenvalues have these magnitudes and alternating signs."""
     q = orthogonal(n, COUNT, torch.Generator().manual_seed(seed))
-    m = (q * (singular_values(n, condition, shape) * torch.tensor([(-1.0) ** k for k in range(n)]))) @ q.transpose(1, 2)
+    m = (
+        q * (singular_values(n, condition, shape) * torch.tensor([(-1.0) ** k for k in range(n)]))
+    ) @ q.transpose(1, 2)
     return 0.5 * (m + m.transpose(1, 2))
 
 
@@ -64,7 +69,9 @@ def _inverse(m: Tensor) -> float:
 
 
 def _solve(m: Tensor) -> float:
-    b = torch.randn(COUNT, m.shape[1], 2, generator=torch.Generator().manual_seed(1), dtype=torch.float64).to(m.dtype)
+    b = torch.randn(COUNT, m.shape[1], 2, generator=torch.Generator().manual_seed(1), dtype=torch.float64).to(
+        m.dtype
+    )
     return relative(solve(m, b), np.linalg.solve(m.double().numpy(), b.double().numpy()))
 
 
@@ -108,7 +115,9 @@ def _null_vector(m: Tensor) -> float:
 
 def unitary(columns: Tensor) -> float:
     """The greatest entry of Q^T Q - 1."""
-    return float((columns.transpose(1, 2) @ columns - torch.eye(columns.shape[-1], dtype=columns.dtype)).abs().max())
+    return float(
+        (columns.transpose(1, 2) @ columns - torch.eye(columns.shape[-1], dtype=columns.dtype)).abs().max()
+    )
 
 
 #: what is measured, of which matrices, and how the page describes it
@@ -117,9 +126,17 @@ MEASURES: dict[str, tuple[Callable[[Tensor], float], Callable[..., Tensor], str]
     "solve": (_solve, general, "of the solutions of two right-hand sides"),
     "det": (_det, general, "of the determinant"),
     "symmetric_eigen, values": (_eigenvalues, symmetric, "of the vector of eigenvalues"),
-    "symmetric_eigen, vectors": (_eigenvectors, symmetric, "of V diag(w) V^T, or of V^T V where that is greater"),
+    "symmetric_eigen, vectors": (
+        _eigenvectors,
+        symmetric,
+        "of V diag(w) V^T, or of V^T V where that is greater",
+    ),
     "svd, values": (_singular_values, general, "of the vector of singular values"),
-    "svd, vectors": (_singular_vectors, general, "of U diag(s) V^T, or of U^T U or V^T V where that is greater"),
+    "svd, vectors": (
+        _singular_vectors,
+        general,
+        "of U diag(s) V^T, or of U^T U or V^T V where that is greater",
+    ),
     "qr": (_qr, general, "of Q R, or of Q^T Q where that is greater"),
     "null_vector": (_null_vector, general, "of the vector, of the first n - 1 rows"),
 }
@@ -129,14 +146,29 @@ def page() -> str:
     lines = [
         "# Linear algebra",
         "",
-        "Written by `make linalg-accuracy`; do not edit. The greatest error against NumPy in float64, given the same matrices,",
-        f"relative to the length of what is expected, over {COUNT} random matrices for each of {len(SHAPES)} arrangements of singular values",
-        f"({', '.join(SHAPES)}) and each size n. What is computed in float64 inside and rounded to float32 at the end has float32's",
+        (
+            "Written by `make linalg-accuracy`; do not edit. The greatest error against NumPy in float64,"
+            " given the same matrices,"
+        ),
+        (
+            f"relative to the length of what is expected, over {COUNT} random matrices for each of"
+            f" {len(SHAPES)} arrangements of singular values"
+        ),
+        (
+            f"({', '.join(SHAPES)}) and each size n. What is computed in float64 inside and rounded to"
+            " float32 at the end has float32's"
+        ),
         "rounding left. At a high condition number a part of the float64 rows is NumPy's own error.",
     ]
     for precision, dtype in PRECISIONS.items():
         columns = [f"n = {n}" for n in SIZES]
-        lines += ["", f"## {precision}", "", "| | condition | " + " | ".join(columns) + " |", "|---|---|" + "---|" * len(SIZES)]
+        lines += [
+            "",
+            f"## {precision}",
+            "",
+            "| | condition | " + " | ".join(columns) + " |",
+            "|---|---|" + "---|" * len(SIZES),
+        ]
         for name, (measure, make, _) in MEASURES.items():
             for condition in CONDITIONS:
                 worst = [max(measure(make(n, condition, shape).to(dtype)) for shape in SHAPES) for n in SIZES]

@@ -1,4 +1,5 @@
-"""A photographed scene with known geometry: the rectified stereo pair of a motorcycle that ships inside scikit-image (Middlebury 2014)."""
+"""A photographed scene with known geometry: the rectified stereo pair of a motorcycle that ships inside
+scikit-image (Middlebury 2014)."""
 
 import functools
 
@@ -28,6 +29,7 @@ def matches(count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
 
 
 def turned(points: np.ndarray, K: np.ndarray, R: np.ndarray, new_K: np.ndarray) -> np.ndarray:
-    """Where a camera that was turned by R and has the matrix new_K sees pixels (N, 2) of one with the matrix K."""
+    """Where a camera that was turned by R and has the matrix new_K sees pixels (N, 2) of one with the matrix
+    K."""
     x = np.c_[points, np.ones(len(points))] @ (new_K @ R @ np.linalg.inv(K)).T
     return x[:, :2] / x[:, 2:]

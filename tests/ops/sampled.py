@@ -1,4 +1,5 @@
-"""Sampling by definition, in float64 and one tap at a time: what warps are held to beside SciPy and OpenCV."""
+"""Sampling by definition, in float64 and one tap at a time: what warps are held to beside SciPy and
+OpenCV."""
 
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -9,11 +10,14 @@ SCIPY_BORDER = {"zeros": "grid-constant", "border": "nearest", "reflection": "mi
 
 def by_scipy(image: np.ndarray, positions: list[np.ndarray], padding: str, order: int = 1) -> np.ndarray:
     """One sample (C, *size) at `positions`, one array per axis of size (slowest first)."""
-    return np.stack([map_coordinates(plane, positions, order=order, mode=SCIPY_BORDER[padding]) for plane in image])
+    return np.stack(
+        [map_coordinates(plane, positions, order=order, mode=SCIPY_BORDER[padding]) for plane in image]
+    )
 
 
 def pulled(matrix: np.ndarray, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and columns in the source of an output's pixels, where a 3 x 3 matrix leads from the source to the output."""
+    """Rows and columns in the source of an output's pixels, where a 3 x 3 matrix leads from the source to the
+    output."""
     grid = np.stack([*np.meshgrid(np.arange(width), np.arange(height)), np.ones((height, width))])
     x, y, w = np.einsum("ij,jhw->ihw", np.linalg.inv(matrix), grid)
     return y / w, x / w

@@ -4,7 +4,9 @@ import cv2
 import numpy as np
 
 #: k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, taux, tauy of a strong lens on a tilted sensor.
-LENS = np.array([-0.21, 0.06, 1.5e-3, -2e-3, 0.011, 0.05, -0.02, 0.01, 2e-3, -1e-3, 1.5e-3, 1e-3, 0.03, -0.04])
+LENS = np.array(
+    [-0.21, 0.06, 1.5e-3, -2e-3, 0.011, 0.05, -0.02, 0.01, 2e-3, -1e-3, 1.5e-3, 1e-3, 0.03, -0.04]
+)
 SIZES = (4, 5, 8, 12, 14)
 
 

@@ -21,7 +21,8 @@ def spiral(height: int, width: int) -> np.ndarray:
 
 
 def hard_masks(height: int, width: int) -> list[np.ndarray]:
-    """Spirals, combs whose teeth join in the last row, and noise about where shapes begin to span the image."""
+    """Spirals, combs whose teeth join in the last row, and noise about where shapes begin to span the
+    image."""
     path = spiral(height, width)
     comb = np.ones((height, width), np.uint8)
     comb[:-1, 1::2] = 0

@@ -45,7 +45,10 @@ def test_masks(whole: bool) -> None:
             [(n >= start[k]) & (n <= start[k] + size[k] - 1) for n in range(count)]
             for start, size, count in ((z, d, 9), (y, h, 11), (x, w, 13))
         ]
-        np.testing.assert_array_equal(mask[k], np.multiply.outer(*np.array([np.array(i, dtype=float) for i in inside[1:]], dtype=object)))
+        np.testing.assert_array_equal(
+            mask[k],
+            np.multiply.outer(*np.array([np.array(i, dtype=float) for i in inside[1:]], dtype=object)),
+        )
         expected = np.einsum("z,y,x->zyx", *(np.array(i, dtype=float) for i in inside))
         np.testing.assert_array_equal(volume[k, 0], expected)
 
@@ -54,7 +57,9 @@ def test_shapes() -> None:
     x, y, z, w, h, d = starts(3)
     for made, expected in zip(b.infer_bbox_shape(b.bbox_generator(x, y, w, h)), (h, w), strict=True):
         np.testing.assert_array_equal(made, expected)
-    for made, expected in zip(b.infer_bbox_shape3d(b.bbox_generator3d(x, y, z, w, h, d)), (d, h, w), strict=True):
+    for made, expected in zip(
+        b.infer_bbox_shape3d(b.bbox_generator3d(x, y, z, w, h, d)), (d, h, w), strict=True
+    ):
         np.testing.assert_array_equal(made, expected)
 
 
@@ -68,19 +73,29 @@ def homographies() -> Tensor:
 @pytest.mark.parametrize("restore", [None, True, False])
 def test_transformed_boxes(restore: bool) -> None:
     m, boxes = homographies(), torch.from_numpy(RANDOM.uniform(0, 50, (3, 5, 4)))
-    moved = np.stack([cv2.perspectiveTransform(boxes[k].reshape(1, -1, 2).numpy(), m[k].numpy()).reshape(-1, 2, 2) for k in range(3)])
+    moved = np.stack(
+        [
+            cv2.perspectiveTransform(boxes[k].reshape(1, -1, 2).numpy(), m[k].numpy()).reshape(-1, 2, 2)
+            for k in range(3)
+        ]
+    )
     if restore is not False:
         moved = np.sort(moved, 2)
     np.testing.assert_allclose(b.transform_bbox(m, boxes, "xyxy", restore), moved.reshape(3, 5, 4), atol=1e-9)
     sized = torch.cat([boxes[..., :2], boxes[..., 2:] - boxes[..., :2]], -1)
     expected = np.concatenate([moved[:, :, 0], moved[:, :, 1] - moved[:, :, 0]], -1)
     np.testing.assert_allclose(b.transform_bbox(m, sized, "xywh", restore), expected, atol=1e-9)
-    np.testing.assert_allclose(b.transform_bbox(m, boxes[:, 2], "xyxy", restore), moved.reshape(3, 5, 4)[:, 2], atol=1e-9)
+    np.testing.assert_allclose(
+        b.transform_bbox(m, boxes[:, 2], "xyxy", restore), moved.reshape(3, 5, 4)[:, 2], atol=1e-9
+    )
 
 
 def test_valid_boxes() -> None:
     boxes, volumes = b.bbox_generator(*starts(2)), b.bbox_generator3d(*starts(3))
-    for function, whole, good in ((b.is_bbox, b.validate_bbox, boxes), (b.is_bbox3d, b.validate_bbox3d, volumes)):
+    for function, whole, good in (
+        (b.is_bbox, b.validate_bbox, boxes),
+        (b.is_bbox3d, b.validate_bbox3d, volumes),
+    ):
         scripted = torch.jit.script(whole)
         assert function(good).all() and whole(good) and whole(good[None]) and scripted(good)
         for corner in range(good.size(1)):
@@ -94,7 +109,7 @@ def test_valid_boxes() -> None:
     assert b.is_bbox3d(shifted).tolist() == [True, True, False, True, True, True]
 
 
-# --- non-maximum suppression -------------------------------------------------------------------------------------------
+# --- non-maximum suppression --------------------------------------------------------------------------------
 
 
 def suppressed(boxes: np.ndarray, scores: np.ndarray, threshold: float) -> list[int]:
@@ -102,7 +117,10 @@ def suppressed(boxes: np.ndarray, scores: np.ndarray, threshold: float) -> list[
     kept: list[int] = []
     for i in sorted(range(len(boxes)), key=lambda k: -scores[k]):
         for j in kept:
-            width, height = (max(0.0, min(boxes[i][a + 2], boxes[j][a + 2]) - max(boxes[i][a], boxes[j][a])) for a in (0, 1))
+            width, height = (
+                max(0.0, min(boxes[i][a + 2], boxes[j][a + 2]) - max(boxes[i][a], boxes[j][a]))
+                for a in (0, 1)
+            )
             areas = [(q[2] - q[0]) * (q[3] - q[1]) for q in (boxes[i], boxes[j])]
             common = width * height
             if common > threshold * (sum(areas) - common):
@@ -128,7 +146,8 @@ def test_nms(count: int, threshold: float) -> None:
 
 
 def test_nms_of_a_long_chain() -> None:
-    """Each box overlaps its neighbours only: every second one stays, which takes as many steps as there are boxes."""
+    """Each box overlaps its neighbours only: every second one stays, which takes as many steps as there are
+    boxes."""
     left = np.arange(101.0)
     boxes = np.stack([left, 0 * left, left + 1.7, 0 * left + 1.0], 1)
     scores = torch.linspace(1.0, 0.0, 101)
@@ -141,16 +160,44 @@ def test_nms_of_nothing_and_of_empty_boxes() -> None:
 
 
 WRONG = [
-    (lambda: b.bbox_generator(*[torch.zeros(2, 2)] * 4), ValueError, r"x_start: expected shape \(B,\) or a scalar, got \[2, 2\]"),
-    (lambda: b.bbox_to_mask(torch.zeros(1, 4, 3), 5, 5), ValueError, r"boxes: expected shape \(B, 4, 2\), got \[1, 4, 3\]"),
+    (
+        lambda: b.bbox_generator(*[torch.zeros(2, 2)] * 4),
+        ValueError,
+        r"x_start: expected shape \(B,\) or a scalar, got \[2, 2\]",
+    ),
+    (
+        lambda: b.bbox_to_mask(torch.zeros(1, 4, 3), 5, 5),
+        ValueError,
+        r"boxes: expected shape \(B, 4, 2\), got \[1, 4, 3\]",
+    ),
     (lambda: b.bbox_to_mask(torch.zeros(1, 4, 2).int(), 5, 5), TypeError, "boxes: expected a floating-point"),
-    (lambda: b.bbox_to_mask3d(torch.zeros(1, 4, 2), (5, 5, 5)), ValueError, r"boxes: expected shape \(B, 8, 3\)"),
+    (
+        lambda: b.bbox_to_mask3d(torch.zeros(1, 4, 2), (5, 5, 5)),
+        ValueError,
+        r"boxes: expected shape \(B, 8, 3\)",
+    ),
     (lambda: b.infer_bbox_shape(torch.zeros(4, 2)), ValueError, r"boxes: expected shape \(B, 4, 2\)"),
     (lambda: b.is_bbox3d(torch.zeros(4, 2)), ValueError, r"boxes: expected shape \(B, 8, 3\)"),
-    (lambda: b.transform_bbox(torch.eye(3), torch.zeros(1, 4)), ValueError, r"trans_mat: expected shape \(B, 3, 3\)"),
-    (lambda: b.transform_bbox(torch.eye(3)[None], torch.zeros(4)), ValueError, r"boxes: expected shape \(B, 4\) or \(B, N, 4\)"),
-    (lambda: b.transform_bbox(torch.eye(3)[None], torch.zeros(1, 4), "cxcywh"), ValueError, "mode: expected one of"),
-    (lambda: b.nms(torch.zeros(3, 4), torch.zeros(2), 0.5), ValueError, r"scores: expected shape \(N,\) for boxes \[3, 4\], got \[2\]"),
+    (
+        lambda: b.transform_bbox(torch.eye(3), torch.zeros(1, 4)),
+        ValueError,
+        r"trans_mat: expected shape \(B, 3, 3\)",
+    ),
+    (
+        lambda: b.transform_bbox(torch.eye(3)[None], torch.zeros(4)),
+        ValueError,
+        r"boxes: expected shape \(B, 4\) or \(B, N, 4\)",
+    ),
+    (
+        lambda: b.transform_bbox(torch.eye(3)[None], torch.zeros(1, 4), "cxcywh"),
+        ValueError,
+        "mode: expected one of",
+    ),
+    (
+        lambda: b.nms(torch.zeros(3, 4), torch.zeros(2), 0.5),
+        ValueError,
+        r"scores: expected shape \(N,\) for boxes \[3, 4\], got \[2\]",
+    ),
     (lambda: b.nms(torch.zeros(1, 3, 4), torch.zeros(2), 0.5), ValueError, r"boxes: expected shape \(N, 4\)"),
 ]
 

@@ -63,7 +63,9 @@ def test_unsharp_equals_opencv(border: str) -> None:
     actual = unsharp_mask(x, (5, 7), (1.2, 2.0), border)
     for b in range(2):
         blurred = cv2.GaussianBlur(hwc(x, b), (7, 5), sigmaX=2.0, sigmaY=1.2, borderType=CV_BORDER[border])
-        np.testing.assert_allclose(actual[b], chw(cv2.addWeighted(hwc(x, b), 2.0, blurred, -1.0, 0.0)), atol=2e-6)
+        np.testing.assert_allclose(
+            actual[b], chw(cv2.addWeighted(hwc(x, b), 2.0, blurred, -1.0, 0.0)), atol=2e-6
+        )
 
 
 @pytest.mark.parametrize("border", SCIPY_MODE)
@@ -72,16 +74,21 @@ def test_unsharp_in_native_form_and_every_border(border: str) -> None:
     expected = unsharp_mask(x, (5, 7), torch.tensor([[1.2, 2.0]], dtype=torch.float64), border)
     for target in ("eager", "onnx", "native"):
         with exporting(target):
-            torch.testing.assert_close(unsharp_mask(x, (5, 7), (1.2, 2.0), border), expected, rtol=1e-12, atol=1e-12)
+            torch.testing.assert_close(
+                unsharp_mask(x, (5, 7), (1.2, 2.0), border), expected, rtol=1e-12, atol=1e-12
+            )
 
 
 def test_unsharp_equals_scikit_image_within_the_border() -> None:
-    # scikit-image repeats the edge pixel where this reflects, so what the kernel's radius reaches is left out.
+    # scikit-image repeats the edge pixel where this reflects, so what the kernel's radius reaches is left
+    # out.
     x, sigma = photo(2, 1, 40, 37, torch.float64), 1.5
     radius = int(4 * sigma + 0.5)
     sigmas = torch.tensor([[sigma, sigma]], dtype=torch.float64)
     actual = unsharp_mask(x, 2 * radius + 1, sigmas)[..., radius:-radius, radius:-radius]
-    expected = per_plane(x, lambda p: skimage.filters.unsharp_mask(p, radius=sigma, amount=1, preserve_range=True))
+    expected = per_plane(
+        x, lambda p: skimage.filters.unsharp_mask(p, radius=sigma, amount=1, preserve_range=True)
+    )
     np.testing.assert_allclose(actual, expected[..., radius:-radius, radius:-radius], atol=1e-12)
 
 
@@ -91,7 +98,9 @@ def test_difference_of_gaussians_equals_scikit_image(border: str, sigmas: tuple[
     x = photo(2, 3, 33, 30, torch.float64)
     actual = difference_of_gaussians(x, sigmas[0], sigmas[1], border)
     for b in range(2):
-        expected = skimage.filters.difference_of_gaussians(x[b].numpy(), *sigmas, mode=SCIPY_MODE[border], channel_axis=0)
+        expected = skimage.filters.difference_of_gaussians(
+            x[b].numpy(), *sigmas, mode=SCIPY_MODE[border], channel_axis=0
+        )
         np.testing.assert_allclose(actual[b], expected, atol=1e-12)
 
 

@@ -26,14 +26,18 @@ def on_circles() -> np.ndarray:
 def test_project_points_equal_opencv() -> None:
     K, X = camera_matrix(), points_in_front(50)
     expected = cv2.projectPoints(X, np.zeros(3), np.zeros(3), K, None)[0][:, 0]
-    np.testing.assert_allclose(camera.project_points(torch.from_numpy(X), torch.from_numpy(K)), expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        camera.project_points(torch.from_numpy(X), torch.from_numpy(K)), expected, rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize("normalize", [False, True])
 def test_unproject_points_is_the_inverse(normalize: bool) -> None:
     K, X = torch.from_numpy(camera_matrix()), torch.from_numpy(points_in_front(50))
     depth = X.norm(dim=1, keepdim=True) if normalize else X[:, 2:]
-    np.testing.assert_allclose(camera.unproject_points(camera.project_points(X, K), depth, K, normalize), X, rtol=1e-12)
+    np.testing.assert_allclose(
+        camera.unproject_points(camera.project_points(X, K), depth, K, normalize), X, rtol=1e-12
+    )
 
 
 def test_a_point_beside_the_camera_is_far_and_finite() -> None:
@@ -50,11 +54,15 @@ def test_kannala_brandt_equals_opencv(k: np.ndarray) -> None:
     p, K = params(k)
     expected = cv2.fisheye.distortPoints(xy[:, None], K, k)[:, 0]
     pixels = camera.distort_points_kannala_brandt(torch.from_numpy(xy), p)
-    np.testing.assert_allclose(pixels, expected, rtol=0, atol=1e-7)  # OpenCV leaves out the distortion within 1e-8
+    np.testing.assert_allclose(
+        pixels, expected, rtol=0, atol=1e-7
+    )  # OpenCV leaves out the distortion within 1e-8
     np.testing.assert_allclose(camera.undistort_points_kannala_brandt(pixels, p), xy, rtol=1e-9, atol=1e-11)
     near = np.linalg.norm(xy, axis=1) < 1.1
     by_opencv = cv2.fisheye.undistortPoints(pixels.numpy()[near][:, None], K, k)[:, 0]
-    np.testing.assert_allclose(camera.undistort_points_kannala_brandt(pixels, p)[near], by_opencv, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(
+        camera.undistort_points_kannala_brandt(pixels, p)[near], by_opencv, rtol=0, atol=1e-6
+    )
 
 
 @pytest.mark.parametrize("k", FISHEYE, ids=["none", "mixed", "negative"])
@@ -69,7 +77,11 @@ def test_derivatives_equal_autograd(k: np.ndarray) -> None:
             np.testing.assert_allclose(derivative(xy, q), jacobian, rtol=1e-7, atol=1e-8)
     X = torch.from_numpy(points_in_front(5))
     for point in X:
-        np.testing.assert_allclose(camera.dx_project_points_z1(point), torch.autograd.functional.jacobian(camera.project_points_z1, point), rtol=1e-12)
+        np.testing.assert_allclose(
+            camera.dx_project_points_z1(point),
+            torch.autograd.functional.jacobian(camera.project_points_z1, point),
+            rtol=1e-12,
+        )
 
 
 def test_undistortion_is_differentiable_at_the_centre_and_far() -> None:
@@ -86,7 +98,9 @@ def test_single_precision() -> None:
     xy = torch.from_numpy(on_circles())
     pixels = camera.distort_points_kannala_brandt(xy.float(), p.float())
     np.testing.assert_allclose(pixels, camera.distort_points_kannala_brandt(xy, p), atol=2e-4)
-    np.testing.assert_allclose(camera.undistort_points_kannala_brandt(pixels, p.float())[:49], xy[:49], rtol=1e-4, atol=2e-6)
+    np.testing.assert_allclose(
+        camera.undistort_points_kannala_brandt(pixels, p.float())[:49], xy[:49], rtol=1e-4, atol=2e-6
+    )
 
 
 def test_affine_and_orthographic() -> None:
@@ -108,20 +122,60 @@ def test_frames_to_pixels_and_back() -> None:
     row, column = torch.meshgrid(torch.arange(4.0), torch.arange(5.0), indexing="ij")
     grid = torch.stack([column, row, torch.ones(4, 5)], -1).double()[None]
     X = camera.pixel2cam(depth, K.inverse()[None].repeat(2, 1, 1), grid)
-    np.testing.assert_allclose(X[1, 2, 3], np.linalg.inv(K[:3, :3].numpy()) @ [3, 2, 1] * depth[1, 0, 2, 3].item(), rtol=1e-12)
-    np.testing.assert_allclose(camera.cam2pixel(X, K[None].repeat(2, 1, 1)), grid[..., :2].expand(2, 4, 5, 2), atol=1e-9)
+    np.testing.assert_allclose(
+        X[1, 2, 3], np.linalg.inv(K[:3, :3].numpy()) @ [3, 2, 1] * depth[1, 0, 2, 3].item(), rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        camera.cam2pixel(X, K[None].repeat(2, 1, 1)), grid[..., :2].expand(2, 4, 5, 2), atol=1e-9
+    )
 
 
 WRONG = [
-    (lambda: camera.project_points(torch.zeros(2), torch.eye(3)), ValueError, r"point_3d: expected shape \(\*, 3\), got \[2\]"),
-    (lambda: camera.project_points(torch.zeros(3), torch.eye(4)), ValueError, r"camera_matrix: expected shape \(\*, 3, 3\), got \[4, 4\]"),
-    (lambda: camera.project_points(torch.zeros(3).int(), torch.eye(3)), TypeError, "point_3d: expected a floating-point"),
-    (lambda: camera.unproject_points(torch.zeros(2), torch.zeros(2), torch.eye(3)), ValueError, r"depth: expected shape \(\*, 1\)"),
-    (lambda: camera.unproject_points_z1(torch.zeros(3, 2), torch.zeros(3, 2)), ValueError, r"extension: expected shape \(\*\) or \(\*, 1\)"),
-    (lambda: camera.cam2pixel(torch.zeros(4, 5, 3), torch.eye(4)[None]), ValueError, r"cam_coords_src: expected shape \(B, H, W, 3\)"),
-    (lambda: camera.pixel2cam(torch.zeros(1, 2, 4, 5), torch.eye(4)[None], torch.zeros(1, 4, 5, 3)), ValueError, r"depth: expected shape \(B, 1, H, W\)"),
-    (lambda: camera.distort_points_kannala_brandt(torch.zeros(2), torch.zeros(4)), ValueError, r"params: expected shape \(\*, 8\)"),
-    (lambda: camera.undistort_points_kannala_brandt(torch.zeros(2), torch.zeros(8), 0), ValueError, "num_iters: expected at least 1, got 0"),
+    (
+        lambda: camera.project_points(torch.zeros(2), torch.eye(3)),
+        ValueError,
+        r"point_3d: expected shape \(\*, 3\), got \[2\]",
+    ),
+    (
+        lambda: camera.project_points(torch.zeros(3), torch.eye(4)),
+        ValueError,
+        r"camera_matrix: expected shape \(\*, 3, 3\), got \[4, 4\]",
+    ),
+    (
+        lambda: camera.project_points(torch.zeros(3).int(), torch.eye(3)),
+        TypeError,
+        "point_3d: expected a floating-point",
+    ),
+    (
+        lambda: camera.unproject_points(torch.zeros(2), torch.zeros(2), torch.eye(3)),
+        ValueError,
+        r"depth: expected shape \(\*, 1\)",
+    ),
+    (
+        lambda: camera.unproject_points_z1(torch.zeros(3, 2), torch.zeros(3, 2)),
+        ValueError,
+        r"extension: expected shape \(\*\) or \(\*, 1\)",
+    ),
+    (
+        lambda: camera.cam2pixel(torch.zeros(4, 5, 3), torch.eye(4)[None]),
+        ValueError,
+        r"cam_coords_src: expected shape \(B, H, W, 3\)",
+    ),
+    (
+        lambda: camera.pixel2cam(torch.zeros(1, 2, 4, 5), torch.eye(4)[None], torch.zeros(1, 4, 5, 3)),
+        ValueError,
+        r"depth: expected shape \(B, 1, H, W\)",
+    ),
+    (
+        lambda: camera.distort_points_kannala_brandt(torch.zeros(2), torch.zeros(4)),
+        ValueError,
+        r"params: expected shape \(\*, 8\)",
+    ),
+    (
+        lambda: camera.undistort_points_kannala_brandt(torch.zeros(2), torch.zeros(8), 0),
+        ValueError,
+        "num_iters: expected at least 1, got 0",
+    ),
 ]
 
 

@@ -15,12 +15,16 @@ BYTES = torch.zeros(1, 3, 8, 8, dtype=torch.uint8)
 
 
 def whole_numbers(shape: tuple[int, ...]) -> Tensor:
-    """Grey photographs whose Sobel derivatives are integers, as cv2.Canny takes them, and fine enough that few are equal."""
+    """Grey photographs whose Sobel derivatives are integers, as cv2.Canny takes them, and fine enough that
+    few are equal."""
     return torch.round(4000.0 * gaussian_blur2d(photo(*shape, torch.float64), 5, (1.0, 1.0)))
 
 
 def opencv_edges(image: np.ndarray, low: float, high: float) -> np.ndarray:
-    dx, dy = (cv2.Sobel(image, cv2.CV_64F, i, 1 - i, borderType=cv2.BORDER_REPLICATE).astype(np.int16) for i in (1, 0))
+    dx, dy = (
+        cv2.Sobel(image, cv2.CV_64F, i, 1 - i, borderType=cv2.BORDER_REPLICATE).astype(np.int16)
+        for i in (1, 0)
+    )
     return cv2.Canny(dx, dy, low, high, L2gradient=True) > 0
 
 
@@ -80,8 +84,16 @@ def test_gradient_is_finite_where_the_image_is_flat() -> None:
 WRONG = [
     (lambda: canny(BYTES), TypeError, "input: expected a floating-point"),
     (lambda: canny(torch.zeros(1, 2, 8, 8)), ValueError, r"input: expected shape .* got \[1, 2, 8, 8\]"),
-    (lambda: canny(torch.zeros(1, 1, 8, 8), 0.3, 0.2), ValueError, "low_threshold: expected .* got 0.3 and 0.2"),
-    (lambda: canny(torch.zeros(1, 1, 8, 8), kernel_size=4), ValueError, r"kernel_size: expected odd .* got \(4, 4\)"),
+    (
+        lambda: canny(torch.zeros(1, 1, 8, 8), 0.3, 0.2),
+        ValueError,
+        "low_threshold: expected .* got 0.3 and 0.2",
+    ),
+    (
+        lambda: canny(torch.zeros(1, 1, 8, 8), kernel_size=4),
+        ValueError,
+        r"kernel_size: expected odd .* got \(4, 4\)",
+    ),
 ]
 
 

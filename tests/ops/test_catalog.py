@@ -1,4 +1,5 @@
-"""What holds for every op of the catalog, from its spec alone: it scripts, its target forms agree, its gradient is right."""
+"""What holds for every op of the catalog, from its spec alone: it scripts, its target forms agree, its
+gradient is right."""
 
 import pytest
 import torch
@@ -59,7 +60,9 @@ def test_target_forms_equal_eager(entry: Entry) -> None:
                 assert_same(eager(*inputs), expected, 1e-9)
 
 
-@pytest.mark.parametrize("entry", [e for e in ENTRIES.values() if e.spec.differentiated()], ids=lambda entry: entry.spec.name)
+@pytest.mark.parametrize(
+    "entry", [e for e in ENTRIES.values() if e.spec.differentiated()], ids=lambda entry: entry.spec.name
+)
 def test_gradient(entry: Entry) -> None:
     eager, names = module(entry), [t.name for t in entry.spec.inputs]
     inputs = arguments(entry, SMALL, "float64")

@@ -17,7 +17,9 @@ from chiasm.enhance import Normalize, normalize
 def test_gray_equals_opencv(size: tuple[int, int]) -> None:
     x = photo(3, 3, *size)
     for b in range(3):
-        np.testing.assert_allclose(rgb_to_grayscale(x)[b, 0], cv2.cvtColor(hwc(x, b), cv2.COLOR_RGB2GRAY), atol=1e-6)
+        np.testing.assert_allclose(
+            rgb_to_grayscale(x)[b, 0], cv2.cvtColor(hwc(x, b), cv2.COLOR_RGB2GRAY), atol=1e-6
+        )
 
 
 def test_gray_with_weights() -> None:

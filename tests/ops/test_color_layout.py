@@ -32,7 +32,9 @@ def test_equals_opencv(name: str, channels: int, code: int, size: tuple[int, int
         np.testing.assert_allclose(actual[b], chw(cv2.cvtColor(hwc(x, b), code)), atol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["bgr_to_rgb", "rgb_to_bgr", "rgba_to_rgb", "rgba_to_bgr", "grayscale_to_rgb"])
+@pytest.mark.parametrize(
+    "name", ["bgr_to_rgb", "rgb_to_bgr", "rgba_to_rgb", "rgba_to_bgr", "grayscale_to_rgb"]
+)
 def test_bytes_stay_bytes(name: str) -> None:
     channels = 1 if name.startswith("gray") else 4 if name.startswith("rgba") else 3
     x = photo(2, channels, 5, 7)
@@ -67,7 +69,9 @@ def test_bytes_equal_numpy_and_opencv() -> None:
     assert actual.dtype == torch.uint8
     np.testing.assert_array_equal(actual, np.clip(np.rint(x.numpy() * np.float32(255)), 0, 255))
     for b in range(2):
-        np.testing.assert_array_equal(hwc(actual, b), cv2.addWeighted(hwc(x, b), 255.0, hwc(x, b), 0.0, 0.0, dtype=cv2.CV_8U))
+        np.testing.assert_array_equal(
+            hwc(actual, b), cv2.addWeighted(hwc(x, b), 255.0, hwc(x, b), 0.0, 0.0, dtype=cv2.CV_8U)
+        )
 
 
 def test_every_byte_returns() -> None:
@@ -106,19 +110,41 @@ def test_sepia_equals_opencv(size: tuple[int, int]) -> None:
         toned = cv2.transform(hwc(x, b), matrix)
         np.testing.assert_allclose(color.sepia(x, rescale=False)[b], chw(toned), atol=1e-6)
         np.testing.assert_allclose(color.sepia(x)[b], chw(toned / (toned.max((0, 1)) + 1e-6)), atol=1e-6)
-        np.testing.assert_allclose(color.sepia(x, eps=0.5)[b], chw(toned / (toned.max((0, 1)) + 0.5)), atol=1e-6)
+        np.testing.assert_allclose(
+            color.sepia(x, eps=0.5)[b], chw(toned / (toned.max((0, 1)) + 0.5)), atol=1e-6
+        )
 
 
 X = torch.zeros(1, 3, 4, 4)
 WRONG = [
-    (lambda: color.rgb_to_bgr(X[:, :1]), ValueError, r"image: expected shape \(\*, 3, H, W\), got \[1, 1, 4, 4\]"),
-    (lambda: color.grayscale_to_rgb(X), ValueError, r"image: expected shape \(\*, 1, H, W\), got \[1, 3, 4, 4\]"),
+    (
+        lambda: color.rgb_to_bgr(X[:, :1]),
+        ValueError,
+        r"image: expected shape \(\*, 3, H, W\), got \[1, 1, 4, 4\]",
+    ),
+    (
+        lambda: color.grayscale_to_rgb(X),
+        ValueError,
+        r"image: expected shape \(\*, 1, H, W\), got \[1, 3, 4, 4\]",
+    ),
     (lambda: color.rgba_to_rgb(X), ValueError, r"image: expected shape \(\*, 4, H, W\), got \[1, 3, 4, 4\]"),
     (lambda: color.rgba_to_bgr(X), ValueError, r"image: expected shape \(\*, 4, H, W\)"),
-    (lambda: color.rgba_to_rgb(X[:, [0, 0, 0, 0]], torch.ones(4)), ValueError, r"background_color: expected shape \(3,\), got \[4\]"),
-    (lambda: color.rgba_to_rgb(X[:, [0, 0, 0, 0]].byte(), torch.ones(3)), TypeError, "image: expected a floating-point"),
+    (
+        lambda: color.rgba_to_rgb(X[:, [0, 0, 0, 0]], torch.ones(4)),
+        ValueError,
+        r"background_color: expected shape \(3,\), got \[4\]",
+    ),
+    (
+        lambda: color.rgba_to_rgb(X[:, [0, 0, 0, 0]].byte(), torch.ones(3)),
+        TypeError,
+        "image: expected a floating-point",
+    ),
     (lambda: color.rgb_to_rgba(X[:, :2], 1.0), ValueError, "image: expected shape"),
-    (lambda: color.bgr_to_rgba(X, X), ValueError, r"alpha_val: expected shape \(\*, 1, H, W\), got \[1, 3, 4, 4\]"),
+    (
+        lambda: color.bgr_to_rgba(X, X),
+        ValueError,
+        r"alpha_val: expected shape \(\*, 1, H, W\), got \[1, 3, 4, 4\]",
+    ),
     (lambda: color.rgb_to_rgba(X, X[:, :1, :3]), ValueError, r"alpha_val: expected .* got \[1, 1, 3, 4\]"),
     (lambda: color.rgb_to_rgb255(X.int()), TypeError, "image: expected a floating-point"),
     (lambda: color.rgb_to_rgb255(X[0, 0]), ValueError, "image: expected shape"),

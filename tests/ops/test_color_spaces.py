@@ -1,4 +1,5 @@
-"""Colour spaces against OpenCV (float32 and uint8), scikit-image and colorsys: a grid of all colours, and photographs."""
+"""Colour spaces against OpenCV (float32 and uint8), scikit-image and colorsys: a grid of all colours, and
+photographs."""
 
 import colorsys
 import itertools
@@ -18,7 +19,12 @@ from chiasm.primitives.core.target import exporting
 
 LEVELS = np.linspace(0.0, 1.0, 17)
 #: All combinations of 17 levels, greys, primaries, black and white among them, as one image (1, 3, 289, 17).
-GRID = torch.from_numpy(np.array(list(itertools.product(LEVELS, LEVELS, LEVELS)))).reshape(1, 289, 17, 3).permute(0, 3, 1, 2).contiguous()
+GRID = (
+    torch.from_numpy(np.array(list(itertools.product(LEVELS, LEVELS, LEVELS))))
+    .reshape(1, 289, 17, 3)
+    .permute(0, 3, 1, 2)
+    .contiguous()
+)
 DEGREES = np.array([180 / math.pi, 1.0, 1.0], np.float32)
 SCENES = [GRID, *(photo(3, 3, 37, 53, torch.float64)[b : b + 1] for b in range(3))]
 
@@ -44,14 +50,20 @@ FORWARD = [
 
 @pytest.mark.parametrize("scene", SCENES, ids=["grid", "astronaut", "chelsea", "coffee"])
 @pytest.mark.parametrize(("name", "code", "convert", "tolerance"), FORWARD, ids=[f[0] for f in FORWARD])
-def test_forward_equals_opencv(name: str, code: int, convert: Callable, tolerance: tuple[float, ...], scene: Tensor) -> None:
+def test_forward_equals_opencv(
+    name: str, code: int, convert: Callable, tolerance: tuple[float, ...], scene: Tensor
+) -> None:
     x = scene.float()
     actual = convert(pixels(getattr(color, f"rgb_to_{name}")(x)))
     difference = np.abs(actual - cv2.cvtColor(pixels(x), code))
     if name in ("hsv", "hls"):
         difference[..., 0] = np.minimum(difference[..., 0], 360.0 - difference[..., 0])
     if name == "lab" and scene is not GRID:
-        tolerance = (0.2, 0.3, 0.3)  # OpenCV interpolates Lab from a table of 33^3 colours, of which the grid's are some
+        tolerance = (
+            0.2,
+            0.3,
+            0.3,
+        )  # OpenCV interpolates Lab from a table of 33^3 colours, of which the grid's are some
     assert (difference.reshape(-1, 3).max(0) <= tolerance).all(), difference.reshape(-1, 3).max(0)
 
 
@@ -61,7 +73,11 @@ BYTES = [
     ("hls", cv2.COLOR_RGB2HLS, lambda p: p * np.array([90 / math.pi, 255.0, 255.0])),
     ("xyz", cv2.COLOR_RGB2XYZ, lambda p: p * 255.0),
     ("lab", cv2.COLOR_RGB2Lab, lambda p: p * np.array([2.55, 1.0, 1.0]) + np.array([0.0, 128.0, 128.0])),
-    ("luv", cv2.COLOR_RGB2Luv, lambda p: (p + np.array([0.0, 134.0, 140.0])) * np.array([2.55, 255 / 354, 255 / 262])),
+    (
+        "luv",
+        cv2.COLOR_RGB2Luv,
+        lambda p: (p + np.array([0.0, 134.0, 140.0])) * np.array([2.55, 255 / 354, 255 / 262]),
+    ),
     ("ycbcr", cv2.COLOR_RGB2YCrCb, lambda p: p[..., [0, 2, 1]] * 255.0 + np.array([0.0, 0.5, 0.5])),
     ("yuv", cv2.COLOR_RGB2YUV, lambda p: p * 255.0 + np.array([0.0, 128.0, 128.0])),
 ]
@@ -98,7 +114,9 @@ def test_inverse_equals_opencv(name: str, code: int, span: np.ndarray, convert: 
 
 def test_lab_inverse_equals_opencv() -> None:
     lab = color.rgb_to_lab(GRID.float())
-    np.testing.assert_allclose(pixels(color.lab_to_rgb(lab)), cv2.cvtColor(pixels(lab), cv2.COLOR_Lab2RGB), atol=1e-4)
+    np.testing.assert_allclose(
+        pixels(color.lab_to_rgb(lab)), cv2.cvtColor(pixels(lab), cv2.COLOR_Lab2RGB), atol=1e-4
+    )
 
 
 def test_luv_inverse_equals_opencv() -> None:
@@ -110,7 +128,10 @@ def test_luv_inverse_equals_opencv() -> None:
 
 def test_lab_outside_srgb_is_clipped_on_request() -> None:
     lab = GRID * 2 - 1
-    lab = lab * torch.tensor([50.0, 120.0, 120.0])[:, None, None] + torch.tensor([50.0, 0.0, 0.0])[:, None, None]
+    lab = (
+        lab * torch.tensor([50.0, 120.0, 120.0])[:, None, None]
+        + torch.tensor([50.0, 0.0, 0.0])[:, None, None]
+    )
     free = color.lab_to_rgb(lab, clip=False)
     assert free.max() > 1.1 and free.min() < -0.1
     torch.testing.assert_close(color.lab_to_rgb(lab), free.clamp(0, 1))
@@ -130,14 +151,18 @@ SKIMAGE = [
 @pytest.mark.parametrize("scene", SCENES, ids=["grid", "astronaut", "chelsea", "coffee"])
 @pytest.mark.parametrize(("name", "function", "tolerance"), SKIMAGE, ids=[s[0] for s in SKIMAGE])
 def test_equals_skimage(name: str, function: Callable, tolerance: float, scene: Tensor) -> None:
-    np.testing.assert_allclose(pixels(getattr(color, f"rgb_to_{name}")(scene)), function(pixels(scene)), atol=tolerance)
+    np.testing.assert_allclose(
+        pixels(getattr(color, f"rgb_to_{name}")(scene)), function(pixels(scene)), atol=tolerance
+    )
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=["grid", "astronaut", "chelsea", "coffee"])
 def test_linear_light_equals_skimage(scene: Tensor) -> None:
     linear = color.rgb_to_linear_rgb(scene)
     # scikit-image's rgb2xyz linearises and multiplies by the same matrix
-    np.testing.assert_allclose(pixels(color.rgb_to_xyz(linear)), skimage.color.rgb2xyz(pixels(scene)), atol=1e-7)
+    np.testing.assert_allclose(
+        pixels(color.rgb_to_xyz(linear)), skimage.color.rgb2xyz(pixels(scene)), atol=1e-7
+    )
     np.testing.assert_allclose(pixels(color.linear_rgb_to_rgb(linear)), pixels(scene), atol=1e-7)
 
 
@@ -149,9 +174,15 @@ def test_equals_colorsys() -> None:
         h, lightness, s = colorsys.rgb_to_hls(*colour)
         if s == 0:
             h = 0.0
-        assert hls[0].flatten(1)[:, i].tolist() == pytest.approx((2 * math.pi * h, lightness, s), abs=1e-6), colour
-        assert back[0].flatten(1)[:, i].tolist() == pytest.approx(colorsys.hls_to_rgb(*colour), abs=1e-6), colour
-        assert hsv_back[0].flatten(1)[:, i].tolist() == pytest.approx(colorsys.hsv_to_rgb(*colour), abs=1e-6), colour
+        assert hls[0].flatten(1)[:, i].tolist() == pytest.approx((2 * math.pi * h, lightness, s), abs=1e-6), (
+            colour
+        )
+        assert back[0].flatten(1)[:, i].tolist() == pytest.approx(colorsys.hls_to_rgb(*colour), abs=1e-6), (
+            colour
+        )
+        assert hsv_back[0].flatten(1)[:, i].tolist() == pytest.approx(
+            colorsys.hsv_to_rgb(*colour), abs=1e-6
+        ), colour
 
 
 def test_hue_of_any_number_of_turns() -> None:
@@ -173,7 +204,12 @@ SPACES = ["hls", "hsl", "hsv", "lab", "linear_rgb", "luv", "xyz", "ycbcr", "yuv"
 @pytest.mark.parametrize("name", SPACES)
 def test_round_trip(name: str) -> None:
     there, back = getattr(color, f"rgb_to_{name}"), getattr(color, f"{name}_to_rgb")
-    for dtype, tolerance in ((torch.float64, 1e-7), (torch.float32, 3e-5), (torch.float16, 0.1), (torch.bfloat16, 0.5)):
+    for dtype, tolerance in (
+        (torch.float64, 1e-7),
+        (torch.float32, 3e-5),
+        (torch.float16, 0.1),
+        (torch.bfloat16, 0.5),
+    ):
         if name == "ycbcr":  # OpenCV's constants
             tolerance = max(tolerance, 1e-3)
         x = GRID.to(dtype)
@@ -198,7 +234,9 @@ def test_lab_and_luv_of_greys_have_no_chroma() -> None:
     assert color.rgb_to_luv(grey)[:, 1:].abs().max() < 1e-9  # eps
 
 
-@pytest.mark.parametrize("name", [*(f"rgb_to_{s}" for s in SPACES), "xyz_to_rgb", "yuv_to_rgb", "rgb_to_y", "bgr_to_grayscale"])
+@pytest.mark.parametrize(
+    "name", [*(f"rgb_to_{s}" for s in SPACES), "xyz_to_rgb", "yuv_to_rgb", "rgb_to_y", "bgr_to_grayscale"]
+)
 def test_form_for_onnx_equals_eager_in_float32(name: str) -> None:
     """Its convolution is for float32 only, which the tests of every op, in float64, do not see."""
     function, x = getattr(color, name), photo(2, 3, 19, 22)
@@ -207,19 +245,32 @@ def test_form_for_onnx_equals_eager_in_float32(name: str) -> None:
         assert function(x[0]).shape == function(x)[0].shape
 
 
-@pytest.mark.parametrize("name", [f"rgb_to_{s}" for s in SPACES] + [f"{s}_to_rgb" for s in SPACES] + ["rgb_to_y", "bgr_to_grayscale"])
+@pytest.mark.parametrize(
+    "name",
+    [f"rgb_to_{s}" for s in SPACES] + [f"{s}_to_rgb" for s in SPACES] + ["rgb_to_y", "bgr_to_grayscale"],
+)
 def test_any_leading_shape(name: str) -> None:
     function, x = getattr(color, name), photo(2, 3, 5, 7, torch.float64)
     torch.testing.assert_close(function(x[0]), function(x)[0])
     torch.testing.assert_close(function(x[None]), function(x)[None])
 
 
-@pytest.mark.parametrize("name", [f"rgb_to_{s}" for s in SPACES] + [f"{s}_to_rgb" for s in SPACES] + ["rgb_to_y", "bgr_to_grayscale"])
-@pytest.mark.parametrize(("value", "error", "message"), [
-    (torch.zeros(2, 4, 4), ValueError, r"image: expected shape \(\*, 3, H, W\), got \[2, 4, 4\]"),
-    (torch.zeros(3, 4), ValueError, "image: expected shape"),
-    (torch.zeros(1, 3, 4, 4, dtype=torch.uint8), TypeError, "image: expected a floating-point tensor, got dtype torch.uint8"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    [f"rgb_to_{s}" for s in SPACES] + [f"{s}_to_rgb" for s in SPACES] + ["rgb_to_y", "bgr_to_grayscale"],
+)
+@pytest.mark.parametrize(
+    ("value", "error", "message"),
+    [
+        (torch.zeros(2, 4, 4), ValueError, r"image: expected shape \(\*, 3, H, W\), got \[2, 4, 4\]"),
+        (torch.zeros(3, 4), ValueError, "image: expected shape"),
+        (
+            torch.zeros(1, 3, 4, 4, dtype=torch.uint8),
+            TypeError,
+            "image: expected a floating-point tensor, got dtype torch.uint8",
+        ),
+    ],
+)
 def test_message(name: str, value: Tensor, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         getattr(color, name)(value)

@@ -16,7 +16,11 @@ every_map = pytest.mark.parametrize("name", colormap_names())
 
 def opencv(levels: np.ndarray, name: str) -> np.ndarray:
     """(3, H, W) RGB in [0, 255]."""
-    return cv2.applyColorMap(levels, getattr(cv2, f"COLORMAP_{name.upper()}"))[..., ::-1].transpose(2, 0, 1).astype(np.float64)
+    return (
+        cv2.applyColorMap(levels, getattr(cv2, f"COLORMAP_{name.upper()}"))[..., ::-1]
+        .transpose(2, 0, 1)
+        .astype(np.float64)
+    )
 
 
 @every_map
@@ -32,7 +36,12 @@ def test_bytes_equal_opencv(name: str) -> None:
 @every_map
 def test_values_are_interpolated(name: str) -> None:
     table = opencv(np.arange(256, dtype=np.uint8)[None], name)[:, 0]
-    x = torch.cat([photo(1, 1, 19, 23, torch.float64).flatten() * 1.2 - 0.1, torch.linspace(0, 1, 1021, dtype=torch.float64)])
+    x = torch.cat(
+        [
+            photo(1, 1, 19, 23, torch.float64).flatten() * 1.2 - 0.1,
+            torch.linspace(0, 1, 1021, dtype=torch.float64),
+        ]
+    )
     expected = np.stack([np.interp(x.numpy() * 255, np.arange(256), channel) for channel in table]) / 255
     np.testing.assert_allclose(apply_colormap(x.reshape(1, 1, 1, -1), name)[0, :, 0], expected, atol=1e-12)
 
@@ -54,8 +63,16 @@ def test_scripted_equals_eager_for_every_map() -> None:
 X = torch.zeros(1, 1, 4, 4)
 WRONG = [
     (lambda: apply_colormap(X, "grey"), ValueError, "colormap: expected one of .*'viridis'.*, got 'grey'"),
-    (lambda: apply_colormap(X.expand(1, 3, 4, 4), "jet"), ValueError, r"input_tensor: expected shape \(\*, 1, H, W\), got \[1, 3, 4, 4\]"),
-    (lambda: apply_colormap(X.int(), "jet"), TypeError, "input_tensor: expected a floating-point or uint8 tensor, got dtype torch.int32"),
+    (
+        lambda: apply_colormap(X.expand(1, 3, 4, 4), "jet"),
+        ValueError,
+        r"input_tensor: expected shape \(\*, 1, H, W\), got \[1, 3, 4, 4\]",
+    ),
+    (
+        lambda: apply_colormap(X.int(), "jet"),
+        TypeError,
+        "input_tensor: expected a floating-point or uint8 tensor, got dtype torch.int32",
+    ),
 ]
 
 

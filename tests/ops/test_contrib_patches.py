@@ -7,7 +7,12 @@ from photos import photo
 from torch import Tensor
 from torch.autograd import gradcheck
 
-from chiasm.contrib import CombineTensorPatches, ExtractTensorPatches, combine_tensor_patches, extract_tensor_patches
+from chiasm.contrib import (
+    CombineTensorPatches,
+    ExtractTensorPatches,
+    combine_tensor_patches,
+    extract_tensor_patches,
+)
 
 X = torch.zeros(2, 3, 8, 9)
 LAYOUTS = [
@@ -35,11 +40,15 @@ def margins(padding: object) -> tuple[tuple[int, int], tuple[int, int]]:
 def windows(x: np.ndarray, window: object, stride: object, padding: object) -> np.ndarray:
     """(B, N, C, rows, columns)"""
     padded = np.pad(x, ((0, 0), (0, 0), *margins(padding)))
-    view = np.lib.stride_tricks.sliding_window_view(padded, pair(window), (2, 3))[:, :, :: pair(stride)[0], :: pair(stride)[1]]
+    view = np.lib.stride_tricks.sliding_window_view(padded, pair(window), (2, 3))[
+        :, :, :: pair(stride)[0], :: pair(stride)[1]
+    ]
     return view.transpose(0, 2, 3, 1, 4, 5).reshape(x.shape[0], -1, x.shape[1], *pair(window))
 
 
-def put_together(patches: np.ndarray, size: tuple[int, int], window: object, stride: object, padding: object) -> np.ndarray:
+def put_together(
+    patches: np.ndarray, size: tuple[int, int], window: object, stride: object, padding: object
+) -> np.ndarray:
     (top, bottom), (left, right) = margins(padding)
     total = np.zeros((*patches.shape[:1], patches.shape[2], size[0] + top + bottom, size[1] + left + right))
     count = np.zeros(total.shape)
@@ -58,29 +67,51 @@ def put_together(patches: np.ndarray, size: tuple[int, int], window: object, str
 @pytest.mark.parametrize("shape", [(1, 1, 9, 11), (3, 5, 23, 17), (2, 3, 14, 30)])
 def test_windows_equal_numpy(shape: tuple[int, ...], window: object, stride: object, padding: object) -> None:
     x = photo(*shape, torch.float64) + 0.1
-    np.testing.assert_array_equal(extract_tensor_patches(x, window, stride, padding), windows(x.numpy(), window, stride, padding))
+    np.testing.assert_array_equal(
+        extract_tensor_patches(x, window, stride, padding), windows(x.numpy(), window, stride, padding)
+    )
 
 
 @pytest.mark.parametrize(("window", "stride", "padding"), LAYOUTS)
 @pytest.mark.parametrize("shape", [(1, 1, 9, 11), (3, 5, 23, 17)])
-def test_together_equals_a_loop(shape: tuple[int, ...], window: object, stride: object, padding: object) -> None:
+def test_together_equals_a_loop(
+    shape: tuple[int, ...], window: object, stride: object, padding: object
+) -> None:
     x = photo(*shape, torch.float64)
     patches = extract_tensor_patches(x, window, stride, padding)
-    patches = patches + torch.rand(patches.shape, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    patches = patches + torch.rand(
+        patches.shape, generator=torch.Generator().manual_seed(0), dtype=torch.float64
+    )
     actual = combine_tensor_patches(patches, shape[2:], window, stride, unpadding=padding)
-    np.testing.assert_allclose(actual, put_together(patches.numpy(), shape[2:], window, stride, padding), rtol=1e-13)
+    np.testing.assert_allclose(
+        actual, put_together(patches.numpy(), shape[2:], window, stride, padding), rtol=1e-13
+    )
 
 
 @pytest.mark.parametrize(("window", "stride", "padding"), LAYOUTS)
 @pytest.mark.parametrize("shape", [(1, 1, 9, 11), (3, 5, 23, 17)])
-def test_fitted_windows_go_there_and_back(shape: tuple[int, ...], window: object, stride: object, padding: object) -> None:
+def test_fitted_windows_go_there_and_back(
+    shape: tuple[int, ...], window: object, stride: object, padding: object
+) -> None:
     x = photo(*shape, torch.float64)
     patches = extract_tensor_patches(x, window, stride, padding, allow_auto_padding=True)
     (top, bottom), (left, right) = margins(padding)
-    extra = [-(size - w) % s for size, w, s in zip((shape[2] + top + bottom, shape[3] + left + right), pair(window), pair(stride), strict=True)]
-    padding = (top + extra[0] // 2, bottom + (extra[0] + 1) // 2, left + extra[1] // 2, right + (extra[1] + 1) // 2)
+    extra = [
+        -(size - w) % s
+        for size, w, s in zip(
+            (shape[2] + top + bottom, shape[3] + left + right), pair(window), pair(stride), strict=True
+        )
+    ]
+    padding = (
+        top + extra[0] // 2,
+        bottom + (extra[0] + 1) // 2,
+        left + extra[1] // 2,
+        right + (extra[1] + 1) // 2,
+    )
     np.testing.assert_array_equal(patches, windows(x.numpy(), window, stride, padding))
-    back = combine_tensor_patches(patches, shape[2:], window, stride, allow_auto_unpadding=True, unpadding=(top, bottom, left, right))
+    back = combine_tensor_patches(
+        patches, shape[2:], window, stride, allow_auto_unpadding=True, unpadding=(top, bottom, left, right)
+    )
     if all(s <= w for s, w in zip(pair(stride), pair(window), strict=True)):
         np.testing.assert_allclose(back, x, rtol=1e-14)
 
@@ -97,7 +128,10 @@ def test_gradients() -> None:
     x = photo(1, 2, 7, 6, torch.float64).requires_grad_(True)
     assert gradcheck(lambda v: extract_tensor_patches(v, (3, 2), (2, 3), (1, 0, 0, 2), True), x)
     patches = torch.rand(1, 12, 2, 3, 2, dtype=torch.float64, requires_grad=True)
-    assert gradcheck(lambda v: combine_tensor_patches(v, (7, 6), (3, 2), (2, 1), False, (1, 0), 0.5)[..., :5], torch.cat([patches] * 2, 1)[:, :20])
+    assert gradcheck(
+        lambda v: combine_tensor_patches(v, (7, 6), (3, 2), (2, 1), False, (1, 0), 0.5)[..., :5],
+        torch.cat([patches] * 2, 1)[:, :20],
+    )
 
 
 @pytest.mark.parametrize("padding", [1, (1, 2), (1, 0, 2, 3)])
@@ -115,18 +149,62 @@ def patched(count: int = 12) -> Tensor:
 WRONG = [
     (lambda: extract_tensor_patches(X[0], 2), ValueError, r"input: expected shape \(B, C, H, W\)"),
     (lambda: extract_tensor_patches(X.int(), 2), TypeError, "input: expected a floating-point"),
-    (lambda: extract_tensor_patches(X, (0, 2)), ValueError, r"window_size: expected positive sizes, got \(0, 2\)"),
+    (
+        lambda: extract_tensor_patches(X, (0, 2)),
+        ValueError,
+        r"window_size: expected positive sizes, got \(0, 2\)",
+    ),
     (lambda: extract_tensor_patches(X, 2, 0), ValueError, r"stride: expected positive sizes, got \(0, 0\)"),
-    (lambda: extract_tensor_patches(X, 2, 1, (0, -1)), ValueError, r"padding: expected no negative number, got \(0, 0, -1, -1\)"),
-    (lambda: extract_tensor_patches(X, (11, 2), 1, (1, 0)), ValueError, r"window_size: expected one within the padded input .*, got \(11, 2\)"),
-    (lambda: combine_tensor_patches(patched()[0], 8, 2, 2), ValueError, r"patches: expected shape \(B, N, C, rows, columns\)"),
-    (lambda: combine_tensor_patches(patched().int(), 8, 2, 2), TypeError, "patches: expected a floating-point"),
-    (lambda: combine_tensor_patches(patched(), (8, 9), (2, 3), (0, 1)), ValueError, r"stride: expected positive"),
-    (lambda: combine_tensor_patches(patched(), (0, 9), (2, 3), 1), ValueError, r"original_size: expected positive"),
-    (lambda: combine_tensor_patches(patched(), (1, 9), (2, 3), 1), ValueError, r"window_size: expected one within .* of \(1, 9\), got \(2, 3\)"),
-    (lambda: combine_tensor_patches(patched(11), (8, 9), (2, 3), (2, 3)), ValueError, r"patches: .*\(B, 12, C, 2, 3\), got \[2, 11, 3, 2, 3\]"),
-    (lambda: combine_tensor_patches(patched(12), (8, 9), (2, 2), 2), ValueError, r"patches: expected shape \(B, 16, C, 2, 2\)"),
-    (lambda: combine_tensor_patches(patched(), (8, 9), (2, 3), (2, 3), False, -1), ValueError, "unpadding: expected no negative number"),
+    (
+        lambda: extract_tensor_patches(X, 2, 1, (0, -1)),
+        ValueError,
+        r"padding: expected no negative number, got \(0, 0, -1, -1\)",
+    ),
+    (
+        lambda: extract_tensor_patches(X, (11, 2), 1, (1, 0)),
+        ValueError,
+        r"window_size: expected one within the padded input .*, got \(11, 2\)",
+    ),
+    (
+        lambda: combine_tensor_patches(patched()[0], 8, 2, 2),
+        ValueError,
+        r"patches: expected shape \(B, N, C, rows, columns\)",
+    ),
+    (
+        lambda: combine_tensor_patches(patched().int(), 8, 2, 2),
+        TypeError,
+        "patches: expected a floating-point",
+    ),
+    (
+        lambda: combine_tensor_patches(patched(), (8, 9), (2, 3), (0, 1)),
+        ValueError,
+        r"stride: expected positive",
+    ),
+    (
+        lambda: combine_tensor_patches(patched(), (0, 9), (2, 3), 1),
+        ValueError,
+        r"original_size: expected positive",
+    ),
+    (
+        lambda: combine_tensor_patches(patched(), (1, 9), (2, 3), 1),
+        ValueError,
+        r"window_size: expected one within .* of \(1, 9\), got \(2, 3\)",
+    ),
+    (
+        lambda: combine_tensor_patches(patched(11), (8, 9), (2, 3), (2, 3)),
+        ValueError,
+        r"patches: .*\(B, 12, C, 2, 3\), got \[2, 11, 3, 2, 3\]",
+    ),
+    (
+        lambda: combine_tensor_patches(patched(12), (8, 9), (2, 2), 2),
+        ValueError,
+        r"patches: expected shape \(B, 16, C, 2, 2\)",
+    ),
+    (
+        lambda: combine_tensor_patches(patched(), (8, 9), (2, 3), (2, 3), False, -1),
+        ValueError,
+        "unpadding: expected no negative number",
+    ),
 ]
 
 

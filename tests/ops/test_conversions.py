@@ -21,7 +21,7 @@ def close(actual: Tensor, expected: object, tolerance: float = 1e-12) -> None:
     np.testing.assert_allclose(actual.detach().numpy(), expected, rtol=tolerance, atol=tolerance)
 
 
-# --- angles ------------------------------------------------------------------------------------------------------------
+# --- angles -------------------------------------------------------------------------------------------------
 
 
 def test_degrees_and_radians() -> None:
@@ -33,7 +33,11 @@ def test_degrees_and_radians() -> None:
 def test_angle_to_rotation_matrix() -> None:
     """It turns the other way than the usual one, whose y points up."""
     angle = 100.0 * tensor(2, 3)
-    usual = Rotation.from_rotvec(np.deg2rad(angle.numpy().reshape(-1, 1)) * [0.0, 0.0, 1.0]).as_matrix()[:, :2, :2].reshape(2, 3, 2, 2)
+    usual = (
+        Rotation.from_rotvec(np.deg2rad(angle.numpy().reshape(-1, 1)) * [0.0, 0.0, 1.0])
+        .as_matrix()[:, :2, :2]
+        .reshape(2, 3, 2, 2)
+    )
     close(c.angle_to_rotation_matrix(angle), usual.swapaxes(-1, -2))
 
 
@@ -56,7 +60,7 @@ def test_polar_gradient_at_the_origin_is_zero(dtype: torch.dtype) -> None:
     assert x.grad.tolist() == [0.0, 0.0, 0.0]
 
 
-# --- homogeneous coordinates -------------------------------------------------------------------------------------------
+# --- homogeneous coordinates --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("shape", [(3,), (5, 2), (2, 4, 3), (2, 3, 4, 5)])
@@ -77,11 +81,16 @@ def test_points_at_infinity_stay() -> None:
 
 def test_affine_matrices() -> None:
     a, b = tensor(4, 2, 3), tensor(4, 3, 4)
-    close(c.convert_affinematrix_to_homography(a), np.concatenate([a, np.tile([0.0, 0.0, 1.0], (4, 1, 1))], 1))
-    close(c.convert_affinematrix_to_homography3d(b), np.concatenate([b, np.tile([0.0, 0.0, 0.0, 1.0], (4, 1, 1))], 1))
+    close(
+        c.convert_affinematrix_to_homography(a), np.concatenate([a, np.tile([0.0, 0.0, 1.0], (4, 1, 1))], 1)
+    )
+    close(
+        c.convert_affinematrix_to_homography3d(b),
+        np.concatenate([b, np.tile([0.0, 0.0, 0.0, 1.0], (4, 1, 1))], 1),
+    )
 
 
-# --- pixels ------------------------------------------------------------------------------------------------------------
+# --- pixels -------------------------------------------------------------------------------------------------
 
 
 def pixel_matrix(sizes: tuple[int, ...], align_corners: bool = True) -> np.ndarray:
@@ -130,7 +139,9 @@ def test_corners_are_exactly_one() -> None:
 
 
 def test_points_with_intrinsics() -> None:
-    k = torch.tensor([[500.0, 0.0, 320.0], [0.0, 400.0, 240.0], [0.0, 0.0, 1.0]], dtype=torch.float64) * (1.0 + 0.1 * tensor(2, 3, 3).abs())
+    k = torch.tensor([[500.0, 0.0, 320.0], [0.0, 400.0, 240.0], [0.0, 0.0, 1.0]], dtype=torch.float64) * (
+        1.0 + 0.1 * tensor(2, 3, 3).abs()
+    )
     k[:, 2] = torch.tensor([0.0, 0.0, 1.0])
     points = 100.0 * tensor(2, 5, 2)
     rays = np.stack([np.linalg.solve(k[b].numpy(), np.c_[points[b], np.ones(5)].T).T for b in range(2)])
@@ -140,7 +151,7 @@ def test_points_with_intrinsics() -> None:
     close(c.normalize_points_with_intrinsics(points[:, 0], k), rays[:, 0, :2])
 
 
-# --- homographies ------------------------------------------------------------------------------------------------------
+# --- homographies -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("align_corners", [True, False])
@@ -161,8 +172,12 @@ def test_homographies3d() -> None:
 
 def test_what_takes_no_tensor_scripts() -> None:
     made = torch.jit.script(c.normal_transform_pixel)(7, 12, dtype=torch.float64, align_corners=False)
-    torch.testing.assert_close(made, c.normal_transform_pixel(7, 12, dtype=torch.float64, align_corners=False))
-    torch.testing.assert_close(torch.jit.script(c.normal_transform_pixel3d)(5, 7, 12), c.normal_transform_pixel3d(5, 7, 12))
+    torch.testing.assert_close(
+        made, c.normal_transform_pixel(7, 12, dtype=torch.float64, align_corners=False)
+    )
+    torch.testing.assert_close(
+        torch.jit.script(c.normal_transform_pixel3d)(5, 7, 12), c.normal_transform_pixel3d(5, 7, 12)
+    )
 
 
 def test_symbolic_sizes_stay_symbolic() -> None:
@@ -171,16 +186,23 @@ def test_symbolic_sizes_stay_symbolic() -> None:
     class Op(torch.nn.Module):
         def forward(self, image: Tensor, m: Tensor) -> Tensor:
             size = (image.size(0), image.size(1))
-            return c.normalize_homography(m, size, size) + c.normal_transform_pixel(size[0], size[1], align_corners=False)
+            return c.normalize_homography(m, size, size) + c.normal_transform_pixel(
+                size[0], size[1], align_corners=False
+            )
 
-    dims = {"image": {0: torch.export.Dim("H", min=1, max=999), 1: torch.export.Dim("W", min=1, max=999)}, "m": None}
-    exported = torch.export.export(Op(), (torch.zeros(7, 5), torch.ones(1, 3, 3)), dynamic_shapes=dims).module()
+    dims = {
+        "image": {0: torch.export.Dim("H", min=1, max=999), 1: torch.export.Dim("W", min=1, max=999)},
+        "m": None,
+    }
+    exported = torch.export.export(
+        Op(), (torch.zeros(7, 5), torch.ones(1, 3, 3)), dynamic_shapes=dims
+    ).module()
     m = tensor(1, 3, 3).float()
     for shape in ((7, 5), (20, 3), (1, 1), (1, 30)):
         torch.testing.assert_close(exported(torch.zeros(shape), m), Op()(torch.zeros(shape), m))
 
 
-# --- poses -------------------------------------------------------------------------------------------------------------
+# --- poses --------------------------------------------------------------------------------------------------
 
 
 def poses(n: int = 6) -> tuple[Tensor, Tensor, np.ndarray]:
@@ -234,20 +256,52 @@ def test_arkit_and_colmap() -> None:
     close(back, t)
 
 
-# --- errors ------------------------------------------------------------------------------------------------------------
+# --- errors -------------------------------------------------------------------------------------------------
 
 WRONG = [
     (lambda: c.deg2rad(torch.zeros(3).int()), TypeError, "tensor: expected a floating-point"),
     (lambda: c.cart2pol(torch.zeros(3), torch.zeros(3).int()), TypeError, "y: expected a floating-point"),
-    (lambda: c.convert_points_from_homogeneous(torch.zeros(3, 1)), ValueError, r"points: expected shape \(\*, D \+ 1\), got \[3, 1\]"),
-    (lambda: c.convert_affinematrix_to_homography(torch.zeros(2, 3)), ValueError, r"A: expected shape \(B, 2, 3\), got 2 dim"),
-    (lambda: c.convert_affinematrix_to_homography3d(torch.zeros(1, 2, 3)), ValueError, r"A: expected shape \(\*, 3, 4\), got \[1, 2, 3\]"),
+    (
+        lambda: c.convert_points_from_homogeneous(torch.zeros(3, 1)),
+        ValueError,
+        r"points: expected shape \(\*, D \+ 1\), got \[3, 1\]",
+    ),
+    (
+        lambda: c.convert_affinematrix_to_homography(torch.zeros(2, 3)),
+        ValueError,
+        r"A: expected shape \(B, 2, 3\), got 2 dim",
+    ),
+    (
+        lambda: c.convert_affinematrix_to_homography3d(torch.zeros(1, 2, 3)),
+        ValueError,
+        r"A: expected shape \(\*, 3, 4\), got \[1, 2, 3\]",
+    ),
     (lambda: c.normal_transform_pixel(0, 3), ValueError, r"sizes: expected positive numbers, got \[3, 0\]"),
-    (lambda: c.normalize_pixel_coordinates(torch.zeros(3), 4, 4), ValueError, r"pixel_coordinates: expected shape \(\*, 2\)"),
-    (lambda: c.normalize_points_with_intrinsics(torch.zeros(2), torch.zeros(2, 2)), ValueError, "camera_matrix: expected shape"),
-    (lambda: c.normalize_homography(torch.zeros(3, 3), (4, 4), (4, 4)), ValueError, r"dst_pix_trans_src_pix: expected shape \(B, 3, 3\)"),
-    (lambda: c.normalize_homography3d(torch.zeros(1, 3, 3), (4, 4, 4), (4, 4, 4)), ValueError, "dst_pix_trans_src_pix: expected shape"),
-    (lambda: c.Rt_to_matrix4x4(torch.eye(3), torch.zeros(3)), ValueError, r"t: expected shape \(\*, 3, 1\), got \[3\]"),
+    (
+        lambda: c.normalize_pixel_coordinates(torch.zeros(3), 4, 4),
+        ValueError,
+        r"pixel_coordinates: expected shape \(\*, 2\)",
+    ),
+    (
+        lambda: c.normalize_points_with_intrinsics(torch.zeros(2), torch.zeros(2, 2)),
+        ValueError,
+        "camera_matrix: expected shape",
+    ),
+    (
+        lambda: c.normalize_homography(torch.zeros(3, 3), (4, 4), (4, 4)),
+        ValueError,
+        r"dst_pix_trans_src_pix: expected shape \(B, 3, 3\)",
+    ),
+    (
+        lambda: c.normalize_homography3d(torch.zeros(1, 3, 3), (4, 4, 4), (4, 4, 4)),
+        ValueError,
+        "dst_pix_trans_src_pix: expected shape",
+    ),
+    (
+        lambda: c.Rt_to_matrix4x4(torch.eye(3), torch.zeros(3)),
+        ValueError,
+        r"t: expected shape \(\*, 3, 1\), got \[3\]",
+    ),
     (lambda: c.matrix4x4_to_Rt(torch.eye(3)), ValueError, "extrinsics: expected shape"),
     (lambda: c.euler_from_quaternion(*[torch.zeros(1).int()] * 4), TypeError, "w: expected a floating-point"),
     (lambda: c.quaternion_exp_to_log(torch.zeros(3)), ValueError, r"quaternion: expected shape \(\*, 4\)"),

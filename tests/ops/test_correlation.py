@@ -35,7 +35,9 @@ def random(*shape: int) -> Tensor:
 
 def volume(dtype: torch.dtype = torch.float64) -> Tensor:
     """Two volumes of two channels, whose slices are neighbouring crops of photographs: (2, 2, 5, 9, 12)."""
-    return torch.stack([photo(2, 2, 13, 15, dtype)[:, :, i : i + 9, i // 2 : i // 2 + 12] for i in range(5)], 2)
+    return torch.stack(
+        [photo(2, 2, 13, 15, dtype)[:, :, i : i + 9, i // 2 : i // 2 + 12] for i in range(5)], 2
+    )
 
 
 @pytest.mark.parametrize("border", CV_BORDER)
@@ -45,7 +47,9 @@ def test_filter2d_equals_opencv(shape: tuple[int, ...], border: str, size: tuple
     x, kernel = photo(*shape), random(*size).float()
     actual = filter2d(x, kernel, border)
     for b in range(shape[0]):
-        expected = np.stack([cv2.filter2D(p.numpy(), -1, kernel.numpy(), borderType=CV_BORDER[border]) for p in x[b]])
+        expected = np.stack(
+            [cv2.filter2D(p.numpy(), -1, kernel.numpy(), borderType=CV_BORDER[border]) for p in x[b]]
+        )
         np.testing.assert_allclose(actual[b], expected, atol=3e-6)
 
 
@@ -58,7 +62,9 @@ def test_a_kernel_per_sample_equals_scipy(border: str, size: tuple[int, int]) ->
     origin = [(size[0] - 1) // 2 - size[0] // 2, (size[1] - 1) // 2 - size[1] // 2]
     for b in range(3):
         for name, kernel in (("corr", kernels[b].numpy()), ("conv", kernels[b].numpy()[::-1, ::-1])):
-            expected = np.stack([ndi.correlate(p.numpy(), kernel, mode=SCIPY_MODE[border], origin=origin) for p in x[b]])
+            expected = np.stack(
+                [ndi.correlate(p.numpy(), kernel, mode=SCIPY_MODE[border], origin=origin) for p in x[b]]
+            )
             np.testing.assert_allclose(actual[name][b], expected, atol=1e-12)
 
 
@@ -96,8 +102,12 @@ def test_separable_per_sample_and_even_equals_scipy(padding: str) -> None:
         taps = [kernel_y[0].numpy(), kernel_x[b].numpy()]
         for plane, result in zip(x[b].numpy(), actual[b].numpy(), strict=True):
             expected = ndi.correlate1d(plane, taps[0] / np.abs(taps[0]).sum(), axis=0, mode="wrap")
-            expected = ndi.correlate1d(expected, taps[1] / np.abs(taps[1]).sum(), axis=1, mode="wrap", origin=-1)
-            np.testing.assert_allclose(result, expected if padding == "same" else expected[1:-1, 1:-2], atol=1e-12)
+            expected = ndi.correlate1d(
+                expected, taps[1] / np.abs(taps[1]).sum(), axis=1, mode="wrap", origin=-1
+            )
+            np.testing.assert_allclose(
+                result, expected if padding == "same" else expected[1:-1, 1:-2], atol=1e-12
+            )
 
 
 @pytest.mark.parametrize("border", SCIPY_MODE)
@@ -108,10 +118,14 @@ def test_3d_equals_scipy(border: str, size: tuple[int, int, int]) -> None:
     correlated, convolved = correlate3d(x, kernels, border), convolve3d(x, kernels, border, normalized=True)
     for b in range(2):
         kernel = kernels[b].numpy()
-        expected = np.stack([ndi.correlate(p, kernel, mode=SCIPY_MODE[border], origin=origin) for p in x[b].numpy()])
+        expected = np.stack(
+            [ndi.correlate(p, kernel, mode=SCIPY_MODE[border], origin=origin) for p in x[b].numpy()]
+        )
         np.testing.assert_allclose(correlated[b], expected, atol=1e-12)
         kernel = kernel[::-1, ::-1, ::-1] / np.abs(kernel).sum()
-        expected = np.stack([ndi.correlate(p, kernel, mode=SCIPY_MODE[border], origin=origin) for p in x[b].numpy()])
+        expected = np.stack(
+            [ndi.correlate(p, kernel, mode=SCIPY_MODE[border], origin=origin) for p in x[b].numpy()]
+        )
         np.testing.assert_allclose(convolved[b], expected, atol=1e-12)
 
 
@@ -129,7 +143,9 @@ def test_target_forms_in_every_border(border: str, target: str) -> None:
     kernels = [random(3, 5), random(2, 4, 3), random(3, 3, 3), random(2, 2, 3, 4)]
 
     def results() -> list[Tensor]:
-        planes = [filter2d(x, k, border) for k in kernels[:2]] + [filter2d_separable(x, random(4), random(3), border)]
+        planes = [filter2d(x, k, border) for k in kernels[:2]] + [
+            filter2d_separable(x, random(4), random(3), border)
+        ]
         sums = [box_sums(x, size, size, border, 0.5, -2.0) for size in (2, 3, 5, 6)]
         return planes + sums + [filter3d(v, k, border) for k in kernels[2:]]
 
@@ -158,14 +174,34 @@ WRONG = [
     (lambda: filter2d(X[0], torch.ones(3, 3)), ValueError, r"input: expected shape \(B, C, H, W\)"),
     (lambda: filter2d(X.int(), torch.ones(3, 3)), TypeError, "input: expected a floating-point"),
     (lambda: filter2d(X, torch.ones(3, 3).int()), TypeError, "kernel: expected a floating-point"),
-    (lambda: filter2d(X, torch.ones(3)), ValueError, r"kernel: expected shape \(kH, kW\) or \(B, kH, kW\), got \[3\]"),
-    (lambda: filter2d(X, torch.ones(3, 3, 3)), ValueError, r"kernel: expected a first dimension of 1 or input's 2, got \[3, 3, 3\]"),
+    (
+        lambda: filter2d(X, torch.ones(3)),
+        ValueError,
+        r"kernel: expected shape \(kH, kW\) or \(B, kH, kW\), got \[3\]",
+    ),
+    (
+        lambda: filter2d(X, torch.ones(3, 3, 3)),
+        ValueError,
+        r"kernel: expected a first dimension of 1 or input's 2, got \[3, 3, 3\]",
+    ),
     (lambda: filter2d(X, torch.ones(3, 3), "mirror"), ValueError, "border_type: expected one of .*'mirror'"),
     (lambda: filter2d(X, torch.ones(3, 3), padding="full"), ValueError, "padding: expected one of .*'full'"),
     (lambda: filter2d(X, torch.ones(3, 3), behaviour="x"), ValueError, "behaviour: expected one of .*'x'"),
-    (lambda: filter2d_separable(X, torch.ones(3, 1), torch.ones(3)), ValueError, "kernel_x: expected a first dimension"),
-    (lambda: filter2d_separable(X, torch.ones(3), torch.ones(1, 1, 3)), ValueError, "kernel_y: expected shape"),
-    (lambda: filter2d_separable(X, torch.ones(3), torch.ones(3), padding=""), ValueError, "padding: expected one of"),
+    (
+        lambda: filter2d_separable(X, torch.ones(3, 1), torch.ones(3)),
+        ValueError,
+        "kernel_x: expected a first dimension",
+    ),
+    (
+        lambda: filter2d_separable(X, torch.ones(3), torch.ones(1, 1, 3)),
+        ValueError,
+        "kernel_y: expected shape",
+    ),
+    (
+        lambda: filter2d_separable(X, torch.ones(3), torch.ones(3), padding=""),
+        ValueError,
+        "padding: expected one of",
+    ),
     (lambda: filter3d(X, torch.ones(3, 3, 3)), ValueError, r"input: expected shape \(B, C, D, H, W\)"),
     (lambda: filter3d(V.int(), torch.ones(3, 3, 3)), TypeError, "input: expected a floating-point"),
     (lambda: filter3d(V, torch.ones(3, 3)), ValueError, "kernel: expected shape"),

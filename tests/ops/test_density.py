@@ -31,7 +31,9 @@ def test_histogram_equals_scipy() -> None:
     for b in range(2):
         values = x[b].numpy()
         expected = gaussian_kde(values, 0.07 / values.std(ddof=1))(CENTRES.numpy())
-        np.testing.assert_allclose(enhance.histogram(x, CENTRES, BANDWIDTH[None])[b], expected / expected.sum(), atol=1e-8)
+        np.testing.assert_allclose(
+            enhance.histogram(x, CENTRES, BANDWIDTH[None])[b], expected / expected.sum(), atol=1e-8
+        )
 
 
 def test_joint_histogram_by_definition() -> None:
@@ -83,12 +85,28 @@ WRONG = [
     (lambda: enhance.histogram(V.int(), CENTRES, ONE), TypeError, "x: expected a floating-point tensor"),
     (lambda: enhance.histogram(X, CENTRES, ONE), ValueError, r"x: expected shape \(B, N\)"),
     (lambda: enhance.histogram(V, V, ONE), ValueError, r"bins: expected shape \(K,\)"),
-    (lambda: enhance.histogram(V, CENTRES, torch.ones(2)), ValueError, r"bandwidth: expected a scalar tensor or \(1,\), got \[2\]"),
-    (lambda: enhance.histogram2d(V, V[:, 1:], CENTRES, ONE), ValueError, r"x2: expected x1's shape \[2, 9\], got \[2, 8\]"),
+    (
+        lambda: enhance.histogram(V, CENTRES, torch.ones(2)),
+        ValueError,
+        r"bandwidth: expected a scalar tensor or \(1,\), got \[2\]",
+    ),
+    (
+        lambda: enhance.histogram2d(V, V[:, 1:], CENTRES, ONE),
+        ValueError,
+        r"x2: expected x1's shape \[2, 9\], got \[2, 8\]",
+    ),
     (lambda: enhance.image_histogram2d(V[0]), ValueError, r"image: expected shape \(\*, H, W\)"),
     (lambda: enhance.image_histogram2d(X, n_bins=0), ValueError, "n_bins: expected a positive number, got 0"),
-    (lambda: enhance.image_histogram2d(X, bandwidth=0.0), ValueError, "bandwidth: expected a positive number, got 0.0"),
-    (lambda: enhance.image_histogram2d(X, n_bins=4, centers=CENTRES), ValueError, r"centers: expected shape \(4,\), got \[12\]"),
+    (
+        lambda: enhance.image_histogram2d(X, bandwidth=0.0),
+        ValueError,
+        "bandwidth: expected a positive number, got 0.0",
+    ),
+    (
+        lambda: enhance.image_histogram2d(X, n_bins=4, centers=CENTRES),
+        ValueError,
+        r"centers: expected shape \(4,\), got \[12\]",
+    ),
     (lambda: enhance.image_histogram2d(X, kernel="cosine"), ValueError, "kernel: expected one of .*'cosine'"),
 ]
 

@@ -1,4 +1,5 @@
-"""Connected components and distance transforms against SciPy and OpenCV, on photographs and on hard shapes."""
+"""Connected components and distance transforms against SciPy and OpenCV, on photographs and on hard
+shapes."""
 
 import cv2
 import numpy as np
@@ -36,7 +37,7 @@ def labels_by_first_pixel(plane: np.ndarray) -> np.ndarray:
     return first[labels]
 
 
-# --- connected components ----------------------------------------------------------------------------------------------
+# --- connected components -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 47, 53), (3, 1, 200, 131), (2, 7, 31, 40)])
@@ -62,14 +63,17 @@ def test_iterations_are_bounded() -> None:
     assert counts[0] == path.sum() and counts[0] > counts[1] > counts[2] > counts[3] == 1
 
 
-# --- distances ---------------------------------------------------------------------------------------------------------
+# --- distances ----------------------------------------------------------------------------------------------
 
 
 def binaries() -> Tensor:
-    """Photographs cut at a level, dots, and a spiral: (5, 2, 61, 74), some pixels clear and some set in every plane."""
+    """Photographs cut at a level, dots, and a spiral: (5, 2, 61, 74), some pixels clear and some set in every
+    plane."""
     x = photo(2, 2, 61, 74)
     generator = torch.Generator().manual_seed(0)
-    dots = (torch.rand(2, 2, 61, 74, generator=generator) < torch.tensor([0.002, 0.1]).reshape(2, 1, 1, 1)).float()
+    dots = (
+        torch.rand(2, 2, 61, 74, generator=generator) < torch.tensor([0.002, 0.1]).reshape(2, 1, 1, 1)
+    ).float()
     path = torch.from_numpy(spiral(61, 74)).float().expand(1, 2, 61, 74)
     return torch.cat([(x > x.mean((2, 3), keepdim=True)).float(), dots, path])
 
@@ -80,8 +84,12 @@ def test_edt_equals_scipy_and_opencv(dtype: torch.dtype, inverted: bool) -> None
     x = binaries().to(dtype)
     x = 1.0 - x if inverted else x
     actual = distance_transform_edt(x)
-    np.testing.assert_allclose(actual, per_plane(x, ndi.distance_transform_edt), rtol=1e-6 if dtype == torch.float32 else 1e-15)
-    opencv = per_plane(x, lambda p: cv2.distanceTransform(p.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+    np.testing.assert_allclose(
+        actual, per_plane(x, ndi.distance_transform_edt), rtol=1e-6 if dtype == torch.float32 else 1e-15
+    )
+    opencv = per_plane(
+        x, lambda p: cv2.distanceTransform(p.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    )
     np.testing.assert_allclose(actual, opencv, rtol=1e-5)
 
 
@@ -101,7 +109,9 @@ def growth_by_definition(x: np.ndarray, size: int, h: float) -> np.ndarray:
     kernel = np.exp(-np.hypot(rows, columns) / h)
     shape, out = x.astype(np.float64), np.zeros(x.shape)
     for k in range(-(-max(x.shape) // r)):
-        near = cv2.filter2D(shape, cv2.CV_64F, kernel, borderType=cv2.BORDER_REPLICATE)  # SciPy drops weights below 1e-16
+        near = cv2.filter2D(
+            shape, cv2.CV_64F, kernel, borderType=cv2.BORDER_REPLICATE
+        )  # SciPy drops weights below 1e-16
         with np.errstate(divide="ignore"):
             beyond = np.where(near > 0, -h * np.log(near), 0.0)
         found = beyond > 0

@@ -23,10 +23,33 @@ def test_examples(name: str) -> None:
 
 
 def test_public_functions_have_examples() -> None:
-    packages = ["color", "contrib", "enhance", "filters", "morphology", "feature", "losses", "metrics", "pipelines"]
+    packages = [
+        "color",
+        "contrib",
+        "enhance",
+        "filters",
+        "morphology",
+        "feature",
+        "losses",
+        "metrics",
+        "pipelines",
+    ]
     packages += [
         f"geometry.{name}"
-        for name in ("bbox", "conversions", "grid", "lie", "line", "plane", "quaternion", "ransac", "registration", "solvers", "subpix", "transform")
+        for name in (
+            "bbox",
+            "conversions",
+            "grid",
+            "lie",
+            "line",
+            "plane",
+            "quaternion",
+            "ransac",
+            "registration",
+            "solvers",
+            "subpix",
+            "transform",
+        )
     ]
     for package in packages:
         module = importlib.import_module(f"chiasm.{package}")
@@ -38,6 +61,8 @@ def test_import_is_lazy() -> None:
     import subprocess
     import sys
 
-    code = "import sys, chiasm; assert 'torch' not in sys.modules; chiasm.color; assert 'torch' in sys.modules"
+    code = (
+        "import sys, chiasm; assert 'torch' not in sys.modules; chiasm.color; assert 'torch' in sys.modules"
+    )
     path = str(importlib.import_module("pathlib").Path(chiasm.__file__).parents[1])
     subprocess.run([sys.executable, "-c", code], check=True, env={"PYTHONPATH": path, "PATH": ""})

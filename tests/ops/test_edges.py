@@ -27,9 +27,15 @@ from chiasm.filters import (
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize(
     ("ours", "theirs", "factor"),
-    [(scharr, skimage.filters.scharr, math.sqrt(2)), (prewitt, skimage.filters.prewitt, math.sqrt(2)), (roberts, skimage.filters.roberts, 1.0)],
+    [
+        (scharr, skimage.filters.scharr, math.sqrt(2)),
+        (prewitt, skimage.filters.prewitt, math.sqrt(2)),
+        (roberts, skimage.filters.roberts, 1.0),
+    ],
 )
-def test_magnitudes_equal_scikit_image(shape: tuple[int, ...], ours: object, theirs: object, factor: float) -> None:
+def test_magnitudes_equal_scikit_image(
+    shape: tuple[int, ...], ours: object, theirs: object, factor: float
+) -> None:
     x = photo(*shape, torch.float64)
     expected = per_plane(x, theirs)
     np.testing.assert_allclose(ours(x, eps=0.0) * factor, expected, atol=1e-12)
@@ -41,13 +47,19 @@ def test_scharr_equals_opencv(normalized: bool) -> None:
     scale = 1 / 32 if normalized else 1.0
 
     def magnitude(p: np.ndarray) -> np.ndarray:
-        return np.hypot(*(cv2.Scharr(p, cv2.CV_32F, i, 1 - i, scale=scale, borderType=cv2.BORDER_REPLICATE) for i in (0, 1)))
+        return np.hypot(
+            *(
+                cv2.Scharr(p, cv2.CV_32F, i, 1 - i, scale=scale, borderType=cv2.BORDER_REPLICATE)
+                for i in (0, 1)
+            )
+        )
 
     np.testing.assert_allclose(scharr(x, normalized, 0.0), per_plane(x, magnitude), atol=3e-5 * scale)
 
 
 def test_unnormalized_kernels() -> None:
-    # On a ramp the kernels' sums: 2 * 3 for Prewitt's, and a diagonal difference of 1 in both directions for Roberts'.
+    # On a ramp the kernels' sums: 2 * 3 for Prewitt's, and a diagonal difference of 1 in both directions for
+    # Roberts'.
     ramp = torch.arange(6.0).expand(1, 1, 5, 6)
     assert prewitt(ramp, False, 0.0)[0, 0, 2, 2] == 6
     assert roberts(ramp, False, 0.0)[0, 0, 2, 2] == torch.tensor(2.0).sqrt()
@@ -72,7 +84,9 @@ def test_spatial_gradient_correlates_with_its_kernels(mode: str, order: int) -> 
 
 
 def volume() -> torch.Tensor:
-    return torch.stack([photo(2, 3, 14, 15, torch.float64)[:, :, i : i + 9, i // 2 : i // 2 + 12] for i in range(6)], 2)
+    return torch.stack(
+        [photo(2, 3, 14, 15, torch.float64)[:, :, i : i + 9, i // 2 : i // 2 + 12] for i in range(6)], 2
+    )
 
 
 def test_3d_gradient_equals_numpy() -> None:
@@ -88,7 +102,9 @@ def test_3d_gradient_correlates_with_its_kernels(order: int) -> None:
     actual = spatial_gradient3d(x, "diff", order)
     assert torch.equal(torch.jit.script(spatial_gradient3d)(x, "diff", order), actual)
     for k, kernel in enumerate(get_spatial_gradient_kernel3d("diff", order, dtype=torch.float64)):
-        expected = per_plane(x, lambda v, kernel=kernel: ndi.correlate(v, kernel[0].numpy(), mode="nearest"), 3)
+        expected = per_plane(
+            x, lambda v, kernel=kernel: ndi.correlate(v, kernel[0].numpy(), mode="nearest"), 3
+        )
         np.testing.assert_allclose(actual[:, :, k], expected, atol=1e-12)
         np.testing.assert_allclose(filter3d(x, kernel), expected, atol=1e-12)
 

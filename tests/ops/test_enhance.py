@@ -29,14 +29,19 @@ def levels(image: Image.Image) -> np.ndarray:
 
 @pytest.mark.parametrize("factor", FACTORS)
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize(("name", "enhancer"), [
-    ("adjust_brightness_accumulative", ImageEnhance.Brightness),
-    ("adjust_contrast", ImageEnhance.Brightness),  # Szeliski's contrast is Pillow's brightness
-    ("adjust_contrast_with_mean_subtraction", ImageEnhance.Contrast),
-    ("adjust_saturation_with_gray_subtraction", ImageEnhance.Color),
-    ("sharpness", ImageEnhance.Sharpness),
-])
-def test_equals_pillow_but_for_its_rounding(name: str, enhancer: Callable, size: tuple[int, int], factor: float) -> None:
+@pytest.mark.parametrize(
+    ("name", "enhancer"),
+    [
+        ("adjust_brightness_accumulative", ImageEnhance.Brightness),
+        ("adjust_contrast", ImageEnhance.Brightness),  # Szeliski's contrast is Pillow's brightness
+        ("adjust_contrast_with_mean_subtraction", ImageEnhance.Contrast),
+        ("adjust_saturation_with_gray_subtraction", ImageEnhance.Color),
+        ("sharpness", ImageEnhance.Sharpness),
+    ],
+)
+def test_equals_pillow_but_for_its_rounding(
+    name: str, enhancer: Callable, size: tuple[int, int], factor: float
+) -> None:
     x = photo(2, 3, *size, torch.float64)
     function = getattr(enhance, name)
     actual = function(x, factor)
@@ -68,15 +73,21 @@ def test_sharpness_by_definition(channels: int) -> None:
             plane = x[b, c].numpy()
             smooth = plane.copy()
             smooth[1:-1, 1:-1] = cv2.filter2D(plane, -1, kernel)[1:-1, 1:-1]
-            np.testing.assert_allclose(actual[b, c], np.clip(smooth + factor * (plane - smooth), 0, 1), atol=1e-12)
+            np.testing.assert_allclose(
+                actual[b, c], np.clip(smooth + factor * (plane - smooth), 0, 1), atol=1e-12
+            )
 
 
 @pytest.mark.parametrize("factor", [-0.4, 0.0, 0.3])
 def test_brightness(factor: float) -> None:
     x = photo(2, 5, 8, 9, torch.float64)
-    np.testing.assert_allclose(enhance.adjust_brightness(x, factor), np.clip(x.numpy() + factor, 0, 1), atol=1e-12)
+    np.testing.assert_allclose(
+        enhance.adjust_brightness(x, factor), np.clip(x.numpy() + factor, 0, 1), atol=1e-12
+    )
     np.testing.assert_allclose(enhance.adjust_brightness(x, factor, False), x.numpy() + factor, atol=1e-12)
-    np.testing.assert_allclose(enhance.adjust_brightness_accumulative(x, 3.0, False), x.numpy() * 3.0, atol=1e-12)
+    np.testing.assert_allclose(
+        enhance.adjust_brightness_accumulative(x, 3.0, False), x.numpy() * 3.0, atol=1e-12
+    )
     np.testing.assert_allclose(enhance.adjust_contrast(x, 3.0, False), x.numpy() * 3.0, atol=1e-12)
 
 
@@ -86,7 +97,9 @@ def test_gamma_equals_skimage(gamma: float) -> None:
     x[..., 0] = 0.0
     expected = exposure.adjust_gamma(x.numpy(), gamma, 0.9)
     np.testing.assert_allclose(enhance.adjust_gamma(x, gamma, 0.9), np.clip(expected, 0, 1), atol=1e-12)
-    each = enhance.adjust_gamma(x, torch.tensor([1.5, gamma], dtype=torch.float64), torch.tensor(0.9, dtype=torch.float64))
+    each = enhance.adjust_gamma(
+        x, torch.tensor([1.5, gamma], dtype=torch.float64), torch.tensor(0.9, dtype=torch.float64)
+    )
     np.testing.assert_allclose(each[1], np.clip(expected[1], 0, 1), atol=1e-12)
 
 
@@ -131,7 +144,9 @@ def test_solarize_and_invert_equal_pillow(threshold: int) -> None:
 
 def test_solarize_additions() -> None:
     x = photo(2, 1, 8, 9, torch.float64)
-    actual = enhance.solarize(x, torch.tensor([0.5, 0.2], dtype=torch.float64), torch.tensor([0.3, -0.3], dtype=torch.float64))
+    actual = enhance.solarize(
+        x, torch.tensor([0.5, 0.2], dtype=torch.float64), torch.tensor([0.3, -0.3], dtype=torch.float64)
+    )
     for b, (limit, addition) in enumerate(((0.5, 0.3), (0.2, -0.3))):
         moved = np.clip(x[b].numpy() + addition, 0, 1)
         np.testing.assert_allclose(actual[b], np.where(moved < limit, moved, 1 - moved), atol=1e-12)
@@ -144,8 +159,11 @@ def test_invert_with_white() -> None:
 
 
 CV_THRESHOLD = {
-    "binary": cv2.THRESH_BINARY, "binary_inv": cv2.THRESH_BINARY_INV, "trunc": cv2.THRESH_TRUNC,
-    "tozero": cv2.THRESH_TOZERO, "tozero_inv": cv2.THRESH_TOZERO_INV,
+    "binary": cv2.THRESH_BINARY,
+    "binary_inv": cv2.THRESH_BINARY_INV,
+    "trunc": cv2.THRESH_TRUNC,
+    "tozero": cv2.THRESH_TOZERO,
+    "tozero_inv": cv2.THRESH_TOZERO_INV,
 }
 
 
@@ -206,14 +224,24 @@ def test_integral_equals_opencv(size: tuple[int, int]) -> None:
     for b in range(2):
         np.testing.assert_allclose(actual[b], chw(cv2.integral(hwc(x, b)))[:, 1:, 1:], rtol=1e-12)
     np.testing.assert_allclose(enhance.integral_tensor(x), np.cumsum(x.numpy(), -1), rtol=1e-12)
-    np.testing.assert_allclose(enhance.integral_tensor(x, (0, 2)), np.cumsum(np.cumsum(x.numpy(), 0), 2), rtol=1e-12)
+    np.testing.assert_allclose(
+        enhance.integral_tensor(x, (0, 2)), np.cumsum(np.cumsum(x.numpy(), 0), 2), rtol=1e-12
+    )
 
 
 IMAGE_OPS = [
-    lambda x: enhance.adjust_brightness(x, 0.1), lambda x: enhance.adjust_contrast_with_mean_subtraction(x, 0.8),
-    lambda x: enhance.adjust_saturation_with_gray_subtraction(x, 0.8), lambda x: enhance.adjust_gamma(x, 0.8, 0.9),
-    enhance.adjust_log, enhance.adjust_sigmoid, enhance.normalize_min_max, enhance.invert, enhance.solarize,
-    lambda x: enhance.sharpness(x, 1.5), lambda x: enhance.posterize(x, 4), lambda x: enhance.threshold(x, 0.5, 1.0, "tozero"),
+    lambda x: enhance.adjust_brightness(x, 0.1),
+    lambda x: enhance.adjust_contrast_with_mean_subtraction(x, 0.8),
+    lambda x: enhance.adjust_saturation_with_gray_subtraction(x, 0.8),
+    lambda x: enhance.adjust_gamma(x, 0.8, 0.9),
+    enhance.adjust_log,
+    enhance.adjust_sigmoid,
+    enhance.normalize_min_max,
+    enhance.invert,
+    enhance.solarize,
+    lambda x: enhance.sharpness(x, 1.5),
+    lambda x: enhance.posterize(x, 4),
+    lambda x: enhance.threshold(x, 0.5, 1.0, "tozero"),
 ]
 
 
@@ -230,18 +258,42 @@ X = torch.zeros(2, 3, 8, 8)
 BYTES = X.to(torch.uint8)
 WRONG = [
     (lambda: enhance.adjust_brightness(BYTES, 0.1), TypeError, "image: expected a floating-point tensor"),
-    (lambda: enhance.adjust_contrast(X, torch.ones(3)), ValueError, r"factor: expected a number, .* got \[3\]"),
-    (lambda: enhance.adjust_gamma(X, 1.0, torch.ones(2, 1)), ValueError, r"gain: expected a number, .* got \[2, 1\]"),
-    (lambda: enhance.adjust_contrast_with_mean_subtraction(X[0, 0], 1.0), ValueError, r"image: expected shape \(\*, C, H, W\)"),
-    (lambda: enhance.adjust_saturation_with_gray_subtraction(X[:, :2], 1.0), ValueError, r"image: expected shape \(\*, 3, H, W\)"),
+    (
+        lambda: enhance.adjust_contrast(X, torch.ones(3)),
+        ValueError,
+        r"factor: expected a number, .* got \[3\]",
+    ),
+    (
+        lambda: enhance.adjust_gamma(X, 1.0, torch.ones(2, 1)),
+        ValueError,
+        r"gain: expected a number, .* got \[2, 1\]",
+    ),
+    (
+        lambda: enhance.adjust_contrast_with_mean_subtraction(X[0, 0], 1.0),
+        ValueError,
+        r"image: expected shape \(\*, C, H, W\)",
+    ),
+    (
+        lambda: enhance.adjust_saturation_with_gray_subtraction(X[:, :2], 1.0),
+        ValueError,
+        r"image: expected shape \(\*, 3, H, W\)",
+    ),
     (lambda: enhance.add_weighted(X, 1.0, X[0], 1.0, 0.0), ValueError, "src2: expected src1's shape"),
-    (lambda: enhance.shift_rgb(X, X[0, 0, 0], X[:, 0, 0, 0], X[:, 0, 0, 0]), ValueError, r"r_shift: .* got \[8\]"),
+    (
+        lambda: enhance.shift_rgb(X, X[0, 0, 0], X[:, 0, 0, 0], X[:, 0, 0, 0]),
+        ValueError,
+        r"r_shift: .* got \[8\]",
+    ),
     (lambda: enhance.posterize(X, 9), ValueError, "bits: expected 0 to 8, got 9"),
     (lambda: enhance.posterize(X, torch.ones(2)), TypeError, "bits: expected an integer tensor"),
     (lambda: enhance.threshold(X, 0.5, 1.0, "otsu"), ValueError, "type: expected one of .*'otsu'"),
     (lambda: enhance.sharpness(X[:, :, :2], 1.0), ValueError, "input: expected H and W of at least 3"),
     (lambda: enhance.integral_image(X[0, 0, 0]), ValueError, r"image: expected shape \(\*, H, W\)"),
-    (lambda: enhance.integral_tensor(X, [4]), ValueError, "dim: expected dimensions of a tensor with 4, got 4"),
+    (
+        lambda: enhance.integral_tensor(X, [4]),
+        ValueError,
+        "dim: expected dimensions of a tensor with 4, got 4",
+    ),
     (lambda: enhance.integral_tensor(X, []), ValueError, "dim: expected at least one dimension"),
     (lambda: enhance.normalize_min_max(X[0, 0]), ValueError, r"input: expected shape \(\*, C, H, W\)"),
     (lambda: enhance.denormalize(X[0, 0, 0], 0.0, 1.0), ValueError, r"data: expected shape \(B, C, \*\)"),

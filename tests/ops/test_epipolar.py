@@ -1,4 +1,5 @@
-"""Fundamental and essential matrices, projections and triangulation against OpenCV, NumPy's SVD and scenes with known truth."""
+"""Fundamental and essential matrices, projections and triangulation against OpenCV, NumPy's SVD and scenes
+with known truth."""
 
 import cv2
 import numpy as np
@@ -18,14 +19,19 @@ class Views:
         self.R, self.t = pose(seed)
         self.X = points_in_front(count, seed)
         generator = np.random.default_rng(seed)
-        self.x1 = project(self.K1, np.eye(3), np.zeros((3, 1)), self.X) + noise * generator.normal(size=(count, 2))
+        self.x1 = project(self.K1, np.eye(3), np.zeros((3, 1)), self.X) + noise * generator.normal(
+            size=(count, 2)
+        )
         self.x2 = project(self.K2, self.R, self.t, self.X) + noise * generator.normal(size=(count, 2))
         self.E = skew(self.t[:, 0]) @ self.R
         self.F = np.linalg.inv(self.K2).T @ self.E @ np.linalg.inv(self.K1)
         self.P1, self.P2 = self.K1 @ np.eye(3, 4), self.K2 @ np.hstack([self.R, self.t])
 
     def rays(self) -> tuple[np.ndarray, np.ndarray]:
-        return tuple((np.c_[x, np.ones(len(x))] @ np.linalg.inv(K).T)[:, :2] for x, K in ((self.x1, self.K1), (self.x2, self.K2)))
+        return tuple(
+            (np.c_[x, np.ones(len(x))] @ np.linalg.inv(K).T)[:, :2]
+            for x, K in ((self.x1, self.K1), (self.x2, self.K2))
+        )
 
 
 def skew(v: np.ndarray) -> np.ndarray:
@@ -46,7 +52,7 @@ def unit(m: np.ndarray) -> np.ndarray:
     return m / np.linalg.norm(m) * np.sign(m.flat[np.abs(m).argmax()])
 
 
-# --- matrices ------------------------------------------------------------------------------------------------------------
+# --- matrices -----------------------------------------------------------------------------------------------
 
 
 def test_truth_obeys_the_definitions() -> None:
@@ -54,20 +60,31 @@ def test_truth_obeys_the_definitions() -> None:
     np.testing.assert_allclose(epipolar.cross_product_matrix(torch.from_numpy(v.t[:, 0])), skew(v.t[:, 0]))
     origin = (np.eye(3), np.zeros((3, 1)))
     np.testing.assert_allclose(epipolar.essential_from_Rt(*tensors(*origin, v.R, v.t)), v.E, atol=1e-14)
-    np.testing.assert_allclose(epipolar.essential_from_fundamental(*tensors(v.F, v.K1, v.K2)), v.E, atol=1e-12)
-    np.testing.assert_allclose(epipolar.fundamental_from_essential(*tensors(v.E, v.K1, v.K2)), v.F, atol=1e-12)
+    np.testing.assert_allclose(
+        epipolar.essential_from_fundamental(*tensors(v.F, v.K1, v.K2)), v.E, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        epipolar.fundamental_from_essential(*tensors(v.E, v.K1, v.K2)), v.F, atol=1e-12
+    )
     np.testing.assert_allclose(epipolar.projection_from_KRt(*tensors(v.K2, v.R, v.t)), v.P2)
-    np.testing.assert_allclose(unit(epipolar.fundamental_from_projections(*tensors(v.P1, v.P2))), unit(v.F), atol=1e-12)
+    np.testing.assert_allclose(
+        unit(epipolar.fundamental_from_projections(*tensors(v.P1, v.P2))), unit(v.F), atol=1e-12
+    )
     R0, t0 = pose(7)
     R, t = epipolar.relative_camera_motion(*tensors(R0, t0, v.R @ R0, v.R @ t0 + v.t))
     np.testing.assert_allclose(R, v.R, atol=1e-14)
     np.testing.assert_allclose(t, v.t, atol=1e-14)
-    np.testing.assert_allclose(epipolar.depth_from_point(*tensors(v.R, v.t, v.X)), (v.X @ v.R.T + v.t.T)[:, 2])
+    np.testing.assert_allclose(
+        epipolar.depth_from_point(*tensors(v.R, v.t, v.X)), (v.X @ v.R.T + v.t.T)[:, 2]
+    )
 
 
 def test_fundamental_from_projections_is_determinants() -> None:
     P1, P2 = np.random.default_rng(0).normal(size=(2, 3, 4))
-    expected = [[np.linalg.det(np.vstack([np.roll(P1, -j, 0)[1:], np.roll(P2, -i, 0)[1:]])) for j in range(3)] for i in range(3)]
+    expected = [
+        [np.linalg.det(np.vstack([np.roll(P1, -j, 0)[1:], np.roll(P2, -i, 0)[1:]])) for j in range(3)]
+        for i in range(3)
+    ]
     np.testing.assert_allclose(epipolar.fundamental_from_projections(*tensors(P1, P2)), expected, atol=1e-12)
 
 
@@ -76,7 +93,9 @@ def test_projections_from_fundamental(seed: int) -> None:
     v = Views(seed)
     P = epipolar.projections_from_fundamental(torch.from_numpy(v.F))
     assert P.shape == (3, 4, 2)
-    np.testing.assert_allclose(unit(epipolar.fundamental_from_projections(P[..., 0], P[..., 1])), unit(v.F), atol=1e-9)
+    np.testing.assert_allclose(
+        unit(epipolar.fundamental_from_projections(P[..., 0], P[..., 1])), unit(v.F), atol=1e-9
+    )
     np.testing.assert_allclose(P[:, 3, 1] @ v.F, np.zeros(3), atol=1e-12)
 
 
@@ -96,12 +115,20 @@ def test_KRt_equal_opencv(seed: int) -> None:
 
 def test_intrinsics() -> None:
     K = epipolar.intrinsics_like(500.0, torch.zeros(2, 3, 480, 640))
-    assert K.shape == (2, 3, 3) and K[1].tolist() == [[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]
+    assert K.shape == (2, 3, 3) and K[1].tolist() == [
+        [500.0, 0.0, 320.0],
+        [0.0, 500.0, 240.0],
+        [0.0, 0.0, 1.0],
+    ]
     scaled = epipolar.scale_intrinsics(K, torch.tensor([0.5, 2.0]))
-    assert scaled[0].equal(epipolar.scale_intrinsics(K[0], 0.5)) and scaled[1, 0].tolist() == [1000.0, 0.0, 640.0]
+    assert scaled[0].equal(epipolar.scale_intrinsics(K[0], 0.5)) and scaled[1, 0].tolist() == [
+        1000.0,
+        0.0,
+        640.0,
+    ]
 
 
-# --- lines and distances ---------------------------------------------------------------------------------------------
+# --- lines and distances ------------------------------------------------------------------------------------
 
 
 def test_lines_equal_opencv() -> None:
@@ -109,7 +136,11 @@ def test_lines_equal_opencv() -> None:
     F, x1, x2 = tensors(v.F, v.x1, v.x2)
     lines = epipolar.compute_correspond_epilines(x1, F)
     np.testing.assert_allclose(lines, cv2.computeCorrespondEpilines(v.x1[:, None], 1, v.F)[:, 0], atol=1e-9)
-    np.testing.assert_allclose(epipolar.compute_correspond_epilines(x2, F.T), cv2.computeCorrespondEpilines(v.x2[:, None], 2, v.F)[:, 0], atol=1e-9)
+    np.testing.assert_allclose(
+        epipolar.compute_correspond_epilines(x2, F.T),
+        cv2.computeCorrespondEpilines(v.x2[:, None], 2, v.F)[:, 0],
+        atol=1e-9,
+    )
     distance = np.abs((lines.numpy() * np.c_[v.x2, np.ones(40)]).sum(1))
     np.testing.assert_allclose(epipolar.left_to_right_epipolar_distance(x1, x2, F), distance, atol=1e-9)
     np.testing.assert_allclose(epipolar.right_to_left_epipolar_distance(x2, x1, F.T), distance, atol=1e-9)
@@ -118,7 +149,9 @@ def test_lines_equal_opencv() -> None:
     np.testing.assert_allclose((lines[:, :2] * closest).sum(1) + lines[:, 2], np.zeros(40), atol=1e-9)
     perpendicular = epipolar.get_perpendicular(lines, x2)
     for point in (closest, x2):
-        np.testing.assert_allclose((perpendicular[:, :2] * point).sum(1) + perpendicular[:, 2], np.zeros(40), atol=1e-9)
+        np.testing.assert_allclose(
+            (perpendicular[:, :2] * point).sum(1) + perpendicular[:, 2], np.zeros(40), atol=1e-9
+        )
 
 
 @pytest.mark.parametrize("homogeneous", [False, True])
@@ -128,9 +161,16 @@ def test_distances_equal_opencv(homogeneous: bool) -> None:
     sampson = [cv2.sampsonDistance(a[:, None], b[:, None], v.F) for a, b in zip(h1, h2, strict=True)]
     x1, x2, F = tensors(3.0 * h1, -2.0 * h2, v.F) if homogeneous else tensors(v.x1, v.x2, v.F)
     np.testing.assert_allclose(epipolar.sampson_epipolar_distance(x1, x2, F), sampson, rtol=1e-9)
-    np.testing.assert_allclose(epipolar.sampson_epipolar_distance(x1, x2, F, False, 0.0), np.sqrt(sampson), rtol=1e-9)
-    left, right = epipolar.left_to_right_epipolar_distance(x1, x2, F), epipolar.right_to_left_epipolar_distance(x1, x2, F)
-    np.testing.assert_allclose(epipolar.symmetrical_epipolar_distance(x1, x2, F), left**2 + right**2, rtol=1e-9)
+    np.testing.assert_allclose(
+        epipolar.sampson_epipolar_distance(x1, x2, F, False, 0.0), np.sqrt(sampson), rtol=1e-9
+    )
+    left, right = (
+        epipolar.left_to_right_epipolar_distance(x1, x2, F),
+        epipolar.right_to_left_epipolar_distance(x1, x2, F),
+    )
+    np.testing.assert_allclose(
+        epipolar.symmetrical_epipolar_distance(x1, x2, F), left**2 + right**2, rtol=1e-9
+    )
 
 
 def test_distances_where_there_is_no_line_are_finite() -> None:
@@ -142,7 +182,7 @@ def test_distances_where_there_is_no_line_are_finite() -> None:
         assert d.tolist() == [0.0] * 3 and gradient.isfinite().all(), name
 
 
-# --- fundamental matrices --------------------------------------------------------------------------------------------
+# --- fundamental matrices -----------------------------------------------------------------------------------
 
 
 def by_svd(v: Views, weights: np.ndarray) -> np.ndarray:
@@ -197,7 +237,9 @@ def test_seven_points_equal_opencv() -> None:
             assert min(np.abs(f - g).max() for g in found) < 1e-4, seed
         for f in found:
             assert abs(np.linalg.det(f)) < 1e-16, seed
-            np.testing.assert_allclose(epipolar.symmetrical_epipolar_distance(*tensors(v.x1, v.x2, f)), np.zeros(7), atol=1e-14)
+            np.testing.assert_allclose(
+                epipolar.symmetrical_epipolar_distance(*tensors(v.x1, v.x2, f)), np.zeros(7), atol=1e-14
+            )
         assert F[0][~exists[0]].abs().sum() == 0
         assert epipolar.find_fundamental(*batch(v.x1, v.x2), None, "7POINT").equal(F)
         counts.append(len(found))
@@ -216,28 +258,39 @@ def test_gradients_of_fundamental_matrices() -> None:
     scale = 1e-2  # pixels in hundreds: finite differences of entries that differ by 1e6 say little
     x1, x2 = (t[None].clone().requires_grad_(True) for t in tensors(v.x1 * scale, v.x2 * scale))
     weights = torch.linspace(0.5, 1.5, 9, dtype=torch.float64)[None].requires_grad_(True)
-    assert torch.autograd.gradcheck(epipolar.find_fundamental, (x1, x2, weights), atol=1e-4, rtol=1e-3, fast_mode=True)
+    assert torch.autograd.gradcheck(
+        epipolar.find_fundamental, (x1, x2, weights), atol=1e-4, rtol=1e-3, fast_mode=True
+    )
     a, b = (x[:, :7].detach().requires_grad_(True) for x in (x1, x2))
-    assert torch.autograd.gradcheck(lambda p, q: epipolar.find_fundamental_7point(p, q)[0], (a, b), atol=1e-3, rtol=1e-3, fast_mode=True)
+    assert torch.autograd.gradcheck(
+        lambda p, q: epipolar.find_fundamental_7point(p, q)[0], (a, b), atol=1e-3, rtol=1e-3, fast_mode=True
+    )
 
 
 def test_normalized_points() -> None:
     v = Views()
     w = np.random.default_rng(0).uniform(0.1, 1.0, 40)
     for weights in (None, w):
-        points, similarity = epipolar.normalize_points(*batch(v.x1), 0.0, None if weights is None else torch.from_numpy(weights)[None])
+        points, similarity = epipolar.normalize_points(
+            *batch(v.x1), 0.0, None if weights is None else torch.from_numpy(weights)[None]
+        )
         share = (np.ones(40) if weights is None else w) / (40 if weights is None else w.sum())
         np.testing.assert_allclose(share @ points[0].numpy(), [0, 0], atol=1e-12)
         np.testing.assert_allclose(share @ np.linalg.norm(points[0], axis=1), np.sqrt(2), rtol=1e-12)
-        np.testing.assert_allclose((np.c_[v.x1, np.ones(40)] @ similarity[0].numpy().T)[:, :2], points[0], atol=1e-12)
+        np.testing.assert_allclose(
+            (np.c_[v.x1, np.ones(40)] @ similarity[0].numpy().T)[:, :2], points[0], atol=1e-12
+        )
 
 
 def test_normalize_transformation() -> None:
     m = torch.tensor([[[2.0, 4.0], [6.0, 2.0]], [[2.0, 4.0], [6.0, 0.0]]])
-    assert epipolar.normalize_transformation(m).tolist() == [[[1.0, 2.0], [3.0, 1.0]], [[2.0, 4.0], [6.0, 0.0]]]
+    assert epipolar.normalize_transformation(m).tolist() == [
+        [[1.0, 2.0], [3.0, 1.0]],
+        [[2.0, 4.0], [6.0, 0.0]],
+    ]
 
 
-# --- essential matrices ----------------------------------------------------------------------------------------------
+# --- essential matrices -------------------------------------------------------------------------------------
 
 
 def same_set(found: list[np.ndarray], expected: list[np.ndarray], tolerance: float) -> bool:
@@ -262,7 +315,9 @@ def test_what_is_not_quite_essential_equals_the_svd(seed: int) -> None:
     E = Views(seed).E + 0.1 * np.random.default_rng(seed).normal(size=(3, 3))
     u, s, vt = np.linalg.svd(E)
     mean = (s[0] + s[1]) / 2
-    np.testing.assert_allclose(epipolar.project_to_essential(torch.from_numpy(E)), u @ np.diag([mean, mean, 0]) @ vt, atol=1e-9)
+    np.testing.assert_allclose(
+        epipolar.project_to_essential(torch.from_numpy(E)), u @ np.diag([mean, mean, 0]) @ vt, atol=1e-9
+    )
     u, vt = u * np.linalg.det(u), vt * np.linalg.det(vt)
     W = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     R1, R2, t = (a.numpy() for a in epipolar.decompose_essential_matrix(torch.from_numpy(E)))
@@ -273,7 +328,11 @@ def test_what_is_not_quite_essential_equals_the_svd(seed: int) -> None:
 def test_gradients_of_decompositions() -> None:
     E = (Views(2).E + 0.05 * np.random.default_rng(1).normal(size=(3, 3)))[None]
     x = torch.from_numpy(E).requires_grad_(True)
-    for function in (epipolar.decompose_essential_matrix, epipolar.project_to_essential, epipolar.decompose_essential_matrix_no_svd):
+    for function in (
+        epipolar.decompose_essential_matrix,
+        epipolar.project_to_essential,
+        epipolar.decompose_essential_matrix_no_svd,
+    ):
         assert torch.autograd.gradcheck(function, (x,), atol=1e-5)
     truth = torch.from_numpy(Views(2).E).requires_grad_(True)
     sum(part.sum() for part in epipolar.decompose_essential_matrix(truth)).backward()
@@ -285,7 +344,9 @@ def test_motion_equals_opencv(seed: int) -> None:
     v = Views(seed, 30, 0.2)
     mask = torch.ones(30, dtype=torch.bool)
     mask[3:6] = False
-    R, t, X, seen = epipolar.motion_from_essential_choose_solution(*tensors(v.E, v.K1, v.K2, v.x1, v.x2), mask)
+    R, t, X, seen = epipolar.motion_from_essential_choose_solution(
+        *tensors(v.E, v.K1, v.K2, v.x1, v.x2), mask
+    )
     np.testing.assert_allclose(R, v.R, atol=1e-9)
     np.testing.assert_allclose(t, v.t, atol=1e-9)
     assert seen.equal(mask)
@@ -309,7 +370,9 @@ def test_five_points_equal_opencv(seed: int) -> None:
     found = E[0][exists[0]].numpy()
     assert min(np.abs(unit(e) - unit(v.E)).max() for e in found) < 1e-9
     for e in found:
-        np.testing.assert_allclose(np.einsum("ni,ij,nj->n", np.c_[b, np.ones(5)], e, np.c_[a, np.ones(5)]), np.zeros(5), atol=1e-12)
+        np.testing.assert_allclose(
+            np.einsum("ni,ij,nj->n", np.c_[b, np.ones(5)], e, np.c_[a, np.ones(5)]), np.zeros(5), atol=1e-12
+        )
         np.testing.assert_allclose(np.linalg.svd(e)[1], [np.sqrt(0.5), np.sqrt(0.5), 0], atol=1e-8)
     stacked, _ = cv2.findEssentialMat(a, b, np.eye(3), cv2.RANSAC, 0.999, 1e9)
     for e in stacked.reshape(-1, 3, 3):
@@ -325,7 +388,9 @@ def test_many_points_fit_a_space(seed: int) -> None:
     a, b = v.rays()
     weights = np.random.default_rng(0).uniform(0.5, 1.5, 60)
     E, exists = epipolar.find_essential_5point(*batch(a, b, weights))
-    rows = (np.c_[b, np.ones(60)][:, :, None] * np.c_[a, np.ones(60)][:, None]).reshape(-1, 9) * np.sqrt(weights)[:, None]
+    rows = (np.c_[b, np.ones(60)][:, :, None] * np.c_[a, np.ones(60)][:, None]).reshape(-1, 9) * np.sqrt(
+        weights
+    )[:, None]
     others = np.linalg.svd(rows)[2][:5]
     for e in E[0][exists[0]].numpy():
         np.testing.assert_allclose(others @ e.ravel(), np.zeros(5), atol=1e-9)
@@ -337,10 +402,16 @@ def test_gradient_of_five_points() -> None:
         v = Views(4, count, 0.1)
         a, b = (x.clone().requires_grad_(True) for x in batch(*v.rays()))
         weights = torch.linspace(0.5, 1.5, count, dtype=torch.float64)[None].requires_grad_(True)
-        assert torch.autograd.gradcheck(lambda *p: epipolar.find_essential_5point(*p)[0], (a, b, weights), atol=1e-3, rtol=1e-3, fast_mode=True)
+        assert torch.autograd.gradcheck(
+            lambda *p: epipolar.find_essential_5point(*p)[0],
+            (a, b, weights),
+            atol=1e-3,
+            rtol=1e-3,
+            fast_mode=True,
+        )
 
 
-# --- points and poses ------------------------------------------------------------------------------------------------
+# --- points and poses ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("solver", ["eigh", "svd"])
@@ -350,7 +421,9 @@ def test_triangulation_equals_opencv(solver: str) -> None:
     expected = cv2.triangulatePoints(v.P1, v.P2, v.x1.T, v.x2.T)
     np.testing.assert_allclose(X, (expected[:3] / expected[3]).T, rtol=1e-7)
     exact = Views(5, 40)
-    np.testing.assert_allclose(epipolar.triangulate_points(*tensors(v.P1, v.P2, exact.x1, exact.x2)), v.X, rtol=1e-9)
+    np.testing.assert_allclose(
+        epipolar.triangulate_points(*tensors(v.P1, v.P2, exact.x1, exact.x2)), v.X, rtol=1e-9
+    )
     single = epipolar.triangulate_points(*[t.float() for t in tensors(v.P1, v.P2, exact.x1, exact.x2)])
     np.testing.assert_allclose(single, v.X, rtol=1e-4, atol=1e-4)
 
@@ -381,28 +454,50 @@ def test_pose_equals_opencv(count: int) -> None:
 
 def test_gradient_of_the_pose() -> None:
     v = Views(3, 8, 0.3)
-    inputs = [t.clone().requires_grad_(True) for t in batch(v.X, v.x2 / 500, v.K2 / np.array([[500], [500], [1.0]]))]
+    inputs = [
+        t.clone().requires_grad_(True) for t in batch(v.X, v.x2 / 500, v.K2 / np.array([[500], [500], [1.0]]))
+    ]
     assert torch.autograd.gradcheck(solve_pnp_dlt, inputs, atol=1e-4, rtol=1e-3)
 
 
 P, M, X = torch.zeros(1, 8, 2), torch.eye(3), torch.zeros(1, 3, 4)
 WRONG = [
     (lambda: epipolar.find_fundamental(P[0], P[0]), ValueError, r"points1: expected shape \(B, N, 2\)"),
-    (lambda: epipolar.find_fundamental(P[:, :7], P[:, :7]), ValueError, "points1: expected at least 8 points, got 7"),
+    (
+        lambda: epipolar.find_fundamental(P[:, :7], P[:, :7]),
+        ValueError,
+        "points1: expected at least 8 points, got 7",
+    ),
     (lambda: epipolar.find_fundamental(P, P[:, :7]), ValueError, "points2: expected as many points"),
     (lambda: epipolar.find_fundamental(P, P, P), ValueError, "weights: expected shape"),
     (lambda: epipolar.find_fundamental(P, P, None, "8point"), ValueError, "method: expected one of"),
     (lambda: epipolar.find_fundamental_7point(P, P), ValueError, "points1: expected 7 points, got 8"),
-    (lambda: epipolar.find_essential(P[:, :4], P[:, :4]), ValueError, "points1: expected shape .* at least 5"),
+    (
+        lambda: epipolar.find_essential(P[:, :4], P[:, :4]),
+        ValueError,
+        "points1: expected shape .* at least 5",
+    ),
     (lambda: epipolar.triangulate_points(X, X[:, :2], P, P), ValueError, r"P2: expected shape \(\*, 3, 4\)"),
     (lambda: epipolar.triangulate_points(X, X, P, P, "qr"), ValueError, "solver: expected one of"),
-    (lambda: epipolar.compute_correspond_epilines(P[0, 0], M), ValueError, r"points: expected shape \(\*, N, 2\) or \(\*, N, 3\)"),
+    (
+        lambda: epipolar.compute_correspond_epilines(P[0, 0], M),
+        ValueError,
+        r"points: expected shape \(\*, N, 2\) or \(\*, N, 3\)",
+    ),
     (lambda: epipolar.sampson_epipolar_distance(P, P.int(), M), TypeError, "pts2: expected a floating-point"),
     (lambda: epipolar.intrinsics_like(0.0, P[None]), ValueError, "focal: expected a positive number"),
     (lambda: epipolar.depth_from_point(M, M[:, :1], P), ValueError, r"X: expected shape \(\*, N, 3\)"),
     (lambda: epipolar.normalize_points(P, 1e-8, P), ValueError, r"weights: expected shape \(B, N\)"),
-    (lambda: solve_pnp_dlt(torch.zeros(1, 5, 3), P[:, :5], M[None]), ValueError, "world_points: expected at least 6"),
-    (lambda: solve_pnp_dlt(torch.zeros(1, 6, 3), P, M[None]), ValueError, "img_points: expected as many points"),
+    (
+        lambda: solve_pnp_dlt(torch.zeros(1, 5, 3), P[:, :5], M[None]),
+        ValueError,
+        "world_points: expected at least 6",
+    ),
+    (
+        lambda: solve_pnp_dlt(torch.zeros(1, 6, 3), P, M[None]),
+        ValueError,
+        "img_points: expected as many points",
+    ),
 ]
 
 

@@ -34,7 +34,9 @@ def test_levels_round_halves_up() -> None:
         np.testing.assert_array_equal(quantize_u8(exact.to(dtype)), np.arange(256))
     halves = torch.tensor([0.1, 0.3, 0.5, 0.7, 0.9], dtype=torch.float64)  # 25.5, 76.5, ...
     np.testing.assert_array_equal(quantize_u8(halves), [26, 77, 128, 179, 230])
-    np.testing.assert_array_equal(quantize_u8(torch.tensor([-3.0, 7.0, torch.nan, torch.inf, -torch.inf])), [0, 255, 0, 255, 0])
+    np.testing.assert_array_equal(
+        quantize_u8(torch.tensor([-3.0, 7.0, torch.nan, torch.inf, -torch.inf])), [0, 255, 0, 255, 0]
+    )
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -63,7 +65,8 @@ def test_equalize3d_equals_pillow_on_the_unfolded_volume() -> None:
 
 
 def stretched(plane: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Pillow's definition in whole numbers: the pixels that are left when the darkest and the brightest are taken away."""
+    """Pillow's definition in whole numbers: the pixels that are left when the darkest and the brightest are
+    taken away."""
     pixels = np.sort(plane, None)
     left = pixels[int(pixels.size * low // 100) : pixels.size - int(pixels.size * high // 100)].astype(int)
     return np.clip((plane.astype(int) - left[0]) * 255 // (left[-1] - left[0]), 0, 255)
@@ -73,9 +76,13 @@ def stretched(plane: np.ndarray, low: float, high: float) -> np.ndarray:
 @pytest.mark.parametrize("size", SIZES)
 def test_autocontrast_equals_pillow(size: tuple[int, int], cutoff: float | tuple[float, float]) -> None:
     x = photo(3, 3, *size)
-    for actual, plane in zip(planes(to_bytes(enhance.autocontrast(x, cutoff))), planes(to_bytes(x)), strict=True):
+    for actual, plane in zip(
+        planes(to_bytes(enhance.autocontrast(x, cutoff))), planes(to_bytes(x)), strict=True
+    ):
         expected = np.asarray(ImageOps.autocontrast(Image.fromarray(plane), cutoff)).astype(int)
-        np.testing.assert_array_equal(actual, stretched(plane, *(cutoff if isinstance(cutoff, tuple) else (cutoff, cutoff))))
+        np.testing.assert_array_equal(
+            actual, stretched(plane, *(cutoff if isinstance(cutoff, tuple) else (cutoff, cutoff)))
+        )
         # where the exact result is whole, Pillow's may be a level lower
         assert set(np.unique(actual - expected)) <= {0, 1}
         assert (actual != expected).mean() < 0.15
@@ -100,7 +107,8 @@ def test_clahe_equals_opencv(size: tuple[int, int], grid: tuple[int, int]) -> No
 
 
 def test_soft_clahe_is_the_hard_one_without_rounding() -> None:
-    # With no limit the tiles' curves differ by rounding to levels only: half a level for the curve, half for the result.
+    # With no limit the tiles' curves differ by rounding to levels only: half a level for the curve, half for
+    # the result.
     x = photo(2, 3, 96, 64, torch.float64)
     soft = enhance.equalize_clahe(x, 0.0, (2, 2), True)
     np.testing.assert_allclose(soft, enhance.equalize_clahe(x, 0.0, (2, 2)), atol=1.01 / 255)
@@ -115,7 +123,9 @@ def test_soft_clahe_follows_the_levels() -> None:
     step = 1e-3 * torch.ones_like(x)
     up = enhance.equalize_clahe(x.clamp(0.1, 0.9) + step, 0.0, (2, 2), True)
     # a shift of all levels shifts the curves with them
-    torch.testing.assert_close(up, enhance.equalize_clahe(x.clamp(0.1, 0.9), 0.0, (2, 2), True), atol=2e-2, rtol=0)
+    torch.testing.assert_close(
+        up, enhance.equalize_clahe(x.clamp(0.1, 0.9), 0.0, (2, 2), True), atol=2e-2, rtol=0
+    )
 
 
 @pytest.mark.parametrize("bins", [1, 7, 64, 256])
@@ -145,7 +155,9 @@ def test_matching_equals_skimage(size: tuple[int, int]) -> None:
     source, template = photo(2, 3, *size), photo(2, 3, 50, 61).flip(0)
     actual = contrib.histogram_matching(source, template, True)
     for b in range(2):
-        expected = exposure.match_histograms(to_bytes(source)[b].numpy(), to_bytes(template)[b].numpy(), channel_axis=0)
+        expected = exposure.match_histograms(
+            to_bytes(source)[b].numpy(), to_bytes(template)[b].numpy(), channel_axis=0
+        )
         # scikit-image cuts the result off to bytes
         np.testing.assert_array_equal(np.floor(actual[b].double().numpy() * 255 + 1e-4), expected)
     expected = exposure.match_histograms(to_bytes(source).numpy(), to_bytes(template).numpy())
@@ -155,7 +167,9 @@ def test_matching_equals_skimage(size: tuple[int, int]) -> None:
 def test_matching_with_few_levels() -> None:
     source = torch.tensor([[0, 100, 100, 255, 7, 7]]) / 255
     template = torch.tensor([[30, 200, 200, 201]]) / 255
-    expected = exposure.match_histograms(to_bytes(source).numpy().astype(float), to_bytes(template).numpy().astype(float))
+    expected = exposure.match_histograms(
+        to_bytes(source).numpy().astype(float), to_bytes(template).numpy().astype(float)
+    )
     np.testing.assert_allclose(contrib.histogram_matching(source, template) * 255, expected, atol=1e-4)
 
 
@@ -197,7 +211,9 @@ def test_dtype_is_kept(name: str, dtype: torch.dtype) -> None:
     result = getattr(enhance, name)(photo(1, 3, 20, 30, dtype))
     assert result.dtype == dtype
     if dtype != torch.bfloat16:  # which cannot tell 256 levels apart
-        torch.testing.assert_close(result.float(), getattr(enhance, name)(photo(1, 3, 20, 30)), atol=1e-3, rtol=0)
+        torch.testing.assert_close(
+            result.float(), getattr(enhance, name)(photo(1, 3, 20, 30)), atol=1e-3, rtol=0
+        )
 
 
 X = torch.zeros(2, 3, 16, 16)
@@ -206,22 +222,50 @@ WRONG = [
     (lambda: enhance.equalize(BYTES), TypeError, "input: expected a floating-point tensor"),
     (lambda: enhance.equalize(X[0]), ValueError, r"input: expected shape \(B, C, H, W\)"),
     (lambda: enhance.equalize3d(X), ValueError, r"input: expected shape \(B, C, D, H, W\)"),
-    (lambda: enhance.autocontrast(X, 50.0), ValueError, r"cutoff: expected percentages .* got \(50.0, 50.0\)"),
+    (
+        lambda: enhance.autocontrast(X, 50.0),
+        ValueError,
+        r"cutoff: expected percentages .* got \(50.0, 50.0\)",
+    ),
     (lambda: enhance.autocontrast(X, (-1.0, 0.0)), ValueError, "cutoff: expected percentages"),
     (lambda: enhance.clahe(X), TypeError, "image: expected dtype torch.uint8, got torch.float32"),
     (lambda: enhance.clahe(BYTES[0]), ValueError, r"image: expected shape \(B, C, H, W\)"),
-    (lambda: enhance.clahe(BYTES, 2.0, (0, 8)), ValueError, "tile_grid_size: expected positive numbers, got 8 down and 0 across"),
-    (lambda: enhance.clahe(BYTES, 2.0, (8, 16)), ValueError, "image: expected more than 16 rows and 8 columns"),
+    (
+        lambda: enhance.clahe(BYTES, 2.0, (0, 8)),
+        ValueError,
+        "tile_grid_size: expected positive numbers, got 8 down and 0 across",
+    ),
+    (
+        lambda: enhance.clahe(BYTES, 2.0, (8, 16)),
+        ValueError,
+        "image: expected more than 16 rows and 8 columns",
+    ),
     (lambda: enhance.equalize_clahe(X[0, 0, 0]), ValueError, r"input: expected shape \(\*, H, W\)"),
     (lambda: enhance.equalize_clahe(X, 2.0, (-1, 8)), ValueError, "grid_size: expected positive numbers"),
     (lambda: enhance.count_histogram(X, 0), ValueError, "n_bins: expected a positive number, got 0"),
-    (lambda: enhance.count_histogram(X, 4, 1.0, 1.0), ValueError, "max: expected a number above min = 1.0, got 1.0"),
+    (
+        lambda: enhance.count_histogram(X, 4, 1.0, 1.0),
+        ValueError,
+        "max: expected a number above min = 1.0, got 1.0",
+    ),
     (lambda: contrib.interp(X, X, X), ValueError, r"xp: expected shape \(N,\)"),
-    (lambda: contrib.interp(X, X[0, 0, 0, :0], X[0, 0, 0, :0]), ValueError, "xp: expected at least one entry"),
-    (lambda: contrib.interp(X, X[0, 0, 0], X[0, 0, 0, 1:]), ValueError, r"fp: expected xp's shape \[16\], got \[15\]"),
+    (
+        lambda: contrib.interp(X, X[0, 0, 0, :0], X[0, 0, 0, :0]),
+        ValueError,
+        "xp: expected at least one entry",
+    ),
+    (
+        lambda: contrib.interp(X, X[0, 0, 0], X[0, 0, 0, 1:]),
+        ValueError,
+        r"fp: expected xp's shape \[16\], got \[15\]",
+    ),
     (lambda: contrib.histogram_matching(X, BYTES), TypeError, "template: expected a floating-point tensor"),
     (lambda: contrib.histogram_matching(X[0, 0, 0], X), ValueError, r"source: expected shapes \(\*, H, W\)"),
-    (lambda: contrib.histogram_matching(X, X[0], True), ValueError, "template: expected source's leading dimensions"),
+    (
+        lambda: contrib.histogram_matching(X, X[0], True),
+        ValueError,
+        "template: expected source's leading dimensions",
+    ),
 ]
 
 

@@ -19,7 +19,9 @@ def assert_same(actual: object, expected: object, tolerance: float) -> None:
 
 
 def inputs(case: Case, dtype: torch.dtype = torch.float32) -> list[tuple[Tensor, ...]]:
-    return [case.make(b, case.channels[k % len(case.channels)], h, w, dtype) for k, (b, h, w) in enumerate(SHAPES)]
+    return [
+        case.make(b, case.channels[k % len(case.channels)], h, w, dtype) for k, (b, h, w) in enumerate(SHAPES)
+    ]
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
@@ -52,7 +54,9 @@ def of_differentiable(case: Case, arguments: tuple[Tensor, ...]) -> Callable[...
 
 @pytest.mark.parametrize("case", [c for c in CASES if c.differentiable], ids=lambda case: case.name)
 def test_gradient(case: Case) -> None:
-    arguments = tuple(jittered(a, k) for k, a in enumerate(case.make(2, case.channels[-1], 8, 9, torch.float64)))
+    arguments = tuple(
+        jittered(a, k) for k, a in enumerate(case.make(2, case.channels[-1], 8, 9, torch.float64))
+    )
     if case.make is correspondences:
         arguments = case.make(2, 1, 7, 0, torch.float64)
     if case.make is rotations:
@@ -63,7 +67,8 @@ def test_gradient(case: Case) -> None:
 
 
 def jittered(value: Tensor, seed: int) -> Tensor:
-    """Moved off ties: photographs have equal neighbours, where minima, maxima and medians have no derivative."""
+    """Moved off ties: photographs have equal neighbours, where minima, maxima and medians have no
+    derivative."""
     generator = torch.Generator().manual_seed(seed)
     if value.dim() != 4:
         return value

@@ -1,4 +1,5 @@
-"""Matching by local affine maps: on scenes whose true matches are known, beside ratio tests, and against loops in NumPy."""
+"""Matching by local affine maps: on scenes whose true matches are known, beside ratio tests, and against
+loops in NumPy."""
 
 import math
 
@@ -14,9 +15,12 @@ SIZE = (HEIGHT, WIDTH)
 
 
 class Scene:
-    """Frames in one image, and in a second one, in another order, where ``moved`` takes all but some: those have descriptors and frames of nothing."""
+    """Frames in one image, and in a second one, in another order, where ``moved`` takes all but some: those
+    have descriptors and frames of nothing."""
 
-    def __init__(self, count: int, wrong: int, seed: int, moved: object, noise: float = 0.5, difference: float = 1.2) -> None:
+    def __init__(
+        self, count: int, wrong: int, seed: int, moved: object, noise: float = 0.5, difference: float = 1.2
+    ) -> None:
         self.random = np.random.default_rng(seed)
         centre = self.random.uniform(0, 1, (count, 2)) * (WIDTH, HEIGHT)
         frame1 = self.frames(centre)
@@ -45,7 +49,9 @@ class Scene:
         return x / np.linalg.norm(x, axis=-1, keepdims=True)
 
     def match(self, **settings: object) -> tuple[Tensor, Tensor, Tensor]:
-        return feature.match_adalam(self.desc1, self.desc2, self.lafs1, self.lafs2, **{"hw1": SIZE, "hw2": SIZE, **settings})
+        return feature.match_adalam(
+            self.desc1, self.desc2, self.lafs1, self.lafs2, **{"hw1": SIZE, "hw2": SIZE, **settings}
+        )
 
     def judged(self, found: tuple[Tensor, Tensor, Tensor]) -> tuple[float, float]:
         """Precision, and recall of all that are there."""
@@ -75,7 +81,9 @@ def by_quarters(frame: np.ndarray) -> np.ndarray:
     out = frame.copy()
     for k, (angle, stretch) in enumerate([(0.0, 1.0), (0.5, 1.3), (-0.4, 0.8), (0.9, 1.1)]):
         middle = np.array([WIDTH * (1 + 2 * (k % 2)) / 4, HEIGHT * (1 + 2 * (k // 2)) / 4])
-        matrix = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ np.diag([stretch, 1.0])
+        matrix = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ np.diag(
+            [stretch, 1.0]
+        )
         inside = (np.abs(frame[..., 2] - middle) <= (WIDTH / 4, HEIGHT / 4)).all(-1)
         moved = matrix @ frame[inside]
         moved[..., 2] += 0.9 * middle - matrix @ middle
@@ -84,7 +92,10 @@ def by_quarters(frame: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.parametrize(("wrong", "moved"), [(200, by_homography(0.5, 0.9, 2e-4)), (320, by_homography(-2.0, 1.2, 0.0)), (240, by_quarters)])
+@pytest.mark.parametrize(
+    ("wrong", "moved"),
+    [(200, by_homography(0.5, 0.9, 2e-4)), (320, by_homography(-2.0, 1.2, 0.0)), (240, by_quarters)],
+)
 def test_more_matches_than_by_ratios_and_fewer_wrong_ones(wrong: int, moved: object, seed: int) -> None:
     scene = Scene(400 + wrong, wrong, seed, moved)
     precision, recall = scene.judged(scene.match())
@@ -115,16 +126,28 @@ def test_frames_must_turn_and_grow_alike() -> None:
     """Matches in the right places, of which some are turned or grown, each by another amount."""
     scene = Scene(300, 0, 0, by_homography(0.5, 1.2, 0.0), difference=0.5)
     turned, grown = scene.partner[:30], scene.partner[30:60]
-    scene.lafs2[:, turned] = feature.rotate_laf(scene.lafs2[:, turned], torch.linspace(60, 300, 30)[None, :, None])
-    scene.lafs2[:, grown] = feature.scale_laf(scene.lafs2[:, grown], torch.logspace(0.4, 1.4, 30)[None, :, None, None])
+    scene.lafs2[:, turned] = feature.rotate_laf(
+        scene.lafs2[:, turned], torch.linspace(60, 300, 30)[None, :, None]
+    )
+    scene.lafs2[:, grown] = feature.scale_laf(
+        scene.lafs2[:, grown], torch.logspace(0.4, 1.4, 30)[None, :, None, None]
+    )
 
     def shares(**settings: float) -> list[float]:
         valid = scene.match(**settings)[2][0].float()
         return [float(part.mean()) for part in (valid[:30], valid[30:60], valid[60:])]
 
     assert shares() == [0.0, 0.0, pytest.approx(1.0, abs=0.02)]
-    assert shares(orientation_difference_threshold=180.0) == [pytest.approx(1.0, abs=0.05), 0.0, pytest.approx(1.0, abs=0.02)]
-    assert shares(scale_rate_threshold=50.0) == [0.0, pytest.approx(1.0, abs=0.05), pytest.approx(1.0, abs=0.02)]
+    assert shares(orientation_difference_threshold=180.0) == [
+        pytest.approx(1.0, abs=0.05),
+        0.0,
+        pytest.approx(1.0, abs=0.02),
+    ]
+    assert shares(scale_rate_threshold=50.0) == [
+        0.0,
+        pytest.approx(1.0, abs=0.05),
+        pytest.approx(1.0, abs=0.02),
+    ]
 
 
 def test_whole_images_may_be_turned_and_scaled() -> None:
@@ -146,7 +169,9 @@ def test_matches_to_one_place_are_none() -> None:
 
 def loop(scene: Scene, settings: dict) -> set[tuple[int, int]]:
     """The same by loops, with NumPy's sorting and least squares."""
-    desc1, desc2, lafs1, lafs2 = (x[0].double().numpy() for x in (scene.desc1, scene.desc2, scene.lafs1, scene.lafs2))
+    desc1, desc2, lafs1, lafs2 = (
+        x[0].double().numpy() for x in (scene.desc1, scene.desc2, scene.lafs1, scene.lafs2)
+    )
     d = np.linalg.norm(desc1[:, None] - desc2, axis=-1)
     nearest, mutual = d.argmin(1), d.argmin(0)[d.argmin(1)] == np.arange(len(d))
     sure = 1 - np.sort(d, 1)[:, 0] / np.sort(d, 1)[:, 1]
@@ -156,13 +181,19 @@ def loop(scene: Scene, settings: dict) -> set[tuple[int, int]]:
     growth = 0.5 * np.log(np.linalg.det(lafs2[..., :2]) / np.linalg.det(lafs1[..., :2]))
     radius = math.sqrt(HEIGHT * WIDTH / (math.pi * 100))
     reach = 4 * radius
-    seeds = [s for s in np.flatnonzero(mutual) if sure[s] == sure[mutual & (np.linalg.norm(p - p[s], axis=1) <= radius)].max()]
+    seeds = [
+        s
+        for s in np.flatnonzero(mutual)
+        if sure[s] == sure[mutual & (np.linalg.norm(p - p[s], axis=1) <= radius)].max()
+    ]
     found = set()
     for s in sorted(seeds, key=lambda s: -sure[s])[: settings["num_seeds"]]:
         angle = np.abs((turn - turn[s] + np.pi) % (2 * np.pi) - np.pi)
         around = (np.linalg.norm(p - p[s], axis=1) <= reach) & (np.linalg.norm(q - q[s], axis=1) <= reach)
         around &= (angle <= np.deg2rad(30)) & (np.abs(growth - growth[s]) <= math.log(1.5))
-        near = [k for k in np.argsort(-sure, kind="stable") if around[k] and k != s][: settings["num_neighbors"]]
+        near = [k for k in np.argsort(-sure, kind="stable") if around[k] and k != s][
+            : settings["num_neighbors"]
+        ]
         x, y = p - p[s], q - q[s]
 
         def limit(r: np.ndarray) -> float:
@@ -171,7 +202,10 @@ def loop(scene: Scene, settings: dict) -> set[tuple[int, int]]:
             return max(dense, default=-1.0)
 
         best, kept = -1.0, None
-        pairs = sorted(((i, j) for j in range(settings["num_neighbors"]) for i in range(j)), key=lambda ij: (sum(ij), ij[0]))
+        pairs = sorted(
+            ((i, j) for j in range(settings["num_neighbors"]) for i in range(j)),
+            key=lambda ij: (sum(ij), ij[0]),
+        )
         for i, j in pairs[: settings["ransac_iters"]]:
             if j >= len(near):
                 continue
@@ -191,10 +225,13 @@ def loop(scene: Scene, settings: dict) -> set[tuple[int, int]]:
     return found
 
 
-@pytest.mark.parametrize("settings", [
-    {"num_seeds": 100, "num_neighbors": 64, "ransac_iters": 40, "min_inliers": 6},
-    {"num_seeds": 7, "num_neighbors": 9, "ransac_iters": 36, "min_inliers": 3},
-])
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"num_seeds": 100, "num_neighbors": 64, "ransac_iters": 40, "min_inliers": 6},
+        {"num_seeds": 7, "num_neighbors": 9, "ransac_iters": 36, "min_inliers": 3},
+    ],
+)
 def test_loops_find_the_same(settings: dict) -> None:
     scene = Scene(220, 130, 5, by_homography(0.5, 0.9, 2e-4), difference=1.4)
     _, indices, valid = scene.match(**settings)
@@ -228,7 +265,13 @@ def test_what_a_mask_leaves_out_does_not_matter(size: tuple[int, int] | None) ->
     mask1, mask2 = torch.arange(200)[None] % 4 != 0, torch.arange(200)[None] % 5 != 1
     rows, columns = mask1[0].nonzero()[:, 0], mask2[0].nonzero()[:, 0]
     settings = {"area_ratio": 30.0, "hw1": size, "hw2": size}
-    _, pairs, valid = feature.match_adalam(scene.desc1[:, rows], scene.desc2[:, columns], scene.lafs1[:, rows], scene.lafs2[:, columns], **settings)
+    _, pairs, valid = feature.match_adalam(
+        scene.desc1[:, rows],
+        scene.desc2[:, columns],
+        scene.lafs1[:, rows],
+        scene.lafs2[:, columns],
+        **settings,
+    )
     expected = {(int(rows[i]), int(columns[j])) for i, j in pairs[valid].tolist()}
     scene.lafs1[~mask1], scene.lafs2[~mask2] = float("nan"), 1e30
     distances, pairs, valid = scene.match(mask1=mask1, mask2=mask2, **settings)
@@ -241,7 +284,11 @@ def test_nothing_matches_where_there_is_nothing() -> None:
     assert scene.match()[2].sum() <= 6
     nothing = torch.zeros(1, 300, dtype=torch.bool)
     flat = torch.zeros(1, 300, 2, 3)
-    for found in (scene.match(mask1=nothing), scene.match(mask2=nothing, hw1=None, hw2=None), scene.match(mask1=nothing, mask2=nothing, hw1=None, hw2=None)):
+    for found in (
+        scene.match(mask1=nothing),
+        scene.match(mask2=nothing, hw1=None, hw2=None),
+        scene.match(mask1=nothing, mask2=nothing, hw1=None, hw2=None),
+    ):
         assert not found[2].any() and (found[1] == -1).all() and (found[0] == 0).all()
     for hw in (SIZE, None):  # no frames at all
         distances, _, _ = feature.match_adalam(scene.desc1, scene.desc2, flat, flat, hw1=hw, hw2=hw)
@@ -257,7 +304,9 @@ def test_distances_are_the_nearests_and_have_their_gradients() -> None:
     nearest, _, _ = feature.match_nn(scene.desc1, scene.desc2)
     assert valid.sum() > 80
     torch.testing.assert_close(distances[valid], nearest[valid])
-    [got], [want] = (torch.autograd.grad(d[valid].sum(), scene.desc1, retain_graph=True) for d in (distances, nearest))
+    [got], [want] = (
+        torch.autograd.grad(d[valid].sum(), scene.desc1, retain_graph=True) for d in (distances, nearest)
+    )
     torch.testing.assert_close(got, want)
 
 
@@ -266,11 +315,27 @@ WRONG = [
     ({"lafs1": FRAME[:, :3]}, ValueError, "lafs1: expected a frame for each of 1 x 5"),
     ({"lafs2": FRAME[0]}, ValueError, r"lafs2: expected shape \(B, N, 2, 3\)"),
     ({"lafs2": FRAME.int()}, TypeError, "lafs2: expected a floating-point tensor"),
-    ({"area_ratio": 0.0}, ValueError, "area_ratio, search_expansion, min_confidence: expected positive numbers"),
-    ({"num_neighbors": 1}, ValueError, "num_seeds, num_neighbors, min_inliers: expected at least 1, 2 and 3, got 128, 1 and 6"),
+    (
+        {"area_ratio": 0.0},
+        ValueError,
+        "area_ratio, search_expansion, min_confidence: expected positive numbers",
+    ),
+    (
+        {"num_neighbors": 1},
+        ValueError,
+        "num_seeds, num_neighbors, min_inliers: expected at least 1, 2 and 3, got 128, 1 and 6",
+    ),
     ({"num_neighbors": 4, "ransac_iters": 7}, ValueError, "ransac_iters: expected from 1 to 6, got 7"),
-    ({"orientation_difference_threshold": 0.0}, ValueError, "orientation_difference_threshold: expected a positive number"),
-    ({"scale_rate_threshold": 0.9}, ValueError, "scale_rate_threshold, detected_scale_rate_threshold: expected at least 1"),
+    (
+        {"orientation_difference_threshold": 0.0},
+        ValueError,
+        "orientation_difference_threshold: expected a positive number",
+    ),
+    (
+        {"scale_rate_threshold": 0.9},
+        ValueError,
+        "scale_rate_threshold, detected_scale_rate_threshold: expected at least 1",
+    ),
     ({"hw1": torch.ones(3)}, ValueError, r"hw1: expected shape \(2,\) or \(B, 2\), got \[3\]"),
     ({"mask2": torch.ones(1, 5)}, TypeError, "mask2: expected dtype torch.bool"),
 ]

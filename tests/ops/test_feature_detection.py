@@ -13,31 +13,47 @@ from chiasm import feature
 
 
 def blob(height: int, width: int, x: float, y: float, sigma: float) -> Tensor:
-    across, down = torch.arange(width, dtype=torch.float64) - x, torch.arange(height, dtype=torch.float64)[:, None] - y
+    across, down = (
+        torch.arange(width, dtype=torch.float64) - x,
+        torch.arange(height, dtype=torch.float64)[:, None] - y,
+    )
     return torch.exp(-(across**2 + down**2) / (2 * sigma * sigma))[None, None]
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize(("response", "sigma"), [("hessian", 4.2), ("hessian", 9.0), ("dog", 3.0), ("dog", 7.7)])
+@pytest.mark.parametrize(
+    ("response", "sigma"), [("hessian", 4.2), ("hessian", 9.0), ("dog", 3.0), ("dog", 7.7)]
+)
 def test_blob_has_its_place_and_scale(response: str, sigma: float, sign: float) -> None:
-    """det H is largest at the blob's scale; a difference of Gaussians, at that scale between both, of which the finer one counts."""
-    lafs, scores, valid = feature.detect_keypoints(sign * blob(121, 143, 70.3, 58.6, sigma), 5, response, mr_size=1.0)
+    """det H is largest at the blob's scale; a difference of Gaussians, at that scale between both, of which
+    the finer one counts."""
+    lafs, scores, valid = feature.detect_keypoints(
+        sign * blob(121, 143, 70.3, 58.6, sigma), 5, response, mr_size=1.0
+    )
     assert valid[0, 0] and scores[0, 0] > 5 * scores[0, 1]
     found = float(lafs[0, 0, 0, 0]) * (2 ** (1 / 6) if response == "dog" else 1.0)
-    # An image is taken to be blurred by half a pixel that this one is not blurred by; the Hessian's kernels blur, too.
+    # An image is taken to be blurred by half a pixel that this one is not blurred by; the Hessian's kernels
+    # blur, too.
     assert abs(found / np.sqrt(sigma**2 + 0.25) - 1) < 0.07
     assert (lafs[0, 0, :, 2] - torch.tensor([70.3, 58.6])).abs().max() < 0.12
     assert (lafs[0, 0, 0, 1] == 0) and lafs[0, 0, 0, 0] == lafs[0, 0, 1, 1]
 
 
-# --- a loop in NumPy ---------------------------------------------------------------------------------------------------
+# --- a loop in NumPy ----------------------------------------------------------------------------------------
 
 
 def at_a_level(plane: np.ndarray, response: str) -> np.ndarray:
     if response == "hessian":
-        smooth, slope, curve = np.array([1, 4, 6, 4, 1]) / 16, np.array([-1, -2, 0, 2, 1]) / 6, np.array([1, 0, -2, 0, 1]) / 4
+        smooth, slope, curve = (
+            np.array([1, 4, 6, 4, 1]) / 16,
+            np.array([-1, -2, 0, 2, 1]) / 6,
+            np.array([1, 0, -2, 0, 1]) / 4,
+        )
         taps = ((smooth, curve), (slope, slope), (curve, smooth))
-        xx, xy, yy = (ndi.correlate1d(ndi.correlate1d(plane, d, 0, mode="nearest"), a, 1, mode="nearest") for d, a in taps)
+        xx, xy, yy = (
+            ndi.correlate1d(ndi.correlate1d(plane, d, 0, mode="nearest"), a, 1, mode="nearest")
+            for d, a in taps
+        )
         return xx * yy - xy * xy
     s = structure(plane, "sobel")
     if response == "gftt":
@@ -45,7 +61,9 @@ def at_a_level(plane: np.ndarray, response: str) -> np.ndarray:
     return np.linalg.det(s) - 0.04 * np.trace(s, axis1=-2, axis2=-1) ** 2
 
 
-def response_octaves(plane: np.ndarray, response: str, octaves: int, levels: int, sigma: float) -> list[np.ndarray]:
+def response_octaves(
+    plane: np.ndarray, response: str, octaves: int, levels: int, sigma: float
+) -> list[np.ndarray]:
     def blurred(p: np.ndarray, s: float) -> np.ndarray:
         return ndi.gaussian_filter(p, s, mode="nearest", radius=int(np.ceil(4 * s)))
 
@@ -57,7 +75,14 @@ def response_octaves(plane: np.ndarray, response: str, octaves: int, levels: int
         if response == "dog":
             out.append(np.diff(space, axis=0))
         else:
-            out.append(np.stack([at_a_level(p, response) * (sigma * 2 ** (k / levels)) ** 4 for k, p in enumerate(space[: levels + 2])]))
+            out.append(
+                np.stack(
+                    [
+                        at_a_level(p, response) * (sigma * 2 ** (k / levels)) ** 4
+                        for k, p in enumerate(space[: levels + 2])
+                    ]
+                )
+            )
         first = space[levels][::2, ::2]
     return out
 
@@ -76,7 +101,13 @@ def refined(v: np.ndarray, z: int, y: int, x: int) -> tuple[np.ndarray, float]:
                 hessian[i, j] = (
                     n[tuple(one + e)] - 2 * n[1, 1, 1] + n[tuple(one - e)]
                     if i == j
-                    else (n[tuple(one + e + f)] - n[tuple(one + e - f)] - n[tuple(one - e + f)] + n[tuple(one - e - f)]) / 4
+                    else (
+                        n[tuple(one + e + f)]
+                        - n[tuple(one + e - f)]
+                        - n[tuple(one - e + f)]
+                        + n[tuple(one - e - f)]
+                    )
+                    / 4
                 )
         if abs(np.linalg.det(hessian)) <= 1e-7 * np.abs(hessian).max() ** 3:
             break
@@ -84,7 +115,9 @@ def refined(v: np.ndarray, z: int, y: int, x: int) -> tuple[np.ndarray, float]:
         if np.abs(shift).max() <= 0.6:
             return at + shift, n[1, 1, 1] + gradient @ shift / 2
         if tries < 2:
-            at = np.clip(at + np.where(np.abs(shift) > 0.6, np.sign(shift), 0).astype(int), 1, np.array(v.shape) - 2)
+            at = np.clip(
+                at + np.where(np.abs(shift) > 0.6, np.sign(shift), 0).astype(int), 1, np.array(v.shape) - 2
+            )
     return np.array([z, y, x], float), v[z, y, x]
 
 
@@ -111,23 +144,34 @@ def test_detection_is_the_loop(batch: int, response: str) -> None:
         expected = by_loops(image[b, 0].numpy(), response, 3, 2.0)
         count = int(valid[b].sum())
         assert 15 < count == len(expected) and valid[b, :count].all()
-        actual = np.stack([lafs[b, :count, 0, 2], lafs[b, :count, 1, 2], lafs[b, :count, 0, 0], scores[b, :count]], 1)
+        actual = np.stack(
+            [lafs[b, :count, 0, 2], lafs[b, :count, 1, 2], lafs[b, :count, 0, 0], scores[b, :count]], 1
+        )
         np.testing.assert_allclose(actual, expected, rtol=1e-5, atol=1e-6)
         assert (lafs[b, count:] == 0).all() and (scores[b, count:] == 0).all()
 
 
 def test_dog_finds_what_opencv_finds() -> None:
-    """OpenCV doubles the image first, and drops edges and weak extrema: its larger key points are all among ours."""
+    """OpenCV doubles the image first, and drops edges and weak extrema: its larger key points are all among
+    ours."""
     grey = cv2.cvtColor(load("coffee.png"), cv2.COLOR_RGB2GRAY)[:340, :400]
     theirs = [k for k in cv2.SIFT_create().detect(np.ascontiguousarray(grey), None) if 2.2 < k.size / 2 < 10]
-    lafs, _, valid = feature.detect_keypoints(torch.from_numpy(grey.copy())[None, None] / 255.0, 1000, "dog", 4, mr_size=1.0)
+    lafs, _, valid = feature.detect_keypoints(
+        torch.from_numpy(grey.copy())[None, None] / 255.0, 1000, "dog", 4, mr_size=1.0
+    )
     ours = torch.cat([lafs[0, :, :, 2], lafs[0, :, :1, 0]], 1)[valid[0]].numpy()
     inner = [k for k in theirs if 12 < k.pt[0] < 388 and 12 < k.pt[1] < 328]
-    found = [np.any((np.hypot(ours[:, 0] - k.pt[0], ours[:, 1] - k.pt[1]) < 1.0) & (np.abs(np.log(2 * ours[:, 2] / k.size)) < 0.15)) for k in inner]
+    found = [
+        np.any(
+            (np.hypot(ours[:, 0] - k.pt[0], ours[:, 1] - k.pt[1]) < 1.0)
+            & (np.abs(np.log(2 * ours[:, 2] / k.size)) < 0.15)
+        )
+        for k in inner
+    ]
     assert len(inner) > 30 and np.mean(found) > 0.85
 
 
-# --- slots -------------------------------------------------------------------------------------------------------------
+# --- slots --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("response", ["harris", "gftt", "hessian", "dog"])
@@ -169,12 +213,28 @@ def test_gradient() -> None:
 
 IMAGE = torch.zeros(1, 1, 16, 16)
 WRONG = [
-    (lambda: feature.detect_keypoints(IMAGE.expand(1, 3, 16, 16), 5), ValueError, r"img: expected shape \(B, 1, H, W\)"),
+    (
+        lambda: feature.detect_keypoints(IMAGE.expand(1, 3, 16, 16), 5),
+        ValueError,
+        r"img: expected shape \(B, 1, H, W\)",
+    ),
     (lambda: feature.detect_keypoints(IMAGE[..., :7], 5), ValueError, "img: expected at least 8 x 8 pixels"),
     (lambda: feature.detect_keypoints(IMAGE, 5, "fast"), ValueError, "response: expected one of"),
-    (lambda: feature.detect_keypoints(IMAGE, 0), ValueError, "max_keypoints, num_octaves, n_levels: expected positive numbers, got 0, 4 and 3"),
-    (lambda: feature.detect_keypoints(IMAGE, 5, init_sigma=0.5), ValueError, "init_sigma: expected more than 0.5"),
-    (lambda: feature.detect_keypoints(IMAGE, 5, threshold=-1.0), ValueError, "threshold: expected a number >= 0"),
+    (
+        lambda: feature.detect_keypoints(IMAGE, 0),
+        ValueError,
+        "max_keypoints, num_octaves, n_levels: expected positive numbers, got 0, 4 and 3",
+    ),
+    (
+        lambda: feature.detect_keypoints(IMAGE, 5, init_sigma=0.5),
+        ValueError,
+        "init_sigma: expected more than 0.5",
+    ),
+    (
+        lambda: feature.detect_keypoints(IMAGE, 5, threshold=-1.0),
+        ValueError,
+        "threshold: expected a number >= 0",
+    ),
 ]
 
 

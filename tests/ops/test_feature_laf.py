@@ -33,13 +33,20 @@ def test_parts(batch: int) -> None:
 def test_scale_of_thin_frames_in_float32() -> None:
     """The two products of the determinant agree in six digits."""
     laf = torch.tensor([[[[1000.0, 1001.0, 0.0], [1001.0, 1002.003, 0.0]]]])
-    close(feature.get_laf_scale(laf).double().flatten(), [math.sqrt(abs(np.linalg.det(laf[0, 0, :, :2].double().numpy())))], 1e-6)
+    close(
+        feature.get_laf_scale(laf).double().flatten(),
+        [math.sqrt(abs(np.linalg.det(laf[0, 0, :, :2].double().numpy())))],
+        1e-6,
+    )
 
 
 def test_angles_are_those_of_opencv_key_points() -> None:
-    """cv2 turns key points clockwise on the screen: its rotation matrices, about the origin, go the other way."""
+    """cv2 turns key points clockwise on the screen: its rotation matrices, about the origin, go the other
+    way."""
     angle = torch.tensor([[[30.0], [-75.0], [160.0]]], dtype=torch.float64)
-    laf = feature.laf_from_center_scale_ori(torch.zeros(1, 3, 2, dtype=torch.float64), torch.full([1, 3, 1, 1], 4.0), angle)
+    laf = feature.laf_from_center_scale_ori(
+        torch.zeros(1, 3, 2, dtype=torch.float64), torch.full([1, 3, 1, 1], 4.0), angle
+    )
     for k in range(3):
         close(laf[0, k, :, :2], cv2.getRotationMatrix2D((0, 0), float(angle[0, k]), 4.0)[:, :2])
     close(feature.get_laf_orientation(laf), angle)
@@ -52,7 +59,11 @@ def test_turning_keeps_ellipses() -> None:
     for changed in (turned, feature.rotate_laf(laf, angle), feature.make_upright(laf)):
         close(changed[..., :2] @ changed[..., :2].mT, laf[..., :2] @ laf[..., :2].mT, 1e-10)
         close(changed[..., 2], laf[..., 2])
-    close(feature.get_laf_orientation(feature.rotate_laf(laf, -feature.get_laf_orientation(laf))), torch.zeros(3, 7, 1), 1e-9)
+    close(
+        feature.get_laf_orientation(feature.rotate_laf(laf, -feature.get_laf_orientation(laf))),
+        torch.zeros(3, 7, 1),
+        1e-9,
+    )
 
 
 def test_upright_is_the_triangular_factor() -> None:
@@ -60,7 +71,9 @@ def test_upright_is_the_triangular_factor() -> None:
     laf[0, 0, 0, :2] *= -1.0  # mirrored
     q, r = np.linalg.qr(laf[..., :2].mT.numpy())
     sign = np.sign(r[..., 0, 0])[..., None, None]
-    rotation = np.where(np.linalg.det(q)[..., None] < 0, np.stack([sign[..., 0, 0], -sign[..., 0, 0]], -1), sign[..., 0])
+    rotation = np.where(
+        np.linalg.det(q)[..., None] < 0, np.stack([sign[..., 0, 0], -sign[..., 0, 0]], -1), sign[..., 0]
+    )
     close(feature.make_upright(laf)[..., :2], np.swapaxes(r, -1, -2) * rotation[..., None, :], 1e-10)
 
 
@@ -115,7 +128,10 @@ def test_ellipses() -> None:
 
 
 def test_forms_that_are_no_ellipses() -> None:
-    ells = torch.tensor([[[1.0, 2.0, 1.0, 2.0, 1.0], [1.0, 2.0, -1.0, 0.0, -1.0], [1.0, 2.0, 1.0, 0.5, 1.0]]], requires_grad=True)
+    ells = torch.tensor(
+        [[[1.0, 2.0, 1.0, 2.0, 1.0], [1.0, 2.0, -1.0, 0.0, -1.0], [1.0, 2.0, 1.0, 0.5, 1.0]]],
+        requires_grad=True,
+    )
     laf = feature.ellipse_to_laf(ells)
     assert feature.laf_is_filled(laf).tolist() == [[False, False, True]]
     laf.sum().backward()
@@ -141,7 +157,7 @@ def test_inside() -> None:
         assert 0 < expected.sum() < expected.size
 
 
-# --- homographies ------------------------------------------------------------------------------------------------------
+# --- homographies -------------------------------------------------------------------------------------------
 
 H = torch.tensor([[1.1, 0.1, -3.0], [-0.05, 0.9, 5.0], [1e-3, -2e-3, 1.0]], dtype=torch.float64)
 
@@ -153,7 +169,9 @@ def test_perspective_is_the_jacobian() -> None:
     for b in range(3):
         for n in range(7):
             centre = laf[b, n, :, 2]
-            at = torch.autograd.functional.jacobian(lambda p, m=homographies[b]: transform_points(m[None], p[None, None])[0, 0], centre)
+            at = torch.autograd.functional.jacobian(
+                lambda p, m=homographies[b]: transform_points(m[None], p[None, None])[0, 0], centre
+            )
             close(mapped[b, n, :, :2], at @ laf[b, n, :, :2])
             close(mapped[b, n, :, 2], transform_points(homographies[b][None], centre[None, None])[0, 0])
 
@@ -167,27 +185,59 @@ def test_perspective_of_affine_maps_takes_every_point_along() -> None:
 
 def test_singular_frames_have_gradients() -> None:
     laf = torch.zeros(1, 2, 2, 3, requires_grad=True)
-    total = feature.get_laf_scale(laf).sum() + feature.get_laf_orientation(laf).sum() + feature.make_upright(laf).sum()
+    total = (
+        feature.get_laf_scale(laf).sum()
+        + feature.get_laf_orientation(laf).sum()
+        + feature.make_upright(laf).sum()
+    )
     total.backward()
     assert laf.grad is not None and torch.isfinite(laf.grad).all()
 
 
 FRAME, IMAGE = torch.zeros(1, 2, 2, 3), torch.zeros(1, 1, 8, 8)
 WRONG = [
-    (lambda: feature.get_laf_center(FRAME[0]), ValueError, r"LAF: expected shape \(B, N, 2, 3\), got \[2, 2, 3\]"),
+    (
+        lambda: feature.get_laf_center(FRAME[0]),
+        ValueError,
+        r"LAF: expected shape \(B, N, 2, 3\), got \[2, 2, 3\]",
+    ),
     (lambda: feature.get_laf_scale(FRAME.int()), TypeError, "LAF: expected a floating-point tensor"),
-    (lambda: feature.rotate_laf(FRAME, torch.zeros(1, 2)), ValueError, r"angles_degrees: expected shape \(B, N, 1\), got \[1, 2\]"),
-    (lambda: feature.set_laf_orientation(FRAME, torch.zeros(1, 2)), ValueError, "angles_degrees: expected shape"),
+    (
+        lambda: feature.rotate_laf(FRAME, torch.zeros(1, 2)),
+        ValueError,
+        r"angles_degrees: expected shape \(B, N, 1\), got \[1, 2\]",
+    ),
+    (
+        lambda: feature.set_laf_orientation(FRAME, torch.zeros(1, 2)),
+        ValueError,
+        "angles_degrees: expected shape",
+    ),
     (lambda: feature.scale_laf(FRAME[..., :2], 1.0), ValueError, "laf: expected shape"),
-    (lambda: feature.laf_from_center_scale_ori(torch.zeros(1, 3)), ValueError, r"xy: expected shape \(B, N, 2\)"),
-    (lambda: feature.laf_from_center_scale_ori(FRAME[..., 0], torch.zeros(1, 2)), ValueError, r"scale: expected shape \(B, N, 1, 1\)"),
-    (lambda: feature.laf_from_center_scale_ori(FRAME[..., 0], None, torch.zeros(1, 2)), ValueError, r"ori: expected shape \(B, N, 1\)"),
+    (
+        lambda: feature.laf_from_center_scale_ori(torch.zeros(1, 3)),
+        ValueError,
+        r"xy: expected shape \(B, N, 2\)",
+    ),
+    (
+        lambda: feature.laf_from_center_scale_ori(FRAME[..., 0], torch.zeros(1, 2)),
+        ValueError,
+        r"scale: expected shape \(B, N, 1, 1\)",
+    ),
+    (
+        lambda: feature.laf_from_center_scale_ori(FRAME[..., 0], None, torch.zeros(1, 2)),
+        ValueError,
+        r"ori: expected shape \(B, N, 1\)",
+    ),
     (lambda: feature.normalize_laf(FRAME, IMAGE[0]), ValueError, r"images: expected shape \(B, C, H, W\)"),
     (lambda: feature.laf_from_three_points(FRAME[0]), ValueError, "threepts: expected shape"),
     (lambda: feature.laf_to_boundary_points(FRAME, 1), ValueError, "n_pts: expected at least 2, got 1"),
     (lambda: feature.ellipse_to_laf(FRAME), ValueError, r"ells: expected shape \(B, N, 5\)"),
     (lambda: feature.laf_is_inside_image(FRAME, IMAGE[0]), ValueError, "images: expected shape"),
-    (lambda: feature.perspective_transform_lafs(H, FRAME), ValueError, r"trans_01: expected shape \(B, 3, 3\)"),
+    (
+        lambda: feature.perspective_transform_lafs(H, FRAME),
+        ValueError,
+        r"trans_01: expected shape \(B, 3, 3\)",
+    ),
 ]
 
 

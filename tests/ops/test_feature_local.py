@@ -1,4 +1,5 @@
-"""Detectors, descriptors and matchers as modules: each is the functions that it stands for, and any may be another's."""
+"""Detectors, descriptors and matchers as modules: each is the functions that it stands for, and any may be
+another's."""
 
 from typing import Tuple
 
@@ -35,7 +36,9 @@ def assert_scripts(module: nn.Module, *inputs: Tensor) -> None:
 
 def test_the_detector_is_its_parts() -> None:
     img = photo()
-    lafs, scores, valid = feature.detect_keypoints(rgb_to_grayscale(img), SLOTS, "dog", 2, mr_size=3.0, threshold=0.005)
+    lafs, scores, valid = feature.detect_keypoints(
+        rgb_to_grayscale(img), SLOTS, "dog", 2, mr_size=3.0, threshold=0.005
+    )
     assert 20 < valid.sum() < SLOTS
     for actual, expected in zip(detector()(img), (lafs, scores, valid), strict=True):
         assert actual.equal(expected)
@@ -50,7 +53,9 @@ def test_the_detector_is_its_parts() -> None:
 def test_descriptors_of_empty_slots_are_zeros() -> None:
     img = photo().repeat(2, 1, 1, 1)
     img[1] = 0.5
-    module = feature.LocalFeature(detector(ori_module=feature.OrientLaf()), feature.LAFDescriptor(feature.SiftDescribe(), 16))
+    module = feature.LocalFeature(
+        detector(ori_module=feature.OrientLaf()), feature.LAFDescriptor(feature.SiftDescribe(), 16)
+    )
     lafs, scores, valid, descriptors = module(img)
     assert valid[0].sum() > 20 and not valid[1].any()
     assert (descriptors[~valid] == 0).all() and (scores[~valid] == 0).all() and (lafs[~valid] == 0).all()
@@ -64,7 +69,9 @@ def test_the_matcher_is_its_functions() -> None:
     first, noise = torch.rand(2, 40, 8, generator=generator), torch.rand(2, 50, 8, generator=generator)
     second = noise.clone()
     second[:, :40] = first + 0.2 * noise[:, :40]
-    lafs1 = torch.cat([torch.eye(2).expand(2, 50, 2, 2), 30 * torch.rand(2, 50, 2, 1, generator=generator)], -1)
+    lafs1 = torch.cat(
+        [torch.eye(2).expand(2, 50, 2, 2), 30 * torch.rand(2, 50, 2, 1, generator=generator)], -1
+    )
     lafs2 = lafs1 + torch.tensor([[0.0, 0.0, 3.0], [0.0, 0.0, -2.0]])
     lafs1 = lafs1[:, :40]
     mask1, mask2 = torch.arange(40).expand(2, 40) % 5 != 2, torch.arange(50).expand(2, 50) % 7 != 1
@@ -90,7 +97,10 @@ def test_two_views_of_a_photo(mode: str) -> None:
     img = photo("coffee.png")
     first, second = img[..., :, :145], 0.8 * img[..., 8:, 15:]
     module = feature.LocalFeatureMatcher(
-        feature.LocalFeature(detector(ori_module=feature.OrientLaf()), feature.LAFDescriptor(feature.SiftDescribe(), 32)), mode
+        feature.LocalFeature(
+            detector(ori_module=feature.OrientLaf()), feature.LAFDescriptor(feature.SiftDescribe(), 32)
+        ),
+        mode,
     )
     points1, points2, distances, valid, lafs1, lafs2 = module(first, second)
     assert points1.shape == points2.shape == (1, SLOTS, 2) and distances.shape == valid.shape == (1, SLOTS)
@@ -109,7 +119,11 @@ class Grid(nn.Module):
         x, y = 8 * (place % 4) + 10, 8 * torch.floor(place / 4) + 10
         six, zero = torch.full_like(x, 6.0), torch.zeros_like(x)
         lafs = torch.stack([torch.stack([six, zero, x], -1), torch.stack([zero, six, y], -1)], -2)
-        return lafs.expand(img.size(0), -1, -1, -1), torch.ones_like(x).expand(img.size(0), -1), (place < 9).expand(img.size(0), -1)
+        return (
+            lafs.expand(img.size(0), -1, -1, -1),
+            torch.ones_like(x).expand(img.size(0), -1),
+            (place < 9).expand(img.size(0), -1),
+        )
 
 
 class Whitened(nn.Module):
@@ -126,7 +140,9 @@ class Whitened(nn.Module):
 
 def test_a_users_own_modules_learn_through_it() -> None:
     img = photo()[..., :48, :60]
-    module = feature.LocalFeatureMatcher(feature.LocalFeature(Grid(), feature.LAFDescriptor(Whitened(), 8)), "nn")
+    module = feature.LocalFeatureMatcher(
+        feature.LocalFeature(Grid(), feature.LAFDescriptor(Whitened(), 8)), "nn"
+    )
     assert_scripts(module, img, img + 0.02)
     _, _, distances, valid, _, _ = module(img, img.flip(3))
     assert valid.tolist() == [[True] * 9 + [False] * 3]

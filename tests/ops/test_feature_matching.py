@@ -43,7 +43,9 @@ def test_nearest_and_mutual(batch: int, count: int, others: int) -> None:
 
 def ratios(first: np.ndarray, second: np.ndarray, th: float) -> dict[tuple[int, int], float]:
     both = cv2.BFMatcher(cv2.NORM_L2).knnMatch(first, second, k=2)
-    return {(m.queryIdx, m.trainIdx): m.distance / n.distance for m, n in both if m.distance <= th * n.distance}
+    return {
+        (m.queryIdx, m.trainIdx): m.distance / n.distance for m, n in both if m.distance <= th * n.distance
+    }
 
 
 @pytest.mark.parametrize(("batch", "count", "others", "th"), [(1, 50, 41, 0.8), (3, 23, 37, 0.95)])
@@ -59,7 +61,9 @@ def test_ratios(batch: int, count: int, others: int, th: float) -> None:
         torch.testing.assert_close(actual, expected)
 
 
-@pytest.mark.parametrize("function", [feature.match_nn, feature.match_mnn, feature.match_snn, feature.match_smnn])
+@pytest.mark.parametrize(
+    "function", [feature.match_nn, feature.match_mnn, feature.match_snn, feature.match_smnn]
+)
 def test_without_a_batch_and_with_given_distances(function: object) -> None:
     first, second = descriptors(1, 30, 21)
     expected = function(first, second)
@@ -72,7 +76,9 @@ def test_without_a_batch_and_with_given_distances(function: object) -> None:
             torch.testing.assert_close(actual, part)
 
 
-@pytest.mark.parametrize("function", [feature.match_nn, feature.match_mnn, feature.match_snn, feature.match_smnn])
+@pytest.mark.parametrize(
+    "function", [feature.match_nn, feature.match_mnn, feature.match_snn, feature.match_smnn]
+)
 def test_masks_leave_descriptors_out(function: object) -> None:
     first, second = descriptors(1, 30, 21)
     mask1, mask2 = torch.arange(30)[None] % 4 != 0, torch.arange(21)[None] % 3 != 1
@@ -116,7 +122,10 @@ def test_one_descriptor_has_no_ratio() -> None:
 def test_fginn(batch: int, mutual: bool) -> None:
     first, second = descriptors(batch, 31, 43)
     second[:, 30:36] = second[:, 0:6] + 0.01  # doubles, some of them in the same place
-    laf1, laf2 = (frames(torch.Generator().manual_seed(n), {"B": batch, "N": n, "H": 60, "W": 80}).float() for n in (31, 43))
+    laf1, laf2 = (
+        frames(torch.Generator().manual_seed(n), {"B": batch, "N": n, "H": 60, "W": 80}).float()
+        for n in (31, 43)
+    )
     laf2[:, 30:33, :, 2] = laf2[:, 0:3, :, 2] + 2.0
     found = feature.match_fginn(first, second, laf1, laf2, 0.85, 9.0, mutual)
     for b in range(batch):
@@ -141,15 +150,31 @@ def test_zero_distances_have_gradients() -> None:
 A, B, FRAME = torch.zeros(3, 4), torch.zeros(5, 4), torch.zeros(1, 5, 2, 3)
 WRONG = [
     (lambda: feature.match_nn(A.int(), B), TypeError, "desc1: expected a floating-point tensor"),
-    (lambda: feature.match_nn(A[0], B), ValueError, r"desc1: expected shape \(N1, D\) or \(B, N1, D\), got \[4\]"),
-    (lambda: feature.match_nn(A, B[:, :3]), ValueError, "desc2: expected some descriptors like those of desc1"),
+    (
+        lambda: feature.match_nn(A[0], B),
+        ValueError,
+        r"desc1: expected shape \(N1, D\) or \(B, N1, D\), got \[4\]",
+    ),
+    (
+        lambda: feature.match_nn(A, B[:, :3]),
+        ValueError,
+        "desc2: expected some descriptors like those of desc1",
+    ),
     (lambda: feature.match_nn(A, B[:0]), ValueError, "desc2: expected some descriptors"),
     (lambda: feature.match_nn(A[None], B.expand(2, 5, 4)), ValueError, "desc2: expected desc1's batch of 1"),
     (lambda: feature.match_mnn(A, B, torch.zeros(5, 3)), ValueError, "dm: expected 3 x 5 distances"),
     (lambda: feature.match_snn(A, B, mask1=torch.ones(3)), TypeError, "mask1: expected dtype torch.bool"),
-    (lambda: feature.match_smnn(A, B, mask2=torch.ones(3) > 0), ValueError, "mask2: expected one entry for each of 5"),
+    (
+        lambda: feature.match_smnn(A, B, mask2=torch.ones(3) > 0),
+        ValueError,
+        "mask2: expected one entry for each of 5",
+    ),
     (lambda: feature.match_smnn_batched(A, B), ValueError, r"desc1: expected shape \(B, N1, D\)"),
-    (lambda: feature.match_fginn(A, B, FRAME[:, :3], FRAME[:, :3]), ValueError, "lafs2: expected a frame for each of 5"),
+    (
+        lambda: feature.match_fginn(A, B, FRAME[:, :3], FRAME[:, :3]),
+        ValueError,
+        "lafs2: expected a frame for each of 5",
+    ),
 ]
 
 

@@ -1,4 +1,5 @@
-"""Kernel descriptors against the kernel itself, summed over all pairs of pixels in NumPy, and SciPy's Bessel functions."""
+"""Kernel descriptors against the kernel itself, summed over all pairs of pixels in NumPy, and SciPy's Bessel
+functions."""
 
 import numpy as np
 import pytest
@@ -25,7 +26,12 @@ def pixels(patch: np.ndarray) -> dict[str, np.ndarray]:
     dx, dy = (p[1:-1, 2:] - p[1:-1, :-2]) / 2, (p[2:, 1:-1] - p[:-2, 1:-1]) / 2
     y, x = np.mgrid[:size, :size] - (size - 1) / 2
     r = np.hypot(x, y) / np.hypot((size - 1) / 2, (size - 1) / 2)
-    made = {"w": np.hypot(dx, dy) ** 0.5 * np.exp(-(r**2)), "t": np.arctan2(dy, dx), "p": np.arctan2(y, x), "r": np.pi * r}
+    made = {
+        "w": np.hypot(dx, dy) ** 0.5 * np.exp(-(r**2)),
+        "t": np.arctan2(dy, dx),
+        "p": np.arctan2(y, x),
+        "r": np.pi * r,
+    }
     made |= {"x": np.pi * (x / (size - 1) + 0.5), "y": np.pi * (y / (size - 1) + 0.5)}
     return {k: v.ravel() for k, v in made.items()}
 
@@ -60,7 +66,9 @@ def test_products_are_the_kernel(kernel_type: str, dimensions: int, size: int) -
     assert single.dtype == torch.float32
     torch.testing.assert_close(single.double(), described, atol=1e-6, rtol=0)
     half = feature.mkd_describe(patches.half(), kernel_type)
-    torch.testing.assert_close(half, feature.mkd_describe(patches.half().double(), kernel_type).half(), atol=1e-3, rtol=0)
+    torch.testing.assert_close(
+        half, feature.mkd_describe(patches.half().double(), kernel_type).half(), atol=1e-3, rtol=0
+    )
 
 
 def test_order_of_the_entries() -> None:
@@ -71,11 +79,21 @@ def test_order_of_the_entries() -> None:
     def features(angle: np.ndarray, kappa: float, frequencies: int) -> np.ndarray:
         a = ive(np.arange(frequencies + 1), kappa) * 2 / (1 - np.exp(-2 * kappa))
         a[0] = (ive(0, kappa) - np.exp(-2 * kappa)) / (1 - np.exp(-2 * kappa))
-        waves = [np.ones_like(angle)] + [f(k * angle) for k in range(1, frequencies + 1) for f in (np.cos, np.sin)]
+        waves = [np.ones_like(angle)] + [
+            f(k * angle) for k in range(1, frequencies + 1) for f in (np.cos, np.sin)
+        ]
         return np.sqrt(np.repeat(a, [1] + [2] * frequencies))[:, None] * np.array(waves)
 
-    cart = np.einsum("p,ap,bp,cp->abc", p["w"], features(p["t"], 8, 3), features(p["y"], 1, 1), features(p["x"], 1, 1)).ravel()
-    polar = np.einsum("p,ap,bp,cp->abc", p["w"], features(p["t"] - p["p"], 8, 3), features(p["r"], 8, 2), features(p["p"], 8, 2)).ravel()
+    cart = np.einsum(
+        "p,ap,bp,cp->abc", p["w"], features(p["t"], 8, 3), features(p["y"], 1, 1), features(p["x"], 1, 1)
+    ).ravel()
+    polar = np.einsum(
+        "p,ap,bp,cp->abc",
+        p["w"],
+        features(p["t"] - p["p"], 8, 3),
+        features(p["r"], 8, 2),
+        features(p["p"], 8, 2),
+    ).ravel()
     both = np.concatenate([polar / np.linalg.norm(polar), cart / np.linalg.norm(cart)]) / np.sqrt(2)
     np.testing.assert_allclose(feature.mkd_describe(patch)[0], both, atol=1e-13)
 
@@ -92,23 +110,34 @@ def test_coefficients(kappa: float) -> None:
 def test_a_turned_patch_turns_the_pixels_directions_only() -> None:
     """A quarter turn keeps the length of each frequency of the polar descriptor."""
     patch = photo(1, 1, 16, 16, torch.float64)
-    one, other = (feature.mkd_describe(p, "polar").reshape(35, 5) for p in (patch, torch.rot90(patch, -1, [2, 3])))
+    one, other = (
+        feature.mkd_describe(p, "polar").reshape(35, 5) for p in (patch, torch.rot90(patch, -1, [2, 3]))
+    )
     torch.testing.assert_close(other[:, 0], one[:, 0])
     for k in (1, 2):
-        # the picture turned clockwise, that is from x towards y: every pixel's direction grows by a quarter turn
-        a, b = torch.complex(one[:, 2 * k - 1], one[:, 2 * k]), torch.complex(other[:, 2 * k - 1], other[:, 2 * k])
+        # the picture turned clockwise, that is from x towards y: every pixel's direction grows by a quarter
+        # turn
+        a, b = (
+            torch.complex(one[:, 2 * k - 1], one[:, 2 * k]),
+            torch.complex(other[:, 2 * k - 1], other[:, 2 * k]),
+        )
         torch.testing.assert_close(b, a * 1j**k)
 
 
 def test_projection_and_power() -> None:
     patches = photo(5, 1, 13, 13, torch.float64)
     generator = torch.Generator().manual_seed(0)
-    projection, mean = torch.randn((63, 10), generator=generator, dtype=torch.float64), 0.1 * torch.rand(63, generator=generator, dtype=torch.float64)
+    projection, mean = (
+        torch.randn((63, 10), generator=generator, dtype=torch.float64),
+        0.1 * torch.rand(63, generator=generator, dtype=torch.float64),
+    )
     raw = feature.mkd_describe(patches, "cart").numpy()
     projected = (raw - mean.numpy()) @ projection.numpy()
     expected = np.sign(projected) * np.abs(projected) ** 0.3
     expected /= np.linalg.norm(expected, axis=1, keepdims=True)
-    np.testing.assert_allclose(feature.mkd_describe(patches, "cart", projection, mean, 0.3), expected, atol=1e-12)
+    np.testing.assert_allclose(
+        feature.mkd_describe(patches, "cart", projection, mean, 0.3), expected, atol=1e-12
+    )
     module = feature.MKDDescriptor(13, "cart", torch.nn.Parameter(projection), mean, 0.3)
     assert module.output_dims == 10 and set(module.state_dict()) == {"whitening"}
     torch.testing.assert_close(torch.jit.script(module)(patches), module(patches))
@@ -126,18 +155,24 @@ def test_flat_patches_have_zeros_and_gradients() -> None:
 @pytest.mark.parametrize("size", [5, 8])
 @pytest.mark.parametrize("kernel_type", ["concat", "cart", "polar"])
 def test_gradient(kernel_type: str, size: int) -> None:
-    patches = torch.rand((2, 1, size, size), generator=torch.Generator().manual_seed(1), dtype=torch.float64).requires_grad_(True)
+    patches = torch.rand(
+        (2, 1, size, size), generator=torch.Generator().manual_seed(1), dtype=torch.float64
+    ).requires_grad_(True)
     assert torch.autograd.gradcheck(lambda p: feature.mkd_describe(p, kernel_type), [patches], fast_mode=True)
 
 
 def test_frames_of_a_turned_image_match() -> None:
-    """Descriptors of the same places in an image and in the image turned by ten degrees, whose frames are left upright."""
+    """Descriptors of the same places in an image and in the image turned by ten degrees, whose frames are
+    left upright."""
     grey = torch.from_numpy(load("astronaut.png")).double().mean(-1)[None, None] / 255
     generator = torch.Generator().manual_seed(0)
     xy = 130 + 250 * torch.rand((1, 60, 2), generator=generator, dtype=torch.float64)
     turn = torch.deg2rad(torch.tensor(10.0, dtype=torch.float64))
     rotation = torch.stack([turn.cos(), -turn.sin(), turn.sin(), turn.cos()]).reshape(2, 2)
-    scale, none = torch.full((1, 60, 1, 1), 20.0, dtype=torch.float64), torch.zeros((1, 60, 1), dtype=torch.float64)
+    scale, none = (
+        torch.full((1, 60, 1, 1), 20.0, dtype=torch.float64),
+        torch.zeros((1, 60, 1), dtype=torch.float64),
+    )
     describe = torch.jit.script(feature.LAFDescriptor(feature.MKDDescriptor(32), 32))
     frames = feature.laf_from_center_scale_ori(xy, scale, none)
     turned = torch.cat([rotation @ frames[..., :2], frames[..., 2:]], -1)
@@ -147,16 +182,40 @@ def test_frames_of_a_turned_image_match() -> None:
 
 PATCH = torch.zeros(1, 1, 8, 8)
 WRONG = [
-    (lambda: feature.mkd_describe(PATCH[..., :7]), ValueError, r"patches: expected shape \(N, 1, PS, PS\), got \[1, 1, 8, 7\]"),
+    (
+        lambda: feature.mkd_describe(PATCH[..., :7]),
+        ValueError,
+        r"patches: expected shape \(N, 1, PS, PS\), got \[1, 1, 8, 7\]",
+    ),
     (lambda: feature.mkd_describe(PATCH[..., :1, :1]), ValueError, "patches: expected at least 2 x 2 pixels"),
     (lambda: feature.mkd_describe(PATCH.int()), TypeError, "patches: expected a floating-point tensor"),
     (lambda: feature.mkd_describe(PATCH, "both"), ValueError, "kernel_type: expected one of"),
-    (lambda: feature.mkd_describe(PATCH, "cart", torch.zeros(64, 8)), ValueError, r"whitening: expected shape \(D, d\) with D = 63, got \[64, 8\]"),
-    (lambda: feature.mkd_describe(PATCH, "cart", None, torch.zeros(63, 1)), ValueError, r"mean: expected shape \(D,\) with D = 63, got \[63, 1\]"),
-    (lambda: feature.mkd_describe(PATCH, "cart", torch.zeros(63, 8).int()), TypeError, "whitening: expected a floating-point tensor"),
-    (lambda: feature.mkd_describe(PATCH, power=0.0), ValueError, "power: expected a positive number, got 0.0"),
+    (
+        lambda: feature.mkd_describe(PATCH, "cart", torch.zeros(64, 8)),
+        ValueError,
+        r"whitening: expected shape \(D, d\) with D = 63, got \[64, 8\]",
+    ),
+    (
+        lambda: feature.mkd_describe(PATCH, "cart", None, torch.zeros(63, 1)),
+        ValueError,
+        r"mean: expected shape \(D,\) with D = 63, got \[63, 1\]",
+    ),
+    (
+        lambda: feature.mkd_describe(PATCH, "cart", torch.zeros(63, 8).int()),
+        TypeError,
+        "whitening: expected a floating-point tensor",
+    ),
+    (
+        lambda: feature.mkd_describe(PATCH, power=0.0),
+        ValueError,
+        "power: expected a positive number, got 0.0",
+    ),
     (lambda: feature.MKDDescriptor(16, "both"), ValueError, "kernel_type: expected one of"),
-    (lambda: feature.MKDDescriptor(16)(PATCH), ValueError, r"patches: expected shape \(N, 1, 16, 16\), got \[1, 1, 8, 8\]"),
+    (
+        lambda: feature.MKDDescriptor(16)(PATCH),
+        ValueError,
+        r"patches: expected shape \(N, 1, 16, 16\), got \[1, 1, 8, 8\]",
+    ),
 ]
 
 

@@ -59,7 +59,9 @@ def test_pyramid(batch: int, size: int) -> None:
                 plane = img[b, c].numpy()
                 for _ in range(level):
                     plane = halved(plane)
-                np.testing.assert_allclose(patches[b, n, c], ndi.map_coordinates(plane, [y, x], order=1, mode="nearest"), atol=1e-10)
+                np.testing.assert_allclose(
+                    patches[b, n, c], ndi.map_coordinates(plane, [y, x], order=1, mode="nearest"), atol=1e-10
+                )
     assert len(chosen) > 2
     normal = feature.normalize_laf(laf, img)
     torch.testing.assert_close(feature.extract_patches_from_pyramid(img, normal, size, False), patches)
@@ -75,7 +77,10 @@ def test_pyramid_removes_what_would_alias() -> None:
     """Of fine stripes a large frame sees their mean; without the pyramid, beats."""
     stripes = (torch.arange(400) % 3 == 0).float().expand(1, 1, 400, 400)
     laf = torch.tensor([[[[150.0, 20.0, 200.0], [-20.0, 150.0, 200.0]]]])
-    simple, smooth = feature.extract_patches_simple(stripes, laf, 32), feature.extract_patches_from_pyramid(stripes, laf, 32)
+    simple, smooth = (
+        feature.extract_patches_simple(stripes, laf, 32),
+        feature.extract_patches_from_pyramid(stripes, laf, 32),
+    )
     assert simple.std() > 0.3 and smooth.std() < 0.01
     assert abs(float(smooth.mean()) - 1 / 3) < 0.01
 
@@ -108,8 +113,16 @@ def test_descriptors_are_pluggable() -> None:
 IMAGE, FRAME = torch.zeros(1, 1, 8, 8), torch.zeros(1, 2, 2, 3)
 WRONG = [
     (lambda: feature.extract_patches_simple(IMAGE[0], FRAME), ValueError, "img: expected shape"),
-    (lambda: feature.extract_patches_simple(IMAGE, FRAME, 0), ValueError, "PS: expected a positive number, got 0"),
-    (lambda: feature.extract_patches_from_pyramid(IMAGE, FRAME.expand(2, -1, -1, -1)), ValueError, "laf: expected img's batch of 1"),
+    (
+        lambda: feature.extract_patches_simple(IMAGE, FRAME, 0),
+        ValueError,
+        "PS: expected a positive number, got 0",
+    ),
+    (
+        lambda: feature.extract_patches_from_pyramid(IMAGE, FRAME.expand(2, -1, -1, -1)),
+        ValueError,
+        "laf: expected img's batch of 1",
+    ),
     (lambda: feature.get_laf_descriptors(IMAGE, FRAME[0], nn.Flatten()), ValueError, "laf: expected shape"),
 ]
 

@@ -12,7 +12,9 @@ from chiasm.geometry.subpix import conv_soft_argmax2d
 
 
 def made(batch: int, height: int, width: int, dtype: torch.dtype = torch.float64) -> Tensor:
-    return torch.rand((batch, 1, height, width), generator=torch.Generator().manual_seed(height), dtype=torch.float64).to(dtype)
+    return torch.rand(
+        (batch, 1, height, width), generator=torch.Generator().manual_seed(height), dtype=torch.float64
+    ).to(dtype)
 
 
 def by_windows(response: np.ndarray, window: int, base: float) -> tuple[np.ndarray, np.ndarray]:
@@ -32,7 +34,10 @@ def by_windows(response: np.ndarray, window: int, base: float) -> tuple[np.ndarr
 
 
 @pytest.mark.parametrize("base", [math.e, 1e6])
-@pytest.mark.parametrize(("batch", "height", "width", "window"), [(1, 16, 24, 8), (3, 17, 23, 8), (2, 5, 9, 7), (1, 3, 4, 1), (2, 6, 5, 40), (1, 1, 1, 3)])
+@pytest.mark.parametrize(
+    ("batch", "height", "width", "window"),
+    [(1, 16, 24, 8), (3, 17, 23, 8), (2, 5, 9, 7), (1, 3, 4, 1), (2, 6, 5, 40), (1, 1, 1, 3)],
+)
 def test_windows(batch: int, height: int, width: int, window: int, base: float) -> None:
     response = made(batch, height, width)
     coordinates, scores = feature.index_proposal(response, window, base)
@@ -57,7 +62,9 @@ def test_sizes_in_a_row() -> None:
     for k, window in enumerate((8, 16, 24, 32, 40)):
         places, largest = feature.index_proposal(response, window, 50.0)
         end = begin + largest[0].numel()
-        assert torch.equal(coordinates[:, begin:end], places.flatten(1, 2)) and torch.equal(scores[:, begin:end], largest.flatten(1))
+        assert torch.equal(coordinates[:, begin:end], places.flatten(1, 2)) and torch.equal(
+            scores[:, begin:end], largest.flatten(1)
+        )
         assert (size[:, begin:end] == k).all()
         begin = end
     assert begin == scores.size(1) == 6 * 9 + 3 * 5 + 2 * 3 + 2 * 3 + 2 * 2
@@ -83,15 +90,21 @@ def test_dtypes(dtype: torch.dtype) -> None:
     coordinates, scores = feature.index_proposal(response, 8, 100.0)
     exact, largest = feature.index_proposal(response.double(), 8, 100.0)
     assert coordinates.dtype == scores.dtype == dtype
-    torch.testing.assert_close(coordinates, exact.to(dtype), atol=1e-5, rtol=1e-2 if dtype != torch.float32 else 1e-6)
+    torch.testing.assert_close(
+        coordinates, exact.to(dtype), atol=1e-5, rtol=1e-2 if dtype != torch.float32 else 1e-6
+    )
     assert torch.equal(scores.double(), largest)
 
 
 @pytest.mark.parametrize(("height", "width", "window"), [(9, 11, 4), (5, 6, 8)])
 def test_gradient(height: int, width: int, window: int) -> None:
     response = made(2, height, width).requires_grad_(True)
-    assert torch.autograd.gradcheck(lambda r: feature.index_proposal(r, window, 20.0), [response], fast_mode=True)
-    assert torch.autograd.gradcheck(lambda r: feature.multi_scale_index_proposal(r, [2, window])[:2], [response], fast_mode=True)
+    assert torch.autograd.gradcheck(
+        lambda r: feature.index_proposal(r, window, 20.0), [response], fast_mode=True
+    )
+    assert torch.autograd.gradcheck(
+        lambda r: feature.multi_scale_index_proposal(r, [2, window])[:2], [response], fast_mode=True
+    )
 
 
 def test_proposals_move_to_where_they_are_pulled() -> None:
@@ -109,12 +122,28 @@ def test_proposals_move_to_where_they_are_pulled() -> None:
 RESPONSE = torch.zeros(1, 1, 8, 8)
 WRONG = [
     (lambda: feature.index_proposal(RESPONSE[0], 4), ValueError, r"response: expected shape \(B, C, H, W\)"),
-    (lambda: feature.index_proposal(RESPONSE.expand(1, 3, 8, 8), 4), ValueError, r"response: expected shape \(B, 1, H, W\), got \[1, 3, 8, 8\]"),
-    (lambda: feature.index_proposal(RESPONSE.int(), 4), TypeError, "response: expected a floating-point tensor"),
+    (
+        lambda: feature.index_proposal(RESPONSE.expand(1, 3, 8, 8), 4),
+        ValueError,
+        r"response: expected shape \(B, 1, H, W\), got \[1, 3, 8, 8\]",
+    ),
+    (
+        lambda: feature.index_proposal(RESPONSE.int(), 4),
+        TypeError,
+        "response: expected a floating-point tensor",
+    ),
     (lambda: feature.index_proposal(RESPONSE, 0), ValueError, "window: expected a positive number, got 0"),
     (lambda: feature.index_proposal(RESPONSE, 4, 1.0), ValueError, "base: expected more than 1, got 1.0"),
-    (lambda: feature.multi_scale_index_proposal(RESPONSE, []), ValueError, "windows: expected at least one size, got none"),
-    (lambda: feature.multi_scale_index_proposal(RESPONSE, [8, 0]), ValueError, "window: expected a positive number, got 0"),
+    (
+        lambda: feature.multi_scale_index_proposal(RESPONSE, []),
+        ValueError,
+        "windows: expected at least one size, got none",
+    ),
+    (
+        lambda: feature.multi_scale_index_proposal(RESPONSE, [8, 0]),
+        ValueError,
+        "window: expected a positive number, got 0",
+    ),
 ]
 
 

@@ -57,10 +57,17 @@ def test_gftt_of_isotropic_pixels_has_a_gradient() -> None:
 def test_hessian(batch: int, mode: str) -> None:
     x = photo(batch, 1, 27, 33, torch.float64)
     if mode == "sobel":
-        smooth, slope, curve = np.array([1, 4, 6, 4, 1]), np.array([-1, -2, 0, 2, 1]), np.array([1, 0, -2, 0, 1])
+        smooth, slope, curve = (
+            np.array([1, 4, 6, 4, 1]),
+            np.array([-1, -2, 0, 2, 1]),
+            np.array([1, 0, -2, 0, 1]),
+        )
     else:
         smooth, slope, curve = np.array([0, 1, 0]), np.array([-1, 0, 1]), np.array([1, -2, 1])
-    kernels = [np.outer(down, across).astype(float) for down, across in ((smooth, curve), (slope, slope), (curve, smooth))]
+    kernels = [
+        np.outer(down, across).astype(float)
+        for down, across in ((smooth, curve), (slope, slope), (curve, smooth))
+    ]
     actual = feature.hessian_response(x, mode, torch.full([batch], 1.5, dtype=torch.float64))
     for b in range(batch):
         xx, xy, yy = (ndi.correlate(x[b, 0].numpy(), k / np.abs(k).sum(), mode="nearest") for k in kernels)
@@ -87,7 +94,11 @@ def test_dog_single(sigma1: float, sigma2: float, radii: tuple[int, int]) -> Non
     for b in range(3):
         for c in range(2):
             plane = x[b, c].numpy()
-            np.testing.assert_allclose(actual[b, c], smoothed(plane, sigma2, radii[1]) - smoothed(plane, sigma1, radii[0]), atol=1e-14)
+            np.testing.assert_allclose(
+                actual[b, c],
+                smoothed(plane, sigma2, radii[1]) - smoothed(plane, sigma1, radii[0]),
+                atol=1e-14,
+            )
 
 
 def test_fast_is_opencv() -> None:
@@ -107,11 +118,31 @@ def test_fast_is_opencv() -> None:
 
 WRONG = [
     (lambda: feature.fast_response(torch.zeros(8, 8)), ValueError, "input: expected shape"),
-    (lambda: feature.gftt_response(torch.zeros(3, 8, 8)), ValueError, r"input: expected shape \(B, C, H, W\)"),
-    (lambda: feature.gftt_response(torch.zeros(1, 1, 8, 8), sigmas=torch.ones(1, 1)), ValueError, r"sigmas: expected shape \(B,\)"),
-    (lambda: feature.hessian_response(torch.zeros(1, 1, 8, 8), "prewitt"), ValueError, "mode: expected one of"),
-    (lambda: feature.dog_response(torch.zeros(1, 1, 1, 8, 8)), ValueError, "input: expected at least 2 levels"),
-    (lambda: feature.dog_response_single(torch.zeros(1, 1, 8, 8), 0.0), ValueError, "sigma1, sigma2: expected positive numbers"),
+    (
+        lambda: feature.gftt_response(torch.zeros(3, 8, 8)),
+        ValueError,
+        r"input: expected shape \(B, C, H, W\)",
+    ),
+    (
+        lambda: feature.gftt_response(torch.zeros(1, 1, 8, 8), sigmas=torch.ones(1, 1)),
+        ValueError,
+        r"sigmas: expected shape \(B,\)",
+    ),
+    (
+        lambda: feature.hessian_response(torch.zeros(1, 1, 8, 8), "prewitt"),
+        ValueError,
+        "mode: expected one of",
+    ),
+    (
+        lambda: feature.dog_response(torch.zeros(1, 1, 1, 8, 8)),
+        ValueError,
+        "input: expected at least 2 levels",
+    ),
+    (
+        lambda: feature.dog_response_single(torch.zeros(1, 1, 8, 8), 0.0),
+        ValueError,
+        "sigma1, sigma2: expected positive numbers",
+    ),
 ]
 
 

@@ -17,7 +17,10 @@ def harris_by_definition(x: np.ndarray, k: float) -> np.ndarray:
     gx, gy = (ndi.sobel(x, axis=a, mode="nearest") / 8 for a in (1, 0))
     taps = np.exp(-(np.arange(-3, 4) ** 2) / 2.0)
     taps /= taps.sum()
-    xx, yy, xy = (ndi.correlate1d(ndi.correlate1d(p, taps, 0, mode="mirror"), taps, 1, mode="mirror") for p in (gx * gx, gy * gy, gx * gy))
+    xx, yy, xy = (
+        ndi.correlate1d(ndi.correlate1d(p, taps, 0, mode="mirror"), taps, 1, mode="mirror")
+        for p in (gx * gx, gy * gy, gx * gy)
+    )
     return xx * yy - xy * xy - k * (xx + yy) ** 2
 
 

@@ -1,4 +1,5 @@
-"""Linear filters, their kernels and thresholds keep their input's dtype and device, and in half precision stay near float32."""
+"""Linear filters, their kernels and thresholds keep their input's dtype and device, and in half precision
+stay near float32."""
 
 import pytest
 import torch
@@ -11,8 +12,23 @@ from chiasm.export.tracing.module import bind
 
 #: Comparisons, whose outputs jump: only the dtype is compared.
 JUMPS = ("adaptive", "otsu", "edge_aware", "in_range", "get_motion_kernel3d")
-MODULES = ("box", "correlation", "edges", "gabor", "gaussian", "gaussian_kernels", "gradient", "gradient3d", "motion", "pooling", "sharpen", "threshold")
-ENTRIES = {n: e for n, e in catalog().items() if e.function().__module__.removeprefix("chiasm.filters.") in MODULES}
+MODULES = (
+    "box",
+    "correlation",
+    "edges",
+    "gabor",
+    "gaussian",
+    "gaussian_kernels",
+    "gradient",
+    "gradient3d",
+    "motion",
+    "pooling",
+    "sharpen",
+    "threshold",
+)
+ENTRIES = {
+    n: e for n, e in catalog().items() if e.function().__module__.removeprefix("chiasm.filters.") in MODULES
+}
 SIZES = {"B": 2, "C": 3, "H": 12, "W": 11, "N": 5}
 
 

@@ -68,7 +68,9 @@ def test_erf_equals_the_integrated_density(size: int) -> None:
     actual = get_gaussian_erf_kernel1d(size, SIGMAS, force_even=True)
     edges = np.arange(size + 1) - size / 2
     for k, sigma in enumerate(SIGMAS.tolist()):
-        np.testing.assert_allclose(actual[k], unit_sum(np.diff(scipy.stats.norm.cdf(edges, 0.0, sigma))), atol=1e-14)
+        np.testing.assert_allclose(
+            actual[k], unit_sum(np.diff(scipy.stats.norm.cdf(edges, 0.0, sigma))), atol=1e-14
+        )
 
 
 @pytest.mark.parametrize("size", [1, 3, 7, 21, 61])
@@ -79,12 +81,17 @@ def test_discrete_equals_bessel_functions(size: int) -> None:
         actual = get_gaussian_discrete_kernel1d(size, sigmas.to(dtype)[:, None])
         assert actual.dtype == dtype
         for k, sigma in enumerate(sigmas.tolist()):
-            np.testing.assert_allclose(actual[k], unit_sum(scipy.special.ive(orders, sigma**2)), atol=tolerance)
+            np.testing.assert_allclose(
+                actual[k], unit_sum(scipy.special.ive(orders, sigma**2)), atol=tolerance
+            )
 
 
 def test_gaussians_of_more_dimensions_are_products() -> None:
     sigma = torch.tensor([[0.7, 1.5, 2.5], [1.0, 0.4, 3.0]], dtype=torch.float64)
-    plane, volume = get_gaussian_kernel2d((5, 3), sigma[:, :2]), get_gaussian_kernel3d((3, 4, 5), sigma, force_even=True)
+    plane, volume = (
+        get_gaussian_kernel2d((5, 3), sigma[:, :2]),
+        get_gaussian_kernel3d((3, 4, 5), sigma, force_even=True),
+    )
     for b in range(2):
         z, y, x = sigma[b].tolist()
         expected = np.outer(cv2.getGaussianKernel(5, z), cv2.getGaussianKernel(3, y))
@@ -102,7 +109,9 @@ def test_kernels_of_numbers() -> None:
     np.testing.assert_array_equal(get_box_kernel1d(4), np.full((1, 4), 0.25))
     np.testing.assert_array_equal(get_box_kernel2d((2, 4)), np.full((1, 2, 4), 0.125))
     np.testing.assert_allclose(get_hanning_kernel1d(9, dtype=torch.float64), np.hanning(9), atol=1e-15)
-    np.testing.assert_allclose(get_hanning_kernel2d((5, 8), dtype=torch.float64), np.outer(np.hanning(5), np.hanning(8)), atol=1e-15)
+    np.testing.assert_allclose(
+        get_hanning_kernel2d((5, 8), dtype=torch.float64), np.outer(np.hanning(5), np.hanning(8)), atol=1e-15
+    )
     assert get_laplacian_kernel2d((3, 5)).sum() == 0
     assert get_laplacian_kernel2d((3, 5))[1, 2] == -14
     np.testing.assert_array_equal(laplacian_1d(3), cv2.getDerivKernels(2, 0, 3)[0][:, 0])
@@ -140,7 +149,9 @@ def test_difference_kernels_differentiate_polynomials(order: int) -> None:
 @pytest.mark.parametrize("order", [1, 2])
 def test_3d_kernels_differentiate_polynomials(order: int) -> None:
     z, y, x = np.mgrid[-1:2, -1:2, -1:2].astype(float)
-    volume = 2 * x + 3 * y + 5 * z + 7 * x * x + 11 * y * y + 13 * z * z + 17 * x * y + 19 * y * z + 23 * x * z
+    volume = (
+        2 * x + 3 * y + 5 * z + 7 * x * x + 11 * y * y + 13 * z * z + 17 * x * y + 19 * y * z + 23 * x * z
+    )
     expected = [2, 3, 5] if order == 1 else [14, 22, 26, 4 * 17, 4 * 19, 4 * 23]
     kernels = get_spatial_gradient_kernel3d("diff", order, dtype=torch.float64).numpy()
     assert kernels.shape[1:] == (1, 3, 3, 3)
@@ -149,7 +160,10 @@ def test_3d_kernels_differentiate_polynomials(order: int) -> None:
 
 @pytest.mark.parametrize("size", [(7, 7), (9, 5), (1, 3)])
 def test_gabor_kernel_equals_opencv(size: tuple[int, int]) -> None:
-    values = torch.tensor([[2.0, 0.3, 4.0, 0.5, 0.0], [1.5, -1.2, 6.5, 1.2, 1.0], [3.0, 2.5, 3.0, 0.7, math.pi / 2]], dtype=torch.float64)
+    values = torch.tensor(
+        [[2.0, 0.3, 4.0, 0.5, 0.0], [1.5, -1.2, 6.5, 1.2, 1.0], [3.0, 2.5, 3.0, 0.7, math.pi / 2]],
+        dtype=torch.float64,
+    )
     batch = get_gabor_kernel2d(size, *values.unbind(1))
     for b, (sigma, theta, wavelength, gamma, psi) in enumerate(values.tolist()):
         expected = cv2.getGaborKernel(size[::-1], sigma, theta, wavelength, gamma, psi, cv2.CV_64F)
@@ -176,7 +190,9 @@ def rotated_line(size: int, rotation: np.ndarray, direction: float, order: int) 
     line[(size // 2,) * (axes - 1)] = start + (1 - 2 * start) * np.arange(size) / (size - 1)
     middle = np.full(axes, size // 2)
     inverse = rotation.T
-    return unit_sum(ndi.affine_transform(line, inverse, middle - inverse @ middle, order=order, mode="grid-constant"))
+    return unit_sum(
+        ndi.affine_transform(line, inverse, middle - inverse @ middle, order=order, mode="grid-constant")
+    )
 
 
 # Away from the angles at which two pixels are equally near.
@@ -195,7 +211,11 @@ def test_motion_kernel_is_a_rotated_line(size: int, mode: str, order: int) -> No
         rotation = np.array([[c, -s], [s, c]])
         expected = rotated_line(size, rotation, float(directions[k]), order)
         np.testing.assert_allclose(actual[k], expected, atol=1e-12)
-        np.testing.assert_allclose(get_motion_kernel2d(size, angle, float(directions[k]), mode, torch.float64)[0], expected, atol=1e-12)
+        np.testing.assert_allclose(
+            get_motion_kernel2d(size, angle, float(directions[k]), mode, torch.float64)[0],
+            expected,
+            atol=1e-12,
+        )
 
 
 @pytest.mark.parametrize("angle", [30.0, 60.0, 150.0])
@@ -220,7 +240,10 @@ def test_motion_kernel3d_is_a_rotated_line(mode: str, order: int) -> None:
         # SciPy's rotation is of (x, y, z), the array's axes are z, y, x.
         rotation = Rotation.from_rotvec(np.radians(vector)).as_matrix()[::-1, ::-1]
         np.testing.assert_allclose(actual[k], rotated_line(5, rotation, 0.3, order), atol=1e-12)
-    assert torch.equal(get_motion_kernel3d(5, VECTORS[1], 0.3, mode, torch.float64)[0], get_motion_kernel3d(5, vectors[1:2], 0.3, mode)[0])
+    assert torch.equal(
+        get_motion_kernel3d(5, VECTORS[1], 0.3, mode, torch.float64)[0],
+        get_motion_kernel3d(5, vectors[1:2], 0.3, mode)[0],
+    )
 
 
 @pytest.mark.parametrize("border", CV_BORDER)
@@ -242,12 +265,33 @@ def test_motion_blur3d_equals_scipy() -> None:
 
 
 def every_kernel() -> List[Tensor]:
-    numbers = [get_box_kernel1d(3), get_box_kernel2d((2, 3)), get_binary_kernel2d(3), get_hanning_kernel1d(5), get_hanning_kernel2d((3, 4))]
-    numbers += [get_laplacian_kernel1d(3), get_laplacian_kernel2d((3, 5)), laplacian_1d(5), get_sobel_kernel2d(), get_diff_kernel2d()]
+    numbers = [
+        get_box_kernel1d(3),
+        get_box_kernel2d((2, 3)),
+        get_binary_kernel2d(3),
+        get_hanning_kernel1d(5),
+        get_hanning_kernel2d((3, 4)),
+    ]
+    numbers += [
+        get_laplacian_kernel1d(3),
+        get_laplacian_kernel2d((3, 5)),
+        laplacian_1d(5),
+        get_sobel_kernel2d(),
+        get_diff_kernel2d(),
+    ]
     numbers += [get_spatial_gradient_kernel2d("sobel", 2), get_spatial_gradient_kernel3d("diff", 2)]
-    gaussians = [get_gaussian_kernel1d(3, 1.0), gaussian(4, 1.0, 2.0), get_gaussian_erf_kernel1d(3, 1.0), get_gaussian_discrete_kernel1d(3, 1.0)]
+    gaussians = [
+        get_gaussian_kernel1d(3, 1.0),
+        gaussian(4, 1.0, 2.0),
+        get_gaussian_erf_kernel1d(3, 1.0),
+        get_gaussian_discrete_kernel1d(3, 1.0),
+    ]
     gaussians += [get_gaussian_kernel2d(3, (1.0, 2.0)), get_gaussian_kernel3d(3, (1.0, 2.0, 3.0))]
-    lines = [get_motion_kernel2d(3, 20.0), get_motion_kernel3d(3, (1.0, 2.0, 3.0)), get_gabor_kernel2d(3, 1.0, 0.1, 4.0)]
+    lines = [
+        get_motion_kernel2d(3, 20.0),
+        get_motion_kernel3d(3, (1.0, 2.0, 3.0)),
+        get_gabor_kernel2d(3, 1.0, 0.1, 4.0),
+    ]
     return numbers + gaussians + lines
 
 

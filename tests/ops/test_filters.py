@@ -22,7 +22,11 @@ from chiasm.filters import (
 )
 
 SHAPES = [(1, 1, 37, 53), (2, 3, 64, 31), (3, 5, 19, 20)]
-CV_BORDER = {"reflect": cv2.BORDER_REFLECT_101, "replicate": cv2.BORDER_REPLICATE, "constant": cv2.BORDER_CONSTANT}
+CV_BORDER = {
+    "reflect": cv2.BORDER_REFLECT_101,
+    "replicate": cv2.BORDER_REPLICATE,
+    "constant": cv2.BORDER_CONSTANT,
+}
 SCIPY_MODE = {"reflect": "mirror", "replicate": "nearest", "circular": "wrap", "constant": "constant"}
 NUMPY_MODE = {"reflect": "reflect", "replicate": "edge", "circular": "wrap", "constant": "constant"}
 
@@ -77,7 +81,10 @@ def test_sobel_equals_opencv(shape: tuple[int, ...], normalized: bool) -> None:
     scale = 1 / 8 if normalized else 1.0
     magnitude, gradient = sobel(x, normalized, 0.0), spatial_gradient(x, normalized=normalized)
     for b in range(shape[0]):
-        dx, dy = (chw(cv2.Sobel(hwc(x, b), cv2.CV_32F, i, 1 - i, scale=scale, borderType=cv2.BORDER_REPLICATE)) for i in (1, 0))
+        dx, dy = (
+            chw(cv2.Sobel(hwc(x, b), cv2.CV_32F, i, 1 - i, scale=scale, borderType=cv2.BORDER_REPLICATE))
+            for i in (1, 0)
+        )
         np.testing.assert_allclose(gradient[b, :, 0], dx, atol=2e-6)
         np.testing.assert_allclose(gradient[b, :, 1], dy, atol=2e-6)
         np.testing.assert_allclose(magnitude[b], np.hypot(dx, dy), atol=2e-6)
@@ -105,7 +112,12 @@ def test_second_derivatives() -> None:
         np.testing.assert_allclose(actual[:, :, k], expected, atol=1e-12)
     actual = spatial_gradient(x, "sobel", 2)
     for k, (dx, dy, total) in enumerate(((2, 0, 64), (1, 1, 36), (0, 2, 64))):
-        expected = per_plane(x, lambda p, dx=dx, dy=dy: cv2.Sobel(p, cv2.CV_64F, dx, dy, ksize=5, borderType=cv2.BORDER_REPLICATE))
+        expected = per_plane(
+            x,
+            lambda p, dx=dx, dy=dy: cv2.Sobel(
+                p, cv2.CV_64F, dx, dy, ksize=5, borderType=cv2.BORDER_REPLICATE
+            ),
+        )
         np.testing.assert_allclose(actual[:, :, k], -expected / total, atol=1e-12)
 
 
@@ -130,7 +142,9 @@ def test_median_equals_opencv(size: int) -> None:
     np.testing.assert_array_equal(MedianBlur(size, "replicate")(x)[0], chw(cv2.medianBlur(hwc(x), size)))
 
 
-def bilateral_by_definition(x: np.ndarray, size: int, color: float, space: float, border: str, distance: str) -> np.ndarray:
+def bilateral_by_definition(
+    x: np.ndarray, size: int, color: float, space: float, border: str, distance: str
+) -> np.ndarray:
     r = size // 2
     p = np.pad(x, ((0, 0), (r, r), (r, r)), NUMPY_MODE[border])
     out = np.empty_like(x)
@@ -159,7 +173,8 @@ def test_bilateral_by_definition(border: str, distance: str, channels: int) -> N
 
 @pytest.mark.parametrize("channels", [1, 3])
 def test_bilateral_equals_opencv_on_the_disc(channels: int) -> None:
-    # OpenCV's 3x3 window is the disc of radius 1; the corners, which it leaves out, get no weight from a narrow sigma.
+    # OpenCV's 3x3 window is the disc of radius 1; the corners, which it leaves out, get no weight from a
+    # narrow sigma.
     x = photo(1, channels, 25, 31)
     expected = cv2.bilateralFilter(hwc(x), 3, 0.2, 0.2, borderType=cv2.BORDER_REFLECT_101)
     np.testing.assert_allclose(BilateralBlur(3, 0.2, (0.2, 0.2))(x)[0], chw(expected), atol=1e-4)

@@ -13,11 +13,14 @@ def points(extent: tuple[float, ...], count: int = 30, batch: int = 4) -> np.nda
     """Spread along random axes by `extent`, away from the origin."""
     random = np.random.default_rng(0)
     turn = np.linalg.qr(random.normal(size=(batch, len(extent), len(extent))))[0]
-    return random.normal(size=(batch, count, len(extent))) * extent @ turn + 10.0 * random.normal(size=(batch, 1, len(extent)))
+    return random.normal(size=(batch, count, len(extent))) * extent @ turn + 10.0 * random.normal(
+        size=(batch, 1, len(extent))
+    )
 
 
 def axes(p: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Weighted mean, and the principal axes in rows, the longest first, each with its largest coordinate positive."""
+    """Weighted mean, and the principal axes in rows, the longest first, each with its largest coordinate
+    positive."""
     mean = (w[:, None] * p).sum(0) / w.sum()
     v = np.linalg.svd(np.sqrt(w)[:, None] * (p - mean), full_matrices=False)[2]
     largest = np.take_along_axis(v, np.abs(v).argmax(1)[:, None], 1)
@@ -26,7 +29,9 @@ def axes(p: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 @pytest.mark.parametrize("weighted", [False, True])
-@pytest.mark.parametrize("extent", [(3.0, 0.1), (3.0, 0.5, 0.2), (3.0, 2.8, 1.0), (3.0, 0.0, 0.0), (4.0, 1.0, 0.5, 0.2)])
+@pytest.mark.parametrize(
+    "extent", [(3.0, 0.1), (3.0, 0.5, 0.2), (3.0, 2.8, 1.0), (3.0, 0.0, 0.0), (4.0, 1.0, 0.5, 0.2)]
+)
 def test_line(extent: tuple[float, ...], weighted: bool, dtype: torch.dtype) -> None:
     p = torch.from_numpy(points(extent)).to(dtype)
     w = torch.from_numpy(np.random.default_rng(1).uniform(0.1, 2.0, p.shape[:2])) if weighted else None
@@ -79,7 +84,11 @@ def test_without_a_best_one_it_is_finite(fit: object, dtype: torch.dtype) -> Non
 @pytest.mark.parametrize("extent", [(3.0, 0.5), (3.0, 1.0, 0.2)])
 def test_gradients(fit: object, extent: tuple[float, ...]) -> None:
     p: Tensor = torch.from_numpy(points(extent, 6, 2)).requires_grad_(True)
-    w = torch.rand(2, 6, dtype=torch.float64, generator=torch.Generator().manual_seed(0)).add(0.1).requires_grad_(True)
+    w = (
+        torch.rand(2, 6, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+        .add(0.1)
+        .requires_grad_(True)
+    )
     assert torch.autograd.gradcheck(fit, (p, w), atol=1e-6)
 
 
@@ -87,8 +96,18 @@ WRONG = [
     (torch.zeros(5, 2), None, ValueError, r"points: expected shape \(B, N, D\), got 2 dim"),
     (torch.zeros(1, 5, 1), None, ValueError, "points: expected two coordinates or more, got 1"),
     (torch.zeros(1, 5, 2).int(), None, TypeError, "points: expected a floating-point"),
-    (torch.zeros(1, 5, 2), torch.zeros(5), ValueError, r"weights: expected shape \(B, N\) for points \[1, 5, 2\], got \[5\]"),
-    (torch.zeros(1, 5, 2), torch.zeros(1, 4), ValueError, r"weights: expected shape \(B, N\) for points \[1, 5, 2\], got \[1, 4\]"),
+    (
+        torch.zeros(1, 5, 2),
+        torch.zeros(5),
+        ValueError,
+        r"weights: expected shape \(B, N\) for points \[1, 5, 2\], got \[5\]",
+    ),
+    (
+        torch.zeros(1, 5, 2),
+        torch.zeros(1, 4),
+        ValueError,
+        r"weights: expected shape \(B, N\) for points \[1, 5, 2\], got \[1, 4\]",
+    ),
 ]
 
 

@@ -1,4 +1,5 @@
-"""The classes of geometry: modules that hold a transform or cameras, against OpenCV and the functions they stand on."""
+"""The classes of geometry: modules that hold a transform or cameras, against OpenCV and the functions they
+stand on."""
 
 import cv2
 import numpy as np
@@ -21,11 +22,30 @@ ONE |= {"shear": torch.tensor([[0.1, -0.2]], dtype=D), "translation": torch.tens
 
 
 def test_a_chain_of_kornias_names_scripts() -> None:
-    names = [("Hflip",), ("Vflip",), ("Rot180",), ("Rotate", ONE["angle"]), ("Scale", ONE["scale_factor"]), ("Shear", ONE["shear"])]
-    names += [("Translate", ONE["translation"]), ("PyrDown",), ("PyrUp",), ("Rescale", 0.8), ("Resize", (20, 24)), ("CenterCrop", (16, 18))]
+    names = [
+        ("Hflip",),
+        ("Vflip",),
+        ("Rot180",),
+        ("Rotate", ONE["angle"]),
+        ("Scale", ONE["scale_factor"]),
+        ("Shear", ONE["shear"]),
+    ]
+    names += [
+        ("Translate", ONE["translation"]),
+        ("PyrDown",),
+        ("PyrUp",),
+        ("Rescale", 0.8),
+        ("Resize", (20, 24)),
+        ("CenterCrop", (16, 18)),
+    ]
     chain = nn.Sequential(*[getattr(transform, name)(*setting) for name, *setting in names])
     expected = X
-    for function, *setting in (("hflip",), ("vflip",), ("rot180",), *((f, ONE[k].expand(3, *ONE[k].shape[1:])) for f, k in HELD)):
+    for function, *setting in (
+        ("hflip",),
+        ("vflip",),
+        ("rot180",),
+        *((f, ONE[k].expand(3, *ONE[k].shape[1:])) for f, k in HELD),
+    ):
         expected = getattr(transform, function)(expected, *setting)
     expected = transform.pyrup(transform.pyrdown(expected))
     expected = transform.center_crop(transform.resize(transform.rescale(expected, 0.8), (20, 24)), (16, 18))
@@ -44,45 +64,76 @@ def test_a_held_parameter_is_learned_and_any_other_tensor_moves_along(function: 
     module(X).square().sum().backward()
     assert [n for n, _ in module.named_parameters()] == [name] and getattr(module, name).grad.abs().min() > 0
     fixed = made(ONE[name]).float()
-    assert getattr(fixed, name).dtype == torch.float32 and not fixed.state_dict() and not list(fixed.parameters())
+    assert (
+        getattr(fixed, name).dtype == torch.float32
+        and not fixed.state_dict()
+        and not list(fixed.parameters())
+    )
 
 
 @pytest.mark.parametrize("name", ["warp_affine", "warp_perspective", "homography_warp"])
 def test_one_matrix_serves_a_batch(name: str) -> None:
-    M = torch.tensor([[[0.9, 0.1, 0.2], [-0.1, 1.1, 0.1], [0.0, 0.0, 1.0]]], dtype=D)[:, : 2 if name == "warp_affine" else 3]
+    M = torch.tensor([[[0.9, 0.1, 0.2], [-0.1, 1.1, 0.1], [0.0, 0.0, 1.0]]], dtype=D)[
+        :, : 2 if name == "warp_affine" else 3
+    ]
     function = getattr(transform, name)
     assert torch.equal(function(X, M, (20, 22)), function(X, M.expand(3, -1, -1), (20, 22)))
 
 
 @pytest.mark.parametrize("center", [None, torch.tensor([[4.0, 9.0]])])
 def test_affine_equals_opencv(center: Tensor | None) -> None:
-    module = Affine(torch.tensor([20.0, -5.0, 0.0]), ONE["translation"], torch.tensor([[1.2, 0.8]]), torch.tensor([[0.1, -0.2]]), center)
+    module = Affine(
+        torch.tensor([20.0, -5.0, 0.0]),
+        ONE["translation"],
+        torch.tensor([[1.2, 0.8]]),
+        torch.tensor([[0.1, -0.2]]),
+        center,
+    )
     found = torch.jit.script(module)(X)
     torch.testing.assert_close(found, module(X), rtol=0, atol=1e-12)
     c = np.array([[1, 0, 15.0], [0, 1, 12.0], [0, 0, 1]])
     if center is not None:
         c[:2, 2] = center[0].numpy()
-    shear = np.array([[1, 0, 0], [np.tan(0.2), 1, 0], [0, 0, 1]]) @ np.array([[1, -np.tan(0.1), 0], [0, 1, 0], [0, 0, 1]])
+    shear = np.array([[1, 0, 0], [np.tan(0.2), 1, 0], [0, 0, 1]]) @ np.array(
+        [[1, -np.tan(0.1), 0], [0, 1, 0], [0, 0, 1]]
+    )
     for b, degrees in enumerate((20.0, -5.0, 0.0)):
         turn = np.eye(3)
         turn[:2] = cv2.getRotationMatrix2D((0, 0), degrees, 1)
         matrix = c @ turn @ np.diag([1.2, 0.8, 1]) @ shear @ np.linalg.inv(c)
         matrix[:2, 2] += ONE["translation"][0].numpy()
-        np.testing.assert_allclose(found[b], chw(cv2.warpAffine(hwc(X.float(), b), matrix[:2], (31, 25), flags=cv2.INTER_LINEAR)), atol=1e-4)
+        np.testing.assert_allclose(
+            found[b],
+            chw(cv2.warpAffine(hwc(X.float(), b), matrix[:2], (31, 25), flags=cv2.INTER_LINEAR)),
+            atol=1e-4,
+        )
 
 
 def test_affine_is_its_parts() -> None:
     batch = {k: v.expand(3, *v.shape[1:]) for k, v in ONE.items()}
-    torch.testing.assert_close(Affine(ONE["angle"])(X), transform.rotate(X, batch["angle"]), rtol=0, atol=1e-12)
-    torch.testing.assert_close(Affine(translation=ONE["translation"])(X), transform.translate(X, batch["translation"]), rtol=0, atol=1e-12)
+    torch.testing.assert_close(
+        Affine(ONE["angle"])(X), transform.rotate(X, batch["angle"]), rtol=0, atol=1e-12
+    )
+    torch.testing.assert_close(
+        Affine(translation=ONE["translation"])(X),
+        transform.translate(X, batch["translation"]),
+        rtol=0,
+        atol=1e-12,
+    )
     factor = batch["scale_factor"][:, None].expand(3, 2)
     torch.testing.assert_close(Affine(scale_factor=factor)(X), transform.scale(X, factor), rtol=0, atol=1e-12)
     assert torch.equal(Affine()(X), X)
     module = Affine(nn.Parameter(torch.tensor([10.0], dtype=D)))
-    assert torch.autograd.gradcheck(lambda angle: torch.func.functional_call(module, {"angle": angle}, X[:1]), ONE["angle"].clone().requires_grad_(), fast_mode=True)
+    assert torch.autograd.gradcheck(
+        lambda angle: torch.func.functional_call(module, {"angle": angle}, X[:1]),
+        ONE["angle"].clone().requires_grad_(),
+        fast_mode=True,
+    )
 
 
-H = torch.tensor([[[1.1, 0.1, -2.0], [0.05, 0.9, 1.5], [1e-3, 2e-3, 1.0]]], dtype=D)  # from a source to an output, in pixels
+H = torch.tensor(
+    [[[1.1, 0.1, -2.0], [0.05, 0.9, 1.5], [1e-3, 2e-3, 1.0]]], dtype=D
+)  # from a source to an output, in pixels
 
 
 @pytest.mark.parametrize("align", [True, False])
@@ -95,7 +146,11 @@ def test_homography_warper_equals_opencv(normal: bool, align: bool) -> None:
     scripted = torch.jit.script(warper)
     found = warper(X, back)
     for b in range(3):
-        np.testing.assert_allclose(found[b], chw(cv2.warpPerspective(hwc(X.float(), b), H[0].numpy(), (22, 20), flags=cv2.INTER_LINEAR)), atol=1e-4)
+        np.testing.assert_allclose(
+            found[b],
+            chw(cv2.warpPerspective(hwc(X.float(), b), H[0].numpy(), (22, 20), flags=cv2.INTER_LINEAR)),
+            atol=1e-4,
+        )
     scripted.precompute_warp_grid(back)
     warper.precompute_warp_grid(back)
     for other in (scripted(X, back), scripted(X), warper(X), torch.jit.script(warper)(X)):
@@ -114,15 +169,22 @@ def cameras(count: int, first: int = 1) -> tuple[PinholeCamera, list[np.ndarray]
         E[:3, :3], E[:3, 3:] = pose(seed, 0.1, 0.3)
         extrinsics.append(E)
     size = torch.full((count,), 25.0, dtype=D), torch.full((count,), 31.0, dtype=D)
-    return PinholeCamera(torch.from_numpy(K).repeat(count, 1, 1), torch.from_numpy(np.stack(extrinsics)), *size), extrinsics
+    return (
+        PinholeCamera(torch.from_numpy(K).repeat(count, 1, 1), torch.from_numpy(np.stack(extrinsics)), *size),
+        extrinsics,
+    )
 
 
 def test_camera_equals_opencv() -> None:
     camera, extrinsics = cameras(3)
-    points = torch.rand(3, 7, 3, dtype=D, generator=torch.Generator().manual_seed(1)) + torch.tensor([-0.5, -0.5, 3.0])
+    points = torch.rand(3, 7, 3, dtype=D, generator=torch.Generator().manual_seed(1)) + torch.tensor(
+        [-0.5, -0.5, 3.0]
+    )
     seen, scripted = camera(points), torch.jit.script(camera)
     for b, E in enumerate(extrinsics):
-        expected = cv2.projectPoints(points[b].numpy(), cv2.Rodrigues(E[:3, :3])[0], E[:3, 3], K, None)[0][:, 0]
+        expected = cv2.projectPoints(points[b].numpy(), cv2.Rodrigues(E[:3, :3])[0], E[:3, 3], K, None)[0][
+            :, 0
+        ]
         np.testing.assert_allclose(seen[b], expected, rtol=1e-12)
     depth = (camera.rt_matrix @ nn.functional.pad(points, [0, 1], value=1.0).mT).mT[..., 2:]
     for c in (camera, scripted):
@@ -140,10 +202,19 @@ def test_camera_has_its_numbers() -> None:
     camera = PinholeCamera.from_parameters(40, 38.0, 14.5, 12.2, 25, 31, 0.1, 0.2, 0.3, 2, dtype=D)
     assert camera.batch_size == 2 and camera.camera_matrix.shape == (2, 3, 3)
     np.testing.assert_array_equal(camera.camera_matrix[1], K)
-    assert [v.tolist() for v in (camera.fx, camera.fy, camera.cx, camera.cy)] == [[40.0] * 2, [38.0] * 2, [14.5] * 2, [12.2] * 2]
-    assert camera.translation_vector[1, :, 0].tolist() == [0.1, 0.2, 0.3] and torch.equal(camera.rotation_matrix[0], torch.eye(3, dtype=D))
+    assert [v.tolist() for v in (camera.fx, camera.fy, camera.cx, camera.cy)] == [
+        [40.0] * 2,
+        [38.0] * 2,
+        [14.5] * 2,
+        [12.2] * 2,
+    ]
+    assert camera.translation_vector[1, :, 0].tolist() == [0.1, 0.2, 0.3] and torch.equal(
+        camera.rotation_matrix[0], torch.eye(3, dtype=D)
+    )
     assert camera.float()(torch.rand(2, 4, 3)).dtype == torch.float32
-    pose = PinholeCamera(camera.intrinsics, nn.Parameter(camera.extrinsics.clone()), camera.height, camera.width)
+    pose = PinholeCamera(
+        camera.intrinsics, nn.Parameter(camera.extrinsics.clone()), camera.height, camera.width
+    )
     pose(torch.rand(2, 4, 3)).sum().backward()
     assert pose.extrinsics.grad[:, :3].abs().min() > 0
 
@@ -159,13 +230,17 @@ def test_stereo_camera_equals_opencv() -> None:
     left, right = ((s[:, :2] / s[:, 2:]).reshape(25, 31, 2) for s in seen)
     assert camera.batch_size == 2 and camera.tx.tolist() == pytest.approx([np.linalg.norm(t)] * 2)
     np.testing.assert_allclose(left[..., 1], right[..., 1])
-    q = camera.Q[0].numpy() @ np.stack([left[..., 0], left[..., 1], (left - right)[..., 0], np.ones((25, 31))]).reshape(4, -1)
+    q = camera.Q[0].numpy() @ np.stack(
+        [left[..., 0], left[..., 1], (left - right)[..., 0], np.ones((25, 31))]
+    ).reshape(4, -1)
     np.testing.assert_allclose((q[:3] / q[3]).T.reshape(25, 31, 3), points)
     Q[1] *= 1.0 / 1.1
     np.testing.assert_allclose(camera.Q[1], Q, atol=1e-12)
     disparity = torch.rand(2, 1, 25, 31, dtype=D, generator=torch.Generator().manual_seed(0)) + 3.0
     for b, found in enumerate(torch.jit.script(camera)(disparity)):
-        np.testing.assert_allclose(found, cv2.reprojectImageTo3D(disparity[b, 0].numpy().astype(np.float32), Q), rtol=1e-4)
+        np.testing.assert_allclose(
+            found, cv2.reprojectImageTo3D(disparity[b, 0].numpy().astype(np.float32), Q), rtol=1e-4
+        )
     learned = StereoCamera(camera.rectified_left_camera, nn.Parameter(camera.rectified_right_camera.clone()))
     learned(disparity).sum().backward()
     assert learned.rectified_right_camera.grad[:, 0, 2:].abs().min() > 0
@@ -173,8 +248,17 @@ def test_stereo_camera_equals_opencv() -> None:
 
 def by_opencv(picture: np.ndarray, points: np.ndarray, E: np.ndarray, border: int) -> np.ndarray:
     """picture (C, H, W) where a camera at E sees points of the world (H, W, 3)."""
-    uv = cv2.projectPoints(points.reshape(-1, 3), cv2.Rodrigues(E[:3, :3])[0], E[:3, 3], K, None)[0].reshape(*points.shape[:2], 2).astype(np.float32)
-    return np.stack([cv2.remap(p.astype(np.float32), uv[..., 0], uv[..., 1], cv2.INTER_LINEAR, borderMode=border) for p in picture])
+    uv = (
+        cv2.projectPoints(points.reshape(-1, 3), cv2.Rodrigues(E[:3, :3])[0], E[:3, 3], K, None)[0]
+        .reshape(*points.shape[:2], 2)
+        .astype(np.float32)
+    )
+    return np.stack(
+        [
+            cv2.remap(p.astype(np.float32), uv[..., 0], uv[..., 1], cv2.INTER_LINEAR, borderMode=border)
+            for p in picture
+        ]
+    )
 
 
 @pytest.mark.parametrize("padding", ["zeros", "border"])
@@ -185,12 +269,27 @@ def test_depth_warper_of_three_views_equals_opencv(padding: str) -> None:
     found = torch.jit.script(warper)(z, X)
     torch.testing.assert_close(found, warper(z, X), rtol=0, atol=1e-12)
     v, u = np.mgrid[:25, :31]
-    rays = np.stack([(u - K[0, 2]) / K[0, 0], (v - K[1, 2]) / K[1, 1], np.ones_like(u)], -1) * z[0, 0, :, :, None].numpy()
+    rays = (
+        np.stack([(u - K[0, 2]) / K[0, 0], (v - K[1, 2]) / K[1, 1], np.ones_like(u)], -1)
+        * z[0, 0, :, :, None].numpy()
+    )
     points = (rays - E[:3, 3]) @ E[:3, :3]
     border = cv2.BORDER_CONSTANT if padding == "zeros" else cv2.BORDER_REPLICATE
     for b in range(3):
-        np.testing.assert_allclose(found[b], by_opencv(X[b].numpy(), points, extrinsics[b], border), atol=0.02)  # positions rounded to 1/32
-    one = depth_warp(dst.intrinsics[1:2], dst.extrinsics[1:2], src.intrinsics, src.extrinsics, z, X[1:2], True, "bilinear", padding)
+        np.testing.assert_allclose(
+            found[b], by_opencv(X[b].numpy(), points, extrinsics[b], border), atol=0.02
+        )  # positions rounded to 1/32
+    one = depth_warp(
+        dst.intrinsics[1:2],
+        dst.extrinsics[1:2],
+        src.intrinsics,
+        src.extrinsics,
+        z,
+        X[1:2],
+        True,
+        "bilinear",
+        padding,
+    )
     torch.testing.assert_close(found[1:2], one, rtol=0, atol=1e-12)
 
 
@@ -203,7 +302,11 @@ def test_what_is_behind_is_black(mode: str, padding: str) -> None:
     image = X[:1].float().requires_grad_()  # "nearest" has no derivative by depth
     out = DepthWarper(behind, 25, 31, mode, padding).compute_projection_matrix(source)(z, image)
     out.sum().backward()
-    assert out.abs().max() == 0 and image.grad.isfinite().all() and (mode == "nearest" or z.grad.isfinite().all())
+    assert (
+        out.abs().max() == 0
+        and image.grad.isfinite().all()
+        and (mode == "nearest" or z.grad.isfinite().all())
+    )
 
 
 CAMERA = PinholeCamera.from_parameters(1.0, 1.0, 0.0, 0.0, 4, 5)
@@ -216,13 +319,33 @@ WRONG = [
     (lambda: Affine(torch.zeros(2, 2)), ValueError, r"angle: expected shape \(B,\)"),
     (lambda: Affine(shear=torch.zeros(2)), ValueError, r"shear: expected shape \(B, 2\)"),
     (lambda: Affine()(X.int()), TypeError, "input: expected a floating-point"),
-    (lambda: PinholeCamera(E4[0], E4, SIZE, SIZE), ValueError, r"intrinsics: expected shape \(B, 3, 3\) or \(B, 4, 4\)"),
-    (lambda: PinholeCamera(E4, E4[:, :3], SIZE, SIZE), ValueError, r"extrinsics: expected shape \(\*, 4, 4\)"),
-    (lambda: PinholeCamera(E4, E4.expand(2, 4, 4), SIZE, SIZE), ValueError, "extrinsics: expected a batch of 1"),
+    (
+        lambda: PinholeCamera(E4[0], E4, SIZE, SIZE),
+        ValueError,
+        r"intrinsics: expected shape \(B, 3, 3\) or \(B, 4, 4\)",
+    ),
+    (
+        lambda: PinholeCamera(E4, E4[:, :3], SIZE, SIZE),
+        ValueError,
+        r"extrinsics: expected shape \(\*, 4, 4\)",
+    ),
+    (
+        lambda: PinholeCamera(E4, E4.expand(2, 4, 4), SIZE, SIZE),
+        ValueError,
+        "extrinsics: expected a batch of 1",
+    ),
     (lambda: StereoCamera(E4, E4), ValueError, r"rectified_left_camera: expected shape \(\*, 3, 4\)"),
-    (lambda: StereoCamera(E4[:, :3], E4[:, :3].expand(2, 3, 4)), ValueError, r"rectified_right_camera: expected the left one's shape \[1, 3, 4\]"),
+    (
+        lambda: StereoCamera(E4[:, :3], E4[:, :3].expand(2, 3, 4)),
+        ValueError,
+        r"rectified_right_camera: expected the left one's shape \[1, 3, 4\]",
+    ),
     (lambda: DepthWarper(CAMERA, 4, 5)(X[:, :1], X), ValueError, "pinhole_src: expected a camera"),
-    (lambda: DepthWarper(CAMERA, 4, 5).compute_projection_matrix(CAMERA)(X[:, :1], X), ValueError, r"depth_src: expected shape \(B, 1, 4, 5\)"),
+    (
+        lambda: DepthWarper(CAMERA, 4, 5).compute_projection_matrix(CAMERA)(X[:, :1], X),
+        ValueError,
+        r"depth_src: expected shape \(B, 1, 4, 5\)",
+    ),
 ]
 
 

@@ -32,7 +32,9 @@ def test_volume() -> None:
     z, x, y = np.arange(2), np.arange(4), np.arange(3)
     expected = np.stack(np.meshgrid(z, y, x, indexing="ij"), -1)[..., [0, 2, 1]][None]
     np.testing.assert_array_equal(create_meshgrid3d(2, 3, 4, False), expected)
-    np.testing.assert_allclose(create_meshgrid3d(2, 3, 4, dtype=torch.float64), 2.0 * expected / [1, 3, 2] - 1.0, atol=1e-15)
+    np.testing.assert_allclose(
+        create_meshgrid3d(2, 3, 4, dtype=torch.float64), 2.0 * expected / [1, 3, 2] - 1.0, atol=1e-15
+    )
     assert create_meshgrid3d(1, 1, 1).tolist() == [[[[[0.0, 0.0, 0.0]]]]]
 
 
@@ -42,7 +44,10 @@ def test_dtype() -> None:
 
 
 def test_scripts() -> None:
-    torch.testing.assert_close(torch.jit.script(create_meshgrid)(4, 5, True, None, torch.float64, False), create_meshgrid(4, 5, dtype=torch.float64, align_corners=False))
+    torch.testing.assert_close(
+        torch.jit.script(create_meshgrid)(4, 5, True, None, torch.float64, False),
+        create_meshgrid(4, 5, dtype=torch.float64, align_corners=False),
+    )
     torch.testing.assert_close(torch.jit.script(create_meshgrid3d)(2, 4, 5), create_meshgrid3d(2, 4, 5))
 
 
@@ -51,7 +56,9 @@ class Grids(torch.nn.Module):
 
     def forward(self, image: Tensor) -> Tensor:
         height, width = image.size(0), image.size(1)
-        return create_meshgrid(height, width) * create_meshgrid(height, width, align_corners=False) + create_meshgrid(height, width, False)
+        return create_meshgrid(height, width) * create_meshgrid(
+            height, width, align_corners=False
+        ) + create_meshgrid(height, width, False)
 
 
 def test_sizes_stay_symbolic() -> None:

@@ -21,7 +21,10 @@ def apply(h: Tensor, p: Tensor) -> Tensor:
 
 
 def points(batch: int, count: int, seed: int = 0) -> Tensor:
-    return torch.rand(batch, count, 2, generator=torch.Generator().manual_seed(seed), dtype=torch.float64) * 1000.0
+    return (
+        torch.rand(batch, count, 2, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
+        * 1000.0
+    )
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -44,7 +47,10 @@ def test_four_points_are_exact(seed: int) -> None:
 @pytest.mark.parametrize("count", [5, 20, 300])
 def test_noisy_points_equal_the_svd(count: int) -> None:
     p = points(3, count)
-    q = apply(truth(3, torch.float64), p) + torch.randn(3, count, 2, generator=torch.Generator().manual_seed(1)).double()
+    q = (
+        apply(truth(3, torch.float64), p)
+        + torch.randn(3, count, 2, generator=torch.Generator().manual_seed(1)).double()
+    )
     h = find_homography_dlt(p, q)
     for b in range(3):
         np.testing.assert_allclose(h[b], by_svd(p[b].numpy(), q[b].numpy()), rtol=1e-6, atol=1e-9)

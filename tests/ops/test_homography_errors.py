@@ -15,7 +15,11 @@ DOUBLE = torch.float64
 def pairs(noise: float = 3.0) -> tuple[Tensor, Tensor, Tensor]:
     H = truth(2, DOUBLE)
     p = points(2, 9)
-    return p, apply(H, p) + noise * torch.randn(2, 9, 2, generator=torch.Generator().manual_seed(1), dtype=DOUBLE), H
+    return (
+        p,
+        apply(H, p) + noise * torch.randn(2, 9, 2, generator=torch.Generator().manual_seed(1), dtype=DOUBLE),
+        H,
+    )
 
 
 def by_opencv(H: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -25,14 +29,20 @@ def by_opencv(H: np.ndarray, p: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("homogeneous", [False, True])
 def test_transfer_errors(homogeneous: bool) -> None:
     p, q, H = pairs()
-    given = [torch.cat([x, torch.ones_like(x[..., :1])], -1) * -2.5 for x in (p, q)] if homogeneous else [p, q]
+    given = (
+        [torch.cat([x, torch.ones_like(x[..., :1])], -1) * -2.5 for x in (p, q)] if homogeneous else [p, q]
+    )
     for b in range(2):
         there = ((q[b].numpy() - by_opencv(H[b].numpy(), p[b].numpy())) ** 2).sum(1)
         back = ((p[b].numpy() - by_opencv(np.linalg.inv(H[b].numpy()), q[b].numpy())) ** 2).sum(1)
         np.testing.assert_allclose(homography.oneway_transfer_error(*given, H)[b], there, rtol=1e-9)
-        np.testing.assert_allclose(homography.oneway_transfer_error(*given, H, False, 0.0)[b], np.sqrt(there), rtol=1e-9)
+        np.testing.assert_allclose(
+            homography.oneway_transfer_error(*given, H, False, 0.0)[b], np.sqrt(there), rtol=1e-9
+        )
         np.testing.assert_allclose(homography.symmetric_transfer_error(*given, H)[b], there + back, rtol=1e-9)
-        np.testing.assert_allclose(homography.symmetric_transfer_error(*given, H, False, 0.0)[b], np.sqrt(there + back), rtol=1e-9)
+        np.testing.assert_allclose(
+            homography.symmetric_transfer_error(*given, H, False, 0.0)[b], np.sqrt(there + back), rtol=1e-9
+        )
 
 
 def test_no_inverse_is_infinitely_far() -> None:
@@ -47,7 +57,8 @@ def test_no_inverse_is_infinitely_far() -> None:
 
 
 def test_sampson_distance() -> None:
-    """e^T (J J^T)^-1 e with J by autograd; near to the distance itself, found by Newton's method, where errors are small."""
+    """e^T (J J^T)^-1 e with J by autograd; near to the distance itself, found by Newton's method, where
+    errors are small."""
     p, q, H = pairs(0.5)
     found = homography.sampson_homography_distance(p, q, H)
     np.testing.assert_allclose(homography.sampson_homography_distance(p, q, H, False), found.sqrt())
@@ -114,7 +125,9 @@ def test_noisy_segments_equal_the_svd() -> None:
     weights = 0.5 + torch.rand(2, 12, generator=torch.Generator().manual_seed(4), dtype=DOUBLE)
     found = homography.find_homography_lines_dlt(ls1, ls2, weights)
     for b in range(2):
-        np.testing.assert_allclose(found[b], lines_by_svd(ls1[b].numpy(), ls2[b].numpy(), weights[b].numpy()), rtol=1e-5, atol=1e-8)
+        np.testing.assert_allclose(
+            found[b], lines_by_svd(ls1[b].numpy(), ls2[b].numpy(), weights[b].numpy()), rtol=1e-5, atol=1e-8
+        )
 
 
 def lines_by_svd(ls1: np.ndarray, ls2: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -147,7 +160,9 @@ def test_iterations_lose_outliers() -> None:
     assert worst(found) < 0.1 * worst(once)
     by_hand = once
     for _ in range(3):
-        by_hand = homography.find_homography_dlt(p, q, torch.exp(-homography.symmetric_transfer_error(p, q, by_hand, False) / 18.0))
+        by_hand = homography.find_homography_dlt(
+            p, q, torch.exp(-homography.symmetric_transfer_error(p, q, by_hand, False) / 18.0)
+        )
     np.testing.assert_allclose(homography.find_homography_dlt_iterated(p, q, w, 3.0, 4), by_hand, rtol=1e-12)
 
 
@@ -171,24 +186,64 @@ def test_valid_samples() -> None:
     crossed = square[[0, 2, 1, 3]]
     flat = torch.tensor([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0]])
     first = torch.stack([square, square, square, square, flat])
-    second = torch.stack([apply(truth(1, torch.float32), square[None])[0].float(), mirrored, crossed, flat, flat])
-    assert homography.sample_is_valid_for_homography(first, second).tolist() == [True, False, False, False, False]
+    second = torch.stack(
+        [apply(truth(1, torch.float32), square[None])[0].float(), mirrored, crossed, flat, flat]
+    )
+    assert homography.sample_is_valid_for_homography(first, second).tolist() == [
+        True,
+        False,
+        False,
+        False,
+        False,
+    ]
     tiny = first * 1e-18
     assert homography.sample_is_valid_for_homography(tiny[:1], second[:1]).tolist() == [True]
 
 
 P, L, M = torch.zeros(1, 5, 2), torch.zeros(1, 5, 2, 2), torch.eye(3)[None]
 WRONG = [
-    (lambda: homography.oneway_transfer_error(P[0], P, M), ValueError, r"pts1: expected shape \(B, N, 2\) or \(B, N, 3\)"),
-    (lambda: homography.symmetric_transfer_error(P, P.int(), M), TypeError, "pts2: expected a floating-point"),
-    (lambda: homography.sampson_homography_distance(P, P, M[0]), ValueError, r"H: expected shape \(B, 3, 3\)"),
-    (lambda: homography.line_segment_transfer_error_one_way(P, L, M), ValueError, r"ls1: expected shape \(B, N, 2, 2\)"),
-    (lambda: homography.find_homography_lines_dlt(L[:, :3], L[:, :3]), ValueError, "ls1: expected at least 4 segments, got 3"),
+    (
+        lambda: homography.oneway_transfer_error(P[0], P, M),
+        ValueError,
+        r"pts1: expected shape \(B, N, 2\) or \(B, N, 3\)",
+    ),
+    (
+        lambda: homography.symmetric_transfer_error(P, P.int(), M),
+        TypeError,
+        "pts2: expected a floating-point",
+    ),
+    (
+        lambda: homography.sampson_homography_distance(P, P, M[0]),
+        ValueError,
+        r"H: expected shape \(B, 3, 3\)",
+    ),
+    (
+        lambda: homography.line_segment_transfer_error_one_way(P, L, M),
+        ValueError,
+        r"ls1: expected shape \(B, N, 2, 2\)",
+    ),
+    (
+        lambda: homography.find_homography_lines_dlt(L[:, :3], L[:, :3]),
+        ValueError,
+        "ls1: expected at least 4 segments, got 3",
+    ),
     (lambda: homography.find_homography_lines_dlt(L, L[:, :4]), ValueError, "ls2: expected as many segments"),
     (lambda: homography.find_homography_lines_dlt(L, L, P), ValueError, "weights: expected shape"),
-    (lambda: homography.find_homography_dlt_iterated(P, P, P[..., 0], n_iter=0), ValueError, "n_iter: expected at least 1"),
-    (lambda: homography.find_homography_lines_dlt_iterated(L, L, P[..., 0], n_iter=0), ValueError, "n_iter: expected at least 1"),
-    (lambda: homography.sample_is_valid_for_homography(P, P), ValueError, r"points1: expected shape \(\*, 4, 2\)"),
+    (
+        lambda: homography.find_homography_dlt_iterated(P, P, P[..., 0], n_iter=0),
+        ValueError,
+        "n_iter: expected at least 1",
+    ),
+    (
+        lambda: homography.find_homography_lines_dlt_iterated(L, L, P[..., 0], n_iter=0),
+        ValueError,
+        "n_iter: expected at least 1",
+    ),
+    (
+        lambda: homography.sample_is_valid_for_homography(P, P),
+        ValueError,
+        r"points1: expected shape \(\*, 4, 2\)",
+    ),
 ]
 
 

@@ -46,7 +46,9 @@ def test_saturation_equals_opencv(factor: float) -> None:
 def test_colorsys_on_ties_and_primaries() -> None:
     levels = [0.0, 0.25, 0.5, 1.0]
     colours = [(r, g, b) for r in levels for g in levels for b in levels]
-    actual = enhance.adjust_hue(torch.tensor(colours, dtype=torch.float64)[:, :, None, None], 2 * math.pi / 5)[..., 0, 0]
+    actual = enhance.adjust_hue(
+        torch.tensor(colours, dtype=torch.float64)[:, :, None, None], 2 * math.pi / 5
+    )[..., 0, 0]
     for colour, turned in zip(colours, actual.tolist(), strict=True):
         h, s, v = colorsys.rgb_to_hsv(*colour)
         assert turned == pytest.approx(colorsys.hsv_to_rgb((h + 0.2) % 1, s, v), abs=1e-7), colour
@@ -73,7 +75,11 @@ def test_gradient_is_finite_on_grey() -> None:
 
 X = torch.zeros(2, 3, 8, 8)
 WRONG = [
-    (lambda: enhance.adjust_hue(X[:, :2], 0.1), ValueError, r"image: expected shape \(\*, 3, H, W\), got \[2, 2, 8, 8\]"),
+    (
+        lambda: enhance.adjust_hue(X[:, :2], 0.1),
+        ValueError,
+        r"image: expected shape \(\*, 3, H, W\), got \[2, 2, 8, 8\]",
+    ),
     (lambda: enhance.adjust_hue(X, torch.ones(3)), ValueError, r"factor: expected a number, .* got \[3\]"),
     (lambda: enhance.adjust_saturation(X.int(), 0.1), TypeError, "image: expected a floating-point tensor"),
     (lambda: enhance.adjust_hue_raw(X[0, 0], 0.1), ValueError, "image: expected shape"),

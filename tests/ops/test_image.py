@@ -11,7 +11,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 
 from chiasm import image
 
-# --- conversions and grids ---------------------------------------------------------------------------------------------
+# --- conversions and grids ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("channels", [1, 3, 4, 7])
@@ -43,10 +43,21 @@ def test_camera_frame() -> None:
     np.testing.assert_array_equal(image.tensor_to_image(x)[0], frame(48, 64))
 
 
-@pytest.mark.parametrize(("count", "n_row", "padding", "rows", "columns"), [
-    (1, None, 2, 1, 1), (2, None, 2, 1, 2), (4, None, 0, 2, 2), (5, None, 3, 2, 3), (9, None, 2, 3, 3), (10, None, 1, 3, 4),
-    (7, 1, 2, 7, 1), (7, 3, 1, 3, 3), (3, 5, 2, 1, 5), (6, 3, 0, 2, 3),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("count", "n_row", "padding", "rows", "columns"),
+    [
+        (1, None, 2, 1, 1),
+        (2, None, 2, 1, 2),
+        (4, None, 0, 2, 2),
+        (5, None, 3, 2, 3),
+        (9, None, 2, 3, 3),
+        (10, None, 1, 3, 4),
+        (7, 1, 2, 7, 1),
+        (7, 3, 1, 3, 3),
+        (3, 5, 2, 1, 5),
+        (6, 3, 0, 2, 3),
+    ],
+)
 def test_grid_equals_slices(count: int, n_row: int, padding: int, rows: int, columns: int) -> None:
     x = photo(count, 3, 5, 7) + 0.01
     expected = np.zeros((3, rows * (5 + padding) - padding, columns * (7 + padding) - padding), np.float32)
@@ -56,7 +67,7 @@ def test_grid_equals_slices(count: int, n_row: int, padding: int, rows: int, col
     np.testing.assert_array_equal(image.make_grid(x, n_row, padding), expected)
 
 
-# --- drawing -----------------------------------------------------------------------------------------------------------
+# --- drawing ------------------------------------------------------------------------------------------------
 
 
 def lines(ends: np.ndarray, size: tuple[int, int]) -> np.ndarray:
@@ -91,7 +102,12 @@ def test_lines_equal_opencv(channels: int) -> None:
     x = photo(2, channels, *SIZE)
     color = np.linspace(2, 3, channels).astype(np.float32)
     ends = np.random.default_rng(1).integers(0, 41, (2, 60, 4))
-    ends[:, :4] = [[5, 9, 5, 9], [3, 7, 30, 7], [8, 30, 8, 2], [10, 10, 30, 20]]  # a point, flat, upright, ties
+    ends[:, :4] = [
+        [5, 9, 5, 9],
+        [3, 7, 30, 7],
+        [8, 30, 8, 2],
+        [10, 10, 30, 20],
+    ]  # a point, flat, upright, ties
     for n in range(60):
         p = torch.from_numpy(ends[:, n : n + 1])
         actual = image.draw_line(x, p[..., :2], p[..., 2:], torch.from_numpy(color))
@@ -115,11 +131,15 @@ def test_lines_that_leave_the_image_are_cut() -> None:
     ends = np.random.default_rng(3).integers(-60, 120, (30, 4))
     for x0, y0, x1, y1 in ends.tolist():
         larger = lines(np.array([[x0, y0, x1, y1]]) + 70, (200, 200))
-        actual = image.draw_line(torch.zeros(1, *SIZE), torch.tensor([x0, y0]), torch.tensor([x1, y1]), torch.ones(1))
+        actual = image.draw_line(
+            torch.zeros(1, *SIZE), torch.tensor([x0, y0]), torch.tensor([x1, y1]), torch.ones(1)
+        )
         np.testing.assert_array_equal(actual[0], larger[70 : 70 + SIZE[0], 70 : 70 + SIZE[1]])
 
 
-RECTANGLES = np.array([[3, 4, 20, 30], [10, 2, 50, 12], [-5, -5, 8, 8], [40, 30, 90, 70], [7, 7, 7, 7], [30, 20, 31, 21]])
+RECTANGLES = np.array(
+    [[3, 4, 20, 30], [10, 2, 50, 12], [-5, -5, 8, 8], [40, 30, 90, 70], [7, 7, 7, 7], [30, 20, 31, 21]]
+)
 
 
 @pytest.mark.parametrize("channels", [1, 3, 5])
@@ -142,7 +162,9 @@ def test_rectangles_equal_opencv(channels: int, fill: bool, width: int) -> None:
 
 
 def test_rectangles_of_even_width() -> None:
-    drawn = image.draw_rectangle(torch.zeros(1, 1, 9, 9), torch.tensor([[[2, 2, 6, 6]]]), torch.ones(1), line_width=2)[0, 0]
+    drawn = image.draw_rectangle(
+        torch.zeros(1, 1, 9, 9), torch.tensor([[[2, 2, 6, 6]]]), torch.ones(1), line_width=2
+    )[0, 0]
     expected = np.zeros((9, 9), np.float32)
     expected[1:7, 1:7] = 1
     expected[3:5, 3:5] = 0
@@ -155,8 +177,13 @@ def test_rectangle_colours_of_every_shape() -> None:
     expected = image.draw_rectangle(x, r, full.expand(2, 6, 3))
     assert torch.equal(image.draw_rectangle(x, r, full), expected)
     assert torch.equal(image.draw_rectangle(x, r, torch.zeros(1)), image.draw_rectangle(x, r))
-    assert torch.equal(image.draw_rectangle(x, r, torch.full((2, 6, 1), 7.0)), image.draw_rectangle(x, r, torch.full((3,), 7.0)))
-    assert torch.equal(image.draw_rectangle(x, torch.tensor([[[9, 9, 3, 3]]]).expand(2, 1, 4), full), x)  # empty
+    assert torch.equal(
+        image.draw_rectangle(x, r, torch.full((2, 6, 1), 7.0)),
+        image.draw_rectangle(x, r, torch.full((3,), 7.0)),
+    )
+    assert torch.equal(
+        image.draw_rectangle(x, torch.tensor([[[9, 9, 3, 3]]]).expand(2, 1, 4), full), x
+    )  # empty
 
 
 def ellipse(count: int, seed: int) -> np.ndarray:
@@ -173,11 +200,18 @@ def test_polygons_equal_opencv(count: int, whole: bool) -> None:
     polygons = np.stack([ellipse(count, 1), ellipse(count, 2)[::-1]])  # both orders
     if whole:
         hulls = [cv2.convexHull(np.rint(p).astype(np.int32))[:, 0] for p in polygons]
-        polygons = np.stack([np.concatenate([h, h[-1:].repeat(count - len(h), 0)]) for h in hulls]).astype(np.float32)
+        polygons = np.stack([np.concatenate([h, h[-1:].repeat(count - len(h), 0)]) for h in hulls]).astype(
+            np.float32
+        )
     colors = np.random.default_rng(0).random((2, 3)).astype(np.float32) + 2
     actual = image.draw_convex_polygon(x, torch.from_numpy(polygons), torch.from_numpy(colors))
     for b in range(2):
-        inside = np.array([[cv2.pointPolygonTest(polygons[b], (px, py), False) >= 0 for px in range(SIZE[1])] for py in range(SIZE[0])])
+        inside = np.array(
+            [
+                [cv2.pointPolygonTest(polygons[b], (px, py), False) >= 0 for px in range(SIZE[1])]
+                for py in range(SIZE[0])
+            ]
+        )
         assert 20 < inside.sum() < inside.size
         np.testing.assert_array_equal(actual[b], np.where(inside, colors[b][:, None, None], x[b].numpy()))
         canvas = np.zeros(SIZE, np.uint8)
@@ -186,20 +220,26 @@ def test_polygons_equal_opencv(count: int, whole: bool) -> None:
             assert (canvas[inside] == 1).all()
 
 
-@pytest.mark.parametrize(("points", "pixels"), [
-    ([[3, 3], [3, 3], [3, 3]], 1),  # a point
-    ([[1, 2], [5, 2], [3, 2]], 5),  # a line
-    ([[0.2, 0.2], [0.8, 0.2], [0.5, 0.8]], 0),  # between pixels
-    ([[-9, -9], [30, -9], [30, 30], [-9, 30]], 64),  # everything
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("points", "pixels"),
+    [
+        ([[3, 3], [3, 3], [3, 3]], 1),  # a point
+        ([[1, 2], [5, 2], [3, 2]], 5),  # a line
+        ([[0.2, 0.2], [0.8, 0.2], [0.5, 0.8]], 0),  # between pixels
+        ([[-9, -9], [30, -9], [30, 30], [-9, 30]], 64),  # everything
+    ],
+)
 def test_degenerate_polygons(points: list[list[float]], pixels: int) -> None:
-    drawn = image.draw_convex_polygon(torch.zeros(1, 1, 8, 8), torch.tensor([points], dtype=torch.float32), torch.ones(1))
+    drawn = image.draw_convex_polygon(
+        torch.zeros(1, 1, 8, 8), torch.tensor([points], dtype=torch.float32), torch.ones(1)
+    )
     assert drawn.sum() == pixels
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_polygons_are_filled_by_the_side_of_every_edge(seed: int) -> None:
-    """Against the definition, pixel by pixel: whole and fractional vertices, convex or not, either way round, beyond the image."""
+    """Against the definition, pixel by pixel: whole and fractional vertices, convex or not, either way round,
+    beyond the image."""
     torch.manual_seed(seed)
     vertices = torch.rand(4, 3 + seed, 2, dtype=torch.float64) * 24.0 - 6.0
     if seed % 2 == 0:
@@ -222,12 +262,25 @@ def test_a_polygon_of_many_vertices_takes_no_memory_for_each_pixel() -> None:
         def __torch_dispatch__(self, func, types, args=(), kwargs=None):
             nonlocal largest
             result = func(*args, **(kwargs or {}))
-            largest = max([largest, *(t.numel() for t in (result if isinstance(result, tuple) else (result,)) if isinstance(t, torch.Tensor))])
+            largest = max(
+                [
+                    largest,
+                    *(
+                        t.numel()
+                        for t in (result if isinstance(result, tuple) else (result,))
+                        if isinstance(t, torch.Tensor)
+                    ),
+                ]
+            )
             return result
 
     turn = torch.arange(300) * (2 * torch.pi / 300)
     with Watched():
-        drawn = image.draw_convex_polygon(torch.zeros(1, 1, 100, 100), torch.stack([torch.cos(turn), torch.sin(turn)], -1)[None] * 40 + 50, torch.ones(1))
+        drawn = image.draw_convex_polygon(
+            torch.zeros(1, 1, 100, 100),
+            torch.stack([torch.cos(turn), torch.sin(turn)], -1)[None] * 40 + 50,
+            torch.ones(1),
+        )
     assert abs(float(drawn.sum()) - torch.pi * 1600) < 50
     assert largest <= 300 * 100
 
@@ -249,26 +302,66 @@ def test_the_input_is_left_alone_and_bytes_can_be_drawn_on() -> None:
 X, P, C = torch.zeros(2, 3, 8, 8), torch.zeros(2, 5, 2), torch.zeros(3)
 WRONG = [
     (lambda: image.image_to_tensor(X), TypeError, "image: expected dtype torch.uint8, got torch.float32"),
-    (lambda: image.image_to_tensor(X[0, 0].byte()), ValueError, r"image: expected shape \(H, W, C\) or \(B, H, W, C\), got \[8, 8\]"),
+    (
+        lambda: image.image_to_tensor(X[0, 0].byte()),
+        ValueError,
+        r"image: expected shape \(H, W, C\) or \(B, H, W, C\), got \[8, 8\]",
+    ),
     (lambda: image.tensor_to_image(X.int()), TypeError, "tensor: expected a floating-point"),
     (lambda: image.tensor_to_image(X[0, 0]), ValueError, "tensor: expected shape"),
     (lambda: image.make_grid(X[0]), ValueError, r"tensor: expected shape \(B, C, H, W\)"),
     (lambda: image.make_grid(X, 0), ValueError, "n_row: expected a positive number, got 0"),
     (lambda: image.make_grid(X, 2, -1), ValueError, "padding: expected zero or more, got -1"),
     (lambda: image.draw_point2d(X[0, 0], P, C), ValueError, "image: expected shape"),
-    (lambda: image.draw_point2d(X, P[0], C), ValueError, r"points: expected shape \(B, N, 2\) .* got \[5, 2\]"),
-    (lambda: image.draw_point2d(X[0], P, C), ValueError, r"points: expected shape \(N, 2\) .* got \[2, 5, 2\]"),
-    (lambda: image.draw_point2d(X, P, C[:2]), ValueError, r"color: expected shape \(C,\) or \(1,\) for C = 3, got \[2\]"),
-    (lambda: image.draw_line(X, P, P[:, :4], C), ValueError, "p2: expected as many points as p1 has, 5, got 4"),
+    (
+        lambda: image.draw_point2d(X, P[0], C),
+        ValueError,
+        r"points: expected shape \(B, N, 2\) .* got \[5, 2\]",
+    ),
+    (
+        lambda: image.draw_point2d(X[0], P, C),
+        ValueError,
+        r"points: expected shape \(N, 2\) .* got \[2, 5, 2\]",
+    ),
+    (
+        lambda: image.draw_point2d(X, P, C[:2]),
+        ValueError,
+        r"color: expected shape \(C,\) or \(1,\) for C = 3, got \[2\]",
+    ),
+    (
+        lambda: image.draw_line(X, P, P[:, :4], C),
+        ValueError,
+        "p2: expected as many points as p1 has, 5, got 4",
+    ),
     (lambda: image.draw_line(X, P[..., :1], P, C), ValueError, "p1: expected shape"),
     (lambda: image.draw_line(X, P, P[..., 0], C), ValueError, "p2: expected shape"),
     (lambda: image.draw_rectangle(X[0], P, C), ValueError, r"image: expected shape \(B, C, H, W\)"),
-    (lambda: image.draw_rectangle(X, P, C), ValueError, r"rectangle: expected shape \(B, N, 4\) .* got \[2, 5, 2\]"),
-    (lambda: image.draw_rectangle(X, P.repeat(1, 1, 2), C[:2]), ValueError, r"color: expected shape .* got \[2\]"),
-    (lambda: image.draw_rectangle(X, P.repeat(1, 1, 2), C, line_width=0), ValueError, "line_width: expected a positive number, got 0"),
+    (
+        lambda: image.draw_rectangle(X, P, C),
+        ValueError,
+        r"rectangle: expected shape \(B, N, 4\) .* got \[2, 5, 2\]",
+    ),
+    (
+        lambda: image.draw_rectangle(X, P.repeat(1, 1, 2), C[:2]),
+        ValueError,
+        r"color: expected shape .* got \[2\]",
+    ),
+    (
+        lambda: image.draw_rectangle(X, P.repeat(1, 1, 2), C, line_width=0),
+        ValueError,
+        "line_width: expected a positive number, got 0",
+    ),
     (lambda: image.draw_convex_polygon(X[0], P, C), ValueError, "images: expected shape"),
-    (lambda: image.draw_convex_polygon(X, P[:1], C), ValueError, r"polygons: expected shape \(B, N, 2\) .* got \[1, 5, 2\]"),
-    (lambda: image.draw_convex_polygon(X, P, X[..., 0, 0][:1]), ValueError, r"colors: expected shape .* got \[1, 3\]"),
+    (
+        lambda: image.draw_convex_polygon(X, P[:1], C),
+        ValueError,
+        r"polygons: expected shape \(B, N, 2\) .* got \[1, 5, 2\]",
+    ),
+    (
+        lambda: image.draw_convex_polygon(X, P, X[..., 0, 0][:1]),
+        ValueError,
+        r"colors: expected shape .* got \[1, 3\]",
+    ),
 ]
 
 

@@ -13,15 +13,21 @@ from torch import Tensor
 
 from chiasm.enhance import jpeg_codec_differentiable
 
+# fmt: off
 LUMA = np.reshape([
-    16, 11, 10, 16, 24, 40, 51, 61, 12, 12, 14, 19, 26, 58, 60, 55, 14, 13, 16, 24, 40, 57, 69, 56, 14, 17, 22, 29, 51, 87, 80, 62,
-    18, 22, 37, 56, 68, 109, 103, 77, 24, 35, 55, 64, 81, 104, 113, 92, 49, 64, 78, 87, 103, 121, 120, 101, 72, 92, 95, 98, 112, 100, 103, 99,
-], (8, 8))  # fmt: skip
+    16, 11, 10, 16, 24, 40, 51, 61, 12, 12, 14, 19, 26, 58, 60, 55,
+    14, 13, 16, 24, 40, 57, 69, 56, 14, 17, 22, 29, 51, 87, 80, 62,
+    18, 22, 37, 56, 68, 109, 103, 77, 24, 35, 55, 64, 81, 104, 113, 92,
+    49, 64, 78, 87, 103, 121, 120, 101, 72, 92, 95, 98, 112, 100, 103, 99,
+], (8, 8))
+# fmt: on
 
 
 def by_pillow(x: Tensor, sample: int, quality: int) -> tuple[np.ndarray, dict]:
     file = io.BytesIO()
-    Image.fromarray((hwc(x, sample) * 255).round().astype(np.uint8)).save(file, "JPEG", quality=quality, subsampling=2)
+    Image.fromarray((hwc(x, sample) * 255).round().astype(np.uint8)).save(
+        file, "JPEG", quality=quality, subsampling=2
+    )
     image = Image.open(file)
     return chw(np.asarray(image)) / 255, image.quantization
 
@@ -65,7 +71,9 @@ def test_definition(size: tuple[int, int]) -> None:
     quality = torch.tensor([31.7, 77.3], dtype=torch.float64)
     actual = jpeg_codec_differentiable(x, quality, torch.from_numpy(luma), torch.from_numpy(chroma))
     for b in range(2):
-        expected = by_definition(x[b].numpy(), steps(luma[b], float(quality[b])), steps(chroma, float(quality[b])))
+        expected = by_definition(
+            x[b].numpy(), steps(luma[b], float(quality[b])), steps(chroma, float(quality[b]))
+        )
         # the constants of JFIF's conversion have nine digits
         np.testing.assert_allclose(actual[b], expected, atol=1e-6)
 
@@ -110,10 +118,26 @@ Q = torch.tensor([50.0])
 WRONG = [
     (lambda: jpeg_codec_differentiable(X[:, :1], Q), ValueError, r"input: expected shape \(\*, 3, H, W\)"),
     (lambda: jpeg_codec_differentiable(X[0], Q), ValueError, r"input: expected shape \(B, 3, H, W\)"),
-    (lambda: jpeg_codec_differentiable(X, Q.int()), TypeError, "jpeg_quality: expected a floating-point tensor"),
-    (lambda: jpeg_codec_differentiable(X, torch.ones(3)), ValueError, r"jpeg_quality: expected .* \(2,\), got \[3\]"),
-    (lambda: jpeg_codec_differentiable(X, Q, torch.ones(8)), ValueError, r"quantization_table_y: expected shape \(8, 8\)"),
-    (lambda: jpeg_codec_differentiable(X, Q, None, torch.ones(3, 8, 8)), ValueError, r"quantization_table_c: expected .* \(2, 8, 8\)"),
+    (
+        lambda: jpeg_codec_differentiable(X, Q.int()),
+        TypeError,
+        "jpeg_quality: expected a floating-point tensor",
+    ),
+    (
+        lambda: jpeg_codec_differentiable(X, torch.ones(3)),
+        ValueError,
+        r"jpeg_quality: expected .* \(2,\), got \[3\]",
+    ),
+    (
+        lambda: jpeg_codec_differentiable(X, Q, torch.ones(8)),
+        ValueError,
+        r"quantization_table_y: expected shape \(8, 8\)",
+    ),
+    (
+        lambda: jpeg_codec_differentiable(X, Q, None, torch.ones(3, 8, 8)),
+        ValueError,
+        r"quantization_table_c: expected .* \(2, 8, 8\)",
+    ),
 ]
 
 

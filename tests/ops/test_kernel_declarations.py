@@ -1,4 +1,5 @@
-"""What is declared of the kernels: mistakes are one sentence, and the page of kernels is that of today's declarations."""
+"""What is declared of the kernels: mistakes are one sentence, and the page of kernels is that of today's
+declarations."""
 
 from __future__ import annotations
 
@@ -24,13 +25,29 @@ GENERATE = ROOT / "runtime" / "artifact" / "generate.py"
     ("schema", "where", "message"),
     [
         ("half(x) -> T[N]", [], "kernel half: expected 'type[shape] name' or 'type name', got 'x'"),
-        ("half(T[N] x)", [], "kernel 'half(T[N] x)': expected name(type[shape] argument, type argument, ...) -> type[shape]"),
-        ("half(float16[N] x) -> float32[N]", [], "kernel half: argument x: unknown type float16, known are T, I, float32"),
-        ("half(T[N] x, Corner corner) -> T[N]", [], "kernel half: argument corner: unknown type Corner, known are int, float, bool, Border"),
+        (
+            "half(T[N] x)",
+            [],
+            "kernel 'half(T[N] x)': expected name(type[shape] argument, type argument, ...) -> type[shape]",
+        ),
+        (
+            "half(float16[N] x) -> float32[N]",
+            [],
+            "kernel half: argument x: unknown type float16, known are T, I, float32",
+        ),
+        (
+            "half(T[N] x, Corner corner) -> T[N]",
+            [],
+            "kernel half: argument corner: unknown type Corner, known are int, float, bool, Border",
+        ),
         ("half(T[N] x) -> I[N]", [], "kernel half: result: unknown type I"),
         ("half(T[N] x, I[N] y) -> T[N]", [], "kernel half: one of the type variables T, I at most"),
         ("half(T[N] x, int n) -> T[N]", [], "kernel half: two arguments or sizes named n"),
-        ("half(T[N - 1] x) -> T[N]", [], "kernel half: argument x: a size is a name, a number, or '...' at the beginning, got 'N - 1'"),
+        (
+            "half(T[N - 1] x) -> T[N]",
+            [],
+            "kernel half: argument x: a size is a name, a number, or '...' at the beginning, got 'N - 1'",
+        ),
         ("half(T[N] x) -> T[...]", [], "kernel half: '...' stands in one argument's shape"),
         ("half(T[N] x) -> T[M]", [], "kernel half: 'M' names M, which is no size, number or int64 tensor"),
         ("half(T[N] x) -> T[N]", ["M > 2"], "kernel half: 'M > 2' names M"),
@@ -47,24 +64,48 @@ def test_a_wrong_declaration_is_one_sentence(schema: str, where: list[str], mess
 def tree(tmp_path: Path) -> Path:
     """The declarations, their generator and the sources, to be changed."""
     for folder in ("runtime/artifact", "python/chiasm/primitives/kernels"):
-        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "aoti"))
+        shutil.copytree(
+            ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "aoti")
+        )
     return tmp_path
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"rank_filters.cpp", "The median', '"median.cpp", "The median', "kernel median3x3: there is no source runtime/artifact/kernels/median.cpp"),
-        ('"rank_filters.cpp", "The median', '"integral.cpp", "The median', "kernel median3x3: runtime/artifact/kernels/integral.cpp does not have 'CHIASM_INSTANTIATE(median3x3)'"),
-        ("median3x3(T[..., H, W] x", "median3x3(Image[..., H, W] x", "kernel median3x3: argument x: unknown type Image"),
-        ("mode != 'bicubic'", "mode != 'cubic'", "kernel remap: \"mode != 'cubic'\": mode has no enumerator cubic"),
+        (
+            '"rank_filters.cpp", "The median',
+            '"median.cpp", "The median',
+            "kernel median3x3: there is no source runtime/artifact/kernels/median.cpp",
+        ),
+        (
+            '"rank_filters.cpp", "The median',
+            '"integral.cpp", "The median',
+            "kernel median3x3: runtime/artifact/kernels/integral.cpp does not have"
+            " 'CHIASM_INSTANTIATE(median3x3)'",
+        ),
+        (
+            "median3x3(T[..., H, W] x",
+            "median3x3(Image[..., H, W] x",
+            "kernel median3x3: argument x: unknown type Image",
+        ),
+        (
+            "mode != 'bicubic'",
+            "mode != 'cubic'",
+            "kernel remap: \"mode != 'cubic'\": mode has no enumerator cubic",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_declaration_stops_the_build(tree: Path, old: str, new: str, message: str) -> None:
     file = tree / "python/chiasm/primitives/kernels/declarations.py"
     assert old in file.read_text()
     file.write_text(file.read_text().replace(old, new))
-    done = subprocess.run([sys.executable, "-S", tree / "runtime/artifact/generate.py", "build", tree / "made"], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-S", tree / "runtime/artifact/generate.py", "build", tree / "made"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].removeprefix("error: ").startswith(message)
     assert not (tree / "made").exists()
@@ -86,7 +127,10 @@ def test_operators_have_the_declared_shapes() -> None:
     assert operators.quantize_u8(x).dtype == torch.uint8
     with pytest.raises(ValueError, match=r"two_smallest: x: expected shape \(B, N, M\), got \[2, 3, 7, 9\]"):
         operators.two_smallest(x, True)
-    with pytest.raises(ValueError, match="median3x3: border: expected one of reflect, replicate, circular, constant, got 'wrap'"):
+    with pytest.raises(
+        ValueError,
+        match="median3x3: border: expected one of reflect, replicate, circular, constant, got 'wrap'",
+    ):
         operators.median3x3(x, "wrap")
     with pytest.raises(AttributeError, match="there is no kernel 'blur'"):
         operators.blur  # noqa: B018
@@ -102,7 +146,9 @@ def test_every_kernel_has_its_tests_and_its_benchmark() -> None:
     """Against a reference, in guarded memory, refused calls, and how long it takes."""
     folder = ROOT / "tests" / "kernels"
     sources = {file.name: file.read_text() for file in folder.glob("*_test.cpp")}
-    against_references = "".join(text for name, text in sources.items() if name not in ("guarded_test.cpp", "refused_calls_test.cpp"))
+    against_references = "".join(
+        text for name, text in sources.items() if name not in ("guarded_test.cpp", "refused_calls_test.cpp")
+    )
     for name in KERNELS:
         assert re.search(rf"\b{name}\(", against_references), f"{name}: no test against a reference"
         assert re.search(rf"BENCHMARK\({name}(_\w+)?,", against_references), f"{name}: no benchmark"
@@ -112,5 +158,7 @@ def test_every_kernel_has_its_tests_and_its_benchmark() -> None:
 def test_no_kernel_has_the_name_of_an_operator_of_pytorchs() -> None:
     """The calls of both are C functions of one namespace."""
     folder = Path(torch.__file__).parent / "include/torch/csrc/inductor/aoti_torch"
-    declared = set(re.findall(r"\baoti_torch_cpu_(\w+)", "".join(file.read_text() for file in folder.rglob("*.h"))))
+    declared = set(
+        re.findall(r"\baoti_torch_cpu_(\w+)", "".join(file.read_text() for file in folder.rglob("*.h")))
+    )
     assert declared and not declared & set(KERNELS)

@@ -54,7 +54,9 @@ def brackets(group: str, v: Tensor) -> np.ndarray:
     size = GROUPS[group]
     basis = torch.eye(size, dtype=torch.float64) if group != "so2" else torch.ones(1, dtype=torch.float64)
     columns = [hats(group, v) @ g - g @ hats(group, v) for g in hats(group, basis)]
-    return np.stack([op(group, "vee")(torch.from_numpy(c)).numpy().reshape(len(v), size) for c in columns], -1)
+    return np.stack(
+        [op(group, "vee")(torch.from_numpy(c)).numpy().reshape(len(v), size) for c in columns], -1
+    )
 
 
 def mean_exponential(m: np.ndarray) -> np.ndarray:
@@ -114,7 +116,9 @@ def test_adjoint(group: str) -> None:
     close(ad, [expm(b) for b in brackets(group, v)])
     g, u = op(group, "exp")(v).numpy(), tangents(group, 0.3)
     moved = (ad @ u.reshape(len(u), size, 1)).reshape(u.shape)
-    np.testing.assert_allclose(op(group, "exp")(moved), g @ op(group, "exp")(u).numpy() @ np.linalg.inv(g), atol=1e-12)
+    np.testing.assert_allclose(
+        op(group, "exp")(moved), g @ op(group, "exp")(u).numpy() @ np.linalg.inv(g), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
@@ -164,7 +168,11 @@ def test_batches_of_any_shape(group: str) -> None:
 
 WRONG = [
     (lambda: lie.so2_exp(torch.zeros(2).int()), TypeError, "theta: expected a floating-point"),
-    (lambda: lie.so2_log(torch.zeros(3, 3)), ValueError, r"rotation: expected shape \(\*, 2, 2\), got \[3, 3\]"),
+    (
+        lambda: lie.so2_log(torch.zeros(3, 3)),
+        ValueError,
+        r"rotation: expected shape \(\*, 2, 2\), got \[3, 3\]",
+    ),
     (lambda: lie.so3_exp(torch.zeros(2)), ValueError, r"v: expected shape \(\*, 3\)"),
     (lambda: lie.so3_log(torch.zeros(2, 2)), ValueError, r"rotation: expected shape \(\*, 3, 3\)"),
     (lambda: lie.so3_hat(torch.zeros(2)), ValueError, r"v: expected shape \(\*, 3\)"),

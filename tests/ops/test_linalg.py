@@ -60,7 +60,9 @@ def test_every_size(n: int) -> None:
     np.testing.assert_allclose(inverse(m), np.linalg.inv(m.numpy()), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(det(m), np.linalg.det(m.numpy()), rtol=1e-9)
     np.testing.assert_allclose(svd(m)[1], np.linalg.svd(m.numpy())[1], atol=1e-13)
-    np.testing.assert_allclose(symmetric_eigen(m + m.mT)[0], np.linalg.eigvalsh((m + m.mT).numpy()), atol=1e-13)
+    np.testing.assert_allclose(
+        symmetric_eigen(m + m.mT)[0], np.linalg.eigvalsh((m + m.mT).numpy()), atol=1e-13
+    )
 
 
 def test_pivots_on_the_diagonal_may_be_zero() -> None:
@@ -73,9 +75,16 @@ def test_pivots_on_the_diagonal_may_be_zero() -> None:
 def test_cofactors_and_cross() -> None:
     for n in (1, 2, 3, 4):
         m = rand(5, n, n)
-        np.testing.assert_allclose(cofactors(m).mT, np.linalg.inv(m.numpy()) * np.linalg.det(m.numpy())[:, None, None], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(
+            cofactors(m).mT,
+            np.linalg.inv(m.numpy()) * np.linalg.det(m.numpy())[:, None, None],
+            rtol=1e-9,
+            atol=1e-12,
+        )
     a, b, c, d = rand(4, 3, 4).unbind()
-    np.testing.assert_allclose((cross4(a, b, c) * d).sum(-1), np.linalg.det(torch.stack([d, a, b, c], -2).numpy()), rtol=1e-10)
+    np.testing.assert_allclose(
+        (cross4(a, b, c) * d).sum(-1), np.linalg.det(torch.stack([d, a, b, c], -2).numpy()), rtol=1e-10
+    )
 
 
 REPEATED = {
@@ -123,7 +132,9 @@ def exact_determinant(rows: list[list[Fraction]]) -> Fraction:
     if len(rows) == 1:
         return rows[0][0]
     minors = ([r[:k] + r[k + 1 :] for r in rows[1:]] for k in range(len(rows)))
-    return sum(((-1) ** k * rows[0][k] * exact_determinant(minor) for k, minor in enumerate(minors)), Fraction(0))
+    return sum(
+        ((-1) ** k * rows[0][k] * exact_determinant(minor) for k, minor in enumerate(minors)), Fraction(0)
+    )
 
 
 @pytest.mark.parametrize("n", [3, 5])
@@ -139,7 +150,11 @@ def test_rotation_nearest_to_a_matrix_is_differentiable_at_repeated_singular_val
         u, _, v = svd(m)
         return u @ v.mT
 
-    for m in (2.0 * torch.eye(3, dtype=torch.float64), torch.linalg.qr(rand(3, 3))[0], torch.diag(torch.tensor([1.0, 1.0, 0.5], dtype=torch.float64))):
+    for m in (
+        2.0 * torch.eye(3, dtype=torch.float64),
+        torch.linalg.qr(rand(3, 3))[0],
+        torch.diag(torch.tensor([1.0, 1.0, 0.5], dtype=torch.float64)),
+    ):
         assert torch.autograd.gradcheck(polar, (m.requires_grad_(True),))
 
 
@@ -148,9 +163,20 @@ def test_gradients(n: int) -> None:
     square = rand(2, n, n, seed=n).requires_grad_(True)
     tall = rand(2, n + 2, n, seed=n).requires_grad_(True)
     wide = rand(2, n - 1, n, seed=n).requires_grad_(True)
-    for function, active in ((inverse, square), (det, square), (symmetric_eigen, square), (svd, square), (svd, tall), (qr, tall), (null_vector, tall), (null_vector, wide)):
+    for function, active in (
+        (inverse, square),
+        (det, square),
+        (symmetric_eigen, square),
+        (svd, square),
+        (svd, tall),
+        (qr, tall),
+        (null_vector, tall),
+        (null_vector, wide),
+    ):
         assert torch.autograd.gradcheck(function, (active,), fast_mode=True)
-    assert torch.autograd.gradcheck(solve, (square, tall[:, :n].detach().requires_grad_(True)), fast_mode=True)
+    assert torch.autograd.gradcheck(
+        solve, (square, tall[:, :n].detach().requires_grad_(True)), fast_mode=True
+    )
 
 
 @pytest.mark.parametrize("n", [3, 5])
@@ -163,7 +189,8 @@ def test_second_derivatives(n: int) -> None:
 
 @pytest.mark.parametrize("values", [[1.0, 1.0, 0.0], [2.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 0.0, 0.0]])
 def test_vectors_do_not_depend_on_rounding(values: list[float]) -> None:
-    """Noise of a unit in the last place turns no vector, not even where the values are repeated as those of essential matrices."""
+    """Noise of a unit in the last place turns no vector, not even where the values are repeated as those of
+    essential matrices."""
     q1, q2 = torch.linalg.qr(rand(200, 3, 3))[0], torch.linalg.qr(rand(200, 3, 3, seed=1))[0]
     s = torch.tensor(values, dtype=torch.float64)
     for function, m in ((svd, (q1 * s) @ q2), (symmetric_eigen, (q1 * s) @ q1.mT)):
@@ -194,7 +221,8 @@ def test_scripts_and_target_forms(function: Callable) -> None:
 
 
 def test_null_vector_of_ill_conditioned_points() -> None:
-    """Pixel coordinates that nobody normalised: m^T m has no digit left of the second least singular value."""
+    """Pixel coordinates that nobody normalised: m^T m has no digit left of the second least singular
+    value."""
     m = general(9, 1e7, "even")
     rows = m[:, :8]
     expected = torch.from_numpy(np.linalg.svd(rows.numpy())[2][:, -1])
@@ -205,4 +233,6 @@ def test_null_vector_of_ill_conditioned_points() -> None:
 def test_symmetric_part_is_taken() -> None:
     m = symmetric(4, 10.0, "even")
     skew = rand(4, 4)
-    torch.testing.assert_close(symmetric_eigen(m + skew - skew.mT), symmetric_eigen(m), rtol=1e-10, atol=1e-10)
+    torch.testing.assert_close(
+        symmetric_eigen(m + skew - skew.mT), symmetric_eigen(m), rtol=1e-10, atol=1e-10
+    )

@@ -1,4 +1,5 @@
-"""Losses and metrics of two images against scikit-image, torchmetrics, SciPy and the papers' formulas in NumPy."""
+"""Losses and metrics of two images against scikit-image, torchmetrics, SciPy and the papers' formulas in
+NumPy."""
 
 import math
 from collections.abc import Callable
@@ -67,12 +68,20 @@ def test_ssim3d_equals_skimage(batch: int, channels: int, depth: int) -> None:
     for b in range(batch):
         for c in range(channels):
             _, expected = structural_similarity(
-                x[b, c].numpy(), y[b, c].numpy(), data_range=1.0, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, full=True
-            )  # fmt: skip
+                x[b, c].numpy(),
+                y[b, c].numpy(),
+                data_range=1.0,
+                gaussian_weights=True,
+                sigma=1.5,
+                use_sample_covariance=False,
+                full=True,
+            )
             np.testing.assert_allclose(actual[b, c], expected[5:-5, 5:-5, 5:-5], atol=1e-9)
 
 
-@pytest.mark.parametrize(("batch", "channels", "depth", "window"), [(1, 5, 9, 3), (3, 1, 7, 5), (1, 3, 13, 7)])
+@pytest.mark.parametrize(
+    ("batch", "channels", "depth", "window"), [(1, 5, 9, 3), (3, 1, 7, 5), (1, 3, 13, 7)]
+)
 def test_ssim3d_equals_the_formula(batch: int, channels: int, depth: int, window: int) -> None:
     x, y = volumes(batch, channels, depth)
     expected = np.empty(x.shape)
@@ -91,7 +100,9 @@ def test_ssim3d_equals_the_formula(batch: int, channels: int, depth: int, window
     assert losses.ssim3d_loss(x.float(), y.float(), window).item() == pytest.approx(loss.mean(), abs=1e-5)
 
 
-def ms_ssim_formula(x: np.ndarray, y: np.ndarray, sigmas: list[float], data_range: float, alpha: float, compensation: float) -> np.ndarray:
+def ms_ssim_formula(
+    x: np.ndarray, y: np.ndarray, sigmas: list[float], data_range: float, alpha: float, compensation: float
+) -> np.ndarray:
     """Zhao et al. 2017 for a plane, in NumPy."""
     c1, c2 = (0.01 * data_range) ** 2, (0.03 * data_range) ** 2
     product = np.ones_like(x)
@@ -101,28 +112,40 @@ def ms_ssim_formula(x: np.ndarray, y: np.ndarray, sigmas: list[float], data_rang
             return gaussian_mean(v, sigma, int(2 * sigmas[-1]))
 
         mx, my = mean(x), mean(y)
-        product = product * (2 * (mean(x * y) - mx * my) + c2) / (mean(x * x) - mx**2 + mean(y * y) - my**2 + c2)
+        product = (
+            product * (2 * (mean(x * y) - mx * my) + c2) / (mean(x * x) - mx**2 + mean(y * y) - my**2 + c2)
+        )
     luminance = (2 * mx * my + c1) / (mx**2 + my**2 + c1)
     return compensation * (alpha * (1 - luminance * product) + (1 - alpha) * mean(np.abs(x - y)) / data_range)
 
 
 @sizes
 @pytest.mark.parametrize(
-    ("sigmas", "data_range", "alpha", "compensation"), [(None, 1.0, 0.025, 200.0), ([0.7, 1.5, 3.0], 255.0, 0.84, 1.0)], ids=["default", "paper"]
+    ("sigmas", "data_range", "alpha", "compensation"),
+    [(None, 1.0, 0.025, 200.0), ([0.7, 1.5, 3.0], 255.0, 0.84, 1.0)],
+    ids=["default", "paper"],
 )
 def test_ms_ssim_equals_the_formula(shape, sigmas, data_range, alpha, compensation) -> None:
     x, y = pair(shape, data_range)
     planes = [
-        ms_ssim_formula(a.numpy(), b.numpy(), sigmas or [0.5, 1.0, 2.0, 4.0, 8.0], data_range, alpha, compensation)
+        ms_ssim_formula(
+            a.numpy(), b.numpy(), sigmas or [0.5, 1.0, 2.0, 4.0, 8.0], data_range, alpha, compensation
+        )
         for a, b in zip(x.flatten(0, 1), y.flatten(0, 1), strict=True)
     ]
     expected = np.stack(planes).reshape(shape)
-    actual = losses.ms_ssim_loss(x, y, sigmas, data_range, alpha=alpha, compensation=compensation, reduction="none")
+    actual = losses.ms_ssim_loss(
+        x, y, sigmas, data_range, alpha=alpha, compensation=compensation, reduction="none"
+    )
     np.testing.assert_allclose(actual, expected, rtol=1e-8, atol=1e-8)
     settings = {"sigmas": sigmas, "data_range": data_range, "alpha": alpha, "compensation": compensation}
     assert losses.ms_ssim_loss(x, y, **settings).item() == pytest.approx(expected.mean(), rel=1e-8)
-    assert losses.ms_ssim_loss(x, y, **settings, reduction="sum").item() == pytest.approx(expected.sum(), rel=1e-8)
-    assert losses.ms_ssim_loss(x.float(), y.float(), **settings).item() == pytest.approx(expected.mean(), rel=1e-3)
+    assert losses.ms_ssim_loss(x, y, **settings, reduction="sum").item() == pytest.approx(
+        expected.sum(), rel=1e-8
+    )
+    assert losses.ms_ssim_loss(x.float(), y.float(), **settings).item() == pytest.approx(
+        expected.mean(), rel=1e-3
+    )
     assert isinstance(losses.MS_SSIMLoss(**settings)(x, y), Tensor)
 
 
@@ -148,7 +171,9 @@ ROBUST = [
 
 @sizes
 @pytest.mark.parametrize(("loss", "formula"), ROBUST, ids=lambda f: getattr(f, "__name__", "formula"))
-def test_robust_losses_equal_their_formulas(loss: Callable, formula: Callable, shape: tuple[int, ...]) -> None:
+def test_robust_losses_equal_their_formulas(
+    loss: Callable, formula: Callable, shape: tuple[int, ...]
+) -> None:
     x, y = pair(shape, 5.0)
     expected = formula((x - y).numpy())
     np.testing.assert_allclose(loss(x, y), expected, rtol=1e-12, atol=1e-15)
@@ -183,7 +208,9 @@ def test_divergences_equal_scipy(shape: tuple[int, ...]) -> None:
 
 
 def test_divergence_of_what_is_impossible() -> None:
-    pred, target = (torch.tensor(v).reshape(1, 1, 1, 3).requires_grad_(True) for v in ([0.0, 1.0, 0.0], [0.5, 0.5, 0.0]))
+    pred, target = (
+        torch.tensor(v).reshape(1, 1, 1, 3).requires_grad_(True) for v in ([0.0, 1.0, 0.0], [0.5, 0.5, 0.0])
+    )
     value = losses.kl_div_loss_2d(pred, target)
     assert value.item() == math.inf
     for loss in (losses.kl_div_loss_2d, losses.js_div_loss_2d):
@@ -203,16 +230,44 @@ def test_inverse_depth_smoothness_equals_the_formula(shape: tuple[int, ...]) -> 
 
 WRONG = [
     (lambda: metrics.psnr(X.int(), X, 1.0), TypeError, "image: expected a floating-point"),
-    (lambda: metrics.psnr(X, X[:, :1], 1.0), ValueError, r"target: expected image's shape \[1, 2, 4, 5\], got \[1, 1, 4, 5\]"),
+    (
+        lambda: metrics.psnr(X, X[:, :1], 1.0),
+        ValueError,
+        r"target: expected image's shape \[1, 2, 4, 5\], got \[1, 1, 4, 5\]",
+    ),
     (lambda: losses.psnr_loss(X, X, 0.0), ValueError, "max_val: expected a positive number, got 0.0"),
     (lambda: metrics.ssim3d(X, X, 3), ValueError, r"img1: expected shape \(B, C, D, H, W\)"),
     (lambda: metrics.ssim3d(X[None], X[None, ..., 1:], 3), ValueError, "img2: expected img1's shape"),
-    (lambda: metrics.ssim3d(X[None], X[None], 2), ValueError, "window_size: expected a positive odd size, got 2"),
-    (lambda: metrics.ssim3d(X[None], X[None], 5), ValueError, "img1: expected more than 2 voxels along each side for window_size 5"),
-    (lambda: losses.ssim3d_loss(X[None], X[None], 3, reduction="max"), ValueError, "reduction: expected one of"),
-    (lambda: losses.ms_ssim_loss(X, X), ValueError, "img1: expected more than 16 pixels along each side for sigma 8.0"),
-    (lambda: losses.ms_ssim_loss(X, X, [2.0, 1.0]), ValueError, "sigmas: expected ascending positive numbers"),
-    (lambda: losses.ms_ssim_loss(X, X, []), ValueError, "sigmas: expected the largest to be half a pixel or more"),
+    (
+        lambda: metrics.ssim3d(X[None], X[None], 2),
+        ValueError,
+        "window_size: expected a positive odd size, got 2",
+    ),
+    (
+        lambda: metrics.ssim3d(X[None], X[None], 5),
+        ValueError,
+        "img1: expected more than 2 voxels along each side for window_size 5",
+    ),
+    (
+        lambda: losses.ssim3d_loss(X[None], X[None], 3, reduction="max"),
+        ValueError,
+        "reduction: expected one of",
+    ),
+    (
+        lambda: losses.ms_ssim_loss(X, X),
+        ValueError,
+        "img1: expected more than 16 pixels along each side for sigma 8.0",
+    ),
+    (
+        lambda: losses.ms_ssim_loss(X, X, [2.0, 1.0]),
+        ValueError,
+        "sigmas: expected ascending positive numbers",
+    ),
+    (
+        lambda: losses.ms_ssim_loss(X, X, []),
+        ValueError,
+        "sigmas: expected the largest to be half a pixel or more",
+    ),
     (lambda: losses.ms_ssim_loss(X, X[..., 1:]), ValueError, "img2: expected img1's shape"),
     (lambda: losses.total_variation(X[0, 0, 0]), ValueError, r"img: expected shape \(\*, H, W\)"),
     (lambda: losses.total_variation(X, "none"), ValueError, "reduction: expected one of"),
@@ -221,8 +276,16 @@ WRONG = [
     (lambda: losses.cauchy_loss(X, X, "max"), ValueError, "reduction: expected one of"),
     (lambda: losses.kl_div_loss_2d(X[0], X[0]), ValueError, r"pred: expected shape \(B, C, H, W\)"),
     (lambda: losses.js_div_loss_2d(X, X[:, :1]), ValueError, "target: expected pred's shape"),
-    (lambda: losses.inverse_depth_smoothness_loss(X, X), ValueError, r"idepth: expected shape \(B, 1, H, W\)"),
-    (lambda: losses.inverse_depth_smoothness_loss(X[:, :1], X[..., 1:]), ValueError, r"image: expected shape \(B, C, H, W\) for idepth"),
+    (
+        lambda: losses.inverse_depth_smoothness_loss(X, X),
+        ValueError,
+        r"idepth: expected shape \(B, 1, H, W\)",
+    ),
+    (
+        lambda: losses.inverse_depth_smoothness_loss(X[:, :1], X[..., 1:]),
+        ValueError,
+        r"image: expected shape \(B, C, H, W\) for idepth",
+    ),
 ]
 
 

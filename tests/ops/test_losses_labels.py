@@ -1,4 +1,5 @@
-"""Losses of segmentations against the papers' definitions in NumPy float64, PyTorch's cross entropies, torchmetrics and SciPy."""
+"""Losses of segmentations against the papers' definitions in NumPy float64, PyTorch's cross entropies,
+torchmetrics and SciPy."""
 
 from collections.abc import Callable
 
@@ -27,7 +28,11 @@ def segmentation(shape: tuple[int, ...], ignored: float = 0.2) -> tuple[Tensor, 
     logits = 4.0 * torch.randn(shape, generator=generator, dtype=torch.float64)
     labels = torch.randint(0, shape[1], (shape[0], *shape[2:]), generator=generator)
     left_out = torch.rand(labels.shape, generator=generator) < ignored
-    return logits, torch.where(left_out, IGNORED, labels), 0.5 + torch.rand(shape[1], generator=generator, dtype=torch.float64)
+    return (
+        logits,
+        torch.where(left_out, IGNORED, labels),
+        0.5 + torch.rand(shape[1], generator=generator, dtype=torch.float64),
+    )
 
 
 def class_rows(logits: Tensor, labels: Tensor) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -39,7 +44,7 @@ def class_rows(logits: Tensor, labels: Tensor) -> list[tuple[np.ndarray, np.ndar
     return rows
 
 
-# --- what is ignored ---------------------------------------------------------------------------------------------------
+# --- what is ignored ----------------------------------------------------------------------------------------
 
 IGNORING = {
     "dice": lambda p, t: losses.dice_loss(p, t),
@@ -57,7 +62,9 @@ IGNORING = {
 def test_ignored_pixels_change_nothing(loss: Callable[[Tensor, Tensor], Tensor]) -> None:
     pred, target, _ = segmentation((1, 4, 40))
     kept = target[0] != IGNORED
-    wild = torch.where(kept, pred, torch.tensor([1e300, float("nan")], dtype=torch.float64).repeat(20)).requires_grad_(True)
+    wild = torch.where(
+        kept, pred, torch.tensor([1e300, float("nan")], dtype=torch.float64).repeat(20)
+    ).requires_grad_(True)
     few = pred[..., kept].clone().requires_grad_(True)
     actual, expected = loss(wild, target), loss(few, target[:, kept])
     torch.testing.assert_close(actual, expected)
@@ -78,14 +85,25 @@ def test_all_ignored_has_no_gradient(loss: Callable[[Tensor, Tensor], Tensor]) -
 
 def test_ignore_index_may_be_a_label_or_none() -> None:
     pred, target, _ = segmentation((1, 3, 30), ignored=0.0)
-    for loss in (losses.dice_loss, lambda p, t, ignore_index: losses.focal_loss(p, t, None, reduction="mean", ignore_index=ignore_index)):
-        torch.testing.assert_close(loss(pred, target.to(torch.uint8), ignore_index=1), loss(pred, torch.where(target == 1, -100, target), ignore_index=-100))
-        torch.testing.assert_close(loss(pred, target, ignore_index=None), loss(pred, target.to(torch.uint8), ignore_index=-100))
+    for loss in (
+        losses.dice_loss,
+        lambda p, t, ignore_index: losses.focal_loss(p, t, None, reduction="mean", ignore_index=ignore_index),
+    ):
+        torch.testing.assert_close(
+            loss(pred, target.to(torch.uint8), ignore_index=1),
+            loss(pred, torch.where(target == 1, -100, target), ignore_index=-100),
+        )
+        torch.testing.assert_close(
+            loss(pred, target, ignore_index=None), loss(pred, target.to(torch.uint8), ignore_index=-100)
+        )
     # 156 is what -100 would be as a byte
-    assert losses.binary_focal_loss_with_logits(torch.zeros(1), torch.tensor([156], dtype=torch.uint8)).item() != 0.0
+    assert (
+        losses.binary_focal_loss_with_logits(torch.zeros(1), torch.tensor([156], dtype=torch.uint8)).item()
+        != 0.0
+    )
 
 
-# --- overlap -----------------------------------------------------------------------------------------------------------
+# --- overlap ------------------------------------------------------------------------------------------------
 
 
 @sizes
@@ -100,8 +118,12 @@ def test_dice_equals_the_formula(shape: tuple[int, ...], weighted: bool) -> None
         macro.append(1 - np.average(both / all, weights=w))
     given = weight if weighted else None
     assert losses.dice_loss(pred, target, weight=given).item() == pytest.approx(np.mean(micro), abs=1e-8)
-    assert losses.dice_loss(pred, target, "macro", weight=given).item() == pytest.approx(np.mean(macro), abs=1e-8)
-    assert losses.dice_loss(pred.float(), target, "macro", weight=given).item() == pytest.approx(np.mean(macro), abs=1e-6)
+    assert losses.dice_loss(pred, target, "macro", weight=given).item() == pytest.approx(
+        np.mean(macro), abs=1e-8
+    )
+    assert losses.dice_loss(pred.float(), target, "macro", weight=given).item() == pytest.approx(
+        np.mean(macro), abs=1e-6
+    )
 
 
 @sizes
@@ -111,8 +133,16 @@ def test_dice_of_sure_predictions_equals_torchmetrics(shape: tuple[int, ...]) ->
     sure = 1e4 * losses.one_hot(found, shape[1], dtype=torch.float64)
     for average in ("micro", "macro"):
         planes = [losses.one_hot(t, shape[1], dtype=torch.int64) for t in (found, target)]
-        expected = dice_score(*planes, num_classes=shape[1], average=average, input_format="one-hot", aggregation_level="samplewise")
-        assert losses.dice_loss(sure, target, average).item() == pytest.approx(1 - expected.mean().item(), abs=1e-6)
+        expected = dice_score(
+            *planes,
+            num_classes=shape[1],
+            average=average,
+            input_format="one-hot",
+            aggregation_level="samplewise",
+        )
+        assert losses.dice_loss(sure, target, average).item() == pytest.approx(
+            1 - expected.mean().item(), abs=1e-6
+        )
 
 
 @sizes
@@ -122,12 +152,17 @@ def test_tversky_equals_the_formula(shape: tuple[int, ...]) -> None:
     for p, g in class_rows(pred, target):
         hit, false, missed = (p * g).sum(1), (p * ~g).sum(1), ((1 - p) * g).sum(1)
         macro.append(1 - (hit / (hit + 0.3 * false + 0.7 * missed)).mean())
-    assert losses.tversky_loss(pred, target, 0.3, 0.7, average="macro").item() == pytest.approx(np.mean(macro), abs=1e-8)
+    assert losses.tversky_loss(pred, target, 0.3, 0.7, average="macro").item() == pytest.approx(
+        np.mean(macro), abs=1e-8
+    )
     for average in ("micro", "macro"):
-        torch.testing.assert_close(losses.tversky_loss(pred, target, 0.5, 0.5, average=average), losses.dice_loss(pred, target, average))
+        torch.testing.assert_close(
+            losses.tversky_loss(pred, target, 0.5, 0.5, average=average),
+            losses.dice_loss(pred, target, average),
+        )
 
 
-# --- focal -------------------------------------------------------------------------------------------------------------
+# --- focal --------------------------------------------------------------------------------------------------
 
 
 @sizes
@@ -143,17 +178,29 @@ def test_focal_equals_the_formula(shape: tuple[int, ...], alpha: float | None, g
             balance = 1.0 if alpha is None else alpha if label > 0 else 1 - alpha
             expected[at] = -balance * weight[label].item() * (1 - own) ** gamma * np.log(own)
     count = (target != IGNORED).sum().item()
-    np.testing.assert_allclose(losses.focal_loss(pred, target, alpha, gamma, weight=weight), expected, rtol=1e-8, atol=1e-12)
-    assert losses.focal_loss(pred, target, alpha, gamma, "mean", weight).item() == pytest.approx(expected.sum() / count)
-    assert losses.focal_loss(pred, target, alpha, gamma, "sum", weight).item() == pytest.approx(expected.sum())
-    np.testing.assert_allclose(losses.focal_loss(pred.float(), target, alpha, gamma, weight=weight), expected, rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(
+        losses.focal_loss(pred, target, alpha, gamma, weight=weight), expected, rtol=1e-8, atol=1e-12
+    )
+    assert losses.focal_loss(pred, target, alpha, gamma, "mean", weight).item() == pytest.approx(
+        expected.sum() / count
+    )
+    assert losses.focal_loss(pred, target, alpha, gamma, "sum", weight).item() == pytest.approx(
+        expected.sum()
+    )
+    np.testing.assert_allclose(
+        losses.focal_loss(pred.float(), target, alpha, gamma, weight=weight), expected, rtol=1e-4, atol=1e-6
+    )
 
 
 @sizes
 def test_focal_without_focus_is_cross_entropy(shape: tuple[int, ...]) -> None:
     pred, target, _ = segmentation(shape)
-    torch.testing.assert_close(losses.focal_loss(pred, target, None, 0.0), F.cross_entropy(pred, target, reduction="none"))
-    torch.testing.assert_close(losses.focal_loss(pred, target, None, 0.0, "mean"), F.cross_entropy(pred, target))
+    torch.testing.assert_close(
+        losses.focal_loss(pred, target, None, 0.0), F.cross_entropy(pred, target, reduction="none")
+    )
+    torch.testing.assert_close(
+        losses.focal_loss(pred, target, None, 0.0, "mean"), F.cross_entropy(pred, target)
+    )
 
 
 def test_focal_of_two_classes_is_binary() -> None:
@@ -172,9 +219,18 @@ def test_binary_focal_equals_the_formula(shape: tuple[int, ...], alpha: float | 
     w, positive = weight.numpy().reshape(channel), weight.flip(0).numpy().reshape(channel)
     p, y = scipy.special.expit(pred.numpy()), target.numpy()
     front, back = (1.0, 1.0) if alpha is None else (alpha, 1 - alpha)
-    expected = -w * (front * positive * y * (1 - p) ** gamma * np.log(p) + back * (1 - y) * p**gamma * np.log1p(-p)) * (y != IGNORED)
+    expected = (
+        -w
+        * (front * positive * y * (1 - p) ** gamma * np.log(p) + back * (1 - y) * p**gamma * np.log1p(-p))
+        * (y != IGNORED)
+    )
     settings = {"pos_weight": weight.flip(0), "weight": weight}
-    np.testing.assert_allclose(losses.binary_focal_loss_with_logits(pred, target, alpha, gamma, **settings), expected, rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose(
+        losses.binary_focal_loss_with_logits(pred, target, alpha, gamma, **settings),
+        expected,
+        rtol=1e-8,
+        atol=1e-12,
+    )
     mean = losses.binary_focal_loss_with_logits(pred, target, alpha, gamma, "mean", **settings).item()
     assert mean == pytest.approx(expected.sum() / (y != IGNORED).sum())
     soft = drawn.to(torch.float64)
@@ -188,10 +244,12 @@ def test_focal_gradient_is_finite_and_right_at_the_ends(gamma: float) -> None:
     x = logits.clone().requires_grad_(True)
     losses.binary_focal_loss_with_logits(x, torch.ones(5), None, gamma, "sum").backward()
     p, q = scipy.special.expit(logits.numpy()), scipy.special.expit(-logits.numpy())
-    np.testing.assert_allclose(x.grad, q**gamma * (gamma * p * scipy.special.log_expit(logits.numpy()) - q), rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(
+        x.grad, q**gamma * (gamma * p * scipy.special.log_expit(logits.numpy()) - q), rtol=1e-9, atol=1e-15
+    )
 
 
-# --- Lovász ------------------------------------------------------------------------------------------------------------
+# --- Lovász -------------------------------------------------------------------------------------------------
 
 
 def lovasz_extension(errors: np.ndarray, foreground: np.ndarray) -> float:
@@ -214,10 +272,14 @@ def test_lovasz_softmax_equals_the_definition(shape: tuple[int, ...], weighted: 
     w = weight.numpy() if weighted else np.ones(shape[1])
     images = []
     for p, g in class_rows(pred, target):
-        images.append(np.average([lovasz_extension(np.abs(g[c] - p[c]), g[c]) for c in range(shape[1])], weights=w))
+        images.append(
+            np.average([lovasz_extension(np.abs(g[c] - p[c]), g[c]) for c in range(shape[1])], weights=w)
+        )
     given = weight if weighted else None
     assert losses.lovasz_softmax_loss(pred, target, given).item() == pytest.approx(np.mean(images), rel=1e-10)
-    assert losses.lovasz_softmax_loss(pred.float(), target, given).item() == pytest.approx(np.mean(images), rel=1e-5)
+    assert losses.lovasz_softmax_loss(pred.float(), target, given).item() == pytest.approx(
+        np.mean(images), rel=1e-5
+    )
 
 
 @pytest.mark.parametrize("shape", [(1, 17, 23), (3, 13, 19)], ids=str)
@@ -246,10 +308,12 @@ def test_lovasz_of_right_and_wrong() -> None:
     assert losses.lovasz_softmax_loss(sure, target).item() == 0.0
     # a wrong class instead of another: by the Jaccard indices 1, 1/2 and 1/2 of the classes
     found = torch.tensor([[[0, 1, 2, 2]]])
-    assert losses.lovasz_softmax_loss(1e4 * losses.one_hot(found, 3), target).item() == pytest.approx(1.0 / 3.0)
+    assert losses.lovasz_softmax_loss(1e4 * losses.one_hot(found, 3), target).item() == pytest.approx(
+        1.0 / 3.0
+    )
 
 
-# --- Hausdorff ---------------------------------------------------------------------------------------------------------
+# --- Hausdorff ----------------------------------------------------------------------------------------------
 
 
 def eroded_sum(error: np.ndarray, alpha: float, k: int) -> np.ndarray:
@@ -264,7 +328,9 @@ def eroded_sum(error: np.ndarray, alpha: float, k: int) -> np.ndarray:
     return total
 
 
-@pytest.mark.parametrize("shape", [(1, 1, 17, 23), (3, 3, 13, 19), (1, 5, 14, 9), (1, 1, 7, 9, 11), (3, 3, 8, 6, 9)], ids=str)
+@pytest.mark.parametrize(
+    "shape", [(1, 1, 17, 23), (3, 3, 13, 19), (1, 5, 14, 9), (1, 1, 7, 9, 11), (3, 3, 8, 6, 9)], ids=str
+)
 def test_hausdorff_equals_the_formula(shape: tuple[int, ...]) -> None:
     generator = torch.Generator().manual_seed(4)
     pred = torch.rand(shape, generator=generator, dtype=torch.float64) ** 0.3
@@ -281,7 +347,9 @@ def test_hausdorff_equals_the_formula(shape: tuple[int, ...]) -> None:
     assert loss(pred, target, 1.5, 6).item() == pytest.approx(expected.mean())
     assert loss(pred, target, 1.5, 6, "sum").item() == pytest.approx(expected.sum())
     assert expected.max() > 5.0
-    assert isinstance((losses.HausdorffERLoss if len(shape) == 4 else losses.HausdorffERLoss3D)(2, 3)(pred, target), Tensor)
+    assert isinstance(
+        (losses.HausdorffERLoss if len(shape) == 4 else losses.HausdorffERLoss3D)(2, 3)(pred, target), Tensor
+    )
 
 
 def test_hausdorff_of_a_right_prediction() -> None:
@@ -293,7 +361,7 @@ def test_hausdorff_of_a_right_prediction() -> None:
     assert torch.equal(pred.grad, torch.zeros_like(pred))
 
 
-# --- one-hot -----------------------------------------------------------------------------------------------------------
+# --- one-hot ------------------------------------------------------------------------------------------------
 
 
 @sizes
@@ -301,7 +369,9 @@ def test_one_hot_equals_torch(shape: tuple[int, ...]) -> None:
     labels = segmentation(shape, ignored=0.0)[1]
     expected = F.one_hot(labels, shape[1]).movedim(-1, 1)
     assert torch.equal(losses.one_hot(labels, shape[1], torch.device("cpu"), torch.int64), expected)
-    torch.testing.assert_close(losses.one_hot(labels.to(torch.uint8), shape[1], eps=1e-3), expected.float() + 1e-3)
+    torch.testing.assert_close(
+        losses.one_hot(labels.to(torch.uint8), shape[1], eps=1e-3), expected.float() + 1e-3
+    )
     assert losses.one_hot(torch.tensor([7, -100, 3]), 3).sum() == 0
 
 
@@ -313,16 +383,32 @@ WRONG = [
     (lambda: losses.dice_loss(X.int(), Y), TypeError, "pred: expected a floating-point"),
     (lambda: losses.dice_loss(X, Y.float()), TypeError, "target: expected integer labels"),
     (lambda: losses.dice_loss(X, Y[:, 1:]), ValueError, r"target: expected shape \(B, \*\) for pred"),
-    (lambda: losses.dice_loss(X[..., 0, 0], Y[..., 0, 0]), ValueError, r"pred: expected shape \(B, C, \*\) of 3 dimensions or more"),
+    (
+        lambda: losses.dice_loss(X[..., 0, 0], Y[..., 0, 0]),
+        ValueError,
+        r"pred: expected shape \(B, C, \*\) of 3 dimensions or more",
+    ),
     (lambda: losses.dice_loss(X, Y, weight=torch.ones(2)), ValueError, r"weight: expected shape \(3,\)"),
     (lambda: losses.tversky_loss(X, X, 0.5, 0.5), TypeError, "target: expected integer labels"),
     (lambda: losses.tversky_loss(X, Y, 0.5, 0.5, average="none"), ValueError, "average: expected one of"),
     (lambda: losses.focal_loss(X[:, :1], Y, 0.5), ValueError, "pred: expected at least 2 classes"),
     (lambda: losses.focal_loss(X, Y, 0.5, reduction="max"), ValueError, "reduction: expected one of"),
-    (lambda: losses.focal_loss(X, Y, 0.5, weight=torch.ones(1, 3)), ValueError, r"weight: expected shape \(3,\)"),
+    (
+        lambda: losses.focal_loss(X, Y, 0.5, weight=torch.ones(1, 3)),
+        ValueError,
+        r"weight: expected shape \(3,\)",
+    ),
     (lambda: losses.binary_focal_loss_with_logits(X, Y), ValueError, "target: expected pred's shape"),
-    (lambda: losses.binary_focal_loss_with_logits(X, X, pos_weight=torch.ones(2)), ValueError, r"pos_weight: expected shape \(3,\)"),
-    (lambda: losses.binary_focal_loss_with_logits(X[0, 0, 0], X[0, 0, 0], weight=torch.ones(1)), ValueError, "pred: expected .* with weight"),
+    (
+        lambda: losses.binary_focal_loss_with_logits(X, X, pos_weight=torch.ones(2)),
+        ValueError,
+        r"pos_weight: expected shape \(3,\)",
+    ),
+    (
+        lambda: losses.binary_focal_loss_with_logits(X[0, 0, 0], X[0, 0, 0], weight=torch.ones(1)),
+        ValueError,
+        "pred: expected .* with weight",
+    ),
     (lambda: losses.lovasz_hinge_loss(X, Y), ValueError, r"pred: expected shape \(B, 1, H, W\)"),
     (lambda: losses.lovasz_hinge_loss(X[:, :1], Y[0]), ValueError, r"target: expected shape \(B, H, W\)"),
     (lambda: losses.lovasz_softmax_loss(X, Y, torch.ones(1)), ValueError, r"weight: expected shape \(3,\)"),

@@ -17,7 +17,9 @@ SCORE = torch.zeros(1, 2)
 def boxes(*shape: int, seed: int, size: float = 8.0) -> Tensor:
     generator = torch.Generator().manual_seed(seed)
     corner = torch.rand(*shape, 2, generator=generator, dtype=torch.float64) * 10
-    return torch.cat([corner, corner + 0.5 + torch.rand(*shape, 2, generator=generator, dtype=torch.float64) * size], -1)
+    return torch.cat(
+        [corner, corner + 0.5 + torch.rand(*shape, 2, generator=generator, dtype=torch.float64) * size], -1
+    )
 
 
 def overlap(a: np.ndarray, b: np.ndarray) -> float:
@@ -27,7 +29,7 @@ def overlap(a: np.ndarray, b: np.ndarray) -> float:
     return common / (cv2.contourArea(corners[0]) + cv2.contourArea(corners[1]) - common)
 
 
-# --- overlap -----------------------------------------------------------------------------------------------------------
+# --- overlap ------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
@@ -42,14 +44,16 @@ def test_iou_equals_polygons(n: int, m: int, dtype: torch.dtype) -> None:
 
 
 def test_empty_boxes_overlap_nothing() -> None:
-    empty = torch.tensor([[1.0, 1.0, 1.0, 1.0], [3.0, 3.0, 2.0, 2.0], [0.0, 0.0, 4.0, 4.0]], requires_grad=True)
+    empty = torch.tensor(
+        [[1.0, 1.0, 1.0, 1.0], [3.0, 3.0, 2.0, 2.0], [0.0, 0.0, 4.0, 4.0]], requires_grad=True
+    )
     actual = mean_iou_bbox(empty, empty)
     assert actual.tolist() == [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
     actual.sum().backward()
     assert torch.isfinite(empty.grad).all()
 
 
-# --- average precision -------------------------------------------------------------------------------------------------
+# --- average precision --------------------------------------------------------------------------------------
 
 
 def voc(images: list[dict[str, np.ndarray]], n_classes: int, threshold: float) -> list[float]:
@@ -57,32 +61,54 @@ def voc(images: list[dict[str, np.ndarray]], n_classes: int, threshold: float) -
     result = []
     for c in range(1, n_classes):
         ranked = sorted(
-            ((score, i, k) for i, image in enumerate(images) for k, score in enumerate(image["scores"]) if image["labels"][k] == c),
+            (
+                (score, i, k)
+                for i, image in enumerate(images)
+                for k, score in enumerate(image["scores"])
+                if image["labels"][k] == c
+            ),
             key=lambda item: -item[0],
         )
         there = sum(int((image["gt_labels"] == c).sum()) for image in images)
         taken, right, curve = set(), 0, []
         for seen, (_, i, k) in enumerate(ranked, 1):
             image = images[i]
-            own = [(overlap(image["boxes"][k], g), j) for j, g in enumerate(image["gt_boxes"]) if image["gt_labels"][j] == c]
+            own = [
+                (overlap(image["boxes"][k], g), j)
+                for j, g in enumerate(image["gt_boxes"])
+                if image["gt_labels"][j] == c
+            ]
             best, j = max(own, default=(0.0, -1), key=lambda item: item[0])
             if best > threshold and (i, j) not in taken:
                 taken.add((i, j))
                 right += 1
             curve.append((right / there if there else 0.0, right / seen))
-        result.append(np.mean([max((p for r, p in curve if there and r >= t - 1e-9), default=0.0) for t in np.linspace(0, 1, 11)]))
+        result.append(
+            np.mean(
+                [
+                    max((p for r, p in curve if there and r >= t - 1e-9), default=0.0)
+                    for t in np.linspace(0, 1, 11)
+                ]
+            )
+        )
     return result
 
 
-def scene(batch: int, found: int, there: int, classes: int, seed: int) -> tuple[list[dict[str, np.ndarray]], dict[str, Tensor]]:
+def scene(
+    batch: int, found: int, there: int, classes: int, seed: int
+) -> tuple[list[dict[str, np.ndarray]], dict[str, Tensor]]:
     """Images with fewer boxes than there is room for, as lists and as padded tensors."""
     random = np.random.default_rng(seed)
     images = []
     padded = {
-        "pred_boxes": boxes(batch, found, seed=seed), "pred_labels": torch.full((batch, found), 1), "pred_scores": torch.rand(batch, found).double(),
-        "gt_boxes": boxes(batch, there, seed=seed + 1), "gt_labels": torch.full((batch, there), 1),
-        "pred_mask": torch.zeros(batch, found, dtype=torch.bool), "gt_mask": torch.zeros(batch, there, dtype=torch.bool),
-    }  # fmt: skip
+        "pred_boxes": boxes(batch, found, seed=seed),
+        "pred_labels": torch.full((batch, found), 1),
+        "pred_scores": torch.rand(batch, found).double(),
+        "gt_boxes": boxes(batch, there, seed=seed + 1),
+        "gt_labels": torch.full((batch, there), 1),
+        "pred_mask": torch.zeros(batch, found, dtype=torch.bool),
+        "gt_mask": torch.zeros(batch, there, dtype=torch.bool),
+    }
     for b in range(batch):
         gt = random.integers(0, there + 1)
         gt_boxes, gt_labels = boxes(gt, seed=100 * seed + b).numpy(), random.integers(1, classes, gt)
@@ -91,9 +117,22 @@ def scene(batch: int, found: int, there: int, classes: int, seed: int) -> tuple[
         which = random.integers(0, max(gt, 1), count)
         found_boxes = gt_boxes[which] + random.uniform(-0.8, 0.8, (count, 4)) if gt else np.zeros((0, 4))
         found_boxes[:, 2:] = np.maximum(found_boxes[:, 2:], found_boxes[:, :2] + 0.1)
-        found_labels = np.where(random.random(count) < 0.8, gt_labels[which] if gt else 0, random.integers(1, classes, count))
-        images.append({"boxes": found_boxes, "labels": found_labels, "scores": random.random(count), "gt_boxes": gt_boxes, "gt_labels": gt_labels})
-        for kind, values, n in (("pred", ("boxes", "labels", "scores"), count), ("gt", ("gt_boxes", "gt_labels"), gt)):
+        found_labels = np.where(
+            random.random(count) < 0.8, gt_labels[which] if gt else 0, random.integers(1, classes, count)
+        )
+        images.append(
+            {
+                "boxes": found_boxes,
+                "labels": found_labels,
+                "scores": random.random(count),
+                "gt_boxes": gt_boxes,
+                "gt_labels": gt_labels,
+            }
+        )
+        for kind, values, n in (
+            ("pred", ("boxes", "labels", "scores"), count),
+            ("gt", ("gt_boxes", "gt_labels"), gt),
+        ):
             for value in values:
                 name = value if kind == "gt" else f"pred_{value}"
                 padded[name][b, :n] = torch.from_numpy(images[-1][value])
@@ -102,8 +141,12 @@ def scene(batch: int, found: int, there: int, classes: int, seed: int) -> tuple[
 
 
 @pytest.mark.parametrize("threshold", [0.3, 0.5])
-@pytest.mark.parametrize(("batch", "found", "there", "classes"), [(1, 9, 5, 2), (3, 21, 11, 4), (17, 8, 13, 6)])
-def test_average_precision_by_the_rules(batch: int, found: int, there: int, classes: int, threshold: float) -> None:
+@pytest.mark.parametrize(
+    ("batch", "found", "there", "classes"), [(1, 9, 5, 2), (3, 21, 11, 4), (17, 8, 13, 6)]
+)
+def test_average_precision_by_the_rules(
+    batch: int, found: int, there: int, classes: int, threshold: float
+) -> None:
     for seed in range(3):
         images, padded = scene(batch, found, there, classes, seed)
         mean, each = mean_average_precision(**padded, n_classes=classes, threshold=threshold)
@@ -112,12 +155,15 @@ def test_average_precision_by_the_rules(batch: int, found: int, there: int, clas
         assert mean.item() == pytest.approx(np.mean(expected))
         void = {k: v for k, v in padded.items() if not k.endswith("mask")}
         for kind in ("pred", "gt"):
-            void[f"{kind}_labels"] = torch.where(padded[f"{kind}_mask"], padded[f"{kind}_labels"], torch.tensor([0, -1, classes])[seed])
+            void[f"{kind}_labels"] = torch.where(
+                padded[f"{kind}_mask"], padded[f"{kind}_labels"], torch.tensor([0, -1, classes])[seed]
+            )
         assert torch.equal(mean_average_precision(**void, n_classes=classes, threshold=threshold)[1], each)
 
 
 def test_precisions_are_sklearns() -> None:
-    """Detections apart from each other, of which some are far from the true box: a classification of scores."""
+    """Detections apart from each other, of which some are far from the true box: a classification of
+    scores."""
     generator = torch.Generator().manual_seed(5)
     count = 37
     truth = torch.rand(count, generator=generator) < 0.6
@@ -127,7 +173,12 @@ def test_precisions_are_sklearns() -> None:
     one = torch.ones(1, count, dtype=torch.int64)
     _, each = mean_average_precision(start[None], one, scores, there[None], one[:, : len(there)], 2)
     precision, recall, _ = precision_recall_curve(truth, scores[0])
-    expected = np.mean([precision[recall >= t - 1e-9].max() if (recall[:-1] >= t - 1e-9).any() else 0.0 for t in np.linspace(0, 1, 11)])
+    expected = np.mean(
+        [
+            precision[recall >= t - 1e-9].max() if (recall[:-1] >= t - 1e-9).any() else 0.0
+            for t in np.linspace(0, 1, 11)
+        ]
+    )
     assert each.item() == pytest.approx(expected, abs=1e-7)
 
 
@@ -152,19 +203,71 @@ WRONG = [
     (lambda: mean_iou_bbox(BOX[0], BOX[0, :, :3]), ValueError, r"boxes_2: expected shape \(\*, 4\)"),
     (lambda: mean_iou_bbox(BOX[0].int(), BOX[0]), TypeError, "boxes_1: expected a floating-point"),
     (lambda: mean_iou_bbox(BOX[0], BOX[0], "cxcywh"), ValueError, "box_format: expected one of .*'cxcywh'"),
-    (lambda: mean_average_precision(BOX[0], LABEL, SCORE, BOX, LABEL, 2), ValueError, r"pred_boxes: expected shape \(B, N, 4\)"),
-    (lambda: mean_average_precision(BOX, LABEL, SCORE, BOX.int(), LABEL, 2), TypeError, "gt_boxes: expected a floating-point"),
-    (lambda: mean_average_precision(BOX, LABEL, SCORE, BOX.expand(3, 2, 4), LABEL, 2), ValueError, "gt_boxes: expected as many images"),
-    (lambda: mean_average_precision(BOX, LABEL[:, :1], SCORE, BOX, LABEL, 2), ValueError, r"pred_labels: expected shape \[1, 2\], got \[1, 1\]"),
-    (lambda: mean_average_precision(BOX, SCORE, SCORE, BOX, LABEL, 2), TypeError, "pred_labels: expected an integer"),
-    (lambda: mean_average_precision(BOX, LABEL, SCORE[0], BOX, LABEL, 2), ValueError, r"pred_scores: expected shape \[1, 2\], got \[2\]"),
-    (lambda: mean_average_precision(BOX, LABEL, LABEL, BOX, LABEL, 2), TypeError, "pred_scores: expected a floating-point"),
-    (lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, SCORE, 2), TypeError, "gt_labels: expected an integer"),
-    (lambda: mean_average_precision(BOX, LABEL, SCORE, BOX[:, :0], LABEL[:, :0], 2), ValueError, "gt_boxes: expected room for at least one"),
-    (lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, LABEL, 1), ValueError, "n_classes: expected at least 2, got 1"),
-    (lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, LABEL, 2, 1.0), ValueError, r"threshold: expected a number in \[0, 1\), got 1.0"),
-    (lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, LABEL, 2, 0.5, LABEL), TypeError, "pred_mask: expected a bool"),
-    (lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, LABEL, 2, 0.5, None, LABEL[:, :1] > 0), ValueError, r"gt_mask: expected shape \[1, 2\]"),
+    (
+        lambda: mean_average_precision(BOX[0], LABEL, SCORE, BOX, LABEL, 2),
+        ValueError,
+        r"pred_boxes: expected shape \(B, N, 4\)",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, SCORE, BOX.int(), LABEL, 2),
+        TypeError,
+        "gt_boxes: expected a floating-point",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, SCORE, BOX.expand(3, 2, 4), LABEL, 2),
+        ValueError,
+        "gt_boxes: expected as many images",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL[:, :1], SCORE, BOX, LABEL, 2),
+        ValueError,
+        r"pred_labels: expected shape \[1, 2\], got \[1, 1\]",
+    ),
+    (
+        lambda: mean_average_precision(BOX, SCORE, SCORE, BOX, LABEL, 2),
+        TypeError,
+        "pred_labels: expected an integer",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, SCORE[0], BOX, LABEL, 2),
+        ValueError,
+        r"pred_scores: expected shape \[1, 2\], got \[2\]",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, LABEL, BOX, LABEL, 2),
+        TypeError,
+        "pred_scores: expected a floating-point",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, SCORE, 2),
+        TypeError,
+        "gt_labels: expected an integer",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, SCORE, BOX[:, :0], LABEL[:, :0], 2),
+        ValueError,
+        "gt_boxes: expected room for at least one",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, LABEL, 1),
+        ValueError,
+        "n_classes: expected at least 2, got 1",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, LABEL, 2, 1.0),
+        ValueError,
+        r"threshold: expected a number in \[0, 1\), got 1.0",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, LABEL, 2, 0.5, LABEL),
+        TypeError,
+        "pred_mask: expected a bool",
+    ),
+    (
+        lambda: mean_average_precision(BOX, LABEL, SCORE, BOX, LABEL, 2, 0.5, None, LABEL[:, :1] > 0),
+        ValueError,
+        r"gt_mask: expected shape \[1, 2\]",
+    ),
 ]
 
 

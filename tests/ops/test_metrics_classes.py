@@ -6,7 +6,11 @@ import torch
 from sklearn.metrics import confusion_matrix as sklearn_matrix
 from sklearn.metrics import jaccard_score, top_k_accuracy_score
 from torch import Tensor
-from torchmetrics.functional.classification import multiclass_accuracy, multiclass_confusion_matrix, multiclass_jaccard_index
+from torchmetrics.functional.classification import (
+    multiclass_accuracy,
+    multiclass_confusion_matrix,
+    multiclass_jaccard_index,
+)
 
 from chiasm.metrics import Accuracy, accuracy, confusion_matrix, mean_iou
 
@@ -24,20 +28,26 @@ def predictions(target: Tensor, classes: int) -> Tensor:
     return torch.where(right, target, labels(*target.shape, classes=classes, seed=8))
 
 
-# --- accuracy ----------------------------------------------------------------------------------------------------------
+# --- accuracy -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 @pytest.mark.parametrize(("batch", "classes"), [(1, 3), (3, 5), (301, 17)])
 def test_accuracy_equals_sklearn_and_torchmetrics(batch: int, classes: int, dtype: torch.dtype) -> None:
-    scores = torch.rand(batch, classes, generator=torch.Generator().manual_seed(0), dtype=torch.float64).to(dtype)
+    scores = torch.rand(batch, classes, generator=torch.Generator().manual_seed(0), dtype=torch.float64).to(
+        dtype
+    )
     target = labels(batch, classes=classes, seed=1)
     actual = accuracy(scores, target, [1, 2, 3])
     assert actual.dtype == dtype and actual.shape == (3,)
     for k, value in zip((1, 2, 3), actual, strict=True):
-        expected = top_k_accuracy_score(target, scores, k=k, labels=np.arange(classes)) if classes > k else 1.0
+        expected = (
+            top_k_accuracy_score(target, scores, k=k, labels=np.arange(classes)) if classes > k else 1.0
+        )
         assert value.item() == pytest.approx(100 * expected, rel=1e-6)
-        assert value.item() == pytest.approx(100 * multiclass_accuracy(scores, target, classes, "micro", k).item(), rel=1e-6)
+        assert value.item() == pytest.approx(
+            100 * multiclass_accuracy(scores, target, classes, "micro", k).item(), rel=1e-6
+        )
 
 
 def test_accuracy_of_more_places_than_classes_is_full() -> None:
@@ -71,12 +81,14 @@ def test_default_of_the_twin_scripts() -> None:
     assert torch.jit.script(Accuracy())(scores, torch.arange(3)).tolist() == [100.0]
 
 
-# --- confusion ---------------------------------------------------------------------------------------------------------
+# --- confusion ----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("dtype", [torch.int64, torch.int32, torch.uint8])
 @pytest.mark.parametrize(("shape", "classes"), [((1, 7), 2), ((3, 31, 17), 5), ((3, 1, 20, 9), 23)])
-def test_confusion_equals_sklearn_and_torchmetrics(shape: tuple[int, ...], classes: int, dtype: torch.dtype) -> None:
+def test_confusion_equals_sklearn_and_torchmetrics(
+    shape: tuple[int, ...], classes: int, dtype: torch.dtype
+) -> None:
     target = labels(*shape, classes=classes, seed=0)
     pred = predictions(target, classes)
     counts = confusion_matrix(pred.to(dtype), target.to(dtype), classes)
@@ -86,11 +98,16 @@ def test_confusion_equals_sklearn_and_torchmetrics(shape: tuple[int, ...], class
         truth, found = target[b].flatten(), pred[b].flatten()
         np.testing.assert_array_equal(counts[b], sklearn_matrix(truth, found, labels=np.arange(classes)))
         np.testing.assert_array_equal(counts[b], multiclass_confusion_matrix(found, truth, classes))
-        np.testing.assert_allclose(shares[b], sklearn_matrix(truth, found, labels=np.arange(classes), normalize="pred"), rtol=1e-7)
+        np.testing.assert_allclose(
+            shares[b], sklearn_matrix(truth, found, labels=np.arange(classes), normalize="pred"), rtol=1e-7
+        )
 
 
 def test_confusion_of_one_label_a_sample() -> None:
-    assert confusion_matrix(torch.tensor([1, 0]), torch.tensor([0, 0]), 2).tolist() == [[[0, 1], [0, 0]], [[1, 0], [0, 0]]]
+    assert confusion_matrix(torch.tensor([1, 0]), torch.tensor([0, 0]), 2).tolist() == [
+        [[0, 1], [0, 0]],
+        [[1, 0], [0, 0]],
+    ]
 
 
 def test_labels_outside_are_not_counted() -> None:
@@ -102,7 +119,9 @@ def test_labels_outside_are_not_counted() -> None:
     assert torch.equal(known, confusion_matrix(torch.where(marked, 5, pred), target, 5))
     for b in range(2):
         kept = ~marked[b]
-        np.testing.assert_array_equal(known[b], sklearn_matrix(target[b][kept], pred[b][kept], labels=np.arange(5)))
+        np.testing.assert_array_equal(
+            known[b], sklearn_matrix(target[b][kept], pred[b][kept], labels=np.arange(5))
+        )
 
 
 def test_counts_are_exact_beyond_float32() -> None:
@@ -110,7 +129,7 @@ def test_counts_are_exact_beyond_float32() -> None:
     assert confusion_matrix(many, many, 2)[0, 0, 0] == (1 << 24) + 1
 
 
-# --- intersection over union -------------------------------------------------------------------------------------------
+# --- intersection over union --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("shape", "classes"), [((1, 63), 2), ((3, 31, 17), 5), ((3, 1, 20, 9), 11)])
@@ -122,7 +141,9 @@ def test_iou_equals_sklearn_and_torchmetrics(shape: tuple[int, ...], classes: in
         truth, found = target[b].flatten(), pred[b].flatten()
         expected = jaccard_score(truth, found, labels=np.arange(classes), average=None, zero_division=0)
         np.testing.assert_allclose(actual[b], expected, rtol=1e-7)
-        np.testing.assert_allclose(actual[b], multiclass_jaccard_index(found, truth, classes, average="none"), rtol=1e-6)
+        np.testing.assert_allclose(
+            actual[b], multiclass_jaccard_index(found, truth, classes, average="none"), rtol=1e-6
+        )
 
 
 def test_iou_of_a_class_that_neither_has_is_0() -> None:
@@ -132,15 +153,31 @@ def test_iou_of_a_class_that_neither_has_is_0() -> None:
 WRONG = [
     (lambda: accuracy(SCORES[0], LABELS[0]), ValueError, r"pred: expected shape \(B, C\)"),
     (lambda: accuracy(SCORES.int(), LABELS[0, :3]), TypeError, "pred: expected a floating-point"),
-    (lambda: accuracy(SCORES, SCORES[:, 0]), TypeError, "target: expected an integer tensor, got dtype torch.float32"),
-    (lambda: accuracy(SCORES, LABELS[0]), ValueError, r"target: expected shape \(B,\) or \(B, 1\) for pred \[3, 4\], got \[5\]"),
+    (
+        lambda: accuracy(SCORES, SCORES[:, 0]),
+        TypeError,
+        "target: expected an integer tensor, got dtype torch.float32",
+    ),
+    (
+        lambda: accuracy(SCORES, LABELS[0]),
+        ValueError,
+        r"target: expected shape \(B,\) or \(B, 1\) for pred \[3, 4\], got \[5\]",
+    ),
     (lambda: accuracy(SCORES, LABELS[:, :3].T), ValueError, r"target: .* got \[3, 2\]"),
     (lambda: accuracy(SCORES, LABELS[0, :3], []), ValueError, "topk: expected at least one number"),
-    (lambda: accuracy(SCORES, LABELS[0, :3], (1, 0)), ValueError, "topk: expected numbers of at least 1, got 0"),
+    (
+        lambda: accuracy(SCORES, LABELS[0, :3], (1, 0)),
+        ValueError,
+        "topk: expected numbers of at least 1, got 0",
+    ),
     (lambda: confusion_matrix(SCORES, LABELS, 3), TypeError, "pred: expected an integer tensor"),
     (lambda: confusion_matrix(LABELS, SCORES, 3), TypeError, "target: expected an integer tensor"),
     (lambda: confusion_matrix(LABELS[0, 0], LABELS[0, 0], 3), ValueError, r"pred: expected shape \(B, \*\)"),
-    (lambda: confusion_matrix(LABELS, LABELS[:1], 3), ValueError, r"target: expected pred's shape \[2, 5\], got \[1, 5\]"),
+    (
+        lambda: confusion_matrix(LABELS, LABELS[:1], 3),
+        ValueError,
+        r"target: expected pred's shape \[2, 5\], got \[1, 5\]",
+    ),
     (lambda: confusion_matrix(LABELS, LABELS, 1), ValueError, "num_classes: expected at least 2, got 1"),
     (lambda: mean_iou(LABELS, LABELS, 1), ValueError, "num_classes: expected at least 2, got 1"),
     (lambda: mean_iou(LABELS, LABELS, 3, 0.0), ValueError, "eps: expected a positive number, got 0.0"),

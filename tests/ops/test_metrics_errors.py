@@ -1,4 +1,5 @@
-"""Errors of flow, disparity and poses against scikit-learn, SciPy and plain definitions, and where they have no derivative."""
+"""Errors of flow, disparity and poses against scikit-learn, SciPy and plain definitions, and where they have
+no derivative."""
 
 import math
 from typing import Callable
@@ -25,7 +26,12 @@ from chiasm.metrics import (
     translation_ate,
 )
 
-DISPARITY = [mean_absolute_disparity_error, root_mean_squared_disparity_error, mean_bad_pixel_error, kitti_d1_error]
+DISPARITY = [
+    mean_absolute_disparity_error,
+    root_mean_squared_disparity_error,
+    mean_bad_pixel_error,
+    kitti_d1_error,
+]
 X = torch.zeros(1, 1, 4, 5)
 EYE = torch.eye(3, dtype=torch.float64)
 
@@ -34,7 +40,7 @@ def randn(*shape: int, seed: int = 0) -> Tensor:
     return torch.randn(shape, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
 
 
-# --- flow --------------------------------------------------------------------------------------------------------------
+# --- flow ---------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("shape", [(7, 2), (1, 31, 17, 2), (3, 20, 33, 2)])
@@ -54,11 +60,12 @@ def test_no_error_has_no_gradient() -> None:
         assert error.item() == 0.0 and flow.grad.abs().max() == 0.0
 
 
-# --- disparity ---------------------------------------------------------------------------------------------------------
+# --- disparity ----------------------------------------------------------------------------------------------
 
 
 def disparities(batch: int, channels: int, dtype: torch.dtype) -> tuple[Tensor, Tensor, Tensor]:
-    """Found and true disparities of up to 80 pixels, of which some differ by a little and some by much, and what is known."""
+    """Found and true disparities of up to 80 pixels, of which some differ by a little and some by much, and
+    what is known."""
     truth = 80.0 * photo(batch, channels, 37, 29, torch.float64)
     found = truth + randn(*truth.shape) * torch.where(randn(*truth.shape, seed=1) > 0.5, 6.0, 0.5)
     return found.to(dtype), truth.to(dtype), randn(*truth.shape, seed=2) > -0.4
@@ -72,7 +79,10 @@ def test_disparity_errors_by_definition(batch: int, channels: int, dtype: torch.
     for mask in (None, valid):
         where = np.ones(found.shape, bool) if mask is None else mask.numpy()
         f, t = found.double().numpy()[where], truth.double().numpy()[where]
-        for op, expected in ((DISPARITY[0], mean_absolute_error(t, f)), (DISPARITY[1], root_mean_squared_error(t, f))):
+        for op, expected in (
+            (DISPARITY[0], mean_absolute_error(t, f)),
+            (DISPARITY[1], root_mean_squared_error(t, f)),
+        ):
             actual = op(found, truth, valid_mask=mask)
             assert actual.dtype == dtype
             assert actual.item() == pytest.approx(expected, rel=tolerance)
@@ -124,7 +134,7 @@ def test_squares_of_half_precision_do_not_overflow() -> None:
     assert root_mean_squared_disparity_error(found, torch.zeros_like(found)).item() == 300.0
 
 
-# --- angles ------------------------------------------------------------------------------------------------------------
+# --- angles -------------------------------------------------------------------------------------------------
 
 DEGREES = (1e-5, 0.01, 1.0, 59.0, 90.0, 137.0, 179.9, 179.99999)
 
@@ -138,7 +148,9 @@ def test_angle_of_matrices_equals_scipy(angle: float) -> None:
     expected = np.degrees((first.inv() * second).magnitude())
     np.testing.assert_allclose(angle_error_mat(R1, R2), expected, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(angle_error_mat(R1.float(), R2.float()), expected, atol=3e-5)
-    np.testing.assert_allclose(angle_error_mat(R2[None], R1[:, None]).diagonal(), expected, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        angle_error_mat(R2[None], R1[:, None]).diagonal(), expected, rtol=1e-9, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("axes", [2, 3, 7])
@@ -146,7 +158,9 @@ def test_angle_of_matrices_equals_scipy(angle: float) -> None:
 def test_angle_of_vectors_is_theirs(angle: float, axes: int) -> None:
     q = torch.linalg.qr(randn(5, axes, 2))[0]
     u, across = q[..., 0], q[..., 1]
-    v = (u * math.cos(math.radians(angle)) + across * math.sin(math.radians(angle))) * torch.tensor([1e-3, 0.5, 1.0, 7.0, 1e6])[:, None]
+    v = (u * math.cos(math.radians(angle)) + across * math.sin(math.radians(angle))) * torch.tensor(
+        [1e-3, 0.5, 1.0, 7.0, 1e6]
+    )[:, None]
     np.testing.assert_allclose(angle_error_vec(3.0 * u, v), np.full(5, angle), atol=1e-9)
     np.testing.assert_allclose(angle_error_vec(u.float(), v.float()), np.full(5, angle), atol=3e-5)
 
@@ -182,7 +196,11 @@ def test_pose_errors_are_those_of_their_parts(folded: bool) -> None:
     P, P_gt = torch.cat([R, t], -1), torch.cat([R_gt, t_gt], -1)
     last = torch.tensor([0.0, 0.0, 0.0, 1.0], dtype=torch.float64).expand(2, 7, 1, 4)
     turned, moved = pose_errors(P, torch.cat([P_gt, last], -2), folded)
-    expected = np.degrees((Rotation.from_matrix(R.reshape(-1, 3, 3)).inv() * Rotation.from_matrix(R_gt.reshape(-1, 3, 3))).magnitude())
+    expected = np.degrees(
+        (
+            Rotation.from_matrix(R.reshape(-1, 3, 3)).inv() * Rotation.from_matrix(R_gt.reshape(-1, 3, 3))
+        ).magnitude()
+    )
     np.testing.assert_allclose(turned.flatten(), expected, rtol=1e-9)
     cosine = ((t * t_gt).sum((-2, -1)) / t.norm(dim=-2)[..., 0] / t_gt.norm(dim=-2)[..., 0]).numpy()
     np.testing.assert_allclose(moved, np.degrees(np.arccos(np.abs(cosine) if folded else cosine)), rtol=1e-9)
@@ -190,12 +208,14 @@ def test_pose_errors_are_those_of_their_parts(folded: bool) -> None:
 
 def test_ate_is_the_distance() -> None:
     a, b = randn(3, 9, 3).requires_grad_(True), randn(9, 3, seed=1)
-    np.testing.assert_allclose(translation_ate(a, b).detach(), np.linalg.norm((a - b).detach().numpy(), axis=-1), rtol=1e-14)
+    np.testing.assert_allclose(
+        translation_ate(a, b).detach(), np.linalg.norm((a - b).detach().numpy(), axis=-1), rtol=1e-14
+    )
     (grad,) = torch.autograd.grad(translation_ate(a, a.detach()).sum(), a)
     assert grad.abs().max() == 0.0
 
 
-# --- area under the curve ----------------------------------------------------------------------------------------------
+# --- area under the curve -----------------------------------------------------------------------------------
 
 
 def area(errors: np.ndarray, threshold: float) -> float:
@@ -212,13 +232,17 @@ def test_area_equals_sklearn(count: int) -> None:
     thresholds = [1.0, 5.0, 10.0, 30.0]
     expected = [area(errors.numpy(), t) for t in thresholds]
     np.testing.assert_allclose(auc_from_errors(errors, thresholds), expected, rtol=1e-13)
-    np.testing.assert_allclose(auc_from_errors(errors.float().reshape(1, -1), thresholds), expected, rtol=1e-6)
+    np.testing.assert_allclose(
+        auc_from_errors(errors.float().reshape(1, -1), thresholds), expected, rtol=1e-6
+    )
 
 
 def test_area_of_equal_errors_and_of_failures() -> None:
     errors = torch.tensor([0.0, 2.0, 2.0, 3.0, math.inf, math.nan], dtype=torch.float64)
     finite = np.array([0.0, 2.0, 2.0, 3.0, 99.0, 99.0])
-    np.testing.assert_allclose(auc_from_errors(errors, [3.0, 4.0]), [area(finite, 3.0), area(finite, 4.0)], rtol=1e-14)
+    np.testing.assert_allclose(
+        auc_from_errors(errors, [3.0, 4.0]), [area(finite, 3.0), area(finite, 4.0)], rtol=1e-14
+    )
     assert auc_from_errors(torch.full((3,), math.inf)).tolist() == [0.0] * 4
     assert auc_from_errors(torch.zeros(3)).tolist() == [1.0] * 4
 
@@ -230,16 +254,28 @@ def test_area_has_a_gradient() -> None:
 
 WRONG = [
     (lambda: aepe(X, X), ValueError, r"input: expected shape \(\*, 2\), got \[1, 1, 4, 5\]"),
-    (lambda: aepe(X[..., :2], X[0, ..., :2]), ValueError, r"target: expected input's shape \[1, 1, 4, 2\], got \[1, 4, 2\]"),
+    (
+        lambda: aepe(X[..., :2], X[0, ..., :2]),
+        ValueError,
+        r"target: expected input's shape \[1, 1, 4, 2\], got \[1, 4, 2\]",
+    ),
     (lambda: aepe(X[..., :2], X[..., :2], "max"), ValueError, "reduction: expected one of .*'max'"),
     (lambda: mean_bad_pixel_error(X, X, -1.0), ValueError, "threshold: expected zero or more, got -1.0"),
     (lambda: kitti_d1_error(X, X, -1.0), ValueError, "abs_threshold: expected zero or more"),
     (lambda: kitti_d1_error(X, X, 1.0, -1.0), ValueError, "rel_threshold: expected zero or more"),
     (lambda: angle_error_mat(X, EYE), ValueError, r"R1: expected shape \(\*, 3, 3\)"),
     (lambda: angle_error_mat(EYE, EYE.int()), TypeError, "R2: expected a floating-point"),
-    (lambda: angle_error_vec(EYE, EYE[:, :2]), ValueError, r"v2: expected shape \(\*, D\) for v1 \[3, 3\], got \[3, 2\]"),
+    (
+        lambda: angle_error_vec(EYE, EYE[:, :2]),
+        ValueError,
+        r"v2: expected shape \(\*, D\) for v1 \[3, 3\], got \[3, 2\]",
+    ),
     (lambda: angle_error_vec(EYE.int(), EYE), TypeError, "v1: expected a floating-point"),
-    (lambda: pose_errors(EYE, EYE), ValueError, r"P: expected shape \(\*, 3, 4\) or \(\*, 4, 4\), got \[3, 3\]"),
+    (
+        lambda: pose_errors(EYE, EYE),
+        ValueError,
+        r"P: expected shape \(\*, 3, 4\) or \(\*, 4, 4\), got \[3, 3\]",
+    ),
     (lambda: pose_errors(torch.eye(4), torch.eye(4).int()), TypeError, "P_gt: expected a floating-point"),
     (lambda: translation_ate(EYE, X), ValueError, r"t_gt: expected shape \(\*, 3\)"),
     (lambda: auc_from_errors(EYE.int()), TypeError, "errors: expected a floating-point"),
@@ -254,7 +290,11 @@ WRONG += [
         (lambda op=op: op(X.int(), X), TypeError, "input: expected a floating-point"),
         (lambda op=op: op(X, X.int()), TypeError, "target: expected a floating-point"),
         (lambda op=op: op(X, X[0]), ValueError, "target: expected input's shape"),
-        (lambda op=op: op(X, X, valid_mask=X), TypeError, "valid_mask: expected a bool tensor, got dtype torch.float32"),
+        (
+            lambda op=op: op(X, X, valid_mask=X),
+            TypeError,
+            "valid_mask: expected a bool tensor, got dtype torch.float32",
+        ),
         (lambda op=op: op(X, X, valid_mask=X[0] > 0), ValueError, "valid_mask: expected input's shape"),
         (lambda op=op: op(X, X, reduction="max"), ValueError, "reduction: expected one of .*'max'"),
     )

@@ -43,7 +43,9 @@ def test_equals_scipy(kernel: np.ndarray, border: str, flat: bool) -> None:
     )
     for b in range(2):
         for c in range(3):
-            expected = ndi.grey_dilation(x[b, c].numpy(), footprint=kernel, structure=heights, mode=SCIPY_MODE[border], cval=0.4)
+            expected = ndi.grey_dilation(
+                x[b, c].numpy(), footprint=kernel, structure=heights, mode=SCIPY_MODE[border], cval=0.4
+            )
             np.testing.assert_allclose(actual[b, c], expected, atol=1e-12)
 
 

@@ -1,4 +1,5 @@
-"""Erosion and what is made of it, reconstruction, patterns and skeletons, against SciPy, OpenCV and scikit-image."""
+"""Erosion and what is made of it, reconstruction, patterns and skeletons, against SciPy, OpenCV and
+scikit-image."""
 
 import cv2
 import numpy as np
@@ -51,7 +52,9 @@ def per_plane(x: Tensor, function: object) -> np.ndarray:
 
 
 # Kornia's dilation, unlike SciPy's, takes the same window as the erosion where the size is even.
-@pytest.mark.parametrize(("name", "kernel"), [(n, k) for n in COMPOUND for k in KERNELS if (n, k) != ("gradient", "even")])
+@pytest.mark.parametrize(
+    ("name", "kernel"), [(n, k) for n in COMPOUND for k in KERNELS if (n, k) != ("gradient", "even")]
+)
 @pytest.mark.parametrize("border", SCIPY_MODE)
 @pytest.mark.parametrize("flat", [True, False])
 def test_equals_scipy(name: str, kernel: str, border: str, flat: bool) -> None:
@@ -61,7 +64,9 @@ def test_equals_scipy(name: str, kernel: str, border: str, flat: bool) -> None:
     heights = None if flat else np.linspace(-0.2, 0.3, footprint.size).reshape(footprint.shape)
     arguments = (torch.from_numpy(footprint).double(), None if heights is None else torch.from_numpy(heights))
     actual = op(x, *arguments, border_type=border, border_value=0.4)
-    expected = per_plane(x, lambda p: reference(p, footprint=footprint, structure=heights, mode=SCIPY_MODE[border], cval=0.4))
+    expected = per_plane(
+        x, lambda p: reference(p, footprint=footprint, structure=heights, mode=SCIPY_MODE[border], cval=0.4)
+    )
     np.testing.assert_allclose(actual, expected, atol=1e-12)
 
 
@@ -76,11 +81,20 @@ def test_origin_equals_scipy(name: str, origin: list[int]) -> None:
         expected = per_plane(x, lambda p: reference(p, footprint=footprint, mode="nearest", origin=first))
     else:
         # SciPy's grey_opening has no origin
-        order = [ndi.grey_erosion, ndi.grey_dilation] if name == "opening" else [ndi.grey_dilation, ndi.grey_erosion]
+        order = (
+            [ndi.grey_erosion, ndi.grey_dilation]
+            if name == "opening"
+            else [ndi.grey_dilation, ndi.grey_erosion]
+        )
         expected = x.numpy()
         for step in order:
-            expected = per_plane(torch.from_numpy(expected), lambda p, step=step: step(p, footprint=footprint, mode="nearest", origin=first))
-    np.testing.assert_array_equal(op(x, torch.from_numpy(footprint), origin=origin, border_type="replicate"), expected)
+            expected = per_plane(
+                torch.from_numpy(expected),
+                lambda p, step=step: step(p, footprint=footprint, mode="nearest", origin=first),
+            )
+    np.testing.assert_array_equal(
+        op(x, torch.from_numpy(footprint), origin=origin, border_type="replicate"), expected
+    )
 
 
 @pytest.mark.parametrize("name", [n for n in COMPOUND if COMPOUND[n][2] is not None])
@@ -98,14 +112,18 @@ def test_geodesic_equals_opencv(name: str, kernel: str, shape: tuple[int, ...]) 
 def test_geodesic_erosion_equals_opencv(kernel: np.ndarray) -> None:
     x = photo(2, 3, 16, 17)
     for b in range(2):
-        np.testing.assert_array_equal(erosion(x, torch.from_numpy(kernel))[b], chw(cv2.erode(hwc(x, b), kernel.astype(np.uint8))))
+        np.testing.assert_array_equal(
+            erosion(x, torch.from_numpy(kernel))[b], chw(cv2.erode(hwc(x, b), kernel.astype(np.uint8)))
+        )
 
 
 def test_opening_never_exceeds_the_image() -> None:
     x = photo(1, 1, 30, 31)
     for origin in (None, [0, 0], [1, 3]):
         element = torch.from_numpy(KERNELS["even"])
-        assert torch.all(opening(x, element, origin=origin) <= x) and torch.all(closing(x, element, origin=origin) >= x)
+        assert torch.all(opening(x, element, origin=origin) <= x) and torch.all(
+            closing(x, element, origin=origin) >= x
+        )
 
 
 @pytest.mark.parametrize("border", SCIPY_MODE)
@@ -113,11 +131,13 @@ def test_opening_never_exceeds_the_image() -> None:
 def test_extreme_filters_equal_scipy(size: tuple[int, int], border: str) -> None:
     x = photo(2, 7, 17, 22)
     for op, reference in ((max_filter2d, ndi.maximum_filter), (min_filter2d, ndi.minimum_filter)):
-        np.testing.assert_array_equal(op(x, size, border), per_plane(x, lambda p, f=reference: f(p, size, mode=SCIPY_MODE[border])))
+        np.testing.assert_array_equal(
+            op(x, size, border), per_plane(x, lambda p, f=reference: f(p, size, mode=SCIPY_MODE[border]))
+        )
     np.testing.assert_array_equal(max_filter2d(x, size), dilation(x, torch.ones(size)))
 
 
-# --- reconstruction ----------------------------------------------------------------------------------------------------
+# --- reconstruction -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("method", ["dilation", "erosion"])
@@ -129,7 +149,9 @@ def test_reconstruction_equals_skimage(method: str, kernel: np.ndarray | None) -
     actual = reconstruction(seed, mask, None if kernel is None else torch.from_numpy(kernel), method)
     footprint = np.ones((3, 3)) if kernel is None else kernel
     for b, c in np.ndindex(3, 5):
-        np.testing.assert_array_equal(actual[b, c], skm.reconstruction(seed[b, c].numpy(), mask[b, c].numpy(), method, footprint))
+        np.testing.assert_array_equal(
+            actual[b, c], skm.reconstruction(seed[b, c].numpy(), mask[b, c].numpy(), method, footprint)
+        )
     assert not torch.equal(actual, reconstruction(seed, mask, None, method, 3))
 
 
@@ -153,7 +175,7 @@ def test_reconstruction_gradient() -> None:
     assert torch.autograd.gradcheck(lambda s, m: reconstruction(s, m), [seed, mask], fast_mode=True)
 
 
-# --- binary shapes -----------------------------------------------------------------------------------------------------
+# --- binary shapes ------------------------------------------------------------------------------------------
 
 
 def shapes() -> list[np.ndarray]:
@@ -188,7 +210,10 @@ def zhang_suen_by_definition(image: np.ndarray) -> np.ndarray:
         for first in (True, False):
             deleted = []
             for i, j in zip(*np.nonzero(p), strict=True):
-                p2, p3, p4, p5, p6, p7, p8, p9 = (p[i + u, j + v] for u, v in ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1)))
+                p2, p3, p4, p5, p6, p7, p8, p9 = (
+                    p[i + u, j + v]
+                    for u, v in ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
+                )
                 ring = [p2, p3, p4, p5, p6, p7, p8, p9, p2]
                 a = sum(ring[n] == 0 and ring[n + 1] == 1 for n in range(8))
                 c, d = (p2 * p4 * p6, p4 * p6 * p8) if first else (p2 * p4 * p8, p2 * p6 * p8)
@@ -231,7 +256,9 @@ def test_hit_or_miss(index: int) -> None:
     expected = per_plane(framed, lambda p: ndi.binary_hit_or_miss(p > 0, hit, miss))[inside]
     actual = hit_or_miss(x, torch.from_numpy(hit), torch.from_numpy(miss))
     np.testing.assert_array_equal(actual, expected)
-    opencv = per_plane(framed, lambda p: cv2.morphologyEx((p > 0).astype(np.uint8), cv2.MORPH_HITMISS, signed(hit, miss)))[inside]
+    opencv = per_plane(
+        framed, lambda p: cv2.morphologyEx((p > 0).astype(np.uint8), cv2.MORPH_HITMISS, signed(hit, miss))
+    )[inside]
     np.testing.assert_array_equal(actual, opencv)
     assert 0 < actual.sum() < actual.numel()
     wide = np.array([[1, 1, 1, 0]])
@@ -252,7 +279,11 @@ WRONG = [
     (lambda: reconstruction(X, X, method="opening"), ValueError, "method: expected one of"),
     (lambda: reconstruction(X, X, num_iters=-1), ValueError, "num_iters: expected at least 0, got -1"),
     (lambda: hit_or_miss(X, torch.ones(3)), ValueError, r"hit: expected shape \(kh, kw\), got \[3\]"),
-    (lambda: hit_or_miss(X, BOX, torch.ones(3, 2)), ValueError, r"miss: expected hit's shape \(3, 3\), got \[3, 2\]"),
+    (
+        lambda: hit_or_miss(X, BOX, torch.ones(3, 2)),
+        ValueError,
+        r"miss: expected hit's shape \(3, 3\), got \[3, 2\]",
+    ),
     (lambda: skeletonize(BYTES), TypeError, "input: expected a floating-point"),
     (lambda: thin(X, -1), ValueError, "num_iters: expected at least 0, got -1"),
 ]

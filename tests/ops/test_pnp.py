@@ -32,7 +32,9 @@ def near(R: np.ndarray, t: np.ndarray, seed: int, angle: float, shift: float) ->
 def by_opencv(X: np.ndarray, x: np.ndarray, K: np.ndarray) -> np.ndarray:
     found, rotation, t = cv2.solvePnP(X, x, K, None, flags=cv2.SOLVEPNP_ITERATIVE)
     assert found
-    rotation, t = cv2.solvePnPRefineLM(X, x, K, None, rotation, t, (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-15))
+    rotation, t = cv2.solvePnPRefineLM(
+        X, x, K, None, rotation, t, (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-15)
+    )
     return np.hstack([cv2.Rodrigues(rotation)[0], t])
 
 
@@ -115,18 +117,45 @@ def test_a_batch_is_its_entries() -> None:
     start = torch.cat([near(s[3], s[4], k, 0.2, 0.3) for k, s in enumerate(scenes)])
     together = refine_pnp(*inputs, start)
     for b in range(3):
-        torch.testing.assert_close(refine_pnp(*[a[b : b + 1] for a in inputs], start[b : b + 1])[0], together[b], rtol=0, atol=1e-12)
+        torch.testing.assert_close(
+            refine_pnp(*[a[b : b + 1] for a in inputs], start[b : b + 1])[0], together[b], rtol=0, atol=1e-12
+        )
 
 
-X8, P8, K3, POSE = torch.zeros(2, 8, 3), torch.zeros(2, 8, 2), torch.eye(3).expand(2, 3, 3), torch.eye(4)[None, :3].expand(2, 3, 4)
+X8, P8, K3, POSE = (
+    torch.zeros(2, 8, 3),
+    torch.zeros(2, 8, 2),
+    torch.eye(3).expand(2, 3, 3),
+    torch.eye(4)[None, :3].expand(2, 3, 4),
+)
 MESSAGES = [
-    (lambda: refine_pnp(X8[:, :2], P8[:, :2], K3, POSE), ValueError, "world_points: expected at least 3 points, got 2"),
-    (lambda: refine_pnp(X8, P8[:, :5], K3, POSE), ValueError, "img_points: expected as many points as world_points, 8, got 5"),
+    (
+        lambda: refine_pnp(X8[:, :2], P8[:, :2], K3, POSE),
+        ValueError,
+        "world_points: expected at least 3 points, got 2",
+    ),
+    (
+        lambda: refine_pnp(X8, P8[:, :5], K3, POSE),
+        ValueError,
+        "img_points: expected as many points as world_points, 8, got 5",
+    ),
     (lambda: refine_pnp(X8, P8, K3, K3), ValueError, r"pose: expected shape \(\*, 3, 4\), got \[2, 3, 3\]"),
     (lambda: refine_pnp(X8, P8, K3, POSE[0]), ValueError, r"pose: expected shape \(B, 3, 4\)"),
-    (lambda: refine_pnp(X8, P8, K3, POSE, X8), ValueError, r"weights: expected shape \(B, N\), got \[2, 8, 3\]"),
-    (lambda: refine_pnp(X8, P8, K3, POSE, num_iters=-1), ValueError, "num_iters: expected at least 0, got -1"),
-    (lambda: refine_pnp(X8.long(), P8, K3, POSE), TypeError, "world_points: expected a floating-point tensor"),
+    (
+        lambda: refine_pnp(X8, P8, K3, POSE, X8),
+        ValueError,
+        r"weights: expected shape \(B, N\), got \[2, 8, 3\]",
+    ),
+    (
+        lambda: refine_pnp(X8, P8, K3, POSE, num_iters=-1),
+        ValueError,
+        "num_iters: expected at least 0, got -1",
+    ),
+    (
+        lambda: refine_pnp(X8.long(), P8, K3, POSE),
+        TypeError,
+        "world_points: expected a floating-point tensor",
+    ),
 ]
 
 

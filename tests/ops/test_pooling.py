@@ -62,7 +62,9 @@ def test_edge_aware(channels: int, size: tuple[int, int], dilation: int) -> None
     shares = []
     for sample, result in zip(x.numpy(), actual.numpy(), strict=True):
         levels = np.log2(sample + 1e-3).mean(0)
-        slopes = [np.abs(ndi.correlate1d(levels, [-1, 0, 0, 0, 1], axis=axis, mode="mirror")) for axis in (0, 1)]
+        slopes = [
+            np.abs(ndi.correlate1d(levels, [-1, 0, 0, 0, 1], axis=axis, mode="mirror")) for axis in (0, 1)
+        ]
         edges = ndi.maximum_filter(np.maximum(*slopes) > np.log2(1.5), dilation, mode="constant")
         blurred = np.stack([ndi.correlate(p, kernel, mode="mirror") for p in sample])
         np.testing.assert_allclose(result, np.where(edges, sample, blurred), atol=1e-12)

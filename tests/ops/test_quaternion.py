@@ -36,7 +36,11 @@ def same(q: Tensor, rotation: Rotation, tolerance: float = 1e-12) -> None:
 def test_product() -> None:
     a, b = rotations(20, 0), rotations(20, 1)
     same(quaternion_multiply(wxyz(a), wxyz(b)), a * b)
-    np.testing.assert_allclose(quaternion_multiply(2.0 * wxyz(a), 3.0 * wxyz(b)), 6.0 * quaternion_multiply(wxyz(a), wxyz(b)), atol=1e-12)
+    np.testing.assert_allclose(
+        quaternion_multiply(2.0 * wxyz(a), 3.0 * wxyz(b)),
+        6.0 * quaternion_multiply(wxyz(a), wxyz(b)),
+        atol=1e-12,
+    )
 
 
 def test_inverse() -> None:
@@ -51,7 +55,9 @@ def test_inverse() -> None:
 
 def test_rotate() -> None:
     rotation, points = rotations(20, 0), np.random.default_rng(0).normal(size=(20, 3))
-    np.testing.assert_allclose(quaternion_rotate(wxyz(rotation), torch.from_numpy(points)), rotation.apply(points), atol=1e-14)
+    np.testing.assert_allclose(
+        quaternion_rotate(wxyz(rotation), torch.from_numpy(points)), rotation.apply(points), atol=1e-14
+    )
     one = quaternion_rotate(wxyz(rotation)[:1], torch.from_numpy(points))
     np.testing.assert_allclose(one, rotation[0].apply(points), atol=1e-14)
 
@@ -61,7 +67,10 @@ def test_slerp(t: float) -> None:
     a, b = rotations(20, 0), rotations(20, 1)
     q1, q2 = wxyz(a), wxyz(b)
     expected = a * Rotation.from_rotvec(t * (a.inv() * b).as_rotvec())
-    for made in (quaternion_slerp(q1, q2, t), quaternion_slerp(3.0 * q1, -0.5 * q2, torch.full((20,), t, dtype=torch.float64))):
+    for made in (
+        quaternion_slerp(q1, q2, t),
+        quaternion_slerp(3.0 * q1, -0.5 * q2, torch.full((20,), t, dtype=torch.float64)),
+    ):
         same(made, expected)
     if t <= 1.0:
         for k in range(3):
@@ -72,12 +81,16 @@ def test_slerp(t: float) -> None:
 def test_slerp_has_finite_gradients(angle: float) -> None:
     for dtype in (torch.float32, torch.float64):
         q1 = torch.tensor([1.0, 0.0, 0.0, 0.0], dtype=dtype, requires_grad=True)
-        q2 = torch.tensor([math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0], dtype=dtype, requires_grad=True)
+        q2 = torch.tensor(
+            [math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0], dtype=dtype, requires_grad=True
+        )
         t = torch.tensor(0.3, dtype=dtype, requires_grad=True)
         made = quaternion_slerp(q1, q2, t)
         made.sum().backward()
         assert all(torch.isfinite(x).all() for x in (made, q1.grad, q2.grad, t.grad))
-        np.testing.assert_allclose(made.detach(), [math.cos(0.15 * angle), 0.0, math.sin(0.15 * angle), 0.0], atol=1e-6)
+        np.testing.assert_allclose(
+            made.detach(), [math.cos(0.15 * angle), 0.0, math.sin(0.15 * angle), 0.0], atol=1e-6
+        )
 
 
 def test_slerp_scripts_with_numbers_and_tensors() -> None:
@@ -97,7 +110,9 @@ def expected_average(q: np.ndarray, w: np.ndarray) -> np.ndarray:
 def test_average(spread: float, dtype: torch.dtype) -> None:
     random = np.random.default_rng(3)
     q = np.array([0.5, -0.1, 0.7, 0.2]) + spread * random.normal(size=(5, 12, 4))
-    q = q / np.linalg.norm(q, axis=-1, keepdims=True) * random.choice([-1.0, 1.0], (5, 12, 1))  # signs do not matter
+    q = (
+        q / np.linalg.norm(q, axis=-1, keepdims=True) * random.choice([-1.0, 1.0], (5, 12, 1))
+    )  # signs do not matter
     w = random.uniform(0.1, 2.0, (5, 12))
     q = torch.from_numpy(q).to(dtype).double().numpy()
     tolerance = 1e-9 if dtype == torch.float64 else 1e-6
@@ -106,7 +121,9 @@ def test_average(spread: float, dtype: torch.dtype) -> None:
         made = average_quaternions(torch.from_numpy(q).to(dtype), torch.from_numpy(weights))
         np.testing.assert_allclose(made, expected, atol=tolerance)
     np.testing.assert_allclose(average_quaternions(torch.from_numpy(q).to(dtype)), expected, atol=tolerance)
-    np.testing.assert_allclose(average_quaternions(torch.from_numpy(q[0]).to(dtype)), expected[0], atol=tolerance)
+    np.testing.assert_allclose(
+        average_quaternions(torch.from_numpy(q[0]).to(dtype)), expected[0], atol=tolerance
+    )
 
 
 def test_average_without_a_mean_is_finite() -> None:
@@ -121,22 +138,43 @@ def test_average_without_a_mean_is_finite() -> None:
 
 def test_gradients() -> None:
     q1, q2 = (wxyz(rotations(4, seed)).requires_grad_(True) for seed in (0, 1))
-    points, t = torch.rand(4, 3, dtype=torch.float64, requires_grad=True), torch.rand(4, dtype=torch.float64, requires_grad=True)
+    points, t = (
+        torch.rand(4, 3, dtype=torch.float64, requires_grad=True),
+        torch.rand(4, dtype=torch.float64, requires_grad=True),
+    )
     assert torch.autograd.gradcheck(quaternion_multiply, (q1, q2))
     assert torch.autograd.gradcheck(quaternion_inverse, (q1,))
     assert torch.autograd.gradcheck(quaternion_rotate, (q1, points))
     assert torch.autograd.gradcheck(quaternion_slerp, (q1, q2, t))
     w = torch.rand(2, 5, dtype=torch.float64, requires_grad=True)
-    q = (torch.tensor([1.0, -0.5, 0.3, 0.8]) + 0.5 * torch.rand(2, 5, 4, dtype=torch.float64)).requires_grad_(True)
+    q = (torch.tensor([1.0, -0.5, 0.3, 0.8]) + 0.5 * torch.rand(2, 5, 4, dtype=torch.float64)).requires_grad_(
+        True
+    )
     assert torch.autograd.gradcheck(average_quaternions, (q, w), atol=1e-6)
 
 
 WRONG = [
-    (lambda: quaternion_multiply(torch.zeros(4), torch.zeros(3)), ValueError, r"q2: expected shape \(\*, 4\), got \[3\]"),
-    (lambda: quaternion_rotate(torch.zeros(4), torch.zeros(4)), ValueError, r"points: expected shape \(\*, 3\)"),
-    (lambda: quaternion_slerp(torch.zeros(4).int(), torch.zeros(4), 0.1), TypeError, "q1: expected a floating-point"),
+    (
+        lambda: quaternion_multiply(torch.zeros(4), torch.zeros(3)),
+        ValueError,
+        r"q2: expected shape \(\*, 4\), got \[3\]",
+    ),
+    (
+        lambda: quaternion_rotate(torch.zeros(4), torch.zeros(4)),
+        ValueError,
+        r"points: expected shape \(\*, 3\)",
+    ),
+    (
+        lambda: quaternion_slerp(torch.zeros(4).int(), torch.zeros(4), 0.1),
+        TypeError,
+        "q1: expected a floating-point",
+    ),
     (lambda: average_quaternions(torch.zeros(4)), ValueError, r"Q: expected shape \(\*, N, 4\), got \[4\]"),
-    (lambda: average_quaternions(torch.zeros(2, 4), torch.zeros(1, 2)), ValueError, r"w: expected shape \(\*, N\)"),
+    (
+        lambda: average_quaternions(torch.zeros(2, 4), torch.zeros(1, 2)),
+        ValueError,
+        r"w: expected shape \(\*, N\)",
+    ),
 ]
 
 

@@ -1,4 +1,5 @@
-"""Robust estimation against scenes with known truth, OpenCV, and a photographed scene, with 30 to 60 % of wrong correspondences."""
+"""Robust estimation against scenes with known truth, OpenCV, and a photographed scene, with 30 to 60 % of
+wrong correspondences."""
 
 import itertools
 from collections import Counter
@@ -10,14 +11,18 @@ import pytest
 import torch
 from scenes import camera_matrix, points_in_front, pose, project
 
-from chiasm.geometry.epipolar import find_fundamental, motion_from_essential_choose_solution, sampson_epipolar_distance
+from chiasm.geometry.epipolar import (
+    find_fundamental,
+    motion_from_essential_choose_solution,
+    sampson_epipolar_distance,
+)
 from chiasm.geometry.homography import find_homography_dlt
 from chiasm.geometry.ransac import ransac_essential, ransac_fundamental, ransac_homography
 from chiasm.primitives.geometry.consensus import best_model, draw_samples, score_planes
 
 WRONG = (0.3, 0.45, 0.6)
-# Of the two-view scenes' seeds none was looked at before the bounds below were set: a sample of so few noisy points fails now and then, so
-# the bounds are of medians and means.
+# Of the two-view scenes' seeds none was looked at before the bounds below were set: a sample of so few noisy
+# points fails now and then, so the bounds are of medians and means.
 IMAGE = np.array([640.0, 480.0])
 H = np.array([[1.1, 0.13, -20.0], [-0.08, 0.93, 30.0], [1e-4, -7e-5, 1.0]])
 
@@ -50,19 +55,28 @@ class Views:
         self.K1, self.K2 = camera_matrix(seed), camera_matrix(seed + 100)
         self.R, self.t = pose(seed)
         X = points_in_front(count, seed)
-        self.clean1, self.clean2 = project(self.K1, np.eye(3), np.zeros((3, 1)), X), project(self.K2, self.R, self.t, X)
+        self.clean1, self.clean2 = (
+            project(self.K1, np.eye(3), np.zeros((3, 1)), X),
+            project(self.K2, self.R, self.t, X),
+        )
         self.x1 = self.clean1 + noise * generator.normal(size=(count, 2))
         self.x2, self.wrong = made_wrong(self.clean2 + noise * generator.normal(size=(count, 2)), share, seed)
 
     def error(self, F: np.ndarray) -> float:
         """Mean distance of the true points from obeying F."""
-        return sampson_epipolar_distance(*tensors(self.clean1, self.clean2, np.asarray(F, np.float64), dtype=torch.float64), False, 0.0).mean().item()
+        return (
+            sampson_epipolar_distance(
+                *tensors(self.clean1, self.clean2, np.asarray(F, np.float64), dtype=torch.float64), False, 0.0
+            )
+            .mean()
+            .item()
+        )
 
     def fundamental(self, E: np.ndarray) -> np.ndarray:
         return np.linalg.inv(self.K2).T @ np.asarray(E, np.float64) @ np.linalg.inv(self.K1)
 
 
-# --- samples -------------------------------------------------------------------------------------------------------------
+# --- samples ------------------------------------------------------------------------------------------------
 
 
 def floyd(u: np.ndarray, count: int) -> list[int]:
@@ -91,13 +105,15 @@ def test_all_samples_are_as_likely() -> None:
 
 def test_numbers_at_the_ends_of_the_range() -> None:
     below_one = torch.tensor(1.0).nextafter(torch.tensor(0.0)).item()
-    assert draw_samples(torch.tensor([[0.0] * 4, [below_one] * 4]), 1 << 20).tolist() == [[0, (1 << 20) - 3, (1 << 20) - 2, (1 << 20) - 1]] + [
-        [(1 << 20) - 4, (1 << 20) - 3, (1 << 20) - 2, (1 << 20) - 1]
-    ]
+    assert draw_samples(torch.tensor([[0.0] * 4, [below_one] * 4]), 1 << 20).tolist() == [
+        [0, (1 << 20) - 3, (1 << 20) - 2, (1 << 20) - 1]
+    ] + [[(1 << 20) - 4, (1 << 20) - 3, (1 << 20) - 2, (1 << 20) - 1]]
 
 
 def test_the_first_of_equal_models_is_taken() -> None:
-    p, q = tensors(np.random.default_rng(0).uniform(-1, 1, (30, 2)), np.random.default_rng(1).uniform(-1, 1, (30, 2)))
+    p, q = tensors(
+        np.random.default_rng(0).uniform(-1, 1, (30, 2)), np.random.default_rng(1).uniform(-1, 1, (30, 2))
+    )
     planes = score_planes(p, q, torch.eye(3)[None], 0.5, torch.float32)
     models = torch.stack([torch.randn(3, 3), torch.eye(3), 2.0 * torch.eye(3), 4.0 * torch.eye(3)])[None]
     exists = torch.tensor([[False, True, True, True]])
@@ -106,7 +122,7 @@ def test_the_first_of_equal_models_is_taken() -> None:
     assert best_model(models, torch.zeros(1, 4, dtype=torch.bool), planes, False).abs().max() == 0
 
 
-# --- homographies ------------------------------------------------------------------------------------------------------
+# --- homographies -------------------------------------------------------------------------------------------
 
 
 def plane(share: float, seed: int, count: int = 400) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -164,7 +180,9 @@ def test_of_those_that_are_there() -> None:
     present = torch.rand(2, 400, generator=torch.Generator().manual_seed(4)) < torch.tensor([[0.3], [0.8]])
     absent = torch.where(present[..., None], p, torch.tensor([torch.nan, 1e30], dtype=torch.float64))
     numbers = uniforms(300, 4).repeat(2, 1, 1)
-    estimate, within = ransac_homography(absent, absent.flip(-1).where(~present[..., None], q), numbers, mask=present)
+    estimate, within = ransac_homography(
+        absent, absent.flip(-1).where(~present[..., None], q), numbers, mask=present
+    )
     assert not (within & ~present).any()
     for k in range(2):
         alone, inside = ransac_homography(p[k : k + 1, present[k]], q[k : k + 1, present[k]], numbers[:1])
@@ -185,14 +203,19 @@ def test_far_from_the_origin_and_in_a_batch() -> None:
     p, q = (torch.from_numpy(np.stack([pair[k] for pair in pairs])) for k in range(2))
     numbers = uniforms(300, 4, 0, 3)
     estimate, mask = ransac_homography(p, q, numbers)
-    far, far_mask = ransac_homography(p + torch.tensor([20000.0, -30000.0]), q + torch.tensor([20000.0, -30000.0]), numbers)
+    far, far_mask = ransac_homography(
+        p + torch.tensor([20000.0, -30000.0]), q + torch.tensor([20000.0, -30000.0]), numbers
+    )
     assert (mask == far_mask).float().mean() > 0.999
     for b in range(3):
         alone, alone_mask = ransac_homography(p[b : b + 1], q[b : b + 1], numbers[b : b + 1])
         torch.testing.assert_close(alone[0], estimate[b], rtol=1e-6, atol=1e-6)
         assert alone_mask[0].equal(mask[b])
         back = np.linalg.inv(shift) @ far[b].numpy() @ shift
-        assert np.abs(mapped(back, p[b].numpy()) - mapped(estimate[b].numpy(), p[b].numpy()))[mask[b]].max() < 0.05
+        assert (
+            np.abs(mapped(back, p[b].numpy()) - mapped(estimate[b].numpy(), p[b].numpy()))[mask[b]].max()
+            < 0.05
+        )
 
 
 def test_gradient_is_that_of_the_fit_to_the_inliers() -> None:
@@ -201,7 +224,9 @@ def test_gradient_is_that_of_the_fit_to_the_inliers() -> None:
     estimate, mask = ransac_homography(*points, uniforms(300, 4))
     weights = torch.linspace(-1, 1, 9, dtype=torch.float64).reshape(3, 3)
     ours = torch.autograd.grad((estimate * weights).sum(), points)
-    theirs = torch.autograd.grad((find_homography_dlt(points[0][:, mask[0]], points[1][:, mask[0]]) * weights).sum(), points)
+    theirs = torch.autograd.grad(
+        (find_homography_dlt(points[0][:, mask[0]], points[1][:, mask[0]]) * weights).sum(), points
+    )
     # not quite: the other points take part in the normalisation of coordinates
     for a, b in zip(ours, theirs, strict=True):
         assert a[:, ~mask[0]].norm() < 0.01 * a.norm()
@@ -218,7 +243,7 @@ def test_points_on_a_line_have_no_homography_but_an_answer() -> None:
         function(points, points, uniforms(50, size))
 
 
-# --- fundamental and essential matrices ----------------------------------------------------------------------------------
+# --- fundamental and essential matrices ---------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("share", WRONG)
@@ -226,12 +251,16 @@ def test_fundamental_is_nearer_than_opencv(share: float) -> None:
     ours, theirs, kept = [], [], []
     for seed in range(200, 208):
         v = Views(share, seed)
-        F, mask = ransac_fundamental(*tensors(v.x1, v.x2), uniforms(4000 if share > 0.5 else 600, 7, seed), 1.5)
+        F, mask = ransac_fundamental(
+            *tensors(v.x1, v.x2), uniforms(4000 if share > 0.5 else 600, 7, seed), 1.5
+        )
         by_opencv, _ = cv2.findFundamentalMat(v.x1, v.x2, cv2.FM_RANSAC, 1.5, 0.999, 5000)
         ours.append(v.error(F[0]))
         theirs.append(v.error(by_opencv))
         kept.append(shares_kept(mask, v.wrong))
-        assert abs(torch.linalg.det(F[0].double())) < 1e-9 * torch.linalg.matrix_norm(F[0].double()) ** 3 + 1e-12
+        assert (
+            abs(torch.linalg.det(F[0].double())) < 1e-9 * torch.linalg.matrix_norm(F[0].double()) ** 3 + 1e-12
+        )
     assert np.median(ours) < 0.3 and np.mean(ours) < 0.7 * np.mean(theirs)
     assert np.mean(kept, 0)[0] > 0.95 and np.mean(kept, 0)[1] < 0.05
 
@@ -262,14 +291,18 @@ def test_essential_and_its_motion_are_near_the_truth(share: float) -> None:
         x1, x2, K1, K2 = tensors(v.x1, v.x2, v.K1, v.K2)
         E, mask = ransac_essential(x1, x2, K1, K2, uniforms(1000 if share > 0.5 else 250, 5, seed), 1.5)
         R, t, _, _ = motion_from_essential_choose_solution(E, K1, K2, x1, x2, mask)
-        r1, r2 = ((np.c_[x, np.ones(300)] @ np.linalg.inv(K).T)[:, :2] for x, K in ((v.x1, v.K1), (v.x2, v.K2)))
+        r1, r2 = (
+            (np.c_[x, np.ones(300)] @ np.linalg.inv(K).T)[:, :2] for x, K in ((v.x1, v.K1), (v.x2, v.K2))
+        )
         by_opencv, inlier = cv2.findEssentialMat(r1, r2, np.eye(3), cv2.RANSAC, 0.999, 1.5 / 500)
         _, their_R, their_t, _ = cv2.recoverPose(by_opencv, r1, r2, np.eye(3), mask=inlier)
         ours.append(max(degrees(R[0].double().numpy(), v.R), between(t[0].double().numpy(), v.t)))
         theirs.append(max(degrees(their_R, v.R), between(their_t, v.t)))
         kept.append(shares_kept(mask, v.wrong))
         errors.append(v.error(v.fundamental(E[0])))
-        assert torch.linalg.svdvals(E[0].double()).numpy() == pytest.approx([0.5**0.5, 0.5**0.5, 0.0], abs=1e-6)
+        assert torch.linalg.svdvals(E[0].double()).numpy() == pytest.approx(
+            [0.5**0.5, 0.5**0.5, 0.0], abs=1e-6
+        )
     assert np.median(ours) < 1.0 and np.mean(ours) < 0.7 * np.mean(theirs) and np.median(errors) < 0.25
     assert np.mean(kept, 0)[0] > 0.97 and np.mean(kept, 0)[1] < 0.05
 
@@ -283,7 +316,8 @@ def between(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def test_essential_of_a_plane() -> None:
-    """Where the eight-point algorithm fails. Two essential matrices are of a plane's points: it is one of them."""
+    """Where the eight-point algorithm fails. Two essential matrices are of a plane's points: it is one of
+    them."""
     v = Views(0.0, 3)
     generator = np.random.default_rng(0)
     X = np.c_[generator.uniform(-2, 2, (200, 2)), np.full(200, 6.0)]
@@ -301,7 +335,7 @@ def test_no_essential_matrix_is_zeros() -> None:
     assert E.abs().max() == 0 and not mask.any()
 
 
-# --- a photographed scene ------------------------------------------------------------------------------------------------
+# --- a photographed scene -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("share", WRONG)
@@ -310,8 +344,12 @@ def test_motorcycle(share: float) -> None:
     left, right = motorcycle.matches(500, 5)
     R1, R2 = pose(1, 0.05)[0], pose(2, 0.08)[0]
     generator = np.random.default_rng(0)
-    x1 = motorcycle.turned(left, motorcycle.LEFT, R1, motorcycle.LEFT) + 0.3 * generator.normal(size=left.shape)
-    x2 = motorcycle.turned(right, motorcycle.RIGHT, R2, motorcycle.RIGHT) + 0.3 * generator.normal(size=left.shape)
+    x1 = motorcycle.turned(left, motorcycle.LEFT, R1, motorcycle.LEFT) + 0.3 * generator.normal(
+        size=left.shape
+    )
+    x2 = motorcycle.turned(right, motorcycle.RIGHT, R2, motorcycle.RIGHT) + 0.3 * generator.normal(
+        size=left.shape
+    )
     wrong = generator.random(500) < share
     x2[wrong] = x2[generator.permutation(500)][wrong]
     R, t = R2 @ R1.T, R2 @ np.array([[-1.0], [0.0], [0.0]])
@@ -324,21 +362,37 @@ def test_motorcycle(share: float) -> None:
     assert mask[0].numpy()[~wrong].mean() > 0.95 and mask[0].numpy()[wrong].mean() < 0.15
 
 
-# --- messages ------------------------------------------------------------------------------------------------------------
+# --- messages -----------------------------------------------------------------------------------------------
 
 P, U, K = torch.zeros(2, 9, 2), torch.zeros(2, 5, 4), torch.eye(3).expand(2, 3, 3)
 MESSAGES = [
-    (lambda: ransac_homography(P[:, :3], P[:, :3], U), ValueError, r"points1: expected shape \(B, N, 2\) with N of at least 4, got \[2, 3, 2\]"),
-    (lambda: ransac_homography(P, P[:, :8], U), ValueError, r"points2: expected shape \(B, 9, 2\) like points1, got \[2, 8, 2\]"),
+    (
+        lambda: ransac_homography(P[:, :3], P[:, :3], U),
+        ValueError,
+        r"points1: expected shape \(B, N, 2\) with N of at least 4, got \[2, 3, 2\]",
+    ),
+    (
+        lambda: ransac_homography(P, P[:, :8], U),
+        ValueError,
+        r"points2: expected shape \(B, 9, 2\) like points1, got \[2, 8, 2\]",
+    ),
     (lambda: ransac_homography(P.long(), P, U), TypeError, "points1: expected a floating-point tensor"),
     (lambda: ransac_homography(P, P, U.long()), TypeError, "uniforms: expected a floating-point tensor"),
     (lambda: ransac_homography(P, P, U[0]), ValueError, r"uniforms: expected shape \(B, S, 4\)"),
     (lambda: ransac_homography(P, P, U, 0.0), ValueError, "inl_th: expected a positive number, got 0.0"),
     (lambda: ransac_homography(P, P, U, 3.0, -1), ValueError, "refinements: expected at least 0, got -1"),
     (lambda: ransac_fundamental(P[:, :7], P[:, :7], U), ValueError, "points1: expected .* at least 8"),
-    (lambda: ransac_fundamental(P, P, U), ValueError, r"uniforms: expected shape \(B, S, 7\) with S of at least 1, got \[2, 5, 4\]"),
+    (
+        lambda: ransac_fundamental(P, P, U),
+        ValueError,
+        r"uniforms: expected shape \(B, S, 7\) with S of at least 1, got \[2, 5, 4\]",
+    ),
     (lambda: ransac_essential(P, P, K[0], K, U), ValueError, r"uniforms: expected shape \(B, S, 5\)"),
-    (lambda: ransac_essential(P, P, K[0], K, torch.zeros(2, 5, 5)), ValueError, r"K1: expected shape \(B, 3, 3\)"),
+    (
+        lambda: ransac_essential(P, P, K[0], K, torch.zeros(2, 5, 5)),
+        ValueError,
+        r"K1: expected shape \(B, 3, 3\)",
+    ),
 ]
 
 

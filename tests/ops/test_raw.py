@@ -100,9 +100,17 @@ def test_dtype_is_kept(dtype: torch.dtype) -> None:
 
 RAW = torch.zeros(1, 1, 4, 4)
 WRONG = [
-    (lambda: color.raw_to_rgb(RAW, "rggb"), ValueError, "cfa: expected one of .*'bg', 'gb', 'rg', 'gr'.*, got 'rggb'"),
+    (
+        lambda: color.raw_to_rgb(RAW, "rggb"),
+        ValueError,
+        "cfa: expected one of .*'bg', 'gb', 'rg', 'gr'.*, got 'rggb'",
+    ),
     (lambda: color.raw_to_rgb(RAW.int(), "bg"), TypeError, "image: expected a floating-point"),
-    (lambda: color.raw_to_rgb(RAW.expand(1, 3, 4, 4), "bg"), ValueError, r"image: expected shape \(\*, 1, H, W\), got \[1, 3, 4, 4\]"),
+    (
+        lambda: color.raw_to_rgb(RAW.expand(1, 3, 4, 4), "bg"),
+        ValueError,
+        r"image: expected shape \(\*, 1, H, W\), got \[1, 3, 4, 4\]",
+    ),
     (lambda: color.raw_to_rgb_2x2_downscaled(RAW, "BG"), ValueError, "cfa: expected one of"),
     (lambda: color.raw_to_rgb_2x2_downscaled(RAW.int(), "bg"), TypeError, "image: expected a floating-point"),
     (lambda: color.raw_to_rgb_2x2_downscaled(RAW[0, 0], "bg"), ValueError, "image: expected shape"),

@@ -11,11 +11,21 @@ from torch import Tensor, nn
 from chiasm.geometry.conversions import denormalize_homography
 from chiasm.geometry.linalg import transform_points
 from chiasm.geometry.registration import Homography, ImageRegistrator, Similarity
-from chiasm.geometry.transform import HomographyWarper, get_affine_matrix2d, get_perspective_transform, warp_perspective
+from chiasm.geometry.transform import (
+    HomographyWarper,
+    get_affine_matrix2d,
+    get_perspective_transform,
+    warp_perspective,
+)
 
 HEIGHT, WIDTH = 96, 128
 CORNERS = torch.tensor([[[0.0, 0.0], [WIDTH - 1.0, 0.0], [WIDTH - 1.0, HEIGHT - 1.0], [0.0, HEIGHT - 1.0]]])
-SHIFTS = torch.tensor([[[6.0, -4.0], [-7.0, 5.0], [8.0, 6.0], [-5.0, -6.0]], [[-9.0, 3.0], [2.0, 8.0], [-4.0, -5.0], [3.0, 4.0]]])
+SHIFTS = torch.tensor(
+    [
+        [[6.0, -4.0], [-7.0, 5.0], [8.0, 6.0], [-5.0, -6.0]],
+        [[-9.0, 3.0], [2.0, 8.0], [-4.0, -5.0], [3.0, 4.0]],
+    ]
+)
 
 
 def warped(src: Tensor, to_dst: Tensor) -> Tensor:
@@ -30,7 +40,8 @@ def corner_errors(src_homo_dst: Tensor, to_dst: Tensor) -> Tensor:
 
 
 def test_homographies_of_photographs() -> None:
-    """Corners that moved by up to 10 pixels, each photograph's in its own way, come back to less than a tenth."""
+    """Corners that moved by up to 10 pixels, each photograph's in its own way, come back to less than a
+    tenth."""
     src = photo(2, 3, HEIGHT, WIDTH)
     to_dst = get_perspective_transform(CORNERS.expand(2, 4, 2), CORNERS + SHIFTS)
     dst = warped(src, to_dst)
@@ -96,7 +107,9 @@ def test_tolerance_ends_a_level() -> None:
     loss = lambda a, b, reduction: (steps.append(0), F.l1_loss(a, b, reduction=reduction))[1]  # noqa: E731
     for tolerance, expected in ((0.0, 24), (10.0, 4)):
         steps.clear()
-        ImageRegistrator(loss_fn=loss, pyramid_levels=2, num_iterations=12, tolerance=tolerance).register(image, image)
+        ImageRegistrator(loss_fn=loss, pyramid_levels=2, num_iterations=12, tolerance=tolerance).register(
+            image, image
+        )
         assert len(steps) == expected
 
 
@@ -128,7 +141,10 @@ IMAGE = torch.zeros(1, 1, 16, 16)
 WRONG = [
     (lambda: ImageRegistrator("affine"), "model_type: expected one of"),
     (lambda: ImageRegistrator(pyramid_levels=0), "pyramid_levels, num_iterations: expected positive"),
-    (lambda: ImageRegistrator().register(IMAGE, IMAGE[:, :, :8]), r"dst_img: expected src_img's shape \[1, 1, 16, 16\]"),
+    (
+        lambda: ImageRegistrator().register(IMAGE, IMAGE[:, :, :8]),
+        r"dst_img: expected src_img's shape \[1, 1, 16, 16\]",
+    ),
     (lambda: Similarity(False, False, False), "rotation, scale, shift: expected one"),
 ]
 

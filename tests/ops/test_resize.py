@@ -31,7 +31,9 @@ def test_antialias_equals_torch(size: tuple[int, int], interpolation: str) -> No
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize(("interpolation", "flag"), [("bilinear", cv2.INTER_LINEAR), ("bicubic", cv2.INTER_CUBIC)])
+@pytest.mark.parametrize(
+    ("interpolation", "flag"), [("bilinear", cv2.INTER_LINEAR), ("bicubic", cv2.INTER_CUBIC)]
+)
 @pytest.mark.parametrize("channels", [1, 3])
 def test_equals_opencv(size: tuple[int, int], interpolation: str, flag: int, channels: int) -> None:
     x = photo(2, channels, 37, 53)
@@ -49,14 +51,19 @@ def test_nearest_takes_the_exact_floor(size: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize(("interpolation", "flag"), [("bilinear", Image.Resampling.BILINEAR), ("bicubic", Image.Resampling.BICUBIC)])
+@pytest.mark.parametrize(
+    ("interpolation", "flag"),
+    [("bilinear", Image.Resampling.BILINEAR), ("bicubic", Image.Resampling.BICUBIC)],
+)
 def test_antialias_equals_pillow(size: tuple[int, int], interpolation: str, flag: int) -> None:
     x = photo(1, 1, 37, 53)
     expected = np.asarray(Image.fromarray(x[0, 0].numpy()).resize(size[::-1], flag))
     np.testing.assert_allclose(resize(x, size, interpolation, antialias=True)[0, 0], expected, atol=1e-5)
 
 
-@pytest.mark.parametrize(("side", "expected"), [("short", (20, 30)), ("long", (13, 20)), ("vert", (20, 30)), ("horz", (13, 20))])
+@pytest.mark.parametrize(
+    ("side", "expected"), [("short", (20, 30)), ("long", (13, 20)), ("vert", (20, 30)), ("horz", (13, 20))]
+)
 def test_one_size_keeps_the_aspect(side: str, expected: tuple[int, int]) -> None:
     x = photo(1, 3, 40, 60)
     assert resize(x, 20, side=side).shape[2:] == expected

@@ -47,7 +47,9 @@ def test_equal_scipy(angle: float) -> None:
     np.testing.assert_allclose(axis_angle_to_quaternion(v), quaternion, atol=1e-12)
     np.testing.assert_allclose(axis_angle_to_rotation_matrix(v), matrix, atol=1e-12)
     np.testing.assert_allclose(quaternion_to_axis_angle(torch.from_numpy(quaternion)), v, atol=1e-12)
-    np.testing.assert_allclose(quaternion_to_rotation_matrix(torch.from_numpy(quaternion)), matrix, atol=1e-12)
+    np.testing.assert_allclose(
+        quaternion_to_rotation_matrix(torch.from_numpy(quaternion)), matrix, atol=1e-12
+    )
     np.testing.assert_allclose(rotation_matrix_to_quaternion(torch.from_numpy(matrix)), quaternion, atol=1e-9)
     np.testing.assert_allclose(rotation_matrix_to_axis_angle(torch.from_numpy(matrix)), v, atol=1e-8)
 
@@ -68,7 +70,11 @@ def test_negated_quaternion_is_the_same_rotation() -> None:
 
 
 @pytest.mark.parametrize("angle", ANGLES)
-@pytest.mark.parametrize("function", [axis_angle_to_quaternion, axis_angle_to_rotation_matrix], ids=lambda function: function.__name__)
+@pytest.mark.parametrize(
+    "function",
+    [axis_angle_to_quaternion, axis_angle_to_rotation_matrix],
+    ids=lambda function: function.__name__,
+)
 def test_gradients_from_vectors(function: object, angle: float) -> None:
     v = (axes()[:3] * angle).requires_grad_(True)
     assert torch.autograd.gradcheck(function, (v,), atol=1e-6)
@@ -104,7 +110,9 @@ def test_gradients_are_finite_at_the_singular_points(dtype: torch.dtype) -> None
 
 def test_normalize_quaternion() -> None:
     q = torch.randn(5, 2, 4, generator=torch.Generator().manual_seed(2), dtype=torch.float64)
-    np.testing.assert_allclose(normalize_quaternion(q), q.numpy() / np.linalg.norm(q.numpy(), axis=-1, keepdims=True), atol=1e-12)
+    np.testing.assert_allclose(
+        normalize_quaternion(q), q.numpy() / np.linalg.norm(q.numpy(), axis=-1, keepdims=True), atol=1e-12
+    )
     assert normalize_quaternion(torch.zeros(4)).tolist() == [0.0] * 4
 
 
@@ -147,8 +155,12 @@ def test_euler_equals_scipy() -> None:
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 @pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, math.pi / 2 - 1e-7, math.pi / 2 - 1e-4])
 def test_euler_in_gimbal_lock_is_the_same_rotation(pitch: float, dtype: torch.dtype) -> None:
-    roll, yaw = (a.flatten() for a in torch.meshgrid(torch.linspace(-3, 3, 7), torch.linspace(-3, 3, 5), indexing="ij"))
-    rotation = Rotation.from_euler("xyz", torch.stack([roll, torch.full_like(roll, pitch), yaw], -1).double().numpy())
+    roll, yaw = (
+        a.flatten() for a in torch.meshgrid(torch.linspace(-3, 3, 7), torch.linspace(-3, 3, 5), indexing="ij")
+    )
+    rotation = Rotation.from_euler(
+        "xyz", torch.stack([roll, torch.full_like(roll, pitch), yaw], -1).double().numpy()
+    )
     q = [part.to(dtype).requires_grad_(True) for part in torch.from_numpy(wxyz(rotation)).unbind(-1)]
     angles = torch.stack(euler_from_quaternion(*q), -1)
     error = (Rotation.from_euler("xyz", angles.detach().double().numpy()).inv() * rotation).magnitude().max()

@@ -36,7 +36,9 @@ def with_roots(degree: int, real: int, count: int, scale: float) -> tuple[Tensor
         for a, b in pairs[k].reshape(-1, 2):
             p = np.polymul(p, [1.0, -2.0 * a, a * a + b * b])
         coeffs.append(p * (1.5 - k % 4))
-    return torch.from_numpy(np.array(coeffs)), np.concatenate([-np.sort(-roots, 1), np.zeros((count, degree - real))], 1)
+    return torch.from_numpy(np.array(coeffs)), np.concatenate(
+        [-np.sort(-roots, 1), np.zeros((count, degree - real))], 1
+    )
 
 
 @pytest.mark.parametrize("scale", [1e-2, 1.0, 1e3])
@@ -100,7 +102,9 @@ def of_all_sizes(degree: int, spread: float, count: int) -> np.ndarray:
             size, angle = 10.0 ** generator.uniform(-spread, spread), generator.uniform(0.1, 3.0)
             p = np.polymul(p, [1.0, -2.0 * size * np.cos(angle), size * size])
         while len(p) <= degree:
-            p = np.polymul(p, [1.0, generator.choice([-1.0, 1.0]) * 10.0 ** generator.uniform(-spread, spread)])
+            p = np.polymul(
+                p, [1.0, generator.choice([-1.0, 1.0]) * 10.0 ** generator.uniform(-spread, spread)]
+            )
         made.append(p)
     return np.array(made)
 
@@ -108,7 +112,8 @@ def of_all_sizes(degree: int, spread: float, count: int) -> np.ndarray:
 @pytest.mark.parametrize("spread", [2, 6, 12])
 @pytest.mark.parametrize("degree", [3, 4])
 def test_roots_of_very_different_sizes(degree: int, spread: float) -> None:
-    """Each is as exact as half a unit in the last place of the coefficients leaves it; the truth has 60 digits."""
+    """Each is as exact as half a unit in the last place of the coefficients leaves it; the truth has 60
+    digits."""
     coeffs = of_all_sizes(degree, spread, 60)
     found = SOLVERS[degree](torch.from_numpy(coeffs)).numpy()
     with mpmath.workdps(60):
@@ -127,7 +132,9 @@ def test_gradients_of_roots(degree: int) -> None:
         p = np.poly(roots.numpy()) if real else np.ones(1)
         for k in range((degree - real) // 2):
             p = np.polymul(p, [1.0, 0.4 * k, 2.0])
-        assert torch.autograd.gradcheck(SOLVERS[degree], (torch.from_numpy(2.0 * p)[None].requires_grad_(True),))
+        assert torch.autograd.gradcheck(
+            SOLVERS[degree], (torch.from_numpy(2.0 * p)[None].requires_grad_(True),)
+        )
 
 
 def test_null_vector_3x4() -> None:
@@ -145,7 +152,28 @@ def powers(x: np.ndarray, y: np.ndarray, z: np.ndarray, degree: int) -> np.ndarr
         return np.stack([x, y, z, one], -1)
     if degree == 2:
         return np.stack([x * x, x * y, x * z, x, y * y, y * z, y, z * z, z, one], -1)
-    third = [x**3, y**3, x * x * y, x * y * y, x * x * z, x * x, y * y * z, y * y, x * y * z, x * y, x * z * z, x * z, x, y * z * z, y * z, y, z**3, z * z, z, one]
+    third = [
+        x**3,
+        y**3,
+        x * x * y,
+        x * y * y,
+        x * x * z,
+        x * x,
+        y * y * z,
+        y * y,
+        x * y * z,
+        x * y,
+        x * z * z,
+        x * z,
+        x,
+        y * z * z,
+        y * z,
+        y,
+        z**3,
+        z * z,
+        z,
+        one,
+    ]
     return np.stack(third, -1)
 
 
@@ -163,16 +191,28 @@ def test_determinant_to_polynomial() -> None:
     A = rand(5, 3, 13)
     found = determinant_to_polynomial(A).numpy()
     for z in np.linspace(-1.5, 1.5, 13):
-        values = np.stack([np.polyval(np.moveaxis(A.numpy()[..., part], -1, 0), z) for part in (slice(0, 4), slice(4, 8), slice(8, 13))], -1)
+        values = np.stack(
+            [
+                np.polyval(np.moveaxis(A.numpy()[..., part], -1, 0), z)
+                for part in (slice(0, 4), slice(4, 8), slice(8, 13))
+            ],
+            -1,
+        )
         np.testing.assert_allclose(np.polyval(found.T[::-1], z), np.linalg.det(values), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("count", [3, 4, 50])
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 def test_find_affine_equals_least_squares(count: int, dtype: torch.dtype) -> None:
-    corners = torch.tensor([[0.0, 0.0], [1000.0, 0.0], [0.0, 1000.0]], dtype=torch.float64).repeat(17, 1)[:count]
+    corners = torch.tensor([[0.0, 0.0], [1000.0, 0.0], [0.0, 1000.0]], dtype=torch.float64).repeat(17, 1)[
+        :count
+    ]
     p = (corners + 200.0 * rand(2, count, 2)).to(dtype)
-    q = (p.double() @ torch.tensor([[1.1, -0.2], [0.3, 0.8]], dtype=torch.float64) - 40.0 + rand(2, count, 2, seed=1)).to(dtype)
+    q = (
+        p.double() @ torch.tensor([[1.1, -0.2], [0.3, 0.8]], dtype=torch.float64)
+        - 40.0
+        + rand(2, count, 2, seed=1)
+    ).to(dtype)
     w = rand(2, count, seed=2).abs().to(dtype) + 0.1
     for weights in (None, w):
         found = find_affine(p, q, weights)
@@ -181,21 +221,51 @@ def test_find_affine_equals_least_squares(count: int, dtype: torch.dtype) -> Non
             root = np.ones((count, 1)) if weights is None else np.sqrt(w[b].double().numpy())[:, None]
             a = np.hstack([p[b].double().numpy(), np.ones((count, 1))]) * root
             expected = np.linalg.lstsq(a, q[b].double().numpy() * root, rcond=None)[0].T
-            np.testing.assert_allclose(found[b, :2], expected, rtol=1e-9 if dtype == torch.float64 else 1e-6, atol=1e-9)
+            np.testing.assert_allclose(
+                found[b, :2], expected, rtol=1e-9 if dtype == torch.float64 else 1e-6, atol=1e-9
+            )
 
 
 P = torch.zeros(1, 3, 2)
 
 WRONG = [
-    (lambda: solve_quadratic(torch.zeros(2, 4)), ValueError, r"coeffs: expected shape \(\*, 3\), got \[2, 4\]"),
+    (
+        lambda: solve_quadratic(torch.zeros(2, 4)),
+        ValueError,
+        r"coeffs: expected shape \(\*, 3\), got \[2, 4\]",
+    ),
     (lambda: solve_cubic(torch.zeros(4).int()), TypeError, "coeffs: expected a floating-point"),
     (lambda: solve_quartic(torch.zeros(4)), ValueError, r"coeffs: expected shape \(\*, 5\)"),
-    (lambda: null_vector_3x4(torch.zeros(1, 4, 4)), ValueError, r"A: expected shape \(\*, 3, 4\), got \[1, 4, 4\]"),
-    (lambda: multiply_deg_one_poly(torch.zeros(3), torch.zeros(4)), ValueError, r"a: expected shape \(\*, 4\)"),
-    (lambda: multiply_deg_two_one_poly(torch.zeros(10), torch.zeros(10)), ValueError, r"b: expected shape \(\*, 4\)"),
-    (lambda: determinant_to_polynomial(torch.zeros(1, 3, 12)), ValueError, r"A: expected shape \(\*, 3, 13\), got \[1, 3, 12\]"),
-    (lambda: find_affine(P[:, :2], P[:, :2]), ValueError, r"points1: expected shape \(B, N, 2\) with N of at least 3, got \[1, 2, 2\]"),
-    (lambda: find_affine(P, P[0]), ValueError, r"points2: expected shape \(B, 3, 2\) like points1, got \[3, 2\]"),
+    (
+        lambda: null_vector_3x4(torch.zeros(1, 4, 4)),
+        ValueError,
+        r"A: expected shape \(\*, 3, 4\), got \[1, 4, 4\]",
+    ),
+    (
+        lambda: multiply_deg_one_poly(torch.zeros(3), torch.zeros(4)),
+        ValueError,
+        r"a: expected shape \(\*, 4\)",
+    ),
+    (
+        lambda: multiply_deg_two_one_poly(torch.zeros(10), torch.zeros(10)),
+        ValueError,
+        r"b: expected shape \(\*, 4\)",
+    ),
+    (
+        lambda: determinant_to_polynomial(torch.zeros(1, 3, 12)),
+        ValueError,
+        r"A: expected shape \(\*, 3, 13\), got \[1, 3, 12\]",
+    ),
+    (
+        lambda: find_affine(P[:, :2], P[:, :2]),
+        ValueError,
+        r"points1: expected shape \(B, N, 2\) with N of at least 3, got \[1, 2, 2\]",
+    ),
+    (
+        lambda: find_affine(P, P[0]),
+        ValueError,
+        r"points2: expected shape \(B, 3, 2\) like points1, got \[3, 2\]",
+    ),
     (lambda: find_affine(P, P, P), ValueError, r"weights: expected shape \(B, 3\), got \[1, 3, 2\]"),
     (lambda: find_affine(P, P.int()), TypeError, "points2: expected a floating-point"),
 ]

@@ -78,7 +78,17 @@ def test_warps_by_any_matrix_and_map_end_well(mode, padding, value):
         assert bool((out.abs() < bound).all())
 
 
-@pytest.mark.parametrize("box", [(-5, 2, 3, 4), (3, -2, 40, 4), (30, 30, 50, 60), (-9, -9, -3, -2), (5, 5, 2, 1), (-(2**62), -(2**62), 2**62, 2**62)])
+@pytest.mark.parametrize(
+    "box",
+    [
+        (-5, 2, 3, 4),
+        (3, -2, 40, 4),
+        (30, 30, 50, 60),
+        (-9, -9, -3, -2),
+        (5, 5, 2, 1),
+        (-(2**62), -(2**62), 2**62, 2**62),
+    ],
+)
 @pytest.mark.parametrize("dtype", [torch.int64, torch.float64])
 def test_a_box_beyond_the_image_is_cut_at_its_border(box, dtype):
     picture = torch.rand(1, 2, 10, 12)
@@ -99,13 +109,19 @@ def test_boxes_of_nan_give_pixels_of_the_image():
 
 def test_the_distance_transform_ends_whatever_the_values():
     torch.manual_seed(0)
-    for picture in [torch.randn(1, 1, 32, 32), torch.full((1, 1, 9, 9), math.nan), torch.randn(1, 1, 20, 20) * 1e30, torch.rand(1, 1, 16, 16) - 0.9]:
+    for picture in [
+        torch.randn(1, 1, 32, 32),
+        torch.full((1, 1, 9, 9), math.nan),
+        torch.randn(1, 1, 20, 20) * 1e30,
+        torch.rand(1, 1, 16, 16) - 0.9,
+    ]:
         assert contrib.distance_transform(picture).shape == picture.shape
 
 
 @pytest.mark.parametrize("kernel_size, h", [(3, 0.35), (3, 0.01), (7, 0.2)])
 def test_the_distance_transforms_bound_changes_nothing_of_a_shape(kernel_size, h, monkeypatch):
-    """A shape in one corner, and greys: with the bound as without, also by a kernel whose diagonal underflows."""
+    """A shape in one corner, and greys: with the bound as without, also by a kernel whose diagonal
+    underflows."""
     torch.manual_seed(0)
     corner = torch.zeros(1, 1, 23, 31)
     corner[0, 0, 0, 0] = 1.0
@@ -160,14 +176,24 @@ def test_random_numbers_of_any_value_draw_points(value):
 
 def test_points_that_are_nan_are_drawn_nowhere():
     blank = torch.zeros(1, 1, 6, 6)
-    line = image.draw_line(blank, torch.tensor([[[math.nan, math.nan]]]), torch.tensor([[[math.nan, math.nan]]]), torch.tensor([1.0]))
+    line = image.draw_line(
+        blank,
+        torch.tensor([[[math.nan, math.nan]]]),
+        torch.tensor([[[math.nan, math.nan]]]),
+        torch.tensor([1.0]),
+    )
     assert torch.equal(line, blank)
 
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 def test_angles_in_onnx_are_those_of_atan2(dtype):
     values = [0.0, 1.0, -1.0, 0.3, -2.5, 1e-30, 1e30, -1e30, math.inf, -math.inf, math.nan]
-    y, x = (t.flatten() for t in torch.meshgrid(torch.tensor(values, dtype=dtype), torch.tensor(values, dtype=dtype), indexing="ij"))
+    y, x = (
+        t.flatten()
+        for t in torch.meshgrid(
+            torch.tensor(values, dtype=dtype), torch.tensor(values, dtype=dtype), indexing="ij"
+        )
+    )
     with exporting("onnx"):
         angle = angle_of(y, x)
     torch.testing.assert_close(angle, torch.atan2(y, x), equal_nan=True)
@@ -178,9 +204,15 @@ def test_extremes_and_ranks_in_onnx_keep_nan():
     with exporting("onnx"):
         low, high = least(x, [1]), greatest(x, [1])
         values, index = stable_topk(x[:2], 2)
-    assert low.isnan().flatten().tolist() == [True, False, True] and high.isnan().flatten().tolist() == [True, False, True]
+    assert low.isnan().flatten().tolist() == [True, False, True] and high.isnan().flatten().tolist() == [
+        True,
+        False,
+        True,
+    ]
     assert float(low[1]) == 2.0 and float(high[1]) == 5.0
-    assert index.tolist() == [[1, 2], [1, 2]] and math.isnan(values[0, 0]) and values[1].tolist() == [5.0, 4.0]
+    assert (
+        index.tolist() == [[1, 2], [1, 2]] and math.isnan(values[0, 0]) and values[1].tolist() == [5.0, 4.0]
+    )
 
 
 @pytest.mark.parametrize("label", [-5, 10**9, -(2**62), 2**62])
@@ -190,7 +222,9 @@ def test_labels_out_of_range_belong_to_no_class(label):
     labels = torch.tensor([[0, 1, label, 2]])
     assert losses.one_hot(labels, 3).sum(1).tolist() == [[1.0, 1.0, 0.0, 1.0]]
     assert int(metrics.confusion_matrix(labels, labels, 3).sum()) == 3
-    assert metrics.accuracy(torch.eye(3), torch.tensor([0, label, 2]), (1,)).tolist() == pytest.approx([200 / 3])
+    assert metrics.accuracy(torch.eye(3), torch.tensor([0, label, 2]), (1,)).tolist() == pytest.approx(
+        [200 / 3]
+    )
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, 1e38])

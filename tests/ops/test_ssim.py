@@ -19,9 +19,14 @@ def test_equals_skimage(channels: int, max_val: float) -> None:
     for b in range(2):
         for c in range(channels):
             _, expected = structural_similarity(
-                x[b, c].numpy(), y[b, c].numpy(), data_range=max_val, gaussian_weights=True, sigma=1.5,
-                use_sample_covariance=False, full=True,
-            )  # fmt: skip
+                x[b, c].numpy(),
+                y[b, c].numpy(),
+                data_range=max_val,
+                gaussian_weights=True,
+                sigma=1.5,
+                use_sample_covariance=False,
+                full=True,
+            )
             # scikit-image repeats the edge pixel where this reflects about it; inside, windows are the same.
             np.testing.assert_allclose(actual[b, c, 5:-5, 5:-5], expected[5:-5, 5:-5], atol=1e-9)
     assert torch.equal(ssim(x, y, 11, max_val, padding="valid"), actual[:, :, 5:-5, 5:-5])

@@ -14,7 +14,12 @@ from chiasm.geometry.ransac import ransac_essential
 from chiasm.geometry.stereo import reproject_disparity_to_3d, stereo_rectify, stereo_rectify_like
 
 NAMES = ("R1", "R2", "P1", "P2", "Q")
-SHIFTS = {"left": (-0.6, 0.05, 0.1), "right": (0.6, -0.1, 0.02), "above": (0.1, -0.5, 0.02), "below": (0.05, 0.7, 0.1)}
+SHIFTS = {
+    "left": (-0.6, 0.05, 0.1),
+    "right": (0.6, -0.1, 0.02),
+    "above": (0.1, -0.5, 0.02),
+    "below": (0.05, 0.7, 0.1),
+}
 LENSES = (np.array([-0.12, 0.03, 1e-3, -5e-4, 0.0]), np.array([-0.08, 0.01, -1e-3, 5e-4, 0.0]))
 
 
@@ -23,7 +28,12 @@ def tensors(*arrays: np.ndarray) -> list[torch.Tensor]:
 
 
 def rig(seed: int, shift: str, angle: float = 0.15) -> tuple[np.ndarray, ...]:
-    return camera_matrix(seed), camera_matrix(seed + 5), pose(seed, angle)[0], np.array(SHIFTS[shift])[:, None]
+    return (
+        camera_matrix(seed),
+        camera_matrix(seed + 5),
+        pose(seed, angle)[0],
+        np.array(SHIFTS[shift])[:, None],
+    )
 
 
 @pytest.mark.parametrize("lens", [False, True])
@@ -38,9 +48,16 @@ def test_equals_opencv(shift: str, zero_disparity: bool, lens: bool) -> None:
         dist = tensors(d1, d2) if lens else [None, None]
         result = stereo_rectify(*tensors(K1, K2, R, t), 480, 640, *dist, zero_disparity)
         for name, a, b in zip(NAMES, result, expected, strict=True):
-            # OpenCV moves the corners, of which principal points are made, in float32, and undistorts them in five steps
+            # OpenCV moves the corners, of which principal points are made, in float32, and undistorts them in
+            # five steps
             exact = name in ("R1", "R2")
-            np.testing.assert_allclose(a[0], b, rtol=1e-9 if exact else 1e-6, atol=1e-12 if exact else 2e-3 if lens else 1e-4, err_msg=name)
+            np.testing.assert_allclose(
+                a[0],
+                b,
+                rtol=1e-9 if exact else 1e-6,
+                atol=1e-12 if exact else 2e-3 if lens else 1e-4,
+                err_msg=name,
+            )
         like = stereo_rectify_like(*tensors(K1, K2, R, t), torch.zeros(3, 480, 640), *dist, zero_disparity)
         assert all(a.equal(b) for a, b in zip(like, result, strict=True))
 
@@ -49,12 +66,16 @@ def test_equals_opencv(shift: str, zero_disparity: bool, lens: bool) -> None:
 @pytest.mark.parametrize("zero_disparity", [True, False])
 def test_points_are_in_one_row_and_come_back(shift: str, zero_disparity: bool) -> None:
     K1, K2, R, t = rig(3, shift)
-    R1, R2, P1, P2, Q = (m[0].numpy() for m in stereo_rectify(*tensors(K1, K2, R, t), 480, 640, zero_disparity=zero_disparity))
+    R1, R2, P1, P2, Q = (
+        m[0].numpy() for m in stereo_rectify(*tensors(K1, K2, R, t), 480, 640, zero_disparity=zero_disparity)
+    )
     X = points_in_front(50)
     rectified = X @ R1.T
     x1, x2 = (project(P[:, :3], np.eye(3), np.linalg.inv(P[:, :3]) @ P[:, 3:], rectified) for P in (P1, P2))
     # each is what the camera sees, turned
-    np.testing.assert_allclose(motorcycle.turned(project(K1, np.eye(3), np.zeros((3, 1)), X), K1, R1, P1[:, :3]), x1, atol=1e-9)
+    np.testing.assert_allclose(
+        motorcycle.turned(project(K1, np.eye(3), np.zeros((3, 1)), X), K1, R1, P1[:, :3]), x1, atol=1e-9
+    )
     np.testing.assert_allclose(motorcycle.turned(project(K2, R, t, X), K2, R2, P2[:, :3]), x2, atol=1e-9)
     along = 0 if shift in ("left", "right") else 1
     np.testing.assert_allclose(x1[:, 1 - along], x2[:, 1 - along], atol=1e-9)
@@ -88,14 +109,16 @@ def test_no_disparity_is_far_away() -> None:
     assert points.isfinite().all() and gradient.isfinite().all() and points[..., 2].min() > 1e9
 
 
-# --- a photographed pair -------------------------------------------------------------------------------------------------
+# --- a photographed pair ------------------------------------------------------------------------------------
 
 
 def test_the_disparities_are_of_the_left_image() -> None:
     left, right = motorcycle.matches(3000)
     colours = []
     for name, x in (("motorcycle_left.png", left), ("motorcycle_right.png", right)):
-        colours.append(cv2.remap(load(name).astype(np.float32), x[None].astype(np.float32), None, cv2.INTER_LINEAR)[0])
+        colours.append(
+            cv2.remap(load(name).astype(np.float32), x[None].astype(np.float32), None, cv2.INTER_LINEAR)[0]
+        )
     assert np.median(np.abs(colours[0] - colours[1])) < 8
 
 
@@ -114,10 +137,14 @@ def test_depths_of_the_motorcycle() -> None:
 
 
 def test_the_motorcycle_by_turned_cameras_from_matches_to_points() -> None:
-    """Matches of which a third is wrong, to an essential matrix, to a rectified pair, to points: all of it up to the unknown scale."""
+    """Matches of which a third is wrong, to an essential matrix, to a rectified pair, to points: all of it up
+    to the unknown scale."""
     left, right = motorcycle.matches(500, 3)
     turn1, turn2 = pose(1, 0.05)[0], pose(2, 0.06)[0]
-    x1, x2 = motorcycle.turned(left, motorcycle.LEFT, turn1, motorcycle.LEFT), motorcycle.turned(right, motorcycle.RIGHT, turn2, motorcycle.RIGHT)
+    x1, x2 = (
+        motorcycle.turned(left, motorcycle.LEFT, turn1, motorcycle.LEFT),
+        motorcycle.turned(right, motorcycle.RIGHT, turn2, motorcycle.RIGHT),
+    )
     x2[::3] = np.roll(x2[::3], 7, 0)
     right_ones = np.arange(500) % 3 > 0
     K1, K2 = tensors(motorcycle.LEFT, motorcycle.RIGHT)
@@ -125,7 +152,10 @@ def test_the_motorcycle_by_turned_cameras_from_matches_to_points() -> None:
     numbers = torch.rand(1, 200, 5, generator=torch.Generator().manual_seed(0))
     E, mask = ransac_essential(p1, p2, K1, K2, numbers)
     R, t, _, _ = motion_from_essential_choose_solution(E, K1, K2, p1, p2, mask)
-    R1, R2, P1, P2, Q = (m[0].numpy() for m in stereo_rectify(K1, K2, R, t * motorcycle.BASELINE, *motorcycle.disparity().shape))
+    R1, R2, P1, P2, Q = (
+        m[0].numpy()
+        for m in stereo_rectify(K1, K2, R, t * motorcycle.BASELINE, *motorcycle.disparity().shape)
+    )
     u1 = motorcycle.turned(x1[right_ones], motorcycle.LEFT, R1, P1[:, :3])
     u2 = motorcycle.turned(x2[right_ones], motorcycle.RIGHT, R2, P2[:, :3])
     assert np.abs(u1[:, 1] - u2[:, 1]).max() < 0.1
@@ -141,8 +171,16 @@ MESSAGES = [
     (lambda: stereo_rectify(K3, K3, K3, ZERO[..., 0], 4, 5), ValueError, r"t: expected shape \(B, 3, 1\)"),
     (lambda: stereo_rectify(K3, K3, K3.long(), ZERO, 4, 5), TypeError, "R: expected a floating-point tensor"),
     (lambda: stereo_rectify(K3, K3, K3, ZERO, 4, 5, torch.zeros(1, 6)), ValueError, "dist: expected shape"),
-    (lambda: reproject_disparity_to_3d(torch.zeros(1, 2, 4, 5), torch.eye(4)[None]), ValueError, r"disparity: expected shape \(B, 1, H, W\)"),
-    (lambda: reproject_disparity_to_3d(torch.zeros(1, 1, 4, 5), torch.eye(4)), ValueError, r"Q: expected shape \(B, 4, 4\)"),
+    (
+        lambda: reproject_disparity_to_3d(torch.zeros(1, 2, 4, 5), torch.eye(4)[None]),
+        ValueError,
+        r"disparity: expected shape \(B, 1, H, W\)",
+    ),
+    (
+        lambda: reproject_disparity_to_3d(torch.zeros(1, 1, 4, 5), torch.eye(4)),
+        ValueError,
+        r"Q: expected shape \(B, 4, 4\)",
+    ),
 ]
 
 

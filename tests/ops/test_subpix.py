@@ -1,4 +1,5 @@
-"""Local maxima against SciPy; heat maps and windows against NumPy; refined maxima against closed forms and a loop in NumPy."""
+"""Local maxima against SciPy; heat maps and windows against NumPy; refined maxima against closed forms and a
+loop in NumPy."""
 
 import numpy as np
 import pytest
@@ -36,7 +37,7 @@ def blobs(*shape: int, seed: int = 0) -> Tensor:
     return torch.from_numpy(10.0 * smooth)
 
 
-# --- local maxima ------------------------------------------------------------------------------------------------------
+# --- local maxima -------------------------------------------------------------------------------------------
 
 
 def strict_maxima(x: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
@@ -45,7 +46,9 @@ def strict_maxima(x: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
     others[tuple((k - 1) // 2 for k in size)] = False
     lead = x.ndim - len(size)
     origin = [0] * lead + [(k - 1) // 2 - k // 2 for k in size]
-    return x > ndi.maximum_filter(x, footprint=others[(None,) * lead], mode="constant", cval=np.inf, origin=origin)
+    return x > ndi.maximum_filter(
+        x, footprint=others[(None,) * lead], mode="constant", cval=np.inf, origin=origin
+    )
 
 
 @pytest.mark.parametrize("size", [(3, 3), (5, 5), (3, 7), (2, 2), (4, 3), (1, 5)])
@@ -93,13 +96,15 @@ def test_suppression_hands_on_the_gradient_of_maxima() -> None:
     assert torch.equal(gradient.bool(), nms3d(x, 3, True))
 
 
-# --- heat maps ---------------------------------------------------------------------------------------------------------
+# --- heat maps ----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("temperature", [None, 0.3, torch.tensor(0.3), torch.tensor([2.0])])
 def test_softmax_equals_scipy(temperature: object) -> None:
     x = noise(2, 3, 9, 11)
-    expected = scipy.special.softmax(x.numpy() / (1.0 if temperature is None else float(temperature)), axis=(2, 3))
+    expected = scipy.special.softmax(
+        x.numpy() / (1.0 if temperature is None else float(temperature)), axis=(2, 3)
+    )
     np.testing.assert_allclose(spatial_softmax2d(x, temperature), expected, atol=1e-8)
     rows, columns = np.mgrid[:9, :11]
     position = np.stack([(expected * columns).sum((2, 3)), (expected * rows).sum((2, 3))], -1)
@@ -118,7 +123,9 @@ def test_expectation_is_linear() -> None:
     p = p / p.sum((2, 3), keepdim=True)
     torch.testing.assert_close(spatial_expectation2d(3.0 * p), 3.0 * spatial_expectation2d(p))
     rows, columns = np.mgrid[:9, :11]
-    mean = [[[np.average(axis, weights=p[b, c]) for axis in (columns, rows)] for c in range(3)] for b in range(2)]
+    mean = [
+        [[np.average(axis, weights=p[b, c]) for axis in (columns, rows)] for c in range(3)] for b in range(2)
+    ]
     np.testing.assert_allclose(spatial_expectation2d(p, False), mean, atol=1e-12)
 
 
@@ -137,7 +144,9 @@ def test_gaussian_equals_scipy(normalized: bool) -> None:
     actual = render_gaussian2d(mean, std, (15, 21), normalized)
     for b in range(2):
         for n in range(5):
-            density = np.outer(*(scipy.stats.norm.pdf(axis, mean[b, n, i], std[n, i]) for axis, i in ((y, 1), (x, 0))))
+            density = np.outer(
+                *(scipy.stats.norm.pdf(axis, mean[b, n, i], std[n, i]) for axis, i in ((y, 1), (x, 0)))
+            )
             np.testing.assert_allclose(actual[b, n], density / density.sum(), atol=1e-14)
 
 
@@ -152,7 +161,7 @@ def test_a_rendered_mean_is_found_again() -> None:
     torch.testing.assert_close(found[0], mean, rtol=0, atol=1e-6)
 
 
-# --- windows -----------------------------------------------------------------------------------------------------------
+# --- windows ------------------------------------------------------------------------------------------------
 
 
 def by_windows(x: np.ndarray, size, stride, padding, temperature: float) -> tuple[np.ndarray, np.ndarray]:
@@ -170,13 +179,22 @@ def by_windows(x: np.ndarray, size, stride, padding, temperature: float) -> tupl
 
 @pytest.mark.parametrize(
     ("size", "stride", "padding"),
-    [((3, 3, 3), (1, 1, 1), (1, 1, 1)), ((3, 5, 3), (1, 2, 1), (0, 2, 1)), ((1, 2, 4), (2, 1, 3), (0, 1, 2)), ((2, 1, 3), (1, 1, 1), (1, 0, 0))],
+    [
+        ((3, 3, 3), (1, 1, 1), (1, 1, 1)),
+        ((3, 5, 3), (1, 2, 1), (0, 2, 1)),
+        ((1, 2, 4), (2, 1, 3), (0, 1, 2)),
+        ((2, 1, 3), (1, 1, 1), (1, 0, 0)),
+    ],
 )
 def test_windows_equal_numpy(size, stride, padding) -> None:
     x = noise(2, 2, 5, 9, 12)
     position, value = conv_soft_argmax3d(x, size, stride, padding, 0.4)
-    scaled, _ = conv_soft_argmax3d(x, size, stride, padding, torch.tensor([0.4], dtype=D), normalized_coordinates=True)
-    flat, flat_value = conv_soft_argmax2d(x[:, 0], size[1:], stride[1:], padding[1:], 0.4, False, output_value=True)
+    scaled, _ = conv_soft_argmax3d(
+        x, size, stride, padding, torch.tensor([0.4], dtype=D), normalized_coordinates=True
+    )
+    flat, flat_value = conv_soft_argmax2d(
+        x[:, 0], size[1:], stride[1:], padding[1:], 0.4, False, output_value=True
+    )
     for b in range(2):
         for c in range(2):
             expected, expected_value = by_windows(x[b, c].numpy(), size, stride, padding, 0.4)
@@ -185,7 +203,9 @@ def test_windows_equal_numpy(size, stride, padding) -> None:
             half = np.array([2.0, 5.5, 4.0])[:, None, None, None]
             np.testing.assert_allclose(scaled[b, c], expected[[0, 2, 1]] / half - 1.0, atol=1e-12)
         for n in range(5):
-            expected, expected_value = by_windows(x[b, 0, n][None].numpy(), (1, *size[1:]), (1, *stride[1:]), (0, *padding[1:]), 0.4)
+            expected, expected_value = by_windows(
+                x[b, 0, n][None].numpy(), (1, *size[1:]), (1, *stride[1:]), (0, *padding[1:]), 0.4
+            )
             np.testing.assert_allclose(flat[b, n], expected[[2, 1], 0], atol=1e-12)
             np.testing.assert_allclose(flat_value[b, n], expected_value[0], atol=1e-12)
     assert torch.equal(conv_soft_argmax2d(x[:, 0]), conv_soft_argmax2d(x[:, 0], output_value=True)[0])
@@ -219,7 +239,7 @@ def test_gradients_are_finite_at_borders_and_masks() -> None:
         assert torch.isfinite(gradient).all()
 
 
-# --- quadratics --------------------------------------------------------------------------------------------------------
+# --- quadratics ---------------------------------------------------------------------------------------------
 
 
 def quadratic(peak: list[float], shape: tuple[int, ...], matrix: np.ndarray) -> Tensor:
@@ -260,11 +280,15 @@ def test_steps_lead_to_the_peak() -> None:
     start = only(x, 2, 4, 3)  # two, three and one voxel away
     for tries, found in ((1, False), (3, False), (4, True), (9, True)):
         position, value = iterative_quad_interp3d(x, tries, precomputed_nms_mask=start)
-        np.testing.assert_allclose(position[0, 0, :, 2, 4, 3], [4.1, 6.2, 2.9] if found else [2, 3, 4], atol=1e-12)
+        np.testing.assert_allclose(
+            position[0, 0, :, 2, 4, 3], [4.1, 6.2, 2.9] if found else [2, 3, 4], atol=1e-12
+        )
         np.testing.assert_allclose(value[0, 0, 2, 4, 3], 9.0 if found else x[0, 0, 2, 4, 3], atol=1e-12)
     for radius, found in ((0, False), (2, False), (3, True)):
         position, _ = conv_quad_interp3d(x, precomputed_nms_mask=start, dilation_radius=radius)
-        np.testing.assert_allclose(position[0, 0, :, 2, 4, 3], [4.1, 6.2, 2.9] if found else [2, 3, 4], atol=1e-12)
+        np.testing.assert_allclose(
+            position[0, 0, :, 2, 4, 3], [4.1, 6.2, 2.9] if found else [2, 3, 4], atol=1e-12
+        )
     # the neighbourhood of another maximum will do as well
     both = start | only(x, 4, 3, 5)
     position, _ = conv_quad_interp3d(x, precomputed_nms_mask=both, dilation_radius=1)
@@ -277,7 +301,9 @@ def test_without_scale_steps(refine, scale: float, found: bool) -> None:
     """The extremum may still be up to 1.5 scales away."""
     x = quadratic([scale, 5.2, 3.9], (7, 8, 9), np.eye(3))
     position, _ = refine(x, precomputed_nms_mask=only(x, 2, 4, 4), allow_scale_steps=False)
-    np.testing.assert_allclose(position[0, 0, :, 2, 4, 4], [scale, 5.2, 3.9] if found else [2, 4, 4], atol=1e-12)
+    np.testing.assert_allclose(
+        position[0, 0, :, 2, 4, 4], [scale, 5.2, 3.9] if found else [2, 4, 4], atol=1e-12
+    )
 
 
 @REFINERS
@@ -285,7 +311,11 @@ def test_what_cannot_be_refined_stays(refine) -> None:
     cases = [
         (quadratic([2.0, 0.2, 4.0], (6, 8, 10), np.eye(3)), (2, 4, 1), {}),  # the way leads to the border
         (quadratic([2.0, 0.2, 4.0], (6, 8, 10), np.eye(3)), (2, 4, 0), {}),  # starts there
-        (quadratic([2.0, 5.7, 4.0], (6, 8, 10), np.eye(3)), (2, 4, 4), {"max_subpixel_shift": 3.0}),  # too far at last
+        (
+            quadratic([2.0, 5.7, 4.0], (6, 8, 10), np.eye(3)),
+            (2, 4, 4),
+            {"max_subpixel_shift": 3.0},
+        ),  # too far at last
         (quadratic([2.2, 4.3, 3.8], (6, 8, 9), np.diag([1.0, 1.0, 1e-8])), (2, 4, 4), {}),  # flat along y
         (torch.ones(1, 1, 5, 6, 7, dtype=D), (2, 3, 3), {}),
     ]
@@ -345,7 +375,9 @@ def test_refinement_equals_a_loop(tries: int, limit: float) -> None:
         np.testing.assert_allclose(value[(b, c, *at)], what, atol=1e-9)
     assert start.sum() > 60 and 10 < refined < start.sum()
     if limit == 0.6:
-        near = conv_quad_interp3d(x, tries, max_subpixel_shift=limit, precomputed_nms_mask=start, dilation_radius=tries)
+        near = conv_quad_interp3d(
+            x, tries, max_subpixel_shift=limit, precomputed_nms_mask=start, dilation_radius=tries
+        )
         assert torch.equal(near[0], position) and torch.equal(near[1], value)
 
 
@@ -369,7 +401,9 @@ def test_the_strongest_candidates(count: int) -> None:
 
 def test_flat_volumes_have_a_zero_gradient() -> None:
     x = torch.zeros(1, 1, 5, 6, 7, dtype=D, requires_grad=True)
-    position, value = iterative_quad_interp3d(x, precomputed_nms_mask=torch.ones(1, 1, 5, 6, 7, dtype=torch.bool))
+    position, value = iterative_quad_interp3d(
+        x, precomputed_nms_mask=torch.ones(1, 1, 5, 6, 7, dtype=torch.bool)
+    )
     (gradient,) = torch.autograd.grad(position.sum() + value.sum(), x)
     assert torch.equal(gradient, torch.ones_like(x))
 
@@ -385,7 +419,13 @@ def test_volumes_of_two_slices_stay(refine) -> None:
 def test_dtype_is_kept(dtype: torch.dtype) -> None:
     x = photo(1, 3, 9, 12, dtype)
     volume = torch.stack([x, 0.8 * x, 0.5 * x, 0.9 * x], 2)
-    results = [spatial_softmax2d(x), spatial_expectation2d(x), spatial_soft_argmax2d(x), nms2d(x, 3), nms3d(volume, 3)]
+    results = [
+        spatial_softmax2d(x),
+        spatial_expectation2d(x),
+        spatial_soft_argmax2d(x),
+        nms2d(x, 3),
+        nms3d(volume, 3),
+    ]
     results += [render_gaussian2d(torch.zeros(3, 2, dtype=dtype), torch.ones(2, dtype=dtype), (5, 6))]
     results += [*conv_soft_argmax3d(volume), *conv_quad_interp3d(volume), *iterative_quad_interp3d(volume)]
     assert all(r.dtype == dtype and torch.isfinite(r).all() for r in results)

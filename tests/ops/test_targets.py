@@ -1,7 +1,9 @@
-"""Primitives: every lowering is its definition, TorchScript sees the definition, and nobody else asks for a target.
+"""Primitives: every lowering is its definition, TorchScript sees the definition, and nobody else asks for a
+target.
 
-Lowerings to kernels of our own have no computation in Python: here their shapes and dtypes are compared, by fake tensors; their values are
-compared by the parity matrix (tests/parity), and the kernels themselves with definitions in double by kernels_test (tests/runtime).
+Lowerings to kernels of our own have no computation in Python: here their shapes and dtypes are compared, by
+fake tensors; their values are compared by the parity matrix (tests/parity), and the kernels themselves with
+definitions in double by kernels_test (tests/runtime).
 """
 
 import ast
@@ -58,7 +60,9 @@ def images(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
 
 def in_borders(dtype: torch.dtype, *settings: Any) -> list[Example]:
     """Both images with the settings in every border; what is a function is called with the border."""
-    return [(x, *(s(border) if callable(s) else s for s in settings)) for x in images(dtype) for border in BORDERS]
+    return [
+        (x, *(s(border) if callable(s) else s for s in settings)) for x in images(dtype) for border in BORDERS
+    ]
 
 
 def border(name: str) -> str:
@@ -88,12 +92,20 @@ def scores(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
     models = numbers(dtype, 2, 5, 3, 3) + torch.eye(3, dtype=dtype)
     x, y, u, v = (numbers(dtype, 2, 40) + 0.1 * k for k in range(4))
     one = torch.ones_like(x)
-    return models / models.flatten(2).norm(dim=-1)[..., None, None], torch.stack([x, y, one, u, v, one, 0.3 * one], 1)
+    return models / models.flatten(2).norm(dim=-1)[..., None, None], torch.stack(
+        [x, y, one, u, v, one, 0.3 * one], 1
+    )
 
 
 def pose(dtype: torch.dtype) -> Example:
     X = numbers(dtype, 1, 6, 3) + torch.tensor([0.0, 0.0, 4.0], dtype=dtype)
-    return torch.eye(4, dtype=dtype)[None, :3], X, X[..., :2] / X[..., 2:] + 0.01, torch.eye(3, dtype=dtype)[None], torch.ones(1, 6, dtype=dtype)
+    return (
+        torch.eye(4, dtype=dtype)[None, :3],
+        X,
+        X[..., :2] / X[..., 2:] + 0.01,
+        torch.eye(3, dtype=dtype)[None],
+        torch.ones(1, 6, dtype=dtype),
+    )
 
 
 def offers() -> Example:
@@ -105,7 +117,9 @@ def offers() -> Example:
 def curves(dtype: torch.dtype) -> Example:
     first, second = integers(2, 12), integers(2, 17)
     return (numbers(torch.float32, 2, 4 * 256), 2, integers(256, 2, 12, 17).to(torch.int32)) + tuple(
-        part for index in (first, second) for part in (index, 1 - index, numbers(torch.float32, index.size(0)))
+        part
+        for index in (first, second)
+        for part in (index, 1 - index, numbers(torch.float32, index.size(0)))
     )
 
 
@@ -121,7 +135,11 @@ def sampled(dtype: torch.dtype, *of: Any) -> list[Example]:
     """Every interpolation and what is beyond the border, for a sampler's own arguments."""
     x = numbers(dtype, 2, 3, 9, 11)
     fill = torch.tensor([0.5, 0.25, 0.0], dtype=dtype)
-    modes = [(mode, padding) for mode in ("bilinear", "nearest", "bicubic") for padding in ("zeros", "border", "reflection", "fill")]
+    modes = [
+        (mode, padding)
+        for mode in ("bilinear", "nearest", "bicubic")
+        for padding in ("zeros", "border", "reflection", "fill")
+    ]
     return [(x, *of, mode, padding, True, fill if padding == "fill" else None) for mode, padding in modes]
 
 
@@ -132,87 +150,170 @@ HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
 #: Arguments of every primitive, for a dtype.
 EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "angles.angle_of": lambda t: [(numbers(t, 40) - 0.5, numbers(t, 41)[:40] - 0.5)],
-    "connected_components.component_labels": lambda t: [(numbers(t, 2, 12, 17) > 0.5, 100), (numbers(t, 1, 5, 4) > 0.3, 3)],
+    "connected_components.component_labels": lambda t: [
+        (numbers(t, 2, 12, 17) > 0.5, 100),
+        (numbers(t, 1, 5, 4) > 0.3, 3),
+    ],
     "connected_components.lower_at": lambda t: [offers()],
-    "consensus._cheapest": lambda t: [(scores(t)[0], torch.ones(2, 5, dtype=torch.bool), scores(t)[1], epipolar, 2) for epipolar in (True, False)],
-    "consensus._forms": lambda t: [(numbers(t, 2, 5, 3), torch.cat([numbers(t, 2, 2, 40), torch.ones(2, 1, 40, dtype=t)], 1))],
+    "consensus._cheapest": lambda t: [
+        (scores(t)[0], torch.ones(2, 5, dtype=torch.bool), scores(t)[1], epipolar, 2)
+        for epipolar in (True, False)
+    ],
+    "consensus._forms": lambda t: [
+        (numbers(t, 2, 5, 3), torch.cat([numbers(t, 2, 2, 40), torch.ones(2, 1, 40, dtype=t)], 1))
+    ],
     "consensus._summed_cost": lambda t: [(*scores(t), epipolar) for epipolar in (True, False)],
-    "correlation.box_sums": lambda t: [(*e, 0.5, -2.0) for ky, kx in ((3, 3), (5, 5), (4, 3), (2, 6)) for e in in_borders(t, ky, kx, border)],
-    "correlation.correlated2d": lambda t: [(x, numbers(t, b, 3, 2), name) for x in images(t) for b in (1, x.size(0)) for name in BORDERS],
-    "correlation.correlate2d_valid": lambda t: [(x, numbers(t, b, 3, 2)) for x in images(t) for b in (1, x.size(0))],
-    "correlation.correlate3d_valid": lambda t: [(numbers(t, 2, 1, 5, 6, 7), numbers(t, b, 2, 3, 2)) for b in (1, 2)],
+    "correlation.box_sums": lambda t: [
+        (*e, 0.5, -2.0) for ky, kx in ((3, 3), (5, 5), (4, 3), (2, 6)) for e in in_borders(t, ky, kx, border)
+    ],
+    "correlation.correlated2d": lambda t: [
+        (x, numbers(t, b, 3, 2), name) for x in images(t) for b in (1, x.size(0)) for name in BORDERS
+    ],
+    "correlation.correlate2d_valid": lambda t: [
+        (x, numbers(t, b, 3, 2)) for x in images(t) for b in (1, x.size(0))
+    ],
+    "correlation.correlate3d_valid": lambda t: [
+        (numbers(t, 2, 1, 5, 6, 7), numbers(t, b, 2, 3, 2)) for b in (1, 2)
+    ],
     "correlation.separable_plus": lambda t: in_borders(t, TAPS, FIVE, border, 0.5, 2.0),
-    "correlation.weigh_and_thin": lambda t: [(x, TAPS, [0.5, 0.5], stride) for x in images(t) for stride in (1, 2, 3)],
-    "derivatives.first_derivatives": lambda t: [(x, mode, scaled) for x in images(t) for mode in ("sobel", "diff") for scaled in (True, False)],
-    "derivatives.sobel_magnitude": lambda t: [(x, scaled, 1e-6) for x in images(t) for scaled in (True, False)],
-    "diamond_square.midpoint_displacement": lambda t: [(x, numbers(t, x.size(0), 1, 1, 1), 0.5 * numbers(t, 1, 1, 1, 1)) for x in images(t)],
-    "orientations.orientation_histograms": lambda t: [(numbers(t, 3, 1, 8, 8), numbers(t, 8, 8), numbers(t, 4, 8), 6)],
+    "correlation.weigh_and_thin": lambda t: [
+        (x, TAPS, [0.5, 0.5], stride) for x in images(t) for stride in (1, 2, 3)
+    ],
+    "derivatives.first_derivatives": lambda t: [
+        (x, mode, scaled) for x in images(t) for mode in ("sobel", "diff") for scaled in (True, False)
+    ],
+    "derivatives.sobel_magnitude": lambda t: [
+        (x, scaled, 1e-6) for x in images(t) for scaled in (True, False)
+    ],
+    "diamond_square.midpoint_displacement": lambda t: [
+        (x, numbers(t, x.size(0), 1, 1, 1), 0.5 * numbers(t, 1, 1, 1, 1)) for x in images(t)
+    ],
+    "orientations.orientation_histograms": lambda t: [
+        (numbers(t, 3, 1, 8, 8), numbers(t, 8, 8), numbers(t, 4, 8), 6)
+    ],
     "eigen._derived_eigen": lambda t: [eigen(t, 3), eigen(t, 5)],
     "eigen._derived_svd": lambda t: [singular(t, 3, 3), singular(t, 5, 3)],
-    "extrema.scale_space_nms": lambda t: [(numbers(t, 2, 4, 9, 11) - 0.5, [1.0, 1.2, 1.5, 2.0], signed, 7) for signed in (True, False)],
-    "minmax.minmax_filter": lambda t: [(*e, largest, 0.5) for largest in (True, False) for e in in_borders(t, 3, 5, border)],
-    "minmax.morphology": lambda t: [(*e, 0.0, 1e4, up) for up in (True, False) for e in in_borders(t, HEIGHTS.to(t), 1, 1, border)],
+    "extrema.scale_space_nms": lambda t: [
+        (numbers(t, 2, 4, 9, 11) - 0.5, [1.0, 1.2, 1.5, 2.0], signed, 7) for signed in (True, False)
+    ],
+    "minmax.minmax_filter": lambda t: [
+        (*e, largest, 0.5) for largest in (True, False) for e in in_borders(t, 3, 5, border)
+    ],
+    "minmax.morphology": lambda t: [
+        (*e, 0.0, 1e4, up) for up in (True, False) for e in in_borders(t, HEIGHTS.to(t), 1, 1, border)
+    ],
     "minmax.morphology_gradient": lambda t: in_borders(t, HEIGHTS.to(t), 1, 1, border, 0.5, 0.25, 1e4),
     "qr._derived": lambda t: [null(t)],
     "flips.reversed_rows": lambda t: [(x,) for x in images(t)],
     "frames.frame_to_grey": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8),)],
     "frames.resize_frame": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8), 7, 9)],
-    "histograms.row_histograms": lambda t: [(numbers(t, 2, 200), torch.zeros(2, 1, dtype=t), torch.ones(2, 1, dtype=t), 10)],
+    "histograms.row_histograms": lambda t: [
+        (numbers(t, 2, 200), torch.zeros(2, 1, dtype=t), torch.ones(2, 1, dtype=t), 10)
+    ],
     "histograms.clahe_interpolate": lambda t: [curves(t)],
     "histograms.bincount": lambda t: [(integers(9, 2, 50), 9)],
     "histograms.aminmax": lambda t: [(numbers(t, 2, 50),)],
-    "histograms.lut": lambda t: [(numbers(t, 2, 256), integers(256, 2, 50)), (numbers(t, 2, 9), integers(9, 2, 50))],
+    "histograms.lut": lambda t: [
+        (numbers(t, 2, 256), integers(256, 2, 50)),
+        (numbers(t, 2, 9), integers(9, 2, 50)),
+    ],
     "histograms.partial_sums": lambda t: [(numbers(t, 2, 3, 12),)],
     "histograms.running_sum": lambda t: [(numbers(t, 2, 32),), (integers(9, 2, 3, 256),)],
     "histograms.clahe_histograms": lambda t: [(integers(256, 2, 12, 17).to(torch.int32), 4, 6, 3, 3)],
     "histograms.quantize_u8": lambda t: [(2.0 * numbers(t, 2, 50) - 0.5,)],
-    "matrices._derived_from_cofactors": lambda t: [(torch.linalg.det(matrices(t, n)), matrices(t, n)) for n in (3, 4)],
+    "matrices._derived_from_cofactors": lambda t: [
+        (torch.linalg.det(matrices(t, n)), matrices(t, n)) for n in (3, 4)
+    ],
     "matrices._eliminated_inverse": lambda t: [(matrices(torch.float64, n),) for n in (3, 6)],
     "matrices.normalized_power": lambda t: [(matrices(torch.float64, n), 6) for n in (3, 6)],
-    "matrices.small_matmul": lambda t: [(numbers(t, 2, 3, 4), numbers(t, 2, 4, 5)), (numbers(t, 1, 3), numbers(t, 2, 3, 3))],
+    "matrices.small_matmul": lambda t: [
+        (numbers(t, 2, 3, 4), numbers(t, 2, 4, 5)),
+        (numbers(t, 1, 3), numbers(t, 2, 3, 3)),
+    ],
     "matrices.spd_inverse": lambda t: [(matrices(torch.float64, n),) for n in (3, 6)],
     "materialise.materialised": lambda t: [(x, dim) for x in images(t) for dim in (0, 2)],
     "materialise.stored_index": lambda t: [(torch.arange(9),)],
     "bilateral.bilateral_mean": lambda t: [
         (x, x[:1], numbers(t, 1, 3), numbers(t, 1, 5), torch.full([1, 1, 1, 1], -2.0, dtype=t), squares, b)
-        for x in images(t) for squares in (True, False) for b in BORDERS
+        for x in images(t)
+        for squares in (True, False)
+        for b in BORDERS
     ],
     "matching.cdist_squared": lambda t: [(numbers(t, 2, 5, 8), numbers(t, 2, 7, 8))],
     "matching.two_smallest": lambda t: [(numbers(t, 2, 5, 7), along_rows) for along_rows in (True, False)],
     "padding.padded": lambda t: [(x, (2, 1), (1, 3), b, 0.5) for x in images(t) for b in BORDERS],
-    "padding.padded_parts": lambda t: [(x, (1, 1), margin, b, 0.5) for x in images(t) for b in BORDERS for margin in ((1, 1), (0, 2))],
+    "padding.padded_parts": lambda t: [
+        (x, (1, 1), margin, b, 0.5) for x in images(t) for b in BORDERS for margin in ((1, 1), (0, 2))
+    ],
     "patches.read_patches": lambda t: [frames(t)],
-    "color_planes.mix_channels": lambda t: [(numbers(t, 2, 3, 4, 5), [0.5, 0.25, 0.0, 0.0, 0.0, 1.0], 0.5, "image")],
+    "color_planes.mix_channels": lambda t: [
+        (numbers(t, 2, 3, 4, 5), [0.5, 0.25, 0.0, 0.0, 0.0, 1.0], 0.5, "image")
+    ],
     "polynomials._found": lambda t: [(numbers(torch.float64, 6, 20) - 0.5, 48)],
-    "polynomials.product_of_coefficients": lambda t: [(numbers(t, 2, 3), numbers(t, 2, 2), [0, 1, 1, 2, 2, 3], 4)],
-    "power.power": lambda t: [(numbers(t, 50) + 0.01, exponent) for exponent in (1.0 / 3.0, 2.4, 1.0 / 2.4, 0.7)],
-    "power.power_each": lambda t: [(numbers(t, 2, 50) - 0.1, torch.tensor(0.7, dtype=t)), (numbers(t, 2, 50), torch.tensor([[0.0], [2.2]], dtype=t))],
+    "polynomials.product_of_coefficients": lambda t: [
+        (numbers(t, 2, 3), numbers(t, 2, 2), [0, 1, 1, 2, 2, 3], 4)
+    ],
+    "power.power": lambda t: [
+        (numbers(t, 50) + 0.01, exponent) for exponent in (1.0 / 3.0, 2.4, 1.0 / 2.4, 0.7)
+    ],
+    "power.power_each": lambda t: [
+        (numbers(t, 2, 50) - 0.1, torch.tensor(0.7, dtype=t)),
+        (numbers(t, 2, 50), torch.tensor([[0.0], [2.2]], dtype=t)),
+    ],
     "ranking.stable_topk": lambda t: [(numbers(t, 2, n), 3) for n in (20, 100)],
-    "reductions._with_nan": lambda t: [(x.amin(dims, keepdim=True), x, dims) for x in images(t) for dims in ([1], [2, 3])],
+    "reductions._with_nan": lambda t: [
+        (x.amin(dims, keepdim=True), x, dims) for x in images(t) for dims in ([1], [2, 3])
+    ],
     "reshaping.reshaped": lambda t: [(numbers(t, 4, 6).t(), [3, 8])],
     "resizing.blurred_and_resized": lambda t: in_borders(t, 6, 7, False, FIVE, border),
     "resizing.resized": lambda t: [
         (x, 7, 20, mode, corners, antialias)
-        for x in images(t) for mode in ("nearest", "bilinear", "bicubic") for corners in (True, False) for antialias in (True, False)
+        for x in images(t)
+        for mode in ("nearest", "bilinear", "bicubic")
+        for corners in (True, False)
+        for antialias in (True, False)
     ],
     "resizing.resized_and_blurred": lambda t: in_borders(t, 24, 30, False, FIVE, border),
     "canny.canny_hysteresis": lambda t: [(numbers(t, 2, 1, 12, 17), 0.4, 0.8, 100)],
     "canny.canny_nms": lambda t: [(numbers(t, 2, 1, 12, 17), 1e-6)],
-    "search.last_not_above": lambda t: [(numbers(t, 2, n).sort().values, 1.4 * numbers(t, 2, 30) - 0.2) for n in (1, 9, 16)],
-    "rank.window_rank": lambda t: [(*e[:-1], rank, e[-1]) for n, rank in ((3, 4), (5, 12), (3, 0)) for e in in_borders(t, n, n, border)],
-    "solvers.equations._derived": lambda t: [(numbers(t, 2, 3), torch.tensor([[False, False, True]] * 2), numbers(t, 2, 4))],
+    "search.last_not_above": lambda t: [
+        (numbers(t, 2, n).sort().values, 1.4 * numbers(t, 2, 30) - 0.2) for n in (1, 9, 16)
+    ],
+    "rank.window_rank": lambda t: [
+        (*e[:-1], rank, e[-1]) for n, rank in ((3, 4), (5, 12), (3, 0)) for e in in_borders(t, n, n, border)
+    ],
+    "solvers.equations._derived": lambda t: [
+        (numbers(t, 2, 3), torch.tensor([[False, False, True]] * 2), numbers(t, 2, 4))
+    ],
     "geometry.pnp._derived": lambda t: [pose(t)],
-    "stencil.separable": lambda t: [(x, numbers(t, b, 3), numbers(t, b, 5), name) for x in images(t) for b in (1, x.size(0)) for name in BORDERS],
-    "stencil.separable_each": lambda t: [([x, 2.0 * x], TAPS, FIVE, name) for x in images(t) for name in BORDERS],
-    "stencil.separable_scales": lambda t: [([x, 2.0 * x], [TAPS, [0.2, 0.6, 0.2]], name) for x in images(t) for name in BORDERS],
+    "stencil.separable": lambda t: [
+        (x, numbers(t, b, 3), numbers(t, b, 5), name)
+        for x in images(t)
+        for b in (1, x.size(0))
+        for name in BORDERS
+    ],
+    "stencil.separable_each": lambda t: [
+        ([x, 2.0 * x], TAPS, FIVE, name) for x in images(t) for name in BORDERS
+    ],
+    "stencil.separable_scales": lambda t: [
+        ([x, 2.0 * x], [TAPS, [0.2, 0.6, 0.2]], name) for x in images(t) for name in BORDERS
+    ],
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],
     "integral.integral": lambda t: [(numbers(t, 2, 9, 8),)],
-    "warping.sample_affine": lambda t: sampled(t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7),
-    "warping.sample_image": lambda t: sampled(t, 14.0 * numbers(t, 2, 6, 7) - 2.0, 12.0 * numbers(t, 1, 6, 7) - 2.0),
-    "warping.sample_projective": lambda t: sampled(t, torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7),
+    "warping.sample_affine": lambda t: sampled(
+        t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7
+    ),
+    "warping.sample_image": lambda t: sampled(
+        t, 14.0 * numbers(t, 2, 6, 7) - 2.0, 12.0 * numbers(t, 1, 6, 7) - 2.0
+    ),
+    "warping.sample_projective": lambda t: sampled(
+        t, torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7
+    ),
     "rounding.known_or": lambda t: [(torch.tensor([0.5, torch.nan, torch.inf, -torch.inf], dtype=t), -2.0)],
-    "windows.windows": lambda t: [(x, (3, 2), (4, 3), (3, 4), first) for x in images(t) for first in ((0, 0), (1, 2), (-1, -2))],
+    "windows.windows": lambda t: [
+        (x, (3, 2), (4, 3), (3, 4), first) for x in images(t) for first in ((0, 0), (1, 2), (-1, -2))
+    ],
 }
 
 #: In native code an integer that is known to be small may be of fewer bits; whoever reads it takes either.
@@ -220,7 +321,9 @@ FEWER_BITS = {"histograms.quantize_u8", "histograms.clahe_interpolate", "materia
 
 #: Results that are parts of one, which depend on the target.
 WHOLE: dict[str, Callable[[Any], Tensor]] = {
-    "padding.padded_parts": lambda parts: join_columns([p[..., 2:] - 3.0 * p[..., 1:-1] + p[..., :-2] for p in parts]),
+    "padding.padded_parts": lambda parts: join_columns(
+        [p[..., 2:] - 3.0 * p[..., 1:-1] + p[..., :-2] for p in parts]
+    ),
     "stencil.split_channels": join_channels,
 }
 
@@ -267,7 +370,11 @@ CHOICES = [(name, rule) for name, made in PRIMITIVES.items() for rule in made.lo
 
 
 @pytest.mark.parametrize("dtype", DTYPES, ids=str)
-@pytest.mark.parametrize(("name", "rule"), CHOICES, ids=[f"{name.removeprefix('chiasm.')}-{rule.form.__name__}" for name, rule in CHOICES])
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    CHOICES,
+    ids=[f"{name.removeprefix('chiasm.')}-{rule.form.__name__}" for name, rule in CHOICES],
+)
 def test_a_lowering_is_its_definition(name: str, rule: Lowering, dtype: torch.dtype) -> None:
     for example in examples(name, dtype):
         with patch.object(torch.compiler, "is_exporting", lambda: True):  # else no kernel could be taken
@@ -283,11 +390,19 @@ def test_a_lowering_is_its_definition(name: str, rule: Lowering, dtype: torch.dt
                     assert_equal(name, rule.form(*example), expected, dtype)
 
 
-@pytest.mark.parametrize(("name", "rule"), CHOICES, ids=[f"{name.removeprefix('chiasm.')}-{rule.form.__name__}" for name, rule in CHOICES])
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    CHOICES,
+    ids=[f"{name.removeprefix('chiasm.')}-{rule.form.__name__}" for name, rule in CHOICES],
+)
 def test_an_example_reaches_every_lowering(name: str, rule: Lowering) -> None:
     with patch.object(torch.compiler, "is_exporting", lambda: True):
         made = [example for dtype in DTYPES for example in examples(name, dtype)]
-        earlier = [r for r in PRIMITIVES[name].lowerings[: PRIMITIVES[name].lowerings.index(rule)] if set(rule.targets) <= set(r.targets)]
+        earlier = [
+            r
+            for r in PRIMITIVES[name].lowerings[: PRIMITIVES[name].lowerings.index(rule)]
+            if set(rule.targets) <= set(r.targets)
+        ]
         assert any(_takes(rule, e) and not any(_takes(r, e) for r in earlier) for e in made)
 
 
@@ -307,11 +422,24 @@ def test_what_is_scripted_is_the_definition(name: str, made: Primitive[..., Any]
 
 #: Names by which code asks what it is compiled for, or does what is done for a compiler's sake.
 ASKING = {
-    "available", "current_target", "exporting", "has_kernel", "is_compiling", "is_dynamo_compiling", "is_exporting", "is_scripting", "is_tracing",
-    "join_columns", "lowering", "padded_parts", "volume_parts",
+    "available",
+    "current_target",
+    "exporting",
+    "has_kernel",
+    "is_compiling",
+    "is_dynamo_compiling",
+    "is_exporting",
+    "is_scripting",
+    "is_tracing",
+    "join_columns",
+    "lowering",
+    "padded_parts",
+    "volume_parts",
 }
 ROOT = Path(chiasm.__file__).parent
-MODULES = [p for p in sorted(ROOT.rglob("*.py")) if p.relative_to(ROOT).parts[0] not in (*NO_OPS, "primitives")]
+MODULES = [
+    p for p in sorted(ROOT.rglob("*.py")) if p.relative_to(ROOT).parts[0] not in (*NO_OPS, "primitives")
+]
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(ROOT)))

@@ -42,9 +42,13 @@ def test_in_range_equals_opencv(channels: int) -> None:
 def test_adaptive_mean_equals_opencv(size: int, c: float, kind: str) -> None:
     bytes_ = levels(2, 3, 29, 34)
     flag = cv2.THRESH_BINARY if kind == "binary" else cv2.THRESH_BINARY_INV
-    expected = per_plane(bytes_, lambda p: cv2.adaptiveThreshold(p, 200, cv2.ADAPTIVE_THRESH_MEAN_C, flag, size, c))
+    expected = per_plane(
+        bytes_, lambda p: cv2.adaptiveThreshold(p, 200, cv2.ADAPTIVE_THRESH_MEAN_C, flag, size, c)
+    )
     for dtype in (torch.float32, torch.float64):
-        np.testing.assert_array_equal(adaptive_threshold(bytes_.to(dtype), 200.0, "mean", kind, size, c), expected)
+        np.testing.assert_array_equal(
+            adaptive_threshold(bytes_.to(dtype), 200.0, "mean", kind, size, c), expected
+        )
 
 
 @pytest.mark.parametrize("size", [3, 5, 7, 9, 11, 15])
@@ -52,9 +56,13 @@ def test_adaptive_mean_equals_opencv(size: int, c: float, kind: str) -> None:
 def test_adaptive_gaussian_equals_opencv(size: int, kind: str) -> None:
     bytes_ = levels(2, 3, 29, 34)
     flag = cv2.THRESH_BINARY if kind == "binary" else cv2.THRESH_BINARY_INV
-    expected = per_plane(bytes_, lambda p: cv2.adaptiveThreshold(p, 255, cv2.ADAPTIVE_THRESH_GAUSSIAN_C, flag, size, 2))
+    expected = per_plane(
+        bytes_, lambda p: cv2.adaptiveThreshold(p, 255, cv2.ADAPTIVE_THRESH_GAUSSIAN_C, flag, size, 2)
+    )
     # Means of the large blocks are not exact: within a rounding error of half a level they may go to either.
-    mean = per_plane(bytes_.double(), lambda p: cv2.GaussianBlur(p, (size, size), 0, borderType=cv2.BORDER_REPLICATE))
+    mean = per_plane(
+        bytes_.double(), lambda p: cv2.GaussianBlur(p, (size, size), 0, borderType=cv2.BORDER_REPLICATE)
+    )
     clear = (np.abs(mean - np.floor(mean) - 0.5) > 1e-4) | (size < 11)
     assert clear.mean() > 0.99
     for dtype in (torch.float32, torch.float64):
@@ -112,10 +120,14 @@ def soft_otsu(x: np.ndarray, nbins: int) -> float:
         counts[k] += 1 - (p - k)
         counts[k + 1] += p - k
     middles = low + (np.arange(nbins) + 0.5) * (high - low) / nbins
-    variance = np.array([
-        counts[:k].sum() * counts[k:].sum() * (np.average(middles[:k], weights=counts[:k]) - np.average(middles[k:], weights=counts[k:])) ** 2
-        for k in range(1, nbins)
-    ])
+    variance = np.array(
+        [
+            counts[:k].sum()
+            * counts[k:].sum()
+            * (np.average(middles[:k], weights=counts[:k]) - np.average(middles[k:], weights=counts[k:])) ** 2
+            for k in range(1, nbins)
+        ]
+    )
     weights = np.exp(nbins * (variance / variance.max() - 1))
     return float(np.average(middles[:-1], weights=weights))
 
@@ -127,7 +139,10 @@ def test_differentiable_otsu_by_definition() -> None:
 
 
 def test_differentiable_otsu_has_a_gradient() -> None:
-    x = (photo(1, 1, 12, 13, torch.float64) + 0.01 * torch.rand(12, 13, generator=torch.Generator().manual_seed(0))).requires_grad_(True)
+    x = (
+        photo(1, 1, 12, 13, torch.float64)
+        + 0.01 * torch.rand(12, 13, generator=torch.Generator().manual_seed(0))
+    ).requires_grad_(True)
     assert torch.autograd.gradcheck(lambda v: otsu_threshold(v, 16, True)[1], x, eps=1e-7)
     (gradient,) = torch.autograd.grad(otsu_threshold(x, 16, True)[1].sum(), x)
     # A shift of all values shifts the threshold by as much.
@@ -138,12 +153,20 @@ def test_differentiable_otsu_has_a_gradient() -> None:
 WRONG = [
     (lambda: in_range(X[0], [0.0], [1.0]), ValueError, r"input: expected shape \(B, C, H, W\)"),
     (lambda: in_range(X.int(), [0.0] * 3, [1.0] * 3), TypeError, "input: expected a floating-point"),
-    (lambda: in_range(X, [0.0], [1.0] * 3), ValueError, r"lower: expected shape \(C,\) or \(B, C\) with input's 3 channels, got \[1\]"),
+    (
+        lambda: in_range(X, [0.0], [1.0] * 3),
+        ValueError,
+        r"lower: expected shape \(C,\) or \(B, C\) with input's 3 channels, got \[1\]",
+    ),
     (lambda: in_range(X, [0.0] * 3, torch.ones(1, 1, 3)), ValueError, "upper: expected shape"),
     (lambda: adaptive_threshold(X[0], 1.0), ValueError, "input: expected shape"),
     (lambda: adaptive_threshold(X.int(), 1.0), TypeError, "input: expected a floating-point"),
     (lambda: adaptive_threshold(X, 1.0, "median"), ValueError, "adaptive_method: expected one of .*'median'"),
-    (lambda: adaptive_threshold(X, 1.0, "mean", "trunc"), ValueError, "threshold_type: expected one of .*'trunc'"),
+    (
+        lambda: adaptive_threshold(X, 1.0, "mean", "trunc"),
+        ValueError,
+        "threshold_type: expected one of .*'trunc'",
+    ),
     (lambda: adaptive_threshold(X, 1.0, block_size=4), ValueError, "block_size: expected odd"),
     (lambda: adaptive_threshold(X, 1.0, block_size=1), ValueError, "block_size: expected at least 3, got 1"),
     (lambda: otsu_threshold(X[0, 0, 0]), ValueError, r"x: expected shape \(\*, H, W\), got \[9\]"),

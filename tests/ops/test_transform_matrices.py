@@ -57,13 +57,17 @@ def test_rotation_equals_opencv(dtype: torch.dtype) -> None:
     actual = get_rotation_matrix2d(center, angle, scale.to(dtype))
     for b in range(BATCH):
         expected = cv2.getRotationMatrix2D(center[b].tolist(), float(angle[b]), float(scale.to(dtype)[b, 0]))
-        np.testing.assert_allclose(actual[b], expected, rtol=1e-7 if dtype == torch.float32 else 1e-12, atol=1e-10)
+        np.testing.assert_allclose(
+            actual[b], expected, rtol=1e-7 if dtype == torch.float32 else 1e-12, atol=1e-10
+        )
 
 
 def test_unequal_scales_come_first() -> None:
     actual = get_rotation_matrix2d(CENTER, ANGLE, SCALE)
     for b in range(BATCH):
-        np.testing.assert_allclose(actual[b], about(rotation(float(ANGLE[b]), SCALE[b]), CENTER[b])[:2], atol=1e-9)
+        np.testing.assert_allclose(
+            actual[b], about(rotation(float(ANGLE[b]), SCALE[b]), CENTER[b])[:2], atol=1e-9
+        )
 
 
 def test_translation() -> None:
@@ -75,7 +79,9 @@ def test_shear_is_about_its_centre() -> None:
     sx, sy = uniform(BATCH, low=-1, high=1, seed=1), uniform(BATCH, low=-1, high=1, seed=2)
     actual = get_shear_matrix2d(CENTER, sx, sy)
     for b in range(BATCH):
-        np.testing.assert_allclose(actual[b], about(shearing(float(sx[b]), float(sy[b])), CENTER[b]), atol=1e-9)
+        np.testing.assert_allclose(
+            actual[b], about(shearing(float(sx[b]), float(sy[b])), CENTER[b]), atol=1e-9
+        )
     zero = torch.zeros_like(sx)
     torch.testing.assert_close(get_shear_matrix2d(CENTER, sx), get_shear_matrix2d(CENTER, sx, zero))
     torch.testing.assert_close(get_shear_matrix2d(CENTER, None, sy), get_shear_matrix2d(CENTER, zero, sy))
@@ -83,7 +89,11 @@ def test_shear_is_about_its_centre() -> None:
 
 @pytest.mark.parametrize("sheared", [False, True])
 def test_affine_matrix_is_the_product(sheared: bool) -> None:
-    sx, sy = (uniform(BATCH, low=-1, high=1, seed=1), uniform(BATCH, low=-1, high=1, seed=2)) if sheared else (None, None)
+    sx, sy = (
+        (uniform(BATCH, low=-1, high=1, seed=1), uniform(BATCH, low=-1, high=1, seed=2))
+        if sheared
+        else (None, None)
+    )
     move = uniform(BATCH, 2, low=-50, high=50, seed=3)
     actual = get_affine_matrix2d(move, CENTER, SCALE, ANGLE, sx, sy)
     for b in range(BATCH):
@@ -104,7 +114,9 @@ def test_perspective_equals_opencv(dtype: torch.dtype) -> None:
         expected = cv2.getPerspectiveTransform(source[b].float().numpy(), target[b].float().numpy())
         np.testing.assert_allclose(actual[b], expected, rtol=1e-3, atol=1e-4)
         points = np.concatenate([source[b].numpy(), np.ones((4, 1))], 1) @ actual[b].double().numpy().T
-        np.testing.assert_allclose(points[:, :2] / points[:, 2:], target[b], atol=2e-3 if dtype == torch.float32 else 1e-9)
+        np.testing.assert_allclose(
+            points[:, :2] / points[:, 2:], target[b], atol=2e-3 if dtype == torch.float32 else 1e-9
+        )
 
 
 def test_inverse_equals_opencv() -> None:

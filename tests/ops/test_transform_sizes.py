@@ -30,7 +30,11 @@ from chiasm.primitives.core.window_sizes import as_ratio
 
 D = torch.float64
 X = photo(2, 3, 37, 53, D)
-CV_BORDER = {"reflect": cv2.BORDER_REFLECT_101, "replicate": cv2.BORDER_REPLICATE, "constant": cv2.BORDER_CONSTANT}
+CV_BORDER = {
+    "reflect": cv2.BORDER_REFLECT_101,
+    "replicate": cv2.BORDER_REPLICATE,
+    "constant": cv2.BORDER_CONSTANT,
+}
 
 
 def test_flips() -> None:
@@ -40,7 +44,17 @@ def test_flips() -> None:
     np.testing.assert_array_equal(rot180(X), np.rot90(array, 2, (2, 3)))
 
 
-@pytest.mark.parametrize(("value", "ratio"), [(0.3, (3, 10)), (2.0, (2, 1)), (1 / 3, (1, 3)), (0.7071067811865476, None), (1e-3, (1, 1000)), (12.5, (25, 2))])
+@pytest.mark.parametrize(
+    ("value", "ratio"),
+    [
+        (0.3, (3, 10)),
+        (2.0, (2, 1)),
+        (1 / 3, (1, 3)),
+        (0.7071067811865476, None),
+        (1e-3, (1, 1000)),
+        (12.5, (25, 2)),
+    ],
+)
 def test_ratios(value: float, ratio: tuple[int, int] | None) -> None:
     p, q = as_ratio(value)
     assert q <= 65536
@@ -49,8 +63,12 @@ def test_ratios(value: float, ratio: tuple[int, int] | None) -> None:
 
 
 def test_rescale() -> None:
-    torch.testing.assert_close(rescale(X, (0.5, 1.7), "bicubic"), F.interpolate(X, (18, 90), mode="bicubic"), rtol=0, atol=1e-11)
-    torch.testing.assert_close(rescale(X, 0.3, antialias=True), resize(X, (11, 15), antialias=True), rtol=0, atol=0)
+    torch.testing.assert_close(
+        rescale(X, (0.5, 1.7), "bicubic"), F.interpolate(X, (18, 90), mode="bicubic"), rtol=0, atol=1e-11
+    )
+    torch.testing.assert_close(
+        rescale(X, 0.3, antialias=True), resize(X, (11, 15), antialias=True), rtol=0, atol=0
+    )
 
 
 @pytest.mark.parametrize("factor", [1, 2, 3, 4, 5, 8, 14])
@@ -62,7 +80,10 @@ def test_sizes_are_rounded_half_to_even(factor: int) -> None:
 
 def by_opencv(x: Tensor, border: str) -> Tensor:
     taps = np.array([1, 4, 6, 4, 1]) / 16
-    blurred = [chw(cv2.sepFilter2D(hwc(x, b), cv2.CV_64F, taps, taps, borderType=CV_BORDER[border])) for b in range(len(x))]
+    blurred = [
+        chw(cv2.sepFilter2D(hwc(x, b), cv2.CV_64F, taps, taps, borderType=CV_BORDER[border]))
+        for b in range(len(x))
+    ]
     return torch.from_numpy(np.stack(blurred))
 
 
@@ -80,7 +101,9 @@ def test_pyramid_steps_are_blur_and_interpolation(border: str, align: bool) -> N
 def test_pyrdown_is_opencvs_but_for_half_a_pixel() -> None:
     """On a plane both blurs change nothing, so that the values say where pixels are."""
     plane = torch.arange(40.0).expand(1, 1, 32, 40)
-    np.testing.assert_allclose(pyrdown(plane)[0, 0, 5, 2:-2], cv2.pyrDown(hwc(plane))[5, 2:-2] + 0.5, atol=1e-5)
+    np.testing.assert_allclose(
+        pyrdown(plane)[0, 0, 5, 2:-2], cv2.pyrDown(hwc(plane))[5, 2:-2] + 0.5, atol=1e-5
+    )
 
 
 def test_pyramids() -> None:
@@ -108,7 +131,12 @@ def test_center_crop_between_pixels() -> None:
     torch.testing.assert_close(center_crop(X, (16, 13)), expected, rtol=0, atol=1e-12)
 
 
-QUADRILATERALS = torch.tensor([[[3.0, 2.0], [40.0, 5.0], [44.0, 30.0], [1.0, 33.0]], [[10.0, 8.0], [30.0, 8.0], [30.0, 20.0], [10.0, 20.0]]])
+QUADRILATERALS = torch.tensor(
+    [
+        [[3.0, 2.0], [40.0, 5.0], [44.0, 30.0], [1.0, 33.0]],
+        [[10.0, 8.0], [30.0, 8.0], [30.0, 20.0], [10.0, 20.0]],
+    ]
+)
 
 
 def test_crop_and_resize_equals_opencv() -> None:
@@ -118,7 +146,11 @@ def test_crop_and_resize_equals_opencv() -> None:
         actual = crop_and_resize(x, QUADRILATERALS, (16, 25), align_corners=align)
         for b in range(2):
             matrix = cv2.getPerspectiveTransform(QUADRILATERALS[b].numpy(), target)
-            np.testing.assert_allclose(actual[b], chw(cv2.warpPerspective(hwc(x, b), matrix, (25, 16), flags=cv2.INTER_LINEAR)), atol=1e-4)
+            np.testing.assert_allclose(
+                actual[b],
+                chw(cv2.warpPerspective(hwc(x, b), matrix, (25, 16), flags=cv2.INTER_LINEAR)),
+                atol=1e-4,
+            )
             same = crop_by_transform_mat(x, torch.from_numpy(matrix)[None], (16, 25))[b]
             torch.testing.assert_close(actual[b], same, rtol=0, atol=1e-4)
 
@@ -154,6 +186,8 @@ def test_crop_by_indices_without_resizing() -> None:
     assert torch.equal(padded[0], F.pad(X[0, :, 1:15, 2:22], [0, 0, 0, 2]))
     assert torch.equal(padded[1], F.pad(X[1, :, 3:19, 0:11], [0, 9]))
     nearest = crop_by_indices(X, BOXES, (7, 5), "nearest")
-    assert torch.equal(nearest[0], X[0][:, [1 + i * 14 // 7 for i in range(7)]][..., [2 + j * 25 // 5 for j in range(5)]])
+    assert torch.equal(
+        nearest[0], X[0][:, [1 + i * 14 // 7 for i in range(7)]][..., [2 + j * 25 // 5 for j in range(5)]]
+    )
     with pytest.raises(ValueError, match="src_box: expected boxes of one size"):
         crop_by_indices(X, BOXES)

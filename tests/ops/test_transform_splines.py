@@ -18,7 +18,9 @@ POINTS = torch.rand((3, 30, 2), generator=GENERATOR, dtype=D) * 2 - 1
 
 def by_numpy(points: np.ndarray, centers: np.ndarray, kernel: np.ndarray, affine: np.ndarray) -> np.ndarray:
     r = np.linalg.norm(points[:, None] - centers[None], axis=-1)
-    return affine[0] + points @ affine[1:] + np.where(r > 0, r * r * np.log(np.where(r > 0, r, 1)), 0) @ kernel
+    return (
+        affine[0] + points @ affine[1:] + np.where(r > 0, r * r * np.log(np.where(r > 0, r, 1)), 0) @ kernel
+    )
 
 
 def test_goes_through_its_points() -> None:
@@ -40,7 +42,9 @@ def test_evaluation_equals_scipy() -> None:
         u = np.where(r > 0, r * r * np.log(np.where(r > 0, r, 1)), 0)
         side = np.concatenate([one, p], 1)
         system = np.block([[u, side], [side.T, np.zeros((3, 3))]])
-        weights = torch.from_numpy(np.linalg.solve(system, np.concatenate([TARGET[b].numpy(), np.zeros((3, 2))])))[None]
+        weights = torch.from_numpy(
+            np.linalg.solve(system, np.concatenate([TARGET[b].numpy(), np.zeros((3, 2))]))
+        )[None]
         actual = warp_points_tps(POINTS[b : b + 1], SOURCE[b : b + 1], weights[:, :9], weights[:, 9:])
         np.testing.assert_allclose(actual[0], spline(POINTS[b].numpy()), atol=1e-9)
 
@@ -48,7 +52,9 @@ def test_evaluation_equals_scipy() -> None:
 def test_float32_is_solved_in_float64() -> None:
     kernel, affine = get_tps_transform(SOURCE.float(), TARGET.float())
     assert kernel.dtype == torch.float32
-    torch.testing.assert_close(warp_points_tps(SOURCE.float(), TARGET.float(), kernel, affine), TARGET.float(), rtol=0, atol=1e-4)
+    torch.testing.assert_close(
+        warp_points_tps(SOURCE.float(), TARGET.float(), kernel, affine), TARGET.float(), rtol=0, atol=1e-4
+    )
 
 
 @pytest.mark.parametrize("align", [True, False])
@@ -57,9 +63,16 @@ def test_image_equals_grid_sample(padding: str, align: bool) -> None:
     x = photo(3, 2, 23, 31, D)
     kernel, affine = get_tps_transform(TARGET, SOURCE)
     grid = F.affine_grid(torch.eye(3, dtype=D)[None, :2].expand(3, 2, 3), [3, 1, 23, 31], align)
-    led = np.stack([by_numpy(grid[b].reshape(-1, 2).numpy(), SOURCE[b].numpy(), kernel[b].numpy(), affine[b].numpy()) for b in range(3)])
+    led = np.stack(
+        [
+            by_numpy(grid[b].reshape(-1, 2).numpy(), SOURCE[b].numpy(), kernel[b].numpy(), affine[b].numpy())
+            for b in range(3)
+        ]
+    )
     expected = F.grid_sample(x, torch.from_numpy(led).reshape(grid.shape), "bilinear", padding, align)
-    torch.testing.assert_close(warp_image_tps(x, SOURCE, kernel, affine, align, padding), expected, rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        warp_image_tps(x, SOURCE, kernel, affine, align, padding), expected, rtol=0, atol=1e-9
+    )
 
 
 def test_gradient_is_finite_at_a_centre() -> None:

@@ -37,7 +37,9 @@ MATRICES = torch.tensor(
     ],
     dtype=D,
 )
-HOMOGRAPHIES = torch.cat([MATRICES, torch.tensor([[[0.01, -0.02, 0.015, 1.0]], [[-0.01, 0.005, 0.02, 1.1]]], dtype=D)], 1)
+HOMOGRAPHIES = torch.cat(
+    [MATRICES, torch.tensor([[[0.01, -0.02, 0.015, 1.0]], [[-0.01, 0.005, 0.02, 1.1]]], dtype=D)], 1
+)
 PADDINGS = ["zeros", "border", "reflection"]
 CORNERS = torch.tensor([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=D)
 
@@ -77,7 +79,8 @@ def test_warps_equal_scipy(padding: str) -> None:
 
 
 def by_grid_sample(source: np.ndarray, mode: str, padding: str) -> Tensor:
-    """Positions (B, d, h, w, 3) in voxels, normalised by size - 1, and read from face to face: Kornia's definition."""
+    """Positions (B, d, h, w, 3) in voxels, normalised by size - 1, and read from face to face: Kornia's
+    definition."""
     grid = torch.from_numpy(source * 2 / (EXTENT - 1) - 1)
     return F.grid_sample(X, grid, mode, padding, False)
 
@@ -90,10 +93,14 @@ def test_without_corners_equals_grid_sample(mode: str, padding: str) -> None:
     shrunk = (voxels(size) + 0.5) * (target - 1) / target
     affine = np.stack([mapped(np.linalg.inv(full(m)), shrunk) for m in MATRICES])
     expected = by_grid_sample(affine, mode, padding)
-    torch.testing.assert_close(warp_affine3d(X, MATRICES, size, mode, padding, False), expected, rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        warp_affine3d(X, MATRICES, size, mode, padding, False), expected, rtol=0, atol=1e-9
+    )
     perspective = np.stack([mapped(np.linalg.inv(full(m)), voxels(size)) for m in HOMOGRAPHIES])
     expected = by_grid_sample(perspective, mode, padding)
-    torch.testing.assert_close(warp_perspective3d(X, HOMOGRAPHIES, size, mode, padding, False), expected, rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        warp_perspective3d(X, HOMOGRAPHIES, size, mode, padding, False), expected, rtol=0, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("align", [True, False])
@@ -104,9 +111,13 @@ def test_homography_warp_equals_grid_sample(align: bool) -> None:
     for b in range(2):
         np.testing.assert_allclose(warped[b], mapped(h[b].numpy(), grid[b].numpy()), atol=1e-12)
     expected = F.grid_sample(X, warped, "bilinear", "border", align)
-    torch.testing.assert_close(homography_warp3d(X, h, (7, 10, 16), "bilinear", "border", align), expected, rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        homography_warp3d(X, h, (7, 10, 16), "bilinear", "border", align), expected, rtol=0, atol=1e-9
+    )
     voxel = homography_warp3d(X, torch.linalg.inv(HOMOGRAPHIES), (7, 10, 16), normalized_coordinates=False)
-    torch.testing.assert_close(voxel, warp_perspective3d(X, HOMOGRAPHIES, (7, 10, 16), align_corners=True), rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        voxel, warp_perspective3d(X, HOMOGRAPHIES, (7, 10, 16), align_corners=True), rtol=0, atol=1e-9
+    )
 
 
 def about(matrix: np.ndarray, center: Tensor) -> np.ndarray:
@@ -123,7 +134,9 @@ SHEARS = [torch.tensor([0.1 * (i + 1), -0.15 * i], dtype=D) for i in range(6)]
 
 
 def rotation(b: int, sign: float = 1.0) -> np.ndarray:
-    return Rotation.from_rotvec(sign * ANGLES[b].numpy(), degrees=True).as_matrix() @ np.diag(SCALE[b].numpy())
+    return Rotation.from_rotvec(sign * ANGLES[b].numpy(), degrees=True).as_matrix() @ np.diag(
+        SCALE[b].numpy()
+    )
 
 
 def shearing(b: int) -> np.ndarray:
@@ -145,14 +158,23 @@ def test_matrices() -> None:
         moved = np.eye(4)
         moved[:3, 3] = move[b]
         np.testing.assert_allclose(plain[b], moved @ about(rotation(b, -1), CENTER[b]), atol=1e-9)
-        np.testing.assert_allclose(affine[b], moved @ about(rotation(b, -1), CENTER[b]) @ about(shearing(b), CENTER[b]), atol=1e-8)
+        np.testing.assert_allclose(
+            affine[b], moved @ about(rotation(b, -1), CENTER[b]) @ about(shearing(b), CENTER[b]), atol=1e-8
+        )
 
 
 def test_rotate_is_about_the_middle() -> None:
     yaw, pitch, roll = ANGLES.unbind(-1)
     middle = torch.tensor([[7.0, 5.5, 4.0]] * 2, dtype=D)
-    matrix = np.stack([about(Rotation.from_rotvec(a.numpy(), degrees=True).as_matrix(), m) for a, m in zip(ANGLES, middle, strict=True)])
-    expected = np.stack([sampled(b, mapped(np.linalg.inv(matrix[b]), voxels(SIZE)), "zeros") for b in range(2)])
+    matrix = np.stack(
+        [
+            about(Rotation.from_rotvec(a.numpy(), degrees=True).as_matrix(), m)
+            for a, m in zip(ANGLES, middle, strict=True)
+        ]
+    )
+    expected = np.stack(
+        [sampled(b, mapped(np.linalg.inv(matrix[b]), voxels(SIZE)), "zeros") for b in range(2)]
+    )
     np.testing.assert_allclose(rotate3d(X, yaw, pitch, roll, align_corners=True), expected, atol=1e-9)
     np.testing.assert_allclose(rotate3d(X, yaw, pitch, roll, middle, align_corners=True), expected, atol=1e-9)
 
@@ -164,7 +186,9 @@ def test_perspective_transform_goes_through_five_corners() -> None:
     matrix = get_perspective_transform3d(source, target)
     five = [0, 1, 2, 5, 7]
     for b in range(2):
-        np.testing.assert_allclose(mapped(matrix[b].numpy(), source[b, five].numpy()), target[b, five], atol=1e-9)
+        np.testing.assert_allclose(
+            mapped(matrix[b].numpy(), source[b, five].numpy()), target[b, five], atol=1e-9
+        )
         assert matrix[b, 3, 3] == 1
     image = torch.from_numpy(mapped(full(MATRICES[0]), source.numpy()))
     np.testing.assert_allclose(get_perspective_transform3d(source, image)[0], full(MATRICES[0]), atol=1e-9)
@@ -176,10 +200,16 @@ def test_crops() -> None:
     torch.testing.assert_close(center_crop3d(X, (4, 4, 9)), halfway, rtol=0, atol=1e-12)
     low, extent = torch.tensor([2.0, 3.0, 1.0], dtype=D), torch.tensor([8.0, 6.0, 4.0], dtype=D)
     box = (low + CORNERS * extent).expand(2, 8, 3)
-    torch.testing.assert_close(crop_and_resize3d(X, box, (5, 7, 9), align_corners=True), X[:, :, 1:6, 3:10, 2:11], rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        crop_and_resize3d(X, box, (5, 7, 9), align_corners=True), X[:, :, 1:6, 3:10, 2:11], rtol=0, atol=1e-9
+    )
     every_other = X[:, :, 1:6:2, 3:10:2, 2:11:2]
-    torch.testing.assert_close(crop_and_resize3d(X, box, (3, 4, 5), align_corners=True), every_other, rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        crop_and_resize3d(X, box, (3, 4, 5), align_corners=True), every_other, rtol=0, atol=1e-9
+    )
     corner = (CORNERS * extent).expand(2, 8, 3)
     actual = crop_by_boxes3d(X, box, corner, align_corners=True)
     torch.testing.assert_close(actual, X[:, :, 1:6, 3:10, 2:11], rtol=0, atol=1e-9)
-    torch.testing.assert_close(crop_by_boxes3d_like(X, box, corner, X[0, 0, :5, :7, :9], align_corners=True), actual, rtol=0, atol=0)
+    torch.testing.assert_close(
+        crop_by_boxes3d_like(X, box, corner, X[0, 0, :5, :7, :9], align_corners=True), actual, rtol=0, atol=0
+    )

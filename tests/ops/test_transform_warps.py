@@ -1,4 +1,5 @@
-"""Affine warps, remap, homography_warp, polar and elastic warps against SciPy in float64, OpenCV and grid_sample."""
+"""Affine warps, remap, homography_warp, polar and elastic warps against SciPy in float64, OpenCV and
+grid_sample."""
 
 import cv2
 import numpy as np
@@ -27,10 +28,16 @@ from chiasm.geometry.transform import (
 )
 
 D = torch.float64
-MATRICES = torch.tensor([[[1.1, 0.13, -3.3], [-0.08, 0.93, 2.7]], [[0.4, -0.9, 30.0], [0.8, 0.5, -4.0]]], dtype=D)
+MATRICES = torch.tensor(
+    [[[1.1, 0.13, -3.3], [-0.08, 0.93, 2.7]], [[0.4, -0.9, 30.0], [0.8, 0.5, -4.0]]], dtype=D
+)
 HOMOGRAPHIES = torch.cat([MATRICES, torch.tensor([[[1.1e-3, -7e-4, 1.0]], [[1e-3, 2e-3, 1.2]]], dtype=D)], 1)
 PADDINGS = ["zeros", "border", "reflection"]
-CV_BORDER = {"zeros": cv2.BORDER_CONSTANT, "border": cv2.BORDER_REPLICATE, "reflection": cv2.BORDER_REFLECT_101}
+CV_BORDER = {
+    "zeros": cv2.BORDER_CONSTANT,
+    "border": cv2.BORDER_REPLICATE,
+    "reflection": cv2.BORDER_REFLECT_101,
+}
 CV_MODE = {"bilinear": cv2.INTER_LINEAR, "bicubic": cv2.INTER_CUBIC}
 
 
@@ -45,22 +52,33 @@ def test_affine_equals_scipy(mode: str, padding: str) -> None:
     actual = warp_affine(x, MATRICES, (41, 39), mode, padding)
     for b in range(2):
         rows, columns = pulled(full(MATRICES[b]), 41, 39)
-        sampled = by_scipy(x[b].numpy(), [rows, columns], padding) if mode == "bilinear" else by_keys(x[b].numpy(), rows, columns, padding)
+        sampled = (
+            by_scipy(x[b].numpy(), [rows, columns], padding)
+            if mode == "bilinear"
+            else by_keys(x[b].numpy(), rows, columns, padding)
+        )
         np.testing.assert_allclose(actual[b], sampled, atol=1e-9)
 
 
 @pytest.mark.parametrize("padding", PADDINGS)
 @pytest.mark.parametrize("mode", ["bilinear", "bicubic"])
 def test_float32_equals_opencv(mode: str, padding: str) -> None:
-    """OpenCV 5 computes bilinear positions in float32 too; its cubic weights come from a table of 1/32 pixels."""
+    """OpenCV 5 computes bilinear positions in float32 too; its cubic weights come from a table of 1/32
+    pixels."""
     x = photo(2, 3, 37, 53)
     tolerance = 1e-4 if mode == "bilinear" else 0.05
     ours = warp_affine(x, MATRICES.float(), (41, 39), mode, padding)
     perspective = warp_perspective(x, HOMOGRAPHIES.float(), (41, 39), mode, padding)
     for b in range(2):
         flags = {"flags": CV_MODE[mode], "borderMode": CV_BORDER[padding]}
-        np.testing.assert_allclose(ours[b], chw(cv2.warpAffine(hwc(x, b), MATRICES[b].numpy(), (39, 41), **flags)), atol=tolerance)
-        np.testing.assert_allclose(perspective[b], chw(cv2.warpPerspective(hwc(x, b), HOMOGRAPHIES[b].numpy(), (39, 41), **flags)), atol=tolerance)
+        np.testing.assert_allclose(
+            ours[b], chw(cv2.warpAffine(hwc(x, b), MATRICES[b].numpy(), (39, 41), **flags)), atol=tolerance
+        )
+        np.testing.assert_allclose(
+            perspective[b],
+            chw(cv2.warpPerspective(hwc(x, b), HOMOGRAPHIES[b].numpy(), (39, 41), **flags)),
+            atol=tolerance,
+        )
 
 
 @pytest.mark.parametrize("padding", PADDINGS)
@@ -68,7 +86,9 @@ def test_bicubic_perspective_equals_the_definition(padding: str) -> None:
     x = photo(2, 3, 37, 53, D)
     actual = warp_perspective(x, HOMOGRAPHIES, (41, 39), "bicubic", padding)
     for b in range(2):
-        np.testing.assert_allclose(actual[b], by_keys(x[b].numpy(), *pulled(HOMOGRAPHIES[b].numpy(), 41, 39), padding), atol=1e-9)
+        np.testing.assert_allclose(
+            actual[b], by_keys(x[b].numpy(), *pulled(HOMOGRAPHIES[b].numpy(), 41, 39), padding), atol=1e-9
+        )
 
 
 def positions(height: int, width: int) -> tuple[Tensor, Tensor]:
@@ -101,12 +121,16 @@ def test_remap_equals_scipy_and_opencv(padding: str) -> None:
     map_x, map_y = positions(23, 34)
     exact = remap(x, map_x, map_y, "bilinear", padding, True)
     for b in range(2):
-        np.testing.assert_allclose(exact[b], by_scipy(x[b].numpy(), [map_y[b].numpy(), map_x[b].numpy()], padding), atol=1e-12)
+        np.testing.assert_allclose(
+            exact[b], by_scipy(x[b].numpy(), [map_y[b].numpy(), map_x[b].numpy()], padding), atol=1e-12
+        )
         maps = map_x[b].float().numpy(), map_y[b].float().numpy()
         nearest = chw(cv2.remap(hwc(x.float(), b), *maps, cv2.INTER_NEAREST, borderMode=CV_BORDER[padding]))
         linear = chw(cv2.remap(hwc(x.float(), b), *maps, cv2.INTER_LINEAR, borderMode=CV_BORDER[padding]))
         np.testing.assert_allclose(exact[b], linear, atol=0.04)  # positions are rounded to 1/32 pixel there
-        np.testing.assert_array_equal(remap(x.float(), *[m.float() for m in (map_x, map_y)], "nearest", padding, True)[b], nearest)
+        np.testing.assert_array_equal(
+            remap(x.float(), *[m.float() for m in (map_x, map_y)], "nearest", padding, True)[b], nearest
+        )
 
 
 def test_nearest_affine_takes_the_nearest() -> None:
@@ -115,7 +139,9 @@ def test_nearest_affine_takes_the_nearest() -> None:
     actual = warp_affine(x, matrices, (41, 39), "nearest", "border")
     for b in range(2):
         rows, columns = pulled(full(matrices[b]), 41, 39)
-        expected = x[b].numpy()[:, np.clip(np.rint(rows), 0, 36).astype(int), np.clip(np.rint(columns), 0, 52).astype(int)]
+        expected = x[b].numpy()[
+            :, np.clip(np.rint(rows), 0, 36).astype(int), np.clip(np.rint(columns), 0, 52).astype(int)
+        ]
         np.testing.assert_array_equal(actual[b], expected)
 
 
@@ -148,8 +174,12 @@ def test_wrappers_are_affine_warps_about_the_middle() -> None:
     one, zero = torch.ones(2, dtype=D), torch.zeros(2, dtype=D)
     rotation = np.stack([cv2.getRotationMatrix2D((26, 18), a, 1.0) for a in angle.tolist()])
     scaling = np.stack([[[a, 0, 26 * (1 - a)], [0, b, 18 * (1 - b)]] for a, b in factor.tolist()])
-    moving = torch.stack([torch.stack([one, zero, move[:, 0]], -1), torch.stack([zero, one, move[:, 1]], -1)], 1)
-    shearing = torch.stack([torch.stack([one, move[:, 0] / 10, zero], -1), torch.stack([move[:, 1] / 10, one, zero], -1)], 1)
+    moving = torch.stack(
+        [torch.stack([one, zero, move[:, 0]], -1), torch.stack([zero, one, move[:, 1]], -1)], 1
+    )
+    shearing = torch.stack(
+        [torch.stack([one, move[:, 0] / 10, zero], -1), torch.stack([move[:, 1] / 10, one, zero], -1)], 1
+    )
     for actual, matrix in (
         (rotate(x, angle), torch.from_numpy(rotation)),
         (rotate(x, angle, middle), torch.from_numpy(rotation)),
@@ -179,15 +209,21 @@ def test_homography_warp_equals_grid_sample(mode: str, align: bool) -> None:
     points = torch.cat([grid, torch.ones_like(grid[..., :1])], -1).numpy() @ NORMALIZED[0].numpy().T
     np.testing.assert_allclose(warped, points[..., :2] / points[..., 2:], atol=1e-12)
     expected = F.grid_sample(x, warped, mode, "border", align)
-    torch.testing.assert_close(homography_warp(x, NORMALIZED, (20, 31), mode, "border", align), expected, rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        homography_warp(x, NORMALIZED, (20, 31), mode, "border", align), expected, rtol=0, atol=1e-9
+    )
 
 
 def test_homography_warp_in_pixels() -> None:
     x = photo(2, 3, 37, 53, D)
     expected = warp_perspective(x, HOMOGRAPHIES, (20, 31))
     back = torch.linalg.inv(HOMOGRAPHIES)
-    torch.testing.assert_close(homography_warp(x, back, (20, 31), normalized_coordinates=False), expected, rtol=0, atol=1e-9)
-    torch.testing.assert_close(homography_warp(x, HOMOGRAPHIES, (20, 31), normalized_homography=False), expected, rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        homography_warp(x, back, (20, 31), normalized_coordinates=False), expected, rtol=0, atol=1e-9
+    )
+    torch.testing.assert_close(
+        homography_warp(x, HOMOGRAPHIES, (20, 31), normalized_homography=False), expected, rtol=0, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("mapping", ["linear", "log"])
@@ -198,7 +234,9 @@ def test_polar_equals_opencv(mapping: str) -> None:
     for b in range(2):
         flags = cv2.INTER_LINEAR + (cv2.WARP_POLAR_LOG if mapping == "log" else cv2.WARP_POLAR_LINEAR)
         expected = chw(cv2.warpPolar(hwc(x, b), (48, 72), center[b].tolist(), float(radius[b]), flags))
-        np.testing.assert_allclose(actual[b], expected, atol=0.04)  # positions are rounded to 1/32 pixel there
+        np.testing.assert_allclose(
+            actual[b], expected, atol=0.04
+        )  # positions are rounded to 1/32 pixel there
         assert np.abs(actual[b].numpy() - expected).mean() < 2e-3
 
 
@@ -216,10 +254,17 @@ def test_elastic_equals_blurred_noise(align: bool) -> None:
     grid = F.affine_grid(torch.eye(3, dtype=D)[None, :2].expand(2, 2, 3), [2, 1, 37, 53], align).clone()
     for b in range(2):
         for axis, factor in ((0, 0.5), (1, 0.3)):
-            smooth = cv2.GaussianBlur(noise[b, axis].numpy(), (7, 9), sigmaX=1.5, sigmaY=2.5, borderType=cv2.BORDER_CONSTANT)
+            smooth = cv2.GaussianBlur(
+                noise[b, axis].numpy(), (7, 9), sigmaX=1.5, sigmaY=2.5, borderType=cv2.BORDER_CONSTANT
+            )
             grid[b, ..., axis] += torch.from_numpy(smooth) * factor
     expected = F.grid_sample(x, grid, "bilinear", "reflection", align)
     actual = elastic_transform2d(x, noise, (9, 7), (2.5, 1.5), (0.5, 0.3), align, padding_mode="reflection")
     torch.testing.assert_close(actual, expected, rtol=0, atol=1e-9)
     each = torch.tensor([[2.5, 1.5]] * 2, dtype=D), torch.tensor([[0.5, 0.3]] * 2, dtype=D)
-    torch.testing.assert_close(elastic_transform2d(x, noise, (9, 7), *each, align, padding_mode="reflection"), expected, rtol=0, atol=1e-9)
+    torch.testing.assert_close(
+        elastic_transform2d(x, noise, (9, 7), *each, align, padding_mode="reflection"),
+        expected,
+        rtol=0,
+        atol=1e-9,
+    )

@@ -15,14 +15,21 @@ SIZES = {"B": 2, "C": 3, "H": 19, "W": 22, "N": 9, "OH": 8, "OW": 11}
 
 
 def family(entry: Entry) -> str:
-    """The package whose public name the op is, or "" for what is not public as a function (a wrapper made for export)."""
+    """The package whose public name the op is, or "" for what is not public as a function (a wrapper made for
+    export)."""
     function = entry.function()
     package = function.__module__.rpartition(".")[0]
     public = getattr(importlib.import_module(package), "__all__", ())
-    return package if function.__name__ in public and hasattr(importlib.import_module(package), "__getattr__") else ""
+    return (
+        package
+        if function.__name__ in public and hasattr(importlib.import_module(package), "__getattr__")
+        else ""
+    )
 
 
-OWN_CLASS = {"geometry.transform.affine"}  # Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py
+OWN_CLASS = {
+    "geometry.transform.affine"
+}  # Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py
 WITH_TWIN = {name: entry for name, entry in catalog().items() if family(entry) and name not in OWN_CLASS}
 
 
@@ -45,7 +52,12 @@ def test_no_op_on_images_is_without() -> None:
 
 
 def test_constructor_looks_like_the_function() -> None:
-    assert list(inspect.signature(GaussianBlur2d).parameters) == ["kernel_size", "sigma", "border_type", "separable"]
+    assert list(inspect.signature(GaussianBlur2d).parameters) == [
+        "kernel_size",
+        "sigma",
+        "border_type",
+        "separable",
+    ]
     assert GaussianBlur2d.__module__ == "chiasm.filters"
     with pytest.raises(TypeError, match="sigma"):
         GaussianBlur2d((3, 3))

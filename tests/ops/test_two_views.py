@@ -1,4 +1,5 @@
-"""From two images to a homography, on photographs moved by known ones, beside OpenCV's SIFT, matcher and findHomography."""
+"""From two images to a homography, on photographs moved by known ones, beside OpenCV's SIFT, matcher and
+findHomography."""
 
 import cv2
 import numpy as np
@@ -15,7 +16,9 @@ SIZE = (320, 240)
 def views(name: str, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A photograph, the same turned, scaled, tilted, darker and noisier, and the homography between them."""
     random = np.random.default_rng(seed)
-    photo = cv2.resize(cv2.imread(str(FOLDER / name), cv2.IMREAD_GRAYSCALE), SIZE, interpolation=cv2.INTER_AREA)
+    photo = cv2.resize(
+        cv2.imread(str(FOLDER / name), cv2.IMREAD_GRAYSCALE), SIZE, interpolation=cv2.INTER_AREA
+    )
     corners = np.array([[0, 0], [SIZE[0], 0], SIZE, [0, SIZE[1]]], np.float64)
     angle, scale, middle = np.deg2rad(random.uniform(-30, 30)), random.uniform(0.8, 1.25), corners.mean(0)
     turn = scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -31,15 +34,26 @@ def tensor(image: np.ndarray) -> Tensor:
 
 def corner_error(estimate: np.ndarray, truth: np.ndarray) -> float:
     corners = np.array([[[0, 0], [SIZE[0], 0], SIZE, [0, SIZE[1]]]], np.float64)
-    return float(np.linalg.norm(cv2.perspectiveTransform(corners, estimate) - cv2.perspectiveTransform(corners, truth), axis=-1).mean())
+    return float(
+        np.linalg.norm(
+            cv2.perspectiveTransform(corners, estimate) - cv2.perspectiveTransform(corners, truth), axis=-1
+        ).mean()
+    )
 
 
 def by_opencv(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     sift = cv2.SIFT_create(500)
     points1, described1 = sift.detectAndCompute(first, None)
     points2, described2 = sift.detectAndCompute(second, None)
-    pairs = [a for a, b in cv2.BFMatcher().knnMatch(described1, described2, k=2) if a.distance < 0.8 * b.distance]
-    return cv2.findHomography(np.float32([points1[m.queryIdx].pt for m in pairs]), np.float32([points2[m.trainIdx].pt for m in pairs]), cv2.RANSAC, 3.0)[0]
+    pairs = [
+        a for a, b in cv2.BFMatcher().knnMatch(described1, described2, k=2) if a.distance < 0.8 * b.distance
+    ]
+    return cv2.findHomography(
+        np.float32([points1[m.queryIdx].pt for m in pairs]),
+        np.float32([points2[m.trainIdx].pt for m in pairs]),
+        cv2.RANSAC,
+        3.0,
+    )[0]
 
 
 def test_it_is_as_near_as_opencv() -> None:
@@ -47,7 +61,9 @@ def test_it_is_as_near_as_opencv() -> None:
     for seed, name in enumerate(("astronaut.png", "coffee.png", "camera.png")):
         first, second, truth = views(name, seed)
         uniforms = torch.rand(1, 500, 4, generator=torch.Generator().manual_seed(seed))
-        estimate, points1, points2, matched, inliers = two_view_homography(tensor(first), tensor(second), uniforms, 500, num_octaves=3)
+        estimate, points1, points2, matched, inliers = two_view_homography(
+            tensor(first), tensor(second), uniforms, 500, num_octaves=3
+        )
         ours.append(corner_error(estimate[0].double().numpy(), truth))
         theirs.append(corner_error(by_opencv(first, second), truth))
         mapped = cv2.perspectiveTransform(points1.double().numpy(), truth)[0]
@@ -60,7 +76,9 @@ def test_it_is_as_near_as_opencv() -> None:
 
 def test_what_has_nothing_in_common_has_few_inliers() -> None:
     first, second = (tensor(views(name, 0)[0]) for name in ("coffee.png", "camera.png"))
-    inliers = two_view_homography(first, second, torch.rand(1, 300, 4, generator=torch.Generator().manual_seed(0)), 300, num_octaves=2)[4]
+    inliers = two_view_homography(
+        first, second, torch.rand(1, 300, 4, generator=torch.Generator().manual_seed(0)), 300, num_octaves=2
+    )[4]
     assert int(inliers.sum()) < 10
 
 

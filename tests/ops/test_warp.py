@@ -26,12 +26,15 @@ def test_equals_opencv(channels: int, dsize: tuple[int, int]) -> None:
     x = photo(3, channels, 37, 53)
     actual = warp_perspective(x, MATRICES.float(), dsize)
     for b in range(3):
-        expected = chw(cv2.warpPerspective(hwc(x, b), MATRICES[b].numpy(), dsize[::-1], flags=cv2.INTER_LINEAR))
+        expected = chw(
+            cv2.warpPerspective(hwc(x, b), MATRICES[b].numpy(), dsize[::-1], flags=cv2.INTER_LINEAR)
+        )
         np.testing.assert_allclose(actual[b], expected, atol=1e-4)
 
 
 def test_a_plane_is_warped_exactly() -> None:
-    """A plane a x + b y + c is reproduced exactly by bilinear sampling, so warped values are known in closed form."""
+    """A plane a x + b y + c is reproduced exactly by bilinear sampling, so warped values are known in closed
+    form."""
     height, width = 40, 50
     yy, xx = torch.meshgrid(torch.arange(40.0).double(), torch.arange(50.0).double(), indexing="ij")
     x = (0.3 * xx - 0.2 * yy + 5.0).expand(3, 1, height, width)
@@ -75,8 +78,15 @@ def test_equals_grid_sample(mode: str, padding: str, align: bool) -> None:
 
 def test_align_corners_is_only_about_reflection() -> None:
     x = photo(3, 2, 37, 53)
-    for mode, padding in (("bilinear", "zeros"), ("bilinear", "border"), ("bicubic", "zeros"), ("nearest", "fill")):
-        both = [warp_perspective(x, MATRICES.float(), (41, 39), mode, padding, align) for align in (True, False)]
+    for mode, padding in (
+        ("bilinear", "zeros"),
+        ("bilinear", "border"),
+        ("bicubic", "zeros"),
+        ("nearest", "fill"),
+    ):
+        both = [
+            warp_perspective(x, MATRICES.float(), (41, 39), mode, padding, align) for align in (True, False)
+        ]
         assert torch.equal(*both)
 
 
@@ -86,7 +96,9 @@ def test_fill_blends_with_what_is_covered() -> None:
     actual = warp_perspective(x, MATRICES, (41, 39), "bilinear", "fill", True, fill)
     shifted = warp_perspective(x - fill[:, None, None], MATRICES, (41, 39))
     torch.testing.assert_close(actual, shifted + fill[:, None, None], rtol=0, atol=1e-12)
-    assert torch.equal(warp_perspective(x, MATRICES, (41, 39), "bilinear", "fill"), warp_perspective(x, MATRICES, (41, 39)))
+    assert torch.equal(
+        warp_perspective(x, MATRICES, (41, 39), "bilinear", "fill"), warp_perspective(x, MATRICES, (41, 39))
+    )
 
 
 def test_points_at_infinity_are_outside() -> None:

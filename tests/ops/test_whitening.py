@@ -15,7 +15,9 @@ from chiasm.primitives.linalg.matrix_roots import spd_square_roots
 def patches(count: int, channels: int, size: int, dtype: torch.dtype = torch.float64) -> Tensor:
     """Neighbouring patches of a photograph: strongly correlated features."""
     x = photo(1, channels, 60, 60, dtype)[0]
-    return torch.stack([x[:, i % 50 : i % 50 + size, i // 3 % 50 : i // 3 % 50 + size] for i in range(0, 7 * count, 7)])
+    return torch.stack(
+        [x[:, i % 50 : i % 50 + size, i // 3 % 50 : i // 3 % 50 + size] for i in range(0, 7 * count, 7)]
+    )
 
 
 def power(rows: np.ndarray, exponent: float, unbiased: bool, eps: float) -> np.ndarray:
@@ -41,7 +43,9 @@ def test_whitened_features_are_uncorrelated(dim: int) -> None:
     x = patches(200, 1, 3).movedim(0, dim)
     white = enhance.zca_whiten(x, dim, eps=1e-9)
     assert white.shape == x.shape
-    np.testing.assert_allclose(np.cov(white.movedim(dim, 0).flatten(1).numpy(), rowvar=False), np.eye(9), atol=1e-3)
+    np.testing.assert_allclose(
+        np.cov(white.movedim(dim, 0).flatten(1).numpy(), rowvar=False), np.eye(9), atol=1e-3
+    )
 
 
 def test_float32_data_are_whitened_in_float64() -> None:
@@ -52,7 +56,9 @@ def test_float32_data_are_whitened_in_float64() -> None:
 
 def test_gradients() -> None:
     x = patches(12, 1, 2).requires_grad_(True)
-    assert torch.autograd.gradcheck(lambda x: enhance.zca_mean(x, eps=1e-3, return_inverse=True), [x], fast_mode=True)
+    assert torch.autograd.gradcheck(
+        lambda x: enhance.zca_mean(x, eps=1e-3, return_inverse=True), [x], fast_mode=True
+    )
     assert torch.autograd.gradcheck(lambda x: enhance.zca_whiten(x, eps=1e-3), [x], fast_mode=True)
 
 
@@ -71,7 +77,9 @@ def test_linear_transform(dim: int) -> None:
     matrix = torch.rand(features, features, generator=generator, dtype=torch.float64)
     mean = torch.rand(1, features, generator=generator, dtype=torch.float64)
     expected = ((rows.reshape(rows.shape[0], -1) - mean.numpy()) @ matrix.numpy()).reshape(rows.shape)
-    np.testing.assert_allclose(enhance.linear_transform(x, matrix, mean, dim), np.moveaxis(expected, 0, dim), atol=1e-12)
+    np.testing.assert_allclose(
+        enhance.linear_transform(x, matrix, mean, dim), np.moveaxis(expected, 0, dim), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("condition", [1.0, 1e3, 1e9])
@@ -91,8 +99,16 @@ WRONG = [
     (lambda: enhance.zca_mean(X.int()), TypeError, "inp: expected a floating-point tensor"),
     (lambda: enhance.zca_mean(X[0, 0]), ValueError, "inp: expected at least two dimensions"),
     (lambda: enhance.zca_whiten(X, 3), ValueError, "dim: expected a dimension of a tensor with 3, got 3"),
-    (lambda: enhance.linear_transform(X, EYE[:, :5], EYE[:1]), ValueError, r"transform_matrix: expected shape \(6, 6\), got \[6, 5\]"),
-    (lambda: enhance.linear_transform(X, EYE, EYE[:1, :5]), ValueError, r"mean_vector: expected shape \(1, 6\), got \[1, 5\]"),
+    (
+        lambda: enhance.linear_transform(X, EYE[:, :5], EYE[:1]),
+        ValueError,
+        r"transform_matrix: expected shape \(6, 6\), got \[6, 5\]",
+    ),
+    (
+        lambda: enhance.linear_transform(X, EYE, EYE[:1, :5]),
+        ValueError,
+        r"mean_vector: expected shape \(1, 6\), got \[1, 5\]",
+    ),
 ]
 
 

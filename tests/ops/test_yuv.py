@@ -45,7 +45,10 @@ def test_odd_sizes_repeat_the_edge(size: tuple[int, int]) -> None:
 def test_back_repeats_chroma(size: tuple[int, int]) -> None:
     x = photo(3, 3, *size, torch.float64)
     h, w = size
-    for there, back, rows in ((color.rgb_to_yuv420, color.yuv420_to_rgb, 2), (color.rgb_to_yuv422, color.yuv422_to_rgb, 1)):
+    for there, back, rows in (
+        (color.rgb_to_yuv420, color.yuv420_to_rgb, 2),
+        (color.rgb_to_yuv422, color.yuv422_to_rgb, 1),
+    ):
         y, uv = there(x)
         chroma = uv.numpy().repeat(rows, 2).repeat(2, 3)[:, :, :h, :w]
         expected = skimage.color.yuv2rgb(np.concatenate([y, chroma], 1), channel_axis=1)
@@ -68,7 +71,10 @@ def test_frame_equals_opencv() -> None:
 @pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16, torch.float32])
 def test_dtype_is_kept(dtype: torch.dtype) -> None:
     x = photo(2, 3, 9, 12, dtype)
-    for there, back in ((color.rgb_to_yuv420, color.yuv420_to_rgb), (color.rgb_to_yuv422, color.yuv422_to_rgb)):
+    for there, back in (
+        (color.rgb_to_yuv420, color.yuv420_to_rgb),
+        (color.rgb_to_yuv422, color.yuv422_to_rgb),
+    ):
         y, uv = there(x)
         assert (y.dtype, uv.dtype, back(y, uv).dtype) == (dtype, dtype, dtype)
 
@@ -77,10 +83,26 @@ Y, UV = torch.zeros(1, 1, 6, 8), torch.zeros(1, 2, 3, 4)
 WRONG = [
     (lambda: color.rgb_to_yuv420(Y), ValueError, r"image: expected shape \(\*, 3, H, W\)"),
     (lambda: color.rgb_to_yuv422(torch.zeros(3, 4, 4).int()), TypeError, "image: expected a floating-point"),
-    (lambda: color.yuv420_to_rgb(UV, UV), ValueError, r"imagey: expected shape \(\*, 1, H, W\), got \[1, 2, 3, 4\]"),
-    (lambda: color.yuv420_to_rgb(Y, Y), ValueError, r"imageuv: expected shape \(\*, 2, H, W\), got \[1, 1, 6, 8\]"),
-    (lambda: color.yuv420_to_rgb(Y, UV[..., :3]), ValueError, "imageuv: expected a width of 4 for an imagey of 8, got 3"),
-    (lambda: color.yuv420_to_rgb(Y, UV[:, :, :2]), ValueError, "imageuv: expected a height of 3 for an imagey of 6, got 2"),
+    (
+        lambda: color.yuv420_to_rgb(UV, UV),
+        ValueError,
+        r"imagey: expected shape \(\*, 1, H, W\), got \[1, 2, 3, 4\]",
+    ),
+    (
+        lambda: color.yuv420_to_rgb(Y, Y),
+        ValueError,
+        r"imageuv: expected shape \(\*, 2, H, W\), got \[1, 1, 6, 8\]",
+    ),
+    (
+        lambda: color.yuv420_to_rgb(Y, UV[..., :3]),
+        ValueError,
+        "imageuv: expected a width of 4 for an imagey of 8, got 3",
+    ),
+    (
+        lambda: color.yuv420_to_rgb(Y, UV[:, :, :2]),
+        ValueError,
+        "imageuv: expected a height of 3 for an imagey of 6, got 2",
+    ),
     (lambda: color.yuv422_to_rgb(Y, UV), ValueError, "imageuv: expected the height 6 of imagey, got 3"),
     (lambda: color.yuv422_to_rgb(Y[:, :, :3], UV[..., :3]), ValueError, "imageuv: expected a width of 4"),
     (lambda: color.planar_yuv_to_rgb(Y.int(), UV), TypeError, "imagey: expected a floating-point"),

@@ -19,8 +19,21 @@ from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, Entry, catalog
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "coverage.md"
-#: Families that are complete: each of their public functions is in the catalog, or is listed with the reason why it cannot be.
-COMPLETE = ("color", "enhance", "filters", "morphology", "image", "feature", "losses", "metrics", "contrib", "pipelines", *(f"geometry.{family}" for family in chiasm.geometry.__all__))
+#: Families that are complete: each of their public functions is in the catalog, or is listed with the reason
+#: why it cannot be.
+COMPLETE = (
+    "color",
+    "enhance",
+    "filters",
+    "morphology",
+    "image",
+    "feature",
+    "losses",
+    "metrics",
+    "contrib",
+    "pipelines",
+    *(f"geometry.{family}" for family in chiasm.geometry.__all__),
+)
 WAYS = {
     "TorchScript (C++)": lambda check: check["artifact"].endswith("forward.pt"),
     "ONNX (C++)": lambda check: check["backend"] == "C++ onnx",
@@ -36,7 +49,13 @@ def declared(entry: Entry) -> list[str]:
     tolerances = {d: spec.tolerance("forward", d) for d in spec.dtypes if spec.generic}
     loosest = next(iter(tolerances.values()), None)
     gradient = ", ".join(f"`{n}`" for n in spec.differentiated()) or "no"
-    return [f"`{spec.name}`", " ".join(spec.dtypes) if spec.generic else "as declared", gradient, f"{loosest.atol:g} + {loosest.rtol:g}" if loosest else "exact", spec.reference or "-"]
+    return [
+        f"`{spec.name}`",
+        " ".join(spec.dtypes) if spec.generic else "as declared",
+        gradient,
+        f"{loosest.atol:g} + {loosest.rtol:g}" if loosest else "exact",
+        spec.reference or "-",
+    ]
 
 
 def public_functions() -> dict[str, bool]:
@@ -56,7 +75,11 @@ def cell(checks: list[dict], way: str, method: str) -> str:
     mine = [c for c in checks if c["method"] == method and WAYS[way](c)]
     if not mine:
         return ""
-    return "**failed**" if any(c["message"] for c in mine) else f"{max(c['error'] for c in mine):.0e}".replace("0e+00", "0")
+    return (
+        "**failed**"
+        if any(c["message"] for c in mine)
+        else f"{max(c['error'] for c in mine):.0e}".replace("0e+00", "0")
+    )
 
 
 def page(entries: dict[str, Entry], checks: list[dict]) -> str:
@@ -72,13 +95,29 @@ def page(entries: dict[str, Entry], checks: list[dict]) -> str:
     lines = [
         "# Coverage",
         "",
-        "Written by `make parity coverage`; do not edit. Each number is the largest difference from eager Python over the parity matrix's",
-        "shapes (none of them the exported ones; batches of 1 and more; 1, 3 and 5 channels) and the op's dtypes; every one is within the op's tolerance",
+        (
+            "Written by `make parity coverage`; do not edit. Each number is the largest difference from eager"
+            " Python over the parity matrix's"
+        ),
+        (
+            "shapes (none of them the exported ones; batches of 1 and more; 1, 3 and 5 channels) and the op's"
+            " dtypes; every one is within the op's tolerance"
+        ),
         "`atol + rtol |expected|`, given for its first dtype. An empty cell: there is no such artifact.",
         "",
-        f"{len(public)} public functions in {', '.join(COMPLETE)}: {sum(public.values())} are deployed in every format, {len(public) - sum(public.values())} are",
-        f"not, for the reasons at the end. {len(entries)} specs in all families (some functions have several), {len(checks)} comparisons, {failed} failed.",
-        f"Not compiled in this run: {', '.join(without)}." if without else "All of them were compiled natively.",
+        (
+            f"{len(public)} public functions in {', '.join(COMPLETE)}: {sum(public.values())} are deployed in"
+            f" every format, {len(public) - sum(public.values())} are"
+        ),
+        (
+            f"not, for the reasons at the end. {len(entries)} specs in all families (some functions have"
+            f" several), {len(checks)} comparisons, {failed} failed."
+        ),
+        (
+            f"Not compiled in this run: {', '.join(without)}."
+            if without
+            else "All of them were compiled natively."
+        ),
         "",
         "| family | specs | " + " | ".join(WAYS) + " | with vjp |",
         "|---|---|" + "---|" * (len(WAYS) + 1),
@@ -87,7 +126,11 @@ def page(entries: dict[str, Entry], checks: list[dict]) -> str:
         group = list(names)
         counts = [sum(bool(cell(by_op[n], way, "forward")) for n in group) for way in WAYS]
         gradients = sum(bool(entries[n].spec.differentiated()) for n in group)
-        lines.append(f"| {family} | {len(group)} | " + " | ".join(f"{100 * c // len(group)} %" for c in counts) + f" | {gradients} |")
+        lines.append(
+            f"| {family} | {len(group)} | "
+            + " | ".join(f"{100 * c // len(group)} %" for c in counts)
+            + f" | {gradients} |"
+        )
     for family, names in groupby(entries, key=lambda n: n.partition(".")[0]):
         columns = ["op", "dtypes", "vjp by", "tolerance", "reference", *WAYS, "vjp ONNX", "vjp native"]
         lines += ["", f"## {family}", "", "| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
@@ -97,7 +140,13 @@ def page(entries: dict[str, Entry], checks: list[dict]) -> str:
             lines.append("| " + " | ".join(declared(entries[name]) + errors) + " |")
     lines += ["", "## Not deployed", ""]
     lines += [f"* `{name}`: {reason}" for name, reason in sorted(NOT_DEPLOYED.items())]
-    lines += ["", "## Differentiable, without an exported gradient", "", "Eager Python and TorchScript have it.", ""]
+    lines += [
+        "",
+        "## Differentiable, without an exported gradient",
+        "",
+        "Eager Python and TorchScript have it.",
+        "",
+    ]
     lines += [f"* `{name}`: {reason}" for name, reason in sorted(NO_GRADIENT.items())]
     return "\n".join(lines) + "\n"
 

@@ -3,9 +3,11 @@
     python tests/parity/matrix.py             of every bundle in build/bundles
     python tests/parity/matrix.py PATTERN...  of these ops, whose bundles must be there
 
-Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Each ONNX artifact is run flat, and fused as
-its body and as the native kernel. Every artifact of a bundle must be run by some backend; one that is not counts as a failure.
-Several ops are checked at once. Writes build/parity.json (with a PATTERN it replaces those ops' rows); the last line printed is `parity: N checks of K ops, M failed`, and the exit status is 1 where something failed.
+Backends are the C++ runtime's (native, torch, onnx) and ONNX Runtime in Python. Each ONNX artifact is run
+flat, and fused as its body and as the native kernel. Every artifact of a bundle must be run by some backend;
+one that is not counts as a failure. Several ops are checked at once. Writes build/parity.json (with a PATTERN
+it replaces those ops' rows); the last line printed is `parity: N checks of K ops, M failed`, and the exit
+status is 1 where something failed.
 """
 
 from __future__ import annotations
@@ -59,12 +61,18 @@ class Check:
 
 def main(patterns: list[str]) -> int:
     warnings.simplefilter("ignore")
-    entries = [n for n in catalog() if (any(fnmatch(n, p) for p in patterns) if patterns else (BUNDLES / f"{n}.chiasm").is_dir())]
+    entries = [
+        n
+        for n in catalog()
+        if (any(fnmatch(n, p) for p in patterns) if patterns else (BUNDLES / f"{n}.chiasm").is_dir())
+    ]
     console = Console(width=None if sys.stdout.isatty() else 140)
     # Spawned, not forked: engines do not survive a fork.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(len(os.sched_getaffinity(0)), mp_context=context) as pool:
-        done = track(pool.map(check_op, entries), "parity", total=len(entries), console=console, transient=True)
+        done = track(
+            pool.map(check_op, entries), "parity", total=len(entries), console=console, transient=True
+        )
         checks = [check for some in done for check in some]
     RESULT.parent.mkdir(exist_ok=True)
     others = json.loads(RESULT.read_text()) if patterns and RESULT.exists() else []
@@ -73,7 +81,9 @@ def main(patterns: list[str]) -> int:
     console.print(summary(checks))
     failed = [c for c in checks if c.message]
     for c in failed[:40]:
-        console.print(f"[red]FAIL[/] {c.op} {c.method} {c.dtype} {c.backend} {c.shape}: {c.message}", highlight=False)
+        console.print(
+            f"[red]FAIL[/] {c.op} {c.method} {c.dtype} {c.backend} {c.shape}: {c.message}", highlight=False
+        )
     print(f"parity: {len(checks)} checks of {len(entries)} ops, {len(failed)} failed")
     return 1 if failed or not checks else 0
 
@@ -90,7 +100,10 @@ def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
     manifest = read_manifest(folder)
     spec = entry.spec
     op = bind(entry.function(), [t.name for t in spec.inputs], spec.config, name)
-    outputs = [TensorSpec(t["name"], tuple(t["shape"]), t["dtype"]) for t in manifest["methods"]["forward"]["outputs"]]
+    outputs = [
+        TensorSpec(t["name"], tuple(t["shape"]), t["dtype"])
+        for t in manifest["methods"]["forward"]["outputs"]
+    ]
     eager = {"forward": op, "vjp": vjp_module(op, spec, outputs)}
     for method, signature in manifest["methods"].items():
         for variant in spec.variants():
@@ -108,15 +121,28 @@ def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
             for artifact in signature["artifacts"]:
                 serves = not artifact["dtypes"] or variant in artifact["dtypes"]
                 if serves and artifact["file"] not in run and artifact.get("isa") != "x86-64-v4":
-                    yield Check(name, method, variant or "", artifact["backend"], artifact["file"], "", float("inf"), "no backend ran this artifact")
+                    yield Check(
+                        name,
+                        method,
+                        variant or "",
+                        artifact["backend"],
+                        artifact["file"],
+                        "",
+                        float("inf"),
+                        "no backend ran this artifact",
+                    )
 
 
 _loaded: dict[tuple, Runner] = {}  # of one op: check_op clears it, since engines hold memory
 
 
-def runners(folder: Path, manifest: dict, method: str, variant: str | None) -> Iterator[tuple[str, str, Runner]]:
+def runners(
+    folder: Path, manifest: dict, method: str, variant: str | None
+) -> Iterator[tuple[str, str, Runner]]:
     """(backend, artifact, run) for everything that serves this method and dtype; engines are loaded once."""
-    artifacts = [a for a in manifest["methods"][method]["artifacts"] if not a["dtypes"] or variant in a["dtypes"]]
+    artifacts = [
+        a for a in manifest["methods"][method]["artifacts"] if not a["dtypes"] or variant in a["dtypes"]
+    ]
     forms = {backend: [False] for backend in dict.fromkeys(a["backend"] for a in artifacts)}
     is_native = "native" in forms
     if is_native and "onnx" in forms:
@@ -124,14 +150,26 @@ def runners(folder: Path, manifest: dict, method: str, variant: str | None) -> I
     for backend, fused in [(b, f) for b in forms for f in forms[b]]:
         key = (folder, method, variant, backend, fused)
         if key not in _loaded:
-            _loaded[key] = chiasm.runtime.open(folder).method(method, backend=backend, dtype=variant, fused=fused)
+            _loaded[key] = chiasm.runtime.open(folder).method(
+                method, backend=backend, dtype=variant, fused=fused
+            )
         loaded = _loaded[key]
-        yield f"C++ {backend}{' fused' * fused}", loaded.artifact, lambda inputs, m=loaded: as_tuple(m(*inputs.values()))
+        yield (
+            f"C++ {backend}{' fused' * fused}",
+            loaded.artifact,
+            lambda inputs, m=loaded: as_tuple(m(*inputs.values())),
+        )
     for artifact in (a for a in artifacts if a["format"] == "onnx"):
-        for column in ["Python onnx"] if "function" not in artifact else ["Python onnx body", "Python onnx fused"][: 1 + is_native]:
+        for column in (
+            ["Python onnx"]
+            if "function" not in artifact
+            else ["Python onnx body", "Python onnx fused"][: 1 + is_native]
+        ):
             key = (folder, method, variant, artifact["file"], column)
             if key not in _loaded:
-                _loaded[key] = onnx_session(folder / artifact["file"], folder if column.endswith("fused") else None)
+                _loaded[key] = onnx_session(
+                    folder / artifact["file"], folder if column.endswith("fused") else None
+                )
             yield column, artifact["file"], _loaded[key]
 
 
@@ -150,7 +188,14 @@ def judged(runner: Runner, inputs, expected, method) -> tuple[float, str]:
 def summary(checks: list[Check]) -> Table:
     """Worst error per op and method, a column a backend."""
     backends = list(dict.fromkeys(c.backend for c in checks))
-    table = Table(Column("op", no_wrap=True), "method", "dtype", *backends, title="parity: largest difference from eager Python", box=None)
+    table = Table(
+        Column("op", no_wrap=True),
+        "method",
+        "dtype",
+        *backends,
+        title="parity: largest difference from eager Python",
+        box=None,
+    )
     by_row: dict[tuple, dict[str, list[Check]]] = {}
     for c in checks:
         by_row.setdefault((c.op, c.method, c.dtype), {}).setdefault(c.backend, []).append(c)
@@ -159,7 +204,9 @@ def summary(checks: list[Check]) -> Table:
         for backend in backends:
             some = row.get(backend, [])
             worst = max((c.error for c in some), default=0.0)
-            cells.append("" if not some else f"[{'red' if any(c.message for c in some) else 'green'}]{worst:.1e}[/]")
+            cells.append(
+                "" if not some else f"[{'red' if any(c.message for c in some) else 'green'}]{worst:.1e}[/]"
+            )
         table.add_row(*key, *cells)
     return table
 

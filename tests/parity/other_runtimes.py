@@ -1,12 +1,14 @@
-"""Bundles in engines that chiasm does not ship with: an old ONNX Runtime and OpenVINO, on both forms of each ONNX artifact.
+"""Bundles in engines that chiasm does not ship with: an old ONNX Runtime and OpenVINO, on both forms of each
+ONNX artifact.
 
     tools/other_runtimes.sh                              # makes the environments
     python tests/parity/other_runtimes.py [FOLDER]       # of bundles; build/bundles by default
 
-Every ONNX artifact of the ops listed below is run on the bundle's golden vectors and compared within the manifest's tolerances; in the old ONNX Runtime
-the fused ones again with chiasm's plug-in. What an engine is
-known not to do is listed below, with the reason; an entry that no longer fails is a failure, so that the list stays true. The
-last line printed is `other runtimes: N checks, M failed`, and the exit status is 1 where something failed.
+Every ONNX artifact of the ops listed below is run on the bundle's golden vectors and compared within the
+manifest's tolerances; in the old ONNX Runtime the fused ones again with chiasm's plug-in. What an engine is
+known not to do is listed below, with the reason; an entry that no longer fails is a failure, so that the list
+stays true. The last line printed is `other runtimes: N checks, M failed`, and the exit status is 1 where
+something failed.
 """
 
 from __future__ import annotations
@@ -35,17 +37,31 @@ ENGINES = {
 }
 
 _OLD_FLOAT64 = "ONNX Runtime 1.17 has no float64 kernel of Cos and others"
-_OLD_FUSION = "ONNX Runtime 1.17 fuses a float64 product with a transpose into an operator that it has for float32 only"
+_OLD_FUSION = (
+    "ONNX Runtime 1.17 fuses a float64 product with a transpose into an operator that it has for float32 only"
+)
 _FLOAT32_INSIDE = "OpenVINO's CPU plug-in computes float64 in float32"
 
 #: The ops that were gone through with these engines; each family of image ops is represented.
 OPS = (
-    "color.rgb_to_grayscale", "color.rgb_to_hsv", "enhance.normalize", "feature.*", "filters.bilateral_blur", "filters.gaussian_blur2d",
-    "filters.median_blur", "filters.sobel", "geometry.*", "losses.*", "morphology.dilation", "pipelines.*",
+    "color.rgb_to_grayscale",
+    "color.rgb_to_hsv",
+    "enhance.normalize",
+    "feature.*",
+    "filters.bilateral_blur",
+    "filters.gaussian_blur2d",
+    "filters.median_blur",
+    "filters.sobel",
+    "geometry.*",
+    "losses.*",
+    "morphology.dilation",
+    "pipelines.*",
 )
 
 
-def _old(reason: str, methods: list[str], ops: str, family: str = "geometry") -> dict[tuple[str, str, str], str]:
+def _old(
+    reason: str, methods: list[str], ops: str, family: str = "geometry"
+) -> dict[tuple[str, str, str], str]:
     """What ONNX Runtime 1.17 cannot do, of some ops of a family, in either form."""
     files = [f"{method}.float32{form}.onnx" for method in methods for form in ("", ".fused")]
     return {("ONNX Runtime 1.17", f"{family}.{op}", file): reason for op in ops.split() for file in files}
@@ -53,24 +69,47 @@ def _old(reason: str, methods: list[str], ops: str, family: str = "geometry") ->
 
 #: (engine, op, file) -> why the engine cannot do it.
 KNOWN = {
-    **_old(_OLD_FLOAT64, ["forward", "vjp"], """
-        epipolar.motion_from_essential_choose_solution pnp.refine_pnp transform.get_affine_matrix2d transform.get_affine_matrix3d
-        transform.get_projective_transform transform.get_rotation_matrix2d transform.get_shear_matrix2d transform.get_shear_matrix3d
-        transform.rotate transform.rotate3d transform.scale
-    """),
-    **_old(_OLD_FUSION, ["forward"], """
-        calibration.solve_pnp_dlt epipolar.decompose_essential_matrix epipolar.find_essential epipolar.find_fundamental
-        epipolar.find_fundamental_7point epipolar.motion_from_essential epipolar.project_to_essential epipolar.triangulate_points
-        ransac.ransac_essential ransac.ransac_fundamental solvers.find_affine stereo.stereo_rectify transform.crop_and_resize
+    **_old(
+        _OLD_FLOAT64,
+        ["forward", "vjp"],
+        """
+        epipolar.motion_from_essential_choose_solution pnp.refine_pnp transform.get_affine_matrix2d
+        transform.get_affine_matrix3d transform.get_projective_transform transform.get_rotation_matrix2d
+        transform.get_shear_matrix2d transform.get_shear_matrix3d transform.rotate transform.rotate3d
+        transform.scale
+    """,
+    ),
+    **_old(
+        _OLD_FUSION,
+        ["forward"],
+        """
+        calibration.solve_pnp_dlt epipolar.decompose_essential_matrix epipolar.find_essential
+        epipolar.find_fundamental epipolar.find_fundamental_7point epipolar.motion_from_essential
+        epipolar.project_to_essential epipolar.triangulate_points ransac.ransac_essential
+        ransac.ransac_fundamental solvers.find_affine stereo.stereo_rectify transform.crop_and_resize
         transform.crop_by_boxes transform.get_perspective_transform
-    """),
-    **_old(_OLD_FUSION, ["forward"], """
-        match_fginn.mutual match_fginn.plain match_mnn.masked match_mnn.plain match_nn.masked match_nn.plain match_smnn match_smnn_batched match_snn
-        match_adalam.masked match_adalam.plain
-    """, "feature"),
+    """,
+    ),
+    **_old(
+        _OLD_FUSION,
+        ["forward"],
+        """
+        match_fginn.mutual match_fginn.plain match_mnn.masked match_mnn.plain match_nn.masked match_nn.plain
+        match_smnn match_smnn_batched match_snn match_adalam.masked match_adalam.plain
+    """,
+        "feature",
+    ),
     **_old(_OLD_FUSION, ["forward"], "two_view_homography", "pipelines"),
-    ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _OLD_FLOAT64,
-    ("ONNX Runtime 1.17", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.fused.onnx"): _OLD_FLOAT64,
+    (
+        "ONNX Runtime 1.17",
+        "geometry.conversions.axis_angle_to_rotation_matrix",
+        "forward.float64.onnx",
+    ): _OLD_FLOAT64,
+    (
+        "ONNX Runtime 1.17",
+        "geometry.conversions.axis_angle_to_rotation_matrix",
+        "forward.float64.fused.onnx",
+    ): _OLD_FLOAT64,
     ("OpenVINO", "color.rgb_to_grayscale", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "filters.sobel", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.camera.project_points", "forward.float64.onnx"): _FLOAT32_INSIDE,
@@ -84,10 +123,16 @@ KNOWN = {
     ("OpenVINO", "geometry.solvers.solve_quartic", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "losses.mutual_information_loss_2d.masked", "vjp.float32.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "losses.normalized_mutual_information_loss_2d.masked", "vjp.float32.onnx"): _FLOAT32_INSIDE,
-    ("OpenVINO", "geometry.conversions.axis_angle_to_rotation_matrix", "forward.float64.onnx"): _FLOAT32_INSIDE,
+    (
+        "OpenVINO",
+        "geometry.conversions.axis_angle_to_rotation_matrix",
+        "forward.float64.onnx",
+    ): _FLOAT32_INSIDE,
 }
 #: engine -> why it cannot do the fused form of any op.
-KNOWN_FUSED = {"OpenVINO": "OpenVINO's ONNX reader does not expand a model's own functions: it takes the flat form"}
+KNOWN_FUSED = {
+    "OpenVINO": "OpenVINO's ONNX reader does not expand a model's own functions: it takes the flat form"
+}
 
 
 def main(folder: Path) -> int:
@@ -100,10 +145,17 @@ def main(folder: Path) -> int:
         console.print(f"[yellow]known[/] {engine}: {count} fused artifacts: {reason}", highlight=False)
     for r in rows:
         if r["known"] and not (r["form"] == "body" and r["engine"] in KNOWN_FUSED):
-            console.print(f"[yellow]known[/] {r['engine']}: {r['op']} {r['file']}: {KNOWN[r['engine'], r['op'], r['file']]}", highlight=False)
+            console.print(
+                f"[yellow]known[/] {r['engine']}: {r['op']} {r['file']}:"
+                f" {KNOWN[r['engine'], r['op'], r['file']]}",
+                highlight=False,
+            )
     failed = [r for r in rows if r["message"] and not r["known"]]
     for r in failed[:40]:
-        console.print(f"[red]FAIL[/] {r['engine']}: {r['op']} {r['file']}: {escape(r['message'][:600])}", highlight=False)
+        console.print(
+            f"[red]FAIL[/] {r['engine']}: {r['op']} {r['file']}: {escape(r['message'][:600])}",
+            highlight=False,
+        )
     print(f"other runtimes: {len(rows)} checks, {len(failed)} failed")
     return 1 if failed or not rows else 0
 
@@ -121,20 +173,33 @@ def run(engine: str, bundles: list[Path]) -> list[dict[str, Any]]:
         if (op, file, form) not in seen:
             last = (done.stderr.strip().splitlines() or ["no message"])[-1]
             message = f"was not run; the process ended with {done.returncode}: {last}"
-            rows.append({"op": op, "file": file, "form": form, "error": float("inf"), "message": message, "seconds": 0.0})
+            rows.append(
+                {
+                    "op": op,
+                    "file": file,
+                    "form": form,
+                    "error": float("inf"),
+                    "message": message,
+                    "seconds": 0.0,
+                }
+            )
     return [judge(engine, row) for row in rows]
 
 
 def expected(engine: str, bundle: Path) -> list[tuple[str, str, str]]:
     """(op, file, form) for every ONNX artifact."""
     manifest = json.loads((bundle / "manifest.json").read_text())
-    artifacts = [(m, a) for m in manifest["methods"].values() for a in m["artifacts"] if a["format"] == "onnx"]
+    artifacts = [
+        (m, a) for m in manifest["methods"].values() for a in m["artifacts"] if a["format"] == "onnx"
+    ]
     return [(manifest["name"], a["file"], form) for m, a in artifacts for form in forms(engine, a, m)]
 
 
 def judge(engine: str, row: dict[str, Any]) -> dict[str, Any]:
     """Apply the list of what is known."""
-    reason = KNOWN.get((engine, row["op"], row["file"])) or (KNOWN_FUSED.get(engine) if row["form"] == "body" else None)
+    reason = KNOWN.get((engine, row["op"], row["file"])) or (
+        KNOWN_FUSED.get(engine) if row["form"] == "body" else None
+    )
     if row["form"] == "native":  # what is known is of graphs of standard operators
         reason = None
     row |= {"engine": engine, "known": bool(reason and row["message"])}
@@ -145,8 +210,19 @@ def judge(engine: str, row: dict[str, Any]) -> dict[str, Any]:
 
 def summary(rows: list[dict[str, Any]]) -> Table:
     """Worst error per artifact, a column for each engine and form that it can run."""
-    columns = ("ONNX Runtime 1.17 flat", "ONNX Runtime 1.17 body", "ONNX Runtime 1.17 native", "OpenVINO flat")
-    table = Table(Column("op", no_wrap=True), "artifact", *columns, title="other runtimes: largest difference from eager Python", box=None)
+    columns = (
+        "ONNX Runtime 1.17 flat",
+        "ONNX Runtime 1.17 body",
+        "ONNX Runtime 1.17 native",
+        "OpenVINO flat",
+    )
+    table = Table(
+        Column("op", no_wrap=True),
+        "artifact",
+        *columns,
+        title="other runtimes: largest difference from eager Python",
+        box=None,
+    )
     cells: dict[tuple[str, str], dict[str, str]] = {}
     for r in rows:
         column = f"{r['engine']} {r['form']}"

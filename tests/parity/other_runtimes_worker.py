@@ -1,8 +1,10 @@
-"""Replays golden vectors on the ONNX artifacts of bundles, in an environment that has NumPy, safetensors and one engine.
+"""Replays golden vectors on the ONNX artifacts of bundles, in an environment that has NumPy, safetensors and
+one engine.
 
     .deps/ENGINE/bin/python tests/parity/other_runtimes_worker.py onnxruntime|openvino PLUGIN BUNDLE ...
 
-PLUGIN is the path of libchiasm_ort.so: in ONNX Runtime a fused artifact runs as its body, and again as native code. Prints a line of JSON for each artifact and golden case; other_runtimes.py reads them.
+PLUGIN is the path of libchiasm_ort.so: in ONNX Runtime a fused artifact runs as its body, and again as native
+code. Prints a line of JSON for each artifact and golden case; other_runtimes.py reads them.
 """
 
 import json
@@ -36,7 +38,8 @@ def by_openvino(file: Path, names: list[str], plugin: None) -> Runner:
     core = openvino.Core()
     core.set_property("CPU", {"INFERENCE_PRECISION_HINT": "f32"})  # else bfloat16 where the CPU has it
     model = core.compile_model(str(file), "CPU")
-    # By position: an input that a cast to its own dtype follows has the cast's name too, and get_any_name() may give that one.
+    # By position: an input that a cast to its own dtype follows has the cast's name too, and get_any_name()
+    # may give that one.
     return lambda inputs: [np.array(x) for x in model(inputs).values()]
 
 
@@ -47,7 +50,9 @@ def forms(engine: str, artifact: dict[str, Any], method: dict[str, Any]) -> list
     """How the engine runs an ONNX artifact: "flat", or a fused one as its "body" and as "native" code."""
     if "function" not in artifact:
         return ["flat"]
-    has_native = any(a["backend"] == "native" and a["dtypes"] == artifact["dtypes"] for a in method["artifacts"])
+    has_native = any(
+        a["backend"] == "native" and a["dtypes"] == artifact["dtypes"] for a in method["artifacts"]
+    )
     return ["body", "native"] if engine == "onnxruntime" and has_native else ["body"]
 
 
@@ -58,28 +63,51 @@ def replay(engine: str, plugin: str, bundle: Path) -> list[dict[str, Any]]:
         for case in manifest["golden"]["cases"]:
             method = manifest["methods"][case["method"]]
             for artifact in method["artifacts"]:
-                serves = artifact["format"] == "onnx" and (case["dtype"] is None or case["dtype"] in artifact["dtypes"])
+                serves = artifact["format"] == "onnx" and (
+                    case["dtype"] is None or case["dtype"] in artifact["dtypes"]
+                )
                 if not serves:
                     continue
-                inputs, expected = ([golden.get_tensor(f"{case['prefix']}/{t['name']}") for t in method[k]] for k in ("inputs", "outputs"))
+                inputs, expected = (
+                    [golden.get_tensor(f"{case['prefix']}/{t['name']}") for t in method[k]]
+                    for k in ("inputs", "outputs")
+                )
                 for form in forms(engine, artifact, method):
                     started = time.perf_counter()
                     try:
-                        run = ENGINES[engine](bundle / artifact["file"], [t["name"] for t in method["inputs"]], plugin if form == "native" else None)
+                        run = ENGINES[engine](
+                            bundle / artifact["file"],
+                            [t["name"] for t in method["inputs"]],
+                            plugin if form == "native" else None,
+                        )
                         error, message = compare(run(inputs), expected, method)
                     except Exception as failure:  # whatever the engine throws is the finding
                         error, message = float("inf"), f"refused: {' '.join(str(failure).split())}"
-                    row = {"op": manifest["name"], "file": artifact["file"], "form": form, "error": error, "message": message}
+                    row = {
+                        "op": manifest["name"],
+                        "file": artifact["file"],
+                        "form": form,
+                        "error": error,
+                        "message": message,
+                    }
                     rows.append(row | {"seconds": time.perf_counter() - started})
     return rows
 
 
-def compare(results: list[np.ndarray], expected: list[np.ndarray], method: dict[str, Any]) -> tuple[float, str]:
+def compare(
+    results: list[np.ndarray], expected: list[np.ndarray], method: dict[str, Any]
+) -> tuple[float, str]:
     """The largest absolute difference, and "" or what is wrong."""
     worst, message = 0.0, ""
     for tensor, result, want in zip(method["outputs"], results, expected, strict=True):
         if result.shape != want.shape or result.dtype != want.dtype:
-            return float("inf"), f"output {tensor['name']!r}: expected {want.shape} {want.dtype}, got {result.shape} {result.dtype}"
+            return (
+                float("inf"),
+                (
+                    f"output {tensor['name']!r}: expected {want.shape} {want.dtype}, got {result.shape}"
+                    f" {result.dtype}"
+                ),
+            )
         tolerance = method["tolerances"].get(str(want.dtype), {"atol": 0.0, "rtol": 0.0})
         a, b = result.astype(np.float64), want.astype(np.float64)
         same = (a == b) | (np.isnan(a) & np.isnan(b))

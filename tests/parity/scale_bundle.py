@@ -46,7 +46,15 @@ def scripted(module: nn.Module) -> bytes:
 
 
 def tensor(name: str, dtype: str, shape: list) -> dict:
-    return {"name": name, "dtype": dtype, "shape": shape, "description": "", "layout": "", "color": "", "range": None}
+    return {
+        "name": name,
+        "dtype": dtype,
+        "shape": shape,
+        "description": "",
+        "layout": "",
+        "color": "",
+        "range": None,
+    }
 
 
 def artifact(backend: str, form: str, file: str, data: bytes, dtypes: list[str], **more) -> dict:
@@ -58,7 +66,9 @@ def artifact(backend: str, form: str, file: str, data: bytes, dtypes: list[str],
 TOLERANCES = {d: {"atol": 1e-6, "rtol": 1e-6} for d in ("float32", "float64")}
 
 
-def write_bundle(folder: Path, name: str, methods: dict, files: dict[str, bytes], golden: dict, cases: list[dict]) -> Path:
+def write_bundle(
+    folder: Path, name: str, methods: dict, files: dict[str, bytes], golden: dict, cases: list[dict]
+) -> Path:
     path = folder / f"{name}.chiasm"
     path.mkdir()
     files = files | {"golden.safetensors": save(golden)}
@@ -110,11 +120,24 @@ def write_scale(folder: Path, golden_offset: float = 0.0) -> Path:
             "artifacts": [artifact("torch", "torchscript", "scale.pt", script, kinds, autograd=True)],
         },
     }
-    x, keep = np.arange(6, dtype=np.float32).reshape(2, 3), np.array([[True, False, True], [False, True, True]])
+    x, keep = (
+        np.arange(6, dtype=np.float32).reshape(2, 3),
+        np.array([[True, False, True], [False, True, True]]),
+    )
     golden = {"a/x": x, "a/scale": np.array(3, np.float32), "a/keep": keep}
-    golden |= {"a/y": np.where(keep, x * 3, 0).astype(np.float32) + np.float32(golden_offset), "a/dropped": ~keep}
+    golden |= {
+        "a/y": np.where(keep, x * 3, 0).astype(np.float32) + np.float32(golden_offset),
+        "a/dropped": ~keep,
+    }
     files = {"scale.pt": script, "scale32.onnx": single, "scale64.onnx": double}
-    return write_bundle(folder, "test.scale", methods, files, golden, [{"prefix": "a", "method": "forward", "dtype": "float32"}])
+    return write_bundle(
+        folder,
+        "test.scale",
+        methods,
+        files,
+        golden,
+        [{"prefix": "a", "method": "forward", "dtype": "float32"}],
+    )
 
 
 def example(dtype: type = np.float32) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -3,10 +3,11 @@
     python tests/parity/selection.py            list them, with why
     python tests/parity/selection.py OUTPUT     export them to OUTPUT
 
-All of the catalog is `make test-all`, too long for every run. Compiled are the ops that the tests name, those whose source has changed, and
-one more of each family. Of the rest every op that has changed is exported, and every sixth other one; of these every sixteenth with its
-gradient, which takes most of an export's time. Which ones hangs on the content of their sources, so that the same sources have the same tests.
-The sources are compared with $CHIASM_BASE, else with where the branch left origin's, else with the commit before.
+All of the catalog is `make test-all`, too long for every run. Compiled are the ops that the tests name, those
+whose source has changed, and one more of each family. Of the rest every op that has changed is exported, and
+every sixth other one; of these every sixteenth with its gradient, which takes most of an export's time. Which
+ones hangs on the content of their sources, so that the same sources have the same tests. The sources are
+compared with $CHIASM_BASE, else with where the branch left origin's, else with the commit before.
 """
 
 from __future__ import annotations
@@ -34,12 +35,26 @@ EXPORTED = 6
 GRADIENTS = 16
 #: What takes minutes to compile and is left to `make test-all`, unless a test names it.
 SLOW = (
-    "contrib.diamond_square.*", "feature.detect_keypoints.*", "feature.match_adalam.*", "losses.hausdorff_*", "pipelines.two_view_homography",
-    "geometry.epipolar.find_*", "geometry.epipolar.motion_from_*", "geometry.epipolar.project_to_essential", "geometry.homography.find_*", "geometry.pnp.*",
-    "geometry.quaternion.average_quaternions", "geometry.ransac.*", "geometry.solvers.solve_cubic", "geometry.solvers.solve_quartic", "geometry.subpix.conv_*",
-    "geometry.subpix.iterative_*", "geometry.transform.*3d",
+    "contrib.diamond_square.*",
+    "feature.detect_keypoints.*",
+    "feature.match_adalam.*",
+    "losses.hausdorff_*",
+    "pipelines.two_view_homography",
+    "geometry.epipolar.find_*",
+    "geometry.epipolar.motion_from_*",
+    "geometry.epipolar.project_to_essential",
+    "geometry.homography.find_*",
+    "geometry.pnp.*",
+    "geometry.quaternion.average_quaternions",
+    "geometry.ransac.*",
+    "geometry.solvers.solve_cubic",
+    "geometry.solvers.solve_quartic",
+    "geometry.subpix.conv_*",
+    "geometry.subpix.iterative_*",
+    "geometry.transform.*3d",
 )
-#: A commit that changes more ops than this has some of them taken, lest a test run take hours; the rest waits for `make test-all`.
+#: A commit that changes more ops than this has some of them taken, lest a test run take hours; the rest waits
+#: for `make test-all`.
 MOST_CHANGED = 12
 
 
@@ -54,7 +69,9 @@ def changed_files() -> set[str]:
     base = os.environ.get("CHIASM_BASE") or git("merge-base", "HEAD", "origin/HEAD")
     if not base or base == git("rev-parse", "HEAD"):
         base = "HEAD~1"
-    return set(git("diff", "--name-only", base).split() + git("ls-files", "--others", "--exclude-standard").split())
+    return set(
+        git("diff", "--name-only", base).split() + git("ls-files", "--others", "--exclude-standard").split()
+    )
 
 
 def source_of(name: str) -> Path:
@@ -71,7 +88,11 @@ def chosen() -> tuple[dict[str, str], list[str]]:
     entries = catalog()
     folders = [ROOT / "tests" / name for name in ("export", "parity", "runtime", "robustness", "consumer")]
     files = [p for folder in folders for p in folder.rglob("*") if p.suffix in (".py", ".cpp", ".sh", ".c")]
-    apart = ("other_runtimes.py", "sanitized_artifacts.py", Path(__file__).name)  # they run no native code, or their own
+    apart = (
+        "other_runtimes.py",
+        "sanitized_artifacts.py",
+        Path(__file__).name,
+    )  # they run no native code, or their own
     tests = [p for p in files if p.name not in apart]
     words = re.findall(r"\b[a-z]+(?:\.[a-z0-9_]+)+", " ".join(p.read_text() for p in tests))
     named = {w.removesuffix(".chiasm") for w in words} & set(entries)
@@ -89,7 +110,11 @@ def chosen() -> tuple[dict[str, str], list[str]]:
         for name in sorted((n for n in others if n not in result and n not in slow), key=lot)[: max(0, due)]:
             result[name] = "one of its family"
     if len(touched) > MOST_CHANGED:
-        Console(stderr=True).print(f"{len(touched)} ops have changed: {MOST_CHANGED} of them are compiled, `make test-all` compiles all", style="yellow")
+        Console(stderr=True).print(
+            f"{len(touched)} ops have changed: {MOST_CHANGED} of them are compiled, `make test-all`"
+            " compiles all",
+            style="yellow",
+        )
     same = sorted((n for n in entries if n not in result and n not in differing), key=lot)
     return result, [n for n in differing if n not in result] + same[::EXPORTED]
 
@@ -105,7 +130,13 @@ def main(arguments: list[str]) -> None:
     export_names(list(native), Path(arguments[0]), ("torchscript", "onnx", "native"), jobs=jobs)
     with_gradients = [n for n in others[::GRADIENTS] if not any(fnmatch(n, pattern) for pattern in SLOW)]
     export_names(with_gradients, Path(arguments[0]), ("torchscript", "onnx"), jobs=jobs)
-    export_names([n for n in others if n not in with_gradients], Path(arguments[0]), ("torchscript", "onnx"), methods=("forward",), jobs=jobs)
+    export_names(
+        [n for n in others if n not in with_gradients],
+        Path(arguments[0]),
+        ("torchscript", "onnx"),
+        methods=("forward",),
+        jobs=jobs,
+    )
 
 
 if __name__ == "__main__":

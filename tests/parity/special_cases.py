@@ -1,4 +1,5 @@
-"""Special values for any op: which numbers are put where, and which results of eager Python are theirs and not their rounding's."""
+"""Special values for any op: which numbers are put where, and which results of eager Python are theirs and
+not their rounding's."""
 
 from __future__ import annotations
 
@@ -11,7 +12,21 @@ from torch import Tensor
 Inputs = dict[str, Tensor]
 
 #: What an element becomes; "negated" and the integers' "wrong sign" are the tensor's own values.
-FLOATS = ("nan", "inf", "-inf", "0", "denormal", "1e10", "-1e10", "3e9", "-3e9", "1e38", "-1e38", "largest", "negated")
+FLOATS = (
+    "nan",
+    "inf",
+    "-inf",
+    "0",
+    "denormal",
+    "1e10",
+    "-1e10",
+    "3e9",
+    "-3e9",
+    "1e38",
+    "-1e38",
+    "largest",
+    "negated",
+)
 INTEGERS = ("least", "largest", "0", "-1", "-5", "1000000000", "256")
 PATTERNS = ("all", "one", "row")
 #: Whole matrices (last two dimensions) that solvers meet: of rank one, and of rank one less than full.
@@ -34,27 +49,41 @@ def cases(inputs: Inputs) -> Iterator[Case]:
     """All cases of an op's inputs, those that broke most first."""
     for pattern in PATTERNS:
         for name, tensor in inputs.items():
-            if tensor.numel() == 0 or (pattern != "all" and tensor.dim() == 0) or (pattern == "row" and tensor.dim() < 2):
+            if (
+                tensor.numel() == 0
+                or (pattern != "all" and tensor.dim() == 0)
+                or (pattern == "row" and tensor.dim() < 2)
+            ):
                 continue
             values = FLOATS if tensor.is_floating_point() else INTEGERS
             for value in values:
                 if filled(tensor, value) is not None:
                     yield Case(name, value, pattern)
     for name, tensor in inputs.items():
-        if tensor.is_floating_point() and tensor.dim() >= 2 and 1 < tensor.size(-2) <= 8 and 1 < tensor.size(-1) <= 8:
+        if (
+            tensor.is_floating_point()
+            and tensor.dim() >= 2
+            and 1 < tensor.size(-2) <= 8
+            and 1 < tensor.size(-1) <= 8
+        ):
             for value in MATRICES:
                 yield Case(name, value, "all")
 
 
 def filled(tensor: Tensor, value: str) -> Tensor | None:
-    """The tensor of special values that a case takes its elements from; None where the dtype cannot hold the value."""
+    """The tensor of special values that a case takes its elements from; None where the dtype cannot hold the
+    value."""
     if tensor.is_floating_point():
         limits = torch.finfo(tensor.dtype)
         if value == "negated":
             return -tensor
         number = {"denormal": limits.tiny / 8, "largest": limits.max}.get(value)
         number = float(value) if number is None else number
-        return None if abs(number) > limits.max and number not in (float("inf"), float("-inf")) else torch.full_like(tensor, number)
+        return (
+            None
+            if abs(number) > limits.max and number not in (float("inf"), float("-inf"))
+            else torch.full_like(tensor, number)
+        )
     if tensor.dtype == torch.bool:
         return torch.full_like(tensor, value == "-1") if value in ("0", "-1") else None
     limits = torch.iinfo(tensor.dtype)
@@ -88,7 +117,8 @@ def doubled(inputs: Inputs) -> Inputs:
 
 
 def shaken(inputs: Inputs, seed: int, rtol: float) -> Inputs:
-    """Each number moved by up to 128 of its dtype's roundings, or an eighth of the tolerance; what is special stays."""
+    """Each number moved by up to 128 of its dtype's roundings, or an eighth of the tolerance; what is special
+    stays."""
     generator = torch.Generator().manual_seed(seed)
     return {n: _shaken(t, generator, rtol) if t.is_floating_point() else t for n, t in inputs.items()}
 
@@ -104,18 +134,24 @@ def _shaken(t: Tensor, generator: torch.Generator, rtol: float) -> Tensor:
 def agreeing(a: Tensor, b: Tensor, atol: float, rtol: float) -> Tensor:
     """Where two results are the same number, both NaN, or no farther apart than allowed."""
     a, b = a.double(), b.double()
-    near = (a - b).abs() <= atol + rtol * b.abs()  # never true of an infinity but of its equal, which comes next
+    near = (
+        a - b
+    ).abs() <= atol + rtol * b.abs()  # never true of an infinity but of its equal, which comes next
     return (a == b) | (a.isnan() & b.isnan()) | (near & a.isfinite() & b.isfinite())
 
 
 def determined(result: Tensor, others: Sequence[Tensor], atol: float, rtol: float) -> Tensor:
-    """Where eager Python's result hangs on the input and not on its rounding: it is the same in float64 and on shaken inputs.
+    """Where eager Python's result hangs on the input and not on its rounding: it is the same in float64 and
+    on shaken inputs.
 
-    Only there can another engine be held to it: sums of the largest numbers overflow or do not, by their order.
+    Only there can another engine be held to it: sums of the largest numbers overflow or do not, by their
+    order.
     """
     known = torch.ones_like(result, dtype=torch.bool)
     if result.is_floating_point():
-        known = ~(result.isfinite() & (result.abs() > torch.finfo(result.dtype).max / 4))  # a rounding from infinity
+        known = ~(
+            result.isfinite() & (result.abs() > torch.finfo(result.dtype).max / 4)
+        )  # a rounding from infinity
     for other in others:
         if other.shape == result.shape:
             known = known & agreeing(other, result, atol, rtol)

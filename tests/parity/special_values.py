@@ -1,14 +1,16 @@
 """NaN, infinities, zeros and extreme numbers into every op on every backend.
 
-    python tests/parity/special_values.py                          of every bundle in build/bundles
-    python tests/parity/special_values.py PATTERN...               of these ops
-    python tests/parity/special_values.py --seconds 60             what fits into that time, of each op some cases
-    python tests/parity/special_values.py --bundles FOLDER OP --case "input=nan, all"
+    python tests/parity/special_values.py                          of every bundle in build/bundles python
+    tests/parity/special_values.py PATTERN...               of these ops python tests/parity/special_values.py
+    --seconds 60             what fits into that time, of each op some cases python
+    tests/parity/special_values.py --bundles FOLDER OP --case "input=nan, all"
 
-Each value of special_cases.py is put into each input: into all of it, one element, a row. The calls are made in child processes. None may end by a
-signal, take longer than 10 s of the processor, or take more than 4 times the memory of a normal call (and 64 MiB). Where eager Python's result
-does not hang on rounding, every backend must give the same within the spec's tolerance, NaN for NaN and infinity for infinity; a spec's `special_values` says where it need not, and why. The last line printed is `special values: N calls of K of L ops, M failed`; the exit status is 1 where
-something failed.
+Each value of special_cases.py is put into each input: into all of it, one element, a row. The calls are made
+in child processes. None may end by a signal, take longer than 10 s of the processor, or take more than 4
+times the memory of a normal call (and 64 MiB). Where eager Python's result does not hang on rounding, every
+backend must give the same within the spec's tolerance, NaN for NaN and infinity for infinity; a spec's
+`special_values` says where it need not, and why. The last line printed is `special values: N calls of K of L
+ops, M failed`; the exit status is 1 where something failed.
 """
 
 from __future__ import annotations
@@ -36,12 +38,13 @@ from chiasm.export.catalog import catalog
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKER = Path(__file__).with_name("special_values_worker.py")
-#: The processor's time that one call may take, and the time on the clock of a machine that is busy with other things.
+#: The processor's time that one call may take, and the time on the clock of a machine that is busy with other
+#: things.
 PROCESSOR_SECONDS, CLOCK_SECONDS = 10.0, 90.0
 #: After so many children of one op have died the rest of it is left out.
 DEATHS = 6
-#: Ops whose results are not compared, which must only end well: with an extreme number among others they are what rounding left of these, though float64
-#: and inputs moved a little may agree by chance.
+#: Ops whose results are not compared, which must only end well: with an extreme number among others they are
+#: what rounding left of these, though float64 and inputs moved a little may agree by chance.
 LEFT_TO_ROUNDING = ("geometry.calibration.solve_pnp_dlt", "geometry.epipolar.essential_from_Rt")
 #: How long an op's cases take at most where the time is limited.
 OP_SECONDS = 2.0
@@ -66,7 +69,13 @@ class Child:
     def start(self) -> subprocess.Popen:
         if self.process is None:
             environment = os.environ | {"OMP_NUM_THREADS": "1"}
-            self.process = subprocess.Popen([sys.executable, str(WORKER)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment)
+            self.process = subprocess.Popen(
+                [sys.executable, str(WORKER)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env=environment,
+            )
             self.buffer = b""
         return self.process
 
@@ -100,7 +109,10 @@ class Child:
     def is_late(self, step: str, since: float, used: float) -> bool:
         """Whether a step has had its time; large graphs may take theirs to load."""
         times = 10.0 if " load " in f" {step}" else 1.0
-        return self.processor_seconds() - used > times * PROCESSOR_SECONDS or time.monotonic() - since > times * CLOCK_SECONDS
+        return (
+            self.processor_seconds() - used > times * PROCESSOR_SECONDS
+            or time.monotonic() - since > times * CLOCK_SECONDS
+        )
 
     def processor_seconds(self) -> float:
         assert self.process is not None
@@ -122,9 +134,19 @@ class Child:
             step, message = fatal
             label, _, what = step.partition(" ")
             backend, _, case = what.partition(": ")
-            report.failures.append({"op": job["op"], "method": label, "backend": backend, "case": case, "message": message})
+            report.failures.append(
+                {"op": job["op"], "method": label, "backend": backend, "case": case, "message": message}
+            )
             job["skipped"].append(step)
-        report.failures.append({"op": job["op"], "method": "", "backend": "", "case": "", "message": f"{DEATHS} processes have died: the rest is left out"})
+        report.failures.append(
+            {
+                "op": job["op"],
+                "method": "",
+                "backend": "",
+                "case": "",
+                "message": f"{DEATHS} processes have died: the rest is left out",
+            }
+        )
         return report
 
     def watch(self, report: Report) -> tuple[str, str] | None:
@@ -146,21 +168,34 @@ class Child:
                 return step, f"did not end in {PROCESSOR_SECONDS:g} s"
         status = self.process.wait() if self.process else 0
         self.stop()
-        return step, f"ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        return step, (
+            f"ended by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+        )
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("patterns", nargs="*", default=["*"])
     parser.add_argument("--bundles", type=Path, default=ROOT / "build" / "bundles")
-    parser.add_argument("--seconds", type=float, default=0.0, help="stop after so long; 0: all cases, in all dtypes")
+    parser.add_argument(
+        "--seconds", type=float, default=0.0, help="stop after so long; 0: all cases, in all dtypes"
+    )
     parser.add_argument("--case", action="append", default=[], help="only this case, as the table names it")
     parser.add_argument("--result", type=Path, default=ROOT / "build" / "special_values.json")
     chosen = parser.parse_args()
-    names = [n for n in catalog() if any(fnmatch(n, p) for p in chosen.patterns) and (chosen.bundles / f"{n}.chiasm").is_dir()]
+    names = [
+        n
+        for n in catalog()
+        if any(fnmatch(n, p) for p in chosen.patterns) and (chosen.bundles / f"{n}.chiasm").is_dir()
+    ]
     if chosen.seconds:
         names.sort(key=lambda n: (not has_native(chosen.bundles / f"{n}.chiasm"), lot(n)))
-    common = {"bundles": str(chosen.bundles), "seconds": OP_SECONDS if chosen.seconds else 1e9, "mixed": bool(chosen.seconds), "cases": chosen.case}
+    common = {
+        "bundles": str(chosen.bundles),
+        "seconds": OP_SECONDS if chosen.seconds else 1e9,
+        "mixed": bool(chosen.seconds),
+        "cases": chosen.case,
+    }
     console = Console(width=None if sys.stdout.isatty() else 180)
     reports = []
     jobs = [common | {"op": n, "skipped": [], "compared": n not in LEFT_TO_ROUNDING} for n in names]
@@ -182,7 +217,12 @@ def show(report: Report, console: Console) -> None:
         key = (f["method"], f["backend"])
         shown[key] = shown.get(key, 0) + 1
         if shown[key] <= 4:
-            console.print(f"FAIL {f['op']} {f['method']} {f['backend']}: {f['case']}: {f['message']}", style="red", highlight=False, markup=False)
+            console.print(
+                f"FAIL {f['op']} {f['method']} {f['backend']}: {f['case']}: {f['message']}",
+                style="red",
+                highlight=False,
+                markup=False,
+            )
     for (method, backend), count in shown.items():
         if count > 4:
             console.print(f"     {report.op} {method} {backend}: and {count - 4} more", highlight=False)
@@ -209,7 +249,9 @@ def run(jobs: list[dict], seconds: float, console: Console) -> Iterator[Report]:
             idle.append(child)
 
     with ThreadPoolExecutor(workers) as pool:
-        reports = track(pool.map(one, jobs), "special values", total=len(jobs), console=console, transient=True)
+        reports = track(
+            pool.map(one, jobs), "special values", total=len(jobs), console=console, transient=True
+        )
         yield from (r for r in reports if r is not None)
     for child in children:
         if child.process is not None:

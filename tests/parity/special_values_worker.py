@@ -1,7 +1,8 @@
-"""The child process of special_values.py: runs one op's cases on every backend and says what it is about to do before it does it.
+"""The child process of special_values.py: runs one op's cases on every backend and says what it is about to
+do before it does it.
 
-Each line on standard input is a job (JSON); each line on the answering pipe is `begin STEP`, `end`, `fail JSON` or `done`.
-What kills or stops this process is therefore known by the last `begin`.
+Each line on standard input is a job (JSON); each line on the answering pipe is `begin STEP`, `end`, `fail
+JSON` or `done`. What kills or stops this process is therefore known by the last `begin`.
 """
 
 from __future__ import annotations
@@ -47,7 +48,10 @@ class Worker:
         self.answers.flush()
 
     def fail(self, op: str, method: str, backend: str, case: str, message: str) -> None:
-        self.say("fail", json.dumps({"op": op, "method": method, "backend": backend, "case": case, "message": message}))
+        self.say(
+            "fail",
+            json.dumps({"op": op, "method": method, "backend": backend, "case": case, "message": message}),
+        )
 
     def job(self, job: dict) -> None:
         """All methods and dtypes of an op, but for the steps that ended an earlier process."""
@@ -58,18 +62,32 @@ class Worker:
         for method, signature in manifest["methods"].items():
             for variant in spec.variants():
                 label = f"{method}{'.' + variant if variant else ''}"
-                outputs = [TensorSpec(t["name"], tuple(t["shape"]), t["dtype"]) for t in manifest["methods"]["forward"]["outputs"]]
+                outputs = [
+                    TensorSpec(t["name"], tuple(t["shape"]), t["dtype"])
+                    for t in manifest["methods"]["forward"]["outputs"]
+                ]
                 eager = op if method == "forward" else vjp_module(op, spec, outputs)
                 tensors = [TensorSpec(t["name"], tuple(t["shape"]), t["dtype"]) for t in signature["inputs"]]
                 inputs = with_cotangents(op, spec, samples.fit(spec, samples.GOLDEN), variant, tensors)
-                Method(self, name, label, spec, signature, inputs, job).check(folder, method, variant, lambda x, e=eager: run_eager(e, x))
+                Method(self, name, label, spec, signature, inputs, job).check(
+                    folder, method, variant, lambda x, e=eager: run_eager(e, x)
+                )
 
 
 class Method:
     """One method of one op at one dtype."""
 
-    def __init__(self, worker: Worker, op: str, label: str, spec: Spec, signature: dict, inputs: Inputs, job: dict) -> None:
-        self.worker, self.op, self.label, self.spec, self.signature, self.inputs = worker, op, label, spec, signature, inputs
+    def __init__(
+        self, worker: Worker, op: str, label: str, spec: Spec, signature: dict, inputs: Inputs, job: dict
+    ) -> None:
+        self.worker, self.op, self.label, self.spec, self.signature, self.inputs = (
+            worker,
+            op,
+            label,
+            spec,
+            signature,
+            inputs,
+        )
         self.skipped, self.job = set(job["skipped"]), job
         self.parts = len(spec.variants())
         self.normal: dict[str, int] = {}
@@ -78,7 +96,12 @@ class Method:
         backends: dict[str, Run] = {"eager": eager}
         artifacts = [a for a in self.signature["artifacts"] if not a["dtypes"] or variant in a["dtypes"]]
         for backend in dict.fromkeys(a["backend"] for a in artifacts):
-            loaded = self.step(f"load {backend}", lambda b=backend: chiasm.runtime.open(folder).method(method, backend=b, dtype=variant, fused=False))
+            loaded = self.step(
+                f"load {backend}",
+                lambda b=backend: chiasm.runtime.open(folder).method(
+                    method, backend=b, dtype=variant, fused=False
+                ),
+            )
             if loaded is not None:
                 backends[backend] = lambda x, m=loaded: as_tuple(m(*x.values()))
         for backend, run in backends.items():
@@ -97,7 +120,8 @@ class Method:
             self.one(case, backends)
 
     def step(self, what: str, run: Callable):
-        """Do something that may kill this process, unless it did so before; None where it raised, which is a failure."""
+        """Do something that may kill this process, unless it did so before; None where it raised, which is a
+        failure."""
         if f"{self.label} {what}" in self.skipped:
             return None
         self.worker.say("begin", f"{self.label} {what}")
@@ -122,7 +146,10 @@ class Method:
             results[backend] = self.step(f"{backend}: {case}", lambda r=run: r(inputs))
             used = peak() - before
             if used > TIMES * self.normal[backend] + MORE:
-                self.failed(f"{backend}: {case}", f"took {used >> 20} MiB, a normal call {self.normal[backend] >> 20} MiB")
+                self.failed(
+                    f"{backend}: {case}",
+                    f"took {used >> 20} MiB, a normal call {self.normal[backend] >> 20} MiB",
+                )
         expected = results.pop("eager")
         if expected is None or not self.compared(case):
             return
@@ -130,7 +157,10 @@ class Method:
         limit = self.spec.tolerance(self.label.partition(".")[0], floating[0]) if floating else None
         rtol = limit.rtol if limit else 0.0
         others = [self.step(f"eager in float64: {case}", lambda: quietly(backends["eager"], doubled(inputs)))]
-        others += [self.step(f"eager, shaken: {case}", lambda s=seed: backends["eager"](shaken(inputs, s, rtol))) for seed in (1, 2, 3)]
+        others += [
+            self.step(f"eager, shaken: {case}", lambda s=seed: backends["eager"](shaken(inputs, s, rtol)))
+            for seed in (1, 2, 3)
+        ]
         for i, want in enumerate(expected):
             limit = self.spec.tolerance(self.label.partition(".")[0], str(want.dtype).removeprefix("torch."))
             atol, rtol = (limit.atol, limit.rtol) if limit else (0.0, 0.0)
@@ -140,7 +170,11 @@ class Method:
                     wrong = known & ~agreeing(result[i], want, atol, rtol)
                     if wrong.any():
                         at = tuple(wrong.nonzero()[0].tolist())
-                        self.failed(f"{backend}: {case}", f"output {i} at {at}: {float(result[i][at]):.7g}, eager {float(want[at]):.7g} ({int(wrong.sum())} of {wrong.numel()})")
+                        self.failed(
+                            f"{backend}: {case}",
+                            f"output {i} at {at}: {float(result[i][at]):.7g}, eager {float(want[at]):.7g}"
+                            f" ({int(wrong.sum())} of {wrong.numel()})",
+                        )
 
     def compared(self, case: Case) -> bool:
         if not self.job["compared"] or self.label.startswith("vjp"):

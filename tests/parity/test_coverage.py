@@ -1,6 +1,8 @@
-"""No public function is left out of the catalog in silence, and docs/coverage.md can be written for all that is in it.
+"""No public function is left out of the catalog in silence, and docs/coverage.md can be written for all that
+is in it.
 
-The page itself is what the last full matrix found (`make parity coverage`, hours): no test asks that it be of today.
+The page itself is what the last full matrix found (`make parity coverage`, hours): no test asks that it be of
+today.
 """
 
 from coverage import declared, public_functions

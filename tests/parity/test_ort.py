@@ -1,4 +1,5 @@
-"""The plug-in in ONNX Runtime, on the exported bundles: which code ran, on whose threads, and what it says where it cannot."""
+"""The plug-in in ONNX Runtime, on the exported bundles: which code ran, on whose threads, and what it says
+where it cannot."""
 
 import json
 import os
@@ -35,14 +36,18 @@ def options(*bundles: Path, threads: int = 2) -> onnxruntime.SessionOptions:
     return made
 
 
-def profiled(model: str | bytes, made: onnxruntime.SessionOptions, inputs: dict[str, np.ndarray], tmp_path: Path) -> tuple[set[str], list[np.ndarray]]:
+def profiled(
+    model: str | bytes, made: onnxruntime.SessionOptions, inputs: dict[str, np.ndarray], tmp_path: Path
+) -> tuple[set[str], list[np.ndarray]]:
     """The types of the nodes that ran, by ONNX Runtime's own profile, and the outputs."""
     made.enable_profiling = True
     made.profile_file_prefix = str(tmp_path / "profile")
     session = onnxruntime.InferenceSession(model, made)
     outputs = session.run(None, inputs)
     events = json.loads(Path(session.end_profiling()).read_text())
-    return {e["args"]["op_name"] for e in events if e.get("cat") == "Node" and e["name"].endswith("_kernel_time")}, outputs
+    return {
+        e["args"]["op_name"] for e in events if e.get("cat") == "Node" and e["name"].endswith("_kernel_time")
+    }, outputs
 
 
 def fused_artifacts() -> list[tuple[str, str, str]]:
@@ -51,19 +56,31 @@ def fused_artifacts() -> list[tuple[str, str, str]]:
     for folder in sorted(EXPORTED.glob("*.chiasm")):
         for name, method in read_manifest(folder)["methods"].items():
             native = [a["dtypes"] for a in method["artifacts"] if a["backend"] == "native"]
-            found += [(folder.name, name, a["file"]) for a in method["artifacts"] if "function" in a and a["dtypes"] in native]
+            found += [
+                (folder.name, name, a["file"])
+                for a in method["artifacts"]
+                if "function" in a and a["dtypes"] in native
+            ]
     return found
 
 
 @pytest.mark.parametrize(("bundle", "method", "file"), fused_artifacts())
-def test_the_plugin_runs_the_node_and_stock_onnx_runtime_its_body(bundle: str, method: str, file: str, tmp_path: Path) -> None:
+def test_the_plugin_runs_the_node_and_stock_onnx_runtime_its_body(
+    bundle: str, method: str, file: str, tmp_path: Path
+) -> None:
     from safetensors.numpy import load_file
 
     folder = EXPORTED / bundle
     manifest = read_manifest(folder)
-    [case] = [c for c in manifest["golden"]["cases"] if c["method"] == method and (c["dtype"] is None or f".{c['dtype']}." in file)]
+    [case] = [
+        c
+        for c in manifest["golden"]["cases"]
+        if c["method"] == method and (c["dtype"] is None or f".{c['dtype']}." in file)
+    ]
     golden = load_file(folder / "golden.safetensors")
-    inputs = {t["name"]: golden[f"{case['prefix']}/{t['name']}"] for t in manifest["methods"][method]["inputs"]}
+    inputs = {
+        t["name"]: golden[f"{case['prefix']}/{t['name']}"] for t in manifest["methods"][method]["inputs"]
+    }
     [function] = {a["function"] for a in manifest["methods"][method]["artifacts"] if "function" in a}
     with_plugin, _ = profiled(str(folder / file), options(folder), inputs, tmp_path)
     assert with_plugin == {function}
@@ -121,7 +138,9 @@ def test_native_code_that_was_tampered_with_is_not_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("reason", ["missing", "CUDA"])
-def test_without_native_code_for_this_machine_the_body_runs_and_standard_error_says_so(reason: str, tmp_path: Path, capfd: pytest.CaptureFixture) -> None:
+def test_without_native_code_for_this_machine_the_body_runs_and_standard_error_says_so(
+    reason: str, tmp_path: Path, capfd: pytest.CaptureFixture
+) -> None:
     bundle = copy_of(SOBEL, tmp_path)
     if reason == "missing":
         (bundle / "forward.float32.x86-64-v3.pt2").unlink()
@@ -134,7 +153,10 @@ def test_without_native_code_for_this_machine_the_body_runs_and_standard_error_s
         (bundle / "manifest.json").write_text(json.dumps(manifest))
     ran, [edges] = profiled(str(bundle / FUSED), options(bundle), {"input": IMAGE}, tmp_path)
     assert "filters_sobel" not in ran
-    assert f"'forward' of {bundle} runs as standard operators" in (said := capfd.readouterr().err) and reason in said
+    assert (
+        f"'forward' of {bundle} runs as standard operators" in (said := capfd.readouterr().err)
+        and reason in said
+    )
     np.testing.assert_allclose(edges, chiasm.onnx.session(SOBEL).run(None, {"input": IMAGE})[0], atol=1e-6)
 
 
@@ -157,7 +179,9 @@ def test_a_damaged_bundle_is_an_error_of_the_registration(tmp_path: Path) -> Non
 def test_in_a_network_of_ones_own_on_a_photograph(tmp_path: Path) -> None:
     torch.manual_seed(0)
     preprocess = EXPORTED / "pipelines.preprocess.chiasm"
-    body = torch.nn.Sequential(torch.nn.Conv2d(3, 8, 3, stride=2), torch.nn.ReLU(), torch.nn.AdaptiveAvgPool2d(1), torch.nn.Flatten()).eval()
+    body = torch.nn.Sequential(
+        torch.nn.Conv2d(3, 8, 3, stride=2), torch.nn.ReLU(), torch.nn.AdaptiveAvgPool2d(1), torch.nn.Flatten()
+    ).eval()
     network = torch.nn.Sequential(chiasm.onnx.Node(preprocess), body)
     photograph = torch.from_numpy(np.ascontiguousarray(data.astronaut()[:, :, ::-1]))
     file = tmp_path / "network.onnx"
@@ -175,21 +199,32 @@ def test_in_a_network_of_ones_own_on_a_photograph(tmp_path: Path) -> None:
 
 
 def document(language: str, with_words: str) -> str:
-    [found] = [b for b in re.findall(rf"```{language}\n(.*?)```", (ROOT / "docs" / "onnx.md").read_text(), re.DOTALL) if with_words in b]
+    [found] = [
+        b
+        for b in re.findall(rf"```{language}\n(.*?)```", (ROOT / "docs" / "onnx.md").read_text(), re.DOTALL)
+        if with_words in b
+    ]
     return found
 
 
 def test_the_documents_example_in_python(tmp_path: Path) -> None:
     (tmp_path / "bundles").symlink_to(EXPORTED)
-    done = subprocess.run([sys.executable, "-c", document("python", "needs the plug-in")], cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", document("python", "needs the plug-in")],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert "standard operators" not in done.stderr
 
 
 def test_the_documents_example_in_cpp(tmp_path: Path) -> None:
     (tmp_path / "bundles").symlink_to(EXPORTED)
-    snippet = document("cpp", "RegisterCustomOpsLibrary").replace('"libchiasm_ort.so"', f'"{chiasm.onnx.library()}"')
-    (tmp_path / "main.cpp").write_text(
-        f"""#include <onnxruntime_cxx_api.h>
+    snippet = document("cpp", "RegisterCustomOpsLibrary").replace(
+        '"libchiasm_ort.so"', f'"{chiasm.onnx.library()}"'
+    )
+    (tmp_path / "main.cpp").write_text(f"""#include <onnxruntime_cxx_api.h>
 #include <cstdio>
 #include <vector>
 int main() {{
@@ -198,7 +233,8 @@ int main() {{
   std::vector<float> image(3 * 40 * 60, 0.5f);
   const std::vector<int64_t> shape{{1, 3, 40, 60}};
   auto memory = Ort::MemoryInfo::CreateCpu(OrtDeviceAllocator, OrtMemTypeDefault);
-  auto input = Ort::Value::CreateTensor<float>(memory, image.data(), image.size(), shape.data(), shape.size());
+  auto input = Ort::Value::CreateTensor<float>(memory, image.data(), image.size(), shape.data(),
+                                                   shape.size());
   const char* in = "input";
   const char* out = "output";
   auto outputs = session.Run(Ort::RunOptions(nullptr), &in, &input, 1, &out, 1);
@@ -207,7 +243,8 @@ int main() {{
     if (edges[i] < 0.0009f || edges[i] > 0.0011f) return 1;  // sqrt(eps): a flat image has no edges
   try {{
     const std::vector<int64_t> small{{1, 3, 4, 60}};
-    auto refused = Ort::Value::CreateTensor<float>(memory, image.data(), image.size(), small.data(), small.size());
+    auto refused = Ort::Value::CreateTensor<float>(memory, image.data(), image.size(), small.data(),
+                                                     small.size());
     session.Run(Ort::RunOptions(nullptr), &in, &refused, 1, &out, 1);
   }} catch (const Ort::Exception& error) {{
     std::puts(error.what());
@@ -215,10 +252,14 @@ int main() {{
   }}
   return 2;
 }}
-"""
-    )
+""")
     runtime = ROOT / ".deps" / "onnxruntime"
-    flags = [f"-I{runtime / 'include'}", f"-L{runtime / 'lib'}", "-l:libonnxruntime.so.1", f"-Wl,-rpath,{runtime / 'lib'}"]
+    flags = [
+        f"-I{runtime / 'include'}",
+        f"-L{runtime / 'lib'}",
+        "-l:libonnxruntime.so.1",
+        f"-Wl,-rpath,{runtime / 'lib'}",
+    ]
     subprocess.run(["g++", "-std=c++17", "main.cpp", *flags, "-o", "main"], cwd=tmp_path, check=True)
     done = subprocess.run(["./main"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0 and "standard operators" not in done.stderr, (done.returncode, done.stderr)
@@ -246,12 +287,20 @@ print(len(os.listdir("/proc/self/task")) - before, cores, out.tobytes().hex()[:6
 """
     results = {}
     for threads in (1, 2, 4):
-        done = subprocess.run([sys.executable, "-c", code, str(threads)], capture_output=True, text=True, check=True, env=os.environ | {"PYTHONHASHSEED": "0"})
+        done = subprocess.run(
+            [sys.executable, "-c", code, str(threads)],
+            capture_output=True,
+            text=True,
+            check=True,
+            env=os.environ | {"PYTHONHASHSEED": "0"},
+        )
         made, cores, *values = done.stdout.split()
         assert int(made) == 0
         results[threads] = (float(cores), values)
     assert results[1][1] == results[2][1] == results[4][1]
-    assert results[1][0] < 1.1  # one thread and no other; how much more two use depends on what else this machine does
+    assert (
+        results[1][0] < 1.1
+    )  # one thread and no other; how much more two use depends on what else this machine does
 
 
 def test_many_callers_and_two_sessions_at_once() -> None:

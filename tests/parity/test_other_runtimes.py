@@ -1,4 +1,5 @@
-"""The judgement of other_runtimes.py: its list of what is known stays true, and nothing is left out in silence."""
+"""The judgement of other_runtimes.py: its list of what is known stays true, and nothing is left out in
+silence."""
 
 import json
 from pathlib import Path
@@ -21,17 +22,27 @@ METHOD = {"outputs": [{"name": "y"}], "tolerances": {"float32": {"atol": 0.1, "r
     ],
 )
 def test_values_are_compared_within_the_tolerance(result: np.ndarray, message: str) -> None:
-    assert other_runtimes_worker.compare([result], [np.array([1, 2, np.nan], np.float32)], METHOD)[1] == message
+    assert (
+        other_runtimes_worker.compare([result], [np.array([1, 2, np.nan], np.float32)], METHOD)[1] == message
+    )
 
 
 def test_what_is_known_must_go_on_failing() -> None:
-    row = {"op": "filters.sobel", "file": "forward.float64.onnx", "form": "flat", "error": 0.0, "seconds": 0.0}
+    row = {
+        "op": "filters.sobel",
+        "file": "forward.float64.onnx",
+        "form": "flat",
+        "error": 0.0,
+        "seconds": 0.0,
+    }
     fails, passes = ({**row, "message": m} for m in ("1 value differs", ""))
     assert other_runtimes.judge("OpenVINO", fails)["known"]
     judged = other_runtimes.judge("OpenVINO", passes)
     assert not judged["known"] and "take it off the list" in judged["message"]
     assert not other_runtimes.judge("ONNX Runtime 1.17", {**row, "message": "1 value differs"})["known"]
-    assert other_runtimes.judge("OpenVINO", {**row, "file": "any.fused.onnx", "form": "body", "message": "refused"})["known"]
+    assert other_runtimes.judge(
+        "OpenVINO", {**row, "file": "any.fused.onnx", "form": "body", "message": "refused"}
+    )["known"]
 
 
 def test_an_artifact_that_was_not_run_is_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -40,7 +51,9 @@ def test_an_artifact_that_was_not_run_is_a_failure(tmp_path: Path, monkeypatch: 
     python.write_text("#!/bin/sh\necho the engine died >&2\nexit 3\n")
     python.chmod(0o755)
     artifacts = [{"format": "onnx", "file": "forward.onnx"}, {"format": "torchscript", "file": "forward.pt"}]
-    (tmp_path / "manifest.json").write_text(json.dumps({"name": "my.op", "methods": {"forward": {"artifacts": artifacts}}}))
+    (tmp_path / "manifest.json").write_text(
+        json.dumps({"name": "my.op", "methods": {"forward": {"artifacts": artifacts}}})
+    )
     monkeypatch.setattr(other_runtimes, "ROOT", tmp_path)
     [row] = other_runtimes.run("OpenVINO", [tmp_path])
     assert not row["known"] and row["message"] == "was not run; the process ended with 3: the engine died"

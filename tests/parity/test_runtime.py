@@ -1,7 +1,7 @@
 """The Python API of the runtime: what goes in and what comes out.
 
-Most tests use a little bundle of their own (scale_bundle.py); those at the end take exported ones from CHIASM_TEST_BUNDLES (default:
-build/bundles).
+Most tests use a little bundle of their own (scale_bundle.py); those at the end take exported ones from
+CHIASM_TEST_BUNDLES (default: build/bundles).
 """
 
 import doctest
@@ -31,8 +31,15 @@ def test_info(bundle: runtime.Bundle) -> None:
     assert (bundle.name, bundle.version, bundle.methods) == ("test.scale", "1.2.3", ["forward", "vjp"])
     assert bundle.info["config"] == {"answer": 42}
     inputs, outputs = bundle.signature("forward")
-    assert [i.name for i in inputs] == ["x", "scale", "keep"] and [o.name for o in outputs] == ["y", "dropped"]
-    assert inputs[0].dtypes == ["float32", "float64"] and inputs[0].shape == ["H", "W"] and inputs[0].range is None
+    assert [i.name for i in inputs] == ["x", "scale", "keep"] and [o.name for o in outputs] == [
+        "y",
+        "dropped",
+    ]
+    assert (
+        inputs[0].dtypes == ["float32", "float64"]
+        and inputs[0].shape == ["H", "W"]
+        and inputs[0].range is None
+    )
     assert "x: float32|float64[H, W]" in repr(inputs[0])
     assert "test.scale" in repr(bundle)
 
@@ -97,17 +104,26 @@ def test_a_number_takes_the_dtype_of_the_arrays(bundle: runtime.Bundle) -> None:
     assert bundle.method(backend="onnx", dtype="float64")(x, 3, keep)[0].dtype == np.float64
 
 
-@pytest.mark.parametrize("returns, kind", [("numpy", np.ndarray), ("torch", Tensor), ("dlpack", runtime.Output)])
+@pytest.mark.parametrize(
+    "returns, kind", [("numpy", np.ndarray), ("torch", Tensor), ("dlpack", runtime.Output)]
+)
 def test_returns(method: runtime.Method, returns: str, kind: type) -> None:
     inputs = example()
     y, _ = method.run(inputs, returns=returns)
     assert isinstance(y, kind)
-    np.testing.assert_array_equal(np.asarray(y) if returns != "dlpack" else np.from_dlpack(y), method(*inputs)[0])
+    np.testing.assert_array_equal(
+        np.asarray(y) if returns != "dlpack" else np.from_dlpack(y), method(*inputs)[0]
+    )
 
 
 def test_output_speaks_dlpack(method: runtime.Method) -> None:
     y, dropped = method.run(example(), returns="dlpack")
-    assert y.shape == (5, 7) and y.dtype == "float32" and dropped.dtype == "bool" and y.__dlpack_device__() == (1, 0)
+    assert (
+        y.shape == (5, 7)
+        and y.dtype == "float32"
+        and dropped.dtype == "bool"
+        and y.__dlpack_device__() == (1, 0)
+    )
     assert "dltensor_versioned" in repr(y.__dlpack__(max_version=(1, 0)))
     assert '"dltensor"' in repr(y.__dlpack__())
     array, other = np.from_dlpack(y), torch.from_dlpack(y)
@@ -232,7 +248,11 @@ def test_self_test_passes(bundle: runtime.Bundle) -> None:
 
 
 def test_self_test_finds_other_numbers(tmp_path: Path) -> None:
-    rows = [row for row in runtime.open(write_scale(tmp_path, golden_offset=0.25)).self_test() if row.passed is not None]
+    rows = [
+        row
+        for row in runtime.open(write_scale(tmp_path, golden_offset=0.25)).self_test()
+        if row.passed is not None
+    ]
     assert rows and all(row.passed is False and row.max_error == pytest.approx(0.25) for row in rows)
 
 

@@ -1,4 +1,5 @@
-"""The Python API of the runtime: what it says of calls, bundles and artifacts that are not as they should be."""
+"""The Python API of the runtime: what it says of calls, bundles and artifacts that are not as they should
+be."""
 
 import io
 import zipfile
@@ -163,12 +164,19 @@ def damaged_zip() -> bytes:
         ("onnx", "onnx", b"no graph", ["bad.bin"]),
     ],
 )
-def test_a_bad_artifact_says_so(tmp_path: Path, backend: str, form: str, data: bytes, words: list[str]) -> None:
-    """Artifacts whose hash is right and whose content is not: an exporter's mistake, or an attacker's manifest."""
+def test_a_bad_artifact_says_so(
+    tmp_path: Path, backend: str, form: str, data: bytes, words: list[str]
+) -> None:
+    """Artifacts whose hash is right and whose content is not: an exporter's mistake, or an attacker's
+    manifest."""
     more = {"device": "cpu"} | ({"isa": "x86-64-v3"} if backend == "native" else {})
     more |= {"needs": ["libtorch"]} if (backend, form) == ("torch", "aotinductor") else {}
     entry = artifact(backend, form, "bad.bin", data, ["float32"], **more)
-    forward = {"inputs": [tensor("x", "T", ["H"])], "outputs": [tensor("y", "T", ["H"])], "artifacts": [entry]}
+    forward = {
+        "inputs": [tensor("x", "T", ["H"])],
+        "outputs": [tensor("y", "T", ["H"])],
+        "artifacts": [entry],
+    }
     cases = [{"prefix": "a", "method": "forward", "dtype": "float32"}]
     golden = {"a/x": np.ones(3, np.float32), "a/y": np.ones(3, np.float32)}
     path = write_bundle(tmp_path, "test.bad", {"forward": forward}, {"bad.bin": data}, golden, cases)

@@ -1,4 +1,5 @@
-"""The Python API of the runtime in a process: many threads, the interpreter's lock, torch beside it, and the thread policy."""
+"""The Python API of the runtime in a process: many threads, the interpreter's lock, torch beside it, and the
+thread policy."""
 
 import subprocess
 import sys
@@ -19,10 +20,14 @@ def test_one_method_in_many_threads(method: runtime.Method) -> None:
     def work(seed: int) -> bool:
         generator = np.random.default_rng(seed)
         for _ in range(30):
-            x = generator.random((int(generator.integers(1, 60)), int(generator.integers(1, 60)))).astype(np.float32)
+            x = generator.random((int(generator.integers(1, 60)), int(generator.integers(1, 60)))).astype(
+                np.float32
+            )
             keep = x > 0.5
             y, dropped = method(x, float(seed), keep)
-            if not (np.array_equal(y, np.where(keep, x * np.float32(seed), 0)) and np.array_equal(dropped, ~keep)):
+            if not (
+                np.array_equal(y, np.where(keep, x * np.float32(seed), 0)) and np.array_equal(dropped, ~keep)
+            ):
                 return False
         return True
 
@@ -36,7 +41,10 @@ def test_gradients_in_many_threads(bundle: runtime.Bundle) -> None:
     def work(seed: int) -> bool:
         x = np.random.default_rng(seed).random((9, 11)).astype(np.float32)
         keep = x > 0.5
-        return all(np.array_equal(vjp(x, seed, keep, x)[0], np.where(keep, x * seed, 0).astype(np.float32)) for _ in range(20))
+        return all(
+            np.array_equal(vjp(x, seed, keep, x)[0], np.where(keep, x * seed, 0).astype(np.float32))
+            for _ in range(20)
+        )
 
     with ThreadPoolExecutor(4) as pool:
         assert all(pool.map(work, range(8)))
@@ -72,13 +80,18 @@ def test_the_gil_is_released(method: runtime.Method) -> None:
 
 
 def run_python(code: str) -> str:
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=False)
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=False
+    )
     assert result.returncode == 0, result.stderr
     return result.stdout.strip()
 
 
 def test_import_is_light() -> None:
-    modules = "import sys, chiasm.runtime; print([m for m in ('torch', 'onnxruntime', 'numpy') if m in sys.modules])"
+    modules = (
+        "import sys, chiasm.runtime; print([m for m in ('torch', 'onnxruntime', 'numpy') if m in"
+        " sys.modules])"
+    )
     assert run_python(modules) == "[]"
 
 

@@ -23,7 +23,8 @@ for line in sys.stdin:
         while job["op"] == "hangs" and "native" in step:
             pass
         if job["op"] == "differs" and "native" in step:
-            print("fail", json.dumps({"op": job["op"], "method": "forward", "backend": "native", "case": "x=nan, all", "message": "1, eager nan"}), flush=True)
+            failure = {"op": job["op"], "method": "forward", "backend": "native", "case": "x=nan, all"}
+            print("fail", json.dumps(failure | {"message": "1, eager nan"}), flush=True)
         print("end", flush=True)
     print("done", flush=True)
 """
@@ -41,7 +42,10 @@ def child(tmp_path, monkeypatch):
         made.stop()
 
 
-@pytest.mark.parametrize("op, message", [("dies", "ended by SIGSEGV"), ("hangs", "did not end in 0.3 s"), ("differs", "1, eager nan")])
+@pytest.mark.parametrize(
+    "op, message",
+    [("dies", "ended by SIGSEGV"), ("hangs", "did not end in 0.3 s"), ("differs", "1, eager nan")],
+)
 def test_a_call_that_dies_hangs_or_differs_is_reported_and_the_rest_goes_on(child, op, message):
     report = child.check({"op": op, "skipped": []})
     (failure,) = report.failures
@@ -53,19 +57,26 @@ def test_a_call_that_dies_hangs_or_differs_is_reported_and_the_rest_goes_on(chil
 def test_an_op_that_always_dies_is_given_up(child, monkeypatch):
     monkeypatch.setattr(special_values, "WORKER", sys.executable)  # no Python source: ends at once
     report = child.check({"op": "dies", "skipped": []})
-    assert len(report.failures) == special_values.DEATHS + 1 and "is left out" in report.failures[-1]["message"]
+    assert (
+        len(report.failures) == special_values.DEATHS + 1 and "is left out" in report.failures[-1]["message"]
+    )
 
 
 def test_cases_hold_what_they_say():
     inputs = {"x": torch.rand(2, 3, 4) + 1.0, "labels": torch.tensor([1, 2, 3]), "m": torch.rand(1, 3, 3)}
     seen = {str(c): apply(inputs, c) for c in cases(inputs)}
-    assert seen["x=nan, all"]["x"].isnan().all() and torch.equal(seen["x=nan, all"]["labels"], inputs["labels"])
+    assert seen["x=nan, all"]["x"].isnan().all() and torch.equal(
+        seen["x=nan, all"]["labels"], inputs["labels"]
+    )
     assert int(seen["x=inf, one"]["x"].isinf().sum()) == 1
     assert seen["x=negated, row"]["x"].lt(0).sum(-1).flatten().tolist() == [0, 0, 0, 4, 0, 0]
     assert 0 < float(seen["x=denormal, all"]["x"].max()) < torch.finfo(torch.float32).tiny
     assert seen["labels=1000000000, one"]["labels"].tolist() == [1, 10**9, 3]
     assert torch.linalg.matrix_rank(seen["m=rank one, all"]["m"]).tolist() == [1]
-    assert all(not torch.equal(changed[c.partition("=")[0]], inputs[c.partition("=")[0]]) for c, changed in seen.items())
+    assert all(
+        not torch.equal(changed[c.partition("=")[0]], inputs[c.partition("=")[0]])
+        for c, changed in seen.items()
+    )
 
 
 def test_what_hangs_on_rounding_is_not_compared_and_everything_else_is():

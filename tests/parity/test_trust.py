@@ -1,4 +1,5 @@
-"""Signed bundles and trust policies: chiasm and the program minisign agree, and no process runs what its policy refuses."""
+"""Signed bundles and trust policies: chiasm and the program minisign agree, and no process runs what its
+policy refuses."""
 
 import base64
 import json
@@ -29,7 +30,11 @@ def minisign(*arguments: str | Path, typed: str = "") -> subprocess.CompletedPro
     # Its key derivation takes a gigabyte where it is let; with less memory it takes less.
     limit = (200 << 20, 200 << 20)
     return subprocess.run(
-        ["minisign", *map(str, arguments)], input=typed, capture_output=True, text=True, timeout=60,
+        ["minisign", *map(str, arguments)],
+        input=typed,
+        capture_output=True,
+        text=True,
+        timeout=60,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, limit),
     )
 
@@ -39,7 +44,15 @@ def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """plain.key, protected.key and other.key, each with its .pub, all of minisign's making."""
     folder = tmp_path_factory.mktemp("keys")
     for name, more in (("plain", ["-W"]), ("other", ["-W"]), ("protected", [])):
-        made = minisign("-G", *more, "-p", folder / f"{name}.pub", "-s", folder / f"{name}.key", typed=f"{PASSWORD}\n{PASSWORD}\n")
+        made = minisign(
+            "-G",
+            *more,
+            "-p",
+            folder / f"{name}.pub",
+            "-s",
+            folder / f"{name}.key",
+            typed=f"{PASSWORD}\n{PASSWORD}\n",
+        )
         assert made.returncode == 0, made.stderr
     (folder / "password").write_text(PASSWORD + "\n")
     return folder
@@ -61,11 +74,24 @@ def sign(bundle: Path, keys: Path, name: str = "plain") -> None:
 
 
 def child(code: str, **environment: str) -> str:
-    """What a new process prints that runs this code, with `np` and `runtime`; it must not be ended by a signal."""
-    lines = ["import numpy as np", "import chiasm.runtime as runtime", "def attempt(f):", "  try: return f()",
-             "  except runtime.ChiasmError as e: return f'{e.code.name}: {e}'", code]
+    """What a new process prints that runs this code, with `np` and `runtime`; it must not be ended by a
+    signal."""
+    lines = [
+        "import numpy as np",
+        "import chiasm.runtime as runtime",
+        "def attempt(f):",
+        "  try: return f()",
+        "  except runtime.ChiasmError as e: return f'{e.code.name}: {e}'",
+        code,
+    ]
     names = {"PYTHONPATH": str(ROOT / "python"), "CHIASM_TRUST_POLICY": "", "CHIASM_TRUSTED_KEYS": ""}
-    result = subprocess.run([sys.executable, "-c", "\n".join(lines)], env=os.environ | names | environment, capture_output=True, text=True, timeout=120)
+    result = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)],
+        env=os.environ | names | environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert result.returncode == 0, result.stderr
     return result.stdout
 
@@ -86,7 +112,12 @@ def test_minisign_agrees_with_what_chiasm_signed(bundle: Path, keys: Path, name:
 @pytest.mark.parametrize("form", ["hashed", "legacy"])
 def test_chiasm_agrees_with_what_minisign_signed(bundle: Path, keys: Path, form: str) -> None:
     more = ["-l"] if form == "legacy" else []
-    assert minisign("-S", *more, "-s", keys / "plain.key", "-m", bundle / "manifest.json", "-t", "a word of mine").returncode == 0
+    assert (
+        minisign(
+            "-S", *more, "-s", keys / "plain.key", "-m", bundle / "manifest.json", "-t", "a word of mine"
+        ).returncode
+        == 0
+    )
     key = (keys / "plain.pub").read_text().split()[-1]
     assert signing.check_signature(bundle, key) == "a word of mine"
     assert signing.check_signature(bundle, str(keys / "plain.pub")) == "a word of mine"
@@ -97,7 +128,9 @@ def test_several_bundles_are_signed_at_once_and_asked_for_one_password(tmp_path:
     for i in range(3):
         (tmp_path / str(i)).mkdir()
         bundles.append(write_scale(tmp_path / str(i)))
-    result = CliRunner().invoke(main, ["sign", str(keys / "protected.key"), *map(str, bundles)], input=PASSWORD + "\n")
+    result = CliRunner().invoke(
+        main, ["sign", str(keys / "protected.key"), *map(str, bundles)], input=PASSWORD + "\n"
+    )
     assert result.exit_code == 0 and result.output.count("signed") == 3, result.output
     for one in bundles:
         signing.check_signature(one, str(keys / "protected.pub"))
@@ -115,9 +148,13 @@ def test_a_changed_byte_is_found_wherever_it_is(bundle: Path, keys: Path) -> Non
     signature = (bundle / signing.SIGNATURE).read_text()
     places = [("manifest.json", i) for i in (0, 700, 1500, -1)]
     places += [(signing.SIGNATURE, signature.index("\n") + i) for i in (1, 5, 40, 90)]  # the signature's line
-    places += [(signing.SIGNATURE, signature.index("timestamp") + i) for i in (-4, 0, 12)]  # the trusted comment
+    places += [
+        (signing.SIGNATURE, signature.index("timestamp") + i) for i in (-4, 0, 12)
+    ]  # the trusted comment
     places += [(signing.SIGNATURE, len(signature) - 30)]  # and what proves it
-    places += [(file.name, 20) for file in bundle.iterdir() if file.name not in ("manifest.json", signing.SIGNATURE)]
+    places += [
+        (file.name, 20) for file in bundle.iterdir() if file.name not in ("manifest.json", signing.SIGNATURE)
+    ]
     for file, index in places:
         flip(bundle / file, index)
         with pytest.raises(BundleError):
@@ -149,7 +186,15 @@ def test_what_is_wrong_is_said(bundle: Path, keys: Path, tmp_path: Path) -> None
 
 def test_secret_keys_that_are_none(keys: Path, tmp_path: Path) -> None:
     plain = (keys / "plain.key").read_text().splitlines()
-    for text in ("", "x", plain[0], f"{plain[0]}\n{plain[1][:-8]}", f"{plain[0]}\nSSSS{plain[1][4:]}", "\n\n", "a\n\xff"):
+    for text in (
+        "",
+        "x",
+        plain[0],
+        f"{plain[0]}\n{plain[1][:-8]}",
+        f"{plain[0]}\nSSSS{plain[1][4:]}",
+        "\n\n",
+        "a\n\xff",
+    ):
         (tmp_path / "key").write_text(text)
         with pytest.raises(ExportError, match="not a minisign secret key"):
             signing.read_secret_key(tmp_path / "key", lambda: "")
@@ -166,11 +211,15 @@ def test_verify_with_a_key(bundle: Path, keys: Path) -> None:
     command = [sys.executable, "-m", "chiasm.export", "verify", str(bundle), "--key", str(keys / "plain.pub")]
     environment = os.environ | {"PYTHONPATH": str(ROOT / "python")}
     refused = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
-    assert refused.returncode == 1 and refused.stderr.startswith("Error: ") and "is not signed" in refused.stderr
+    assert (
+        refused.returncode == 1 and refused.stderr.startswith("Error: ") and "is not signed" in refused.stderr
+    )
     assert "Traceback" not in refused.stderr
     sign(bundle, keys)
     passed = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
-    assert passed.returncode == 0 and "signed by the key" in passed.stdout and "0 failed" in passed.stdout, passed.stderr
+    assert passed.returncode == 0 and "signed by the key" in passed.stdout and "0 failed" in passed.stdout, (
+        passed.stderr
+    )
 
 
 # Policies
@@ -178,20 +227,30 @@ def test_verify_with_a_key(bundle: Path, keys: Path) -> None:
 
 def test_policies_of_the_runtime(bundle: Path, keys: Path) -> None:
     load = f"print(attempt(lambda: runtime.open({str(bundle)!r}).method().backend))"
-    trusted = {"CHIASM_TRUST_POLICY": "signed", "CHIASM_TRUSTED_KEYS": f"{keys / 'other.pub'}:{keys / 'plain.pub'}"}
+    trusted = {
+        "CHIASM_TRUST_POLICY": "signed",
+        "CHIASM_TRUSTED_KEYS": f"{keys / 'other.pub'}:{keys / 'plain.pub'}",
+    }
     by_call = f"runtime.set_trust('signed', [{str(keys / 'plain.pub')!r}])\n"
     for output in (child(load, **trusted), child(by_call + load)):
         assert output.startswith("UNTRUSTED: ") and "is not signed" in output and output.count("\n") == 1
     assert child("runtime.set_trust('data_only')\nprint(runtime.get_trust())\n" + load) == "data_only\nonnx\n"
     assert child(load, CHIASM_TRUST_POLICY="data_only") == "onnx\n"
-    refused = child(f"print(attempt(lambda: runtime.open({str(bundle)!r}).method(backend='torch')))", CHIASM_TRUST_POLICY="data_only")
+    refused = child(
+        f"print(attempt(lambda: runtime.open({str(bundle)!r}).method(backend='torch')))",
+        CHIASM_TRUST_POLICY="data_only",
+    )
     assert refused.startswith("UNTRUSTED: ") and "the trust policy is 'data_only'" in refused
     sign(bundle, keys)
     assert child(load, **trusted) == child(by_call + load) == "torch\n"
     frozen = child(load + "\nprint(attempt(lambda: runtime.set_trust('any')))")
-    assert frozen.startswith("torch\nFAILED_PRECONDITION: the trust policy cannot change after the first method was loaded")
+    assert frozen.startswith(
+        "torch\nFAILED_PRECONDITION: the trust policy cannot change after the first method was loaded"
+    )
     nonsense = child("print(attempt(lambda: runtime.set_trust('some')))\n" + load, CHIASM_TRUST_POLICY="sign")
-    assert nonsense.splitlines()[0].startswith("INVALID_ARGUMENT: policy: expected 'any', 'signed' or 'data_only'")
+    assert nonsense.splitlines()[0].startswith(
+        "INVALID_ARGUMENT: policy: expected 'any', 'signed' or 'data_only'"
+    )
     assert nonsense.splitlines()[1].startswith("INVALID_ARGUMENT: CHIASM_TRUST_POLICY is 'sign'")
 
 
@@ -209,7 +268,8 @@ def ran():
   options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_DISABLE_ALL
   made = onnxruntime.InferenceSession({model!r}, options)
   made.run(None, {{"input": np.ones((1, 3, 32, 32), np.float32)}})
-  nodes = {{e["args"]["op_name"] for e in json.load(open(made.end_profiling())) if e.get("cat") == "Node" and "op_name" in e.get("args", {{}})}}
+  events = json.load(open(made.end_profiling()))
+  nodes = {{e["args"].get("op_name") for e in events if e.get("cat") == "Node" and "args" in e}}
   return "native" if "filters_sobel" in nodes else "standard"
 """
     key = str(keys / "plain.pub")
@@ -219,13 +279,20 @@ def ran():
     assert child(session + "print(ran())", CHIASM_TRUST_POLICY="data_only") == "standard\n"
     assert child("runtime.set_trust('data_only')\n" + session + "print(ran())") == "standard\n"
     for refused in (child(session + "print(ran())", **trusted), child(by_call + session + "print(ran())")):
-        assert refused.startswith("refused: ") and "is not signed, and the trust policy is 'signed'" in refused and refused.count("\n") == 1
-    # The fused form inside chiasm's own onnx backend: what the plug-in opens is the manifest that the core has checked.
+        assert (
+            refused.startswith("refused: ")
+            and "is not signed, and the trust policy is 'signed'" in refused
+            and refused.count("\n") == 1
+        )
+    # The fused form inside chiasm's own onnx backend: what the plug-in opens is the manifest that the core
+    # has checked.
     fused = f"print(attempt(lambda: runtime.open({str(sobel)!r}).method(backend='onnx').artifact))"
     assert child(fused) == "forward.float32.fused.onnx\n"
     assert child(fused, CHIASM_TRUST_POLICY="data_only") == "forward.float32.onnx\n"
     sign(sobel, keys)
-    assert child(session + "print(ran())", **trusted) == child(by_call + session + "print(ran())") == "native\n"
+    assert (
+        child(session + "print(ran())", **trusted) == child(by_call + session + "print(ran())") == "native\n"
+    )
     assert child(by_call + fused) == child(fused, **trusted) == "forward.float32.fused.onnx\n"
     flip(sobel / "manifest.json", (sobel / "manifest.json").read_text().index("summary") + 15)
     assert "does not fit" in child(session + "print(ran())", **trusted)
@@ -239,11 +306,17 @@ def test_onnx_with_external_data_is_refused(tmp_path: Path) -> None:
     weight = onnx.numpy_helper.from_array(np.ones((64, 64), np.float32), "w")
     info = onnx.helper.make_tensor_value_info
     graph = onnx.helper.make_graph(
-        [onnx.helper.make_node("MatMul", ["x", "w"], ["y"])], "g", [info("x", 1, ["H", 64])], [info("y", 1, ["H", 64])], [weight]
+        [onnx.helper.make_node("MatMul", ["x", "w"], ["y"])],
+        "g",
+        [info("x", 1, ["H", 64])],
+        [info("y", 1, ["H", 64])],
+        [weight],
     )
     model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 18)], ir_version=8)
     inside = model.SerializeToString()
-    onnx.save_model(model, str(tmp_path / "m.onnx"), save_as_external_data=True, location="weights.bin", size_threshold=0)
+    onnx.save_model(
+        model, str(tmp_path / "m.onnx"), save_as_external_data=True, location="weights.bin", size_threshold=0
+    )
     outside = (tmp_path / "m.onnx").read_bytes()
     for data, good in ((inside, True), (outside, False)):
         folder = tmp_path / str(good)
@@ -277,7 +350,10 @@ def test_schema_of_version_2(bundle: Path) -> None:
     jsonschema.validate(newer, schema())
     without = {k: v for k, v in newer.items() if k != "documents"}
     bad = [newer | {"schema_version": 1}, without | {"schema_version": 1}, newer | {"schema_version": 3}]
-    bad += [newer | {"documents": {"sbom": document | change}} for change in ({"more": 1}, {"file": "../x"}, {"size": 0}, {"sha256": "x"})]
+    bad += [
+        newer | {"documents": {"sbom": document | change}}
+        for change in ({"more": 1}, {"file": "../x"}, {"size": 0}, {"sha256": "x"})
+    ]
     for one in bad:
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(one, schema())

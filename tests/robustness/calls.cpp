@@ -42,7 +42,9 @@ void fill(std::vector<unsigned char>& bytes, std::mt19937_64& random, double low
 void fill(std::vector<unsigned char>& bytes, std::mt19937_64& random, const TensorInfo& tensor) {
   const bool stated = tensor.value_min < tensor.value_max;
   const double low = stated ? tensor.value_min : 0, high = stated ? tensor.value_max : 1;
-  const auto clamped = [&](double least, double most) { return std::pair(std::clamp(low, least, most), std::clamp(stated ? high : most, least, most)); };
+  const auto clamped = [&](double least, double most) {
+    return std::pair(std::clamp(low, least, most), std::clamp(stated ? high : most, least, most));
+  };
   switch (tensor.dtypes.at(0)) {
     case DType::Bool: return fill<bool>(bytes, random, 0, 2);
     case DType::UInt8: return fill<uint8_t>(bytes, random, clamped(0, 255).first, clamped(0, 255).second);
@@ -61,7 +63,8 @@ std::string bytes_of(const Outputs& outputs) {
   std::string bytes;
   for (size_t i = 0; i < outputs.size(); ++i) {
     const Tensor tensor = outputs[i];
-    bytes.append(static_cast<const char*>(tensor.data()), static_cast<size_t>(tensor.count()) * size_of(tensor.dtype()));
+    bytes.append(static_cast<const char*>(tensor.data()),
+                 static_cast<size_t>(tensor.count()) * size_of(tensor.dtype()));
   }
   return bytes;
 }
@@ -79,25 +82,31 @@ class Session {
     options.RegisterCustomOpsLibrary(CHIASM_TEST_PLUGIN);
     session_ = Ort::Session(env, fused_file(bundle, method).c_str(), options);
     Ort::AllocatorWithDefaultOptions allocator;
-    for (size_t i = 0; i < session_.GetInputCount(); ++i) inputs_.emplace_back(session_.GetInputNameAllocated(i, allocator).get());
-    for (size_t i = 0; i < session_.GetOutputCount(); ++i) outputs_.emplace_back(session_.GetOutputNameAllocated(i, allocator).get());
+    for (size_t i = 0; i < session_.GetInputCount(); ++i)
+      inputs_.emplace_back(session_.GetInputNameAllocated(i, allocator).get());
+    for (size_t i = 0; i < session_.GetOutputCount(); ++i)
+      outputs_.emplace_back(session_.GetOutputNameAllocated(i, allocator).get());
   }
 
   std::string run(const Inputs& inputs) {
     const auto memory = Ort::MemoryInfo::CreateCpu(OrtDeviceAllocator, OrtMemTypeDefault);
     std::vector<Ort::Value> values;
     for (const Tensor& tensor : inputs.tensors) {
-      values.push_back(Ort::Value::CreateTensor(memory, tensor.data(), static_cast<size_t>(tensor.count()) * size_of(tensor.dtype()), tensor.shape().data(),
-                                                tensor.shape().size(), onnx::element_type(static_cast<int32_t>(tensor.dtype()))));
+      values.push_back(Ort::Value::CreateTensor(memory, tensor.data(),
+                                                static_cast<size_t>(tensor.count()) * size_of(tensor.dtype()),
+                                                tensor.shape().data(), tensor.shape().size(),
+                                                onnx::element_type(static_cast<int32_t>(tensor.dtype()))));
     }
     std::vector<const char*> in, out;
     for (const std::string& name : inputs_) in.push_back(name.c_str());
     for (const std::string& name : outputs_) out.push_back(name.c_str());
     std::string bytes;
-    for (Ort::Value& value : session_.Run(Ort::RunOptions(nullptr), in.data(), values.data(), values.size(), out.data(), out.size())) {
+    for (Ort::Value& value : session_.Run(Ort::RunOptions(nullptr), in.data(), values.data(), values.size(),
+                                          out.data(), out.size())) {
       const auto info = value.GetTensorTypeAndShapeInfo();
       const auto dtype = static_cast<DType>(onnx::dtype_of(info.GetElementType()));
-      bytes.append(static_cast<const char*>(value.GetTensorRawData()), info.GetElementCount() * size_of(dtype));
+      bytes.append(static_cast<const char*>(value.GetTensorRawData()),
+                   info.GetElementCount() * size_of(dtype));
     }
     return bytes;
   }
@@ -128,13 +137,16 @@ Inputs make_inputs(const MethodInfo& method, uint64_t seed, int64_t largest) {
     std::vector<int64_t> shape;
     int64_t count = 1;
     for (const DimInfo& dim : tensor.dims) {
-      const bool constant = std::all_of(dim.expression.begin(), dim.expression.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
-      const auto [entry, fresh] = symbols.emplace(dim.expression, constant ? std::strtoll(dim.expression.c_str(), nullptr, 10) : 0);
+      const bool constant = std::all_of(dim.expression.begin(), dim.expression.end(),
+                                        [](unsigned char c) { return std::isdigit(c) != 0; });
+      const auto [entry, fresh] =
+          symbols.emplace(dim.expression, constant ? std::strtoll(dim.expression.c_str(), nullptr, 10) : 0);
       const bool few = dim.expression == "B" || dim.expression == "C";  // images and channels
       const int64_t most = std::max(dim.min, std::min<int64_t>(dim.max, few ? 3 : largest));
       if (fresh && !constant) entry->second = std::uniform_int_distribution<int64_t>(dim.min, most)(random);
       shape.push_back(entry->second);
-      if (entry->second > 0 && count > (int64_t{64} << 20) / entry->second) throw std::runtime_error("an input would be larger than 64 MB");
+      if (entry->second > 0 && count > (int64_t{64} << 20) / entry->second)
+        throw std::runtime_error("an input would be larger than 64 MB");
       count *= entry->second;
     }
     const DType dtype = tensor.dtypes.at(0);
@@ -156,10 +168,14 @@ std::vector<std::string> ways_to_call() {
 
 Callable load(const std::string& way, const std::string& bundle, const std::string& method) {
 #ifdef CHIASM_TEST_PLUGIN
-  if (way == "plugin") return [session = std::make_shared<Session>(bundle, method)](const Inputs& inputs) { return session->run(inputs); };
+  if (way == "plugin")
+    return [session = std::make_shared<Session>(bundle, method)](const Inputs& inputs) {
+      return session->run(inputs);
+    };
 #endif
   const std::string backend = way.substr(0, way.find('_'));
-  auto loaded = std::make_shared<Method>(Bundle::open(bundle).method(method, LoadOptions().with_backend(backend).with_fused(way == backend)));
+  auto loaded = std::make_shared<Method>(
+      Bundle::open(bundle).method(method, LoadOptions().with_backend(backend).with_fused(way == backend)));
   return [loaded](const Inputs& inputs) { return bytes_of(loaded->run(inputs.tensors)); };
 }
 
@@ -183,7 +199,8 @@ Holdings Holdings::now() {
 
 std::string Holdings::text() const {
   std::ostringstream text;
-  text << maps << " mappings, " << files << " files, " << threads << " threads, " << resident_kb / 1024 << " MB";
+  text << maps << " mappings, " << files << " files, " << threads << " threads, " << resident_kb / 1024
+       << " MB";
   return text.str();
 }
 

@@ -17,15 +17,17 @@ struct Inputs {
   std::vector<Tensor> tensors;
 };
 
-/** Inputs that the signature allows: the sizes of symbols within `largest` where the limits allow it, the values in the stated range or [0, 1];
- *  both drawn with `seed`. Throws std::runtime_error where a size would need more than 64 MB. */
+/** Inputs that the signature allows: the sizes of symbols within `largest` where the limits allow it, the
+ *  values in the stated range or [0, 1]; both drawn with `seed`. Throws std::runtime_error where a size would
+ *  need more than 64 MB. */
 Inputs make_inputs(const MethodInfo& method, uint64_t seed, int64_t largest);
 
 /** A loaded method. Gives the bytes of its outputs, one after the other. */
 using Callable = std::function<std::string(const Inputs&)>;
 
-/** What is built here of: native, torch, onnx (native code inside ONNX Runtime), onnx_flat (standard operators), and plugin: a
- *  session that the program itself makes of the fused file, with libchiasm_ort registered. */
+/** What is built here of: native, torch, onnx (native code inside ONNX Runtime), onnx_flat (standard
+ *  operators), and plugin: a session that the program itself makes of the fused file, with libchiasm_ort
+ *  registered. */
 std::vector<std::string> ways_to_call();
 
 /** Throws Error, or Ort::Exception from a session. */

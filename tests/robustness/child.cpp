@@ -25,7 +25,9 @@ void write_all(int fd, const std::string& text) {
 bool read_all(int fd, std::chrono::steady_clock::time_point until, std::string& text) {
   char buffer[4096];
   for (;;) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - std::chrono::steady_clock::now()).count();
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(until - std::chrono::steady_clock::now())
+            .count();
     pollfd waiting{fd, POLLIN, 0};
     const int ready = left <= 0 ? 0 : ::poll(&waiting, 1, static_cast<int>(left));
     if (ready < 0 && errno == EINTR) continue;
@@ -41,7 +43,9 @@ bool read_all(int fd, std::chrono::steady_clock::time_point until, std::string& 
 
 std::string Ending::text() const {
   if (timed_out) return "did not end in time" + (words.empty() ? "" : ": " + words);
-  if (signal != 0) return "signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")" + (words.empty() ? "" : ": " + words);
+  if (signal != 0)
+    return "signal " + std::to_string(signal) + " (" + ::strsignal(signal) + ")" +
+           (words.empty() ? "" : ": " + words);
   return code == 0 ? words : "exit code " + std::to_string(code) + ": " + words;
 }
 
@@ -68,8 +72,7 @@ Ending in_child(std::chrono::milliseconds limit, const std::function<std::string
   ::close(ends[0]);
   if (ending.timed_out) ::kill(-child, SIGKILL);
   int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {}
   if (WIFSIGNALED(status) && !ending.timed_out) ending.signal = WTERMSIG(status);
   if (WIFEXITED(status)) ending.code = WEXITSTATUS(status);
   return ending;

@@ -19,8 +19,8 @@ struct Ending {
   std::string text() const;
 };
 
-/** Forks, runs `body` in the child, whose result is what it says, and ends the child after `limit` at the latest. Destructors of
- *  what the parent holds do not run in the child. An exception is the exit code 1. */
+/** Forks, runs `body` in the child, whose result is what it says, and ends the child after `limit` at the
+ *  latest. Destructors of what the parent holds do not run in the child. An exception is the exit code 1. */
 Ending in_child(std::chrono::milliseconds limit, const std::function<std::string()>& body);
 
 }  // namespace chiasm::testing

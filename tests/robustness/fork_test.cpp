@@ -1,4 +1,5 @@
-/** A child of fork runs what its parent loaded and loads more, whatever the parent's other threads did at that moment. */
+/** A child of fork runs what its parent loaded and loads more, whatever the parent's other threads did at
+ *  that moment. */
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +31,8 @@ std::vector<std::string> ways_of_the_runtime() {
 
 std::string ok_if(bool right, const char* what) { return right ? "" : std::string(what) + " differs; "; }
 
-INSTANTIATE_TEST_SUITE_P(Built, Fork, ::testing::ValuesIn(ways_to_call()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Built, Fork, ::testing::ValuesIn(ways_to_call()),
+                         [](const auto& info) { return info.param; });
 
 TEST_P(Fork, AChildGoesOnWithWhatItsParentRan) {
   const Callable sobel = load(way(), sobel_);
@@ -40,7 +42,8 @@ TEST_P(Fork, AChildGoesOnWithWhatItsParentRan) {
     std::string wrong = ok_if(sobel(image_) == expected, "a method loaded before the fork");
     wrong += ok_if(load(way(), edges_)(frame_) == other, "a method loaded after it");
     wrong += ok_if(load(way(), sobel_)(image_) == expected, "the first, loaded again");
-    const Ending grandchild = in_child(seconds(10), [&] { return ok_if(sobel(image_) == expected, "a grandchild's"); });
+    const Ending grandchild =
+        in_child(seconds(10), [&] { return ok_if(sobel(image_) == expected, "a grandchild's"); });
     return wrong + (grandchild.well() ? grandchild.words : "the grandchild: " + grandchild.text());
   });
   EXPECT_TRUE(child.well()) << child.text();
@@ -50,7 +53,8 @@ TEST_P(Fork, AChildGoesOnWithWhatItsParentRan) {
 
 /** Not for `plugin`: a session of the program's own is ONNX Runtime's, and nobody can wait for its locks. */
 class BusyFork : public Fork {};
-INSTANTIATE_TEST_SUITE_P(Built, BusyFork, ::testing::ValuesIn(ways_of_the_runtime()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Built, BusyFork, ::testing::ValuesIn(ways_of_the_runtime()),
+                         [](const auto& info) { return info.param; });
 
 TEST_P(BusyFork, WhileOtherThreadsRunAndLoad) {
   const Callable sobel = load(way(), sobel_);
@@ -62,8 +66,10 @@ TEST_P(BusyFork, WhileOtherThreadsRunAndLoad) {
   for (int i = 0; i < 3; ++i) {
     threads.emplace_back([&, i] {
       while (!stop) {
-        if (i == 0) load(way(), sobel_)(small);
-        else sobel(i == 1 ? small : image_);
+        if (i == 0)
+          load(way(), sobel_)(small);
+        else
+          sobel(i == 1 ? small : image_);
       }
     });
   }
@@ -73,10 +79,12 @@ TEST_P(BusyFork, WhileOtherThreadsRunAndLoad) {
     const Ending child = in_child(seconds(30), [&] {
       std::string wrong = ok_if(sobel(small) == expected_small, "a small run");
       wrong += ok_if(sobel(image_) == expected, "a run");
-      if (round % 4 == 0) wrong += ok_if(load(way(), sobel_)(image_) == expected, "a run of what the child loaded");
+      if (round % 4 == 0)
+        wrong += ok_if(load(way(), sobel_)(image_) == expected, "a run of what the child loaded");
       return wrong;
     });
-    if (!child.well() || !child.words.empty()) trouble = "round " + std::to_string(round) + ": " + child.text();
+    if (!child.well() || !child.words.empty())
+      trouble = "round " + std::to_string(round) + ": " + child.text();
   }
   stop = true;
   for (std::thread& thread : threads) thread.join();

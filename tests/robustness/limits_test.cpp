@@ -1,5 +1,5 @@
-/** What a process may run out of: threads, memory, files, /proc. Each ends in an answer that is right or in one error, and what was
- *  loaded works again when there is enough. */
+/** What a process may run out of: threads, memory, files, /proc. Each ends in an answer that is right or in
+ *  one error, and what was loaded works again when there is enough. */
 #include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -37,8 +37,10 @@ void* counted(void* argument) {
 
 }  // namespace
 
-/** In place of libc's, also for every library: fails as the system does where a limit is reached (RLIMIT_NPROC does not count for root). */
-extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*body)(void*), void* argument) {
+/** In place of libc's, also for every library: fails as the system does where a limit is reached
+ *  (RLIMIT_NPROC does not count for root). */
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*body)(void*),
+                              void* argument) {
   using Function = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
   static const auto create = reinterpret_cast<Function>(::dlsym(RTLD_NEXT, "pthread_create"));
   if (threads_allowed.fetch_sub(1) <= 0) {
@@ -57,8 +59,8 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
 namespace chiasm::testing {
 namespace {
 
-using ::testing::HasSubstr;
 using std::chrono::seconds;
+using ::testing::HasSubstr;
 
 class Limits : public ::testing::TestWithParam<std::string> {
  protected:
@@ -73,9 +75,11 @@ class Limits : public ::testing::TestWithParam<std::string> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Built, Limits, ::testing::ValuesIn(ways_to_call()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Built, Limits, ::testing::ValuesIn(ways_to_call()),
+                         [](const auto& info) { return info.param; });
 
-/** The error's text where `body` throws one. Only chiasm's and ONNX Runtime's own are errors that a program can be expected to handle. */
+/** The error's text where `body` throws one. Only chiasm's and ONNX Runtime's own are errors that a program
+ *  can be expected to handle. */
 template <class Body>
 std::string error_of(Body&& body, int* code = nullptr) {
   try {
@@ -101,7 +105,9 @@ TEST_P(Limits, TooFewThreads) {
         }
       } catch (const std::exception& error) {
         // A session of the program's own is refused by ONNX Runtime itself.
-        return GetParam() == "plugin" && std::string(error.what()).find("thread") != std::string::npos ? "" : error.what();
+        return GetParam() == "plugin" && std::string(error.what()).find("thread") != std::string::npos
+                   ? ""
+                   : error.what();
       }
       if (GetParam() == "plugin") return "";
       // One more caller: engines keep threads for each.
@@ -135,7 +141,8 @@ class LessMemory final {
   rlimit before_{};
 };
 
-/** An image of 48 MB. glibc maps what is larger than 32 MB anew each time, so no tensor of a run fits into what the process has already. */
+/** An image of 48 MB. glibc maps what is larger than 32 MB anew each time, so no tensor of a run fits into
+ *  what the process has already. */
 Inputs large_image() {
   constexpr int64_t kSide = 2000;
   Inputs inputs;
@@ -171,7 +178,8 @@ TEST_P(Limits, TooLittleMemoryForARun) {
         }
         if (sobel(large) != expected) return "another answer when there is memory again";
         if (code != CHIASM_OUT_OF_MEMORY) return "code " + std::to_string(code) + ": " + said;
-        if (GetParam() == "native" && !said.empty() && said.find(" bytes") == std::string::npos) return "does not say how much: " + said;
+        if (GetParam() == "native" && !said.empty() && said.find(" bytes") == std::string::npos)
+          return "does not say how much: " + said;
         return more == 0 && said.empty() ? "ran without memory" : "";
       });
       EXPECT_TRUE(child.well()) << more << " bytes: " << child.text();
@@ -181,10 +189,13 @@ TEST_P(Limits, TooLittleMemoryForARun) {
 }
 
 TEST_P(Limits, TooLittleMemoryToLoad) {
-  if (GetParam() == "plugin") return;  // a session of the program's own may abort in ONNX Runtime; native code inside it is what `onnx` has too
+  if (GetParam() == "plugin")
+    // a session of the program's own may abort in ONNX Runtime; native code inside it is what `onnx` has too
+    return;
   const Inputs image = make_inputs(forward_, 1, 16);
   const std::string expected = answer(image);
-  // Engines end the process in some windows of a few hundred kilobytes, others for each process: hence many steps, of no round number.
+  // Engines end the process in some windows of a few hundred kilobytes, others for each process: hence many
+  // steps, of no round number.
   for (size_t more = 0; more < size_t{400} << 20; more = more * 5 / 4 + 1111111) {
     for (const bool engine_is_there : {true, false}) {
       const Ending child = in_child(seconds(60), [&]() -> std::string {
@@ -199,7 +210,8 @@ TEST_P(Limits, TooLittleMemoryToLoad) {
         }
         if (code == CHIASM_CORRUPT || code == CHIASM_NOT_FOUND) return "code " + std::to_string(code);
         if (!engine_is_there) return "";  // which is looked for once
-        return load(GetParam(), bundle_)(image) == expected ? "" : "another answer when there is memory again";
+        return load(GetParam(), bundle_)(image) == expected ? ""
+                                                            : "another answer when there is memory again";
       });
       EXPECT_TRUE(child.well()) << more << " bytes: " << child.text();
       EXPECT_EQ(child.words, "") << more << " bytes more";
@@ -228,8 +240,10 @@ TEST_P(Limits, TooFewFiles) {
         said = error.what();
       }
       ::setrlimit(RLIMIT_NOFILE, &before);
-      if (code == CHIASM_CORRUPT || code == CHIASM_NOT_FOUND || code == CHIASM_INTERNAL) return std::to_string(code) + ": " + said;
-      if (more == 0 && said.find("Too many open files") == std::string::npos) return "does not say why: " + said;
+      if (code == CHIASM_CORRUPT || code == CHIASM_NOT_FOUND || code == CHIASM_INTERNAL)
+        return std::to_string(code) + ": " + said;
+      if (more == 0 && said.find("Too many open files") == std::string::npos)
+        return "does not say why: " + said;
     }
     return load(GetParam(), bundle_)(image) == expected ? "" : "another answer when there are files again";
   });
@@ -240,7 +254,8 @@ TEST_P(Limits, TooFewFiles) {
 TEST(NativeLimits, WithoutProcOneErrorSaysSo) {
   const std::string bundle = bundle_path("filters.sobel");
   const Ending child = in_child(seconds(60), [&]() -> std::string {
-    if (::unshare(CLONE_NEWNS) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) return "may not hide /proc";
+    if (::unshare(CLONE_NEWNS) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0)
+      return "may not hide /proc";
     ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
     if (::mount("none", "/proc", "tmpfs", 0, nullptr) != 0) return "may not hide /proc";
     return error_of([&] { load("native", bundle); });

@@ -2,9 +2,9 @@
  *
  *      mutants COUNT [FIRST [JOBS]]      the mutants FIRST to FIRST + COUNT - 1, JOBS at a time
  *
- *  Each is opened, loaded in every way and run with inputs that fit its signature, in a child process with limits. It must end in
- *  an error, or answer; and what is not other data must answer what the undamaged bundle answers. What does otherwise is listed
- *  and stays in the folder mutants-found/. */
+ *  Each is opened, loaded in every way and run with inputs that fit its signature, in a child process with
+ *  limits. It must end in an error, or answer; and what is not other data must answer what the undamaged
+ *  bundle answers. What does otherwise is listed and stays in the folder mutants-found/. */
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -44,7 +44,8 @@ std::string text_of(const MethodInfo& method) {
     for (const TensorInfo& tensor : tensors) {
       text += " " + tensor.name;
       for (const auto dtype : tensor.dtypes) text += std::string(",") + name(dtype);
-      for (const auto& dim : tensor.dims) text += "," + dim.expression + ":" + std::to_string(dim.min) + ":" + std::to_string(dim.max);
+      for (const auto& dim : tensor.dims)
+        text += "," + dim.expression + ":" + std::to_string(dim.min) + ":" + std::to_string(dim.max);
       text += "," + std::to_string(tensor.value_min) + ":" + std::to_string(tensor.value_max);
     }
   };
@@ -53,8 +54,9 @@ std::string text_of(const MethodInfo& method) {
   return text;
 }
 
-/** The ways that the core decides about: for sessions of the program's own see tests/parity/test_ort.py. TorchScript takes as long
- *  to load as all others together, so that two thirds of the mutants are spared it. */
+/** The ways that the core decides about: for sessions of the program's own see tests/parity/test_ort.py.
+ *  TorchScript takes as long to load as all others together, so that two thirds of the mutants are spared it.
+ *  */
 std::vector<std::string> ways(uint64_t number) {
   std::vector<std::string> all;
   for (const std::string& way : ways_to_call())
@@ -62,12 +64,14 @@ std::vector<std::string> ways(uint64_t number) {
   return all;
 }
 
-/** By the place of the bundle and the signature: what the ways answer. Where one artifact is not to be had, a way may take another. */
+/** By the place of the bundle and the signature: what the ways answer. Where one artifact is not to be had, a
+ *  way may take another. */
 using Answers = std::map<std::string, std::set<std::string>>;
 
-/** Opens and runs what can be. Returns how many answers came, then what is wrong with them. `answers` are compared with, or filled
- *  in where `record` says so. */
-std::string attack(const std::string& folder, size_t which, uint64_t number, Answers& answers, bool record, bool compare) {
+/** Opens and runs what can be. Returns how many answers came, then what is wrong with them. `answers` are
+ *  compared with, or filled in where `record` says so. */
+std::string attack(const std::string& folder, size_t which, uint64_t number, Answers& answers, bool record,
+                   bool compare) {
   int answered = 0;
   std::optional<Bundle> bundle;
   try {
@@ -91,13 +95,13 @@ std::string attack(const std::string& folder, size_t which, uint64_t number, Ans
       const std::string key = std::to_string(which) + " " + text_of(method);
       if (record) answers[key].insert(sha256_of(answer));
       const auto found = answers.find(key);
-      if (compare && found != answers.end() && found->second.count(sha256_of(answer)) == 0) wrong += way + ": " + method.name + " answers differently; ";
+      if (compare && found != answers.end() && found->second.count(sha256_of(answer)) == 0)
+        wrong += way + ": " + method.name + " answers differently; ";
     }
   }
   try {
     if (number / std::size(kNames) % 4 == 0) bundle->self_test();
-  } catch (const Error&) {
-  }
+  } catch (const Error&) {}
   return std::to_string(answered) + " " + wrong;
 }
 
@@ -118,11 +122,13 @@ int run(uint64_t first, uint64_t count, int job, int jobs) {
   std::vector<Files> bundles;
   Answers answers;
   for (const char* name : kNames) bundles.push_back(read_bundle(bundle_path(name)));
-  // In a child too, so that this process has libraries of engines but no threads: its children begin as a program does.
+  // In a child too, so that this process has libraries of engines but no threads: its children begin as a
+  // program does.
   const Ending original = in_child(std::chrono::minutes(3), [&] {
     Answers all;
     for (size_t i = 0; i < bundles.size(); ++i)
-      if (std::stoul(attack(bundle_path(kNames[i]), i, 0, all, true, false)) < ways(0).size()) throw std::runtime_error(std::string("not every way answers for ") + kNames[i]);
+      if (std::stoul(attack(bundle_path(kNames[i]), i, 0, all, true, false)) < ways(0).size())
+        throw std::runtime_error(std::string("not every way answers for ") + kNames[i]);
     std::string text;
     for (const auto& [key, ways] : all)
       for (const std::string& answer : ways) text += key + "\t" + answer + "\n";
@@ -133,12 +139,14 @@ int run(uint64_t first, uint64_t count, int job, int jobs) {
     return 1;
   }
   std::istringstream lines(original.words);
-  for (std::string line; std::getline(lines, line);) answers[line.substr(0, line.find('\t'))].insert(line.substr(line.find('\t') + 1));
+  for (std::string line; std::getline(lines, line);)
+    answers[line.substr(0, line.find('\t'))].insert(line.substr(line.find('\t') + 1));
   chiasm::backends();  // opened here once, not by each child
 
   const TemporaryFolder scratch;
   int failures = 0, tried = 0, answering = 0;
-  for (uint64_t number = first + static_cast<uint64_t>(job); number < first + count; number += static_cast<uint64_t>(jobs)) {
+  for (uint64_t number = first + static_cast<uint64_t>(job); number < first + count;
+       number += static_cast<uint64_t>(jobs)) {
     const size_t which = number % bundles.size();
     const Mutant mutant = mutant_of(bundles, which, number);
     const std::string folder = scratch.path() + "/" + kNames[which] + ".chiasm";
@@ -149,25 +157,29 @@ int run(uint64_t first, uint64_t count, int job, int jobs) {
       chiasm::set_num_threads(2);
       return attack(folder, which, number, answers, false, !mutant.other_data);
     });
-    const std::string wrong = ending.words.substr(std::min(ending.words.find(' '), ending.words.size() - 1) + 1);
+    const std::string wrong =
+        ending.words.substr(std::min(ending.words.find(' '), ending.words.size() - 1) + 1);
     ++tried;
     if (std::atoi(ending.words.c_str()) > 0) ++answering;
     if (ending.well() && wrong.empty()) continue;
     ++failures;
-    std::printf("mutants: %llu of %s: %s\n    %s\n", static_cast<unsigned long long>(number), kNames[which], ending.text().c_str(),
-                mutant.description.c_str());
+    std::printf("mutants: %llu of %s: %s\n    %s\n", static_cast<unsigned long long>(number), kNames[which],
+                ending.text().c_str(), mutant.description.c_str());
     std::fflush(stdout);
     std::filesystem::create_directories("mutants-found");
     write_bundle("mutants-found/" + std::to_string(number) + "." + kNames[which] + ".chiasm", mutant.files);
   }
-  std::printf("mutants: job %d: %d tried, %d of them still answer, %d failed\n", job, tried, answering, failures);
+  std::printf("mutants: job %d: %d tried, %d of them still answer, %d failed\n", job, tried, answering,
+              failures);
   return failures == 0 ? 0 : 1;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const auto number = [&](int i, uint64_t otherwise) { return argc > i ? std::strtoull(argv[i], nullptr, 10) : otherwise; };
+  const auto number = [&](int i, uint64_t otherwise) {
+    return argc > i ? std::strtoull(argv[i], nullptr, 10) : otherwise;
+  };
   const uint64_t count = number(1, 300), first = number(2, 0);
   const int jobs = static_cast<int>(number(3, 2));
   std::vector<pid_t> children;
@@ -187,8 +199,8 @@ int main(int argc, char** argv) try {
     if (WIFSIGNALED(status)) std::printf("mutants: a job itself ended by signal %d\n", WTERMSIG(status));
     failed = failed || !WIFEXITED(status) || WEXITSTATUS(status) != 0;
   }
-  std::printf("mutants: %llu from %llu on: %s\n", static_cast<unsigned long long>(count), static_cast<unsigned long long>(first),
-              failed ? "FAILED" : "passed");
+  std::printf("mutants: %llu from %llu on: %s\n", static_cast<unsigned long long>(count),
+              static_cast<unsigned long long>(first), failed ? "FAILED" : "passed");
   return failed ? 1 : 0;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "mutants: %s\n", error.what());

@@ -30,7 +30,8 @@ class Mutator {
     for (size_t i = 0; i < times; ++i) {
       switch (below(10)) {
         case 0: damage_file(false); break;
-        case 1: case 2: damage_file(true); break;
+        case 1:
+        case 2: damage_file(true); break;
         case 3: damage_text(); break;
         case 4: swap_files(); break;
         case 5: swap_artifact_fields(); break;
@@ -42,7 +43,9 @@ class Mutator {
 
  private:
   size_t below(size_t count) { return std::uniform_int_distribution<size_t>(0, count - 1)(random_); }
-  void say(const std::string& text) { result_.description += (result_.description.empty() ? "" : "; ") + text; }
+  void say(const std::string& text) {
+    result_.description += (result_.description.empty() ? "" : "; ") + text;
+  }
 
   std::string any_file() {
     auto at = result_.files.begin();
@@ -59,12 +62,19 @@ class Mutator {
     if (bytes.empty()) return;
     const size_t at = below(bytes.size()), length = std::min(bytes.size() - at, size_t{1} << below(12));
     switch (below(6)) {
-      case 0: bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8))); return say("bit " + std::to_string(at));
+      case 0:
+        bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8)));
+        return say("bit " + std::to_string(at));
       case 1: bytes.resize(at); return say("cut at " + std::to_string(at));
-      case 2: bytes.erase(at, length); return say("without " + std::to_string(length) + " at " + std::to_string(at));
-      case 3: bytes.insert(at, bytes.substr(below(bytes.size()), length)); return say("inserted at " + std::to_string(at));
+      case 2:
+        bytes.erase(at, length);
+        return say("without " + std::to_string(length) + " at " + std::to_string(at));
+      case 3:
+        bytes.insert(at, bytes.substr(below(bytes.size()), length));
+        return say("inserted at " + std::to_string(at));
       case 4:
-        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), length, static_cast<char>(below(2) == 0 ? 0 : 0xff));
+        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), length,
+                    static_cast<char>(below(2) == 0 ? 0 : 0xff));
         return say("filled at " + std::to_string(at));
       default:
         for (size_t i = 0; i < length; ++i) bytes[at + i] = static_cast<char>(below(256));
@@ -74,7 +84,8 @@ class Mutator {
 
   void damage_file(bool with_hash) {
     std::string name = any_file();
-    for (int tries = 0; with_hash && (is_code(name) || name == kManifest) && tries < 20; ++tries) name = any_file();
+    for (int tries = 0; with_hash && (is_code(name) || name == kManifest) && tries < 20; ++tries)
+      name = any_file();
     with_hash = with_hash && !is_code(name) && name != kManifest;
     say(name + (with_hash ? ", hash corrected" : ""));
     damage(result_.files[name]);
@@ -113,11 +124,13 @@ class Mutator {
         const size_t depth = size_t{1} << (4 + below(16));
         const size_t value = text.find(": ", at);
         if (value == std::string::npos) break;
-        text.insert(value + 2, std::string(depth, '[') + std::string(below(2) == 0 ? depth : 0, ']') + (below(2) == 0 ? "," : ""));
+        text.insert(value + 2, std::string(depth, '[') + std::string(below(2) == 0 ? depth : 0, ']') +
+                                   (below(2) == 0 ? "," : ""));
         return say("nested " + std::to_string(depth));
       }
       case 1: {
-        const size_t line = text.find('\n', at), end = line == std::string::npos ? line : text.find('\n', line + 1);
+        const size_t line = text.find('\n', at),
+                     end = line == std::string::npos ? line : text.find('\n', line + 1);
         if (end == std::string::npos) break;
         text.insert(end, text.substr(line, end - line));
         return say("a line twice");
@@ -125,9 +138,17 @@ class Mutator {
       case 2: {
         const size_t digit = text.find_first_of("0123456789", at);
         if (digit == std::string::npos) break;
-        static constexpr const char* kNumbers[] = {"99999999999999999999999999", "1e400", "-0", "0x10", "1e-400", "NaN", "01",
-                                                   "18446744073709551615", "9223372036854775807"};
-        text.replace(digit, text.find_first_not_of("0123456789", digit) - digit, kNumbers[below(std::size(kNumbers))]);
+        static constexpr const char* kNumbers[] = {"99999999999999999999999999",
+                                                   "1e400",
+                                                   "-0",
+                                                   "0x10",
+                                                   "1e-400",
+                                                   "NaN",
+                                                   "01",
+                                                   "18446744073709551615",
+                                                   "9223372036854775807"};
+        text.replace(digit, text.find_first_not_of("0123456789", digit) - digit,
+                     kNumbers[below(std::size(kNumbers))]);
         return say("a number at " + std::to_string(digit));
       }
       case 3: text.insert(at, std::string("\0\xff\xfe\\u0000\"", 12)); return say("bytes in the manifest");
@@ -161,16 +182,20 @@ class Mutator {
     if (artifacts.size() < 2) return;
     Json &one = *artifacts[below(artifacts.size())], &two = *artifacts[below(artifacts.size())];
     if (!one.is_object() || !two.is_object()) return;
-    static constexpr const char* kFields[] = {"file", "backend", "format", "dtypes", "device", "isa", "function", "autograd"};
+    static constexpr const char* kFields[] = {"file",   "backend", "format",   "dtypes",
+                                              "device", "isa",     "function", "autograd"};
     const std::string field = kFields[below(std::size(kFields))];
-    const std::vector<std::string> moved = field == "file" ? std::vector<std::string>{"file", "size", "sha256"} : std::vector<std::string>{field};
+    const std::vector<std::string> moved = field == "file"
+                                               ? std::vector<std::string>{"file", "size", "sha256"}
+                                               : std::vector<std::string>{field};
     for (const std::string& key : moved) std::swap(one[key], two[key]);
     for (Json* artifact : {&one, &two}) {
       for (const std::string& key : moved)
         if ((*artifact)[key].is_null()) artifact->erase(key);
     }
     result_.files[kManifest] = root.dump(1);
-    result_.other_data = result_.other_data || field == "file" || field == "function";  // another dtype's file, or another method's
+    result_.other_data = result_.other_data || field == "file" ||
+                         field == "function";  // another dtype's file, or another method's
     say("two artifacts exchange " + field);
   }
 
@@ -180,16 +205,21 @@ class Mutator {
     collect(root, nodes, signature, "", false);
     if (nodes.size() < 2) return;
     // What native code must agree with is a small part of the manifest.
-    Json& node = signature.empty() || below(2) == 0 ? *nodes[1 + below(nodes.size() - 1)] : *signature[below(signature.size())];
+    Json& node = signature.empty() || below(2) == 0 ? *nodes[1 + below(nodes.size() - 1)]
+                                                    : *signature[below(signature.size())];
     const std::string before = node.dump().substr(0, 60);
     change(node, nodes);
-    say("manifest: " + before + " -> " + node.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 60));
+    say("manifest: " + before + " -> " +
+        node.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 60));
     result_.files[kManifest] = root.dump(1, ' ', false, Json::error_handler_t::replace);
   }
 
   /** All nodes but those that describe only; and of these the ones that say what a method takes and gives. */
-  static void collect(Json& node, std::vector<Json*>& nodes, std::vector<Json*>& signature, const std::string& key, bool inside) {
-    if (key == "description" || key == "summary" || key == "reference" || key == "producer" || key == "config" || key == "sha256") return;
+  static void collect(Json& node, std::vector<Json*>& nodes, std::vector<Json*>& signature,
+                      const std::string& key, bool inside) {
+    if (key == "description" || key == "summary" || key == "reference" || key == "producer" ||
+        key == "config" || key == "sha256")
+      return;
     nodes.push_back(&node);
     inside = inside || key == "inputs" || key == "outputs" || key == "symbols" || key == "samples";
     if (inside) signature.push_back(&node);
@@ -205,16 +235,51 @@ class Mutator {
     if (below(6) == 0) {
       node = other;
     } else if (node.is_number()) {
-      static const Json kNumbers[] = {0,    -1,    1,       2,                3,         5,         7,          8,   64,   255,
-                                      4096, 65536, 1 << 20, int64_t{1} << 33, INT64_MAX, INT64_MIN, UINT64_MAX, 0.5, -0.0, 1e308};
+      static const Json kNumbers[] = {
+          0,         -1,        1,          2,    3,     5,       7,
+          8,         64,        255,        4096, 65536, 1 << 20, int64_t{1} << 33,
+          INT64_MAX, INT64_MIN, UINT64_MAX, 0.5,  -0.0,  1e308};
       const bool near = below(3) == 0 && node.is_number_integer();
-      node = near ? Json(node.get<int64_t>() + static_cast<int64_t>(below(5)) - 2) : kNumbers[below(std::size(kNumbers))];
+      node = near ? Json(node.get<int64_t>() + static_cast<int64_t>(below(5)) - 2)
+                  : kNumbers[below(std::size(kNumbers))];
     } else if (node.is_string()) {
-      static constexpr const char* kTexts[] = {
-          "",        "H",     "W",    "B",     "C",       "N",        "2*H",    "H//0", "H-9999999", "(H",          "9223372036854775807*H",
-          "-1",      "0",     "1",    "3",     "T",       "float32",  "float64", "uint8", "bool",     "int64",       "float16",
-          "bfloat16", "native", "onnx", "torch", "any",    "cuda",     "torchscript", "aotinductor", "x86-64-v4", "../x", "/etc/passwd",
-          "input",   "output", "forward", "vjp"};
+      static constexpr const char* kTexts[] = {"",
+                                               "H",
+                                               "W",
+                                               "B",
+                                               "C",
+                                               "N",
+                                               "2*H",
+                                               "H//0",
+                                               "H-9999999",
+                                               "(H",
+                                               "9223372036854775807*H",
+                                               "-1",
+                                               "0",
+                                               "1",
+                                               "3",
+                                               "T",
+                                               "float32",
+                                               "float64",
+                                               "uint8",
+                                               "bool",
+                                               "int64",
+                                               "float16",
+                                               "bfloat16",
+                                               "native",
+                                               "onnx",
+                                               "torch",
+                                               "any",
+                                               "cuda",
+                                               "torchscript",
+                                               "aotinductor",
+                                               "x86-64-v4",
+                                               "../x",
+                                               "/etc/passwd",
+                                               "input",
+                                               "output",
+                                               "forward",
+                                               "vjp"};
       node = kTexts[below(std::size(kTexts))];
     } else if (node.is_boolean()) {
       node = !node.get<bool>();
@@ -248,7 +313,8 @@ class Mutator {
 
 Files read_bundle(const std::string& folder) {
   Files files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) files[entry.path().filename()] = read_text(entry.path());
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    files[entry.path().filename()] = read_text(entry.path());
   return files;
 }
 
@@ -258,6 +324,8 @@ void write_bundle(const std::string& folder, const Files& files) {
   for (const auto& [name, bytes] : files) write_text(folder + "/" + name, bytes);
 }
 
-Mutant mutant_of(const std::vector<Files>& bundles, size_t which, uint64_t number) { return Mutator(bundles, which, number).make(); }
+Mutant mutant_of(const std::vector<Files>& bundles, size_t which, uint64_t number) {
+  return Mutator(bundles, which, number).make();
+}
 
 }  // namespace chiasm::testing

@@ -1,4 +1,5 @@
-/** Loading and closing leaves nothing behind: no mapping, no file, no thread, no memory. $CHIASM_RELOADS says how often (`make soak`: 20,000). */
+/** Loading and closing leaves nothing behind: no mapping, no file, no thread, no memory. $CHIASM_RELOADS says
+ *  how often (`make soak`: 20,000). */
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -17,7 +18,8 @@ int reloads(const std::string& way) {
 }
 
 class Reload : public ::testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Built, Reload, ::testing::ValuesIn(ways_to_call()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Built, Reload, ::testing::ValuesIn(ways_to_call()),
+                         [](const auto& info) { return info.param; });
 
 TEST_P(Reload, LeavesNothingInTheProcess) {
   const std::string bundle = bundle_path("filters.sobel");
@@ -34,8 +36,10 @@ TEST_P(Reload, LeavesNothingInTheProcess) {
   }
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
   const Holdings after = Holdings::now();
-  std::printf("%s: %d loads in %.1f s, %.2f ms of processor time each; before: %s; after: %s\n", GetParam().c_str(), count, taken.count(),
-              1e3 * static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC / count, before.text().c_str(), after.text().c_str());
+  std::printf("%s: %d loads in %.1f s, %.2f ms of processor time each; before: %s; after: %s\n",
+              GetParam().c_str(), count, taken.count(),
+              1e3 * static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC / count,
+              before.text().c_str(), after.text().c_str());
   EXPECT_LE(after.maps, before.maps + 16) << before.text();  // an allocator may have one more piece
   EXPECT_EQ(after.files, before.files);
   EXPECT_EQ(after.threads, before.threads);

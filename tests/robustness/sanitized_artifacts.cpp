@@ -1,10 +1,13 @@
-// Runs a native artifact with guards around every tensor, for sanitized_artifacts.py: what it shall run comes by the standard input.
+// Runs a native artifact with guards around every tensor, for sanitized_artifacts.py: what it shall run comes
+// by the standard input.
 //
 //   sanitized_artifacts LIBRARY
 //
-// A request: threads (int32), placement of the tensors (int32; 0: ends, 1: begins at the edge of memory), numbers of inputs and outputs (int32 each), and for each
-// tensor its chiasm_dtype and rank (int32 each), its sizes (int64), and of inputs the bytes. The answer: 0 (int32) and the outputs' bytes; 1, the length of a
-// message (int32) and the message; or 2, where something was written beside a tensor. Scratch that the artifact asks for is guarded, too, and full of NaN.
+// A request: threads (int32), placement of the tensors (int32; 0: ends, 1: begins at the edge of memory),
+// numbers of inputs and outputs (int32 each), and for each tensor its chiasm_dtype and rank (int32 each), its
+// sizes (int64), and of inputs the bytes. The answer: 0 (int32) and the outputs' bytes; 1, the length of a
+// message (int32) and the message; or 2, where something was written beside a tensor. Scratch that the
+// artifact asks for is guarded, too, and full of NaN.
 #include <dlfcn.h>
 
 #include <cstdio>
@@ -46,7 +49,8 @@ struct Tensor {
   std::vector<int64_t> shape;
   int32_t dtype;
   chiasm_tensor view() const {
-    return {sizeof(chiasm_tensor), buffer->data(), dtype, CHIASM_CPU, 0, static_cast<int32_t>(shape.size()), shape.data(), nullptr};
+    return {sizeof(chiasm_tensor), buffer->data(), dtype, CHIASM_CPU, 0, static_cast<int32_t>(shape.size()),
+            shape.data(),          nullptr};
   }
 };
 
@@ -55,8 +59,10 @@ Tensor read_tensor(Placement placement, bool with_values) {
   tensor.dtype = read_number<int32_t>();
   tensor.shape.resize(static_cast<size_t>(read_number<int32_t>()));
   for (int64_t& size : tensor.shape) size = read_number<int64_t>();
-  const int64_t count = std::accumulate(tensor.shape.begin(), tensor.shape.end(), int64_t{1}, std::multiplies<>());
-  tensor.buffer = std::make_unique<Buffer>(static_cast<size_t>(count) * kElementSizes[tensor.dtype], placement);
+  const int64_t count =
+      std::accumulate(tensor.shape.begin(), tensor.shape.end(), int64_t{1}, std::multiplies<>());
+  tensor.buffer =
+      std::make_unique<Buffer>(static_cast<size_t>(count) * kElementSizes[tensor.dtype], placement);
   if (with_values && !read(tensor.buffer->data(), tensor.buffer->bytes())) std::exit(3);
   return tensor;
 }
@@ -96,14 +102,18 @@ void answer(const chiasm_native_api& api, void* model) {
   const auto input_count = read_number<int32_t>(), output_count = read_number<int32_t>();
   std::vector<Tensor> tensors;
   std::vector<chiasm_tensor> inputs, outputs;
-  for (int32_t i = 0; i < input_count; ++i) inputs.push_back(tensors.emplace_back(read_tensor(placement, true)).view());
-  for (int32_t i = 0; i < output_count; ++i) outputs.push_back(tensors.emplace_back(read_tensor(placement, false)).view());
+  for (int32_t i = 0; i < input_count; ++i)
+    inputs.push_back(tensors.emplace_back(read_tensor(placement, true)).view());
+  for (int32_t i = 0; i < output_count; ++i)
+    outputs.push_back(tensors.emplace_back(read_tensor(placement, false)).view());
 
   chiasm_native_host lent{};
   lent.context = &host;
   lent.allocate = [](void* context, size_t bytes) { return static_cast<Host*>(context)->allocate(bytes); };
   lent.release = [](void* context, void* data, size_t) { static_cast<Host*>(context)->release(data); };
-  lent.fork = [](void* context, void (*body)(void*, int32_t, int32_t), void* argument) { static_cast<Host*>(context)->fork(body, argument); };
+  lent.fork = [](void* context, void (*body)(void*, int32_t, int32_t), void* argument) {
+    static_cast<Host*>(context)->fork(body, argument);
+  };
   lent.num_threads = host.threads;
   char error[1024] = "";
   const int32_t failed = api.run(model, inputs.data(), outputs.data(), &lent, error, sizeof error);
@@ -117,7 +127,8 @@ void answer(const chiasm_native_api& api, void* model) {
     write(text.data(), text.size());
   } else {
     write_number(0);
-    for (size_t i = inputs.size(); i < tensors.size(); ++i) write(tensors[i].buffer->data(), tensors[i].buffer->bytes());
+    for (size_t i = inputs.size(); i < tensors.size(); ++i)
+      write(tensors[i].buffer->data(), tensors[i].buffer->bytes());
   }
   std::fflush(stdout);
 }

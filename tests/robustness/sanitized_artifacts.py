@@ -1,13 +1,15 @@
 """Compiled artifacts under AddressSanitizer and UBSan, with guards around every tensor.
 
-    python tests/robustness/sanitized_artifacts.py            forty ops of all families (`make sanitize-artifacts`)
-    python tests/robustness/sanitized_artifacts.py --few      the first three (`make test`)
-    python tests/robustness/sanitized_artifacts.py OP...      these; OP+vjp is an op's gradient
+    python tests/robustness/sanitized_artifacts.py            forty ops of all families (`make
+    sanitize-artifacts`) python tests/robustness/sanitized_artifacts.py --few      the first three (`make
+    test`) python tests/robustness/sanitized_artifacts.py OP...      these; OP+vjp is an op's gradient
 
-Each op is exported with a compiler that adds the sanitizers, linked with the libraries of build/asan-ubsan, and run by a program of its own
-(sanitized_artifacts.cpp): on the golden vectors, the smallest sizes, odd sizes, and with NaN, infinities and the like in all and in one of each input's places; on one thread and on three, with
-tensors that end, and that begin, where memory does. No sanitizer may say a word, nothing be written beside a tensor, and results for ordinary values must be
-eager's. An op may refuse special values with a message. What was compiled is kept in build/sanitized.
+Each op is exported with a compiler that adds the sanitizers, linked with the libraries of build/asan-ubsan,
+and run by a program of its own (sanitized_artifacts.cpp): on the golden vectors, the smallest sizes, odd
+sizes, and with NaN, infinities and the like in all and in one of each input's places; on one thread and on
+three, with tensors that end, and that begin, where memory does. No sanitizer may say a word, nothing be
+written beside a tensor, and results for ordinary values must be eager's. An op may refuse special values with
+a message. What was compiled is kept in build/sanitized.
 """
 
 from __future__ import annotations
@@ -30,7 +32,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build" / "sanitized"
 RUNNER = FOLDER / "runner"
-#: It calls itself another compiler, so that the exporter keeps what it makes apart. Without optimisation past -O1 it is bearable, and reports name what they mean.
+#: It calls itself another compiler, so that the exporter keeps what it makes apart. Without optimisation past
+#: -O1 it is bearable, and reports name what they mean.
 COMPILER = """#!/bin/bash
 if [ "$1" = --version ]; then echo "g++ with sanitizers, 1: $(g++ --version | head -1)"; exit; fi
 for argument; do
@@ -60,24 +63,69 @@ from chiasm.export.verify import compare  # noqa: E402
 
 native.LIBRARIES = ROOT / "build" / "asan-ubsan" / "artifact"
 
-#: The first three: tables read at indices that come from data, pixels written at such, and a kernel of our own.
+#: The first three: tables read at indices that come from data, pixels written at such, and a kernel of our
+#: own.
 OPS = [
-    "color.apply_colormap", "image.draw_line", "enhance.integral_image",
-    "color.raw_to_rgb", "color.rgb_to_hsv", "contrib.connected_components", "contrib.extract_tensor_patches.padded", "contrib.interp",
-    "enhance.adjust_hue", "enhance.equalize_clahe", "enhance.histogram2d", "feature.extract_patches_from_pyramid", "feature.fast_response",
-    "feature.match_snn", "feature.sift_describe.plain", "filters.bilateral_blur", "filters.canny", "filters.gaussian_blur2d", "filters.median_blur",
-    "filters.otsu_threshold", "filters.percentile_filter", "filters.sobel", "filters.spatial_gradient3d", "geometry.bbox.nms_fixed",
-    "geometry.conversions.euler_from_quaternion", "geometry.lie.se3_log", "geometry.linalg.transform_points.plane",
-    "geometry.quaternion.quaternion_slerp", "geometry.solvers.solve_quadratic", "geometry.subpix.nms2d.values",
-    "geometry.transform.crop_by_indices.resize", "geometry.transform.remap.bicubic_reflection", "geometry.transform.remap.bilinear_zeros+vjp",
-    "geometry.transform.resize.bicubic_antialias", "geometry.transform.warp_perspective.bilinear_border", "geometry.transform.warp_polar.linear",
-    "losses.focal_loss", "losses.one_hot", "losses.ssim_loss", "metrics.confusion_matrix.counts", "metrics.mean_iou", "morphology.gradient",
-    "pipelines.edges", "pipelines.preprocess",
+    "color.apply_colormap",
+    "image.draw_line",
+    "enhance.integral_image",
+    "color.raw_to_rgb",
+    "color.rgb_to_hsv",
+    "contrib.connected_components",
+    "contrib.extract_tensor_patches.padded",
+    "contrib.interp",
+    "enhance.adjust_hue",
+    "enhance.equalize_clahe",
+    "enhance.histogram2d",
+    "feature.extract_patches_from_pyramid",
+    "feature.fast_response",
+    "feature.match_snn",
+    "feature.sift_describe.plain",
+    "filters.bilateral_blur",
+    "filters.canny",
+    "filters.gaussian_blur2d",
+    "filters.median_blur",
+    "filters.otsu_threshold",
+    "filters.percentile_filter",
+    "filters.sobel",
+    "filters.spatial_gradient3d",
+    "geometry.bbox.nms_fixed",
+    "geometry.conversions.euler_from_quaternion",
+    "geometry.lie.se3_log",
+    "geometry.linalg.transform_points.plane",
+    "geometry.quaternion.quaternion_slerp",
+    "geometry.solvers.solve_quadratic",
+    "geometry.subpix.nms2d.values",
+    "geometry.transform.crop_by_indices.resize",
+    "geometry.transform.remap.bicubic_reflection",
+    "geometry.transform.remap.bilinear_zeros+vjp",
+    "geometry.transform.resize.bicubic_antialias",
+    "geometry.transform.warp_perspective.bilinear_border",
+    "geometry.transform.warp_polar.linear",
+    "losses.focal_loss",
+    "losses.one_hot",
+    "losses.ssim_loss",
+    "metrics.confusion_matrix.counts",
+    "metrics.mean_iou",
+    "morphology.gradient",
+    "pipelines.edges",
+    "pipelines.preprocess",
 ]
 FEW = 3
 ODD = {"B": 3, "C": 3, "H": 37, "W": 29, "N": 13, "OH": 9, "OW": 11}
 FLOATS = (float("nan"), float("inf"), -float("inf"), 0.0, -1.0, 1e-40, 1e10, -3e9, 3e9, 1e38, -1e38)
-DTYPES = ("bool", "uint8", "int8", "int16", "int32", "int64", "float16", "bfloat16", "float32", "float64")  # in the order of chiasm_dtype
+DTYPES = (
+    "bool",
+    "uint8",
+    "int8",
+    "int16",
+    "int32",
+    "int64",
+    "float16",
+    "bfloat16",
+    "float32",
+    "float64",
+)  # in the order of chiasm_dtype
 SECONDS = 120  # for one run
 
 Tensors = dict[str, torch.Tensor]
@@ -91,9 +139,13 @@ def main(arguments: list[str]) -> int:
         compiler.write_text(COMPILER)
         compiler.chmod(0o755)
     source = Path(__file__).with_suffix(".cpp")
-    subprocess.run([compiler, "-std=c++17", "-O1", "-Wall", f"-I{ROOT}", source, "-o", RUNNER, "-pthread"], check=True)
+    subprocess.run(
+        [compiler, "-std=c++17", "-O1", "-Wall", f"-I{ROOT}", source, "-o", RUNNER, "-pthread"], check=True
+    )
     failed = 0
-    with ProcessPoolExecutor(int(os.environ.get("JOBS", len(os.sched_getaffinity(0)))), mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(
+        int(os.environ.get("JOBS", len(os.sched_getaffinity(0)))), mp_context=get_context("spawn")
+    ) as pool:
         for op, (done, problems) in zip(ops, pool.map(checked, ops), strict=True):
             print(f"{'FAIL' if problems else 'ok':4} {op}: {done}", *problems, sep="\n     ", flush=True)
             failed += bool(problems)
@@ -116,7 +168,9 @@ def watched(op: str) -> tuple[str, list[str]]:
     method = method or "forward"
     entry = catalog()[name]
     spec = replace(entry.spec, dtypes=entry.spec.dtypes[:1])
-    bundle = export(entry.function(), spec, FOLDER / "bundles" / method, ["native"], methods=("forward", method))
+    bundle = export(
+        entry.function(), spec, FOLDER / "bundles" / method, ["native"], methods=("forward", method)
+    )
     signature = read_manifest(bundle)["methods"][method]
     (artifact,) = (a for a in signature["artifacts"] if a["backend"] == "native")
     library = FOLDER / "bundles" / method / f"{name}.so"
@@ -125,7 +179,10 @@ def watched(op: str) -> tuple[str, list[str]]:
 
     function = bind(entry.function(), [t.name for t in spec.inputs], spec.config, name)
     if method == "vjp":
-        outputs = [TensorSpec(t["name"], tuple(t["shape"]), t["dtype"]) for t in read_manifest(bundle)["methods"]["forward"]["outputs"]]
+        outputs = [
+            TensorSpec(t["name"], tuple(t["shape"]), t["dtype"])
+            for t in read_manifest(bundle)["methods"]["forward"]["outputs"]
+        ]
         eager = vjp_module(function, spec, outputs)
     else:
         eager = function
@@ -138,7 +195,9 @@ def watched(op: str) -> tuple[str, list[str]]:
         except (ValueError, RuntimeError) as error:
             if what == "golden":
                 raise ExportError(f"{op}: eager Python refuses its own golden inputs: {error}") from error
-            refused += f", {what} sizes refused by eager Python"  # the limits may be wider than what goes together
+            refused += (  # the limits may be wider than what goes together
+                f", {what} sizes refused by eager Python"
+            )
             continue
         for threads, placement in ((1, 0), (3, 1), (3, 0), (1, 1)):
             runs += 1
@@ -151,7 +210,11 @@ def watched(op: str) -> tuple[str, list[str]]:
             for threads, placement in ((1, 0), (3, 1)):
                 runs += 1
                 results, message = runner.run(special, expected, threads, placement)
-                problems += [f"{changed}, {threads} threads: {message}"] if results is None and runner.is_broken else []
+                problems += (
+                    [f"{changed}, {threads} threads: {message}"]
+                    if results is None and runner.is_broken
+                    else []
+                )
     problems += runner.close()
     return f"{runs} runs{refused}", list(dict.fromkeys(problems))
 
@@ -184,13 +247,28 @@ class Runner:
 
     def start(self) -> None:
         self.is_broken = False
-        options = {"ASAN_OPTIONS": "detect_leaks=1:detect_stack_use_after_return=1", "UBSAN_OPTIONS": "print_stacktrace=0"}
-        self.process = subprocess.Popen([RUNNER, self.library], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | options)
+        options = {
+            "ASAN_OPTIONS": "detect_leaks=1:detect_stack_use_after_return=1",
+            "UBSAN_OPTIONS": "print_stacktrace=0",
+        }
+        self.process = subprocess.Popen(
+            [RUNNER, self.library],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=os.environ | options,
+        )
         self.lines: list[str] = []
-        self.listener = threading.Thread(target=lambda: self.lines.extend(line.decode(errors="replace").rstrip() for line in self.process.stderr))
+        self.listener = threading.Thread(
+            target=lambda: self.lines.extend(
+                line.decode(errors="replace").rstrip() for line in self.process.stderr
+            )
+        )
         self.listener.start()
 
-    def run(self, inputs: Tensors, outputs: tuple[torch.Tensor, ...], threads: int, placement: int) -> tuple[list[torch.Tensor] | None, str]:
+    def run(
+        self, inputs: Tensors, outputs: tuple[torch.Tensor, ...], threads: int, placement: int
+    ) -> tuple[list[torch.Tensor] | None, str]:
         """The outputs, of shapes like `outputs`; or None, and why."""
         if self.is_broken:
             self.start()
@@ -208,7 +286,14 @@ class Runner:
                 return self.broken("something was written beside a tensor, or scratch was lost")
             if status == 1:
                 return None, self.read(struct.unpack("<i", self.read(4))[0]).decode()
-            return [torch.frombuffer(bytearray(self.read(t.nbytes)), dtype=t.dtype).reshape(t.shape) if t.numel() else t.clone() for t in outputs], ""
+            return [
+                (
+                    torch.frombuffer(bytearray(self.read(t.nbytes)), dtype=t.dtype).reshape(t.shape)
+                    if t.numel()
+                    else t.clone()
+                )
+                for t in outputs
+            ], ""
         except (BrokenPipeError, EOFError):
             return self.broken("")
         finally:
@@ -217,7 +302,9 @@ class Runner:
     def broken(self, why: str) -> tuple[None, str]:
         said = self.close()
         self.is_broken = True
-        return None, why or f"the process ended with {self.process.returncode}: " + " | ".join(said or self.lines[-3:] or ["it took too long"])
+        return None, why or f"the process ended with {self.process.returncode}: " + " | ".join(
+            said or self.lines[-3:] or ["it took too long"]
+        )
 
     def read(self, size: int) -> bytes:
         data = self.process.stdout.read(size)
@@ -237,13 +324,20 @@ class Runner:
             if "runtime error:" in line:
                 place, _, what = line.partition("runtime error: ")
                 said.setdefault(place, Path(place.strip()).name + " " + what)
-            elif "ERROR: " in line or (said and re.match(r"\s*#[0-4] ", line)):  # and where an error of memory was
+            elif "ERROR: " in line or (
+                said and re.match(r"\s*#[0-4] ", line)
+            ):  # and where an error of memory was
                 said.setdefault(line.strip(), re.sub(r"0x[0-9a-f]+ ?|==\d+==", "", line).strip())
         return list(said.values())
 
 
 def header(tensor: torch.Tensor) -> bytes:
-    return struct.pack(f"<2i{tensor.dim()}q", DTYPES.index(str(tensor.dtype).removeprefix("torch.")), tensor.dim(), *tensor.shape)
+    return struct.pack(
+        f"<2i{tensor.dim()}q",
+        DTYPES.index(str(tensor.dtype).removeprefix("torch.")),
+        tensor.dim(),
+        *tensor.shape,
+    )
 
 
 def as_bytes(tensor: torch.Tensor) -> bytes:

@@ -2,9 +2,9 @@
  *
  *      soak SECONDS [WAY...]      64 threads; the ways are those of ways_to_call(), by default all
  *
- *  Each thread takes methods and sizes by lot, loads and closes some anew, makes some wrong calls, and compares every answer with
- *  the first one bit for bit. Every 10 s a line says how it is going. Fails on the first wrong answer, and where memory, threads or
- *  files grow. */
+ *  Each thread takes methods and sizes by lot, loads and closes some anew, makes some wrong calls, and
+ *  compares every answer with the first one bit for bit. Every 10 s a line says how it is going. Fails on the
+ *  first wrong answer, and where memory, threads or files grow. */
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -24,7 +24,8 @@ using namespace chiasm::testing;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kThreads = 64;
-/** What the process may grow by once it has warmed up: the pools keep 256 MB each, and engines an arena for each size. */
+/** What the process may grow by once it has warmed up: the pools keep 256 MB each, and engines an arena for
+ *  each size. */
 constexpr int64_t kGrowthKb = 256 << 10;
 
 struct Work {
@@ -47,7 +48,8 @@ class Latencies {
     for (const auto& count : counts_) all += count;
     for (int i = 0; i < kSteps; ++i) {
       below += counts_[static_cast<size_t>(i)];
-      if (below > 0 && static_cast<double>(below) >= share * static_cast<double>(all)) return std::exp(kStep * (i + 1));
+      if (below > 0 && static_cast<double>(below) >= share * static_cast<double>(all))
+        return std::exp(kStep * (i + 1));
     }
     return 0;
   }
@@ -80,7 +82,8 @@ std::vector<Work> prepare(const std::vector<std::string>& ways) {
       for (const std::string& way : ways) {
         Work work{way, bundle, method.name, load(way, bundle, method.name), {}, {}, {}};
         uint64_t seed = 0;
-        for (const int64_t largest : {16, 40, 100, 300}) work.inputs.push_back(make_inputs(method, ++seed, largest));
+        for (const int64_t largest : {16, 40, 100, 300})
+          work.inputs.push_back(make_inputs(method, ++seed, largest));
         for (const Inputs& inputs : work.inputs) work.answers.push_back(work.call(inputs));
         work.wrong = work.inputs[0].tensors;
         const chiasm::Tensor& first = work.wrong[0];
@@ -105,7 +108,9 @@ void call_wrongly(const Work& work, Totals& totals) {
 
 void run(const std::vector<Work>& all, uint64_t seed, Totals& totals) {
   std::mt19937_64 random(seed);
-  const auto one_of = [&random](size_t count) { return std::uniform_int_distribution<size_t>(0, count - 1)(random); };
+  const auto one_of = [&random](size_t count) {
+    return std::uniform_int_distribution<size_t>(0, count - 1)(random);
+  };
   while (!totals.stop) {
     const Work& work = all[one_of(all.size())];
     const size_t i = one_of(work.inputs.size());
@@ -119,7 +124,8 @@ void run(const std::vector<Work>& all, uint64_t seed, Totals& totals) {
       totals.latencies.add(std::chrono::duration<double, std::micro>(Clock::now() - begun).count());
       ++totals.calls;
       if (answer != work.answers[i])
-        totals.fail(work.way + ": " + work.bundle + " " + work.method + ", inputs " + std::to_string(i) + ": another answer");
+        totals.fail(work.way + ": " + work.bundle + " " + work.method + ", inputs " + std::to_string(i) +
+                    ": another answer");
     } catch (const std::exception& error) {
       totals.fail(work.way + ": " + work.bundle + " " + work.method + ": " + error.what());
     }
@@ -127,10 +133,11 @@ void run(const std::vector<Work>& all, uint64_t seed, Totals& totals) {
 }
 
 void say(double seconds, const Totals& totals, const Holdings& now) {
-  std::printf("soak %6.0f s  %9lld calls (%.0f/s), %lld loads, %lld refused; p50 %.2f ms, p99 %.1f ms; %s\n", seconds,
-              static_cast<long long>(totals.calls),
-              static_cast<double>(totals.calls) / seconds, static_cast<long long>(totals.loads), static_cast<long long>(totals.refused),
-              totals.latencies.quantile(0.5) / 1e3, totals.latencies.quantile(0.99) / 1e3, now.text().c_str());
+  std::printf("soak %6.0f s  %9lld calls (%.0f/s), %lld loads, %lld refused; p50 %.2f ms, p99 %.1f ms; %s\n",
+              seconds, static_cast<long long>(totals.calls), static_cast<double>(totals.calls) / seconds,
+              static_cast<long long>(totals.loads), static_cast<long long>(totals.refused),
+              totals.latencies.quantile(0.5) / 1e3, totals.latencies.quantile(0.99) / 1e3,
+              now.text().c_str());
   std::fflush(stdout);
 }
 
@@ -139,7 +146,8 @@ int soak(double seconds, const std::vector<std::string>& ways) {
   std::printf("soak: %zu methods x 4 sizes, %d threads, %.0f s\n", all.size(), kThreads, seconds);
   Totals totals;
   std::vector<std::thread> threads;
-  for (int t = 0; t < kThreads; ++t) threads.emplace_back([&, t] { run(all, static_cast<uint64_t>(t) + 1, totals); });
+  for (int t = 0; t < kThreads; ++t)
+    threads.emplace_back([&, t] { run(all, static_cast<uint64_t>(t) + 1, totals); });
   const auto begun = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - begun).count(); };
   Holdings warm, most;
@@ -162,10 +170,14 @@ int soak(double seconds, const std::vector<std::string>& ways) {
   for (std::thread& thread : threads) thread.join();
   const Holdings last = Holdings::now();
   say(elapsed(), totals, last);
-  std::printf("soak: in the second half the memory grew by %lld MB (allowed: %lld), the most was %lld MB and %lld threads\n",
-              static_cast<long long>((most.resident_kb - warm.resident_kb) / 1024), static_cast<long long>(kGrowthKb / 1024),
-              static_cast<long long>(most.resident_kb / 1024), static_cast<long long>(most.threads));
-  // A thread that makes a call opens files for as long as it loads; now that all have ended there are as many as in the middle at most.
+  std::printf(
+      "soak: in the second half the memory grew by %lld MB (allowed: %lld), the most was %lld MB and %lld "
+      "threads\n",
+      static_cast<long long>((most.resident_kb - warm.resident_kb) / 1024),
+      static_cast<long long>(kGrowthKb / 1024), static_cast<long long>(most.resident_kb / 1024),
+      static_cast<long long>(most.threads));
+  // A thread that makes a call opens files for as long as it loads; now that all have ended there are as many
+  // as in the middle at most.
   if (most.resident_kb > warm.resident_kb + kGrowthKb) totals.fail("the memory grows");
   if (most.threads > warm.threads + 8) totals.fail("the number of threads grows");
   if (last.files > warm.files) totals.fail("the number of open files grows");

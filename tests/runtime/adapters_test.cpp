@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-
 #include "chiasm/eigen.hpp"
 #include "chiasm/opencv.hpp"
 #include "support.h"
@@ -73,7 +72,8 @@ TEST(OpenCv, BackToMat) {
 TEST(OpenCv, PlanesAndBack) {
   cv::Mat frame(5, 7, CV_8UC3);
   for (int y = 0; y < 5; ++y) {
-    for (int x = 0; x < 7; ++x) frame.at<cv::Vec3b>(y, x) = cv::Vec3b(uchar(10 * y + x), uchar(100 + x), uchar(200 + y));
+    for (int x = 0; x < 7; ++x)
+      frame.at<cv::Vec3b>(y, x) = cv::Vec3b(uchar(10 * y + x), uchar(100 + x), uchar(200 + y));
   }
   const Planes bytes = planes(frame);
   EXPECT_EQ(bytes.shape(), (Shape{1, 3, 5, 7}));
@@ -106,21 +106,39 @@ TEST(OpenCv, PlanesAndBack) {
 
 TEST(OpenCv, PlanesSayWhatIsWrong) {
   std::vector<float> values(24);
-  const auto says = [](const std::string& words) { return ::testing::ThrowsMessage<Error>(HasSubstr(words)); };
+  const auto says = [](const std::string& words) {
+    return ::testing::ThrowsMessage<Error>(HasSubstr(words));
+  };
   EXPECT_THAT([] { planes(cv::Mat()); }, says("empty"));
   EXPECT_THAT([] { planes(cv::Mat(), 1, true); }, says("empty"));
   EXPECT_THAT([] { planes(cv::Mat(2, 2, CV_8U), 1, true); }, says("swap_rb is for 3 or 4 channels"));
   const int sizes[] = {2, 3, 4};
   EXPECT_THAT([&] { planes(cv::Mat(3, sizes, CV_8U)); }, says("2 dimensions, got 3"));
   EXPECT_THAT([&] { planes_to_mat(Tensor(values.data(), {4, 6})); }, says("got one of 2 dimensions"));
-  EXPECT_THAT([&] { planes_to_mat(Tensor(values.data(), {2, 3, 2, 2}), -1, 1, false, 2); }, says("there is no image 2, only 2"));
-  EXPECT_THAT([&] { planes_to_mat(Tensor(values.data(), {2, 3, 4}), -1, 1, true); }, says("the tensor has 2"));
-  EXPECT_THAT([&] { planes_to_mat(Tensor(values.data(), {2, 3, 4}, Device::cuda())); }, says("not in CPU memory"));
+  EXPECT_THAT(
+      [&] {
+        planes_to_mat(Tensor(values.data(), {2, 3, 2, 2}), -1, 1, false, 2);
+      },
+      says("there is no image 2, only 2"));
+  EXPECT_THAT(
+      [&] {
+        planes_to_mat(Tensor(values.data(), {2, 3, 4}), -1, 1, true);
+      },
+      says("the tensor has 2"));
+  EXPECT_THAT(
+      [&] {
+        planes_to_mat(Tensor(values.data(), {2, 3, 4}, Device::cuda()));
+      },
+      says("not in CPU memory"));
 }
 
 TEST(OpenCv, AReadOnlyTensorIsNotMadeAMat) {
   const std::vector<float> values(6);
-  EXPECT_THAT([&] { to_mat(Tensor(values.data(), {2, 3})); }, ::testing::ThrowsMessage<Error>(HasSubstr("read-only")));
+  EXPECT_THAT(
+      [&] {
+        to_mat(Tensor(values.data(), {2, 3}));
+      },
+      ::testing::ThrowsMessage<Error>(HasSubstr("read-only")));
   const cv::Mat mat(2, 3, CV_32F, cv::Scalar(0));
   EXPECT_THROW(to_mat(view(mat)), Error);
 }
@@ -205,7 +223,8 @@ TEST(Eigen, PackedObjectsLieByRows) {
   const Tensor tensor = one;
   EXPECT_EQ(tensor.shape(), (Shape{1, 3, 3}));
   EXPECT_TRUE(tensor.read_only());
-  EXPECT_THAT(std::vector<float>(tensor.data<const float>(), tensor.data<const float>() + 9), ::testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9));
+  EXPECT_THAT(std::vector<float>(tensor.data<const float>(), tensor.data<const float>() + 9),
+              ::testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9));
   EXPECT_EQ(unpack<Eigen::Matrix3f>(tensor).at(0), matrix);
   const Eigen::Map<const Eigen::Matrix<float, 2, 3>> map(matrix.data());
   const auto from_map = pack(map);
@@ -213,7 +232,8 @@ TEST(Eigen, PackedObjectsLieByRows) {
   const auto vectors = pack(std::vector<Eigen::Vector2d>{{1, 2}, {3, 4}, {5, 6}});
   EXPECT_EQ(Tensor(vectors).shape(), (Shape{3, 2}));
   EXPECT_EQ(unpack<Eigen::Vector2d>(vectors).at(2), Eigen::Vector2d(5, 6));
-  const Eigen::Isometry3d pose = Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ());
+  const Eigen::Isometry3d pose =
+      Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ());
   const auto packed = pack(pose);
   EXPECT_EQ(Tensor(packed).shape(), (Shape{1, 4, 4}));
   EXPECT_EQ(Tensor(packed).data<const double>()[3], 1);

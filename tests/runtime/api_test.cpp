@@ -1,4 +1,5 @@
-/** The library as a program sees it, with fake backends: what is refused and how, lifetimes, threads, self-test. */
+/** The library as a program sees it, with fake backends: what is refused and how, lifetimes, threads,
+ *  self-test. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +41,8 @@ TEST_F(Call, Runs) {
   EXPECT_EQ(outputs[0].data<float>()[119], 3.0f);
   EXPECT_EQ(reinterpret_cast<uintptr_t>(outputs[0].data()) % 64, 0u);
   EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { outputs[2]; }), HasSubstr("there is no output 2"));
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { outputs[0].data<double>(); }), HasSubstr("float32, not float64"));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { outputs[0].data<double>(); }),
+              HasSubstr("float32, not float64"));
   EXPECT_EQ(method_.backend(), "native");
   EXPECT_THAT(method_.artifact(), HasSubstr("forward.v"));
 }
@@ -49,75 +51,108 @@ TEST_F(Call, CountAndNull) {
   EXPECT_EQ(refused({input_}), "expected 2 inputs, got 1");
   EXPECT_EQ(refused({}), "expected 2 inputs, got 0");
   EXPECT_EQ(refused({input_, sigma_view_, sigma_view_}), "expected 2 inputs, got 3");
-  EXPECT_EQ(refused({input_, Tensor(static_cast<float*>(nullptr), {2, 2})}), "input 'sigma': its data is NULL");
+  EXPECT_EQ(refused({input_, Tensor(static_cast<float*>(nullptr), {2, 2})}),
+            "input 'sigma': its data is NULL");
 }
 
 TEST_F(Call, DtypeAndGenericAgreement) {
   std::vector<double> doubles(120);
   std::vector<int32_t> ints(4);
-  EXPECT_THAT(refused({Tensor(doubles.data(), {2, 3, 4, 5}), sigma_view_}),
-              AllOf(HasSubstr("input 'input': expected float32, got float64"), HasSubstr("loaded for float32")));
-  EXPECT_THAT(refused({input_, Tensor(doubles.data(), {2, 2})}), HasSubstr("input 'sigma': expected float32, got float64"));
-  EXPECT_THAT(refused({input_, Tensor(ints.data(), {2, 2})}), HasSubstr("input 'sigma': expected float32, got int32"));
+  EXPECT_THAT(
+      refused({Tensor(doubles.data(), {2, 3, 4, 5}), sigma_view_}),
+      AllOf(HasSubstr("input 'input': expected float32, got float64"), HasSubstr("loaded for float32")));
+  EXPECT_THAT(refused({input_, Tensor(doubles.data(), {2, 2})}),
+              HasSubstr("input 'sigma': expected float32, got float64"));
+  EXPECT_THAT(refused({input_, Tensor(ints.data(), {2, 2})}),
+              HasSubstr("input 'sigma': expected float32, got int32"));
   EXPECT_THAT(refused({input_, Tensor(static_cast<void*>(ints.data()), static_cast<DType>(77), {2, 2})}),
               HasSubstr("input 'sigma': expected float32, got an unknown dtype (77)"));
   const Method wide = Bundle::open(path_).method("forward", LoadOptions().with_dtype(DType::Float64));
   EXPECT_EQ(wide.artifact(), "forward.float64.onnx");
   EXPECT_EQ(wide.info().inputs[0].dtypes, std::vector<DType>{DType::Float64});
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { wide.run({input_, sigma_view_}); }), HasSubstr("expected float64, got float32"));
-  EXPECT_EQ(wide.run({Tensor(doubles.data(), {2, 3, 4, 5}), Tensor(doubles.data(), {2, 2})})[0].dtype(), DType::Float64);
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
+                      [&] {
+                        wide.run({input_, sigma_view_});
+                      }),
+              HasSubstr("expected float64, got float32"));
+  EXPECT_EQ(wide.run({Tensor(doubles.data(), {2, 3, 4, 5}), Tensor(doubles.data(), {2, 2})})[0].dtype(),
+            DType::Float64);
 }
 
 TEST_F(Call, RankAndShape) {
-  EXPECT_EQ(refused({Tensor(image_.data(), {3, 4, 5}), sigma_view_}), "input 'input': expected shape (B, 3, H, W), got (3, 4, 5)");
-  EXPECT_EQ(refused({Tensor(image_.data(), {2, 4, 3, 5}), sigma_view_}), "input 'input': expected shape (B, 3, H, W), got (2, 4, 3, 5)");
+  EXPECT_EQ(refused({Tensor(image_.data(), {3, 4, 5}), sigma_view_}),
+            "input 'input': expected shape (B, 3, H, W), got (3, 4, 5)");
+  EXPECT_EQ(refused({Tensor(image_.data(), {2, 4, 3, 5}), sigma_view_}),
+            "input 'input': expected shape (B, 3, H, W), got (2, 4, 3, 5)");
   const Tensor three(image_.data(), {3, 3, 3, 3});
-  EXPECT_EQ(refused({three, sigma_view_}), "input 'sigma': expected shape (B, 2) with B=3 (from input 'input'), got (2, 2)");
-  EXPECT_EQ(refused({input_, Tensor(sigma_.data(), {4})}), "input 'sigma': expected shape (B, 2) with B=2 (from input 'input'), got (4,)");
+  EXPECT_EQ(refused({three, sigma_view_}),
+            "input 'sigma': expected shape (B, 2) with B=3 (from input 'input'), got (2, 2)");
+  EXPECT_EQ(refused({input_, Tensor(sigma_.data(), {4})}),
+            "input 'sigma': expected shape (B, 2) with B=2 (from input 'input'), got (4,)");
   EXPECT_EQ(refused({Tensor(image_.data(), {1, 3, 2, 5}), sigma_view_}),
             "input 'input': expected shape (B, 3, H, W), got (1, 3, 2, 5): H must be from 3 to 4096");
-  EXPECT_THAT(refused({Tensor(image_.data(), {0, 3, 4, 5}), sigma_view_}), HasSubstr("B must be from 1 to 64"));
-  EXPECT_THAT(refused({Tensor(image_.data(), {1, 3, 4, -5}), sigma_view_}), HasSubstr("W must be from 3 to 4096"));
-  EXPECT_THAT(refused({Tensor(image_.data(), {1, 3, 4, 4097}), sigma_view_}), HasSubstr("got (1, 3, 4, 4097)"));
+  EXPECT_THAT(refused({Tensor(image_.data(), {0, 3, 4, 5}), sigma_view_}),
+              HasSubstr("B must be from 1 to 64"));
+  EXPECT_THAT(refused({Tensor(image_.data(), {1, 3, 4, -5}), sigma_view_}),
+              HasSubstr("W must be from 3 to 4096"));
+  EXPECT_THAT(refused({Tensor(image_.data(), {1, 3, 4, 4097}), sigma_view_}),
+              HasSubstr("got (1, 3, 4, 4097)"));
 }
 
 TEST_F(Call, ExpressionsInInputs) {
   const Method vjp = Bundle::open(path_).method("vjp");
   EXPECT_EQ(vjp.run({input_, sigma_view_})[0].shape(), (Shape{2, 3, 4, 5}));
-  EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT, [&] { vjp.run({input_, Tensor(sigma_.data(), {1, 2})}); }),
-            "input 'grad_half': expected shape (B, (H+1)//2) with B=2 (from input 'input'), H=4 (from input 'input'), got (1, 2)");
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { vjp.run({input_, Tensor(sigma_.data(), {2, 1})}); }),
+  EXPECT_EQ(refusal(CHIASM_INVALID_ARGUMENT,
+                    [&] {
+                      vjp.run({input_, Tensor(sigma_.data(), {1, 2})});
+                    }),
+            "input 'grad_half': expected shape (B, (H+1)//2) with B=2 (from input 'input'), H=4 (from input "
+            "'input'), got (1, 2)");
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
+                      [&] {
+                        vjp.run({input_, Tensor(sigma_.data(), {2, 1})});
+                      }),
               HasSubstr("got (2, 1): (H+1)//2 is 2"));
 }
 
 TEST_F(Call, Strides) {
   const Shape shape = {2, 3, 4, 5};
   EXPECT_THAT(refused({Tensor::strided(image_.data(), shape, {60, 1, 15, 3}), sigma_view_}),
-              AllOf(HasSubstr("input 'input': expected dense row-major memory, got strides (60, 1, 15, 3) for shape (2, 3, 4, 5)"),
+              AllOf(HasSubstr("input 'input': expected dense row-major memory, got strides (60, 1, 15, 3) "
+                              "for shape (2, 3, 4, 5)"),
                     HasSubstr("channels-last"), HasSubstr(".contiguous()"), HasSubstr(".clone()")));
-  EXPECT_THAT(refused({Tensor::strided(image_.data(), {1, 3, 4, 4}, {60, 20, 5, 1}), Tensor(sigma_.data(), {1, 2})}),
-              AllOf(HasSubstr("dense row-major"), ::testing::Not(HasSubstr("channels-last"))));
-  EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {60, 20, 5, -1}), sigma_view_}), HasSubstr("(60, 20, 5, -1)"));
-  EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {0, 20, 5, 1}), sigma_view_}), HasSubstr("(0, 20, 5, 1)"));
+  EXPECT_THAT(
+      refused({Tensor::strided(image_.data(), {1, 3, 4, 4}, {60, 20, 5, 1}), Tensor(sigma_.data(), {1, 2})}),
+      AllOf(HasSubstr("dense row-major"), ::testing::Not(HasSubstr("channels-last"))));
+  EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {60, 20, 5, -1}), sigma_view_}),
+              HasSubstr("(60, 20, 5, -1)"));
+  EXPECT_THAT(refused({Tensor::strided(image_.data(), {2, 3, 4, 5}, {0, 20, 5, 1}), sigma_view_}),
+              HasSubstr("(0, 20, 5, 1)"));
   method_.run({Tensor::strided(image_.data(), shape, {60, 20, 5, 1}), sigma_view_});
   // A dimension of size 1 may have any stride.
-  method_.run({Tensor::strided(image_.data(), {1, 3, 4, 5}, {-7, 20, 5, 1}), Tensor::strided(sigma_.data(), {1, 2}, {99, 1})});
+  method_.run({Tensor::strided(image_.data(), {1, 3, 4, 5}, {-7, 20, 5, 1}),
+               Tensor::strided(sigma_.data(), {1, 2}, {99, 1})});
 }
 
 TEST_F(Call, DeviceAndAlignment) {
-  EXPECT_THAT(refused({Tensor(image_.data(), {2, 3, 4, 5}, Device::cuda(1)), sigma_view_}),
-              HasSubstr("input 'input': expected memory on the CPU, where the method was loaded, got CUDA device 1"));
-  EXPECT_THAT(refused({input_, Tensor(sigma_.data(), {2, 2}, Device{CHIASM_CPU, 3})}), HasSubstr("input 'sigma'"));
+  EXPECT_THAT(
+      refused({Tensor(image_.data(), {2, 3, 4, 5}, Device::cuda(1)), sigma_view_}),
+      HasSubstr("input 'input': expected memory on the CPU, where the method was loaded, got CUDA device 1"));
+  EXPECT_THAT(refused({input_, Tensor(sigma_.data(), {2, 2}, Device{CHIASM_CPU, 3})}),
+              HasSubstr("input 'sigma'"));
   char* const odd = reinterpret_cast<char*>(image_.data()) + 1;
-  EXPECT_THAT(refused({Tensor(static_cast<void*>(odd), DType::Float32, {1, 3, 3, 3}), sigma_view_}), HasSubstr("not aligned to 4 bytes"));
+  EXPECT_THAT(refused({Tensor(static_cast<void*>(odd), DType::Float32, {1, 3, 3, 3}), sigma_view_}),
+              HasSubstr("not aligned to 4 bytes"));
 }
 
 TEST_F(Call, StructSizesAndNullPointersOfTheCInterface) {
   const chiasm_api& api = *chiasm_get_api(CHIASM_API_VERSION);
   chiasm_method* const method = method_.c_handle();
   chiasm_outputs* outputs = nullptr;
-  const auto run = [&](const chiasm_tensor* inputs, size_t count, const chiasm_run_options* options = nullptr) {
-    return refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(api.method_run(method, inputs, count, options, &outputs)); });
+  const auto run = [&](const chiasm_tensor* inputs, size_t count,
+                       const chiasm_run_options* options = nullptr) {
+    return refusal(CHIASM_INVALID_ARGUMENT,
+                   [&] { detail::check(api.method_run(method, inputs, count, options, &outputs)); });
   };
   chiasm_tensor inputs[] = {input_.c_tensor(), sigma_view_.c_tensor()};
   EXPECT_THAT(run(nullptr, 2), HasSubstr("NULL"));
@@ -131,7 +166,8 @@ TEST_F(Call, StructSizesAndNullPointersOfTheCInterface) {
   EXPECT_THAT(run(inputs, 2), HasSubstr("input 'sigma': its shape is NULL"));
   inputs[1] = sigma_view_.c_tensor();
   inputs[1].device_type = 9;
-  EXPECT_THAT(run(inputs, 2), HasSubstr("input 'sigma': expected memory on the CPU, where the method was loaded, got an unknown device type 9"));
+  EXPECT_THAT(run(inputs, 2), HasSubstr("input 'sigma': expected memory on the CPU, where the method was "
+                                        "loaded, got an unknown device type 9"));
   inputs[1] = sigma_view_.c_tensor();
   for (const int32_t ndim : {-1, 9, INT32_MAX}) {
     inputs[1].ndim = ndim;
@@ -140,8 +176,12 @@ TEST_F(Call, StructSizesAndNullPointersOfTheCInterface) {
   inputs[1] = sigma_view_.c_tensor();
   const chiasm_run_options short_options{4, nullptr};
   EXPECT_THAT(run(inputs, 2, &short_options), HasSubstr("run options: struct_size is 4"));
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(api.method_run(method, inputs, 2, nullptr, nullptr)); }), HasSubstr("outputs is NULL"));
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(api.method_run(nullptr, inputs, 2, nullptr, &outputs)); }), HasSubstr("method is NULL"));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
+                      [&] { detail::check(api.method_run(method, inputs, 2, nullptr, nullptr)); }),
+              HasSubstr("outputs is NULL"));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
+                      [&] { detail::check(api.method_run(nullptr, inputs, 2, nullptr, &outputs)); }),
+              HasSubstr("method is NULL"));
   api.status_free(nullptr);
   EXPECT_EQ(api.status_code(nullptr), CHIASM_OK);
   EXPECT_STREQ(api.status_message(nullptr), "");
@@ -180,23 +220,34 @@ TEST_F(Call, RunInto) {
   };
   EXPECT_EQ(refused_into({output_view}), "expected 2 outputs, got 1");
   EXPECT_EQ(refused_into({Tensor(output.data(), {2, 3, 4, 4}), half_view}),
-            "output 'output': expected shape (B, 3, H, W) with B=2 (from input 'input'), H=4 (from input 'input'), W=5 (from input "
+            "output 'output': expected shape (B, 3, H, W) with B=2 (from input 'input'), H=4 (from input "
+            "'input'), W=5 (from input "
             "'input'), got (2, 3, 4, 4); for these inputs it is (2, 3, 4, 5)");
   std::vector<double> doubles(120);
-  EXPECT_THAT(refused_into({Tensor(doubles.data(), {2, 3, 4, 5}), half_view}), HasSubstr("output 'output': expected float32, got float64"));
-  EXPECT_THAT(refused_into({output_view, Tensor(static_cast<float*>(nullptr), {2, 2})}), HasSubstr("output 'half': its data is NULL"));
-  EXPECT_THAT(refused_into({Tensor::strided(output.data(), {2, 3, 4, 5}, {60, 1, 15, 3}), half_view}), HasSubstr("channels-last"));
+  EXPECT_THAT(refused_into({Tensor(doubles.data(), {2, 3, 4, 5}), half_view}),
+              HasSubstr("output 'output': expected float32, got float64"));
+  EXPECT_THAT(refused_into({output_view, Tensor(static_cast<float*>(nullptr), {2, 2})}),
+              HasSubstr("output 'half': its data is NULL"));
+  EXPECT_THAT(refused_into({Tensor::strided(output.data(), {2, 3, 4, 5}, {60, 1, 15, 3}), half_view}),
+              HasSubstr("channels-last"));
   EXPECT_EQ(refused_into({input_, half_view}), "output 'output': its memory overlaps that of input 'input'");
-  EXPECT_EQ(refused_into({output_view, Tensor(sigma_.data(), {2, 2})}), "output 'half': its memory overlaps that of input 'sigma'");
-  EXPECT_EQ(refused_into({output_view, Tensor(output.data() + 116, {2, 2})}), "output 'half': its memory overlaps that of output 'output'");
-  EXPECT_THAT(refused_into({output_view, Tensor(static_cast<const float*>(half.data()), {2, 2})}), HasSubstr("output 1 is read-only"));
+  EXPECT_EQ(refused_into({output_view, Tensor(sigma_.data(), {2, 2})}),
+            "output 'half': its memory overlaps that of input 'sigma'");
+  EXPECT_EQ(refused_into({output_view, Tensor(output.data() + 116, {2, 2})}),
+            "output 'half': its memory overlaps that of output 'output'");
+  EXPECT_THAT(refused_into({output_view, Tensor(static_cast<const float*>(half.data()), {2, 2})}),
+              HasSubstr("output 1 is read-only"));
 }
 
 TEST_F(Call, OutputType) {
   const TensorType type = method_.output_type({input_, sigma_view_}, 1);
   EXPECT_EQ(type.shape, (Shape{2, 2}));
   EXPECT_EQ(type.dtype, DType::Float32);
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { method_.output_type({input_, sigma_view_}, 2); }), HasSubstr("there is no output 2"));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
+                      [&] {
+                        method_.output_type({input_, sigma_view_}, 2);
+                      }),
+              HasSubstr("there is no output 2"));
   EXPECT_THROW(method_.output_type({input_}, 0), Error);
 }
 
@@ -236,7 +287,9 @@ TEST_F(Call, CostsFewMicroseconds) {
   for (int round = 0; round < 20; ++round) {
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < 1000; ++i) method_.run_into(inputs, 2, outputs, 2);
-    best = std::min(best, std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count() / 1000);
+    best = std::min(
+        best,
+        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count() / 1000);
   }
   RecordProperty("microseconds", std::to_string(best));
   std::printf("run_into: %.3f microseconds\n", best);
@@ -269,7 +322,8 @@ TEST(Lifetime, MovedFromHandlesThrow) {
   const Outputs other_outputs = std::move(outputs);
   EXPECT_FALSE(bundle);
   EXPECT_TRUE(other_bundle);
-  EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [&] { bundle.info(); }), HasSubstr("this Bundle was moved from"));
+  EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [&] { bundle.info(); }),
+              HasSubstr("this Bundle was moved from"));
   EXPECT_THROW(bundle.method("forward"), Error);
   EXPECT_THROW(method.run(inputs), Error);
   EXPECT_THROW(method.info(), Error);
@@ -307,7 +361,8 @@ TEST(Backends, AreListedWithTheirProblems) {
   EXPECT_FALSE(all[1].available);
   EXPECT_THAT(all[1].problem, HasSubstr("libfake_engine.so"));
   chiasm_backend_info info{};
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(detail::api().backend_info(0, &info)); }), HasSubstr("struct_size"));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(detail::api().backend_info(0, &info)); }),
+              HasSubstr("struct_size"));
   info.struct_size = sizeof info;
   EXPECT_THROW(detail::check(detail::api().backend_info(3, &info)), Error);
 }
@@ -319,7 +374,8 @@ TEST(Threads, ThePolicyIsFixedByTheFirstLoad) {
   const Bundle bundle = Bundle::open(write_bundle(folder));
   bundle.method("forward");
   EXPECT_GT(get_num_threads(), 0);
-  EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [] { set_num_threads(1); }), HasSubstr("after the first method was loaded"));
+  EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [] { set_num_threads(1); }),
+              HasSubstr("after the first method was loaded"));
 }
 
 class Loading : public ::testing::Test {
@@ -333,24 +389,31 @@ class Loading : public ::testing::Test {
 };
 
 TEST_F(Loading, NoSuchBundle) {
-  EXPECT_THAT(refusal(CHIASM_NOT_FOUND, [] { Bundle::open("/nowhere.chiasm"); }), HasSubstr("/nowhere.chiasm"));
-  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(path_ + "/manifest.json"); }), HasSubstr("is a folder"));
+  EXPECT_THAT(refusal(CHIASM_NOT_FOUND, [] { Bundle::open("/nowhere.chiasm"); }),
+              HasSubstr("/nowhere.chiasm"));
+  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(path_ + "/manifest.json"); }),
+              HasSubstr("is a folder"));
   EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(folder_.path()); }), HasSubstr("no manifest.json"));
   chiasm_bundle* bundle = nullptr;
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(detail::api().bundle_open(nullptr, &bundle)); }), HasSubstr("path is NULL"));
+  EXPECT_THAT(
+      refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(detail::api().bundle_open(nullptr, &bundle)); }),
+      HasSubstr("path is NULL"));
 }
 
 TEST_F(Loading, NewerSchema) {
   write_bundle(folder_, [](Json& m) { m["schema_version"] = 4; });
-  EXPECT_THAT(refusal(CHIASM_VERSION_MISMATCH, [&] { Bundle::open(path_); }), HasSubstr("manifest.json: schema_version"));
+  EXPECT_THAT(refusal(CHIASM_VERSION_MISMATCH, [&] { Bundle::open(path_); }),
+              HasSubstr("manifest.json: schema_version"));
 }
 
 TEST_F(Loading, TruncatedTamperedAndMissingArtifacts) {
   const std::string file = path_ + "/forward.float32.onnx";
   write_text(file, "scale");
-  EXPECT_THAT(refused(CHIASM_CORRUPT), AllOf(HasSubstr(file), HasSubstr("truncated: has 5 bytes, the manifest says 9")));
+  EXPECT_THAT(refused(CHIASM_CORRUPT),
+              AllOf(HasSubstr(file), HasSubstr("truncated: has 5 bytes, the manifest says 9")));
   write_text(file, artifact_content(file, "scale 3"));
-  EXPECT_THAT(refused(CHIASM_CORRUPT), AllOf(HasSubstr(file), HasSubstr("changed since the bundle was made")));
+  EXPECT_THAT(refused(CHIASM_CORRUPT),
+              AllOf(HasSubstr(file), HasSubstr("changed since the bundle was made")));
   write_text(file, "scale 2 and more");
   EXPECT_THAT(refused(CHIASM_CORRUPT), HasSubstr(file));
   std::filesystem::remove(file);
@@ -361,34 +424,55 @@ TEST_F(Loading, TruncatedTamperedAndMissingArtifacts) {
 
 TEST_F(Loading, EnginesThatFail) {
   set_artifact(path_, "forward.float32.onnx", "broken");
-  EXPECT_THAT(refused(CHIASM_CORRUPT), AllOf(HasSubstr("forward.float32.onnx"), HasSubstr("the fake engine cannot read this"), HasSubstr("onnx backend")));
+  EXPECT_THAT(refused(CHIASM_CORRUPT),
+              AllOf(HasSubstr("forward.float32.onnx"), HasSubstr("the fake engine cannot read this"),
+                    HasSubstr("onnx backend")));
   set_artifact(path_, "forward.float32.onnx", "failing");
   const Method method = Bundle::open(path_).method("forward", LoadOptions().with_backend("onnx"));
   std::vector<float> image(27), sigma(2);
-  EXPECT_THAT(refusal(CHIASM_INTERNAL, [&] { method.run({Tensor(image.data(), {1, 3, 3, 3}), Tensor(sigma.data(), {1, 2})}); }),
+  EXPECT_THAT(refusal(CHIASM_INTERNAL,
+                      [&] {
+                        method.run({Tensor(image.data(), {1, 3, 3, 3}), Tensor(sigma.data(), {1, 2})});
+                      }),
               HasSubstr("the fake engine fails in every run"));
-  EXPECT_THAT(refused(CHIASM_INTERNAL, LoadOptions().with_backend("onnx").with_warm_up()), HasSubstr("the fake engine fails"));
+  EXPECT_THAT(refused(CHIASM_INTERNAL, LoadOptions().with_backend("onnx").with_warm_up()),
+              HasSubstr("the fake engine fails"));
 }
 
 TEST_F(Loading, Options) {
-  EXPECT_THAT(refused(CHIASM_UNAVAILABLE, LoadOptions().with_backend("tensorrt")), HasSubstr("there is no libchiasm_tensorrt.so in "));
-  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_backend("../x")), HasSubstr("'../x' cannot be the name of a backend"));
-  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_num_threads(-1)), HasSubstr("num_threads is -1, expected 0 to 1024"));
-  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_option("fused", "0")), HasSubstr("name it, not auto"));
+  EXPECT_THAT(refused(CHIASM_UNAVAILABLE, LoadOptions().with_backend("tensorrt")),
+              HasSubstr("there is no libchiasm_tensorrt.so in "));
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_backend("../x")),
+              HasSubstr("'../x' cannot be the name of a backend"));
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_num_threads(-1)),
+              HasSubstr("num_threads is -1, expected 0 to 1024"));
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_option("fused", "0")),
+              HasSubstr("name it, not auto"));
   EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT, LoadOptions().with_backend("onnx").with_option("speed", "11")),
               HasSubstr("the onnx backend has no option 'speed'; it has fused (0 or 1)"));
-  EXPECT_EQ(Bundle::open(path_).method("forward", LoadOptions().with_backend("onnx").with_option("fused", "0").with_num_threads(1)).backend(), "onnx");
-  EXPECT_THAT(refused(CHIASM_UNAVAILABLE, LoadOptions().with_backend("torch")), HasSubstr("libfake_engine.so"));
-  EXPECT_THAT(refused(CHIASM_FAILED_PRECONDITION, LoadOptions().with_backend("native").with_native_code(false)), HasSubstr("allow_native_code"));
-  EXPECT_THAT(refused(CHIASM_NOT_FOUND, LoadOptions().with_dtype(DType::Int8)), HasSubstr("has no artifact for int8; it has float32, float64"));
-  EXPECT_THAT(refusal(CHIASM_NOT_FOUND, [&] { Bundle::open(path_).method("backward"); }), HasSubstr("it has forward, vjp"));
+  EXPECT_EQ(
+      Bundle::open(path_)
+          .method("forward", LoadOptions().with_backend("onnx").with_option("fused", "0").with_num_threads(1))
+          .backend(),
+      "onnx");
+  EXPECT_THAT(refused(CHIASM_UNAVAILABLE, LoadOptions().with_backend("torch")),
+              HasSubstr("libfake_engine.so"));
+  EXPECT_THAT(
+      refused(CHIASM_FAILED_PRECONDITION, LoadOptions().with_backend("native").with_native_code(false)),
+      HasSubstr("allow_native_code"));
+  EXPECT_THAT(refused(CHIASM_NOT_FOUND, LoadOptions().with_dtype(DType::Int8)),
+              HasSubstr("has no artifact for int8; it has float32, float64"));
+  EXPECT_THAT(refusal(CHIASM_NOT_FOUND, [&] { Bundle::open(path_).method("backward"); }),
+              HasSubstr("it has forward, vjp"));
   EXPECT_EQ(Bundle::open(path_).method("forward", LoadOptions().with_native_code(false)).backend(), "onnx");
   EXPECT_EQ(Bundle::open(path_).method("forward", LoadOptions().with_warm_up()).backend(), "native");
   chiasm_load_options options = CHIASM_LOAD_OPTIONS_INIT;
   chiasm_method* method = nullptr;
   const Bundle bundle = Bundle::open(path_);
   const auto load = [&] {
-    return refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(detail::api().method_load(bundle.c_handle(), "forward", &options, &method)); });
+    return refusal(CHIASM_INVALID_ARGUMENT, [&] {
+      detail::check(detail::api().method_load(bundle.c_handle(), "forward", &options, &method));
+    });
   };
   options.struct_size = 0;
   EXPECT_THAT(load(), HasSubstr("CHIASM_LOAD_OPTIONS_INIT"));
@@ -448,13 +532,16 @@ TEST_F(Loading, SelfTestFindsWrongNumbersAndDamage) {
   set_artifact(path_, "forward.float32.onnx", "scale 2.5");
   const SelfTestRow row = Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0);
   EXPECT_EQ(row.result, SelfTestRow::Result::Failed);
-  EXPECT_THAT(row.message, AllOf(HasSubstr("output 'output': 60 of 60 values differ"), HasSubstr("output 'half'")));
+  EXPECT_THAT(row.message,
+              AllOf(HasSubstr("output 'output': 60 of 60 values differ"), HasSubstr("output 'half'")));
   EXPECT_NEAR(row.max_error, 0.5 * 51.5, 1e-4);
   write_text(path_ + "/forward.float32.onnx", "scale 2");
-  EXPECT_THAT(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).message, HasSubstr("truncated"));
+  EXPECT_THAT(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).message,
+              HasSubstr("truncated"));
   const std::string golden = read_text(path_ + "/golden.safetensors");
   write_text(path_ + "/golden.safetensors", golden.substr(0, golden.size() - 1));
-  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(path_).self_test(); }), HasSubstr("golden.safetensors: truncated"));
+  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(path_).self_test(); }),
+              HasSubstr("golden.safetensors: truncated"));
 }
 
 TEST_F(Loading, SelfTestNamesAMissingGoldenTensor) {
@@ -464,7 +551,8 @@ TEST_F(Loading, SelfTestNamesAMissingGoldenTensor) {
   root["golden"]["size"] = golden.size();
   root["golden"]["sha256"] = sha256_of(golden);
   write_text(path_ + "/manifest.json", root.dump());
-  EXPECT_THAT(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).message, HasSubstr("no tensor 'forward.float32/sigma'"));
+  EXPECT_THAT(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).message,
+              HasSubstr("no tensor 'forward.float32/sigma'"));
 }
 
 }  // namespace

@@ -11,8 +11,8 @@
 #include <random>
 #include <thread>
 
-#include "chiasm/opencv.hpp"
 #include "base/cuda.h"
+#include "chiasm/opencv.hpp"
 #include "core/status.h"
 #include "on_backend.h"
 
@@ -22,7 +22,8 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-INSTANTIATE_TEST_SUITE_P(Built, OnBackend, ::testing::ValuesIn(ways_to_run()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Built, OnBackend, ::testing::ValuesIn(ways_to_run()),
+                         [](const auto& info) { return info.param; });
 
 TEST_P(OnBackend, IsAvailable) {
   for (const BackendInfo& info : backends()) {
@@ -78,7 +79,8 @@ TEST_P(OnBackend, WrongInputsNeverReachTheEngine) {
   EXPECT_THROW(method.run({Tensor(image.data(), {3, 8, 8})}), Error);
   EXPECT_THROW(method.run({Tensor(image.data(), {1, 3, 0, 8})}), Error);
   EXPECT_THROW(method.run({Tensor::strided(image.data(), {1, 3, 8, 8}, {192, 1, 24, 3})}), Error);
-  EXPECT_THROW(method.run_into({Tensor(image.data(), {1, 3, 8, 8})}, {Tensor(image.data(), {1, 3, 8, 8})}), Error);
+  EXPECT_THROW(method.run_into({Tensor(image.data(), {1, 3, 8, 8})}, {Tensor(image.data(), {1, 3, 8, 8})}),
+               Error);
 }
 
 /** <u, J v>, by central differences in float64, is <J^T u, v> by vjp. */
@@ -89,7 +91,8 @@ TEST_P(OnBackend, VjpIsTheAdjointOfTheDerivative) {
   const double tolerance = dtype_of_method(vjp) == DType::Float64 ? 1e-6 : 1e-3;
   const Shape shape = {1, 2, 9, 11};
   const size_t count = static_cast<size_t>(shape.count());
-  const auto x = random_values<double>(count), u = random_values<double>(count, -1, 1), v = random_values<double>(count, -1, 1);
+  const auto x = random_values<double>(count), u = random_values<double>(count, -1, 1),
+             v = random_values<double>(count, -1, 1);
   constexpr double step = 1e-6;
   std::vector<double> above = x, below = x;
   for (size_t i = 0; i < count; ++i) {
@@ -113,11 +116,13 @@ TEST_P(OnBackend, EightThreadsOnOneMethod) {
     threads.emplace_back([&method, t] {
       const Shape shape = {1, 1 + t % 3, 16 + t, 40};
       std::vector<float> image(static_cast<size_t>(shape.count()));
-      for (size_t i = 0; i < image.size(); ++i) image[i] = static_cast<float>((i * 7919 + static_cast<size_t>(t)) % 256) / 255;
+      for (size_t i = 0; i < image.size(); ++i)
+        image[i] = static_cast<float>((i * 7919 + static_cast<size_t>(t)) % 256) / 255;
       const cv::Mat expected = sobel_of(cv::Mat(16 + t, 40, CV_32F, image.data()));
       for (int i = 0; i < 20; ++i) {
         const Outputs outputs = method.run({Tensor(image.data(), shape)});
-        EXPECT_LT(cv::norm(cv::Mat(16 + t, 40, CV_32F, outputs[0].data<float>()), expected, cv::NORM_INF), 2e-5);
+        EXPECT_LT(cv::norm(cv::Mat(16 + t, 40, CV_32F, outputs[0].data<float>()), expected, cv::NORM_INF),
+                  2e-5);
       }
     });
   }
@@ -190,7 +195,8 @@ TEST_P(OnBackend, EdgesOfAFrameWithoutACopy) {
   method.run_into({view(frame)}, {view(target)});
   EXPECT_EQ(cv::norm(target, actual, cv::NORM_INF), 0);
   cv::Mat part = frame(cv::Rect(5, 5, 50, 40));
-  EXPECT_THAT([&] { method.run({view(part)}); }, ::testing::ThrowsMessage<Error>(AllOf(HasSubstr("'frame'"), HasSubstr("clone()"))));
+  EXPECT_THAT([&] { method.run({view(part)}); },
+              ::testing::ThrowsMessage<Error>(AllOf(HasSubstr("'frame'"), HasSubstr("clone()"))));
 }
 
 TEST_P(OnBackend, TheArtifactSaysWhichFormRuns) {
@@ -210,14 +216,16 @@ TEST(Bundles, AutoTakesNativeFirst) {
 TEST(Bundles, EveryOneProvesItself) {
   const std::vector<std::string> built = built_backends();
   std::map<std::string, int> passed;
-  ASSERT_TRUE(std::filesystem::is_directory(bundle_folder())) << "CHIASM_TEST_BUNDLES is '" << bundle_folder() << "'";
+  ASSERT_TRUE(std::filesystem::is_directory(bundle_folder()))
+      << "CHIASM_TEST_BUNDLES is '" << bundle_folder() << "'";
   for (const auto& entry : std::filesystem::directory_iterator(bundle_folder())) {
     if (entry.path().extension() != ".chiasm") continue;
     SCOPED_TRACE(entry.path().string());
     const Bundle bundle = Bundle::open(entry.path().string());
     for (const SelfTestRow& row : bundle.self_test()) {
       SCOPED_TRACE(row.method + " " + row.artifact + " " + row.dtype);
-      EXPECT_NE(row.result, SelfTestRow::Result::Failed) << row.message << " (largest difference " << row.max_error << ")";
+      EXPECT_NE(row.result, SelfTestRow::Result::Failed)
+          << row.message << " (largest difference " << row.max_error << ")";
       if (row.result == SelfTestRow::Result::Passed) ++passed[row.backend];
       const bool is_built = std::find(built.begin(), built.end(), row.backend) != built.end();
       if (row.result == SelfTestRow::Result::NotRun && is_built) {
@@ -251,12 +259,16 @@ TEST_P(OnBackend, CudaMemoryStaysOnTheDevice) {
   core::CudaBuffer input(0, bytes), result(0, bytes);
   input.copy_from_host(image.data(), bytes);
   const Method method = bundle.method("forward", options().with_device(Device::cuda()));
-  const Tensor in(input.data(), DType::Float32, shape, Device::cuda()), out(result.data(), DType::Float32, shape, Device::cuda());
+  const Tensor in(input.data(), DType::Float32, shape, Device::cuda()),
+      out(result.data(), DType::Float32, shape, Device::cuda());
   method.run_into({in}, {out});
   result.copy_to_host(output.data(), bytes);
-  EXPECT_LT(cv::norm(cv::Mat(64, 64, CV_32F, output.data()), sobel_of(cv::Mat(64, 64, CV_32F, image.data())), cv::NORM_INF), 2e-5);
+  EXPECT_LT(cv::norm(cv::Mat(64, 64, CV_32F, output.data()), sobel_of(cv::Mat(64, 64, CV_32F, image.data())),
+                     cv::NORM_INF),
+            2e-5);
   EXPECT_THAT([&] { method.run({in}); }, ::testing::ThrowsMessage<Error>(HasSubstr("run_into")));
-  EXPECT_THAT([&] { method.run_into({Tensor(image.data(), shape)}, {out}); }, ::testing::ThrowsMessage<Error>(HasSubstr("CUDA device 0")));
+  EXPECT_THAT([&] { method.run_into({Tensor(image.data(), shape)}, {out}); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("CUDA device 0")));
   for (const SelfTestRow& row : bundle.self_test(options().with_device(Device::cuda()))) {
     EXPECT_NE(row.result, SelfTestRow::Result::Failed) << row.artifact << ": " << row.message;
   }

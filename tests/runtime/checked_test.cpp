@@ -1,4 +1,5 @@
-// The checks that compiled loops call (artifact/include/chiasm/checked.h), on scalars: the vector forms are in every artifact's tests.
+// The checks that compiled loops call (artifact/include/chiasm/checked.h), on scalars: the vector forms are
+// in every artifact's tests.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -57,7 +58,8 @@ TEST(Checked, DivisionsAreThoseOfTheirDefinitions) {
       const int floor = static_cast<int>(std::floor(double(a) / b));
       EXPECT_EQ(chiasm::floor_divide_integral(a, b), floor) << a << " " << b;
       EXPECT_EQ(chiasm::remainder_integral(a, b), a - floor * b) << a << " " << b;
-      EXPECT_EQ(chiasm::truncated_quotient(a, b), static_cast<int>(std::trunc(double(a) / b))) << a << " " << b;
+      EXPECT_EQ(chiasm::truncated_quotient(a, b), static_cast<int>(std::trunc(double(a) / b)))
+          << a << " " << b;
       EXPECT_EQ(chiasm::mod(a, b), static_cast<int>(std::fmod(a, b))) << a << " " << b;
     }
   EXPECT_EQ(divisions, 0);

@@ -14,7 +14,8 @@ namespace {
 using ::testing::HasSubstr;
 
 class WithEigen : public OnBackend {};
-INSTANTIATE_TEST_SUITE_P(Built, WithEigen, ::testing::ValuesIn(ways_to_run()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Built, WithEigen, ::testing::ValuesIn(ways_to_run()),
+                         [](const auto& info) { return info.param; });
 
 /** Eigen knows nothing of us: an independent truth for rotations. */
 TEST_P(WithEigen, RotationsAreThoseOfEigen) {
@@ -27,23 +28,31 @@ TEST_P(WithEigen, RotationsAreThoseOfEigen) {
   const Rows3 axis_angle = Eigen::Map<Rows3>(values.data(), kCount, 3);
   for (int i = 0; i < kCount; ++i) {
     const Eigen::Vector3d axis = axis_angle.row(i);
-    const Eigen::Vector4d quaternion = wxyz(Eigen::Quaterniond(Eigen::AngleAxisd(axis.norm(), axis.normalized())));
+    const Eigen::Vector4d quaternion =
+        wxyz(Eigen::Quaterniond(Eigen::AngleAxisd(axis.norm(), axis.normalized())));
     quaternions.insert(quaternions.end(), quaternion.data(), quaternion.data() + 4);
   }
-  const auto run = [this](const std::string& name, const std::vector<double>& input, int64_t columns, double* tolerance) {
+  const auto run = [this](const std::string& name, const std::vector<double>& input, int64_t columns,
+                          double* tolerance) {
     const Method method = load_widest(open(name), "forward", options());
     *tolerance = dtype_of_method(method) == DType::Float64 ? 1e-7 : 1e-4;
     return run_widened(method, {{input, {kCount, columns}}})[0];
   };
   double matrix_tolerance, quaternion_tolerance, from_tolerance;
   auto matrices = run("geometry.conversions.axis_angle_to_rotation_matrix", values, 3, &matrix_tolerance);
-  auto actual_quaternions = run("geometry.conversions.axis_angle_to_quaternion", values, 3, &quaternion_tolerance);
-  auto from_quaternions = run("geometry.conversions.quaternion_to_rotation_matrix", quaternions, 4, &from_tolerance);
+  auto actual_quaternions =
+      run("geometry.conversions.axis_angle_to_quaternion", values, 3, &quaternion_tolerance);
+  auto from_quaternions =
+      run("geometry.conversions.quaternion_to_rotation_matrix", quaternions, 4, &from_tolerance);
   for (int i = 0; i < kCount; ++i) {
     const Eigen::Quaterniond expected = quaternion_from_wxyz(&quaternions[4 * static_cast<size_t>(i)]);
     const Matrix3 rotation = expected.toRotationMatrix();
-    EXPECT_LT((Eigen::Map<Matrix3>(&matrices[9 * static_cast<size_t>(i)]) - rotation).norm(), matrix_tolerance) << i;
-    EXPECT_LT((Eigen::Map<Matrix3>(&from_quaternions[9 * static_cast<size_t>(i)]) - rotation).norm(), from_tolerance) << i;
+    EXPECT_LT((Eigen::Map<Matrix3>(&matrices[9 * static_cast<size_t>(i)]) - rotation).norm(),
+              matrix_tolerance)
+        << i;
+    EXPECT_LT((Eigen::Map<Matrix3>(&from_quaternions[9 * static_cast<size_t>(i)]) - rotation).norm(),
+              from_tolerance)
+        << i;
     const Eigen::Quaterniond actual = quaternion_from_wxyz(&actual_quaternions[4 * static_cast<size_t>(i)]);
     EXPECT_LT(actual.angularDistance(expected), 10 * quaternion_tolerance) << i;
     EXPECT_NEAR(actual.norm(), 1, quaternion_tolerance) << i;
@@ -51,9 +60,11 @@ TEST_P(WithEigen, RotationsAreThoseOfEigen) {
 }
 
 TEST_P(WithEigen, EigensOwnOrderIsRefusedNotMisread) {
-  const Method method = open("geometry.conversions.axis_angle_to_rotation_matrix").method("forward", options());
+  const Method method =
+      open("geometry.conversions.axis_angle_to_rotation_matrix").method("forward", options());
   const Eigen::MatrixXf column_major = Eigen::MatrixXf::Random(5, 3);
-  EXPECT_THAT([&] { method.run({view(column_major)}); }, ::testing::ThrowsMessage<Error>(HasSubstr("row_major")));
+  EXPECT_THAT([&] { method.run({view(column_major)}); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("row_major")));
   const auto copy = row_major(column_major);
   const Outputs outputs = method.run({view(copy)});
   const Eigen::Vector3f last = column_major.row(4);
@@ -92,8 +103,12 @@ TEST_P(WithEigen, QuaternionsAreThoseOfEigen) {
     quaternions.push_back(Eigen::Quaternionf::UnitRandom());
     matrices.push_back(quaternions.back().toRotationMatrix());
   }
-  const auto to_matrices = open("geometry.conversions.quaternion_to_rotation_matrix").method("forward", options()).run({pack(quaternions)});
-  const auto to_quaternions = open("geometry.conversions.rotation_matrix_to_quaternion").method("forward", options()).run({pack(matrices)});
+  const auto to_matrices = open("geometry.conversions.quaternion_to_rotation_matrix")
+                               .method("forward", options())
+                               .run({pack(quaternions)});
+  const auto to_quaternions = open("geometry.conversions.rotation_matrix_to_quaternion")
+                                  .method("forward", options())
+                                  .run({pack(matrices)});
   const auto actual = unpack<Eigen::Matrix3f>(to_matrices[0]);
   const auto back = unpack<Eigen::Quaternionf>(to_quaternions[0]);
   for (size_t i = 0; i < matrices.size(); ++i) {
@@ -144,13 +159,16 @@ TEST_P(WithEigen, EssentialMatricesComeApartAsByEigensSvd) {
   const auto r1 = unpack<Eigen::Matrix3f>(outputs[0]), r2 = unpack<Eigen::Matrix3f>(outputs[1]);
   const auto t = unpack<Eigen::Matrix<float, 3, 1>>(outputs[2]);
   for (size_t i = 0; i < essentials.size(); ++i) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(essentials[i].cast<double>(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(essentials[i].cast<double>(),
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
     Eigen::Matrix3d w, u = svd.matrixU(), v = svd.matrixV();
     w << 0, -1, 0, 1, 0, 0, 0, 0, 1;
     u *= u.determinant(), v *= v.determinant();
     const Eigen::Matrix3d a = u * w * v.transpose(), b = u * w.transpose() * v.transpose();
     const Eigen::Matrix3d first = r1.at(i).cast<double>(), second = r2.at(i).cast<double>();
-    EXPECT_LT(std::min((first - a).norm() + (second - b).norm(), (first - b).norm() + (second - a).norm()), 1e-4) << i;
+    EXPECT_LT(std::min((first - a).norm() + (second - b).norm(), (first - b).norm() + (second - a).norm()),
+              1e-4)
+        << i;
     EXPECT_NEAR(std::abs(t.at(i).cast<double>().dot(u.col(2))), 1, 1e-5);
   }
 }

@@ -22,7 +22,8 @@ class ExampleBackend : public ::testing::Test {
   std::string write(const std::string& program, const std::string& format = "toy") const {
     const std::string path = folder_.path() + "/test.scale.chiasm";
     std::filesystem::create_directory(path);
-    const Json image = {{"name", "input"}, {"dtype", "float32"}, {"shape", {"N"}}, {"description", ""}, {"layout", ""}, {"color", ""}, {"range", nullptr}};
+    const Json image = {{"name", "input"}, {"dtype", "float32"}, {"shape", {"N"}},  {"description", ""},
+                        {"layout", ""},    {"color", ""},        {"range", nullptr}};
     Json result = image;
     result["name"] = "output";
     const std::string golden = safetensors({{"case/input", {2}, {1, 2}}, {"case/output", {2}, {3, 5}}});
@@ -30,13 +31,17 @@ class ExampleBackend : public ::testing::Test {
       return Json{{"file", name}, {"size", content.size()}, {"sha256", sha256_of(content)}};
     };
     Json artifact = file("forward.toy", program);
-    artifact.update({{"backend", "example"}, {"format", format}, {"dtypes", Json::array()}, {"device", "cpu"}});
+    artifact.update(
+        {{"backend", "example"}, {"format", format}, {"dtypes", Json::array()}, {"device", "cpu"}});
     Json root = manifest();
     root["schema_version"] = 3;
     root["dtypes"] = Json::array();
     root["symbols"] = {{"N", {{"min", 1}, {"max", 1000}}}};
     root["methods"] = {{"forward",
-                        {{"inputs", {image}}, {"outputs", {result}}, {"tolerances", {{"float32", {{"atol", 0}, {"rtol", 0}}}}}, {"artifacts", {artifact}}}}};
+                        {{"inputs", {image}},
+                         {"outputs", {result}},
+                         {"tolerances", {{"float32", {{"atol", 0}, {"rtol", 0}}}}},
+                         {"artifacts", {artifact}}}}};
     root["golden"] = file("golden.safetensors", golden);
     root["golden"]["cases"] = {{{"prefix", "case"}, {"method", "forward"}, {"dtype", nullptr}}};
     write_text(path + "/forward.toy", program);
@@ -57,7 +62,8 @@ class ExampleBackend : public ::testing::Test {
 
 TEST_F(ExampleBackend, IsFoundBesideTheOthersByItsFileName) {
   const std::vector<BackendInfo> all = backends();
-  const auto found = std::find_if(all.begin(), all.end(), [](const BackendInfo& info) { return info.name == "example"; });
+  const auto found =
+      std::find_if(all.begin(), all.end(), [](const BackendInfo& info) { return info.name == "example"; });
   ASSERT_NE(found, all.end());
   EXPECT_TRUE(found->available);
   EXPECT_EQ(found->engine_version, "toy engine 1.0");
@@ -77,18 +83,31 @@ TEST_F(ExampleBackend, RunsItsArtifactAndProvesItself) {
 TEST_F(ExampleBackend, ItsArtifactsAreDataAndItsOptionsItsOwn) {
   const Bundle bundle = Bundle::open(write("scale 2\noffset 1"));
   EXPECT_THAT(run(bundle.method("forward", LoadOptions().with_native_code(false))), ElementsAre(1, 1.5f, 9));
-  EXPECT_THAT(run(bundle.method("forward", LoadOptions().with_backend("example").with_option("clamp", "1"))), ElementsAre(1, 1, 1));
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { bundle.method("forward", LoadOptions().with_backend("example").with_option("clamp", "yes")); }),
+  EXPECT_THAT(run(bundle.method("forward", LoadOptions().with_backend("example").with_option("clamp", "1"))),
+              ElementsAre(1, 1, 1));
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
+                      [&] {
+                        bundle.method("forward",
+                                      LoadOptions().with_backend("example").with_option("clamp", "yes"));
+                      }),
               HasSubstr("the option clamp is 'yes', expected 0 or 1"));
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { bundle.method("forward", LoadOptions().with_backend("example").with_option("x", "1")); }),
-              HasSubstr("the example backend has no option 'x'; it has clamp (0 or 1)"));
+  EXPECT_THAT(
+      refusal(CHIASM_INVALID_ARGUMENT,
+              [&] { bundle.method("forward", LoadOptions().with_backend("example").with_option("x", "1")); }),
+      HasSubstr("the example backend has no option 'x'; it has clamp (0 or 1)"));
 }
 
 TEST_F(ExampleBackend, SaysWhatItCannotRun) {
-  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(write("rotate 2")).method("forward"); }), HasSubstr("got 'rotate'"));
+  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { Bundle::open(write("rotate 2")).method("forward"); }),
+              HasSubstr("got 'rotate'"));
   EXPECT_THAT(refusal(CHIASM_NOT_FOUND, [&] { Bundle::open(write("scale 2", "plan")).method("forward"); }),
               HasSubstr("example: forward.toy is in a format that it does not load"));
-  EXPECT_THAT(refusal(CHIASM_UNAVAILABLE, [&] { Bundle::open(write("scale 2")).method("forward", LoadOptions().with_device(Device::cuda())); }), HasSubstr("CUDA"));
+  EXPECT_THAT(
+      refusal(CHIASM_UNAVAILABLE,
+              [&] {
+                Bundle::open(write("scale 2")).method("forward", LoadOptions().with_device(Device::cuda()));
+              }),
+      HasSubstr("CUDA"));
 }
 
 }  // namespace

@@ -6,8 +6,9 @@
  *
  *  In format onnx they are the doc_string of a model.
  *
- *  FAKE_NAME is the name it goes by, FAKE_FORMATS what it loads, FAKE_PRIORITY its place in `auto`. FAKE_ENGINE_MISSING
- *  makes one whose engine is nowhere; FAKE_ABI, FAKE_PROBE_FAILS and FAKE_NEEDS make backends that must be refused.
+ *  FAKE_NAME is the name it goes by, FAKE_FORMATS what it loads, FAKE_PRIORITY its place in `auto`.
+ *  FAKE_ENGINE_MISSING makes one whose engine is nowhere; FAKE_ABI, FAKE_PROBE_FAILS and FAKE_NEEDS make
+ *  backends that must be refused.
  */
 #include <dlfcn.h>
 
@@ -21,7 +22,8 @@
 #include "core/backend.h"
 
 #ifndef FAKE_FORMATS
-#define FAKE_FORMATS {"aotinductor", 1}, {"torchscript", 1}
+#define FAKE_FORMATS \
+  {"aotinductor", 1}, { "torchscript", 1 }
 #endif
 #ifndef FAKE_PRIORITY
 #define FAKE_PRIORITY 1
@@ -49,7 +51,8 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
   return report(error, CHIASM_UNAVAILABLE, "the fake engine is too old");
 #elif defined(FAKE_ENGINE_MISSING)
   (void)info;
-  return dlopen("libfake_engine.so", RTLD_NOW) == nullptr ? report(error, CHIASM_UNAVAILABLE, dlerror()) : CHIASM_OK;
+  return dlopen("libfake_engine.so", RTLD_NOW) == nullptr ? report(error, CHIASM_UNAVAILABLE, dlerror())
+                                                          : CHIASM_OK;
 #else
   (void)error;
   info->engine_version = "fake 1.0";
@@ -68,7 +71,8 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
       return report(error, refused.code(), refused.what());
     }
   }
-  std::istringstream words(std::string(static_cast<const char*>(request->data) + start, request->size - start));
+  std::istringstream words(
+      std::string(static_cast<const char*>(request->data) + start, request->size - start));
   std::string word;
   words >> word;
   if (word == "broken") return report(error, CHIASM_CORRUPT, "the fake engine cannot read this");
@@ -82,10 +86,12 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
 }
 
 template <class T>
-void scale(double factor, const chiasm_tensor& from, size_t from_count, const chiasm_tensor& to, size_t to_count) {
+void scale(double factor, const chiasm_tensor& from, size_t from_count, const chiasm_tensor& to,
+           size_t to_count) {
   const T* const source = static_cast<const T*>(from.data);
   T* const target = static_cast<T*>(to.data);
-  for (size_t i = 0; i < to_count; ++i) target[i] = static_cast<T>(factor * static_cast<double>(source[i % from_count]));
+  for (size_t i = 0; i < to_count; ++i)
+    target[i] = static_cast<T>(factor * static_cast<double>(source[i % from_count]));
 }
 
 size_t count_of(const chiasm_tensor& tensor) {
@@ -94,7 +100,8 @@ size_t count_of(const chiasm_tensor& tensor) {
   return count;
 }
 
-int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options*, chiasm_error_text* error) {
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options*,
+            chiasm_error_text* error) {
   const auto* const self = static_cast<const Model*>(model);
   if (self->failing) return report(error, CHIASM_INTERNAL, "the fake engine fails in every run");
   for (int32_t i = 0; i < self->inputs; ++i) {
@@ -117,7 +124,8 @@ int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outpu
 void unload(void* model) { delete static_cast<Model*>(model); }
 
 const chiasm_backend_format kFormats[] = {FAKE_FORMATS, {nullptr, 0}};
-const chiasm_backend_option kOptions[] = {{"fused", "0 or 1", "as the onnx backend has it"}, {nullptr, nullptr, nullptr}};
+const chiasm_backend_option kOptions[] = {{"fused", "0 or 1", "as the onnx backend has it"},
+                                          {nullptr, nullptr, nullptr}};
 
 int32_t rank(const chiasm_backend_load* request) {
   if (std::strcmp(request->format, "fused_onnx") != 0) return 0;
@@ -127,7 +135,18 @@ int32_t rank(const chiasm_backend_load* request) {
   return 1;
 }
 
-const chiasm_backend kBackend = {sizeof(chiasm_backend), FAKE_ABI, FAKE_NAME, FAKE_PRIORITY, kFormats, 1u << CHIASM_CPU | 1u << CHIASM_CUDA, kOptions, probe, rank, load, run, unload};
+const chiasm_backend kBackend = {sizeof(chiasm_backend),
+                                 FAKE_ABI,
+                                 FAKE_NAME,
+                                 FAKE_PRIORITY,
+                                 kFormats,
+                                 1u << CHIASM_CPU | 1u << CHIASM_CUDA,
+                                 kOptions,
+                                 probe,
+                                 rank,
+                                 load,
+                                 run,
+                                 unload};
 
 }  // namespace
 

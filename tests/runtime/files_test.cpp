@@ -1,4 +1,5 @@
-/** A bundle's files: what may lie in its folder, links, what the system refuses, memory, ONNX with data elsewhere. */
+/** A bundle's files: what may lie in its folder, links, what the system refuses, memory, ONNX with data
+ *  elsewhere. */
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -7,15 +8,19 @@
 
 #include <filesystem>
 
+#include "backends/onnx/onnx_file.h"
 #include "chiasm/chiasm.hpp"
 #include "core/file.h"
-#include "backends/onnx/onnx_file.h"
 #include "core/status.h"
 #include "support.h"
 
 // More memory than there can be is asked for here on purpose.
-extern "C" __attribute__((visibility("default"))) const char* __asan_default_options() { return "allocator_may_return_null=1"; }
-extern "C" __attribute__((visibility("default"))) const char* __tsan_default_options() { return "allocator_may_return_null=1"; }
+extern "C" __attribute__((visibility("default"))) const char* __asan_default_options() {
+  return "allocator_may_return_null=1";
+}
+extern "C" __attribute__((visibility("default"))) const char* __tsan_default_options() {
+  return "allocator_may_return_null=1";
+}
 
 namespace chiasm::testing {
 namespace {
@@ -41,7 +46,8 @@ TEST_F(Files, WhatTheManifestDoesNotNameIsRefused) {
   EXPECT_EQ(load().backend(), "onnx");
   for (const char* name : {"evil.so", ".hidden", "manifest.json~", "a\nb\x1b"}) {
     write_text(path_ + "/" + name, "x");
-    EXPECT_THAT(refused(), AllOf(HasSubstr("which its manifest does not name"), HasSubstr(path_), ::testing::Not(HasSubstr("\x1b"))));
+    EXPECT_THAT(refused(), AllOf(HasSubstr("which its manifest does not name"), HasSubstr(path_),
+                                 ::testing::Not(HasSubstr("\x1b"))));
     fs::remove(path_ + "/" + name);
   }
   fs::create_directory(path_ + "/more");
@@ -53,7 +59,8 @@ TEST_F(Files, WhatTheManifestDoesNotNameIsRefused) {
 
 TEST_F(Files, LinksWithinTheFolderAreFollowed) {
   fs::rename(artifact_, path_ + "/forward.pt");  // another name of the manifest
-  for (const std::string& target : {std::string("forward.pt"), path_ + "/forward.pt", std::string("../test.scale.chiasm/forward.pt")}) {
+  for (const std::string& target :
+       {std::string("forward.pt"), path_ + "/forward.pt", std::string("../test.scale.chiasm/forward.pt")}) {
     fs::remove(artifact_);
     fs::create_symlink(target, artifact_);
     EXPECT_EQ(load().artifact(), "forward.float32.onnx") << target;
@@ -64,7 +71,8 @@ TEST_F(Files, LinksThatLeaveTheFolderAreRefused) {
   const std::string outside = folder_.write("outside", artifact_content(artifact_, "scale 2"));
   fs::create_directory(path_ + "-more");  // beside, with a name that begins as the folder's
   write_text(path_ + "-more/f", artifact_content(artifact_, "scale 2"));
-  for (const std::string& target : {std::string("../outside"), outside, std::string("../test.scale.chiasm-more/f"), std::string("/dev/zero")}) {
+  for (const std::string& target : {std::string("../outside"), outside,
+                                    std::string("../test.scale.chiasm-more/f"), std::string("/dev/zero")}) {
     fs::remove(artifact_);
     fs::create_symlink(target, artifact_);
     EXPECT_THAT(refused(), HasSubstr("is a link that leaves the bundle's folder")) << target;
@@ -119,10 +127,12 @@ TEST_F(Files, TooManyOpenFilesAreNoDamage) {
   chiasm_bundle* bundle = nullptr;
   chiasm_method* method = nullptr;
   const auto open = [&] { return api.bundle_open(path_.c_str(), &bundle); };
-  EXPECT_THAT(with_limit(0, open), AllOf(HasSubstr(path_), HasSubstr("Too many open files"), HasSubstr("ulimit -n")));
+  EXPECT_THAT(with_limit(0, open),
+              AllOf(HasSubstr(path_), HasSubstr("Too many open files"), HasSubstr("ulimit -n")));
   EXPECT_THAT(with_limit(1, open), HasSubstr("manifest.json: Too many open files"));
   const Bundle good = Bundle::open(path_);
-  EXPECT_THAT(with_limit(1, [&] { return api.method_load(good.c_handle(), "forward", nullptr, &method); }), HasSubstr("Too many open files"));
+  EXPECT_THAT(with_limit(1, [&] { return api.method_load(good.c_handle(), "forward", nullptr, &method); }),
+              HasSubstr("Too many open files"));
   EXPECT_EQ(good.method("forward").backend(), "native");
 }
 
@@ -133,18 +143,28 @@ TEST_F(Files, NoPermissionIsNoDamage) {
   ASSERT_TRUE(!is_root || ::seteuid(65534) == 0);
   const std::string message = refused(CHIASM_IO_ERROR);
   ASSERT_TRUE(!is_root || ::seteuid(0) == 0);
-  EXPECT_THAT(message, AllOf(HasSubstr(artifact_), HasSubstr("Permission denied"), HasSubstr("must be allowed to read it")));
+  EXPECT_THAT(message, AllOf(HasSubstr(artifact_), HasSubstr("Permission denied"),
+                             HasSubstr("must be allowed to read it")));
 }
 
 TEST_F(Files, MemoryThatIsNotThereIsNamed) {
-  write_bundle(folder_, [](Json& m) { m["methods"]["forward"]["outputs"][1]["shape"] = {"B", "H*1099511627776*1000"}; });
+  write_bundle(folder_, [](Json& m) {
+    m["methods"]["forward"]["outputs"][1]["shape"] = {"B", "H*1099511627776*1000"};
+  });
   std::vector<float> image(27), sigma(2);
   const Method method = Bundle::open(path_).method("forward");
-  EXPECT_EQ(refusal(CHIASM_OUT_OF_MEMORY, [&] { method.run({Tensor(image.data(), {1, 3, 3, 3}), Tensor(sigma.data(), {1, 2})}); }),
-            "output 'half': out of memory: it needs 13194139533312000 bytes, its shape is (1, 3298534883328000)");
-  EXPECT_THAT(refusal(CHIASM_OUT_OF_MEMORY, [&] { Bundle::open(path_).method("forward", LoadOptions().with_warm_up()); }),
-              HasSubstr("the warm-up of 'forward': out of memory: a tensor of it needs 13194139533312000 bytes"));
-  EXPECT_THAT(refusal<core::Error>(CHIASM_OUT_OF_MEMORY, [] { core::make_bytes(UINT64_MAX, "x"); }), HasSubstr("x: out of memory: it needs 18446744073709551615 bytes"));
+  EXPECT_EQ(
+      refusal(CHIASM_OUT_OF_MEMORY,
+              [&] {
+                method.run({Tensor(image.data(), {1, 3, 3, 3}), Tensor(sigma.data(), {1, 2})});
+              }),
+      "output 'half': out of memory: it needs 13194139533312000 bytes, its shape is (1, 3298534883328000)");
+  EXPECT_THAT(
+      refusal(CHIASM_OUT_OF_MEMORY,
+              [&] { Bundle::open(path_).method("forward", LoadOptions().with_warm_up()); }),
+      HasSubstr("the warm-up of 'forward': out of memory: a tensor of it needs 13194139533312000 bytes"));
+  EXPECT_THAT(refusal<core::Error>(CHIASM_OUT_OF_MEMORY, [] { core::make_bytes(UINT64_MAX, "x"); }),
+              HasSubstr("x: out of memory: it needs 18446744073709551615 bytes"));
 }
 
 TEST(Status, OutOfMemoryHasItsOwnCode) {
@@ -164,7 +184,9 @@ std::string varint(uint64_t value) {
   return bytes + static_cast<char>(value);
 }
 
-std::string field(uint64_t number, const std::string& content) { return varint(number << 3 | 2) + varint(content.size()) + content; }
+std::string field(uint64_t number, const std::string& content) {
+  return varint(number << 3 | 2) + varint(content.size()) + content;
+}
 std::string field(uint64_t number, uint64_t value) { return varint(number << 3) + varint(value); }
 
 std::string check(const std::string& model) {
@@ -184,19 +206,20 @@ std::vector<std::string> models_with(const std::string& tensor) {
   const std::string sparse = field(1, tensor), in_attribute = field(5, field(1, "value") + field(5, tensor));
   const std::string graph = field(5, tensor), node = field(4, "Constant") + in_attribute;
   const auto nested = [](const std::string& inner) { return field(1, field(5, field(6, inner))); };
-  return {field(7, graph),                                               // an initializer
-          field(7, field(15, sparse)),                                   // a sparse one, its values
-          field(7, field(15, field(2, tensor))),                         // and its indices
-          field(7, field(1, node)),                                      // a constant
-          field(7, field(1, field(5, field(10, tensor)))),               // of an attribute's list
+  return {field(7, graph),                                  // an initializer
+          field(7, field(15, sparse)),                      // a sparse one, its values
+          field(7, field(15, field(2, tensor))),            // and its indices
+          field(7, field(1, node)),                         // a constant
+          field(7, field(1, field(5, field(10, tensor)))),  // of an attribute's list
           field(7, field(1, field(5, field(22, sparse)))),
           field(7, field(1, field(5, field(23, sparse)))),
-          field(7, nested(graph)),                                       // in a subgraph
+          field(7, nested(graph)),  // in a subgraph
           field(7, nested(nested(nested(field(1, node))))),
-          field(7, field(1, field(5, field(11, graph)))),                // in one of several
-          field(25, field(1, "f") + field(7, node)),                     // in a function
-          field(25, field(11, field(5, tensor))),                        // as the default of its attribute
-          field(20, field(1, graph)), field(20, field(2, graph)),        // for training
+          field(7, field(1, field(5, field(11, graph)))),  // in one of several
+          field(25, field(1, "f") + field(7, node)),       // in a function
+          field(25, field(11, field(5, tensor))),          // as the default of its attribute
+          field(20, field(1, graph)),
+          field(20, field(2, graph)),                                         // for training
           field(8, "x") + field(7, "") + field(7, field(5, kHere) + graph)};  // in the second of two graphs
 }
 
@@ -210,16 +233,26 @@ TEST(Onnx, WithItsDataInsideIsTaken) {
 
 TEST(Onnx, WithDataElsewhereIsRefused) {
   const std::string place = field(13, field(1, "location") + field(2, "/etc/passwd"));
-  for (const std::string& tensor : {kHere + place, kHere + field(14, 1), kHere + field(14, (uint64_t{1} << 32) + 1), kHere + field(13, ""), place + kHere}) {
-    for (const std::string& model : models_with(tensor)) EXPECT_THAT(check(model), HasSubstr("m: keeps data of a tensor in another file"));
+  for (const std::string& tensor :
+       {kHere + place, kHere + field(14, 1), kHere + field(14, (uint64_t{1} << 32) + 1),
+        kHere + field(13, ""), place + kHere}) {
+    for (const std::string& model : models_with(tensor))
+      EXPECT_THAT(check(model), HasSubstr("m: keeps data of a tensor in another file"));
   }
 }
 
 TEST(Onnx, WhatIsNoProtobufIsRefused) {
   const std::string group = {'\x3b', '\x3c'};
-  for (const std::string& model : {std::string("\x3a"), std::string("\x3a\x05xx"), std::string("\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01"),
-                                   std::string("\x00", 1), std::string("\x02\x00", 2), std::string("\x0e"), group, std::string("\x09" "1234567"),
-                                   std::string("\x0d" "123"), varint((uint64_t{7} << 3 | 2) + (uint64_t{1} << 32)) + varint(0), field(7, std::string("\x2a\x7f", 2))}) {
+  for (const std::string& model :
+       {std::string("\x3a"), std::string("\x3a\x05xx"),
+        std::string("\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01"), std::string("\x00", 1),
+        std::string("\x02\x00", 2), std::string("\x0e"), group,
+        std::string("\x09"
+                    "1234567"),
+        std::string("\x0d"
+                    "123"),
+        varint((uint64_t{7} << 3 | 2) + (uint64_t{1} << 32)) + varint(0),
+        field(7, std::string("\x2a\x7f", 2))}) {
     EXPECT_EQ(check(model), "m: not an ONNX model: its bytes are damaged") << ::testing::PrintToString(model);
   }
   EXPECT_THAT(check(std::string("\x18\0\0\0ORTM....", 12)), HasSubstr("ONNX Runtime's own format"));
@@ -240,8 +273,10 @@ TEST_F(Files, OnnxWithDataElsewhereReachesNoEngine) {
   root["methods"]["forward"]["artifacts"][3]["sha256"] = sha256_of(model);
   write_text(path_ + "/manifest.json", root.dump());
   write_text(artifact_, model);
-  EXPECT_EQ(refused(), "loading " + artifact_ + " on the onnx backend failed: the model: keeps data of a tensor in another file, which no hash covers: export it "
-                       "with its data inside");
+  EXPECT_EQ(refused(), "loading " + artifact_ +
+                           " on the onnx backend failed: the model: keeps data of a tensor in another file, "
+                           "which no hash covers: export it "
+                           "with its data inside");
 }
 
 }  // namespace

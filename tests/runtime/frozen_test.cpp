@@ -12,7 +12,9 @@ namespace {
 
 /** What the program prints; a line with its status where that is not 0. */
 std::string output_of(const std::string& program, const std::string& bundle) {
-  const std::string command = "LD_LIBRARY_PATH=" CHIASM_LIBRARY_FOLDER " CHIASM_BACKEND_PATH=" CHIASM_FAKE_FOLDER "/good " + program + " " + bundle + " 2>&1";
+  const std::string command = "LD_LIBRARY_PATH=" CHIASM_LIBRARY_FOLDER
+                              " CHIASM_BACKEND_PATH=" CHIASM_FAKE_FOLDER "/good " +
+                              program + " " + bundle + " 2>&1";
   FILE* const pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return "cannot be run";
   std::string text;
@@ -26,7 +28,8 @@ class Frozen : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Frozen, RunsOnTheLibraryOfToday) {
   const TemporaryFolder folder;
-  EXPECT_THAT(output_of(GetParam(), write_bundle(folder)), ::testing::MatchesRegex("version 1 on native: 118, [34] rows\n"));
+  EXPECT_THAT(output_of(GetParam(), write_bundle(folder)),
+              ::testing::MatchesRegex("version 1 on native: 118, [34] rows\n"));
 }
 
 std::vector<std::string> programs() {
@@ -37,8 +40,9 @@ std::vector<std::string> programs() {
   return all;
 }
 
-INSTANTIATE_TEST_SUITE_P(Programs, Frozen, ::testing::ValuesIn(programs()),
-                         [](const auto& info) { return info.index == 0 ? "compiled_today" : "compiled_then"; });
+INSTANTIATE_TEST_SUITE_P(Programs, Frozen, ::testing::ValuesIn(programs()), [](const auto& info) {
+  return info.index == 0 ? "compiled_today" : "compiled_then";
+});
 
 }  // namespace
 }  // namespace chiasm::testing

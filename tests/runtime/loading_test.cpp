@@ -54,7 +54,8 @@ TEST(Registry, KnowsNoNames) {
   const TemporaryFolder folder;
   const std::string plugin = folder.path() + "/libchiasm_";
   ASSERT_EQ(::symlink((kGood + "/libchiasm_native.so").c_str(), (plugin + "tensorrt.so").c_str()), 0);
-  for (const char* other : {"UPPER.so", ".so", "a-b.so", "native.txt", "x.so.1"}) std::ofstream(plugin + other) << "nothing";
+  for (const char* other : {"UPPER.so", ".so", "a-b.so", "native.txt", "x.so.1"})
+    std::ofstream(plugin + other) << "nothing";
   Registry registry({folder.path()});
   EXPECT_THAT(names(registry), ::testing::ElementsAre("tensorrt"));
   EXPECT_THAT(problem(registry, "tensorrt"), HasSubstr("calls itself 'native'"));
@@ -65,12 +66,15 @@ TEST(Registry, SaysWhereItLookedForAMissingPlugin) {
   Registry registry({"/nowhere", empty.path()});
   EXPECT_TRUE(registry.all().empty());
   EXPECT_EQ(registry.find("onnx"), nullptr);
-  EXPECT_THAT(registry.not_found("onnx"), AllOf(HasSubstr("libchiasm_onnx.so"), HasSubstr("/nowhere"), HasSubstr(empty.path()), HasSubstr("CHIASM_BACKEND_PATH")));
+  EXPECT_THAT(registry.not_found("onnx"), AllOf(HasSubstr("libchiasm_onnx.so"), HasSubstr("/nowhere"),
+                                                HasSubstr(empty.path()), HasSubstr("CHIASM_BACKEND_PATH")));
 }
 
 TEST(Registry, SaysWhichEngineIsMissing) {
   Registry registry({kGood});  // its torch's engine is nowhere
-  EXPECT_THAT(problem(registry, "torch"), AllOf(HasSubstr("the torch backend is not available"), HasSubstr("libfake_engine.so"), HasSubstr("cannot open shared object file")));
+  EXPECT_THAT(problem(registry, "torch"),
+              AllOf(HasSubstr("the torch backend is not available"), HasSubstr("libfake_engine.so"),
+                    HasSubstr("cannot open shared object file")));
   EXPECT_EQ(problem(registry, "onnx"), "");
 }
 
@@ -99,7 +103,8 @@ TEST(Registry, ManyThreadsMayAsk) {
   std::vector<std::thread> threads;
   const char* const asked[] = {"native", "torch", "onnx"};
   for (int i = 0; i < 8; ++i) {
-    threads.emplace_back([&registry, &asked, i] { EXPECT_EQ(problem(registry, asked[i % 3]).empty(), i % 3 != 1); });
+    threads.emplace_back(
+        [&registry, &asked, i] { EXPECT_EQ(problem(registry, asked[i % 3]).empty(), i % 3 != 1); });
   }
   for (std::thread& thread : threads) thread.join();
 }
@@ -119,10 +124,12 @@ class Choice : public ::testing::Test {
 
   std::string chosen(const LoadRequest& request, Isa isa = Isa::x86_64_v3, int32_t dtype = CHIASM_FLOAT32) {
     std::string file;
-    core::choose(forward_, request, dtype, {isa, 0, {}}, registry_, no_rank, [&](const core::Candidate& candidate) { file = candidate.artifact->file; });
+    core::choose(forward_, request, dtype, {isa, 0, {}}, registry_, no_rank,
+                 [&](const core::Candidate& candidate) { file = candidate.artifact->file; });
     return file;
   }
-  std::string refusal(const LoadRequest& request, chiasm_code code, Isa isa = Isa::x86_64_v3, int32_t dtype = CHIASM_FLOAT32) {
+  std::string refusal(const LoadRequest& request, chiasm_code code, Isa isa = Isa::x86_64_v3,
+                      int32_t dtype = CHIASM_FLOAT32) {
     try {
       chosen(request, isa, dtype);
     } catch (const core::Error& error) {
@@ -189,20 +196,25 @@ TEST_F(Choice, AnExplicitBackendIsNotReplaced) {
   request.backend = "tensorrt";
   EXPECT_THAT(refusal(request, CHIASM_UNAVAILABLE), HasSubstr("libchiasm_tensorrt.so"));
   request.backend = "native";
-  EXPECT_THAT(refusal(request, CHIASM_NOT_FOUND, Isa::none), HasSubstr("forward.v3.so needs a CPU with x86-64-v3"));
-  EXPECT_THAT(refusal(request, CHIASM_NOT_FOUND, Isa::x86_64_v3, CHIASM_FLOAT64), HasSubstr("is not for float64"));
+  EXPECT_THAT(refusal(request, CHIASM_NOT_FOUND, Isa::none),
+              HasSubstr("forward.v3.so needs a CPU with x86-64-v3"));
+  EXPECT_THAT(refusal(request, CHIASM_NOT_FOUND, Isa::x86_64_v3, CHIASM_FLOAT64),
+              HasSubstr("is not for float64"));
 }
 
 TEST_F(Choice, CudaNeedsAnArtifactAndAnEngine) {
   LoadRequest request;
   request.device_type = CHIASM_CUDA;
-  EXPECT_THAT(refusal(request, CHIASM_UNAVAILABLE), AllOf(HasSubstr("is for the CPU"), HasSubstr("cannot use CUDA here")));
+  EXPECT_THAT(refusal(request, CHIASM_UNAVAILABLE),
+              AllOf(HasSubstr("is for the CPU"), HasSubstr("cannot use CUDA here")));
 }
 
 TEST_F(Choice, CodeForANewerCLibraryIsLeftOut) {
   Artifact artifact;
   artifact.glibc = {2, 36};
-  const auto why = [&](int major, int minor) { return core::misfit(artifact, {}, core::kGeneric, {Isa::none, 0, {major, minor}}); };
+  const auto why = [&](int major, int minor) {
+    return core::misfit(artifact, {}, core::kGeneric, {Isa::none, 0, {major, minor}});
+  };
   EXPECT_EQ(why(2, 36), "");
   EXPECT_EQ(why(3, 0), "");
   EXPECT_EQ(why(2, 35), "needs glibc 2.36, this machine has 2.35");
@@ -212,10 +224,11 @@ TEST_F(Choice, CodeForANewerCLibraryIsLeftOut) {
 TEST_F(Choice, GoesOnWhereABackendCannotLoadIt) {
   std::vector<std::string> tried;
   const auto choose = [&](chiasm_code code) {
-    core::choose(forward_, {}, CHIASM_FLOAT32, {Isa::x86_64_v4, 0, {}}, registry_, no_rank, [&](const core::Candidate& candidate) {
-      tried.push_back(candidate.artifact->file);
-      if (candidate.backend->name() == "native") throw core::Error(code, "an old interface");
-    });
+    core::choose(forward_, {}, CHIASM_FLOAT32, {Isa::x86_64_v4, 0, {}}, registry_, no_rank,
+                 [&](const core::Candidate& candidate) {
+                   tried.push_back(candidate.artifact->file);
+                   if (candidate.backend->name() == "native") throw core::Error(code, "an old interface");
+                 });
   };
   choose(CHIASM_VERSION_MISMATCH);
   EXPECT_THAT(tried, ::testing::ElementsAre("forward.v4.so", "forward.v3.so", "forward.float32.onnx"));
@@ -225,11 +238,14 @@ TEST_F(Choice, GoesOnWhereABackendCannotLoadIt) {
 TEST_F(Choice, ARankPutsOneBeforeAnotherOrLeavesItOut) {
   const auto chosen = [&](const core::Rank& rank) {
     std::string file;
-    core::choose(forward_, {}, CHIASM_FLOAT32, {Isa::x86_64_v4, 0, {}}, registry_, rank, [&](const core::Candidate& candidate) { file = candidate.artifact->file; });
+    core::choose(forward_, {}, CHIASM_FLOAT32, {Isa::x86_64_v4, 0, {}}, registry_, rank,
+                 [&](const core::Candidate& candidate) { file = candidate.artifact->file; });
     return file;
   };
-  EXPECT_EQ(chosen([](const core::Backend&, const Artifact& a) { return a.isa == Isa::x86_64_v3 ? 1 : 0; }), "forward.v3.so");
-  EXPECT_EQ(chosen([](const core::Backend& b, const Artifact&) { return b.name() == "native" ? -1 : 0; }), "forward.float32.onnx");
+  EXPECT_EQ(chosen([](const core::Backend&, const Artifact& a) { return a.isa == Isa::x86_64_v3 ? 1 : 0; }),
+            "forward.v3.so");
+  EXPECT_EQ(chosen([](const core::Backend& b, const Artifact&) { return b.name() == "native" ? -1 : 0; }),
+            "forward.float32.onnx");
 }
 
 TEST_F(Choice, GpuCodeRunsOnItsMajorVersion) {
@@ -246,7 +262,9 @@ TEST_F(Choice, GpuCodeRunsOnItsMajorVersion) {
 }
 
 TEST_F(Choice, DtypeDefaultsToFloat32OrWhatThereIs) {
-  const auto dtype = [this](const LoadRequest& request) { return core::choose_dtype(forward_, manifest_.dtypes, request); };
+  const auto dtype = [this](const LoadRequest& request) {
+    return core::choose_dtype(forward_, manifest_.dtypes, request);
+  };
   LoadRequest request;
   EXPECT_EQ(dtype(request), CHIASM_FLOAT32);
   request.dtype = CHIASM_FLOAT64;

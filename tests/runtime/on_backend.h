@@ -1,5 +1,5 @@
-/** Tests of real bundles on each way to run them: the bundles are in the folder CHIASM_TEST_BUNDLES. One that is missing is a failure,
- *  and so is a backend that was built and cannot be used. */
+/** Tests of real bundles on each way to run them: the bundles are in the folder CHIASM_TEST_BUNDLES. One that
+ *  is missing is a failure, and so is a backend that was built and cannot be used. */
 #pragma once
 
 #include <gtest/gtest.h>
@@ -46,7 +46,9 @@ std::vector<T> random_values(size_t count, T low = 0, T high = 1) {
 class OnBackend : public ::testing::TestWithParam<std::string> {
  protected:
   std::string backend() const { return GetParam().substr(0, GetParam().find('_')); }
-  LoadOptions options() const { return LoadOptions().with_backend(backend()).with_fused(backend() == GetParam()); }
+  LoadOptions options() const {
+    return LoadOptions().with_backend(backend()).with_fused(backend() == GetParam());
+  }
 };
 
 /** Load a method in float64, or in float32 where this backend has no more. */
@@ -62,7 +64,8 @@ inline Method load_widest(const Bundle& bundle, const std::string& name, LoadOpt
 inline DType dtype_of_method(const Method& method) { return method.info().inputs[0].dtypes[0]; }
 
 /** Runs a method of floating inputs in its own dtype, on and to doubles. */
-inline std::vector<std::vector<double>> run_widened(const Method& method, const std::vector<std::pair<std::vector<double>, Shape>>& inputs) {
+inline std::vector<std::vector<double>> run_widened(
+    const Method& method, const std::vector<std::pair<std::vector<double>, Shape>>& inputs) {
   const bool wide = dtype_of_method(method) == DType::Float64;
   std::vector<std::vector<float>> narrowed;
   std::vector<Tensor> tensors;

@@ -78,10 +78,11 @@ TEST(Expression, TheDeepestFitsTheStack) {
 
 TEST(Expression, RefusesWhatIsNone) {
   const std::string deep = std::string(40, '(') + "H" + std::string(40, ')');
-  for (const std::string& text : {std::string(), std::string(" "), std::string("H+"), std::string("*H"), std::string("H H"),
-                                  std::string("(H"), std::string("H)"), std::string("H/2"), std::string("H%2"), std::string("2H"),
-                                  std::string("D"), std::string("99999999999999999999"), deep, std::string(40, '-') + "H",
-                                  std::string(300, ' '), std::string("H\0+1", 4), std::string("\xff")}) {
+  for (const std::string& text :
+       {std::string(), std::string(" "), std::string("H+"), std::string("*H"), std::string("H H"),
+        std::string("(H"), std::string("H)"), std::string("H/2"), std::string("H%2"), std::string("2H"),
+        std::string("D"), std::string("99999999999999999999"), deep, std::string(40, '-') + "H",
+        std::string(300, ' '), std::string("H\0+1", 4), std::string("\xff")}) {
     EXPECT_THROW(Expression::parse(text, kSymbols), Error) << text;
   }
 }
@@ -123,7 +124,13 @@ TEST(Manifest, ReadsAValidOne) {
 TEST(Manifest, SaysWhichTensorsHaveSamples) {
   Json root = manifest();
   root["methods"]["forward"]["samples"] = "B";
-  root["methods"]["forward"]["inputs"].push_back({{"name", "weights"}, {"dtype", "float32"}, {"shape", {3}}, {"description", ""}, {"layout", ""}, {"color", ""}, {"range", nullptr}});
+  root["methods"]["forward"]["inputs"].push_back({{"name", "weights"},
+                                                  {"dtype", "float32"},
+                                                  {"shape", {3}},
+                                                  {"description", ""},
+                                                  {"layout", ""},
+                                                  {"color", ""},
+                                                  {"range", nullptr}});
   const core::Manifest read = core::parse_manifest(root.dump(), "m");
   EXPECT_EQ(read.methods[0].batched_inputs, 0b011u);
   EXPECT_EQ(read.methods[0].batched_outputs, 0b11u);
@@ -140,13 +147,23 @@ TEST(Manifest, SamplesMustBeCutAlongTheFirstDimension) {
   const auto outputs = [](Json& m) -> Json& { return m["methods"]["forward"]["outputs"]; };
   EXPECT_THAT(refusal_of("N", [](Json&) {}), HasSubstr("methods.forward.samples: there is no symbol 'N'"));
   EXPECT_THAT(refusal_of("H", [](Json&) {}), HasSubstr("'H' cannot be 1"));
-  EXPECT_THAT(refusal_of("B", [&](Json& m) { outputs(m)[1]["shape"] = {"H"}; }), HasSubstr("an output has no first dimension 'B'"));
-  EXPECT_THAT(refusal_of("B", [&](Json& m) { outputs(m)[1]["shape"] = {"2*B"}; }), HasSubstr("but 'half' has it elsewhere"));
-  EXPECT_THAT(refusal_of("B", [&](Json& m) { outputs(m)[1]["shape"] = {"H", "B"}; }), HasSubstr("but 'half' has it elsewhere"));
+  EXPECT_THAT(refusal_of("B", [&](Json& m) { outputs(m)[1]["shape"] = {"H"}; }),
+              HasSubstr("an output has no first dimension 'B'"));
+  EXPECT_THAT(refusal_of("B", [&](Json& m) { outputs(m)[1]["shape"] = {"2*B"}; }),
+              HasSubstr("but 'half' has it elsewhere"));
+  EXPECT_THAT(refusal_of("B",
+                         [&](Json& m) {
+                           outputs(m)[1]["shape"] = {"H", "B"};
+                         }),
+              HasSubstr("but 'half' has it elsewhere"));
 }
 
 TEST(Manifest, NewerSchemaIsAVersionMismatch) {
-  const std::string message = manifest_refusal([](Json& m) { m = {{"schema_version", 4}, {"whatever", true}}; }, CHIASM_VERSION_MISMATCH);
+  const std::string message = manifest_refusal(
+      [](Json& m) {
+        m = {{"schema_version", 4}, {"whatever", true}};
+      },
+      CHIASM_VERSION_MISMATCH);
   EXPECT_THAT(message, HasSubstr("x/manifest.json: schema_version"));
   EXPECT_THAT(message, HasSubstr("newer chiasm (schema 4)"));
 }
@@ -180,24 +197,35 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Damage{"/schema_version", "1", "schema_version: expected an integer, got string"},
         Damage{"/schema_version", 0, "schema_version"}, Damage{"/schema_version", 1.0, "expected an integer"},
-        Damage{"/name", kRemoved, "the field 'name' is missing"}, Damage{"/name", "../evil", "name: '../evil' is not a name"},
-        Damage{"/version", "1.0", "version"}, Damage{"/version", "1..0", "version"}, Damage{"/version", "1.0.x", "version"},
+        Damage{"/name", kRemoved, "the field 'name' is missing"},
+        Damage{"/name", "../evil", "name: '../evil' is not a name"}, Damage{"/version", "1.0", "version"},
+        Damage{"/version", "1..0", "version"}, Damage{"/version", "1.0.x", "version"},
         Damage{"/surprise", 1, "unknown field 'surprise'"}, Damage{"/producer/test", 3, "producer.test"},
         Damage{"/config", 3, "config: expected an object"}, Damage{"/created", kRemoved, "'created'"},
-        Damage{"/symbols/H/min", 0, "symbols.H.min"}, Damage{"/symbols/H/min", 9999, "min 9999 is greater than max 4096"},
-        Damage{"/symbols/H/max", 1e300, "symbols.H.max"}, Damage{"/symbols/H/max", UINT64_MAX, "symbols.H.max"},
-        Damage{"/symbols/H-1", Json{{"min", 1}, {"max", 2}}, "is not a name"}, Damage{"/symbols/H", kRemoved, "unknown symbol 'H'"},
-        Damage{"/dtypes/0", "float31", "dtypes[0]: unknown dtype 'float31'"}, Damage{"/dtypes/1", "float32", "dtypes[1]: occurs twice"},
-        Damage{"/dtypes", Json::array(), "is T, but"}, Damage{"/methods/forward", kRemoved, "methods: the field 'forward' is missing"},
+        Damage{"/symbols/H/min", 0, "symbols.H.min"},
+        Damage{"/symbols/H/min", 9999, "min 9999 is greater than max 4096"},
+        Damage{"/symbols/H/max", 1e300, "symbols.H.max"},
+        Damage{"/symbols/H/max", UINT64_MAX, "symbols.H.max"},
+        Damage{"/symbols/H-1", Json{{"min", 1}, {"max", 2}}, "is not a name"},
+        Damage{"/symbols/H", kRemoved, "unknown symbol 'H'"},
+        Damage{"/dtypes/0", "float31", "dtypes[0]: unknown dtype 'float31'"},
+        Damage{"/dtypes/1", "float32", "dtypes[1]: occurs twice"},
+        Damage{"/dtypes", Json::array(), "is T, but"},
+        Damage{"/methods/forward", kRemoved, "methods: the field 'forward' is missing"},
         Damage{"/methods/forward/inputs", Json::array(), "methods.forward.inputs: has 0 elements"},
-        Damage{"/methods/forward/inputs/0/dtype", "float", "methods.forward.inputs[0].dtype: unknown dtype 'float'"},
-        Damage{"/methods/forward/inputs/1/name", "input", "inputs[1].name: a second tensor of the name 'input'"},
+        Damage{"/methods/forward/inputs/0/dtype", "float",
+               "methods.forward.inputs[0].dtype: unknown dtype 'float'"},
+        Damage{"/methods/forward/inputs/1/name", "input",
+               "inputs[1].name: a second tensor of the name 'input'"},
         Damage{"/methods/forward/outputs/0/name", "input", "outputs[0].name: a second tensor"},
         Damage{"/methods/forward/inputs/0/name", "a/b", "inputs[0].name"},
-        Damage{"/methods/forward/inputs/0/shape/0", "D", "inputs[0].shape[0]: dimension 'D': unknown symbol 'D'"},
+        Damage{"/methods/forward/inputs/0/shape/0", "D",
+               "inputs[0].shape[0]: dimension 'D': unknown symbol 'D'"},
         Damage{"/methods/forward/inputs/0/shape/0", -1, "inputs[0].shape[0]"},
         Damage{"/methods/forward/inputs/0/shape/0", 2.5, "inputs[0].shape[0]"},
-        Damage{"/methods/forward/inputs/0/shape", {1, 1, 1, 1, 1, 1, 1, 1, 1}, "inputs[0].shape: has 9 elements"},
+        Damage{"/methods/forward/inputs/0/shape",
+               {1, 1, 1, 1, 1, 1, 1, 1, 1},
+               "inputs[0].shape: has 9 elements"},
         Damage{"/methods/forward/inputs/0/shape/3", 8, "no input has the dimension 'W'"},
         Damage{"/methods/forward/inputs/0/range", {1, 0}, "inputs[0].range"},
         Damage{"/methods/forward/inputs/0/range", {0, 1, 2}, "inputs[0].range"},
@@ -213,11 +241,14 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"/methods/forward/artifacts/0/size", UINT64_MAX, "artifacts[0].size"},
         Damage{"/methods/forward/artifacts/0/sha256", std::string(64, 'A'), "artifacts[0].sha256"},
         Damage{"/methods/forward/artifacts/0/sha256", "00", "artifacts[0].sha256"},
-        Damage{"/methods/forward/artifacts/0/backend", "Tensor RT", "'Tensor RT' is not a name of lower-case letters"},
+        Damage{"/methods/forward/artifacts/0/backend", "Tensor RT",
+               "'Tensor RT' is not a name of lower-case letters"},
         Damage{"/methods/forward/artifacts/0/format", "../onnx", "artifacts[0].format"},
         Damage{"/methods/forward/artifacts/0/needs", {"lib torch"}, "needs[0]: 'lib torch' is not a name"},
         Damage{"/methods/forward/artifacts/0/glibc", "2.36", "'glibc' is for schema version 3, this is 1"},
-        Damage{"/methods/forward/artifacts/0/options", {{"a", "b"}}, "'options' is for schema version 3, this is 1"},
+        Damage{"/methods/forward/artifacts/0/options",
+               {{"a", "b"}},
+               "'options' is for schema version 3, this is 1"},
         Damage{"/methods/forward/artifacts/0/isa", "sse2", "artifacts[0].isa"},
         Damage{"/methods/forward/artifacts/0/dtypes", {"int8"}, "int8 is not among"},
         Damage{"/methods/forward/artifacts/0/dtypes", Json::array(), "artifacts[0].dtypes: empty"},
@@ -226,8 +257,10 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"/methods/forward/tolerances", kRemoved, "the field 'tolerances' is missing"},
         Damage{"/methods/forward/tolerances/float32/atol", -1, "must not be negative"},
         Damage{"/methods/vjp/tolerances/float32/rtol", "x", "tolerances.float32.rtol"},
-        Damage{"/methods/forward/tolerances/float31", Json{{"atol", 0}, {"rtol", 0}}, "unknown dtype 'float31'"},
-        Damage{"/golden", kRemoved, "the field 'golden' is missing"}, Damage{"/golden/file", "/golden", "golden.file"},
+        Damage{"/methods/forward/tolerances/float31", Json{{"atol", 0}, {"rtol", 0}},
+               "unknown dtype 'float31'"},
+        Damage{"/golden", kRemoved, "the field 'golden' is missing"},
+        Damage{"/golden/file", "/golden", "golden.file"},
         Damage{"/golden/cases", Json::array(), "golden.cases: has 0 elements"},
         Damage{"/golden/cases/0/method", "backward", "there is no method 'backward'"},
         Damage{"/golden/cases/0/dtype", nullptr, "golden.cases[0].dtype: is null"}));
@@ -239,7 +272,11 @@ TEST(Manifest, ABackendOfAnyName) {
     m["methods"]["forward"]["artifacts"][0].update(artifact);
     return core::parse_manifest(m.dump(), "x/manifest.json");
   };
-  const core::Manifest read = with({{"backend", "tensorrt"}, {"format", "plan"}, {"needs", {"cudnn"}}, {"glibc", "2.36"}, {"options", {{"workspace", "1 GiB"}}}});
+  const core::Manifest read = with({{"backend", "tensorrt"},
+                                    {"format", "plan"},
+                                    {"needs", {"cudnn"}},
+                                    {"glibc", "2.36"},
+                                    {"options", {{"workspace", "1 GiB"}}}});
   const core::Artifact& artifact = read.methods[0].artifacts[0];
   EXPECT_EQ(artifact.backend, "tensorrt");
   EXPECT_EQ(artifact.format, "plan");
@@ -247,21 +284,24 @@ TEST(Manifest, ABackendOfAnyName) {
   EXPECT_EQ(artifact.glibc.major * 100 + artifact.glibc.minor, 236);
   EXPECT_EQ(artifact.option("workspace"), "1 GiB");
   EXPECT_EQ(artifact.option("other"), "");
-  for (const char* version : {"2", "2.", ".3", "2.x", "2.3.4", "-2.3", "2.99999"}) EXPECT_THROW(with({{"glibc", version}}), core::Error) << version;
+  for (const char* version : {"2", "2.", ".3", "2.x", "2.3.4", "-2.3", "2.99999"})
+    EXPECT_THROW(with({{"glibc", version}}), core::Error) << version;
   EXPECT_THROW(with({{"options", {{"Not a key", "x"}}}}), core::Error);
   EXPECT_THROW(with({{"options", {{"key", 1}}}}), core::Error);
 }
 
 TEST(Manifest, RefusesWhatIsNoJson) {
-  for (const std::string& text : {std::string(), std::string("{"), std::string("[]"), std::string("null"), std::string("\"x\""),
-                                  std::string("\xef\xbb\xbf"), std::string("{\"a\": \"\xff\"}"), std::string("{\"a\": 1e999}"),
-                                  std::string(100000, '['), std::string("{\"name\":1,\"name\":2}"), std::string(1000, '\0')}) {
+  for (const std::string& text :
+       {std::string(), std::string("{"), std::string("[]"), std::string("null"), std::string("\"x\""),
+        std::string("\xef\xbb\xbf"), std::string("{\"a\": \"\xff\"}"), std::string("{\"a\": 1e999}"),
+        std::string(100000, '['), std::string("{\"name\":1,\"name\":2}"), std::string(1000, '\0')}) {
     EXPECT_THAT(refusal([&] { core::parse_manifest(text, "the-file"); }), HasSubstr("the-file"));
   }
   std::string nested;
   for (int i = 0; i < 50000; ++i) nested += "{\"a\":";
   EXPECT_THAT(refusal([&] { core::parse_manifest(nested, "f"); }), HasSubstr("nested deeper"));
-  EXPECT_THAT(refusal([&] { core::parse_manifest(std::string((16u << 20) + 1, ' '), "f"); }), HasSubstr("longer than"));
+  EXPECT_THAT(refusal([&] { core::parse_manifest(std::string((16u << 20) + 1, ' '), "f"); }),
+              HasSubstr("longer than"));
 }
 
 TEST(Manifest, EveryPrefixIsRefusedAndNoneCrashes) {
@@ -290,23 +330,33 @@ TEST(Manifest, Version2HasDocumentsAndReasons) {
   EXPECT_EQ(read.files.count("sbom.cdx.json"), 1u);
   EXPECT_EQ(read.files.count("golden.safetensors"), 1u);
 
-  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["schema_version"] = 1; })), HasSubstr("'documents' is for schema version 2"));
-  EXPECT_THAT(manifest_refusal([](Json& m) { m["methods"]["forward"]["artifacts"][2]["why"] = "x"; }), HasSubstr("'why' is for schema version 2"));
-  EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["documents"]["again"] = sbom; })), HasSubstr("'sbom.cdx.json' is the name of another file"));
+  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["schema_version"] = 1; })),
+              HasSubstr("'documents' is for schema version 2"));
+  EXPECT_THAT(manifest_refusal([](Json& m) { m["methods"]["forward"]["artifacts"][2]["why"] = "x"; }),
+              HasSubstr("'why' is for schema version 2"));
+  EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["documents"]["again"] = sbom; })),
+              HasSubstr("'sbom.cdx.json' is the name of another file"));
   for (const char* taken : {"golden.safetensors", "forward.pt"}) {
-    EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["documents"]["sbom"]["file"] = taken; })), HasSubstr("is the name of another file"));
+    EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["documents"]["sbom"]["file"] = taken; })),
+                HasSubstr("is the name of another file"));
   }
   for (const char* name : {"manifest.json", "manifest.json.minisig", "../x", "a/b", ".x", ""}) {
-    EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["documents"]["sbom"]["file"] = name; })), HasSubstr("is not the name of a file inside"));
+    EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["documents"]["sbom"]["file"] = name; })),
+                HasSubstr("is not the name of a file inside"));
   }
-  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["documents"]["sbom"].erase("sha256"); })), HasSubstr("documents.sbom: the field 'sha256' is missing"));
-  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["documents"]["sbom"]["more"] = 1; })), HasSubstr("unknown field 'more'"));
-  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["documents"] = Json::array(); })), HasSubstr("documents: expected an object"));
+  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["documents"]["sbom"].erase("sha256"); })),
+              HasSubstr("documents.sbom: the field 'sha256' is missing"));
+  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["documents"]["sbom"]["more"] = 1; })),
+              HasSubstr("unknown field 'more'"));
+  EXPECT_THAT(manifest_refusal(version_2([](Json& m) { m["documents"] = Json::array(); })),
+              HasSubstr("documents: expected an object"));
   std::string longest;
   for (int i = 0; i < 4096; ++i) longest += "\xc3\xa4";  // 4096 characters in 8192 bytes
   root["methods"]["forward"]["artifacts"][2]["why"] = longest;
   EXPECT_EQ(core::parse_manifest(root.dump(), "m").methods[0].artifacts[2].why, longest);
-  EXPECT_THAT(manifest_refusal(version_2([&](Json& m) { m["methods"]["forward"]["artifacts"][2]["why"] = longest + "x"; })), HasSubstr("longer than 4096 characters"));
+  EXPECT_THAT(manifest_refusal(version_2(
+                  [&](Json& m) { m["methods"]["forward"]["artifacts"][2]["why"] = longest + "x"; })),
+              HasSubstr("longer than 4096 characters"));
 }
 
 TEST(File, Sha256IsThatOfTheStandard) {
@@ -353,10 +403,13 @@ TEST(Safetensors, RefusesWhatDoesNotFit) {
   EXPECT_THROW(read(std::string(8, '\xff')), Error);
   for (const char* header :
        {"[]", "{", R"({"a": 1})", R"({"a": {"dtype": "F32", "shape": [2], "data_offsets": [0, 4]}})",
-        R"({"a": {"dtype": "F32", "shape": [2], "data_offsets": [4, 12]}})", R"({"a": {"dtype": "F32", "shape": [2], "data_offsets": [8, 0]}})",
-        R"({"a": {"dtype": "F33", "shape": [2], "data_offsets": [0, 8]}})", R"({"a": {"dtype": "F32", "shape": [-2], "data_offsets": [0, 8]}})",
+        R"({"a": {"dtype": "F32", "shape": [2], "data_offsets": [4, 12]}})",
+        R"({"a": {"dtype": "F32", "shape": [2], "data_offsets": [8, 0]}})",
+        R"({"a": {"dtype": "F33", "shape": [2], "data_offsets": [0, 8]}})",
+        R"({"a": {"dtype": "F32", "shape": [-2], "data_offsets": [0, 8]}})",
         R"({"a": {"dtype": "F32", "shape": [4611686018427387904, 4], "data_offsets": [0, 0]}})",
-        R"({"a": {"dtype": "F32", "shape": [2], "data_offsets": [0]}})", R"({"a": {"dtype": "F32", "shape": [2]}})"}) {
+        R"({"a": {"dtype": "F32", "shape": [2], "data_offsets": [0]}})",
+        R"({"a": {"dtype": "F32", "shape": [2]}})"}) {
     EXPECT_THROW(read(with_header(header, 8)), Error) << header;
   }
 }
@@ -398,19 +451,22 @@ class Zip {
  public:
   void add(const std::string& name, const std::string& content, unsigned method = 0, unsigned flags = 0) {
     const size_t offset = data_.size();
-    const std::string common = u16(20) + u16(flags) + u16(method) + u16(0) + u16(0x21) + u32(0) + u32(content.size()) + u32(content.size()) +
-                               u16(name.size()) + u16(2);
+    const std::string common = u16(20) + u16(flags) + u16(method) + u16(0) + u16(0x21) + u32(0) +
+                               u32(content.size()) + u32(content.size()) + u16(name.size()) + u16(2);
     data_ += u32(0x04034b50) + common + name + "xx" + content;
-    directory_ += u32(0x02014b50) + u16(20) + common + u16(1) + u16(0) + u16(0) + u32(0) + u32(offset) + name + "xx" + "c";
+    directory_ += u32(0x02014b50) + u16(20) + common + u16(1) + u16(0) + u16(0) + u32(0) + u32(offset) +
+                  name + "xx" + "c";
     ++count_;
   }
   std::string bytes(const std::string& comment = "") const {
-    return data_ + directory_ + u32(0x06054b50) + u16(0) + u16(0) + u16(count_) + u16(count_) + u32(directory_.size()) + u32(data_.size()) +
-           u16(comment.size()) + comment;
+    return data_ + directory_ + u32(0x06054b50) + u16(0) + u16(0) + u16(count_) + u16(count_) +
+           u32(directory_.size()) + u32(data_.size()) + u16(comment.size()) + comment;
   }
 
  private:
-  static std::string u16(size_t value) { return {static_cast<char>(value & 255), static_cast<char>(value >> 8 & 255)}; }
+  static std::string u16(size_t value) {
+    return {static_cast<char>(value & 255), static_cast<char>(value >> 8 & 255)};
+  }
   static std::string u32(size_t value) { return u16(value & 65535) + u16(value >> 16); }
   std::string data_, directory_;
   size_t count_ = 0;
@@ -451,7 +507,8 @@ TEST(Archive, AnyDamageIsAnErrorOrALibraryInside) {
   zip.add("a.txt", "text");
   zip.add("b.so", "library");
   const std::string whole = zip.bytes();
-  for (size_t size = 0; size < whole.size(); ++size) EXPECT_THROW(library_in(whole.substr(0, size)), Error) << size;
+  for (size_t size = 0; size < whole.size(); ++size)
+    EXPECT_THROW(library_in(whole.substr(0, size)), Error) << size;
   for (size_t at = 0; at < whole.size(); ++at) {
     for (const int value : {0, 1, 127, 255}) {
       std::string damaged = whole;
@@ -460,8 +517,7 @@ TEST(Archive, AnyDamageIsAnErrorOrALibraryInside) {
         const native::Bytes found = native::find_library(damaged.data(), damaged.size());
         const auto* const begin = reinterpret_cast<const unsigned char*>(damaged.data());
         EXPECT_TRUE(found.data >= begin && found.data + found.size <= begin + damaged.size()) << at;
-      } catch (const Error&) {
-      }
+      } catch (const Error&) {}
     }
   }
 }

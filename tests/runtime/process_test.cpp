@@ -45,7 +45,8 @@ int main(int argc, char** argv) try {
     methods.push_back(bundle.method("forward", chiasm::LoadOptions().with_backend(argv[i])));
     for (const chiasm::Method& method : methods) {
       const double error = difference(method, image);
-      std::printf("%s after loading %s: largest difference to OpenCV %g\n", method.backend().c_str(), argv[i], error);
+      std::printf("%s after loading %s: largest difference to OpenCV %g\n", method.backend().c_str(), argv[i],
+                  error);
       if (!(error < 2e-5)) ++failures;
     }
   }

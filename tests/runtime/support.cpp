@@ -15,13 +15,20 @@ namespace {
 using Json = nlohmann::json;
 
 Json tensor(const std::string& name, const Json& shape) {
-  return {{"name", name}, {"dtype", "T"}, {"shape", shape}, {"description", "a " + name}, {"layout", ""}, {"color", ""}, {"range", nullptr}};
+  return {{"name", name}, {"dtype", "T"}, {"shape", shape},  {"description", "a " + name},
+          {"layout", ""}, {"color", ""},  {"range", nullptr}};
 }
 
-Json artifact(const std::string& backend, const std::string& format, const std::string& file, const Json& dtypes) {
+Json artifact(const std::string& backend, const std::string& format, const std::string& file,
+              const Json& dtypes) {
   const std::string content = artifact_content(file, "scale 2");
-  return {{"backend", backend}, {"format", format}, {"file", file},        {"size", content.size()},
-          {"sha256", sha256_of(content)}, {"dtypes", dtypes}, {"device", backend == "native" ? "cpu" : "any"}};
+  return {{"backend", backend},
+          {"format", format},
+          {"file", file},
+          {"size", content.size()},
+          {"sha256", sha256_of(content)},
+          {"dtypes", dtypes},
+          {"device", backend == "native" ? "cpu" : "any"}};
 }
 
 }  // namespace
@@ -68,7 +75,8 @@ std::string safetensors(const std::vector<NamedTensor>& tensors) {
   std::string data;
   for (const NamedTensor& tensor : tensors) {
     const size_t bytes = tensor.values.size() * sizeof(float);
-    header[tensor.name] = {{"dtype", "F32"}, {"shape", tensor.shape}, {"data_offsets", {data.size(), data.size() + bytes}}};
+    header[tensor.name] = {
+        {"dtype", "F32"}, {"shape", tensor.shape}, {"data_offsets", {data.size(), data.size() + bytes}}};
     data.append(reinterpret_cast<const char*>(tensor.values.data()), bytes);
   }
   const std::string text = header.dump();
@@ -87,7 +95,10 @@ Json manifest() {
                {"created", "2026-01-01T00:00:00Z"},
                {"producer", {{"test", "1"}}},
                {"config", {{"factor", 2}}},
-               {"symbols", {{"B", {{"min", 1}, {"max", 64}}}, {"H", {{"min", 3}, {"max", 4096}}}, {"W", {{"min", 3}, {"max", 4096}}}}},
+               {"symbols",
+                {{"B", {{"min", 1}, {"max", 64}}},
+                 {"H", {{"min", 3}, {"max", 4096}}},
+                 {"W", {{"min", 3}, {"max", 4096}}}}},
                {"dtypes", {"float32", "float64"}}};
   const Json tolerances = {{"float32", {{"atol", 1e-5}, {"rtol", 1e-5}}}};
   Json& forward = root["methods"]["forward"];
@@ -107,8 +118,11 @@ Json manifest() {
   vjp["tolerances"] = tolerances;
   vjp["artifacts"] = Json::array({artifact("onnx", "onnx", "vjp.float32.onnx", {"float32"})});
 
-  root["golden"] = {{"file", "golden.safetensors"}, {"size", 1}, {"sha256", sha256_of("")},
-                    {"cases", Json::array({{{"prefix", "forward.float32"}, {"method", "forward"}, {"dtype", "float32"}}})}};
+  root["golden"] = {
+      {"file", "golden.safetensors"},
+      {"size", 1},
+      {"sha256", sha256_of("")},
+      {"cases", Json::array({{{"prefix", "forward.float32"}, {"method", "forward"}, {"dtype", "float32"}}})}};
   return root;
 }
 
@@ -139,7 +153,8 @@ std::string write_bundle(const TemporaryFolder& folder, const std::function<void
   std::vector<std::filesystem::path> unnamed;
   for (const auto& entry : std::filesystem::directory_iterator(bundle)) {
     const std::string name = entry.path().filename().string();
-    if (name != "manifest.json" && text.find("\"" + name + "\"") == std::string::npos) unnamed.push_back(entry.path());
+    if (name != "manifest.json" && text.find("\"" + name + "\"") == std::string::npos)
+      unnamed.push_back(entry.path());
   }
   for (const auto& path : unnamed) std::filesystem::remove(path);
   return bundle;

@@ -45,15 +45,18 @@ std::string safetensors(const std::vector<NamedTensor>& tensors);
  *      forward: input T (B, 3, H, W), sigma T (B, 2)  ->  output T (B, 3, H, W), half T (B, (H+1)//2)
  *      vjp:     input T (B, 3, H, W), grad_half T (B, (H+1)//2)  ->  grad_input T (B, 3, H, W)
  *
- *  with artifacts for native (v3 and v4: "scale 2"), torch ("scale 2") and onnx (float32 and float64: "scale 2").
+ *  with artifacts for native (v3 and v4: "scale 2"), torch ("scale 2") and onnx (float32 and float64: "scale
+ *  2").
  */
 nlohmann::json manifest();
 
-/** Its files, and the manifest's sizes and hashes made to fit; `change` may alter the manifest last, and what that
- *  then does not name is left out. Returns the path. */
-std::string write_bundle(const TemporaryFolder& folder, const std::function<void(nlohmann::json&)>& change = {});
+/** Its files, and the manifest's sizes and hashes made to fit; `change` may alter the manifest last, and what
+ *  that then does not name is left out. Returns the path. */
+std::string write_bundle(const TemporaryFolder& folder,
+                         const std::function<void(nlohmann::json&)>& change = {});
 
-/** What a fake backend reads as these words (fewer than 128 characters); for `.onnx` a model whose doc_string they are. */
+/** What a fake backend reads as these words (fewer than 128 characters); for `.onnx` a model whose doc_string
+ *  they are. */
 std::string artifact_content(const std::string& file, const std::string& words);
 
 /** Replace the words of an artifact and its size and hash in the manifest. */

@@ -49,14 +49,18 @@ class Signer final {
 
   std::string operator()(const std::string& message, const std::string& comment = "a comment") const {
     unsigned char hash[64];
-    crypto_generichash(hash, sizeof hash, reinterpret_cast<const unsigned char*>(message.data()), message.size(), nullptr, 0);
+    crypto_generichash(hash, sizeof hash, reinterpret_cast<const unsigned char*>(message.data()),
+                       message.size(), nullptr, 0);
     const std::string signature = raw(std::string(reinterpret_cast<const char*>(hash), sizeof hash));
     std::string head = "ED";
     head.append(reinterpret_cast<const char*>(public_.id.data()), public_.id.size());
-    return "untrusted comment: x\n" + base64(head + signature) + "\ntrusted comment: " + comment + "\n" + base64(raw(signature + comment)) + "\n";
+    return "untrusted comment: x\n" + base64(head + signature) + "\ntrusted comment: " + comment + "\n" +
+           base64(raw(signature + comment)) + "\n";
   }
 
-  void sign_bundle(const std::string& path) const { write_text(path + "/manifest.json.minisig", (*this)(read_text(path + "/manifest.json"))); }
+  void sign_bundle(const std::string& path) const {
+    write_text(path + "/manifest.json.minisig", (*this)(read_text(path + "/manifest.json")));
+  }
 
  private:
   std::string raw(const std::string& message) const {
@@ -66,7 +70,8 @@ class Signer final {
 
   static std::string base64(const std::string& bytes) {
     std::string text(sodium_base64_ENCODED_LEN(bytes.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
-    sodium_bin2base64(text.data(), text.size(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), sodium_base64_VARIANT_ORIGINAL);
+    sodium_bin2base64(text.data(), text.size(), reinterpret_cast<const unsigned char*>(bytes.data()),
+                      bytes.size(), sodium_base64_VARIANT_ORIGINAL);
     text.pop_back();
     return text;
   }
@@ -99,7 +104,8 @@ TEST(Signature, CoversEveryByte) {
     }
     EXPECT_TRUE(fails(kMessage + " ", signature));
     EXPECT_TRUE(fails("", signature));
-    // From the second line on every byte counts, but for the last's end; the first line is a comment that nobody trusts.
+    // From the second line on every byte counts, but for the last's end; the first line is a comment that
+    // nobody trusts.
     for (size_t i = signature.find('\n') + 1; i + 1 < signature.size(); ++i) {
       std::string other = signature;
       other[i] ^= 1;
@@ -114,21 +120,25 @@ TEST(Signature, SaysWhatIsWrong) {
   const auto says = [&](chiasm_code code, const std::string& signature, const std::string& key) {
     return refusal<core::Error>(code, [&] { verify("m", signature, key); });
   };
-  EXPECT_EQ(says(CHIASM_UNTRUSTED, one("m"), two.key()), "s: made by the key 0707070707070701, which is not trusted here");
+  EXPECT_EQ(says(CHIASM_UNTRUSTED, one("m"), two.key()),
+            "s: made by the key 0707070707070701, which is not trusted here");
   EXPECT_THAT(says(CHIASM_UNTRUSTED, one("n"), one.key()), HasSubstr("s: does not fit"));
   std::string changed = one("m");
   changed.replace(changed.find("a comment"), 1, "b");
   EXPECT_THAT(says(CHIASM_UNTRUSTED, changed, one.key()), HasSubstr("its trusted comment was changed"));
-  for (const std::string& text : {std::string(), std::string("x"), std::string(5000, '\n'), one("m") + "more", one("m").substr(1)}) {
+  for (const std::string& text :
+       {std::string(), std::string("x"), std::string(5000, '\n'), one("m") + "more", one("m").substr(1)}) {
     EXPECT_EQ(says(CHIASM_CORRUPT, text, one.key()), "s: not a minisign signature");
   }
 }
 
 TEST(Signature, KeysAreReadStrictly) {
-  for (const std::string& text : {std::string(), std::string("RW"), kKey.substr(1), kKey + "A", kKey + "\nmore", "\n" + kKey, "SW" + kKey.substr(2),
-                                  std::string("untrusted comment: only"),
-                                  kKey.substr(0, 13) + "\xae\xb3\xc7\x8b" + kKey.substr(17)}) {  // which libsodium takes for base64
-    EXPECT_THAT(refusal<core::Error>(CHIASM_INVALID_ARGUMENT, [&] { core::read_public_key(text, "k"); }), HasSubstr("k: not a minisign public key"));
+  for (const std::string& text :
+       {std::string(), std::string("RW"), kKey.substr(1), kKey + "A", kKey + "\nmore", "\n" + kKey,
+        "SW" + kKey.substr(2), std::string("untrusted comment: only"),
+        kKey.substr(0, 13) + "\xae\xb3\xc7\x8b" + kKey.substr(17)}) {  // which libsodium takes for base64
+    EXPECT_THAT(refusal<core::Error>(CHIASM_INVALID_ARGUMENT, [&] { core::read_public_key(text, "k"); }),
+                HasSubstr("k: not a minisign public key"));
   }
 }
 
@@ -138,7 +148,9 @@ class Policy : public ::testing::Test {
   std::string path_ = write_bundle(folder_);
   Signer signer_{1}, stranger_{2};
 
-  Method load(const LoadOptions& options = {}) const { return Bundle::open(path_).method("forward", options); }
+  Method load(const LoadOptions& options = {}) const {
+    return Bundle::open(path_).method("forward", options);
+  }
   std::string refused(chiasm_code code) {
     return refusal(code, [&] { load(); });
   }
@@ -154,7 +166,8 @@ TEST_F(Policy, SignedTakesWhatATrustedKeyHasSigned) {
   EXPECT_EQ(trust_policy(), TrustPolicy::Signed);
   signer_.sign_bundle(path_);
   EXPECT_EQ(load().backend(), "native");
-  EXPECT_EQ(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).result, SelfTestRow::Result::Passed);
+  EXPECT_EQ(Bundle::open(path_).self_test(LoadOptions().with_backend("onnx")).at(0).result,
+            SelfTestRow::Result::Passed);
 }
 
 TEST_F(Policy, SignedRefusesAllElse) {
@@ -180,7 +193,8 @@ TEST_F(Policy, SignedCoversArtifactsAndDocuments) {
   const std::string parts = "{\"parts\": []}";
   write_bundle(folder_, [&](Json& m) {
     m["schema_version"] = 2;
-    m["documents"]["sbom"] = {{"file", "sbom.cdx.json"}, {"size", parts.size()}, {"sha256", sha256_of(parts)}};
+    m["documents"]["sbom"] = {
+        {"file", "sbom.cdx.json"}, {"size", parts.size()}, {"sha256", sha256_of(parts)}};
   });
   write_text(path_ + "/sbom.cdx.json", parts);
   signer_.sign_bundle(path_);
@@ -207,16 +221,19 @@ TEST_F(Policy, WhatIsRunIsWhatWasSigned) {
   signer_.sign_bundle(path_);
   set_trust(TrustPolicy::Signed, {signer_.key()});
   const Bundle open = Bundle::open(path_);
-  set_artifact(path_, "forward.v3.so", "scale 9");  // manifest and artifact, both replaced, after the signature was checked
+  set_artifact(path_, "forward.v3.so",
+               "scale 9");  // manifest and artifact, both replaced, after the signature was checked
   set_artifact(path_, "forward.v4.so", "scale 9");
-  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { open.method("forward"); }), HasSubstr("changed since the bundle was made"));
+  EXPECT_THAT(refusal(CHIASM_CORRUPT, [&] { open.method("forward"); }),
+              HasSubstr("changed since the bundle was made"));
 }
 
 TEST_F(Policy, DataOnlyLeavesStandardOperators) {
   set_trust(TrustPolicy::DataOnly);
   EXPECT_EQ(load().artifact(), "forward.float32.onnx");
   for (const char* backend : {"native", "torch"}) {
-    EXPECT_THAT(refusal(CHIASM_UNTRUSTED, [&] { load(LoadOptions().with_backend(backend)); }), HasSubstr("the trust policy is 'data_only'"));
+    EXPECT_THAT(refusal(CHIASM_UNTRUSTED, [&] { load(LoadOptions().with_backend(backend)); }),
+                HasSubstr("the trust policy is 'data_only'"));
   }
   int ran = 0, left_out = 0;
   for (const SelfTestRow& row : Bundle::open(path_).self_test()) {
@@ -246,7 +263,8 @@ TEST_F(Policy, IsFrozenByTheFirstLoad) {
   set_trust(TrustPolicy::DataOnly);
   set_trust(TrustPolicy::Any);  // opening loads nothing
   load();
-  EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [&] { set_trust(TrustPolicy::Signed, {signer_.key()}); }), HasSubstr("after the first method was loaded"));
+  EXPECT_THAT(refusal(CHIASM_FAILED_PRECONDITION, [&] { set_trust(TrustPolicy::Signed, {signer_.key()}); }),
+              HasSubstr("after the first method was loaded"));
   EXPECT_EQ(trust_policy(), TrustPolicy::Any);
 }
 
@@ -282,7 +300,8 @@ TEST_F(Policy, OfTheEnvironmentIsReplacedByTheProgram) {
 
 TEST_F(Policy, NonsenseInTheEnvironmentLetsNothingRun) {
   ::setenv("CHIASM_TRUST_POLICY", "Signed", 1);
-  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT), HasSubstr("CHIASM_TRUST_POLICY is 'Signed', expected any, signed or data_only"));
+  EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT),
+              HasSubstr("CHIASM_TRUST_POLICY is 'Signed', expected any, signed or data_only"));
   ::setenv("CHIASM_TRUST_POLICY", "signed", 1);
   EXPECT_THAT(refused(CHIASM_INVALID_ARGUMENT), HasSubstr("CHIASM_TRUSTED_KEYS"));
   ::setenv("CHIASM_TRUSTED_KEYS", "/nowhere.pub", 1);
@@ -301,7 +320,9 @@ TEST_F(Policy, ArgumentsAreChecked) {
   EXPECT_THAT(refused(CHIASM_TRUST_SIGNED, nullptr, 1), HasSubstr("keys is NULL"));
   EXPECT_THAT(refused(CHIASM_TRUST_SIGNED, null_key, 1), HasSubstr("a key is NULL"));
   EXPECT_THAT(refused(CHIASM_TRUST_SIGNED, null_key, SIZE_MAX), HasSubstr("at most 1024"));
-  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(api.get_trust(nullptr, nullptr, nullptr)); }), HasSubstr("policy is NULL"));
+  EXPECT_THAT(
+      refusal(CHIASM_INVALID_ARGUMENT, [&] { detail::check(api.get_trust(nullptr, nullptr, nullptr)); }),
+      HasSubstr("policy is NULL"));
   set_trust(TrustPolicy::Signed, {signer_.key()});
   int32_t policy = 0;
   const char* const* keys = nullptr;

@@ -43,12 +43,14 @@ struct Calls {
 };
 
 TEST(Workers, EachIndexIsCalledOnceAndAllAtTheSameTime) {
-  static Workers& workers = *new Workers(3);  // its threads never end; static, so that it is not taken for a leak
+  // its threads never end; static, so that it is not taken for a leak
+  static Workers& workers = *new Workers(3);
   for (int round = 0; round < 200; ++round) {
     Calls calls;
     workers.fork(Calls::body, &calls, kAll);
     ASSERT_TRUE(calls.together);
-    // A worker that is still on its way back from the last round is left out, and so is one that comes too late.
+    // A worker that is still on its way back from the last round is left out, and so is one that comes too
+    // late.
     ASSERT_GE(calls.count, 1);
     ASSERT_LE(calls.count, 4);
     for (int32_t i = 0; i < 64; ++i) ASSERT_EQ(calls.made[static_cast<size_t>(i)], i < calls.count ? 1 : 0);
@@ -81,7 +83,8 @@ TEST(Workers, SharedPiecesAreEachDoneOnceAlsoByThoseThatComeLate) {
       ++work.done[static_cast<size_t>(piece)];
       // Nobody ends alone: the pieces last until another has come, who may have been asleep.
       const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-      while (piece == 999 && work.callers < 2 && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
+      while (piece == 999 && work.callers < 2 && std::chrono::steady_clock::now() < limit)
+        std::this_thread::yield();
     }
   };
   for (int round = 0; round < 50; ++round) {
@@ -104,8 +107,7 @@ TEST(Workers, CallersAtTheSameTimeShareThem) {
   const auto body = [](void* argument, int32_t index, int32_t count) {
     auto& work = *static_cast<Work*>(argument);
     const int now = ++work.at_work;
-    for (int before = work.most; before < now && !work.most.compare_exchange_weak(before, now);) {
-    }
+    for (int before = work.most; before < now && !work.most.compare_exchange_weak(before, now);) {}
     for (int64_t i = index; i < 1000; i += count) work.sum += i;
     --work.at_work;
   };

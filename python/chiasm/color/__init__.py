@@ -15,7 +15,15 @@ from .rgba import bgr_to_rgba, rgb_to_rgba, rgba_to_bgr, rgba_to_rgb
 from .sepia import sepia
 from .xyz import rgb_to_xyz, xyz_to_rgb
 from .ycbcr import rgb_to_y, rgb_to_ycbcr, ycbcr_to_rgb
-from .yuv import planar_yuv_to_rgb, rgb_to_yuv, rgb_to_yuv420, rgb_to_yuv422, yuv420_to_rgb, yuv422_to_rgb, yuv_to_rgb
+from .yuv import (
+    planar_yuv_to_rgb,
+    rgb_to_yuv,
+    rgb_to_yuv420,
+    rgb_to_yuv422,
+    yuv420_to_rgb,
+    yuv422_to_rgb,
+    yuv_to_rgb,
+)
 
 __all__ = [
     "apply_colormap",

@@ -11,14 +11,15 @@ from .colormap_tables import colormap_levels
 def apply_colormap(input_tensor: Tensor, colormap: str) -> Tensor:
     """Show one channel in the colours of a map.
 
-    The maps are OpenCV's, of 256 colours. Bytes look their colour up, as ``cv2.applyColorMap`` does; values in [0, 1] are
-    interpolated linearly between neighbouring colours (0 is the first, 1 the last), which has a gradient. Unlike Kornia's, it does not
-    guess the range from the data.
+    The maps are OpenCV's, of 256 colours. Bytes look their colour up, as ``cv2.applyColorMap`` does; values
+    in [0, 1] are interpolated linearly between neighbouring colours (0 is the first, 1 the last), which has a
+    gradient. Unlike Kornia's, it does not guess the range from the data.
 
     Args:
         input_tensor: (*, 1, H, W); floating point in [0, 1] (saturated), or uint8.
-        colormap: "autumn", "bone", "cividis", "cool", "deepgreen", "hot", "hsv", "inferno", "jet", "magma", "ocean", "pink", "plasma",
-            "rainbow", "spring", "summer", "turbo", "twilight", "twilight_shifted", "viridis" or "winter".
+        colormap: "autumn", "bone", "cividis", "cool", "deepgreen", "hot", "hsv", "inferno", "jet", "magma",
+            "ocean", "pink", "plasma", "rainbow", "spring", "summer", "turbo", "twilight", "twilight_shifted",
+            "viridis" or "winter".
 
     Returns:
         RGB image (*, 3, H, W) in [0, 1], in the dtype of the input; float32 for uint8.
@@ -48,7 +49,14 @@ def apply_colormap(input_tensor: Tensor, colormap: str) -> Tensor:
         raise TypeError(f"input_tensor: expected a floating-point or uint8 tensor, got dtype {plane.dtype}")
     planes = []
     for shift in [16, 8, 0]:
-        level = torch.tensor([float((colour >> shift) & 255) for colour in packed], dtype=fraction.dtype, device=plane.device) / 255.0
+        level = (
+            torch.tensor(
+                [float((colour >> shift) & 255) for colour in packed],
+                dtype=fraction.dtype,
+                device=plane.device,
+            )
+            / 255.0
+        )
         colour = level.index_select(0, index).reshape(plane.shape)
         if plane.is_floating_point():
             beyond = level.index_select(0, (index + 1).clamp(max=255)).reshape(plane.shape)

@@ -6,6 +6,8 @@ twilight by B. Bechtold, turbo by A. Mikhailov (Google, Apache License 2.0), dee
 
 from typing import List
 
+# fmt: off
+
 
 def colormap_names() -> List[str]:
     """The maps that there are."""

@@ -12,8 +12,9 @@ from .hue import from_hue, radians, sixths_of
 def rgb_to_hls(image: Tensor, eps: float = 1e-8) -> Tensor:
     """Hue in radians [0, 2 pi), lightness (max + min) / 2 and saturation in [0, 1].
 
-    G. H. Joblove, D. Greenberg, Color spaces for computer graphics, SIGGRAPH 1978. Grey pixels have hue and saturation 0.
-    OpenCV's float32 hue is in degrees; its uint8 form is hue in degrees / 2 (here H * 90 / pi), L * 255, S * 255, rounded.
+    G. H. Joblove, D. Greenberg, Color spaces for computer graphics, SIGGRAPH 1978. Grey pixels have hue and
+    saturation 0. OpenCV's float32 hue is in degrees; its uint8 form is hue in degrees / 2 (here H * 90 / pi),
+    L * 255, S * 255, rounded.
 
     Args:
         image: RGB image (*, 3, H, W) in [0, 1], floating point.
@@ -62,8 +63,8 @@ def hls_to_rgb(image: Tensor) -> Tensor:
     G. H. Joblove, D. Greenberg, Color spaces for computer graphics, SIGGRAPH 1978.
 
     Args:
-        image: HLS image (*, 3, H, W), floating point: hue in radians (any number of turns), lightness and saturation in
-            [0, 1].
+        image: HLS image (*, 3, H, W), floating point: hue in radians (any number of turns), lightness and
+            saturation in [0, 1].
 
     Returns:
         (*, 3, H, W): red, green, blue.
@@ -84,8 +85,8 @@ def hsl_to_rgb(image: Tensor) -> Tensor:
     """``hls_to_rgb`` of channels in the order hue, saturation, lightness.
 
     Args:
-        image: HSL image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and lightness in
-            [0, 1].
+        image: HSL image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and
+            lightness in [0, 1].
 
     Returns:
         (*, 3, H, W): red, green, blue.

@@ -12,8 +12,8 @@ from .hue import from_hue, radians, sixths_of
 def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
     """Hue in radians [0, 2 pi), saturation and value in [0, 1].
 
-    A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978. Grey pixels have hue 0. OpenCV's float32 hue is in degrees; its
-    uint8 form is hue in degrees / 2 (here H * 90 / pi), S * 255, V * 255, rounded.
+    A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978. Grey pixels have hue 0. OpenCV's float32 hue is
+    in degrees; its uint8 form is hue in degrees / 2 (here H * 90 / pi), S * 255, V * 255, rounded.
 
     Args:
         image: RGB image (*, 3, H, W) in [0, 1], floating point.
@@ -35,7 +35,8 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
 
 
 def sixths_value_chroma(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """Planes (*, H, W): hue in sixths of a turn, largest channel and spread, apart from each other, because native code stores what is stacked."""
+    """Planes (*, H, W): hue in sixths of a turn, largest channel and spread, apart from each other, because
+    native code stores what is stacked."""
     red, green, blue = rgb_planes(image, "image")
     value = torch.maximum(torch.maximum(red, green), blue)
     chroma = value - torch.minimum(torch.minimum(red, green), blue)
@@ -54,7 +55,8 @@ def hsv_to_rgb(image: Tensor) -> Tensor:
     V - V S clamp(d, 0, 1) with d = 2 - |h - 3|, |h - 2| - 1, |h - 4| - 1 for R, G, B and h = 3 H / pi mod 6.
 
     Args:
-        image: HSV image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and value in [0, 1].
+        image: HSV image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and
+            value in [0, 1].
 
     Returns:
         (*, 3, H, W): red, green, blue.

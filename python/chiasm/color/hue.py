@@ -5,10 +5,13 @@ from torch import Tensor
 
 
 def sixths_of(red: Tensor, green: Tensor, blue: Tensor, value: Tensor, chroma: Tensor) -> Tensor:
-    """Hue in sixths of a turn, [-1, 5], 0 where there is no chroma; ``value`` is the largest channel, ``chroma`` the spread."""
+    """Hue in sixths of a turn, [-1, 5], 0 where there is no chroma; ``value`` is the largest channel,
+    ``chroma`` the spread."""
     safe = torch.where(chroma == 0, torch.ones_like(chroma), chroma)
     # One division for the three cases: compilers would compute all and choose.
-    step = torch.where(value == red, green - blue, torch.where(value == green, blue - red, red - green)) / safe
+    step = (
+        torch.where(value == red, green - blue, torch.where(value == green, blue - red, red - green)) / safe
+    )
     return torch.where(value == red, step, torch.where(value == green, 2.0 + step, 4.0 + step))
 
 

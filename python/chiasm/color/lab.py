@@ -13,8 +13,8 @@ from .xyz import rgb_to_xyz, xyz_to_rgb
 def rgb_to_lab(image: Tensor) -> Tensor:
     """CIE 1976 L*a*b* of an sRGB image, for D65 white.
 
-    CIE 15:2018. White is (0.950456, 1, 1.088754) as in OpenCV, so that greys have a = b = 0. OpenCV's uint8 form is L * 255 / 100,
-    a + 128, b + 128, rounded.
+    CIE 15:2018. White is (0.950456, 1, 1.088754) as in OpenCV, so that greys have a = b = 0. OpenCV's uint8
+    form is L * 255 / 100, a + 128, b + 128, rounded.
 
     Args:
         image: sRGB image (*, 3, H, W) in [0, 1], floating point.
@@ -52,7 +52,9 @@ def lab_to_rgb(image: Tensor, clip: bool = True) -> Tensor:
         ValueError: if image is not (*, 3, H, W).
 
     Example:
-        >>> lab_to_rgb(torch.tensor([53.2406, 80.0942, 67.2015]).reshape(1, 3, 1, 1)).flatten().round(decimals=3).abs()
+        >>> lab_to_rgb(torch.tensor([53.2406, 80.0942, 67.2015]).reshape(1, 3, 1, 1)).flatten().round(
+        ...     decimals=3
+        ... ).abs()
         tensor([1., 0., 0.])
     """
     lightness, a, b = rgb_planes(image, "image")

@@ -13,8 +13,8 @@ from .xyz import rgb_to_xyz, xyz_to_rgb
 def rgb_to_luv(image: Tensor, eps: float = 1e-12) -> Tensor:
     """CIE 1976 L*u*v* of an sRGB image, for D65 white.
 
-    CIE 15:2018. White is (0.950456, 1, 1.088754) as in OpenCV, so that greys have u = v = 0. OpenCV's uint8 form is L * 255 / 100,
-    (u + 134) * 255 / 354, (v + 140) * 255 / 262, rounded.
+    CIE 15:2018. White is (0.950456, 1, 1.088754) as in OpenCV, so that greys have u = v = 0. OpenCV's uint8
+    form is L * 255 / 100, (u + 134) * 255 / 354, (v + 140) * 255 / 262, rounded.
 
     Args:
         image: sRGB image (*, 3, H, W) in [0, 1], floating point.
@@ -41,7 +41,14 @@ def rgb_to_luv(image: Tensor, eps: float = 1e-12) -> Tensor:
     weight = torch.where(dark, torch.ones_like(weight), weight + eps)
     scale = 13.0 * torch.where(dark, torch.zeros_like(lightness), lightness)
     # The offsets are u' and v' of white.
-    return torch.stack([lightness, scale * (4.0 * x / weight - 0.19783940212891712), scale * (9.0 * y / weight - 0.46834220078579497)], -3)
+    return torch.stack(
+        [
+            lightness,
+            scale * (4.0 * x / weight - 0.19783940212891712),
+            scale * (9.0 * y / weight - 0.46834220078579497),
+        ],
+        -3,
+    )
 
 
 def luv_to_rgb(image: Tensor, eps: float = 1e-12) -> Tensor:
@@ -59,7 +66,9 @@ def luv_to_rgb(image: Tensor, eps: float = 1e-12) -> Tensor:
         ValueError: if image is not (*, 3, H, W).
 
     Example:
-        >>> luv_to_rgb(torch.tensor([53.2406, 175.0150, 37.7564]).reshape(1, 3, 1, 1)).flatten().round(decimals=2).abs()
+        >>> luv_to_rgb(torch.tensor([53.2406, 175.0150, 37.7564]).reshape(1, 3, 1, 1)).flatten().round(
+        ...     decimals=2
+        ... ).abs()
         tensor([1., 0., 0.])
     """
     lightness, u, v = rgb_planes(image, "image")

@@ -1,7 +1,8 @@
 """Bayer raw images.
 
-The colour filter array is named as OpenCV does, by the second and third pixel of the second row: "bg" has red in the top left
-corner (RGGB), "gb" green with red beside it (GRBG), "rg" blue (BGGR), "gr" green with blue beside it (GBRG).
+The colour filter array is named as OpenCV does, by the second and third pixel of the second row: "bg" has red
+in the top left corner (RGGB), "gb" green with red beside it (GRBG), "rg" blue (BGGR), "gr" green with blue
+beside it (GBRG).
 """
 
 from typing import List, Tuple
@@ -19,13 +20,14 @@ from ..primitives.resampling.decimation import every_second
 def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
     """RGB of a Bayer raw image by bilinear interpolation.
 
-    B. E. Bayer, US patent 3971065, 1976. Known samples are kept, a missing one is the mean of the nearest two or four of its
-    colour; the border is mirrored (reflect), where OpenCV copies its neighbours' colours. Unlike Kornia's, it takes odd sizes.
+    B. E. Bayer, US patent 3971065, 1976. Known samples are kept, a missing one is the mean of the nearest two
+    or four of its colour; the border is mirrored (reflect), where OpenCV copies its neighbours' colours.
+    Unlike Kornia's, it takes odd sizes.
 
     Args:
         image: raw image (*, 1, H, W), floating point, H and W at least 2.
-        cfa: "bg", "gb", "rg" or "gr": the second and third pixel of the second row, as in OpenCV. The top left 2 x 2 pixels are
-            then RGGB, GRBG, BGGR or GBRG.
+        cfa: "bg", "gb", "rg" or "gr": the second and third pixel of the second row, as in OpenCV. The top
+            left 2 x 2 pixels are then RGGB, GRBG, BGGR or GBRG.
 
     Returns:
         (*, 3, H, W): red, green, blue.
@@ -48,7 +50,12 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
     centre = p[:, 1 : height + 1, 1 : width + 1]
     beside = (p[:, 1 : height + 1, 0:width] + p[:, 1 : height + 1, 2 : width + 2]) * 0.5
     above = (p[:, 0:height, 1 : width + 1] + p[:, 2 : height + 2, 1 : width + 1]) * 0.5
-    corners = p[:, 0:height, 0:width] + p[:, 0:height, 2 : width + 2] + p[:, 2 : height + 2, 0:width] + p[:, 2 : height + 2, 2 : width + 2]
+    corners = (
+        p[:, 0:height, 0:width]
+        + p[:, 0:height, 2 : width + 2]
+        + p[:, 2 : height + 2, 0:width]
+        + p[:, 2 : height + 2, 2 : width + 2]
+    )
     corners = corners * 0.25
     reds, columns = _parity(height, red_row, image.device)[:, None], _parity(width, red_column, image.device)
     # In a row with red samples blue is above and below; in the others it is the other way round.

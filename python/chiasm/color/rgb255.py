@@ -9,7 +9,8 @@ from ..primitives.numbers.rounding import known_or
 
 
 def rgb_to_rgb255(image: Tensor) -> Tensor:
-    """Bytes of an image in [0, 1]: 255 times the value, rounded to the nearest integer (ties to even) and saturated.
+    """Bytes of an image in [0, 1]: 255 times the value, rounded to the nearest integer (ties to even) and
+    saturated.
 
     It is the conversion of OpenCV's ``convertTo`` with scale 255. Kornia's cuts the fraction off instead.
 
@@ -82,8 +83,8 @@ def rgb255_to_normals(image: Tensor) -> Tensor:
         image: RGB image (*, 3, H, W) in [0, 255], of an integer or floating-point dtype.
 
     Returns:
-        (*, 3, H, W), of length 1 along the channels; float32 where the image's dtype is not floating point. A vector of
-        length 0 stays so, with gradient 0.
+        (*, 3, H, W), of length 1 along the channels; float32 where the image's dtype is not floating point. A
+        vector of length 0 stays so, with gradient 0.
 
     Raises:
         ValueError: if image is not (*, 3, H, W).

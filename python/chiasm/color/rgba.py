@@ -27,7 +27,9 @@ def rgb_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
         tensor([0.0000, 0.0000, 0.0000, 0.5000])
     """
     check_rgb(image, "image")
-    return torch.stack([image.select(-3, 0), image.select(-3, 1), image.select(-3, 2), _alpha(image, alpha_val)], -3)
+    return torch.stack(
+        [image.select(-3, 0), image.select(-3, 1), image.select(-3, 2), _alpha(image, alpha_val)], -3
+    )
 
 
 def bgr_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
@@ -48,7 +50,9 @@ def bgr_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
         tensor([0.0000, 0.0000, 1.0000, 0.5000])
     """
     check_rgb(image, "image")
-    return torch.stack([image.select(-3, 2), image.select(-3, 1), image.select(-3, 0), _alpha(image, alpha_val)], -3)
+    return torch.stack(
+        [image.select(-3, 2), image.select(-3, 1), image.select(-3, 0), _alpha(image, alpha_val)], -3
+    )
 
 
 def rgba_to_rgb(image: Tensor, background_color: Optional[Tensor] = None) -> Tensor:
@@ -57,7 +61,8 @@ def rgba_to_rgb(image: Tensor, background_color: Optional[Tensor] = None) -> Ten
     T. Porter, T. Duff, Compositing digital images, SIGGRAPH 1984 ("over", alpha not premultiplied).
 
     Args:
-        image: RGBA image (*, 4, H, W), any dtype; floating point with alpha in [0, 1] where there is a background.
+        image: RGBA image (*, 4, H, W), any dtype; floating point with alpha in [0, 1] where there is a
+            background.
         background_color: (3,) red, green, blue. Without it alpha is ignored, as OpenCV does.
 
     Returns:
@@ -109,6 +114,9 @@ def _alpha(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
         check_channels(alpha_val, 1, "alpha_val")
         alpha = alpha_val.select(-3, 0).to(image.dtype)
         if alpha.shape != plane.shape:
-            raise ValueError(f"alpha_val: expected (*, 1, H, W) of the image {list(image.shape)}, got {list(alpha_val.shape)}")
+            raise ValueError(
+                f"alpha_val: expected (*, 1, H, W) of the image {list(image.shape)}, got"
+                f" {list(alpha_val.shape)}"
+            )
         return alpha
     return torch.full_like(plane, alpha_val)

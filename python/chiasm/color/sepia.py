@@ -7,9 +7,11 @@ from ..primitives.numbers.reductions import greatest
 
 
 def sepia(input: Tensor, rescale: bool = True, eps: float = 1e-6) -> Tensor:
-    """The tone of an old print, by the matrix (0.393, 0.769, 0.189; 0.349, 0.686, 0.168; 0.272, 0.534, 0.131).
+    """The tone of an old print, by the matrix (0.393, 0.769, 0.189; 0.349, 0.686, 0.168; 0.272, 0.534,
+    0.131).
 
-    S. Toub, Sepia Tone, StringLogicalComparer, and More, MSDN Magazine, January 2005. The rows sum to about 1.35, 1.2 and 0.94.
+    S. Toub, Sepia Tone, StringLogicalComparer, and More, MSDN Magazine, January 2005. The rows sum to about
+    1.35, 1.2 and 0.94.
 
     Args:
         input: RGB image (*, 3, H, W), floating point.

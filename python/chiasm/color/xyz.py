@@ -8,8 +8,9 @@ from ..primitives.images.color_planes import mix_channels
 def rgb_to_xyz(image: Tensor) -> Tensor:
     """CIE XYZ of linear RGB with sRGB's primaries and D65 white, (0.950456, 1, 1.088754).
 
-    ITU-R BT.709; the matrix of OpenCV and Kornia. Nothing is linearised: give the result of ``rgb_to_linear_rgb`` for the
-    colorimetric value of an sRGB image. OpenCV's uint8 form is 255 times this, rounded and saturated.
+    ITU-R BT.709; the matrix of OpenCV and Kornia. Nothing is linearised: give the result of
+    ``rgb_to_linear_rgb`` for the colorimetric value of an sRGB image. OpenCV's uint8 form is 255 times this,
+    rounded and saturated.
 
     Args:
         image: RGB image (*, 3, H, W) in [0, 1], floating point.
@@ -25,7 +26,12 @@ def rgb_to_xyz(image: Tensor) -> Tensor:
         >>> rgb_to_xyz(torch.ones(1, 3, 1, 1)).flatten()
         tensor([0.9505, 1.0000, 1.0888])
     """
-    return mix_channels(image, [0.412453, 0.357580, 0.180423, 0.212671, 0.715160, 0.072169, 0.019334, 0.119193, 0.950227], 0.0, "image")
+    return mix_channels(
+        image,
+        [0.412453, 0.357580, 0.180423, 0.212671, 0.715160, 0.072169, 0.019334, 0.119193, 0.950227],
+        0.0,
+        "image",
+    )
 
 
 def xyz_to_rgb(image: Tensor) -> Tensor:

@@ -29,8 +29,8 @@ def rgb_to_y(image: Tensor) -> Tensor:
 def rgb_to_ycbcr(image: Tensor) -> Tensor:
     """Luma and the two chroma differences, full range.
 
-    ITU-R BT.601 with OpenCV's constants: Cb = 0.564 (B - Y) + 0.5, Cr = 0.713 (R - Y) + 0.5. OpenCV's order is Y, Cr, Cb, and its uint8
-    form is 255 times this with the chroma around 128, rounded.
+    ITU-R BT.601 with OpenCV's constants: Cb = 0.564 (B - Y) + 0.5, Cr = 0.713 (R - Y) + 0.5. OpenCV's order
+    is Y, Cr, Cb, and its uint8 form is 255 times this with the chroma around 128, rounded.
 
     Args:
         image: RGB image (*, 3, H, W) in [0, 1], floating point.
@@ -52,10 +52,11 @@ def rgb_to_ycbcr(image: Tensor) -> Tensor:
 
 
 def ycbcr_to_rgb(image: Tensor) -> Tensor:
-    """RGB from full-range Y, Cb, Cr: R = Y + 1.403 Cr', G = Y - 0.714 Cr' - 0.344 Cb', B = Y + 1.773 Cb' with the chroma less 0.5.
+    """RGB from full-range Y, Cb, Cr: R = Y + 1.403 Cr', G = Y - 0.714 Cr' - 0.344 Cb', B = Y + 1.773 Cb' with
+    the chroma less 0.5.
 
-    ITU-R BT.601 with OpenCV's rounded constants, so that the round trip is good to 1e-3 and not better. The result is not
-    clipped.
+    ITU-R BT.601 with OpenCV's rounded constants, so that the round trip is good to 1e-3 and not better. The
+    result is not clipped.
 
     Args:
         image: YCbCr image (*, 3, H, W) in [0, 1], floating point.

@@ -14,9 +14,9 @@ from ..primitives.resampling.taps import nearest_index
 def rgb_to_yuv(image: Tensor) -> Tensor:
     """Luma and the chroma differences of PAL.
 
-    ITU-R BT.470-6: U = 0.436 (B - Y) / (1 - 0.114), V = 0.615 (R - Y) / (1 - 0.299). Kornia's and OpenCV's matrices are this one rounded
-    to three digits. OpenCV's float32 form has 0.5 added to U and V; its uint8 form is 255 times that, with the chroma around
-    128, rounded.
+    ITU-R BT.470-6: U = 0.436 (B - Y) / (1 - 0.114), V = 0.615 (R - Y) / (1 - 0.299). Kornia's and OpenCV's
+    matrices are this one rounded to three digits. OpenCV's float32 form has 0.5 added to U and V; its uint8
+    form is 255 times that, with the chroma around 128, rounded.
 
     Args:
         image: RGB image (*, 3, H, W) in [0, 1], floating point.
@@ -32,7 +32,17 @@ def rgb_to_yuv(image: Tensor) -> Tensor:
         >>> rgb_to_yuv(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([ 0.2990, -0.1471,  0.6150])
     """
-    rows = [0.299, 0.587, 0.114, -0.14713769751693, -0.28886230248307, 0.436, 0.615, -0.5149857346647645, -0.10001426533523537]
+    rows = [
+        0.299,
+        0.587,
+        0.114,
+        -0.14713769751693,
+        -0.28886230248307,
+        0.436,
+        0.615,
+        -0.5149857346647645,
+        -0.10001426533523537,
+    ]
     return mix_channels(image, rows, 0.0, "image")
 
 
@@ -40,7 +50,8 @@ def yuv_to_rgb(image: Tensor) -> Tensor:
     """RGB from PAL's Y'UV, the inverse of ``rgb_to_yuv``; the result is not clipped.
 
     Args:
-        image: YUV image (*, 3, H, W), floating point: Y in [0, 1], U in [-0.436, 0.436], V in [-0.615, 0.615].
+        image: YUV image (*, 3, H, W), floating point: Y in [0, 1], U in [-0.436, 0.436], V in [-0.615,
+            0.615].
 
     Returns:
         (*, 3, H, W): red, green, blue.
@@ -50,10 +61,22 @@ def yuv_to_rgb(image: Tensor) -> Tensor:
         ValueError: if image is not (*, 3, H, W).
 
     Example:
-        >>> yuv_to_rgb(torch.tensor([0.299, -0.14714, 0.615]).reshape(1, 3, 1, 1)).flatten().round(decimals=4).abs()
+        >>> yuv_to_rgb(torch.tensor([0.299, -0.14714, 0.615]).reshape(1, 3, 1, 1)).flatten().round(
+        ...     decimals=4
+        ... ).abs()
         tensor([1., 0., 0.])
     """
-    rows = [1.0, 0.0, 1.1398373983739838, 1.0, -0.39465170435897035, -0.5805986066674977, 1.0, 2.032110091743119, 0.0]
+    rows = [
+        1.0,
+        0.0,
+        1.1398373983739838,
+        1.0,
+        -0.39465170435897035,
+        -0.5805986066674977,
+        1.0,
+        2.032110091743119,
+        0.0,
+    ]
     return mix_channels(image, rows, 0.0, "image")
 
 
@@ -104,7 +127,8 @@ def rgb_to_yuv422(image: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def yuv420_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
-    """RGB from luma and chroma of half the width and height; each chroma sample is repeated over its 2 x 2 pixels.
+    """RGB from luma and chroma of half the width and height; each chroma sample is repeated over its 2 x 2
+    pixels.
 
     Args:
         imagey: Y (*, 1, H, W) in [0, 1], floating point.
@@ -155,7 +179,8 @@ def yuv422_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
 def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
     """RGB from luma and chroma of any resolution, by the nearest chroma sample.
 
-    What ``yuv420_to_rgb`` and ``yuv422_to_rgb`` are deployed as: sizes that depend on each other cannot be stated in a bundle.
+    What ``yuv420_to_rgb`` and ``yuv422_to_rgb`` are deployed as: sizes that depend on each other cannot be
+    stated in a bundle.
 
     Args:
         imagey: Y (*, 1, H, W) in [0, 1], floating point.
@@ -200,4 +225,7 @@ def _check_half(imagey: Tensor, imageuv: Tensor, dim: int) -> None:
     expected = (imagey.size(dim) + 1) // 2
     if imageuv.size(dim) != expected:
         side = "width" if dim == -1 else "height"
-        raise ValueError(f"imageuv: expected a {side} of {expected} for an imagey of {imagey.size(dim)}, got {imageuv.size(dim)}")
+        raise ValueError(
+            f"imageuv: expected a {side} of {expected} for an imagey of {imagey.size(dim)}, got"
+            f" {imageuv.size(dim)}"
+        )

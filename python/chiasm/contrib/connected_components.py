@@ -11,16 +11,16 @@ def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
     """Number the 8-connected shapes of a binary image.
 
     Labels do not creep a pixel at a time, as in Kornia: trees of pixels are joined and flattened (see
-    ``primitives.features.connected_components``), so that a spiral one pixel wide over a whole 1080p frame is done in fewer than ten of the iterations.
-    The loop ends when nothing changes.
+    ``primitives.features.connected_components``), so that a spiral one pixel wide over a whole 1080p frame is
+    done in fewer than ten of the iterations. The loop ends when nothing changes.
 
     Args:
         image: (B, C, H, W), floating point; pixels above 0 are set. Every plane is numbered on its own.
         num_iterations: the most iterations.
 
     Returns:
-        (B, C, H, W) int64: 0 for what is not set, else 1 + the index (row by row) of the shape's first pixel. Kornia's labels are
-        of the image's dtype, which cannot tell more than 2^24 pixels apart in float32.
+        (B, C, H, W) int64: 0 for what is not set, else 1 + the index (row by row) of the shape's first pixel.
+        Kornia's labels are of the image's dtype, which cannot tell more than 2^24 pixels apart in float32.
 
     Raises:
         TypeError: if image is not floating point.

@@ -18,19 +18,22 @@ def diamond_square(
 ) -> Tensor:
     """Plasma: random heights on a coarse grid, refined by midpoints that are displaced less and less.
 
-    A. Fournier, D. Fussell, L. Carpenter, Computer rendering of stochastic models, Communications of the ACM 25(6), 1982, in the form of
-    G. Miller, The definition and rendering of terrain maps, SIGGRAPH 1986. On the first grid, the least power of two wide at which one cell covers
-    the image, the result is ``random_scale * random``. Then, again and again, the middle of each cell gets the mean of the cell's corners and
-    the middle of each side that of the four points around it, of which only those within the image count, each plus
-    ``random_scale * roughness**k * random``, k = 0, 1, ... being the step.
+    A. Fournier, D. Fussell, L. Carpenter, Computer rendering of stochastic models, Communications of the ACM
+    25(6), 1982, in the form of G. Miller, The definition and rendering of terrain maps, SIGGRAPH 1986. On the
+    first grid, the least power of two wide at which one cell covers the image, the result is ``random_scale *
+    random``. Then, again and again, the middle of each cell gets the mean of the cell's corners and the
+    middle of each side that of the four points around it, of which only those within the image count, each
+    plus ``random_scale * roughness**k * random``, k = 0, 1, ... being the step.
 
-    Kornia draws the random numbers itself, by a function. Here they are an input, so that every backend makes the same texture; its shape,
-    dtype and device are theirs. Values are not Kornia's: textures are of the same kind, not the same.
+    Kornia draws the random numbers itself, by a function. Here they are an input, so that every backend makes
+    the same texture; its shape, dtype and device are theirs. Values are not Kornia's: textures are of the
+    same kind, not the same.
 
     Args:
-        random: (B, C, H, W), floating point, for each pixel a random number; with a mean of 0 (uniform in [-1, 1], or normal) textures do
-            not drift. H and W are at most 32768.
-        roughness: factor of the displacement from step to step: a number, or a tensor of one for all or of one for each sample.
+        random: (B, C, H, W), floating point, for each pixel a random number; with a mean of 0 (uniform in
+            [-1, 1], or normal) textures do not drift. H and W are at most 32768.
+        roughness: factor of the displacement from step to step: a number, or a tensor of one for all or of
+            one for each sample.
         random_scale: the first displacement, a number or a tensor like roughness.
         normalize_range: scale each channel of each sample to this range, (least, greatest).
 
@@ -39,7 +42,8 @@ def diamond_square(
 
     Raises:
         TypeError: if random is not floating point.
-        ValueError: if random is not 4-D, or roughness or random_scale is a tensor of another number of entries.
+        ValueError: if random is not 4-D, or roughness or random_scale is a tensor of another number of
+            entries.
 
     Example:
         >>> flat = torch.zeros(1, 1, 3, 3)
@@ -50,7 +54,10 @@ def diamond_square(
                 [0.0000, 0.3333, 0.0000]])
     """
     check_image(random, "random")
-    factor, scale = _per_sample(roughness, random, "roughness"), _per_sample(random_scale, random, "random_scale")
+    factor, scale = (
+        _per_sample(roughness, random, "roughness"),
+        _per_sample(random_scale, random, "random_scale"),
+    )
     state = midpoint_displacement(random, factor, scale)
     if normalize_range is None:
         return state
@@ -61,5 +68,7 @@ def _per_sample(value: Union[float, Tensor], random: Tensor, name: str) -> Tenso
     if not isinstance(value, Tensor):
         return torch.full([1, 1, 1, 1], value, dtype=random.dtype, device=random.device)
     if value.dim() > 1 or (value.dim() == 1 and value.size(0) != 1 and value.size(0) != random.size(0)):
-        raise ValueError(f"{name}: expected a number, or a scalar tensor, (1,) or (B,), got {list(value.shape)}")
+        raise ValueError(
+            f"{name}: expected a number, or a scalar tensor, (1,) or (B,), got {list(value.shape)}"
+        )
     return value.to(random.dtype).reshape(-1, 1, 1, 1)

@@ -12,19 +12,21 @@ from ..primitives.filters.padding import padded
 
 
 def distance_transform_edt(image: Tensor) -> Tensor:
-    """The Euclidean distance from each pixel that is set to the nearest that is not; SciPy's ``distance_transform_edt``.
+    """The Euclidean distance from each pixel that is set to the nearest that is not; SciPy's
+    ``distance_transform_edt``.
 
-    Not in Kornia. The squared distance is a minimum over rows of a minimum over columns (P. Felzenszwalb, D. Huttenlocher, Distance
-    transforms of sampled functions, Theory of Computing 8, 2012). Each is taken by erosions with (2k + 1, 0, 2k + 1), k = 0, 1, ...,
-    whose sum is the parabola (F. Shih, O. Mitchell, A mathematical morphology approach to Euclidean distance transformation, IEEE
-    TIP 1(2), 1992): the sum of the first d odd numbers is d^2. The loop takes as many steps as the largest distance.
+    Not in Kornia. The squared distance is a minimum over rows of a minimum over columns (P. Felzenszwalb, D.
+    Huttenlocher, Distance transforms of sampled functions, Theory of Computing 8, 2012). Each is taken by
+    erosions with (2k + 1, 0, 2k + 1), k = 0, 1, ..., whose sum is the parabola (F. Shih, O. Mitchell, A
+    mathematical morphology approach to Euclidean distance transformation, IEEE TIP 1(2), 1992): the sum of
+    the first d odd numbers is d^2. The loop takes as many steps as the largest distance.
 
     Args:
         image: (B, C, H, W), floating point; pixels above 0 are set.
 
     Returns:
-        (B, C, H, W), exact but for the rounding of the result (of squares, in float32, for distances above 4096): 0 for what is
-        not set, infinity in a plane where everything is.
+        (B, C, H, W), exact but for the rounding of the result (of squares, in float32, for distances above
+        4096): 0 for what is not set, infinity in a plane where everything is.
 
     Raises:
         TypeError: if image is not floating point.
@@ -54,12 +56,13 @@ def _eroded_by_parabola(x: Tensor, k: Tensor, dim: int) -> Tensor:
 def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> Tensor:
     """Approximate distance to the nearest pixel of a shape, by convolutions.
 
-    C. Karam, K. Sugimoto, K. Hirakawa, Fast convolutional distance transform, IEEE SPL 26(6), 2019. The shape grows
-    by half a kernel a step; a pixel that is reached in step k is at k (kernel_size // 2) - h log(sum of exp(-d / h)) over
-    the shape's pixels in the kernel, at distances d. ``distance_transform_edt`` is exact.
+    C. Karam, K. Sugimoto, K. Hirakawa, Fast convolutional distance transform, IEEE SPL 26(6), 2019. The shape
+    grows by half a kernel a step; a pixel that is reached in step k is at k (kernel_size // 2) - h log(sum of
+    exp(-d / h)) over the shape's pixels in the kernel, at distances d. ``distance_transform_edt`` is exact.
 
     Args:
-        image: (B, C, H, W), floating point, 1 on the shape and 0 elsewhere. Of values outside [0, 1] no distances come out, but it ends.
+        image: (B, C, H, W), floating point, 1 on the shape and 0 elsewhere. Of values outside [0, 1] no
+            distances come out, but it ends.
         kernel_size: odd size of the kernel, at least 3.
         h: how sharp the minimum is, > 0; small values are more exact until exp(-d / h) underflows.
 
@@ -84,9 +87,12 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
     taps: List[float] = []
     for i in range(kernel_size):
         for j in range(kernel_size):
-            taps.append(math.exp(-math.sqrt(float((i - radius) * (i - radius) + (j - radius) * (j - radius))) / h))
+            taps.append(
+                math.exp(-math.sqrt(float((i - radius) * (i - radius) + (j - radius) * (j - radius))) / h)
+            )
     state = torch.stack([torch.zeros_like(image), image])
-    # A shape grows by a pixel a step at least, along rows and columns; negative values could make it shrink and grow for ever.
+    # A shape grows by a pixel a step at least, along rows and columns; negative values could make it shrink
+    # and grow for ever.
     limit = image.size(2) + image.size(3)
     return _grown(state, limit, taps, kernel_size, h)[0]
 
@@ -107,4 +113,9 @@ def _grown(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: flo
     beyond = -h * torch.log(torch.where(reached, near, torch.ones_like(near)))
     found = reached & (beyond > 0)
     offset = (k * radius).to(distance.dtype)
-    return torch.stack([torch.where(found, distance + offset + beyond, distance), torch.where(found, torch.ones_like(shape), shape)])
+    return torch.stack(
+        [
+            torch.where(found, distance + offset + beyond, distance),
+            torch.where(found, torch.ones_like(shape), shape),
+        ]
+    )

@@ -9,7 +9,8 @@ from ..primitives.numbers.search import interpolate
 
 
 def interp(x: Tensor, xp: Tensor, fp: Tensor) -> Tensor:
-    """Piecewise linear function through the points (xp, fp) at x, as ``numpy.interp``; constant beyond the ends.
+    """Piecewise linear function through the points (xp, fp) at x, as ``numpy.interp``; constant beyond the
+    ends.
 
     Args:
         x: (*), floating point.
@@ -39,21 +40,23 @@ def interp(x: Tensor, xp: Tensor, fp: Tensor) -> Tensor:
 def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False) -> Tensor:
     """Change the levels of an image so that its histogram resembles that of another.
 
-    R. C. Gonzalez, R. E. Woods, Digital Image Processing, 3.3.2; equals scikit-image's ``match_histograms`` on bytes but for its
-    rounding. Both images are rounded to the nearest of 256 levels, where Kornia's takes any values. There is no gradient.
+    R. C. Gonzalez, R. E. Woods, Digital Image Processing, 3.3.2; equals scikit-image's ``match_histograms``
+    on bytes but for its rounding. Both images are rounded to the nearest of 256 levels, where Kornia's takes
+    any values. There is no gradient.
 
     Args:
         source: (*, H, W) in [0, 1], floating point.
         template: (*, h, w) in [0, 1], floating point.
-        per_plane: match each plane of source with the same plane of template, whose leading dimensions are then source's;
-            otherwise all values of a tensor make one histogram, as with Kornia.
+        per_plane: match each plane of source with the same plane of template, whose leading dimensions are
+            then source's; otherwise all values of a tensor make one histogram, as with Kornia.
 
     Returns:
         Tensor of source's shape and dtype.
 
     Raises:
         TypeError: if source or template is not floating point.
-        ValueError: if source or template has fewer than two dimensions, or with per_plane other leading dimensions.
+        ValueError: if source or template has fewer than two dimensions, or with per_plane other leading
+            dimensions.
 
     Example:
         >>> histogram_matching(torch.tensor([[0.0, 0.2]]), torch.tensor([[0.6, 1.0]]))
@@ -62,10 +65,15 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
     check_floating(source, "source")
     check_floating(template, "template")
     if source.dim() < 2 or template.dim() < 2:
-        raise ValueError(f"source: expected shapes (*, H, W), got {list(source.shape)} and {list(template.shape)}")
+        raise ValueError(
+            f"source: expected shapes (*, H, W), got {list(source.shape)} and {list(template.shape)}"
+        )
     if per_plane:
         if source.shape[:-2] != template.shape[:-2]:
-            raise ValueError(f"template: expected source's leading dimensions {list(source.shape[:-2])}, got {list(template.shape)}")
+            raise ValueError(
+                f"template: expected source's leading dimensions {list(source.shape[:-2])}, got"
+                f" {list(template.shape)}"
+            )
         levels = quantize_u8(source).reshape([-1, source.size(-2) * source.size(-1)])
         wanted = quantize_u8(template).reshape([-1, template.size(-2) * template.size(-1)])
     else:
@@ -73,8 +81,8 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
         wanted = quantize_u8(template).reshape(1, -1)
     counts = bincount(wanted, 256)
     quantiles = _quantiles(bincount(levels, 256))
-    # A level that does not occur stands for the one below it that does (or for the first), so that equal quantiles have equal
-    # values and none is ever the end of an interval.
+    # A level that does not occur stands for the one below it that does (or for the first), so that equal
+    # quantiles have equal values and none is ever the end of an interval.
     level = torch.arange(256, device=source.device)
     occurs = counts > 0
     first = torch.where(occurs, level, torch.full_like(level, 255)).amin(1, keepdim=True)
@@ -85,5 +93,6 @@ def histogram_matching(source: Tensor, template: Tensor, per_plane: bool = False
 
 def _quantiles(counts: Tensor) -> Tensor:
     upto = running_sum(counts)
-    # equal fractions must give equal numbers, so that a quantile of both images is found: one division, exactly rounded
+    # equal fractions must give equal numbers, so that a quantile of both images is found: one division,
+    # exactly rounded
     return upto.to(torch.float64) / upto[:, 255:].to(torch.float64)

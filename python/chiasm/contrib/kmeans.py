@@ -11,11 +11,13 @@ from ..primitives.linalg.matrices import small_matmul
 
 
 def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Tensor]:
-    """Lloyd's algorithm with a fixed number of iterations: each point goes to the nearest centre, each centre to the mean of its points.
+    """Lloyd's algorithm with a fixed number of iterations: each point goes to the nearest centre, each centre
+    to the mean of its points.
 
-    S. P. Lloyd, Least squares quantization in PCM, IEEE Transactions on Information Theory 28(2), 1982. A centre without points stays where it is; of
-    centres as near as each other the first has the point. Kornia's class draws the first centres itself and stops when they
-    move little; here they are given, and once nothing changes further iterations change nothing. Computed in float64.
+    S. P. Lloyd, Least squares quantization in PCM, IEEE Transactions on Information Theory 28(2), 1982. A
+    centre without points stays where it is; of centres as near as each other the first has the point.
+    Kornia's class draws the first centres itself and stops when they move little; here they are given, and
+    once nothing changes further iterations change nothing. Computed in float64.
 
     Args:
         x: (N, D), floating point.
@@ -23,8 +25,8 @@ def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Ten
         num_iterations: zero or more.
 
     Returns:
-        The centres (K, D) in x's dtype, and the nearest of them to each point (N,), int64. Gradients are of the means, with the
-        points staying with their centres.
+        The centres (K, D) in x's dtype, and the nearest of them to each point (N,), int64. Gradients are of
+        the means, with the points staying with their centres.
 
     Raises:
         TypeError: if x or centers is not floating point.
@@ -51,7 +53,8 @@ def kmeans(x: Tensor, centers: Tensor, num_iterations: int) -> Tuple[Tensor, Ten
 
 
 def _nearest(points: Tensor, centers: Tensor) -> Tensor:
-    """Index of the nearest centre: of the squared distance, what a point adds to that of every centre is left out."""
+    """Index of the nearest centre: of the squared distance, what a point adds to that of every centre is left
+    out."""
     fixed = centers.detach()
     return ((fixed * fixed).sum(1) - 2.0 * small_matmul(points.detach(), fixed.t())).argmin(1)
 

@@ -25,16 +25,19 @@ def extract_tensor_patches(
         input: (B, C, H, W), floating point.
         window_size: (rows, columns), or one number for both.
         stride: how far windows are apart, (down, right) or one number for both.
-        padding: zeros around the image: one number, (above and below, left and right) or (above, below, left, right).
-        allow_auto_padding: add so many zeros that the last windows end with the image, half of them (of an odd number the lesser
-            part) before and half after it. Otherwise what the last windows do not reach is left out.
+        padding: zeros around the image: one number, (above and below, left and right) or (above, below, left,
+            right).
+        allow_auto_padding: add so many zeros that the last windows end with the image, half of them (of an
+            odd number the lesser part) before and half after it. Otherwise what the last windows do not reach
+            is left out.
 
     Returns:
         (B, N, C, rows, columns) with N = down * right windows, down = (H + padding - rows) // stride + 1.
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, a window or a stride not positive, a padding negative, or the padded image smaller than the window.
+        ValueError: if input is not 4-D, a window or a stride not positive, a padding negative, or the padded
+            image smaller than the window.
 
     Example:
         >>> extract_tensor_patches(torch.arange(6.0).reshape(1, 1, 2, 3), 2)[0, :, 0]
@@ -49,7 +52,9 @@ def extract_tensor_patches(
     down, right = positive_pair(stride, "stride")
     top, bottom, left, beyond = _four(padding, "padding")
     if input.size(2) + top + bottom < rows or input.size(3) + left + beyond < columns:
-        raise ValueError(f"window_size: expected one within the padded input {list(input.shape)}, got ({rows}, {columns})")
+        raise ValueError(
+            f"window_size: expected one within the padded input {list(input.shape)}, got ({rows}, {columns})"
+        )
     top, high = _windows(input.size(2), rows, down, top, bottom, allow_auto_padding)
     left, wide = _windows(input.size(3), columns, right, left, beyond, allow_auto_padding)
     cut = windows(input, (high, wide), (rows, columns), (down, right), (-top, -left))
@@ -65,7 +70,8 @@ def combine_tensor_patches(
     unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
     eps: Optional[float] = None,
 ) -> Tensor:
-    """Put an image together from its windows, each pixel the mean of those that have it: the inverse of `extract_tensor_patches`.
+    """Put an image together from its windows, each pixel the mean of those that have it: the inverse of
+    `extract_tensor_patches`.
 
     Args:
         patches: (B, N, C, rows, columns), floating point.
@@ -74,15 +80,16 @@ def combine_tensor_patches(
         stride: as they were cut out.
         allow_auto_unpadding: whether they were cut out with allow_auto_padding.
         unpadding: the padding with which they were cut out.
-        eps: added to the number of windows that have a pixel. By default nothing is, and a pixel that no window has is 0.
+        eps: added to the number of windows that have a pixel. By default nothing is, and a pixel that no
+            window has is 0.
 
     Returns:
         (B, C, H, W).
 
     Raises:
         TypeError: if patches is not floating point.
-        ValueError: if patches is not (B, N, C, rows, columns) with as many windows as there are in the image, a size or stride not
-            positive, an unpadding negative, or the padded image smaller than the window.
+        ValueError: if patches is not (B, N, C, rows, columns) with as many windows as there are in the image,
+            a size or stride not positive, an unpadding negative, or the padded image smaller than the window.
 
     Example:
         >>> image = torch.arange(6.0).reshape(1, 1, 2, 3)
@@ -97,11 +104,16 @@ def combine_tensor_patches(
     down, right = positive_pair(stride, "stride")
     top, bottom, left, beyond = _four(unpadding, "unpadding")
     if height + top + bottom < rows or width + left + beyond < columns:
-        raise ValueError(f"window_size: expected one within the padded image of ({height}, {width}), got ({rows}, {columns})")
+        raise ValueError(
+            f"window_size: expected one within the padded image of ({height}, {width}), got ({rows},"
+            f" {columns})"
+        )
     top, high = _windows(height, rows, down, top, bottom, allow_auto_unpadding)
     left, wide = _windows(width, columns, right, left, beyond, allow_auto_unpadding)
     if patches.size(1) != high * wide or patches.size(3) != rows or patches.size(4) != columns:
-        raise ValueError(f"patches: expected shape (B, {high * wide}, C, {rows}, {columns}), got {list(patches.shape)}")
+        raise ValueError(
+            f"patches: expected shape (B, {high * wide}, C, {rows}, {columns}), got {list(patches.shape)}"
+        )
     strips = patches.unflatten(1, [high, wide]).permute(0, 3, 1, 4, 2, 5).flatten(4, 5).flatten(2, 3)
     tall, county = _overlap_add(strips, 2, height, high, rows, down, top)
     image, countx = _overlap_add(tall, 3, width, wide, columns, right, left)
@@ -111,7 +123,9 @@ def combine_tensor_patches(
     return image / (count + eps)
 
 
-def _four(padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]], name: str) -> Tuple[int, int, int, int]:
+def _four(
+    padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]], name: str
+) -> Tuple[int, int, int, int]:
     """Above, below, left and right."""
     if isinstance(padding, int):
         top, bottom, left, right = padding, padding, padding, padding
@@ -125,7 +139,9 @@ def _four(padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]], name:
     return top, bottom, left, right
 
 
-def _windows(size: int, window: int, stride: int, before: int, after: int, is_fitted: bool) -> Tuple[int, int]:
+def _windows(
+    size: int, window: int, stride: int, before: int, after: int, is_fitted: bool
+) -> Tuple[int, int]:
     """The zeros before an axis, and how many windows there are along it."""
     room = before + size + after - window
     if not is_fitted:
@@ -134,8 +150,11 @@ def _windows(size: int, window: int, stride: int, before: int, after: int, is_fi
     return before + ((count - 1) * stride - room) // 2, count
 
 
-def _overlap_add(x: Tensor, dim: int, size: int, count: int, window: int, stride: int, before: int) -> Tuple[Tensor, Tensor]:
-    """The sums along an axis of ``size`` of the windows laid out on it, and how many of them each position has."""
+def _overlap_add(
+    x: Tensor, dim: int, size: int, count: int, window: int, stride: int, before: int
+) -> Tuple[Tensor, Tensor]:
+    """The sums along an axis of ``size`` of the windows laid out on it, and how many of them each position
+    has."""
     position = torch.arange(size, device=x.device) + before
     latest = torch.div(position, stride, rounding_mode="floor")
     sums: List[Tensor] = []
@@ -144,7 +163,9 @@ def _overlap_add(x: Tensor, dim: int, size: int, count: int, window: int, stride
         index = latest - earlier
         offset = position - index * stride
         has = (index >= 0) & (index < count) & (offset < window)
-        values = x.index_select(dim, stored_index(index.clamp(min=0, max=count - 1) * window + offset.clamp(max=window - 1)))
+        values = x.index_select(
+            dim, stored_index(index.clamp(min=0, max=count - 1) * window + offset.clamp(max=window - 1))
+        )
         sums.append(torch.where(_along(has, dim), values, torch.zeros_like(values)))
         counts.append(has.to(torch.int64))
     total, covered = sums[0], counts[0]

@@ -19,7 +19,8 @@ def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: 
 
     Args:
         image: (B, *) in [0, 1], floating point.
-        factor: what to add, usually in [-1, 1]; 0 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        factor: what to add, usually in [-1, 1]; 0 changes nothing. A number, a scalar tensor or (B,), one a
+            sample.
         clip_output: limit the result to [0, 1].
 
     Returns:
@@ -37,12 +38,15 @@ def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: 
     return _clipped(image + per_sample(factor, image, "factor"), clip_output)
 
 
-def adjust_brightness_accumulative(image: Tensor, factor: Union[float, Tensor], clip_output: bool = True) -> Tensor:
+def adjust_brightness_accumulative(
+    image: Tensor, factor: Union[float, Tensor], clip_output: bool = True
+) -> Tensor:
     """Multiply every value by ``factor``, as Pillow's ``ImageEnhance.Brightness`` does.
 
     Args:
         image: (B, *) in [0, 1], floating point.
-        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a
+            sample.
         clip_output: limit the result to [0, 1].
 
     Returns:
@@ -68,7 +72,8 @@ def adjust_contrast(image: Tensor, factor: Union[float, Tensor], clip_output: bo
 
     Args:
         image: (B, *) in [0, 1], floating point.
-        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a
+            sample.
         clip_output: limit the result to [0, 1].
 
     Returns:
@@ -87,11 +92,14 @@ def adjust_contrast(image: Tensor, factor: Union[float, Tensor], clip_output: bo
 
 
 def adjust_contrast_with_mean_subtraction(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
-    """Stretch the values about the image's mean grey, as Pillow's ``ImageEnhance.Contrast`` does (which rounds the mean).
+    """Stretch the values about the image's mean grey, as Pillow's ``ImageEnhance.Contrast`` does (which
+    rounds the mean).
 
     Args:
-        image: (*, C, H, W) in [0, 1], floating point. The grey of three channels is their BT.601 luma, of any other number their mean.
-        factor: not negative; 0 gives the mean grey, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        image: (*, C, H, W) in [0, 1], floating point. The grey of three channels is their BT.601 luma, of any
+            other number their mean.
+        factor: not negative; 0 gives the mean grey, 1 changes nothing. A number, a scalar tensor or (B,), one
+            a sample.
 
     Returns:
         Tensor of the image's shape and dtype, in [0, 1].
@@ -119,7 +127,8 @@ def adjust_saturation_with_gray_subtraction(image: Tensor, factor: Union[float, 
 
     Args:
         image: RGB (*, 3, H, W) in [0, 1], floating point.
-        factor: not negative; 0 gives the grey image, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        factor: not negative; 0 gives the grey image, 1 changes nothing. A number, a scalar tensor or (B,),
+            one a sample.
 
     Returns:
         Tensor of the image's shape and dtype, in [0, 1].
@@ -129,7 +138,9 @@ def adjust_saturation_with_gray_subtraction(image: Tensor, factor: Union[float, 
         ValueError: if image is not (*, 3, H, W) or factor's shape is not as above.
 
     Example:
-        >>> adjust_saturation_with_gray_subtraction(torch.tensor([1.0, 0.0, 0.0]).reshape(3, 1, 1), 0.0).flatten()
+        >>> adjust_saturation_with_gray_subtraction(
+        ...     torch.tensor([1.0, 0.0, 0.0]).reshape(3, 1, 1), 0.0
+        ... ).flatten()
         tensor([0.2990, 0.2990, 0.2990])
     """
     check_rgb(image, "image")
@@ -161,11 +172,14 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
         tensor([[0.5000, 1.0000]])
     """
     check_floating(input, "input")
-    return (power_each(input, per_sample(gamma, input, "gamma")) * per_sample(gain, input, "gain")).clamp(0.0, 1.0)
+    return (power_each(input, per_sample(gamma, input, "gamma")) * per_sample(gain, input, "gain")).clamp(
+        0.0, 1.0
+    )
 
 
 def adjust_log(image: Tensor, gain: float = 1.0, inv: bool = False, clip_output: bool = True) -> Tensor:
-    """Logarithmic curve gain * log2(1 + image), or its inverse form gain * (2 ** image - 1), as scikit-image's ``adjust_log``.
+    """Logarithmic curve gain * log2(1 + image), or its inverse form gain * (2 ** image - 1), as
+    scikit-image's ``adjust_log``.
 
     Args:
         image: (*) in [0, 1], floating point.
@@ -190,9 +204,11 @@ def adjust_log(image: Tensor, gain: float = 1.0, inv: bool = False, clip_output:
 
 
 def adjust_sigmoid(image: Tensor, cutoff: float = 0.5, gain: float = 10.0, inv: bool = False) -> Tensor:
-    """Sigmoid curve 1 / (1 + exp(gain * (cutoff - image))), or one minus that, as scikit-image's ``adjust_sigmoid``.
+    """Sigmoid curve 1 / (1 + exp(gain * (cutoff - image))), or one minus that, as scikit-image's
+    ``adjust_sigmoid``.
 
-    G. J. Braun, Image lightness rescaling using sigmoidal contrast enhancement functions, J. Electronic Imaging 8(4), 1999.
+    G. J. Braun, Image lightness rescaling using sigmoidal contrast enhancement functions, J. Electronic
+    Imaging 8(4), 1999.
 
     Args:
         image: (*) in [0, 1], floating point.

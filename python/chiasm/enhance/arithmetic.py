@@ -10,13 +10,18 @@ from ..primitives.core.checks import check_floating, check_rgb
 
 
 def add_weighted(
-    src1: Tensor, alpha: Union[float, Tensor], src2: Tensor, beta: Union[float, Tensor], gamma: Union[float, Tensor]
+    src1: Tensor,
+    alpha: Union[float, Tensor],
+    src2: Tensor,
+    beta: Union[float, Tensor],
+    gamma: Union[float, Tensor],
 ) -> Tensor:
     """alpha * src1 + beta * src2 + gamma, as OpenCV's ``addWeighted`` (without saturation).
 
     Args:
         src1: (B, *), floating point.
-        alpha: weight of src1: a number, a scalar tensor, (B,), one a sample, or a tensor that broadcasts against src1.
+        alpha: weight of src1: a number, a scalar tensor, (B,), one a sample, or a tensor that broadcasts
+            against src1.
         src2: like src1.
         beta: weight of src2, like alpha.
         gamma: what to add, like alpha.
@@ -45,7 +50,8 @@ def invert(image: Tensor, max_val: Optional[Tensor] = None) -> Tensor:
 
     Args:
         image: (B, *), floating point.
-        max_val: the value of white, 1 by default: a scalar tensor, (B,), one a sample, or a tensor that broadcasts against image.
+        max_val: the value of white, 1 by default: a scalar tensor, (B,), one a sample, or a tensor that
+            broadcasts against image.
 
     Returns:
         Tensor of the image's shape and dtype.

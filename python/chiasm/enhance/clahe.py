@@ -1,6 +1,7 @@
 """Contrast-limited adaptive histogram equalisation.
 
-K. Zuiderveld, Contrast limited adaptive histogram equalization, Graphics Gems IV, 1994, as OpenCV's ``createCLAHE`` computes it.
+K. Zuiderveld, Contrast limited adaptive histogram equalization, Graphics Gems IV, 1994, as OpenCV's
+``createCLAHE`` computes it.
 """
 
 from typing import List, Tuple
@@ -9,7 +10,16 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_rank
-from ..primitives.images.histograms import clahe_histograms, clahe_interpolate, lut, mirrored, quantize_u8, running_sum, tile_start, whole_quotient
+from ..primitives.images.histograms import (
+    clahe_histograms,
+    clahe_interpolate,
+    lut,
+    mirrored,
+    quantize_u8,
+    running_sum,
+    tile_start,
+    whole_quotient,
+)
 from ..primitives.numbers.rounding import to_index
 from ..primitives.resampling.taps import smaller
 
@@ -19,7 +29,8 @@ def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, in
 
     Args:
         image: (B, C, H, W), uint8, H and W greater than the number of tiles.
-        clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not limit.
+        clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not
+            limit.
         tile_grid_size: number of tiles (across, down), in OpenCV's order.
 
     Returns:
@@ -42,25 +53,33 @@ def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, in
 
 
 def equalize_clahe(
-    input: Tensor, clip_limit: float = 40.0, grid_size: Tuple[int, int] = (8, 8), slow_and_differentiable: bool = False
+    input: Tensor,
+    clip_limit: float = 40.0,
+    grid_size: Tuple[int, int] = (8, 8),
+    slow_and_differentiable: bool = False,
 ) -> Tensor:
-    """Equalise the histogram of each tile, no level counting more than the limit, and blend the tiles' curves.
+    """Equalise the histogram of each tile, no level counting more than the limit, and blend the tiles'
+    curves.
 
-    On 256 levels it equals OpenCV's ``createCLAHE``, where Kornia's differs in borders and rounding; other values are rounded to
-    the nearest level, and there is no gradient.
+    On 256 levels it equals OpenCV's ``createCLAHE``, where Kornia's differs in borders and rounding; other
+    values are rounded to the nearest level, and there is no gradient.
 
     Args:
-        input: (*, H, W) in [0, 1], floating point, H and W greater than the number of tiles; each plane by itself.
-        clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not limit.
+        input: (*, H, W) in [0, 1], floating point, H and W greater than the number of tiles; each plane by
+            itself.
+        clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not
+            limit.
         grid_size: number of tiles (down, across).
-        slow_and_differentiable: share each pixel between its two nearest levels and round nothing, for a curve that has gradients.
+        slow_and_differentiable: share each pixel between its two nearest levels and round nothing, for a
+            curve that has gradients.
 
     Returns:
         Tensor of the input's shape and dtype: multiples of 1 / 255 unless slow_and_differentiable.
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input has fewer than two dimensions or is not larger than the grid, or the grid is not positive.
+        ValueError: if input has fewer than two dimensions or is not larger than the grid, or the grid is not
+            positive.
 
     Example:
         >>> equalize_clahe(torch.rand(1, 3, 20, 30)).shape
@@ -74,14 +93,18 @@ def equalize_clahe(
     planes = input.reshape([-1, input.size(-2), input.size(-1)])
     if slow_and_differentiable:
         return _equalized_softly(planes, clip_limit, tiles_y, tiles_x).reshape(input.shape)
-    return (_equalized(quantize_u8(planes), clip_limit, tiles_y, tiles_x).to(input.dtype) / 255.0).reshape(input.shape)
+    return (_equalized(quantize_u8(planes), clip_limit, tiles_y, tiles_x).to(input.dtype) / 255.0).reshape(
+        input.shape
+    )
 
 
 def _check_grid(image: Tensor, tiles_y: int, tiles_x: int, image_name: str, grid_name: str) -> None:
     if tiles_y < 1 or tiles_x < 1:
         raise ValueError(f"{grid_name}: expected positive numbers, got {tiles_y} down and {tiles_x} across")
     if image.size(-2) <= tiles_y or image.size(-1) <= tiles_x:
-        raise ValueError(f"{image_name}: expected more than {tiles_y} rows and {tiles_x} columns, got {list(image.shape)}")
+        raise ValueError(
+            f"{image_name}: expected more than {tiles_y} rows and {tiles_x} columns, got {list(image.shape)}"
+        )
 
 
 def _padded_size(size: int, other: int, tiles: int, other_tiles: int) -> int:
@@ -91,12 +114,16 @@ def _padded_size(size: int, other: int, tiles: int, other_tiles: int) -> int:
 
 def _limit(clip_limit: float, pixels: int, device: torch.device) -> Tensor:
     """The most that a level may count in a tile, a whole number, (1,)."""
-    return torch.floor(torch.full([1], clip_limit, dtype=torch.float64, device=device) * pixels / 256.0).clamp(min=1.0)
+    return torch.floor(
+        torch.full([1], clip_limit, dtype=torch.float64, device=device) * pixels / 256.0
+    ).clamp(min=1.0)
 
 
 def _blend(size: int, tile: int, tiles: int, device: torch.device) -> Tuple[Tensor, Tensor, Tensor]:
-    """For each position of an axis the two tiles whose curves it takes and the weight of the second, in OpenCV's float32."""
-    # 2 / (2 tile), because ONNX Runtime turns a product with 1 / tile into a quotient, which rounds differently
+    """For each position of an axis the two tiles whose curves it takes and the weight of the second, in
+    OpenCV's float32."""
+    # 2 / (2 tile), because ONNX Runtime turns a product with 1 / tile into a quotient, which rounds
+    # differently
     two = torch.full([1], 2.0, device=device)
     position = torch.arange(size, device=device).to(torch.float32) * torch.div(two, two * tile) - 0.5
     first = torch.floor(position)
@@ -125,7 +152,8 @@ def _equalized(levels: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) ->
 
 
 def _clipped(counts: Tensor, limit: Tensor) -> Tensor:
-    """Cut counts (P, T, 256) at the limit and hand what was cut to all levels, the remainder to levels at even distances."""
+    """Cut counts (P, T, 256) at the limit and hand what was cut to all levels, the remainder to levels at
+    even distances."""
     excess = (counts - limit).clamp(min=0).sum(-1, keepdim=True, dtype=torch.int32)
     levels = torch.full_like(excess, 256)
     share = whole_quotient(excess, levels).to(torch.int32)

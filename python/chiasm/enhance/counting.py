@@ -8,7 +8,8 @@ from ..primitives.images.histograms import bincount
 
 
 def count_histogram(image: Tensor, n_bins: int = 256, min: float = 0.0, max: float = 1.0) -> Tensor:
-    """How many pixels of each channel fall into each of n_bins equal bins of [min, max), as OpenCV's ``calcHist``.
+    """How many pixels of each channel fall into each of n_bins equal bins of [min, max), as OpenCV's
+    ``calcHist``.
 
     Values outside, and NaN, are not counted. There is no gradient; ``image_histogram2d`` has one.
 

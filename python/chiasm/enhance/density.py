@@ -12,7 +12,8 @@ from ..primitives.linalg.matrices import small_matmul
 def histogram(x: Tensor, bins: Tensor, bandwidth: Tensor, epsilon: float = 1e-10) -> Tensor:
     """Density of each row's values at the bins' centres, by a Gaussian kernel, normalised to sum to 1.
 
-    E. Parzen, On estimation of a probability density function and mode, Annals of Math. Statistics 33(3), 1962.
+    E. Parzen, On estimation of a probability density function and mode, Annals of Math. Statistics 33(3),
+    1962.
 
     Args:
         x: (B, N) values, floating point.
@@ -50,10 +51,16 @@ def histogram2d(x1: Tensor, x2: Tensor, bins: Tensor, bandwidth: Tensor, epsilon
 
     Raises:
         TypeError: if x1 or x2 is not floating point.
-        ValueError: if x1 or x2 is not 2-D, their shapes differ, bins is not 1-D, or bandwidth more than one number.
+        ValueError: if x1 or x2 is not 2-D, their shapes differ, bins is not 1-D, or bandwidth more than one
+            number.
 
     Example:
-        >>> histogram2d(torch.tensor([[0.0, 1.0]]), torch.tensor([[1.0, 1.0]]), torch.tensor([0.0, 1.0]), torch.tensor(0.01))
+        >>> histogram2d(
+        ...     torch.tensor([[0.0, 1.0]]),
+        ...     torch.tensor([[1.0, 1.0]]),
+        ...     torch.tensor([0.0, 1.0]),
+        ...     torch.tensor(0.01),
+        ... )
         tensor([[[0.0000, 0.5000],
                  [0.0000, 0.5000]]])
     """
@@ -76,10 +83,11 @@ def image_histogram2d(
     kernel: str = "triangular",
     eps: float = 1e-10,
 ) -> Tuple[Tensor, Tensor]:
-    """Histogram of each plane, every pixel shared between the bins near it by a kernel of u = \\|value - centre\\| / bandwidth.
+    """Histogram of each plane, every pixel shared between the bins near it by a kernel of u = \\|value -
+    centre\\| / bandwidth.
 
-    "triangular" is 1 - u, "uniform" 1 and "epanechnikov" 1 - u^2 where u <= 1, "gaussian" exp(-u^2 / 2). Memory and time go with
-    pixels times bins; ``count_histogram`` is the fast one.
+    "triangular" is 1 - u, "uniform" 1 and "epanechnikov" 1 - u^2 where u <= 1, "gaussian" exp(-u^2 / 2).
+    Memory and time go with pixels times bins; ``count_histogram`` is the fast one.
 
     Args:
         image: (*, H, W), floating point.
@@ -87,7 +95,8 @@ def image_histogram2d(
         max: upper end of that range.
         n_bins: number of bins.
         bandwidth: width of the kernel, (max - min) / n_bins by default.
-        centers: (n_bins,) the bins' centres, by default those of equal bins from min on, each a bandwidth wide.
+        centers: (n_bins,) the bins' centres, by default those of equal bins from min on, each a bandwidth
+            wide.
         return_pdf: also return the histogram divided by its sum.
         kernel: "triangular", "gaussian", "uniform" or "epanechnikov".
         eps: added to the sum that divides.
@@ -97,8 +106,8 @@ def image_histogram2d(
 
     Raises:
         TypeError: if image is not floating point.
-        ValueError: if image has fewer than two dimensions, n_bins or bandwidth is not positive, centers is not (n_bins,) or kernel
-            unknown.
+        ValueError: if image has fewer than two dimensions, n_bins or bandwidth is not positive, centers is
+            not (n_bins,) or kernel unknown.
 
     Example:
         >>> image_histogram2d(torch.tensor([[0.25, 0.75, 0.75, 0.5]]), 0.0, 1.0, 2)[0]

@@ -58,12 +58,13 @@ def equalize3d(input: Tensor) -> Tensor:
 def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0) -> Tensor:
     """Stretch the levels of each channel to the whole range, as Pillow's ``ImageOps.autocontrast``.
 
-    The image is rounded to the nearest of 256 levels, and so is the result, downwards and exactly (Pillow's float arithmetic gives
-    one level less at some whole numbers). There is no gradient.
+    The image is rounded to the nearest of 256 levels, and so is the result, downwards and exactly (Pillow's
+    float arithmetic gives one level less at some whole numbers). There is no gradient.
 
     Args:
         image: (B, C, H, W) in [0, 1], floating point.
-        cutoff: percentage of the pixels to disregard at either end of the histogram, or (dark end, bright end).
+        cutoff: percentage of the pixels to disregard at either end of the histogram, or (dark end, bright
+            end).
 
     Returns:
         (B, C, H, W): multiples of 1 / 255. A channel of one level stays as it is.
@@ -82,7 +83,10 @@ def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0)
     else:
         low, high = cutoff
     if low < 0.0 or high < 0.0 or low + high >= 100.0:
-        raise ValueError(f"cutoff: expected percentages that are not negative and sum to less than 100, got ({low}, {high})")
+        raise ValueError(
+            f"cutoff: expected percentages that are not negative and sum to less than 100, got ({low},"
+            f" {high})"
+        )
     levels = quantize_u8(image).flatten(2).flatten(0, 1)
     counts = bincount(levels, 256)
     upto = running_sum(counts)

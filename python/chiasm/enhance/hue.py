@@ -62,7 +62,8 @@ def adjust_saturation(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
 
     Args:
         image: RGB (*, 3, H, W) in [0, 1], floating point.
-        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one a
+            sample.
 
     Returns:
         Tensor of the image's shape and dtype.
@@ -85,7 +86,8 @@ def adjust_saturation_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor
 
     Args:
         image: HSV (*, 3, H, W), floating point.
-        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        factor: not negative; 0 gives grey, 1 changes nothing. A number, a scalar tensor or (B,), one a
+            sample.
 
     Returns:
         Tensor of the image's shape and dtype: HSV.

@@ -44,7 +44,8 @@ def integral_tensor(input: Tensor, dim: Optional[List[int]] = None) -> Tensor:
 def integral_image(image: Tensor) -> Tensor:
     """Summed-area table: each pixel becomes the sum of all values above and to the left of it, and its own.
 
-    F. C. Crow, Summed-area tables for texture mapping, SIGGRAPH 1984. OpenCV's ``integral`` has a row and a column of zeros before.
+    F. C. Crow, Summed-area tables for texture mapping, SIGGRAPH 1984. OpenCV's ``integral`` has a row and a
+    column of zeros before.
 
     Args:
         image: (*, H, W), floating point.

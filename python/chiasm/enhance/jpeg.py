@@ -20,13 +20,15 @@ def jpeg_codec_differentiable(
 ) -> Tensor:
     """What is left of an image after JPEG: YCbCr with halved chroma (4:2:0), 8x8 DCT, quantisation, and back.
 
-    ITU-T T.81 with JFIF's colours and libjpeg's scale of quality. For gradients, rounding is round(x) + (x - round(x))^3
-    (R. Shin, D. Song, JPEG-resistant adversarial images, 2017), of coefficients and of table entries alike.
+    ITU-T T.81 with JFIF's colours and libjpeg's scale of quality. For gradients, rounding is round(x) + (x -
+    round(x))^3 (R. Shin, D. Song, JPEG-resistant adversarial images, 2017), of coefficients and of table
+    entries alike.
 
     Args:
         input: RGB (B, 3, H, W) in [0, 1], floating point; the edge is repeated up to whole blocks of 16.
         jpeg_quality: 1 to 100, floating point: a scalar tensor, (1,) or (B,), one a sample.
-        quantization_table_y: (8, 8) or (B, 8, 8), luma's steps at quality 50, by default those of T.81's annex K.
+        quantization_table_y: (8, 8) or (B, 8, 8), luma's steps at quality 50, by default those of T.81's
+            annex K.
         quantization_table_c: the same for chroma.
 
     Returns:
@@ -46,8 +48,12 @@ def jpeg_codec_differentiable(
     if input.dim() != 4:
         raise ValueError(f"input: expected shape (B, 3, H, W), got {list(input.shape)}")
     batch, height, width = input.size(0), input.size(2), input.size(3)
-    if jpeg_quality.dim() > 1 or (jpeg_quality.dim() == 1 and jpeg_quality.size(0) != batch and jpeg_quality.size(0) != 1):
-        raise ValueError(f"jpeg_quality: expected a scalar tensor, (1,) or ({batch},), got {list(jpeg_quality.shape)}")
+    if jpeg_quality.dim() > 1 or (
+        jpeg_quality.dim() == 1 and jpeg_quality.size(0) != batch and jpeg_quality.size(0) != 1
+    ):
+        raise ValueError(
+            f"jpeg_quality: expected a scalar tensor, (1,) or ({batch},), got {list(jpeg_quality.shape)}"
+        )
     quality = jpeg_quality.to(input.dtype).reshape(-1, 1, 1, 1, 1, 1)
     luma = _steps(_table(quantization_table_y, _luma(), input, "quantization_table_y"), quality)
     chroma = _steps(_table(quantization_table_c, _chroma(), input, "quantization_table_c"), quality)
@@ -101,7 +107,8 @@ def _chroma() -> Tensor:
 
 
 def _table(table: Optional[Tensor], default: Tensor, like: Tensor, name: str) -> Tensor:
-    """(B or 1, 1, 1, 8, 1, 8), to broadcast against planes, rows of blocks, their rows, columns of blocks, and their columns."""
+    """(B or 1, 1, 1, 8, 1, 8), to broadcast against planes, rows of blocks, their rows, columns of blocks,
+    and their columns."""
     if table is None:
         table = default.to(like.device)
     if table.dim() < 2 or table.dim() > 3 or table.size(-1) != 8 or table.size(-2) != 8:

@@ -63,7 +63,8 @@ def denormalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tens
 def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0, eps: float = 1e-6) -> Tensor:
     """Scale each channel of each sample linearly to [min_val, max_val].
 
-    (input - min) / (max - min + eps) * (max_val - min_val) + min_val, with the least and greatest value of the channel.
+    (input - min) / (max - min + eps) * (max_val - min_val) + min_val, with the least and greatest value of
+    the channel.
 
     Args:
         input: (*, C, H, W), floating point.
@@ -93,7 +94,9 @@ def _per_channel(value: Union[float, Tensor], data: Tensor, name: str) -> Tensor
     if not isinstance(value, Tensor):
         return torch.full([1], value, dtype=data.dtype, device=data.device)
     if value.dim() > 2:
-        raise ValueError(f"{name}: expected a number, or a scalar tensor, (1,), (C,) or (B, C), got {list(value.shape)}")
+        raise ValueError(
+            f"{name}: expected a number, or a scalar tensor, (1,), (C,) or (B, C), got {list(value.shape)}"
+        )
     value = value.to(data.dtype)
     if value.dim() == 0:
         return value

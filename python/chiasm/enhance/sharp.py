@@ -16,7 +16,8 @@ def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
 
     Args:
         input: (B, C, H, W) in [0, 1], floating point, H and W at least 3.
-        factor: not negative; 0 gives the smoothed image, 1 changes nothing. A number, a scalar tensor or (B,), one a sample.
+        factor: not negative; 0 gives the smoothed image, 1 changes nothing. A number, a scalar tensor or
+            (B,), one a sample.
 
     Returns:
         (B, C, H, W), in [0, 1].

@@ -17,7 +17,8 @@ def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
 
     Args:
         input: (B, *) in [0, 1], floating point.
-        bits: how many bits to keep, 0 to 8: a number, or an integer tensor that is a scalar or (B,), one a sample.
+        bits: how many bits to keep, 0 to 8: a number, or an integer tensor that is a scalar or (B,), one a
+            sample.
 
     Returns:
         Tensor of the input's shape and dtype: multiples of 1 / 255.
@@ -36,7 +37,9 @@ def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
     if isinstance(bits, Tensor):
         if bits.is_floating_point():
             raise TypeError(f"bits: expected an integer tensor, got dtype {bits.dtype}")
-        step = per_sample(steps.index_select(0, bits.reshape(-1).clamp(0, 8).to(torch.int64)), input.float(), "bits")
+        step = per_sample(
+            steps.index_select(0, bits.reshape(-1).clamp(0, 8).to(torch.int64)), input.float(), "bits"
+        )
     else:
         if bits < 0 or bits > 8:
             raise ValueError(f"bits: expected 0 to 8, got {bits}")
@@ -45,7 +48,9 @@ def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
     return (torch.floor(levels / step) * step / 255.0).to(input.dtype)
 
 
-def solarize(input: Tensor, thresholds: Union[float, Tensor] = 0.5, additions: Optional[Union[float, Tensor]] = None) -> Tensor:
+def solarize(
+    input: Tensor, thresholds: Union[float, Tensor] = 0.5, additions: Optional[Union[float, Tensor]] = None
+) -> Tensor:
     """Turn what is at or above the threshold into its negative, as Pillow's ``ImageOps.solarize``.
 
     Args:
@@ -70,11 +75,13 @@ def solarize(input: Tensor, thresholds: Union[float, Tensor] = 0.5, additions: O
     return torch.where(input < per_sample(thresholds, input, "thresholds"), input, 1.0 - input)
 
 
-def threshold(input: Tensor, thresh: Union[float, Tensor], maxval: Union[float, Tensor] = 255.0, type: str = "binary") -> Tensor:
+def threshold(
+    input: Tensor, thresh: Union[float, Tensor], maxval: Union[float, Tensor] = 255.0, type: str = "binary"
+) -> Tensor:
     """Compare with a threshold, as OpenCV's ``threshold``.
 
-    Unlike Kornia's, the type is named by a string. Where x > thresh: "binary" gives maxval (else 0), "binary_inv" 0 (else maxval),
-    "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x).
+    Unlike Kornia's, the type is named by a string. Where x > thresh: "binary" gives maxval (else 0),
+    "binary_inv" 0 (else maxval), "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x).
 
     Args:
         input: (B, *), floating point.

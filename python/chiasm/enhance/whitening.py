@@ -11,7 +11,8 @@ from ..primitives.linalg.matrix_roots import spd_square_roots
 
 
 def linear_transform(inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor, dim: int = 0) -> Tensor:
-    """(inp - mean_vector) @ transform_matrix, each sample flattened to a row of features and brought back into shape.
+    """(inp - mean_vector) @ transform_matrix, each sample flattened to a row of features and brought back
+    into shape.
 
     Args:
         inp: samples along dim, floating point; the product D of its other sizes is the number of features.
@@ -24,8 +25,8 @@ def linear_transform(inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor,
 
     Raises:
         TypeError: if inp is not floating point.
-        ValueError: if inp has fewer than two dimensions, not the dimension dim, or the shape of transform_matrix or mean_vector is
-            not as above.
+        ValueError: if inp has fewer than two dimensions, not the dimension dim, or the shape of
+            transform_matrix or mean_vector is not as above.
 
     Example:
         >>> linear_transform(torch.tensor([[1.0, 2.0]]), torch.eye(2) * 2, torch.tensor([[0.0, 1.0]]))
@@ -35,7 +36,9 @@ def linear_transform(inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor,
     features = rows.size(1)
     check_rank(transform_matrix, 2, "(D, D)", "transform_matrix")
     if transform_matrix.size(0) != features or transform_matrix.size(1) != features:
-        raise ValueError(f"transform_matrix: expected shape ({features}, {features}), got {list(transform_matrix.shape)}")
+        raise ValueError(
+            f"transform_matrix: expected shape ({features}, {features}), got {list(transform_matrix.shape)}"
+        )
     if mean_vector.numel() != features:
         raise ValueError(f"mean_vector: expected shape (1, {features}), got {list(mean_vector.shape)}")
     moved = small_matmul(rows - mean_vector.to(inp.dtype).reshape(1, -1), transform_matrix.to(inp.dtype))
@@ -50,9 +53,9 @@ def zca_mean(
 ) -> Tuple[Tensor, Tensor, Optional[Tensor]]:
     """The matrix and the mean that whiten: (covariance + eps I)^(-1/2), the least change that decorrelates.
 
-    A. J. Bell, T. J. Sejnowski, The independent components of natural scenes are edge filters, Vision Research 37, 1997. The root is
-    found in float64 by matrix products (Newton-Schulz), not by an eigen decomposition, and its gradient through them. Eigenvalues
-    below 1e-10 times their sum come out inexact.
+    A. J. Bell, T. J. Sejnowski, The independent components of natural scenes are edge filters, Vision
+    Research 37, 1997. The root is found in float64 by matrix products (Newton-Schulz), not by an eigen
+    decomposition, and its gradient through them. Eigenvalues below 1e-10 times their sum come out inexact.
 
     Args:
         inp: samples along dim, floating point; the product D of its other sizes is the number of features.

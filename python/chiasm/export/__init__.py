@@ -15,7 +15,17 @@ if TYPE_CHECKING:
     from .pipeline import export
     from .spec import Spec, TensorSpec, Tolerance, frame, image
 
-__all__ = ["FORMATS", "BundleError", "ExportError", "Spec", "TensorSpec", "Tolerance", "export", "frame", "image"]
+__all__ = [
+    "FORMATS",
+    "BundleError",
+    "ExportError",
+    "Spec",
+    "TensorSpec",
+    "Tolerance",
+    "export",
+    "frame",
+    "image",
+]
 
 _HOMES = {"BundleError": "manifest", "ExportError": "errors", "FORMATS": "manifest", "export": "pipeline"}
 

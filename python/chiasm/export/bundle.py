@@ -38,7 +38,9 @@ class Writer:
     def artifact(self, method: str, file: str, data: bytes, **entry: Any) -> None:
         """Add a file that a backend loads; a file that serves two methods is stored once."""
         self.files[file] = data
-        self.manifest["methods"][method]["artifacts"].append({"file": file, "size": len(data), "sha256": sha256(data), **entry})
+        self.manifest["methods"][method]["artifacts"].append(
+            {"file": file, "size": len(data), "sha256": sha256(data), **entry}
+        )
 
     def golden(self, cases: list[Golden]) -> None:
         """Add the golden vectors."""
@@ -46,16 +48,28 @@ class Writer:
         for case in cases:
             prefix = f"{case.method}.{case.variant}" if case.variant else case.method
             # cloned: a gradient may be a view of a cotangent, and what shares memory is not saved
-            tensors |= {f"{prefix}/{name}": t.clone(memory_format=torch.contiguous_format) for name, t in case.tensors.items()}
+            tensors |= {
+                f"{prefix}/{name}": t.clone(memory_format=torch.contiguous_format)
+                for name, t in case.tensors.items()
+            }
             listed.append({"prefix": prefix, "method": case.method, "dtype": case.variant})
         data = save(tensors)
         self.files["golden.safetensors"] = data
-        self.manifest["golden"] = {"file": "golden.safetensors", "size": len(data), "sha256": sha256(data), "cases": listed}
+        self.manifest["golden"] = {
+            "file": "golden.safetensors",
+            "size": len(data),
+            "sha256": sha256(data),
+            "cases": listed,
+        }
 
     def document(self, kind: str, file: str, data: bytes) -> None:
         """Add a file that travels with the bundle and that no engine reads."""
         self.files[file] = data
-        self.manifest.setdefault("documents", {})[kind] = {"file": file, "size": len(data), "sha256": sha256(data)}
+        self.manifest.setdefault("documents", {})[kind] = {
+            "file": file,
+            "size": len(data),
+            "sha256": sha256(data),
+        }
 
     def write(self, folder: Path) -> Path:
         """Write `folder`/NAME.chiasm, replacing one that is there, whole or not at all; returns its path."""
@@ -68,17 +82,25 @@ class Writer:
             made = Path(tempfile.mkdtemp(dir=folder, prefix=".writing-"))
             new = made / "new"
             new.mkdir()
-            for name, data in (*self.files.items(), ("manifest.json", (json.dumps(self.manifest, indent=1) + "\n").encode())):
+            for name, data in (
+                *self.files.items(),
+                ("manifest.json", (json.dumps(self.manifest, indent=1) + "\n").encode()),
+            ):
                 (new / name).write_bytes(data)
             if target.is_symlink() or (target.exists() and not target.is_dir()):
-                raise ExportError(f"{target}: in the way: not a folder; move it away, or export to another folder")
+                raise ExportError(
+                    f"{target}: in the way: not a folder; move it away, or export to another folder"
+                )
             if target.exists():
                 os.rename(target, made / "old")
             os.rename(new, target)
         except OSError as error:
             if made is not None and (made / "old").exists():
                 os.rename(made / "old", target)
-            raise ExportError(f"{target}: cannot be written: {error.strerror} ({error.filename or folder}); nothing was changed") from error
+            raise ExportError(
+                f"{target}: cannot be written: {error.strerror} ({error.filename or folder}); nothing was"
+                " changed"
+            ) from error
         finally:
             if made is not None:
                 shutil.rmtree(made, ignore_errors=True)
@@ -86,7 +108,8 @@ class Writer:
 
 
 def _now() -> str:
-    """The time in the manifest; that of $SOURCE_DATE_EPOCH where it is set, as reproducible builds have it."""
+    """The time in the manifest; that of $SOURCE_DATE_EPOCH where it is set, as reproducible builds have
+    it."""
     seconds = os.environ.get("SOURCE_DATE_EPOCH", "")
     if seconds and not seconds.isdecimal():
         raise ExportError(f"SOURCE_DATE_EPOCH: expected seconds since 1970, got {seconds!r}")
@@ -104,9 +127,14 @@ def read_golden(bundle: Path, manifest: dict[str, Any]) -> dict[str, torch.Tenso
         raise BundleError(f"{file}: not golden vectors: {error}") from error
     for case in manifest["golden"]["cases"]:
         if case["method"] not in manifest["methods"]:
-            raise BundleError(f"{file}: has a case of the method {case['method']!r}, which the bundle has not")
+            raise BundleError(
+                f"{file}: has a case of the method {case['method']!r}, which the bundle has not"
+            )
         method = manifest["methods"][case["method"]]
         for tensor in (*method["inputs"], *method["outputs"]):
             if f"{case['prefix']}/{tensor['name']}" not in tensors:
-                raise BundleError(f"{file}: lacks the tensor {case['prefix']}/{tensor['name']}: damaged, or of another bundle")
+                raise BundleError(
+                    f"{file}: lacks the tensor {case['prefix']}/{tensor['name']}: damaged, or of another"
+                    " bundle"
+                )
     return tensors

@@ -65,16 +65,52 @@ def list_ops(patterns: tuple[str, ...]) -> None:
 @main.command()
 @click.argument("patterns", nargs=-1)
 @click.option("-a", "--all", "everything", is_flag=True, help="Export the whole catalog.")
-@click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), default=Path("bundles"), show_default=True, help="Folder that gets the bundles.")
-@click.option("-f", "--format", "formats", multiple=True, type=click.Choice(FORMATS), help="Make only this format (may be given again). [default: all]")
-@click.option("--isa", "isas", multiple=True, type=click.Choice(["x86-64-v3", "x86-64-v4"]), default=("x86-64-v3",), show_default=True, help="CPU level of the native code (may be given again).")
-@click.option("--method", "methods", multiple=True, type=click.Choice(METHODS), default=METHODS, help="`--method forward` leaves the gradients out, which take most of the time. [default: both]")
-@click.option("-j", "--jobs", type=click.IntRange(1), default=len(os.sched_getaffinity(0)), show_default="one a core", help="Ops to export at once.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("bundles"),
+    show_default=True,
+    help="Folder that gets the bundles.",
+)
+@click.option(
+    "-f",
+    "--format",
+    "formats",
+    multiple=True,
+    type=click.Choice(FORMATS),
+    help="Make only this format (may be given again). [default: all]",
+)
+@click.option(
+    "--isa",
+    "isas",
+    multiple=True,
+    type=click.Choice(["x86-64-v3", "x86-64-v4"]),
+    default=("x86-64-v3",),
+    show_default=True,
+    help="CPU level of the native code (may be given again).",
+)
+@click.option(
+    "--method",
+    "methods",
+    multiple=True,
+    type=click.Choice(METHODS),
+    default=METHODS,
+    help="`--method forward` leaves the gradients out, which take most of the time. [default: both]",
+)
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1),
+    default=len(os.sched_getaffinity(0)),
+    show_default="one a core",
+    help="Ops to export at once.",
+)
 def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
     """Export ops of the catalog to bundles. (Your own: `chiasm.export.export` in Python.)
 
-    PATTERNS are names, or shell patterns. Native code is compiled with g++ while the next graph is traced; compilations are kept in
-    $CHIASM_CACHE (~/.cache/chiasm) and fetched from there when nothing has changed.
+    PATTERNS are names, or shell patterns. Native code is compiled with g++ while the next graph is traced;
+    compilations are kept in $CHIASM_CACHE (~/.cache/chiasm) and fetched from there when nothing has changed.
 
     \b
     Examples:
@@ -88,13 +124,21 @@ def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
     export_names(list(chosen), output, formats or FORMATS, isas, methods, jobs)
 
 
-def export_names(names, output: Path, formats=FORMATS, isas=("x86-64-v3",), methods=METHODS, jobs: int = 1) -> None:
-    """Export ops of the catalog, several at once, with a progress bar; ExportError, at the end, where some failed."""
+def export_names(
+    names, output: Path, formats=FORMATS, isas=("x86-64-v3",), methods=METHODS, jobs: int = 1
+) -> None:
+    """Export ops of the catalog, several at once, with a progress bar; ExportError, at the end, where some
+    failed."""
     started, failures = time.monotonic(), {}
     columns = TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    # Workers are spawned, not forked: torch's threads do not survive a fork. One op is exported here: a worker would import torch once more.
+    # Workers are spawned, not forked: torch's threads do not survive a fork. One op is exported here: a
+    # worker would import torch once more.
     context = multiprocessing.get_context("spawn")
-    workers = ProcessPoolExecutor(min(jobs, len(names)), mp_context=context, initializer=_worker) if len(names) > 1 else _Here()
+    workers = (
+        ProcessPoolExecutor(min(jobs, len(names)), mp_context=context, initializer=_worker)
+        if len(names) > 1
+        else _Here()
+    )
     with Progress(*columns, console=console) as progress, workers as pool:
         task = progress.add_task("exporting", total=len(names))
         pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in names}
@@ -103,7 +147,9 @@ def export_names(names, output: Path, formats=FORMATS, isas=("x86-64-v3",), meth
                 name = pending[done]
                 try:
                     seconds = done.result()
-                    console.print(f"[green]exported[/] {name}{SUFFIX} [dim]{seconds:.1f} s[/]", highlight=False)
+                    console.print(
+                        f"[green]exported[/] {name}{SUFFIX} [dim]{seconds:.1f} s[/]", highlight=False
+                    )
                 except Exception as error:  # one op's failure, of whatever kind, does not stop the others
                     failures[name] = _failure(name, error)
                     if len(names) > 1:
@@ -116,9 +162,14 @@ def export_names(names, output: Path, formats=FORMATS, isas=("x86-64-v3",), meth
             raise
     if failures:
         # once more: hundreds of lines may stand between
-        many = [f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}"] if len(names) > 1 else []
+        many = (
+            [f"{len(failures)} of {len(names)} ops failed: {', '.join(failures)}"] if len(names) > 1 else []
+        )
         raise ExportError("\n".join([*many, *failures.values()]))
-    click.echo(f"{len(names)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify {output}/*{SUFFIX}")
+    click.echo(
+        f"{len(names)} bundles in {output}/ in {time.monotonic() - started:.0f} s. Next: chiasm verify"
+        f" {output}/*{SUFFIX}"
+    )
 
 
 class _Here(Executor):
@@ -141,8 +192,8 @@ def _worker() -> None:
 
 
 def _collect_seldom() -> None:
-    """torch's modules and an op's graphs are many small objects that all stay: to look through them for garbage at every 700th took a
-    tenth of the time."""
+    """torch's modules and an op's graphs are many small objects that all stay: to look through them for
+    garbage at every 700th took a tenth of the time."""
     gc.set_threshold(100_000)
 
 
@@ -150,11 +201,16 @@ def _failure(name: str, error: Exception) -> str:
     if isinstance(error, ExportError):
         return plain(str(error))
     if isinstance(error, BrokenProcessPool):
-        return f"{name}: the process that exported it was killed; where memory is short, export fewer at once: --jobs 1"
+        return (
+            f"{name}: the process that exported it was killed; where memory is short, export fewer at once:"
+            " --jobs 1"
+        )
     return f"{name}: {type(error).__name__}: {one_line(error)}"
 
 
-def export_entry(name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...], methods: tuple[str, ...]) -> float:
+def export_entry(
+    name: str, output: Path, formats: tuple[str, ...], isas: tuple[str, ...], methods: tuple[str, ...]
+) -> float:
     """Export one op of the catalog; returns the seconds it took."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -182,33 +238,62 @@ def info(bundle: Path, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(manifest, indent=1))
         return
-    console.print(f"[bold]{manifest['name']}[/] {manifest['version']}  {_shown(manifest['summary'])}", highlight=False)
+    console.print(
+        f"[bold]{manifest['name']}[/] {manifest['version']}  {_shown(manifest['summary'])}", highlight=False
+    )
     if manifest["config"]:
-        console.print(_shown("config: " + ", ".join(f"{k}={v!r}" for k, v in manifest["config"].items())), highlight=False)
+        console.print(
+            _shown("config: " + ", ".join(f"{k}={v!r}" for k, v in manifest["config"].items())),
+            highlight=False,
+        )
     limits = ", ".join(f"{s} {d['min']}..{d['max']}" for s, d in manifest["symbols"].items())
     console.print(f"sizes: {limits}", highlight=False)
     for name, method in manifest["methods"].items():
-        table = Table("", "name", "dtype", "shape", "description", title=_shown(f"method {name}"), title_justify="left", box=None, header_style="dim")
+        table = Table(
+            "",
+            "name",
+            "dtype",
+            "shape",
+            "description",
+            title=_shown(f"method {name}"),
+            title_justify="left",
+            box=None,
+            header_style="dim",
+        )
         for kind in ("inputs", "outputs"):
             for t in method[kind]:
                 dtype = "|".join(manifest["dtypes"]) if t["dtype"] == "T" else t["dtype"]
                 about = ", ".join(x for x in (t["description"], t["layout"], t["color"]) if x)
-                table.add_row(kind[:-1], t["name"], dtype, "(" + ", ".join(map(str, t["shape"])) + ")", _shown(about))
+                table.add_row(
+                    kind[:-1], t["name"], dtype, "(" + ", ".join(map(str, t["shape"])) + ")", _shown(about)
+                )
         console.print(table)
         for a in method["artifacts"]:
-            extra = " ".join(str(a[k]) for k in ("isa", "opset", "function") if k in a) + (f" needs {a.get('why') or ', '.join(a['needs'])}" if a.get("needs") else "")
-            console.print(f"  {a['backend']:7} {a['file']:36} {a['size'] / 1024:8.1f} KiB  {_shown(extra)}", highlight=False, soft_wrap=True)
+            extra = " ".join(str(a[k]) for k in ("isa", "opset", "function") if k in a) + (
+                f" needs {a.get('why') or ', '.join(a['needs'])}" if a.get("needs") else ""
+            )
+            console.print(
+                f"  {a['backend']:7} {a['file']:36} {a['size'] / 1024:8.1f} KiB  {_shown(extra)}",
+                highlight=False,
+                soft_wrap=True,
+            )
 
 
 @main.command()
 @click.argument("key", type=click.Path(path_type=Path, exists=True, dir_okay=False))
-@click.argument("bundles", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True, file_okay=False))
-@click.option("--password-file", type=click.Path(path_type=Path, exists=True, dir_okay=False), help="Its first line is the key's password. [default: ask]")
+@click.argument(
+    "bundles", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True, file_okay=False)
+)
+@click.option(
+    "--password-file",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="Its first line is the key's password. [default: ask]",
+)
 def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> None:
     """Sign bundles with the minisign secret key in the file KEY (`minisign -G` makes one).
 
-    Each gets a manifest.json.minisig, which covers every file of the bundle; `chiasm verify --key` proves it, and so do the
-    runtime and `minisign -V`.
+    Each gets a manifest.json.minisig, which covers every file of the bundle; `chiasm verify --key` proves it,
+    and so do the runtime and `minisign -V`.
     """
     from . import signing
 
@@ -225,12 +310,15 @@ def sign(key: Path, bundles: tuple[Path, ...], password_file: Path | None) -> No
 
 @main.command()
 @click.argument("bundles", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True))
-@click.option("--key", help="Prove first that this minisign public key (56 characters, or a file) has signed every bundle.")
+@click.option(
+    "--key",
+    help="Prove first that this minisign public key (56 characters, or a file) has signed every bundle.",
+)
 def verify(bundles: tuple[Path, ...], key: str | None) -> None:
     """Replay a bundle's golden vectors on every backend present here.
 
-    Exit status 1 where a value is wrong, a file damaged or a signature missing or wrong; a backend that is missing is reported, and
-    is no failure.
+    Exit status 1 where a value is wrong, a file damaged or a signature missing or wrong; a backend that is
+    missing is reported, and is no failure.
 
     \b
     Examples:
@@ -242,22 +330,44 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
 
         for bundle in bundles:
             comment = "".join(c if c.isprintable() else " " for c in signing.check_signature(bundle, key))
-            console.print(f"{bundle}: signed by the key; {comment}", highlight=False, markup=False, soft_wrap=True)
-        signing.trust_only(key)  # so that what is run below is what was signed, whatever happens to the files meanwhile
+            console.print(
+                f"{bundle}: signed by the key; {comment}", highlight=False, markup=False, soft_wrap=True
+            )
+        signing.trust_only(
+            key
+        )  # so that what is run below is what was signed, whatever happens to the files meanwhile
     from .verify import verify as verify_bundle
 
     table = Table("bundle", "method", "dtype", "backend", "largest error", "", box=None, header_style="bold")
     ran = failed = 0
     said: list[str] = []  # in lines of their own: a table's last column has no room
-    with Progress(TextColumn("{task.description:48}"), BarColumn(), MofNCompleteColumn(), console=console, transient=True) as progress:
+    with Progress(
+        TextColumn("{task.description:48}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        console=console,
+        transient=True,
+    ) as progress:
         for bundle in progress.track(bundles, description="verifying"):
             for row in verify_bundle(bundle):
                 ran += row.passed is not None
                 failed += row.passed is False
-                verdict = {True: "[green]pass[/]", False: "[red]FAIL[/]", None: "[yellow]not run[/]"}[row.passed]
+                verdict = {True: "[green]pass[/]", False: "[red]FAIL[/]", None: "[yellow]not run[/]"}[
+                    row.passed
+                ]
                 if not row.passed:
-                    said.append(f"{'FAIL' if row.passed is False else 'not run'}: {bundle}: {row.method} {row.dtype} on {row.backend}: {one_line(row.message)}")
-                table.add_row(escape(bundle.resolve().name.removesuffix(SUFFIX)), row.method, row.dtype, row.backend, f"{row.error:.2e}" if row.passed is not None else "", verdict)
+                    said.append(
+                        f"{'FAIL' if row.passed is False else 'not run'}: {bundle}: {row.method} {row.dtype}"
+                        f" on {row.backend}: {one_line(row.message)}"
+                    )
+                table.add_row(
+                    escape(bundle.resolve().name.removesuffix(SUFFIX)),
+                    row.method,
+                    row.dtype,
+                    row.backend,
+                    f"{row.error:.2e}" if row.passed is not None else "",
+                    verdict,
+                )
     console.print(table)
     for line in dict.fromkeys(said):
         click.echo(line)
@@ -270,13 +380,30 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
 @click.argument("bundle", type=click.Path(path_type=Path, exists=True))
 @click.argument("source", type=click.Path(path_type=Path, exists=True, dir_okay=False))
 @click.argument("target", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("-b", "--backend", type=click.Choice(["auto", "native", "torch", "onnx"]), default="auto", show_default=True)
-@click.option("-s", "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Another input of the op, as JSON: --set 'sigma=[[1.5, 1.5]]'. For an input that only gives a size: --set like=480x640.")
+@click.option(
+    "-b",
+    "--backend",
+    type=click.Choice(["auto", "native", "torch", "onnx"]),
+    default="auto",
+    show_default=True,
+)
+@click.option(
+    "-s",
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help=(
+        "Another input of the op, as JSON: --set 'sigma=[[1.5, 1.5]]'. For an input that only gives a size:"
+        " --set like=480x640."
+    ),
+)
 def run(bundle: Path, source: Path, target: Path, backend: str, settings: tuple[str, ...]) -> None:
     """Run a bundle on the image file SOURCE and write its result to the image file TARGET.
 
-    Files are read as cv2.imread reads them: turned as their EXIF entry says, without transparency, 16-bit values as their upper eight
-    bits; an op on numbers gets them from 0 to 1, grey ones with all 16 bits. Results outside 0 to 1 are stretched to it.
+    Files are read as cv2.imread reads them: turned as their EXIF entry says, without transparency, 16-bit
+    values as their upper eight bits; an op on numbers gets them from 0 to 1, grey ones with all 16 bits.
+    Results outside 0 to 1 are stretched to it.
 
     \b
     Examples:

@@ -1,4 +1,5 @@
-"""How the command `chiasm` ends: whatever goes wrong is one message on stderr and an exit status, never a traceback."""
+"""How the command `chiasm` ends: whatever goes wrong is one message on stderr and an exit status, never a
+traceback."""
 
 from __future__ import annotations
 
@@ -19,11 +20,13 @@ TRACEBACK = "CHIASM_TRACEBACK"
 
 
 class Group(click.Group):
-    """Commands whose exceptions become one line on stderr: exit status 2 where the command was typed wrong, 130 where it was interrupted,
-    else 1."""
+    """Commands whose exceptions become one line on stderr: exit status 2 where the command was typed wrong,
+    130 where it was interrupted, else 1."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        atexit.register(gc.freeze)  # else Python looks through all of torch's objects for garbage before it ends, which takes 1.2 s
+        atexit.register(
+            gc.freeze
+        )  # else Python looks through all of torch's objects for garbage before it ends, which takes 1.2 s
         try:
             result = super().invoke(ctx)
             sys.stdout.flush()  # what cannot be written is known here, not when the interpreter ends
@@ -38,7 +41,9 @@ class Group(click.Group):
         except (KeyboardInterrupt, click.Abort):
             _fail("interrupted", 130)
         except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # nobody reads any more; what is buffered goes nowhere
+            os.dup2(
+                os.open(os.devnull, os.O_WRONLY), 1
+            )  # nobody reads any more; what is buffered goes nowhere
             raise SystemExit(128 + signal.SIGPIPE) from None
         except MemoryError:
             _fail("out of memory", 1)
@@ -47,11 +52,17 @@ class Group(click.Group):
         except (click.ClickException, click.exceptions.Exit):
             raise
         except Exception as error:
-            if type(error).__name__ == "ChiasmError":  # the runtime's, which cannot be imported where the runtime is not
+            if (
+                type(error).__name__ == "ChiasmError"
+            ):  # the runtime's, which cannot be imported where the runtime is not
                 _fail(one_line(error), 1)
             if os.environ.get(TRACEBACK):
                 raise
-            _fail(f"internal error: {type(error).__name__}: {one_line(error)}: please report it; {TRACEBACK}=1 shows where it comes from", 1)
+            _fail(
+                f"internal error: {type(error).__name__}: {one_line(error)}: please report it; {TRACEBACK}=1"
+                " shows where it comes from",
+                1,
+            )
 
 
 def _fail(message: str, status: int) -> None:

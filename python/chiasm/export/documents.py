@@ -1,6 +1,8 @@
-"""What a bundle says of its making: a list of its parts (SBOM, CycloneDX) and where it comes from (in-toto statement, SLSA provenance).
+"""What a bundle says of its making: a list of its parts (SBOM, CycloneDX) and where it comes from (in-toto
+statement, SLSA provenance).
 
-Nothing in them tells of the machine, the user or the time, so that the same export gives the same bytes anywhere.
+Nothing in them tells of the machine, the user or the time, so that the same export gives the same bytes
+anywhere.
 """
 
 from __future__ import annotations
@@ -31,34 +33,51 @@ _STATIC = ("libstdc++", "libgcc")
 
 
 def sbom(manifest: Mapping[str, Any], files: Mapping[str, bytes]) -> bytes:
-    """The bundle's parts as CycloneDX 1.6: its files, the packages that made them, and the libraries that its code is linked with."""
+    """The bundle's parts as CycloneDX 1.6: its files, the packages that made them, and the libraries that its
+    code is linked with."""
     native = {name: data for name, data in files.items() if name.endswith(".pt2")}
     versions = dict(manifest["producer"])
-    packages = [_component("library", name, version, f"pkg:pypi/{name}@{version}") for name, version in versions.items()]
+    packages = [
+        _component("library", name, version, f"pkg:pypi/{name}@{version}")
+        for name, version in versions.items()
+    ]
     linked: list[dict[str, Any]] = []
     if native:
-        versions |= {"gcc": _compiler_version(), "glibc": (os.confstr("CS_GNU_LIBC_VERSION") or "").removeprefix("glibc ")}
+        versions |= {
+            "gcc": _compiler_version(),
+            "glibc": (os.confstr("CS_GNU_LIBC_VERSION") or "").removeprefix("glibc "),
+        }
         packages.append(_component("application", "g++", versions["gcc"]))
         linked += [_component("library", library, versions["gcc"]) for library in _STATIC]
         for library in sorted({library for data in native.values() for library in _linked(data)}):
             owner = next((owner for pattern, owner in _OWNERS if re.match(pattern, library)), "")
             linked.append(_component("library", library, versions.get(owner, "")))
-    parts = [_component("file", name) | {"hashes": [{"alg": "SHA-256", "content": sha256(data)}]} for name, data in sorted(files.items())]
+    parts = [
+        _component("file", name) | {"hashes": [{"alg": "SHA-256", "content": sha256(data)}]}
+        for name, data in sorted(files.items())
+    ]
     bundle = _component("library", manifest["name"], manifest["version"])
     # Native code has parts of chiasm and of torch's headers in it; the rest only made the bundle.
-    inside = [p | {"scope": "required" if native and p["name"] in ("chiasm", "torch") else "excluded"} for p in packages]
+    inside = [
+        p | {"scope": "required" if native and p["name"] in ("chiasm", "torch") else "excluded"}
+        for p in packages
+    ]
     components = [*parts, *inside, *[p | {"scope": "required"} for p in linked]]
     identity = json.dumps([bundle, components], sort_keys=True)
-    return _json({
-        "$schema": "http://cyclonedx.org/schema/bom-1.6.schema.json",
-        "bomFormat": "CycloneDX",
-        "specVersion": "1.6",
-        "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_URL, identity)}",
-        "version": 1,
-        "metadata": {"component": bundle},
-        "components": components,
-        "dependencies": [{"ref": bundle["bom-ref"], "dependsOn": [c["bom-ref"] for c in (*parts, *linked)]}],
-    })
+    return _json(
+        {
+            "$schema": "http://cyclonedx.org/schema/bom-1.6.schema.json",
+            "bomFormat": "CycloneDX",
+            "specVersion": "1.6",
+            "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_URL, identity)}",
+            "version": 1,
+            "metadata": {"component": bundle},
+            "components": components,
+            "dependencies": [
+                {"ref": bundle["bom-ref"], "dependsOn": [c["bom-ref"] for c in (*parts, *linked)]}
+            ],
+        }
+    )
 
 
 def _component(kind: str, name: str, version: str = "", purl: str = "") -> dict[str, Any]:
@@ -68,7 +87,12 @@ def _component(kind: str, name: str, version: str = "", purl: str = "") -> dict[
 
 def _linked(package: bytes) -> list[str]:
     with zipfile.ZipFile(io.BytesIO(package)) as archive:
-        return [library for name in archive.namelist() if name.endswith(".so") for library in _needed(archive.read(name))]
+        return [
+            library
+            for name in archive.namelist()
+            if name.endswith(".so")
+            for library in _needed(archive.read(name))
+        ]
 
 
 def _needed(code: bytes) -> list[str]:
@@ -83,32 +107,61 @@ def _compiler_version() -> str:
     return run_tool([compiler_command(), "-dumpfullversion"]).strip()
 
 
-def provenance(fn: Callable | nn.Module, manifest: Mapping[str, Any], files: Mapping[str, bytes], asked: Mapping[str, Sequence[str]]) -> bytes:
-    """Where a bundle comes from: its files with their hashes, the op's source, what was asked for, and the versions that made it."""
-    packages = [{"name": name, "uri": f"pkg:pypi/{name}@{version}"} for name, version in manifest["producer"].items()]
+def provenance(
+    fn: Callable | nn.Module,
+    manifest: Mapping[str, Any],
+    files: Mapping[str, bytes],
+    asked: Mapping[str, Sequence[str]],
+) -> bytes:
+    """Where a bundle comes from: its files with their hashes, the op's source, what was asked for, and the
+    versions that made it."""
+    packages = [
+        {"name": name, "uri": f"pkg:pypi/{name}@{version}"} for name, version in manifest["producer"].items()
+    ]
     sources = [{"name": name, "digest": {"sha256": digest}} for name, digest in _sources(fn)]
-    compiler = {"compiler": f"g++ {_compiler_version()}"} if any(name.endswith(".pt2") for name in files) else {}
-    return _json({
-        "_type": "https://in-toto.io/Statement/v1",
-        "subject": [{"name": name, "digest": {"sha256": sha256(data)}} for name, data in sorted(files.items())],
-        "predicateType": "https://slsa.dev/provenance/v1",
-        "predicate": {
-            "buildDefinition": {
-                "buildType": "urn:chiasm:export:1",
-                "externalParameters": {
-                    "name": manifest["name"], "version": manifest["version"], "config": manifest["config"], "symbols": manifest["symbols"],
-                    "dtypes": manifest["dtypes"], **{key: list(values) for key, values in asked.items()}},
-                "internalParameters": {"python": ".".join(map(str, sys.version_info[:3])), **compiler},
-                "resolvedDependencies": [*sources, *packages],
+    compiler = (
+        {"compiler": f"g++ {_compiler_version()}"} if any(name.endswith(".pt2") for name in files) else {}
+    )
+    return _json(
+        {
+            "_type": "https://in-toto.io/Statement/v1",
+            "subject": [
+                {"name": name, "digest": {"sha256": sha256(data)}} for name, data in sorted(files.items())
+            ],
+            "predicateType": "https://slsa.dev/provenance/v1",
+            "predicate": {
+                "buildDefinition": {
+                    "buildType": "urn:chiasm:export:1",
+                    "externalParameters": {
+                        "name": manifest["name"],
+                        "version": manifest["version"],
+                        "config": manifest["config"],
+                        "symbols": manifest["symbols"],
+                        "dtypes": manifest["dtypes"],
+                        **{key: list(values) for key, values in asked.items()},
+                    },
+                    "internalParameters": {"python": ".".join(map(str, sys.version_info[:3])), **compiler},
+                    "resolvedDependencies": [*sources, *packages],
+                },
+                "runDetails": {
+                    "builder": {
+                        "id": "urn:chiasm:exporter",
+                        "version": {"chiasm": manifest["producer"]["chiasm"]},
+                    }
+                },
             },
-            "runDetails": {"builder": {"id": "urn:chiasm:exporter", "version": {"chiasm": manifest["producer"]["chiasm"]}}},
-        },
-    })
+        }
+    )
 
 
 def _sources(fn: Callable | nn.Module) -> list[tuple[str, str]]:
-    """The Python modules that the op's function, or its module's classes, are written in, with the hashes of their files."""
-    written = [type(m) for m in fn.modules()] if isinstance(fn, nn.Module) else [inspect.unwrap(getattr(fn, "func", fn))]
+    """The Python modules that the op's function, or its module's classes, are written in, with the hashes of
+    their files."""
+    written = (
+        [type(m) for m in fn.modules()]
+        if isinstance(fn, nn.Module)
+        else [inspect.unwrap(getattr(fn, "func", fn))]
+    )
     found = {}
     for item in written:
         try:

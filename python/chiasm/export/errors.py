@@ -11,29 +11,79 @@ from collections.abc import Sequence
 from pathlib import Path
 
 _EXPORT = str(Path(__file__).resolve().parent)
-_PACKAGES = ("torch", "numpy", "scipy", "cv2", "PIL", "onnx", "onnxscript", "onnx_ir", "sympy", "click", "jsonschema", "safetensors")
+_PACKAGES = (
+    "torch",
+    "numpy",
+    "scipy",
+    "cv2",
+    "PIL",
+    "onnx",
+    "onnxscript",
+    "onnx_ir",
+    "sympy",
+    "click",
+    "jsonschema",
+    "safetensors",
+)
 _ENGINE_ROOTS = (
-    _EXPORT, "<chiasm", "<eval_with_key>", "<frozen", "<__array_function__",
-    *(str(Path(spec.origin).parent) for spec in map(importlib.util.find_spec, _PACKAGES) if spec and spec.origin),
+    _EXPORT,
+    "<chiasm",
+    "<eval_with_key>",
+    "<frozen",
+    "<__array_function__",
+    *(
+        str(Path(spec.origin).parent)
+        for spec in map(importlib.util.find_spec, _PACKAGES)
+        if spec and spec.origin
+    ),
 )
 _LIBRARY = sysconfig.get_paths()["stdlib"]
 #: Terminals' colours and cursor movements, and other characters that would not stand in a line.
-_CONTROL = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)|\x1b.|[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+_CONTROL = re.compile(
+    r"\x1b\[[0-9;?]*[ -/]*[@-~]|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)|\x1b.|[\x00-\x08\x0b-\x1f\x7f-\x9f]"
+)
 #: What an engine says, and what to do about it.
 _REMEDIES = (
-    (r"\.numpy\(\) is not supported|array\(\)|__array__|numpy", "instead: NumPy cannot be exported: use the function of torch that does the same (torch.quantile for np.percentile)"),
-    (r"data-dependent|on.*[Tt]ensor.*bool|control flow", "instead: choose by torch.where(condition, a, b): a graph has no branches that data decide"),
-    (r"Expected a single top-level function", "instead: write a function with def and typed arguments: TorchScript cannot read a lambda"),
-    (r"qualified name|source.*(not|access)|OSError|get the source", "instead: put the function into a file: TorchScript reads its source text, which an interactive session does not have"),
-    (r"variable number of arguments|keyword-only|\*args|\*\*kwargs|vararg", "instead: name every argument: def f(input: Tensor, sigma: float = 1.0) -> Tensor"),
-    (r"because it was not annotated|was not annotated with an explicit type", "instead: give the argument its type: `k: float = 2.0`; what has none is taken for a tensor"),
+    (
+        r"\.numpy\(\) is not supported|array\(\)|__array__|numpy",
+        (
+            "instead: NumPy cannot be exported: use the function of torch that does the same (torch.quantile"
+            " for np.percentile)"
+        ),
+    ),
+    (
+        r"data-dependent|on.*[Tt]ensor.*bool|control flow",
+        "instead: choose by torch.where(condition, a, b): a graph has no branches that data decide",
+    ),
+    (
+        r"Expected a single top-level function",
+        "instead: write a function with def and typed arguments: TorchScript cannot read a lambda",
+    ),
+    (
+        r"qualified name|source.*(not|access)|OSError|get the source",
+        (
+            "instead: put the function into a file: TorchScript reads its source text, which an interactive"
+            " session does not have"
+        ),
+    ),
+    (
+        r"variable number of arguments|keyword-only|\*args|\*\*kwargs|vararg",
+        "instead: name every argument: def f(input: Tensor, sigma: float = 1.0) -> Tensor",
+    ),
+    (
+        r"because it was not annotated|was not annotated with an explicit type",
+        "instead: give the argument its type: `k: float = 2.0`; what has none is taken for a tensor",
+    ),
 )
 _ROUNDED = re.compile(r"round\(|trunc|ceil|floor\(|sym_float| / ")
 _SIZES = (
     "instead: sizes may be computed with + - * // only: take a size that is rounded from another input "
     "(as geometry.transform.resize does), or write fixed sizes into the input's shape"
 )
-_LIMITS = "instead: narrow the symbols' limits in the spec (symbols={...}), or write the size into the input's shape"
+_LIMITS = (
+    "instead: narrow the symbols' limits in the spec (symbols={...}), or write the size into the input's"
+    " shape"
+)
 
 
 class ExportError(RuntimeError):
@@ -51,16 +101,30 @@ def one_line(text: object, most: int = 600) -> str:
     return line if len(line) <= most else f"{line[:most]} ..."
 
 
-def explain(name: str, target: str | None, error: BaseException, guards: Sequence[tuple[str, str]] = (), shapes: str = "") -> ExportError:
-    """An ExportError that names the line of the user's code, or the operator, that `error` comes from, and what to do where that is known.
+def explain(
+    name: str,
+    target: str | None,
+    error: BaseException,
+    guards: Sequence[tuple[str, str]] = (),
+    shapes: str = "",
+) -> ExportError:
+    """An ExportError that names the line of the user's code, or the operator, that `error` comes from, and
+    what to do where that is known.
 
-    `target` is what was being made; None says that the op itself failed, in eager PyTorch, with inputs of `shapes`. `guards` are what a trace assumed of sizes, each with the user's line that it was assumed for.
+    `target` is what was being made; None says that the op itself failed, in eager PyTorch, with inputs of
+    `shapes`. `guards` are what a trace assumed of sizes, each with the user's line that it was assumed for.
     """
     text = plain(str(error))
     assumed = _assumption(text, guards) if "Constraints violated" in text else None
     where = assumed or _line(error, text)
     operator = _operator(text)
-    parts = [f"{name}: cannot be exported to {target}" if target else f"{name}: the op fails when it is called, with {shapes}"]
+    parts = [
+        (
+            f"{name}: cannot be exported to {target}"
+            if target
+            else f"{name}: the op fails when it is called, with {shapes}"
+        )
+    ]
     if where:
         parts.append(f"  at {where}")
     if operator:
@@ -73,9 +137,12 @@ def explain(name: str, target: str | None, error: BaseException, guards: Sequenc
 
 
 def own_line(frames: Sequence[traceback.FrameSummary]) -> str | None:
-    """The innermost line of the op in a stack, quoted; None where the op has no lines of its own (a Sequential)."""
+    """The innermost line of the op in a stack, quoted; None where the op has no lines of its own (a
+    Sequential)."""
     # Those that called the exporter come first, then the module that it made for the op.
-    marks = [i for i, f in enumerate(frames) if f.filename.startswith("<chiasm")] or [i for i, f in enumerate(frames) if f.filename.startswith(_EXPORT)][:1]
+    marks = [i for i, f in enumerate(frames) if f.filename.startswith("<chiasm")] or [
+        i for i, f in enumerate(frames) if f.filename.startswith(_EXPORT)
+    ][:1]
     marks = marks or [i for i, f in enumerate(frames) if _is_engine(f.filename)][:1]
     own = [f for f in frames[marks[-1] :] if not _is_engine(f.filename)] if marks else []
     return _quote(own[-1].filename, own[-1].lineno or 0) if own else None
@@ -83,7 +150,11 @@ def own_line(frames: Sequence[traceback.FrameSummary]) -> str | None:
 
 def quoted_line(text: str, last: bool = False) -> str | None:
     """The first line of the user's code (or the last) that an engine quotes in a text."""
-    own = [(file, int(number)) for file, number in re.findall(r'File "([^"]+)", line (\d+)', text) if not _is_engine(file)]
+    own = [
+        (file, int(number))
+        for file, number in re.findall(r'File "([^"]+)", line (\d+)', text)
+        if not _is_engine(file)
+    ]
     return _quote(*own[-1 if last else 0]) if own else None
 
 
@@ -113,7 +184,13 @@ def _quote(filename: str, number: int) -> str:
 def _assumption(text: str, guards: Sequence[tuple[str, str]]) -> str | None:
     """The line that made the assumption which is violated."""
     constant = re.search(r"to be a constant \((\d+)\)", text)
-    telling = ["Round|Trunc|Ceil", "TrueDiv|Floor|ToFloat"] if _ROUNDED.search(text) else [rf"\b{constant[1]}\b"] if constant else []
+    telling = (
+        ["Round|Trunc|Ceil", "TrueDiv|Floor|ToFloat"]
+        if _ROUNDED.search(text)
+        else [rf"\b{constant[1]}\b"]
+        if constant
+        else []
+    )
     for pattern in (*telling, ""):
         if found := next((line for expression, line in guards if re.search(pattern, expression)), None):
             return found
@@ -121,7 +198,11 @@ def _assumption(text: str, guards: Sequence[tuple[str, str]]) -> str | None:
 
 
 def _operator(text: str) -> str | None:
-    for pattern in (r"No ONNX function found for <OpOverload\(op='([^']+)'", r"undefined symbol: (aoti_torch_\w+)", r"(aten[.:]+\w+(?:\.\w+)?)"):
+    for pattern in (
+        r"No ONNX function found for <OpOverload\(op='([^']+)'",
+        r"undefined symbol: (aoti_torch_\w+)",
+        r"(aten[.:]+\w+(?:\.\w+)?)",
+    ):
         found = re.search(pattern, text)
         if found:
             return found.group(1)
@@ -139,7 +220,11 @@ def _reason(text: str) -> str:
         return f"the code does not allow every size that the spec's symbols do: {fact}"
     if summary := re.search(r"## Exception summary\s+<class '[^']+'>: (.+)", text):
         return re.sub(r"<OpOverload\(op='([^']+)'.*?\)>.*", r"\1", summary[1])
-    useful = [line for line in lines if line and not line.startswith(("File ", "From user code", "from user code", "⬆", "<class", "## "))]
+    useful = [
+        line
+        for line in lines
+        if line and not line.startswith(("File ", "From user code", "from user code", "⬆", "<class", "## "))
+    ]
     cause = next((line for line in useful if "Caused by" in line or "not supported" in line.lower()), None)
     head = useful[0] if useful else ""
     return head if cause is None or cause == head else f"{head} ({cause})"

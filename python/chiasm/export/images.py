@@ -1,7 +1,8 @@
 """Image files in and out of a bundle, for `chiasm run`.
 
-Files are read as OpenCV's `imread` reads them: turned as their EXIF entry says, without transparency, and 16-bit values as the upper eight
-bits where an op takes bytes; where it takes numbers from 0 to 1, 16-bit grey values keep all their bits.
+Files are read as OpenCV's `imread` reads them: turned as their EXIF entry says, without transparency, and
+16-bit values as the upper eight bits where an op takes bytes; where it takes numbers from 0 to 1, 16-bit grey
+values keep all their bits.
 """
 
 from __future__ import annotations
@@ -26,20 +27,32 @@ _LAYOUTS = ("NCHW", "HWC", "HW")
 
 
 def run_on_image(bundle: Path, source: Path, target: Path, backend: str, settings: dict[str, str]) -> str:
-    """Run `forward` on an image file and write the first image among its outputs; returns a line that says what was done."""
+    """Run `forward` on an image file and write the first image among its outputs; returns a line that says
+    what was done."""
     manifest = read_manifest(bundle)
     method = manifest["methods"]["forward"]
     takes_image = [t for t in method["inputs"] if t["layout"] in _LAYOUTS[:2]]
     gives_image = [i for i, t in enumerate(method["outputs"]) if t["layout"] in _LAYOUTS]
     if not takes_image or not gives_image:
-        raise BundleError(f"{manifest['name']} does not map an image to an image: use chiasm.runtime from Python or C++")
+        raise BundleError(
+            f"{manifest['name']} does not map an image to an image: use chiasm.runtime from Python or C++"
+        )
     unknown = set(settings) - {t["name"] for t in method["inputs"]}
     if unknown:
-        raise BundleError(f"{manifest['name']} has no input {sorted(unknown)[0]!r}: it has {', '.join(t['name'] for t in method['inputs'])}")
+        raise BundleError(
+            f"{manifest['name']} has no input {sorted(unknown)[0]!r}: it has"
+            f" {', '.join(t['name'] for t in method['inputs'])}"
+        )
     check_target(target)
     picture = read_image(source)
-    inputs = [to_array(t, picture, manifest["dtypes"]) if t in takes_image and t["name"] not in settings
-              else _setting(t, settings, manifest["dtypes"]) for t in method["inputs"]]
+    inputs = [
+        (
+            to_array(t, picture, manifest["dtypes"])
+            if t in takes_image and t["name"] not in settings
+            else _setting(t, settings, manifest["dtypes"])
+        )
+        for t in method["inputs"]
+    ]
     import chiasm.runtime
 
     try:
@@ -60,7 +73,9 @@ def check_target(path: Path) -> None:
         what = f"{path.suffix!r} is no extension of an image" if path.suffix else "it has no extension"
         raise BundleError(f"{path}: {what}, which says how to write it: use .png, .jpg, .tif, .bmp or .webp")
     if not path.parent.is_dir():
-        raise BundleError(f"{path}: the folder {path.parent} does not exist: make it first (mkdir -p {path.parent})")
+        raise BundleError(
+            f"{path}: the folder {path.parent} does not exist: make it first (mkdir -p {path.parent})"
+        )
 
 
 def read_image(path: Path) -> np.ndarray:
@@ -70,15 +85,30 @@ def read_image(path: Path) -> np.ndarray:
             warnings.simplefilter("ignore")  # large images: what is far too large is an error
             with Image.open(path) as image:
                 if image.mode in ("I", "F"):
-                    raise BundleError(f"{path}: pixels of 32 bits ({image.mode}): convert the image to 8 or 16 bits, or use chiasm.runtime from Python")
+                    raise BundleError(
+                        f"{path}: pixels of 32 bits ({image.mode}): convert the image to 8 or 16 bits, or use"
+                        " chiasm.runtime from Python"
+                    )
                 turned = _turned(image)
                 if turned.mode.startswith("I;16"):
                     return np.asarray(turned).astype(np.uint16)[..., None]
                 return np.asarray(turned.convert("RGB"))
     except Image.DecompressionBombError as error:
-        raise BundleError(f"{path}: too many pixels for an image file that is to be trusted: {one_line(error)}") from error
-    except (OSError, SyntaxError, ValueError, EOFError, IndexError, TypeError, struct.error) as error:  # whatever a decoder raises
-        raise BundleError(f"{path}: not an image that can be read: {one_line(getattr(error, 'strerror', None) or error)}") from error
+        raise BundleError(
+            f"{path}: too many pixels for an image file that is to be trusted: {one_line(error)}"
+        ) from error
+    except (
+        OSError,
+        SyntaxError,
+        ValueError,
+        EOFError,
+        IndexError,
+        TypeError,
+        struct.error,
+    ) as error:  # whatever a decoder raises
+        raise BundleError(
+            f"{path}: not an image that can be read: {one_line(getattr(error, 'strerror', None) or error)}"
+        ) from error
 
 
 def _turned(image: Image.Image) -> Image.Image:
@@ -90,7 +120,8 @@ def _turned(image: Image.Image) -> Image.Image:
 
 
 def to_array(tensor: dict[str, Any], picture: np.ndarray, dtypes: list[str]) -> np.ndarray:
-    """The picture in the layout, colour order and dtype that an input asks for: bytes, or numbers from 0 to 1."""
+    """The picture in the layout, colour order and dtype that an input asks for: bytes, or numbers from 0 to
+    1."""
     dtype = _dtype(tensor, dtypes)
     depth = np.iinfo(picture.dtype).max
     if dtype == "uint8":
@@ -100,13 +131,17 @@ def to_array(tensor: dict[str, Any], picture: np.ndarray, dtypes: list[str]) -> 
     planes = tensor["layout"] == "NCHW"
     channels = tensor["shape"][1 if planes else 2]
     if channels == 1 and values.shape[2] == 3:
-        grey = np.tensordot(values, np.array([0.299, 0.587, 0.114], np.float64 if dtype == "float64" else np.float32), 1)[..., None]
+        grey = np.tensordot(
+            values, np.array([0.299, 0.587, 0.114], np.float64 if dtype == "float64" else np.float32), 1
+        )[..., None]
         values = (grey + 0.5).astype(np.uint8) if dtype == "uint8" else grey
     elif channels != 1 and values.shape[2] == 1:
         values = np.repeat(values, 3, 2)
     if tensor["color"] == "BGR":
         values = values[..., ::-1]
-    return np.ascontiguousarray(values[None].transpose(0, 3, 1, 2) if planes else values, None if dtype == "uint8" else dtype)
+    return np.ascontiguousarray(
+        values[None].transpose(0, 3, 1, 2) if planes else values, None if dtype == "uint8" else dtype
+    )
 
 
 def _dtype(tensor: dict[str, Any], dtypes: list[str]) -> str:
@@ -115,14 +150,19 @@ def _dtype(tensor: dict[str, Any], dtypes: list[str]) -> str:
     if wanted == "T":
         wanted = "float32" if "float32" in dtypes else dtypes[0]
     if wanted == "bfloat16":
-        raise BundleError(f"input {tensor['name']!r} is bfloat16, which NumPy does not have: use chiasm.runtime with torch")
+        raise BundleError(
+            f"input {tensor['name']!r} is bfloat16, which NumPy does not have: use chiasm.runtime with torch"
+        )
     return wanted
 
 
 def _setting(tensor: dict[str, Any], settings: dict[str, str], dtypes: list[str]) -> np.ndarray:
     name, dtype = tensor["name"], _dtype(tensor, dtypes)
     if name not in settings:
-        raise BundleError(f"input {name!r} ({tensor['description']}; shape {tuple(tensor['shape'])}) is needed: --set {name}=VALUE")
+        raise BundleError(
+            f"input {name!r} ({tensor['description']}; shape {tuple(tensor['shape'])}) is needed: --set"
+            f" {name}=VALUE"
+        )
     value = settings[name]
     try:
         if size := re.fullmatch(r"(\d{1,6})x(\d{1,6})", value):
@@ -132,7 +172,10 @@ def _setting(tensor: dict[str, Any], settings: dict[str, str], dtypes: list[str]
             raise ValueError("expected numbers, or lists of numbers")
         return np.asarray(parsed, dtype)
     except (ValueError, TypeError, OverflowError, RecursionError, MemoryError) as error:
-        raise BundleError(f"input {name!r}: {one_line(value, 60)!r} is neither JSON for {dtype} {tuple(tensor['shape'])} nor HEIGHTxWIDTH: {one_line(error)}") from error
+        raise BundleError(
+            f"input {name!r}: {one_line(value, 60)!r} is neither JSON for {dtype} {tuple(tensor['shape'])}"
+            f" nor HEIGHTxWIDTH: {one_line(error)}"
+        ) from error
 
 
 def _leaves(value: Any) -> list[Any]:
@@ -140,7 +183,8 @@ def _leaves(value: Any) -> list[Any]:
 
 
 def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
-    """Write the first image of an output, whole or not at all. Float values are taken as 0 to 1 where they lie there, else stretched to it."""
+    """Write the first image of an output, whole or not at all. Float values are taken as 0 to 1 where they
+    lie there, else stretched to it."""
     if array.size == 0:
         raise BundleError(f"{path}: output {tensor['name']!r} is empty: its shape is {array.shape}")
     if tensor["layout"] == "NCHW":
@@ -159,14 +203,18 @@ def write_image(path: Path, array: np.ndarray, tensor: dict[str, Any]) -> None:
     scratch = None
     try:
         encoded = io.BytesIO()  # not right to the file: Pillow takes no notice of a disk that is full
-        Image.fromarray(np.ascontiguousarray(array)).save(encoded, Image.registered_extensions()[path.suffix.lower()])
+        Image.fromarray(np.ascontiguousarray(array)).save(
+            encoded, Image.registered_extensions()[path.suffix.lower()]
+        )
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".writing-", delete=False) as file:
             scratch = Path(file.name)
             file.write(encoded.getbuffer())
         scratch.chmod(0o666 & ~_umask())
         os.replace(scratch, path)
     except (OSError, ValueError, KeyError) as error:
-        raise BundleError(f"{path}: cannot be written: {one_line(getattr(error, 'strerror', None) or error)}") from error
+        raise BundleError(
+            f"{path}: cannot be written: {one_line(getattr(error, 'strerror', None) or error)}"
+        ) from error
     finally:
         if scratch is not None:
             scratch.unlink(missing_ok=True)

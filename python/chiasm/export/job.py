@@ -36,7 +36,9 @@ def call(module: nn.Module, inputs: Mapping[str, torch.Tensor]) -> Any:
         return module(*inputs.values())
 
 
-def with_cotangents(op: nn.Module, spec: Spec, sizes: dict[str, int], variant: str | None, tensors: Sequence[TensorSpec]) -> Tensors:
+def with_cotangents(
+    op: nn.Module, spec: Spec, sizes: dict[str, int], variant: str | None, tensors: Sequence[TensorSpec]
+) -> Tensors:
     """Inputs for a method: the spec's, and for a vjp random cotangents of the outputs' shapes."""
     made = samples.make(spec, sizes, variant)
     extra = [t for t in tensors if t.name not in made]
@@ -45,7 +47,9 @@ def with_cotangents(op: nn.Module, spec: Spec, sizes: dict[str, int], variant: s
         shaped = dict(zip([f"grad_{t.name}" for t in spec.outputs], run_eager(op, made), strict=True))
         for tensor in extra:
             like = shaped[tensor.name]
-            made[tensor.name] = (torch.rand(like.shape, generator=generator, dtype=torch.float64) * 2 - 1).to(like.dtype)
+            made[tensor.name] = (torch.rand(like.shape, generator=generator, dtype=torch.float64) * 2 - 1).to(
+                like.dtype
+            )
     return made
 
 
@@ -83,11 +87,14 @@ class Method:
 
     def tensors(self, sizes: Mapping[str, int]) -> Tensors:
         """Inputs of given sizes."""
-        return with_cotangents(self.job.op, self.job.spec, samples.fit(self.job.spec, dict(sizes)), self.variant, self.inputs)
+        return with_cotangents(
+            self.job.op, self.job.spec, samples.fit(self.job.spec, dict(sizes)), self.variant, self.inputs
+        )
 
     def program(self, target: str) -> ExportedProgram:
-        """The traced graph for a target ("onnx", "native"), a copy that the caller may change. Tracing is slow: it is done once a target,
-        and once for all where the graph is one of gradients, which have one form."""
+        """The traced graph for a target ("onnx", "native"), a copy that the caller may change. Tracing is
+        slow: it is done once a target, and once for all where the graph is one of gradients, which have one
+        form."""
         gradients = self.name == "vjp" or self.job.spec.takes_gradients
         key = "vjp" if gradients else target
         if key not in self._programs:
@@ -105,7 +112,8 @@ class Method:
 
 
 def _copied(program: ExportedProgram) -> ExportedProgram:
-    """A copy whose nodes have the names that the signature calls them by: copied, `input` becomes `input_1`, since Python has an `input`."""
+    """A copy whose nodes have the names that the signature calls them by: copied, `input` becomes `input_1`,
+    since Python has an `input`."""
     result = deepcopy(program)
     for module, copy in zip(program.graph_module.modules(), result.graph_module.modules(), strict=True):
         if isinstance(module, GraphModule):
@@ -119,8 +127,8 @@ def _copied(program: ExportedProgram) -> ExportedProgram:
 class Artifact:
     """A file of the bundle in the making.
 
-    format: the one that the caller asked for.
-    made: waits for it; returns its bytes, and its entry in the manifest but for the file's name, size and hash.
+    format: the one that the caller asked for. made: waits for it; returns its bytes, and its entry in the
+    manifest but for the file's name, size and hash.
     """
 
     method: str
@@ -131,7 +139,8 @@ class Artifact:
 
 @dataclass
 class ExportJob:
-    """One export. The first members are the caller's request; the stage that sets each of the others is named with it."""
+    """One export. The first members are the caller's request; the stage that sets each of the others is named
+    with it."""
 
     fn: Callable | nn.Module
     spec: Spec

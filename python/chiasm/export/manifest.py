@@ -1,4 +1,5 @@
-"""Reading a bundle: its manifest and its files, checked. Imports no engine, so that a program that only runs bundles can use it."""
+"""Reading a bundle: its manifest and its files, checked. Imports no engine, so that a program that only runs
+bundles can use it."""
 
 from __future__ import annotations
 
@@ -38,7 +39,9 @@ def read_manifest(bundle: Path) -> dict[str, Any]:
     try:
         text = file.read_bytes()
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError) as error:
-        raise BundleError(f"{bundle}: not a bundle: it has no manifest.json (`chiasm export --help` makes one)") from error
+        raise BundleError(
+            f"{bundle}: not a bundle: it has no manifest.json (`chiasm export --help` makes one)"
+        ) from error
     except OSError as error:
         raise BundleError(f"{file}: {error.strerror}") from error
     try:
@@ -47,7 +50,10 @@ def read_manifest(bundle: Path) -> dict[str, Any]:
         raise BundleError(f"{file}: not JSON: {error}") from error
     version = manifest.get("schema_version") if isinstance(manifest, dict) else None
     if isinstance(version, int) and version > SCHEMA_VERSION:
-        raise BundleError(f"{file}: written with schema version {version}, this chiasm reads up to {SCHEMA_VERSION}: upgrade chiasm")
+        raise BundleError(
+            f"{file}: written with schema version {version}, this chiasm reads up to {SCHEMA_VERSION}:"
+            " upgrade chiasm"
+        )
     try:
         jsonschema.validate(manifest, schema())
     except jsonschema.ValidationError as error:
@@ -65,7 +71,9 @@ def read_file(bundle: Path, entry: dict[str, Any]) -> bytes:
     except OSError as error:
         raise BundleError(f"{path}: {error.strerror}") from error
     if len(data) != entry["size"]:
-        raise BundleError(f"{path}: {len(data)} bytes, the manifest says {entry['size']}: truncated or replaced")
+        raise BundleError(
+            f"{path}: {len(data)} bytes, the manifest says {entry['size']}: truncated or replaced"
+        )
     if sha256(data) != entry["sha256"]:
         raise BundleError(f"{path}: sha256 differs from the manifest's: damaged or tampered with")
     return data

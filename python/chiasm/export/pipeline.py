@@ -1,4 +1,5 @@
-"""One call from an op to a bundle, stage by stage. What flows through the stages is an `ExportJob` (job.py)."""
+"""One call from an op to a bundle, stage by stage. What flows through the stages is an `ExportJob`
+(job.py)."""
 
 from __future__ import annotations
 
@@ -46,14 +47,16 @@ def export(
     """Export an op or a pipeline of ops, and write the bundle `path`/NAME.chiasm.
 
     Args:
-        fn: a typed function on tensors, or an nn.Module (torch.nn.Sequential of ops, say), which is exported in evaluation mode and
-            left exactly as it was. It gives the same for the same inputs, and changes neither them nor a state.
+        fn: a typed function on tensors, or an nn.Module (torch.nn.Sequential of ops, say), which is exported
+            in evaluation mode and left exactly as it was. It gives the same for the same inputs, and changes
+            neither them nor a state.
         spec: its inputs, outputs, configuration and tolerances.
         path: the folder that gets the bundle; made where it does not exist.
         formats: which of "torchscript", "onnx", "native" to make.
         isas: CPU levels to compile native code for.
-        methods: ("forward",) leaves the gradient out, which takes most of an export's time; ("forward", "vjp") demands it. Without
-            either the gradient is exported in the formats that have one, and a warning names the others.
+        methods: ("forward",) leaves the gradient out, which takes most of an export's time; ("forward",
+            "vjp") demands it. Without either the gradient is exported in the formats that have one, and a
+            warning names the others.
         progress: called with the name of each step as it begins.
 
     Returns:
@@ -83,7 +86,7 @@ def export(
             return writer.write(Path(path))
 
 
-# --- stages, in their order ------------------------------------------------------------------------------------------------
+# --- stages, in their order ---------------------------------------------------------------------------------
 
 
 def check(job: ExportJob) -> None:
@@ -92,7 +95,13 @@ def check(job: ExportJob) -> None:
     copied = [_check(job, variant) for variant in job.variants]
     if any(map(any, copied)):
         # An output that is an input, or another output: a graph's outputs are tensors of their own.
-        job.op = bind(job.fn, [t.name for t in job.spec.inputs], job.spec.config, job.spec.name, [any(of) for of in zip(*copied, strict=True)])
+        job.op = bind(
+            job.fn,
+            [t.name for t in job.spec.inputs],
+            job.spec.config,
+            job.spec.name,
+            [any(of) for of in zip(*copied, strict=True)],
+        )
 
 
 def _check(job: ExportJob, variant: str | None) -> list[bool]:
@@ -101,17 +110,26 @@ def _check(job: ExportJob, variant: str | None) -> list[bool]:
     inputs = samples.make(job.spec, sizes, variant)
     check_inputs(job.spec, inputs, sizes, variant)
     try:
-        return check_op(job.spec.name, lambda tensors: check_results(job.spec, call(job.op, tensors)), inputs, job.op)
+        return check_op(
+            job.spec.name, lambda tensors: check_results(job.spec, call(job.op, tensors)), inputs, job.op
+        )
     except ExportError:
         raise
     except (Exception, SystemExit) as error:
-        raise explain(job.spec.name, None, error, shapes=", ".join(f"{key} {tuple(t.shape)}" for key, t in inputs.items())) from error
+        raise explain(
+            job.spec.name,
+            None,
+            error,
+            shapes=", ".join(f"{key} {tuple(t.shape)}" for key, t in inputs.items()),
+        ) from error
 
 
 def derive(job: ExportJob) -> None:
     """Find the outputs' dtypes and shapes from a first graph, and from them the gradient's signature."""
     job.progress("trace")
-    forward = [Method(job, "forward", variant, job.op, job.spec.inputs, job.outputs) for variant in job.variants]
+    forward = [
+        Method(job, "forward", variant, job.op, job.spec.inputs, job.outputs) for variant in job.variants
+    ]
     job.outputs += output_specs(forward[0].program("onnx"), job.spec, job.variants[0])
     job.work = forward
     if job.methods_asked is None or "vjp" in job.methods_asked:
@@ -135,7 +153,8 @@ def describe(job: ExportJob) -> None:
 
 
 def _independent(job: ExportJob) -> bool:
-    """Whether the forward's samples are; a gradient's are where the forward's are and no gradient is a sum over the batch."""
+    """Whether the forward's samples are; a gradient's are where the forward's are and no gradient is a sum
+    over the batch."""
     spec = job.spec
     if not has_samples(spec.inputs, job.outputs) or spec.limits(SYMBOL)[0] != 1 or spec.limits(SYMBOL)[1] < 2:
         return False
@@ -150,7 +169,12 @@ def lower(job: ExportJob) -> None:
     for method in job.work:
         for format, make in LOWERINGS.items():
             if format in job.formats:
-                _try(job, method.name, format, lambda make=make, method=method: job.artifacts.extend(make(job, method)))
+                _try(
+                    job,
+                    method.name,
+                    format,
+                    lambda make=make, method=method: job.artifacts.extend(make(job, method)),
+                )
 
 
 def package(job: ExportJob) -> Writer:
@@ -163,7 +187,10 @@ def package(job: ExportJob) -> Writer:
     for format, error in job.without_gradient.items():
         reason = "; ".join(line.strip() for line in str(error).splitlines()[1:])
         asked = "methods=('forward',) asks for none, methods=('forward', 'vjp') for all or an error"
-        warnings.warn(f"{job.spec.name}: exported without its gradient in the format {format}: {reason} ({asked})", stacklevel=3)
+        warnings.warn(
+            f"{job.spec.name}: exported without its gradient in the format {format}: {reason} ({asked})",
+            stacklevel=3,
+        )
     return writer
 
 
@@ -188,7 +215,9 @@ def golden(job: ExportJob, writer: Writer) -> None:
     for method in job.work:
         if method.name in job.methods:
             inputs = method.tensors(samples.GOLDEN)
-            outputs = dict(zip([t.name for t in method.outputs], run_eager(method.module, inputs), strict=True))
+            outputs = dict(
+                zip([t.name for t in method.outputs], run_eager(method.module, inputs), strict=True)
+            )
             cases.append(Golden(method.name, method.variant, inputs | outputs))
     writer.golden(cases)
 
@@ -200,7 +229,7 @@ def document(job: ExportJob, writer: Writer) -> None:
     writer.document("provenance", "provenance.json", provenance(job.fn, writer.manifest, writer.files, asked))
 
 
-# --- the manifest ------------------------------------------------------------------------------------------------------------
+# --- the manifest -------------------------------------------------------------------------------------------
 
 
 def _manifest(job: ExportJob) -> dict[str, Any]:
@@ -227,14 +256,27 @@ def _manifest(job: ExportJob) -> dict[str, Any]:
     }
 
 
-def _described(spec: Spec, method: str, inputs: Sequence[TensorSpec], outputs: Sequence[TensorSpec]) -> dict[str, Any]:
-    return {"inputs": [_tensor(t) for t in inputs], "outputs": [_tensor(t) for t in outputs],
-            "tolerances": _tolerances(spec, method, outputs), "artifacts": []}
+def _described(
+    spec: Spec, method: str, inputs: Sequence[TensorSpec], outputs: Sequence[TensorSpec]
+) -> dict[str, Any]:
+    return {
+        "inputs": [_tensor(t) for t in inputs],
+        "outputs": [_tensor(t) for t in outputs],
+        "tolerances": _tolerances(spec, method, outputs),
+        "artifacts": [],
+    }
 
 
 def _tensor(t: TensorSpec) -> dict[str, Any]:
-    return {"name": t.name, "dtype": t.dtype, "shape": list(t.shape), "layout": t.layout, "color": t.color,
-            "range": None if t.range is None else list(t.range), "description": t.description}
+    return {
+        "name": t.name,
+        "dtype": t.dtype,
+        "shape": list(t.shape),
+        "layout": t.layout,
+        "color": t.color,
+        "range": None if t.range is None else list(t.range),
+        "description": t.description,
+    }
 
 
 def _tolerances(spec: Spec, method: str, outputs: Sequence[TensorSpec]) -> dict[str, Any]:

@@ -6,10 +6,11 @@ import torch
 
 from .spec import Spec, TensorSpec
 
-#: The sizes that ops are exported at. All differ, also from constants that signatures contain (2, 3, 4, 9), because
-#: symbolic tracing takes equal sizes for the same symbol.
+#: The sizes that ops are exported at. All differ, also from constants that signatures contain (2, 3, 4, 9),
+#: because symbolic tracing takes equal sizes for the same symbol.
 EXAMPLE = {"B": 7, "C": 6, "H": 24, "W": 31, "N": 11, "OD": 10, "OH": 14, "OW": 19}
-#: The sizes that they are tested at: none of EXAMPLE's, odd and even, batch 1 and 3, 1, 3 and 5 channels, non-square.
+#: The sizes that they are tested at: none of EXAMPLE's, odd and even, batch 1 and 3, 1, 3 and 5 channels,
+#: non-square.
 TESTS = (
     {"B": 1, "C": 1, "H": 37, "W": 53, "N": 4, "OH": 50, "OW": 33},
     {"B": 3, "C": 3, "H": 64, "W": 20, "N": 17, "OH": 9, "OW": 41},
@@ -21,7 +22,8 @@ GOLDEN = {"B": 1, "C": 3, "H": 17, "W": 22, "N": 8, "OH": 11, "OW": 13}
 
 
 def fit(spec: Spec, sizes: dict[str, int]) -> dict[str, int]:
-    """`sizes` for the spec's symbols, moved into their limits; symbols that chiasm does not know get a size of their own."""
+    """`sizes` for the spec's symbols, moved into their limits; symbols that chiasm does not know get a size
+    of their own."""
     result = {}
     for index, (symbol, (low, high)) in enumerate(spec.used_symbols().items()):
         wanted = sizes.get(symbol, sizes["N"] + 3 + index)
@@ -44,7 +46,9 @@ def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) 
     return {t.name: uniform(generator, t, sizes, variant) for t in spec.inputs}
 
 
-def uniform(generator: torch.Generator, tensor: TensorSpec, sizes: dict[str, int], variant: str | None) -> torch.Tensor:
+def uniform(
+    generator: torch.Generator, tensor: TensorSpec, sizes: dict[str, int], variant: str | None
+) -> torch.Tensor:
     """Independent uniform values in the tensor's range (0 to 1 where it states none)."""
     shape = [sizes[d] if isinstance(d, str) else d for d in tensor.shape]
     dtype = dtype_of(tensor.dtype, variant)

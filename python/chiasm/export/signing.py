@@ -1,6 +1,7 @@
 """Signing bundles, and proving who signed them, in minisign's format.
 
-The manifest names every file of a bundle with its hash, so its signature, `manifest.json.minisig`, covers all of them.
+The manifest names every file of a bundle with its hash, so its signature, `manifest.json.minisig`, covers all
+of them.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ _UNTRUSTED, _TRUSTED = "untrusted comment: ", "trusted comment: "
 
 @dataclass(frozen=True)
 class SecretKey:
-    """An Ed25519 key pair as minisign keeps it: a seed and the public key, and a number that names the pair."""
+    """An Ed25519 key pair as minisign keeps it: a seed and the public key, and a number that names the
+    pair."""
 
     id: bytes
     key: bytes
@@ -46,16 +48,25 @@ def read_secret_key(file: Path, ask_password: Callable[[], str]) -> SecretKey:
     body, check = data[54:126], data[126:]
     protected = data[2:4] == b"Sc"
     if protected:
-        stream = _scrypt(file, ask_password(), data[6:38], int.from_bytes(data[38:46], "little"), int.from_bytes(data[46:54], "little"))
+        stream = _scrypt(
+            file,
+            ask_password(),
+            data[6:38],
+            int.from_bytes(data[38:46], "little"),
+            int.from_bytes(data[46:54], "little"),
+        )
         plain = bytes(a ^ b for a, b in zip(data[54:], stream, strict=True))
         body, check = plain[:72], plain[72:]
     if (protected or any(check)) and check != hashlib.blake2b(data[:2] + body, digest_size=32).digest():
-        raise ExportError(f"{file}: the password is wrong" if protected else f"{file}: damaged: its checksum is another")
+        raise ExportError(
+            f"{file}: the password is wrong" if protected else f"{file}: damaged: its checksum is another"
+        )
     return SecretKey(body[:8], body[8:])
 
 
 def _scrypt(file: Path, password: str, salt: bytes, opslimit: int, memlimit: int) -> bytes:
-    """The key's mask. minisign states the cost as libsodium's two limits, from which that makes scrypt's N and p (r is 8)."""
+    """The key's mask. minisign states the cost as libsodium's two limits, from which that makes scrypt's N
+    and p (r is 8)."""
     opslimit = max(opslimit, 32768)
     bound_by_work = opslimit < memlimit // 32
     most = opslimit // 32 if bound_by_work else memlimit // 1024
@@ -65,7 +76,10 @@ def _scrypt(file: Path, password: str, salt: bytes, opslimit: int, memlimit: int
     p = 1 if bound_by_work else min(opslimit // 4 // n, 0x3FFFFFFF) // 8
     memory = 128 * 8 * (n + p + 2)
     if memory >= 2**31:
-        raise ExportError(f"{file}: its password protection needs {memory} bytes of memory, which is more than this program takes")
+        raise ExportError(
+            f"{file}: its password protection needs {memory} bytes of memory, which is more than this program"
+            " takes"
+        )
     try:
         return hashlib.scrypt(password.encode(), salt=salt, n=n, r=8, p=p, maxmem=memory, dklen=104)
     except (ValueError, MemoryError) as error:
@@ -100,7 +114,8 @@ def sign(bundle: str | Path, key: SecretKey) -> Path:
 
 
 def check_signature(bundle: str | Path, key: str) -> str:
-    """Prove that this public key (its text or the path of a file) has signed the bundle, and that every file is what was signed.
+    """Prove that this public key (its text or the path of a file) has signed the bundle, and that every file
+    is what was signed.
 
     Returns the signature's trusted comment.
 
@@ -113,7 +128,9 @@ def check_signature(bundle: str | Path, key: str) -> str:
     if not file.exists():
         raise BundleError(f"{folder}: is not signed: there is no {SIGNATURE} in it (`chiasm sign` makes one)")
     try:
-        comment = _runtime.verify_signature((folder / "manifest.json").read_bytes(), file.read_bytes(), read_public_key(key), str(file))
+        comment = _runtime.verify_signature(
+            (folder / "manifest.json").read_bytes(), file.read_bytes(), read_public_key(key), str(file)
+        )
     except OSError as error:
         raise BundleError(f"{error.filename}: {error.strerror}") from error
     except _runtime.ChiasmError as error:
@@ -142,7 +159,10 @@ def read_public_key(key: str) -> str:
     try:
         return Path(key).read_text()
     except (OSError, ValueError) as error:
-        raise BundleError(f"{key}: neither a minisign public key nor a file that holds one: {getattr(error, 'strerror', None) or error}") from error
+        raise BundleError(
+            f"{key}: neither a minisign public key nor a file that holds one:"
+            f" {getattr(error, 'strerror', None) or error}"
+        ) from error
 
 
 def _proved_manifest(folder: Path) -> bytes:
@@ -154,5 +174,8 @@ def _proved_manifest(folder: Path) -> bytes:
         read_file(folder, entry)
     others = {p.name for p in folder.iterdir()} - {e["file"] for e in entries} - {"manifest.json", SIGNATURE}
     if others:
-        raise BundleError(f"{folder} has {min(others)!r}, which its manifest does not name: remove it, or export the bundle again")
+        raise BundleError(
+            f"{folder} has {min(others)!r}, which its manifest does not name: remove it, or export the bundle"
+            " again"
+        )
     return (folder / "manifest.json").read_bytes()

@@ -57,18 +57,17 @@ DEFAULT_TOLERANCES = MappingProxyType(
 class Spec:
     """How an op or pipeline is deployed.
 
-    name: the bundle's name, e.g. "filters.sobel".
-    inputs, outputs: the tensors, in the order of the function's arguments and results.
-    config: the function's other arguments, frozen into the artifacts.
-    symbols: limits (min, max) of the symbolic dimensions, where they differ from DEFAULT_SYMBOLS.
-    dtypes: what "T" stands for; the first is the default.
-    gradients: inputs that `vjp` differentiates by; None means every floating input, () means no vjp.
-    tolerances: per dtype of an output, where DEFAULT_TOLERANCES would not do.
-    gradient_tolerances: the same for the results of `vjp`, where they differ from `tolerances`.
+    name: the bundle's name, e.g. "filters.sobel". inputs, outputs: the tensors, in the order of the
+    function's arguments and results. config: the function's other arguments, frozen into the artifacts.
+    symbols: limits (min, max) of the symbolic dimensions, where they differ from DEFAULT_SYMBOLS. dtypes:
+    what "T" stands for; the first is the default. gradients: inputs that `vjp` differentiates by; None means
+    every floating input, () means no vjp. tolerances: per dtype of an output, where DEFAULT_TOLERANCES would
+    not do. gradient_tolerances: the same for the results of `vjp`, where they differ from `tolerances`.
     vectorize: False compiles native loops without SIMD: right where AOTInductor's SIMD loops are not.
-    without_nan: True where the op is documented for images without NaN: native minima and maxima then take one instruction, not three.
-    special_values: why backends may differ from eager Python on inputs with NaN or infinity; empty where they agree (tests/parity/special_values.py).
-    takes_gradients: True for a function that calls torch.autograd.grad (a step of an optimisation); it is traced as gradients are, and has no vjp.
+    without_nan: True where the op is documented for images without NaN: native minima and maxima then take
+    one instruction, not three. special_values: why backends may differ from eager Python on inputs with NaN
+    or infinity; empty where they agree (tests/parity/special_values.py). takes_gradients: True for a function
+    that calls torch.autograd.grad (a step of an optimisation); it is traced as gradients are, and has no vjp.
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
     """
 
@@ -103,7 +102,9 @@ class Spec:
         """The least and greatest size of a symbol."""
         found = self.symbols.get(symbol) or DEFAULT_SYMBOLS.get(symbol)
         if found is None:
-            raise KeyError(f"spec {self.name!r}: symbol {symbol!r} has no limits: add symbols={{{symbol!r}: (min, max)}}")
+            raise KeyError(
+                f"spec {self.name!r}: symbol {symbol!r} has no limits: add symbols={{{symbol!r}: (min, max)}}"
+            )
         return found
 
     def used_symbols(self) -> dict[str, tuple[int, int]]:
@@ -116,7 +117,9 @@ class Spec:
         floating = [t.name for t in self.inputs if t.dtype == "T" or t.dtype.startswith(("float", "bfloat"))]
         unknown = set(self.gradients or ()) - set(floating)
         if unknown:
-            raise ValueError(f"spec {self.name!r}: gradients names {sorted(unknown)}, which are not floating inputs")
+            raise ValueError(
+                f"spec {self.name!r}: gradients names {sorted(unknown)}, which are not floating inputs"
+            )
         if self.takes_gradients:
             return []
         return floating if self.gradients is None else list(self.gradients)
@@ -127,9 +130,17 @@ class Spec:
         return own.get(dtype) or self.tolerances.get(dtype) or DEFAULT_TOLERANCES.get(dtype)
 
 
-def image(name: str = "input", channels: int | str = "C", color: str = "", range: tuple[float, float] = (0.0, 1.0), description: str = "") -> TensorSpec:
+def image(
+    name: str = "input",
+    channels: int | str = "C",
+    color: str = "",
+    range: tuple[float, float] = (0.0, 1.0),
+    description: str = "",
+) -> TensorSpec:
     """A float image batch (B, C, H, W)."""
-    return TensorSpec(name, ("B", channels, "H", "W"), "T", "NCHW", color, range, description or "image batch")
+    return TensorSpec(
+        name, ("B", channels, "H", "W"), "T", "NCHW", color, range, description or "image batch"
+    )
 
 
 def frame(name: str = "frame", color: str = "BGR", description: str = "") -> TensorSpec:

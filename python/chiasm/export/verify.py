@@ -29,31 +29,47 @@ class Row:
     message: str = ""
 
 
-def difference(result: torch.Tensor, expected: torch.Tensor, tolerance: dict[str, float] | None) -> tuple[float, str]:
-    """The largest absolute difference, and "" or what is wrong. Without a tolerance, equality is asked for; NaN equals NaN."""
+def difference(
+    result: torch.Tensor, expected: torch.Tensor, tolerance: dict[str, float] | None
+) -> tuple[float, str]:
+    """The largest absolute difference, and "" or what is wrong. Without a tolerance, equality is asked for;
+    NaN equals NaN."""
     if result.shape != expected.shape or result.dtype != expected.dtype:
-        return float("inf"), f"expected {tuple(expected.shape)} {expected.dtype}, got {tuple(result.shape)} {result.dtype}"
+        return (
+            float("inf"),
+            f"expected {tuple(expected.shape)} {expected.dtype}, got {tuple(result.shape)} {result.dtype}",
+        )
     if expected.numel() == 0:
         return 0.0, ""
     a, b = result.double(), expected.double()
     same = (a == b) | (a.isnan() & b.isnan())
     gap = torch.where(same, 0.0, (a - b).abs().nan_to_num(nan=float("inf")))
-    allowed = torch.zeros_like(b) if tolerance is None else tolerance["atol"] + tolerance["rtol"] * b.abs().nan_to_num()
+    allowed = (
+        torch.zeros_like(b)
+        if tolerance is None
+        else tolerance["atol"] + tolerance["rtol"] * b.abs().nan_to_num()
+    )
     worst, wrong = float(gap.max()), int((gap > allowed).sum())
     return worst, "" if wrong == 0 else f"{wrong} of {b.numel()} values differ by up to {worst:.3g}"
 
 
-def compare(method: dict, results: Sequence[torch.Tensor], expected: Sequence[torch.Tensor]) -> tuple[float, str]:
-    """The largest absolute difference of a method's outputs, and "" or what is wrong by its manifest's tolerances."""
+def compare(
+    method: dict, results: Sequence[torch.Tensor], expected: Sequence[torch.Tensor]
+) -> tuple[float, str]:
+    """The largest absolute difference of a method's outputs, and "" or what is wrong by its manifest's
+    tolerances."""
     worst, message = 0.0, ""
     for tensor, result, want in zip(method["outputs"], results, expected, strict=True):
-        error, wrong = difference(result, want, method["tolerances"].get(str(want.dtype).removeprefix("torch.")))
+        error, wrong = difference(
+            result, want, method["tolerances"].get(str(want.dtype).removeprefix("torch."))
+        )
         worst, message = max(worst, error), message or (wrong and f"output {tensor['name']!r}: {wrong}")
     return worst, message
 
 
 def verify(bundle: str | Path) -> list[Row]:
-    """Replay a bundle's golden vectors: by the C++ runtime on each of its backends, and by ONNX Runtime in Python.
+    """Replay a bundle's golden vectors: by the C++ runtime on each of its backends, and by ONNX Runtime in
+    Python.
 
     Raises:
         BundleError: the bundle is damaged.
@@ -66,7 +82,9 @@ def verify(bundle: str | Path) -> list[Row]:
     for document in manifest.get("documents", {}).values():
         read_file(folder, document)
     golden = read_golden(folder, manifest)
-    rows = [row for case in manifest["golden"]["cases"] for row in _python_onnx(folder, manifest, golden, case)]
+    rows = [
+        row for case in manifest["golden"]["cases"] for row in _python_onnx(folder, manifest, golden, case)
+    ]
     return _runtime(folder) + rows
 
 
@@ -77,11 +95,23 @@ def _runtime(folder: Path) -> list[Row]:
         rows = chiasm.runtime.open(folder).self_test()
     except chiasm.runtime.ChiasmError as error:
         raise BundleError(str(error)) from error
-    return [Row(r.method, r.dtype, r.backend, r.artifact, {1: True, 0: False}.get(r.passed), r.max_error, r.message) for r in rows]
+    return [
+        Row(
+            r.method,
+            r.dtype,
+            r.backend,
+            r.artifact,
+            {1: True, 0: False}.get(r.passed),
+            r.max_error,
+            r.message,
+        )
+        for r in rows
+    ]
 
 
 def _python_onnx(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], case: dict) -> Iterator[Row]:
-    """Both forms of the artifact: the flat one, and the fused one as an engine without chiasm's plug-in runs it."""
+    """Both forms of the artifact: the flat one, and the fused one as an engine without chiasm's plug-in runs
+    it."""
     method = manifest["methods"][case["method"]]
     dtype = case["dtype"]
     expected = [golden[f"{case['prefix']}/{t['name']}"] for t in method["outputs"]]
@@ -97,9 +127,11 @@ def _python_onnx(folder: Path, manifest: dict, golden: dict[str, torch.Tensor], 
         yield Row(case["method"], dtype or "", backend, artifact["file"], not message, worst, message)
 
 
-def onnx_session(file: Path, bundle: Path | None = None) -> Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]:
-    """Load a `.onnx` in ONNX Runtime's Python package, with the native code of `bundle` where one is given; returns a function
-    from named inputs to outputs."""
+def onnx_session(
+    file: Path, bundle: Path | None = None
+) -> Callable[[dict[str, torch.Tensor]], tuple[torch.Tensor, ...]]:
+    """Load a `.onnx` in ONNX Runtime's Python package, with the native code of `bundle` where one is given;
+    returns a function from named inputs to outputs."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()

@@ -1,8 +1,9 @@
 """Matches that agree with their surroundings on a local affine map.
 
-L. Cavalli, V. Larsson, M. Oswald, T. Sattler, M. Pollefeys, AdaLAM: Revisiting Handcrafted Outlier Detection, arXiv 2006.04250, 2020. Nothing
-is random: the samples of two are those pairs of a seed's neighbours that are first by their confidence, as PROSAC would come to draw them (O. Chum,
-J. Matas, Matching with PROSAC, CVPR 2005). All is decided in float64 and without a gradient.
+L. Cavalli, V. Larsson, M. Oswald, T. Sattler, M. Pollefeys, AdaLAM: Revisiting Handcrafted Outlier Detection,
+arXiv 2006.04250, 2020. Nothing is random: the samples of two are those pairs of a seed's neighbours that are
+first by their confidence, as PROSAC would come to draw them (O. Chum, J. Matas, Matching with PROSAC, CVPR
+2005). All is decided in float64 and without a gradient.
 """
 
 import math
@@ -40,20 +41,27 @@ def match_adalam(
     mask1: Optional[Tensor] = None,
     mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """Nearest neighbours that a local affine map explains: many more than pass a ratio test, and fewer wrong ones.
+    """Nearest neighbours that a local affine map explains: many more than pass a ratio test, and fewer wrong
+    ones.
 
-    1. Each descriptor of the first set and its nearest of the second are a putative match. How sure it is is 1 minus its ratio (``match_snn``).
-    2. Seeds are mutual nearest neighbours surer than all other such within R1 = sqrt(H W / (pi area_ratio)) of them in the first image.
-    3. Around a seed are the matches within search_expansion R1 of it in the first image and search_expansion R2 in the second, whose frames
-       turn and grow from the first image to the second about as much as the seed's.
-    4. Two of them and the seed define an affine map. Residuals of wrong matches would be spread evenly over the disk of radius search_expansion R2;
-       inliers are those up to the largest residual within which there are min_confidence times as many matches as would lie there then. Of all
-       samples' maps that with the most inliers is fitted to them again by least squares. Where at least min_inliers agree with it, they and the
-       seed, and all around the seed that fit as well, are matches.
+    1. Each descriptor of the first set and its nearest of the second are a putative match. How sure it is is
+      1 minus its ratio (``match_snn``).
+    2. Seeds are mutual nearest neighbours surer than all other such within R1 = sqrt(H W / (pi area_ratio))
+      of them in the first image.
+    3. Around a seed are the matches within search_expansion R1 of it in the first image and search_expansion
+       R2 in the second, whose frames turn and grow from the first image to the second about as much as the
+       seed's.
+    4. Two of them and the seed define an affine map. Residuals of wrong matches would be spread evenly over
+       the disk of radius search_expansion R2; inliers are those up to the largest residual within which there
+       are min_confidence times as many matches as would lie there then. Of all samples' maps that with the
+       most inliers is fitted to them again by least squares. Where at least min_inliers agree with it, they
+       and the seed, and all around the seed that fit as well, are matches.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``; N1 at least 1. Where there is no second descriptor in the second set, nothing is sure.
-        lafs1, lafs2: (B, N1, 2, 3) and (B, N2, 2, 3), floating point, their frames in pixels (B = 1 where descriptors have no batch), oriented.
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``; N1 at least 1. Where there is no second descriptor
+            in the second set, nothing is sure.
+        lafs1, lafs2: (B, N1, 2, 3) and (B, N2, 2, 3), floating point, their frames in pixels (B = 1 where
+            descriptors have no batch), oriented.
         area_ratio: how many disks of radius R1 the image's area makes.
         search_expansion: radius of a seed's surroundings over R1 (R2 in the second image).
         ransac_iters: samples for each seed, at most num_neighbors (num_neighbors - 1) / 2.
@@ -61,14 +69,18 @@ def match_adalam(
         min_confidence: see above; positive.
         orientation_difference_threshold: degrees; 180 or more where frames have no orientation.
         scale_rate_threshold: by which factor scales may have changed more or less; at least 1.
-        detected_scale_rate_threshold: by which factor a map's scale may differ from what the seed's frames say; at least 1.
+        detected_scale_rate_threshold: by which factor a map's scale may differ from what the seed's frames
+            say; at least 1.
         num_seeds: at most so many seeds, the surest.
-        num_neighbors: at most so many matches around a seed, the surest, are what a map is found with; at least 2.
+        num_neighbors: at most so many matches around a seed, the surest, are what a map is found with; at
+            least 2.
         mutual: whether all matches must be mutual nearest neighbours, not seeds alone.
-        hw1, hw2: heights and widths of the images, (2,) or (B, 2) or two numbers; where None, those of the rectangle that frames' centres fill.
+        hw1, hw2: heights and widths of the images, (2,) or (B, 2) or two numbers; where None, those of the
+            rectangle that frames' centres fill.
 
     Returns:
-        distances ([B,] N1, 1); indices ([B,] N1, 2), int64; valid ([B,] N1), bool. Distances are differentiable, as those of ``match_nn``.
+        distances ([B,] N1, 1); indices ([B,] N1, 2), int64; valid ([B,] N1), bool. Distances are
+        differentiable, as those of ``match_nn``.
 
     Raises:
         TypeError: if descriptors, frames or dm are not floating point, or a mask not bool.
@@ -76,14 +88,21 @@ def match_adalam(
 
     Example:
         >>> generator = torch.Generator().manual_seed(0)
-        >>> desc, centre = torch.rand(40, 16, generator=generator), 100 * torch.rand(1, 40, 2, 1, generator=generator)
+        >>> desc, centre = (
+        ...     torch.rand(40, 16, generator=generator),
+        ...     100 * torch.rand(1, 40, 2, 1, generator=generator),
+        ... )
         >>> lafs1 = torch.cat([torch.eye(2).expand(1, 40, 2, 2), centre], -1)
         >>> lafs2 = lafs1 + torch.tensor([[0.0, 0.0, 7.0], [0.0, 0.0, 5.0]])
         >>> lafs2[0, :10, :, 2] = lafs2[0, :10, :, 2].flip(0)  # in wrong places
-        >>> match_adalam(desc, desc, lafs1, lafs2, 20.0, hw1=(100, 100), hw2=(110, 110))[2].flatten().equal(torch.arange(40) >= 10)
+        >>> match_adalam(desc, desc, lafs1, lafs2, 20.0, hw1=(100, 100), hw2=(110, 110))[2].flatten().equal(
+        ...     torch.arange(40) >= 10
+        ... )
         True
     """
-    _check_numbers(area_ratio, search_expansion, ransac_iters, min_inliers, min_confidence, num_seeds, num_neighbors)
+    _check_numbers(
+        area_ratio, search_expansion, ransac_iters, min_inliers, min_confidence, num_seeds, num_neighbors
+    )
     _check_factors(orientation_difference_threshold, scale_rate_threshold, detected_scale_rate_threshold)
     first, second, given = batched(desc1, desc2, dm)
     far = dissimilarities(first, second, given, mask1, mask2)
@@ -94,10 +113,19 @@ def match_adalam(
         putative = both
     ratio = ratios_to(first, second, given, index, least[..., 1])[0].detach().to(torch.float64)
     sure = torch.where(putative, 1.0 - ratio, torch.full_like(ratio, -1.0))
-    frames1, frames2 = _present_frames(lafs1, first, mask1, "lafs1"), _present_frames(lafs2, second, mask2, "lafs2")
+    frames1, frames2 = (
+        _present_frames(lafs1, first, mask1, "lafs1"),
+        _present_frames(lafs2, second, mask2, "lafs2"),
+    )
     # Squares of radii, (B, 1).
-    radius1, radius2 = _area(hw1, frames1, mask1, "hw1") / (math.pi * area_ratio), _area(hw2, frames2, mask2, "hw2") / (math.pi * area_ratio)
-    reach1, reach2 = radius1 * (search_expansion * search_expansion), radius2 * (search_expansion * search_expansion)
+    radius1, radius2 = (
+        _area(hw1, frames1, mask1, "hw1") / (math.pi * area_ratio),
+        _area(hw2, frames2, mask2, "hw2") / (math.pi * area_ratio),
+    )
+    reach1, reach2 = (
+        radius1 * (search_expansion * search_expansion),
+        radius2 * (search_expansion * search_expansion),
+    )
     moves = _moves(frames1, frames2.gather(1, index.clamp(min=0)[..., None, None].expand(-1, -1, 2, 3)))
     seed, seeded = _surest(_peaks(sure, both, moves, radius1), num_seeds)
     seeds = moves.gather(2, seed[:, None].expand(-1, moves.size(1), -1))
@@ -105,51 +133,79 @@ def match_adalam(
     alike = _alike(moves, seeds, orientation_difference_threshold, scale_rate_threshold)
     around = alike & _within(places, reach1, reach2) & putative[:, None] & seeded[..., None]
     own = seed[..., None] == torch.arange(index.size(1), device=index.device)
-    near, there = _surest(torch.where(around & ~own, sure[:, None], torch.full_like(sure[:, None], -1.0)), num_neighbors)
+    near, there = _surest(
+        torch.where(around & ~own, sure[:, None], torch.full_like(sure[:, None], -1.0)), num_neighbors
+    )
     neighbors = places.gather(3, near[:, None].expand(-1, 4, -1, -1))
-    fit, limit, count = _affinities(neighbors, there, seeds, reach2 / min_confidence, ransac_iters, detected_scale_rate_threshold)
-    accepted = around & (count >= min_inliers)[..., None] & (_residuals(fit[:, :, None], places)[:, :, 0] <= limit[..., None])
+    fit, limit, count = _affinities(
+        neighbors, there, seeds, reach2 / min_confidence, ransac_iters, detected_scale_rate_threshold
+    )
+    accepted = (
+        around
+        & (count >= min_inliers)[..., None]
+        & (_residuals(fit[:, :, None], places)[:, :, 0] <= limit[..., None])
+    )
     return result_rows(distances_to(first, second, given, index), index, accepted.any(1), desc1)
 
 
 def _check_numbers(
-    area_ratio: float, search_expansion: float, ransac_iters: int, min_inliers: int, min_confidence: float, num_seeds: int, num_neighbors: int
+    area_ratio: float,
+    search_expansion: float,
+    ransac_iters: int,
+    min_inliers: int,
+    min_confidence: float,
+    num_seeds: int,
+    num_neighbors: int,
 ) -> None:
     if area_ratio <= 0.0 or search_expansion <= 0.0 or min_confidence <= 0.0:
         raise ValueError(
-            f"area_ratio, search_expansion, min_confidence: expected positive numbers, got {area_ratio}, {search_expansion} and {min_confidence}"
+            f"area_ratio, search_expansion, min_confidence: expected positive numbers, got {area_ratio},"
+            f" {search_expansion} and {min_confidence}"
         )
     if num_seeds < 1 or num_neighbors < 2 or min_inliers < 3:
         raise ValueError(
-            f"num_seeds, num_neighbors, min_inliers: expected at least 1, 2 and 3, got {num_seeds}, {num_neighbors} and {min_inliers}"
+            f"num_seeds, num_neighbors, min_inliers: expected at least 1, 2 and 3, got {num_seeds},"
+            f" {num_neighbors} and {min_inliers}"
         )
     if ransac_iters < 1 or ransac_iters > num_neighbors * (num_neighbors - 1) // 2:
-        raise ValueError(f"ransac_iters: expected from 1 to {num_neighbors * (num_neighbors - 1) // 2}, got {ransac_iters}")
+        raise ValueError(
+            f"ransac_iters: expected from 1 to {num_neighbors * (num_neighbors - 1) // 2}, got {ransac_iters}"
+        )
 
 
 def _check_factors(orientation: float, scale: float, detected_scale: float) -> None:
     if orientation <= 0.0:
         raise ValueError(f"orientation_difference_threshold: expected a positive number, got {orientation}")
     if scale < 1.0 or detected_scale < 1.0:
-        raise ValueError(f"scale_rate_threshold, detected_scale_rate_threshold: expected at least 1, got {scale} and {detected_scale}")
+        raise ValueError(
+            f"scale_rate_threshold, detected_scale_rate_threshold: expected at least 1, got {scale} and"
+            f" {detected_scale}"
+        )
 
 
 def _present_frames(lafs: Tensor, desc: Tensor, mask: Optional[Tensor], name: str) -> Tensor:
     """In float64; zeros where a mask says that there is none."""
     check_laf(lafs, name)
     if lafs.size(0) != desc.size(0) or lafs.size(1) != desc.size(1):
-        raise ValueError(f"{name}: expected a frame for each of {desc.size(0)} x {desc.size(1)} descriptors, got {list(lafs.shape)}")
+        raise ValueError(
+            f"{name}: expected a frame for each of {desc.size(0)} x {desc.size(1)} descriptors, got"
+            f" {list(lafs.shape)}"
+        )
     frames = lafs.detach().to(torch.float64)
     return frames if mask is None else torch.where(mask[..., None, None], frames, torch.zeros_like(frames))
 
 
-def _area(hw: Optional[Union[Tensor, Tuple[int, int]]], frames: Tensor, mask: Optional[Tensor], name: str) -> Tensor:
+def _area(
+    hw: Optional[Union[Tensor, Tuple[int, int]]], frames: Tensor, mask: Optional[Tensor], name: str
+) -> Tensor:
     """(B, 1), float64: the image's, as given or of the rectangle around all centres."""
     centre = frames[..., 2]
     if hw is None:
         nowhere = torch.full_like(centre, float("inf"))
         there = torch.ones_like(centre, dtype=torch.bool) if mask is None else mask[..., None]
-        size = torch.amax(torch.where(there, centre, -nowhere), 1) - torch.amin(torch.where(there, centre, nowhere), 1)
+        size = torch.amax(torch.where(there, centre, -nowhere), 1) - torch.amin(
+            torch.where(there, centre, nowhere), 1
+        )
         size = torch.clamp(size, min=0.0)
         return size[:, :1] * size[:, 1:]
     if isinstance(hw, Tensor):
@@ -161,8 +217,8 @@ def _area(hw: Optional[Union[Tensor, Tuple[int, int]]], frames: Tensor, mask: Op
 
 
 def _moves(frames1: Tensor, frames2: Tensor) -> Tensor:
-    """What each pair of frames (B, N, 2, 3) says, (B, 8, N): x and y in both images; cosine and sine of the turn;
-    the logarithm of the scale; -1 where one is mirrored, else 1."""
+    """What each pair of frames (B, N, 2, 3) says, (B, 8, N): x and y in both images; cosine and sine of the
+    turn; the logarithm of the scale; -1 where one is mirrored, else 1."""
     a, b, c, d = frames1[..., 0, 0], frames1[..., 0, 1], frames2[..., 0, 0], frames2[..., 0, 1]
     cosine, sine = a * c + b * d, a * d - b * c
     length = torch.sqrt(cosine * cosine + sine * sine)
@@ -174,21 +230,37 @@ def _moves(frames1: Tensor, frames2: Tensor) -> Tensor:
     one = torch.ones_like(area1)
     scale = 0.5 * torch.log(torch.where(proper, area2, one) / torch.where(proper, area1, one))
     centre1, centre2 = frames1[..., 2], frames2[..., 2]
-    return torch.stack([centre1[..., 0], centre1[..., 1], centre2[..., 0], centre2[..., 1], cosine / length, sine / length, scale, sign], 1)
+    return torch.stack(
+        [
+            centre1[..., 0],
+            centre1[..., 1],
+            centre2[..., 0],
+            centre2[..., 1],
+            cosine / length,
+            sine / length,
+            scale,
+            sign,
+        ],
+        1,
+    )
 
 
 def _peaks(sure: Tensor, mutual: Tensor, moves: Tensor, radius: Tensor) -> Tensor:
-    """``sure`` (B, N) of mutual matches surer than all other mutual ones near them, of equals the first; -1 for the others."""
+    """``sure`` (B, N) of mutual matches surer than all other mutual ones near them, of equals the first; -1
+    for the others."""
     value = torch.where(mutual, sure, torch.full_like(sure, -1.0))
     across, down = moves[:, 0, :, None] - moves[:, 0, None], moves[:, 1, :, None] - moves[:, 1, None]
     near = across * across + down * down <= radius[..., None]
     place = torch.arange(sure.size(1), device=sure.device)
-    before = (value[:, None] > value[..., None]) | ((value[:, None] == value[..., None]) & (place < place[:, None]))
+    before = (value[:, None] > value[..., None]) | (
+        (value[:, None] == value[..., None]) & (place < place[:, None])
+    )
     return torch.where((near & before).any(2), torch.full_like(value, -1.0), value)
 
 
 def _surest(value: Tensor, count: int) -> Tuple[Tensor, Tensor]:
-    """Where the largest along the last axis are, and which of them are 0 or more; first where they are not."""
+    """Where the largest along the last axis are, and which of them are 0 or more; first where they are
+    not."""
     best, index = stable_topk(F.pad(value, [0, count], "constant", -1.0), count)
     there = best >= 0
     return torch.where(there, index, torch.zeros_like(index)), there
@@ -204,15 +276,23 @@ def _alike(moves: Tensor, seeds: Tensor, degrees: float, factor: float) -> Tenso
 def _within(places: Tensor, reach1: Tensor, reach2: Tensor) -> Tensor:
     """(B, S, N): which are near the seed in both images."""
     squared = places * places
-    return (squared[:, 0] + squared[:, 1] <= reach1[..., None]) & (squared[:, 2] + squared[:, 3] <= reach2[..., None])
+    return (squared[:, 0] + squared[:, 1] <= reach1[..., None]) & (
+        squared[:, 2] + squared[:, 3] <= reach2[..., None]
+    )
 
 
-def _affinities(places: Tensor, there: Tensor, seeds: Tensor, bound: Tensor, samples: int, factor: float) -> Tuple[Tensor, Tensor, Tensor]:
-    """Maps (B, S, 4) that most neighbours (B, 4, S, K) obey, the largest squared residual of an inlier and how many these are (B, S)."""
+def _affinities(
+    places: Tensor, there: Tensor, seeds: Tensor, bound: Tensor, samples: int, factor: float
+) -> Tuple[Tensor, Tensor, Tensor]:
+    """Maps (B, S, 4) that most neighbours (B, 4, S, K) obey, the largest squared residual of an inlier and
+    how many these are (B, S)."""
     first, second = _pairs(places.size(3), samples)
     first, second = first.to(places.device), second.to(places.device)
     both = there.index_select(2, first) & there.index_select(2, second)
-    maps, proper = _fitted(torch.stack([places.index_select(3, first), places.index_select(3, second)], -1), both[..., None].expand(-1, -1, -1, 2))
+    maps, proper = _fitted(
+        torch.stack([places.index_select(3, first), places.index_select(3, second)], -1),
+        both[..., None].expand(-1, -1, -1, 2),
+    )
     usable = both & proper & _plausible(maps, seeds, factor)
     limit, count = _inliers(_residuals(maps, places), there, bound)
     # Of maps with as many inliers the one that they are nearer to.
@@ -240,12 +320,17 @@ def _pairs(count: int, samples: int) -> Tuple[Tensor, Tensor]:
 
 
 def _fitted(places: Tensor, within: Tensor) -> Tuple[Tensor, Tensor]:
-    """Linear maps (B, ..., 4), by rows, that take the first image's x and y of places (B, 4, ..., K) to the second's, by least squares of those
-    within, and which of them are determined."""
+    """Linear maps (B, ..., 4), by rows, that take the first image's x and y of places (B, 4, ..., K) to the
+    second's, by least squares of those within, and which of them are determined."""
     weight = within.to(places.dtype)
     x, y, u, v = places.unbind(1)
     xx, xy, yy = (weight * x * x).sum(-1), (weight * x * y).sum(-1), (weight * y * y).sum(-1)
-    ux, uy, vx, vy = (weight * u * x).sum(-1), (weight * u * y).sum(-1), (weight * v * x).sum(-1), (weight * v * y).sum(-1)
+    ux, uy, vx, vy = (
+        (weight * u * x).sum(-1),
+        (weight * u * y).sum(-1),
+        (weight * v * x).sum(-1),
+        (weight * v * y).sum(-1),
+    )
     area = xx * yy - xy * xy
     proper = area > 1e-9 * (xx + yy) * (xx + yy)
     area = torch.where(proper, area, torch.ones_like(area))
@@ -254,14 +339,16 @@ def _fitted(places: Tensor, within: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def _plausible(maps: Tensor, seeds: Tensor, factor: float) -> Tensor:
-    """(B, S, T): which maps grow about as much as seeds' frames do, and mirror only if these do. Many matches to one place would obey a map to a point."""
+    """(B, S, T): which maps grow about as much as seeds' frames do, and mirror only if these do. Many matches
+    to one place would obey a map to a point."""
     area = (maps[..., 0] * maps[..., 3] - maps[..., 1] * maps[..., 2]) * seeds[:, 7, :, None]
     wanted = torch.exp(2.0 * seeds[:, 6])[..., None]
     return (area <= wanted * (factor * factor)) & (area * (factor * factor) >= wanted)
 
 
 def _residuals(maps: Tensor, places: Tensor) -> Tensor:
-    """(B, S, T, K): squared distances in the second image of places (B, 4, S, K) from where maps (B, S, T, 4) take them."""
+    """(B, S, T, K): squared distances in the second image of places (B, 4, S, K) from where maps (B, S, T, 4)
+    take them."""
     x, y, u, v = places[:, :, :, None].unbind(1)
     across = maps[..., 0:1] * x + maps[..., 1:2] * y - u
     down = maps[..., 2:3] * x + maps[..., 3:4] * y - v
@@ -269,9 +356,11 @@ def _residuals(maps: Tensor, places: Tensor) -> Tensor:
 
 
 def _inliers(residual: Tensor, there: Tensor, bound: Tensor) -> Tuple[Tensor, Tensor]:
-    """The largest squared residual (B, S, T) within which there are as many neighbours as inliers are, and how many; -1 and 0 where there is none.
+    """The largest squared residual (B, S, T) within which there are as many neighbours as inliers are, and
+    how many; -1 and 0 where there is none.
 
-    ``bound`` (B, 1) is the disk's squared radius over the confidence that inliers must have: of n neighbours n r^2 / radius^2 would lie within r.
+    ``bound`` (B, 1) is the disk's squared radius over the confidence that inliers must have: of n neighbours
+    n r^2 / radius^2 would lie within r.
     """
     count = torch.clamp(there.sum(-1, keepdim=True), min=1).to(residual.dtype)[:, :, None]
     far = torch.where(there[:, :, None], residual, torch.full_like(residual, float("inf")))

@@ -23,7 +23,11 @@ def sift_laf_descriptors(img: Tensor, lafs: Tensor, patch_size: int = 32, rootsi
         ValueError: if a shape or patch_size is not as above.
 
     Example:
-        >>> sift_laf_descriptors(torch.rand(1, 1, 40, 40), torch.tensor([[[[9.0, 0.0, 20.0], [0.0, 9.0, 20.0]]]])).shape
+        >>> sift_laf_descriptors(
+        ...     torch.rand(1, 1, 40, 40), torch.tensor([[[[9.0, 0.0, 20.0], [0.0, 9.0, 20.0]]]])
+        ... ).shape
         torch.Size([1, 1, 128])
     """
-    return sift_describe(patches_of(img, lafs, patch_size, True), rootsift=rootsift).unflatten(0, [lafs.size(0), lafs.size(1)])
+    return sift_describe(patches_of(img, lafs, patch_size, True), rootsift=rootsift).unflatten(
+        0, [lafs.size(0), lafs.size(1)]
+    )

@@ -1,8 +1,8 @@
 """Key points in scale space.
 
-T. Lindeberg, Feature detection with automatic scale selection, IJCV 30(2), 1998; D. Lowe, Distinctive Image Features from Scale-Invariant
-Keypoints, IJCV 60(2), 2004. The voxels of all octaves are numbered in one row, so that the strongest are found, and refined, by one piece of
-code however many octaves there are.
+T. Lindeberg, Feature detection with automatic scale selection, IJCV 30(2), 1998; D. Lowe, Distinctive Image
+Features from Scale-Invariant Keypoints, IJCV 60(2), 2004. The voxels of all octaves are numbered in one row,
+so that the strongest are found, and refined, by one piece of code however many octaves there are.
 """
 
 import math
@@ -34,26 +34,29 @@ def detect_keypoints(
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """The strongest corners or blobs of all scales, in a fixed number of slots.
 
-    A key point is a strict maximum of the response among its 3x3x3 neighbours in place and scale; of "dog" also a minimum, by its
-    magnitude. It is refined by quadratics through its neighbours, moving on twice at most, and stays where it was found if that leads
-    nowhere. Key points whose frame, before refinement, does not lie in the image are left out. The max_keypoints strongest before
-    refinement are refined.
+    A key point is a strict maximum of the response among its 3x3x3 neighbours in place and scale; of "dog"
+    also a minimum, by its magnitude. It is refined by quadratics through its neighbours, moving on twice at
+    most, and stays where it was found if that leads nowhere. Key points whose frame, before refinement, does
+    not lie in the image are left out. The max_keypoints strongest before refinement are refined.
 
     Args:
         img: grey image (B, 1, H, W), floating point, taken to be blurred by 0.5 pixels.
         max_keypoints: number K of slots.
         response: "harris", "gftt" or "hessian", multiplied by the fourth power of the scale, or "dog".
-        num_octaves: how often the image is halved, and one more; each octave has every second pixel of the one before it. Octaves
-            of less than 8 pixels are left out.
+        num_octaves: how often the image is halved, and one more; each octave has every second pixel of the
+            one before it. Octaves of less than 8 pixels are left out.
         n_levels: scales in an octave; neighbouring ones differ by the factor 2^(1 / n_levels).
-        init_sigma: the scale before the first at which key points are looked for, in pixels of the first octave, more than 0.5 (1 with double_image).
+        init_sigma: the scale before the first at which key points are looked for, in pixels of the first
+            octave, more than 0.5 (1 with double_image).
         mr_size: a frame's radius in scales.
         threshold: a key point's score must exceed it; not negative.
-        double_image: begin with the image at twice its size, as Lowe does: four times as many key points, for those of half the scales are found.
+        double_image: begin with the image at twice its size, as Lowe does: four times as many key points, for
+            those of half the scales are found.
 
     Returns:
-        lafs (B, K, 2, 3), upright disks in pixels, zeros in slots without a key point; scores (B, K), descending, equal ones by octave, scale and
-        position, 0 in slots without a key point; valid (B, K), bool. Positions, scales and scores are differentiable in img.
+        lafs (B, K, 2, 3), upright disks in pixels, zeros in slots without a key point; scores (B, K),
+        descending, equal ones by octave, scale and position, 0 in slots without a key point; valid (B, K),
+        bool. Positions, scales and scores are differentiable in img.
 
     Raises:
         TypeError: if img is not floating point.
@@ -88,7 +91,16 @@ def detect_keypoints(
     return torch.where(valid[..., None, None], frames, torch.zeros_like(frames)), scores, valid
 
 
-def _check(img: Tensor, max_keypoints: int, response: str, num_octaves: int, n_levels: int, init_sigma: float, threshold: float, double_image: bool) -> None:
+def _check(
+    img: Tensor,
+    max_keypoints: int,
+    response: str,
+    num_octaves: int,
+    n_levels: int,
+    init_sigma: float,
+    threshold: float,
+    double_image: bool,
+) -> None:
     check_image(img, "img")
     if img.size(1) != 1:
         raise ValueError(f"img: expected shape (B, 1, H, W), got {list(img.shape)}")
@@ -96,7 +108,10 @@ def _check(img: Tensor, max_keypoints: int, response: str, num_octaves: int, n_l
         raise ValueError(f"img: expected at least 8 x 8 pixels, got {list(img.shape)}")
     check_choice(response, ["harris", "gftt", "hessian", "dog"], "response")
     if max_keypoints < 1 or num_octaves < 1 or n_levels < 1:
-        raise ValueError(f"max_keypoints, num_octaves, n_levels: expected positive numbers, got {max_keypoints}, {num_octaves} and {n_levels}")
+        raise ValueError(
+            f"max_keypoints, num_octaves, n_levels: expected positive numbers, got {max_keypoints},"
+            f" {num_octaves} and {n_levels}"
+        )
     least = 1.0 if double_image else 0.5
     if init_sigma <= least:
         raise ValueError(f"init_sigma: expected more than {least}, got {init_sigma}")
@@ -104,7 +119,9 @@ def _check(img: Tensor, max_keypoints: int, response: str, num_octaves: int, n_l
         raise ValueError(f"threshold: expected a number >= 0, got {threshold}")
 
 
-def _responses(img: Tensor, response: str, num_octaves: int, n_levels: int, init_sigma: float, blur: float) -> List[Tensor]:
+def _responses(
+    img: Tensor, response: str, num_octaves: int, n_levels: int, init_sigma: float, blur: float
+) -> List[Tensor]:
     """(B, n_levels + 2, H, W) of each octave, of an image that is blurred so much already."""
     count = n_levels + 3 if response == "dog" else n_levels + 2
     sigmas = [init_sigma * 2.0 ** (k / n_levels) for k in range(count)]
@@ -116,7 +133,9 @@ def _responses(img: Tensor, response: str, num_octaves: int, n_levels: int, init
         if levels[0].size(2) < 8 or levels[0].size(3) < 8:
             break
         for k in range(1, count):
-            levels.append(_blurred(levels[k - 1], math.sqrt(sigmas[k] * sigmas[k] - sigmas[k - 1] * sigmas[k - 1])))
+            levels.append(
+                _blurred(levels[k - 1], math.sqrt(sigmas[k] * sigmas[k] - sigmas[k - 1] * sigmas[k - 1]))
+            )
         out.append(_response(torch.cat(levels, 1), response, sigmas))
     return out
 
@@ -130,7 +149,9 @@ def _response(levels: Tensor, response: str, sigmas: List[float]) -> Tensor:
         found = gftt_response(levels)
     else:
         found = hessian_response(levels)
-    return torch.stack([found[:, k] * (sigmas[k] * sigmas[k] * sigmas[k] * sigmas[k]) for k in range(len(sigmas))], 1)
+    return torch.stack(
+        [found[:, k] * (sigmas[k] * sigmas[k] * sigmas[k] * sigmas[k]) for k in range(len(sigmas))], 1
+    )
 
 
 def _blurred(x: Tensor, sigma: float) -> Tensor:
@@ -143,7 +164,8 @@ def _every_second(x: Tensor, dim: int) -> Tensor:
 
 
 def _strongest(volumes: List[Tensor], signed: bool, radii: List[float], count: int) -> Tuple[Tensor, Tensor]:
-    """Where in the row of all octaves' voxels the strongest extrema are, (B, count), and whether there are so many."""
+    """Where in the row of all octaves' voxels the strongest extrema are, (B, count), and whether there are so
+    many."""
     strengths: List[Tensor] = []
     places: List[Tensor] = []
     offset = 0
@@ -160,8 +182,8 @@ def _strongest(volumes: List[Tensor], signed: bool, radii: List[float], count: i
 
 
 def _located(volumes: List[Tensor], index: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Of places in the row of all voxels: scale, row and column (B, K, 3), at least 1; which octave they are in (B, K), its sizes (B, K, 3)
-    and how large its pixels are (B, K)."""
+    """Of places in the row of all voxels: scale, row and column (B, K, 3), at least 1; which octave they are
+    in (B, K), its sizes (B, K, 3) and how large its pixels are (B, K)."""
     zero = torch.zeros_like(index)
     depth = volumes[0].size(1)
     octave, start, height, width = zero, zero, zero + volumes[0].size(2), zero + volumes[0].size(3)
@@ -172,7 +194,10 @@ def _located(volumes: List[Tensor], index: Tensor) -> Tuple[Tensor, Tensor, Tens
         size = 2.0 * size
         beyond = index >= offset
         octave, start = torch.where(beyond, zero + k, octave), torch.where(beyond, zero + offset, start)
-        height, width = torch.where(beyond, zero + volumes[k].size(2), height), torch.where(beyond, zero + volumes[k].size(3), width)
+        height, width = (
+            torch.where(beyond, zero + volumes[k].size(2), height),
+            torch.where(beyond, zero + volumes[k].size(3), width),
+        )
         pixel = torch.where(beyond, torch.full_like(pixel, size), pixel)
     # By float64, which is exact: integer division in ONNX goes through float32.
     rest = index - start
@@ -195,11 +220,16 @@ def _refined(volumes: List[Tensor], place: Tensor, octave: Tensor, extent: Tenso
         shift, rise, regular, value = _quadratic(volumes, here, octave, extent)
     near = (shift.detach().abs() <= 0.6).all(-1) & regular
     position = torch.where(near[..., None], here + shift, place.to(shift.dtype))
-    return position.index_select(-1, torch.tensor([0, 2, 1], device=place.device)), torch.where(near, value + rise, own)
+    return position.index_select(-1, torch.tensor([0, 2, 1], device=place.device)), torch.where(
+        near, value + rise, own
+    )
 
 
-def _quadratic(volumes: List[Tensor], place: Tensor, octave: Tensor, extent: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Shift (B, K, 3) along scale, row and column to the extremum at each place, its rise, whether there is one, and the voxel's value (B, K)."""
+def _quadratic(
+    volumes: List[Tensor], place: Tensor, octave: Tensor, extent: Tensor
+) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Shift (B, K, 3) along scale, row and column to the extremum at each place, its rise, whether there is
+    one, and the voxel's value (B, K)."""
     cube = torch.arange(3, device=place.device) - 1
     level = place[..., 0][..., None, None, None] + cube[:, None, None]
     down = place[..., 1][..., None, None, None] + cube[:, None]
@@ -214,5 +244,12 @@ def _quadratic(volumes: List[Tensor], place: Tensor, octave: Tensor, extent: Ten
     near = near.reshape(-1, 3, 3, 3).to(torch.float64)
     shift, rise, regular = quadratic_extrema(near)
     shape = [place.size(0), place.size(1)]
-    shift = shift[:, :, 0, 0, 0].index_select(1, torch.tensor([0, 2, 1], device=place.device)).unflatten(0, shape)
-    return shift, rise[:, 0, 0, 0].unflatten(0, shape), regular[:, 0, 0, 0].unflatten(0, shape), near[:, 1, 1, 1].unflatten(0, shape)
+    shift = (
+        shift[:, :, 0, 0, 0].index_select(1, torch.tensor([0, 2, 1], device=place.device)).unflatten(0, shape)
+    )
+    return (
+        shift,
+        rise[:, 0, 0, 0].unflatten(0, shape),
+        regular[:, 0, 0, 0].unflatten(0, shape),
+        near[:, 1, 1, 1].unflatten(0, shape),
+    )

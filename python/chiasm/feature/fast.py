@@ -11,10 +11,12 @@ from ..primitives.filters.padding import padded
 
 
 def fast_response(input: Tensor) -> Tensor:
-    """FAST-9: the largest threshold by which nine neighbouring pixels of the circle of 16 around a pixel are all brighter, or all darker, than it.
+    """FAST-9: the largest threshold by which nine neighbouring pixels of the circle of 16 around a pixel are
+    all brighter, or all darker, than it.
 
-    E. Rosten, T. Drummond, Machine learning for high-speed corner detection, ECCV 2006. OpenCV's response to bytes is 1 less, and its border of
-    three pixels is empty; here pixels beyond the border are the nearest of the image.
+    E. Rosten, T. Drummond, Machine learning for high-speed corner detection, ECCV 2006. OpenCV's response to
+    bytes is 1 less, and its border of three pixels is empty; here pixels beyond the border are the nearest of
+    the image.
 
     Args:
         input: (B, C, H, W), floating point, without NaN.

@@ -12,7 +12,9 @@ from ..primitives.numbers.ranking import stable_topk
 from .structure import normalised_by_scale, structure_tensor
 
 
-def harris_response(input: Tensor, k: float = 0.04, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None) -> Tensor:
+def harris_response(
+    input: Tensor, k: float = 0.04, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None
+) -> Tensor:
     """Cornerness det(S) - k trace(S)^2 of the structure tensor S, smoothed by a 7x7 Gaussian of sigma 1.
 
     C. Harris, M. Stephens, A combined corner and edge detector, Alvey Vision Conference 1988.
@@ -53,12 +55,13 @@ def harris_keypoints(
         input: grey image (B, 1, H, W), floating point.
         max_keypoints: number K of slots.
         k: see ``harris_response``.
-        nms_size: window within which only a strict maximum is kept, and which lies inside the image: see ``nms2d``.
+        nms_size: window within which only a strict maximum is kept, and which lies inside the image: see
+            ``nms2d``.
         threshold: a corner's response must exceed it; not negative.
 
     Returns:
-        keypoints (B, K, 2), x and y in pixels, (-1, -1) in slots without a corner; scores (B, K), descending, equal
-        ones by position (row by row), 0 in slots without a corner; valid (B, K), bool.
+        keypoints (B, K, 2), x and y in pixels, (-1, -1) in slots without a corner; scores (B, K), descending,
+        equal ones by position (row by row), 0 in slots without a corner; valid (B, K), bool.
 
     Raises:
         TypeError: if input is not floating point.
@@ -84,7 +87,9 @@ def harris_keypoints(
     flat = F.pad(maxima.flatten(1), [0, max_keypoints], "constant", -1.0)
     scores, index = stable_topk(flat, max_keypoints)
     valid = scores > threshold
-    row = torch.floor(index.to(torch.float64) / width).to(torch.int64)  # exact, where integer division in ONNX goes through float32
+    row = torch.floor(index.to(torch.float64) / width).to(
+        torch.int64
+    )  # exact, where integer division in ONNX goes through float32
     position = torch.stack([index - row * width, row], -1).to(input.dtype)
     keypoints = torch.where(valid[..., None], position, torch.full_like(position, -1.0))
     return keypoints, torch.where(valid, scores, torch.zeros_like(scores)), valid

@@ -1,8 +1,9 @@
 """Local affine frames: regions of an image as affine maps of the unit disk.
 
-A frame (2, 3) has a matrix A and a centre c, the last column: a point v of the unit disk is at A v + c in pixels, the centre of the upper
-left pixel being (0, 0). Frames come as (B, N, 2, 3). Angles are in degrees, counter-clockwise as seen on the screen (y points down), as
-`angle_to_rotation_matrix` has them. A slot that holds no frame is all zeros.
+A frame (2, 3) has a matrix A and a centre c, the last column: a point v of the unit disk is at A v + c in
+pixels, the centre of the upper left pixel being (0, 0). Frames come as (B, N, 2, 3). Angles are in degrees,
+counter-clockwise as seen on the screen (y points down), as `angle_to_rotation_matrix` has them. A slot that
+holds no frame is all zeros.
 """
 
 from typing import Optional, Union
@@ -110,11 +111,13 @@ def set_laf_orientation(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
 
 
 def rotate_laf(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
-    """Turn local affine frames about their centres: A times the rotation matrix. The ellipses stay where they are.
+    """Turn local affine frames about their centres: A times the rotation matrix. The ellipses stay where they
+    are.
 
     Args:
         LAF: (B, N, 2, 3), floating point.
-        angles_degrees: (B, N, 1), counter-clockwise as seen on the screen where A is a multiple of the identity.
+        angles_degrees: (B, N, 1), counter-clockwise as seen on the screen where A is a multiple of the
+            identity.
 
     Returns:
         (B, N, 2, 3).
@@ -162,7 +165,8 @@ def scale_laf(laf: Tensor, scale_coef: Union[float, Tensor]) -> Tensor:
 
 
 def make_upright(laf: Tensor, eps: float = 1e-9) -> Tensor:
-    """Turn local affine frames so that their second axis points straight down: A12 becomes 0, and A11 the length of A's first row.
+    """Turn local affine frames so that their second axis points straight down: A12 becomes 0, and A11 the
+    length of A's first row.
 
     Mirrored frames (det A < 0) stay mirrored, where Kornia's loses the sign; ellipses are the same.
 
@@ -186,13 +190,19 @@ def make_upright(laf: Tensor, eps: float = 1e-9) -> Tensor:
     a, b, c, d = laf[..., 0, 0], laf[..., 0, 1], laf[..., 1, 0], laf[..., 1, 1]
     squared = a * a + b * b
     short = squared <= eps * eps
-    length = torch.where(short, torch.full_like(squared, eps), torch.sqrt(torch.where(short, torch.ones_like(squared), squared)))
+    length = torch.where(
+        short,
+        torch.full_like(squared, eps),
+        torch.sqrt(torch.where(short, torch.ones_like(squared), squared)),
+    )
     first = torch.stack([squared / length, torch.zeros_like(a)], -1)
     second = torch.stack([(a * c + b * d) / length, determinants(laf).to(laf.dtype) / length], -1)
     return torch.cat([torch.stack([first, second], -2), laf[..., 2:]], -1)
 
 
-def laf_from_center_scale_ori(xy: Tensor, scale: Optional[Tensor] = None, ori: Optional[Tensor] = None) -> Tensor:
+def laf_from_center_scale_ori(
+    xy: Tensor, scale: Optional[Tensor] = None, ori: Optional[Tensor] = None
+) -> Tensor:
     """Local affine frames of disks: ori's rotation matrix times scale, and the centre.
 
     Args:
@@ -230,7 +240,8 @@ def laf_from_center_scale_ori(xy: Tensor, scale: Optional[Tensor] = None, ori: O
 
 
 def normalize_laf(LAF: Tensor, images: Tensor) -> Tensor:
-    """Frames in pixels as frames that do not depend on the image's size: x / (W - 1), y / (H - 1) and A / min(W - 1, H - 1).
+    """Frames in pixels as frames that do not depend on the image's size: x / (W - 1), y / (H - 1) and A /
+    min(W - 1, H - 1).
 
     Args:
         LAF: (B, N, 2, 3), floating point, in pixels.

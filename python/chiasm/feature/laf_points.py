@@ -62,8 +62,8 @@ def laf_to_boundary_points(LAF: Tensor, n_pts: int = 50) -> Tensor:
 
     Args:
         LAF: (B, N, 2, 3), floating point.
-        n_pts: number of points, at least 2: the centre, and n_pts - 1 from the end of the second axis on, at equal steps of the unit circle's
-            angle; the last is the first again.
+        n_pts: number of points, at least 2: the centre, and n_pts - 1 from the end of the second axis on, at
+            equal steps of the unit circle's angle; the last is the first again.
 
     Returns:
         (B, N, n_pts, 2), x and y.
@@ -92,8 +92,8 @@ def laf_to_boundary_points(LAF: Tensor, n_pts: int = 50) -> Tensor:
 def ellipse_to_laf(ells: Tensor) -> Tensor:
     """Upright frames of ellipses a dx^2 + 2 b dx dy + c dy^2 = 1 (the form of the Oxford affine regions).
 
-    A is lower triangular with A^T M A = 1 for M = ((a, b), (b, c)). Kornia's is the inverse of a square root of ((a, 0), (b, c)), which is
-    the same where b = 0 and of another ellipse elsewhere.
+    A is lower triangular with A^T M A = 1 for M = ((a, b), (b, c)). Kornia's is the inverse of a square root
+    of ((a, 0), (b, c)), which is the same where b = 0 and of another ellipse elsewhere.
 
     Args:
         ells: (B, N, 5), floating point: x, y, a, b, c.
@@ -120,7 +120,10 @@ def ellipse_to_laf(ells: Tensor) -> Tensor:
     c = torch.where(proper, c, one)
     area = torch.where(proper, a * c - b * b, one)
     across = torch.sqrt(c / area)
-    rows = [torch.stack([across, zero, x[..., 0]], -1), torch.stack([-across * b / c, torch.rsqrt(c), x[..., 1]], -1)]
+    rows = [
+        torch.stack([across, zero, x[..., 0]], -1),
+        torch.stack([-across * b / c, torch.rsqrt(c), x[..., 1]], -1),
+    ]
     frame = torch.stack(rows, -2)
     return torch.where(proper[..., None, None], frame, torch.zeros_like(frame)).to(ells.dtype)
 
@@ -170,7 +173,8 @@ def laf_is_valid(laf: Tensor) -> Tensor:
 
 
 def laf_is_inside_image(laf: Tensor, images: Tensor, border: int = 0) -> Tensor:
-    """Which frames lie in their images: twelve points, the centre and eleven around the ellipse, are from border to W - border and H - border.
+    """Which frames lie in their images: twelve points, the centre and eleven around the ellipse, are from
+    border to W - border and H - border.
 
     Args:
         laf: (B, N, 2, 3), floating point, in pixels.
@@ -197,10 +201,12 @@ def laf_is_inside_image(laf: Tensor, images: Tensor, border: int = 0) -> Tensor:
 
 
 def perspective_transform_lafs(trans_01: Tensor, lafs_1: Tensor) -> Tensor:
-    """Frames as homographies take them: the centre is mapped, and A is multiplied by the homography's derivative there.
+    """Frames as homographies take them: the centre is mapped, and A is multiplied by the homography's
+    derivative there.
 
-    K. Koeser, R. Koch, Differential Spatial Resection, ECCV 2008. Kornia maps the centre and the ends of both axes instead, which is the
-    same where the homography is affine; elsewhere it differs in the order of the frame's size times the perspective.
+    K. Koeser, R. Koch, Differential Spatial Resection, ECCV 2008. Kornia maps the centre and the ends of both
+    axes instead, which is the same where the homography is affine; elsewhere it differs in the order of the
+    frame's size times the perspective.
 
     Args:
         trans_01: (B, 3, 3), floating point, from the frames' image to the other one, in pixels.

@@ -1,9 +1,11 @@
 """Local features made of exchangeable modules, which script and export as a whole.
 
-A *detector* takes an image (B, C, H, W) and returns frames (B, K, 2, 3) in pixels, scores (B, K) and valid (B, K), bool: K is fixed, and slots without a
-feature hold zeros. A *descriptor* takes the image and the frames and returns (B, K, D): ``LAFDescriptor`` makes one of a network of patches. A
-*matcher* takes both images' descriptors, frames and masks, and returns what ``match_nn`` does. Any nn.Module that torch.jit.script takes may stand for each of
-them; its ``forward`` must be annotated, for TorchScript takes what is not for one Tensor.
+A *detector* takes an image (B, C, H, W) and returns frames (B, K, 2, 3) in pixels, scores (B, K) and valid
+(B, K), bool: K is fixed, and slots without a feature hold zeros. A *descriptor* takes the image and the
+frames and returns (B, K, D): ``LAFDescriptor`` makes one of a network of patches. A *matcher* takes both
+images' descriptors, frames and masks, and returns what ``match_nn`` does. Any nn.Module that torch.jit.script
+takes may stand for each of them; its ``forward`` must be annotated, for TorchScript takes what is not for one
+Tensor.
 """
 
 from typing import Optional, Tuple, Union
@@ -36,11 +38,14 @@ class ScaleSpaceDetector(nn.Module):
     """A detector: ``detect_keypoints``, and the affine shape and the orientation of its frames.
 
     Args:
-        max_keypoints, response, num_octaves, n_levels, init_sigma, mr_size, threshold, double_image: see ``detect_keypoints``.
-        aff_module: takes frames and the image, returns frames: ``AdaptLafShape()``, a network around patches. None leaves them disks.
+        max_keypoints, response, num_octaves, n_levels, init_sigma, mr_size, threshold, double_image: see
+            ``detect_keypoints``.
+        aff_module: takes frames and the image, returns frames: ``AdaptLafShape()``, a network around patches.
+            None leaves them disks.
         ori_module: the same, after it: ``OrientLaf()``. None leaves them upright.
 
-    ``forward`` takes (B, 1 or 3, H, W), whose colours are made grey; aff_module and ori_module see the image as it came.
+    ``forward`` takes (B, 1 or 3, H, W), whose colours are made grey; aff_module and ori_module see the image
+    as it came.
 
     >>> detect = ScaleSpaceDetector(5, "dog", num_octaves=2, mr_size=3)
     >>> lafs, scores, valid = detect(torch.rand(1, 3, 64, 80))
@@ -62,8 +67,18 @@ class ScaleSpaceDetector(nn.Module):
         ori_module: Optional[nn.Module] = None,
     ) -> None:
         super().__init__()
-        self.max_keypoints, self.response, self.num_octaves, self.n_levels = max_keypoints, response, num_octaves, n_levels
-        self.init_sigma, self.mr_size, self.threshold, self.double_image = float(init_sigma), float(mr_size), float(threshold), double_image
+        self.max_keypoints, self.response, self.num_octaves, self.n_levels = (
+            max_keypoints,
+            response,
+            num_octaves,
+            n_levels,
+        )
+        self.init_sigma, self.mr_size, self.threshold, self.double_image = (
+            float(init_sigma),
+            float(mr_size),
+            float(threshold),
+            double_image,
+        )
         self.aff_module = PassLAF() if aff_module is None else aff_module
         self.ori_module = PassLAF() if ori_module is None else ori_module
 
@@ -71,7 +86,15 @@ class ScaleSpaceDetector(nn.Module):
         check_image(img, "img")
         grey = rgb_to_grayscale(img) if img.size(1) == 3 else img
         lafs, scores, valid = detect_keypoints(
-            grey, self.max_keypoints, self.response, self.num_octaves, self.n_levels, self.init_sigma, self.mr_size, self.threshold, self.double_image
+            grey,
+            self.max_keypoints,
+            self.response,
+            self.num_octaves,
+            self.n_levels,
+            self.init_sigma,
+            self.mr_size,
+            self.threshold,
+            self.double_image,
         )
         return _where(valid, self.ori_module(self.aff_module(lafs, img), img)), scores, valid
 
@@ -81,9 +104,11 @@ class LocalFeature(nn.Module):
 
     Args:
         detector: ``ScaleSpaceDetector``, or any other (see above).
-        descriptor: ``LAFDescriptor(SiftDescribe())``, ``LAFDescriptor`` of a network, or any other (see above).
+        descriptor: ``LAFDescriptor(SiftDescribe())``, ``LAFDescriptor`` of a network, or any other (see
+            above).
 
-    ``forward`` takes an image and returns frames (B, K, 2, 3), scores (B, K), valid (B, K) and descriptors (B, K, D), zeros where not valid.
+    ``forward`` takes an image and returns frames (B, K, 2, 3), scores (B, K), valid (B, K) and descriptors
+    (B, K, D), zeros where not valid.
 
     >>> from chiasm.feature import LAFDescriptor, OrientLaf, SiftDescribe
     >>> detector = ScaleSpaceDetector(5, num_octaves=2, mr_size=3.0, ori_module=OrientLaf())
@@ -110,8 +135,9 @@ class GeometryAwareDescriptorMatcher(nn.Module):
         match_mode: "nn", "mnn", "snn", "smnn", "fginn" or "adalam".
         th: what the ratio may be, where one is tested.
 
-    ``forward`` takes descriptors, frames and masks of both images (the masks may be left out), and returns what ``match_nn`` does. Images' sizes, which "adalam" takes
-    its radii from, are those of the rectangles that frames fill.
+    ``forward`` takes descriptors, frames and masks of both images (the masks may be left out), and returns
+    what ``match_nn`` does. Images' sizes, which "adalam" takes its radii from, are those of the rectangles
+    that frames fill.
 
     >>> frames = torch.eye(2, 3).expand(1, 2, 2, 3)
     >>> match = GeometryAwareDescriptorMatcher("mnn")
@@ -127,7 +153,13 @@ class GeometryAwareDescriptorMatcher(nn.Module):
         self.th = float(th)
 
     def forward(
-        self, desc1: Tensor, desc2: Tensor, lafs1: Tensor, lafs2: Tensor, mask1: Optional[Tensor] = None, mask2: Optional[Tensor] = None
+        self,
+        desc1: Tensor,
+        desc2: Tensor,
+        lafs1: Tensor,
+        lafs2: Tensor,
+        mask1: Optional[Tensor] = None,
+        mask2: Optional[Tensor] = None,
     ) -> Tuple[Tensor, Tensor, Tensor]:
         if self.match_mode == "nn":
             return match_nn(desc1, desc2, None, mask1, mask2)
@@ -149,12 +181,15 @@ class LocalFeatureMatcher(nn.Module):
         local_feature: ``LocalFeature``, or any module that takes an image and returns what it does.
         matcher: a mode of ``GeometryAwareDescriptorMatcher``, or any matcher (see above).
 
-    ``forward`` takes two images of the same batch and any two sizes. It returns, for each of the K slots of the first image:
-    points1 and points2 (B, K, 2), x and y in pixels; distances (B, K), the matcher's; valid (B, K), bool, which slots hold a match;
-    lafs1 and lafs2 (B, K, 2, 3), frames of both images. All but valid are zeros in slots without a match.
+    ``forward`` takes two images of the same batch and any two sizes. It returns, for each of the K slots of
+    the first image: points1 and points2 (B, K, 2), x and y in pixels; distances (B, K), the matcher's; valid
+    (B, K), bool, which slots hold a match; lafs1 and lafs2 (B, K, 2, 3), frames of both images. All but valid
+    are zeros in slots without a match.
 
     >>> from chiasm.feature import LAFDescriptor
-    >>> feature = LocalFeature(ScaleSpaceDetector(20, num_octaves=2, mr_size=3.0), LAFDescriptor(nn.Flatten(), 8))
+    >>> feature = LocalFeature(
+    ...     ScaleSpaceDetector(20, num_octaves=2, mr_size=3.0), LAFDescriptor(nn.Flatten(), 8)
+    ... )
     >>> img = torch.rand(1, 1, 64, 80, generator=torch.Generator().manual_seed(0))
     >>> points1, points2, distances, valid, _, _ = LocalFeatureMatcher(feature, "smnn")(img, img)
     >>> bool(valid.all()), points1.equal(points2)

@@ -1,12 +1,13 @@
 """Matching of descriptors by their Euclidean distances.
 
-Every function returns one row for each descriptor of the first set, and a mask, where Kornia returns the matches alone, whose number
-depends on the data: ``distances[valid]`` and ``indices[valid]`` are Kornia's. Rows without a match have distance 0 and indices -1.
-What Kornia calls a distance is kept: with a ratio test it is the ratio. Of descriptors at the same distance the first one is the nearest,
-so that every backend finds the same.
+Every function returns one row for each descriptor of the first set, and a mask, where Kornia returns the
+matches alone, whose number depends on the data: ``distances[valid]`` and ``indices[valid]`` are Kornia's.
+Rows without a match have distance 0 and indices -1. What Kornia calls a distance is kept: with a ratio test
+it is the ratio. Of descriptors at the same distance the first one is the nearest, so that every backend finds
+the same.
 
-Descriptors are (N1, D) and (N2, D), or (B, N1, D) and (B, N2, D); results have the batch that the inputs have. Detections of fixed capacity say by
-``mask1`` and ``mask2`` which of them are there.
+Descriptors are (N1, D) and (N2, D), or (B, N1, D) and (B, N2, D); results have the batch that the inputs
+have. Detections of fixed capacity say by ``mask1`` and ``mask2`` which of them are there.
 """
 
 from typing import Optional, Tuple
@@ -20,7 +21,11 @@ from .pairing import batched, dissimilarities, distances_to, is_mutual, points_b
 
 
 def match_nn(
-    desc1: Tensor, desc2: Tensor, dm: Optional[Tensor] = None, mask1: Optional[Tensor] = None, mask2: Optional[Tensor] = None
+    desc1: Tensor,
+    desc2: Tensor,
+    dm: Optional[Tensor] = None,
+    mask1: Optional[Tensor] = None,
+    mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """For each descriptor of the first set the nearest of the second.
 
@@ -31,15 +36,17 @@ def match_nn(
         mask1, mask2: ([B,] N1) and ([B,] N2), bool, which descriptors are there; all where None.
 
     Returns:
-        distances ([B,] N1, 1); indices ([B,] N1, 2), int64, into the first and the second set; valid ([B,] N1), bool. Differentiable in the
-        descriptors and in dm, with derivative 0 where a distance is.
+        distances ([B,] N1, 1); indices ([B,] N1, 2), int64, into the first and the second set; valid ([B,]
+        N1), bool. Differentiable in the descriptors and in dm, with derivative 0 where a distance is.
 
     Raises:
         TypeError: if descriptors or dm are not floating point, or a mask not bool.
         ValueError: if a shape is not as above.
 
     Example:
-        >>> distances, indices, valid = match_nn(torch.tensor([[0.0], [5.0]]), torch.tensor([[4.0], [1.0], [8.0]]))
+        >>> distances, indices, valid = match_nn(
+        ...     torch.tensor([[0.0], [5.0]]), torch.tensor([[4.0], [1.0], [8.0]])
+        ... )
         >>> distances.flatten(), indices, valid
         (tensor([1., 1.]), tensor([[0, 1],
                 [1, 0]]), tensor([True, True]))
@@ -50,7 +57,11 @@ def match_nn(
 
 
 def match_mnn(
-    desc1: Tensor, desc2: Tensor, dm: Optional[Tensor] = None, mask1: Optional[Tensor] = None, mask2: Optional[Tensor] = None
+    desc1: Tensor,
+    desc2: Tensor,
+    dm: Optional[Tensor] = None,
+    mask1: Optional[Tensor] = None,
+    mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """Mutual nearest neighbours: pairs of which each is nearest to the other.
 
@@ -64,7 +75,9 @@ def match_mnn(
         TypeError, ValueError: see ``match_nn``.
 
     Example:
-        >>> distances, indices, valid = match_mnn(torch.tensor([[0.0], [5.0], [6.0]]), torch.tensor([[4.0], [1.0]]))
+        >>> distances, indices, valid = match_mnn(
+        ...     torch.tensor([[0.0], [5.0], [6.0]]), torch.tensor([[4.0], [1.0]])
+        ... )
         >>> indices[valid]
         tensor([[0, 1],
                 [1, 0]])
@@ -76,15 +89,22 @@ def match_mnn(
 
 
 def match_snn(
-    desc1: Tensor, desc2: Tensor, th: float = 0.8, dm: Optional[Tensor] = None, mask1: Optional[Tensor] = None, mask2: Optional[Tensor] = None
+    desc1: Tensor,
+    desc2: Tensor,
+    th: float = 0.8,
+    dm: Optional[Tensor] = None,
+    mask1: Optional[Tensor] = None,
+    mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """Nearest neighbours that pass the ratio test: the second nearest is clearly farther.
 
     D. Lowe, Distinctive Image Features from Scale-Invariant Keypoints, IJCV 60(2), 2004.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``. Where there is no second descriptor in the second set, nothing matches.
-        th: the most that the distance of the nearest may be of that of the second nearest. (0 / 0 counts as 1.)
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``. Where there is no second descriptor in the second
+            set, nothing matches.
+        th: the most that the distance of the nearest may be of that of the second nearest. (0 / 0 counts as
+            1.)
 
     Returns:
         ratios ([B,] N1, 1); indices ([B,] N1, 2), int64; valid ([B,] N1), bool.
@@ -93,7 +113,9 @@ def match_snn(
         TypeError, ValueError: see ``match_nn``.
 
     Example:
-        >>> ratios, indices, valid = match_snn(torch.tensor([[0.0], [5.0]]), torch.tensor([[4.0], [1.0], [6.0]]))
+        >>> ratios, indices, valid = match_snn(
+        ...     torch.tensor([[0.0], [5.0]]), torch.tensor([[4.0], [1.0], [6.0]])
+        ... )
         >>> ratios[valid], indices[valid]
         (tensor([[0.2500]]), tensor([[0, 1]]))
     """
@@ -104,12 +126,18 @@ def match_snn(
 
 
 def match_smnn(
-    desc1: Tensor, desc2: Tensor, th: float = 0.95, dm: Optional[Tensor] = None, mask1: Optional[Tensor] = None, mask2: Optional[Tensor] = None
+    desc1: Tensor,
+    desc2: Tensor,
+    th: float = 0.95,
+    dm: Optional[Tensor] = None,
+    mask1: Optional[Tensor] = None,
+    mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """Mutual nearest neighbours that pass the ratio test both ways.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``. Where either set has no second descriptor, nothing matches.
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``. Where either set has no second descriptor, nothing
+            matches.
         th: see ``match_snn``.
 
     Returns:
@@ -119,7 +147,9 @@ def match_smnn(
         TypeError, ValueError: see ``match_nn``.
 
     Example:
-        >>> ratios, indices, valid = match_smnn(torch.tensor([[0.0], [5.0], [9.0]]), torch.tensor([[4.0], [1.0], [5.5]]))
+        >>> ratios, indices, valid = match_smnn(
+        ...     torch.tensor([[0.0], [5.0], [9.0]]), torch.tensor([[4.0], [1.0], [5.5]])
+        ... )
         >>> ratios[valid], indices[valid]
         (tensor([[0.2500],
                 [0.5000]]), tensor([[0, 1],
@@ -130,7 +160,9 @@ def match_smnn(
     there, back = two_smallest(far, True), two_smallest(far, False)
     index = there[..., 0]
     ratio, tested = ratios_to(first, second, given, index, there[..., 1])
-    ratio_back, tested_back = ratios_to(second, first, None if given is None else given.transpose(-1, -2), back[..., 0], back[..., 1])
+    ratio_back, tested_back = ratios_to(
+        second, first, None if given is None else given.transpose(-1, -2), back[..., 0], back[..., 1]
+    )
     partner = index.clamp(min=0)
     passed = (ratio_back <= th) & tested_back
     largest = torch.maximum(ratio, ratio_back.gather(-1, partner))
@@ -139,7 +171,12 @@ def match_smnn(
 
 
 def match_smnn_batched(
-    desc1: Tensor, desc2: Tensor, th: float = 0.95, dm: Optional[Tensor] = None, mask1: Optional[Tensor] = None, mask2: Optional[Tensor] = None
+    desc1: Tensor,
+    desc2: Tensor,
+    th: float = 0.95,
+    dm: Optional[Tensor] = None,
+    mask1: Optional[Tensor] = None,
+    mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """``match_smnn`` of batches only.
 
@@ -176,14 +213,17 @@ def match_fginn(
     mask1: Optional[Tensor] = None,
     mask2: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor, Tensor]:
-    """The ratio test against the first geometrically inconsistent neighbour: the second nearest is looked for in other places.
+    """The ratio test against the first geometrically inconsistent neighbour: the second nearest is looked for
+    in other places.
 
-    D. Mishkin, J. Matas, M. Perdoch, MODS: Fast and robust method for two-view matching, CVIU 141, 2015. All descriptors are looked at, where
-    Kornia looks at the ten nearest.
+    D. Mishkin, J. Matas, M. Perdoch, MODS: Fast and robust method for two-view matching, CVIU 141, 2015. All
+    descriptors are looked at, where Kornia looks at the ten nearest.
 
     Args:
-        desc1, desc2, dm, mask1, mask2: see ``match_nn``. Where no descriptor is far enough from the nearest, nothing matches.
-        lafs1: (B, N1, 2, 3), floating point, the frames of the first set (B = 1 where descriptors have no batch), which do not matter.
+        desc1, desc2, dm, mask1, mask2: see ``match_nn``. Where no descriptor is far enough from the nearest,
+            nothing matches.
+        lafs1: (B, N1, 2, 3), floating point, the frames of the first set (B = 1 where descriptors have no
+            batch), which do not matter.
         lafs2: (B, N2, 2, 3), those of the second set.
         th: see ``match_snn``.
         spatial_th: how many pixels more than which the centre of the second must be from that of the nearest.
@@ -206,12 +246,17 @@ def match_fginn(
     check_laf(lafs1, "lafs1")
     check_laf(lafs2, "lafs2")
     if lafs2.size(1) != second.size(1):
-        raise ValueError(f"lafs2: expected a frame for each of {second.size(1)} descriptors, got {list(lafs2.shape)}")
+        raise ValueError(
+            f"lafs2: expected a frame for each of {second.size(1)} descriptors, got {list(lafs2.shape)}"
+        )
     far = dissimilarities(first, second, given, mask1, mask2)
     index = two_smallest(far, True)[..., 0]
     centre = get_laf_center(lafs2).detach()
     nearest = centre.gather(1, index.clamp(min=0)[..., None].expand(-1, -1, 2))
-    across, down = nearest[:, :, None, 0] - centre[:, None, :, 0], nearest[:, :, None, 1] - centre[:, None, :, 1]
+    across, down = (
+        nearest[:, :, None, 0] - centre[:, None, :, 0],
+        nearest[:, :, None, 1] - centre[:, None, :, 1],
+    )
     near = across * across + down * down <= spatial_th * spatial_th
     elsewhere = two_smallest(torch.where(near, torch.full_like(far, float("inf")), far), True)[..., 0]
     ratio, tested = ratios_to(first, second, given, index, elsewhere)

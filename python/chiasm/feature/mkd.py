@@ -1,8 +1,9 @@
-"""Kernel descriptors of patches: sums of explicit feature maps, whose inner product sums a kernel over all pairs of pixels of two patches.
+"""Kernel descriptors of patches: sums of explicit feature maps, whose inner product sums a kernel over all
+pairs of pixels of two patches.
 
-A. Bursuc, G. Tolias, H. Jégou, Kernel Local Descriptors with Implicit Rotation Matching, ICMR 2015; A. Mukundan, G. Tolias, O. Chum,
-Multiple-Kernel Local-Patch Descriptor, BMVC 2017; A. Mukundan, G. Tolias, A. Bursuc, H. Jégou, O. Chum, Understanding and Improving Kernel Local
-Descriptors, IJCV 127, 2019.
+A. Bursuc, G. Tolias, H. Jégou, Kernel Local Descriptors with Implicit Rotation Matching, ICMR 2015; A.
+Mukundan, G. Tolias, O. Chum, Multiple-Kernel Local-Patch Descriptor, BMVC 2017; A. Mukundan, G. Tolias, A.
+Bursuc, H. Jégou, O. Chum, Understanding and Improving Kernel Local Descriptors, IJCV 127, 2019.
 """
 
 import math
@@ -21,36 +22,44 @@ from .gradients import check_patches, gaussian_window, unit
 
 
 def mkd_describe(
-    patches: Tensor, kernel_type: str = "concat", whitening: Optional[Tensor] = None, mean: Optional[Tensor] = None, power: float = 1.0
+    patches: Tensor,
+    kernel_type: str = "concat",
+    whitening: Optional[Tensor] = None,
+    mean: Optional[Tensor] = None,
+    power: float = 1.0,
 ) -> Tensor:
     """Kernel descriptors of patches: every pixel's gradient and place, encoded without bins.
 
-    The inner product of two descriptors, before they are made unit vectors, is the sum over all pairs of pixels, one of each patch, of
-    w(p) w(q) k(direction) k(place) k(place), where w is the root of the gradient's length times exp(-r^2), r being the distance from
-    the patch's centre, 1 in its corners, and k is the von Mises kernel (exp(kappa cos d) - exp(-kappa)) / (2 sinh kappa) of the difference d
-    of two angles, cut off after some terms of its Fourier series:
+    The inner product of two descriptors, before they are made unit vectors, is the sum over all pairs of
+    pixels, one of each patch, of w(p) w(q) k(direction) k(place) k(place), where w is the root of the
+    gradient's length times exp(-r^2), r being the distance from the patch's centre, 1 in its corners, and k
+    is the von Mises kernel (exp(kappa cos d) - exp(-kappa)) / (2 sinh kappa) of the difference d of two
+    angles, cut off after some terms of its Fourier series:
 
-    * "cart": the gradient's direction (kappa 8, 3 frequencies), x and y (kappa 1, 1 frequency), which go from 0 in the first to pi in the last pixel.
-      It forgives a patch that is a little beside.
-    * "polar": the gradient's direction from that of the pixel as the centre sees it (kappa 8, 3 frequencies), the latter, and the distance r,
-      which goes from 0 to pi (kappa 8, 2 frequencies each). It forgives a patch that is turned a little. A pixel in the very centre counts as
-      lying in the direction of x.
+    * "cart": the gradient's direction (kappa 8, 3 frequencies), x and y (kappa 1, 1 frequency), which go from
+      0 in the first to pi in the last pixel. It forgives a patch that is a little beside.
+    * "polar": the gradient's direction from that of the pixel as the centre sees it (kappa 8, 3 frequencies),
+      the latter, and the distance r, which goes from 0 to pi (kappa 8, 2 frequencies each). It forgives a
+      patch that is turned a little. A pixel in the very centre counts as lying in the direction of x.
     * "concat": both, each a unit vector, one after the other.
 
-    The papers whiten descriptors by what was learned from many patches. No such matrix is part of this package: without ``whitening``
-    these are the raw descriptors. Patches are not blurred first.
+    The papers whiten descriptors by what was learned from many patches. No such matrix is part of this
+    package: without ``whitening`` these are the raw descriptors. Patches are not blurred first.
 
     Args:
-        patches: (N, 1, PS, PS), floating point, oriented, PS at least 2. Half precision is computed in float32.
+        patches: (N, 1, PS, PS), floating point, oriented, PS at least 2. Half precision is computed in
+            float32.
         kernel_type: "concat", "cart" or "polar".
         whitening: (D, d), floating point, a projection of your own, by which the descriptors are multiplied.
         mean: (D,), floating point, subtracted before that.
-        power: exponent that the entries' magnitudes are raised to at the end, positive; the ICMR paper has 0.5, after the projection.
+        power: exponent that the entries' magnitudes are raised to at the end, positive; the ICMR paper has
+            0.5, after the projection.
 
     Returns:
-        (N, D), or (N, d) where there is a projection, unit vectors; D is 63 for "cart", 175 for "polar" and 238 for both, polar first. The
-        direction is outermost, then r or y, then the pixel's direction or x; of each the constant, then cosine and sine of each frequency. Zeros for
-        a patch without gradients, unless a mean is subtracted.
+        (N, D), or (N, d) where there is a projection, unit vectors; D is 63 for "cart", 175 for "polar" and
+        238 for both, polar first. The direction is outermost, then r or y, then the pixel's direction or x;
+        of each the constant, then cosine and sine of each frequency. Zeros for a patch without gradients,
+        unless a mean is subtracted.
 
     Raises:
         TypeError: if an input is not floating point.
@@ -86,18 +95,22 @@ def mkd_describe(
     if power != 1.0:
         empty = vectors == 0
         size = torch.where(empty, torch.ones_like(vectors), vectors.abs())
-        vectors = torch.where(empty, torch.zeros_like(vectors), torch.sign(vectors) * positive_power(size, power))
+        vectors = torch.where(
+            empty, torch.zeros_like(vectors), torch.sign(vectors) * positive_power(size, power)
+        )
     return unit(vectors, True).to(patches.dtype)
 
 
 class MKDDescriptor(nn.Module):
     """``mkd_describe`` of patches of one size, to be given to ``LAFDescriptor``.
 
-    Kornia's takes the name of a whitening that it downloads, and 128 of its dimensions; this one takes a projection of your own, or none.
+    Kornia's takes the name of a whitening that it downloads, and 128 of its dimensions; this one takes a
+    projection of your own, or none.
 
     Args:
         patch_size: side PS of the patches.
-        kernel_type, whitening, mean, power: see ``mkd_describe``. Tensors are held: a Parameter is learned with the module.
+        kernel_type, whitening, mean, power: see ``mkd_describe``. Tensors are held: a Parameter is learned
+            with the module.
 
     >>> describe = MKDDescriptor(16, "polar")
     >>> describe(torch.rand(3, 1, 16, 16)).shape, describe.output_dims
@@ -117,7 +130,11 @@ class MKDDescriptor(nn.Module):
         self.patch_size = patch_size
         self.kernel_type = kernel_type
         self.power = float(power)
-        self.output_dims = {"concat": 238, "cart": 63, "polar": 175}[kernel_type] if whitening is None else whitening.size(-1)
+        self.output_dims = (
+            {"concat": 238, "cart": 63, "polar": 175}[kernel_type]
+            if whitening is None
+            else whitening.size(-1)
+        )
         self.whitening: Optional[Tensor]
         self.mean: Optional[Tensor]
         hold(self, "whitening", whitening)
@@ -125,14 +142,19 @@ class MKDDescriptor(nn.Module):
 
     def forward(self, patches: Tensor) -> Tensor:
         if patches.size(-1) != self.patch_size:
-            raise ValueError(f"patches: expected shape (N, 1, {self.patch_size}, {self.patch_size}), got {list(patches.shape)}")
+            raise ValueError(
+                f"patches: expected shape (N, 1, {self.patch_size}, {self.patch_size}), got"
+                f" {list(patches.shape)}"
+            )
         return mkd_describe(patches, self.kernel_type, self.whitening, self.mean, self.power)
 
 
 def von_mises_coefficients(kappa: float, frequencies: int) -> List[float]:
-    """a_0 to a_n of sum a_k cos(k d), the Fourier series of (exp(kappa cos d) - exp(-kappa)) / (2 sinh kappa), for kappa up to 30.
+    """a_0 to a_n of sum a_k cos(k d), the Fourier series of (exp(kappa cos d) - exp(-kappa)) / (2 sinh
+    kappa), for kappa up to 30.
 
-    As exp(kappa cos d) = I_0(kappa) + 2 sum I_k(kappa) cos(k d), with the modified Bessel functions I_k, whose power series has no negative terms.
+    As exp(kappa cos d) = I_0(kappa) + 2 sum I_k(kappa) cos(k d), with the modified Bessel functions I_k,
+    whose power series has no negative terms.
 
     >>> [round(a, 4) for a in von_mises_coefficients(1.0, 1)]
     [0.3821, 0.4809]
@@ -155,12 +177,15 @@ def von_mises_coefficients(kappa: float, frequencies: int) -> List[float]:
 
 def _check_learned(value: Tensor, name: str, layout: str, rank: int, vectors: Tensor) -> None:
     if value.dim() != rank or value.size(0) != vectors.size(1):
-        raise ValueError(f"{name}: expected shape {layout} with D = {vectors.size(1)}, got {list(value.shape)}")
+        raise ValueError(
+            f"{name}: expected shape {layout} with D = {vectors.size(1)}, got {list(value.shape)}"
+        )
     check_floating(value, name)
 
 
 def _gradient(patches: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """Root of the length of the central differences, and the cosine and sine of their direction, (N, PS, PS) each; all 0 where there is no gradient."""
+    """Root of the length of the central differences, and the cosine and sine of their direction, (N, PS, PS)
+    each; all 0 where there is no gradient."""
     gradient = spatial_gradient(patches, "diff")[:, 0]
     dx, dy = gradient[:, 0], gradient[:, 1]
     squared = dx * dx + dy * dy
@@ -207,7 +232,8 @@ def _feature_map(cosine: Tensor, sine: Tensor, kappa: float, frequencies: int) -
 
 
 def _summed(weight: Tensor, cosine: Tensor, sine: Tensor, places: Tensor) -> Tensor:
-    """(N, 7 R S) unit vectors: products of the direction's features and the places' (R, S, PS, PS), summed over the pixels."""
+    """(N, 7 R S) unit vectors: products of the direction's features and the places' (R, S, PS, PS), summed
+    over the pixels."""
     size = weight.size(2)
     weight = weight * gaussian_window(size, 0.5 * (size - 1), weight)
     directions = torch.stack([feature * weight for feature in _feature_map(cosine, sine, 8.0, 3)], 1)

@@ -1,7 +1,7 @@
 """What matching functions share: how far descriptors are from each other, and how results are laid out.
 
-Which descriptor is nearest is decided by ``nearest.cdist_squared``. The distances of the pairs that were chosen are computed anew from their
-differences; they alone carry gradients.
+Which descriptor is nearest is decided by ``nearest.cdist_squared``. The distances of the pairs that were
+chosen are computed anew from their differences; they alone carry gradients.
 """
 
 from typing import Optional, Tuple
@@ -19,21 +19,34 @@ def batched(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor]) -> Tuple[Tensor,
     check_floating(desc2, "desc2")
     if desc1.dim() != 2 and desc1.dim() != 3:
         raise ValueError(f"desc1: expected shape (N1, D) or (B, N1, D), got {list(desc1.shape)}")
-    if desc2.dim() != desc1.dim() or desc2.size(-1) != desc1.size(-1) or desc2.size(0) < 1 or desc2.size(-2) < 1:
-        raise ValueError(f"desc2: expected some descriptors like those of desc1 {list(desc1.shape)}, got {list(desc2.shape)}")
+    if (
+        desc2.dim() != desc1.dim()
+        or desc2.size(-1) != desc1.size(-1)
+        or desc2.size(0) < 1
+        or desc2.size(-2) < 1
+    ):
+        raise ValueError(
+            f"desc2: expected some descriptors like those of desc1 {list(desc1.shape)}, got"
+            f" {list(desc2.shape)}"
+        )
     if desc1.dim() == 3 and desc2.size(0) != desc1.size(0):
         raise ValueError(f"desc2: expected desc1's batch of {desc1.size(0)}, got {list(desc2.shape)}")
     if dm is not None:
         check_floating(dm, "dm")
         if dm.dim() != desc1.dim() or dm.size(-2) != desc1.size(-2) or dm.size(-1) != desc2.size(-2):
-            raise ValueError(f"dm: expected {desc1.size(-2)} x {desc2.size(-2)} distances, got {list(dm.shape)}")
+            raise ValueError(
+                f"dm: expected {desc1.size(-2)} x {desc2.size(-2)} distances, got {list(dm.shape)}"
+            )
     if desc1.dim() == 2:
         return desc1[None], desc2[None], None if dm is None else dm[None]
     return desc1, desc2, dm
 
 
-def dissimilarities(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], mask1: Optional[Tensor], mask2: Optional[Tensor]) -> Tensor:
-    """(B, N1, N2) to compare by: squared distances or what is given; infinite where a mask says so. Without a gradient."""
+def dissimilarities(
+    desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], mask1: Optional[Tensor], mask2: Optional[Tensor]
+) -> Tensor:
+    """(B, N1, N2) to compare by: squared distances or what is given; infinite where a mask says so. Without a
+    gradient."""
     far = cdist_squared(desc1, desc2) if dm is None else dm.detach()
     nowhere = torch.full_like(far, float("inf"))
     if mask1 is not None:
@@ -48,12 +61,15 @@ def _checked(mask: Tensor, desc: Tensor, name: str) -> Tensor:
     if mask.dtype != torch.bool:
         raise TypeError(f"{name}: expected dtype torch.bool, got {mask.dtype}")
     if mask.dim() > 2 or mask.size(-1) != desc.size(1):
-        raise ValueError(f"{name}: expected one entry for each of {desc.size(1)} descriptors, got {list(mask.shape)}")
+        raise ValueError(
+            f"{name}: expected one entry for each of {desc.size(1)} descriptors, got {list(mask.shape)}"
+        )
     return mask if mask.dim() == 2 else mask[None]
 
 
 def distances_to(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor) -> Tensor:
-    """(B, N1): how far the descriptors of the first set are from those of index (B, N1), where that is not negative."""
+    """(B, N1): how far the descriptors of the first set are from those of index (B, N1), where that is not
+    negative."""
     index = index.clamp(min=0)
     if dm is not None:
         return dm.gather(-1, index[..., None])[..., 0]
@@ -65,7 +81,9 @@ def distances_to(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tens
     return torch.where(same, torch.zeros_like(squared), distance).to(desc1.dtype)
 
 
-def ratios_to(desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor, second_index: Tensor) -> Tuple[Tensor, Tensor]:
+def ratios_to(
+    desc1: Tensor, desc2: Tensor, dm: Optional[Tensor], index: Tensor, second_index: Tensor
+) -> Tuple[Tensor, Tensor]:
     """Distance at index over that at second_index, and whether there are both: (B, N1) each."""
     nearest, second = distances_to(desc1, desc2, dm, index), distances_to(desc1, desc2, dm, second_index)
     tested = (index >= 0) & (second_index >= 0)
@@ -80,11 +98,16 @@ def is_mutual(far: Tensor, index: Tensor) -> Tensor:
 
 
 def points_back(back: Tensor, index: Tensor) -> Tensor:
-    """Whether each entry of the first set has a partner, at index (B, N1), whose own partner in ``back`` (B, N2) it is."""
-    return (index >= 0) & (back.gather(-1, index.clamp(min=0)) == torch.arange(index.size(-1), device=index.device))
+    """Whether each entry of the first set has a partner, at index (B, N1), whose own partner in ``back`` (B,
+    N2) it is."""
+    return (index >= 0) & (
+        back.gather(-1, index.clamp(min=0)) == torch.arange(index.size(-1), device=index.device)
+    )
 
 
-def result_rows(distance: Tensor, index: Tensor, valid: Tensor, desc1: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+def result_rows(
+    distance: Tensor, index: Tensor, valid: Tensor, desc1: Tensor
+) -> Tuple[Tensor, Tensor, Tensor]:
     """The results, with the batch that desc1 has."""
     own = torch.arange(index.size(-1), device=index.device).expand_as(index)
     pairs = torch.stack([own, index], -1)

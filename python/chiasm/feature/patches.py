@@ -1,8 +1,9 @@
 """Patches of local affine frames: a frame's square [-1, 1]^2, resampled to PS x PS pixels.
 
-Pixel (i, j) of a patch is at ((2 j + 1) / PS - 1, (2 i + 1) / PS - 1) of the frame: -1 and 1 are the patch's outer edges. Images are read
-where the frame says, pixel centres at integers, bilinearly, beyond the border their last pixel. (Kornia reads up to half a pixel beside:
-it normalises positions by the corner pixels' centres and reads them by outer edges.)
+Pixel (i, j) of a patch is at ((2 j + 1) / PS - 1, (2 i + 1) / PS - 1) of the frame: -1 and 1 are the patch's
+outer edges. Images are read where the frame says, pixel centres at integers, bilinearly, beyond the border
+their last pixel. (Kornia reads up to half a pixel beside: it normalises positions by the corner pixels'
+centres and reads them by outer edges.)
 """
 
 from typing import List
@@ -19,14 +20,17 @@ from ..primitives.resampling.warping import position_dtype, sample_image
 from .laf import check_laf, denormalize_laf, determinants
 
 
-def extract_patches_simple(img: Tensor, laf: Tensor, PS: int = 32, normalize_lafs_before_extraction: bool = True) -> Tensor:
+def extract_patches_simple(
+    img: Tensor, laf: Tensor, PS: int = 32, normalize_lafs_before_extraction: bool = True
+) -> Tensor:
     """Patches of frames, read from the image itself: aliased where a frame is much larger than its patch.
 
     Args:
         img: (B, C, H, W), floating point.
         laf: (B, N, 2, 3), floating point.
         PS: side of a patch in pixels.
-        normalize_lafs_before_extraction: True where frames are in pixels, False where they come from ``normalize_laf``.
+        normalize_lafs_before_extraction: True where frames are in pixels, False where they come from
+            ``normalize_laf``.
 
     Returns:
         (B, N, C, PS, PS). Differentiable in img and laf.
@@ -47,18 +51,23 @@ def extract_patches_simple(img: Tensor, laf: Tensor, PS: int = 32, normalize_laf
     return reshaped(patches, [img.size(0), img.size(1), laf.size(1), PS, PS]).transpose(1, 2)
 
 
-def extract_patches_from_pyramid(img: Tensor, laf: Tensor, PS: int = 32, normalize_lafs_before_extraction: bool = True) -> Tensor:
-    """Patches of frames, each read from the level of a Gaussian pyramid whose pixels are as large as the patch's, or up to half as large.
+def extract_patches_from_pyramid(
+    img: Tensor, laf: Tensor, PS: int = 32, normalize_lafs_before_extraction: bool = True
+) -> Tensor:
+    """Patches of frames, each read from the level of a Gaussian pyramid whose pixels are as large as the
+    patch's, or up to half as large.
 
-    There are six levels, whatever the image's size, so that frames whose square has a side of up to 64 PS pixels are read without aliasing.
-    Each is the one before it, blurred by (1, 4, 6, 4, 1) / 16, of which it has every second pixel. All lie in one row of pixels, from which
-    a frame gathers those of its level. (Kornia's has levels down to the patch's size.)
+    There are six levels, whatever the image's size, so that frames whose square has a side of up to 64 PS
+    pixels are read without aliasing. Each is the one before it, blurred by (1, 4, 6, 4, 1) / 16, of which it
+    has every second pixel. All lie in one row of pixels, from which a frame gathers those of its level.
+    (Kornia's has levels down to the patch's size.)
 
     Args:
         img: (B, C, H, W), floating point.
         laf: (B, N, 2, 3), floating point.
         PS: side of a patch in pixels.
-        normalize_lafs_before_extraction: True where frames are in pixels, False where they come from ``normalize_laf``.
+        normalize_lafs_before_extraction: True where frames are in pixels, False where they come from
+            ``normalize_laf``.
 
     Returns:
         (B, N, C, PS, PS). Differentiable in img and laf.
@@ -69,13 +78,16 @@ def extract_patches_from_pyramid(img: Tensor, laf: Tensor, PS: int = 32, normali
 
     Example:
         >>> stripes = torch.tensor([0.0, 1.0]).repeat(32).expand(1, 1, 64, 64)
-        >>> extract_patches_from_pyramid(stripes, torch.tensor([[[[16.0, 0.0, 32.0], [0.0, 16.0, 32.0]]]]), 4).flatten()
+        >>> extract_patches_from_pyramid(
+        ...     stripes, torch.tensor([[[[16.0, 0.0, 32.0], [0.0, 16.0, 32.0]]]]), 4
+        ... ).flatten()
         tensor([0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000,
                 0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000, 0.5000])
     """
     frame = _in_pixels(img, laf, PS, normalize_lafs_before_extraction)
     levels = _pyramid(img, 6)
-    # The square of a patch's pixel in the image is compared with those of the levels, so that no logarithm decides.
+    # The square of a patch's pixel in the image is compared with those of the levels, so that no logarithm
+    # decides.
     area = determinants(frame.detach()).abs() * (4.0 / (PS * PS))
     start = torch.zeros_like(area).to(torch.int64)
     height, width = start + levels[0].size(2), start + levels[0].size(3)
@@ -106,7 +118,9 @@ class LAFDescriptor(nn.Module):
     torch.Size([1, 1, 64])
     """
 
-    def __init__(self, patch_descriptor: nn.Module, patch_size: int = 32, grayscale_descriptor: bool = True) -> None:
+    def __init__(
+        self, patch_descriptor: nn.Module, patch_size: int = 32, grayscale_descriptor: bool = True
+    ) -> None:
         super().__init__()
         self.descriptor = patch_descriptor
         self.patch_size = patch_size
@@ -117,7 +131,13 @@ class LAFDescriptor(nn.Module):
         return _by_frame(self.descriptor(patches), lafs)
 
 
-def get_laf_descriptors(img: Tensor, lafs: Tensor, patch_descriptor: nn.Module, patch_size: int = 32, grayscale_descriptor: bool = True) -> Tensor:
+def get_laf_descriptors(
+    img: Tensor,
+    lafs: Tensor,
+    patch_descriptor: nn.Module,
+    patch_size: int = 32,
+    grayscale_descriptor: bool = True,
+) -> Tensor:
     """Descriptors of frames: patches from a pyramid, and what a module makes of them.
 
     For eager code; ``LAFDescriptor`` is the same as a module that scripts and exports.
@@ -176,7 +196,8 @@ def _pyramid(img: Tensor, count: int) -> List[Tensor]:
 
 
 def _halved(x: Tensor, dim: int) -> Tensor:
-    """Every second slice of what (1, 4, 6, 4, 1) / 16 makes of x, whose border repeats, to the last or one beyond it."""
+    """Every second slice of what (1, 4, 6, 4, 1) / 16 makes of x, whose border repeats, to the last or one
+    beyond it."""
     last = x.size(dim) - 1
     middle = 2 * torch.arange(x.size(dim) // 2 + 1, device=x.device)
     out = x.index_select(dim, middle.clamp(max=last)) * 0.375

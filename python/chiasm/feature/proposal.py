@@ -1,7 +1,8 @@
 """Soft non-maximum suppression: one key point of each window of a response, differentiable in the response.
 
-A. Barroso-Laguna, E. Riba, D. Ponsa, K. Mikolajczyk, Key.Net: Keypoint Detection by Handcrafted and Learned CNN Filters, ICCV 2019, sections 3.3 and
-3.4. In scale space, and where windows overlap, ``geometry.subpix.conv_soft_argmax3d`` and ``conv_soft_argmax2d`` are soft, ``nms3d`` is not.
+A. Barroso-Laguna, E. Riba, D. Ponsa, K. Mikolajczyk, Key.Net: Keypoint Detection by Handcrafted and Learned
+CNN Filters, ICCV 2019, sections 3.3 and 3.4. In scale space, and where windows overlap,
+``geometry.subpix.conv_soft_argmax3d`` and ``conv_soft_argmax2d`` are soft, ``nms3d`` is not.
 """
 
 import math
@@ -17,21 +18,24 @@ from ..primitives.resampling.warping import position_dtype
 
 
 def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple[Tensor, Tensor]:
-    """Where the maximum of each window is, softly: the mean position of its pixels under the weights base^r / sum of base^r.
+    """Where the maximum of each window is, softly: the mean position of its pixels under the weights base^r /
+    sum of base^r.
 
-    Windows lie side by side from the first pixel on; the last of a row or column ends with the image. (The authors' program, not their paper,
-    divides the responses of a window by the largest and takes one from the powers, so that the response's scale does not matter. Here it does:
-    where a maximum exceeds the rest of its window by d, it weighs base^d as much as another pixel.)
+    Windows lie side by side from the first pixel on; the last of a row or column ends with the image. (The
+    authors' program, not their paper, divides the responses of a window by the largest and takes one from the
+    powers, so that the response's scale does not matter. Here it does: where a maximum exceeds the rest of
+    its window by d, it weighs base^d as much as another pixel.)
 
     Args:
-        response: (B, 1, H, W), floating point. Half precision is computed in float32. A pixel of -inf weighs nothing; a window of nothing else has
-            its centre for coordinates.
+        response: (B, 1, H, W), floating point. Half precision is computed in float32. A pixel of -inf weighs
+            nothing; a window of nothing else has its centre for coordinates.
         window: side of a window in pixels.
         base: of the powers, more than 1; the larger, the closer to the maximum and the sharper the gradient.
 
     Returns:
-        Coordinates (B, h, w, 2), x and y in pixels, the first pixel's centre being 0, with h = ceil(H / window) and w alike; scores
-        (B, h, w), the largest response of each window. Differentiable in response.
+        Coordinates (B, h, w, 2), x and y in pixels, the first pixel's centre being 0, with h = ceil(H /
+        window) and w alike; scores (B, h, w), the largest response of each window. Differentiable in
+        response.
 
     Raises:
         TypeError: if response is not floating point.
@@ -53,7 +57,8 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
     if base <= 1.0:
         raise ValueError(f"base: expected more than 1, got {base}")
     rows, columns = _windows(response.size(2), window, response), _windows(response.size(3), window, response)
-    # (B, h, window, w, window): beyond the border is the last pixel again, which changes no maximum, and whose weight is taken away.
+    # (B, h, window, w, window): beyond the border is the last pixel again, which changes no maximum, and
+    # whose weight is taken away.
     tall = response[:, 0].index_select(1, rows.flatten().clamp(max=response.size(2) - 1))
     tiles = tall.index_select(2, columns.flatten().clamp(max=response.size(3) - 1))
     tiles = reshaped(tiles, [response.size(0), rows.size(0), window, columns.size(0), window])
@@ -71,7 +76,9 @@ def index_proposal(response: Tensor, window: int, base: float = math.e) -> Tuple
     return torch.stack([x, y], -1).to(response.dtype), score
 
 
-def multi_scale_index_proposal(response: Tensor, windows: Optional[List[int]] = None, base: float = math.e) -> Tuple[Tensor, Tensor, Tensor]:
+def multi_scale_index_proposal(
+    response: Tensor, windows: Optional[List[int]] = None, base: float = math.e
+) -> Tuple[Tensor, Tensor, Tensor]:
     """``index_proposal`` for windows of several sizes, all proposals in one row.
 
     Args:
@@ -80,13 +87,15 @@ def multi_scale_index_proposal(response: Tensor, windows: Optional[List[int]] = 
         base: see ``index_proposal``.
 
     Returns:
-        Coordinates (B, M, 2), x and y in pixels; scores (B, M); and (B, M), int64, which of ``windows`` a proposal is of. M is the
-        sum of ceil(H / window) ceil(W / window) over the sizes; proposals are in the order of the sizes, then of rows, then of columns.
-        Coordinates and scores are differentiable in response.
+        Coordinates (B, M, 2), x and y in pixels; scores (B, M); and (B, M), int64, which of ``windows`` a
+        proposal is of. M is the sum of ceil(H / window) ceil(W / window) over the sizes; proposals are in the
+        order of the sizes, then of rows, then of columns. Coordinates and scores are differentiable in
+        response.
 
     Raises:
         TypeError: if response is not floating point.
-        ValueError: if response is not (B, 1, H, W), windows empty, a window not positive or base not more than 1.
+        ValueError: if response is not (B, 1, H, W), windows empty, a window not positive or base not more
+            than 1.
 
     Example:
         >>> response = torch.zeros(1, 1, 6, 6)
@@ -111,6 +120,7 @@ def multi_scale_index_proposal(response: Tensor, windows: Optional[List[int]] = 
 
 
 def _windows(size: int, window: int, like: Tensor) -> Tensor:
-    """The pixels of each window along an axis, (windows, window); the last window's may go on beyond the border."""
+    """The pixels of each window along an axis, (windows, window); the last window's may go on beyond the
+    border."""
     first = torch.arange((size + window - 1) // window, device=like.device) * window
     return first[:, None] + torch.arange(window, device=like.device)

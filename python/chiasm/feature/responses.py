@@ -13,7 +13,8 @@ from .structure import normalised_by_scale, structure_tensor
 
 
 def gftt_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None) -> Tensor:
-    """The smaller eigenvalue of the structure tensor, smoothed by a 7x7 Gaussian of sigma 1: "good features to track".
+    """The smaller eigenvalue of the structure tensor, smoothed by a 7x7 Gaussian of sigma 1: "good features
+    to track".
 
     J. Shi, C. Tomasi, Good Features to Track, CVPR 1994.
 
@@ -23,8 +24,8 @@ def gftt_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Ten
         sigmas: (B,) scales; the response is multiplied by their fourth power.
 
     Returns:
-        (B, C, H, W); large at corners, 0 on straight edges and where nothing changes. Where both eigenvalues are equal the
-        derivative is that of their mean.
+        (B, C, H, W); large at corners, 0 on straight edges and where nothing changes. Where both eigenvalues
+        are equal the derivative is that of their mean.
 
     Raises:
         TypeError: if input is not floating point.
@@ -40,15 +41,20 @@ def gftt_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Ten
     difference = xx - yy
     squared = difference * difference + 4.0 * xy * xy
     isotropic = squared == 0
-    gap = torch.where(isotropic, torch.zeros_like(squared), torch.sqrt(torch.where(isotropic, torch.ones_like(squared), squared)))
+    gap = torch.where(
+        isotropic,
+        torch.zeros_like(squared),
+        torch.sqrt(torch.where(isotropic, torch.ones_like(squared), squared)),
+    )
     return normalised_by_scale(0.5 * (xx + yy - gap), sigmas)
 
 
 def hessian_response(input: Tensor, grads_mode: str = "sobel", sigmas: Optional[Tensor] = None) -> Tensor:
     """Determinant of the Hessian, of second derivatives as ``spatial_gradient`` gives them.
 
-    P. Beaudet, Rotationally invariant image operators, ICPR 1978. As in Kornia, the kernel of each derivative is divided by the sum of
-    its absolute values: by "sobel" the mixed derivative counts 16/9 of the pure ones, by "diff" four times as much.
+    P. Beaudet, Rotationally invariant image operators, ICPR 1978. As in Kornia, the kernel of each derivative
+    is divided by the sum of its absolute values: by "sobel" the mixed derivative counts 16/9 of the pure
+    ones, by "diff" four times as much.
 
     Args:
         input: (B, C, H, W), floating point.
@@ -101,8 +107,8 @@ def dog_response(input: Tensor) -> Tensor:
 def dog_response_single(input: Tensor, sigma1: float = 1.0, sigma2: float = 1.6) -> Tensor:
     """Difference of an image blurred by two Gaussians, the second minus the first.
 
-    Each kernel reaches over four standard deviations to either side, int(8 sigma + 1) taps or one more, an odd number. Borders are mirrored, the edge
-    pixel not repeated.
+    Each kernel reaches over four standard deviations to either side, int(8 sigma + 1) taps or one more, an
+    odd number. Borders are mirrored, the edge pixel not repeated.
 
     Args:
         input: (B, C, H, W), floating point, H and W more than four of either sigma.

@@ -16,10 +16,12 @@ from .patches import patches_of
 
 
 def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
-    """By which angle the frames of patches are to be turned so that the patches' dominant gradient points along x.
+    """By which angle the frames of patches are to be turned so that the patches' dominant gradient points
+    along x.
 
-    The peak of a histogram of directions: gradients weighed by a Gaussian of a sixth of the patch's side, shared linearly by two neighbouring bins;
-    smoothed by (1, 4, 6, 4, 1) / 16, refined by the parabola through the highest bin, of equals the first, and its neighbours.
+    The peak of a histogram of directions: gradients weighed by a Gaussian of a sixth of the patch's side,
+    shared linearly by two neighbouring bins; smoothed by (1, 4, 6, 4, 1) / 16, refined by the parabola
+    through the highest bin, of equals the first, and its neighbours.
 
     D. Lowe, Distinctive Image Features from Scale-Invariant Keypoints, IJCV 60(2), 2004.
 
@@ -28,8 +30,8 @@ def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
         num_angular_bins: bins of the histogram, at least 5.
 
     Returns:
-        (N,) radians, from -pi to pi, counter-clockwise as ``rotate_laf``'s degrees are: minus the gradient's direction from x towards y. 0 where a
-        patch has no gradient.
+        (N,) radians, from -pi to pi, counter-clockwise as ``rotate_laf``'s degrees are: minus the gradient's
+        direction from x towards y. 0 where a patch has no gradient.
 
     Raises:
         TypeError: if patches is not floating point.
@@ -45,11 +47,20 @@ def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
         raise ValueError(f"num_angular_bins: expected at least 5, got {num_angular_bins}")
     size = patches.size(3)
     anywhere = torch.ones([1, size], dtype=patches.dtype, device=patches.device)
-    histogram = orientation_histograms(patches, gaussian_window(size, size / 6.0, patches), anywhere, num_angular_bins)[:, :, 0, 0]
-    near, far = _shifted(histogram, 1) + _shifted(histogram, -1), _shifted(histogram, 2) + _shifted(histogram, -2)
+    histogram = orientation_histograms(
+        patches, gaussian_window(size, size / 6.0, patches), anywhere, num_angular_bins
+    )[:, :, 0, 0]
+    near, far = (
+        _shifted(histogram, 1) + _shifted(histogram, -1),
+        _shifted(histogram, 2) + _shifted(histogram, -2),
+    )
     smooth = 0.375 * histogram + 0.25 * near + 0.0625 * far
     peak = torch.argmax(smooth.detach(), 1, keepdim=True)
-    centre, before, after = smooth.gather(1, peak), _shifted(smooth, 1).gather(1, peak), _shifted(smooth, -1).gather(1, peak)
+    centre, before, after = (
+        smooth.gather(1, peak),
+        _shifted(smooth, 1).gather(1, peak),
+        _shifted(smooth, -1).gather(1, peak),
+    )
     bend = 2.0 * centre - before - after
     straight = bend <= 0
     offset = 0.5 * (after - before) / torch.where(straight, torch.ones_like(bend), bend)
@@ -59,16 +70,19 @@ def dominant_orientation(patches: Tensor, num_angular_bins: int = 36) -> Tensor:
 
 
 def affine_shape(patches: Tensor) -> Tensor:
-    """The ellipses that patches' gradients make: their second moments, weighed by a Gaussian of a sixth of the patch's side.
+    """The ellipses that patches' gradients make: their second moments, weighed by a Gaussian of a sixth of
+    the patch's side.
 
-    A. Baumberg, Reliable Feature Matching Across Widely Separated Views, CVPR 2000; T. Lindeberg, J. Garding, Shape-adapted smoothing in
-    estimation of 3-D shape cues, IVC 15(6), 1997: one step of the iteration, which `adapt_laf_shape` makes.
+    A. Baumberg, Reliable Feature Matching Across Widely Separated Views, CVPR 2000; T. Lindeberg, J. Garding,
+    Shape-adapted smoothing in estimation of 3-D shape cues, IVC 15(6), 1997: one step of the iteration, which
+    `adapt_laf_shape` makes.
 
     Args:
         patches: (N, 1, PS, PS), floating point.
 
     Returns:
-        (N, 3): a, b, c of a dx^2 + 2 b dx dy + c dy^2 = 1, divided by the largest of a and c; 1, 0, 1 where a patch has no gradient.
+        (N, 3): a, b, c of a dx^2 + 2 b dx dy + c dy^2 = 1, divided by the largest of a and c; 1, 0, 1 where a
+        patch has no gradient.
 
     Raises:
         TypeError: if patches is not floating point.
@@ -119,9 +133,11 @@ def orient_laf(laf: Tensor, img: Tensor, PS: int = 32) -> Tensor:
 
 
 def adapt_laf_shape(laf: Tensor, img: Tensor, PS: int = 32, iterations: int = 1) -> Tensor:
-    """Adapt the shape of frames to the image, so that the gradients in their patches are as strong in every direction.
+    """Adapt the shape of frames to the image, so that the gradients in their patches are as strong in every
+    direction.
 
-    A becomes A times the upright frame of the ellipse that its patch has (``affine_shape``), divided by the root of its determinant: the area stays.
+    A becomes A times the upright frame of the ellipse that its patch has (``affine_shape``), divided by the
+    root of its determinant: the area stays.
 
     Args:
         laf: (B, N, 2, 3), floating point, in pixels.
@@ -147,7 +163,11 @@ def adapt_laf_shape(laf: Tensor, img: Tensor, PS: int = 32, iterations: int = 1)
     if iterations < 1:
         raise ValueError(f"iterations: expected a positive number, got {iterations}")
     for _ in range(iterations):
-        moments = affine_shape(patches_of(img, laf, PS, True)).unflatten(0, [laf.size(0), laf.size(1)]).to(laf.dtype)
+        moments = (
+            affine_shape(patches_of(img, laf, PS, True))
+            .unflatten(0, [laf.size(0), laf.size(1)])
+            .to(laf.dtype)
+        )
         shape = ellipse_to_laf(torch.cat([torch.zeros_like(moments[..., :2]), moments], -1))
         area = determinants(shape)
         proper = area > 0

@@ -1,7 +1,7 @@
 """Histograms of gradients: SIFT of patches and of every place of an image.
 
-D. Lowe, Distinctive Image Features from Scale-Invariant Keypoints, IJCV 60(2), 2004; RootSIFT: R. Arandjelovic, A. Zisserman, Three things
-everyone should know to improve object retrieval, CVPR 2012.
+D. Lowe, Distinctive Image Features from Scale-Invariant Keypoints, IJCV 60(2), 2004; RootSIFT: R.
+Arandjelovic, A. Zisserman, Three things everyone should know to improve object retrieval, CVPR 2012.
 """
 
 from typing import List
@@ -14,22 +14,31 @@ from ..primitives.features.orientations import directed, orientation_histograms,
 from .gradients import check_patches, gaussian_window, unit
 
 
-def sift_describe(patches: Tensor, num_ang_bins: int = 8, num_spatial_bins: int = 4, rootsift: bool = True, clipval: float = 0.2) -> Tensor:
+def sift_describe(
+    patches: Tensor,
+    num_ang_bins: int = 8,
+    num_spatial_bins: int = 4,
+    rootsift: bool = True,
+    clipval: float = 0.2,
+) -> Tensor:
     """SIFT descriptors of patches.
 
-    As in Lowe's paper: gradients are weighed by a Gaussian of half the patch's side and shared linearly by the neighbouring directions and
-    places; the histograms' vector is made a unit vector, cut at clipval and made one again. (Kornia's places overlap less, their centres are a
-    pixel off the patch's, and its Gaussian is wider; descriptors are alike, but not to be mixed.)
+    As in Lowe's paper: gradients are weighed by a Gaussian of half the patch's side and shared linearly by
+    the neighbouring directions and places; the histograms' vector is made a unit vector, cut at clipval and
+    made one again. (Kornia's places overlap less, their centres are a pixel off the patch's, and its Gaussian
+    is wider; descriptors are alike, but not to be mixed.)
 
     Args:
         patches: (N, 1, PS, PS), floating point, oriented, PS at least num_spatial_bins.
         num_ang_bins: directions, from x towards y (down).
         num_spatial_bins: places along each side.
-        rootsift: take the square roots of the vector over its sum, whose Euclidean distance is Hellinger's of the histograms.
+        rootsift: take the square roots of the vector over its sum, whose Euclidean distance is Hellinger's of
+            the histograms.
         clipval: the most that an entry of the unit vector may be.
 
     Returns:
-        (N, num_ang_bins * num_spatial_bins^2), unit vectors, the direction outermost, then rows, then columns; zeros for a patch without gradients.
+        (N, num_ang_bins * num_spatial_bins^2), unit vectors, the direction outermost, then rows, then
+        columns; zeros for a patch without gradients.
 
     Raises:
         TypeError: if patches is not floating point.
@@ -45,7 +54,9 @@ def sift_describe(patches: Tensor, num_ang_bins: int = 8, num_spatial_bins: int 
     _check_bins(num_ang_bins, num_spatial_bins, clipval)
     size = patches.size(3)
     window, near = gaussian_window(size, 0.5 * size, patches), _nearness(size, num_spatial_bins, patches)
-    return _finished(orientation_histograms(patches, window, near, num_ang_bins).flatten(1), rootsift, clipval)
+    return _finished(
+        orientation_histograms(patches, window, near, num_ang_bins).flatten(1), rootsift, clipval
+    )
 
 
 def dense_sift(
@@ -57,19 +68,21 @@ def dense_sift(
     clipval: float = 0.2,
     stride: int = 1,
 ) -> Tensor:
-    """SIFT descriptors of upright windows everywhere in an image, without a Gaussian; gradients outside a window count in its outer places.
+    """SIFT descriptors of upright windows everywhere in an image, without a Gaussian; gradients outside a
+    window count in its outer places.
 
     A. Bosch, A. Zisserman, X. Munoz, Image Classification using Random Forests and Ferns, ICCV 2007.
 
     Args:
         input: (B, 1, H, W), floating point, at least as large as a window.
         num_ang_bins, num_spatial_bins, rootsift, clipval: see ``sift_describe``.
-        spatial_bin_size: pixels from one place to the next; a window is num_spatial_bins * spatial_bin_size pixels wide and high.
+        spatial_bin_size: pixels from one place to the next; a window is num_spatial_bins * spatial_bin_size
+            pixels wide and high.
         stride: pixels from one window to the next.
 
     Returns:
-        (B, num_ang_bins * num_spatial_bins^2, h, w), the order of ``sift_describe``; entry (i, j) is of the window whose first pixel is
-        (i stride, j stride), of all that lie in the image.
+        (B, num_ang_bins * num_spatial_bins^2, h, w), the order of ``sift_describe``; entry (i, j) is of the
+        window whose first pixel is (i stride, j stride), of all that lie in the image.
 
     Raises:
         TypeError: if input is not floating point.
@@ -84,7 +97,9 @@ def dense_sift(
         raise ValueError(f"input: expected shape (B, 1, H, W), got {list(input.shape)}")
     _check_bins(num_ang_bins, num_spatial_bins, clipval)
     if spatial_bin_size < 1 or stride < 1:
-        raise ValueError(f"spatial_bin_size, stride: expected positive numbers, got {spatial_bin_size} and {stride}")
+        raise ValueError(
+            f"spatial_bin_size, stride: expected positive numbers, got {spatial_bin_size} and {stride}"
+        )
     length, direction = polar_gradient(input)
     planes = directed(length, direction, num_ang_bins)
     rows = _placed(planes, 2, num_spatial_bins, spatial_bin_size, stride)
@@ -115,11 +130,14 @@ def mean_patch(patches: Tensor) -> Tensor:
     return patches.mean([2, 3])
 
 
-def convert_sift_descriptor_layout(descriptors: Tensor, source: str, target: str, num_ang_bins: int = 8, num_spatial_bins: int = 4) -> Tensor:
+def convert_sift_descriptor_layout(
+    descriptors: Tensor, source: str, target: str, num_ang_bins: int = 8, num_spatial_bins: int = 4
+) -> Tensor:
     """Reorder the entries of SIFT descriptors that another library made.
 
-    "kornia", as ``sift_describe``: directions outermost, then rows and columns; directions turn from x towards y, which points down.
-    "vlfeat": rows, columns, directions, turning the same way. "opencv", which is Lowe's: rows, columns, directions, turning the other way.
+    "kornia", as ``sift_describe``: directions outermost, then rows and columns; directions turn from x
+    towards y, which points down. "vlfeat": rows, columns, directions, turning the same way. "opencv", which
+    is Lowe's: rows, columns, directions, turning the other way.
 
     Args:
         descriptors: (*, num_ang_bins * num_spatial_bins^2), of any dtype.
@@ -138,8 +156,13 @@ def convert_sift_descriptor_layout(descriptors: Tensor, source: str, target: str
     """
     cells = num_spatial_bins * num_spatial_bins
     if descriptors.dim() < 1 or descriptors.size(-1) != num_ang_bins * cells:
-        raise ValueError(f"descriptors: expected shape (*, {num_ang_bins * cells}), got {list(descriptors.shape)}")
-    before, after = _entries(source, "source", num_ang_bins, cells), _entries(target, "target", num_ang_bins, cells)
+        raise ValueError(
+            f"descriptors: expected shape (*, {num_ang_bins * cells}), got {list(descriptors.shape)}"
+        )
+    before, after = (
+        _entries(source, "source", num_ang_bins, cells),
+        _entries(target, "target", num_ang_bins, cells),
+    )
     order = [0 for _ in before]
     for k in range(len(before)):
         order[after[k]] = before[k]
@@ -198,4 +221,6 @@ def _finished(histograms: Tensor, rootsift: bool, clipval: float) -> Tensor:
         return vectors
     shares = unit(vectors, False)
     empty = shares == 0
-    return torch.where(empty, torch.zeros_like(shares), torch.sqrt(torch.where(empty, torch.ones_like(shares), shares)))
+    return torch.where(
+        empty, torch.zeros_like(shares), torch.sqrt(torch.where(empty, torch.ones_like(shares), shares))
+    )

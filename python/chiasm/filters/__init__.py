@@ -4,11 +4,26 @@ from ..primitives.core.modules import lazy_twins
 from .bilateral import bilateral_blur, joint_bilateral_blur
 from .box import box_blur, laplacian
 from .canny import canny
-from .correlation import convolve2d, convolve3d, correlate2d, correlate3d, fft_conv, filter2d, filter2d_separable, filter3d
+from .correlation import (
+    convolve2d,
+    convolve3d,
+    correlate2d,
+    correlate3d,
+    fft_conv,
+    filter2d,
+    filter2d_separable,
+    filter3d,
+)
 from .edges import prewitt, roberts, scharr
 from .gabor import gabor, get_gabor_kernel2d
 from .gaussian import gaussian_blur2d, get_gaussian_kernel1d
-from .gaussian_kernels import gaussian, get_gaussian_discrete_kernel1d, get_gaussian_erf_kernel1d, get_gaussian_kernel2d, get_gaussian_kernel3d
+from .gaussian_kernels import (
+    gaussian,
+    get_gaussian_discrete_kernel1d,
+    get_gaussian_erf_kernel1d,
+    get_gaussian_kernel2d,
+    get_gaussian_kernel3d,
+)
 from .gradient import sobel, spatial_gradient
 from .gradient3d import spatial_gradient3d
 from .guided import guided_blur

@@ -20,13 +20,14 @@ def bilateral_blur(
 ) -> Tensor:
     """Average over neighbours, weighted by closeness in space and in colour.
 
-    C. Tomasi, R. Manduchi, Bilateral filtering for gray and color images, ICCV 1998. OpenCV's ``bilateralFilter`` uses
-    the "l1" distance, and a disc where this uses the whole rectangle.
+    C. Tomasi, R. Manduchi, Bilateral filtering for gray and color images, ICCV 1998. OpenCV's
+    ``bilateralFilter`` uses the "l1" distance, and a disc where this uses the whole rectangle.
 
     Args:
         input: (B, C, H, W), floating point.
         kernel_size: odd size, one for both axes or (rows, columns).
-        sigma_color: standard deviation of the colour distance in input's units; a float, or a tensor (B,) or scalar.
+        sigma_color: standard deviation of the colour distance in input's units; a float, or a tensor (B,) or
+            scalar.
         sigma_space: standard deviations in pixels, (y, x) or a tensor (B, 2).
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
         color_distance_type: "l1" sums the channels' absolute differences, "l2" is the Euclidean distance.
@@ -43,7 +44,9 @@ def bilateral_blur(
         torch.Size([1, 3, 5, 5])
     """
     check_image(input, "input")
-    return _weighted_mean(input, input, kernel_size, sigma_color, sigma_space, border_type, color_distance_type)
+    return _weighted_mean(
+        input, input, kernel_size, sigma_color, sigma_space, border_type, color_distance_type
+    )
 
 
 def joint_bilateral_blur(
@@ -63,7 +66,8 @@ def joint_bilateral_blur(
         input: (B, C, H, W), floating point; what is averaged.
         guidance: (B or 1, D, H, W), floating point; what colour distances are measured in.
         kernel_size: odd size, one for both axes or (rows, columns).
-        sigma_color: standard deviation of the colour distance in guidance's units; a float, or a tensor (B,) or scalar.
+        sigma_color: standard deviation of the colour distance in guidance's units; a float, or a tensor (B,)
+            or scalar.
         sigma_space: standard deviations in pixels, (y, x) or a tensor (B, 2).
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
         color_distance_type: "l1" sums the channels' absolute differences, "l2" is the Euclidean distance.
@@ -82,8 +86,12 @@ def joint_bilateral_blur(
     check_image(input, "input")
     check_image(guidance, "guidance")
     if guidance.size(2) != input.size(2) or guidance.size(3) != input.size(3):
-        raise ValueError(f"guidance: expected input's height and width {list(input.shape)}, got {list(guidance.shape)}")
-    return _weighted_mean(input, guidance, kernel_size, sigma_color, sigma_space, border_type, color_distance_type)
+        raise ValueError(
+            f"guidance: expected input's height and width {list(input.shape)}, got {list(guidance.shape)}"
+        )
+    return _weighted_mean(
+        input, guidance, kernel_size, sigma_color, sigma_space, border_type, color_distance_type
+    )
 
 
 def _weighted_mean(

@@ -9,13 +9,20 @@ from ..primitives.core.window_sizes import positive_pair
 from ..primitives.filters.correlation import box_sums
 
 
-def box_blur(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect", separable: bool = True) -> Tensor:
+def box_blur(
+    input: Tensor,
+    kernel_size: Union[int, Tuple[int, int]],
+    border_type: str = "reflect",
+    separable: bool = True,
+) -> Tensor:
     """Mean of each pixel's window.
 
     Args:
         input: (B, C, H, W), floating point.
-        kernel_size: one for both axes or (rows, columns). An even window reaches one pixel further down and right.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        kernel_size: one for both axes or (rows, columns). An even window reaches one pixel further down and
+            right.
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
         separable: as in Kornia; both values give the same sums, which are always separable.
 
     Returns:
@@ -34,7 +41,12 @@ def box_blur(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_typ
     return box_sums(input, ky, kx, border_type, scale=1.0 / (ky * kx))
 
 
-def laplacian(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect", normalized: bool = True) -> Tensor:
+def laplacian(
+    input: Tensor,
+    kernel_size: Union[int, Tuple[int, int]],
+    border_type: str = "reflect",
+    normalized: bool = True,
+) -> Tensor:
     """Sum of the differences between a window's pixels and its middle one.
 
     That is the correlation with ``get_laplacian_kernel2d``. OpenCV's ``Laplacian`` has other kernels.
@@ -42,7 +54,8 @@ def laplacian(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_ty
     Args:
         input: (B, C, H, W), floating point.
         kernel_size: odd, one for both axes or (rows, columns); more than one pixel.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
         normalized: divide by the sum of the kernel's absolute values, 2 (rows * columns - 1).
 
     Returns:

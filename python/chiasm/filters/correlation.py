@@ -7,7 +7,13 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_floating, check_image, check_rank
 from ..primitives.core.materialise import materialised
-from ..primitives.filters.correlation import centred, correlate2d_valid, correlated2d, correlated3d, separable_any
+from ..primitives.filters.correlation import (
+    centred,
+    correlate2d_valid,
+    correlated2d,
+    correlated3d,
+    separable_any,
+)
 from ..primitives.filters.padding import check_border
 
 
@@ -19,17 +25,20 @@ def filter2d(
     padding: str = "same",
     behaviour: str = "corr",
 ) -> Tensor:
-    """Correlate every channel with a kernel: out(y, x) = sum over i, j of kernel(i, j) * input(y + i - ay, x + j - ax).
+    """Correlate every channel with a kernel: out(y, x) = sum over i, j of kernel(i, j) * input(y + i - ay, x
+    + j - ax).
 
-    The anchor (ay, ax) is the kernel's middle; of an even size it is (size - 1) // 2, where OpenCV's and SciPy's is
-    size // 2.
+    The anchor (ay, ax) is the kernel's middle; of an even size it is (size - 1) // 2, where OpenCV's and
+    SciPy's is size // 2.
 
     Args:
         input: (B, C, H, W), floating point.
         kernel: (kH, kW) or (1, kH, kW) for all samples, or (B, kH, kW) with one for each.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
         normalized: divide the kernel by the sum of its absolute values.
-        padding: "same" for an output of input's size, "valid" for only the pixels whose whole window is inside.
+        padding: "same" for an output of input's size, "valid" for only the pixels whose whole window is
+            inside.
         behaviour: "corr", or "conv" to turn the kernel by half a turn first, which is a convolution.
 
     Returns:
@@ -69,9 +78,11 @@ def filter2d_separable(
         input: (B, C, H, W), floating point.
         kernel_x: along the rows: (kW,) or (1, kW) for all samples, or (B, kW) with one for each.
         kernel_y: down the columns: (kH,), (1, kH) or (B, kH).
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
         normalized: divide each kernel by the sum of its absolute values.
-        padding: "same" for an output of input's size, "valid" for only the pixels whose whole window is inside.
+        padding: "same" for an output of input's size, "valid" for only the pixels whose whole window is
+            inside.
 
     Returns:
         (B, C, H, W); for "valid" (B, C, H - kH + 1, W - kW + 1).
@@ -94,13 +105,20 @@ def filter2d_separable(
     return separable_any(input, ky, kx, centred(ky.size(1)), centred(kx.size(1)), border_type)
 
 
-def filter3d(input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False, behaviour: str = "corr") -> Tensor:
+def filter3d(
+    input: Tensor,
+    kernel: Tensor,
+    border_type: str = "replicate",
+    normalized: bool = False,
+    behaviour: str = "corr",
+) -> Tensor:
     """``filter2d`` of volumes.
 
     Args:
         input: (B, C, D, H, W), floating point.
         kernel: (kD, kH, kW) or (1, kD, kH, kW) for all samples, or (B, kD, kH, kW) with one for each.
-        border_type: "reflect" (the edge voxel is not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (the edge voxel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
         normalized: divide the kernel by the sum of its absolute values.
         behaviour: "corr", or "conv" to reverse the kernel along its three axes first.
 
@@ -123,7 +141,13 @@ def filter3d(input: Tensor, kernel: Tensor, border_type: str = "replicate", norm
     return correlated3d(input, centred(k.size(1)), centred(k.size(2)), centred(k.size(3)), border_type, k)
 
 
-def correlate2d(input: Tensor, kernel: Tensor, border_type: str = "reflect", normalized: bool = False, padding: str = "same") -> Tensor:
+def correlate2d(
+    input: Tensor,
+    kernel: Tensor,
+    border_type: str = "reflect",
+    normalized: bool = False,
+    padding: str = "same",
+) -> Tensor:
     """``filter2d`` as it is: the kernel is not turned.
 
     Args, Returns, Raises: see ``filter2d``.
@@ -137,7 +161,13 @@ def correlate2d(input: Tensor, kernel: Tensor, border_type: str = "reflect", nor
     return filter2d(input, kernel, border_type, normalized, padding, "corr")
 
 
-def convolve2d(input: Tensor, kernel: Tensor, border_type: str = "reflect", normalized: bool = False, padding: str = "same") -> Tensor:
+def convolve2d(
+    input: Tensor,
+    kernel: Tensor,
+    border_type: str = "reflect",
+    normalized: bool = False,
+    padding: str = "same",
+) -> Tensor:
     """``filter2d`` with the kernel turned by half a turn.
 
     Args, Returns, Raises: see ``filter2d``.
@@ -151,7 +181,9 @@ def convolve2d(input: Tensor, kernel: Tensor, border_type: str = "reflect", norm
     return filter2d(input, kernel, border_type, normalized, padding, "conv")
 
 
-def correlate3d(input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False) -> Tensor:
+def correlate3d(
+    input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False
+) -> Tensor:
     """``filter3d`` as it is: the kernel is not reversed.
 
     Args, Returns, Raises: see ``filter3d``.
@@ -163,7 +195,9 @@ def correlate3d(input: Tensor, kernel: Tensor, border_type: str = "replicate", n
     return filter3d(input, kernel, border_type, normalized, "corr")
 
 
-def convolve3d(input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False) -> Tensor:
+def convolve3d(
+    input: Tensor, kernel: Tensor, border_type: str = "replicate", normalized: bool = False
+) -> Tensor:
     """``filter3d`` with the kernel reversed along its three axes.
 
     Args, Returns, Raises: see ``filter3d``.
@@ -185,8 +219,8 @@ def fft_conv(
 ) -> Tensor:
     """``filter2d`` under the name of Kornia's Fourier form.
 
-    There is no Fourier transform inside: not every runtime has one, and the direct sum is exact. Its time grows with the
-    kernel's area.
+    There is no Fourier transform inside: not every runtime has one, and the direct sum is exact. Its time
+    grows with the kernel's area.
 
     Args, Returns, Raises: see ``filter2d``.
 
@@ -197,7 +231,9 @@ def fft_conv(
     return filter2d(input, kernel, border_type, normalized, padding, behaviour)
 
 
-def _ready(kernel: Tensor, input: Tensor, rank: int, layout: str, normalized: bool, flip: bool, name: str) -> Tensor:
+def _ready(
+    kernel: Tensor, input: Tensor, rank: int, layout: str, normalized: bool, flip: bool, name: str
+) -> Tensor:
     """The kernel with a leading axis of B or 1, in input's dtype, normalised and reversed as asked."""
     check_floating(kernel, name)
     if kernel.dim() != rank and kernel.dim() != rank + 1:
@@ -206,7 +242,9 @@ def _ready(kernel: Tensor, input: Tensor, rank: int, layout: str, normalized: bo
     if kernel.dim() == rank:
         k = k[None]
     elif k.size(0) != input.size(0) and k.size(0) != 1:
-        raise ValueError(f"{name}: expected a first dimension of 1 or input's {input.size(0)}, got {list(kernel.shape)}")
+        raise ValueError(
+            f"{name}: expected a first dimension of 1 or input's {input.size(0)}, got {list(kernel.shape)}"
+        )
     axes: List[int] = [i for i in range(1, rank + 1)]
     if normalized:
         k = k / k.abs().sum(axes, keepdim=True)

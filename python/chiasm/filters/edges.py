@@ -14,8 +14,8 @@ def scharr(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
 
     Args:
         input: (B, C, H, W), floating point.
-        normalized: divide the kernels by 32, so that the result is in intensity per pixel; OpenCV's are not. scikit-image's
-            ``scharr`` is sqrt(2) times the normalised one.
+        normalized: divide the kernels by 32, so that the result is in intensity per pixel; OpenCV's are not.
+            scikit-image's ``scharr`` is sqrt(2) times the normalised one.
         eps: keeps the derivative finite where the gradient vanishes.
 
     Returns:
@@ -40,8 +40,8 @@ def prewitt(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
 
     Args:
         input: (B, C, H, W), floating point.
-        normalized: divide the kernels by 6, so that the result is in intensity per pixel. scikit-image's ``prewitt`` is
-            sqrt(2) times that.
+        normalized: divide the kernels by 6, so that the result is in intensity per pixel. scikit-image's
+            ``prewitt`` is sqrt(2) times that.
         eps: keeps the derivative finite where the gradient vanishes.
 
     Returns:
@@ -60,15 +60,16 @@ def prewitt(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
 
 
 def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
-    """Magnitude of the gradient by Roberts' cross, the two diagonal differences of each 2x2 square; the border is replicated.
+    """Magnitude of the gradient by Roberts' cross, the two diagonal differences of each 2x2 square; the
+    border is replicated.
 
-    L. G. Roberts, Machine perception of three-dimensional solids, 1963. The result belongs to the corner below and right
-    of its pixel.
+    L. G. Roberts, Machine perception of three-dimensional solids, 1963. The result belongs to the corner
+    below and right of its pixel.
 
     Args:
         input: (B, C, H, W), floating point.
-        normalized: divide the differences by sqrt(2), the pixels' distance, so that the result is in intensity per pixel; that
-            is scikit-image's ``roberts``.
+        normalized: divide the differences by sqrt(2), the pixels' distance, so that the result is in
+            intensity per pixel; that is scikit-image's ``roberts``.
         eps: keeps the derivative finite where the gradient vanishes.
 
     Returns:
@@ -83,7 +84,8 @@ def roberts(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor
         tensor([1., 1., 1., 0.])
     """
     check_image(input, "input")
-    # A margin before the image too, which the cross does not need: native code is fastest where both ends of the rows are alike.
+    # A margin before the image too, which the cross does not need: native code is fastest where both ends of
+    # the rows are alike.
     return _cross(input, (1, 1), (1, 1), "replicate", 0.5 if normalized else 1.0, eps)
 
 
@@ -103,5 +105,7 @@ def _magnitude(p: Tensor, side: float, middle: float, scale: float, eps: float) 
     smooth = (top + bottom) * side + centre * middle
     slope = bottom - top
     dx = (smooth[..., 2 : width + 2] - smooth[..., 0:width]) * scale
-    dy = ((slope[..., 0:width] + slope[..., 2 : width + 2]) * side + slope[..., 1 : width + 1] * middle) * scale
+    dy = (
+        (slope[..., 0:width] + slope[..., 2 : width + 2]) * side + slope[..., 1 : width + 1] * middle
+    ) * scale
     return torch.sqrt(dx * dx + dy * dy + eps)

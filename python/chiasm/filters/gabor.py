@@ -20,15 +20,17 @@ def get_gabor_kernel2d(
     psi: Union[float, Tensor] = 0.0,
     dtype: torch.dtype = torch.float32,
 ) -> Tensor:
-    """A cosine wave under a Gaussian, exp(-(u^2 + gamma^2 v^2) / (2 sigma^2)) cos(2 pi u / lambd + psi), as OpenCV's
-    ``getGaborKernel``.
+    """A cosine wave under a Gaussian, exp(-(u^2 + gamma^2 v^2) / (2 sigma^2)) cos(2 pi u / lambd + psi), as
+    OpenCV's ``getGaborKernel``.
 
-    J. G. Daugman, Uncertainty relation for resolution in space, spatial frequency, and orientation, 1985. Here
-    u = -(x cos(theta) + y sin(theta)) and v = x sin(theta) - y cos(theta), from the middle of the kernel.
+    J. G. Daugman, Uncertainty relation for resolution in space, spatial frequency, and orientation, 1985.
+    Here u = -(x cos(theta) + y sin(theta)) and v = x sin(theta) - y cos(theta), from the middle of the
+    kernel.
 
     Args:
         kernel_size: odd, one for both axes or (rows, columns).
-        sigma: standard deviation along the wave, in pixels. This and the following are floats or tensors (B,).
+        sigma: standard deviation along the wave, in pixels. This and the following are floats or tensors
+            (B,).
         theta: direction of the wave, in radians, clockwise from x.
         lambd: wavelength in pixels.
         gamma: sigma over the standard deviation across the wave.
@@ -79,7 +81,8 @@ def gabor(
         input: (B, C, H, W), floating point.
         kernel_size: odd, one for both axes or (rows, columns).
         sigma, theta, lambd, gamma, psi: floats or tensors (B,); see ``get_gabor_kernel2d``.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
 
     Returns:
         (B, C, H, W).
@@ -90,7 +93,9 @@ def gabor(
 
     Example:
         >>> stripes = torch.cos(torch.arange(16.0) * math.pi / 2).expand(1, 1, 16, 16)
-        >>> (gabor(stripes, 7, 2.0, 0.0, 4.0).abs() > gabor(stripes, 7, 2.0, math.pi / 2, 4.0).abs())[0, 0, 8, 8]
+        >>> (gabor(stripes, 7, 2.0, 0.0, 4.0).abs() > gabor(stripes, 7, 2.0, math.pi / 2, 4.0).abs())[
+        ...     0, 0, 8, 8
+        ... ]
         tensor(True)
     """
     kernel = get_gabor_kernel2d(kernel_size, sigma, theta, lambd, gamma, psi, input.dtype)

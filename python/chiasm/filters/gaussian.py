@@ -13,10 +13,16 @@ from ..primitives.filters.stencil import separable as separable_per_sample
 from ..primitives.filters.stencil import separable_shared
 
 
-def get_gaussian_kernel1d(kernel_size: int, sigma: Union[float, Tensor], force_even: bool = False, dtype: torch.dtype = torch.float32) -> Tensor:
+def get_gaussian_kernel1d(
+    kernel_size: int,
+    sigma: Union[float, Tensor],
+    force_even: bool = False,
+    dtype: torch.dtype = torch.float32,
+) -> Tensor:
     """Sampled Gaussian that sums to 1.
 
-    Unlike Kornia's, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float sigma.
+    Unlike Kornia's, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float
+    sigma.
 
     Args:
         kernel_size: number of taps, odd unless force_even.
@@ -57,7 +63,8 @@ def gaussian_blur2d(
     Args:
         input: (B, C, H, W), floating point.
         kernel_size: odd number of taps, one for both axes or (rows, columns).
-        sigma: standard deviations in pixels, (y, x) or a tensor (B, 2) with one pair per sample (or (1, 2) for all).
+        sigma: standard deviations in pixels, (y, x) or a tensor (B, 2) with one pair per sample (or (1, 2)
+            for all).
         border_type: "reflect" (edge pixel not repeated; needs H > rows // 2, W > columns // 2), "replicate",
             "circular" or "constant" (zeros).
         separable: two 1-D passes (fast) instead of one 2-D pass; the result is the same up to rounding.
@@ -93,14 +100,18 @@ def gaussian_taps(kernel_size: int, sigma: float) -> List[float]:
     return [weight / total for weight in weights]
 
 
-def gaussian_kernels(ky: int, kx: int, sigma: Union[Tuple[float, float], Tensor], like: Tensor, name: str) -> Tuple[Tensor, Tensor]:
+def gaussian_kernels(
+    ky: int, kx: int, sigma: Union[Tuple[float, float], Tensor], like: Tensor, name: str
+) -> Tuple[Tensor, Tensor]:
     """Kernels (B or 1, ky) and (B or 1, kx) in the dtype and on the device of ``like``."""
     if isinstance(sigma, Tensor):
         if sigma.dim() != 2 or sigma.size(1) != 2:
             raise ValueError(f"{name}: expected shape (B, 2), got {list(sigma.shape)}")
         s = sigma.to(like.dtype)
         # Stored, lest every pixel evaluate the exponentials of its taps again.
-        return materialised(get_gaussian_kernel1d(ky, s[:, 0]), 1), materialised(get_gaussian_kernel1d(kx, s[:, 1]), 1)
+        return materialised(get_gaussian_kernel1d(ky, s[:, 0]), 1), materialised(
+            get_gaussian_kernel1d(kx, s[:, 1]), 1
+        )
     kernel_y = torch.tensor([gaussian_taps(ky, sigma[0])], dtype=like.dtype, device=like.device)
     kernel_x = torch.tensor([gaussian_taps(kx, sigma[1])], dtype=like.dtype, device=like.device)
     return kernel_y, kernel_x

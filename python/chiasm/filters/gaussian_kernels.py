@@ -10,17 +10,21 @@ from .gaussian import get_gaussian_kernel1d
 
 
 def gaussian(
-    window_size: int, sigma: Union[float, Tensor], mean: Optional[Union[float, Tensor]] = None, dtype: torch.dtype = torch.float32
+    window_size: int,
+    sigma: Union[float, Tensor],
+    mean: Optional[Union[float, Tensor]] = None,
+    dtype: torch.dtype = torch.float32,
 ) -> Tensor:
     """Sampled Gaussian that sums to 1, around any mean.
 
-    Unlike Kornia's, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float sigma.
+    Unlike Kornia's, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float
+    sigma.
 
     Args:
         window_size: number of taps.
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
-        mean: position of the maximum, a float or a tensor (B,) or (B, 1); of an even window half a pixel less. The middle,
-            window_size // 2, by default.
+        mean: position of the maximum, a float or a tensor (B,) or (B, 1); of an even window half a pixel
+            less. The middle, window_size // 2, by default.
         dtype: dtype of the result when sigma is a float.
 
     Returns:
@@ -49,12 +53,15 @@ def gaussian(
 
 
 def get_gaussian_erf_kernel1d(
-    kernel_size: int, sigma: Union[float, Tensor], force_even: bool = False, dtype: torch.dtype = torch.float32
+    kernel_size: int,
+    sigma: Union[float, Tensor],
+    force_even: bool = False,
+    dtype: torch.dtype = torch.float32,
 ) -> Tensor:
     """Gaussian integrated over each pixel, normalised to sum 1.
 
-    Unlike Kornia's, an even kernel is symmetric, the device is that of ``sigma`` (CPU for a float), and ``dtype`` counts
-    only for a float sigma.
+    Unlike Kornia's, an even kernel is symmetric, the device is that of ``sigma`` (CPU for a float), and
+    ``dtype`` counts only for a float sigma.
 
     Args:
         kernel_size: number of taps, odd unless force_even.
@@ -83,12 +90,15 @@ def get_gaussian_erf_kernel1d(
     return weight / weight.sum(1, keepdim=True)
 
 
-def get_gaussian_discrete_kernel1d(kernel_size: int, sigma: Union[float, Tensor], dtype: torch.dtype = torch.float32) -> Tensor:
-    """The Gaussian's discrete analog exp(-t) I_n(t), t = sigma^2, with modified Bessel functions, normalised to sum 1.
+def get_gaussian_discrete_kernel1d(
+    kernel_size: int, sigma: Union[float, Tensor], dtype: torch.dtype = torch.float32
+) -> Tensor:
+    """The Gaussian's discrete analog exp(-t) I_n(t), t = sigma^2, with modified Bessel functions, normalised
+    to sum 1.
 
-    T. Lindeberg, Scale-space for discrete signals, TPAMI 1990. Right for small sigmas, where a sampled Gaussian is not.
-    Unlike Kornia's there is no ``force_even`` (that makes kernel_size + 1 taps), the device is that of ``sigma`` (CPU for a
-    float), and ``dtype`` counts only for a float sigma.
+    T. Lindeberg, Scale-space for discrete signals, TPAMI 1990. Right for small sigmas, where a sampled
+    Gaussian is not. Unlike Kornia's there is no ``force_even`` (that makes kernel_size + 1 taps), the device
+    is that of ``sigma`` (CPU for a float), and ``dtype`` counts only for a float sigma.
 
     Args:
         kernel_size: number of taps, odd.
@@ -111,8 +121,9 @@ def get_gaussian_discrete_kernel1d(kernel_size: int, sigma: Union[float, Tensor]
     s = as_column(sigma, dtype, "sigma")
     t = s * s
     radius = kernel_size // 2
-    # r(n) = I_n / I_(n-1) = t / (2 n + t r(n+1)), from an order so high that the start is forgotten; the start itself is
-    # within O(n^2 / t^2) of the truth (D. E. Amos, Computation of modified Bessel functions and their ratios, 1974).
+    # r(n) = I_n / I_(n-1) = t / (2 n + t r(n+1)), from an order so high that the start is forgotten; the
+    # start itself is within O(n^2 / t^2) of the truth (D. E. Amos, Computation of modified Bessel functions
+    # and their ratios, 1974).
     start = radius + 32
     ratio = t / (start - 0.5 + torch.sqrt((start + 0.5) * (start + 0.5) + t * t))
     ratios: List[Tensor] = []
@@ -205,7 +216,10 @@ def get_gaussian_kernel3d(
         s = _check_sigmas(sigma, 3)
     else:
         s = torch.tensor([[sigma[0], sigma[1], sigma[2]]], dtype=dtype)
-    plane = get_gaussian_kernel1d(ky, s[:, 1], force_even)[:, :, None] * get_gaussian_kernel1d(kx, s[:, 2], force_even)[:, None, :]
+    plane = (
+        get_gaussian_kernel1d(ky, s[:, 1], force_even)[:, :, None]
+        * get_gaussian_kernel1d(kx, s[:, 2], force_even)[:, None, :]
+    )
     return get_gaussian_kernel1d(kz, s[:, 0], force_even)[:, :, None, None] * plane[:, None]
 
 

@@ -14,8 +14,8 @@ def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normali
     """First or second derivatives; the border is replicated.
 
     First order: "sobel" is the 3x3 Sobel operator, "diff" the central difference. Second order: "sobel" is a
-    5x5 kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs, which are the mathematical
-    ones for the pure "diff" derivatives and their negatives for the others.
+    5x5 kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs, which are the
+    mathematical ones for the pure "diff" derivatives and their negatives for the others.
 
     Args:
         input: (B, C, H, W), floating point.

@@ -18,8 +18,8 @@ def spatial_gradient3d(input: Tensor, mode: str = "diff", order: int = 1) -> Ten
         order: 1 or 2.
 
     Returns:
-        (B, C, 3, D, H, W): d/dx, d/dy, d/dz in intensity per voxel; or (B, C, 6, D, H, W): xx, yy, zz, xy, yz, xz, of which
-        the mixed ones are four times the derivative, as Kornia's.
+        (B, C, 3, D, H, W): d/dx, d/dy, d/dz in intensity per voxel; or (B, C, 6, D, H, W): xx, yy, zz, xy,
+        yz, xz, of which the mixed ones are four times the derivative, as Kornia's.
 
     Raises:
         TypeError: if input is not floating point.
@@ -44,7 +44,11 @@ def _derivatives(p: Tensor, order: int) -> Tensor:
 
 
 def _first(p: Tensor) -> List[Tensor]:
-    return [0.5 * (_at(p, 0, 0, 1) - _at(p, 0, 0, -1)), 0.5 * (_at(p, 0, 1, 0) - _at(p, 0, -1, 0)), 0.5 * (_at(p, 1, 0, 0) - _at(p, -1, 0, 0))]
+    return [
+        0.5 * (_at(p, 0, 0, 1) - _at(p, 0, 0, -1)),
+        0.5 * (_at(p, 0, 1, 0) - _at(p, 0, -1, 0)),
+        0.5 * (_at(p, 1, 0, 0) - _at(p, -1, 0, 0)),
+    ]
 
 
 def _second(p: Tensor) -> List[Tensor]:

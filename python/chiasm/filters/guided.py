@@ -20,9 +20,11 @@ def guided_blur(
     subsample: int = 1,
     separable: bool = False,
 ) -> Tensor:
-    """Smooth by local linear models of another image: output = a . guidance + b, fitted in each window and averaged.
+    """Smooth by local linear models of another image: output = a . guidance + b, fitted in each window and
+    averaged.
 
-    K. He, J. Sun, X. Tang, Guided image filtering, ECCV 2010; subsample is from K. He, J. Sun, Fast guided filter, 2015.
+    K. He, J. Sun, X. Tang, Guided image filtering, ECCV 2010; subsample is from K. He, J. Sun, Fast guided
+    filter, 2015.
 
     Args:
         guidance: (B, C, H, W), floating point. All channels of it guide each channel of input.
@@ -30,8 +32,8 @@ def guided_blur(
         kernel_size: odd size of the window, one for both axes or (rows, columns).
         eps: the variance of guidance that counts as flat, > 0; a float, or a tensor (B,) or scalar.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
-        subsample: fit the models on images of 1 / subsample the size (nearest pixels), in windows whose radius is that much
-            smaller, and enlarge a and b bilinearly.
+        subsample: fit the models on images of 1 / subsample the size (nearest pixels), in windows whose
+            radius is that much smaller, and enlarge a and b bilinearly.
         separable: in Kornia, box sums in two passes; here they always are.
 
     Returns:
@@ -48,8 +50,15 @@ def guided_blur(
     """
     check_image(guidance, "guidance")
     check_image(input, "input")
-    if guidance.size(0) != input.size(0) or guidance.size(2) != input.size(2) or guidance.size(3) != input.size(3):
-        raise ValueError(f"guidance: expected input's batch, height and width {list(input.shape)}, got {list(guidance.shape)}")
+    if (
+        guidance.size(0) != input.size(0)
+        or guidance.size(2) != input.size(2)
+        or guidance.size(3) != input.size(3)
+    ):
+        raise ValueError(
+            f"guidance: expected input's batch, height and width {list(input.shape)}, got"
+            f" {list(guidance.shape)}"
+        )
     if subsample < 1:
         raise ValueError(f"subsample: expected at least 1, got {subsample}")
     check_border(border_type)
@@ -76,8 +85,11 @@ def guided_blur(
     return out
 
 
-def _linear_models(guidance: Tensor, input: Tensor, ky: int, kx: int, eps: Tensor, border_type: str) -> Tuple[List[Tensor], Tensor]:
-    """The slope for each channel of guidance and the offset, (B, D, H, W) each, averaged over the windows of each pixel."""
+def _linear_models(
+    guidance: Tensor, input: Tensor, ky: int, kx: int, eps: Tensor, border_type: str
+) -> Tuple[List[Tensor], Tensor]:
+    """The slope for each channel of guidance and the offset, (B, D, H, W) each, averaged over the windows of
+    each pixel."""
     channels = guidance.size(1)
     guides = [guidance[:, i : i + 1] for i in range(channels)]
     products: List[Tensor] = []
@@ -85,8 +97,8 @@ def _linear_models(guidance: Tensor, input: Tensor, ky: int, kx: int, eps: Tenso
         products += [guides[i] * guides[j] for j in range(i, channels)]
     sums = _boxes(guides + products + [input] + [guide * input for guide in guides], ky, kx, border_type)
     means, mean = sums[:channels], sums[channels + len(products)]
-    # The normal equations (covariance + eps I) a = covariance with input, solved by elimination, which needs no pivoting for
-    # a positive definite matrix. rows[i][j - i] is the upper triangle.
+    # The normal equations (covariance + eps I) a = covariance with input, solved by elimination, which needs
+    # no pivoting for a positive definite matrix. rows[i][j - i] is the upper triangle.
     rows: List[List[Tensor]] = []
     right: List[Tensor] = []
     n = channels
@@ -118,8 +130,8 @@ def _linear_models(guidance: Tensor, input: Tensor, ky: int, kx: int, eps: Tenso
 def _boxes(images: List[Tensor], ky: int, kx: int, border_type: str) -> List[Tensor]:
     """The means of the windows of images of one height and width, all channels in one pass."""
     together = torch.cat(images, 1)
-    # Taps that are numbers would become convolutions in ONNX, which fold channels into the batch; for a subsampled image that
-    # makes torch.export doubt sizes such as H // 2.
+    # Taps that are numbers would become convolutions in ONNX, which fold channels into the batch; for a
+    # subsampled image that makes torch.export doubt sizes such as H // 2.
     kernel_y = torch.full([1, ky], 1.0 / ky, dtype=together.dtype, device=together.device)
     kernel_x = torch.full([1, kx], 1.0 / kx, dtype=together.dtype, device=together.device)
     means = separable_sums(together, kernel_y, kernel_x, border_type)

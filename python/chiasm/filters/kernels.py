@@ -10,7 +10,9 @@ from ..primitives.core.checks import check_choice, odd_pair
 from ..primitives.core.window_sizes import positive_pair
 
 
-def get_box_kernel1d(kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32) -> Tensor:
+def get_box_kernel1d(
+    kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
+) -> Tensor:
     """Mean of kernel_size pixels.
 
     Args:
@@ -32,7 +34,9 @@ def get_box_kernel1d(kernel_size: int, device: Optional[torch.device] = None, dt
 
 
 def get_box_kernel2d(
-    kernel_size: Union[int, Tuple[int, int]], device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
+    kernel_size: Union[int, Tuple[int, int]],
+    device: Optional[torch.device] = None,
+    dtype: torch.dtype = torch.float32,
 ) -> Tensor:
     """Mean of a rectangle.
 
@@ -55,7 +59,9 @@ def get_box_kernel2d(
 
 
 def get_binary_kernel2d(
-    window_size: Union[int, Tuple[int, int]], device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
+    window_size: Union[int, Tuple[int, int]],
+    device: Optional[torch.device] = None,
+    dtype: torch.dtype = torch.float32,
 ) -> Tensor:
     """One kernel for each pixel of a window, which picks that pixel.
 
@@ -80,7 +86,9 @@ def get_binary_kernel2d(
     return torch.eye(ky * kx, device=device, dtype=dtype).reshape(ky * kx, 1, ky, kx)
 
 
-def get_hanning_kernel1d(kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32) -> Tensor:
+def get_hanning_kernel1d(
+    kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
+) -> Tensor:
     """Hann window 0.5 - 0.5 cos(2 pi i / (kernel_size - 1)), as ``numpy.hanning``.
 
     Args:
@@ -104,7 +112,9 @@ def get_hanning_kernel1d(kernel_size: int, device: Optional[torch.device] = None
 
 
 def get_hanning_kernel2d(
-    kernel_size: Union[int, Tuple[int, int]], device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
+    kernel_size: Union[int, Tuple[int, int]],
+    device: Optional[torch.device] = None,
+    dtype: torch.dtype = torch.float32,
 ) -> Tensor:
     """Outer product of two Hann windows.
 
@@ -128,7 +138,9 @@ def get_hanning_kernel2d(
     return get_hanning_kernel1d(ky, device, dtype)[:, None] * get_hanning_kernel1d(kx, device, dtype)[None, :]
 
 
-def laplacian_1d(window_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32) -> Tensor:
+def laplacian_1d(
+    window_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
+) -> Tensor:
     """Ones around 1 - window_size.
 
     Args:
@@ -146,10 +158,14 @@ def laplacian_1d(window_size: int, device: Optional[torch.device] = None, dtype:
         tensor([ 1.,  1., -4.,  1.,  1.])
     """
     size = odd_pair(window_size, "window_size")[0]
-    return torch.tensor([1.0 - size if i == size // 2 else 1.0 for i in range(size)], device=device, dtype=dtype)
+    return torch.tensor(
+        [1.0 - size if i == size // 2 else 1.0 for i in range(size)], device=device, dtype=dtype
+    )
 
 
-def get_laplacian_kernel1d(kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32) -> Tensor:
+def get_laplacian_kernel1d(
+    kernel_size: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
+) -> Tensor:
     """``laplacian_1d`` under its other name.
 
     Args:
@@ -170,7 +186,9 @@ def get_laplacian_kernel1d(kernel_size: int, device: Optional[torch.device] = No
 
 
 def get_laplacian_kernel2d(
-    kernel_size: Union[int, Tuple[int, int]], device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32
+    kernel_size: Union[int, Tuple[int, int]],
+    device: Optional[torch.device] = None,
+    dtype: torch.dtype = torch.float32,
 ) -> Tensor:
     """Ones around 1 - rows * columns.
 
@@ -263,7 +281,11 @@ def get_spatial_gradient_kernel2d(
         pairs = [(smooth, slope), (slope, smooth)]
         if order == 2:
             # The opposite sign of the derivatives', as ``spatial_gradient`` has it.
-            smooth, slope, curve = [-1.0, -4.0, -6.0, -4.0, -1.0], [-1.0, -2.0, 0.0, 2.0, 1.0], [1.0, 0.0, -2.0, 0.0, 1.0]
+            smooth, slope, curve = (
+                [-1.0, -4.0, -6.0, -4.0, -1.0],
+                [-1.0, -2.0, 0.0, 2.0, 1.0],
+                [1.0, 0.0, -2.0, 0.0, 1.0],
+            )
             pairs = [(smooth, curve), ([-1.0 * tap for tap in slope], slope), (curve, smooth)]
     kernels = [[[y * x + 0.0 for x in row] for y in column] for column, row in pairs]
     return torch.tensor(kernels, device=device, dtype=dtype)
@@ -280,8 +302,8 @@ def get_spatial_gradient_kernel3d(
         device, dtype: of the kernels.
 
     Returns:
-        (3, 1, 3, 3, 3): d/dx, d/dy, d/dz; of second order (6, 1, 3, 3, 3): xx, yy, zz, xy, yz, xz, of which the mixed ones are
-        four times the derivative.
+        (3, 1, 3, 3, 3): d/dx, d/dy, d/dz; of second order (6, 1, 3, 3, 3): xx, yy, zz, xy, yz, xz, of which
+        the mixed ones are four times the derivative.
 
     Raises:
         ValueError: if mode or order is not as above.

@@ -8,7 +8,9 @@ from ..primitives.core.checks import check_image, odd_pair
 from ..primitives.filters.rank import window_rank
 
 
-def median_blur(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect") -> Tensor:
+def median_blur(
+    input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect"
+) -> Tensor:
     """Replace each pixel by the median of its neighbourhood, by a network of minima and maxima.
 
     Kornia's median pads with zeros, which is ``border_type="constant"`` here; OpenCV's replicates.
@@ -16,8 +18,8 @@ def median_blur(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_
 
     Args:
         input: (B, C, H, W), floating point, without NaN.
-        kernel_size: odd size, one for both axes or (rows, columns). The network grows faster than the area: sizes above
-            7 are slow and their exported graphs large.
+        kernel_size: odd size, one for both axes or (rows, columns). The network grows faster than the area:
+            sizes above 7 are slow and their exported graphs large.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
 
     Returns:

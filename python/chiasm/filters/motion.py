@@ -21,14 +21,14 @@ def get_motion_kernel2d(
 ) -> Tensor:
     """A line through the middle of a square, which sums to 1.
 
-    The horizontal line is turned about the middle and resampled, as OpenCV's ``warpAffine`` with ``getRotationMatrix2D``
-    does. Of two pixels that are equally near neither is taken across the line.
+    The horizontal line is turned about the middle and resampled, as OpenCV's ``warpAffine`` with
+    ``getRotationMatrix2D`` does. Of two pixels that are equally near neither is taken across the line.
 
     Args:
         kernel_size: odd, at least 3.
         angle: of the motion in degrees, counterclockwise; a float, or a tensor (B,).
-        direction: in [-1, 1], a float or a tensor (B,). 0 gives equal weights; they rise linearly towards the line's end for
-            -1, and fall for 1.
+        direction: in [-1, 1], a float or a tensor (B,). 0 gives equal weights; they rise linearly towards the
+            line's end for -1, and fall for 1.
         mode: "nearest" or "bilinear". Only "bilinear" has a gradient with respect to angle.
         dtype: dtype of the kernel when angle is a float.
 
@@ -65,14 +65,15 @@ def get_motion_kernel3d(
 ) -> Tensor:
     """A line through the middle of a cube, which sums to 1.
 
-    The line along x is turned about the middle by the rotation vector ``angle`` and resampled. Of two voxels that are
-    equally near neither is taken across the line.
+    The line along x is turned about the middle by the rotation vector ``angle`` and resampled. Of two voxels
+    that are equally near neither is taken across the line.
 
     Args:
         kernel_size: odd, at least 3.
-        angle: rotation about the axis (x, y, z) by the vector's length in degrees; a tuple, or a tensor (B, 3).
-        direction: in [-1, 1], a float or a tensor (B,). 0 gives equal weights; they rise linearly towards the line's end for
-            -1, and fall for 1.
+        angle: rotation about the axis (x, y, z) by the vector's length in degrees; a tuple, or a tensor (B,
+            3).
+        direction: in [-1, 1], a float or a tensor (B,). 0 gives equal weights; they rise linearly towards the
+            line's end for -1, and fall for 1.
         mode: "nearest" or "bilinear". Only "bilinear" has a gradient with respect to angle.
         dtype: dtype of the kernel when angle is a tuple.
 
@@ -103,7 +104,11 @@ def get_motion_kernel3d(
     along = rotation[:, 0, 0] * x + rotation[:, 1, 0] * y + rotation[:, 2, 0] * z
     across_y = rotation[:, 0, 1] * x + rotation[:, 1, 1] * y + rotation[:, 2, 1] * z
     across_z = rotation[:, 0, 2] * x + rotation[:, 1, 2] * y + rotation[:, 2, 2] * z
-    kernel = _sampled(line.to(turn.device)[:, None], along, mode) * _nearness(across_y, mode) * _nearness(across_z, mode)
+    kernel = (
+        _sampled(line.to(turn.device)[:, None], along, mode)
+        * _nearness(across_y, mode)
+        * _nearness(across_z, mode)
+    )
     return kernel / kernel.sum([1, 2, 3], keepdim=True)
 
 
@@ -122,7 +127,8 @@ def motion_blur(
         kernel_size: length of the line, odd, at least 3.
         angle: of the motion in degrees, counterclockwise; a float, or a tensor (B,).
         direction: in [-1, 1], a float or a tensor (B,); see ``get_motion_kernel2d``.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
         mode: how the line is resampled, "nearest" or "bilinear".
 
     Returns:
@@ -153,9 +159,11 @@ def motion_blur3d(
     Args:
         input: (B, C, D, H, W), floating point.
         kernel_size: length of the line, odd, at least 3.
-        angle: rotation about the axis (x, y, z) by the vector's length in degrees; a tuple, or a tensor (B, 3).
+        angle: rotation about the axis (x, y, z) by the vector's length in degrees; a tuple, or a tensor (B,
+            3).
         direction: in [-1, 1], a float or a tensor (B,); see ``get_motion_kernel3d``.
-        border_type: "reflect" (the edge voxel is not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (the edge voxel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
         mode: how the line is resampled, "nearest" or "bilinear".
 
     Returns:

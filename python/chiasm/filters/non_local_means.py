@@ -20,11 +20,13 @@ def non_local_means(
 ) -> Tensor:
     """Average over the pixels of a search window, weighted by how alike the patches around them are.
 
-    A. Buades, B. Coll, J.-M. Morel, A non-local algorithm for image denoising, CVPR 2005, with uniform patches: the weight is
-    exp(-max(d - 2 sigma^2, 0) / h^2), d the mean squared difference of the patches over pixels and channels. With sigma = 0 it
-    is OpenCV's ``fastNlMeansDenoising`` on the scale 0 to 255, without its rounding; scikit-image's weighs the patches.
+    A. Buades, B. Coll, J.-M. Morel, A non-local algorithm for image denoising, CVPR 2005, with uniform
+    patches: the weight is exp(-max(d - 2 sigma^2, 0) / h^2), d the mean squared difference of the patches
+    over pixels and channels. With sigma = 0 it is OpenCV's ``fastNlMeansDenoising`` on the scale 0 to 255,
+    without its rounding; scikit-image's weighs the patches.
 
-    The (2 patch_distance + 1)^2 shifts of the image are one loop; an exported gradient would copy it, so none is exported.
+    The (2 patch_distance + 1)^2 shifts of the image are one loop; an exported gradient would copy it, so none
+    is exported.
 
     Args:
         input: (B, C, H, W), floating point; the channels share their weights.
@@ -32,7 +34,8 @@ def non_local_means(
         patch_distance: how far from the pixel the others are, in rows and in columns.
         h: the difference of patches that counts as unlike, in input's units, > 0.
         sigma: standard deviation of the noise, in input's units.
-        border_type: "reflect" (needs H and W above patch_distance + patch_size // 2), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (needs H and W above patch_distance + patch_size // 2), "replicate", "circular"
+            or "constant" (zeros).
 
     Returns:
         (B, C, H, W).
@@ -63,7 +66,9 @@ def non_local_means(
 
 
 @repeated
-def _with_shifts(sums: Tensor, k: Tensor, padded: Tensor, side: int, patch_size: int, h: float, sigma: float) -> Tensor:
+def _with_shifts(
+    sums: Tensor, k: Tensor, padded: Tensor, side: int, patch_size: int, h: float, sigma: float
+) -> Tensor:
     height, width = sums.size(2), sums.size(3)
     reach, radius = side // 2, patch_size // 2
     row = torch.div(k, side, rounding_mode="floor")

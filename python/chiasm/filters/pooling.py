@@ -40,11 +40,17 @@ def blur_pool2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], stride:
     if stride < 1:
         raise ValueError(f"stride: expected at least 1, got {stride}")
     ry, rx = (ky - 1) // 2, (kx - 1) // 2
-    return weigh_and_thin(padded(input, (ry, ry), (rx, rx), "constant"), binomial_taps(ky), binomial_taps(kx), stride)
+    return weigh_and_thin(
+        padded(input, (ry, ry), (rx, rx), "constant"), binomial_taps(ky), binomial_taps(kx), stride
+    )
 
 
 def max_blur_pool2d(
-    input: Tensor, kernel_size: Union[int, Tuple[int, int]], stride: int = 2, max_pool_size: int = 2, ceil_mode: bool = False
+    input: Tensor,
+    kernel_size: Union[int, Tuple[int, int]],
+    stride: int = 2,
+    max_pool_size: int = 2,
+    ceil_mode: bool = False,
 ) -> Tensor:
     """Maxima over squares at every pixel, then ``blur_pool2d``.
 
@@ -84,8 +90,8 @@ def edge_aware_blur_pool2d(
 ) -> Tensor:
     """Smooth by a binomial kernel, but leave the surroundings of edges as they are. The size stays.
 
-    An edge is where the geometric mean of the channels changes by more than the factor edge_threshold over four pixels,
-    along x or y. The border is reflected.
+    An edge is where the geometric mean of the channels changes by more than the factor edge_threshold over
+    four pixels, along x or y. The border is reflected.
 
     Args:
         input: (B, C, H, W), floating point, not negative.

@@ -8,16 +8,19 @@ from ..primitives.core.checks import check_image, odd_pair
 from ..primitives.filters.rank import window_rank
 
 
-def rank_filter(input: Tensor, rank: int, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect") -> Tensor:
-    """Replace each pixel by the value of a given rank in its neighbourhood, by a network of minima and maxima.
+def rank_filter(
+    input: Tensor, rank: int, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect"
+) -> Tensor:
+    """Replace each pixel by the value of a given rank in its neighbourhood, by a network of minima and
+    maxima.
 
     As SciPy's ``rank_filter``. The gradient goes to the picked element; equal elements share it.
 
     Args:
         input: (B, C, H, W), floating point, without NaN.
         rank: 0 is the smallest, -1 the largest.
-        kernel_size: odd size, one for both axes or (rows, columns). The network grows faster than the area: sizes above
-            7 are slow and their exported graphs large.
+        kernel_size: odd size, one for both axes or (rows, columns). The network grows faster than the area:
+            sizes above 7 are slow and their exported graphs large.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
 
     Returns:
@@ -39,8 +42,11 @@ def rank_filter(input: Tensor, rank: int, kernel_size: Union[int, Tuple[int, int
     return window_rank(input, ky, kx, rank % count, border_type)
 
 
-def percentile_filter(input: Tensor, percentile: float, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect") -> Tensor:
-    """Replace each pixel by a percentile of its neighbourhood: the value of rank floor(n * percentile / 100) of n.
+def percentile_filter(
+    input: Tensor, percentile: float, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect"
+) -> Tensor:
+    """Replace each pixel by a percentile of its neighbourhood: the value of rank floor(n * percentile / 100)
+    of n.
 
     As SciPy's ``percentile_filter``: no interpolation between ranks. The gradient goes to the picked element.
 

@@ -11,7 +11,10 @@ from .gaussian import gaussian_blur2d, gaussian_taps
 
 
 def unsharp_mask(
-    input: Tensor, kernel_size: Union[int, Tuple[int, int]], sigma: Union[Tuple[float, float], Tensor], border_type: str = "reflect"
+    input: Tensor,
+    kernel_size: Union[int, Tuple[int, int]],
+    sigma: Union[Tuple[float, float], Tensor],
+    border_type: str = "reflect",
 ) -> Tensor:
     """Sharpen: add what Gaussian smoothing takes away.
 
@@ -19,7 +22,8 @@ def unsharp_mask(
         input: (B, C, H, W), floating point.
         kernel_size: odd, one for both axes or (rows, columns).
         sigma: standard deviations in pixels, (y, x) or a tensor (B, 2).
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
 
     Returns:
         (B, C, H, W), input + (input - blurred); not clipped.
@@ -37,11 +41,17 @@ def unsharp_mask(
     if isinstance(sigma, Tensor):
         return input + (input - gaussian_blur2d(input, kernel_size, sigma, border_type))
     ky, kx = odd_pair(kernel_size, "kernel_size")
-    return separable_plus(input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type, -1.0, 2.0)
+    return separable_plus(
+        input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type, -1.0, 2.0
+    )
 
 
 def difference_of_gaussians(
-    input: Tensor, low_sigma: float, high_sigma: Optional[float] = None, border_type: str = "replicate", truncate: float = 4.0
+    input: Tensor,
+    low_sigma: float,
+    high_sigma: Optional[float] = None,
+    border_type: str = "replicate",
+    truncate: float = 4.0,
 ) -> Tensor:
     """Band-pass: the image smoothed a little minus the image smoothed more.
 
@@ -51,7 +61,8 @@ def difference_of_gaussians(
         input: (B, C, H, W), floating point.
         low_sigma: smaller standard deviation in pixels.
         high_sigma: larger one; 1.6 * low_sigma by default, which comes close to a Laplacian of Gaussian.
-        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant" (zeros).
+        border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
+            (zeros).
         truncate: kernels end at this many standard deviations, rounded to whole pixels.
 
     Returns:
@@ -59,7 +70,8 @@ def difference_of_gaussians(
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, a sigma is not positive or high_sigma is below low_sigma, or the border is not as above.
+        ValueError: if input is not 4-D, a sigma is not positive or high_sigma is below low_sigma, or the
+            border is not as above.
 
     Example:
         >>> difference_of_gaussians(torch.ones(1, 1, 9, 9), 1.0).abs().max() < 1e-6
@@ -71,4 +83,6 @@ def difference_of_gaussians(
         raise ValueError(f"high_sigma: expected 0 < low_sigma <= high_sigma, got {low_sigma} and {high}")
     low_taps = gaussian_taps(2 * int(truncate * low_sigma + 0.5) + 1, low_sigma)
     high_taps = gaussian_taps(2 * int(truncate * high + 0.5) + 1, high)
-    return separable_shared(input, low_taps, low_taps, border_type) - separable_shared(input, high_taps, high_taps, border_type)
+    return separable_shared(input, low_taps, low_taps, border_type) - separable_shared(
+        input, high_taps, high_taps, border_type
+    )

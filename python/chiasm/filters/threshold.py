@@ -14,8 +14,14 @@ from ..primitives.numbers.rounding import to_index
 from .gaussian import gaussian_taps
 
 
-def in_range(input: Tensor, lower: Union[List[float], Tensor], upper: Union[List[float], Tensor], return_mask: bool = False) -> Tensor:
-    """Keep the pixels whose channels are all between two bounds, as OpenCV's ``inRange``; the others become 0.
+def in_range(
+    input: Tensor,
+    lower: Union[List[float], Tensor],
+    upper: Union[List[float], Tensor],
+    return_mask: bool = False,
+) -> Tensor:
+    """Keep the pixels whose channels are all between two bounds, as OpenCV's ``inRange``; the others become
+    0.
 
     Args:
         input: (B, C, H, W), floating point.
@@ -45,7 +51,10 @@ def _bound(bound: Union[List[float], Tensor], input: Tensor, name: str) -> Tenso
     else:
         b = torch.tensor(bound, dtype=input.dtype, device=input.device)
     if (b.dim() != 1 and b.dim() != 2) or b.size(-1) != input.size(1):
-        raise ValueError(f"{name}: expected shape (C,) or (B, C) with input's {input.size(1)} channels, got {list(b.shape)}")
+        raise ValueError(
+            f"{name}: expected shape (C,) or (B, C) with input's {input.size(1)} channels, got"
+            f" {list(b.shape)}"
+        )
     return b[..., None, None]
 
 
@@ -58,17 +67,20 @@ def adaptive_threshold(
     c: float = 0.0,
     rounded: bool = True,
 ) -> Tensor:
-    """Compare each pixel with the mean of its neighbourhood, as OpenCV's ``adaptiveThreshold``; the border is replicated.
+    """Compare each pixel with the mean of its neighbourhood, as OpenCV's ``adaptiveThreshold``; the border is
+    replicated.
 
     Args:
         input: (B, C, H, W), floating point. If rounded, in whole levels, 0 to 255 say.
         max_value: of the pixels above the threshold.
-        adaptive_method: "mean" of the block, or "gaussian": weighted by ``cv2.getGaussianKernel(block_size, 0)``, which
-            has fixed weights up to 9 and from there on sigma 0.15 * block_size + 0.35.
-        threshold_type: "binary" sets pixels above the threshold to max_value and others to 0, "binary_inv" the reverse.
+        adaptive_method: "mean" of the block, or "gaussian": weighted by ``cv2.getGaussianKernel(block_size,
+            0)``, which has fixed weights up to 9 and from there on sigma 0.15 * block_size + 0.35.
+        threshold_type: "binary" sets pixels above the threshold to max_value and others to 0, "binary_inv"
+            the reverse.
         block_size: side of the neighbourhood, odd, at least 3.
         c: subtracted from the mean.
-        rounded: round the mean and c to whole levels, as OpenCV's bytes are. Without it input may be in any unit.
+        rounded: round the mean and c to whole levels, as OpenCV's bytes are. Without it input may be in any
+            unit.
 
     Returns:
         (B, C, H, W) of 0 and max_value.
@@ -103,7 +115,8 @@ def adaptive_threshold(
 
 
 def _opencv_taps(size: int) -> List[float]:
-    """What OpenCV takes for a sigma of 0. The fixed weights are multiples of 1/256, so that sums of levels are exact."""
+    """What OpenCV takes for a sigma of 0. The fixed weights are multiples of 1/256, so that sums of levels
+    are exact."""
     half: List[float] = []
     if size == 3:
         half = [64.0, 128.0]
@@ -121,19 +134,21 @@ def _opencv_taps(size: int) -> List[float]:
 def otsu_threshold(
     x: Tensor, nbins: int = 256, slow_and_differentiable: bool = False, return_mask: bool = False
 ) -> Tuple[Tensor, Tensor]:
-    """Keep what is above the threshold that separates each plane's values best into two classes; the rest becomes 0.
+    """Keep what is above the threshold that separates each plane's values best into two classes; the rest
+    becomes 0.
 
-    N. Otsu, A threshold selection method from gray-level histograms, 1979: the threshold maximises the variance between the
-    classes. As scikit-image's ``threshold_otsu``, the histogram spans each plane's values and the threshold is the middle of
-    a bin, the first of several that are equally good. What is in later bins is above it; the bin itself is not. So on a
-    plane that uses the whole range of 8-bit levels, OpenCV's THRESH_OTSU separates the same pixels.
+    N. Otsu, A threshold selection method from gray-level histograms, 1979: the threshold maximises the
+    variance between the classes. As scikit-image's ``threshold_otsu``, the histogram spans each plane's
+    values and the threshold is the middle of a bin, the first of several that are equally good. What is in
+    later bins is above it; the bin itself is not. So on a plane that uses the whole range of 8-bit levels,
+    OpenCV's THRESH_OTSU separates the same pixels.
 
     Args:
         x: (*, H, W), floating point; each plane has its own threshold, but for fewer than 2^31 pixels.
         nbins: number of bins, at least 2.
-        slow_and_differentiable: split each value between the nearest two bins, and average the bins' middles with weights
-            softmax(nbins * variance / greatest variance). The threshold then has a gradient, is near the exact one, and is
-            what x is compared with.
+        slow_and_differentiable: split each value between the nearest two bins, and average the bins' middles
+            with weights softmax(nbins * variance / greatest variance). The threshold then has a gradient, is
+            near the exact one, and is what x is compared with.
         return_mask: return whether x is above the threshold instead of x itself.
 
     Returns:
@@ -171,7 +186,9 @@ def otsu_threshold(
     best = variance.amax(1, keepdim=True)
     width = (high - low) / float(nbins)
     if slow_and_differentiable:
-        weights = torch.softmax(variance / torch.where(best > 0, best, torch.ones_like(best)) * float(nbins), 1)
+        weights = torch.softmax(
+            variance / torch.where(best > 0, best, torch.ones_like(best)) * float(nbins), 1
+        )
         threshold = low + ((weights * bins).sum(1, keepdim=True).to(x.dtype) + 0.5) * width
         above = planes > threshold
     else:
@@ -186,9 +203,9 @@ def otsu_threshold(
 def _between_classes(counts: Tensor) -> Tensor:
     """Variance between bins 0..j and the others for each j but the last: (*, n) to (*, n - 1).
 
-    Up to a factor it is (s_1 w - s w_1)^2 / (w_1 (w - w_1)) with the number w_1 and the sum s_1 of the values in the first
-    class and w, s of all. With bins numbered by integers, and whole counts, all of these are exact: equal variances are found
-    equal, in whatever order a backend adds.
+    Up to a factor it is (s_1 w - s w_1)^2 / (w_1 (w - w_1)) with the number w_1 and the sum s_1 of the values
+    in the first class and w, s of all. With bins numbered by integers, and whole counts, all of these are
+    exact: equal variances are found equal, in whatever order a backend adds.
     """
     n = counts.size(-1)
     number = torch.arange(n, device=counts.device)
@@ -200,4 +217,8 @@ def _between_classes(counts: Tensor) -> Tensor:
     between = w1 * (w - w1)
     empty = between <= 0
     difference = s1 * w - s * w1
-    return torch.where(empty, torch.zeros_like(between), difference * difference / torch.where(empty, torch.ones_like(between), between))
+    return torch.where(
+        empty,
+        torch.zeros_like(between),
+        difference * difference / torch.where(empty, torch.ones_like(between), between),
+    )

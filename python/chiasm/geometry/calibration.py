@@ -1,6 +1,7 @@
 """Lens distortion and camera pose.
 
-The distortion is OpenCV's: 4, 5, 8, 12 or 14 coefficients k1, k2, p1, p2 [, k3 [, k4, k5, k6 [, s1, s2, s3, s4 [, taux, tauy]]]].
+The distortion is OpenCV's: 4, 5, 8, 12 or 14 coefficients k1, k2, p1, p2 [, k3 [, k4, k5, k6 [, s1, s2, s3,
+s4 [, taux, tauy]]]].
 """
 
 from typing import Optional, Tuple
@@ -53,11 +54,13 @@ def distort_points(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tens
     return to_pixels(torch.stack([x, y], -1), K[..., None, :, :])
 
 
-def undistort_points(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor] = None, num_iters: int = 5) -> Tensor:
+def undistort_points(
+    points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Tensor] = None, num_iters: int = 5
+) -> Tensor:
     """Pixels without distortion of points of a distorted image; the inverse of :func:`distort_points`.
 
-    By Newton's method from the distorted point, whose last step carries the gradient; OpenCV and Kornia iterate to a fixed point
-    instead, which takes more steps for the same accuracy.
+    By Newton's method from the distorted point, whose last step carries the gradient; OpenCV and Kornia
+    iterate to a fixed point instead, which takes more steps for the same accuracy.
 
     Args:
         points: (*, N, 2), pixels of the distorted image, floating point.
@@ -75,7 +78,9 @@ def undistort_points(points: Tensor, K: Tensor, dist: Tensor, new_K: Optional[Te
 
     Example:
         >>> K = torch.tensor([[100.0, 0.0, 50.0], [0.0, 100.0, 50.0], [0.0, 0.0, 1.0]])
-        >>> undistort_points(torch.tensor([[160.0, 50.0]]), K, torch.tensor([0.1, 0.0, 0.0, 0.0])).round(decimals=3)
+        >>> undistort_points(torch.tensor([[160.0, 50.0]]), K, torch.tensor([0.1, 0.0, 0.0, 0.0])).round(
+        ...     decimals=3
+        ... )
         tensor([[150.,  50.]])
     """
     _check(points, K, dist, new_K)
@@ -115,7 +120,8 @@ def tilt_projection(taux: Tensor, tauy: Tensor, return_inverse: bool = False) ->
 
 
 def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
-    """Image without lens distortion: each pixel is read, bilinearly, where :func:`distort_points` puts it; zero outside.
+    """Image without lens distortion: each pixel is read, bilinearly, where :func:`distort_points` puts it;
+    zero outside.
 
     ``cv2.undistort``, with the same camera matrix before and after.
 
@@ -140,7 +146,10 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
         raise ValueError(f"image: expected shape (*, C, H, W), got {list(image.shape)}")
     _check_lens(K, dist)
     if K.dim() != image.dim() - 1 or dist.dim() != image.dim() - 2:
-        raise ValueError(f"K, dist: expected the leading dimensions of image, {list(image.shape[:-3])}, got {list(K.shape)}, {list(dist.shape)}")
+        raise ValueError(
+            f"K, dist: expected the leading dimensions of image, {list(image.shape[:-3])}, got"
+            f" {list(K.shape)}, {list(dist.shape)}"
+        )
     channels, height, width = image.size(-3), image.size(-2), image.size(-1)
     # Positions in half precision would be off by whole pixels.
     precision = torch.float64 if image.dtype == torch.float64 else torch.float32
@@ -148,7 +157,8 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     lens = dist.to(precision).reshape(-1, 1, dist.size(-1))
     row = torch.arange(height, device=image.device).to(precision)[None, :, None]
     column = torch.arange(width, device=image.device).to(precision)[None, None, :]
-    # Rows and columns stay apart: native code has no vector form of dividing a position by the width. Stored, each is divided once.
+    # Rows and columns stay apart: native code has no vector form of dividing a position by the width. Stored,
+    # each is divided once.
     x = materialised((column - camera[:, 0:1, 2:3]) / camera[:, 0:1, 0:1], 2)
     y = materialised((row - camera[:, 1:2, 2:3]) / camera[:, 1:2, 1:2], 1)
     x, y = _lens(x, y, lens)
@@ -158,13 +168,17 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     return sample_image(flat, x, y, "bilinear", "zeros", True, None).reshape(image.shape)
 
 
-def solve_pnp_dlt(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor] = None) -> Tensor:
-    """Pose of a camera from points in space and the pixels at which it sees them, by the direct linear transform.
+def solve_pnp_dlt(
+    world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor] = None
+) -> Tensor:
+    """Pose of a camera from points in space and the pixels at which it sees them, by the direct linear
+    transform.
 
-    The 12 entries of the projection matrix by least squares, from normalised points, and the rotation nearest to its left part.
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 7.1. In float64 inside. Kornia's svd_eps is not there: an exported op
-    cannot raise for what its values are. An estimate for coplanar points is meaningless.
-    :func:`chiasm.geometry.pnp.refine_pnp` makes the distances in the image least.
+    The 12 entries of the projection matrix by least squares, from normalised points, and the rotation nearest
+    to its left part. R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 7.1. In float64 inside.
+    Kornia's svd_eps is not there: an exported op cannot raise for what its values are. An estimate for
+    coplanar points is meaningless. :func:`chiasm.geometry.pnp.refine_pnp` makes the distances in the image
+    least.
 
     Args:
         world_points: (B, N, 3), N >= 6, not coplanar, floating point.
@@ -180,7 +194,9 @@ def solve_pnp_dlt(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, 
         ValueError: if a shape is not as above.
 
     Example:
-        >>> X = torch.tensor([[0, 0, 4], [1, 0, 5], [0, 1, 6], [1, 1, 4], [2, 1, 7], [1, 2, 5], [2, 2, 6]]).float()[None]
+        >>> X = torch.tensor(
+        ...     [[0, 0, 4], [1, 0, 5], [0, 1, 6], [1, 1, 4], [2, 1, 7], [1, 2, 5], [2, 2, 6]]
+        ... ).float()[None]
         >>> solve_pnp_dlt(X, X[..., :2] / X[..., 2:], torch.eye(3)[None])[0].round(decimals=3).abs()
         tensor([[1., 0., 0., 0.],
                 [0., 1., 0., 0.],
@@ -230,8 +246,11 @@ def _check_lens(K: Tensor, dist: Tensor) -> None:
         raise ValueError(f"dist: expected shape (*, n) with n one of 4, 5, 8, 12, 14, got {list(dist.shape)}")
 
 
-def check_views(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor], least: int) -> None:
-    """Raise unless there are ``least`` points (B, N, 3), their pixels (B, N, 2), camera matrices (B, 3, 3) and, if any, weights (B, N)."""
+def check_views(
+    world_points: Tensor, img_points: Tensor, intrinsics: Tensor, weights: Optional[Tensor], least: int
+) -> None:
+    """Raise unless there are ``least`` points (B, N, 3), their pixels (B, N, 2), camera matrices (B, 3, 3)
+    and, if any, weights (B, N)."""
     check_rank(world_points, 3, "(B, N, 3)", "world_points")
     check_last(world_points, 3, "world_points")
     check_rank(img_points, 3, "(B, N, 2)", "img_points")
@@ -241,6 +260,9 @@ def check_views(world_points: Tensor, img_points: Tensor, intrinsics: Tensor, we
     if world_points.size(1) < least:
         raise ValueError(f"world_points: expected at least {least} points, got {world_points.size(1)}")
     if img_points.size(1) != world_points.size(1):
-        raise ValueError(f"img_points: expected as many points as world_points, {world_points.size(1)}, got {img_points.size(1)}")
+        raise ValueError(
+            f"img_points: expected as many points as world_points, {world_points.size(1)}, got"
+            f" {img_points.size(1)}"
+        )
     if weights is not None and weights.dim() != 2:
         raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")

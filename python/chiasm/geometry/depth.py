@@ -26,12 +26,15 @@ __all__ = [
 ]
 
 
-def depth_from_disparity(disparity: Tensor, baseline: Union[float, Tensor], focal: Union[float, Tensor]) -> Tensor:
+def depth_from_disparity(
+    disparity: Tensor, baseline: Union[float, Tensor], focal: Union[float, Tensor]
+) -> Tensor:
     """Depth from a stereo pair's disparity: baseline * focal / (disparity + 1e-8).
 
     Args:
         disparity: any shape, in pixels, floating point.
-        baseline: distance between the cameras, in the unit wanted for depth; a number, or a tensor that broadcasts with disparity.
+        baseline: distance between the cameras, in the unit wanted for depth; a number, or a tensor that
+            broadcasts with disparity.
         focal: focal length in pixels; a number, or a tensor that broadcasts with disparity.
 
     Returns:
@@ -56,7 +59,9 @@ def depth_from_disparity(disparity: Tensor, baseline: Union[float, Tensor], foca
         return inverse * focal
 
 
-def depth_from_plane_equation(plane_normals: Tensor, plane_offsets: Tensor, points_uv: Tensor, camera_matrix: Tensor, eps: float = 1e-8) -> Tensor:
+def depth_from_plane_equation(
+    plane_normals: Tensor, plane_offsets: Tensor, points_uv: Tensor, camera_matrix: Tensor, eps: float = 1e-8
+) -> Tensor:
     """Depths at which the rays through pixels meet the plane n . X = d.
 
     Args:
@@ -93,7 +98,8 @@ def depth_to_3d(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = F
     """The point that each pixel of a depth map sees, in the camera's frame, as an image of three channels.
 
     Args:
-        depth: (B, 1, H, W), z of the points; their distances from the camera with ``normalize_points``. Floating point.
+        depth: (B, 1, H, W), z of the points; their distances from the camera with ``normalize_points``.
+            Floating point.
         camera_matrix: (B, 3, 3).
         normalize_points: scale the rays to unit length first.
 
@@ -115,11 +121,14 @@ def depth_to_3d(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = F
     return torch.stack([x * z, y * z, one * z], 1)
 
 
-def depth_to_3d_v2(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False, xyz_grid: Optional[Tensor] = None) -> Tensor:
+def depth_to_3d_v2(
+    depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False, xyz_grid: Optional[Tensor] = None
+) -> Tensor:
     """The point that each pixel of a depth map sees, in the camera's frame, coordinates last.
 
     Args:
-        depth: (*, H, W), z of the points; their distances from the camera with ``normalize_points``. Floating point.
+        depth: (*, H, W), z of the points; their distances from the camera with ``normalize_points``. Floating
+            point.
         camera_matrix: (*, 3, 3).
         normalize_points: scale the rays to unit length first.
         xyz_grid: (*, H, W, 3), the rays, from :func:`unproject_meshgrid`, to save computing them.
@@ -145,7 +154,9 @@ def depth_to_3d_v2(depth: Tensor, camera_matrix: Tensor, normalize_points: bool 
     return torch.stack([x * depth, y * depth, one * depth], -1)
 
 
-def unproject_meshgrid(height: int, width: int, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
+def unproject_meshgrid(
+    height: int, width: int, camera_matrix: Tensor, normalize_points: bool = False
+) -> Tensor:
     """Rays through the pixels of an image: the points of the plane z = 1 that they see.
 
     In camera_matrix's dtype and on its device; Kornia has arguments for both.
@@ -187,7 +198,8 @@ def unproject_meshgrid_like(like: Tensor, camera_matrix: Tensor, normalize_point
 
 
 def depth_to_normals(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
-    """Unit normals of the surface that a depth map shows: of dX/du x dX/dv, by Sobel's derivatives of the points.
+    """Unit normals of the surface that a depth map shows: of dX/du x dX/dv, by Sobel's derivatives of the
+    points.
 
     They point away from the camera: a wall in front of it has the normal (0, 0, 1).
 
@@ -234,7 +246,8 @@ def depth_warp(
 
     Args:
         intrinsics_dst, intrinsics_src: (B, 3, 3) or (B, 4, 4), camera matrices in pixels, floating point.
-        extrinsics_dst, extrinsics_src: (B, 4, 4), rotations and translations from the world to the cameras' frames.
+        extrinsics_dst, extrinsics_src: (B, 4, 4), rotations and translations from the world to the cameras'
+            frames.
         depth_src: (B, 1, H, W), z in the source camera's frame.
         patch_dst: (B, C, H2, W2).
         align_corners, mode, padding_mode: as in :func:`chiasm.geometry.transform.warp_perspective`.
@@ -263,11 +276,14 @@ def depth_warp(
     rotation = (extrinsics_dst[:, 0:3, None, 0:3] * rotation_src).sum(-1)
     shift = extrinsics_dst[:, 0:3, 3] - (rotation * extrinsics_src[:, None, 0:3, 3]).sum(-1)
     motion = torch.cat([rotation, shift[..., None]], -1)
-    return _read_through_depth(patch_dst, depth_src, motion, intrinsics_src, intrinsics_dst, False, align_corners, mode, padding_mode)
+    return _read_through_depth(
+        patch_dst, depth_src, motion, intrinsics_src, intrinsics_dst, False, align_corners, mode, padding_mode
+    )
 
 
 class DepthWarper(nn.Module):
-    """``depth_warp`` between cameras that are given once: a source camera's view, taken from the images of any number of others.
+    """``depth_warp`` between cameras that are given once: a source camera's view, taken from the images of
+    any number of others.
 
     E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020.
 
@@ -277,8 +293,9 @@ class DepthWarper(nn.Module):
         mode, padding_mode, align_corners: as in :func:`depth_warp`.
 
     Shape:
-        After ``compute_projection_matrix(pinhole_src)`` with B cameras or one: depth_src (B, 1, height, width), or (1, 1, height,
-        width) for one, and patch_dst (B, C, H2, W2), both floating point, to (B, C, height, width).
+        After ``compute_projection_matrix(pinhole_src)`` with B cameras or one: depth_src (B, 1, height,
+        width), or (1, 1, height, width) for one, and patch_dst (B, C, H2, W2), both floating point, to (B, C,
+        height, width).
 
     Raises:
         TypeError, ValueError: as :func:`depth_warp`.
@@ -293,12 +310,24 @@ class DepthWarper(nn.Module):
     """
 
     def __init__(
-        self, pinhole_dst: PinholeCamera, height: int, width: int, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = True
+        self,
+        pinhole_dst: PinholeCamera,
+        height: int,
+        width: int,
+        mode: str = "bilinear",
+        padding_mode: str = "zeros",
+        align_corners: bool = True,
     ) -> None:
         super().__init__()
         check_sampling(mode, padding_mode)
         self.pinhole_dst, self.pinhole_src = pinhole_dst, None
-        self.height, self.width, self.mode, self.padding_mode, self.align_corners = height, width, mode, padding_mode, align_corners
+        self.height, self.width, self.mode, self.padding_mode, self.align_corners = (
+            height,
+            width,
+            mode,
+            padding_mode,
+            align_corners,
+        )
 
     def compute_projection_matrix(self, pinhole_src: PinholeCamera) -> "DepthWarper":
         """Set the source camera; before the module is scripted. (The name is Kornia's.)"""
@@ -309,15 +338,32 @@ class DepthWarper(nn.Module):
         if self.pinhole_src is None:
             raise ValueError("pinhole_src: expected a camera, given to compute_projection_matrix, got None")
         if depth_src.size(-2) != self.height or depth_src.size(-1) != self.width:
-            raise ValueError(f"depth_src: expected shape (B, 1, {self.height}, {self.width}), got {list(depth_src.shape)}")
+            raise ValueError(
+                f"depth_src: expected shape (B, 1, {self.height}, {self.width}), got {list(depth_src.shape)}"
+            )
         dst, src = self.pinhole_dst, self.pinhole_src
         return depth_warp(
-            dst.intrinsics, dst.extrinsics, src.intrinsics, src.extrinsics, depth_src, patch_dst, self.align_corners, self.mode, self.padding_mode
+            dst.intrinsics,
+            dst.extrinsics,
+            src.intrinsics,
+            src.extrinsics,
+            depth_src,
+            patch_dst,
+            self.align_corners,
+            self.mode,
+            self.padding_mode,
         )
 
 
-def warp_frame_depth(image_src: Tensor, depth_dst: Tensor, src_trans_dst: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
-    """What a destination camera with a depth map would see, taken from the image of a source camera with the same camera matrix.
+def warp_frame_depth(
+    image_src: Tensor,
+    depth_dst: Tensor,
+    src_trans_dst: Tensor,
+    camera_matrix: Tensor,
+    normalize_points: bool = False,
+) -> Tensor:
+    """What a destination camera with a depth map would see, taken from the image of a source camera with the
+    same camera matrix.
 
     Args:
         image_src: (B, C, H, W), floating point.
@@ -327,21 +373,34 @@ def warp_frame_depth(image_src: Tensor, depth_dst: Tensor, src_trans_dst: Tensor
         normalize_points: depth is the distance from the camera instead of z.
 
     Returns:
-        (B, C, H2, W2); zero outside image_src and for points behind the source camera. Differentiable in all tensors.
+        (B, C, H2, W2); zero outside image_src and for points behind the source camera. Differentiable in all
+        tensors.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
 
     Example:
         >>> image = torch.arange(4.0).reshape(1, 1, 2, 2)
-        >>> warp_frame_depth(image, torch.ones(1, 1, 2, 2), torch.eye(4)[None], torch.eye(3)[None]).equal(image)
+        >>> warp_frame_depth(image, torch.ones(1, 1, 2, 2), torch.eye(4)[None], torch.eye(3)[None]).equal(
+        ...     image
+        ... )
         True
     """
     check_image(image_src, "image_src")
     check_depth(depth_dst, "depth_dst")
     check_matrix(src_trans_dst, 4, 4, "src_trans_dst")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
-    return _read_through_depth(image_src, depth_dst, src_trans_dst, camera_matrix, camera_matrix, normalize_points, True, "bilinear", "zeros")
+    return _read_through_depth(
+        image_src,
+        depth_dst,
+        src_trans_dst,
+        camera_matrix,
+        camera_matrix,
+        normalize_points,
+        True,
+        "bilinear",
+        "zeros",
+    )
 
 
 def _rays(camera_matrix: Tensor, height: int, width: int, unit: bool) -> Tuple[Tensor, Tensor, Tensor]:
@@ -358,9 +417,18 @@ def _rays(camera_matrix: Tensor, height: int, width: int, unit: bool) -> Tuple[T
 
 
 def _read_through_depth(
-    image: Tensor, depth: Tensor, motion: Tensor, own: Tensor, other: Tensor, unit: bool, align_corners: bool, mode: str, padding_mode: str
+    image: Tensor,
+    depth: Tensor,
+    motion: Tensor,
+    own: Tensor,
+    other: Tensor,
+    unit: bool,
+    align_corners: bool,
+    mode: str,
+    padding_mode: str,
 ) -> Tensor:
-    """image (B, C, H, W) of the camera ``other`` at the points of a depth map of the camera ``own``, moved by (B, 3 or 4, 4)."""
+    """image (B, C, H, W) of the camera ``other`` at the points of a depth map of the camera ``own``, moved by
+    (B, 3 or 4, 4)."""
     z = depth[:, 0]
     x, y, one = _rays(own, z.size(-2), z.size(-1), unit)
     x, y, z = x * z, y * z, one * z
@@ -373,7 +441,9 @@ def _read_through_depth(
     if not align_corners:
         u, v = stretched(u, image.size(3)), stretched(v, image.size(2))
     if padding_mode != "zeros":
-        out = sample_image(image, torch.where(in_front, u, torch.zeros_like(u)), v, mode, padding_mode, align_corners, None)
+        out = sample_image(
+            image, torch.where(in_front, u, torch.zeros_like(u)), v, mode, padding_mode, align_corners, None
+        )
         return torch.where(in_front[:, None], out, torch.zeros_like(out))
     # Outside, where taps weigh nothing.
     u = torch.where(in_front, u, torch.full_like(u, -4.0))

@@ -25,11 +25,12 @@ def create_meshgrid(
     Args:
         height: of the image, in pixels.
         width: of the image, in pixels.
-        normalized_coordinates: whether in [-1, 1] or, where False, in pixels: 0 to width - 1 and 0 to height - 1.
+        normalized_coordinates: whether in [-1, 1] or, where False, in pixels: 0 to width - 1 and 0 to height
+            - 1.
         device: of the result.
         dtype: of the result; torch's default by default.
-        align_corners: whether -1 and 1 are the centres of the outermost pixels (an axis of one pixel is then 0) or, where False, their
-            outer edges. Without effect on pixels.
+        align_corners: whether -1 and 1 are the centres of the outermost pixels (an axis of one pixel is then
+            0) or, where False, their outer edges. Without effect on pixels.
 
     Returns:
         (1, height, width, 2).
@@ -69,8 +70,8 @@ def create_meshgrid3d(
         depth: of the volume, in voxels.
         height: of the volume, in voxels.
         width: of the volume, in voxels.
-        normalized_coordinates: whether in [-1, 1], the centres of the outermost voxels (`align_corners=True`; an axis of one voxel is 0), or,
-            where False, in voxels from 0.
+        normalized_coordinates: whether in [-1, 1], the centres of the outermost voxels (`align_corners=True`;
+            an axis of one voxel is 0), or, where False, in voxels from 0.
         device: of the result.
         dtype: of the result; torch's default by default.
 
@@ -86,7 +87,11 @@ def create_meshgrid3d(
     """
     if depth < 1 or height < 1 or width < 1:
         raise ValueError(f"depth, height, width: expected positive sizes, got ({depth}, {height}, {width})")
-    x, y, z = _positions(width, device, dtype), _positions(height, device, dtype), _positions(depth, device, dtype)
+    x, y, z = (
+        _positions(width, device, dtype),
+        _positions(height, device, dtype),
+        _positions(depth, device, dtype),
+    )
     axes = [
         z[:, None, None].expand(depth, height, width),
         x.expand(depth, height, width),

@@ -32,18 +32,20 @@ __all__ = [
 ]
 
 
-def find_homography_dlt(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None, solver: str = "lu") -> Tensor:
+def find_homography_dlt(
+    points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None, solver: str = "lu"
+) -> Tensor:
     """Homography from four or more correspondences by the normalised direct linear transform.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., algorithm 4.2. The algebraic error is minimised in float64
-    whatever the input's dtype, so that the minimal set of four points is exact too.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., algorithm 4.2. The algebraic error is minimised
+    in float64 whatever the input's dtype, so that the minimal set of four points is exact too.
 
     Args:
         points1: (B, N, 2), N >= 4, no three of the four determining points on a line.
         points2: (B, N, 2).
         weights: (B, N), not negative; ones by default.
-        solver: "lu" or "svd", as in Kornia. Both name the same computation here: inverse iteration on the 9x9 normal
-            matrix, since neither decomposition exists in ONNX.
+        solver: "lu" or "svd", as in Kornia. Both name the same computation here: inverse iteration on the 9x9
+            normal matrix, since neither decomposition exists in ONNX.
 
     Returns:
         (B, 3, 3) with the last entry 1, mapping points1 to points2. Differentiable in all inputs.
@@ -63,21 +65,31 @@ def find_homography_dlt(points1: Tensor, points2: Tensor, weights: Optional[Tens
     if points1.size(1) < 4:
         raise ValueError(f"points1: expected at least 4 points, got {points1.size(1)}")
     if points1.size(1) != points2.size(1):
-        raise ValueError(f"points2: expected as many points as points1, {points1.size(1)}, got {points2.size(1)}")
-    return homography_by_weights(points1.to(torch.float64), points2.to(torch.float64), weights, None).to(points1.dtype)
+        raise ValueError(
+            f"points2: expected as many points as points1, {points1.size(1)}, got {points2.size(1)}"
+        )
+    return homography_by_weights(points1.to(torch.float64), points2.to(torch.float64), weights, None).to(
+        points1.dtype
+    )
 
 
-def homography_by_weights(points1: Tensor, points2: Tensor, weights: Optional[Tensor], present: Optional[Tensor]) -> Tensor:
-    """``find_homography_dlt`` in float64, of points whose means are normalised that count as much as ``present`` (B, N) says."""
+def homography_by_weights(
+    points1: Tensor, points2: Tensor, weights: Optional[Tensor], present: Optional[Tensor]
+) -> Tensor:
+    """``find_homography_dlt`` in float64, of points whose means are normalised that count as much as
+    ``present`` (B, N) says."""
     p1, t1 = hartley(points1, present, 1e-8)
     p2, t2 = hartley(points2, present, 1e-8)
     return _denormalised(projective_equations(with_one(p1), p2, _weights(weights, p1)), t1, t2)
 
 
-def find_homography_dlt_iterated(points1: Tensor, points2: Tensor, weights: Tensor, soft_inl_th: float = 3.0, n_iter: int = 5) -> Tensor:
+def find_homography_dlt_iterated(
+    points1: Tensor, points2: Tensor, weights: Tensor, soft_inl_th: float = 3.0, n_iter: int = 5
+) -> Tensor:
     """Homography by repeated :func:`find_homography_dlt`, each time with weights exp(-e / (2 soft_inl_th^2)).
 
-    e is :func:`symmetric_transfer_error`, not squared, of the homography before: points far from it lose their say.
+    e is :func:`symmetric_transfer_error`, not squared, of the homography before: points far from it lose
+    their say.
 
     Args:
         points1, points2: (B, N, 2), N >= 4, floating point.
@@ -94,7 +106,9 @@ def find_homography_dlt_iterated(points1: Tensor, points2: Tensor, weights: Tens
 
     Example:
         >>> square = torch.tensor([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
-        >>> find_homography_dlt_iterated(square, 2.0 * square, torch.ones(1, 4))[0].round(decimals=3).diagonal()
+        >>> find_homography_dlt_iterated(square, 2.0 * square, torch.ones(1, 4))[0].round(
+        ...     decimals=3
+        ... ).diagonal()
         tensor([2., 2., 1.])
     """
     if n_iter < 1:
@@ -112,9 +126,10 @@ def _weighted_again(H: Tensor, k: Tensor, points1: Tensor, points2: Tensor, soft
 def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor] = None) -> Tensor:
     """Homography from four or more corresponding line segments, whose end points need not correspond.
 
-    The end points of the first image's segments must come to lie on the lines through the second image's: two linear equations a
-    segment, with points and lines normalised as for points. E. Dubrofsky, R. Woodham, Combining line and point
-    correspondences for homography estimation, ISVC 2008. The error is minimised in float64.
+    The end points of the first image's segments must come to lie on the lines through the second image's: two
+    linear equations a segment, with points and lines normalised as for points. E. Dubrofsky, R. Woodham,
+    Combining line and point correspondences for homography estimation, ISVC 2008. The error is minimised in
+    float64.
 
     Args:
         ls1, ls2: (B, N, 2, 2), N >= 4, the segments' two end points, floating point.
@@ -151,8 +166,11 @@ def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor
     return _denormalised(normal, t1, t2).to(ls1.dtype)
 
 
-def find_homography_lines_dlt_iterated(ls1: Tensor, ls2: Tensor, weights: Tensor, soft_inl_th: float = 4.0, n_iter: int = 5) -> Tensor:
-    """Homography by repeated :func:`find_homography_lines_dlt`, each time with weights exp(-e / (2 soft_inl_th^2)).
+def find_homography_lines_dlt_iterated(
+    ls1: Tensor, ls2: Tensor, weights: Tensor, soft_inl_th: float = 4.0, n_iter: int = 5
+) -> Tensor:
+    """Homography by repeated :func:`find_homography_lines_dlt`, each time with weights exp(-e / (2
+    soft_inl_th^2)).
 
     e is :func:`line_segment_transfer_error_one_way` of the homography before.
 
@@ -172,7 +190,9 @@ def find_homography_lines_dlt_iterated(ls1: Tensor, ls2: Tensor, weights: Tensor
     Example:
         >>> corner = torch.tensor([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
         >>> segments = torch.stack([corner, corner.roll(1, 0)], 1)[None]
-        >>> find_homography_lines_dlt_iterated(segments, 2.0 * segments, torch.ones(1, 4))[0].round(decimals=3).diagonal()
+        >>> find_homography_lines_dlt_iterated(segments, 2.0 * segments, torch.ones(1, 4))[0].round(
+        ...     decimals=3
+        ... ).diagonal()
         tensor([2., 2., 1.])
     """
     if n_iter < 1:
@@ -188,10 +208,12 @@ def _lines_weighted_again(H: Tensor, k: Tensor, ls1: Tensor, ls2: Tensor, soft_i
 
 
 def sample_is_valid_for_homography(points1: Tensor, points2: Tensor) -> Tensor:
-    """Whether four correspondences can be of one plane, seen from one side: each triple of points turns the same way in both images.
+    """Whether four correspondences can be of one plane, seen from one side: each triple of points turns the
+    same way in both images.
 
-    P. Márquez-Neila et al., Speeding-up homography estimation in mobile devices, J. Real-Time Image Processing 11, 2016. Three points
-    on a line in either image determine no homography and are not valid; Kornia lets them pass if they are on a line in both.
+    P. Márquez-Neila et al., Speeding-up homography estimation in mobile devices, J. Real-Time Image
+    Processing 11, 2016. Three points on a line in either image determine no homography and are not valid;
+    Kornia lets them pass if they are on a line in both.
 
     Args:
         points1, points2: (B, 4, 2), floating point.
@@ -219,11 +241,20 @@ def _turns(points: Tensor, name: str) -> Tensor:
     check_matrix(points, 4, 2, name)
     p = with_one(points)
     a, b, c, d = p[:, 0], p[:, 1], p[:, 2], p[:, 3]
-    return torch.stack([(cross(a, b) * c).sum(-1), (cross(a, b) * d).sum(-1), (cross(a, c) * d).sum(-1), (cross(b, c) * d).sum(-1)], -1)
+    return torch.stack(
+        [
+            (cross(a, b) * c).sum(-1),
+            (cross(a, b) * d).sum(-1),
+            (cross(a, c) * d).sum(-1),
+            (cross(b, c) * d).sum(-1),
+        ],
+        -1,
+    )
 
 
 def _denormalised(normal: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
-    """The homography that solves normal equations (B, 9, 9) of normalised points, for points before normalisation."""
+    """The homography that solves normal equations (B, 9, 9) of normalised points, for points before
+    normalisation."""
     h = smallest_eigenvector(normal).reshape(-1, 3, 3)
     h = small_matmul(small_matmul(inverse3x3(t2), h), t1)
     return h / h[:, 2:3, 2:3]

@@ -85,7 +85,9 @@ def euclidean_distance(x: Tensor, y: Tensor, keepdim: bool = False, eps: float =
     _check_vectors(x, y)
     squared = batched_squared_norm(x - y, keepdim)
     near = squared < eps * eps
-    return torch.where(near, torch.sqrt(squared.detach()), torch.sqrt(torch.where(near, torch.ones_like(squared), squared)))
+    return torch.where(
+        near, torch.sqrt(squared.detach()), torch.sqrt(torch.where(near, torch.ones_like(squared), squared))
+    )
 
 
 def point_line_distance(point: Tensor, line: Tensor, eps: float = 1e-9) -> Tensor:
@@ -130,12 +132,14 @@ def transform_points(trans_01: Tensor, points_1: Tensor) -> Tensor:
     """Apply affine or projective transformations to points.
 
     Args:
-        trans_01: (B, D + 1, D + 1), (1, D + 1, D + 1) or (D + 1, D + 1), from frame 1 to frame 0, acting on homogeneous columns.
-        points_1: (B, ..., D) for a batch of transformations; any (*, D) for one. A batch of 1 goes with any B.
+        trans_01: (B, D + 1, D + 1), (1, D + 1, D + 1) or (D + 1, D + 1), from frame 1 to frame 0, acting on
+            homogeneous columns.
+        points_1: (B, ..., D) for a batch of transformations; any (*, D) for one. A batch of 1 goes with any
+            B.
 
     Returns:
-        The points' shape, with the batch broadcast. What is sent to infinity (the last coordinate at most 1e-8 in magnitude) is
-        not divided by it.
+        The points' shape, with the batch broadcast. What is sent to infinity (the last coordinate at most
+        1e-8 in magnitude) is not divided by it.
 
     Raises:
         TypeError: if trans_01 or points_1 is not floating point.
@@ -153,9 +157,15 @@ def transform_points(trans_01: Tensor, points_1: Tensor) -> Tensor:
     if d < 1:
         raise ValueError(f"points_1: expected shape (*, D), got {list(points_1.shape)}")
     if trans_01.dim() < 2 or trans_01.size(-1) != d + 1 or trans_01.size(-2) != d + 1:
-        raise ValueError(f"trans_01: expected shape (B, {d + 1}, {d + 1}) for points in {d} dimensions, got {list(trans_01.shape)}")
+        raise ValueError(
+            f"trans_01: expected shape (B, {d + 1}, {d + 1}) for points in {d} dimensions, got"
+            f" {list(trans_01.shape)}"
+        )
     if trans_01.dim() - 1 > points_1.dim():
-        raise ValueError(f"points_1: expected the batch dimensions of trans_01 {list(trans_01.shape)}, got {list(points_1.shape)}")
+        raise ValueError(
+            f"points_1: expected the batch dimensions of trans_01 {list(trans_01.shape)}, got"
+            f" {list(points_1.shape)}"
+        )
     m = trans_01
     for _ in range(points_1.dim() + 1 - trans_01.dim() if trans_01.dim() > 2 else 0):
         m = m.unsqueeze(-3)
@@ -220,7 +230,8 @@ def inverse_transformation(trans_12: Tensor) -> Tensor:
 
 
 def relative_transformation(trans_01: Tensor, trans_02: Tensor) -> Tensor:
-    """Rigid transformation from frame 2 to frame 1 of those from 1 to 0 and from 2 to 0: inverse(trans_01) trans_02.
+    """Rigid transformation from frame 2 to frame 1 of those from 1 to 0 and from 2 to 0: inverse(trans_01)
+    trans_02.
 
     Args:
         trans_01: (*, 4, 4), floating point, [R t; 0 1] with an orthonormal R.

@@ -11,17 +11,20 @@ __all__ = ["fit_line"]
 
 
 def fit_line(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
-    """The lines that are nearest to points, by the sum of squared perpendicular distances, computed in float64.
+    """The lines that are nearest to points, by the sum of squared perpendicular distances, computed in
+    float64.
 
-    K. Pearson, On lines and planes of closest fit to systems of points in space, 1901. Kornia returns an object with the same two values.
+    K. Pearson, On lines and planes of closest fit to systems of points in space, 1901. Kornia returns an
+    object with the same two values.
 
     Args:
         points: (B, N, D), N and D at least 2, floating point.
         weights: (B, N), not negative, some positive; ones by default.
 
     Returns:
-        Origin (B, D), the (weighted) mean, and direction (B, D) of unit length, whose largest coordinate in absolute value is positive.
-        Differentiable in both arguments. Where no direction is the best (points in one place, on a circle) it is some unit vector.
+        Origin (B, D), the (weighted) mean, and direction (B, D) of unit length, whose largest coordinate in
+        absolute value is positive. Differentiable in both arguments. Where no direction is the best (points
+        in one place, on a circle) it is some unit vector.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.

@@ -11,18 +11,20 @@ __all__ = ["fit_plane"]
 
 
 def fit_plane(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
-    """The planes (lines in two dimensions) that are nearest to points, by the sum of squared distances, computed in float64.
+    """The planes (lines in two dimensions) that are nearest to points, by the sum of squared distances,
+    computed in float64.
 
-    K. Pearson, On lines and planes of closest fit to systems of points in space, 1901. Kornia returns an object with the same two values.
+    K. Pearson, On lines and planes of closest fit to systems of points in space, 1901. Kornia returns an
+    object with the same two values.
 
     Args:
         points: (B, N, D), N at least D and D at least 2, floating point.
         weights: (B, N), not negative, some positive; ones by default.
 
     Returns:
-        Normal (B, D) of unit length, whose largest coordinate in absolute value is positive, and offset (B,): the plane is normal . x + offset
-        = 0. Differentiable in both arguments. Where no plane is the best (points in one place, on a sphere) it is some plane through the
-        mean.
+        Normal (B, D) of unit length, whose largest coordinate in absolute value is positive, and offset (B,):
+        the plane is normal . x + offset = 0. Differentiable in both arguments. Where no plane is the best
+        (points in one place, on a sphere) it is some plane through the mean.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.

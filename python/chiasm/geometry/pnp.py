@@ -1,4 +1,5 @@
-"""The pose of a camera that sees given points at given pixels: what makes the distances in the image least."""
+"""The pose of a camera that sees given points at given pixels: what makes the distances in the image
+least."""
 
 from typing import Optional, Tuple
 
@@ -18,13 +19,20 @@ __all__ = ["refine_pnp"]
 
 
 def refine_pnp(
-    world_points: Tensor, img_points: Tensor, intrinsics: Tensor, pose: Tensor, weights: Optional[Tensor] = None, num_iters: int = 10
+    world_points: Tensor,
+    img_points: Tensor,
+    intrinsics: Tensor,
+    pose: Tensor,
+    weights: Optional[Tensor] = None,
+    num_iters: int = 10,
 ) -> Tensor:
-    """Pose of a camera with the least sum of squared distances between pixels and where it sees the points, from a pose near it.
+    """Pose of a camera with the least sum of squared distances between pixels and where it sees the points,
+    from a pose near it.
 
-    Steps of Levenberg and Marquardt on rotation and translation (R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., A6.2), in
-    float64 inside. ``cv2.solvePnPRefineLM``. :func:`chiasm.geometry.calibration.solve_pnp_dlt` gives a pose to begin with; points of a
-    distorted image go through :func:`chiasm.geometry.calibration.undistort_points` first.
+    Steps of Levenberg and Marquardt on rotation and translation (R. Hartley, A. Zisserman, Multiple View
+    Geometry, 2nd ed., A6.2), in float64 inside. ``cv2.solvePnPRefineLM``.
+    :func:`chiasm.geometry.calibration.solve_pnp_dlt` gives a pose to begin with; points of a distorted image
+    go through :func:`chiasm.geometry.calibration.undistort_points` first.
 
     Args:
         world_points: (B, N, 3), N >= 3, floating point; coplanar ones will do.
@@ -35,8 +43,9 @@ def refine_pnp(
         num_iters: steps, each kept only where it makes the sum no larger.
 
     Returns:
-        (B, 3, 4). The derivatives by all tensors but pose, which has none, are those of the minimum, to two steps of a series whose terms
-        decrease as the distances that are left: they are not right where the steps have not arrived.
+        (B, 3, 4). The derivatives by all tensors but pose, which has none, are those of the minimum, to two
+        steps of a series whose terms decrease as the distances that are left: they are not right where the
+        steps have not arrived.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -56,7 +65,12 @@ def refine_pnp(
     if num_iters < 0:
         raise ValueError(f"num_iters: expected at least 0, got {num_iters}")
     w = torch.ones_like(world_points[..., 0]) if weights is None else weights
-    X, x, K, w = world_points.to(torch.float64), img_points.to(torch.float64), intrinsics.to(torch.float64), w.to(torch.float64)
+    X, x, K, w = (
+        world_points.to(torch.float64),
+        img_points.to(torch.float64),
+        intrinsics.to(torch.float64),
+        w.to(torch.float64),
+    )
     start = pose.detach().to(torch.float64)
     damping = torch.full_like(start[..., 0:1], 1e-3)
     state = torch.cat([torch.cat([nearest_rotation(start[..., 0:3]), start[..., 3:4]], -1), damping], -1)
@@ -75,16 +89,20 @@ def _derived(pose: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor
 
 @repeated
 def _improved(state: Tensor, k: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor:
-    """One step of Levenberg and Marquardt: the pose [R | t] of (B, 3, 5) and, in the last column, the damping.
+    """One step of Levenberg and Marquardt: the pose [R | t] of (B, 3, 5) and, in the last column, the
+    damping.
 
-    It goes down to a tenth with each step that leaves the cost no larger, up ten times with each that does not and is not made.
+    It goes down to a tenth with each step that leaves the cost no larger, up ten times with each that does
+    not and is not made.
     """
     pose, damping = state[..., 0:4], state[..., 4:5]
     slope, offset = _slopes(pose, X, x, K)
     moved = _moved(pose, slope, offset, w, damping[:, 0:1])
     # Near the minimum all costs are the same to rounding, but steps there still improve the pose.
     better = (_cost(moved, X, x, K, w) <= _cost(pose, X, x, K, w) * (1.0 + 1e-10))[:, None, None]
-    damping = torch.where(better, torch.clamp(0.1 * damping, min=1e-12), torch.clamp(10.0 * damping, max=1e12))
+    damping = torch.where(
+        better, torch.clamp(0.1 * damping, min=1e-12), torch.clamp(10.0 * damping, max=1e12)
+    )
     return torch.cat([torch.where(better, moved, pose), damping], -1)
 
 
@@ -95,7 +113,8 @@ def _gauss_newton(pose: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> T
 
 
 def _projected(pose: Tensor, X: Tensor, K: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """Pixels (B, N, 2), the turned points (B, N, 3), and the images K (R X + t) (B, N, 3) before they are divided."""
+    """Pixels (B, N, 2), the turned points (B, N, 3), and the images K (R X + t) (B, N, 3) before they are
+    divided."""
     turned = small_matmul(X, pose[..., 0:3].transpose(1, 2))
     image = small_matmul(turned + pose[:, None, :, 3], K.transpose(1, 2))
     return over_depth(image, 1e-12), turned, image
@@ -107,7 +126,8 @@ def _cost(pose: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor:
 
 
 def _slopes(pose: Tensor, X: Tensor, x: Tensor, K: Tensor) -> Tuple[Tensor, Tensor]:
-    """Derivatives (B, 2, N, 6) of pixels by a turn about each axis and a shift along each, and what the pixels are off by (B, 2, N)."""
+    """Derivatives (B, 2, N, 6) of pixels by a turn about each axis and a shift along each, and what the
+    pixels are off by (B, 2, N)."""
     pixel, turned, image = _projected(pose, X, K)
     offset = (x - pixel).transpose(1, 2)
     # of u: (K0 - u K2) / depth by the point in the camera's frame
@@ -116,13 +136,18 @@ def _slopes(pose: Tensor, X: Tensor, x: Tensor, K: Tensor) -> Tuple[Tensor, Tens
 
 
 def _moved(pose: Tensor, slope: Tensor, offset: Tensor, w: Tensor, damping: Tensor) -> Tensor:
-    """The pose turned and shifted by what makes the offsets least, were they linear; the damping (B, 1, 1) is added to a unit diagonal."""
+    """The pose turned and shifted by what makes the offsets least, were they linear; the damping (B, 1, 1) is
+    added to a unit diagonal."""
     weighted = slope * w[:, None, :, None]
     fixed = weighted.detach().flatten(1, 2)
     normal = small_matmul(fixed.transpose(1, 2), slope.detach().flatten(1, 2))
     size = torch.rsqrt(normal.diagonal(0, 1, 2) + 1e-300)
     eye = torch.eye(6, dtype=pose.dtype, device=pose.device)
-    inverse = spd_inverse(normal * size[:, :, None] * size[:, None, :] + (damping + 1e-14) * eye) * size[:, :, None] * size[:, None, :]
+    inverse = (
+        spd_inverse(normal * size[:, :, None] * size[:, None, :] + (damping + 1e-14) * eye)
+        * size[:, :, None]
+        * size[:, None, :]
+    )
     gradient = (weighted * offset[..., None]).sum(2).sum(1)
     step = (inverse * gradient[:, None, :]).sum(-1)
     rotation = small_matmul(so3_exp(step[:, 0:3]), pose[..., 0:3])

@@ -96,8 +96,8 @@ def quaternion_rotate(quaternion: Tensor, points: Tensor) -> Tensor:
 
     Args:
         quaternion: (*, 4) in the order w, x, y, z, of unit length, floating point.
-        points: (*, 3), of quaternion's shape but for the last axis, or broadcast with it: one rotation for each of N points is (N, 4), one
-            for all of them (4,) or (1, 4).
+        points: (*, 3), of quaternion's shape but for the last axis, or broadcast with it: one rotation for
+            each of N points is (N, 4), one for all of them (4,) or (1, 4).
 
     Returns:
         (*, 3).
@@ -107,7 +107,9 @@ def quaternion_rotate(quaternion: Tensor, points: Tensor) -> Tensor:
 
     Example:
         >>> half = torch.tensor(0.5).sqrt()
-        >>> quaternion_rotate(torch.stack([half, 0 * half, 0 * half, half]), torch.tensor([1.0, 0.0, 0.0])).round(decimals=4)
+        >>> quaternion_rotate(
+        ...     torch.stack([half, 0 * half, 0 * half, half]), torch.tensor([1.0, 0.0, 0.0])
+        ... ).round(decimals=4)
         tensor([0., 1., 0.])
     """
     check_last(quaternion, 4, "quaternion")
@@ -120,8 +122,8 @@ def quaternion_rotate(quaternion: Tensor, points: Tensor) -> Tensor:
 def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
     """Interpolate rotations at constant angular speed, along the shorter of the two arcs.
 
-    K. Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985, in the form q1 (q1^-1 q2)^t, which has no small sine to
-    divide by.
+    K. Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985, in the form q1 (q1^-1 q2)^t, which
+    has no small sine to divide by.
 
     Args:
         q1: (*, 4) in the order w, x, y, z, floating point; it is scaled to unit length.
@@ -147,17 +149,20 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
 
 
 def average_quaternions(Q: Tensor, w: Optional[Tensor] = None) -> Tensor:
-    """The mean rotation: the unit quaternion that maximises the weighted sum of squared cosines of half the angles to those given.
+    """The mean rotation: the unit quaternion that maximises the weighted sum of squared cosines of half the
+    angles to those given.
 
-    F. L. Markley et al., Averaging quaternions, J. Guidance, Control, and Dynamics 30(4), 2007: the eigenvector of sum w q q^T of the
-    largest eigenvalue, computed in float64. Signs of the quaternions do not matter.
+    F. L. Markley et al., Averaging quaternions, J. Guidance, Control, and Dynamics 30(4), 2007: the
+    eigenvector of sum w q q^T of the largest eigenvalue, computed in float64. Signs of the quaternions do not
+    matter.
 
     Args:
         Q: (*, N, 4) in the order w, x, y, z, of unit length, floating point.
         w: (*, N), not negative; ones by default.
 
     Returns:
-        (*, 4), with w >= 0. Differentiable in both. Where two eigenvalues are largest there is no one mean: some unit quaternion.
+        (*, 4), with w >= 0. Differentiable in both. Where two eigenvalues are largest there is no one mean:
+        some unit quaternion.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.

@@ -1,7 +1,8 @@
 """Registration of images by gradient descent: a transform is learned that makes one image look like another.
 
-E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. From coarse to fine, as in
-B. Lucas, T. Kanade, An Iterative Image Registration Technique with an Application to Stereo Vision, IJCAI 1981.
+E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. From
+coarse to fine, as in B. Lucas, T. Kanade, An Iterative Image Registration Technique with an Application to
+Stereo Vision, IJCAI 1981.
 """
 
 from typing import Callable, List, Optional, Tuple, Type, Union
@@ -21,7 +22,8 @@ class Homography(nn.Module):
     """Homographies to be learned, between normalised coordinates; at first they leave everything in place.
 
     Shape:
-        forward() and forward_inverse(): (B, 3, 3), the last entry 1, B being 1 unless ``reset_model`` was told otherwise.
+        forward() and forward_inverse(): (B, 3, 3), the last entry 1, B being 1 unless ``reset_model`` was
+        told otherwise.
 
     Example:
         >>> Homography()()[0]
@@ -49,7 +51,8 @@ class Homography(nn.Module):
 
 
 class Similarity(nn.Module):
-    """Rotations, scalings and shifts to be learned, or some of these, between normalised coordinates; at first they change nothing.
+    """Rotations, scalings and shifts to be learned, or some of these, between normalised coordinates; at
+    first they change nothing.
 
     Points are rotated about the image's middle and scaled, in pixels, and then shifted.
 
@@ -77,7 +80,11 @@ class Similarity(nn.Module):
         if not (rotation or scale or shift):
             raise ValueError("rotation, scale, shift: expected one of them to be True")
         self.learned = (rotation, scale, shift)
-        self.rot, self.scale, self.shift = nn.Parameter(torch.zeros(1)), nn.Parameter(torch.ones(1)), nn.Parameter(torch.zeros(1, 2))
+        self.rot, self.scale, self.shift = (
+            nn.Parameter(torch.zeros(1)),
+            nn.Parameter(torch.ones(1)),
+            nn.Parameter(torch.zeros(1, 2)),
+        )
         self.reset_model()
 
     def reset_model(self, batch_size: int = 1, aspect: float = 1.0) -> None:
@@ -91,7 +98,11 @@ class Similarity(nn.Module):
     def forward(self) -> Tensor:
         along, across = self.scale * torch.cos(self.rot), self.scale * torch.sin(self.rot)
         zero, one = torch.zeros_like(along), torch.ones_like(along)
-        rows = [[along, -across / self.aspect, self.shift[:, 0]], [across * self.aspect, along, self.shift[:, 1]], [zero, zero, one]]
+        rows = [
+            [along, -across / self.aspect, self.shift[:, 0]],
+            [across * self.aspect, along, self.shift[:, 1]],
+            [zero, zero, one],
+        ]
         return torch.stack([torch.stack(row, -1) for row in rows], -2)
 
     @torch.jit.export
@@ -106,21 +117,25 @@ def _inverse(matrix: Tensor) -> Tensor:
 
 
 class ImageRegistrator(nn.Module):
-    """Finds the transforms that make images look like others: Adam on the images' absolute difference, over a pyramid from coarse to fine.
+    """Finds the transforms that make images look like others: Adam on the images' absolute difference, over a
+    pyramid from coarse to fine.
 
-    At each level the learned model starts where the one before it ended. Only pixels count whose source lies inside the image. Each
-    image of a batch has its own transform. This is a loop for eager Python; the warper and the models script.
+    At each level the learned model starts where the one before it ended. Only pixels count whose source lies
+    inside the image. Each image of a batch has its own transform. This is a loop for eager Python; the warper
+    and the models script.
 
     Args:
-        model_type: "homography", "similarity", "translation", "scale" or "rotation"; or a module as :class:`Homography`: parameters,
-            ``forward()`` that returns (B, 3, 3), ``forward_inverse()`` and ``reset_model(batch_size, aspect)``.
+        model_type: "homography", "similarity", "translation", "scale" or "rotation"; or a module as
+            :class:`Homography`: parameters, ``forward()`` that returns (B, 3, 3), ``forward_inverse()`` and
+            ``reset_model(batch_size, aspect)``.
         optimizer: class of the optimizer.
         loss_fn: of two images and with reduction="none": each pixel's loss.
         pyramid_levels: number of sizes, each half of the one before.
         lr: learning rate at each level, in halves of the image's width and height.
         num_iterations: the most steps at each level.
-        tolerance: a level ends where the loss changes by less in one step; 0 for never. Half of the time may go into digits that do
-            not matter: 1e-4 saves it on images in [0, 1], for two to three times the error.
+        tolerance: a level ends where the loss changes by less in one step; 0 for never. Half of the time may
+            go into digits that do not matter: 1e-4 saves it on images in [0, 1], for two to three times the
+            error.
         warper: makes, of (height, width), a module as :class:`HomographyWarper`.
 
     Raises:
@@ -148,19 +163,32 @@ class ImageRegistrator(nn.Module):
     ) -> None:
         super().__init__()
         if pyramid_levels < 1 or num_iterations < 1:
-            raise ValueError(f"pyramid_levels, num_iterations: expected positive numbers, got ({pyramid_levels}, {num_iterations})")
+            raise ValueError(
+                f"pyramid_levels, num_iterations: expected positive numbers, got ({pyramid_levels},"
+                f" {num_iterations})"
+            )
         self.model = _model(model_type) if isinstance(model_type, str) else model_type
         self.optimizer, self.loss_fn, self.warper = optimizer, loss_fn, warper
-        self.pyramid_levels, self.lr, self.num_iterations, self.tolerance = pyramid_levels, lr, num_iterations, tolerance
+        self.pyramid_levels, self.lr, self.num_iterations, self.tolerance = (
+            pyramid_levels,
+            lr,
+            num_iterations,
+            tolerance,
+        )
 
     def get_single_level_loss(self, img_src: Tensor, img_dst: Tensor, transform_model: Tensor) -> Tensor:
-        """Mean loss of img_src (B, C, H, W), warped by (B, 3, 3), over the pixels it covers; summed over the images, which are learned apart."""
+        """Mean loss of img_src (B, C, H, W), warped by (B, 3, 3), over the pixels it covers; summed over the
+        images, which are learned apart."""
         warp = self.warper(img_dst.size(2), img_dst.size(3))
         loss = self.loss_fn(warp(img_src, transform_model), img_dst, reduction="none").mean(1)
-        return mean_over_covered(loss, warp(torch.ones_like(img_src[:, :1]), transform_model.detach())[:, 0]).sum()
+        return mean_over_covered(
+            loss, warp(torch.ones_like(img_src[:, :1]), transform_model.detach())[:, 0]
+        ).sum()
 
     @torch.enable_grad()
-    def register(self, src_img: Tensor, dst_img: Tensor, output_intermediate_models: bool = False) -> Union[Tensor, Tuple[Tensor, List[Tensor]]]:
+    def register(
+        self, src_img: Tensor, dst_img: Tensor, output_intermediate_models: bool = False
+    ) -> Union[Tensor, Tuple[Tensor, List[Tensor]]]:
         """Learn, from the identity on, the transforms that bring source images to destination images.
 
         Args:
@@ -169,8 +197,9 @@ class ImageRegistrator(nn.Module):
             output_intermediate_models: return each level's transforms too, the coarsest first.
 
         Returns:
-            (B, 3, 3), from dst_img to src_img in normalised coordinates, as :class:`HomographyWarper` takes them: ``denormalize_homography(result,
-            (H, W), (H, W), align_corners=False)`` is in pixels. A list of such after it if wanted.
+            (B, 3, 3), from dst_img to src_img in normalised coordinates, as :class:`HomographyWarper` takes
+            them: ``denormalize_homography(result, (H, W), (H, W), align_corners=False)`` is in pixels. A list
+            of such after it if wanted.
 
         Raises:
             TypeError: if an image is not floating point.
@@ -179,9 +208,13 @@ class ImageRegistrator(nn.Module):
         check_image(src_img, "src_img")
         check_image(dst_img, "dst_img")
         if src_img.shape != dst_img.shape:
-            raise ValueError(f"dst_img: expected src_img's shape {list(src_img.shape)}, got {list(dst_img.shape)}")
+            raise ValueError(
+                f"dst_img: expected src_img's shape {list(src_img.shape)}, got {list(dst_img.shape)}"
+            )
         self.model.to(src_img).reset_model(src_img.size(0), src_img.size(3) / src_img.size(2))
-        sources, targets = (build_pyramid(image.detach(), self.pyramid_levels) for image in (src_img, dst_img))
+        sources, targets = (
+            build_pyramid(image.detach(), self.pyramid_levels) for image in (src_img, dst_img)
+        )
         models = []
         for source, target in zip(sources[::-1], targets[::-1]):
             self._descend(source, target)
@@ -213,8 +246,8 @@ class ImageRegistrator(nn.Module):
 
 
 def mean_over_covered(loss: Tensor, coverage: Tensor) -> Tensor:
-    """Means (B,) of losses (B, H, W) over the pixels whose source lies inside the image: where ``coverage`` (B, H, W), ones that were warped
-    as the image was, is 1."""
+    """Means (B,) of losses (B, H, W) over the pixels whose source lies inside the image: where ``coverage``
+    (B, H, W), ones that were warped as the image was, is 1."""
     covered = (coverage > 0.999).to(loss.dtype)
     return (loss * covered).sum((1, 2)) / covered.sum((1, 2)).clamp(min=1.0)
 

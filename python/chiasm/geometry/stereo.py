@@ -9,7 +9,11 @@ from ..primitives.core.checks import check_matrix, check_rank
 from ..primitives.geometry.intrinsics import check_depth, focal_lengths, from_pixels, over_depth, with_one
 from ..primitives.linalg.matrices import cross, small_matmul
 from .calibration import undistort_points
-from .conversions.rotations import quaternion_to_rotation_matrix, rotation_matrix_to_quaternion, vector_to_skew_symmetric_matrix
+from .conversions.rotations import (
+    quaternion_to_rotation_matrix,
+    rotation_matrix_to_quaternion,
+    vector_to_skew_symmetric_matrix,
+)
 
 __all__ = [
     "reproject_disparity_to_3d",
@@ -29,25 +33,29 @@ def stereo_rectify(
     dist2: Optional[Tensor] = None,
     zero_disparity: bool = True,
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """Rotations and projection matrices of a stereo pair after which points are in the same row of both images, by J.-Y. Bouguet's method.
+    """Rotations and projection matrices of a stereo pair after which points are in the same row of both
+    images, by J.-Y. Bouguet's method.
 
-    Each camera is turned by half of the rotation between them, then both in the shortest way until the line between them is the x axis, or
-    the y axis where it is nearer to that (points are then in the same column). Both have the mean focal length across the
-    line, and principal points that keep the mean of their images' corners in the middle. ``cv2.stereoRectify`` with its default alpha
-    of -1, images of the same size after as before, and so without regions of interest: scale P1, P2 and Q for other choices.
+    Each camera is turned by half of the rotation between them, then both in the shortest way until the line
+    between them is the x axis, or the y axis where it is nearer to that (points are then in the same column).
+    Both have the mean focal length across the line, and principal points that keep the mean of their images'
+    corners in the middle. ``cv2.stereoRectify`` with its default alpha of -1, images of the same size after
+    as before, and so without regions of interest: scale P1, P2 and Q for other choices.
 
     Args:
         K1, K2: (B, 3, 3), camera matrices, floating point.
         R: (B, 3, 3), rotations from the first camera's frame to the second's.
         t: (B, 3, 1), translations from the first camera's frame to the second's, not 0.
         height, width: size of both images.
-        dist1, dist2: (B, n), distortion coefficients as for :func:`chiasm.geometry.calibration.undistort_points`; none by default. They
-            only move the corners.
-        zero_disparity: give both the same principal point, so that what is far away has the disparity 0; else only across the line.
+        dist1, dist2: (B, n), distortion coefficients as for
+            :func:`chiasm.geometry.calibration.undistort_points`; none by default. They only move the corners.
+        zero_disparity: give both the same principal point, so that what is far away has the disparity 0; else
+            only across the line.
 
     Returns:
-        R1, R2 (B, 3, 3), rotations from the cameras' frames to the rectified ones; P1, P2 (B, 3, 4), projection matrices of rectified
-        pixels from the first rectified frame; and Q (B, 4, 4) for :func:`reproject_disparity_to_3d`. Differentiable in all tensors.
+        R1, R2 (B, 3, 3), rotations from the cameras' frames to the rectified ones; P1, P2 (B, 3, 4),
+        projection matrices of rectified pixels from the first rectified frame; and Q (B, 4, 4) for
+        :func:`reproject_disparity_to_3d`. Differentiable in all tensors.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -120,22 +128,28 @@ def stereo_rectify_like(
 
 
 def reproject_disparity_to_3d(disparity: Tensor, Q: Tensor) -> Tensor:
-    """The point that each pixel of a rectified image sees: (X, Y, Z) / W of Q (x, y, disparity, 1). ``cv2.reprojectImageTo3D``.
+    """The point that each pixel of a rectified image sees: (X, Y, Z) / W of Q (x, y, disparity, 1).
+    ``cv2.reprojectImageTo3D``.
 
-    :func:`chiasm.geometry.depth.depth_from_disparity` is Z alone, for two cameras with the same principal point.
+    :func:`chiasm.geometry.depth.depth_from_disparity` is Z alone, for two cameras with the same principal
+    point.
 
     Args:
-        disparity: (B, 1, H, W), x in the first image less x in the second (y for a pair one above the other), in pixels, floating point.
+        disparity: (B, 1, H, W), x in the first image less x in the second (y for a pair one above the other),
+            in pixels, floating point.
         Q: (B, 4, 4), from :func:`stereo_rectify`.
 
     Returns:
-        (B, H, W, 3), in the first rectified camera's frame. What is at infinity comes out far away. Differentiable in both.
+        (B, H, W, 3), in the first rectified camera's frame. What is at infinity comes out far away.
+        Differentiable in both.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
 
     Example:
-        >>> Q = torch.tensor([[[1.0, 0.0, 0.0, -1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 100.0], [0.0, 0.0, 2.0, 0.0]]])
+        >>> Q = torch.tensor(
+        ...     [[[1.0, 0.0, 0.0, -1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 100.0], [0.0, 0.0, 2.0, 0.0]]]
+        ... )
         >>> reproject_disparity_to_3d(torch.full((1, 1, 1, 3), 10.0), Q)[0, 0]
         tensor([[-0.0500,  0.0000,  5.0000],
                 [ 0.0000,  0.0000,  5.0000],
@@ -165,7 +179,8 @@ def _half_rotation(R: Tensor) -> Tensor:
 
 
 def _shortest_turn(v: Tensor, axis: Tensor) -> Tensor:
-    """The rotation (B, 3, 3) by less than a right angle that turns v (B, 3) into the direction of the unit vector axis (B, 3)."""
+    """The rotation (B, 3, 3) by less than a right angle that turns v (B, 3) into the direction of the unit
+    vector axis (B, 3)."""
     u = v / _length(v)
     normal = vector_to_skew_symmetric_matrix(cross(u, axis))
     eye = torch.eye(3, dtype=v.dtype, device=v.device)
@@ -176,9 +191,13 @@ def _length(v: Tensor) -> Tensor:
     return torch.sqrt((v * v).sum(-1, keepdim=True))
 
 
-def _principal_point(K: Tensor, R: Tensor, focal: Tensor, height: int, width: int, dist: Optional[Tensor]) -> Tensor:
+def _principal_point(
+    K: Tensor, R: Tensor, focal: Tensor, height: int, width: int, dist: Optional[Tensor]
+) -> Tensor:
     """(B, 2) such that the mean of the image's turned corners is in its middle."""
-    size = torch.stack([torch.ones_like(focal[0, 0]) * (width - 1), torch.ones_like(focal[0, 0]) * (height - 1)], -1)
+    size = torch.stack(
+        [torch.ones_like(focal[0, 0]) * (width - 1), torch.ones_like(focal[0, 0]) * (height - 1)], -1
+    )
     corner = torch.tensor([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], dtype=K.dtype, device=K.device)
     corners = (corner * size).expand([K.size(0), 4, 2])
     if dist is not None:

@@ -8,7 +8,9 @@ from ..primitives.geometry.intrinsics import over_depth, with_one
 from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul
 
 
-def oneway_transfer_error(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True, eps: float = 1e-8) -> Tensor:
+def oneway_transfer_error(
+    pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True, eps: float = 1e-8
+) -> Tensor:
     """Distances in the second image between points and where the homography takes those of the first.
 
     Args:
@@ -24,7 +26,9 @@ def oneway_transfer_error(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool =
         TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
 
     Example:
-        >>> oneway_transfer_error(torch.tensor([[[1.0, 2.0]]]), torch.tensor([[[4.0, 6.0]]]), torch.eye(3)[None])
+        >>> oneway_transfer_error(
+        ...     torch.tensor([[[1.0, 2.0]]]), torch.tensor([[[4.0, 6.0]]]), torch.eye(3)[None]
+        ... )
         tensor([[25.]])
     """
     _check(pts1, pts2, H)
@@ -33,8 +37,11 @@ def oneway_transfer_error(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool =
     return error if squared else torch.sqrt(error + eps)
 
 
-def symmetric_transfer_error(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True, eps: float = 1e-8) -> Tensor:
-    """Squared distances in both images between points and where the homography or its inverse takes their partners, added up.
+def symmetric_transfer_error(
+    pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True, eps: float = 1e-8
+) -> Tensor:
+    """Squared distances in both images between points and where the homography or its inverse takes their
+    partners, added up.
 
     R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 4.2.2.
 
@@ -45,13 +52,16 @@ def symmetric_transfer_error(pts1: Tensor, pts2: Tensor, H: Tensor, squared: boo
         eps: added under the square root.
 
     Returns:
-        (B, N); infinite where H has no inverse (Kornia: the dtype's largest number). Differentiable in all tensors.
+        (B, N); infinite where H has no inverse (Kornia: the dtype's largest number). Differentiable in all
+        tensors.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
 
     Example:
-        >>> symmetric_transfer_error(torch.tensor([[[1.0, 2.0]]]), torch.tensor([[[4.0, 6.0]]]), torch.eye(3)[None])
+        >>> symmetric_transfer_error(
+        ...     torch.tensor([[[1.0, 2.0]]]), torch.tensor([[[4.0, 6.0]]]), torch.eye(3)[None]
+        ... )
         tensor([[50.]])
     """
     _check(pts1, pts2, H)
@@ -66,10 +76,11 @@ def symmetric_transfer_error(pts1: Tensor, pts2: Tensor, H: Tensor, squared: boo
 
 
 def sampson_homography_distance(pts1: Tensor, pts2: Tensor, H: Tensor, squared: bool = True) -> Tensor:
-    """First-order approximation of the distance in both images to the nearest points that obey the homography.
+    """First-order approximation of the distance in both images to the nearest points that obey the
+    homography.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 4.2.6: e^T (J J^T)^-1 e, e being the residuals of the two equations of
-    the direct linear transform and J their derivatives by the four coordinates.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 4.2.6: e^T (J J^T)^-1 e, e being the residuals
+    of the two equations of the direct linear transform and J their derivatives by the four coordinates.
 
     Args:
         pts1, pts2: (B, N, 2), or (B, N, 3) homogeneous, floating point.
@@ -83,7 +94,9 @@ def sampson_homography_distance(pts1: Tensor, pts2: Tensor, H: Tensor, squared: 
         TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
 
     Example:
-        >>> sampson_homography_distance(torch.tensor([[[1.0, 2.0]]]), torch.tensor([[[4.0, 6.0]]]), torch.eye(3)[None])
+        >>> sampson_homography_distance(
+        ...     torch.tensor([[[1.0, 2.0]]]), torch.tensor([[[4.0, 6.0]]]), torch.eye(3)[None]
+        ... )
         tensor([[12.5000]])
     """
     _check(pts1, pts2, H)
@@ -95,15 +108,22 @@ def sampson_homography_distance(pts1: Tensor, pts2: Tensor, H: Tensor, squared: 
     h = H[:, None]
     a1, b1 = h[..., 0, 0] - u * h[..., 2, 0], h[..., 0, 1] - u * h[..., 2, 1]
     a2, b2 = h[..., 1, 0] - v * h[..., 2, 0], h[..., 1, 1] - v * h[..., 2, 1]
-    first, second, mixed = a1 * a1 + b1 * b1 + depth * depth, a2 * a2 + b2 * b2 + depth * depth, a1 * a2 + b1 * b2
+    first, second, mixed = (
+        a1 * a1 + b1 * b1 + depth * depth,
+        a2 * a2 + b2 * b2 + depth * depth,
+        a1 * a2 + b1 * b2,
+    )
     determinant = first * second - mixed * mixed
     flat = determinant <= 0
-    error = (e1 * e1 * second - 2.0 * e1 * e2 * mixed + e2 * e2 * first) / torch.where(flat, torch.ones_like(determinant), determinant)
+    error = (e1 * e1 * second - 2.0 * e1 * e2 * mixed + e2 * e2 * first) / torch.where(
+        flat, torch.ones_like(determinant), determinant
+    )
     return error if squared else _safe_root(error)
 
 
 def line_segment_transfer_error_one_way(ls1: Tensor, ls2: Tensor, H: Tensor, squared: bool = False) -> Tensor:
-    """Mean distance of the transferred end points of segments from the lines through the second image's segments.
+    """Mean distance of the transferred end points of segments from the lines through the second image's
+    segments.
 
     A distance in pixels: the lines are normalised, so that long segments count no more than short ones.
 
@@ -135,7 +155,8 @@ def line_segment_transfer_error_one_way(ls1: Tensor, ls2: Tensor, H: Tensor, squ
 
 
 def line_through(a: Tensor, b: Tensor) -> Tensor:
-    """The line (*, 3) through homogeneous points (*, 3), its normal of unit length; zero where the points are one."""
+    """The line (*, 3) through homogeneous points (*, 3), its normal of unit length; zero where the points are
+    one."""
     line = cross(a, b)
     squared = line[..., 0:1] * line[..., 0:1] + line[..., 1:2] * line[..., 1:2]
     return line / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))
@@ -176,4 +197,6 @@ def _mapped(H: Tensor, points: Tensor) -> Tensor:
 def _safe_root(x: Tensor) -> Tensor:
     """Square root whose derivative at 0 is 0."""
     positive = x > 0
-    return torch.where(positive, torch.sqrt(torch.where(positive, x, torch.ones_like(x))), torch.zeros_like(x))
+    return torch.where(
+        positive, torch.sqrt(torch.where(positive, x, torch.ones_like(x))), torch.zeros_like(x)
+    )

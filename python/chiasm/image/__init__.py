@@ -6,6 +6,14 @@ from .draw import draw_line, draw_point2d
 from .grid import make_grid
 from .shapes import draw_convex_polygon, draw_rectangle
 
-__all__ = ["draw_convex_polygon", "draw_line", "draw_point2d", "draw_rectangle", "image_to_tensor", "make_grid", "tensor_to_image"]
+__all__ = [
+    "draw_convex_polygon",
+    "draw_line",
+    "draw_point2d",
+    "draw_rectangle",
+    "image_to_tensor",
+    "make_grid",
+    "tensor_to_image",
+]
 
 __getattr__, __dir__ = lazy_twins(__name__, globals())

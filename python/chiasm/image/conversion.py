@@ -10,8 +10,8 @@ from ..primitives.numbers.rounding import known_or
 def image_to_tensor(image: Tensor) -> Tensor:
     """Bytes with the channels last as floating point in [0, 1] with the channels first.
 
-    Unlike Kornia's, it takes a tensor (``torch.from_numpy`` makes one of an array without a copy) and always returns a scaled batch.
-    The order of the channels is kept: OpenCV's images are BGR.
+    Unlike Kornia's, it takes a tensor (``torch.from_numpy`` makes one of an array without a copy) and always
+    returns a scaled batch. The order of the channels is kept: OpenCV's images are BGR.
 
     Args:
         image: (H, W, C) or (B, H, W, C), uint8.
@@ -38,8 +38,8 @@ def image_to_tensor(image: Tensor) -> Tensor:
 def tensor_to_image(tensor: Tensor) -> Tensor:
     """Floating point in [0, 1] with the channels first as bytes with the channels last.
 
-    255 times the value is rounded to the nearest integer (ties to even) and saturated, as OpenCV's ``convertTo`` does. Unlike Kornia's, it
-    returns a tensor, of which ``.numpy()`` is the array.
+    255 times the value is rounded to the nearest integer (ties to even) and saturated, as OpenCV's
+    ``convertTo`` does. Unlike Kornia's, it returns a tensor, of which ``.numpy()`` is the array.
 
     Args:
         tensor: (C, H, W) or (B, C, H, W), floating point.

@@ -12,8 +12,8 @@ from ..primitives.numbers.rounding import known_or
 def draw_point2d(image: Tensor, points: Tensor, color: Tensor) -> Tensor:
     """Colour single pixels.
 
-    Unlike Kornia's, it leaves the input as it is, rounds coordinates instead of cutting them, ignores points outside the image, and takes a
-    batch.
+    Unlike Kornia's, it leaves the input as it is, rounds coordinates instead of cutting them, ignores points
+    outside the image, and takes a batch.
 
     Args:
         image: (C, H, W) or (B, C, H, W), any dtype.
@@ -40,9 +40,10 @@ def draw_point2d(image: Tensor, points: Tensor, color: Tensor) -> Tensor:
 def draw_line(image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor:
     """Draw straight lines one pixel wide, 8-connected, both ends included.
 
-    J. E. Bresenham, Algorithm for computer control of a digital plotter, IBM Systems Journal 4(1), 1965, in closed form: along the longer
-    axis the other coordinate is the nearest, of two equally near the one nearer to the line's left end (OpenCV's rule). Unlike
-    Kornia's, it leaves the input as it is, takes a batch and lines that leave the image.
+    J. E. Bresenham, Algorithm for computer control of a digital plotter, IBM Systems Journal 4(1), 1965, in
+    closed form: along the longer axis the other coordinate is the nearest, of two equally near the one nearer
+    to the line's left end (OpenCV's rule). Unlike Kornia's, it leaves the input as it is, takes a batch and
+    lines that leave the image.
 
     Args:
         image: (C, H, W) or (B, C, H, W), any dtype.
@@ -57,7 +58,9 @@ def draw_line(image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor:
         ValueError: if a shape is not as above.
 
     Example:
-        >>> draw_line(torch.zeros(1, 3, 4), torch.tensor([0, 0]), torch.tensor([3, 2]), torch.tensor([1.0]))[0]
+        >>> draw_line(torch.zeros(1, 3, 4), torch.tensor([0, 0]), torch.tensor([3, 2]), torch.tensor([1.0]))[
+        ...     0
+        ... ]
         tensor([[1., 0., 0., 0.],
                 [0., 1., 1., 0.],
                 [0., 0., 0., 1.]])
@@ -76,14 +79,16 @@ def draw_line(image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor:
 
 
 def whole_pixels(points: Tensor) -> Tensor:
-    """Coordinates as int64, rounded; beyond 2^20 pixels from the origin they saturate, which keeps products exact. NaN is as far as that to the left or above."""
+    """Coordinates as int64, rounded; beyond 2^20 pixels from the origin they saturate, which keeps products
+    exact. NaN is as far as that to the left or above."""
     if points.is_floating_point():
         return known_or(torch.round(points), -1048576.0).clamp(-1048576.0, 1048576.0).to(torch.int64)
     return points.to(torch.int64).clamp(-1048576, 1048576)
 
 
 def _line_pixels(first: Tensor, second: Tensor, height: int, width: int) -> Tuple[Tensor, Tensor]:
-    """x and y (B, N * (W + H)) of the lines' pixels: one for each column of a flat line, for each row of a steep one.
+    """x and y (B, N * (W + H)) of the lines' pixels: one for each column of a flat line, for each row of a
+    steep one.
 
     Those that belong to no line are -1. All arithmetic is in integers, so every backend draws the same.
     """
@@ -121,7 +126,9 @@ def _painted(image: Tensor, x: Tensor, y: Tensor, color: Tensor) -> Tensor:
     """The image with the pixels x, y (B, K) in one colour."""
     height, width = image.size(-2), image.size(-1)
     if color.dim() != 1 or (color.size(0) != 1 and color.size(0) != image.size(-3)):
-        raise ValueError(f"color: expected shape (C,) or (1,) for C = {image.size(-3)}, got {list(color.shape)}")
+        raise ValueError(
+            f"color: expected shape (C,) or (1,) for C = {image.size(-3)}, got {list(color.shape)}"
+        )
     inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
     # One place more than there are pixels takes what lies outside.
     place = torch.where(inside, y * width + x, torch.full_like(x, 0) + height * width)
@@ -139,4 +146,6 @@ def _check_points(image: Tensor, points: Tensor, name: str) -> None:
     if image.dim() == 3 and (points.dim() != 2 or points.size(-1) != 2):
         raise ValueError(f"{name}: expected shape (N, 2) for an image (C, H, W), got {list(points.shape)}")
     if image.dim() == 4 and (points.dim() != 3 or points.size(-1) != 2 or points.size(0) != image.size(0)):
-        raise ValueError(f"{name}: expected shape (B, N, 2) for images {list(image.shape)}, got {list(points.shape)}")
+        raise ValueError(
+            f"{name}: expected shape (B, N, 2) for images {list(image.shape)}, got {list(points.shape)}"
+        )

@@ -9,11 +9,13 @@ from ..primitives.core.checks import check_rank
 
 
 def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> Tensor:
-    """Put a batch of images side by side, row after row, with zeros between them and where images are missing.
+    """Put a batch of images side by side, row after row, with zeros between them and where images are
+    missing.
 
     Args:
         tensor: (B, C, H, W), any dtype.
-        n_row: images in a row; by default the least n with n * n >= B. Exported with a batch of any size, it must be given.
+        n_row: images in a row; by default the least n with n * n >= B. Exported with a batch of any size, it
+            must be given.
         padding: pixels between neighbours; there are none around the grid.
 
     Returns:
@@ -43,12 +45,20 @@ def make_grid(tensor: Tensor, n_row: Optional[int] = None, padding: int = 2) -> 
     rows = (batch + columns - 1) // columns
     tall, wide = height + padding, width + padding
     # Where each row and column of the grid comes from; past an image's end lies its padding.
-    y, x = torch.arange(rows * tall - padding, device=tensor.device), torch.arange(columns * wide - padding, device=tensor.device)
-    grid_row, grid_column = torch.div(y, tall, rounding_mode="floor"), torch.div(x, wide, rounding_mode="floor")
+    y, x = (
+        torch.arange(rows * tall - padding, device=tensor.device),
+        torch.arange(columns * wide - padding, device=tensor.device),
+    )
+    grid_row, grid_column = (
+        torch.div(y, tall, rounding_mode="floor"),
+        torch.div(x, wide, rounding_mode="floor"),
+    )
     row, column = y - grid_row * tall, x - grid_column * wide
     image = grid_row[:, None] * columns + grid_column
     inside = (row < height)[:, None] & (column < width) & (image < batch)
-    pixel = (image.clamp(max=batch - 1) * height + row.clamp(max=height - 1)[:, None]) * width + column.clamp(max=width - 1)
+    pixel = (image.clamp(max=batch - 1) * height + row.clamp(max=height - 1)[:, None]) * width + column.clamp(
+        max=width - 1
+    )
     flat = tensor.permute(1, 0, 2, 3).reshape(channels, batch * height * width)
     grid = flat.index_select(1, pixel.reshape(-1)).reshape(channels, y.size(0), x.size(0))
     return torch.where(inside, grid, torch.zeros_like(grid))

@@ -11,19 +11,25 @@ from .draw import whole_pixels
 
 
 def draw_rectangle(
-    image: Tensor, rectangle: Tensor, color: Optional[Tensor] = None, fill: Optional[bool] = None, line_width: int = 1
+    image: Tensor,
+    rectangle: Tensor,
+    color: Optional[Tensor] = None,
+    fill: Optional[bool] = None,
+    line_width: int = 1,
 ) -> Tensor:
     """Draw rectangles, later ones over earlier ones.
 
-    Unlike Kornia's, it leaves the input as it is, rounds coordinates instead of cutting them, and makes the corners of wide lines whole.
+    Unlike Kornia's, it leaves the input as it is, rounds coordinates instead of cutting them, and makes the
+    corners of wide lines whole.
 
     Args:
         image: (B, C, H, W), any dtype.
-        rectangle: (B, N, 4): x1, y1, x2, y2 in pixels, rounded to the nearest; both corners belong to the rectangle, which is empty
-            where x2 < x1 or y2 < y1. It may leave the image.
+        rectangle: (B, N, 4): x1, y1, x2, y2 in pixels, rounded to the nearest; both corners belong to the
+            rectangle, which is empty where x2 < x1 or y2 < y1. It may leave the image.
         color: (1,), (C,), (B, N, 1) or (B, N, C), in the image's range; 0 by default.
         fill: whether to fill the rectangles instead of drawing their edges.
-        line_width: width of the edges in pixels, centred (an even width has one pixel more towards the top left).
+        line_width: width of the edges in pixels, centred (an even width has one pixel more towards the top
+            left).
 
     Returns:
         (B, C, H, W).
@@ -40,7 +46,9 @@ def draw_rectangle(
     check_rank(image, 4, "(B, C, H, W)", "image")
     batch, channels, height, width = image.shape
     if rectangle.dim() != 3 or rectangle.size(2) != 4 or rectangle.size(0) != batch:
-        raise ValueError(f"rectangle: expected shape (B, N, 4) for images {list(image.shape)}, got {list(rectangle.shape)}")
+        raise ValueError(
+            f"rectangle: expected shape (B, N, 4) for images {list(image.shape)}, got {list(rectangle.shape)}"
+        )
     if line_width < 1:
         raise ValueError(f"line_width: expected a positive number, got {line_width}")
     count = rectangle.size(1)
@@ -55,7 +63,9 @@ def draw_rectangle(
         outer_x, outer_y = (x >= x1 - before) & (x <= x2 + after), (y >= y1 - before) & (y <= y2 + after)
         inner_x, inner_y = (x > x1 + after) & (x < x2 - before), (y > y1 + after) & (y < y2 - before)
         real = ((x2 >= x1) & (y2 >= y1))[..., None]
-        covered = real & outer_x[:, :, None] & outer_y[..., None] & ~(inner_x[:, :, None] & inner_y[..., None])
+        covered = (
+            real & outer_x[:, :, None] & outer_y[..., None] & ~(inner_x[:, :, None] & inner_y[..., None])
+        )
     # Of the rectangles that cover a pixel the last one shows.
     number = torch.arange(1, count + 1, device=image.device)[:, None, None]
     top = torch.where(covered, number, torch.zeros_like(number)).amax(1)
@@ -73,7 +83,12 @@ def _per_rectangle(color: Optional[Tensor], image: Tensor, count: int) -> Tensor
     known = color.to(image.dtype)
     if known.dim() == 1 and (known.size(0) == 1 or known.size(0) == channels):
         return known[None, :, None].expand(batch, channels, count)
-    if known.dim() == 3 and known.size(0) == batch and known.size(1) == count and (known.size(2) == 1 or known.size(2) == channels):
+    if (
+        known.dim() == 3
+        and known.size(0) == batch
+        and known.size(1) == count
+        and (known.size(2) == 1 or known.size(2) == channels)
+    ):
         return known.transpose(1, 2).expand(batch, channels, count)
     expected = f"(1,), (C,), (B, N, 1) or (B, N, C) for B = {batch}, N = {count}, C = {channels}"
     raise ValueError(f"color: expected shape {expected}, got {list(color.shape)}")
@@ -82,13 +97,14 @@ def _per_rectangle(color: Optional[Tensor], image: Tensor, count: int) -> Tensor
 def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Tensor:
     """Fill one convex polygon in each image: all pixels whose centre lies in it or on its edge.
 
-    Unlike Kornia's, it leaves the input as it is and takes no list: repeat a vertex where polygons differ in their number. OpenCV's
-    ``fillConvexPoly`` also colours pixels that the edge merely touches.
+    Unlike Kornia's, it leaves the input as it is and takes no list: repeat a vertex where polygons differ in
+    their number. OpenCV's ``fillConvexPoly`` also colours pixels that the edge merely touches.
 
     Args:
         images: (B, C, H, W), any dtype.
-        polygons: vertices (B, N, 2), x and y in pixels, in either order around the polygon; fractions count. Pixels outside any of its edges
-            are left out, so of a polygon that is not convex only the core is filled.
+        polygons: vertices (B, N, 2), x and y in pixels, in either order around the polygon; fractions count.
+            Pixels outside any of its edges are left out, so of a polygon that is not convex only the core is
+            filled.
         colors: (B, C), (C,) or (1,), in the image's range.
 
     Returns:
@@ -108,12 +124,17 @@ def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Ten
     check_rank(images, 4, "(B, C, H, W)", "images")
     batch, channels, height, width = images.shape
     if polygons.dim() != 3 or polygons.size(2) != 2 or polygons.size(0) != batch:
-        raise ValueError(f"polygons: expected shape (B, N, 2) for images {list(images.shape)}, got {list(polygons.shape)}")
+        raise ValueError(
+            f"polygons: expected shape (B, N, 2) for images {list(images.shape)}, got {list(polygons.shape)}"
+        )
     paint = colors.to(images.dtype)
     if paint.dim() == 1 and (paint.size(0) == 1 or paint.size(0) == channels):
         paint = paint.unsqueeze(0)
     elif paint.dim() != 2 or paint.size(0) != batch or paint.size(1) != channels:
-        raise ValueError(f"colors: expected shape (B, C), (C,) or (1,) for images {list(images.shape)}, got {list(colors.shape)}")
+        raise ValueError(
+            f"colors: expected shape (B, C), (C,) or (1,) for images {list(images.shape)}, got"
+            f" {list(colors.shape)}"
+        )
     # In float64 the products of whole coordinates are exact, hence also which pixels lie on an edge.
     vertex = polygons.detach().to(torch.float64)[..., None]
     x0, y0 = vertex[:, :, 0], vertex[:, :, 1]
@@ -130,13 +151,19 @@ def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Ten
 
 
 def _span(x0: Tensor, y0: Tensor, dx: Tensor, dy: Tensor, y: Tensor) -> Tuple[Tensor, Tensor]:
-    """The first and the last column (B, H, 1) of each row that lie on the inner side of all edges, (x - x0) dy - (y - y0) dx >= 0.
+    """The first and the last column (B, H, 1) of each row that lie on the inner side of all edges, (x - x0)
+    dy - (y - y0) dx >= 0.
 
-    Edges begin at x0, y0 and go by dx, dy (B, N, 1). Where an edge meets a row is rounded; what decides is the side of the three columns there.
+    Edges begin at x0, y0 and go by dx, dy (B, N, 1). Where an edge meets a row is rounded; what decides is
+    the side of the three columns there.
     """
     lag = (y - y0) * dx
     meets = torch.round(x0 + lag / torch.where(dy == 0, torch.ones_like(dy), dy))
-    before, here, after = (meets - 1.0 - x0) * dy - lag >= 0, (meets - x0) * dy - lag >= 0, (meets + 1.0 - x0) * dy - lag >= 0
+    before, here, after = (
+        (meets - 1.0 - x0) * dy - lag >= 0,
+        (meets - x0) * dy - lag >= 0,
+        (meets + 1.0 - x0) * dy - lag >= 0,
+    )
     first = torch.where(before, meets - 1.0, torch.where(here, meets, meets + 1.0))
     last = torch.where(after, meets + 1.0, torch.where(here, meets, meets - 1.0))
     everywhere = torch.full_like(meets, math.inf)

@@ -7,10 +7,12 @@ from ..primitives.core.checks import check_image
 
 
 def inverse_depth_smoothness_loss(idepth: Tensor, image: Tensor) -> Tensor:
-    """Mean of \\|dx d\\| exp(-\\|dx I\\|) plus mean of \\|dy d\\| exp(-\\|dy I\\|), of an inverse depth d beside an image I.
+    """Mean of \\|dx d\\| exp(-\\|dx I\\|) plus mean of \\|dy d\\| exp(-\\|dy I\\|), of an inverse depth d
+    beside an image I.
 
-    C. Godard et al., Unsupervised monocular depth estimation with left-right consistency, CVPR 2017, equation 4: depth may jump where the
-    image does. Differences are those of neighbours; that of the image is the mean of its channels' absolute ones.
+    C. Godard et al., Unsupervised monocular depth estimation with left-right consistency, CVPR 2017, equation
+    4: depth may jump where the image does. Differences are those of neighbours; that of the image is the mean
+    of its channels' absolute ones.
 
     Args:
         idepth: (B, 1, H, W), floating point; H and W at least 2.
@@ -25,15 +27,22 @@ def inverse_depth_smoothness_loss(idepth: Tensor, image: Tensor) -> Tensor:
 
     Example:
         >>> ramp = torch.arange(3.0).expand(1, 1, 3, 3)
-        >>> inverse_depth_smoothness_loss(ramp, torch.zeros(1, 3, 3, 3)), inverse_depth_smoothness_loss(ramp, ramp)
+        >>> (
+        ...     inverse_depth_smoothness_loss(ramp, torch.zeros(1, 3, 3, 3)),
+        ...     inverse_depth_smoothness_loss(ramp, ramp),
+        ... )
         (tensor(1.), tensor(0.3679))
     """
     check_image(idepth, "idepth")
     check_image(image, "image")
     if idepth.size(1) != 1 or idepth.size(2) < 2 or idepth.size(3) < 2:
-        raise ValueError(f"idepth: expected shape (B, 1, H, W) with H and W at least 2, got {list(idepth.shape)}")
+        raise ValueError(
+            f"idepth: expected shape (B, 1, H, W) with H and W at least 2, got {list(idepth.shape)}"
+        )
     if image.size(0) != idepth.size(0) or image.size(2) != idepth.size(2) or image.size(3) != idepth.size(3):
-        raise ValueError(f"image: expected shape (B, C, H, W) for idepth {list(idepth.shape)}, got {list(image.shape)}")
+        raise ValueError(
+            f"image: expected shape (B, C, H, W) for idepth {list(idepth.shape)}, got {list(image.shape)}"
+        )
     return _smoothness(idepth, image, 3) + _smoothness(idepth, image, 2)
 
 

@@ -10,7 +10,8 @@ from .reduction import reduced
 
 
 def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
-    """Kullback-Leibler divergence of pred from target, the sum of target log(target / pred) over each heatmap.
+    """Kullback-Leibler divergence of pred from target, the sum of target log(target / pred) over each
+    heatmap.
 
     Args:
         pred: (B, N, H, W) heatmaps, not negative, each with sum 1; floating point.
@@ -18,7 +19,8 @@ def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Ten
         reduction: "mean", "sum" or "none".
 
     Returns:
-        A scalar, or (B, N) for "none". Where pred is 0 and target is not, the divergence is infinite, and that pixel's gradient zero.
+        A scalar, or (B, N) for "none". Where pred is 0 and target is not, the divergence is infinite, and
+        that pixel's gradient zero.
 
     Raises:
         TypeError: if pred or target is not floating point.
@@ -33,7 +35,8 @@ def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Ten
 
 
 def js_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
-    """Jensen-Shannon divergence of heatmaps: the mean of their Kullback-Leibler divergences from their mean, at most log 2.
+    """Jensen-Shannon divergence of heatmaps: the mean of their Kullback-Leibler divergences from their mean,
+    at most log 2.
 
     J. Lin, Divergence measures based on the Shannon entropy, IEEE Trans. Information Theory 37(1), 1991.
 

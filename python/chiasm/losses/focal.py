@@ -21,12 +21,14 @@ def focal_loss(
 ) -> Tensor:
     """-alpha_t (1 - p_t)^gamma log(p_t), with the softmax p_t of a pixel's own class.
 
-    T.-Y. Lin et al., Focal loss for dense object detection, ICCV 2017. Of two classes it is the binary loss of the difference of their logits.
+    T.-Y. Lin et al., Focal loss for dense object detection, ICCV 2017. Of two classes it is the binary loss
+    of the difference of their logits.
 
     Args:
         pred: (B, C, *) logits of at least two classes, floating point.
         target: (B, *) integer labels, 0 to C - 1 or ignore_index.
-        alpha: weight of the classes from 1 on; class 0, the background, has 1 - alpha. None for no such weights.
+        alpha: weight of the classes from 1 on; class 0, the background, has 1 - alpha. None for no such
+            weights.
         gamma: how much less a pixel counts that is classified well; 0 makes it a cross entropy.
         reduction: "none", "sum" or "mean", which is that of the pixels that are not ignored.
         weight: (C,), by which the pixels of a class are weighted; by default ones.
@@ -50,10 +52,15 @@ def focal_loss(
     logits = where_considered(pred, counts)[0]
     planes = class_planes(target, pred.size(1))
     own = torch.where(planes, logits, torch.zeros_like(logits)).sum(1)
-    # The odds of the class against all others give p_t and 1 - p_t without cancellation, however sure the prediction.
-    loss = _focused(own - _log_sum_exp(torch.where(planes, torch.full_like(logits, -float("inf")), logits)), gamma)
+    # The odds of the class against all others give p_t and 1 - p_t without cancellation, however sure the
+    # prediction.
+    loss = _focused(
+        own - _log_sum_exp(torch.where(planes, torch.full_like(logits, -float("inf")), logits)), gamma
+    )
     if alpha is not None:
-        loss = loss * torch.where(target > 0, torch.full_like(loss, alpha), torch.full_like(loss, 1.0 - alpha))
+        loss = loss * torch.where(
+            target > 0, torch.full_like(loss, alpha), torch.full_like(loss, 1.0 - alpha)
+        )
     if weight is not None:
         shape = [-1] + [1] * (target.dim() - 1)
         weights = class_weights(weight, pred, "weight").reshape(shape)
@@ -71,7 +78,8 @@ def binary_focal_loss_with_logits(
     weight: Optional[Tensor] = None,
     ignore_index: Optional[int] = -100,
 ) -> Tensor:
-    """-alpha (1 - p)^gamma y log(p) - (1 - alpha) p^gamma (1 - y) log(1 - p), with the sigmoid p of pred and the target y.
+    """-alpha (1 - p)^gamma y log(p) - (1 - alpha) p^gamma (1 - y) log(1 - p), with the sigmoid p of pred and
+    the target y.
 
     T.-Y. Lin et al., Focal loss for dense object detection, ICCV 2017.
 
@@ -113,12 +121,14 @@ def binary_focal_loss_with_logits(
 
 
 def _focused(logit: Tensor, gamma: float) -> Tensor:
-    """-(1 - p)^gamma log(p) for the sigmoid p; by logarithms, whose gradients are finite also where p is 0 or 1."""
+    """-(1 - p)^gamma log(p) for the sigmoid p; by logarithms, whose gradients are finite also where p is 0 or
+    1."""
     return -_log_sigmoid(logit) * torch.exp(gamma * _log_sigmoid(-logit))
 
 
 def _log_sigmoid(x: Tensor) -> Tensor:
-    """PyTorch's own has no ONNX form. The half makes the gradient right at 0 too, where that of \|x\| is taken for 0."""
+    """PyTorch's own has no ONNX form. The half makes the gradient right at 0 too, where that of \|x\| is
+    taken for 0."""
     return 0.5 * (x - x.abs()) - torch.log1p(torch.exp(-x.abs()))
 
 

@@ -13,15 +13,20 @@ from .labels import check_labels, class_planes
 from .reduction import reduced
 
 
-def hausdorff_er_loss(pred: Tensor, target: Tensor, alpha: float = 2.0, k: int = 10, reduction: str = "mean") -> Tensor:
-    """Sum over i = 1..k of i^alpha times (pred - target)^2 eroded i times: what is wrong counts the more, the thicker it is.
+def hausdorff_er_loss(
+    pred: Tensor, target: Tensor, alpha: float = 2.0, k: int = 10, reduction: str = "mean"
+) -> Tensor:
+    """Sum over i = 1..k of i^alpha times (pred - target)^2 eroded i times: what is wrong counts the more, the
+    thicker it is.
 
-    D. Karimi, S. E. Salcudean, Reducing the Hausdorff distance in medical image segmentation with convolutional neural networks, IEEE TMI
-    39(2), 2020, equation 8. An erosion is soft: the mean over a pixel and its four neighbours, 0 beyond the border, less 1/2 and not below
+    D. Karimi, S. E. Salcudean, Reducing the Hausdorff distance in medical image segmentation with
+    convolutional neural networks, IEEE TMI 39(2), 2020, equation 8. An erosion is soft: the mean over a pixel
+    and its four neighbours, 0 beyond the border, less 1/2 and not below
     0. Each plane is then stretched to [0, 1], without which nothing would be left after two.
 
     Args:
-        pred: (B, C, H, W) probabilities, floating point: of C classes from 2 on, or of the foreground for C = 1.
+        pred: (B, C, H, W) probabilities, floating point: of C classes from 2 on, or of the foreground for C =
+            1.
         target: (B, 1, H, W) integer labels, 0 to C - 1, or 1 for the foreground.
         alpha: how much the distance counts.
         k: number of erosions, the largest distance in pixels that is told apart.
@@ -36,7 +41,10 @@ def hausdorff_er_loss(pred: Tensor, target: Tensor, alpha: float = 2.0, k: int =
 
     Example:
         >>> target = torch.zeros(1, 1, 5, 5, dtype=torch.int64)
-        >>> hausdorff_er_loss(torch.ones(1, 1, 5, 5), target, k=1), hausdorff_er_loss(torch.ones(1, 1, 5, 5), target, k=2)
+        >>> (
+        ...     hausdorff_er_loss(torch.ones(1, 1, 5, 5), target, k=1),
+        ...     hausdorff_er_loss(torch.ones(1, 1, 5, 5), target, k=2),
+        ... )
         (tensor(0.6000), tensor(1.6560))
     """
     check_image(pred, "pred")
@@ -44,11 +52,14 @@ def hausdorff_er_loss(pred: Tensor, target: Tensor, alpha: float = 2.0, k: int =
     return reduced(_eroded_sum(error, alpha, k), reduction)
 
 
-def hausdorff_er_loss3d(pred: Tensor, target: Tensor, alpha: float = 2.0, k: int = 10, reduction: str = "mean") -> Tensor:
+def hausdorff_er_loss3d(
+    pred: Tensor, target: Tensor, alpha: float = 2.0, k: int = 10, reduction: str = "mean"
+) -> Tensor:
     """``hausdorff_er_loss`` of volumes, whose voxels are averaged with their six neighbours.
 
     Args:
-        pred: (B, C, D, H, W) probabilities, floating point: of C classes from 2 on, or of the foreground for C = 1.
+        pred: (B, C, D, H, W) probabilities, floating point: of C classes from 2 on, or of the foreground for
+            C = 1.
         target: (B, 1, D, H, W) integer labels, 0 to C - 1, or 1 for the foreground.
         alpha: how much the distance counts.
         k: number of erosions, the largest distance in voxels that is told apart.
@@ -76,8 +87,16 @@ def hausdorff_er_loss3d(pred: Tensor, target: Tensor, alpha: float = 2.0, k: int
 def _squared_error(pred: Tensor, target: Tensor, k: int, reduction: str) -> Tensor:
     check_reduction(reduction)
     check_labels(target, "target")
-    if target.dim() != pred.dim() or target.size(0) != pred.size(0) or target.size(1) != 1 or target.shape[2:] != pred.shape[2:]:
-        raise ValueError(f"target: expected shape (B, 1, *) for pred (B, C, *) {list(pred.shape)}, got {list(target.shape)}")
+    if (
+        target.dim() != pred.dim()
+        or target.size(0) != pred.size(0)
+        or target.size(1) != 1
+        or target.shape[2:] != pred.shape[2:]
+    ):
+        raise ValueError(
+            f"target: expected shape (B, 1, *) for pred (B, C, *) {list(pred.shape)}, got"
+            f" {list(target.shape)}"
+        )
     if k < 1:
         raise ValueError(f"k: expected a positive number, got {k}")
     mask = target > 0 if pred.size(1) == 1 else class_planes(target[:, 0], pred.size(1))

@@ -11,7 +11,9 @@ from ..primitives.numbers.reductions import greatest, least
 from ..primitives.numbers.rounding import to_index
 
 
-def check_signals(input: Tensor, target: Tensor, kernel_function: str, num_bins: int, window_radius: float) -> None:
+def check_signals(
+    input: Tensor, target: Tensor, kernel_function: str, num_bins: int, window_radius: float
+) -> None:
     """Raise unless the arguments are as ``entropies`` wants them."""
     check_floating(input, "input")
     check_floating(target, "target")
@@ -51,10 +53,14 @@ def entropies(
             index.append(rows[i] * num_bins + columns[j])
             share.append(row_shares[i] * column_shares[j])
     # A value has few bins: adding to those takes a fraction of what weighing it for every pair of bins would.
-    zeros = torch.zeros(list(counts.shape[:-1]) + [num_bins * num_bins], dtype=torch.float64, device=input.device)
+    zeros = torch.zeros(
+        list(counts.shape[:-1]) + [num_bins * num_bins], dtype=torch.float64, device=input.device
+    )
     joint = zeros.scatter_add(-1, torch.cat(index, -1), torch.cat(share, -1))
     total = joint.sum(-1, keepdim=True)
-    density = (joint / torch.where(total > 0, total, torch.ones_like(total))).unflatten(-1, [num_bins, num_bins])
+    density = (joint / torch.where(total > 0, total, torch.ones_like(total))).unflatten(
+        -1, [num_bins, num_bins]
+    )
     return _entropy(density.sum(-1), 1), _entropy(density.sum(-2), 1), _entropy(density, 2)
 
 
@@ -68,8 +74,11 @@ def _mask(mask: Optional[Tensor], signal: Tensor, name: str) -> Tensor:
     return mask
 
 
-def _shares(signal: Tensor, counts: Tensor, kernel_function: str, num_bins: int, window_radius: float) -> Tuple[List[Tensor], List[Tensor]]:
-    """The bins near each value, and its share in each; shares are 0 beyond the ends and where a value does not count."""
+def _shares(
+    signal: Tensor, counts: Tensor, kernel_function: str, num_bins: int, window_radius: float
+) -> Tuple[List[Tensor], List[Tensor]]:
+    """The bins near each value, and its share in each; shares are 0 beyond the ends and where a value does
+    not count."""
     position = _positions(signal.to(torch.float64), counts, num_bins)
     first = position.detach().floor()
     bins: List[Tensor] = []
@@ -93,7 +102,9 @@ def _positions(signal: Tensor, counts: Tensor, num_bins: int) -> Tensor:
     origin = torch.where(varies, low, torch.zeros_like(low))
     span = torch.where(varies, high - low, torch.ones_like(low))
     zero = torch.zeros_like(signal)
-    return torch.where(counts & varies, (torch.where(counts, signal, zero) - origin) / span * (num_bins - 1.0), zero)
+    return torch.where(
+        counts & varies, (torch.where(counts, signal, zero) - origin) / span * (num_bins - 1.0), zero
+    )
 
 
 def _kernel(distance: Tensor, kernel_function: str, window_radius: float) -> Tensor:

@@ -9,7 +9,11 @@ from ..primitives.core.checks import check_floating
 
 
 def one_hot(
-    labels: Tensor, num_classes: int, device: Optional[torch.device] = None, dtype: torch.dtype = torch.float32, eps: float = 0.0
+    labels: Tensor,
+    num_classes: int,
+    device: Optional[torch.device] = None,
+    dtype: torch.dtype = torch.float32,
+    eps: float = 0.0,
 ) -> Tensor:
     """A plane for each class: 1 + eps where a label is that class, eps elsewhere.
 
@@ -58,13 +62,18 @@ def check_labels(value: Tensor, name: str) -> None:
 
 
 def check_prediction(pred: Tensor, target: Tensor, least: int) -> None:
-    """Raise unless pred is floating point (B, C, *) of ``least`` dimensions at the least, and target integers (B, *)."""
+    """Raise unless pred is floating point (B, C, *) of ``least`` dimensions at the least, and target integers
+    (B, *)."""
     check_floating(pred, "pred")
     if pred.dim() < least:
-        raise ValueError(f"pred: expected shape (B, C, *) of {least} dimensions or more, got {list(pred.shape)}")
+        raise ValueError(
+            f"pred: expected shape (B, C, *) of {least} dimensions or more, got {list(pred.shape)}"
+        )
     check_labels(target, "target")
     if target.dim() != pred.dim() - 1 or target.size(0) != pred.size(0) or target.shape[1:] != pred.shape[2:]:
-        raise ValueError(f"target: expected shape (B, *) for pred (B, C, *) {list(pred.shape)}, got {list(target.shape)}")
+        raise ValueError(
+            f"target: expected shape (B, *) for pred (B, C, *) {list(pred.shape)}, got {list(target.shape)}"
+        )
 
 
 def class_weights(weight: Optional[Tensor], pred: Tensor, name: str) -> Tensor:
@@ -72,5 +81,7 @@ def class_weights(weight: Optional[Tensor], pred: Tensor, name: str) -> Tensor:
     if weight is None:
         return torch.ones([pred.size(1)], dtype=pred.dtype, device=pred.device)
     if weight.dim() != 1 or weight.size(0) != pred.size(1):
-        raise ValueError(f"{name}: expected shape ({pred.size(1)},), one number for each class, got {list(weight.shape)}")
+        raise ValueError(
+            f"{name}: expected shape ({pred.size(1)},), one number for each class, got {list(weight.shape)}"
+        )
     return weight.to(pred.dtype)

@@ -11,9 +11,11 @@ from .labels import check_labels, check_prediction, class_planes, class_weights
 
 
 def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
-    """Lovász extension of 1 - Jaccard index at the hinge errors max(0, 1 - s pred), s = 1 in the foreground and -1 elsewhere.
+    """Lovász extension of 1 - Jaccard index at the hinge errors max(0, 1 - s pred), s = 1 in the foreground
+    and -1 elsewhere.
 
-    M. Berman, A. R. Triki, M. B. Blaschko, The Lovász-softmax loss, CVPR 2018. The mean over the images of a batch.
+    M. Berman, A. R. Triki, M. B. Blaschko, The Lovász-softmax loss, CVPR 2018. The mean over the images of a
+    batch.
 
     Args:
         pred: (B, 1, H, W) logits of the foreground, floating point.
@@ -35,7 +37,9 @@ def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
         raise ValueError(f"pred: expected shape (B, 1, H, W), got {list(pred.shape)}")
     check_labels(target, "target")
     if target.dim() != 3 or target.size(0) != pred.size(0) or target.shape[1:] != pred.shape[2:]:
-        raise ValueError(f"target: expected shape (B, H, W) for pred {list(pred.shape)}, got {list(target.shape)}")
+        raise ValueError(
+            f"target: expected shape (B, H, W) for pred {list(pred.shape)}, got {list(target.shape)}"
+        )
     foreground = target.flatten(1) > 0
     logits = pred.flatten(1)
     errors = torch.relu(1.0 - torch.where(foreground, logits, -logits))
@@ -43,10 +47,11 @@ def lovasz_hinge_loss(pred: Tensor, target: Tensor) -> Tensor:
 
 
 def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] = None) -> Tensor:
-    """Lovász extension of 1 - Jaccard index for each class, at the errors \\|y - p\\| of the softmax p; the mean over classes and images.
+    """Lovász extension of 1 - Jaccard index for each class, at the errors \\|y - p\\| of the softmax p; the
+    mean over classes and images.
 
-    M. Berman, A. R. Triki, M. B. Blaschko, The Lovász-softmax loss, CVPR 2018, equation 10. A class that an image has not counts too, by its
-    largest error.
+    M. Berman, A. R. Triki, M. B. Blaschko, The Lovász-softmax loss, CVPR 2018, equation 10. A class that an
+    image has not counts too, by its largest error.
 
     Args:
         pred: (B, C, *) logits, floating point.
@@ -75,8 +80,9 @@ def lovasz_softmax_loss(pred: Tensor, target: Tensor, weight: Optional[Tensor] =
 def _extension(errors: Tensor, foreground: Tensor) -> Tensor:
     """The extension along the last axis: (*, N) errors >= 0 to (*).
 
-    It is a sum of errors, by weights that depend on their order alone: how much 1 - Jaccard index grows with each pixel that is got wrong
-    besides, from the largest error on. That order carries no gradient, so only the sum is differentiated.
+    It is a sum of errors, by weights that depend on their order alone: how much 1 - Jaccard index grows with
+    each pixel that is got wrong besides, from the largest error on. That order carries no gradient, so only
+    the sum is differentiated.
     """
     weights = _growth(errors.detach(), foreground).to(errors.dtype)
     return (errors * weights).sum(-1)
@@ -90,8 +96,10 @@ def _growth(errors: Tensor, foreground: Tensor) -> Tensor:
     position = torch.arange(count, device=errors.device).to(torch.float64) + 1.0
     intersection = found[..., count - 1 :] - found
     union = found[..., count - 1 :] + (position - found)
-    # Differences of successive indices, solved: subtracting them would leave no digits of an image's. In an image without foreground the
-    # first pixel has all.
-    missed = torch.where(union > 1.0, intersection / (union * (union - 1.0).clamp(min=1.0)), torch.ones_like(union))
+    # Differences of successive indices, solved: subtracting them would leave no digits of an image's. In an
+    # image without foreground the first pixel has all.
+    missed = torch.where(
+        union > 1.0, intersection / (union * (union - 1.0).clamp(min=1.0)), torch.ones_like(union)
+    )
     growth = torch.where(ranked > 0, 1.0 / union, missed)
     return torch.zeros_like(growth).scatter(-1, order, growth)

@@ -21,12 +21,14 @@ def ms_ssim_loss(
     compensation: float = 200.0,
     reduction: str = "mean",
 ) -> Tensor:
-    """compensation (alpha (1 - MS-SSIM) + (1 - alpha) G \\|img1 - img2\\| / data_range), G the widest of the Gaussians.
+    """compensation (alpha (1 - MS-SSIM) + (1 - alpha) G \\|img1 - img2\\| / data_range), G the widest of the
+    Gaussians.
 
-    H. Zhao et al., Loss functions for image restoration with neural networks, IEEE TCI 3(1), 2017, equations 9 and 14, with scales by
-    Gaussians of growing sigma instead of smaller images: MS-SSIM is the luminance term of SSIM at the widest times the product of the
-    contrast terms at all. Windows are four of the largest sigma wide and one tap more (33), and images are reflected at the border. Channels
-    are treated apart, where Kornia's multiplies those of a colour image. The paper's own weight is 0.84, without compensation.
+    H. Zhao et al., Loss functions for image restoration with neural networks, IEEE TCI 3(1), 2017, equations
+    9 and 14, with scales by Gaussians of growing sigma instead of smaller images: MS-SSIM is the luminance
+    term of SSIM at the widest times the product of the contrast terms at all. Windows are four of the largest
+    sigma wide and one tap more (33), and images are reflected at the border. Channels are treated apart,
+    where Kornia's multiplies those of a colour image. The paper's own weight is 0.84, without compensation.
 
     Args:
         img1: (B, C, H, W), floating point; H and W more than twice the largest sigma.
@@ -43,7 +45,8 @@ def ms_ssim_loss(
 
     Raises:
         TypeError: if an image is not floating point.
-        ValueError: if a shape or a choice is not as above, or sigmas are not ascending positive numbers of which the last is 1/2 or more.
+        ValueError: if a shape or a choice is not as above, or sigmas are not ascending positive numbers of
+            which the last is 1/2 or more.
 
     Example:
         >>> x = torch.zeros(1, 1, 20, 20)
@@ -58,15 +61,24 @@ def ms_ssim_loss(
     _check_sigmas(scales)
     reach = int(2.0 * scales[-1])
     if img1.size(2) <= reach or img1.size(3) <= reach:
-        raise ValueError(f"img1: expected more than {reach} pixels along each side for sigma {scales[-1]}, got {list(img1.shape)}")
+        raise ValueError(
+            f"img1: expected more than {reach} pixels along each side for sigma {scales[-1]}, got"
+            f" {list(img1.shape)}"
+        )
     c1, c2 = (K[0] * data_range) * (K[0] * data_range), (K[1] * data_range) * (K[1] * data_range)
     taps = [gaussian_taps(2 * reach + 1, sigma) for sigma in scales]
     similarity = torch.ones_like(img1)
     luminance = similarity
     for means in separable_scales([img1, img2, img1 * img1, img2 * img2, img1 * img2], taps, "reflect"):
         mu1, mu2 = means[0], means[1]
-        similarity = similarity * (2.0 * (means[4] - mu1 * mu2) + c2) / (means[2] - mu1 * mu1 + means[3] - mu2 * mu2 + c2)
-        luminance = (2.0 * mu1 * mu2 + c1) / (mu1 * mu1 + mu2 * mu2 + c1)  # the last one, of the widest, counts
+        similarity = (
+            similarity
+            * (2.0 * (means[4] - mu1 * mu2) + c2)
+            / (means[2] - mu1 * mu1 + means[3] - mu2 * mu2 + c2)
+        )
+        luminance = (2.0 * mu1 * mu2 + c1) / (
+            mu1 * mu1 + mu2 * mu2 + c1
+        )  # the last one, of the widest, counts
     difference = separable_shared((img1 - img2).abs(), taps[-1], taps[-1], "reflect")
     loss = compensation * (alpha * (1.0 - luminance * similarity) + ((1.0 - alpha) / data_range) * difference)
     return reduced(loss, reduction)

@@ -17,14 +17,17 @@ def mutual_information_loss(
     num_bins: int = 64,
     window_radius: float = 1.0,
 ) -> Tensor:
-    """Minus the mutual information, H(input) + H(target) - H(input, target) in nats, of the values of two signals.
+    """Minus the mutual information, H(input) + H(target) - H(input, target) in nats, of the values of two
+    signals.
 
-    W. M. Wells et al., Multi-modal volume registration by maximization of mutual information, 1996; the entropies H by a joint histogram
-    as in R. Xu et al., Parzen-window based normalized mutual information for medical image registration, IEICE 2008. The first of the
-    bins is at the least value, the last at the greatest. Each value is shared among the bins within window_radius, by a kernel of the
-    distance d over the radius (in bins):
+    W. M. Wells et al., Multi-modal volume registration by maximization of mutual information, 1996; the
+    entropies H by a joint histogram as in R. Xu et al., Parzen-window based normalized mutual information for
+    medical image registration, IEICE 2008. The first of the bins is at the least value, the last at the
+    greatest. Each value is shared among the bins within window_radius, by a kernel of the distance d over the
+    radius (in bins):
 
-    * "xu": the paper's polynomial, 1 - 0.1 d - 1.8 d^2 up to 1/2, from there 1.9 - 3.7 d + 1.8 d^2; for a radius of 1 the shares sum to 1;
+    * "xu": the paper's polynomial, 1 - 0.1 d - 1.8 d^2 up to 1/2, from there 1.9 - 3.7 d + 1.8 d^2; for a
+      radius of 1 the shares sum to 1;
     * "rectangular": 1;
     * "truncated_gaussian": exp(-d^2 / 2) of the distance in bins.
 
@@ -46,10 +49,15 @@ def mutual_information_loss(
 
     Example:
         >>> x = torch.tensor([0.0, 1.0, 0.0, 1.0])
-        >>> mutual_information_loss(x, x, num_bins=2), mutual_information_loss(x, torch.tensor([0.0, 0.0, 1.0, 1.0]), num_bins=2)
+        >>> (
+        ...     mutual_information_loss(x, x, num_bins=2),
+        ...     mutual_information_loss(x, torch.tensor([0.0, 0.0, 1.0, 1.0]), num_bins=2),
+        ... )
         (tensor(-0.6931), tensor(0.))
     """
-    first, second, joint = entropies(input, target, input_mask, target_mask, kernel_function, num_bins, window_radius)
+    first, second, joint = entropies(
+        input, target, input_mask, target_mask, kernel_function, num_bins, window_radius
+    )
     return (joint - first - second).to(input.dtype)
 
 
@@ -87,8 +95,14 @@ def mutual_information_loss_2d(
     """
     masks = _flat_masks(input_mask, target_mask, 2)
     return mutual_information_loss(
-        _flat(input, 2, "input"), _flat(target, 2, "target"), masks[0], masks[1], kernel_function, num_bins, window_radius
-    )  # fmt: skip
+        _flat(input, 2, "input"),
+        _flat(target, 2, "target"),
+        masks[0],
+        masks[1],
+        kernel_function,
+        num_bins,
+        window_radius,
+    )
 
 
 def mutual_information_loss_3d(
@@ -125,8 +139,14 @@ def mutual_information_loss_3d(
     """
     masks = _flat_masks(input_mask, target_mask, 3)
     return mutual_information_loss(
-        _flat(input, 3, "input"), _flat(target, 3, "target"), masks[0], masks[1], kernel_function, num_bins, window_radius
-    )  # fmt: skip
+        _flat(input, 3, "input"),
+        _flat(target, 3, "target"),
+        masks[0],
+        masks[1],
+        kernel_function,
+        num_bins,
+        window_radius,
+    )
 
 
 def normalized_mutual_information_loss(
@@ -138,9 +158,11 @@ def normalized_mutual_information_loss(
     num_bins: int = 64,
     window_radius: float = 1.0,
 ) -> Tensor:
-    """Minus the normalised mutual information, (H(input) + H(target)) / H(input, target): from -1 (independent) to -2 (one tells the other).
+    """Minus the normalised mutual information, (H(input) + H(target)) / H(input, target): from -1
+    (independent) to -2 (one tells the other).
 
-    C. Studholme, D. L. G. Hill, D. J. Hawkes, An overlap invariant entropy measure of 3D medical image alignment, Pattern Recognition 32,
+    C. Studholme, D. L. G. Hill, D. J. Hawkes, An overlap invariant entropy measure of 3D medical image
+    alignment, Pattern Recognition 32,
     1999. The entropies are those of ``mutual_information_loss``.
 
     Args:
@@ -164,7 +186,9 @@ def normalized_mutual_information_loss(
         >>> normalized_mutual_information_loss(x, x, num_bins=2)
         tensor(-2.)
     """
-    first, second, joint = entropies(input, target, input_mask, target_mask, kernel_function, num_bins, window_radius)
+    first, second, joint = entropies(
+        input, target, input_mask, target_mask, kernel_function, num_bins, window_radius
+    )
     known = joint <= 0
     ratio = (first + second) / torch.where(known, torch.ones_like(joint), joint)
     return -torch.where(known, torch.ones_like(joint), ratio).to(input.dtype)
@@ -204,8 +228,14 @@ def normalized_mutual_information_loss_2d(
     """
     masks = _flat_masks(input_mask, target_mask, 2)
     return normalized_mutual_information_loss(
-        _flat(input, 2, "input"), _flat(target, 2, "target"), masks[0], masks[1], kernel_function, num_bins, window_radius
-    )  # fmt: skip
+        _flat(input, 2, "input"),
+        _flat(target, 2, "target"),
+        masks[0],
+        masks[1],
+        kernel_function,
+        num_bins,
+        window_radius,
+    )
 
 
 def normalized_mutual_information_loss_3d(
@@ -242,8 +272,14 @@ def normalized_mutual_information_loss_3d(
     """
     masks = _flat_masks(input_mask, target_mask, 3)
     return normalized_mutual_information_loss(
-        _flat(input, 3, "input"), _flat(target, 3, "target"), masks[0], masks[1], kernel_function, num_bins, window_radius
-    )  # fmt: skip
+        _flat(input, 3, "input"),
+        _flat(target, 3, "target"),
+        masks[0],
+        masks[1],
+        kernel_function,
+        num_bins,
+        window_radius,
+    )
 
 
 def _flat(x: Tensor, dims: int, name: str) -> Tensor:
@@ -252,7 +288,9 @@ def _flat(x: Tensor, dims: int, name: str) -> Tensor:
     return x.flatten(-dims)
 
 
-def _flat_masks(input_mask: Optional[Tensor], target_mask: Optional[Tensor], dims: int) -> Tuple[Optional[Tensor], Optional[Tensor]]:
+def _flat_masks(
+    input_mask: Optional[Tensor], target_mask: Optional[Tensor], dims: int
+) -> Tuple[Optional[Tensor], Optional[Tensor]]:
     first, second = input_mask, target_mask
     if first is not None:
         first = _flat(first, dims, "input_mask")

@@ -11,19 +11,27 @@ from .reduction import considered, where_considered
 
 
 def dice_loss(
-    pred: Tensor, target: Tensor, average: str = "micro", eps: float = 1e-8, weight: Optional[Tensor] = None, ignore_index: Optional[int] = -100
+    pred: Tensor,
+    target: Tensor,
+    average: str = "micro",
+    eps: float = 1e-8,
+    weight: Optional[Tensor] = None,
+    ignore_index: Optional[int] = -100,
 ) -> Tensor:
-    """1 - 2 sum(p g) / (sum(p) + sum(g) + eps), with the softmax p of pred and g = 1 at the pixels of a class; the mean over the batch.
+    """1 - 2 sum(p g) / (sum(p) + sum(g) + eps), with the softmax p of pred and g = 1 at the pixels of a
+    class; the mean over the batch.
 
-    F. Milletari et al., V-Net, 3DV 2016, without its squares; with weights, C. Sudre et al., Generalised Dice overlap as a deep learning loss
-    function, DLMIA 2017.
+    F. Milletari et al., V-Net, 3DV 2016, without its squares; with weights, C. Sudre et al., Generalised Dice
+    overlap as a deep learning loss function, DLMIA 2017.
 
     Args:
         pred: (B, C, *) logits, floating point.
         target: (B, *) integer labels, 0 to C - 1 or ignore_index.
-        average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the classes' quotients.
+        average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the
+            classes' quotients.
         eps: added to the divisor.
-        weight: (C,), by default ones: of the classes' sums ("micro"), or of their quotients in a weighted mean ("macro").
+        weight: (C,), by default ones: of the classes' sums ("micro"), or of their quotients in a weighted
+            mean ("macro").
         ignore_index: label of pixels that are left out; None for none.
 
     Returns:
@@ -45,13 +53,21 @@ def dice_loss(
 
 
 def tversky_loss(
-    pred: Tensor, target: Tensor, alpha: float, beta: float, eps: float = 1e-8, ignore_index: Optional[int] = -100, average: str = "micro"
+    pred: Tensor,
+    target: Tensor,
+    alpha: float,
+    beta: float,
+    eps: float = 1e-8,
+    ignore_index: Optional[int] = -100,
+    average: str = "micro",
 ) -> Tensor:
-    """1 - TP / (TP + alpha FP + beta FN + eps) by the softmax of pred: true and false positives, false negatives; the mean over the batch.
+    """1 - TP / (TP + alpha FP + beta FN + eps) by the softmax of pred: true and false positives, false
+    negatives; the mean over the batch.
 
-    S. Salehi et al., Tversky loss function for image segmentation using 3D fully convolutional deep networks, MLMI 2017. With alpha = beta =
-    1/2 it is ``dice_loss``. Every false positive of one class is a false negative of another: summed over all classes ("micro", as Kornia's) the
-    two are equal, and only alpha + beta matters. To weigh one against the other as the paper does, take "macro".
+    S. Salehi et al., Tversky loss function for image segmentation using 3D fully convolutional deep networks,
+    MLMI 2017. With alpha = beta = 1/2 it is ``dice_loss``. Every false positive of one class is a false
+    negative of another: summed over all classes ("micro", as Kornia's) the two are equal, and only alpha +
+    beta matters. To weigh one against the other as the paper does, take "macro".
 
     Args:
         pred: (B, C, *) logits, floating point.
@@ -60,7 +76,8 @@ def tversky_loss(
         beta: weight of false negatives.
         eps: added to the divisor.
         ignore_index: label of pixels that are left out; None for none.
-        average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the classes' quotients.
+        average: "micro" puts the sums over all classes into one quotient; "macro" takes the mean of the
+            classes' quotients.
 
     Returns:
         A scalar from 0 to 1.
@@ -70,7 +87,9 @@ def tversky_loss(
         ValueError: if a shape or average is not as above.
 
     Example:
-        >>> tversky_loss(torch.tensor([[[9.0, -9.0], [-9.0, 9.0]]]), torch.tensor([[0, 0]]), 0.3, 0.7, average="macro")
+        >>> tversky_loss(
+        ...     torch.tensor([[[9.0, -9.0], [-9.0, 9.0]]]), torch.tensor([[0, 0]]), 0.3, 0.7, average="macro"
+        ... )
         tensor(0.7059)
     """
     check_choice(average, ["micro", "macro"], "average")
@@ -81,7 +100,8 @@ def tversky_loss(
 
 
 def _class_sums(pred: Tensor, target: Tensor, ignore_index: Optional[int]) -> Tuple[Tensor, Tensor, Tensor]:
-    """Sums (B, C) over the pixels of a sample: of the softmax at the pixels of a class, of the softmax, and of these pixels."""
+    """Sums (B, C) over the pixels of a sample: of the softmax at the pixels of a class, of the softmax, and
+    of these pixels."""
     logits, counts = where_considered(pred, considered(target, ignore_index))
     probability = torch.softmax(logits, 1) * counts.to(pred.dtype)
     label = (class_planes(target, pred.size(1)) & counts).to(pred.dtype)

@@ -40,11 +40,15 @@ def considered(target: Tensor, ignore_index: Optional[int]) -> Tensor:
     if ignore_index is None:
         return torch.ones_like(target, dtype=torch.bool)
     # The number might not be one of the dtype's: bytes would take -100 for 156.
-    return target.to(torch.float64) != ignore_index if target.is_floating_point() else target.to(torch.int64) != ignore_index
+    return (
+        target.to(torch.float64) != ignore_index
+        if target.is_floating_point()
+        else target.to(torch.int64) != ignore_index
+    )
 
 
 def where_considered(pred: Tensor, counts: Tensor) -> Tuple[Tensor, Tensor]:
-    """``pred`` (B, C, *) with 0 where ``counts`` (B, *) is False, so that nothing there, not even NaN, reaches a gradient; and ``counts`` for
-    every channel, (B, 1, *)."""
+    """``pred`` (B, C, *) with 0 where ``counts`` (B, *) is False, so that nothing there, not even NaN,
+    reaches a gradient; and ``counts`` for every channel, (B, 1, *)."""
     every = counts[:, None]
     return torch.where(every, pred, torch.zeros_like(pred)), every

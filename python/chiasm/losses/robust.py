@@ -1,7 +1,7 @@
 """Robust functions of the difference of two tensors.
 
-All are members of the family in J. T. Barron, A general and adaptive robust loss function, CVPR 2019, with scale 1: close to half the
-square of a small difference d, and less and less sensitive to large ones.
+All are members of the family in J. T. Barron, A general and adaptive robust loss function, CVPR 2019, with
+scale 1: close to half the square of a small difference d, and less and less sensitive to large ones.
 """
 
 import torch

@@ -6,13 +6,16 @@ from ..primitives.core.checks import check_choice, check_floating
 
 
 def total_variation(img: Tensor, reduction: str = "sum") -> Tensor:
-    """Sum of the absolute differences between neighbours along rows and columns (the anisotropic total variation).
+    """Sum of the absolute differences between neighbours along rows and columns (the anisotropic total
+    variation).
 
-    L. Rudin, S. Osher, E. Fatemi, Nonlinear total variation based noise removal algorithms, Physica D 60, 1992.
+    L. Rudin, S. Osher, E. Fatemi, Nonlinear total variation based noise removal algorithms, Physica D 60,
+    1992.
 
     Args:
         img: (*, H, W), floating point.
-        reduction: "sum", or "mean": the mean difference down the columns plus that along the rows, for which H and W are at least 2.
+        reduction: "sum", or "mean": the mean difference down the columns plus that along the rows, for which
+            H and W are at least 2.
 
     Returns:
         (*), a number for each plane.

@@ -3,7 +3,12 @@
 from ..primitives.core.modules import lazy_twins
 from .boxes import mean_average_precision, mean_iou_bbox
 from .classification import accuracy, confusion_matrix, mean_iou
-from .disparity import kitti_d1_error, mean_absolute_disparity_error, mean_bad_pixel_error, root_mean_squared_disparity_error
+from .disparity import (
+    kitti_d1_error,
+    mean_absolute_disparity_error,
+    mean_bad_pixel_error,
+    root_mean_squared_disparity_error,
+)
 from .flow import aepe
 from .pose import angle_error_mat, angle_error_vec, auc_from_errors, pose_errors, translation_ate
 from .psnr import psnr

@@ -11,12 +11,14 @@ from .classification import check_integer
 
 
 def mean_iou_bbox(boxes_1: Tensor, boxes_2: Tensor, box_format: str = "xyxy") -> Tensor:
-    """Intersection over union of each box of one set with each of another. (The name is Kornia's; no mean is taken.)
+    """Intersection over union of each box of one set with each of another. (The name is Kornia's; no mean is
+    taken.)
 
     Args:
         boxes_1: (N, 4), floating point.
         boxes_2: (M, 4), floating point.
-        box_format: "xyxy" for the corners x1, y1, x2, y2, or "xywh" for a corner and the size x, y, width, height.
+        box_format: "xyxy" for the corners x1, y1, x2, y2, or "xywh" for a corner and the size x, y, width,
+            height.
 
     Returns:
         (N, M), in [0, 1]; 0 where the union is empty. A box whose second corner is before its first is empty.
@@ -26,7 +28,10 @@ def mean_iou_bbox(boxes_1: Tensor, boxes_2: Tensor, box_format: str = "xyxy") ->
         ValueError: if boxes_1 is not (N, 4), boxes_2 not (M, 4), or box_format unknown.
 
     Example:
-        >>> mean_iou_bbox(torch.tensor([[0.0, 0.0, 2.0, 2.0]]), torch.tensor([[1.0, 0.0, 3.0, 2.0], [5.0, 5.0, 6.0, 6.0]]))
+        >>> mean_iou_bbox(
+        ...     torch.tensor([[0.0, 0.0, 2.0, 2.0]]),
+        ...     torch.tensor([[1.0, 0.0, 3.0, 2.0], [5.0, 5.0, 6.0, 6.0]]),
+        ... )
         tensor([[0.3333, 0.0000]])
     """
     check_choice(box_format, ["xyxy", "xywh"], "box_format")
@@ -50,17 +55,20 @@ def mean_average_precision(
 ) -> Tuple[Tensor, Tensor]:
     """Mean average precision of detected boxes over the classes, by Pascal VOC's rules.
 
-    M. Everingham et al., The Pascal visual object classes (VOC) challenge, IJCV 88, 2010, section 4.2. A detection belongs to the true box of
-    its class in its image that it overlaps most, if their intersection over union is above the threshold; of the detections that belong to
-    the same box the one with the highest score (of equals the first) is right, all others are wrong. A class' average precision is the mean, over
+    M. Everingham et al., The Pascal visual object classes (VOC) challenge, IJCV 88, 2010, section 4.2. A
+    detection belongs to the true box of its class in its image that it overlaps most, if their intersection
+    over union is above the threshold; of the detections that belong to the same box the one with the highest
+    score (of equals the first) is right, all others are wrong. A class' average precision is the mean, over
     the recalls 0, 0.1, ... 1, of the highest precision reached at such a recall or a greater one.
 
-    Where Kornia takes a list of tensors, one an image, here tensors have a fixed capacity: images with fewer boxes are filled up with
-    boxes that a mask, or their label, declares void. Takes memory for some B * N * (M + n_classes) numbers.
+    Where Kornia takes a list of tensors, one an image, here tensors have a fixed capacity: images with fewer
+    boxes are filled up with boxes that a mask, or their label, declares void. Takes memory for some B * N *
+    (M + n_classes) numbers.
 
     Args:
         pred_boxes: (B, N, 4) as x1, y1, x2, y2, the boxes detected in B images, floating point.
-        pred_labels: (B, N), integers: classes 1 to n_classes - 1; any other, such as the background's 0, makes a box void.
+        pred_labels: (B, N), integers: classes 1 to n_classes - 1; any other, such as the background's 0,
+            makes a box void.
         pred_scores: (B, N), floating point.
         gt_boxes: (B, M, 4), the true boxes, floating point.
         gt_labels: (B, M), as pred_labels.
@@ -70,8 +78,9 @@ def mean_average_precision(
         gt_mask: (B, M), bool: which true boxes there are; by default all.
 
     Returns:
-        The mean, a scalar, and the average precisions (n_classes - 1,) of the classes 1, 2, ..., in pred_boxes' dtype; 0 for a class of which there
-        is no true box, which counts in the mean. Kornia's second result is a dict from class to number.
+        The mean, a scalar, and the average precisions (n_classes - 1,) of the classes 1, 2, ..., in
+        pred_boxes' dtype; 0 for a class of which there is no true box, which counts in the mean. Kornia's
+        second result is a dict from class to number.
 
     Raises:
         TypeError: if boxes or scores are not floating point, labels not integer, or a mask not bool.
@@ -90,7 +99,10 @@ def mean_average_precision(
     _check_boxes(pred_boxes, 3, "(B, N, 4)", "pred_boxes")
     _check_boxes(gt_boxes, 3, "(B, M, 4)", "gt_boxes")
     if gt_boxes.size(0) != pred_boxes.size(0):
-        raise ValueError(f"gt_boxes: expected as many images as pred_boxes {list(pred_boxes.shape)}, got {list(gt_boxes.shape)}")
+        raise ValueError(
+            f"gt_boxes: expected as many images as pred_boxes {list(pred_boxes.shape)}, got"
+            f" {list(gt_boxes.shape)}"
+        )
     check_floating(pred_scores, "pred_scores")
     _check_like(pred_scores, pred_boxes, "pred_scores")
     pred_class = _classes(pred_labels, pred_mask, pred_boxes, n_classes, "pred")
@@ -98,8 +110,14 @@ def mean_average_precision(
     scores = pred_scores.reshape(-1)
     count = pred_scores.size(0) * pred_scores.size(1)
     order = stable_topk(scores, count)[1]
-    rank = torch.zeros_like(order).scatter(0, order, torch.arange(count, device=order.device)).reshape(pred_class.shape)
-    hit = _right(pred_boxes, pred_class, rank, gt_boxes, gt_class, threshold).reshape(-1).index_select(0, order)
+    rank = (
+        torch.zeros_like(order)
+        .scatter(0, order, torch.arange(count, device=order.device))
+        .reshape(pred_class.shape)
+    )
+    hit = (
+        _right(pred_boxes, pred_class, rank, gt_boxes, gt_class, threshold).reshape(-1).index_select(0, order)
+    )
     found = pred_class.reshape(-1).index_select(0, order)
     classes = torch.arange(1, n_classes, device=order.device)[:, None]
     total = (gt_class.reshape(1, -1) == classes).to(torch.int64).sum(1, keepdim=True)
@@ -107,10 +125,14 @@ def mean_average_precision(
     return each.mean().to(pred_boxes.dtype), each.to(pred_boxes.dtype)
 
 
-def _right(pred_boxes: Tensor, pred_class: Tensor, rank: Tensor, gt_boxes: Tensor, gt_class: Tensor, threshold: float) -> Tensor:
+def _right(
+    pred_boxes: Tensor, pred_class: Tensor, rank: Tensor, gt_boxes: Tensor, gt_class: Tensor, threshold: float
+) -> Tensor:
     """Which detections (B, N) are right; rank is their place in the order of scores."""
     overlap = _pairwise_iou(pred_boxes, gt_boxes)
-    candidate = (pred_class[:, :, None] == gt_class[:, None]) & (pred_class > 0)[:, :, None] & (overlap > threshold)
+    candidate = (
+        (pred_class[:, :, None] == gt_class[:, None]) & (pred_class > 0)[:, :, None] & (overlap > threshold)
+    )
     overlap = torch.where(candidate, overlap, torch.full_like(overlap, -1.0))
     best = overlap.argmax(-1)
     claims = candidate & (best[:, :, None] == torch.arange(gt_boxes.size(1), device=best.device))
@@ -120,14 +142,17 @@ def _right(pred_boxes: Tensor, pred_class: Tensor, rank: Tensor, gt_boxes: Tenso
 
 
 def _average_precision(detected: Tensor, hit: Tensor, total: Tensor) -> Tensor:
-    """(K,), float64: of detections by falling score, (K, D) whether of the class and (D,) whether right; total (K, 1) true boxes."""
+    """(K,), float64: of detections by falling score, (K, D) whether of the class and (D,) whether right;
+    total (K, 1) true boxes."""
     right = (detected & hit).to(torch.int64).cumsum(1)
     tried = detected.to(torch.int64).cumsum(1)
     precision = right.to(torch.float64) / tried.clamp(min=1).to(torch.float64)
     reached: List[Tensor] = []
     for tenth in range(11):
         # recall >= tenth / 10, in whole numbers
-        reached.append(torch.where(10 * right >= tenth * total, precision, torch.zeros_like(precision)).amax(1))
+        reached.append(
+            torch.where(10 * right >= tenth * total, precision, torch.zeros_like(precision)).amax(1)
+        )
     return torch.stack(reached).mean(0)
 
 
@@ -139,7 +164,9 @@ def _pairwise_iou(a: Tensor, b: Tensor) -> Tensor:
     intersection = common[..., 0] * common[..., 1]
     union = _area(a)[..., :, None] + _area(b)[..., None, :] - intersection
     empty = union <= 0
-    return torch.where(empty, torch.zeros_like(union), intersection / torch.where(empty, torch.ones_like(union), union))
+    return torch.where(
+        empty, torch.zeros_like(union), intersection / torch.where(empty, torch.ones_like(union), union)
+    )
 
 
 def _area(boxes: Tensor) -> Tensor:
@@ -166,7 +193,9 @@ def _classes(labels: Tensor, mask: Optional[Tensor], boxes: Tensor, n_classes: i
     check_integer(labels, f"{kind}_labels")
     _check_like(labels, boxes, f"{kind}_labels")
     if boxes.size(1) < 1:
-        raise ValueError(f"{kind}_boxes: expected room for at least one box an image, got {list(boxes.shape)}")
+        raise ValueError(
+            f"{kind}_boxes: expected room for at least one box an image, got {list(boxes.shape)}"
+        )
     known = labels.to(torch.int64)
     there = (known > 0) & (known < n_classes)
     if mask is not None:

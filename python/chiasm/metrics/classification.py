@@ -12,7 +12,8 @@ from ..primitives.images.histograms import bincount
 def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:
     """Share of the samples whose true class is among the k that score highest, in percent.
 
-    Of equal scores the lower class counts as the higher, as in a stable sort; NaN counts as the highest of all, but not for the true class.
+    Of equal scores the lower class counts as the higher, as in a stable sort; NaN counts as the highest of
+    all, but not for the true class.
 
     Args:
         pred: (B, C), a score for each class, floating point.
@@ -20,12 +21,14 @@ def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:
         topk: the values of k, each at least 1.
 
     Returns:
-        (K,) in pred's dtype: the percentages for each k of topk. Kornia's is a list of as many scalars: one tensor has a signature of its own
-        whatever K is, for an artifact's outputs are named one by one; ``acc1, acc5 = accuracy(pred, target, (1, 5))`` reads the same.
+        (K,) in pred's dtype: the percentages for each k of topk. Kornia's is a list of as many scalars: one
+        tensor has a signature of its own whatever K is, for an artifact's outputs are named one by one;
+        ``acc1, acc5 = accuracy(pred, target, (1, 5))`` reads the same.
 
     Raises:
         TypeError: if pred is not floating point, or target not integer.
-        ValueError: if pred is not (B, C), target not (B,) or (B, 1), or topk is empty or has a number below 1.
+        ValueError: if pred is not (B, C), target not (B,) or (B, 1), or topk is empty or has a number below
+            1.
 
     Example:
         >>> accuracy(torch.tensor([[0.1, 0.7, 0.2], [0.5, 0.2, 0.3]]), torch.tensor([1, 2]), (1, 2))
@@ -34,8 +37,12 @@ def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:
     check_rank(pred, 2, "(B, C)", "pred")
     check_floating(pred, "pred")
     check_integer(target, "target")
-    if (target.dim() != 1 and not (target.dim() == 2 and target.size(1) == 1)) or target.size(0) != pred.size(0):
-        raise ValueError(f"target: expected shape (B,) or (B, 1) for pred {list(pred.shape)}, got {list(target.shape)}")
+    if (target.dim() != 1 and not (target.dim() == 2 and target.size(1) == 1)) or target.size(0) != pred.size(
+        0
+    ):
+        raise ValueError(
+            f"target: expected shape (B,) or (B, 1) for pred {list(pred.shape)}, got {list(target.shape)}"
+        )
     if len(topk) == 0:
         raise ValueError("topk: expected at least one number, got none")
     for k in topk:
@@ -56,14 +63,15 @@ def confusion_matrix(pred: Tensor, target: Tensor, num_classes: int, normalized:
 
     Args:
         pred: (B, *), the classes found, integers.
-        target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is counted, so that -1 or 255 may
-            mark what is unknown.
+        target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is
+            counted, so that -1 or 255 may mark what is unknown.
         num_classes: how many classes there are, at least 2.
-        normalized: divide each column by its sum (scikit-learn's ``normalize="pred"``); a column of zeros stays one.
+        normalized: divide each column by its sum (scikit-learn's ``normalize="pred"``); a column of zeros
+            stays one.
 
     Returns:
-        (B, num_classes, num_classes): at row i and column j how often the true class is i and the one found j. int64 and exact
-        (Kornia's is float32, exact up to 2^24); float32 if normalized.
+        (B, num_classes, num_classes): at row i and column j how often the true class is i and the one found
+        j. int64 and exact (Kornia's is float32, exact up to 2^24); float32 if normalized.
 
     Raises:
         TypeError: if pred or target is not integer.
@@ -82,11 +90,13 @@ def confusion_matrix(pred: Tensor, target: Tensor, num_classes: int, normalized:
 
 
 def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) -> Tensor:
-    """Intersection over union of the pixels of each class, for every sample of a batch. Their mean is left to the caller, as with Kornia.
+    """Intersection over union of the pixels of each class, for every sample of a batch. Their mean is left to
+    the caller, as with Kornia.
 
     Args:
         pred: (B, *), the classes found, integers.
-        target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is counted.
+        target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is
+            counted.
         num_classes: how many classes there are, at least 2.
         eps: added to the union: a class that neither has gets 0.
 
@@ -95,7 +105,8 @@ def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) 
 
     Raises:
         TypeError: if pred or target is not integer.
-        ValueError: if pred has no dimension, target is not of its shape, num_classes is less than 2, or eps is not positive.
+        ValueError: if pred has no dimension, target is not of its shape, num_classes is less than 2, or eps
+            is not positive.
 
     Example:
         >>> mean_iou(torch.tensor([[0, 1, 1, 1]]), torch.tensor([[0, 0, 1, 1]]), 2)

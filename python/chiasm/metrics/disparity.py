@@ -9,12 +9,15 @@ from ..primitives.core.checks import check_reduction
 from .reductions import check_pair, reduced_valid, safe_sqrt
 
 
-def mean_absolute_disparity_error(input: Tensor, target: Tensor, valid_mask: Optional[Tensor] = None, reduction: str = "mean") -> Tensor:
+def mean_absolute_disparity_error(
+    input: Tensor, target: Tensor, valid_mask: Optional[Tensor] = None, reduction: str = "mean"
+) -> Tensor:
     """Mean of |input - target| over the valid pixels.
 
     Args:
         input: (*), the disparities found, floating point.
-        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it NaN.
+        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it
+            NaN.
         valid_mask: bool, of input's shape; by default every pixel is valid.
         reduction: "mean", "sum" or "none".
 
@@ -34,17 +37,22 @@ def mean_absolute_disparity_error(input: Tensor, target: Tensor, valid_mask: Opt
     return reduced_valid(error, valid_mask, reduction)
 
 
-def root_mean_squared_disparity_error(input: Tensor, target: Tensor, valid_mask: Optional[Tensor] = None, reduction: str = "mean") -> Tensor:
+def root_mean_squared_disparity_error(
+    input: Tensor, target: Tensor, valid_mask: Optional[Tensor] = None, reduction: str = "mean"
+) -> Tensor:
     """Root of the mean of (input - target)^2 over the valid pixels.
 
     Args:
         input: (*), the disparities found, floating point.
-        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it NaN.
+        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it
+            NaN.
         valid_mask: bool, of input's shape; by default every pixel is valid.
-        reduction: what the root is taken of: the "mean" of the squares, their "sum", or each square for "none".
+        reduction: what the root is taken of: the "mean" of the squares, their "sum", or each square for
+            "none".
 
     Returns:
-        A scalar in pixels (NaN where no pixel is valid), or (*) for "none", 0 where not valid. Where all errors are 0 so is the derivative.
+        A scalar in pixels (NaN where no pixel is valid), or (*) for "none", 0 where not valid. Where all
+        errors are 0 so is the derivative.
 
     Raises:
         TypeError: if input or target is not floating point, or valid_mask not bool.
@@ -64,25 +72,33 @@ def root_mean_squared_disparity_error(input: Tensor, target: Tensor, valid_mask:
 
 
 def mean_bad_pixel_error(
-    input: Tensor, target: Tensor, threshold: float = 3.0, valid_mask: Optional[Tensor] = None, reduction: str = "mean"
+    input: Tensor,
+    target: Tensor,
+    threshold: float = 3.0,
+    valid_mask: Optional[Tensor] = None,
+    reduction: str = "mean",
 ) -> Tensor:
     """Share of the valid pixels whose disparity is off by more than a threshold.
 
-    D. Scharstein, R. Szeliski, A taxonomy and evaluation of dense two-frame stereo correspondence algorithms, IJCV 47, 2002, equation 2.
+    D. Scharstein, R. Szeliski, A taxonomy and evaluation of dense two-frame stereo correspondence algorithms,
+    IJCV 47, 2002, equation 2.
 
     Args:
         input: (*), the disparities found, floating point; NaN is bad.
-        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it NaN.
+        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it
+            NaN.
         threshold: the largest error that is good, in pixels.
         valid_mask: bool, of input's shape; by default every pixel is valid.
         reduction: "mean", "sum" (the number of bad pixels) or "none".
 
     Returns:
-        A scalar, in [0, 1] for "mean" (NaN where no pixel is valid); or (*) for "none", 1 at bad pixels and 0 elsewhere.
+        A scalar, in [0, 1] for "mean" (NaN where no pixel is valid); or (*) for "none", 1 at bad pixels and 0
+        elsewhere.
 
     Raises:
         TypeError: if input or target is not floating point, or valid_mask not bool.
-        ValueError: if target or valid_mask is not of input's shape, threshold is negative, or reduction is unknown.
+        ValueError: if target or valid_mask is not of input's shape, threshold is negative, or reduction is
+            unknown.
 
     Example:
         >>> mean_bad_pixel_error(torch.tensor([1.0, 5.0]), torch.tensor([2.0, 1.0]))
@@ -102,24 +118,28 @@ def kitti_d1_error(
     valid_mask: Optional[Tensor] = None,
     reduction: str = "mean",
 ) -> Tensor:
-    """KITTI's D1: share of the valid pixels whose disparity is off by more than 3 pixels and more than 5 % of the true one.
+    """KITTI's D1: share of the valid pixels whose disparity is off by more than 3 pixels and more than 5 % of
+    the true one.
 
     M. Menze, A. Geiger, Object scene flow for autonomous vehicles, CVPR 2015, section 4.
 
     Args:
         input: (*), the disparities found, floating point; NaN is an outlier.
-        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it NaN.
+        target: the true ones, of input's shape. What it holds where it is not valid has no influence, be it
+            NaN.
         abs_threshold: the largest error that is good, in pixels.
         rel_threshold: the largest error that is good, in parts of the true disparity.
         valid_mask: bool, of input's shape; by default every pixel is valid.
         reduction: "mean", "sum" (the number of outliers) or "none".
 
     Returns:
-        A scalar, in [0, 1] for "mean" (NaN where no pixel is valid); or (*) for "none", 1 at outliers and 0 elsewhere.
+        A scalar, in [0, 1] for "mean" (NaN where no pixel is valid); or (*) for "none", 1 at outliers and 0
+        elsewhere.
 
     Raises:
         TypeError: if input or target is not floating point, or valid_mask not bool.
-        ValueError: if target or valid_mask is not of input's shape, a threshold is negative, or reduction is unknown.
+        ValueError: if target or valid_mask is not of input's shape, a threshold is negative, or reduction is
+            unknown.
 
     Example:
         >>> kitti_d1_error(torch.tensor([14.0, 104.0]), torch.tensor([10.0, 100.0]))
@@ -139,7 +159,9 @@ def _errors(input: Tensor, target: Tensor, valid_mask: Optional[Tensor]) -> Tupl
     if valid_mask is None:
         return (input - target).abs(), target
     if valid_mask.shape != input.shape:
-        raise ValueError(f"valid_mask: expected input's shape {list(input.shape)}, got {list(valid_mask.shape)}")
+        raise ValueError(
+            f"valid_mask: expected input's shape {list(input.shape)}, got {list(valid_mask.shape)}"
+        )
     if valid_mask.dtype != torch.bool:
         raise TypeError(f"valid_mask: expected a bool tensor, got dtype {valid_mask.dtype}")
     # chosen before they are subtracted: what is not valid may be NaN, which would spoil the gradient

@@ -33,7 +33,8 @@ def check_pair(input: Tensor, target: Tensor) -> None:
 
 
 def reduced_valid(values: Tensor, valid: Optional[Tensor], reduction: str) -> Tensor:
-    """Mean or sum of the values that are valid, summed in float64, or the values themselves, which must be 0 where invalid.
+    """Mean or sum of the values that are valid, summed in float64, or the values themselves, which must be 0
+    where invalid.
 
     The mean of nothing is NaN, with derivatives of 0.
 
@@ -47,5 +48,7 @@ def reduced_valid(values: Tensor, valid: Optional[Tensor], reduction: str) -> Te
         counted = torch.ones_like(values, dtype=torch.float64) if valid is None else valid.to(torch.float64)
         count = counted.sum()
         none = count == 0
-        total = torch.where(none, torch.full_like(total, math.nan), total / torch.where(none, torch.ones_like(count), count))
+        total = torch.where(
+            none, torch.full_like(total, math.nan), total / torch.where(none, torch.ones_like(count), count)
+        )
     return total.to(values.dtype)

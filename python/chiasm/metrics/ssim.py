@@ -10,11 +10,18 @@ from ..primitives.filters.stencil import separable_each, separable_shared
 from ..primitives.resampling.volumes import check_volume
 
 
-def ssim(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps: float = 1e-12, padding: str = "same") -> Tensor:
+def ssim(
+    img1: Tensor,
+    img2: Tensor,
+    window_size: int,
+    max_val: float = 1.0,
+    eps: float = 1e-12,
+    padding: str = "same",
+) -> Tensor:
     """Structural similarity map with a Gaussian window of sigma 1.5.
 
-    Z. Wang et al., Image quality assessment: from error visibility to structural similarity, IEEE TIP 13(4), 2004,
-    equation 13 with K1 = 0.01 and K2 = 0.03.
+    Z. Wang et al., Image quality assessment: from error visibility to structural similarity, IEEE TIP 13(4),
+    2004, equation 13 with K1 = 0.01 and K2 = 0.03.
 
     Args:
         img1: (B, C, H, W), floating point.
@@ -46,7 +53,14 @@ def ssim(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps
     return out
 
 
-def ssim3d(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, eps: float = 1e-12, padding: str = "same") -> Tensor:
+def ssim3d(
+    img1: Tensor,
+    img2: Tensor,
+    window_size: int,
+    max_val: float = 1.0,
+    eps: float = 1e-12,
+    padding: str = "same",
+) -> Tensor:
     """Structural similarity map of volumes: ``ssim`` with a window of three dimensions.
 
     Args:
@@ -62,7 +76,8 @@ def ssim3d(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, e
 
     Raises:
         TypeError: if a volume is not floating point.
-        ValueError: if a volume is not 5-D or no larger than half a window, the shapes differ, window_size is not odd, or padding unknown.
+        ValueError: if a volume is not 5-D or no larger than half a window, the shapes differ, window_size is
+            not odd, or padding unknown.
 
     Example:
         >>> x = torch.ones(1, 1, 6, 8, 8)
@@ -75,7 +90,10 @@ def ssim3d(img1: Tensor, img2: Tensor, window_size: int, max_val: float = 1.0, e
     taps = _window(window_size, padding)
     r = window_size // 2
     if img1.size(2) <= r or img1.size(3) <= r or img1.size(4) <= r:
-        raise ValueError(f"img1: expected more than {r} voxels along each side for window_size {window_size}, got {list(img1.shape)}")
+        raise ValueError(
+            f"img1: expected more than {r} voxels along each side for window_size {window_size}, got"
+            f" {list(img1.shape)}"
+        )
     means = [_smoothed_volume(v, taps) for v in _moments(img1, img2, max_val)]
     out = _similarity(means, max_val, eps)
     if padding == "valid":
@@ -91,7 +109,8 @@ def _window(window_size: int, padding: str) -> List[float]:
 
 
 def _moments(img1: Tensor, img2: Tensor, max_val: float) -> List[Tensor]:
-    """Both images, their squares and their product, from the middle of the range on: mean squares lose less to the squared means that are taken away."""
+    """Both images, their squares and their product, from the middle of the range on: mean squares lose less
+    to the squared means that are taken away."""
     a, b = img1 - 0.5 * max_val, img2 - 0.5 * max_val
     return [a, b, a * a, b * b, a * b]
 

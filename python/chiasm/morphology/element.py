@@ -20,7 +20,8 @@ def extreme(
     largest: bool,
     mirrored: bool = False,
 ) -> Tensor:
-    """Dilation (``largest``) or erosion over the window that starts ``origin`` before the pixel; ``mirrored`` takes the origin from the other end."""
+    """Dilation (``largest``) or erosion over the window that starts ``origin`` before the pixel; ``mirrored``
+    takes the origin from the other end."""
     heights, row, column = _window(tensor, kernel, structuring_element, origin, border_type, max_val)
     if mirrored:
         row, column = kernel.size(0) - 1 - row, kernel.size(1) - 1 - column
@@ -45,7 +46,12 @@ def extreme_range(
 
 
 def _window(
-    tensor: Tensor, kernel: Tensor, structuring_element: Optional[Tensor], origin: Optional[List[int]], border_type: str, max_val: float
+    tensor: Tensor,
+    kernel: Tensor,
+    structuring_element: Optional[Tensor],
+    origin: Optional[List[int]],
+    border_type: str,
+    max_val: float,
 ) -> Tuple[Tensor, int, int]:
     """The element's heights, -max_val where it has no pixel, and its origin."""
     check_image(tensor, "tensor")
@@ -56,8 +62,15 @@ def _window(
     row, column = _origin(origin, kh, kw)
     heights = torch.zeros_like(kernel, dtype=tensor.dtype)
     if structuring_element is not None:
-        if structuring_element.dim() != 2 or structuring_element.size(0) != kh or structuring_element.size(1) != kw:
-            raise ValueError(f"structuring_element: expected the kernel's shape ({kh}, {kw}), got {list(structuring_element.shape)}")
+        if (
+            structuring_element.dim() != 2
+            or structuring_element.size(0) != kh
+            or structuring_element.size(1) != kw
+        ):
+            raise ValueError(
+                f"structuring_element: expected the kernel's shape ({kh}, {kw}), got"
+                f" {list(structuring_element.shape)}"
+            )
         heights = structuring_element.to(tensor.dtype)
     return torch.where(kernel == 0, torch.full_like(heights, -max_val), heights), row, column
 

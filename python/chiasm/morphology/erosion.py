@@ -18,7 +18,8 @@ def erosion(
 ) -> Tensor:
     """Erode: out(p) = min over the kernel's nonzero offsets b of tensor(p + b) - height(b).
 
-    J. Serra, Image Analysis and Mathematical Morphology, 1982. SciPy's ``grey_erosion``; OpenCV's ``erode`` for a flat element.
+    J. Serra, Image Analysis and Mathematical Morphology, 1982. SciPy's ``grey_erosion``; OpenCV's ``erode``
+    for a flat element.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.

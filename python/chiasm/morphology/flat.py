@@ -8,11 +8,14 @@ from ..primitives.core.checks import check_image, odd_pair
 from ..primitives.filters.minmax import minmax_filter
 
 
-def max_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "replicate") -> Tensor:
+def max_filter2d(
+    input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "replicate"
+) -> Tensor:
     """The largest value in a rectangle around each pixel: dilation by a flat rectangle, in two passes.
 
-    Not in Kornia. The element of ``dilation`` is a run-time input, of which nothing may be assumed; with the size fixed, the
-    maxima are taken along columns, then along rows, by doubling the window's length. SciPy's ``maximum_filter``, OpenCV's ``dilate``.
+    Not in Kornia. The element of ``dilation`` is a run-time input, of which nothing may be assumed; with the
+    size fixed, the maxima are taken along columns, then along rows, by doubling the window's length. SciPy's
+    ``maximum_filter``, OpenCV's ``dilate``.
 
     Args:
         input: (B, C, H, W), floating point, without NaN.
@@ -33,7 +36,9 @@ def max_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border
     return _filter(input, kernel_size, border_type, True)
 
 
-def min_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "replicate") -> Tensor:
+def min_filter2d(
+    input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "replicate"
+) -> Tensor:
     """The smallest value in a rectangle around each pixel: erosion by a flat rectangle, in two passes.
 
     Not in Kornia; see ``max_filter2d``. SciPy's ``minimum_filter``, OpenCV's ``erode``.
@@ -57,7 +62,9 @@ def min_filter2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border
     return _filter(input, kernel_size, border_type, False)
 
 
-def _filter(input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str, largest: bool) -> Tensor:
+def _filter(
+    input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str, largest: bool
+) -> Tensor:
     check_image(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
     return minmax_filter(input, ky, kx, border_type, largest)

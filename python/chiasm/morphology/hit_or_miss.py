@@ -10,10 +10,11 @@ from ..primitives.filters.padding import stencil
 
 
 def hit_or_miss(input: Tensor, hit: Tensor, miss: Optional[Tensor] = None) -> Tensor:
-    """Find a pattern: 1 where all pixels under the points of ``hit`` are set and none under those of ``miss`` is.
+    """Find a pattern: 1 where all pixels under the points of ``hit`` are set and none under those of ``miss``
+    is.
 
-    Not in Kornia. J. Serra, Image Analysis and Mathematical Morphology, 1982. SciPy's ``binary_hit_or_miss``, but that outside the image
-    nothing is set, as in OpenCV's MORPH_HITMISS on a frame of zeros.
+    Not in Kornia. J. Serra, Image Analysis and Mathematical Morphology, 1982. SciPy's ``binary_hit_or_miss``,
+    but that outside the image nothing is set, as in OpenCV's MORPH_HITMISS on a frame of zeros.
 
     Args:
         input: (B, C, H, W), floating point; pixels above 0 are set.

@@ -18,8 +18,9 @@ def opening(
 ) -> Tensor:
     """Open: dilate the erosion, which removes what is brighter and smaller than the element.
 
-    SciPy's ``grey_opening``. The dilation takes the origin from the element's other end, so that the result never exceeds tensor
-    wherever the origin is; Kornia's does not, which differs for even sizes and off-centre origins.
+    SciPy's ``grey_opening``. The dilation takes the origin from the element's other end, so that the result
+    never exceeds tensor wherever the origin is; Kornia's does not, which differs for even sizes and
+    off-centre origins.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
@@ -56,8 +57,9 @@ def closing(
 ) -> Tensor:
     """Close: erode the dilation, which removes what is darker and smaller than the element.
 
-    SciPy's ``grey_closing``. The dilation takes the origin from the element's other end, so that the result is never below tensor
-    wherever the origin is; Kornia's does not, which differs for even sizes and off-centre origins.
+    SciPy's ``grey_closing``. The dilation takes the origin from the element's other end, so that the result
+    is never below tensor wherever the origin is; Kornia's does not, which differs for even sizes and
+    off-centre origins.
 
     Args:
         tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
@@ -79,7 +81,9 @@ def closing(
         >>> closing(torch.tensor([[[[1.0, 0.0, 1.0, 0.0, 0.0]]]]), torch.ones(1, 2))
         tensor([[[[1., 1., 1., 0., 0.]]]])
     """
-    high = extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, True, True)
+    high = extreme(
+        tensor, kernel, structuring_element, origin, border_type, border_value, max_val, True, True
+    )
     return extreme(high, kernel, structuring_element, origin, border_type, border_value, max_val, False)
 
 

@@ -20,13 +20,15 @@ def reconstruction(
     """Dilate a seed image again and again, never above a mask image, until nothing changes.
 
     L. Vincent, Morphological grayscale reconstruction in image analysis, IEEE TIP 2(2), 1993. scikit-image's
-    ``reconstruction``. A step moves values by one element, so a path as long as the image is large takes many steps; the exported loop
-    ends as soon as nothing changes. Kornia's ``check_every`` and ``engine`` have no counterpart.
+    ``reconstruction``. A step moves values by one element, so a path as long as the image is large takes many
+    steps; the exported loop ends as soon as nothing changes. Kornia's ``check_every`` and ``engine`` have no
+    counterpart.
 
     Args:
         seed: (B, C, H, W), floating point; where it is beyond mask it is cut to mask.
         mask: (B, C, H, W), floating point, without NaN, of magnitude below 1e4.
-        kernel: (kh, kw) flat neighbourhood, nonzero where it has a point, the centre among them; 3x3 ones by default.
+        kernel: (kh, kw) flat neighbourhood, nonzero where it has a point, the centre among them; 3x3 ones by
+            default.
         method: "dilation", or "erosion", which erodes the seed and never goes below mask.
         num_iters: the most steps; None is as many as it takes.
 
@@ -50,9 +52,12 @@ def reconstruction(
         raise ValueError(f"mask: expected seed's shape {list(seed.shape)}, got {list(mask.shape)}")
     if num_iters is not None and num_iters < 0:
         raise ValueError(f"num_iters: expected at least 0, got {num_iters}")
-    # No path from pixel to pixel is longer than the image; a kernel without its centre could go to and fro for ever.
+    # No path from pixel to pixel is longer than the image; a kernel without its centre could go to and fro
+    # for ever.
     limit = mask.size(2) * mask.size(3) if num_iters is None else num_iters
-    element = torch.ones([3, 3], dtype=seed.dtype, device=seed.device) if kernel is None else kernel.to(seed.dtype)
+    element = (
+        torch.ones([3, 3], dtype=seed.dtype, device=seed.device) if kernel is None else kernel.to(seed.dtype)
+    )
     largest = method == "dilation"
     state = torch.minimum(seed, mask) if largest else torch.maximum(seed, mask)
     return _spread(state, limit, mask, element, largest)

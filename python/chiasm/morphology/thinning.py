@@ -13,9 +13,10 @@ from ..primitives.filters.padding import stencil
 def skeletonize(input: Tensor, num_iters: int = 10000) -> Tensor:
     """Thin shapes to lines one pixel wide, by peeling their outlines until nothing changes.
 
-    Not in Kornia. T. Y. Zhang, C. Y. Suen, A fast parallel algorithm for thinning digital patterns, CACM 27(3), 1984, as printed there:
-    squares of 2 x 2 pixels vanish, and scikit-image's ``skeletonize(method="zhang")``, whose table also takes some corners, differs by
-    single pixels. A round peels a pixel from every side, so half a shape's width of rounds is enough.
+    Not in Kornia. T. Y. Zhang, C. Y. Suen, A fast parallel algorithm for thinning digital patterns, CACM
+    27(3), 1984, as printed there: squares of 2 x 2 pixels vanish, and scikit-image's
+    ``skeletonize(method="zhang")``, whose table also takes some corners, differs by single pixels. A round
+    peels a pixel from every side, so half a shape's width of rounds is enough.
 
     Args:
         input: (B, C, H, W), floating point; pixels above 0 are set. Outside the image none is.
@@ -40,7 +41,8 @@ def skeletonize(input: Tensor, num_iters: int = 10000) -> Tensor:
 def thin(input: Tensor, num_iters: int = 10000) -> Tensor:
     """Thin shapes to lines one pixel wide, keeping every connected shape.
 
-    Not in Kornia. Z. Guo, R. W. Hall, Parallel thinning with two-subiteration algorithms, CACM 32(3), 1989; scikit-image's ``thin``.
+    Not in Kornia. Z. Guo, R. W. Hall, Parallel thinning with two-subiteration algorithms, CACM 32(3), 1989;
+    scikit-image's ``thin``.
 
     Args:
         input: (B, C, H, W), floating point; pixels above 0 are set. Outside the image none is.
@@ -94,7 +96,8 @@ def _ring(p: Tensor) -> List[Tensor]:
 
 
 def _zhang_suen(ring: List[Tensor], first: bool) -> Tensor:
-    """Which pixels go: the ends of no line, that break none, on the south-east outline first, then on the north-west one."""
+    """Which pixels go: the ends of no line, that break none, on the south-east outline first, then on the
+    north-west one."""
     count = torch.zeros_like(ring[0])
     rises = torch.zeros_like(ring[0])
     for n in range(8):
@@ -106,7 +109,8 @@ def _zhang_suen(ring: List[Tensor], first: bool) -> Tensor:
 
 
 def _guo_hall(ring: List[Tensor], first: bool) -> Tensor:
-    """Which pixels go, by the conditions G1, G2 and G3 of the paper, whose neighbours run counter-clockwise from the east."""
+    """Which pixels go, by the conditions G1, G2 and G3 of the paper, whose neighbours run counter-clockwise
+    from the east."""
     x = [ring[(10 - n) % 8] for n in range(8)]
     parts = torch.zeros_like(x[0])
     pairs = torch.zeros_like(x[0])

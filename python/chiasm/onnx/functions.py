@@ -31,27 +31,35 @@ def fused_model(method: Method, version: int | None = None) -> onnx.ModelProto:
         try:
             flat = version_converter.convert_version(flat, version)
         except Exception as error:  # the converter's own, of several kinds
-            raise ValueError(f"{method.folder}: its operators (opset {opset(flat)}) cannot be raised to the model's opset {version}: {error}") from error
+            raise ValueError(
+                f"{method.folder}: its operators (opset {opset(flat)}) cannot be raised to the model's opset"
+                f" {version}: {error}"
+            ) from error
     return fuse(flat, name, domain_version(method.manifest["version"]))
 
 
 def at_least(model: onnx.ModelProto, version: int, bundle: str) -> onnx.ModelProto:
     """A copy of `model` whose opset is at least `version`.
 
-    A function's operators must mean the same to the model that holds it, so the lower opset of the two is raised.
+    A function's operators must mean the same to the model that holds it, so the lower opset of the two is
+    raised.
     """
     found = opset(model)
     result = onnx.ModelProto()
     if found is None or found >= version:
         result.CopyFrom(model)
     elif model.functions:
-        raise ValueError(f"the model imports opset {found} and has functions, {bundle} needs opset {version}: export the model with opset {version} or later")
+        raise ValueError(
+            f"the model imports opset {found} and has functions, {bundle} needs opset {version}: export the"
+            f" model with opset {version} or later"
+        )
     else:
         try:
             result = version_converter.convert_version(model, version)
         except Exception as error:  # the converter's own, of several kinds
             raise ValueError(
-                f"the model imports opset {found}, {bundle} needs {version}, and raising the model failed: {error}: export it with opset {version} or later"
+                f"the model imports opset {found}, {bundle} needs {version}, and raising the model failed:"
+                f" {error}: export it with opset {version} or later"
             ) from error
         del result.metadata_props[:]
         result.metadata_props.extend(model.metadata_props)
@@ -60,7 +68,8 @@ def at_least(model: onnx.ModelProto, version: int, bundle: str) -> onnx.ModelPro
 
 
 def add_function(model: onnx.ModelProto, method: Method) -> onnx.FunctionProto:
-    """Put the method's function and its domain into `model`, whose opset is high enough; one that is there is not added twice.
+    """Put the method's function and its domain into `model`, whose opset is high enough; one that is there is
+    not added twice.
 
     Raises:
         ValueError: `model` has another function of this name, or another version of the domain.
@@ -75,15 +84,16 @@ def add_function(model: onnx.ModelProto, method: Method) -> onnx.FunctionProto:
         model.opset_import.add(domain=DOMAIN, version=wanted)
     elif found != wanted:
         raise ValueError(
-            f"{method.folder} is version {method.manifest['version']} (domain {DOMAIN!r} {wanted}), the model holds version {found} of the "
-            f"domain {DOMAIN!r}: a model has one: export the bundles with the same major version"
+            f"{method.folder} is version {method.manifest['version']} (domain {DOMAIN!r} {wanted}), the model"
+            f" holds version {found} of the domain {DOMAIN!r}: a model has one: export the bundles with the"
+            " same major version"
         )
     for other in model.functions:
         if (other.domain, other.name) == (DOMAIN, function.name):
             if other.SerializeToString(deterministic=True) != function.SerializeToString(deterministic=True):
                 raise ValueError(
-                    f"{method.folder}: the model has another function {DOMAIN}::{function.name} (of another dtype, configuration or export): "
-                    "give the bundles names of their own"
+                    f"{method.folder}: the model has another function {DOMAIN}::{function.name} (of another"
+                    " dtype, configuration or export): give the bundles names of their own"
                 )
             return other
     model.functions.append(function)
@@ -95,7 +105,10 @@ def nodes(graph: onnx.GraphProto) -> Iterator[onnx.NodeProto]:
     for node in graph.node:
         yield node
         for attribute in node.attribute:
-            for inner in [*([attribute.g] if attribute.type == onnx.AttributeProto.GRAPH else []), *attribute.graphs]:
+            for inner in [
+                *([attribute.g] if attribute.type == onnx.AttributeProto.GRAPH else []),
+                *attribute.graphs,
+            ]:
                 yield from nodes(inner)
 
 

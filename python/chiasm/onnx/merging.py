@@ -28,17 +28,19 @@ def prepend(
 ) -> onnx.ModelProto:
     """Put a bundle in front of a model: preprocessing before a detector, say.
 
-    The bundle becomes one node, its function comes along, and the result runs in any ONNX Runtime; register the bundle with the
-    session (`register`) to have its native code used. The connected inputs of the model are replaced by the bundle's. An input
-    keeps its name in the bundle where the model has not used it, else the function's name goes before it
-    (``filters_sobel_input``). A size that the model fixes is fixed in the bundle's inputs too.
+    The bundle becomes one node, its function comes along, and the result runs in any ONNX Runtime; register
+    the bundle with the session (`register`) to have its native code used. The connected inputs of the model
+    are replaced by the bundle's. An input keeps its name in the bundle where the model has not used it, else
+    the function's name goes before it (``filters_sobel_input``). A size that the model fixes is fixed in the
+    bundle's inputs too.
 
     Args:
         bundle: the folder ``NAME.chiasm``.
         model: the model or its file; it is not changed.
         method: one of the bundle's methods.
         dtype: for a bundle of several dtypes, the one to take; by default what the model's input asks for.
-        connect: from names of the bundle's outputs to names of the model's inputs. May be left out where both have only one.
+        connect: from names of the bundle's outputs to names of the model's inputs. May be left out where both
+            have only one.
 
     Returns:
         The merged model. Its opset is the higher of the two.
@@ -50,8 +52,9 @@ def prepend(
     Example:
         >>> import chiasm.onnx, onnx
         >>> model = onnx.parser.parse_model(
-        ...     '<ir_version: 8, opset_import: ["": 18]> classifier (float[N, 3, 224, 224] images) => (float[N, 3, 1, 1] scores)'
-        ...     '{ scores = GlobalAveragePool(images) }'
+        ...     '<ir_version: 8, opset_import: ["": 18]> '
+        ...     "classifier (float[N, 3, 224, 224] images) => (float[N, 3, 1, 1] scores)"
+        ...     "{ scores = GlobalAveragePool(images) }"
         ... )
         >>> merged = chiasm.onnx.prepend("build/bundles/pipelines.preprocess.chiasm", model)
         >>> [node.op_type for node in merged.graph.node], [i.name for i in merged.graph.input]
@@ -69,12 +72,20 @@ def prepend(
     merged = at_least(given, opset(fused_model(opened).functions[0]), str(opened.folder))
     taken = names(merged.graph)
     outputs = {v.name: v for v in source.output}
-    sizes = _fit(opened, [(outputs[ours], wanted[theirs]) for ours, theirs in pairs.items()], _symbols(merged.graph))
+    sizes = _fit(
+        opened, [(outputs[ours], wanted[theirs]) for ours, theirs in pairs.items()], _symbols(merged.graph)
+    )
 
     function = add_function(merged, opened)
     inputs = [_named(v, function.name, taken, sizes) for v in source.input]
     results = [pairs.get(v.name) or _free(f"{function.name}_{v.name}", taken) for v in source.output]
-    node = helper.make_node(function.name, [v.name for v in inputs], results, name=_free(function.name, {n.name for n in nodes(merged.graph)}), domain=DOMAIN)
+    node = helper.make_node(
+        function.name,
+        [v.name for v in inputs],
+        results,
+        name=_free(function.name, {n.name for n in nodes(merged.graph)}),
+        domain=DOMAIN,
+    )
     merged.graph.node.insert(0, node)
     kept = [v for v in merged.graph.input if v.name not in pairs.values()]
     replaced = [v for v in merged.graph.input if v.name in pairs.values()]
@@ -93,7 +104,8 @@ def embed(model: onnx.ModelProto, *bundles: BundlePath, dtype: str | None = None
     Args:
         model: is not changed.
         bundles: those whose functions it calls; one that it does not call is an error.
-        dtype: for bundles of several dtypes, the one that the calls are in; by default float32, else the first there is.
+        dtype: for bundles of several dtypes, the one that the calls are in; by default float32, else the
+            first there is.
 
     Returns:
         The whole model.
@@ -105,7 +117,9 @@ def embed(model: onnx.ModelProto, *bundles: BundlePath, dtype: str | None = None
     Example:
         >>> import chiasm.onnx, torch
         >>> bundle = "build/bundles/filters.sobel.chiasm"
-        >>> program = torch.onnx.export(chiasm.onnx.Node(bundle), (torch.zeros(1, 3, 16, 16),), dynamo=True, verbose=False)
+        >>> program = torch.onnx.export(
+        ...     chiasm.onnx.Node(bundle), (torch.zeros(1, 3, 16, 16),), dynamo=True, verbose=False
+        ... )
         >>> [f.name for f in chiasm.onnx.embed(program.model_proto, bundle).functions]
         ['filters_sobel']
     """
@@ -125,13 +139,17 @@ def embed_methods(model: onnx.ModelProto, methods: list[Method]) -> onnx.ModelPr
     defined = {f.name for f in result.functions if f.domain == DOMAIN}
     missing = sorted({n.op_type for n in nodes(result.graph) if n.domain == DOMAIN} - defined)
     if missing:
-        raise ValueError(f"the model calls {', '.join(f'{DOMAIN}::{m}' for m in missing)}, which none of the bundles defines")
+        raise ValueError(
+            f"the model calls {', '.join(f'{DOMAIN}::{m}' for m in missing)}, which none of the bundles"
+            " defines"
+        )
     _check(result, model)
     return result
 
 
 def _check(result: onnx.ModelProto, given: onnx.ModelProto) -> None:
-    """Check what was made, unless what was given does not pass either: engines take models that ONNX's checker does not."""
+    """Check what was made, unless what was given does not pass either: engines take models that ONNX's
+    checker does not."""
     try:
         onnx.checker.check_model(given)
     except onnx.checker.ValidationError:
@@ -146,17 +164,22 @@ def _called(model: onnx.ModelProto, bundle: BundlePath, dtype: str | None) -> li
     called = [m for m in manifest["methods"] if function_name(manifest["name"], m) in calls]
     if not called:
         function = f"{DOMAIN}::{function_name(manifest['name'], 'forward')}"
-        raise ValueError(f"{bundle}: the model does not call {function}; it calls {', '.join(sorted(calls)) or 'nothing of chiasm'}")
+        raise ValueError(
+            f"{bundle}: the model does not call {function}; it calls"
+            f" {', '.join(sorted(calls)) or 'nothing of chiasm'}"
+        )
     return [Method.open(bundle, m, dtype if manifest["dtypes"] else None) for m in called]
 
 
-def _pairs(opened: Method, wanted: dict[str, onnx.ValueInfoProto], connect: dict[str, str] | None) -> dict[str, str]:
+def _pairs(
+    opened: Method, wanted: dict[str, onnx.ValueInfoProto], connect: dict[str, str] | None
+) -> dict[str, str]:
     ours = [t["name"] for t in opened.outputs]
     if connect is None:
         if len(ours) != 1 or len(wanted) != 1:
             raise ValueError(
-                f"{opened.folder} has the outputs {', '.join(ours)}, the model the inputs {', '.join(wanted) or '(none)'}: "
-                "say which goes where: connect={OUTPUT: INPUT}"
+                f"{opened.folder} has the outputs {', '.join(ours)}, the model the inputs"
+                f" {', '.join(wanted) or '(none)'}: say which goes where: connect={{OUTPUT: INPUT}}"
             )
         connect = {ours[0]: next(iter(wanted))}
     if not connect:
@@ -165,7 +188,9 @@ def _pairs(opened: Method, wanted: dict[str, onnx.ValueInfoProto], connect: dict
         if output not in ours:
             raise ValueError(f"connect: {opened.folder} has no output {output!r}: it has {', '.join(ours)}")
         if target not in wanted:
-            raise ValueError(f"connect: the model has no input {target!r}: it has {', '.join(wanted) or '(none)'}")
+            raise ValueError(
+                f"connect: the model has no input {target!r}: it has {', '.join(wanted) or '(none)'}"
+            )
     if len(set(connect.values())) != len(connect):
         raise ValueError(f"connect: an input of the model is named twice: {connect}")
     return dict(connect)
@@ -185,12 +210,18 @@ def _dtype_name(value: onnx.ValueInfoProto) -> str:
     return {"float": "float32", "double": "float64"}.get(name, name)
 
 
-def _fit(opened: Method, links: list[tuple[onnx.ValueInfoProto, onnx.ValueInfoProto]], taken: set[str]) -> dict[str, int | str]:
-    """What the bundle's symbolic sizes become in the merged model: a number or a symbol of the model, or a name of their own."""
+def _fit(
+    opened: Method, links: list[tuple[onnx.ValueInfoProto, onnx.ValueInfoProto]], taken: set[str]
+) -> dict[str, int | str]:
+    """What the bundle's symbolic sizes become in the merged model: a number or a symbol of the model, or a
+    name of their own."""
     sizes: dict[str, int | str] = {}
     limits = opened.manifest["symbols"]
     for ours, theirs in links:
-        story = f"{opened.folder}: output {ours.name!r} is {_text(ours)}, the model's input {theirs.name!r} is {_text(theirs)}"
+        story = (
+            f"{opened.folder}: output {ours.name!r} is {_text(ours)}, the model's input {theirs.name!r} is"
+            f" {_text(theirs)}"
+        )
         if _dtype_name(ours) != _dtype_name(theirs):
             raise ValueError(f"{story}: the dtypes differ")
         if not theirs.type.tensor_type.HasField("shape"):
@@ -211,7 +242,8 @@ def _fit(opened: Method, links: list[tuple[onnx.ValueInfoProto, onnx.ValueInfoPr
                 if isinstance(known, int) and isinstance(size, int) and known != size:
                     raise ValueError(f"{story}: {a.dim_param} would have to be both {known} and {size}")
                 sizes[a.dim_param] = known if isinstance(known, int) else size
-    # Engines take equal names for equal sizes, so a symbol that means something else in the model gets another name.
+    # Engines take equal names for equal sizes, so a symbol that means something else in the model gets
+    # another name.
     function = function_name(opened.manifest["name"], opened.name)
     for symbol in limits:
         if symbol not in sizes:
@@ -226,10 +258,17 @@ def _text(value: onnx.ValueInfoProto) -> str:
 
 
 def _symbols(graph: onnx.GraphProto) -> set[str]:
-    return {d.dim_param for v in [*graph.input, *graph.output, *graph.value_info] for d in v.type.tensor_type.shape.dim if d.dim_param}
+    return {
+        d.dim_param
+        for v in [*graph.input, *graph.output, *graph.value_info]
+        for d in v.type.tensor_type.shape.dim
+        if d.dim_param
+    }
 
 
-def _named(value: onnx.ValueInfoProto, function: str, taken: set[str], sizes: dict[str, int | str]) -> onnx.ValueInfoProto:
+def _named(
+    value: onnx.ValueInfoProto, function: str, taken: set[str], sizes: dict[str, int | str]
+) -> onnx.ValueInfoProto:
     """An input of the bundle as an input of the merged model."""
     result = onnx.ValueInfoProto()
     result.CopyFrom(value)

@@ -34,7 +34,10 @@ class Method:
             raise BundleError(f"{folder}: has no method {name!r}: it has {', '.join(manifest['methods'])}")
         dtypes = manifest["dtypes"]
         if dtype is not None and dtype not in dtypes:
-            raise BundleError(f"{folder}: expected a dtype of {', '.join(dtypes) or 'its own (no tensor is generic)'}, got {dtype!r}")
+            raise BundleError(
+                f"{folder}: expected a dtype of {', '.join(dtypes) or 'its own (no tensor is generic)'}, got"
+                f" {dtype!r}"
+            )
         if dtypes and dtype is None:
             dtype = "float32" if "float32" in dtypes else dtypes[0]
         return cls(folder, manifest, name, dtype)
@@ -70,7 +73,10 @@ class Method:
         """The artifact's bytes, checked against the manifest."""
         if artifact is None:
             dtype = f" in {self.dtype}" if self.dtype else ""
-            raise BundleError(f"{self.folder}: method {self.name!r}{dtype} has no {what}: export the bundle with the format onnx")
+            raise BundleError(
+                f"{self.folder}: method {self.name!r}{dtype} has no {what}: export the bundle with the format"
+                " onnx"
+            )
         return read_file(self.folder, artifact)
 
     def dtype_of(self, tensor: dict[str, Any]) -> str:

@@ -22,15 +22,21 @@ from .merging import embed_methods
 from .methods import Method
 
 Size = int | torch.SymInt
-_OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.FloorDiv: operator.floordiv}
+_OPERATORS = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.FloorDiv: operator.floordiv,
+}
 
 
 class Node(nn.Module):
     """A bundle's method as a module, which becomes a single node when the network is exported to ONNX.
 
-    In eager mode the bundle's TorchScript runs: on any device, and differentiable. A bundle without it, and any method but
-    `forward`, is run by ONNX Runtime instead: on the CPU, and not differentiable, which an input that requires grad is told.
-    In the exported model the node has no gradient. `torch.export` other than for ONNX is refused: call the op itself there.
+    In eager mode the bundle's TorchScript runs: on any device, and differentiable. A bundle without it, and
+    any method but `forward`, is run by ONNX Runtime instead: on the CPU, and not differentiable, which an
+    input that requires grad is told. In the exported model the node has no gradient. `torch.export` other
+    than for ONNX is refused: call the op itself there.
 
     Args:
         bundle: the folder ``NAME.chiasm``.
@@ -48,13 +54,17 @@ class Node(nn.Module):
         torch.Size([1, 8, 222, 222])
     """
 
-    def __init__(self, bundle: str | os.PathLike[str], method: str = "forward", dtype: str | None = None) -> None:
+    def __init__(
+        self, bundle: str | os.PathLike[str], method: str = "forward", dtype: str | None = None
+    ) -> None:
         super().__init__()
         self.opened = Method.open(bundle, method, dtype)
         self.opened.read(self.opened.flat())
         self.function = function_name(self.opened.manifest["name"], method)
         script = next((a for a in self.opened.artifacts() if a["format"] == "torchscript"), None)
-        self.script = torch.jit.load(io.BytesIO(self.opened.read(script))) if script and method == "forward" else None
+        self.script = (
+            torch.jit.load(io.BytesIO(self.opened.read(script))) if script and method == "forward" else None
+        )
         self._session: Any = None
 
     def forward(self, *inputs: Tensor) -> Tensor | tuple[Tensor, ...]:
@@ -69,7 +79,10 @@ class Node(nn.Module):
         if torch.onnx.is_in_onnx_export():
             results = self._symbolic(inputs, shapes)
         elif torch.compiler.is_exporting():
-            raise RuntimeError(f"{self.opened.folder}: a Node is exported to ONNX only (chiasm.onnx.export): call the op itself in a network for torch.export")
+            raise RuntimeError(
+                f"{self.opened.folder}: a Node is exported to ONNX only (chiasm.onnx.export): call the op"
+                " itself in a network for torch.export"
+            )
         elif self.script is not None:
             return self.script(*inputs)
         else:
@@ -83,18 +96,22 @@ class Node(nn.Module):
     def _symbolic(self, inputs: tuple[Tensor, ...], shapes: list[list[Size]]) -> Sequence[Tensor]:
         dtypes = [getattr(torch, self.opened.dtype_of(t)) for t in self.opened.outputs]
         version = domain_version(self.opened.manifest["version"])
-        return torch.onnx.ops.symbolic_multi_out(f"{DOMAIN}::{self.function}", inputs, dtypes=dtypes, shapes=shapes, version=version)
+        return torch.onnx.ops.symbolic_multi_out(
+            f"{DOMAIN}::{self.function}", inputs, dtypes=dtypes, shapes=shapes, version=version
+        )
 
     def _by_onnxruntime(self, inputs: tuple[Tensor, ...]) -> list[Tensor]:
         if torch.is_grad_enabled() and any(t.requires_grad for t in inputs):
             raise RuntimeError(
-                f"{self.opened.folder}: {self.opened.name} is run by ONNX Runtime, which gives no gradient: use torch.no_grad(), detach the "
-                "input, or export the bundle with the format torchscript"
+                f"{self.opened.folder}: {self.opened.name} is run by ONNX Runtime, which gives no gradient:"
+                " use torch.no_grad(), detach the input, or export the bundle with the format torchscript"
             )
         if self._session is None:
             import onnxruntime
 
-            self._session = onnxruntime.InferenceSession(self.opened.read(self.opened.flat()), providers=["CPUExecutionProvider"])
+            self._session = onnxruntime.InferenceSession(
+                self.opened.read(self.opened.flat()), providers=["CPUExecutionProvider"]
+            )
         named = {t["name"]: x.detach().cpu().contiguous().numpy() for t, x in zip(self.opened.inputs, inputs)}
         return [torch.from_numpy(np.asarray(r)).to(inputs[0].device) for r in self._session.run(None, named)]
 
@@ -102,31 +119,52 @@ class Node(nn.Module):
         """The outputs' shapes by the manifest's expressions; the inputs are checked on the way."""
         specs, where = self.opened.inputs, self.opened.folder
         if len(inputs) != len(specs):
-            raise TypeError(f"{where}: expected {len(specs)} inputs ({', '.join(t['name'] for t in specs)}), got {len(inputs)}")
+            raise TypeError(
+                f"{where}: expected {len(specs)} inputs ({', '.join(t['name'] for t in specs)}), got"
+                f" {len(inputs)}"
+            )
         symbols: dict[str, Size] = {}
         for spec, tensor in zip(specs, inputs):
             if tensor.dtype != getattr(torch, self.opened.dtype_of(spec)):
-                raise TypeError(f"{where}: input {spec['name']!r}: expected {self.opened.dtype_of(spec)}, got {tensor.dtype}")
+                raise TypeError(
+                    f"{where}: input {spec['name']!r}: expected {self.opened.dtype_of(spec)}, got"
+                    f" {tensor.dtype}"
+                )
             if tensor.dim() != len(spec["shape"]):
-                raise ValueError(f"{where}: input {spec['name']!r}: expected shape ({', '.join(map(str, spec['shape']))}), got {tuple(tensor.shape)}")
+                raise ValueError(
+                    f"{where}: input {spec['name']!r}: expected shape ({', '.join(map(str, spec['shape']))}),"
+                    f" got {tuple(tensor.shape)}"
+                )
             for wanted, size in zip(spec["shape"], tensor.shape):
                 if isinstance(wanted, str) and wanted.isidentifier():
                     wanted = symbols.setdefault(wanted, size)
                 elif isinstance(wanted, str):
                     continue  # an expression, in the cotangents of a vjp
                 if wanted != size:
-                    raise ValueError(f"{where}: input {spec['name']!r}: expected shape ({', '.join(map(str, spec['shape']))}), got {tuple(tensor.shape)}")
-        return [[d if isinstance(d, int) else _evaluate(ast.parse(d, mode="eval").body, symbols) for d in t["shape"]] for t in self.opened.outputs]
+                    raise ValueError(
+                        f"{where}: input {spec['name']!r}: expected shape"
+                        f" ({', '.join(map(str, spec['shape']))}), got {tuple(tensor.shape)}"
+                    )
+        return [
+            [
+                d if isinstance(d, int) else _evaluate(ast.parse(d, mode="eval").body, symbols)
+                for d in t["shape"]
+            ]
+            for t in self.opened.outputs
+        ]
 
 
-def export(network: nn.Module, args: tuple[Any, ...], path: str | os.PathLike[str] | None = None, **options: Any) -> onnx.ModelProto:
+def export(
+    network: nn.Module, args: tuple[Any, ...], path: str | os.PathLike[str] | None = None, **options: Any
+) -> onnx.ModelProto:
     """Export a network that has `Node`s to ONNX; each is a single node, and its function comes along.
 
     Args:
         network: any module that ``torch.onnx.export(dynamo=True)`` takes.
         args: example inputs, as for ``torch.onnx.export``.
         path: where to write the model, in one file of at most 2 GB; by default nowhere.
-        options: the other arguments of ``torch.onnx.export``: `dynamic_shapes`, `input_names`, `opset_version` ...
+        options: the other arguments of ``torch.onnx.export``: `dynamic_shapes`, `input_names`,
+            `opset_version` ...
 
     Returns:
         The whole model.
@@ -144,7 +182,9 @@ def export(network: nn.Module, args: tuple[Any, ...], path: str | os.PathLike[st
         ['pipelines_preprocess', 'Conv']
     """
     if not options.pop("dynamo", True):
-        raise ValueError("dynamo: expected True, got False: only the exporter by torch.export knows how to write a Node")
+        raise ValueError(
+            "dynamo: expected True, got False: only the exporter by torch.export knows how to write a Node"
+        )
     options.setdefault("verbose", False)
     program = torch.onnx.export(network, args, dynamo=True, **options)
     assert program is not None
@@ -167,4 +207,6 @@ def _evaluate(e: ast.expr, symbols: dict[str, Size]) -> Size:
         return -_evaluate(e.operand, symbols)
     if isinstance(e, ast.BinOp) and type(e.op) in _OPERATORS:
         return _OPERATORS[type(e.op)](_evaluate(e.left, symbols), _evaluate(e.right, symbols))
-    raise BundleError(f"an output's size is {ast.unparse(e)!r}, which is not made of integers, symbols, + - * //")
+    raise BundleError(
+        f"an output's size is {ast.unparse(e)!r}, which is not made of integers, symbols, + - * //"
+    )

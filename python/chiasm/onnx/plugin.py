@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     import onnxruntime
 
 LIBRARY = "libchiasm_ort.so"
-#: The session's configuration entry that tells the plug-in which bundles to serve; it reads it when it is registered.
+#: The session's configuration entry that tells the plug-in which bundles to serve; it reads it when it is
+#: registered.
 ENTRY = "chiasm.bundles"
 
 BundlePath = str | os.PathLike[str]
@@ -22,8 +23,8 @@ BundlePath = str | os.PathLike[str]
 def library() -> Path:
     """Where chiasm's plug-in for ONNX Runtime is.
 
-    It is looked for where the runtime finds its backends: in the folders of ``CHIASM_BACKEND_PATH``, beside the installed
-    library, and in a source tree's ``build/release/lib``.
+    It is looked for where the runtime finds its backends: in the folders of ``CHIASM_BACKEND_PATH``, beside
+    the installed library, and in a source tree's ``build/release/lib``.
 
     Returns:
         The path of ``libchiasm_ort.so``.
@@ -41,8 +42,8 @@ def library() -> Path:
         if (folder / LIBRARY).is_file():
             return folder / LIBRARY
     raise FileNotFoundError(
-        f"there is no {LIBRARY} in {', '.join(map(str, folders))}: run `make build` in the source tree, install chiasm with "
-        "`pip install .`, or name its folder in CHIASM_BACKEND_PATH"
+        f"there is no {LIBRARY} in {', '.join(map(str, folders))}: run `make build` in the source tree,"
+        " install chiasm with `pip install .`, or name its folder in CHIASM_BACKEND_PATH"
     )
 
 
@@ -72,12 +73,15 @@ def register(options: onnxruntime.SessionOptions, bundles: BundlePath | Iterable
     for folder in folders:
         read_manifest(folder)
         if ":" in str(folder):
-            raise ValueError(f"{folder}: the path has a colon, which separates bundles in {ENTRY!r}: move or link the bundle")
+            raise ValueError(
+                f"{folder}: the path has a colon, which separates bundles in {ENTRY!r}: move or link the"
+                " bundle"
+            )
     before = _entry(options)
     if before is not None:
         raise ValueError(
-            f"the options have {ENTRY!r} already ({before}), and the plug-in reads it once: register all bundles in one call, "
-            "on options that no other session was given"
+            f"the options have {ENTRY!r} already ({before}), and the plug-in reads it once: register all"
+            " bundles in one call, on options that no other session was given"
         )
     plugin = library()
     options.add_session_config_entry(ENTRY, ":".join(map(str, folders)))
@@ -94,4 +98,9 @@ def _entry(options: onnxruntime.SessionOptions) -> str | None:
 def _folders() -> list[Path]:
     package = Path(__file__).resolve().parents[1]
     named = [Path(folder) for folder in os.environ.get("CHIASM_BACKEND_PATH", "").split(":") if folder]
-    return [*named, package / "lib", package / "lib" / "chiasm", package.parents[1] / "build" / "release" / "lib"]
+    return [
+        *named,
+        package / "lib",
+        package / "lib" / "chiasm",
+        package.parents[1] / "build" / "release" / "lib",
+    ]

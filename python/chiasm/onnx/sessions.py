@@ -25,8 +25,8 @@ def session(
 ) -> onnxruntime.InferenceSession:
     """Open a method of a bundle in ONNX Runtime.
 
-    Where native code cannot be had (the plug-in is not installed, or the bundle holds none for the method), the standard
-    operators run instead, and a warning says why.
+    Where native code cannot be had (the plug-in is not installed, or the bundle holds none for the method),
+    the standard operators run instead, and a warning says why.
 
     Args:
         bundle: the folder ``NAME.chiasm``.
@@ -62,7 +62,11 @@ def session(
     if fused:
         problem = _problem(opened)
         if problem:
-            warnings.warn(f"{opened.folder}: {method} runs as standard operators, not as native code: {problem}", RuntimeWarning, stacklevel=2)
+            warnings.warn(
+                f"{opened.folder}: {method} runs as standard operators, not as native code: {problem}",
+                RuntimeWarning,
+                stacklevel=2,
+            )
         else:
             register(options, opened.folder)
     # the bytes that were checked, not the file again

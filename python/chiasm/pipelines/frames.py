@@ -16,7 +16,8 @@ def preprocess(
     mean: Tuple[float, float, float] = (0.485, 0.456, 0.406),
     std: Tuple[float, float, float] = (0.229, 0.224, 0.225),
 ) -> Tensor:
-    """A frame as the input of a classifier: RGB, 224 x 224 (bilinear, aspect not kept), in [0, 1], then normalised.
+    """A frame as the input of a classifier: RGB, 224 x 224 (bilinear, aspect not kept), in [0, 1], then
+    normalised.
 
     Args:
         frame: (H, W, 3), uint8, BGR.
@@ -47,8 +48,9 @@ def preprocess(
 def edges(frame: Tensor) -> Tensor:
     """Edge strength of a frame: grey, Gaussian blur 5x5 of sigma 1, Sobel magnitude.
 
-    The magnitude is sqrt(gx^2 + gy^2) of the unnormalised 3x3 Sobel derivatives (``cv2.Sobel``'s scale: a step of one grey
-    level per pixel gives 8) of grey levels in [0, 255], rounded to the nearest integer and saturated at 255.
+    The magnitude is sqrt(gx^2 + gy^2) of the unnormalised 3x3 Sobel derivatives (``cv2.Sobel``'s scale: a
+    step of one grey level per pixel gives 8) of grey levels in [0, 255], rounded to the nearest integer and
+    saturated at 255.
 
     Args:
         frame: (H, W, 3), uint8, BGR, H and W at least 3.

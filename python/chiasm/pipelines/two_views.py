@@ -26,21 +26,25 @@ def two_view_homography(
     inl_th: float = 3.0,
     double_image: bool = False,
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """Homography from one image to another: key points in scale space, oriented; RootSIFT; mutual nearest neighbours; random sample consensus.
+    """Homography from one image to another: key points in scale space, oriented; RootSIFT; mutual nearest
+    neighbours; random sample consensus.
 
-    ``detect_keypoints``, ``orient_laf``, ``sift_describe``, ``match_smnn`` and ``ransac_homography`` in one piece, for one bundle.
+    ``detect_keypoints``, ``orient_laf``, ``sift_describe``, ``match_smnn`` and ``ransac_homography`` in one
+    piece, for one bundle.
 
     Args:
         image1, image2: grey images (B, 1, H, W), floating point, of any two sizes.
         uniforms: (B, S, 4), random numbers in [0, 1): see ``ransac_homography``.
         max_keypoints: number K of slots for key points in each image.
         response, num_octaves, mr_size, threshold, double_image: see ``detect_keypoints``.
-        ratio: what ``match_smnn`` calls th; 1 takes all mutual nearest neighbours, which the consensus can tell apart well.
+        ratio: what ``match_smnn`` calls th; 1 takes all mutual nearest neighbours, which the consensus can
+            tell apart well.
         inl_th: an inlier's distance in the second image, in pixels.
 
     Returns:
-        homography (B, 3, 3) from image1 to image2; points1 and points2 (B, K, 2), the key points of image1 and their matches in image2, zeros where
-        there is none; matched (B, K) and inliers (B, K), bool, which of them are matched, and which obey the homography.
+        homography (B, 3, 3) from image1 to image2; points1 and points2 (B, K, 2), the key points of image1
+        and their matches in image2, zeros where there is none; matched (B, K) and inliers (B, K), bool, which
+        of them are matched, and which obey the homography.
 
     Raises:
         TypeError: if an input is not floating point.
@@ -48,21 +52,42 @@ def two_view_homography(
 
     Example:
         >>> from chiasm.geometry.transform import resize
-        >>> image = resize(torch.rand(1, 1, 24, 24, generator=torch.Generator().manual_seed(0)), (96, 96), "bicubic")
+        >>> image = resize(
+        ...     torch.rand(1, 1, 24, 24, generator=torch.Generator().manual_seed(0)), (96, 96), "bicubic"
+        ... )
         >>> moved = torch.roll(image, 4, 3)
         >>> uniforms = torch.rand(1, 100, 4, generator=torch.Generator().manual_seed(1))
         >>> homography = two_view_homography(image, moved, uniforms, 200, num_octaves=2, mr_size=3.0)[0]
         >>> homography[0, 0, 2].round()
         tensor(4.)
     """
-    lafs1, _, valid1 = detect_keypoints(image1, max_keypoints, response, num_octaves, mr_size=mr_size, threshold=threshold, double_image=double_image)
-    lafs2, _, valid2 = detect_keypoints(image2, max_keypoints, response, num_octaves, mr_size=mr_size, threshold=threshold, double_image=double_image)
+    lafs1, _, valid1 = detect_keypoints(
+        image1,
+        max_keypoints,
+        response,
+        num_octaves,
+        mr_size=mr_size,
+        threshold=threshold,
+        double_image=double_image,
+    )
+    lafs2, _, valid2 = detect_keypoints(
+        image2,
+        max_keypoints,
+        response,
+        num_octaves,
+        mr_size=mr_size,
+        threshold=threshold,
+        double_image=double_image,
+    )
     described1, described2 = _described(image1, lafs1), _described(image2, lafs2)
     _, indices, matched = match_smnn(described1, described2, ratio, None, valid1, valid2)
     points1, partners = get_laf_center(lafs1), get_laf_center(lafs2)
     chosen = indices[..., 1].clamp(min=0)[..., None]
     points2 = partners.gather(1, chosen.expand([partners.size(0), max_keypoints, 2]))
-    points1, points2 = torch.where(matched[..., None], points1, torch.zeros_like(points1)), torch.where(matched[..., None], points2, torch.zeros_like(points2))
+    points1, points2 = (
+        torch.where(matched[..., None], points1, torch.zeros_like(points1)),
+        torch.where(matched[..., None], points2, torch.zeros_like(points2)),
+    )
     homography, inliers = ransac_homography(points1, points2, uniforms, inl_th, mask=matched)
     return homography, points1, points2, matched, inliers
 

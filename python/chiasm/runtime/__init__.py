@@ -1,7 +1,7 @@
 """Run exported bundles, on any backend that is present, without importing torch.
 
-A *bundle* is a folder ``NAME.chiasm`` that the exporter wrote; a *method* is an entry point of it; a *backend* (native,
-torch, onnx) runs it.
+A *bundle* is a folder ``NAME.chiasm`` that the exporter wrote; a *method* is an entry point of it; a
+*backend* (native, torch, onnx) runs it.
 
 Examples
 --------
@@ -108,26 +108,27 @@ class Bundle:
         device
             "cpu", "cuda" or "cuda:1"; a ``torch.device`` will do.
         dtype
-            For a method that accepts several dtypes, the one to load, as a name, a NumPy dtype or a torch dtype; by default
-            float32, else the first there is.
+            For a method that accepts several dtypes, the one to load, as a name, a NumPy dtype or a torch
+            dtype; by default float32, else the first there is.
         allow_native_code
-            The native and torch artifacts are programs. False leaves the onnx backend, whose artifacts are data: use it for
-            bundles whose author you do not trust.
+            The native and torch artifacts are programs. False leaves the onnx backend, whose artifacts are
+            data: use it for bundles whose author you do not trust.
         fused
-            The onnx backend on the CPU: run the method's native code as one node inside ONNX Runtime, where there is some for
-            this machine. False leaves the graph of standard operators.
+            The onnx backend on the CPU: run the method's native code as one node inside ONNX Runtime, where
+            there is some for this machine. False leaves the graph of standard operators.
         warm_up
             Run once on the smallest valid input, so that the first real run is not the slow one.
         num_threads
-            How many threads a run of this method may use; 0: as many as the process may (`set_num_threads`), which is also the
-            upper limit. A server that runs several methods at once gives each 1.
+            How many threads a run of this method may use; 0: as many as the process may (`set_num_threads`),
+            which is also the upper limit. A server that runs several methods at once gives each 1.
         options
             Options of the backend that is named.
 
         Raises
         ------
         ChiasmError
-            Where there is no such method, or no backend that can run it here; the message says what is missing.
+            Where there is no such method, or no backend that can run it here; the message says what is
+            missing.
 
         Examples
         --------
@@ -146,11 +147,13 @@ class Bundle:
             load.with_option(key, str(value))
         return self._handle.method(name, load)
 
-    def self_test(self, backend: str = "auto", device: str = "cpu", allow_native_code: bool = True) -> list[SelfTestRow]:
+    def self_test(
+        self, backend: str = "auto", device: str = "cpu", allow_native_code: bool = True
+    ) -> list[SelfTestRow]:
         """Replay the golden vectors on this machine: a row for each golden case and backend.
 
-        With the backend "auto" on every backend that is present. A row's ``passed`` is True, False, or None where it was
-        not run.
+        With the backend "auto" on every backend that is present. A row's ``passed`` is True, False, or None
+        where it was not run.
 
         Examples
         --------
@@ -223,15 +226,16 @@ def get_num_threads() -> int:
 
 
 def set_trust(policy: str, keys: Sequence[str | os.PathLike[str]] = ()) -> None:
-    """Set which bundles this process runs, in place of what ``CHIASM_TRUST_POLICY`` and ``CHIASM_TRUSTED_KEYS`` say.
+    """Set which bundles this process runs, in place of what ``CHIASM_TRUST_POLICY`` and
+    ``CHIASM_TRUSTED_KEYS`` say.
 
     Must come before the first method is loaded. docs/signing.md says how bundles are signed.
 
     Parameters
     ----------
     policy
-        "any"; "signed": bundles that a trusted key has signed; "data_only": any, but only the onnx backend's standard operators,
-        which are data, and never a program.
+        "any"; "signed": bundles that a trusted key has signed; "data_only": any, but only the onnx backend's
+        standard operators, which are data, and never a program.
     keys
         For "signed": minisign public keys, each as its 56 characters or as the path of a file.
     """
@@ -271,7 +275,9 @@ def _dtype_name(dtype: Any) -> str:
     text = str(dtype)
     if text.startswith("torch."):
         return text.removeprefix("torch.")
-    return getattr(dtype, "__name__", text)  # numpy.float32 is a class, numpy.dtype("float32") prints its name
+    return getattr(
+        dtype, "__name__", text
+    )  # numpy.float32 is a class, numpy.dtype("float32") prints its name
 
 
 def _package_folder(package: str) -> Path | None:
@@ -293,7 +299,8 @@ def _point_to_onnxruntime() -> None:
 
 
 def _torch_is_elsewhere() -> bool:
-    """Whether the torch plug-in of a wheel does not find torch by itself, because torch is not installed beside it."""
+    """Whether the torch plug-in of a wheel does not find torch by itself, because torch is not installed
+    beside it."""
     package = Path(_runtime.__file__).parent
     return (package / "lib").is_dir() and not (package.parent / "torch" / "lib").is_dir()
 

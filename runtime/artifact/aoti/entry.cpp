@@ -1,12 +1,15 @@
-// Stands in for libtorch in a torch-free native artifact: the exporter links this statically with AOTInductor's code.
+// Stands in for libtorch in a torch-free native artifact: the exporter links this statically with
+// AOTInductor's code.
 //
-// Outputs without a copy: AOTInductor allocates its outputs itself. But for loops, the generated code is straight-line, so the
-// n-th allocation of a run is always the same buffer. The first run notes which allocation became which output (the *plan*)
-// and copies; later runs are handed the caller's memory at that allocation, and the op writes straight into it. Where a loop
-// ran for longer or shorter, another buffer may get that memory; the results are then copied to where they belong.
+// Outputs without a copy: AOTInductor allocates its outputs itself. But for loops, the generated code is
+// straight-line, so the n-th allocation of a run is always the same buffer. The first run notes which
+// allocation became which output (the *plan*) and copies; later runs are handed the caller's memory at that
+// allocation, and the op writes straight into it. Where a loop ran for longer or shorter, another buffer may
+// get that memory; the results are then copied to where they belong.
 //
-// AOTInductor writes its interface of C functions into the code of every op, where compiling it took three quarters of the time. The
-// exporter leaves it out, and what of it is needed stands here: the op's code is the class AOTInductorModel alone.
+// AOTInductor writes its interface of C functions into the code of every op, where compiling it took three
+// quarters of the time. The exporter leaves it out, and what of it is needed stands here: the op's code is
+// the class AOTInductorModel alone.
 #include <torch/csrc/inductor/aoti_runtime/model_container.h>
 #include <torch/csrc/inductor/aoti_torch/c/shim.h>
 
@@ -61,11 +64,14 @@ int32_t engine(Call call, char* error, size_t size) {
   } catch (...) {
     text = "the compiled op failed without a message";
   }
-  return fail(*last_error ? last_error : text, error, size, out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
+  return fail(*last_error ? last_error : text, error, size,
+              out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
 }
 
 int32_t create(int32_t device_type, int32_t device_index, void** result, char* error, size_t error_size) {
-  return engine([&] { *result = new CompiledModel(device_type == 0 ? "cpu" : "cuda:" + std::to_string(device_index)); }, error, error_size);
+  return engine(
+      [&] { *result = new CompiledModel(device_type == 0 ? "cpu" : "cuda:" + std::to_string(device_index)); },
+      error, error_size);
 }
 
 void destroy(void* handle) { delete static_cast<CompiledModel*>(handle); }
@@ -109,9 +115,13 @@ int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outp
     Handles arguments(n_in), results(n_out);
     for (size_t i = 0; i < n_in; ++i) arguments.list[i] = borrow(inputs[i], *host);
     auto stolen = std::exchange(arguments.list, {});  // the engine owns them from here on, also when it fails
-    const auto work = [&] { model.container.run(stolen.data(), results.list.data(), static_cast<torch::aot_inductor::DeviceStreamType>(host->stream), nullptr); };
+    const auto work = [&] {
+      model.container.run(stolen.data(), results.list.data(),
+                          static_cast<torch::aot_inductor::DeviceStreamType>(host->stream), nullptr);
+    };
     if (const int32_t failed = engine(work, error, error_size)) return failed;
-    if (state.refused.load(std::memory_order_acquire)) return fail(state.refusal, error, error_size, CHIASM_NATIVE_BAD_VALUE);
+    if (state.refused.load(std::memory_order_acquire))
+      return fail(state.refusal, error, error_size, CHIASM_NATIVE_BAD_VALUE);
 
     state.plan = nullptr;  // what is allocated from here on is scratch
     for (size_t k = 0; k < n_out; ++k)
@@ -119,9 +129,11 @@ int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outp
         auto*& result = results.list[k];
         if (result->storage->data != outputs[other].data || !outputs[other].data) continue;
         if (other == k && result->is_dense() && result->offset == 0) continue;
-        // It has the memory of another output, or its own in another order (a transposed result is dense where a size is 1, which
-        // the plan may have been made from): it leaves before the outputs are written.
-        std::unique_ptr<AtenTensorOpaque> moved(allocate(result->sizes, dense_strides(result->sizes), result->dtype));
+        // It has the memory of another output, or its own in another order (a transposed result is dense
+        // where a size is 1, which the plan may have been made from): it leaves before the outputs are
+        // written.
+        std::unique_ptr<AtenTensorOpaque> moved(
+            allocate(result->sizes, dense_strides(result->sizes), result->dtype));
         copy(*result, *moved);
         delete std::exchange(result, moved.release());
         break;
@@ -131,7 +143,9 @@ int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outp
       const AtenTensorOpaque& result = *results.list[k];
       std::unique_ptr<AtenTensorOpaque> target(borrow(outputs[k], *host));
       if (result.dtype != target->dtype || result.sizes != target->sizes)
-        return fail("output " + std::to_string(k) + " of the compiled op differs from the manifest in shape or dtype", error, error_size);
+        return fail(
+            "output " + std::to_string(k) + " of the compiled op differs from the manifest in shape or dtype",
+            error, error_size);
       if (result.data() == target->data()) continue;
       if (result.is_dense() && result.offset == 0) found[k] = result.storage->ordinal;
       copy(result, *target);
@@ -142,7 +156,8 @@ int32_t run(void* handle, const chiasm_tensor* inputs, const chiasm_tensor* outp
     }
     return 0;
   } catch (const std::exception& e) {
-    return fail(e.what(), error, error_size, out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
+    return fail(e.what(), error, error_size,
+                out_of_memory ? CHIASM_NATIVE_OUT_OF_MEMORY : CHIASM_NATIVE_FAILED);
   }
 }
 
@@ -182,7 +197,8 @@ AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype) {
   storage.data = static_cast<char*>(run->host->allocate(run->host->context, storage.bytes));
   if (!storage.data && storage.bytes) {
     out_of_memory = true;
-    throw std::runtime_error("out of memory: the op asked for " + std::to_string(storage.bytes) + " bytes to work in");
+    throw std::runtime_error("out of memory: the op asked for " + std::to_string(storage.bytes) +
+                             " bytes to work in");
   }
   storage.owner = run->host;
   return tensor.release();
@@ -191,7 +207,9 @@ AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype) {
 void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target) {
   const int64_t size = element_size(source.dtype), n = source.numel();
   if (n == 0) return;
-  if (source.device_type != 0) throw std::runtime_error("the compiled op returns a view of an input, which the native backend does not copy on CUDA");
+  if (source.device_type != 0)
+    throw std::runtime_error(
+        "the compiled op returns a view of an input, which the native backend does not copy on CUDA");
   if (source.is_dense() && target.is_dense()) {
     std::memcpy(target.data(), source.data(), n * size);
     return;
@@ -215,6 +233,7 @@ extern "C" const char chiasm_native_signature[];
 
 extern "C" __attribute__((visibility("default"))) const chiasm_native_api* chiasm_native_entry(uint32_t abi) {
   using namespace chiasm::artifact;
-  static const chiasm_native_api api{sizeof(chiasm_native_api), CHIASM_NATIVE_ABI, create, run, destroy, chiasm_native_signature};
+  static const chiasm_native_api api{sizeof(chiasm_native_api), CHIASM_NATIVE_ABI, create, run, destroy,
+                                     chiasm_native_signature};
   return abi == CHIASM_NATIVE_ABI ? &api : nullptr;
 }

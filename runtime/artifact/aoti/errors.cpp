@@ -1,4 +1,5 @@
-// Values of inputs that an op does not allow, found by its compiled loops (chiasm/checked.h) in any of the run's threads.
+// Values of inputs that an op does not allow, found by its compiled loops (chiasm/checked.h) in any of the
+// run's threads.
 #include <cstdio>
 
 #include "tensor.h"
@@ -16,8 +17,8 @@ void refuse(const char* text) {
 
 [[gnu::cold, gnu::noinline]] void note_index(int64_t index, int64_t size, const char* reader) {
   char text[256];
-  std::snprintf(text, sizeof text, "index %lld is out of range for an axis of size %lld (%s)", static_cast<long long>(index),
-                static_cast<long long>(size), reader);
+  std::snprintf(text, sizeof text, "index %lld is out of range for an axis of size %lld (%s)",
+                static_cast<long long>(index), static_cast<long long>(size), reader);
   artifact::refuse(text);
 }
 

@@ -1,7 +1,8 @@
-// The functions of g++'s OpenMP library that compiled ops call, over threads that the host lends (chiasm_native_host::fork).
+// The functions of g++'s OpenMP library that compiled ops call, over threads that the host lends
+// (chiasm_native_host::fork).
 //
-// So the threads are those of whoever runs the op: the native backend's, or the pool of an ONNX Runtime session. All threads of
-// a region run at the same time, which is what makes a barrier possible.
+// So the threads are those of whoever runs the op: the native backend's, or the pool of an ONNX Runtime
+// session. All threads of a region run at the same time, which is what makes a barrier possible.
 #include <atomic>
 #include <utility>
 
@@ -21,7 +22,8 @@ struct Team {
   std::atomic<uint32_t> singles{0};   // `single` blocks that some thread has taken
 };
 
-// This thread's place in its team. Plain data: a thread_local with a destructor would pin the library in the process.
+// This thread's place in its team. Plain data: a thread_local with a destructor would pin the library in the
+// process.
 struct Member {
   Team* team;
   int32_t index, count;

@@ -12,7 +12,8 @@ using namespace chiasm::artifact;
 
 namespace {
 
-// NaN sorts as the largest value, as in PyTorch; equal values keep their order, so that every backend picks the same ones.
+// NaN sorts as the largest value, as in PyTorch; equal values keep their order, so that every backend picks
+// the same ones.
 template <class T>
 void topk_rows(const T* values, int64_t rows, int64_t n, int64_t k, bool largest, T* top, int64_t* index) {
   std::vector<int64_t> order(n);
@@ -33,7 +34,8 @@ void topk_rows(const T* values, int64_t rows, int64_t n, int64_t k, bool largest
   }
 }
 
-// Running sums along the middle one of (outer, n, inner), kept in double as PyTorch's are for floats; integers wrap around, also signed ones.
+// Running sums along the middle one of (outer, n, inner), kept in double as PyTorch's are for floats;
+// integers wrap around, also signed ones.
 template <class T, class Sum>
 void running_sums(const T* values, int64_t outer, int64_t n, int64_t inner, T* sums) {
   std::vector<Sum> total(inner);
@@ -46,12 +48,15 @@ void running_sums(const T* values, int64_t outer, int64_t n, int64_t inner, T* s
 
 }  // namespace
 
-extern "C" AOTITorchError aoti_torch_cpu_cumsum(AtenTensorHandle self, int64_t dim, int32_t* dtype, AtenTensorHandle* result) {
+extern "C" AOTITorchError aoti_torch_cpu_cumsum(AtenTensorHandle self, int64_t dim, int32_t* dtype,
+                                                AtenTensorHandle* result) {
   return guarded([&] {
     const int64_t ndim = static_cast<int64_t>(self->sizes.size());
     if (dim < 0) dim += ndim;
-    if (dim < 0 || dim >= ndim) throw std::runtime_error("cumsum: there is no dimension " + std::to_string(dim));
-    if (dtype && *dtype != self->dtype) throw std::runtime_error("cumsum is not there for a change of element type");
+    if (dim < 0 || dim >= ndim)
+      throw std::runtime_error("cumsum: there is no dimension " + std::to_string(dim));
+    if (dtype && *dtype != self->dtype)
+      throw std::runtime_error("cumsum is not there for a change of element type");
     int64_t outer = 1, inner = 1;
     for (int64_t d = 0; d < dim; ++d) outer *= self->sizes[d];
     for (int64_t d = dim + 1; d < ndim; ++d) inner *= self->sizes[d];
@@ -60,26 +65,31 @@ extern "C" AOTITorchError aoti_torch_cpu_cumsum(AtenTensorHandle self, int64_t d
     std::unique_ptr<AtenTensorOpaque> sums(allocate(self->sizes, dense_strides(self->sizes), self->dtype));
     const auto fill = [&](auto zero, auto sum) {
       using T = decltype(zero);
-      running_sums<T, decltype(sum)>(reinterpret_cast<const T*>(source.data()), outer, self->sizes[dim], inner, reinterpret_cast<T*>(sums->data()));
+      running_sums<T, decltype(sum)>(reinterpret_cast<const T*>(source.data()), outer, self->sizes[dim],
+                                     inner, reinterpret_cast<T*>(sums->data()));
     };
     switch (self->dtype) {
       case kFloat: fill(float{}, double{}); break;
       case kDouble: fill(double{}, double{}); break;
       case kInt64: fill(int64_t{}, uint64_t{}); break;
       case kInt32: fill(int32_t{}, uint32_t{}); break;
-      default: throw std::runtime_error("cumsum is not there for element type " + std::to_string(self->dtype));
+      default:
+        throw std::runtime_error("cumsum is not there for element type " + std::to_string(self->dtype));
     }
     *result = sums.release();
   });
 }
 
-extern "C" AOTITorchError aoti_torch_cpu_topk(AtenTensorHandle self, int64_t k, int64_t dim, int32_t largest, int32_t,
-                                              AtenTensorHandle* values, AtenTensorHandle* indices) {
+extern "C" AOTITorchError aoti_torch_cpu_topk(AtenTensorHandle self, int64_t k, int64_t dim, int32_t largest,
+                                              int32_t, AtenTensorHandle* values, AtenTensorHandle* indices) {
   return guarded([&] {
     const int64_t ndim = static_cast<int64_t>(self->sizes.size());
-    if (ndim == 0 || (dim != -1 && dim != ndim - 1)) throw std::runtime_error("topk is compiled for the last dimension only");
+    if (ndim == 0 || (dim != -1 && dim != ndim - 1))
+      throw std::runtime_error("topk is compiled for the last dimension only");
     const int64_t n = self->sizes.back();
-    if (k < 0 || k > n) throw std::runtime_error("topk: " + std::to_string(k) + " values asked for, the dimension has " + std::to_string(n));
+    if (k < 0 || k > n)
+      throw std::runtime_error("topk: " + std::to_string(k) + " values asked for, the dimension has " +
+                               std::to_string(n));
     std::unique_ptr<AtenTensorOpaque> packed;
     const AtenTensorOpaque& source = dense(*self, packed);
     Dims sizes = self->sizes;
@@ -90,7 +100,8 @@ extern "C" AOTITorchError aoti_torch_cpu_topk(AtenTensorHandle self, int64_t k, 
     auto* positions = reinterpret_cast<int64_t*>(index->data());
     const auto fill = [&](auto zero) {
       using T = decltype(zero);
-      topk_rows(reinterpret_cast<const T*>(source.data()), rows, n, k, largest != 0, reinterpret_cast<T*>(top->data()), positions);
+      topk_rows(reinterpret_cast<const T*>(source.data()), rows, n, k, largest != 0,
+                reinterpret_cast<T*>(top->data()), positions);
     };
     switch (self->dtype) {
       case kFloat: fill(float{}); break;

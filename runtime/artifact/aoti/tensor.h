@@ -28,7 +28,8 @@ struct Run {
   std::atomic<bool> refused{false};
   char refusal[256] = "";
 
-  Run(const chiasm_native_host* the_host, const chiasm_tensor* the_outputs, size_t count, const std::vector<int64_t>* the_plan)
+  Run(const chiasm_native_host* the_host, const chiasm_tensor* the_outputs, size_t count,
+      const std::vector<int64_t>* the_plan)
       : host(the_host), outputs(the_outputs), output_count(count), plan(the_plan) {}
 };
 
@@ -46,22 +47,36 @@ void refuse(const char* text);
 struct Storage {
   char* data = nullptr;
   size_t bytes = 0;
-  int64_t ordinal = -1;                      // which allocation of its run it was, -1: not allocated by the run
-  const chiasm_native_host* owner = nullptr; // null: borrowed
+  // which allocation of its run it was, -1: not allocated by the run
+  int64_t ordinal = -1;
+  const chiasm_native_host* owner = nullptr;  // null: borrowed
   ~Storage() {
     if (owner) owner->release(owner->context, data, bytes);
   }
 };
 
 // Codes of c10::ScalarType, as AOTInductor's code writes them.
-enum ScalarType : int32_t { kUint8 = 0, kInt8, kInt16, kInt32, kInt64, kHalf, kFloat, kDouble, kBool = 11, kBFloat16 = 15, kUint16 = 27 };
+enum ScalarType : int32_t {
+  kUint8 = 0,
+  kInt8,
+  kInt16,
+  kInt32,
+  kInt64,
+  kHalf,
+  kFloat,
+  kDouble,
+  kBool = 11,
+  kBFloat16 = 15,
+  kUint16 = 27
+};
 
 inline constexpr int64_t kMostElements = int64_t{1} << 56;
 
 inline int64_t element_size(int32_t dtype) {
   for (const base::DTypeEntry& known : base::kDTypes)
     if (known.torch == dtype) return static_cast<int64_t>(known.size);
-  throw std::runtime_error("the compiled op uses element type " + std::to_string(dtype) + ", which this runtime does not have");
+  throw std::runtime_error("the compiled op uses element type " + std::to_string(dtype) +
+                           ", which this runtime does not have");
 }
 
 }  // namespace chiasm::artifact
@@ -102,23 +117,27 @@ inline Dims dense_strides(const Dims& sizes) {
 inline int64_t span(const Dims& sizes, const Dims& strides) {
   int64_t elements = 1;
   for (size_t i = 0; i < sizes.size(); ++i) {
-    if (sizes[i] < 0 || strides[i] < 0) throw std::runtime_error("the compiled op makes a tensor of negative size");
+    if (sizes[i] < 0 || strides[i] < 0)
+      throw std::runtime_error("the compiled op makes a tensor of negative size");
     if (sizes[i] == 0) return 0;
     int64_t reach = 0;
-    if (__builtin_mul_overflow(sizes[i] - 1, strides[i], &reach) || __builtin_add_overflow(elements, reach, &elements) || elements > kMostElements)
+    if (__builtin_mul_overflow(sizes[i] - 1, strides[i], &reach) ||
+        __builtin_add_overflow(elements, reach, &elements) || elements > kMostElements)
       throw std::runtime_error("the compiled op makes a tensor of more elements than memory can hold");
   }
   return elements;
 }
 
-// A new tensor in scratch memory, or in the caller's output where the plan says that it will be returned as such.
+// A new tensor in scratch memory, or in the caller's output where the plan says that it will be returned as
+// such.
 AtenTensorOpaque* allocate(Dims sizes, Dims strides, int32_t dtype);
 
 // Copies between tensors of the same sizes and dtype, whatever their strides.
 void copy(const AtenTensorOpaque& source, AtenTensorOpaque& target);
 
 // `tensor` itself where it is dense, else a dense copy, which `owner` keeps.
-inline const AtenTensorOpaque& dense(const AtenTensorOpaque& tensor, std::unique_ptr<AtenTensorOpaque>& owner) {
+inline const AtenTensorOpaque& dense(const AtenTensorOpaque& tensor,
+                                     std::unique_ptr<AtenTensorOpaque>& owner) {
   if (tensor.is_dense()) return tensor;
   owner.reset(allocate(tensor.sizes, dense_strides(tensor.sizes), tensor.dtype));
   copy(tensor, *owner);

@@ -1,5 +1,6 @@
 // The functions of AOTInductor's C interface that a compiled op calls, over chiasm::artifact's tensors.
-// Declared, with their contracts, in torch/csrc/inductor/aoti_torch/c/shim.h; only what compiled ops were seen to need.
+// Declared, with their contracts, in torch/csrc/inductor/aoti_torch/c/shim.h; only what compiled ops were
+// seen to need.
 #include <torch/csrc/inductor/aoti_torch/c/shim.h>
 
 #include <algorithm>
@@ -13,7 +14,8 @@ namespace {
 template <class T>
 AOTITorchError item(AtenTensorHandle tensor, T* value) {
   return guarded([&] {
-    if (tensor->numel() != 1 || element_size(tensor->dtype) != sizeof(T)) throw std::runtime_error("the compiled op reads a number from a tensor of another size");
+    if (tensor->numel() != 1 || element_size(tensor->dtype) != sizeof(T))
+      throw std::runtime_error("the compiled op reads a number from a tensor of another size");
     std::memcpy(value, tensor->data(), sizeof(T));
   });
 }
@@ -110,28 +112,33 @@ AOTITorchError aoti_torch_new_tensor_handle(AtenTensorHandle tensor, AtenTensorH
   return guarded([&] { *result = new AtenTensorOpaque(*tensor); });
 }
 
-AOTITorchError aoti_torch_empty_strided(int64_t ndim, const int64_t* sizes, const int64_t* strides, int32_t dtype, int32_t,
-                                        int32_t, AtenTensorHandle* result) {
-  return guarded([&] { *result = allocate(Dims(sizes, sizes + ndim), Dims(strides, strides + ndim), dtype); });
+AOTITorchError aoti_torch_empty_strided(int64_t ndim, const int64_t* sizes, const int64_t* strides,
+                                        int32_t dtype, int32_t, int32_t, AtenTensorHandle* result) {
+  return guarded(
+      [&] { *result = allocate(Dims(sizes, sizes + ndim), Dims(strides, strides + ndim), dtype); });
 }
 
-AOTITorchError aoti_torch__reinterpret_tensor(AtenTensorHandle self, int64_t ndim, const int64_t* sizes, const int64_t* strides,
-                                              int64_t offset, AtenTensorHandle* result) {
+AOTITorchError aoti_torch__reinterpret_tensor(AtenTensorHandle self, int64_t ndim, const int64_t* sizes,
+                                              const int64_t* strides, int64_t offset,
+                                              AtenTensorHandle* result) {
   return guarded([&] {
     auto view = std::make_unique<AtenTensorOpaque>(*self);
     view->sizes.assign(sizes, sizes + ndim);
     view->strides.assign(strides, strides + ndim);
     view->offset += offset;
-    if (view->offset < 0 || (view->offset + span(view->sizes, view->strides)) * element_size(view->dtype) > static_cast<int64_t>(view->storage->bytes))
+    if (view->offset < 0 || (view->offset + span(view->sizes, view->strides)) * element_size(view->dtype) >
+                                static_cast<int64_t>(view->storage->bytes))
       throw std::runtime_error("the compiled op views memory outside of a tensor");
     *result = view.release();
   });
 }
 
 // Constants embedded in the artifact, and scalars on the stack of the generated code.
-AOTITorchError aoti_torch_create_tensor_from_blob_v2(void* data, int64_t ndim, const int64_t* sizes, const int64_t* strides,
-                                                     int64_t offset, int32_t dtype, int32_t device_type, int32_t device_index,
-                                                     AtenTensorHandle* result, int32_t, const uint8_t*, int64_t) {
+AOTITorchError aoti_torch_create_tensor_from_blob_v2(void* data, int64_t ndim, const int64_t* sizes,
+                                                     const int64_t* strides, int64_t offset, int32_t dtype,
+                                                     int32_t device_type, int32_t device_index,
+                                                     AtenTensorHandle* result, int32_t, const uint8_t*,
+                                                     int64_t) {
   return guarded([&] {
     auto tensor = std::make_unique<AtenTensorOpaque>();
     tensor->sizes.assign(sizes, sizes + ndim);
@@ -147,11 +154,12 @@ AOTITorchError aoti_torch_create_tensor_from_blob_v2(void* data, int64_t ndim, c
   });
 }
 
-AOTITorchError aoti_torch_create_tensor_from_blob(void* data, int64_t ndim, const int64_t* sizes, const int64_t* strides,
-                                                  int64_t offset, int32_t dtype, int32_t device_type, int32_t device_index,
+AOTITorchError aoti_torch_create_tensor_from_blob(void* data, int64_t ndim, const int64_t* sizes,
+                                                  const int64_t* strides, int64_t offset, int32_t dtype,
+                                                  int32_t device_type, int32_t device_index,
                                                   AtenTensorHandle* result) {
-  return aoti_torch_create_tensor_from_blob_v2(data, ndim, sizes, strides, offset, dtype, device_type, device_index, result, 0,
-                                               nullptr, 0);
+  return aoti_torch_create_tensor_from_blob_v2(data, ndim, sizes, strides, offset, dtype, device_type,
+                                               device_index, result, 0, nullptr, 0);
 }
 
 AOTITorchError aoti_torch_assign_tensors_out(AtenTensorHandle source, AtenTensorHandle* result) {
@@ -174,9 +182,7 @@ AOTITorchError aoti_torch_clone(AtenTensorHandle self, AtenTensorHandle* result)
   });
 }
 
-AOTITorchError aoti_torch_item_bool(AtenTensorHandle tensor, bool* result) {
-  return item(tensor, result);
-}
+AOTITorchError aoti_torch_item_bool(AtenTensorHandle tensor, bool* result) { return item(tensor, result); }
 
 AOTITorchError aoti_torch_item_int64(AtenTensorHandle tensor, int64_t* result) {
   return item(tensor, result);

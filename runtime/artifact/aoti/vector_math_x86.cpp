@@ -1,19 +1,20 @@
-// The vector functions of Sleef that AOTInductor's code calls (libtorch carries them), by glibc's libmvec, which every
-// x86-64 Linux has: at most 4 units in the last place. Functions that libmvec lacks are computed lane by lane.
+// The vector functions of Sleef that AOTInductor's code calls (libtorch carries them), by glibc's libmvec,
+// which every x86-64 Linux has: at most 4 units in the last place. Functions that libmvec lacks are computed
+// lane by lane.
 #include <immintrin.h>
 
 #include <cmath>
 
-#define UNARY(name, float_accuracy, double_accuracy)                                             \
-  extern "C" __m256 _ZGVdN8v_##name##f(__m256);                                                  \
+#define UNARY(name, float_accuracy, double_accuracy)                                              \
+  extern "C" __m256 _ZGVdN8v_##name##f(__m256);                                                   \
   extern "C" __m256 Sleef_##name##f8_##float_accuracy(__m256 x) { return _ZGVdN8v_##name##f(x); } \
-  extern "C" __m256d _ZGVdN4v_##name(__m256d);                                                   \
+  extern "C" __m256d _ZGVdN4v_##name(__m256d);                                                    \
   extern "C" __m256d Sleef_##name##d4_##double_accuracy(__m256d x) { return _ZGVdN4v_##name(x); }
 
-#define BINARY(name, accuracy)                                                                                     \
-  extern "C" __m256 _ZGVdN8vv_##name##f(__m256, __m256);                                                           \
-  extern "C" __m256 Sleef_##name##f8_##accuracy(__m256 x, __m256 y) { return _ZGVdN8vv_##name##f(x, y); }           \
-  extern "C" __m256d _ZGVdN4vv_##name(__m256d, __m256d);                                                           \
+#define BINARY(name, accuracy)                                                                            \
+  extern "C" __m256 _ZGVdN8vv_##name##f(__m256, __m256);                                                  \
+  extern "C" __m256 Sleef_##name##f8_##accuracy(__m256 x, __m256 y) { return _ZGVdN8vv_##name##f(x, y); } \
+  extern "C" __m256d _ZGVdN4vv_##name(__m256d, __m256d);                                                  \
   extern "C" __m256d Sleef_##name##d4_##accuracy(__m256d x, __m256d y) { return _ZGVdN4vv_##name(x, y); }
 
 UNARY(acos, u10, u10)
@@ -42,14 +43,14 @@ BINARY(hypot, u05)
 BINARY(pow, u10)
 
 // Exact by definition, so lane by lane loses nothing but time.
-#define BY_LANES(name)                                                        \
-  extern "C" __m256 Sleef_##name##f8(__m256 x, __m256 y) {                    \
-    for (int i = 0; i < 8; ++i) x[i] = std::name(x[i], y[i]);                 \
-    return x;                                                                 \
-  }                                                                           \
-  extern "C" __m256d Sleef_##name##d4(__m256d x, __m256d y) {                 \
-    for (int i = 0; i < 4; ++i) x[i] = std::name(x[i], y[i]);                 \
-    return x;                                                                 \
+#define BY_LANES(name)                                        \
+  extern "C" __m256 Sleef_##name##f8(__m256 x, __m256 y) {    \
+    for (int i = 0; i < 8; ++i) x[i] = std::name(x[i], y[i]); \
+    return x;                                                 \
+  }                                                           \
+  extern "C" __m256d Sleef_##name##d4(__m256d x, __m256d y) { \
+    for (int i = 0; i < 4; ++i) x[i] = std::name(x[i], y[i]); \
+    return x;                                                 \
   }
 
 BY_LANES(copysign)

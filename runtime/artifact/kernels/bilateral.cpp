@@ -1,15 +1,17 @@
-// Bilateral filtering. The weight of two pixels is the same for both: it is computed once, for the later of the two in reading order, and
-// kept for as many rows as the window reaches down.
+// Bilateral filtering. The weight of two pixels is the same for both: it is computed once, for the later of
+// the two in reading order, and kept for as many rows as the window reaches down.
 #include "functions.h"
 #include "rows.h"
 
 namespace chiasm::kernels {
 namespace {
 
-// Exponentials of numbers that are not positive; NaN stays. Weights below 1e-34 are 0: arithmetic with numbers that have no exponent of their own
-// takes many times as long, and next to a pixel's weight for itself they are nothing.
+// Exponentials of numbers that are not positive; NaN stays. Weights below 1e-34 are 0: arithmetic with
+// numbers that have no exponent of their own takes many times as long, and next to a pixel's weight for
+// itself they are nothing.
 //
-// For float the function of S. Moshier's Cephes library (netlib.org/cephes), within the loop: a vector library's calls spill registers.
+// For float the function of S. Moshier's Cephes library (netlib.org/cephes), within the loop: a vector
+// library's calls spill registers.
 template <class D>
 hn::Vec<D> exp_of(D d, hn::Vec<D> x) {
   const auto least = hn::Set(d, -78), inside = larger(least, x);
@@ -17,13 +19,18 @@ hn::Vec<D> exp_of(D d, hn::Vec<D> x) {
     return hn::IfThenZeroElse(hn::Le(x, least), vector_exp(inside));
   } else {
     const auto n = hn::Round(hn::Mul(inside, hn::Set(d, 1.44269504088896341f)));
-    const auto r = hn::NegMulAdd(n, hn::Set(d, -2.12194440e-4f), hn::NegMulAdd(n, hn::Set(d, 0.693359375f), inside));
+    const auto r =
+        hn::NegMulAdd(n, hn::Set(d, -2.12194440e-4f), hn::NegMulAdd(n, hn::Set(d, 0.693359375f), inside));
     auto p = hn::Set(d, 1.9875691500e-4f);
-    for (const float c : {1.3981999507e-3f, 8.3334519073e-3f, 4.1665795894e-2f, 1.6666665459e-1f, 5.0000001201e-1f}) p = hn::MulAdd(p, r, hn::Set(d, c));
+    for (const float c :
+         {1.3981999507e-3f, 8.3334519073e-3f, 4.1665795894e-2f, 1.6666665459e-1f, 5.0000001201e-1f})
+      p = hn::MulAdd(p, r, hn::Set(d, c));
     const auto near = hn::Add(hn::MulAdd(p, hn::Mul(r, r), r), hn::Set(d, 1));
-    // Beside 1.5 * 2^23 a whole number's last bits are an integer's. The exponent's place is all that stays of the sum.
+    // Beside 1.5 * 2^23 a whole number's last bits are an integer's. The exponent's place is all that stays
+    // of the sum.
     const Integers<D> integers;
-    const auto power = hn::BitCast(d, hn::ShiftLeft<23>(hn::BitCast(integers, hn::Add(n, hn::Set(d, 12582912.0f + 127)))));
+    const auto power =
+        hn::BitCast(d, hn::ShiftLeft<23>(hn::BitCast(integers, hn::Add(n, hn::Set(d, 12582912.0f + 127)))));
     return hn::IfThenZeroElse(hn::Le(x, least), hn::Mul(near, power));
   }
 }
@@ -35,9 +42,11 @@ struct Offset {
   T space_weight;
 };
 
-// weights[x] = exp(coefficient * distance^2) * space_weight, of here[c][x] and there[c][x] in `depth` channels; up to a whole vector at the end.
+// weights[x] = exp(coefficient * distance^2) * space_weight, of here[c][x] and there[c][x] in `depth`
+// channels; up to a whole vector at the end.
 template <class T>
-void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n, T coefficient, T space_weight, bool euclidean, T* weights) {
+void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n, T coefficient,
+                 T space_weight, bool euclidean, T* weights) {
   const Lanes<T> d;
   for (int64_t x = 0; x < n; x += kLanes<T>) {
     auto distance = hn::Zero(d);
@@ -46,7 +55,8 @@ void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int
       distance = hn::Add(distance, euclidean ? hn::Mul(difference, difference) : hn::Abs(difference));
     }
     if (!euclidean) distance = hn::Mul(distance, distance);
-    hn::StoreU(hn::Mul(exp_of(d, hn::Mul(distance, hn::Set(d, coefficient))), hn::Set(d, space_weight)), d, weights + x);
+    hn::StoreU(hn::Mul(exp_of(d, hn::Mul(distance, hn::Set(d, coefficient))), hn::Set(d, space_weight)), d,
+               weights + x);
   }
 }
 
@@ -57,23 +67,29 @@ void add_weights(T first, const T* const* weights, int64_t count, int64_t x, T* 
   hn::Vec<Lanes<T>> total[vectors];
   for (auto& t : total) t = hn::Set(d, first);
   for (int64_t k = 0; k < count; ++k)
-    for (int64_t v = 0; v < vectors; ++v) total[v] = hn::Add(total[v], hn::LoadU(d, weights[k] + x + v * kLanes<T>));
+    for (int64_t v = 0; v < vectors; ++v)
+      total[v] = hn::Add(total[v], hn::LoadU(d, weights[k] + x + v * kLanes<T>));
   for (int64_t v = 0; v < vectors; ++v) hn::StoreU(total[v], d, totals + x + v * kLanes<T>);
 }
 
-// means[x] = (first * centre[x] + the sum of weights[k][x] * values[k][x]) / totals[x]; up to a whole vector at the end.
+// means[x] = (first * centre[x] + the sum of weights[k][x] * values[k][x]) / totals[x]; up to a whole vector
+// at the end.
 template <class T, int64_t vectors>
-void weighted_means(T first, const T* centre, const T* const* weights, const T* const* values, int64_t count, const T* totals, int64_t x, T* means) {
+void weighted_means(T first, const T* centre, const T* const* weights, const T* const* values, int64_t count,
+                    const T* totals, int64_t x, T* means) {
   const Lanes<T> d;
   const auto at = [=](const T* p, int64_t v) { return hn::LoadU(d, p + x + v * kLanes<T>); };
   hn::Vec<Lanes<T>> sum[vectors];
   for (int64_t v = 0; v < vectors; ++v) sum[v] = hn::Mul(at(centre, v), hn::Set(d, first));
   for (int64_t k = 0; k < count; ++k)
-    for (int64_t v = 0; v < vectors; ++v) sum[v] = hn::Add(sum[v], hn::Mul(at(values[k], v), at(weights[k], v)));
-  for (int64_t v = 0; v < vectors; ++v) hn::StoreU(hn::Div(sum[v], at(totals, v)), d, means + x + v * kLanes<T>);
+    for (int64_t v = 0; v < vectors; ++v)
+      sum[v] = hn::Add(sum[v], hn::Mul(at(values[k], v), at(weights[k], v)));
+  for (int64_t v = 0; v < vectors; ++v)
+    hn::StoreU(hn::Div(sum[v], at(totals, v)), d, means + x + v * kLanes<T>);
 }
 
-// Calls four(x) for as many blocks of four vectors as n values fill, whose sums do not wait for each other, and one(x) for the rest.
+// Calls four(x) for as many blocks of four vectors as n values fill, whose sums do not wait for each other,
+// and one(x) for the rest.
 template <class T, class Four, class One>
 inline void for_blocks(int64_t n, const Four& four, const One& one) {
   constexpr int64_t lanes = kLanes<T>;
@@ -85,85 +101,105 @@ inline void for_blocks(int64_t n, const Four& four, const One& one) {
 }  // namespace
 
 template <class T>
-void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, int64_t depth, const T* space_weights, int64_t windows, int64_t ky, int64_t kx,
-               const T* range_coefficient, int64_t coefficients, Border border, bool euclidean, T* out) {
-  const int64_t channels = images.channels, height = images.height, width = images.width, plane = height * width, rx = kx / 2, ry = ky / 2;
+void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, int64_t depth,
+               const T* space_weights, int64_t windows, int64_t ky, int64_t kx, const T* range_coefficient,
+               int64_t coefficients, Border border, bool euclidean, T* out) {
+  const int64_t channels = images.channels, height = images.height, width = images.width,
+                plane = height * width, rx = kx / 2, ry = ky / 2;
   const bool shared_guide = guides_given == 1;
   // A view of the image's first planes, or of its first image, begins where the image does.
   const bool own_guide = guide != x || depth != channels || (shared_guide && images.count > 1);
-  const int64_t sources = channels + (own_guide ? depth : 0), guides = own_guide ? channels : 0, count = ky * kx / 2;
-  // In scratch: a ring of ky padded rows of each source, one of ry + 1 rows of weights for each offset, the totals and the means.
+  const int64_t sources = channels + (own_guide ? depth : 0), guides = own_guide ? channels : 0,
+                count = ky * kx / 2;
+  // In scratch: a ring of ky padded rows of each source, one of ry + 1 rows of weights for each offset, the
+  // totals and the means.
   const int64_t image_rows = sources * ky, rows = image_rows + count * (ry + 1) + 2;
   const int64_t pointer_count = 2 * depth + 4 * count;
   std::vector<const T*> all_pointers(static_cast<size_t>(pointer_count * omp_get_max_threads()));
-  for_tiles<T>({images.count, height, width}, rows, rows, 2 * kx, border, [&](const Tile& tile, T* scratch, int64_t length) {
-    const int64_t columns = tile.right - tile.left;
-    const Span span(tile, width, rx, rx);
-    const T* const window = space_weights + (windows == 1 ? 0 : tile.plane * ky * kx);
-    const T coefficient = range_coefficient[coefficients == 1 ? 0 : tile.plane];
-    const auto source_row = [&](int64_t c, int64_t y) { return scratch + (c * ky + (y + 2 * ky) % ky) * length + rx; };
-    const auto weight_row = [&](int64_t k, int64_t y) { return scratch + (image_rows + k * (ry + 1) + (y + 2 * ky * (ry + 1)) % (ry + 1)) * length + rx; };
-    T *const totals = scratch + (rows - 2) * length, *const means = totals + length;
-    const auto offset = [&](int64_t k) {  // in the window's order, behind its centre
-      const int64_t i = count + 1 + k;
-      return Offset<T>{i / kx - ry, i % kx - rx, window[i]};
-    };
-    const T** const here = all_pointers.data() + pointer_count * omp_get_thread_num();
-    const T **const there = here + depth, **const weights = there + depth, **const values = weights + 2 * count;
-    const auto fetch = [&](int64_t y) {
-      const int64_t row = inside(y, height, border);
-      for (int64_t c = 0; c < sources; ++c) {
-        T* const p = source_row(c, y);
-        if (row < 0) {
-          std::fill_n(p - rx, columns + 2 * rx, T(0));
-          continue;
+  for_tiles<T>(
+      {images.count, height, width}, rows, rows, 2 * kx, border,
+      [&](const Tile& tile, T* scratch, int64_t length) {
+        const int64_t columns = tile.right - tile.left;
+        const Span span(tile, width, rx, rx);
+        const T* const window = space_weights + (windows == 1 ? 0 : tile.plane * ky * kx);
+        const T coefficient = range_coefficient[coefficients == 1 ? 0 : tile.plane];
+        const auto source_row = [&](int64_t c, int64_t y) {
+          return scratch + (c * ky + (y + 2 * ky) % ky) * length + rx;
+        };
+        const auto weight_row = [&](int64_t k, int64_t y) {
+          return scratch + (image_rows + k * (ry + 1) + (y + 2 * ky * (ry + 1)) % (ry + 1)) * length + rx;
+        };
+        T *const totals = scratch + (rows - 2) * length, *const means = totals + length;
+        const auto offset = [&](int64_t k) {  // in the window's order, behind its centre
+          const int64_t i = count + 1 + k;
+          return Offset<T>{i / kx - ry, i % kx - rx, window[i]};
+        };
+        const T** const here = all_pointers.data() + pointer_count * omp_get_thread_num();
+        const T **const there = here + depth, **const weights = there + depth,
+                        **const values = weights + 2 * count;
+        const auto fetch = [&](int64_t y) {
+          const int64_t row = inside(y, height, border);
+          for (int64_t c = 0; c < sources; ++c) {
+            T* const p = source_row(c, y);
+            if (row < 0) {
+              std::fill_n(p - rx, columns + 2 * rx, T(0));
+              continue;
+            }
+            const T* const image =
+                c < channels ? x + (tile.plane * channels + c) * plane
+                             : guide + ((shared_guide ? 0 : tile.plane) * depth + c - channels) * plane;
+            std::copy_n(image + row * width + span.first, span.count(), p + span.first - tile.left);
+            extend(p, tile, width, rx, rx, border, T(0));
+          }
+        };
+        const auto weigh = [&](int64_t y) {  // row y with those below it
+          for (int64_t k = 0; k < count; ++k) {
+            const auto [dy, dx, near] = offset(k);
+            // From where a pixel of the tile has its weight with the one before it, to the tile's end or
+            // beyond.
+            const int64_t start = std::min<int64_t>(-dx, 0), end = columns + std::max<int64_t>(-dx, 0);
+            for (int64_t c = 0; c < depth; ++c) {
+              here[c] = source_row(guides + c, y) + start;
+              there[c] = source_row(guides + c, y + dy) + start + dx;
+            }
+            weigh_pairs(here, there, depth, end - start, coefficient, near, euclidean,
+                        weight_row(k, y) + start);
+          }
+        };
+        for (int64_t y = tile.top - ry; y < tile.top + ry; ++y) fetch(y);
+        for (int64_t y = tile.top - ry; y < tile.bottom; ++y) {
+          // The first rows' weights are for the rows below them, all of which are there.
+          if (y >= tile.top) fetch(y + ry);
+          weigh(y);
+          if (y < tile.top) continue;
+          for (int64_t k = 0; k < count; ++k) {
+            const auto [dy, dx, near] = offset(k);
+            weights[2 * k] = weight_row(k, y);
+            weights[2 * k + 1] = weight_row(k, y - dy) - dx;
+          }
+          const T self = window[count];
+          for_blocks<T>(
+              columns, [=](int64_t k) { add_weights<T, 4>(self, weights, 2 * count, k, totals); },
+              [=](int64_t k) { add_weights<T, 1>(self, weights, 2 * count, k, totals); });
+          for (int64_t c = 0; c < channels; ++c) {
+            for (int64_t k = 0; k < count; ++k) {
+              const auto [dy, dx, near] = offset(k);
+              values[2 * k] = source_row(c, y + dy) + dx;
+              values[2 * k + 1] = source_row(c, y - dy) - dx;
+            }
+            const T* const centre = source_row(c, y);
+            for_blocks<T>(
+                columns,
+                [=](int64_t k) {
+                  weighted_means<T, 4>(self, centre, weights, values, 2 * count, totals, k, means);
+                },
+                [=](int64_t k) {
+                  weighted_means<T, 1>(self, centre, weights, values, 2 * count, totals, k, means);
+                });
+            std::copy_n(means, columns, out + (tile.plane * channels + c) * plane + y * width + tile.left);
+          }
         }
-        const T* const image = c < channels ? x + (tile.plane * channels + c) * plane : guide + ((shared_guide ? 0 : tile.plane) * depth + c - channels) * plane;
-        std::copy_n(image + row * width + span.first, span.count(), p + span.first - tile.left);
-        extend(p, tile, width, rx, rx, border, T(0));
-      }
-    };
-    const auto weigh = [&](int64_t y) {  // row y with those below it
-      for (int64_t k = 0; k < count; ++k) {
-        const auto [dy, dx, near] = offset(k);
-        // From where a pixel of the tile has its weight with the one before it, to the tile's end or beyond.
-        const int64_t start = std::min<int64_t>(-dx, 0), end = columns + std::max<int64_t>(-dx, 0);
-        for (int64_t c = 0; c < depth; ++c) {
-          here[c] = source_row(guides + c, y) + start;
-          there[c] = source_row(guides + c, y + dy) + start + dx;
-        }
-        weigh_pairs(here, there, depth, end - start, coefficient, near, euclidean, weight_row(k, y) + start);
-      }
-    };
-    for (int64_t y = tile.top - ry; y < tile.top + ry; ++y) fetch(y);
-    for (int64_t y = tile.top - ry; y < tile.bottom; ++y) {
-      // The first rows' weights are for the rows below them, all of which are there.
-      if (y >= tile.top) fetch(y + ry);
-      weigh(y);
-      if (y < tile.top) continue;
-      for (int64_t k = 0; k < count; ++k) {
-        const auto [dy, dx, near] = offset(k);
-        weights[2 * k] = weight_row(k, y);
-        weights[2 * k + 1] = weight_row(k, y - dy) - dx;
-      }
-      const T self = window[count];
-      for_blocks<T>(
-          columns, [=](int64_t k) { add_weights<T, 4>(self, weights, 2 * count, k, totals); },
-          [=](int64_t k) { add_weights<T, 1>(self, weights, 2 * count, k, totals); });
-      for (int64_t c = 0; c < channels; ++c) {
-        for (int64_t k = 0; k < count; ++k) {
-          const auto [dy, dx, near] = offset(k);
-          values[2 * k] = source_row(c, y + dy) + dx;
-          values[2 * k + 1] = source_row(c, y - dy) - dx;
-        }
-        const T* const centre = source_row(c, y);
-        for_blocks<T>(
-            columns, [=](int64_t k) { weighted_means<T, 4>(self, centre, weights, values, 2 * count, totals, k, means); },
-            [=](int64_t k) { weighted_means<T, 1>(self, centre, weights, values, 2 * count, totals, k, means); });
-        std::copy_n(means, columns, out + (tile.plane * channels + c) * plane + y * width + tile.left);
-      }
-    }
-  });
+      });
 }
 
 CHIASM_INSTANTIATE(bilateral)

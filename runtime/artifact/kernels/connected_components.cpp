@@ -26,7 +26,8 @@ void connected_components(const bool* mask, int64_t planes, int64_t height, int6
   const int64_t size = height * width;
 #pragma omp parallel for
   for (int64_t plane = 0; plane < planes; ++plane) {
-    const auto* const set = reinterpret_cast<const uint8_t*>(mask) + plane * size;  // a caller's bytes: what is not 0 is set
+    // a caller's bytes: what is not 0 is set
+    const auto* const set = reinterpret_cast<const uint8_t*>(mask) + plane * size;
     int32_t* const parent = roots + plane * size;
     std::iota(parent, parent + size, 0);
     for (int64_t y = 0; y < height; ++y)

@@ -12,7 +12,8 @@ void hflip(const T* x, Planes planes, T* out) {
     T* const target = out + row * width;
     for_lanes<T, 4>(width, [=](auto d, auto vectors, int64_t k) {
       const auto lanes = static_cast<int64_t>(hn::Lanes(d));
-      for (int v = 0; v < vectors; ++v) hn::StoreU(hn::Reverse(d, hn::LoadU(d, end - k - (v + 1) * lanes)), d, target + k + v * lanes);
+      for (int v = 0; v < vectors; ++v)
+        hn::StoreU(hn::Reverse(d, hn::LoadU(d, end - k - (v + 1) * lanes)), d, target + k + v * lanes);
     });
   }
 }

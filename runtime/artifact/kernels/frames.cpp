@@ -9,16 +9,19 @@ namespace {
 
 constexpr int64_t kBlock = 8192;
 
-// The numbers at `channel` of a vector of pixels: a shuffle puts every third byte where an integer of 32 bits has its lowest.
+// The numbers at `channel` of a vector of pixels: a shuffle puts every third byte where an integer of 32 bits
+// has its lowest.
 template <class D, class Pixels>
 HWY_INLINE hn::Vec<D> numbers(D d, Pixels pixels, int channel) {
   alignas(16) uint8_t lanes[16];
   for (int i = 0; i < 16; ++i) lanes[i] = static_cast<uint8_t>(i % 4 ? 0x80 : i / 4 * 3 + channel);
   const hn::Repartition<uint8_t, D> bytes;
-  return hn::ConvertTo(d, hn::BitCast(Integers<D>(), hn::TableLookupBytesOr0(pixels, hn::LoadDup128(bytes, lanes))));
+  return hn::ConvertTo(
+      d, hn::BitCast(Integers<D>(), hn::TableLookupBytesOr0(pixels, hn::LoadDup128(bytes, lanes))));
 }
 
-// Along a row of bytes, which pixel and its right neighbour are summed: weights of the one, three times, and of the other, for each pixel.
+// Along a row of bytes, which pixel and its right neighbour are summed: weights of the one, three times, and
+// of the other, for each pixel.
 struct Pairs {
   std::vector<int64_t> first;  // as bytes
   std::vector<float> weights;  // four for either pixel, the last of which is 0
@@ -32,12 +35,14 @@ Pairs pairs_of(const Taps<float>& taps, int64_t width) {
     pairs.first[i] = 3 * first;
     if (3 * first + 8 <= 3 * width) pairs.inside = i + 1;
     for (int64_t k = 0; k < 2; ++k)  // at the ends of a row both taps are of one pixel
-      for (int64_t channel = 0; channel < 3; ++channel) pairs.weights[8 * i + 4 * (taps.index[2 * i + k] - first) + channel] += taps.weight[2 * i + k];
+      for (int64_t channel = 0; channel < 3; ++channel)
+        pairs.weights[8 * i + 4 * (taps.index[2 * i + k] - first) + channel] += taps.weight[2 * i + k];
   }
   return pairs;
 }
 
-// Two pixels as four numbers each, of which three count: in one vector, or where four are all that it has room for, in two.
+// Two pixels as four numbers each, of which three count: in one vector, or where four are all that it has
+// room for, in two.
 using Part = hn::CappedTag<float, 8>;
 constexpr int64_t kParts = 8 / static_cast<int64_t>(hn::MaxLanes(Part()));
 static_assert(kParts == 1 || kParts == 2);
@@ -51,16 +56,21 @@ HWY_INLINE void load_pair(const uint8_t* p, hn::Vec<Part>* pixels) {
   const hn::Repartition<uint8_t, Part> bytes;
   for (int64_t i = 0; i < kParts; ++i) {
     alignas(32) uint8_t lanes[32];
-    for (int64_t k = 0; k < 32; ++k) lanes[k] = static_cast<uint8_t>(k % 4 ? 0x80 : 3 * (i + k / 16) + k / 4 % 4);
-    pixels[i] = hn::ConvertTo(d, hn::BitCast(Integers<Part>(), hn::TableLookupBytesOr0(hn::BitCast(bytes, hn::Set(words, eight)), hn::LoadU(bytes, lanes))));
+    for (int64_t k = 0; k < 32; ++k)
+      lanes[k] = static_cast<uint8_t>(k % 4 ? 0x80 : 3 * (i + k / 16) + k / 4 % 4);
+    pixels[i] = hn::ConvertTo(
+        d, hn::BitCast(Integers<Part>(), hn::TableLookupBytesOr0(hn::BitCast(bytes, hn::Set(words, eight)),
+                                                                 hn::LoadU(bytes, lanes))));
   }
 }
 
 template <class D>
 HWY_INLINE hn::Vec<hn::FixedTag<float, 4>> sum_of_pair(D, const hn::Vec<D>* pixels) {
   const hn::Half<D> half;
-  if constexpr (kParts == 1) return hn::Add(hn::LowerHalf(half, pixels[0]), hn::UpperHalf(half, pixels[0]));
-  else return hn::Add(pixels[0], pixels[1]);
+  if constexpr (kParts == 1)
+    return hn::Add(hn::LowerHalf(half, pixels[0]), hn::UpperHalf(half, pixels[0]));
+  else
+    return hn::Add(pixels[0], pixels[1]);
 }
 
 }  // namespace
@@ -68,36 +78,45 @@ HWY_INLINE hn::Vec<hn::FixedTag<float, 4>> sum_of_pair(D, const hn::Vec<D>* pixe
 void frame_to_grey(const uint8_t* frame, int64_t height, int64_t width, float* out) {
   const int64_t n = height * width;
   const auto luma = [](auto d, auto b, auto g, auto r) {
-    return hn::Add(hn::Add(hn::Mul(r, hn::Set(d, 0.299f)), hn::Mul(g, hn::Set(d, 0.587f))), hn::Mul(b, hn::Set(d, 0.114f)));
+    return hn::Add(hn::Add(hn::Mul(r, hn::Set(d, 0.299f)), hn::Mul(g, hn::Set(d, 0.587f))),
+                   hn::Mul(b, hn::Set(d, 0.114f)));
   };
 #pragma omp parallel for
   for (int64_t begin = 0; begin < n; begin += kBlock) {
     const int64_t end = std::min(begin + kBlock, n);
     int64_t i = begin;
     // Of every 16 bytes that are loaded 12 are four pixels'.
-    for (; i + kLanes<float> <= end && 3 * (i + kLanes<float>) + 4 <= 3 * n; i += kLanes<float>) {
+    for (; i + kLanes<float> <= end && 3 * (i + kLanes<float>)+4 <= 3 * n; i += kLanes<float>) {
       const Lanes<float> d;
       const hn::FixedTag<uint8_t, 16> block;
       const uint8_t* const p = frame + 3 * i;
-      const auto pixels = combined<decltype(block)>(hn::Repartition<uint8_t, Lanes<float>>(), [=](int64_t k) { return hn::LoadU(block, p + k / 16 * 12); });
+      const auto pixels = combined<decltype(block)>(hn::Repartition<uint8_t, Lanes<float>>(), [=](int64_t k) {
+        return hn::LoadU(block, p + k / 16 * 12);
+      });
       hn::StoreU(luma(d, numbers(d, pixels, 0), numbers(d, pixels, 1), numbers(d, pixels, 2)), d, out + i);
     }
     for (; i < end; ++i) {
       const Lane<float> d;
-      const auto number = [=](int64_t channel) { return hn::Set(d, static_cast<float>(frame[3 * i + channel])); };
+      const auto number = [=](int64_t channel) {
+        return hn::Set(d, static_cast<float>(frame[3 * i + channel]));
+      };
       hn::StoreU(luma(d, number(0), number(1), number(2)), d, out + i);
     }
   }
 }
 
-void resize_frame(const uint8_t* frame, int64_t height, int64_t width, int64_t new_height, int64_t new_width, float* out) {
+void resize_frame(const uint8_t* frame, int64_t height, int64_t width, int64_t new_height, int64_t new_width,
+                  float* out) {
   const Taps<float> down = resize_taps<float>(height, new_height, Interpolation::kBilinear, false, false);
-  const Pairs across = pairs_of(resize_taps<float>(width, new_width, Interpolation::kBilinear, false, false), width);
+  const Pairs across =
+      pairs_of(resize_taps<float>(width, new_width, Interpolation::kBilinear, false, false), width);
   const int64_t room = (new_width + 3) / 4 * 16;
   std::vector<float> all_rows(static_cast<size_t>(room * omp_get_max_threads()));
 #pragma omp parallel for
   for (int64_t y = 0; y < new_height; ++y) {
-    const uint8_t *const upper = frame + 3 * width * down.index[2 * y], *const lower = frame + 3 * width * down.index[2 * y + 1];
+    const uint8_t *const upper = frame + 3 * width * down.index[2 * y], *const lower =
+                                                                            frame +
+                                                                            3 * width * down.index[2 * y + 1];
     const Part d;
     const auto above = hn::Set(d, down.weight[2 * y]), below = hn::Set(d, down.weight[2 * y + 1]);
     float* const row = all_rows.data() + room * omp_get_thread_num();  // four numbers a pixel
@@ -108,13 +127,15 @@ void resize_frame(const uint8_t* frame, int64_t height, int64_t width, int64_t n
       load_pair<end>(upper + first[x], a);
       load_pair<end>(lower + first[x], b);
       for (int64_t i = 0; i < kParts; ++i)
-        a[i] = hn::Mul(hn::Add(hn::Mul(a[i], above), hn::Mul(b[i], below)), hn::LoadU(d, weights + 8 * x + 4 * i));
+        a[i] = hn::Mul(hn::Add(hn::Mul(a[i], above), hn::Mul(b[i], below)),
+                       hn::LoadU(d, weights + 8 * x + 4 * i));
       hn::StoreU(sum_of_pair(d, a), hn::FixedTag<float, 4>(), row + 4 * x);
     };
     int64_t x = 0;
     for (; x < across.inside; ++x) sum(x, std::false_type());
     for (; x < new_width; ++x) sum(x, std::true_type());
-    float *const blue = out + (2 * new_height + y) * new_width, *const green = out + (new_height + y) * new_width, *const red = out + y * new_width;
+    float *const blue = out + (2 * new_height + y) * new_width,
+                 *const green = out + (new_height + y) * new_width, *const red = out + y * new_width;
     for_lanes<float>(new_width, [=](auto tag, auto, int64_t k) {
       hn::Vec<decltype(tag)> b, g, r, rest;
       hn::LoadInterleaved4(tag, row + 4 * k, b, g, r, rest);

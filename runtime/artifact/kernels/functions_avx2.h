@@ -1,4 +1,5 @@
-// The functions of functions.h for AVX2: glibc's vector functions (libmvec), at most 4 units in the last place.
+// The functions of functions.h for AVX2: glibc's vector functions (libmvec), at most 4 units in the last
+// place.
 #pragma once
 
 #include "lanes.h"
@@ -11,9 +12,13 @@ namespace chiasm::kernels {
 
 inline hn::Vec256<double> vector_exp(hn::Vec256<double> v) { return hn::Vec256<double>{_ZGVdN4v_exp(v.raw)}; }
 
-inline hn::Vec256<double> vector_atan2(hn::Vec256<double> y, hn::Vec256<double> x) { return hn::Vec256<double>{_ZGVdN4vv_atan2(y.raw, x.raw)}; }
+inline hn::Vec256<double> vector_atan2(hn::Vec256<double> y, hn::Vec256<double> x) {
+  return hn::Vec256<double>{_ZGVdN4vv_atan2(y.raw, x.raw)};
+}
 
-inline hn::Vec256<float> vector_atan2(hn::Vec256<float> y, hn::Vec256<float> x) { return hn::Vec256<float>{_ZGVdN8vv_atan2f(y.raw, x.raw)}; }
+inline hn::Vec256<float> vector_atan2(hn::Vec256<float> y, hn::Vec256<float> x) {
+  return hn::Vec256<float>{_ZGVdN8vv_atan2f(y.raw, x.raw)};
+}
 
 #if HWY_MAX_BYTES == 64
 // By halves, so that results are the same as with AVX2.

@@ -1,5 +1,5 @@
-// Counting levels and looking them up: loops that follow the data, which compiled tensor code does by atomic additions and by gathers
-// of 64-bit indices.
+// Counting levels and looking them up: loops that follow the data, which compiled tensor code does by atomic
+// additions and by gathers of 64-bit indices.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,14 +10,17 @@
 namespace chiasm::kernels {
 namespace {
 
-// Four tables in turn: an addition to a bin does not wait for the one before it, which often is to the same bin.
+// Four tables in turn: an addition to a bin does not wait for the one before it, which often is to the same
+// bin.
 constexpr int64_t kTables = 4;
 
 // Counts those of n numbers that are bins, or all of them where they are known to be.
 template <bool known = false, class Index>
 void count(const Index* index, int64_t n, int64_t bins, int32_t* tables) {
   int32_t *const a = tables, *const b = a + bins, *const c = b + bins, *const d = c + bins;
-  const auto valid = [bins](Index i) { return known || static_cast<uint64_t>(i) < static_cast<uint64_t>(bins); };
+  const auto valid = [bins](Index i) {
+    return known || static_cast<uint64_t>(i) < static_cast<uint64_t>(bins);
+  };
   int64_t k = 0;
   for (; k + kTables <= n; k += kTables) {
     if (valid(index[k])) ++a[index[k]];
@@ -29,12 +32,15 @@ void count(const Index* index, int64_t n, int64_t bins, int32_t* tables) {
     if (valid(index[k])) ++a[index[k]];
 }
 
-// Shares the counting of rows among threads: body(row, first, n, tables) counts n numbers into kTables tables of zeros.
+// Shares the counting of rows among threads: body(row, first, n, tables) counts n numbers into kTables tables
+// of zeros.
 template <class Body>
 void count_rows(int64_t rows, int64_t n, int64_t bins, int32_t* counts, const Body& body) {
   // A task's own counting outweighs adding its tables to the others'.
-  const int64_t size = std::max<int64_t>(65536, 32 * bins), chunks = std::max<int64_t>(1, (n + size - 1) / size);
-  const std::unique_ptr<int32_t[]> scratch(new int32_t[static_cast<size_t>(kTables * bins * omp_get_max_threads())]);
+  const int64_t size = std::max<int64_t>(65536, 32 * bins),
+                chunks = std::max<int64_t>(1, (n + size - 1) / size);
+  const std::unique_ptr<int32_t[]> scratch(
+      new int32_t[static_cast<size_t>(kTables * bins * omp_get_max_threads())]);
   std::fill_n(counts, rows * bins, 0);
 #pragma omp parallel
   {
@@ -59,7 +65,9 @@ void count_rows(int64_t rows, int64_t n, int64_t bins, int32_t* counts, const Bo
 
 template <class Index>
 void bincount(const Index* index, int64_t rows, int64_t n, int64_t bins, int32_t* counts) {
-  count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) { count(index + row * n + first, size, bins, tables); });
+  count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) {
+    count(index + row * n + first, size, bins, tables);
+  });
 }
 
 namespace {
@@ -94,7 +102,8 @@ Extent<T> extent(const T* x, int64_t n) {
     hn::StoreU(larger(larger(high[0], high[1]), larger(high[2], high[3])), d, highs);
     least = *std::min_element(lows, lows + lanes);
     greatest = *std::max_element(highs, highs + lanes);
-    if (any(d, hn::IsNaN(hn::Add(hn::Add(order[0], order[1]), hn::Add(order[2], order[3]))))) undefined = std::any_of(x, x + k, [](T v) { return std::isnan(v); });
+    if (any(d, hn::IsNaN(hn::Add(hn::Add(order[0], order[1]), hn::Add(order[2], order[3])))))
+      undefined = std::any_of(x, x + k, [](T v) { return std::isnan(v); });
   }
   for (; k < n; ++k) {
     least = std::min(least, x[k]);
@@ -120,7 +129,8 @@ void aminmax(const T* x, int64_t rows, int64_t n, T* out) {
     Extent<T> all = parts[static_cast<size_t>(row * chunks)];
     for (int64_t i = row * chunks; i < (row + 1) * chunks; ++i) {
       const Extent<T>& part = parts[static_cast<size_t>(i)];
-      all = {std::min(all.least, part.least), std::max(all.greatest, part.greatest), all.undefined || part.undefined};
+      all = {std::min(all.least, part.least), std::max(all.greatest, part.greatest),
+             all.undefined || part.undefined};
     }
     out[row] = all.undefined ? std::numeric_limits<T>::quiet_NaN() : all.least;
     out[rows + row] = all.undefined ? std::numeric_limits<T>::quiet_NaN() : all.greatest;
@@ -135,7 +145,8 @@ namespace {
 template <class T>
 void place_in_bins(const T* x, int64_t n, T low, T span, T bins, int32_t* index) {
   for_lanes<T>(n, [=](auto d, auto, int64_t k) {
-    const auto place = hn::Mul(hn::Div(hn::Sub(hn::LoadU(d, x + k), hn::Set(d, low)), hn::Set(d, span)), hn::Set(d, bins));
+    const auto place =
+        hn::Mul(hn::Div(hn::Sub(hn::LoadU(d, x + k), hn::Set(d, low)), hn::Set(d, span)), hn::Set(d, bins));
     const auto limited = smaller(larger(place, hn::Zero(d)), hn::Set(d, bins - 1));
     hn::StoreU(truncated(d, limited), Integers<decltype(d)>(), index + k);
   });
@@ -144,7 +155,8 @@ void place_in_bins(const T* x, int64_t n, T low, T span, T bins, int32_t* index)
 }  // namespace
 
 template <class T>
-void row_histograms(const T* x, int64_t rows, int64_t n, const T* low, const T* span, int64_t bins, int32_t* counts) {
+void row_histograms(const T* x, int64_t rows, int64_t n, const T* low, const T* span, int64_t bins,
+                    int32_t* counts) {
   constexpr int64_t kBlock = 512;
   count_rows(rows, n, bins, counts, [&](int64_t row, int64_t first, int64_t size, int32_t* tables) {
     const T* const values = x + row * n + first;
@@ -162,14 +174,16 @@ CHIASM_INSTANTIATE(row_histograms)
 
 namespace {
 
-// A number from 0 to 255 that is added to this has its nearest whole number, halves the even one, in its last bits.
+// A number from 0 to 255 that is added to this has its nearest whole number, halves the even one, in its last
+// bits.
 constexpr float kWhole = 8388608;
 
 // The values as bytes: the nearest, halves the even one; NaN is 0.
 template <class D>
 HWY_INLINE hn::Vec<hn::Rebind<uint8_t, D>> to_bytes(D d, hn::Vec<D> v) {
   const auto limited = smaller(larger(v, hn::Zero(d)), hn::Set(d, 255));
-  return hn::TruncateTo(hn::Rebind<uint8_t, D>(), hn::BitCast(hn::RebindToUnsigned<D>(), hn::Add(limited, hn::Set(d, kWhole))));
+  return hn::TruncateTo(hn::Rebind<uint8_t, D>(),
+                        hn::BitCast(hn::RebindToUnsigned<D>(), hn::Add(limited, hn::Set(d, kWhole))));
 }
 
 template <class D>
@@ -180,19 +194,24 @@ HWY_INLINE hn::Vec<D> load_floats(D d, const float* p) {
 template <class D>
 HWY_INLINE hn::Vec<D> load_floats(D d, const double* p) {
   using Part = hn::Rebind<float, hn::CappedTag<double, hn::MaxLanes(D())>>;
-  return combined<Part>(d, [=](int64_t i) { return hn::DemoteTo(Part(), hn::LoadU(hn::Rebind<double, Part>(), p + i)); });
+  return combined<Part>(
+      d, [=](int64_t i) { return hn::DemoteTo(Part(), hn::LoadU(hn::Rebind<double, Part>(), p + i)); });
 }
 
 // The levels of n values, halves up. NaN is the lowest.
 template <class T>
 void find_levels(const T* x, int64_t n, uint8_t* levels) {
   for_lanes<float>(n, [=](auto d, auto, int64_t k) {
-    const auto scaled = smaller(larger(hn::Mul(load_floats(d, x + k), hn::Set(d, 255)), hn::Zero(d)), hn::Set(d, 255));
+    const auto scaled =
+        smaller(larger(hn::Mul(load_floats(d, x + k), hn::Set(d, 255)), hn::Zero(d)), hn::Set(d, 255));
     const auto rounded = hn::Add(scaled, hn::Set(d, kWhole));
     const hn::RebindToUnsigned<decltype(d)> integers;
-    const auto half_down = hn::RebindMask(integers, hn::Eq(hn::Sub(scaled, hn::Sub(rounded, hn::Set(d, kWhole))), hn::Set(d, 0.5f)));
-    const auto level = hn::Sub(hn::BitCast(integers, rounded), hn::VecFromMask(integers, half_down));  // of a mask -1 or 0
-    hn::StoreU(hn::TruncateTo(hn::Rebind<uint8_t, decltype(d)>(), level), hn::Rebind<uint8_t, decltype(d)>(), levels + k);
+    const auto half_down = hn::RebindMask(
+        integers, hn::Eq(hn::Sub(scaled, hn::Sub(rounded, hn::Set(d, kWhole))), hn::Set(d, 0.5f)));
+    // of a mask -1 or 0
+    const auto level = hn::Sub(hn::BitCast(integers, rounded), hn::VecFromMask(integers, half_down));
+    hn::StoreU(hn::TruncateTo(hn::Rebind<uint8_t, decltype(d)>(), level), hn::Rebind<uint8_t, decltype(d)>(),
+               levels + k);
   });
 }
 
@@ -202,7 +221,8 @@ template <class T>
 void quantize_u8(const T* x, int64_t n, uint8_t* levels) {
   constexpr int64_t kBlock = 16384;
 #pragma omp parallel for
-  for (int64_t first = 0; first < n; first += kBlock) find_levels(x + first, std::min(kBlock, n - first), levels + first);
+  for (int64_t first = 0; first < n; first += kBlock)
+    find_levels(x + first, std::min(kBlock, n - first), levels + first);
 }
 
 CHIASM_INSTANTIATE(quantize_u8)
@@ -223,8 +243,9 @@ void lut(const T* table, int64_t rows, const uint8_t* index, int64_t n, T* out) 
 
 CHIASM_INSTANTIATE(lut)
 
-void clahe_histograms(const uint8_t* levels, int64_t count_of_planes, int64_t height, int64_t width, int64_t tile_height, int64_t tile_width, int64_t tiles_y,
-                      int64_t tiles_x, int32_t* counts) {
+void clahe_histograms(const uint8_t* levels, int64_t count_of_planes, int64_t height, int64_t width,
+                      int64_t tile_height, int64_t tile_width, int64_t tiles_y, int64_t tiles_x,
+                      int32_t* counts) {
   const int64_t tiles = tiles_y * tiles_x;
 #pragma omp parallel for
   for (int64_t i = 0; i < count_of_planes * tiles; ++i) {
@@ -235,34 +256,40 @@ void clahe_histograms(const uint8_t* levels, int64_t count_of_planes, int64_t he
     for (int64_t y = top; y < top + tile_height; ++y) {
       const uint8_t* const row = plane + inside(y, height, Border::kReflect) * width;
       count(row + left, within, 256, tables.data());
-      for (int64_t x = left + within; x < left + tile_width; ++x) ++tables[row[inside(x, width, Border::kReflect)]];
+      for (int64_t x = left + within; x < left + tile_width; ++x)
+        ++tables[row[inside(x, width, Border::kReflect)]];
     }
-    for (int64_t k = 0; k < 256; ++k) counts[i * 256 + k] = tables[k] + tables[256 + k] + tables[512 + k] + tables[768 + k];
+    for (int64_t k = 0; k < 256; ++k)
+      counts[i * 256 + k] = tables[k] + tables[256 + k] + tables[512 + k] + tables[768 + k];
   }
 }
 
 namespace {
 
 // The levels of n pixels by the curves a, b, c, d of the tiles to the left and right above, and below.
-void blend(const float* a, const float* b, const float* c, const float* d, const uint8_t* in, int64_t n, const float* weight, float weight_below, uint8_t* out) {
+void blend(const float* a, const float* b, const float* c, const float* d, const uint8_t* in, int64_t n,
+           const float* weight, float weight_below, uint8_t* out) {
   for_lanes<float>(n, [=](auto tag, auto, int64_t k) {
     const hn::Rebind<uint8_t, decltype(tag)> bytes;
     const auto level = hn::PromoteTo(Integers<decltype(tag)>(), hn::LoadU(bytes, in + k));
-    // All before what is done with them: else the compiler makes a gather wait for the register that the one before it had as its mask.
+    // All before what is done with them: else the compiler makes a gather wait for the register that the one
+    // before it had as its mask.
     const auto upper_left = hn::GatherIndex(tag, a, level), upper_right = hn::GatherIndex(tag, b, level);
     const auto lower_left = hn::GatherIndex(tag, c, level), lower_right = hn::GatherIndex(tag, d, level);
     const auto right = hn::LoadU(tag, weight + k), left = hn::Sub(hn::Set(tag, 1), right);
     const auto below = hn::Set(tag, weight_below), above = hn::Set(tag, 1 - weight_below);
-    const auto upper = hn::Add(hn::Mul(upper_left, left), hn::Mul(upper_right, right)), lower = hn::Add(hn::Mul(lower_left, left), hn::Mul(lower_right, right));
+    const auto upper = hn::Add(hn::Mul(upper_left, left), hn::Mul(upper_right, right)),
+               lower = hn::Add(hn::Mul(lower_left, left), hn::Mul(lower_right, right));
     hn::StoreU(to_bytes(tag, hn::Add(hn::Mul(upper, above), hn::Mul(lower, below))), bytes, out + k);
   });
 }
 
 }  // namespace
 
-void clahe_interpolate(const float* table, int64_t planes, int64_t tiles, int64_t tiles_x, const uint8_t* levels, int64_t height, int64_t width,
-                       const int64_t* first_y, const int64_t* second_y, const float* weight_y, const int64_t* first_x, const int64_t* second_x,
-                       const float* weight_x, uint8_t* out) {
+void clahe_interpolate(const float* table, int64_t planes, int64_t tiles, int64_t tiles_x,
+                       const uint8_t* levels, int64_t height, int64_t width, const int64_t* first_y,
+                       const int64_t* second_y, const float* weight_y, const int64_t* first_x,
+                       const int64_t* second_x, const float* weight_x, uint8_t* out) {
   // Between two tiles' centres every pixel takes the same curves: where each such stretch ends.
   std::vector<int64_t> ends;
   for (int64_t x = 1; x <= width; ++x)
@@ -271,13 +298,15 @@ void clahe_interpolate(const float* table, int64_t planes, int64_t tiles, int64_
   for (int64_t i = 0; i < planes * height; ++i) {
     const int64_t y = i % height;
     const float* const curves = table + i / height * tiles * 256;
-    const float *const upper = curves + first_y[y] * tiles_x * 256, *const lower = curves + second_y[y] * tiles_x * 256;
+    const float *const upper = curves + first_y[y] * tiles_x * 256, *const lower =
+                                                                        curves + second_y[y] * tiles_x * 256;
     const uint8_t* const in = levels + i * width;
     uint8_t* const target = out + i * width;
     int64_t x = 0;
     for (const int64_t end : ends) {
       const int64_t tile = 256 * first_x[x], next = 256 * second_x[x];
-      blend(upper + tile, upper + next, lower + tile, lower + next, in + x, end - x, weight_x + x, weight_y[y], target + x);
+      blend(upper + tile, upper + next, lower + tile, lower + next, in + x, end - x, weight_x + x,
+            weight_y[y], target + x);
       x = end;
     }
   }

@@ -4,7 +4,8 @@
 namespace chiasm::kernels {
 namespace {
 
-// A vector of four, or where there are only vectors of two, a pair of them: running sums are added in the same order on every CPU.
+// A vector of four, or where there are only vectors of two, a pair of them: running sums are added in the
+// same order on every CPU.
 using Part = hn::CappedTag<double, 4>;
 using V = hn::Vec<Part>;
 constexpr int64_t kPart = static_cast<int64_t>(hn::MaxLanes(Part()));
@@ -12,7 +13,9 @@ static_assert(kPart == 2 || kPart == 4);
 
 V load(const float* p) { return hn::PromoteTo(Part(), hn::LoadU(hn::Rebind<float, Part>(), p)); }
 V load(const double* p) { return hn::LoadU(Part(), p); }
-void store(float* p, V v) { hn::StoreU(hn::DemoteTo(hn::Rebind<float, Part>(), v), hn::Rebind<float, Part>(), p); }
+void store(float* p, V v) {
+  hn::StoreU(hn::DemoteTo(hn::Rebind<float, Part>(), v), hn::Rebind<float, Part>(), p);
+}
 void store(double* p, V v) { hn::StoreU(v, Part(), p); }
 V rounded(V v, float) { return hn::PromoteTo(Part(), hn::DemoteTo(hn::Rebind<float, Part>(), v)); }
 V rounded(V v, double) { return v; }
@@ -23,7 +26,8 @@ V total(V sums) {
   return hn::TableLookupLanes(sums, hn::SetTableIndices(Part(), last));
 }
 
-// Puts the running sums of four values in their place; each is added to its left neighbour, and then to what is two places to the left.
+// Puts the running sums of four values in their place; each is added to its left neighbour, and then to what
+// is two places to the left.
 template <class T>
 void running(const T* row, V* sums) {
   const Part d;
@@ -76,7 +80,8 @@ void integral(const T* x, Planes planes, T* out) {
 #pragma omp for
     for (int64_t plane = 0; plane < planes.count; ++plane) {
       std::fill_n(above, width, 0.0);
-      for (int64_t y = plane * height; y < (plane + 1) * height; ++y) add_row(x + y * width, width, above, out + y * width);
+      for (int64_t y = plane * height; y < (plane + 1) * height; ++y)
+        add_row(x + y * width, width, above, out + y * width);
     }
   }
 }

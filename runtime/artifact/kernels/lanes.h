@@ -1,10 +1,12 @@
-// Vectors of numbers by Google Highway, as long as the CPU's, so that a kernel is written once for every instruction set. Which one is
-// decided when a kernel is compiled; nothing is dispatched at run time.
+// Vectors of numbers by Google Highway, as long as the CPU's, so that a kernel is written once for every
+// instruction set. Which one is decided when a kernel is compiled; nothing is dispatched at run time.
 #pragma once
 
-// Without this Highway takes x86-64-v3 for SSSE3, because that level lacks the AES instructions, which no kernel uses.
+// Without this Highway takes x86-64-v3 for SSSE3, because that level lacks the AES instructions, which no
+// kernel uses.
 #define HWY_DISABLE_PCLMUL_AES
-// Kernels keep vectors in arrays and structures, which SVE's cannot be in, as their length is not known to the compiler. Their CPUs have NEON too.
+// Kernels keep vectors in arrays and structures, which SVE's cannot be in, as their length is not known to
+// the compiler. Their CPUs have NEON too.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 // No assertions, which would need Highway's library.
 #define HWY_IS_DEBUG_BUILD 0
@@ -28,21 +30,25 @@ using Lane = hn::CappedTag<T, 1>;
 template <class T>
 constexpr int64_t kLanes = static_cast<int64_t>(hn::MaxLanes(Lanes<T>()));
 
-/** The loop over n values of a row: body(tag, vectors, first) for blocks of kVectors vectors, for the whole vectors behind them (`vectors` is 1, a
- *  constant), and for what is left, value by value, as vectors of one. So a kernel has one body, and its result does not depend on where a row ends.
+/** The loop over n values of a row: body(tag, vectors, first) for blocks of kVectors vectors, for the whole
+ *  vectors behind them (`vectors` is 1, a constant), and for what is left, value by value, as vectors of one.
+ *  So a kernel has one body, and its result does not depend on where a row ends.
  *
- *  The body captures by value: what is behind a reference is loaded again after every store of a vector, which may alias it. */
+ *  The body captures by value: what is behind a reference is loaded again after every store of a vector,
+ *  which may alias it. */
 template <class T, int kVectors = 1, class Body>
 HWY_INLINE void for_lanes(int64_t n, const Body& body) {
   constexpr std::integral_constant<int, kVectors> several;
   constexpr std::integral_constant<int, 1> one;
   int64_t k = 0;
-  for (; kVectors > 1 && k + kVectors * kLanes<T> <= n; k += kVectors * kLanes<T>) body(Lanes<T>(), several, k);
+  for (; kVectors > 1 && k + kVectors * kLanes<T> <= n; k += kVectors * kLanes<T>)
+    body(Lanes<T>(), several, k);
   for (; k + kLanes<T> <= n; k += kLanes<T>) body(Lanes<T>(), one, k);
   for (; k < n; ++k) body(Lane<T>(), one, k);
 }
 
-/** a > b ? a : b and a < b ? a : b, so the second where either is NaN. This is x86's instruction; other CPUs' take the number, or NaN. */
+/** a > b ? a : b and a < b ? a : b, so the second where either is NaN. This is x86's instruction; other CPUs'
+ *  take the number, or NaN. */
 template <class V>
 HWY_INLINE V larger(V a, V b) {
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
@@ -74,16 +80,20 @@ using Integers = hn::Rebind<int32_t, D>;
 template <class D>
 HWY_INLINE hn::Vec<Integers<D>> truncated(D, hn::Vec<D> v) {
   const Integers<D> integers;
-  if constexpr (sizeof(hn::TFromD<D>) == 8) return hn::DemoteTo(integers, v);
-  else return hn::ConvertTo(integers, v);
+  if constexpr (sizeof(hn::TFromD<D>) == 8)
+    return hn::DemoteTo(integers, v);
+  else
+    return hn::ConvertTo(integers, v);
 }
 
 /** p[index[i]] for each lane i. */
 template <class D>
 HWY_INLINE hn::Vec<D> gathered(D d, const hn::TFromD<D>* p, const int32_t* index) {
   const auto integers = hn::LoadU(Integers<D>(), index);
-  if constexpr (sizeof(hn::TFromD<D>) == 8) return hn::GatherIndex(d, p, hn::PromoteTo(hn::RebindToSigned<D>(), integers));
-  else return hn::GatherIndex(d, p, integers);
+  if constexpr (sizeof(hn::TFromD<D>) == 8)
+    return hn::GatherIndex(d, p, hn::PromoteTo(hn::RebindToSigned<D>(), integers));
+  else
+    return hn::GatherIndex(d, p, integers);
 }
 
 /** A vector from what part(i) gives for each tag Part that it has room for, i being the part's first lane. */

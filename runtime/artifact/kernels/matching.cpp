@@ -15,7 +15,8 @@ namespace {
 // Products of four descriptors with three vectors of them: as many sums as there are registers for.
 constexpr int64_t kRows = 4, kColumns = 3 * kLanes<double>;
 
-// `size` descriptors as doubles, in groups: entry after entry, of each entry those of the group. The last group is filled up with zeros.
+// `size` descriptors as doubles, in groups: entry after entry, of each entry those of the group. The last
+// group is filled up with zeros.
 template <class T>
 void pack(const T* x, int64_t size, int64_t depth, int64_t group, double* out) {
   for (int64_t k = 0; k < depth; ++k)
@@ -29,7 +30,8 @@ inline void multiply(const double* rows, const double* columns, int64_t depth, d
   for (auto& row : sums)
     for (auto& sum : row) sum = hn::Zero(d);
   for (int64_t k = 0; k < depth; ++k, rows += kRows, columns += kColumns) {
-    const auto a = hn::LoadU(d, columns), b = hn::LoadU(d, columns + lanes), c = hn::LoadU(d, columns + 2 * lanes);
+    const auto a = hn::LoadU(d, columns), b = hn::LoadU(d, columns + lanes),
+               c = hn::LoadU(d, columns + 2 * lanes);
 #pragma GCC unroll 4
     for (int64_t r = 0; r < kRows; ++r) {
       const auto factor = hn::Set(d, rows[r]);
@@ -49,30 +51,40 @@ template <class T>
 std::vector<double> squared_lengths(const T* x, int64_t size, int64_t depth) {
   std::vector<double> lengths(static_cast<size_t>(size));
   for (int64_t i = 0; i < size; ++i)
-    for (int64_t k = 0; k < depth; ++k) lengths[static_cast<size_t>(i)] += static_cast<double>(x[i * depth + k]) * static_cast<double>(x[i * depth + k]);
+    for (int64_t k = 0; k < depth; ++k)
+      lengths[static_cast<size_t>(i)] +=
+          static_cast<double>(x[i * depth + k]) * static_cast<double>(x[i * depth + k]);
   return lengths;
 }
 
-// Whether the products of these descriptors are all zero: one side is, and the other has no infinity, nor NaN.
-bool have_no_products(const std::vector<double>& rows, int64_t row, const std::vector<double>& columns, int64_t column) {
+// Whether the products of these descriptors are all zero: one side is, and the other has no infinity, nor
+// NaN.
+bool have_no_products(const std::vector<double>& rows, int64_t row, const std::vector<double>& columns,
+                      int64_t column) {
   const auto each = [](const std::vector<double>& lengths, int64_t first, int64_t group, auto is) {
     const int64_t end = std::min(first + group, static_cast<int64_t>(lengths.size()));
     return std::all_of(lengths.begin() + first, lengths.begin() + end, is);
   };
   const auto zero = [](double length) { return length == 0; };
   const auto finite = [](double length) { return std::isfinite(length); };
-  return (each(rows, row, kRows, zero) && each(columns, column, kColumns, finite)) || (each(columns, column, kColumns, zero) && each(rows, row, kRows, finite));
+  return (each(rows, row, kRows, zero) && each(columns, column, kColumns, finite)) ||
+         (each(columns, column, kColumns, zero) && each(rows, row, kRows, finite));
 }
 
 }  // namespace
 
 template <class T>
-void cdist_squared(const T* a, int64_t batch, int64_t rows, int64_t depth, const T* b, int64_t columns, T* out) {
+void cdist_squared(const T* a, int64_t batch, int64_t rows, int64_t depth, const T* b, int64_t columns,
+                   T* out) {
   const int64_t row_groups = (rows + kRows - 1) / kRows, column_groups = (columns + kColumns - 1) / kColumns;
-  std::vector<double> left(static_cast<size_t>(row_groups * kRows * depth)), right(static_cast<size_t>(kColumns * depth * omp_get_max_threads()));
-  for (int64_t item = 0; item < batch; ++item, a += rows * depth, b += columns * depth, out += rows * columns) {
-    const auto row_lengths = squared_lengths(a, rows, depth), column_lengths = squared_lengths(b, columns, depth);
-    for (int64_t g = 0; g < row_groups; ++g) pack(a + g * kRows * depth, rows - g * kRows, depth, kRows, left.data() + g * kRows * depth);
+  std::vector<double> left(static_cast<size_t>(row_groups * kRows * depth)),
+      right(static_cast<size_t>(kColumns * depth * omp_get_max_threads()));
+  for (int64_t item = 0; item < batch;
+       ++item, a += rows * depth, b += columns * depth, out += rows * columns) {
+    const auto row_lengths = squared_lengths(a, rows, depth),
+               column_lengths = squared_lengths(b, columns, depth);
+    for (int64_t g = 0; g < row_groups; ++g)
+      pack(a + g * kRows * depth, rows - g * kRows, depth, kRows, left.data() + g * kRows * depth);
 #pragma omp parallel for
     for (int64_t c = 0; c < column_groups; ++c) {
       double* const own = right.data() + kColumns * depth * omp_get_thread_num();
@@ -81,12 +93,14 @@ void cdist_squared(const T* a, int64_t batch, int64_t rows, int64_t depth, const
       for (int64_t r = 0; r < row_groups; ++r) {
         double products[kRows * kColumns] = {};
         // Empty slots are zeros, and stand together.
-        if (!have_no_products(row_lengths, r * kRows, column_lengths, first)) multiply(left.data() + r * kRows * depth, own, depth, products);
+        if (!have_no_products(row_lengths, r * kRows, column_lengths, first))
+          multiply(left.data() + r * kRows * depth, own, depth, products);
         for (int64_t i = 0; i < std::min(kRows, rows - r * kRows); ++i) {
           const int64_t row = r * kRows + i;
           for (int64_t k = 0; k < wide; ++k)
-            out[row * columns + first + k] =
-                static_cast<T>(row_lengths[static_cast<size_t>(row)] + column_lengths[static_cast<size_t>(first + k)] - 2 * products[i * kColumns + k]);
+            out[row * columns + first + k] = static_cast<T>(row_lengths[static_cast<size_t>(row)] +
+                                                            column_lengths[static_cast<size_t>(first + k)] -
+                                                            2 * products[i * kColumns + k]);
         }
       }
     }
@@ -150,12 +164,14 @@ void two_smallest(const T* x, int64_t batch, int64_t height, int64_t width, bool
 #pragma omp parallel for
   for (int64_t task = 0; task < batch * tasks; ++task) {
     const T* const plane = x + task / tasks * height * width;
-    const int64_t i = task % tasks, first = along_rows ? i : i * kStrip, last = along_rows ? i + 1 : std::min(first + kStrip, width);
+    const int64_t i = task % tasks, first = along_rows ? i : i * kStrip,
+                  last = along_rows ? i + 1 : std::min(first + kStrip, width);
     TwoSmallest<T> least(last - first);
     if (along_rows) {
       least.see_all(plane + i * width, width);
     } else {
-      for (int64_t row = 0; row < height; ++row) least.see_each(plane + row * width + first, last - first, row);
+      for (int64_t row = 0; row < height; ++row)
+        least.see_each(plane + row * width + first, last - first, row);
     }
     int64_t* target = out + 2 * (task / tasks * (along_rows ? height : width) + first);
     for (int64_t k = 0; k < last - first; ++k) {

@@ -18,12 +18,14 @@ using Rows = double[kMostRows][kRoom];
 inline void add(double* target, double factor, const double* row, int64_t n) {
   const Lanes<double> d;
   for (int64_t i = 0; i < n; i += kLanes<double>)
-    hn::StoreU(hn::Add(hn::LoadU(d, target + i), hn::Mul(hn::Set(d, factor), hn::LoadU(d, row + i))), d, target + i);
+    hn::StoreU(hn::Add(hn::LoadU(d, target + i), hn::Mul(hn::Set(d, factor), hn::LoadU(d, row + i))), d,
+               target + i);
 }
 
 inline void scale(double* row, double factor, int64_t n) {
   const Lanes<double> d;
-  for (int64_t i = 0; i < n; i += kLanes<double>) hn::StoreU(hn::Mul(hn::LoadU(d, row + i), hn::Set(d, factor)), d, row + i);
+  for (int64_t i = 0; i < n; i += kLanes<double>)
+    hn::StoreU(hn::Mul(hn::LoadU(d, row + i), hn::Set(d, factor)), d, row + i);
 }
 
 void load(const double* m, int64_t n, Rows& rows) {

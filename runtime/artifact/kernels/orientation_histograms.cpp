@@ -13,7 +13,8 @@
 namespace chiasm::kernels {
 namespace {
 
-// Lengths, weighed, and places among the bins of a row's n gradients (dx, dy); whether all lengths are numbers. Rows are whole vectors long.
+// Lengths, weighed, and places among the bins of a row's n gradients (dx, dy); whether all lengths are
+// numbers. Rows are whole vectors long.
 template <class T>
 bool to_polar(const T* dx, const T* dy, const T* weight, int64_t n, T bins, T* length, T* place) {
   const Lanes<T> d;
@@ -24,7 +25,8 @@ bool to_polar(const T* dx, const T* dy, const T* weight, int64_t n, T bins, T* l
     const auto weighed = hn::Mul(hn::Sqrt(hn::Add(hn::Mul(x, x), hn::Mul(y, y))), hn::LoadU(d, weight + i));
     rest = hn::Add(rest, hn::Sub(weighed, weighed));
     hn::StoreU(weighed, d, length + i);
-    hn::StoreU(hn::Add(angle, hn::IfThenElseZero(hn::Lt(angle, hn::Zero(d)), hn::Set(d, bins))), d, place + i);
+    hn::StoreU(hn::Add(angle, hn::IfThenElseZero(hn::Lt(angle, hn::Zero(d)), hn::Set(d, bins))), d,
+               place + i);
   }
   return !any(d, hn::IsNaN(rest));
 }
@@ -32,8 +34,8 @@ bool to_polar(const T* dx, const T* dy, const T* weight, int64_t n, T bins, T* l
 }  // namespace
 
 template <class T>
-void orientation_histograms(const T* patches, int64_t count, int64_t size, const T* window, const T* space_weights, int64_t places, int64_t bins,
-                            T* out) {
+void orientation_histograms(const T* patches, int64_t count, int64_t size, const T* window,
+                            const T* space_weights, int64_t places, int64_t bins, T* out) {
   constexpr int64_t lanes = kLanes<T>;
   const int64_t padded = (size + lanes - 1) / lanes * lanes, room = 5 * padded + bins * places;
   std::vector<T> scratch(static_cast<size_t>(room * omp_get_max_threads()));
@@ -47,14 +49,17 @@ void orientation_histograms(const T* patches, int64_t count, int64_t size, const
   for (int64_t patch = 0; patch < count; ++patch) {
     const T* const image = patches + patch * size * size;
     T* const histogram = out + patch * bins * places * places;
-    T *const dx = scratch.data() + room * omp_get_thread_num(), *const dy = dx + padded, *const length = dy + padded, *const place = length + padded;
+    T *const dx = scratch.data() + room * omp_get_thread_num(), *const dy = dx + padded,
+             *const length = dy + padded, *const place = length + padded;
     T *const weight = place + padded, *const row = weight + padded;
     std::fill_n(histogram, bins * places * places, T(0));
     const auto same = [&](T pixel) { return pixel == *image; };
-    if (size && std::isfinite(*image) && std::all_of(image, image + size * size, same)) continue;  // an empty slot's
+    // an empty slot's
+    if (size && std::isfinite(*image) && std::all_of(image, image + size * size, same)) continue;
     bool defined = true;
     for (int64_t y = 0; y < size; ++y) {
-      const T *const here = image + y * size, *const above = y ? here - size : here, *const below = y + 1 < size ? here + size : here;
+      const T *const here = image + y * size, *const above = y ? here - size : here,
+                     *const below = y + 1 < size ? here + size : here;
       for (int64_t i = 0; i < size; ++i) {
         dx[i] = T(0.5) * (here[std::min(i + 1, size - 1)] - here[std::max<int64_t>(i - 1, 0)]);
         dy[i] = T(0.5) * (below[i] - above[i]);
@@ -74,7 +79,8 @@ void orientation_histograms(const T* patches, int64_t count, int64_t size, const
       }
       for (int64_t k = first[y]; k < last[y]; ++k)
         for (int64_t bin = 0; bin < bins; ++bin)
-          for (int64_t i = 0; i < places; ++i) histogram[(bin * places + k) * places + i] += space_weights[k * size + y] * row[bin * places + i];
+          for (int64_t i = 0; i < places; ++i)
+            histogram[(bin * places + k) * places + i] += space_weights[k * size + y] * row[bin * places + i];
     }
     // As where all pixels are weighed for all bins, of which most weights are 0.
     if (!defined) std::fill_n(histogram, bins * places * places, std::numeric_limits<T>::quiet_NaN());

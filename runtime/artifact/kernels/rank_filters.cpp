@@ -1,7 +1,7 @@
 // Maxima, minima and medians of windows, row by row.
 //
-// The loops over a row are functions of their own, of values and not of references: a vector's store may alias anything that is behind
-// a reference, which would be loaded again in every round.
+// The loops over a row are functions of their own, of values and not of references: a vector's store may
+// alias anything that is behind a reference, which would be loaded again in every round.
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -16,7 +16,8 @@ HWY_INLINE V extreme(V a, V b) {
 template <class T, bool largest>
 void double_window(T* row, int64_t shift, int64_t n) {
   const Lanes<T> d;
-  for (int64_t k = 0; k < n; k += kLanes<T>) hn::StoreU(extreme<largest>(hn::LoadU(d, row + k), hn::LoadU(d, row + k + shift)), d, row + k);
+  for (int64_t k = 0; k < n; k += kLanes<T>)
+    hn::StoreU(extreme<largest>(hn::LoadU(d, row + k), hn::LoadU(d, row + k + shift)), d, row + k);
 }
 
 template <class T>
@@ -27,13 +28,16 @@ struct Tap {
 
 // out[k] = the extreme of sources[t][k], plus the tap's height unless all are 0.
 template <class T, bool largest, bool flat>
-void extreme_of_taps(const T* const* sources, const Tap<T>* taps, int64_t count, int64_t n, T* out, const T* next) {
+void extreme_of_taps(const T* const* sources, const Tap<T>* taps, int64_t count, int64_t n, T* out,
+                     const T* next) {
   for_lanes_fetching<T, 4>(n, next, [=](auto d, auto vectors, int64_t k) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     const auto value = [=](int64_t t, int v) {
       const auto pixels = hn::LoadU(d, sources[t] + k + v * lanes);
-      if constexpr (flat) return pixels;
-      else return hn::Add(pixels, hn::Set(d, taps[t].height));
+      if constexpr (flat)
+        return pixels;
+      else
+        return hn::Add(pixels, hn::Set(d, taps[t].height));
     };
     hn::Vec<decltype(d)> best[vectors];
     for (int v = 0; v < vectors; ++v) best[v] = value(0, v);
@@ -59,8 +63,8 @@ void rectangle(const T* x, const Planes& planes, int64_t ky, int64_t kx, Border 
     const int64_t columns = tile.right - tile.left;
     T *const buffer = scratch + lead, *const first = buffer - rx, *const constant = scratch + length;
     std::fill_n(scratch, 2 * length, value);
-    // Two windows of a length make one of up to twice the length; what they share does no harm. Short ones are quicker done at once,
-    // because loads that span two values just stored must wait for them.
+    // Two windows of a length make one of up to twice the length; what they share does no harm. Short ones
+    // are quicker done at once, because loads that span two values just stored must wait for them.
     int64_t size = 1;
     while (size * kAtOnce < kx) size *= 2;
     int64_t count = 0;
@@ -72,10 +76,12 @@ void rectangle(const T* x, const Planes& planes, int64_t ky, int64_t kx, Border 
         rows[i] = source < 0 ? constant : image + source * width + span.first;
       }
       T* const target = tile_row(out + tile.plane * height * width, planes, tile, y);
-      extreme_of_taps<T, largest, true>(rows, nullptr, ky, span.count(), buffer + span.first - tile.left, target);
+      extreme_of_taps<T, largest, true>(rows, nullptr, ky, span.count(), buffer + span.first - tile.left,
+                                        target);
       extend(buffer, tile, width, rx, rx, border, value);
       for (int64_t n = 1; n < size; n *= 2) double_window<T, largest>(first, n, columns + kx - 2 * n + 1);
-      extreme_of_taps<T, largest, true>(shifts, nullptr, count, columns, target, tile_row(image, planes, tile, y + ry + 1));
+      extreme_of_taps<T, largest, true>(shifts, nullptr, count, columns, target,
+                                        tile_row(image, planes, tile, y + ry + 1));
     }
   });
 }
@@ -102,7 +108,8 @@ class Window {
   void combine(const PaddedRows<T>& rows, int64_t y, int64_t n, const T** sources, T* out) const {
     const T* const next = rows.advance(y, out);
     for (int64_t t = 0; t < count(); ++t) sources[t] = rows.at(y, taps_[t].row, taps_[t].column);
-    (flat_ ? extreme_of_taps<T, largest, true> : extreme_of_taps<T, largest, false>)(sources, taps_.data(), count(), n, out, next);
+    (flat_ ? extreme_of_taps<T, largest, true> : extreme_of_taps<T, largest, false>)(sources, taps_.data(),
+                                                                                     count(), n, out, next);
   }
 
  private:
@@ -113,7 +120,9 @@ class Window {
 // high[k] -= low[k]
 template <class T>
 void subtract(T* high, const T* low, int64_t n) {
-  for_lanes<T>(n, [=](auto d, auto, int64_t k) { hn::StoreU(hn::Sub(hn::LoadU(d, high + k), hn::LoadU(d, low + k)), d, high + k); });
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    hn::StoreU(hn::Sub(hn::LoadU(d, high + k), hn::LoadU(d, low + k)), d, high + k);
+  });
 }
 
 template <class V>
@@ -122,7 +131,8 @@ HWY_INLINE V median(V a, V b, V c) {
 }
 
 template <class T>
-void sort_columns(const T* above, const T* here, const T* below, int64_t n, T* low, T* middle, T* high, const T* next) {
+void sort_columns(const T* above, const T* here, const T* below, int64_t n, T* low, T* middle, T* high,
+                  const T* next) {
   for_lanes_fetching<T>(n, next, [=](auto d, auto, int64_t k) {
     const auto a = hn::LoadU(d, above + k), b = hn::LoadU(d, here + k), c = hn::LoadU(d, below + k);
     const auto small = smaller(a, b), large = larger(a, b);
@@ -132,12 +142,14 @@ void sort_columns(const T* above, const T* here, const T* below, int64_t n, T* l
   });
 }
 
-// The median of nine is that of the largest of the columns' smallest, the median of their middle and the smallest of their largest.
+// The median of nine is that of the largest of the columns' smallest, the median of their middle and the
+// smallest of their largest.
 template <class T>
 void medians_along(const T* low, const T* middle, const T* high, int64_t n, T* out, const T* next) {
   for_lanes_fetching<T>(n, next, [=](auto d, auto, int64_t k) {
     const auto at = [=](const T* values, int64_t shift) { return hn::LoadU(d, values + k + shift); };
-    const auto lowest = larger(larger(at(low, -1), at(low, 0)), at(low, 1)), highest = smaller(smaller(at(high, -1), at(high, 0)), at(high, 1));
+    const auto lowest = larger(larger(at(low, -1), at(low, 0)), at(low, 1)),
+               highest = smaller(smaller(at(high, -1), at(high, 0)), at(high, 1));
     hn::StoreU(median(lowest, median(at(middle, -1), at(middle, 0), at(middle, 1)), highest), d, out + k);
   });
 }
@@ -145,29 +157,34 @@ void medians_along(const T* low, const T* middle, const T* high, int64_t n, T* o
 }  // namespace
 
 template <class T>
-void minmax_filter(const T* x, Planes planes, int64_t ky, int64_t kx, Border border, T value, bool largest, T* out) {
+void minmax_filter(const T* x, Planes planes, int64_t ky, int64_t kx, Border border, T value, bool largest,
+                   T* out) {
   (largest ? rectangle<T, true> : rectangle<T, false>)(x, planes, ky, kx, border, value, out);
 }
 
 template <class T>
-void morphology(const T* x, Planes planes, const T* heights, int64_t kh, int64_t kw, int64_t row, int64_t column, Border border, T value,
-                T absent, bool largest, T* out) {
+void morphology(const T* x, Planes planes, const T* heights, int64_t kh, int64_t kw, int64_t row,
+                int64_t column, Border border, T value, T absent, bool largest, T* out) {
   const auto combine = [&](const auto& window) {
     std::vector<const T*> all_sources(static_cast<size_t>(window.count() * omp_get_max_threads()));
     for_tiles<T>(planes, kh + 2, kh, kw, border, [&](const Tile& tile, T* ring, int64_t length) {
       const int64_t plane = tile.plane * planes.height * planes.width;
       const T** const sources = all_sources.data() + window.count() * omp_get_thread_num();
       const PaddedRows<T> rows(x + plane, planes, tile, border, value, kh, kw, row, column, ring, length);
-      for (int64_t y = tile.top; y < tile.bottom; ++y) window.combine(rows, y, tile.right - tile.left, sources, tile_row(out + plane, planes, tile, y));
+      for (int64_t y = tile.top; y < tile.bottom; ++y)
+        window.combine(rows, y, tile.right - tile.left, sources, tile_row(out + plane, planes, tile, y));
     });
   };
-  if (largest) combine(Window<T, true>(heights, kh, kw, row, column, absent));
-  else combine(Window<T, false>(heights, kh, kw, row, column, absent));
+  if (largest)
+    combine(Window<T, true>(heights, kh, kw, row, column, absent));
+  else
+    combine(Window<T, false>(heights, kh, kw, row, column, absent));
 }
 
 template <class T>
-void morphology_gradient(const T* x, Planes planes, const T* dilation_heights, int64_t kh, int64_t kw, const T* erosion_heights, int64_t row, int64_t column,
-                         Border border, T dilation_value, T erosion_value, T absent, T* out) {
+void morphology_gradient(const T* x, Planes planes, const T* dilation_heights, int64_t kh, int64_t kw,
+                         const T* erosion_heights, int64_t row, int64_t column, Border border,
+                         T dilation_value, T erosion_value, T absent, T* out) {
   const Window<T, true> high(dilation_heights, kh, kw, row, column, absent);
   const Window<T, false> low(erosion_heights, kh, kw, row, column, absent);
   const int64_t count = std::max(high.count(), low.count());
@@ -176,8 +193,10 @@ void morphology_gradient(const T* x, Planes planes, const T* dilation_heights, i
     const int64_t plane = tile.plane * planes.height * planes.width, columns = tile.right - tile.left;
     const T** const sources = all_sources.data() + count * omp_get_thread_num();
     T *const low_ring = scratch + kh * length, *const line = low_ring + kh * length;
-    const PaddedRows<T> high_rows(x + plane, planes, tile, border, dilation_value, kh, kw, row, column, scratch, length);
-    const PaddedRows<T> low_rows(x + plane, planes, tile, border, erosion_value, kh, kw, row, column, low_ring, length);
+    const PaddedRows<T> high_rows(x + plane, planes, tile, border, dilation_value, kh, kw, row, column,
+                                  scratch, length);
+    const PaddedRows<T> low_rows(x + plane, planes, tile, border, erosion_value, kh, kw, row, column,
+                                 low_ring, length);
     for (int64_t y = tile.top; y < tile.bottom; ++y) {
       T* const target = tile_row(out + plane, planes, tile, y);
       high.combine(high_rows, y, columns, sources, target);
@@ -187,7 +206,8 @@ void morphology_gradient(const T* x, Planes planes, const T* dilation_heights, i
   });
 }
 
-// A. Paeth, Median finding on a 3 x 3 grid, Graphics Gems, 1990; each column of three is sorted once, into three buffers.
+// A. Paeth, Median finding on a 3 x 3 grid, Graphics Gems, 1990; each column of three is sorted once, into
+// three buffers.
 template <class T>
 void median3x3(const T* x, Planes planes, Border border, T* out) {
   const int64_t height = planes.height, width = planes.width;
@@ -204,7 +224,8 @@ void median3x3(const T* x, Planes planes, Border border, T* out) {
         return source < 0 ? zeros.data() : image + source * width + span.first;
       };
       T* const target = tile_row(out + tile.plane * height * width, planes, tile, y);
-      sort_columns(row(y - 1), row(y), row(y + 1), span.count(), low + start, middle + start, high + start, target);
+      sort_columns(row(y - 1), row(y), row(y + 1), span.count(), low + start, middle + start, high + start,
+                   target);
       for (T* const values : {low, middle, high}) extend(values, tile, width, 1, 1, border, T(0));
       medians_along(low, middle, high, tile.right - tile.left, target, tile_row(image, planes, tile, y + 2));
     }

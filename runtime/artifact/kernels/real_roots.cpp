@@ -1,4 +1,5 @@
-// Real roots of polynomials, a vector of them at once: between two neighbouring roots of its derivative a polynomial has at most one.
+// Real roots of polynomials, a vector of them at once: between two neighbouring roots of its derivative a
+// polynomial has at most one.
 #include <algorithm>
 
 #include "kernels.h"
@@ -44,8 +45,8 @@ struct Polynomial {
   V at_place(V u) const { return (*this)(hn::Div(u, room_at(u))); }
 };
 
-// The root between places low and high, where the signs differ in the lanes of `wanted`; low in others. Newton's steps, and halves of the
-// interval where they lead out of it or do not shrink by half.
+// The root between places low and high, where the signs differ in the lanes of `wanted`; low in others.
+// Newton's steps, and halves of the interval where they lead out of it or do not shrink by half.
 V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask wanted) {
   V u = hn::IfThenElse(wanted, middle(low, high), low), last = hn::Sub(high, low);
   for (int step = 0; step < 100 && any(kTag, wanted); ++step) {
@@ -55,9 +56,11 @@ V root_between(const Polynomial& polynomial, V low, V high, Mask negative, Mask 
     const Mask after = hn::Xor(is_negative(value), negative);
     low = hn::IfThenElse(after, low, u);
     high = hn::IfThenElse(after, u, high);
-    const V newton = hn::Sub(u, hn::Mul(hn::Mul(hn::Div(value, slope), room), room)), moved = hn::Abs(hn::Sub(newton, u));
+    const V newton = hn::Sub(u, hn::Mul(hn::Mul(hn::Div(value, slope), room), room)),
+            moved = hn::Abs(hn::Sub(newton, u));
     // Not a number, where the slope is 0 too, is no step of Newton's.
-    const Mask taken = hn::And(hn::And(hn::Gt(newton, low), hn::Lt(newton, high)), hn::Lt(moved, hn::Mul(all(0.5), last)));
+    const Mask taken =
+        hn::And(hn::And(hn::Gt(newton, low), hn::Lt(newton, high)), hn::Lt(moved, hn::Mul(all(0.5), last)));
     const Mask small = hn::Or(hn::Lt(moved, all(kNothing)), hn::Lt(hn::Sub(high, low), all(kNothing)));
     wanted = hn::AndNot(hn::Or(hn::Eq(value, hn::Zero(kTag)), small), wanted);
     const V next = hn::IfThenElse(wanted, hn::IfThenElse(taken, newton, middle(low, high)), u);
@@ -105,7 +108,8 @@ void real_roots(const double* coefficients, int64_t terms, int64_t count, double
     const int64_t left = std::min(lanes, count - i);
     double values[lanes];
     for (int64_t k = 0; k <= degree; ++k) {
-      for (int64_t lane = 0; lane < lanes; ++lane) values[lane] = coefficients[k * count + i + std::min(lane, left - 1)];
+      for (int64_t lane = 0; lane < lanes; ++lane)
+        values[lane] = coefficients[k * count + i + std::min(lane, left - 1)];
       c[k] = hn::LoadU(kTag, values);
     }
     solve(c, degree, roots, exists);

@@ -1,4 +1,5 @@
-// Images read at positions: for a run of positions the pixels and weights first, which all channels share, and then each channel.
+// Images read at positions: for a run of positions the pixels and weights first, which all channels share,
+// and then each channel.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -10,9 +11,10 @@ namespace {
 
 constexpr int64_t kRun = 256, kRows = 32;
 
-// What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights lie side by side, of a vector of positions
-// those of the even ones before those of the odd ones. Where the pairs of a vector of positions lie among a vector of pixels and one more in a row, which
-// two loads have, the first pixels' weights come before the second ones'.
+// What a run of positions reads. Neighbours in a row are loaded together: of each pixel's pair the weights
+// lie side by side, of a vector of positions those of the even ones before those of the odd ones. Where the
+// pairs of a vector of positions lie among a vector of pixels and one more in a row, which two loads have,
+// the first pixels' weights come before the second ones'.
 template <class T>
 struct Neighbours {
   alignas(64) int32_t index[kRun];
@@ -23,7 +25,9 @@ struct Neighbours {
 // Folds positions into the image, by mirroring at the corner pixels' centres or at the outer edges.
 template <class T>
 void reflect(T* x, int64_t n, int64_t size, bool align_corners) {
-  const T low = align_corners ? T(0) : T(-0.5), span = static_cast<T>(align_corners ? std::max<int64_t>(size - 1, 1) : size), last = static_cast<T>(size - 1);
+  const T low = align_corners ? T(0) : T(-0.5),
+          span = static_cast<T>(align_corners ? std::max<int64_t>(size - 1, 1) : size),
+          last = static_cast<T>(size - 1);
   for (int64_t i = 0; i < n; ++i) {
     const T t = std::abs(x[i] - low), turns = std::floor(t / span), rest = t - turns * span;
     const T folded = (turns - 2 * std::floor(turns * T(0.5)) > T(0.5) ? span - rest : rest) + low;
@@ -37,7 +41,8 @@ void reflect(T* x, int64_t n, int64_t size, bool align_corners) {
 template <class T>
 void limit(T* x, int64_t n, T low, T high) {
   const Lanes<T> d;
-  for (int64_t i = 0; i < n; i += kLanes<T>) hn::StoreU(smaller(hn::Set(d, high), larger(hn::Set(d, low), hn::LoadU(d, x + i))), d, x + i);
+  for (int64_t i = 0; i < n; i += kLanes<T>)
+    hn::StoreU(smaller(hn::Set(d, high), larger(hn::Set(d, low), hn::LoadU(d, x + i))), d, x + i);
 }
 
 template <class T>
@@ -46,12 +51,14 @@ void place(T* x, int64_t n, int64_t size, Padding padding, bool align_corners) {
   if (padding == Padding::kReflection) reflect(x, n, size, align_corners);
 }
 
-// Of each position the pair of pixels to read along an axis, as its first one, and their weights, 0 where they are outside.
+// Of each position the pair of pixels to read along an axis, as its first one, and their weights, 0 where
+// they are outside.
 template <class T>
 void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T* weight1) {
   const Lanes<T> d;
   const auto all = [=](auto value) { return hn::Set(d, static_cast<T>(value)); };
-  const auto zero = all(0), one = all(1), end = all(size - 1), last = all(std::max<int64_t>(size - 2, 0)), least = all(-2), greatest = all(size + 1);
+  const auto zero = all(0), one = all(1), end = all(size - 1), last = all(std::max<int64_t>(size - 2, 0)),
+             least = all(-2), greatest = all(size + 1);
   const auto put = [=](int64_t i, auto from, auto weight_of_first, auto weight_of_second) {
     hn::StoreU(truncated(d, from), Integers<Lanes<T>>(), first + i);
     hn::StoreU(weight_of_first, d, weight0 + i);
@@ -64,18 +71,23 @@ void pair_up(const T* x, int64_t n, int64_t size, int32_t* first, T* weight0, T*
       put(i, from, hn::Sub(one, fraction), fraction);
       continue;
     }
-    const auto position = smaller(larger(given, least), greatest);  // one pixel outside is as empty as a thousand; not a number is, too
-    const auto pixel = hn::Floor(position), fraction = hn::Sub(position, pixel), from = smaller(larger(pixel, zero), last);
-    const auto near = hn::IfThenElseZero(hn::And(hn::Ge(pixel, zero), hn::Le(pixel, end)), hn::Sub(one, fraction));
+    // one pixel outside is as empty as a thousand; not a number is, too
+    const auto position = smaller(larger(given, least), greatest);
+    const auto pixel = hn::Floor(position), fraction = hn::Sub(position, pixel),
+               from = smaller(larger(pixel, zero), last);
+    const auto near =
+        hn::IfThenElseZero(hn::And(hn::Ge(pixel, zero), hn::Le(pixel, end)), hn::Sub(one, fraction));
     const auto far = hn::IfThenElseZero(hn::And(hn::Ge(pixel, hn::Neg(one)), hn::Lt(pixel, end)), fraction);
-    // Before the first pixel the second of the two is the pair's first, and at the last pixel the first is the pair's second.
+    // Before the first pixel the second of the two is the pair's first, and at the last pixel the first is
+    // the pair's second.
     const auto same = hn::Eq(pixel, from);
     put(i, from, hn::Add(hn::IfThenElseZero(same, near), hn::IfThenElseZero(hn::Lt(pixel, from), far)),
         hn::Add(hn::IfThenElseZero(same, far), hn::IfThenElseZero(hn::Gt(pixel, from), near)));
   }
 }
 
-// Where a row is read forwards and not by larger steps than one, the pixels at a vector of indices lie in one vector: how far each is from the first.
+// Where a row is read forwards and not by larger steps than one, the pixels at a vector of indices lie in one
+// vector: how far each is from the first.
 using Indices = Integers<Lanes<float>>;
 
 HWY_INLINE hn::Vec<Indices> from_first(const int32_t* index) {
@@ -85,11 +97,14 @@ HWY_INLINE hn::Vec<Indices> from_first(const int32_t* index) {
 
 HWY_INLINE bool in_one_vector(hn::Vec<Indices> from_first) {
   const Indices integers;
-  return hn::AllTrue(integers, hn::Eq(hn::And(from_first, hn::Set(integers, ~(static_cast<int32_t>(kLanes<float>) - 1))), hn::Zero(integers)));
+  return hn::AllTrue(
+      integers, hn::Eq(hn::And(from_first, hn::Set(integers, ~(static_cast<int32_t>(kLanes<float>) - 1))),
+                       hn::Zero(integers)));
 }
 
 template <class T>
-void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Neighbours<T>& taps) {
+void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride,
+                   Neighbours<T>& taps) {
   const Lanes<T> d;
   constexpr int64_t lanes = kLanes<T>;
   int32_t column[kRun], row[kRun];
@@ -97,12 +112,14 @@ void bilinear_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t wi
   pair_up(x, n, width, column, left, right);
   pair_up(y, n, height, row, top, bottom);
   for (int64_t i = 0; i < n; ++i) taps.index[i] = row[i] * static_cast<int32_t>(stride) + column[i];
-  const int64_t last = (height - 2) * stride + width - lanes - 1;  // the last that has a vector of pixels and one more in its row and below
+  // the last that has a vector of pixels and one more in its row and below
+  const int64_t last = (height - 2) * stride + width - lanes - 1;
   for (int64_t i = 0; i < n; i += lanes) {
     const auto at = [=](const T* weights) { return hn::LoadU(d, weights + i); };
     const auto first = at(left), second = at(right), above = at(top), below = at(bottom);
     bool near = false;
-    if constexpr (sizeof(T) == sizeof(float)) near = i + lanes <= n && taps.index[i] <= last && in_one_vector(from_first(taps.index + i));
+    if constexpr (sizeof(T) == sizeof(float))
+      near = i + lanes <= n && taps.index[i] <= last && in_one_vector(from_first(taps.index + i));
     taps.near[i / lanes] = near;
     T *const upper = taps.upper + 2 * i, *const lower = taps.lower + 2 * i;
     if (near) {
@@ -153,23 +170,29 @@ void bilinear(const T* plane, int64_t stride, const Neighbours<T>& taps, int64_t
     if constexpr (sizeof(T) == sizeof(float)) {
       if (taps.near[i / lanes]) {
         const auto from = hn::IndicesFromVec(d, from_first(taps.index + i));
-        const T *const a = plane + taps.index[i], *const b = a + stride, *const upper = taps.upper + 2 * i, *const lower = taps.lower + 2 * i;
-        const auto product = [=](const T* pixels, const T* weights) { return hn::Mul(hn::TableLookupLanes(hn::LoadU(d, pixels), from), hn::LoadU(d, weights)); };
-        const auto first = hn::Add(product(a, upper), product(b, lower)), second = hn::Add(product(a + 1, upper + lanes), product(b + 1, lower + lanes));
+        const T *const a = plane + taps.index[i], *const b = a + stride, *const upper = taps.upper + 2 * i,
+                       *const lower = taps.lower + 2 * i;
+        const auto product = [=](const T* pixels, const T* weights) {
+          return hn::Mul(hn::TableLookupLanes(hn::LoadU(d, pixels), from), hn::LoadU(d, weights));
+        };
+        const auto first = hn::Add(product(a, upper), product(b, lower)),
+                   second = hn::Add(product(a + 1, upper + lanes), product(b + 1, lower + lanes));
         hn::StoreU(hn::Add(first, second), d, out + i);
         continue;
       }
     }
     const auto weighed = [=, &taps](int64_t first, int64_t k) {
       const int32_t* const index = taps.index + first;
-      return hn::Add(hn::Mul(pairs(d, plane, index), hn::LoadU(d, taps.upper + k)), hn::Mul(pairs(d, below, index), hn::LoadU(d, taps.lower + k)));
+      return hn::Add(hn::Mul(pairs(d, plane, index), hn::LoadU(d, taps.upper + k)),
+                     hn::Mul(pairs(d, below, index), hn::LoadU(d, taps.lower + k)));
     };
     hn::StoreU(sum_pairs(d, weighed(i, 2 * i), weighed(i + 1, 2 * i + lanes)), d, out + i);
   }
   for (; i < n; ++i) {
     const T *const a = plane + taps.index[i], *const b = below + taps.index[i];
     const int64_t k = 2 * (i / lanes * lanes) + i % 2 * lanes + i % lanes / 2 * 2;  // of the pair's weights
-    out[i] = (a[0] * taps.upper[k] + b[0] * taps.lower[k]) + (a[1] * taps.upper[k + 1] + b[1] * taps.lower[k + 1]);
+    out[i] =
+        (a[0] * taps.upper[k] + b[0] * taps.lower[k]) + (a[1] * taps.upper[k + 1] + b[1] * taps.lower[k + 1]);
   }
 }
 
@@ -183,15 +206,18 @@ void along_line(const T* line, const T* x, int64_t size, int64_t n, T* out) {
   }
 }
 
-// To the nearest whole number, halves to the even one: by adding a number so large that no fraction is left. Unlike nearbyint it is vectorised.
+// To the nearest whole number, halves to the even one: by adding a number so large that no fraction is left.
+// Unlike nearbyint it is vectorised.
 inline float rounded(float x) { return (x + 12582912.0f) - 12582912.0f; }
 inline double rounded(double x) { return (x + 6755399441055744.0) - 6755399441055744.0; }
 
 // The nearest pixels, halves to the even one, and as weight 1, or 0 outside.
 template <class T>
-void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride, Neighbours<T>& taps) {
+void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride,
+                  Neighbours<T>& taps) {
   const auto right = static_cast<T>(width - 1), bottom = static_cast<T>(height - 1);
-  const auto limited = [](T x, T last) {  // as a number, for not every one is a pixel's; what is not a number becomes 0
+  // as a number, for not every one is a pixel's; what is not a number becomes 0
+  const auto limited = [](T x, T last) {
     const T above = x > 0 ? x : T(0);
     return above < last ? above : last;
   };
@@ -208,7 +234,8 @@ HWY_INLINE hn::Vec<Lanes<T>> pixels(const T* plane, const int32_t* index, int64_
   const Lanes<T> d;
   if constexpr (sizeof(T) == sizeof(float)) {
     const auto from = from_first(index);
-    if (in_one_vector(from) && *index + kLanes<T> <= size) return hn::TableLookupLanes(hn::LoadU(d, plane + *index), hn::IndicesFromVec(d, from));
+    if (in_one_vector(from) && *index + kLanes<T> <= size)
+      return hn::TableLookupLanes(hn::LoadU(d, plane + *index), hn::IndicesFromVec(d, from));
   }
   return gathered(d, plane, index);
 }
@@ -217,11 +244,13 @@ template <class T>
 void nearest(const T* plane, int64_t size, const Neighbours<T>& taps, int64_t n, T* out) {
   const Lanes<T> d;
   int64_t i = 0;
-  for (; i + kLanes<T> <= n; i += kLanes<T>) hn::StoreU(hn::Mul(pixels(plane, taps.index + i, size), hn::LoadU(d, taps.upper + i)), d, out + i);
+  for (; i + kLanes<T> <= n; i += kLanes<T>)
+    hn::StoreU(hn::Mul(pixels(plane, taps.index + i, size), hn::LoadU(d, taps.upper + i)), d, out + i);
   for (; i < n; ++i) out[i] = plane[taps.index[i]] * taps.upper[i];
 }
 
-// Has pixels on their way that are read a row later: an image of some megabytes is read across its rows, which the CPU does not foresee.
+// Has pixels on their way that are read a row later: an image of some megabytes is read across its rows,
+// which the CPU does not foresee.
 template <class T>
 void prefetch(const T* plane, const int32_t* index, int64_t n) {
   for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(plane + index[i]);
@@ -229,8 +258,8 @@ void prefetch(const T* plane, const int32_t* index, int64_t n) {
 
 // Samples where positions(image, row, column, n, x, y) says.
 template <class T, class Positions>
-void sample_at(const T* source, Images images, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding, bool align_corners, T* out,
-               const Positions& positions) {
+void sample_at(const T* source, Images images, int64_t out_height, int64_t out_width, Interpolation mode,
+               Padding padding, bool align_corners, T* out, const Positions& positions) {
   const int64_t height = images.height, width = images.width, planes = images.count * images.channels;
   int64_t stride = width, plane_size = height * width;
   std::vector<T> widened;
@@ -239,13 +268,15 @@ void sample_at(const T* source, Images images, int64_t out_height, int64_t out_w
     plane_size = (height + 1) * stride;
     widened.resize(static_cast<size_t>(planes * plane_size));
     for (int64_t p = 0; p < planes; ++p)
-      for (int64_t y = 0; y < height; ++y) std::copy_n(source + (p * height + y) * width, width, widened.data() + p * plane_size + y * stride);
+      for (int64_t y = 0; y < height; ++y)
+        std::copy_n(source + (p * height + y) * width, width, widened.data() + p * plane_size + y * stride);
     source = widened.data();
   }
   const int64_t blocks_y = (out_height + kRows - 1) / kRows, blocks_x = (out_width + kRun - 1) / kRun;
 #pragma omp parallel for
   for (int64_t block = 0; block < images.count * blocks_y * blocks_x; ++block) {
-    const int64_t left = block % blocks_x * kRun, top = block / blocks_x % blocks_y * kRows, image = block / blocks_x / blocks_y;
+    const int64_t left = block % blocks_x * kRun, top = block / blocks_x % blocks_y * kRows,
+                  image = block / blocks_x / blocks_y;
     const int64_t n = std::min(kRun, out_width - left);
     const int64_t bottom = std::min(top + kRows, out_height);
     Neighbours<T> rows[2];
@@ -266,7 +297,8 @@ void sample_at(const T* source, Images images, int64_t out_height, int64_t out_w
         find(row + 1);
         const int32_t* const next = rows[(row + 1) % 2].index;
         const int64_t below = mode == Interpolation::kBilinear ? stride : 0;
-        for (int64_t c = 0; c < images.channels; ++c) prefetch(source + (image * images.channels + c) * plane_size + below, next, n);
+        for (int64_t c = 0; c < images.channels; ++c)
+          prefetch(source + (image * images.channels + c) * plane_size + below, next, n);
       }
       for (int64_t c = 0; c < images.channels; ++c) {
         const int64_t plane = image * images.channels + c;
@@ -283,32 +315,35 @@ void sample_at(const T* source, Images images, int64_t out_height, int64_t out_w
 }  // namespace
 
 template <class T>
-void remap(const T* image, Images images, const T* x, int64_t out_height, int64_t out_width, const T* y, Interpolation mode, Padding padding,
-           bool align_corners, T* out) {
-  sample_at(image, images, out_height, out_width, mode, padding, align_corners, out, [&](int64_t item, int64_t row, int64_t column, int64_t n, T* to_x, T* to_y) {
-    const int64_t start = (item * out_height + row) * out_width + column;
-    std::copy_n(x + start, n, to_x);
-    std::copy_n(y + start, n, to_y);
-  });
+void remap(const T* image, Images images, const T* x, int64_t out_height, int64_t out_width, const T* y,
+           Interpolation mode, Padding padding, bool align_corners, T* out) {
+  sample_at(image, images, out_height, out_width, mode, padding, align_corners, out,
+            [&](int64_t item, int64_t row, int64_t column, int64_t n, T* to_x, T* to_y) {
+              const int64_t start = (item * out_height + row) * out_width + column;
+              std::copy_n(x + start, n, to_x);
+              std::copy_n(y + start, n, to_y);
+            });
 }
 
 template <class T>
-void warp_perspective(const T* image, Images images, const T* matrix, int64_t out_height, int64_t out_width, Interpolation mode, Padding padding,
-                      bool align_corners, T* out) {
-  sample_at(image, images, out_height, out_width, mode, padding, align_corners, out, [&](int64_t item, int64_t row, int64_t column, int64_t n, T* x, T* y) {
-    const T *const m = matrix + 9 * item, v = static_cast<T>(row);
-    for (int64_t i = 0; i < n; ++i) {
-      const T u = static_cast<T>(column + i), depth = m[6] * u + m[7] * v + m[8];
-      const T divisor = std::abs(depth) > T(1e-8) ? depth : T(1e-8);
-      x[i] = (m[0] * u + m[1] * v + m[2]) / divisor;
-      y[i] = (m[3] * u + m[4] * v + m[5]) / divisor;
-    }
-  });
+void warp_perspective(const T* image, Images images, const T* matrix, int64_t out_height, int64_t out_width,
+                      Interpolation mode, Padding padding, bool align_corners, T* out) {
+  sample_at(image, images, out_height, out_width, mode, padding, align_corners, out,
+            [&](int64_t item, int64_t row, int64_t column, int64_t n, T* x, T* y) {
+              const T *const m = matrix + 9 * item, v = static_cast<T>(row);
+              for (int64_t i = 0; i < n; ++i) {
+                const T u = static_cast<T>(column + i), depth = m[6] * u + m[7] * v + m[8];
+                const T divisor = std::abs(depth) > T(1e-8) ? depth : T(1e-8);
+                x[i] = (m[0] * u + m[1] * v + m[2]) / divisor;
+                y[i] = (m[3] * u + m[4] * v + m[5]) / divisor;
+              }
+            });
 }
 
 template <class T>
-void extract_patches(const T* pixels, int64_t rows, int64_t channels, int64_t length, const int64_t* start, int64_t frames_per_row, const int64_t* height,
-                     const int64_t* width, const T* frames, int64_t side, T* out) {
+void extract_patches(const T* pixels, int64_t rows, int64_t channels, int64_t length, const int64_t* start,
+                     int64_t frames_per_row, const int64_t* height, const int64_t* width, const T* frames,
+                     int64_t side, T* out) {
   const int64_t area = side * side;
   std::vector<T> across(static_cast<size_t>(area)), down(across);  // where a patch's pixels are in its frame
   for (int64_t k = 0; k < area; ++k) {
@@ -322,9 +357,12 @@ void extract_patches(const T* pixels, int64_t rows, int64_t channels, int64_t le
     const T* const image = pixels + row * channels * length + start[i];
     Neighbours<T> taps;
     T x[kRun], y[kRun];
-    // Else no sum of products of theirs with numbers from -1 to 1 is NaN, and all patches but broken ones are read without looking.
-    const bool broken = !std::all_of(m, m + 6, [](T v) { return std::abs(v) < std::numeric_limits<T>::max() / 4; });
-    const bool point = m[0] == 0 && m[1] == 0 && m[3] == 0 && m[4] == 0;  // an empty slot's frame: all pixels are the first
+    // Else no sum of products of theirs with numbers from -1 to 1 is NaN, and all patches but broken ones are
+    // read without looking.
+    const bool broken =
+        !std::all_of(m, m + 6, [](T v) { return std::abs(v) < std::numeric_limits<T>::max() / 4; });
+    // an empty slot's frame: all pixels are the first
+    const bool point = m[0] == 0 && m[1] == 0 && m[3] == 0 && m[4] == 0;
     for (int64_t first = 0; first < (point ? 1 : area); first += kRun) {
       const int64_t n = point ? 1 : std::min(kRun, area - first);
       const T *const u = across.data() + first, *const v = down.data() + first;

@@ -21,8 +21,9 @@ HWY_INLINE void deinterleave(D d, const hn::TFromD<D>* p, hn::Vec<D>& even, hn::
 template <class T>
 struct Axis {
   static constexpr int64_t lanes = kLanes<T>;
-  // Of a vector of positions: kDoubled where their runs begin at every second pixel, kMirrored where besides all their weights are symmetric;
-  // kNear and kWide where they begin inside one vector of pixels or two. Gathering pixels, for kAny, takes several times as long.
+  // Of a vector of positions: kDoubled where their runs begin at every second pixel, kMirrored where besides
+  // all their weights are symmetric; kNear and kWide where they begin inside one vector of pixels or two.
+  // Gathering pixels, for kAny, takes several times as long.
   enum class Runs : char { kAny, kWide, kNear, kDoubled, kMirrored };
 
   int64_t taps, count;
@@ -33,7 +34,8 @@ struct Axis {
   // Of each vector of positions:
   std::vector<Runs> runs;
   std::vector<int32_t> starts;  // the first run's first pixel
-  // How far each run begins from the first one, as a lane, and bits that are set where that is in the second vector of pixels.
+  // How far each run begins from the first one, as a lane, and bits that are set where that is in the second
+  // vector of pixels.
   std::vector<hwy::MakeSigned<T>> from, beyond;
 
   // Pixels that borders repeat are one tap of a run.
@@ -55,7 +57,8 @@ struct Axis {
         if (given.weight[k] != 0) weights[(given.index[k] - first[i]) * count + i] += given.weight[k];
       }
       bool same = true;
-      for (int64_t k = 0; k < taps / 2; ++k) same = same && weights[k * count + i] == weights[(taps - 1 - k) * count + i];
+      for (int64_t k = 0; k < taps / 2; ++k)
+        same = same && weights[k * count + i] == weights[(taps - 1 - k) * count + i];
       symmetric.push_back(same);
     }
     copies = taps == 1 && std::all_of(weights.begin(), weights.end(), [](T weight) { return weight == 1; });
@@ -80,7 +83,8 @@ struct Axis {
       }
       const int64_t vectors = furthest / lanes + 1;  // of pixels, from the first run's on
       if (every_second) {
-        const bool mirrored = std::all_of(symmetric.begin() + i, symmetric.begin() + i + lanes, [](bool same) { return same; });
+        const bool mirrored =
+            std::all_of(symmetric.begin() + i, symmetric.begin() + i + lanes, [](bool same) { return same; });
         runs.push_back(mirrored ? Runs::kMirrored : Runs::kDoubled);
       } else if (rising && vectors <= 2 && first[i] + taps - 1 + vectors * lanes <= size) {
         runs.push_back(vectors == 1 ? Runs::kNear : Runs::kWide);
@@ -91,7 +95,8 @@ struct Axis {
   }
 };
 
-// The loops over taps are unrolled for kTaps, an even number, which is 0 for any number, or 1 for an axis that copies.
+// The loops over taps are unrolled for kTaps, an even number, which is 0 for any number, or 1 for an axis
+// that copies.
 template <class T, int kTaps>
 void along_row(const T* row, const Axis<T>& axis, T* out) {
   using Runs = typename Axis<T>::Runs;
@@ -100,12 +105,14 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
   constexpr int64_t lanes = kLanes<T>;
   const int64_t n = axis.count, taps = kTaps ? kTaps : axis.taps;
   const int32_t *const first = axis.first.data(), *const starts = axis.starts.data();
-  const hwy::MakeSigned<T> *const places = axis.from.data(), *const masks = axis.beyond.data();
+  const hwy::MakeSigned<T>*const places = axis.from.data(), *const masks = axis.beyond.data();
   const T* const weights = axis.weights.data();
   const Runs* const runs = axis.runs.data();
   int64_t i = 0;
   for (; i + lanes <= n; i += lanes) {
-    const auto weighed = [=](V pixels, int64_t k) { return kTaps == 1 ? pixels : hn::Mul(pixels, hn::LoadU(d, weights + k * n + i)); };
+    const auto weighed = [=](V pixels, int64_t k) {
+      return kTaps == 1 ? pixels : hn::Mul(pixels, hn::LoadU(d, weights + k * n + i));
+    };
     const Runs kind = runs[i / lanes];
     const T* const start = row + starts[i / lanes];
     // With one tap it is memory that takes the time: the next row is on its way.
@@ -116,7 +123,8 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
 #pragma GCC unroll 8
       for (int64_t k = 0; k < kTaps; k += 2) deinterleave(d, start + k, pixels[k], pixels[k + 1]);
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < kTaps / 2; ++k) sum = hn::Add(sum, weighed(hn::Add(pixels[k], pixels[kTaps - 1 - k]), k));
+      for (int64_t k = 0; k < kTaps / 2; ++k)
+        sum = hn::Add(sum, weighed(hn::Add(pixels[k], pixels[kTaps - 1 - k]), k));
     } else if (kind == Runs::kMirrored || kind == Runs::kDoubled) {
 #pragma GCC unroll 8
       for (int64_t k = 0; k < taps; k += 2) {
@@ -128,13 +136,16 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
     } else if (kind == Runs::kNear) {
       const auto from = hn::SetTableIndices(d, places + i);
 #pragma GCC unroll 8
-      for (int64_t k = 0; k < taps; ++k) sum = hn::Add(sum, weighed(hn::TableLookupLanes(hn::LoadU(d, start + k), from), k));
+      for (int64_t k = 0; k < taps; ++k)
+        sum = hn::Add(sum, weighed(hn::TableLookupLanes(hn::LoadU(d, start + k), from), k));
     } else if (kind == Runs::kWide) {
       const auto from = hn::SetTableIndices(d, places + i);
-      const auto beyond = hn::MaskFromVec(hn::BitCast(d, hn::LoadU(hn::RebindToSigned<Lanes<T>>(), masks + i)));
+      const auto beyond =
+          hn::MaskFromVec(hn::BitCast(d, hn::LoadU(hn::RebindToSigned<Lanes<T>>(), masks + i)));
 #pragma GCC unroll 8
       for (int64_t k = 0; k < taps; ++k) {
-        const auto low = hn::TableLookupLanes(hn::LoadU(d, start + k), from), high = hn::TableLookupLanes(hn::LoadU(d, start + k + lanes), from);
+        const auto low = hn::TableLookupLanes(hn::LoadU(d, start + k), from),
+                   high = hn::TableLookupLanes(hn::LoadU(d, start + k + lanes), from);
         sum = hn::Add(sum, weighed(hn::IfThenElse(beyond, high, low), k));
       }
     } else {
@@ -150,8 +161,8 @@ void along_row(const T* row, const Axis<T>& axis, T* out) {
   }
 }
 
-// out = the sum of the rows first + k * stride, k < taps, by the weights of position i. What the loops need is in values of their own: it would
-// be loaded again after every store of a vector.
+// out = the sum of the rows first + k * stride, k < taps, by the weights of position i. What the loops need
+// is in values of their own: it would be loaded again after every store of a vector.
 template <class T, int kTaps>
 void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i, int64_t n, T* out) {
   const int64_t taps = kTaps ? kTaps : axis.taps, count = axis.count;
@@ -167,7 +178,9 @@ void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i
       auto sum = hn::Zero(d);
 #pragma GCC unroll 8
       for (int64_t k = 0; k < kTaps / 2; ++k)
-        sum = hn::Add(sum, hn::Mul(hn::Add(hn::LoadU(d, first + k * stride + done), hn::LoadU(d, first + (kTaps - 1 - k) * stride + done)), half[k]));
+        sum = hn::Add(sum, hn::Mul(hn::Add(hn::LoadU(d, first + k * stride + done),
+                                           hn::LoadU(d, first + (kTaps - 1 - k) * stride + done)),
+                                   half[k]));
       hn::StoreU(sum, d, out + done);
     }
   }
@@ -176,11 +189,13 @@ void down_columns(const T* first, int64_t stride, const Axis<T>& axis, int64_t i
   for_lanes<T, 2>(n - done, [=](auto d, auto vectors, int64_t x) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     hn::Vec<decltype(d)> sum[vectors];
-    for (int v = 0; v < vectors; ++v) sum[v] = hn::Mul(hn::LoadU(d, first + x + v * lanes), hn::Set(d, weights[0]));
+    for (int v = 0; v < vectors; ++v)
+      sum[v] = hn::Mul(hn::LoadU(d, first + x + v * lanes), hn::Set(d, weights[0]));
 #pragma GCC unroll 8
     for (int64_t k = 1; k < taps; ++k) {
       const auto weight = hn::Set(d, weights[k * count]);
-      for (int v = 0; v < vectors; ++v) sum[v] = hn::Add(sum[v], hn::Mul(hn::LoadU(d, first + k * stride + x + v * lanes), weight));
+      for (int v = 0; v < vectors; ++v)
+        sum[v] = hn::Add(sum[v], hn::Mul(hn::LoadU(d, first + k * stride + x + v * lanes), weight));
     }
     for (int v = 0; v < vectors; ++v) hn::StoreU(sum[v], d, out + x + v * lanes);
   });
@@ -203,17 +218,20 @@ auto for_taps(const Axis<T>& axis, const Choose& choose) {
 
 template <class T>
 void resample(const T* x, Planes planes, const Taps<T>& taps_down, const Taps<T>& taps_across, T* out) {
-  const int64_t height = planes.height, width = planes.width, out_height = taps_down.count, out_width = taps_across.count;
+  const int64_t height = planes.height, width = planes.width, out_height = taps_down.count,
+                out_width = taps_across.count;
   const int64_t blocks = (out_height + kRows - 1) / kRows;
   const Axis<T> down(taps_down, height);
   Axis<T> across(taps_across, width);
   across.find_runs(width);
   const auto rows_loop = for_taps(across, [](auto taps) { return &along_row<T, taps.value>; });
   const auto columns_loop = for_taps(down, [](auto taps) { return &down_columns<T, taps.value>; });
-  // Shrinking sums rows first, so that fewer are resampled; growing resamples the fewer rows that there are, a block's at once.
+  // Shrinking sums rows first, so that fewer are resampled; growing resamples the fewer rows that there are,
+  // a block's at once.
   const bool shrinks = out_height <= height;
   const auto span = [&](int64_t block) {  // the rows that a block of the output reads
-    const auto begin = down.first.begin() + block * kRows, end = down.first.begin() + std::min((block + 1) * kRows, out_height);
+    const auto begin = down.first.begin() + block * kRows,
+               end = down.first.begin() + std::min((block + 1) * kRows, out_height);
     const auto [low, high] = std::minmax_element(begin, end);
     return std::pair<int64_t, int64_t>(*low, *high + down.taps);
   };
@@ -228,7 +246,8 @@ void resample(const T* x, Planes planes, const Taps<T>& taps_down, const Taps<T>
     T* const target = out + i / blocks * out_height * out_width;
     T* const own = scratch.get() + room * omp_get_thread_num();
     const auto [low, high] = span(block);
-    for (int64_t y = low; !shrinks && y < high; ++y) rows_loop(plane + y * width, across, own + (y - low) * out_width);
+    for (int64_t y = low; !shrinks && y < high; ++y)
+      rows_loop(plane + y * width, across, own + (y - low) * out_width);
     for (int64_t y = block * kRows; y < bottom; ++y) {
       if (shrinks) {
         const T* row = plane + down.first[y] * width;
@@ -238,7 +257,8 @@ void resample(const T* x, Planes planes, const Taps<T>& taps_down, const Taps<T>
         }
         rows_loop(row, across, target + y * out_width);
       } else {
-        columns_loop(own + (down.first[y] - low) * out_width, out_width, down, y, out_width, target + y * out_width);
+        columns_loop(own + (down.first[y] - low) * out_width, out_width, down, y, out_width,
+                     target + y * out_width);
       }
     }
   }
@@ -248,14 +268,17 @@ template void resample(const float*, Planes, const Taps<float>&, const Taps<floa
 template void resample(const double*, Planes, const Taps<double>&, const Taps<double>&, double*);
 
 template <class T>
-void resize(const T* x, Images images, int64_t height, int64_t width, Interpolation mode, bool align_corners, bool antialias, T* out) {
-  const auto taps = [=](int64_t in, int64_t size) { return resize_taps<T>(in, size, mode, align_corners, antialias); };
+void resize(const T* x, Images images, int64_t height, int64_t width, Interpolation mode, bool align_corners,
+            bool antialias, T* out) {
+  const auto taps = [=](int64_t in, int64_t size) {
+    return resize_taps<T>(in, size, mode, align_corners, antialias);
+  };
   resample(x, images.planes(), taps(images.height, height), taps(images.width, width), out);
 }
 
 template <class T>
-void resize_blurred(const T* x, Images images, const T* blur, int64_t length, int64_t height, int64_t width, bool align_corners, Border border, bool before,
-                    T* out) {
+void resize_blurred(const T* x, Images images, const T* blur, int64_t length, int64_t height, int64_t width,
+                    bool align_corners, Border border, bool before, T* out) {
   const std::vector<T> weights(blur, blur + length);
   const auto taps = [&](int64_t in, int64_t size) {
     const Taps<T> resizing = resize_taps<T>(in, size, Interpolation::kBilinear, align_corners, false);

@@ -7,25 +7,30 @@
 namespace chiasm::kernels {
 namespace {
 
-// R. Keys, Cubic Convolution Interpolation for Digital Image Processing, IEEE TASSP 29(6), 1981: the kernel at a distance d >= 0.
+// R. Keys, Cubic Convolution Interpolation for Digital Image Processing, IEEE TASSP 29(6), 1981: the kernel
+// at a distance d >= 0.
 template <class T>
 T cubic(T d, T a) {
   if (d < 1) return ((a + 2) * d - (a + 3)) * d * d + 1;
   return d < 2 ? ((a * d - 5 * a) * d + 8 * a) * d - 4 * a : T(0);
 }
 
-// The filter is stretched by the factor of reduction, cut at the image's border and normalised, as Pillow does.
+// The filter is stretched by the factor of reduction, cut at the image's border and normalised, as Pillow
+// does.
 template <class T>
 Taps<T> antialias_taps(int64_t in, int64_t out, Interpolation mode, bool align_corners) {
   const int64_t radius = mode == Interpolation::kBilinear ? 1 : 2;
-  const T factor = align_corners ? T(in - 1) / T(std::max<int64_t>(out - 1, 1)) : T(in) / T(out), stretch = std::max(factor, T(1));
+  const T factor = align_corners ? T(in - 1) / T(std::max<int64_t>(out - 1, 1)) : T(in) / T(out),
+          stretch = std::max(factor, T(1));
   Taps<T> taps(out, 2 * radius * ((in + out - 1) / out) + 2);
   for (int64_t i = 0; i < out; ++i) {
-    const T centre = (T(i) + T(0.5)) * factor, first = std::max(std::floor(centre - T(radius) * stretch + T(0.5)), T(0));
+    const T centre = (T(i) + T(0.5)) * factor,
+            first = std::max(std::floor(centre - T(radius) * stretch + T(0.5)), T(0));
     T total = 0;
     for (int64_t k = 0; k < taps.each; ++k) {
       const T pixel = first + T(k), distance = std::abs(pixel + T(0.5) - centre) / stretch;
-      const T weight = mode == Interpolation::kBilinear ? std::max(T(1) - distance, T(0)) : cubic(distance, T(-0.5));
+      const T weight =
+          mode == Interpolation::kBilinear ? std::max(T(1) - distance, T(0)) : cubic(distance, T(-0.5));
       taps.put(i, k, std::min(static_cast<int64_t>(pixel), in - 1), pixel < T(in) ? weight : T(0));
       total += taps.weight[i * taps.each + k];
     }
@@ -49,9 +54,12 @@ Taps<T> resize_taps(int64_t in, int64_t out, Interpolation mode, bool align_corn
   Taps<T> taps(out, mode == Interpolation::kBilinear ? 2 : 4);
   for (int64_t i = 0; i < out; ++i) {
     const int64_t above = align_corners ? i * (in - 1) : (2 * i + 1) * in - out;
-    const int64_t whole = (above + below) / below - 1;  // at least -1, so that the division is of what is positive
+    // at least -1, so that the division is of what is positive
+    const int64_t whole = (above + below) / below - 1;
     const T t = T(above - whole * below) / T(below);
-    const auto put = [&](int64_t k, int64_t pixel, T weight) { taps.put(i, k, std::clamp<int64_t>(pixel, 0, in - 1), weight); };
+    const auto put = [&](int64_t k, int64_t pixel, T weight) {
+      taps.put(i, k, std::clamp<int64_t>(pixel, 0, in - 1), weight);
+    };
     if (mode == Interpolation::kBilinear) {
       put(0, whole, 1 - t);
       put(1, whole + 1, t);
@@ -70,7 +78,8 @@ Taps<T> blurred_before(const Taps<T>& taps, const std::vector<T>& kernel, Border
   for (int64_t i = 0; i < taps.count * taps.each; ++i)
     for (int64_t k = 0; k < length; ++k) {
       const int64_t pixel = inside(taps.index[i] + k - length / 2, size, border);
-      blurred.put(0, i * length + k, std::max<int64_t>(pixel, 0), pixel < 0 ? T(0) : taps.weight[i] * kernel[k]);
+      blurred.put(0, i * length + k, std::max<int64_t>(pixel, 0),
+                  pixel < 0 ? T(0) : taps.weight[i] * kernel[k]);
     }
   return blurred;
 }
@@ -90,9 +99,9 @@ Taps<T> blurred_after(const Taps<T>& taps, const std::vector<T>& kernel, Border 
   return blurred;
 }
 
-#define CHIASM_TAPS(T)                                                                          \
-  template Taps<T> resize_taps(int64_t, int64_t, Interpolation, bool, bool);                           \
-  template Taps<T> blurred_before(const Taps<T>&, const std::vector<T>&, Border, int64_t);      \
+#define CHIASM_TAPS(T)                                                                     \
+  template Taps<T> resize_taps(int64_t, int64_t, Interpolation, bool, bool);               \
+  template Taps<T> blurred_before(const Taps<T>&, const std::vector<T>&, Border, int64_t); \
   template Taps<T> blurred_after(const Taps<T>&, const std::vector<T>&, Border);
 CHIASM_TAPS(float)
 CHIASM_TAPS(double)

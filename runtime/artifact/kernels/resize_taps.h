@@ -26,7 +26,8 @@ struct Taps {
 template <class T>
 Taps<T> resize_taps(int64_t in, int64_t out, Interpolation mode, bool align_corners, bool antialias);
 
-// Composes taps with a blur before them: resampling the blurred `size` pixels is applying the result to the pixels. The kernel's length is odd.
+// Composes taps with a blur before them: resampling the blurred `size` pixels is applying the result to the
+// pixels. The kernel's length is odd.
 template <class T>
 Taps<T> blurred_before(const Taps<T>& taps, const std::vector<T>& kernel, Border border, int64_t size);
 
@@ -34,7 +35,8 @@ Taps<T> blurred_before(const Taps<T>& taps, const std::vector<T>& kernel, Border
 template <class T>
 Taps<T> blurred_after(const Taps<T>& taps, const std::vector<T>& kernel, Border border);
 
-// Pixel (y, x) of the output is the sum of what `down` has for y and `across` for x. Pixels with a weight of 0 are not read.
+// Pixel (y, x) of the output is the sum of what `down` has for y and `across` for x. Pixels with a weight of
+// 0 are not read.
 template <class T>
 void resample(const T* x, Planes planes, const Taps<T>& down, const Taps<T>& across, T* out);
 

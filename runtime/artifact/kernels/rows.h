@@ -33,7 +33,8 @@ struct Tile {
   int64_t plane, top, bottom, left, right;
 };
 
-// The bytes of a line of the cache, and values rounded up to whole ones: vectors that cross from one line into the next take two loads or stores.
+// The bytes of a line of the cache, and values rounded up to whole ones: vectors that cross from one line
+// into the next take two loads or stores.
 constexpr size_t kLine = 64;
 template <class T>
 constexpr int64_t whole_lines(int64_t values) {
@@ -47,21 +48,24 @@ struct ReleaseLines {
 };
 template <class T>
 std::unique_ptr<T[], ReleaseLines> new_lines(int64_t values) {
-  return std::unique_ptr<T[], ReleaseLines>(static_cast<T*>(::operator new(sizeof(T) * static_cast<size_t>(values), std::align_val_t(kLine))));
+  return std::unique_ptr<T[], ReleaseLines>(
+      static_cast<T*>(::operator new(sizeof(T) * static_cast<size_t>(values), std::align_val_t(kLine))));
 }
 
-// The length of a row in scratch: a strip's columns with `ends` more, and room for vectors that run over the end.
+// The length of a row in scratch: a strip's columns with `ends` more, and room for vectors that run over the
+// end.
 template <class T>
 constexpr int64_t padded_length(int64_t columns, int64_t ends) {
   return whole_lines<T>(columns + ends + 2 * kLanes<T>);
 }
 
-// Calls body(tile, scratch, length) for tiles that cover all planes. `rows` rows of a strip, of image and scratch, fit into the second
-// cache together; strips narrow enough for the first are slower, because their rows are short runs of memory. `scratch` has room
-// for `scratch_rows` rows of `length`, each beginning with a line: a strip's columns and `ends` more. A circular border needs both ends of
-// a row and so whole rows.
+// Calls body(tile, scratch, length) for tiles that cover all planes. `rows` rows of a strip, of image and
+// scratch, fit into the second cache together; strips narrow enough for the first are slower, because their
+// rows are short runs of memory. `scratch` has room for `scratch_rows` rows of `length`, each beginning with
+// a line: a strip's columns and `ends` more. A circular border needs both ends of a row and so whole rows.
 template <class T, class Body>
-void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t ends, Border border, const Body& body) {
+void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t ends, Border border,
+               const Body& body) {
   constexpr int64_t kRows = 64, kCache = 262144, kStep = 64;
   if (planes.count * planes.height * planes.width == 0) return;
   int64_t strips = planes.width * rows * static_cast<int64_t>(sizeof(T)) / kCache + 1;
@@ -77,14 +81,16 @@ void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t
 #pragma omp for
     for (int64_t i = 0; i < planes.count * strips * blocks; ++i) {
       const int64_t top = i % blocks * kRows, left = i / blocks % strips * columns;
-      const Tile tile{i / blocks / strips, top, std::min(top + kRows, planes.height), left, std::min(left + columns, planes.width)};
+      const Tile tile{i / blocks / strips, top, std::min(top + kRows, planes.height), left,
+                      std::min(left + columns, planes.width)};
       body(tile, own, length);
     }
   }
 }
 
-/** for_lanes over a row that lies in the cache, while memory is asked for the `next` row that is read or written. Loops that fill scratch from an image
- *  ask for the row of the output, and those that fill the output for the next row of the image: else memory rests during each of them. */
+/** for_lanes over a row that lies in the cache, while memory is asked for the `next` row that is read or
+ *  written. Loops that fill scratch from an image ask for the row of the output, and those that fill the
+ *  output for the next row of the image: else memory rests during each of them. */
 template <class T, int kVectors = 1, class Body>
 HWY_INLINE void for_lanes_fetching(int64_t n, const T* next, const Body& body) {
   constexpr int64_t kEach = whole_lines<T>(1);
@@ -93,16 +99,19 @@ HWY_INLINE void for_lanes_fetching(int64_t n, const T* next, const Body& body) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     if constexpr (decltype(vectors)::value == kBlock) {
       for (int64_t i = 0; i < kBlock * lanes; i += kEach) hwy::Prefetch(next + k + i);
-      for (int v = 0; v < kBlock; v += kVectors) body(d, std::integral_constant<int, kVectors>(), k + v * lanes);
+      for (int v = 0; v < kBlock; v += kVectors)
+        body(d, std::integral_constant<int, kVectors>(), k + v * lanes);
     } else {
       body(d, vectors, k);
     }
   });
 }
 
-// Fills what a tile's row has beyond the image: `row` points to the tile's first column, of which `before` and `after` more are needed.
+// Fills what a tile's row has beyond the image: `row` points to the tile's first column, of which `before`
+// and `after` more are needed.
 template <class T>
-inline void extend(T* row, const Tile& tile, int64_t width, int64_t before, int64_t after, Border border, T value) {
+inline void extend(T* row, const Tile& tile, int64_t width, int64_t before, int64_t after, Border border,
+                   T value) {
   const auto fill = [&](int64_t i) {
     const int64_t j = inside(i, width, border);
     row[i - tile.left] = j < 0 ? value : row[j - tile.left];
@@ -125,24 +134,37 @@ struct Span {
   int64_t count() const { return last - first; }
 };
 
-/** The rows of a tile as a window of kh x kw pixels that begins (row, column) before its pixel sees them: a ring of kh rows with what lies beyond the image. */
+/** The rows of a tile as a window of kh x kw pixels that begins (row, column) before its pixel sees them: a
+ *  ring of kh rows with what lies beyond the image. */
 template <class T>
 class PaddedRows {
  public:
-  PaddedRows(const T* plane, const Planes& planes, const Tile& tile, Border border, T value, int64_t kh, int64_t kw, int64_t row, int64_t column, T* ring, int64_t length)
-      : plane_(plane), planes_(planes), tile_(tile), border_(border), value_(value), kh_(kh), row_(row), column_(column), after_(kw - 1 - column), ring_(ring), length_(length) {
+  PaddedRows(const T* plane, const Planes& planes, const Tile& tile, Border border, T value, int64_t kh,
+             int64_t kw, int64_t row, int64_t column, T* ring, int64_t length)
+      : plane_(plane),
+        planes_(planes),
+        tile_(tile),
+        border_(border),
+        value_(value),
+        kh_(kh),
+        row_(row),
+        column_(column),
+        after_(kw - 1 - column),
+        ring_(ring),
+        length_(length) {
     for (int64_t i = 0; i + 1 < kh; ++i) fetch(tile.top - row + i, ring);
   }
 
-  /** Puts the last row of the windows of row y into the ring, for each y from the tile's top on, while memory is asked for the row `next`. Returns the
-   *  row of the image that is fetched after it. */
+  /** Puts the last row of the windows of row y into the ring, for each y from the tile's top on, while memory
+   *  is asked for the row `next`. Returns the row of the image that is fetched after it. */
   const T* advance(int64_t y, const T* next) const {
     const int64_t last = y - row_ + kh_ - 1;
     fetch(last, next);
     return tile_row(plane_, planes_, tile_, last + 1);
   }
 
-  /** Pixel (i, j) of the window of the first pixel of row y; those of the pixels to the right are next to it. */
+  /** Pixel (i, j) of the window of the first pixel of row y; those of the pixels to the right are next to it.
+   *  */
   const T* at(int64_t y, int64_t i, int64_t j) const { return place(y - row_ + i) + j; }
 
  private:
@@ -156,12 +178,14 @@ class PaddedRows {
       return;
     }
     const Span span(tile_, planes_.width, column_, after_);
-    copy(plane_ + source * planes_.width + span.first, span.count(), p + column_ + span.first - tile_.left, next);
+    copy(plane_ + source * planes_.width + span.first, span.count(), p + column_ + span.first - tile_.left,
+         next);
     extend(p + column_, tile_, planes_.width, column_, after_, border_, value_);
   }
 
   static void copy(const T* x, int64_t n, T* out, const T* next) {
-    for_lanes_fetching<T>(n, next, [=](auto d, auto, int64_t k) { hn::StoreU(hn::LoadU(d, x + k), d, out + k); });
+    for_lanes_fetching<T>(n, next,
+                          [=](auto d, auto, int64_t k) { hn::StoreU(hn::LoadU(d, x + k), d, out + k); });
   }
 
   const T* const plane_;

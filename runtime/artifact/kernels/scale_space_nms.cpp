@@ -1,4 +1,5 @@
-// Key points of scale space: the strongest of the places that exceed their 26 neighbours, or fall below them all.
+// Key points of scale space: the strongest of the places that exceed their 26 neighbours, or fall below them
+// all.
 #include <omp.h>
 
 #include <algorithm>
@@ -11,7 +12,8 @@
 namespace chiasm::kernels {
 namespace {
 
-// Widens the ranges from `least` to `most` by the 3 x 3 values around each from p on, without their own where `own`. NaN leaves them too narrow, or empty.
+// Widens the ranges from `least` to `most` by the 3 x 3 values around each from p on, without their own where
+// `own`. NaN leaves them too narrow, or empty.
 template <class D, class T>
 HWY_INLINE void widen(D d, const T* p, int64_t row, bool own, hn::Vec<D>& most, hn::Vec<D>& least) {
   for (int64_t y = -1; y <= 1; ++y)
@@ -34,16 +36,20 @@ HWY_INLINE uint32_t bits(D d, hn::Mask<D> mask) {
   return number;
 }
 
-// One bit for each of the values from p on that have NaN around them. Seldom called, and not to take the loop's registers.
+// One bit for each of the values from p on that have NaN around them. Seldom called, and not to take the
+// loop's registers.
 template <class D, class T>
 __attribute__((noinline)) uint32_t unordered(D d, const T* p, int64_t row, int64_t plane) {
-  const auto is_nan = [=](int64_t i) { return hn::IsNaN(hn::LoadU(d, p + (i / 9 - 1) * plane + (i / 3 % 3 - 1) * row + i % 3 - 1)); };
+  const auto is_nan = [=](int64_t i) {
+    return hn::IsNaN(hn::LoadU(d, p + (i / 9 - 1) * plane + (i / 3 % 3 - 1) * row + i % 3 - 1));
+  };
   auto found = is_nan(0);
   for (int64_t i = 1; i < 27; ++i) found = hn::Or(found, is_nan(i));
   return bits(d, found);
 }
 
-// One bit for each of the values from p on that is an extremum: a positive maximum or, with `minima`, a negative minimum.
+// One bit for each of the values from p on that is an extremum: a positive maximum or, with `minima`, a
+// negative minimum.
 template <class D, class T>
 HWY_INLINE uint32_t extrema(D d, const T* p, int64_t row, int64_t plane, bool minima) {
   const auto centre = hn::LoadU(d, p), zero = hn::Zero(d);
@@ -63,13 +69,16 @@ HWY_INLINE uint32_t extrema(D d, const T* p, int64_t row, int64_t plane, bool mi
 }  // namespace
 
 template <class T>
-void scale_space_nms(const T* x, Images volumes, const int64_t* margins, bool minima, int64_t count, int64_t* out) {
-  const int64_t levels = volumes.channels, height = volumes.height, width = volumes.width, plane = height * width;
+void scale_space_nms(const T* x, Images volumes, const int64_t* margins, bool minima, int64_t count,
+                     int64_t* out) {
+  const int64_t levels = volumes.channels, height = volumes.height, width = volumes.width,
+                plane = height * width;
   if (levels < 3) {
     std::fill_n(out, volumes.count * count, -1);
     return;
   }
-  // Allocated here, because nothing may be thrown inside the parallel region: for each row its extrema's columns.
+  // Allocated here, because nothing may be thrown inside the parallel region: for each row its extrema's
+  // columns.
   const int64_t rows = (levels - 2) * height;
   const std::unique_ptr<int32_t[]> columns(new int32_t[static_cast<size_t>(rows * width)]);
   std::vector<int32_t> counts(static_cast<size_t>(rows));

@@ -1,4 +1,5 @@
-// Correlation. With a separable kernel each row is weighted down the columns into a buffer that stays in cache, and from there along the row.
+// Correlation. With a separable kernel each row is weighted down the columns into a buffer that stays in
+// cache, and from there along the row.
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -22,9 +23,11 @@ struct Combined {
   }
 };
 
-// out[x] = made(sum of sources[k][x] * taps[k]). Four vectors at a time, whose additions do not wait for each other.
+// out[x] = made(sum of sources[k][x] * taps[k]). Four vectors at a time, whose additions do not wait for each
+// other.
 template <class T, class Made>
-void weigh(const T* const* sources, const T* taps, int64_t count, Made made, T* out, int64_t n, const T* next) {
+void weigh(const T* const* sources, const T* taps, int64_t count, Made made, T* out, int64_t n,
+           const T* next) {
   for_lanes_fetching<T, 4>(n, next, [=](auto d, auto vectors, int64_t x) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     auto tap = hn::Set(d, taps[0]);
@@ -39,9 +42,11 @@ void weigh(const T* const* sources, const T* taps, int64_t count, Made made, T* 
   });
 }
 
-// The same with 2 * kPairs + 1 taps that are the same from both ends: a product for each pair, as stencil.weigh_shifts has it.
+// The same with 2 * kPairs + 1 taps that are the same from both ends: a product for each pair, as
+// stencil.weigh_shifts has it.
 template <class T, class Made, int kPairs>
-void weigh_pairs(const T* const* sources, const T* taps, int64_t, Made made, T* out, int64_t n, const T* next) {
+void weigh_pairs(const T* const* sources, const T* taps, int64_t, Made made, T* out, int64_t n,
+                 const T* next) {
   const T* from[2 * kPairs + 1];
   T tap[kPairs + 1];
   for (int k = 0; k <= 2 * kPairs; ++k) from[k] = sources[k];
@@ -49,19 +54,23 @@ void weigh_pairs(const T* const* sources, const T* taps, int64_t, Made made, T* 
   for_lanes_fetching<T, 4>(n, next, [=](auto d, auto vectors, int64_t x) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     hn::Vec<decltype(d)> sum[vectors];
-    for (int v = 0; v < vectors; ++v) sum[v] = hn::Mul(hn::LoadU(d, from[kPairs] + x + v * lanes), hn::Set(d, tap[kPairs]));
+    for (int v = 0; v < vectors; ++v)
+      sum[v] = hn::Mul(hn::LoadU(d, from[kPairs] + x + v * lanes), hn::Set(d, tap[kPairs]));
 #pragma GCC unroll 8
     for (int k = 0; k < kPairs; ++k) {
       const T *const first = from[k] + x, *const last = from[2 * kPairs - k] + x;
       for (int v = 0; v < vectors; ++v)
-        sum[v] = hn::Add(sum[v], hn::Mul(hn::Add(hn::LoadU(d, first + v * lanes), hn::LoadU(d, last + v * lanes)), hn::Set(d, tap[k])));
+        sum[v] =
+            hn::Add(sum[v], hn::Mul(hn::Add(hn::LoadU(d, first + v * lanes), hn::LoadU(d, last + v * lanes)),
+                                    hn::Set(d, tap[k])));
     }
     for (int v = 0; v < vectors; ++v) hn::StoreU(made(d, sum[v], x + v * lanes), d, out + x + v * lanes);
   });
 }
 
 template <class T, class Made>
-using Weigh = void (*)(const T* const* sources, const T* taps, int64_t count, Made made, T* out, int64_t n, const T* next);
+using Weigh = void (*)(const T* const* sources, const T* taps, int64_t count, Made made, T* out, int64_t n,
+                       const T* next);
 
 template <class T, class Made>
 Weigh<T, Made> weigh_by(const T* taps, int64_t count) {
@@ -78,8 +87,8 @@ Weigh<T, Made> weigh_by(const T* taps, int64_t count) {
 }  // namespace
 
 template <class T>
-void separable(const T* x, Images images, const T* taps_y, int64_t ny, int64_t ky, const T* taps_x, int64_t nx, int64_t kx, Border border, T scale, T centre,
-               T* out) {
+void separable(const T* x, Images images, const T* taps_y, int64_t ny, int64_t ky, const T* taps_x,
+               int64_t nx, int64_t kx, Border border, T scale, T centre, T* out) {
   const Planes planes = images.planes();
   const int64_t height = planes.height, width = planes.width, ry = ky / 2, rx = kx / 2;
   std::vector<const T*> all_sources(static_cast<size_t>((ky + kx) * omp_get_max_threads()));
@@ -105,14 +114,17 @@ void separable(const T* x, Images images, const T* taps_y, int64_t ny, int64_t k
       const T* const next = tile_row(image, planes, tile, y + ry + 1);
       down(rows, weights_y, ky, {}, buffer + span.first - tile.left, span.count(), out + start);
       extend(buffer, tile, width, rx, rx, border, T(0));
-      if (scale == 1 && centre == 0) across(shifts, weights_x, kx, {}, out + start, columns, next);
-      else across_and_combine(shifts, weights_x, kx, {x + start, scale, centre}, out + start, columns, next);
+      if (scale == 1 && centre == 0)
+        across(shifts, weights_x, kx, {}, out + start, columns, next);
+      else
+        across_and_combine(shifts, weights_x, kx, {x + start, scale, centre}, out + start, columns, next);
     }
   });
 }
 
 template <class T>
-void correlate2d(const T* x, Images images, const T* windows, int64_t n, int64_t kh, int64_t kw, Border border, T* out) {
+void correlate2d(const T* x, Images images, const T* windows, int64_t n, int64_t kh, int64_t kw,
+                 Border border, T* out) {
   const Planes planes = images.planes();
   const int64_t count = kh * kw;
   std::vector<const T*> all_sources(static_cast<size_t>(count * omp_get_max_threads()));
@@ -120,7 +132,8 @@ void correlate2d(const T* x, Images images, const T* windows, int64_t n, int64_t
     const int64_t plane = tile.plane * planes.height * planes.width;
     const T* const taps = windows + (n > 1 ? tile.plane / images.channels * count : 0);
     const T** const sources = all_sources.data() + count * omp_get_thread_num();
-    const PaddedRows<T> rows(x + plane, planes, tile, border, T(0), kh, kw, (kh - 1) / 2, (kw - 1) / 2, ring, length);
+    const PaddedRows<T> rows(x + plane, planes, tile, border, T(0), kh, kw, (kh - 1) / 2, (kw - 1) / 2, ring,
+                             length);
     for (int64_t y = tile.top; y < tile.bottom; ++y) {
       T* const target = tile_row(out + plane, planes, tile, y);
       const T* const next = rows.advance(y, target);

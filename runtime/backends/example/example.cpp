@@ -1,7 +1,7 @@
 // A backend in one file, to copy from: docs/howto/backend.md explains it.
 //
-// Its engine is a toy. An artifact is a text of lines `scale NUMBER` and `offset NUMBER`, which are applied in their order to
-// each element of the input; the result is the output of the same place.
+// Its engine is a toy. An artifact is a text of lines `scale NUMBER` and `offset NUMBER`, which are applied
+// in their order to each element of the input; the result is the output of the same place.
 #include <algorithm>
 #include <sstream>
 #include <string>
@@ -15,14 +15,16 @@ using chiasm::base::Error;
 using chiasm::plugin::flag;
 using chiasm::plugin::guard;
 
-/** One loaded artifact. Nothing in it changes after it is loaded, so that `run` may be called from several threads. */
+/** One loaded artifact. Nothing in it changes after it is loaded, so that `run` may be called from several
+ *  threads. */
 class Program {
  public:
   explicit Program(const chiasm_backend_load& request)
       : tensor_count_(request.output_count), clamp_(flag(request.options, "clamp", false)) {
     if (request.input_count != request.output_count) {
       throw Error(CHIASM_CORRUPT, "the toy engine has an output for each input, the manifest has " +
-                                      std::to_string(request.input_count) + " inputs and " + std::to_string(request.output_count) + " outputs");
+                                      std::to_string(request.input_count) + " inputs and " +
+                                      std::to_string(request.output_count) + " outputs");
     }
     std::istringstream text(std::string(static_cast<const char*>(request.data), request.size));
     std::string word;
@@ -37,7 +39,8 @@ class Program {
 
   void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs) const {
     for (int32_t i = 0; i < tensor_count_; ++i) {
-      if (inputs[i].dtype != CHIASM_FLOAT32) throw Error(CHIASM_UNAVAILABLE, "the toy engine has float32 only");
+      if (inputs[i].dtype != CHIASM_FLOAT32)
+        throw Error(CHIASM_UNAVAILABLE, "the toy engine has float32 only");
       const auto* const from = static_cast<const float*>(inputs[i].data);
       auto* const to = static_cast<float*>(outputs[i].data);
       const size_t count = chiasm::base::element_count(outputs[i]);
@@ -74,15 +77,18 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
   return guard(error, [&] { *model = new Program(*request); });
 }
 
-int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options*, chiasm_error_text* error) {
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options*,
+            chiasm_error_text* error) {
   return guard(error, [&] { static_cast<const Program*>(model)->run(inputs, outputs); });
 }
 
 void unload(void* model) { delete static_cast<Program*>(model); }
 
-// The text is data: loading it runs nothing that came with the bundle. So it is allowed where programs are not.
+// The text is data: loading it runs nothing that came with the bundle. So it is allowed where programs are
+// not.
 constexpr chiasm_backend_format kFormats[] = {{"toy", 0}, {nullptr, 0}};
-constexpr chiasm_backend_option kOptions[] = {{"clamp", "0 or 1", "1 clamps results to [0, 1]; 0 is the default"}, {nullptr, nullptr, nullptr}};
+constexpr chiasm_backend_option kOptions[] = {
+    {"clamp", "0 or 1", "1 clamps results to [0, 1]; 0 is the default"}, {nullptr, nullptr, nullptr}};
 constexpr int32_t kPriority = 10;  // after chiasm's own: native 300, torch 200, onnx 100
 
 const chiasm_backend backend{sizeof(chiasm_backend),

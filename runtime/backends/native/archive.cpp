@@ -5,8 +5,8 @@
 
 #include "base/error.h"
 
-// The format is that of APPNOTE.TXT, the specification of PKWARE, without what Python's zipfile does not write for stored files of less than
-// 4 GiB: compression, encryption, several disks, ZIP64.
+// The format is that of APPNOTE.TXT, the specification of PKWARE, without what Python's zipfile does not
+// write for stored files of less than 4 GiB: compression, encryption, several disks, ZIP64.
 namespace chiasm::native {
 namespace {
 
@@ -61,20 +61,26 @@ Entry read_entry(const Reader& archive, std::size_t at) {
   if (archive.u32(at) != kEntrySignature) corrupt("damaged directory of the archive");
   const std::size_t name_size = archive.u16(at + 28);
   const Bytes name = archive.part(at + kEntrySize, name_size);
-  Entry entry{std::string(reinterpret_cast<const char*>(name.data), name.size), archive.u32(at + 42), archive.u32(at + 24),
+  Entry entry{std::string(reinterpret_cast<const char*>(name.data), name.size), archive.u32(at + 42),
+              archive.u32(at + 24),
               at + kEntrySize + name_size + archive.u16(at + 30) + archive.u16(at + 32)};
   const bool stored = archive.u16(at + 10) == 0 && archive.u32(at + 20) == entry.size;
   const bool encrypted = (archive.u16(at + 8) & 1u) != 0;
-  if (!stored || encrypted) corrupt("'" + entry.name + "' in the archive is compressed or encrypted; expected stored files");
+  if (!stored || encrypted)
+    corrupt("'" + entry.name + "' in the archive is compressed or encrypted; expected stored files");
   return entry;
 }
 
 Bytes content(const Reader& archive, const Entry& entry) {
-  if (archive.u32(entry.local) != kLocalSignature) corrupt("damaged header of '" + entry.name + "' in the archive");
-  return archive.part(entry.local + kLocalSize + archive.u16(entry.local + 26) + archive.u16(entry.local + 28), entry.size);
+  if (archive.u32(entry.local) != kLocalSignature)
+    corrupt("damaged header of '" + entry.name + "' in the archive");
+  return archive.part(
+      entry.local + kLocalSize + archive.u16(entry.local + 26) + archive.u16(entry.local + 28), entry.size);
 }
 
-bool is_library(const std::string& name) { return name.size() >= 3 && name.compare(name.size() - 3, 3, ".so") == 0; }
+bool is_library(const std::string& name) {
+  return name.size() >= 3 && name.compare(name.size() - 3, 3, ".so") == 0;
+}
 
 }  // namespace
 
@@ -89,7 +95,8 @@ Bytes find_library(const void* data, std::size_t size) {
     const Entry entry = read_entry(archive, at);
     at = entry.next;
     if (!is_library(entry.name)) continue;
-    if (library.data != nullptr) corrupt("two shared libraries in the archive, " + name + " and " + entry.name + "; expected one");
+    if (library.data != nullptr)
+      corrupt("two shared libraries in the archive, " + name + " and " + entry.name + "; expected one");
     name = entry.name;
     library = content(archive, entry);
   }

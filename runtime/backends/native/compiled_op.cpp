@@ -18,9 +18,10 @@ using base::CudaDevice;
 using base::Error;
 using plugin::MemoryFile;
 
-// dlopen knows libraries by the text of their path, and takes one that it has for one that has just been written where
-// the number of a closed file is used again. So each path is new: "/" and "/./" between its parts spell a number, made of a
-// count and of where this code is: it is in two libraries of ours, which may be in one process.
+// dlopen knows libraries by the text of their path, and takes one that it has for one that has just been
+// written where the number of a closed file is used again. So each path is new: "/" and "/./" between its
+// parts spell a number, made of a count and of where this code is: it is in two libraries of ours, which may
+// be in one process.
 std::string unique_path(const MemoryFile& file) {
   static std::atomic<uint64_t> count{0};
   std::string path = "/proc/self/fd";
@@ -40,30 +41,35 @@ MemoryFile memory_file(const Bytes& library) {
   return file;
 }
 
-// The manifest promises what `expected` says; code that was compiled for anything else would read and write outside of its tensors.
+// The manifest promises what `expected` says; code that was compiled for anything else would read and write
+// outside of its tensors.
 void check_signature(const std::string& compiled, const std::string& expected) {
   if (compiled == expected) return;
   size_t start = 0;  // of the first line that differs
   for (size_t i = 0; i < std::min(compiled.size(), expected.size()) && compiled[i] == expected[i]; ++i)
     if (compiled[i] == '\n') start = i + 1;
   const auto line = [start](const std::string& text) {
-    return start < text.size() ? "'" + text.substr(start, text.find('\n', start) - start) + "'" : "nothing more";
+    return start < text.size() ? "'" + text.substr(start, text.find('\n', start) - start) + "'"
+                               : "nothing more";
   };
-  throw Error(CHIASM_CORRUPT, "the manifest says " + line(expected) + ", the native code was compiled for " + line(compiled) +
+  throw Error(CHIASM_CORRUPT, "the manifest says " + line(expected) + ", the native code was compiled for " +
+                                  line(compiled) +
                                   ": the manifest was changed after the export; export the bundle again");
 }
 
 }  // namespace
 
 Library::Library(const MemoryFile& file) : handle_(dlopen(unique_path(file).c_str(), RTLD_NOW | RTLD_LOCAL)) {
-  if (handle_ == nullptr) throw Error(CHIASM_UNAVAILABLE, std::string("cannot load the native code: ") + dlerror());
+  if (handle_ == nullptr)
+    throw Error(CHIASM_UNAVAILABLE, std::string("cannot load the native code: ") + dlerror());
 }
 
 Library::~Library() { dlclose(handle_); }
 
 const chiasm_native_api* Library::api() const {
   const auto entry = reinterpret_cast<chiasm_native_entry_fn>(dlsym(handle_, CHIASM_NATIVE_ENTRY));
-  if (entry == nullptr) throw Error(CHIASM_CORRUPT, "the native code has no entry point " CHIASM_NATIVE_ENTRY);
+  if (entry == nullptr)
+    throw Error(CHIASM_CORRUPT, "the native code has no entry point " CHIASM_NATIVE_ENTRY);
   const chiasm_native_api* api = entry(CHIASM_NATIVE_ABI);
   if (api == nullptr || api->abi != CHIASM_NATIVE_ABI || api->struct_size < sizeof(chiasm_native_api))
     throw Error(CHIASM_VERSION_MISMATCH, "the native code was built for another interface version than " +
@@ -82,7 +88,8 @@ CompiledOp::CompiledOp(const Request& request) : request_(request) {
   check_signature(api_->signature, request.signature);
   request_.signature = nullptr;
   char text[1024] = "";
-  if (api_->create(request.device_type, request.device_index, &model_, text, sizeof(text)) != 0) throw Error(CHIASM_INTERNAL, text);
+  if (api_->create(request.device_type, request.device_index, &model_, text, sizeof(text)) != 0)
+    throw Error(CHIASM_INTERNAL, text);
 }
 
 CompiledOp::~CompiledOp() {
@@ -93,7 +100,8 @@ CompiledOp::~CompiledOp() {
   }
 }
 
-size_t CompiledOp::bytes_of(const chiasm_tensor* inputs, const chiasm_tensor* outputs, uint64_t which_inputs, uint64_t which_outputs) const {
+size_t CompiledOp::bytes_of(const chiasm_tensor* inputs, const chiasm_tensor* outputs, uint64_t which_inputs,
+                            uint64_t which_outputs) const {
   size_t bytes = 0;
   const auto add = [&bytes](const chiasm_tensor* tensors, int32_t count, uint64_t which) {
     for (int32_t i = 0; i < count; ++i)
@@ -109,27 +117,33 @@ bool CompiledOp::worth_forking(const chiasm_tensor* inputs, const chiasm_tensor*
   return bytes_of(inputs, outputs, ~uint64_t{0}, ~uint64_t{0}) >= kLeast;
 }
 
-int64_t CompiledOp::count_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, int32_t threads) const {
-  // Of samples in and out: what an op stores on its way is some times as much, and should stay in the second cache. Smaller parts
-  // would do what is shared by all samples, such as a map or a table, more often.
+int64_t CompiledOp::count_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+                                int32_t threads) const {
+  // Of samples in and out: what an op stores on its way is some times as much, and should stay in the second
+  // cache. Smaller parts would do what is shared by all samples, such as a map or a table, more often.
   constexpr size_t kPart = 4 << 20;
   if (request_.batched_outputs == 0) return 1;
   const int64_t samples = outputs[0].shape[0];
-  const auto parts = static_cast<int64_t>((bytes_of(inputs, outputs, request_.batched_inputs, request_.batched_outputs) + kPart - 1) / kPart);
+  const auto parts = static_cast<int64_t>(
+      (bytes_of(inputs, outputs, request_.batched_inputs, request_.batched_outputs) + kPart - 1) / kPart);
   if (parts < 2 || samples < 2 || samples < threads) return 1;
   return std::min((parts + threads - 1) / threads * threads, samples);  // as many for each thread
 }
 
-void CompiledOp::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host, Share share) const {
+void CompiledOp::run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host,
+                     Share share) const {
   host.device_type = request_.device_type;
   host.device_index = request_.device_index;
   const auto current = make_current();
   const int64_t parts = host.device_type == CHIASM_CPU ? count_parts(inputs, outputs, host.num_threads) : 1;
-  if (parts > 1) run_parts(inputs, outputs, host, share, parts);
-  else run_whole(inputs, outputs, host);
+  if (parts > 1)
+    run_parts(inputs, outputs, host, share, parts);
+  else
+    run_whole(inputs, outputs, host);
 }
 
-void CompiledOp::run_whole(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_native_host& host) const {
+void CompiledOp::run_whole(const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+                           const chiasm_native_host& host) const {
   char text[1024];
   text[0] = '\0';
   switch (api_->run(model_, inputs, outputs, &host, text, sizeof(text))) {
@@ -162,7 +176,8 @@ struct CompiledOp::Parts {
   }
 
   void run(int64_t part) const {
-    const int64_t samples = outputs[0].shape[0], begin = samples * part / count, end = samples * (part + 1) / count;
+    const int64_t samples = outputs[0].shape[0], begin = samples * part / count,
+                  end = samples * (part + 1) / count;
     const Request& request = model.request_;
     std::array<chiasm_tensor, kMaxTensors> in, out;
     std::array<std::array<int64_t, CHIASM_MAX_DIMS>, kMaxTensors> in_shapes, out_shapes;
@@ -171,7 +186,9 @@ struct CompiledOp::Parts {
       shape[0] = end - begin;
       chiasm_tensor part = whole;
       part.shape = shape.data();
-      if (whole.shape[0] > 0) part.data = static_cast<char*>(whole.data) + static_cast<int64_t>(base::byte_count(whole)) / whole.shape[0] * begin;
+      if (whole.shape[0] > 0)
+        part.data = static_cast<char*>(whole.data) +
+                    static_cast<int64_t>(base::byte_count(whole)) / whole.shape[0] * begin;
       return part;
     };
     for (int32_t i = 0; i < request.input_count; ++i)
@@ -181,12 +198,15 @@ struct CompiledOp::Parts {
   }
 };
 
-void CompiledOp::run_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_native_host& host, Share share,
-                      int64_t parts) const {
+void CompiledOp::run_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+                           const chiasm_native_host& host, Share share, int64_t parts) const {
   Parts shared{*this, inputs, outputs, host, parts, {}, {}, {}};
   shared.host.num_threads = 1;
-  if (host.num_threads > 1) share(host.context, [](void* all, int32_t, int32_t) { static_cast<Parts*>(all)->work(); }, &shared);
-  else shared.work();
+  if (host.num_threads > 1)
+    share(
+        host.context, [](void* all, int32_t, int32_t) { static_cast<Parts*>(all)->work(); }, &shared);
+  else
+    shared.work();
   if (shared.error) std::rethrow_exception(shared.error);
 }
 

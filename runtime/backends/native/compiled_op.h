@@ -44,28 +44,33 @@ class CompiledOp final {
   CompiledOp& operator=(const CompiledOp&) = delete;
   ~CompiledOp();
 
-  /** Whether a call is worth more than one thread: below some size, waking another takes longer than the work. */
+  /** Whether a call is worth more than one thread: below some size, waking another takes longer than the
+   *  work. */
   bool worth_forking(const chiasm_tensor* inputs, const chiasm_tensor* outputs) const;
 
-  /** Calls body(argument, ...) on this thread and on others, which may come late or not at all, and returns when all have returned. The
-   *  context is the host's. */
-  using Share = void (*)(void* context, void (*body)(void* argument, int32_t index, int32_t count), void* argument);
+  /** Calls body(argument, ...) on this thread and on others, which may come late or not at all, and returns
+   *  when all have returned. The context is the host's. */
+  using Share = void (*)(void* context, void (*body)(void* argument, int32_t index, int32_t count),
+                         void* argument);
 
   /** Dense tensors that fit the method's signature. The device of `host` is filled in here.
    *
-   *  A large batch of independent samples is run in parts, which stay in the caches from an op's first loop to its last, and which
-   *  the threads `share`: they wait for each other once, not after each loop. */
-  void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host, Share share) const;
+   *  A large batch of independent samples is run in parts, which stay in the caches from an op's first loop
+   *  to its last, and which the threads `share`: they wait for each other once, not after each loop. */
+  void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, chiasm_native_host host,
+           Share share) const;
 
  private:
   struct Parts;
 
   std::optional<base::CudaDevice::Current> make_current() const;
-  size_t bytes_of(const chiasm_tensor* inputs, const chiasm_tensor* outputs, uint64_t which_inputs, uint64_t which_outputs) const;
+  size_t bytes_of(const chiasm_tensor* inputs, const chiasm_tensor* outputs, uint64_t which_inputs,
+                  uint64_t which_outputs) const;
   int64_t count_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, int32_t threads) const;
-  void run_whole(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_native_host& host) const;
-  void run_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_native_host& host, Share share,
-                 int64_t parts) const;
+  void run_whole(const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+                 const chiasm_native_host& host) const;
+  void run_parts(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_native_host& host,
+                 Share share, int64_t parts) const;
 
   Request request_;
   std::optional<base::CudaDevice> cuda_;

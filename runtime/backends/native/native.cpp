@@ -1,5 +1,6 @@
-// The native backend: runs AOTInductor code that carries what it needs of libtorch, so that neither libtorch nor any other engine is
-// needed. An artifact is a zip archive with one shared library; the library is loaded from memory.
+// The native backend: runs AOTInductor code that carries what it needs of libtorch, so that neither libtorch
+// nor any other engine is needed. An artifact is a zip archive with one shared library; the library is loaded
+// from memory.
 #include <atomic>
 #include <string>
 
@@ -27,11 +28,14 @@ struct Team {
 class NativeMethod {
  public:
   explicit NativeMethod(const chiasm_backend_load& request)
-      : num_threads_(request.num_threads), process_threads_(request.process_threads), device_type_(request.device_type),
-        op_({request.data, request.size, request.input_count, request.output_count, request.batched_inputs, request.batched_outputs,
-             request.device_type, request.device_index, request.signature}) {}
+      : num_threads_(request.num_threads),
+        process_threads_(request.process_threads),
+        device_type_(request.device_type),
+        op_({request.data, request.size, request.input_count, request.output_count, request.batched_inputs,
+             request.batched_outputs, request.device_type, request.device_index, request.signature}) {}
 
-  void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options) const {
+  void run(const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+           const chiasm_run_options* options) const {
     chiasm_native_host host{};
     Team team;
     host.num_threads = num_threads_ > 1 && op_.worth_forking(inputs, outputs) ? num_threads_ : 1;
@@ -79,8 +83,8 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
   });
 }
 
-int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
-            chiasm_error_text* error) {
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+            const chiasm_run_options* options, chiasm_error_text* error) {
   return guard(error, [&] {
     const ForkGate::Passage passage;
     static_cast<const NativeMethod*>(model)->run(inputs, outputs, options);

@@ -16,12 +16,12 @@
 namespace chiasm::native {
 namespace {
 
-/** How long a thread looks for work before it sleeps: longer than the gap between two loops of an op, shorter than that
- *  between two frames. */
+/** How long a thread looks for work before it sleeps: longer than the gap between two loops of an op, shorter
+ *  than that between two frames. */
 constexpr int kSpins = 2000;
 
-/** How long a caller waits for idle workers: one that sleeps comes in 10 to 50 us, unless other work has its core; and to wait
- *  for that would take longer than to go on without it. */
+/** How long a caller waits for idle workers: one that sleeps comes in 10 to 50 us, unless other work has its
+ *  core; and to wait for that would take longer than to go on without it. */
 constexpr auto kPatience = std::chrono::microseconds(50);
 
 }  // namespace
@@ -35,17 +35,20 @@ struct Workers::Job {
   void wait_for(int32_t others) const {
     for (int spins = 0; returned.load(std::memory_order_acquire) != others; ++spins) {
       // The others began when this thread did and have as much to do; one that is late has lost its core.
-      if (spins < kSpins) relax();
-      else std::this_thread::yield();
+      if (spins < kSpins)
+        relax();
+      else
+        std::this_thread::yield();
     }
   }
 };
 
 struct Workers::Worker {
   std::atomic<bool> taken{false};
-  std::atomic<Job*> job{nullptr};  // on offer: whoever exchanges it for nullptr, the worker or the caller, has it
-  int32_t index = 0;               // in the team; written before the job's count
-  bool asleep = false;             // guarded by the mutex
+  // on offer: whoever exchanges it for nullptr, the worker or the caller, has it
+  std::atomic<Job*> job{nullptr};
+  int32_t index = 0;    // in the team; written before the job's count
+  bool asleep = false;  // guarded by the mutex
   std::mutex mutex;
   std::condition_variable wake;
 
@@ -105,22 +108,27 @@ class Workers::Offers {
   Offers(const Workers& workers, Job& job, int32_t most) : job_(job) {
     if (getpid() != workers.process_) return;
     for (Worker* worker : workers.workers_) {
-      if (count_ == kMost || static_cast<int32_t>(count_) >= most || worker->taken.exchange(true, std::memory_order_acquire)) continue;
+      if (count_ == kMost || static_cast<int32_t>(count_) >= most ||
+          worker->taken.exchange(true, std::memory_order_acquire))
+        continue;
       worker->offer(&job);
       workers_[count_++] = worker;
     }
   }
 
   bool all_have_come() const {
-    return std::all_of(workers_, workers_ + count_, [](const Worker* w) { return w->job.load(std::memory_order_relaxed) == nullptr; });
+    return std::all_of(workers_, workers_ + count_,
+                       [](const Worker* w) { return w->job.load(std::memory_order_relaxed) == nullptr; });
   }
 
   /** Takes the job back from those that have not come. Returns how many have. */
   int32_t close() {
     size_t come = 0;
     for (size_t i = 0; i < count_; ++i) {
-      if (workers_[i]->withdraw(&job_)) workers_[i]->taken.store(false, std::memory_order_release);
-      else workers_[come++] = workers_[i];
+      if (workers_[i]->withdraw(&job_))
+        workers_[i]->taken.store(false, std::memory_order_release);
+      else
+        workers_[come++] = workers_[i];
     }
     count_ = come;
     return static_cast<int32_t>(come);
@@ -166,7 +174,8 @@ Workers& Workers::instance(int32_t count) {
   const std::lock_guard<std::mutex> lock(mutex);
   present = workers.load(std::memory_order_acquire);
   if (present == nullptr) {
-    static const int handler = pthread_atfork(nullptr, nullptr, [] { workers.store(nullptr, std::memory_order_relaxed); });
+    static const int handler =
+        pthread_atfork(nullptr, nullptr, [] { workers.store(nullptr, std::memory_order_relaxed); });
     static_cast<void>(handler);
     present = new Workers(count);
     workers.store(present, std::memory_order_release);

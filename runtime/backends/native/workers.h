@@ -8,8 +8,9 @@
 
 namespace chiasm::native {
 
-/** A fixed number of threads for the whole process. Each call takes those that are idle, so that methods that run at the same
- *  time share the cores: there are never more threads at work than callers and workers together. */
+/** A fixed number of threads for the whole process. Each call takes those that are idle, so that methods that
+ *  run at the same time share the cores: there are never more threads at work than callers and workers
+ *  together. */
 class Workers final {
  public:
   using Body = void (*)(void* argument, int32_t index, int32_t count);
@@ -19,18 +20,20 @@ class Workers final {
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
-  /** Calls body(argument, i, n) at the same time on n threads, this one being 0, and returns when all have returned. n is 1
-   *  and however many workers are idle and come at once, at most `others`. Must not throw. */
+  /** Calls body(argument, i, n) at the same time on n threads, this one being 0, and returns when all have
+   *  returned. n is 1 and however many workers are idle and come at once, at most `others`. Must not throw.
+   *  */
   void fork(Body body, void* argument, int32_t others);
 
-  /** Calls body(argument, ...) on this thread and on at most `others` idle workers, also on those that come late, and returns when all have
-   *  returned. For work that they take piece by piece: the numbers that body gets mean nothing, and who comes when all is taken finds
-   *  nothing to do. Must not throw. */
+  /** Calls body(argument, ...) on this thread and on at most `others` idle workers, also on those that come
+   *  late, and returns when all have returned. For work that they take piece by piece: the numbers that body
+   *  gets mean nothing, and who comes when all is taken finds nothing to do. Must not throw. */
   void share(Body body, void* argument, int32_t others);
 
   size_t count() const { return workers_.size(); }
 
-  /** The process's workers: made at the first call, with that call's count; in a child of fork anew. Never destroyed. */
+  /** The process's workers: made at the first call, with that call's count; in a child of fork anew. Never
+   *  destroyed. */
   static Workers& instance(int32_t count);
 
  private:

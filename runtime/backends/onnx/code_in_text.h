@@ -1,4 +1,5 @@
-/** How libchiasm_ort tells the onnx backend a chiasm_code through ONNX Runtime, which passes on the text of an error alone. */
+/** How libchiasm_ort tells the onnx backend a chiasm_code through ONNX Runtime, which passes on the text of
+ *  an error alone. */
 #pragma once
 
 #include <cstdio>
@@ -15,7 +16,8 @@ namespace chiasm::onnx {
 inline chiasm_code take_code(std::string& text) {
   const size_t at = text.rfind(" [chiasm code ");
   int code = CHIASM_OK;
-  if (at == std::string::npos || std::sscanf(text.c_str() + at, CHIASM_CODE_IN_TEXT, &code) != 1) return CHIASM_OK;
+  if (at == std::string::npos || std::sscanf(text.c_str() + at, CHIASM_CODE_IN_TEXT, &code) != 1)
+    return CHIASM_OK;
   text.erase(at, text.find(']', at) + 1 - at);
   return static_cast<chiasm_code>(code);
 }

@@ -10,11 +10,14 @@
 
 namespace chiasm::onnx {
 
-static_assert(base::kDTypes[CHIASM_FLOAT32].onnx == ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT && base::kDTypes[CHIASM_UINT16].onnx == ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT16 &&
-              base::kDTypes[CHIASM_BFLOAT16].onnx == ONNX_TENSOR_ELEMENT_DATA_TYPE_BFLOAT16, "the table has ONNX's own numbers");
+static_assert(base::kDTypes[CHIASM_FLOAT32].onnx == ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT &&
+                  base::kDTypes[CHIASM_UINT16].onnx == ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT16 &&
+                  base::kDTypes[CHIASM_BFLOAT16].onnx == ONNX_TENSOR_ELEMENT_DATA_TYPE_BFLOAT16,
+              "the table has ONNX's own numbers");
 
 inline ONNXTensorElementDataType element_type(int32_t dtype) {
-  if (!base::is_dtype(dtype)) throw base::Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
+  if (!base::is_dtype(dtype))
+    throw base::Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
   return static_cast<ONNXTensorElementDataType>(base::kDTypes[dtype].onnx);
 }
 

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "backends/plugin.h"
 #include "backends/limits.h"
+#include "backends/plugin.h"
 
 namespace chiasm::onnx {
 namespace {
@@ -32,14 +32,17 @@ void* open_library() {
   }
   if (void* library = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
   problem += dlerror();
-  throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime is not found (" + problem + "): get it with 'pip install onnxruntime' and name its library, "
-              "site-packages/onnxruntime/capi/libonnxruntime.so.<version>, in CHIASM_ONNXRUNTIME_LIBRARY, or use an onnxruntime release");
+  throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime is not found (" + problem +
+                                      "): get it with 'pip install onnxruntime' and name its library, "
+                                      "site-packages/onnxruntime/capi/libonnxruntime.so.<version>, in "
+                                      "CHIASM_ONNXRUNTIME_LIBRARY, or use an onnxruntime release");
 }
 
 // Never closed: ONNX Runtime's threads and static objects do not survive it.
 std::string open_and_initialise() {
   require_memory(kStartBytes, "opening ONNX Runtime");
-  // ONNX Runtime notes the stack with each error. The first time that loads a library, and where there is no memory for it ends the process.
+  // ONNX Runtime notes the stack with each error. The first time that loads a library, and where there is no
+  // memory for it ends the process.
   void* frame = nullptr;
   backtrace(&frame, 1);
   void* library = open_library();
@@ -50,9 +53,11 @@ std::string open_and_initialise() {
   // Version 1.N has the tables up to N. Asking for a newer one would print a complaint.
   unsigned minor = 0;
   if (std::sscanf(version.c_str(), "1.%u", &minor) != 1 || minor < kOldestApi)
-    throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime " + version + " is too old: expected 1." + std::to_string(kOldestApi) + " or later");
+    throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime " + version + " is too old: expected 1." +
+                                        std::to_string(kOldestApi) + " or later");
   const OrtApi* api = base->GetApi(std::min<uint32_t>(minor, ORT_API_VERSION));
-  if (api == nullptr) throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime " + version + " does not offer its own C API");
+  if (api == nullptr)
+    throw Error(CHIASM_UNAVAILABLE, "ONNX Runtime " + version + " does not offer its own C API");
   Ort::InitApi(api);
   return version;
 }
@@ -62,7 +67,8 @@ Ort::Env make_environment(int32_t num_threads) {
   // Where a thread of the pool cannot be made, ONNX Runtime waits for ever. It makes one more, for itself.
   const int32_t workers = std::max(plugin::threads_left(num_threads) - 1, 0);
   // It ends the process where an allocation fails, also one of a moment in which a new thread maps its arena.
-  require_memory(kStartBytes + static_cast<size_t>(2 + workers) * plugin::kArenaBytes, "starting ONNX Runtime");
+  require_memory(kStartBytes + static_cast<size_t>(2 + workers) * plugin::kArenaBytes,
+                 "starting ONNX Runtime");
   Ort::ThreadingOptions threads;
   threads.SetGlobalIntraOpNumThreads(1 + workers).SetGlobalInterOpNumThreads(1).SetGlobalSpinControl(0);
   Ort::Env env(threads, ORT_LOGGING_LEVEL_ERROR, "chiasm");
@@ -82,7 +88,8 @@ const std::string& open_engine() {
 
 const Ort::Env& environment(int32_t num_threads) {
   open_engine();
-  static const Ort::Env& env = *new Ort::Env(make_environment(num_threads));  // never destroyed: sessions may outlive statics
+  // never destroyed: sessions may outlive statics
+  static const Ort::Env& env = *new Ort::Env(make_environment(num_threads));
   return env;
 }
 
@@ -105,7 +112,8 @@ bool has_custom_op_library() { return !find_custom_op_library().empty(); }
 
 std::string custom_op_library() {
   const std::string path = find_custom_op_library();
-  if (path.empty()) throw Error(CHIASM_UNAVAILABLE, "libchiasm_ort.so is not installed beside the onnx backend");
+  if (path.empty())
+    throw Error(CHIASM_UNAVAILABLE, "libchiasm_ort.so is not installed beside the onnx backend");
   return path;
 }
 

@@ -4,24 +4,26 @@
 #include <cstdint>
 #include <string>
 
-// The library is found at run time, so that the plug-in can say what is missing, and its function table is asked for the
-// newest version that it and our header both have.
+// The library is found at run time, so that the plug-in can say what is missing, and its function table is
+// asked for the newest version that it and our header both have.
 #define ORT_API_MANUAL_INIT
 #include <onnxruntime_cxx_api.h>
 
 namespace chiasm::onnx {
 
-/** Opens the library at the first call; throws base::Error(CHIASM_UNAVAILABLE), with what to do, where it cannot.
- *  Looked for in this order: already in the process, the path in CHIASM_ONNXRUNTIME_LIBRARY, the plug-in's run path and
- *  the system's folders. Returns e.g. "1.31.1". */
+/** Opens the library at the first call; throws base::Error(CHIASM_UNAVAILABLE), with what to do, where it
+ *  cannot. Looked for in this order: already in the process, the path in CHIASM_ONNXRUNTIME_LIBRARY, the
+ *  plug-in's run path and the system's folders. Returns e.g. "1.31.1". */
 const std::string& open_engine();
 
-/** The environment, with one thread pool and one arena that all sessions share; made with the first call's number. */
+/** The environment, with one thread pool and one arena that all sessions share; made with the first call's
+ *  number. */
 const Ort::Env& environment(int32_t num_threads);
 
 /** Whether libchiasm_ort.so is installed with this plug-in. */
 bool has_custom_op_library();
-/** The path of libchiasm_ort.so, which is installed with this plug-in; throws base::Error(CHIASM_UNAVAILABLE) where it is not. */
+/** The path of libchiasm_ort.so, which is installed with this plug-in; throws base::Error(CHIASM_UNAVAILABLE)
+ *  where it is not. */
 std::string custom_op_library();
 
 /** Whether this build of ONNX Runtime has the provider, e.g. "CUDAExecutionProvider". */

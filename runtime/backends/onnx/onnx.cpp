@@ -1,10 +1,10 @@
-// The onnx backend: one ONNX Runtime session per artifact, which reads the caller's inputs where they are and writes the
-// caller's outputs directly.
+// The onnx backend: one ONNX Runtime session per artifact, which reads the caller's inputs where they are and
+// writes the caller's outputs directly.
 //
-// On CUDA a run returns when its work is enqueued. ONNX Runtime ties a session to one stream when it is made, while each
-// run names its own; so the session works on a stream of ours, and events order the two: the work starts after what the
-// caller's stream held before, and what the caller enqueues there later starts after the work. Runs of one model are
-// enqueued one after the other.
+// On CUDA a run returns when its work is enqueued. ONNX Runtime ties a session to one stream when it is made,
+// while each run names its own; so the session works on a stream of ours, and events order the two: the work
+// starts after what the caller's stream held before, and what the caller enqueues there later starts after
+// the work. Runs of one model are enqueued one after the other.
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -14,26 +14,26 @@
 #include <unordered_map>
 #include <vector>
 
-#include "base/cuda.h"
+#include "backends/limits.h"
 #include "backends/onnx/code_in_text.h"
 #include "backends/onnx/dtype.h"
 #include "backends/onnx/engine.h"
 #include "backends/onnx/onnx_file.h"
-#include "backends/limits.h"
 #include "backends/plugin.h"
+#include "base/cuda.h"
 #include "base/fork.h"
 
 namespace {
 
+using chiasm::base::CudaDevice;
+using chiasm::base::CudaStream;
+using chiasm::base::Error;
 using chiasm::base::ForkGate;
 using chiasm::onnx::custom_op_library;
 using chiasm::onnx::element_type;
 using chiasm::onnx::environment;
 using chiasm::onnx::has_provider;
 using chiasm::onnx::open_engine;
-using chiasm::base::CudaDevice;
-using chiasm::base::CudaStream;
-using chiasm::base::Error;
 using chiasm::plugin::guard;
 
 constexpr const char* kCudaProvider = "CUDAExecutionProvider";
@@ -43,7 +43,8 @@ chiasm_code code_of(OrtErrorCode code) {
   switch (code) {
     case ORT_INVALID_PROTOBUF:
     case ORT_INVALID_GRAPH: return CHIASM_CORRUPT;
-    case ORT_NOT_IMPLEMENTED: return CHIASM_UNAVAILABLE;  // no kernel for this op and dtype in this build of the engine
+    case ORT_NOT_IMPLEMENTED:
+      return CHIASM_UNAVAILABLE;  // no kernel for this op and dtype in this build of the engine
     default: return CHIASM_INTERNAL;
   }
 }
@@ -55,7 +56,8 @@ void translated(Body&& body) {
     body();
   } catch (const Ort::Exception& e) {
     std::string text = e.what();
-    if (const chiasm_code code = chiasm::onnx::take_code(text); code != CHIASM_OK) throw Error(code, text);  // of native code inside it
+    // of native code inside it
+    if (const chiasm_code code = chiasm::onnx::take_code(text); code != CHIASM_OK) throw Error(code, text);
     for (const char* words : {"out of memory", "Failed to allocate memory", "bad_alloc", "bad allocation"}) {
       if (text.find(words) != std::string::npos) throw Error(CHIASM_OUT_OF_MEMORY, text);
     }
@@ -80,20 +82,26 @@ class Session {
     translated([&] {
       Ort::SessionOptions options;
       const bool shares_threads = request.num_threads == request.process_threads;
-      if (shares_threads) options.DisablePerSessionThreads();
-      else use_own_threads(options, request.num_threads);
+      if (shares_threads)
+        options.DisablePerSessionThreads();
+      else
+        use_own_threads(options, request.num_threads);
       options.AddConfigEntry("session.use_env_allocators", "1");
-      // Not ORT_ENABLE_ALL: its blocked layout makes convolutions of few channels, which most ops are, 3 to 18 times slower.
+      // Not ORT_ENABLE_ALL: its blocked layout makes convolutions of few channels, which most ops are, 3 to
+      // 18 times slower.
       options.SetGraphOptimizationLevel(ORT_ENABLE_EXTENDED);
-      if (std::strcmp(request.format, kFused) == 0) append_native_code(options, request.bundle, request.manifest_sha256);
+      if (std::strcmp(request.format, kFused) == 0)
+        append_native_code(options, request.bundle, request.manifest_sha256);
       if (request.device_type == CHIASM_CUDA) append_cuda(options, request.device_index);
       const Ort::Env& env = environment(request.process_threads);
       // Where an allocation fails, it may end the process.
-      chiasm::plugin::require_memory((size_t{48} << 20) + 8 * request.size + chiasm::plugin::kArenaBytes, "making a session of ONNX Runtime");
+      chiasm::plugin::require_memory((size_t{48} << 20) + 8 * request.size + chiasm::plugin::kArenaBytes,
+                                     "making a session of ONNX Runtime");
       session_.emplace(env, request.data, request.size, options);
     });
     bind(inputs_, input_names_, session_input_names(), request.input_names, request.input_count, "input");
-    bind(outputs_, output_names_, session_output_names(), request.output_names, request.output_count, "output");
+    bind(outputs_, output_names_, session_output_names(), request.output_names, request.output_count,
+         "output");
     if (outputs_.size() != static_cast<size_t>(request.output_count))
       throw Error(CHIASM_CORRUPT, "the graph has " + std::to_string(outputs_.size()) +
                                       " outputs, the manifest says " + std::to_string(request.output_count));
@@ -126,11 +134,14 @@ class Session {
     options.AddConfigEntry("session.intra_op.allow_spinning", "0");
   }
 
-  static void append_native_code(Ort::SessionOptions& options, const std::string& bundle, const char* manifest_sha256) {
+  static void append_native_code(Ort::SessionOptions& options, const std::string& bundle,
+                                 const char* manifest_sha256) {
     if (bundle.find(':') != std::string::npos)
-      throw Error(CHIASM_UNAVAILABLE, "the entry chiasm.bundles cannot name the folder " + bundle + ", which has a colon");
+      throw Error(CHIASM_UNAVAILABLE,
+                  "the entry chiasm.bundles cannot name the folder " + bundle + ", which has a colon");
     options.AddConfigEntry("chiasm.bundles", bundle.c_str());
-    options.AddConfigEntry("chiasm.checked", manifest_sha256);  // where it has no code for this CPU it says so: UNAVAILABLE
+    options.AddConfigEntry("chiasm.checked",
+                           manifest_sha256);  // where it has no code for this CPU it says so: UNAVAILABLE
     options.RegisterCustomOpsLibrary(custom_op_library().c_str());
   }
 
@@ -147,7 +158,8 @@ class Session {
     const char* keys[] = {"device_id", "use_tf32"};
     const char* values[] = {device.c_str(), "0"};
     Ort::ThrowOnError(Ort::GetApi().UpdateCUDAProviderOptions(cuda.get(), keys, values, 2));
-    Ort::ThrowOnError(Ort::GetApi().UpdateCUDAProviderOptionsWithValue(cuda.get(), "user_compute_stream", stream_->handle()));
+    Ort::ThrowOnError(Ort::GetApi().UpdateCUDAProviderOptionsWithValue(cuda.get(), "user_compute_stream",
+                                                                       stream_->handle()));
     options.AppendExecutionProvider_CUDA_V2(*cuda);
   }
 
@@ -167,14 +179,16 @@ class Session {
     return names;
   }
 
-  void bind(std::vector<Binding>& bindings, std::vector<const char*>& names, const std::vector<std::string>& has,
-            const char* const* method, int32_t count, const char* kind) const {
+  void bind(std::vector<Binding>& bindings, std::vector<const char*>& names,
+            const std::vector<std::string>& has, const char* const* method, int32_t count,
+            const char* kind) const {
     std::unordered_map<std::string, int32_t> index;
     for (int32_t i = 0; i < count; ++i) index.emplace(method[i], i);
     for (const std::string& name : has) {
       const auto found = index.find(name);
       if (found == index.end())
-        throw Error(CHIASM_CORRUPT, std::string("the graph has the ") + kind + " '" + name + "', the manifest does not");
+        throw Error(CHIASM_CORRUPT,
+                    std::string("the graph has the ") + kind + " '" + name + "', the manifest does not");
       bindings.push_back({name, found->second});
     }
     for (const Binding& binding : bindings) names.push_back(binding.name.c_str());
@@ -187,14 +201,16 @@ class Session {
     for (const Binding& binding : bindings) {
       const chiasm_tensor& tensor = tensors[binding.index];
       const size_t bytes = chiasm::base::byte_count(tensor);
-      values.push_back(Ort::Value::CreateTensor(memory_, tensor.data != nullptr ? tensor.data : &nothing, bytes, tensor.shape,
-                                                static_cast<size_t>(tensor.ndim), element_type(tensor.dtype)));
+      values.push_back(Ort::Value::CreateTensor(memory_, tensor.data != nullptr ? tensor.data : &nothing,
+                                                bytes, tensor.shape, static_cast<size_t>(tensor.ndim),
+                                                element_type(tensor.dtype)));
     }
     return values;
   }
 
   void enqueue(const Ort::RunOptions& options, std::vector<Ort::Value>& in, std::vector<Ort::Value>& out) {
-    session_->Run(options, input_names_.data(), in.data(), in.size(), output_names_.data(), out.data(), out.size());
+    session_->Run(options, input_names_.data(), in.data(), in.size(), output_names_.data(), out.data(),
+                  out.size());
   }
 
   Ort::MemoryInfo memory_;
@@ -223,8 +239,8 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
   });
 }
 
-int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
-            chiasm_error_text* error) {
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+            const chiasm_run_options* options, chiasm_error_text* error) {
   return guard(error, [&] {
     const ForkGate::Passage passage;
     static_cast<Session*>(model)->run(inputs, outputs, options);
@@ -248,9 +264,10 @@ int32_t rank(const chiasm_backend_load* request) {
 }
 
 constexpr chiasm_backend_format kFormats[] = {{"onnx", 0}, {kFused, 1}, {nullptr, 0}};
-constexpr chiasm_backend_option kOptions[] = {
-    {"fused", "0 or 1", "1, the default, runs a method's native code as one node inside ONNX Runtime, where the bundle has both forms"},
-    {nullptr, nullptr, nullptr}};
+constexpr chiasm_backend_option kOptions[] = {{"fused", "0 or 1",
+                                               "1, the default, runs a method's native code as one node "
+                                               "inside ONNX Runtime, where the bundle has both forms"},
+                                              {nullptr, nullptr, nullptr}};
 constexpr int32_t kPriority = 100;
 
 const chiasm_backend backend{sizeof(chiasm_backend),

@@ -45,8 +45,8 @@ constexpr uint32_t kTensorExternalData = 13, kTensorDataLocation = 14;
 /** As protobuf's own limit, so that what is deeper is read by nobody. */
 constexpr int kMaxDepth = 100;
 
-/** Walks over protobuf's wire format. It must see every tensor that an engine's parser would see: what that would read otherwise, or
- *  would not read, is refused. */
+/** Walks over protobuf's wire format. It must see every tensor that an engine's parser would see: what that
+ *  would read otherwise, or would not read, is refused. */
 class Walk final {
  public:
   Walk(const unsigned char* data, const std::string& origin) : at_(data), origin_(origin) {}
@@ -80,10 +80,15 @@ class Walk final {
  private:
   static constexpr uint64_t kVarint = 0, kFixed64 = 1, kBytes = 2, kFixed32 = 5;
 
-  [[noreturn]] void refuse(const std::string& what) const { fail(CHIASM_CORRUPT, origin_ + ": not an ONNX model: " + what); }
+  [[noreturn]] void refuse(const std::string& what) const {
+    fail(CHIASM_CORRUPT, origin_ + ": not an ONNX model: " + what);
+  }
 
   [[noreturn]] void refuse_external() const {
-    fail(CHIASM_CORRUPT, origin_ + ": keeps data of a tensor in another file, which no hash covers: export it with its data inside");
+    fail(
+        CHIASM_CORRUPT,
+        origin_ +
+            ": keeps data of a tensor in another file, which no hash covers: export it with its data inside");
   }
 
   void inside(Message kind, uint32_t field, const unsigned char* end, int depth) {
@@ -117,7 +122,8 @@ class Walk final {
 
 void check_onnx(const unsigned char* data, size_t size, const std::string& origin) {
   // ONNX Runtime reads its own format too, where it finds this mark.
-  if (size >= 8 && std::memcmp(data + 4, "ORTM", 4) == 0) fail(CHIASM_CORRUPT, origin + ": is in ONNX Runtime's own format, not ONNX");
+  if (size >= 8 && std::memcmp(data + 4, "ORTM", 4) == 0)
+    fail(CHIASM_CORRUPT, origin + ": is in ONNX Runtime's own format, not ONNX");
   Walk(data, origin).message(Message::model, data + size, 0);
 }
 

@@ -1,5 +1,5 @@
-// The torch backend's plug-in. It opens without libtorch, as every plug-in must: what uses libtorch is the library
-// chiasm_torch_engine.so beside it, which the first probe opens.
+// The torch backend's plug-in. It opens without libtorch, as every plug-in must: what uses libtorch is the
+// library chiasm_torch_engine.so beside it, which the first probe opens.
 #include <dlfcn.h>
 
 #include <string>
@@ -13,9 +13,11 @@ using chiasm::base::Error;
 using chiasm::plugin::guard;
 
 constexpr const char* kEngine = "chiasm_torch_engine.so";
-constexpr const char* kAdvice = "get libtorch with 'pip install torch' and put its folder site-packages/torch/lib on LD_LIBRARY_PATH";
+constexpr const char* kAdvice =
+    "get libtorch with 'pip install torch' and put its folder site-packages/torch/lib on LD_LIBRARY_PATH";
 
-/** libtorch's static objects end the process where an allocation fails. With its mappings they take half of this. */
+/** libtorch's static objects end the process where an allocation fails. With its mappings they take half of
+ *  this. */
 constexpr size_t kLibtorchBytes = size_t{768} << 20;
 
 bool is_open(const char* library) {
@@ -26,7 +28,8 @@ bool is_open(const char* library) {
 
 std::string own_folder() {
   Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0) throw Error(CHIASM_INTERNAL, "dladdr failed");
+  if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0)
+    throw Error(CHIASM_INTERNAL, "dladdr failed");
   const std::string path = info.dli_fname;
   return path.substr(0, path.rfind('/') + 1);
 }
@@ -54,9 +57,12 @@ int32_t probe(chiasm_backend_info* info, chiasm_error_text* error) {
   return opened == CHIASM_OK ? result : opened;
 }
 
-int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) { return engine().load(request, model, error); }
+int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text* error) {
+  return engine().load(request, model, error);
+}
 
-int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options, chiasm_error_text* error) {
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+            const chiasm_run_options* options, chiasm_error_text* error) {
   return engine().run(model, inputs, outputs, options, error);
 }
 

@@ -1,4 +1,5 @@
-// The torch backend behind its plug-in (plugin.cpp): TorchScript artifacts, AOTInductor artifacts that need libtorch, and gradients by autograd.
+// The torch backend behind its plug-in (plugin.cpp): TorchScript artifacts, AOTInductor artifacts that need
+// libtorch, and gradients by autograd.
 //
 // The only file that includes torch's headers, which take most of its compile time.
 #include <ATen/Context.h>
@@ -28,15 +29,15 @@
 #include <string_view>
 #include <vector>
 
-#include "backends/plugin.h"
 #include "backends/limits.h"
+#include "backends/plugin.h"
 #include "base/cuda.h"
 #include "base/fork.h"
 
 namespace {
 
-using chiasm::base::ForkGate;
 using chiasm::base::Error;
+using chiasm::base::ForkGate;
 using chiasm::plugin::guard;
 using chiasm::plugin::MemoryFile;
 using Tensors = std::vector<at::Tensor>;
@@ -44,18 +45,22 @@ using Tensors = std::vector<at::Tensor>;
 constexpr std::string_view kGradient = "grad_";
 
 using chiasm::base::kDTypes;
-static_assert(kDTypes[CHIASM_FLOAT32].torch == int(at::kFloat) && kDTypes[CHIASM_BFLOAT16].torch == int(at::kBFloat16) &&
-              kDTypes[CHIASM_UINT16].torch == int(at::kUInt16), "the table has libtorch's own numbers");
+static_assert(kDTypes[CHIASM_FLOAT32].torch == int(at::kFloat) &&
+                  kDTypes[CHIASM_BFLOAT16].torch == int(at::kBFloat16) &&
+                  kDTypes[CHIASM_UINT16].torch == int(at::kUInt16),
+              "the table has libtorch's own numbers");
 
 at::ScalarType scalar_type(int32_t dtype) {
-  if (!chiasm::base::is_dtype(dtype)) throw Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
+  if (!chiasm::base::is_dtype(dtype))
+    throw Error(CHIASM_INVALID_ARGUMENT, "unknown dtype " + std::to_string(dtype));
   return static_cast<at::ScalarType>(kDTypes[dtype].torch);
 }
 
 // A tensor over the caller's memory.
 at::Tensor view(const chiasm_tensor& tensor, at::Device device) {
   const at::IntArrayRef shape(tensor.shape, static_cast<size_t>(tensor.ndim));
-  return at::from_blob(tensor.data, shape, at::TensorOptions().dtype(scalar_type(tensor.dtype)).device(device));
+  return at::from_blob(tensor.data, shape,
+                       at::TensorOptions().dtype(scalar_type(tensor.dtype)).device(device));
 }
 
 Tensors views(const chiasm_tensor* tensors, size_t count, at::Device device) {
@@ -65,9 +70,9 @@ Tensors views(const chiasm_tensor* tensors, size_t count, at::Device device) {
   return result;
 }
 
-// libtorch_cuda. It and the libraries behind it are large, so they come with the first CUDA method and nothing of them is
-// linked: one plug-in serves the CPU and the CUDA builds of torch, and needs no CUDA headers. Once opened it registers
-// itself with libtorch_cpu.
+// libtorch_cuda. It and the libraries behind it are large, so they come with the first CUDA method and
+// nothing of them is linked: one plug-in serves the CPU and the CUDA builds of torch, and needs no CUDA
+// headers. Once opened it registers itself with libtorch_cpu.
 class Cuda {
  public:
   // Throws where there is no such device.
@@ -75,14 +80,16 @@ class Cuda {
     static const Cuda instance;
     const int count = c10::impl::getDeviceGuardImpl(at::kCUDA)->deviceCount();
     if (device_index < 0 || device_index >= count)
-      throw Error(CHIASM_UNAVAILABLE, "libtorch sees no CUDA device " + std::to_string(device_index) + ", it sees " + std::to_string(count));
+      throw Error(CHIASM_UNAVAILABLE, "libtorch sees no CUDA device " + std::to_string(device_index) +
+                                          ", it sees " + std::to_string(count));
     return instance;
   }
 
   // Without opening it.
   static bool present() {
     Dl_info cpu{};
-    if (!chiasm::base::cuda_device_present() || dladdr(reinterpret_cast<void*>(&at::show_config), &cpu) == 0) return false;
+    if (!chiasm::base::cuda_device_present() || dladdr(reinterpret_cast<void*>(&at::show_config), &cpu) == 0)
+      return false;
     const std::string path = cpu.dli_fname;
     return access((path.substr(0, path.rfind('/') + 1) + "libtorch_cuda.so").c_str(), R_OK) == 0;
   }
@@ -91,7 +98,8 @@ class Cuda {
   class StreamGuard {
    public:
     StreamGuard(const Cuda& cuda, void* stream, int32_t device_index) : cuda_(cuda) {
-      if (cuda_.create_(stream, device_index, &guard_) != 0) throw Error(CHIASM_INTERNAL, "cannot enqueue on the given CUDA stream");
+      if (cuda_.create_(stream, device_index, &guard_) != 0)
+        throw Error(CHIASM_INTERNAL, "cannot enqueue on the given CUDA stream");
     }
     StreamGuard(const StreamGuard&) = delete;
     StreamGuard& operator=(const StreamGuard&) = delete;
@@ -105,13 +113,16 @@ class Cuda {
  private:
   Cuda() {
     void* library = dlopen("libtorch_cuda.so", RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) throw Error(CHIASM_UNAVAILABLE, std::string("this libtorch was built without CUDA: ") + dlerror());
+    if (library == nullptr)
+      throw Error(CHIASM_UNAVAILABLE, std::string("this libtorch was built without CUDA: ") + dlerror());
     create_ = reinterpret_cast<decltype(create_)>(dlsym(library, "aoti_torch_create_cuda_stream_guard"));
     destroy_ = reinterpret_cast<decltype(destroy_)>(dlsym(library, "aoti_torch_delete_cuda_stream_guard"));
-    if (create_ == nullptr || destroy_ == nullptr) throw Error(CHIASM_UNAVAILABLE, "this libtorch_cuda has no stream guards");
+    if (create_ == nullptr || destroy_ == nullptr)
+      throw Error(CHIASM_UNAVAILABLE, "this libtorch_cuda has no stream guards");
   }
 
-  int32_t (*create_)(void* stream, int32_t device_index, void** guard) = nullptr;  // C functions of torch's stable interface
+  // C functions of torch's stable interface
+  int32_t (*create_)(void* stream, int32_t device_index, void** guard) = nullptr;
   int32_t (*destroy_)(void* guard) = nullptr;
 };
 
@@ -161,8 +172,8 @@ class Script final : public Program {
   size_t input_count() const { return input_count_; }
 
   Tensors forward(Tensors inputs) override {
-    // Op by op as written: torch's optimising executor would profile the first runs and compile in the second, for each
-    // new shape, which makes those runs many times slower.
+    // Op by op as written: torch's optimising executor would profile the first runs and compile in the
+    // second, for each new shape, which makes those runs many times slower.
     const OptimizerOff off;
     torch::jit::Stack stack;
     stack.reserve(inputs.size() + 1);
@@ -173,7 +184,9 @@ class Script final : public Program {
  private:
   class OptimizerOff {
    public:
-    OptimizerOff() : before_(torch::jit::getGraphExecutorOptimize()) { torch::jit::setGraphExecutorOptimize(false); }
+    OptimizerOff() : before_(torch::jit::getGraphExecutorOptimize()) {
+      torch::jit::setGraphExecutorOptimize(false);
+    }
     ~OptimizerOff() { torch::jit::setGraphExecutorOptimize(before_); }
 
    private:
@@ -183,10 +196,13 @@ class Script final : public Program {
   static Tensors unpack(const c10::IValue& result) {
     if (result.isTensor()) return {result.toTensor()};
     if (result.isTensorList()) return result.toTensorVector();
-    if (!result.isTuple()) throw Error(CHIASM_CORRUPT, "the program returned a " + result.tagKind() + ", expected tensors");
+    if (!result.isTuple())
+      throw Error(CHIASM_CORRUPT, "the program returned a " + result.tagKind() + ", expected tensors");
     Tensors tensors;
     for (const c10::IValue& element : result.toTupleRef().elements()) {
-      if (!element.isTensor()) throw Error(CHIASM_CORRUPT, "the program returned a " + element.tagKind() + " in a tuple, expected tensors");
+      if (!element.isTensor())
+        throw Error(CHIASM_CORRUPT,
+                    "the program returned a " + element.tagKind() + " in a tuple, expected tensors");
       tensors.push_back(element.toTensor());
     }
     return tensors;
@@ -201,7 +217,8 @@ class Package final : public Program {
  public:
   // The loader wants a path: it gets one of a sealed file in memory, which nobody else can change.
   Package(const chiasm_backend_load& request, at::Device device) {
-    // The code in the package names libtorch.so, which we do not link; the linker knows it by name once it is open.
+    // The code in the package names libtorch.so, which we do not link; the linker knows it by name once it is
+    // open.
     static void* const libtorch = dlopen("libtorch.so", RTLD_NOW | RTLD_LOCAL);
     if (libtorch == nullptr) throw Error(CHIASM_UNAVAILABLE, dlerror());
     MemoryFile file("chiasm-artifact");
@@ -209,7 +226,8 @@ class Package final : public Program {
     file.seal();
     constexpr bool single_threaded = false;
     constexpr size_t runners = 8;  // how many runs may be in flight before the next waits
-    loader_.emplace(file.path(), "model", single_threaded, runners, device.is_cuda() ? device.index() : c10::DeviceIndex(-1));
+    loader_.emplace(file.path(), "model", single_threaded, runners,
+                    device.is_cuda() ? device.index() : c10::DeviceIndex(-1));
   }
 
   Tensors forward(Tensors inputs) override { return loader_->boxed_run(std::move(inputs)); }
@@ -255,11 +273,13 @@ class LoadedProgram {
     translated([&] {
       const at::NoTF32Guard full_precision;
       std::optional<Cuda::StreamGuard> stream;
-      if (cuda_ != nullptr) stream.emplace(*cuda_, options != nullptr ? options->stream : nullptr, device_.index());
+      if (cuda_ != nullptr)
+        stream.emplace(*cuda_, options != nullptr ? options->stream : nullptr, device_.index());
       if (autograd_) {
         run_gradients(inputs, outputs);
       } else {
-        const at::AutoGradMode enabled(true);  // a step of an optimisation takes gradients itself; of other programs nothing is recorded
+        // a step of an optimisation takes gradients itself; of other programs nothing is recorded
+        const at::AutoGradMode enabled(true);
         write(program_->forward(views(inputs, input_count_, device_)), outputs);
       }
     });
@@ -288,27 +308,31 @@ class LoadedProgram {
       return at == std::string::npos ? std::string() : text.substr(at + words.size());
     };
     const std::string bytes = after("you tried to allocate ");
-    if (!bytes.empty()) throw Error(CHIASM_OUT_OF_MEMORY, "out of memory: " + bytes.substr(0, bytes.find(' ')) + " bytes were asked for");
+    if (!bytes.empty())
+      throw Error(CHIASM_OUT_OF_MEMORY,
+                  "out of memory: " + bytes.substr(0, bytes.find(' ')) + " bytes were asked for");
     if (text.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
     const std::string reason = after("\nRuntimeError: ");  // what stands before it is TorchScript's stack
     throw Error(CHIASM_INTERNAL, reason.empty() ? text : reason.substr(0, reason.find('\n')));
   }
 
-  // The method's inputs are the forward's, then the gradient of each floating output; its outputs are the gradients of some
-  // of the forward's inputs. Returns how many inputs the forward has.
+  // The method's inputs are the forward's, then the gradient of each floating output; its outputs are the
+  // gradients of some of the forward's inputs. Returns how many inputs the forward has.
   size_t plan_gradients(const chiasm_backend_load& request, size_t forward_count) {
     autograd_ = true;
     forward_count_ = std::min(forward_count, input_count_);
     for (size_t i = forward_count_; i < input_count_; ++i) {
       if (std::string_view(request.input_names[i]).substr(0, kGradient.size()) != kGradient)
-        throw Error(CHIASM_CORRUPT, std::string("input '") + request.input_names[i] + "' is neither one of the forward nor a gradient");
+        throw Error(CHIASM_CORRUPT, std::string("input '") + request.input_names[i] +
+                                        "' is neither one of the forward nor a gradient");
     }
     for (size_t k = 0; k < output_count_; ++k) {
       const std::string_view name = request.output_names[k];
       size_t i = 0;
       while (i < forward_count_ && std::string(kGradient) + request.input_names[i] != name) ++i;
       if (i == forward_count_)
-        throw Error(CHIASM_CORRUPT, "output '" + std::string(name) + "' is not the gradient of an input of the forward");
+        throw Error(CHIASM_CORRUPT,
+                    "output '" + std::string(name) + "' is not the gradient of an input of the forward");
       differentiated_.push_back(i);
     }
     return forward_count;
@@ -325,19 +349,23 @@ class LoadedProgram {
     size_t next = forward_count_;
     for (const at::Tensor& result : program_->forward(arguments)) {
       if (!result.is_floating_point()) continue;
-      if (next == input_count_) throw Error(CHIASM_CORRUPT, "the forward has more floating outputs than the method has gradients");
+      if (next == input_count_)
+        throw Error(CHIASM_CORRUPT, "the forward has more floating outputs than the method has gradients");
       const at::Tensor& gradient = all[next++];
       if (!result.requires_grad()) continue;  // does not depend on any input with a gradient
       if (gradient.sizes() != result.sizes() || gradient.scalar_type() != result.scalar_type())
-        throw Error(CHIASM_INVALID_ARGUMENT, "the gradient of an output has another shape or dtype than the output");
+        throw Error(CHIASM_INVALID_ARGUMENT,
+                    "the gradient of an output has another shape or dtype than the output");
       results.push_back(result);
       gradients.push_back(gradient);
     }
-    if (next != input_count_) throw Error(CHIASM_CORRUPT, "the forward has fewer floating outputs than the method has gradients");
+    if (next != input_count_)
+      throw Error(CHIASM_CORRUPT, "the forward has fewer floating outputs than the method has gradients");
 
     constexpr bool allow_unused = true;
     Tensors found(leaves.size());
-    if (!results.empty()) found = torch::autograd::grad(results, leaves, gradients, std::nullopt, false, allow_unused);
+    if (!results.empty())
+      found = torch::autograd::grad(results, leaves, gradients, std::nullopt, false, allow_unused);
     const at::NoGradGuard off;
     for (size_t k = 0; k < found.size(); ++k) {
       at::Tensor target = view(outputs[k], device_);
@@ -357,8 +385,8 @@ class LoadedProgram {
     for (size_t k = 0; k < output_count_; ++k) {
       at::Tensor target = view(outputs[k], device_);
       if (results[k].sizes() != target.sizes() || results[k].scalar_type() != target.scalar_type())
-        throw Error(CHIASM_CORRUPT, "output " + std::to_string(k) + " of the program is " + describe(results[k]) +
-                                        ", the manifest says " + describe(target));
+        throw Error(CHIASM_CORRUPT, "output " + std::to_string(k) + " of the program is " +
+                                        describe(results[k]) + ", the manifest says " + describe(target));
       target.copy_(results[k], device_.is_cuda());
     }
   }
@@ -380,8 +408,8 @@ class LoadedProgram {
   std::vector<size_t> differentiated_;  // autograd: for each output, the input whose gradient it is
 };
 
-// Built against one version of libtorch's C++ interface, which changes from one to the next, the plug-in would crash with
-// another in ways that nobody can read.
+// Built against one version of libtorch's C++ interface, which changes from one to the next, the plug-in
+// would crash with another in ways that nobody can read.
 void check_version() {
   const std::string config = at::show_config();
   const size_t start = config.find("TORCH_VERSION=");
@@ -390,13 +418,15 @@ void check_version() {
   const std::string built = TORCH_VERSION;
   const std::string built_minor = built.substr(0, built.rfind('.'));
   if (found.compare(0, built_minor.size() + 1, built_minor + ".") != 0)
-    throw Error(CHIASM_UNAVAILABLE, "the torch backend was built for libtorch " + built + " and found " + found +
-                                        "; install torch " + built_minor + ", or build chiasm against this one");
+    throw Error(CHIASM_UNAVAILABLE, "the torch backend was built for libtorch " + built + " and found " +
+                                        found + "; install torch " + built_minor +
+                                        ", or build chiasm against this one");
 }
 
-/** A call of libtorch. OpenMP keeps a team of threads for each calling thread; where it can make none it ends the process, and in a
- *  child of fork it waits for the parent's team. So each thread's first call looks whether there are threads to be had, and a
- *  child's calls work on one thread. Which number of threads a method has is set for each call: in OpenMP it is the calling thread's own. */
+/** A call of libtorch. OpenMP keeps a team of threads for each calling thread; where it can make none it ends
+ *  the process, and in a child of fork it waits for the parent's team. So each thread's first call looks
+ *  whether there are threads to be had, and a child's calls work on one thread. Which number of threads a
+ *  method has is set for each call: in OpenMP it is the calling thread's own. */
 class Call {
  public:
   Call(int32_t num_threads, int32_t process_threads) {
@@ -451,8 +481,8 @@ int32_t load(const chiasm_backend_load* request, void** model, chiasm_error_text
   });
 }
 
-int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs, const chiasm_run_options* options,
-            chiasm_error_text* error) {
+int32_t run(void* model, const chiasm_tensor* inputs, const chiasm_tensor* outputs,
+            const chiasm_run_options* options, chiasm_error_text* error) {
   return guard(error, [&] {
     auto& loaded = *static_cast<LoadedProgram*>(model);
     const Call call(loaded.num_threads(), loaded.process_threads());
@@ -466,7 +496,18 @@ void unload(void* model) {
 }
 
 // What stands for the choice of a backend is in plugin.cpp.
-const chiasm_backend engine{sizeof(chiasm_backend), CHIASM_BACKEND_ABI, "torch", 0, nullptr, 0, nullptr, probe, nullptr, load, run, unload};
+const chiasm_backend engine{sizeof(chiasm_backend),
+                            CHIASM_BACKEND_ABI,
+                            "torch",
+                            0,
+                            nullptr,
+                            0,
+                            nullptr,
+                            probe,
+                            nullptr,
+                            load,
+                            run,
+                            unload};
 
 }  // namespace
 

@@ -10,7 +10,8 @@ int main(int argc, char** argv) try {
   std::printf("chiasm %s\n", chiasm::library_version().c_str());
   int available = 0;
   for (const chiasm::BackendInfo& backend : chiasm::backends()) {
-    std::printf("%s: %s\n", backend.name.c_str(), backend.available ? backend.engine_version.c_str() : backend.problem.c_str());
+    std::printf("%s: %s\n", backend.name.c_str(),
+                backend.available ? backend.engine_version.c_str() : backend.problem.c_str());
     if (backend.available) ++available;
   }
   if (available == 0) return 1;

@@ -1,7 +1,7 @@
 """The catalog: every op that chiasm deploys, one spec each, in a module per family.
 
-An entry is a few declarative lines: see any of the modules. The function is found by the spec's name below `chiasm`, or is
-named by `fn` where one function has several specs (a spec freezes its configuration).
+An entry is a few declarative lines: see any of the modules. The function is found by the spec's name below
+`chiasm`, or is named by `fn` where one function has several specs (a spec freezes its configuration).
 """
 
 from __future__ import annotations
@@ -13,56 +13,120 @@ from dataclasses import dataclass
 
 from ..spec import Spec
 
-#: Least sizes for ops that look at neighbours: compiled code treats the borders apart from the middle, and needs one.
+#: Least sizes for ops that look at neighbours: compiled code treats the borders apart from the middle, and
+#: needs one.
 STENCIL = {"H": (8, 32768), "W": (8, 32768)}
 
 
 #: Public functions without a spec, and why; docs/coverage.md repeats it.
 NOT_DEPLOYED = {
     **{
-        f"filters.{name}": "takes no tensor: its result is a constant, which an op that uses it has compiled into it (it scripts)"
+        f"filters.{name}": (
+            "takes no tensor: its result is a constant, which an op that uses it has compiled into it (it"
+            " scripts)"
+        )
         for name in (
-            "get_binary_kernel2d", "get_box_kernel1d", "get_box_kernel2d", "get_diff_kernel2d", "get_hanning_kernel1d",
-            "get_hanning_kernel2d", "get_laplacian_kernel1d", "get_laplacian_kernel2d", "get_sobel_kernel2d",
-            "get_spatial_gradient_kernel2d", "get_spatial_gradient_kernel3d", "laplacian_1d",
+            "get_binary_kernel2d",
+            "get_box_kernel1d",
+            "get_box_kernel2d",
+            "get_diff_kernel2d",
+            "get_hanning_kernel1d",
+            "get_hanning_kernel2d",
+            "get_laplacian_kernel1d",
+            "get_laplacian_kernel2d",
+            "get_sobel_kernel2d",
+            "get_spatial_gradient_kernel2d",
+            "get_spatial_gradient_kernel3d",
+            "laplacian_1d",
         )
     },
     **{
-        f"color.{name}": "a spec cannot say that one input is half as large as another: `color.planar_yuv_to_rgb`, whose chroma may have any size, is deployed for it"
+        f"color.{name}": (
+            "a spec cannot say that one input is half as large as another: `color.planar_yuv_to_rgb`, whose"
+            " chroma may have any size, is deployed for it"
+        )
         for name in ("yuv420_to_rgb", "yuv422_to_rgb")
     },
     **{
-        f"geometry.{name}": "takes no tensor: its result is a constant, which an op that uses it has compiled into it (it scripts, and its sizes may be an image's)"
-        for name in ("conversions.normal_transform_pixel", "conversions.normal_transform_pixel3d", "grid.create_meshgrid", "grid.create_meshgrid3d")
+        f"geometry.{name}": (
+            "takes no tensor: its result is a constant, which an op that uses it has compiled into it (it"
+            " scripts, and its sizes may be an image's)"
+        )
+        for name in (
+            "conversions.normal_transform_pixel",
+            "conversions.normal_transform_pixel3d",
+            "grid.create_meshgrid",
+            "grid.create_meshgrid3d",
+        )
     },
     **{
-        f"geometry.bbox.{name}": f"returns a Python bool, whether all boxes are valid (it scripts): `geometry.bbox.is_{kind}`, which says it of each, is deployed for it"
+        f"geometry.bbox.{name}": (
+            f"returns a Python bool, whether all boxes are valid (it scripts): `geometry.bbox.is_{kind}`,"
+            " which says it of each, is deployed for it"
+        )
         for name, kind in (("validate_bbox", "bbox"), ("validate_bbox3d", "bbox3d"))
     },
     **{
-        f"geometry.{name}": f"the size of its output is numbers, of which an artifact would have one (it scripts): `{name.rpartition('.')[2]}_like`, which takes that of another input, is deployed for it"
+        f"geometry.{name}": (
+            "the size of its output is numbers, of which an artifact would have one (it scripts):"
+            f" `{name.rpartition('.')[2]}_like`, which takes that of another input, is deployed for it"
+        )
         for name in (
-            "depth.unproject_meshgrid", "stereo.stereo_rectify", "transform.center_crop", "transform.crop_by_boxes", "transform.crop_by_boxes3d",
-            "transform.crop_by_transform_mat", "transform.crop_by_transform_mat3d", "transform.homography_warp", "transform.homography_warp3d",
-            "transform.resize", "transform.warp_affine", "transform.warp_affine3d", "transform.warp_perspective", "transform.warp_perspective3d",
+            "depth.unproject_meshgrid",
+            "stereo.stereo_rectify",
+            "transform.center_crop",
+            "transform.crop_by_boxes",
+            "transform.crop_by_boxes3d",
+            "transform.crop_by_transform_mat",
+            "transform.crop_by_transform_mat3d",
+            "transform.homography_warp",
+            "transform.homography_warp3d",
+            "transform.resize",
+            "transform.warp_affine",
+            "transform.warp_affine3d",
+            "transform.warp_perspective",
+            "transform.warp_perspective3d",
             "transform.warp_polar",
         )
     },
-    "feature.get_laf_descriptors": "takes a module: `feature.get_laf_descriptors.sift`, with SIFT in its place, is deployed for it, and `LAFDescriptor` exports with any",
-    "geometry.epipolar.find_essential": "the first output of `find_essential_5point`, which is deployed under its name",
-    "geometry.bbox.nms": "how many boxes are left depends on the data (it scripts): `geometry.bbox.nms_fixed`, which returns all and a mask, is deployed for it",
+    "feature.get_laf_descriptors": (
+        "takes a module: `feature.get_laf_descriptors.sift`, with SIFT in its place, is deployed for it, and"
+        " `LAFDescriptor` exports with any"
+    ),
+    "geometry.epipolar.find_essential": (
+        "the first output of `find_essential_5point`, which is deployed under its name"
+    ),
+    "geometry.bbox.nms": (
+        "how many boxes are left depends on the data (it scripts): `geometry.bbox.nms_fixed`, which returns"
+        " all and a mask, is deployed for it"
+    ),
 }
 
 
-#: Differentiable ops without a `vjp` in their bundles, and why; docs/coverage.md repeats it. Eager code and TorchScript have their gradients.
+#: Differentiable ops without a `vjp` in their bundles, and why; docs/coverage.md repeats it. Eager code and
+#: TorchScript have their gradients.
 NO_GRADIENT = {
-    "contrib.diamond_square.normalized": "the graph would be a copy of each of the loop's steps, of which large images have 15",
-    "contrib.diamond_square.plain": "the graph would be a copy of each of the loop's steps, of which large images have 15",
-    "contrib.distance_transform": "a loop until nothing changes, as many steps as the largest distance: no exported graph can go back through it",
-    **{f"feature.detect_keypoints.{name}": "minutes to compile: the same detector is deployed with its gradient for hessian and dog" for name in ("harris", "gftt")},
+    "contrib.diamond_square.normalized": (
+        "the graph would be a copy of each of the loop's steps, of which large images have 15"
+    ),
+    "contrib.diamond_square.plain": (
+        "the graph would be a copy of each of the loop's steps, of which large images have 15"
+    ),
+    "contrib.distance_transform": (
+        "a loop until nothing changes, as many steps as the largest distance: no exported graph can go back"
+        " through it"
+    ),
+    **{
+        f"feature.detect_keypoints.{name}": (
+            "minutes to compile: the same detector is deployed with its gradient for hessian and dog"
+        )
+        for name in ("harris", "gftt")
+    },
     "filters.non_local_means": "the graph would be 121 copies of the loop's body",
     "geometry.epipolar.find_essential": "the graph would be a copy of each of the loops' steps",
-    "pipelines.two_view_homography": "an artifact of minutes to compile, whose parts are deployed with their gradients",
+    "pipelines.two_view_homography": (
+        "an artifact of minutes to compile, whose parts are deployed with their gradients"
+    ),
     "morphology.reconstruction": "a loop until nothing changes: no exported graph can go back through it",
 }
 

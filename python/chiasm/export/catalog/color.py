@@ -7,7 +7,10 @@ from . import add
 
 _OPENCV = "OpenCV cvtColor({}) on float32 and uint8"
 #: Reasons for `special_values`.
-_ZERO_FACTORS = "ONNX Runtime multiplies by the zeros of the matrix, which eager code leaves out: NaN of what is not finite"
+_ZERO_FACTORS = (
+    "ONNX Runtime multiplies by the zeros of the matrix, which eager code leaves out: NaN of what is not"
+    " finite"
+)
 _LOGARITHM = "powers in ONNX go by logarithms, and ONNX Runtime's logarithm of infinity is finite"
 
 
@@ -19,19 +22,35 @@ def _output(color="RGB", description=""):
     return [TensorSpec("output", layout="NCHW", color=color, description=description)]
 
 
-# --- grey --------------------------------------------------------------------------------------------------------------
+# --- grey ---------------------------------------------------------------------------------------------------
 
-add(Spec(
-    "color.rgb_to_grayscale",
-    [_rgb()],
-    _output("GRAY"),
-    dtypes=("float32", "float64", "float16", "bfloat16"),
-    reference="OpenCV cvtColor(COLOR_RGB2GRAY)",
-))
-add(Spec("color.bgr_to_grayscale", [image("image", channels=3, color="BGR")], _output("GRAY"), reference=_OPENCV.format("COLOR_BGR2GRAY")))
-add(Spec("color.grayscale_to_rgb", [image("image", channels=1, color="GRAY")], _output(), reference=_OPENCV.format("COLOR_GRAY2RGB")))
+add(
+    Spec(
+        "color.rgb_to_grayscale",
+        [_rgb()],
+        _output("GRAY"),
+        dtypes=("float32", "float64", "float16", "bfloat16"),
+        reference="OpenCV cvtColor(COLOR_RGB2GRAY)",
+    )
+)
+add(
+    Spec(
+        "color.bgr_to_grayscale",
+        [image("image", channels=3, color="BGR")],
+        _output("GRAY"),
+        reference=_OPENCV.format("COLOR_BGR2GRAY"),
+    )
+)
+add(
+    Spec(
+        "color.grayscale_to_rgb",
+        [image("image", channels=1, color="GRAY")],
+        _output(),
+        reference=_OPENCV.format("COLOR_GRAY2RGB"),
+    )
+)
 
-# --- channel order, alpha, bytes ---------------------------------------------------------------------------------------
+# --- channel order, alpha, bytes ----------------------------------------------------------------------------
 
 _BGR = image("image", channels=3, color="BGR")
 _RGBA = image("image", channels=4, color="RGBA")
@@ -42,42 +61,63 @@ add(Spec("color.bgr_to_rgb", [_BGR], _output(), reference=_OPENCV.format("COLOR_
 add(Spec("color.rgb_to_bgr", [_rgb()], _output("BGR"), reference=_OPENCV.format("COLOR_RGB2BGR")))
 add(Spec("color.rgb_to_rgba", [_rgb(), _ALPHA], _output("RGBA"), reference="NumPy concatenate"))
 add(Spec("color.bgr_to_rgba", [_BGR, _ALPHA], _output("RGBA"), reference="NumPy concatenate"))
-add(Spec(
-    "color.rgba_to_rgb",
-    [_RGBA, TensorSpec("background_color", (3,), range=(0.0, 1.0), description="red, green, blue of what lies behind")],
-    _output(),
-    # the gradient of the background is a sum over all pixels, whose order each backend chooses
-    gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
-    reference="Pillow alpha_composite",
-))
+add(
+    Spec(
+        "color.rgba_to_rgb",
+        [
+            _RGBA,
+            TensorSpec(
+                "background_color", (3,), range=(0.0, 1.0), description="red, green, blue of what lies behind"
+            ),
+        ],
+        _output(),
+        # the gradient of the background is a sum over all pixels, whose order each backend chooses
+        gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
+        reference="Pillow alpha_composite",
+    )
+)
 add(Spec("color.rgba_to_bgr", [_RGBA], _output("BGR"), reference=_OPENCV.format("COLOR_RGBA2BGR")))
-add(Spec("color.rgb_to_rgb255", [_rgb()], _output(description="bytes"), gradients=(), reference="NumPy rint; OpenCV addWeighted(dtype=CV_8U)"))
+add(
+    Spec(
+        "color.rgb_to_rgb255",
+        [_rgb()],
+        _output(description="bytes"),
+        gradients=(),
+        reference="NumPy rint; OpenCV addWeighted(dtype=CV_8U)",
+    )
+)
 add(Spec("color.rgb255_to_rgb", [_BYTES], _output(), reference="NumPy"))
-add(Spec(
-    "color.normals_to_rgb255",
-    [image("image", channels=3, range=(-1.0, 1.0), description="surface normals")],
-    _output(description="bytes"),
-    gradients=(),
-    reference="NumPy rint",
-))
+add(
+    Spec(
+        "color.normals_to_rgb255",
+        [image("image", channels=3, range=(-1.0, 1.0), description="surface normals")],
+        _output(description="bytes"),
+        gradients=(),
+        reference="NumPy rint",
+    )
+)
 add(Spec("color.rgb255_to_normals", [_BYTES], _output("", "unit surface normals"), reference="NumPy float64"))
-add(Spec(
-    "color.sepia",
-    [_rgb("input")],
-    _output(),
-    # the largest value's gradient is a sum over all pixels, whose order each backend chooses
-    gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
-    reference="OpenCV transform; NumPy float64",
-))
+add(
+    Spec(
+        "color.sepia",
+        [_rgb("input")],
+        _output(),
+        # the largest value's gradient is a sum over all pixels, whose order each backend chooses
+        gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
+        reference="OpenCV transform; NumPy float64",
+    )
+)
 
-# --- hexagonal spaces --------------------------------------------------------------------------------------------------
+# --- hexagonal spaces ---------------------------------------------------------------------------------------
 
-add(Spec(
-    "color.rgb_to_hsv",
-    [_rgb()],
-    _output("HSV", "hue in [0, 2 pi], saturation and value in [0, 1]"),
-    reference="OpenCV cvtColor(COLOR_RGB2HSV) on float32",
-))
+add(
+    Spec(
+        "color.rgb_to_hsv",
+        [_rgb()],
+        _output("HSV", "hue in [0, 2 pi], saturation and value in [0, 1]"),
+        reference="OpenCV cvtColor(COLOR_RGB2HSV) on float32",
+    )
+)
 
 
 def _hue(name):
@@ -93,44 +133,79 @@ def _hue(name):
 for _space in ("hls", "hsl", "hsv"):
     _color = _space.upper()
     if _space != "hsv":
-        add(Spec(f"color.rgb_to_{_space}", [_rgb()], _output(_color, "hue in [0, 2 pi], the others in [0, 1]"), reference=_OPENCV.format("COLOR_RGB2HLS")))
-    add(Spec(
-        f"color.{_space}_to_rgb",
-        [image("image", channels=3, color=_color, description="hue in radians, the others in [0, 1]")],
-        _output(),
-        sample=_hue("image"),
-        reference=_OPENCV.format("COLOR_HSV2RGB, COLOR_HLS2RGB") + "; colorsys",
-    ))
+        add(
+            Spec(
+                f"color.rgb_to_{_space}",
+                [_rgb()],
+                _output(_color, "hue in [0, 2 pi], the others in [0, 1]"),
+                reference=_OPENCV.format("COLOR_RGB2HLS"),
+            )
+        )
+    add(
+        Spec(
+            f"color.{_space}_to_rgb",
+            [image("image", channels=3, color=_color, description="hue in radians, the others in [0, 1]")],
+            _output(),
+            sample=_hue("image"),
+            reference=_OPENCV.format("COLOR_HSV2RGB, COLOR_HLS2RGB") + "; colorsys",
+        )
+    )
 
-# --- CIE ---------------------------------------------------------------------------------------------------------------
+# --- CIE ----------------------------------------------------------------------------------------------------
 
-# exp(c log x) for x ^ c, here and in the backends, has a relative error of a few float32 roundings, which L*a*b* and L*u*v*
-# multiply by up to 1500
+# exp(c log x) for x ^ c, here and in the backends, has a relative error of a few float32 roundings, which
+# L*a*b* and L*u*v* multiply by up to 1500
 _CIE = {"float32": Tolerance(5e-4, 1e-4)}
 
-add(Spec("color.rgb_to_linear_rgb", [_rgb()], _output(description="linear light"), reference="scikit-image; IEC 61966-2-1 in NumPy float64"))
-add(Spec("color.linear_rgb_to_rgb", [_rgb()], _output(), special_values=_LOGARITHM, reference="scikit-image; IEC 61966-2-1 in NumPy float64"))
+add(
+    Spec(
+        "color.rgb_to_linear_rgb",
+        [_rgb()],
+        _output(description="linear light"),
+        reference="scikit-image; IEC 61966-2-1 in NumPy float64",
+    )
+)
+add(
+    Spec(
+        "color.linear_rgb_to_rgb",
+        [_rgb()],
+        _output(),
+        special_values=_LOGARITHM,
+        reference="scikit-image; IEC 61966-2-1 in NumPy float64",
+    )
+)
 add(Spec("color.rgb_to_xyz", [_rgb()], _output("XYZ"), reference=_OPENCV.format("COLOR_RGB2XYZ")))
-add(Spec("color.xyz_to_rgb", [image("image", channels=3, color="XYZ")], _output(), reference=_OPENCV.format("COLOR_XYZ2RGB")))
-add(Spec(
-    "color.rgb_to_lab",
-    [_rgb()],
-    _output("LAB", "L in [0, 100], a and b within [-128, 127]"),
-    tolerances=_CIE,
-    # derivatives of a and b by a dark colour are in the hundreds
-    gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
-    special_values=_LOGARITHM,
-    reference="scikit-image rgb2lab; OpenCV cvtColor(COLOR_RGB2Lab)",
-))
-add(Spec(
-    "color.rgb_to_luv",
-    [_rgb()],
-    _output("LUV", "L in [0, 100], u in [-134, 220], v in [-140, 122]"),
-    tolerances=_CIE,
-    gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
-    special_values=_LOGARITHM,
-    reference="scikit-image rgb2luv; OpenCV cvtColor(COLOR_RGB2Luv)",
-))
+add(
+    Spec(
+        "color.xyz_to_rgb",
+        [image("image", channels=3, color="XYZ")],
+        _output(),
+        reference=_OPENCV.format("COLOR_XYZ2RGB"),
+    )
+)
+add(
+    Spec(
+        "color.rgb_to_lab",
+        [_rgb()],
+        _output("LAB", "L in [0, 100], a and b within [-128, 127]"),
+        tolerances=_CIE,
+        # derivatives of a and b by a dark colour are in the hundreds
+        gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
+        special_values=_LOGARITHM,
+        reference="scikit-image rgb2lab; OpenCV cvtColor(COLOR_RGB2Lab)",
+    )
+)
+add(
+    Spec(
+        "color.rgb_to_luv",
+        [_rgb()],
+        _output("LUV", "L in [0, 100], u in [-134, 220], v in [-140, 122]"),
+        tolerances=_CIE,
+        gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
+        special_values=_LOGARITHM,
+        reference="scikit-image rgb2luv; OpenCV cvtColor(COLOR_RGB2Luv)",
+    )
+)
 
 
 def _sample_cie(space):
@@ -145,53 +220,142 @@ def _sample_cie(space):
     return sample
 
 
-add(Spec("color.lab_to_rgb", [image("image", channels=3, color="LAB", range=(-128.0, 127.0))], _output(), sample=_sample_cie("lab"),
-         reference="scikit-image lab2rgb; OpenCV cvtColor(COLOR_Lab2RGB)"))
-add(Spec("color.luv_to_rgb", [image("image", channels=3, color="LUV", range=(-140.0, 220.0))], _output(), special_values=_LOGARITHM, sample=_sample_cie("luv"),
-         reference="scikit-image luv2rgb; OpenCV cvtColor(COLOR_Luv2RGB)"))
+add(
+    Spec(
+        "color.lab_to_rgb",
+        [image("image", channels=3, color="LAB", range=(-128.0, 127.0))],
+        _output(),
+        sample=_sample_cie("lab"),
+        reference="scikit-image lab2rgb; OpenCV cvtColor(COLOR_Lab2RGB)",
+    )
+)
+add(
+    Spec(
+        "color.luv_to_rgb",
+        [image("image", channels=3, color="LUV", range=(-140.0, 220.0))],
+        _output(),
+        special_values=_LOGARITHM,
+        sample=_sample_cie("luv"),
+        reference="scikit-image luv2rgb; OpenCV cvtColor(COLOR_Luv2RGB)",
+    )
+)
 
-# --- video -------------------------------------------------------------------------------------------------------------
+# --- video --------------------------------------------------------------------------------------------------
 
 _YUV = "Y in [0, 1], U in [-0.436, 0.436], V in [-0.615, 0.615]"
 # tracing wants to know that half of a size is not 1
 _HALF = {"H": (3, 32768), "W": (3, 32768)}
-_PLANES = [TensorSpec("y", layout="NCHW", color="GRAY"), TensorSpec("uv", layout="NCHW", color="UV", description="subsampled chroma")]
+_PLANES = [
+    TensorSpec("y", layout="NCHW", color="GRAY"),
+    TensorSpec("uv", layout="NCHW", color="UV", description="subsampled chroma"),
+]
 
 add(Spec("color.rgb_to_y", [_rgb()], _output("GRAY"), reference=_OPENCV.format("COLOR_RGB2GRAY")))
 add(Spec("color.rgb_to_ycbcr", [_rgb()], _output("YCbCr"), reference=_OPENCV.format("COLOR_RGB2YCrCb")))
-add(Spec("color.ycbcr_to_rgb", [image("image", channels=3, color="YCbCr")], _output(), reference=_OPENCV.format("COLOR_YCrCb2RGB")))
+add(
+    Spec(
+        "color.ycbcr_to_rgb",
+        [image("image", channels=3, color="YCbCr")],
+        _output(),
+        reference=_OPENCV.format("COLOR_YCrCb2RGB"),
+    )
+)
 add(Spec("color.rgb_to_yuv", [_rgb()], _output("YUV", _YUV), reference="scikit-image rgb2yuv"))
-add(Spec("color.yuv_to_rgb", [image("image", channels=3, color="YUV", range=(-0.6, 1.0), description=_YUV)], _output(), special_values=_ZERO_FACTORS, reference="scikit-image yuv2rgb"))
-add(Spec("color.rgb_to_yuv420", [_rgb()], _PLANES, symbols=_HALF, reference="scikit-image rgb2yuv, then NumPy means of 2 x 2"))
-add(Spec("color.rgb_to_yuv422", [_rgb()], _PLANES, symbols=_HALF, reference="scikit-image rgb2yuv, then NumPy means of 1 x 2"))
-add(Spec(
-    "color.planar_yuv_to_rgb",
-    [image("imagey", channels=1, color="GRAY"),
-     TensorSpec("imageuv", ("B", 2, "UH", "UW"), layout="NCHW", color="UV", range=(-0.4, 0.4), description="chroma of any resolution: 4:4:4, 4:2:2, 4:2:0")],
-    _output(),
-    symbols={"UH": (1, 32768), "UW": (1, 32768)},
-    # the gradient of a chroma sample is a sum over its pixels, whose order each backend chooses
-    gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
-    special_values=_ZERO_FACTORS,
-    reference="scikit-image yuv2rgb of NumPy repeat",
-))
+add(
+    Spec(
+        "color.yuv_to_rgb",
+        [image("image", channels=3, color="YUV", range=(-0.6, 1.0), description=_YUV)],
+        _output(),
+        special_values=_ZERO_FACTORS,
+        reference="scikit-image yuv2rgb",
+    )
+)
+add(
+    Spec(
+        "color.rgb_to_yuv420",
+        [_rgb()],
+        _PLANES,
+        symbols=_HALF,
+        reference="scikit-image rgb2yuv, then NumPy means of 2 x 2",
+    )
+)
+add(
+    Spec(
+        "color.rgb_to_yuv422",
+        [_rgb()],
+        _PLANES,
+        symbols=_HALF,
+        reference="scikit-image rgb2yuv, then NumPy means of 1 x 2",
+    )
+)
+add(
+    Spec(
+        "color.planar_yuv_to_rgb",
+        [
+            image("imagey", channels=1, color="GRAY"),
+            TensorSpec(
+                "imageuv",
+                ("B", 2, "UH", "UW"),
+                layout="NCHW",
+                color="UV",
+                range=(-0.4, 0.4),
+                description="chroma of any resolution: 4:4:4, 4:2:2, 4:2:0",
+            ),
+        ],
+        _output(),
+        symbols={"UH": (1, 32768), "UW": (1, 32768)},
+        # the gradient of a chroma sample is a sum over its pixels, whose order each backend chooses
+        gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
+        special_values=_ZERO_FACTORS,
+        reference="scikit-image yuv2rgb of NumPy repeat",
+    )
+)
 
-# --- raw ---------------------------------------------------------------------------------------------------------------
+# --- raw ----------------------------------------------------------------------------------------------------
 
 _RAW = image("image", channels=1, color="BAYER", description="raw images, red in the top left corner")
 
-add(Spec("color.raw_to_rgb", [_RAW], _output(), config={"cfa": "bg"}, symbols={"H": (2, 32768), "W": (2, 32768)}, reference="OpenCV cvtColor(COLOR_BayerBG2RGB); SciPy convolve"))
-add(Spec("color.raw_to_rgb_2x2_downscaled", [_RAW], _output(), config={"cfa": "bg"}, symbols={"H": (4, 32768), "W": (4, 32768)}, reference="NumPy slices"))
+add(
+    Spec(
+        "color.raw_to_rgb",
+        [_RAW],
+        _output(),
+        config={"cfa": "bg"},
+        symbols={"H": (2, 32768), "W": (2, 32768)},
+        reference="OpenCV cvtColor(COLOR_BayerBG2RGB); SciPy convolve",
+    )
+)
+add(
+    Spec(
+        "color.raw_to_rgb_2x2_downscaled",
+        [_RAW],
+        _output(),
+        config={"cfa": "bg"},
+        symbols={"H": (4, 32768), "W": (4, 32768)},
+        reference="NumPy slices",
+    )
+)
 add(Spec("color.rgb_to_raw", [_rgb()], _output("BAYER"), config={"cfa": "bg"}, reference="NumPy slices"))
 
-# --- false colours -----------------------------------------------------------------------------------------------------
+# --- false colours ------------------------------------------------------------------------------------------
 
 _CV_MAPS = "OpenCV applyColorMap"
-add(Spec("color.apply_colormap", [image("input_tensor", channels=1, color="GRAY")], _output(), config={"colormap": "viridis"}, reference=_CV_MAPS))
-add(Spec(
-    "color.apply_colormap.bytes",
-    [TensorSpec("input_tensor", ("B", 1, "H", "W"), "uint8", "NCHW", "GRAY", (0, 255), "image batch")],
-    _output(),
-    config={"colormap": "turbo"},
-    reference=_CV_MAPS,
-), fn="color.apply_colormap")
+add(
+    Spec(
+        "color.apply_colormap",
+        [image("input_tensor", channels=1, color="GRAY")],
+        _output(),
+        config={"colormap": "viridis"},
+        reference=_CV_MAPS,
+    )
+)
+add(
+    Spec(
+        "color.apply_colormap.bytes",
+        [TensorSpec("input_tensor", ("B", 1, "H", "W"), "uint8", "NCHW", "GRAY", (0, 255), "image batch")],
+        _output(),
+        config={"colormap": "turbo"},
+        reference=_CV_MAPS,
+    ),
+    fn="color.apply_colormap",
+)

@@ -5,40 +5,64 @@ import torch
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
-# --- histogram ---------------------------------------------------------------------------------------------------------
+# --- histogram ----------------------------------------------------------------------------------------------
 
 
 def _sample_interp(generator, sizes, dtype):
     n = sizes["N"]
     # knots at even distances, moved by less than half of them, and values of x within and beyond
     knots = (torch.arange(n) + 0.6 * torch.rand(n, generator=generator, dtype=torch.float64)) / n
-    x = torch.rand((sizes["B"], sizes["C"], sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64) * 1.4 - 0.2
-    return {"x": x.to(dtype), "xp": knots.to(dtype), "fp": torch.rand(n, generator=generator, dtype=torch.float64).to(dtype)}
+    x = (
+        torch.rand((sizes["B"], sizes["C"], sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64)
+        * 1.4
+        - 0.2
+    )
+    return {
+        "x": x.to(dtype),
+        "xp": knots.to(dtype),
+        "fp": torch.rand(n, generator=generator, dtype=torch.float64).to(dtype),
+    }
 
 
-add(Spec(
-    "contrib.interp",
-    [image("x"), TensorSpec("xp", ("N",), description="ascending knots"), TensorSpec("fp", ("N",), description="values at the knots")],
-    [TensorSpec("output")],
-    symbols={"N": (2, 1 << 20)},
-    sample=_sample_interp,
-    # slopes amplify the rounding of x, and the gradient by a knot is a sum over all values beside it
-    tolerances={"float32": Tolerance(1e-4, 1e-4)},
-    gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
-    reference="numpy.interp",
-))
+add(
+    Spec(
+        "contrib.interp",
+        [
+            image("x"),
+            TensorSpec("xp", ("N",), description="ascending knots"),
+            TensorSpec("fp", ("N",), description="values at the knots"),
+        ],
+        [TensorSpec("output")],
+        symbols={"N": (2, 1 << 20)},
+        sample=_sample_interp,
+        # slopes amplify the rounding of x, and the gradient by a knot is a sum over all values beside it
+        tolerances={"float32": Tolerance(1e-4, 1e-4)},
+        gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
+        reference="numpy.interp",
+    )
+)
 
-add(Spec(
-    "contrib.histogram_matching",
-    [image("source"), TensorSpec("template", ("B", "C", "OH", "OW"), layout="NCHW", description="image whose histogram is wanted")],
-    [TensorSpec("output", layout="NCHW")],
-    config={"per_plane": True},
-    symbols={"OH": (1, 32768), "OW": (1, 32768)},
-    gradients=(),
-    reference="scikit-image match_histograms on bytes",
-))
+add(
+    Spec(
+        "contrib.histogram_matching",
+        [
+            image("source"),
+            TensorSpec(
+                "template",
+                ("B", "C", "OH", "OW"),
+                layout="NCHW",
+                description="image whose histogram is wanted",
+            ),
+        ],
+        [TensorSpec("output", layout="NCHW")],
+        config={"per_plane": True},
+        symbols={"OH": (1, 32768), "OW": (1, 32768)},
+        gradients=(),
+        reference="scikit-image match_histograms on bytes",
+    )
+)
 
-# --- shapes ----------------------------------------------------------------------------------------------------------
+# --- shapes -------------------------------------------------------------------------------------------------
 
 
 def _shapes(generator, sizes, dtype):
@@ -62,67 +86,106 @@ def _dense(generator, sizes, dtype):
 
 _BINARY = image("image", description="binary image batch, set above 0")
 
-add(Spec(
-    "contrib.connected_components",
-    [_BINARY],
-    [TensorSpec("labels", layout="NCHW", description="0 where not set, else 1 + the index of the shape's first pixel")],
-    config={"num_iterations": 100},
-    symbols=STENCIL,
-    gradients=(),
-    sample=_shapes,
-    reference="SciPy label up to the names of the labels",
-))
+add(
+    Spec(
+        "contrib.connected_components",
+        [_BINARY],
+        [
+            TensorSpec(
+                "labels",
+                layout="NCHW",
+                description="0 where not set, else 1 + the index of the shape's first pixel",
+            )
+        ],
+        config={"num_iterations": 100},
+        symbols=STENCIL,
+        gradients=(),
+        sample=_shapes,
+        reference="SciPy label up to the names of the labels",
+    )
+)
 
-add(Spec(
-    "contrib.connected_components_union_find",
-    [_BINARY],
-    [TensorSpec("labels", layout="NCHW", description="0 where not set, else 1 + the index of the shape's first pixel")],
-    symbols=STENCIL,
-    gradients=(),
-    sample=_shapes,
-    reference="SciPy label up to the names of the labels",
-))
+add(
+    Spec(
+        "contrib.connected_components_union_find",
+        [_BINARY],
+        [
+            TensorSpec(
+                "labels",
+                layout="NCHW",
+                description="0 where not set, else 1 + the index of the shape's first pixel",
+            )
+        ],
+        symbols=STENCIL,
+        gradients=(),
+        sample=_shapes,
+        reference="SciPy label up to the names of the labels",
+    )
+)
 
-add(Spec(
-    "contrib.distance_transform",
-    [image("image", description="binary image batch, 1 on the shapes")],
-    [TensorSpec("output", layout="NCHW", description="distance to the nearest shape")],
-    config={"kernel_size": 3, "h": 0.35},
-    symbols=STENCIL,
-    gradients=(),
-    sample=_sparse,
-    reference="the definition in NumPy float64; SciPy distance_transform_edt to within its approximation",
-))
+add(
+    Spec(
+        "contrib.distance_transform",
+        [image("image", description="binary image batch, 1 on the shapes")],
+        [TensorSpec("output", layout="NCHW", description="distance to the nearest shape")],
+        config={"kernel_size": 3, "h": 0.35},
+        symbols=STENCIL,
+        gradients=(),
+        sample=_sparse,
+        reference="the definition in NumPy float64; SciPy distance_transform_edt to within its approximation",
+    )
+)
 
-add(Spec(
-    "contrib.distance_transform_edt",
-    [_BINARY],
-    [TensorSpec("output", layout="NCHW", description="distance to the nearest pixel that is not set")],
-    symbols=STENCIL,
-    gradients=(),
-    sample=_dense,
-    reference="SciPy distance_transform_edt",
-))
+add(
+    Spec(
+        "contrib.distance_transform_edt",
+        [_BINARY],
+        [TensorSpec("output", layout="NCHW", description="distance to the nearest pixel that is not set")],
+        symbols=STENCIL,
+        gradients=(),
+        sample=_dense,
+        reference="SciPy distance_transform_edt",
+    )
+)
 
-# --- patches ---------------------------------------------------------------------------------------------------------
+# --- patches ------------------------------------------------------------------------------------------------
 
 _PATCHES = TensorSpec("patches", description="the windows, row after row")
-_PATCHED = {"config": {"window_size": (4, 3), "stride": (2, 3), "padding": (1, 2)}, "symbols": STENCIL, "reference": "NumPy sliding_window_view"}
+_PATCHED = {
+    "config": {"window_size": (4, 3), "stride": (2, 3), "padding": (1, 2)},
+    "symbols": STENCIL,
+    "reference": "NumPy sliding_window_view",
+}
 
-add(Spec("contrib.extract_tensor_patches.padded", [image()], [_PATCHES], **_PATCHED), fn="contrib.extract_tensor_patches")
-add(Spec(
-    "contrib.extract_tensor_patches.fitted", [image()], [_PATCHES],
-    **{**_PATCHED, "config": {"window_size": (5, 4), "stride": (3, 5), "allow_auto_padding": True}},
-), fn="contrib.extract_tensor_patches")
-add(Spec(
-    "contrib.combine_tensor_patches",
-    [TensorSpec("patches", ("B", 56, "C", 4, 5), description="7 x 8 windows of an image of 15 x 23")],
-    [TensorSpec("output", layout="NCHW", description="the image")],
-    config={"original_size": (15, 23), "window_size": (4, 5), "stride": (2, 3), "unpadding": (1, 0, 2, 1)},
-    reference="a loop in NumPy",
-))
+add(
+    Spec("contrib.extract_tensor_patches.padded", [image()], [_PATCHES], **_PATCHED),
+    fn="contrib.extract_tensor_patches",
+)
+add(
+    Spec(
+        "contrib.extract_tensor_patches.fitted",
+        [image()],
+        [_PATCHES],
+        **{**_PATCHED, "config": {"window_size": (5, 4), "stride": (3, 5), "allow_auto_padding": True}},
+    ),
+    fn="contrib.extract_tensor_patches",
+)
+add(
+    Spec(
+        "contrib.combine_tensor_patches",
+        [TensorSpec("patches", ("B", 56, "C", 4, 5), description="7 x 8 windows of an image of 15 x 23")],
+        [TensorSpec("output", layout="NCHW", description="the image")],
+        config={
+            "original_size": (15, 23),
+            "window_size": (4, 5),
+            "stride": (2, 3),
+            "unpadding": (1, 0, 2, 1),
+        },
+        reference="a loop in NumPy",
+    )
+)
 
-# --- clusters and textures ---------------------------------------------------------------------------------------------
+# --- clusters and textures ----------------------------------------------------------------------------------
 
 
 def _sample_points(generator, sizes, dtype):
@@ -135,28 +198,54 @@ def _sample_points(generator, sizes, dtype):
     return {"x": x.to(dtype), "centers": start.to(dtype)}
 
 
-add(Spec(
-    "contrib.kmeans",
-    [TensorSpec("x", ("N", "C"), description="points"), TensorSpec("centers", ("K", "C"), description="first centres")],
-    [TensorSpec("means", description="centres"), TensorSpec("labels", description="the nearest centre of each point")],
-    config={"num_iterations": 8},
-    symbols={"N": (2, 1 << 20), "K": (2, 4096)},
-    gradients=("x",),
-    sample=_sample_points,
-    reference="scikit-learn KMeans",
-))
+add(
+    Spec(
+        "contrib.kmeans",
+        [
+            TensorSpec("x", ("N", "C"), description="points"),
+            TensorSpec("centers", ("K", "C"), description="first centres"),
+        ],
+        [
+            TensorSpec("means", description="centres"),
+            TensorSpec("labels", description="the nearest centre of each point"),
+        ],
+        config={"num_iterations": 8},
+        symbols={"N": (2, 1 << 20), "K": (2, 4096)},
+        gradients=("x",),
+        sample=_sample_points,
+        reference="scikit-learn KMeans",
+    )
+)
 
 _RANDOM = image("random", range=(-1.0, 1.0), description="a random number for each pixel")
-add(Spec(
-    "contrib.diamond_square.plain", [_RANDOM], [TensorSpec("texture", layout="NCHW")],
-    symbols=STENCIL, gradients=(), reference="the recursion in Python",
-), fn="contrib.diamond_square")
-add(Spec(
-    "contrib.diamond_square.normalized",
-    [_RANDOM, TensorSpec("roughness", ("B",), range=(0.4, 0.8), description="factor of the displacement from step to step")],
-    [TensorSpec("texture", layout="NCHW", range=(0.0, 1.0))],
-    config={"random_scale": 0.7, "normalize_range": (0.0, 1.0)},
-    symbols=STENCIL,
-    gradients=(),
-    reference="the recursion in Python",
-), fn="contrib.diamond_square")
+add(
+    Spec(
+        "contrib.diamond_square.plain",
+        [_RANDOM],
+        [TensorSpec("texture", layout="NCHW")],
+        symbols=STENCIL,
+        gradients=(),
+        reference="the recursion in Python",
+    ),
+    fn="contrib.diamond_square",
+)
+add(
+    Spec(
+        "contrib.diamond_square.normalized",
+        [
+            _RANDOM,
+            TensorSpec(
+                "roughness",
+                ("B",),
+                range=(0.4, 0.8),
+                description="factor of the displacement from step to step",
+            ),
+        ],
+        [TensorSpec("texture", layout="NCHW", range=(0.0, 1.0))],
+        config={"random_scale": 0.7, "normalize_range": (0.0, 1.0)},
+        symbols=STENCIL,
+        gradients=(),
+        reference="the recursion in Python",
+    ),
+    fn="contrib.diamond_square",
+)

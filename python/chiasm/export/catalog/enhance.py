@@ -12,304 +12,412 @@ def _factor(name: str, low: float, high: float, description: str) -> TensorSpec:
     return TensorSpec(name, ("B",), range=(low, high), description=f"{description}, of each image")
 
 
-# --- normalisation -----------------------------------------------------------------------------------------------------
+# --- normalisation ------------------------------------------------------------------------------------------
 
 _MEAN = TensorSpec("mean", ("C",), description="one value a channel")
 _STD = TensorSpec("std", ("C",), range=(0.2, 1.0), description="one value a channel, not zero")
 
-add(Spec(
-    "enhance.normalize",
-    [image("data"), _MEAN, _STD],
-    _OUTPUT,
-    gradient_tolerances=_SUMS,
-    reference="(data - mean) / std in NumPy float64",
-))
+add(
+    Spec(
+        "enhance.normalize",
+        [image("data"), _MEAN, _STD],
+        _OUTPUT,
+        gradient_tolerances=_SUMS,
+        reference="(data - mean) / std in NumPy float64",
+    )
+)
 
-add(Spec(
-    "enhance.denormalize",
-    [image("data"), _MEAN, _STD],
-    _OUTPUT,
-    gradient_tolerances=_SUMS,
-    reference="data * std + mean in NumPy float64",
-))
+add(
+    Spec(
+        "enhance.denormalize",
+        [image("data"), _MEAN, _STD],
+        _OUTPUT,
+        gradient_tolerances=_SUMS,
+        reference="data * std + mean in NumPy float64",
+    )
+)
 
-add(Spec(
-    "enhance.normalize_min_max",
-    [image()],
-    _OUTPUT,
-    config={"min_val": -1.0, "max_val": 2.0, "eps": 1e-6},
-    # one pixel's gradient is a sum over its channel
-    gradient_tolerances=_SUMS,
-    reference="the formula in NumPy float64; OpenCV normalize(NORM_MINMAX)",
-))
+add(
+    Spec(
+        "enhance.normalize_min_max",
+        [image()],
+        _OUTPUT,
+        config={"min_val": -1.0, "max_val": 2.0, "eps": 1e-6},
+        # one pixel's gradient is a sum over its channel
+        gradient_tolerances=_SUMS,
+        reference="the formula in NumPy float64; OpenCV normalize(NORM_MINMAX)",
+    )
+)
 
-# --- sums and differences ----------------------------------------------------------------------------------------------
+# --- sums and differences -----------------------------------------------------------------------------------
 
-add(Spec(
-    "enhance.add_weighted",
-    [image("src1"), _factor("alpha", -1.0, 1.0, "weight of src1"), image("src2"), _factor("beta", -1.0, 1.0, "weight of src2"),
-     _factor("gamma", -1.0, 1.0, "what is added")],
-    _OUTPUT,
-    gradient_tolerances=_SUMS,
-    reference="OpenCV addWeighted",
-))
+add(
+    Spec(
+        "enhance.add_weighted",
+        [
+            image("src1"),
+            _factor("alpha", -1.0, 1.0, "weight of src1"),
+            image("src2"),
+            _factor("beta", -1.0, 1.0, "weight of src2"),
+            _factor("gamma", -1.0, 1.0, "what is added"),
+        ],
+        _OUTPUT,
+        gradient_tolerances=_SUMS,
+        reference="OpenCV addWeighted",
+    )
+)
 
-add(Spec(
-    "enhance.invert",
-    [image("image"), _factor("max_val", 0.5, 1.5, "the value of white")],
-    _OUTPUT,
-    gradient_tolerances=_SUMS,
-    reference="Pillow ImageOps.invert",
-))
+add(
+    Spec(
+        "enhance.invert",
+        [image("image"), _factor("max_val", 0.5, 1.5, "the value of white")],
+        _OUTPUT,
+        gradient_tolerances=_SUMS,
+        reference="Pillow ImageOps.invert",
+    )
+)
 
-add(Spec(
-    "enhance.shift_rgb",
-    [image("image", channels=3, color="RGB"), *(_factor(f"{c}_shift", -0.5, 0.5, "what is added") for c in "rgb")],
-    [TensorSpec("output", layout="NCHW", color="RGB")],
-    gradient_tolerances=_SUMS,
-    reference="clip(image + shift, 0, 1) in NumPy float64",
-))
+add(
+    Spec(
+        "enhance.shift_rgb",
+        [
+            image("image", channels=3, color="RGB"),
+            *(_factor(f"{c}_shift", -0.5, 0.5, "what is added") for c in "rgb"),
+        ],
+        [TensorSpec("output", layout="NCHW", color="RGB")],
+        gradient_tolerances=_SUMS,
+        reference="clip(image + shift, 0, 1) in NumPy float64",
+    )
+)
 
 for _name in ("integral_image", "integral_tensor"):
-    add(Spec(
-        f"enhance.{_name}",
-        [image("image" if _name == "integral_image" else "input")],
-        _OUTPUT,
-        config={} if _name == "integral_image" else {"dim": [1, -1]},
-        # sums of up to all pixels, in another order
-        tolerances={"float32": Tolerance(1e-3, 1e-4)},
-        reference="OpenCV integral; NumPy cumsum",
-    ))
+    add(
+        Spec(
+            f"enhance.{_name}",
+            [image("image" if _name == "integral_image" else "input")],
+            _OUTPUT,
+            config={} if _name == "integral_image" else {"dim": [1, -1]},
+            # sums of up to all pixels, in another order
+            tolerances={"float32": Tolerance(1e-3, 1e-4)},
+            reference="OpenCV integral; NumPy cumsum",
+        )
+    )
 
-# --- brightness, contrast, saturation, curves --------------------------------------------------------------------------
+# --- brightness, contrast, saturation, curves ---------------------------------------------------------------
 
 for _name, _low, _high in (
     ("adjust_brightness", -0.3, 0.3),
     ("adjust_brightness_accumulative", 0.5, 1.5),
     ("adjust_contrast", 0.5, 1.5),
 ):
-    add(Spec(
-        f"enhance.{_name}",
-        [image("image"), _factor("factor", _low, _high, "strength")],
-        _OUTPUT,
-        config={"clip_output": True},
-        gradient_tolerances=_SUMS,
-        reference="Pillow ImageEnhance.Brightness; the formula in NumPy float64",
-    ))
+    add(
+        Spec(
+            f"enhance.{_name}",
+            [image("image"), _factor("factor", _low, _high, "strength")],
+            _OUTPUT,
+            config={"clip_output": True},
+            gradient_tolerances=_SUMS,
+            reference="Pillow ImageEnhance.Brightness; the formula in NumPy float64",
+        )
+    )
 
-for _name, _enhancer in (("adjust_contrast_with_mean_subtraction", "Contrast"), ("adjust_saturation_with_gray_subtraction", "Color")):
-    add(Spec(
-        f"enhance.{_name}",
-        [image("image", channels=3, color="RGB"), _factor("factor", 0.5, 1.5, "strength")],
-        [TensorSpec("output", layout="NCHW", color="RGB")],
-        gradient_tolerances=_SUMS,
-        reference=f"Pillow ImageEnhance.{_enhancer}",
-    ))
+for _name, _enhancer in (
+    ("adjust_contrast_with_mean_subtraction", "Contrast"),
+    ("adjust_saturation_with_gray_subtraction", "Color"),
+):
+    add(
+        Spec(
+            f"enhance.{_name}",
+            [image("image", channels=3, color="RGB"), _factor("factor", 0.5, 1.5, "strength")],
+            [TensorSpec("output", layout="NCHW", color="RGB")],
+            gradient_tolerances=_SUMS,
+            reference=f"Pillow ImageEnhance.{_enhancer}",
+        )
+    )
 
 for _name, _low, _high in (("adjust_hue", -3.0, 3.0), ("adjust_saturation", 0.3, 1.7)):
     _what = "angle in radians" if _name == "adjust_hue" else "strength"
-    add(Spec(
-        f"enhance.{_name}",
-        [image("image", channels=3, color="RGB"), _factor("factor", _low, _high, _what)],
-        [TensorSpec("output", layout="NCHW", color="RGB")],
-        # dividing by the chroma of nearly grey pixels amplifies rounding, and the factor's gradient is a sum over all pixels
-        tolerances={"float32": Tolerance(1e-4, 1e-4)},
-        gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
-        reference="OpenCV cvtColor(COLOR_RGB2HSV) and back",
-    ))
-    add(Spec(
-        f"enhance.{_name}_raw",
-        [image("image", channels=3, color="HSV"), _factor("factor", _low, _high, _what)],
-        [TensorSpec("output", layout="NCHW", color="HSV")],
-        gradient_tolerances=_SUMS,
-        reference="the formula in NumPy float64",
-    ))
+    add(
+        Spec(
+            f"enhance.{_name}",
+            [image("image", channels=3, color="RGB"), _factor("factor", _low, _high, _what)],
+            [TensorSpec("output", layout="NCHW", color="RGB")],
+            # dividing by the chroma of nearly grey pixels amplifies rounding, and the factor's gradient is a
+            # sum over all pixels
+            tolerances={"float32": Tolerance(1e-4, 1e-4)},
+            gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
+            reference="OpenCV cvtColor(COLOR_RGB2HSV) and back",
+        )
+    )
+    add(
+        Spec(
+            f"enhance.{_name}_raw",
+            [image("image", channels=3, color="HSV"), _factor("factor", _low, _high, _what)],
+            [TensorSpec("output", layout="NCHW", color="HSV")],
+            gradient_tolerances=_SUMS,
+            reference="the formula in NumPy float64",
+        )
+    )
 
-add(Spec(
-    "enhance.adjust_gamma",
-    [image(), _factor("gamma", 0.5, 2.0, "exponent"), _factor("gain", 0.8, 1.2, "factor")],
-    _OUTPUT,
-    gradient_tolerances=_SUMS,
-    reference="scikit-image adjust_gamma",
-))
+add(
+    Spec(
+        "enhance.adjust_gamma",
+        [image(), _factor("gamma", 0.5, 2.0, "exponent"), _factor("gain", 0.8, 1.2, "factor")],
+        _OUTPUT,
+        gradient_tolerances=_SUMS,
+        reference="scikit-image adjust_gamma",
+    )
+)
 
 for _inverse in (False, True):
-    add(Spec(
-        "enhance.adjust_log" + ".inverse" * _inverse,
+    add(
+        Spec(
+            "enhance.adjust_log" + ".inverse" * _inverse,
+            [image("image")],
+            _OUTPUT,
+            config={"gain": 1.1, "inv": _inverse, "clip_output": True},
+            reference="scikit-image adjust_log",
+        ),
+        fn="enhance.adjust_log",
+    )
+
+add(
+    Spec(
+        "enhance.adjust_sigmoid",
         [image("image")],
         _OUTPUT,
-        config={"gain": 1.1, "inv": _inverse, "clip_output": True},
-        reference="scikit-image adjust_log",
-    ), fn="enhance.adjust_log")
+        config={"cutoff": 0.5, "gain": 10.0, "inv": False},
+        reference="scikit-image adjust_sigmoid",
+    )
+)
 
-add(Spec(
-    "enhance.adjust_sigmoid",
-    [image("image")],
-    _OUTPUT,
-    config={"cutoff": 0.5, "gain": 10.0, "inv": False},
-    reference="scikit-image adjust_sigmoid",
-))
+# --- tones --------------------------------------------------------------------------------------------------
 
-# --- tones -------------------------------------------------------------------------------------------------------------
+add(
+    Spec(
+        "enhance.posterize",
+        [
+            image(),
+            TensorSpec("bits", ("B",), "int64", range=(0, 8), description="bits to keep of each image"),
+        ],
+        _OUTPUT,
+        gradients=(),
+        reference="Pillow ImageOps.posterize",
+    )
+)
 
-add(Spec(
-    "enhance.posterize",
-    [image(), TensorSpec("bits", ("B",), "int64", range=(0, 8), description="bits to keep of each image")],
-    _OUTPUT,
-    gradients=(),
-    reference="Pillow ImageOps.posterize",
-))
-
-add(Spec(
-    "enhance.solarize",
-    [image(), _factor("thresholds", 0.3, 0.7, "threshold"), _factor("additions", -0.2, 0.2, "what is added first")],
-    _OUTPUT,
-    gradients=("input", "additions"),
-    gradient_tolerances=_SUMS,
-    reference="Pillow ImageOps.solarize",
-))
+add(
+    Spec(
+        "enhance.solarize",
+        [
+            image(),
+            _factor("thresholds", 0.3, 0.7, "threshold"),
+            _factor("additions", -0.2, 0.2, "what is added first"),
+        ],
+        _OUTPUT,
+        gradients=("input", "additions"),
+        gradient_tolerances=_SUMS,
+        reference="Pillow ImageOps.solarize",
+    )
+)
 
 for _type in ("binary", "binary_inv", "trunc", "tozero", "tozero_inv"):
     _binary = _type.startswith("binary")
-    add(Spec(
-        f"enhance.threshold.{_type}",
-        [image(), _factor("thresh", 0.3, 0.7, "threshold"), *([_factor("maxval", 0.5, 1.0, "value of what is marked")] if _binary else [])],
+    add(
+        Spec(
+            f"enhance.threshold.{_type}",
+            [
+                image(),
+                _factor("thresh", 0.3, 0.7, "threshold"),
+                *([_factor("maxval", 0.5, 1.0, "value of what is marked")] if _binary else []),
+            ],
+            _OUTPUT,
+            config={"type": _type},
+            gradients=("maxval",) if _binary else ("input",),
+            gradient_tolerances=_SUMS,
+            reference="OpenCV threshold",
+        ),
+        fn="enhance.threshold",
+    )
+
+add(
+    Spec(
+        "enhance.sharpness",
+        [image(), _factor("factor", 0.0, 2.0, "strength")],
         _OUTPUT,
-        config={"type": _type},
-        gradients=("maxval",) if _binary else ("input",),
+        symbols=STENCIL,
         gradient_tolerances=_SUMS,
-        reference="OpenCV threshold",
-    ), fn="enhance.threshold")
+        reference="Pillow ImageEnhance.Sharpness",
+    )
+)
 
-add(Spec(
-    "enhance.sharpness",
-    [image(), _factor("factor", 0.0, 2.0, "strength")],
-    _OUTPUT,
-    symbols=STENCIL,
-    gradient_tolerances=_SUMS,
-    reference="Pillow ImageEnhance.Sharpness",
-))
+# --- histograms that count: no gradients --------------------------------------------------------------------
 
-# --- histograms that count: no gradients -------------------------------------------------------------------------------
+add(
+    Spec(
+        "enhance.equalize",
+        [image()],
+        _OUTPUT,
+        gradients=(),
+        reference="Pillow ImageOps.equalize",
+    )
+)
 
-add(Spec(
-    "enhance.equalize",
-    [image()],
-    _OUTPUT,
-    gradients=(),
-    reference="Pillow ImageOps.equalize",
-))
+add(
+    Spec(
+        "enhance.equalize3d",
+        [TensorSpec("input", ("B", "C", "D", "H", "W"), layout="NCDHW", description="batch of volumes")],
+        [TensorSpec("output", layout="NCDHW")],
+        symbols={"D": (1, 4096)},
+        gradients=(),
+        reference="Pillow ImageOps.equalize of the volume's values",
+    )
+)
 
-add(Spec(
-    "enhance.equalize3d",
-    [TensorSpec("input", ("B", "C", "D", "H", "W"), layout="NCDHW", description="batch of volumes")],
-    [TensorSpec("output", layout="NCDHW")],
-    symbols={"D": (1, 4096)},
-    gradients=(),
-    reference="Pillow ImageOps.equalize of the volume's values",
-))
+add(
+    Spec(
+        "enhance.autocontrast",
+        [image("image")],
+        _OUTPUT,
+        config={"cutoff": (1.0, 2.5)},
+        gradients=(),
+        reference="Pillow ImageOps.autocontrast",
+    )
+)
 
-add(Spec(
-    "enhance.autocontrast",
-    [image("image")],
-    _OUTPUT,
-    config={"cutoff": (1.0, 2.5)},
-    gradients=(),
-    reference="Pillow ImageOps.autocontrast",
-))
+add(
+    Spec(
+        "enhance.count_histogram",
+        [image("image")],
+        [TensorSpec("counts", description="pixels in each of 64 bins of [0, 1)")],
+        config={"n_bins": 64, "min": 0.0, "max": 1.0},
+        gradients=(),
+        reference="OpenCV calcHist",
+    )
+)
 
-add(Spec(
-    "enhance.count_histogram",
-    [image("image")],
-    [TensorSpec("counts", description="pixels in each of 64 bins of [0, 1)")],
-    config={"n_bins": 64, "min": 0.0, "max": 1.0},
-    gradients=(),
-    reference="OpenCV calcHist",
-))
+add(
+    Spec(
+        "enhance.clahe",
+        [
+            TensorSpec(
+                "image",
+                ("B", "C", "H", "W"),
+                "uint8",
+                layout="NCHW",
+                range=(0, 255),
+                description="image batch",
+            )
+        ],
+        _OUTPUT,
+        config={"clip_limit": 4.0, "tile_grid_size": (4, 3)},
+        symbols=STENCIL,
+        reference="OpenCV createCLAHE",
+    )
+)
 
-add(Spec(
-    "enhance.clahe",
-    [TensorSpec("image", ("B", "C", "H", "W"), "uint8", layout="NCHW", range=(0, 255), description="image batch")],
-    _OUTPUT,
-    config={"clip_limit": 4.0, "tile_grid_size": (4, 3)},
-    symbols=STENCIL,
-    reference="OpenCV createCLAHE",
-))
+add(
+    Spec(
+        "enhance.equalize_clahe",
+        [image()],
+        _OUTPUT,
+        config={"clip_limit": 4.0, "grid_size": (3, 4)},
+        symbols=STENCIL,
+        gradients=(),
+        reference="OpenCV createCLAHE",
+    )
+)
 
-add(Spec(
-    "enhance.equalize_clahe",
-    [image()],
-    _OUTPUT,
-    config={"clip_limit": 4.0, "grid_size": (3, 4)},
-    symbols=STENCIL,
-    gradients=(),
-    reference="OpenCV createCLAHE",
-))
+add(
+    Spec(
+        "enhance.equalize_clahe.differentiable",
+        [image()],
+        _OUTPUT,
+        config={"clip_limit": 4.0, "grid_size": (3, 4), "slow_and_differentiable": True},
+        symbols=STENCIL,
+        # the steepness of a tile's curve amplifies rounding, and so does the number of the pixels that make
+        # it
+        tolerances={"float32": Tolerance(1e-4, 1e-4)},
+        gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
+        reference="enhance.equalize_clahe, from which it differs by the rounding that it leaves out",
+    ),
+    fn="enhance.equalize_clahe",
+)
 
-add(Spec(
-    "enhance.equalize_clahe.differentiable",
-    [image()],
-    _OUTPUT,
-    config={"clip_limit": 4.0, "grid_size": (3, 4), "slow_and_differentiable": True},
-    symbols=STENCIL,
-    # the steepness of a tile's curve amplifies rounding, and so does the number of the pixels that make it
-    tolerances={"float32": Tolerance(1e-4, 1e-4)},
-    gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
-    reference="enhance.equalize_clahe, from which it differs by the rounding that it leaves out",
-), fn="enhance.equalize_clahe")
-
-# --- densities ---------------------------------------------------------------------------------------------------------
+# --- densities ----------------------------------------------------------------------------------------------
 
 _BINS = TensorSpec("bins", ("K",), description="centres of the bins")
 _BANDWIDTH = TensorSpec("bandwidth", (1,), range=(0.1, 0.2), description="standard deviation of the kernel")
 #: The gradient of what all values share is a sum over them.
 _DENSITY_SUMS = {"float32": Tolerance(1e-3, 1e-3)}
 
-add(Spec(
-    "enhance.histogram",
-    [TensorSpec("x", ("B", "N"), description="values"), _BINS, _BANDWIDTH],
-    [TensorSpec("density")],
-    config={"epsilon": 1e-10},
-    symbols={"K": (2, 4096)},
-    gradient_tolerances=_DENSITY_SUMS,
-    reference="the definition in NumPy float64; SciPy gaussian_kde",
-))
+add(
+    Spec(
+        "enhance.histogram",
+        [TensorSpec("x", ("B", "N"), description="values"), _BINS, _BANDWIDTH],
+        [TensorSpec("density")],
+        config={"epsilon": 1e-10},
+        symbols={"K": (2, 4096)},
+        gradient_tolerances=_DENSITY_SUMS,
+        reference="the definition in NumPy float64; SciPy gaussian_kde",
+    )
+)
 
-add(Spec(
-    "enhance.histogram2d",
-    [TensorSpec("x1", ("B", "N"), description="values"), TensorSpec("x2", ("B", "N"), description="values paired with them"), _BINS, _BANDWIDTH],
-    [TensorSpec("density")],
-    config={"epsilon": 1e-10},
-    symbols={"K": (2, 4096)},
-    gradient_tolerances=_DENSITY_SUMS,
-    reference="the definition in NumPy float64",
-))
+add(
+    Spec(
+        "enhance.histogram2d",
+        [
+            TensorSpec("x1", ("B", "N"), description="values"),
+            TensorSpec("x2", ("B", "N"), description="values paired with them"),
+            _BINS,
+            _BANDWIDTH,
+        ],
+        [TensorSpec("density")],
+        config={"epsilon": 1e-10},
+        symbols={"K": (2, 4096)},
+        gradient_tolerances=_DENSITY_SUMS,
+        reference="the definition in NumPy float64",
+    )
+)
 
 for _kernel in ("triangular", "gaussian", "uniform", "epanechnikov"):
-    add(Spec(
-        f"enhance.image_histogram2d.{_kernel}",
-        [image("image")],
-        [TensorSpec("histogram", description="pixels in each of 16 bins"), TensorSpec("density", description="the same, of sum 1")],
-        config={"min": 0.0, "max": 1.0, "n_bins": 16, "return_pdf": True, "kernel": _kernel},
-        # sums over all pixels
-        tolerances={"float32": Tolerance(1e-3, 1e-4)},
-        gradients=() if _kernel == "uniform" else None,
-        reference="the definition in NumPy float64",
-    ), fn="enhance.image_histogram2d")
+    add(
+        Spec(
+            f"enhance.image_histogram2d.{_kernel}",
+            [image("image")],
+            [
+                TensorSpec("histogram", description="pixels in each of 16 bins"),
+                TensorSpec("density", description="the same, of sum 1"),
+            ],
+            config={"min": 0.0, "max": 1.0, "n_bins": 16, "return_pdf": True, "kernel": _kernel},
+            # sums over all pixels
+            tolerances={"float32": Tolerance(1e-3, 1e-4)},
+            gradients=() if _kernel == "uniform" else None,
+            reference="the definition in NumPy float64",
+        ),
+        fn="enhance.image_histogram2d",
+    )
 
-# --- linear transforms of features -------------------------------------------------------------------------------------
+# --- linear transforms of features --------------------------------------------------------------------------
 
-add(Spec(
-    "enhance.linear_transform",
-    [TensorSpec("inp", ("N", 5), description="samples"), TensorSpec("transform_matrix", (5, 5)), TensorSpec("mean_vector", (1, 5))],
-    [TensorSpec("output")],
-    gradient_tolerances=_SUMS,
-    reference="NumPy matrix product",
-))
+add(
+    Spec(
+        "enhance.linear_transform",
+        [
+            TensorSpec("inp", ("N", 5), description="samples"),
+            TensorSpec("transform_matrix", (5, 5)),
+            TensorSpec("mean_vector", (1, 5)),
+        ],
+        [TensorSpec("output")],
+        gradient_tolerances=_SUMS,
+        reference="NumPy matrix product",
+    )
+)
 
 
 def _sample_features(generator, sizes, dtype):
-    """Correlated features, of the scale of pixels; more samples than features, so that their covariance has full rank."""
+    """Correlated features, of the scale of pixels; more samples than features, so that their covariance has
+    full rank."""
     import torch
 
     features = torch.rand((sizes["N"], 5), generator=generator, dtype=torch.float64)
@@ -321,48 +429,68 @@ _FEATURES = [TensorSpec("inp", ("N", 5), description="samples")]
 #: Dividing by the root of a small eigenvalue amplifies rounding.
 _WHITENING = {"float32": Tolerance(1e-3, 1e-3)}
 
-add(Spec(
-    "enhance.zca_mean",
-    _FEATURES,
-    [TensorSpec("transform_matrix"), TensorSpec("mean_vector"), TensorSpec("inverse", description="inverse of transform_matrix")],
-    config={"unbiased": True, "eps": 1e-4, "return_inverse": True},
-    symbols={"N": (8, 1 << 20)},
-    tolerances=_WHITENING,
-    sample=_sample_features,
-    reference="NumPy eigh",
-))
+add(
+    Spec(
+        "enhance.zca_mean",
+        _FEATURES,
+        [
+            TensorSpec("transform_matrix"),
+            TensorSpec("mean_vector"),
+            TensorSpec("inverse", description="inverse of transform_matrix"),
+        ],
+        config={"unbiased": True, "eps": 1e-4, "return_inverse": True},
+        symbols={"N": (8, 1 << 20)},
+        tolerances=_WHITENING,
+        sample=_sample_features,
+        reference="NumPy eigh",
+    )
+)
 
-add(Spec(
-    "enhance.zca_whiten",
-    _FEATURES,
-    [TensorSpec("output")],
-    config={"unbiased": True, "eps": 1e-4},
-    symbols={"N": (8, 1 << 20)},
-    tolerances=_WHITENING,
-    sample=_sample_features,
-    reference="NumPy eigh",
-))
+add(
+    Spec(
+        "enhance.zca_whiten",
+        _FEATURES,
+        [TensorSpec("output")],
+        config={"unbiased": True, "eps": 1e-4},
+        symbols={"N": (8, 1 << 20)},
+        tolerances=_WHITENING,
+        sample=_sample_features,
+        reference="NumPy eigh",
+    )
+)
 
-# --- JPEG --------------------------------------------------------------------------------------------------------------
+# --- JPEG ---------------------------------------------------------------------------------------------------
 
 
 def _sample_jpeg(generator, sizes, dtype):
-    """Images of little contrast: fewer coefficients near the middle between two steps, where a rounding error decides which."""
+    """Images of little contrast: fewer coefficients near the middle between two steps, where a rounding error
+    decides which."""
     import torch
 
     shape = (sizes["B"], 3, sizes["H"], sizes["W"])
     quality = torch.rand(sizes["B"], generator=generator, dtype=torch.float64) * 60 + 30
-    return {"input": (torch.rand(shape, generator=generator, dtype=torch.float64) * 0.2 + 0.4).to(dtype), "jpeg_quality": quality.to(dtype)}
+    return {
+        "input": (torch.rand(shape, generator=generator, dtype=torch.float64) * 0.2 + 0.4).to(dtype),
+        "jpeg_quality": quality.to(dtype),
+    }
 
 
-add(Spec(
-    "enhance.jpeg_codec_differentiable",
-    [image(channels=3, color="RGB"), TensorSpec("jpeg_quality", ("B",), range=(30, 90), description="1 to 100, of each image")],
-    [TensorSpec("output", layout="NCHW", color="RGB")],
-    symbols={"H": (17, 32768), "W": (17, 32768)},  # more than one block: one row of them is broadcast in another way
-    sample=_sample_jpeg,
-    # steps of up to 100 levels times the cube of a rounding error
-    tolerances={"float32": Tolerance(1e-4, 1e-4)},
-    gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},
-    reference="the definition with SciPy dctn in float64; Pillow's JPEG",
-))
+add(
+    Spec(
+        "enhance.jpeg_codec_differentiable",
+        [
+            image(channels=3, color="RGB"),
+            TensorSpec("jpeg_quality", ("B",), range=(30, 90), description="1 to 100, of each image"),
+        ],
+        [TensorSpec("output", layout="NCHW", color="RGB")],
+        symbols={
+            "H": (17, 32768),
+            "W": (17, 32768),
+        },  # more than one block: one row of them is broadcast in another way
+        sample=_sample_jpeg,
+        # steps of up to 100 levels times the cube of a rounding error
+        tolerances={"float32": Tolerance(1e-4, 1e-4)},
+        gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},
+        reference="the definition with SciPy dctn in float64; Pillow's JPEG",
+    )
+)

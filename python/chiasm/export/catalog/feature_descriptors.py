@@ -8,7 +8,8 @@ from .feature_frames import frames
 
 _PATCHES = TensorSpec("patches", ("N", 1, 16, 16), layout="NCHW", range=(0.0, 1.0), description="patches")
 _DESCRIPTORS = TensorSpec("descriptors", description="unit vectors")
-#: Where a histogram has an entry near 0 the derivative of its root is large; random patches have many gradients near 0 themselves.
+#: Where a histogram has an entry near 0 the derivative of its root is large; random patches have many
+#: gradients near 0 themselves.
 _ROOT = {"float32": Tolerance(5e-2, 5e-3)}
 
 
@@ -16,7 +17,9 @@ def _sample_patches(generator, sizes, dtype):
     """Patches that change in one direction more than in others, as those around key points."""
     grid = torch.arange(16, dtype=torch.float64)
     draw = torch.rand((sizes["N"], 3, 1, 1), generator=generator, dtype=torch.float64)
-    wave = torch.sin(0.3 * (2 * draw[:, 0] - 1) * grid[:, None] + 0.3 * (2 * draw[:, 1] - 1) * grid + 6 * draw[:, 2])
+    wave = torch.sin(
+        0.3 * (2 * draw[:, 0] - 1) * grid[:, None] + 0.3 * (2 * draw[:, 1] - 1) * grid + 6 * draw[:, 2]
+    )
     noise = torch.rand((sizes["N"], 16, 16), generator=generator, dtype=torch.float64)
     return {"patches": (0.5 + 0.4 * wave + 0.1 * noise)[:, None].to(dtype)}
 
@@ -28,44 +31,118 @@ def _sample_regions(generator, sizes, dtype):
 
 
 def _add(name, inputs, output, reference, fn=None, **rest):
-    add(Spec(f"feature.{name}", inputs, [output], reference=reference, **rest), fn=fn or f"feature.{name.partition('.')[0]}")
+    add(
+        Spec(f"feature.{name}", inputs, [output], reference=reference, **rest),
+        fn=fn or f"feature.{name.partition('.')[0]}",
+    )
 
 
-_add("sift_describe.root", [_PATCHES], _DESCRIPTORS, "a loop in NumPy; OpenCV SIFT", sample=_sample_patches, gradient_tolerances=_ROOT)
-_add("sift_describe.plain", [_PATCHES], _DESCRIPTORS, "a loop in NumPy; OpenCV SIFT", config={"rootsift": False}, sample=_sample_patches)
 _add(
-    "dense_sift", [image("input", channels=1)], TensorSpec("descriptors", layout="NCHW", description="unit vectors"), "sift_describe's histograms in NumPy",
-    config={"rootsift": False, "stride": 3, "spatial_bin_size": 3}, symbols={"H": (16, 32768), "W": (16, 32768)},
+    "sift_describe.root",
+    [_PATCHES],
+    _DESCRIPTORS,
+    "a loop in NumPy; OpenCV SIFT",
+    sample=_sample_patches,
+    gradient_tolerances=_ROOT,
 )
-_add("mean_patch", [TensorSpec("patches", ("N", "C", 16, 16), layout="NCHW", range=(0.0, 1.0))], TensorSpec("descriptors", description="means"), "NumPy")
 _add(
-    "convert_sift_descriptor_layout", [TensorSpec("descriptors", ("N", 128), range=(0.0, 1.0))], TensorSpec("output", description="reordered"), "NumPy transposition",
+    "sift_describe.plain",
+    [_PATCHES],
+    _DESCRIPTORS,
+    "a loop in NumPy; OpenCV SIFT",
+    config={"rootsift": False},
+    sample=_sample_patches,
+)
+_add(
+    "dense_sift",
+    [image("input", channels=1)],
+    TensorSpec("descriptors", layout="NCHW", description="unit vectors"),
+    "sift_describe's histograms in NumPy",
+    config={"rootsift": False, "stride": 3, "spatial_bin_size": 3},
+    symbols={"H": (16, 32768), "W": (16, 32768)},
+)
+_add(
+    "mean_patch",
+    [TensorSpec("patches", ("N", "C", 16, 16), layout="NCHW", range=(0.0, 1.0))],
+    TensorSpec("descriptors", description="means"),
+    "NumPy",
+)
+_add(
+    "convert_sift_descriptor_layout",
+    [TensorSpec("descriptors", ("N", 128), range=(0.0, 1.0))],
+    TensorSpec("output", description="reordered"),
+    "NumPy transposition",
     config={"source": "opencv", "target": "kornia"},
 )
-_add("dominant_orientation", [_PATCHES], TensorSpec("angles", description="radians"), "a loop in NumPy; turned patches", sample=_sample_patches)
-_add("affine_shape", [_PATCHES], TensorSpec("ellipses", description="a, b, c"), "NumPy; stretched blobs", sample=_sample_patches)
+_add(
+    "dominant_orientation",
+    [_PATCHES],
+    TensorSpec("angles", description="radians"),
+    "a loop in NumPy; turned patches",
+    sample=_sample_patches,
+)
+_add(
+    "affine_shape",
+    [_PATCHES],
+    TensorSpec("ellipses", description="a, b, c"),
+    "NumPy; stretched blobs",
+    sample=_sample_patches,
+)
 
 
 def _sample_learned(generator, sizes, dtype):
     projection = torch.randn((63, 32), generator=generator, dtype=torch.float64)
     mean = 0.1 * torch.rand(63, generator=generator, dtype=torch.float64)
-    return {**_sample_patches(generator, sizes, dtype), "whitening": projection.to(dtype), "mean": mean.to(dtype)}
+    return {
+        **_sample_patches(generator, sizes, dtype),
+        "whitening": projection.to(dtype),
+        "mean": mean.to(dtype),
+    }
 
 
-_KERNELS = {"reference": "the kernel summed over pairs of pixels in NumPy", "gradient_tolerances": {"float32": Tolerance(5e-3, 1e-3)}}
+_KERNELS = {
+    "reference": "the kernel summed over pairs of pixels in NumPy",
+    "gradient_tolerances": {"float32": Tolerance(5e-3, 1e-3)},
+}
 _add("mkd_describe.concat", [_PATCHES], _DESCRIPTORS, sample=_sample_patches, **_KERNELS)
 _add(
-    "mkd_describe.whitened", [_PATCHES, TensorSpec("whitening", (63, 32), description="a projection"), TensorSpec("mean", (63,), description="subtracted before it")],
-    _DESCRIPTORS, config={"kernel_type": "cart", "power": 0.5}, sample=_sample_learned, **_KERNELS,
+    "mkd_describe.whitened",
+    [
+        _PATCHES,
+        TensorSpec("whitening", (63, 32), description="a projection"),
+        TensorSpec("mean", (63,), description="subtracted before it"),
+    ],
+    _DESCRIPTORS,
+    config={"kernel_type": "cart", "power": 0.5},
+    sample=_sample_learned,
+    **_KERNELS,
 )
 
-_REGIONS = [image("img", channels=1, color="GRAY"), TensorSpec("laf", ("B", "N", 2, 3), description="local affine frames")]
+_REGIONS = [
+    image("img", channels=1, color="GRAY"),
+    TensorSpec("laf", ("B", "N", 2, 3), description="local affine frames"),
+]
 _OUT = TensorSpec("output", description="local affine frames")
 _LARGE = {"symbols": {"H": (16, 32768), "W": (16, 32768)}, "sample": _sample_regions, "config": {"PS": 16}}
 _add("orient_laf", _REGIONS, _OUT, "its parts", tolerances={"float32": Tolerance(1e-3, 1e-4)}, **_LARGE)
-_add("adapt_laf_shape", _REGIONS, _OUT, "its parts; stretched blobs", tolerances={"float32": Tolerance(1e-3, 1e-4)}, gradient_tolerances=_ROOT, **_LARGE)
 _add(
-    "get_laf_descriptors.sift", [_REGIONS[0], TensorSpec("lafs", ("B", "N", 2, 3), description="local affine frames")], _DESCRIPTORS, "its parts",
-    fn="feature.described.sift_laf_descriptors", symbols={"H": (16, 32768), "W": (16, 32768)}, sample=_sample_regions, config={"patch_size": 16, "rootsift": False},
-    tolerances={"float32": Tolerance(1e-3, 1e-3)}, gradient_tolerances=_ROOT,
+    "adapt_laf_shape",
+    _REGIONS,
+    _OUT,
+    "its parts; stretched blobs",
+    tolerances={"float32": Tolerance(1e-3, 1e-4)},
+    gradient_tolerances=_ROOT,
+    **_LARGE,
+)
+_add(
+    "get_laf_descriptors.sift",
+    [_REGIONS[0], TensorSpec("lafs", ("B", "N", 2, 3), description="local affine frames")],
+    _DESCRIPTORS,
+    "its parts",
+    fn="feature.described.sift_laf_descriptors",
+    symbols={"H": (16, 32768), "W": (16, 32768)},
+    sample=_sample_regions,
+    config={"patch_size": 16, "rootsift": False},
+    tolerances={"float32": Tolerance(1e-3, 1e-3)},
+    gradient_tolerances=_ROOT,
 )

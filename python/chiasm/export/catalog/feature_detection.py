@@ -7,8 +7,8 @@ from . import add
 
 
 def blobs(generator, batch, views, dtype):
-    """Pictures (B, 1, H, W) of the same 40 blobs, and of some noise: extrema that are clearly so, at many scales. ``views`` are each one's height, width
-    and how far it sees to the right of the first."""
+    """Pictures (B, 1, H, W) of the same 40 blobs, and of some noise: extrema that are clearly so, at many
+    scales. ``views`` are each one's height, width and how far it sees to the right of the first."""
     height, width, _ = views[0]
     draw = torch.rand((batch, 40, 4, 1, 1), generator=generator, dtype=torch.float64)
     radius = 1.5 + 6.0 * draw[:, :, 2] ** 2
@@ -16,7 +16,9 @@ def blobs(generator, batch, views, dtype):
     for rows, columns, shift in views:
         x = torch.arange(columns, dtype=torch.float64) + shift - draw[:, :, 0] * width
         y = torch.arange(rows, dtype=torch.float64)[:, None] - draw[:, :, 1] * height
-        hills = ((2.0 * draw[:, :, 3] - 1.0) * torch.exp(-(x * x + y * y) / (2.0 * radius * radius))).sum(1, keepdim=True)
+        hills = ((2.0 * draw[:, :, 3] - 1.0) * torch.exp(-(x * x + y * y) / (2.0 * radius * radius))).sum(
+            1, keepdim=True
+        )
         noise = torch.rand((batch, 1, rows, columns), generator=generator, dtype=torch.float64)
         made.append((0.5 + 0.4 * hills + 0.02 * noise).to(dtype))
     return made
@@ -32,30 +34,58 @@ for _response, _threshold, _reference in (
     ("hessian", 1e-4, "a loop in NumPy; blobs that are known"),
     ("dog", 1e-4, "a loop in NumPy; blobs that are known; OpenCV SIFT"),
 ):
-    add(Spec(
-        f"feature.detect_keypoints.{_response}",
-        [image("img", channels=1, color="GRAY")],
-        [TensorSpec("lafs", description="upright disks, zeros where not valid"),
-         TensorSpec("scores", description="response, sorted, 0 where not valid"),
-         TensorSpec("valid", description="which of the slots hold a key point")],
-        config={"max_keypoints": 32, "response": _response, "num_octaves": 2, "mr_size": 3.0, "threshold": _threshold},
-        # In the last octave the widest Gaussian, of 27 taps, has to fit twice. An export can tell that halved sizes are more than 1 where the limits
-        # are 2 more than a multiple of the last octave's pixel.
-        symbols={"H": (54, 32768), "W": (58, 32768)},
-        gradients=() if _response in ("harris", "gftt") else None,
-        # where a quadratic is nearly flat, little changes of the image move its extremum far
-        tolerances={"float32": Tolerance(5e-3, 1e-3)},
-        sample=_sample_blobs,
-        reference=_reference,
-    ), fn="feature.detect_keypoints")
+    add(
+        Spec(
+            f"feature.detect_keypoints.{_response}",
+            [image("img", channels=1, color="GRAY")],
+            [
+                TensorSpec("lafs", description="upright disks, zeros where not valid"),
+                TensorSpec("scores", description="response, sorted, 0 where not valid"),
+                TensorSpec("valid", description="which of the slots hold a key point"),
+            ],
+            config={
+                "max_keypoints": 32,
+                "response": _response,
+                "num_octaves": 2,
+                "mr_size": 3.0,
+                "threshold": _threshold,
+            },
+            # In the last octave the widest Gaussian, of 27 taps, has to fit twice. An export can tell that
+            # halved sizes are more than 1 where the limits are 2 more than a multiple of the last octave's
+            # pixel.
+            symbols={"H": (54, 32768), "W": (58, 32768)},
+            gradients=() if _response in ("harris", "gftt") else None,
+            # where a quadratic is nearly flat, little changes of the image move its extremum far
+            tolerances={"float32": Tolerance(5e-3, 1e-3)},
+            sample=_sample_blobs,
+            reference=_reference,
+        ),
+        fn="feature.detect_keypoints",
+    )
 
-_PROPOSALS = [TensorSpec("coordinates", description="x and y in pixels"), TensorSpec("scores", description="the largest response of each window")]
+_PROPOSALS = [
+    TensorSpec("coordinates", description="x and y in pixels"),
+    TensorSpec("scores", description="the largest response of each window"),
+]
 #: Symbols: more than one window each way, since an export takes a single one for a constant.
 _PEAKS = {"reference": "a loop in NumPy", "tolerances": {"float32": Tolerance(2e-4, 1e-4)}}
-add(Spec(
-    "feature.index_proposal", [image("response", channels=1)], _PROPOSALS, config={"window": 8, "base": 1e3}, symbols={"H": (9, 32768), "W": (9, 32768)}, **_PEAKS,
-))
-add(Spec(
-    "feature.multi_scale_index_proposal", [image("response", channels=1)], [*_PROPOSALS, TensorSpec("size", description="which of the windows' sizes")],
-    config={"base": 1e3}, symbols={"H": (41, 32768), "W": (41, 32768)}, **_PEAKS,
-))
+add(
+    Spec(
+        "feature.index_proposal",
+        [image("response", channels=1)],
+        _PROPOSALS,
+        config={"window": 8, "base": 1e3},
+        symbols={"H": (9, 32768), "W": (9, 32768)},
+        **_PEAKS,
+    )
+)
+add(
+    Spec(
+        "feature.multi_scale_index_proposal",
+        [image("response", channels=1)],
+        [*_PROPOSALS, TensorSpec("size", description="which of the windows' sizes")],
+        config={"base": 1e3},
+        symbols={"H": (41, 32768), "W": (41, 32768)},
+        **_PEAKS,
+    )
+)

@@ -49,7 +49,15 @@ def _uniform(low, high, *shape):
 
 
 def _add(name, inputs, outputs, reference, **rest):
-    add(Spec(f"feature.{name}", inputs, [TensorSpec(o) if isinstance(o, str) else o for o in outputs], reference=reference, **rest))
+    add(
+        Spec(
+            f"feature.{name}",
+            inputs,
+            [TensorSpec(o) if isinstance(o, str) else o for o in outputs],
+            reference=reference,
+            **rest,
+        )
+    )
 
 
 _ANGLES = TensorSpec("angles_degrees", ("B", "N", 1), range=(-170.0, 170.0), description="degrees")
@@ -57,35 +65,127 @@ _TURNED = _uniform(-170.0, 170.0, "B", "N", 1)
 _IMAGES = _uniform(0.0, 1.0, "B", "C", "H", "W")
 _OUT = TensorSpec("output", description="local affine frames")
 
-_add("get_laf_center", [_laf("LAF")], [TensorSpec("center", description="x and y")], "NumPy", sample=_sample("LAF"))
-_add("get_laf_scale", [_laf("LAF")], [TensorSpec("scale", description="pixels")], "NumPy determinants", sample=_sample("LAF"))
 _add(
-    "get_laf_orientation", [_laf("LAF")], [TensorSpec("orientation", description="degrees")], "NumPy arctan2", sample=_sample("LAF"),
-    tolerances={"float32": Tolerance(1e-3, 1e-5)}, gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
+    "get_laf_center",
+    [_laf("LAF")],
+    [TensorSpec("center", description="x and y")],
+    "NumPy",
+    sample=_sample("LAF"),
 )
 _add(
-    "set_laf_orientation", [_laf("LAF"), _ANGLES], [_OUT], "its inverse, and ellipses that stay", sample=_sample("LAF", angles_degrees=_TURNED), tolerances=_PIXELS
+    "get_laf_scale",
+    [_laf("LAF")],
+    [TensorSpec("scale", description="pixels")],
+    "NumPy determinants",
+    sample=_sample("LAF"),
 )
-_add("rotate_laf", [_laf("LAF"), _ANGLES], [_OUT], "OpenCV KeyPoint angles; NumPy", sample=_sample("LAF", angles_degrees=_TURNED), tolerances=_PIXELS)
-_add("scale_laf", [_laf(), TensorSpec("scale_coef", ("B", "N", 1, 1), range=(0.5, 3.0))], [_OUT], "NumPy", sample=_sample("laf", scale_coef=_uniform(0.5, 3.0, "B", "N", 1, 1)))
+_add(
+    "get_laf_orientation",
+    [_laf("LAF")],
+    [TensorSpec("orientation", description="degrees")],
+    "NumPy arctan2",
+    sample=_sample("LAF"),
+    tolerances={"float32": Tolerance(1e-3, 1e-5)},
+    gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
+)
+_add(
+    "set_laf_orientation",
+    [_laf("LAF"), _ANGLES],
+    [_OUT],
+    "its inverse, and ellipses that stay",
+    sample=_sample("LAF", angles_degrees=_TURNED),
+    tolerances=_PIXELS,
+)
+_add(
+    "rotate_laf",
+    [_laf("LAF"), _ANGLES],
+    [_OUT],
+    "OpenCV KeyPoint angles; NumPy",
+    sample=_sample("LAF", angles_degrees=_TURNED),
+    tolerances=_PIXELS,
+)
+_add(
+    "scale_laf",
+    [_laf(), TensorSpec("scale_coef", ("B", "N", 1, 1), range=(0.5, 3.0))],
+    [_OUT],
+    "NumPy",
+    sample=_sample("laf", scale_coef=_uniform(0.5, 3.0, "B", "N", 1, 1)),
+)
 _add("make_upright", [_laf()], [_OUT], "NumPy QR", sample=_sample("laf"))
 _add(
     "laf_from_center_scale_ori",
-    [TensorSpec("xy", ("B", "N", 2), range=(0.0, 100.0), description="centres"),
-     TensorSpec("scale", ("B", "N", 1, 1), range=(1.0, 9.0), description="radii in pixels"),
-     TensorSpec("ori", ("B", "N", 1), range=(-170.0, 170.0), description="degrees")],
-    [_OUT], "OpenCV KeyPoint angles",
+    [
+        TensorSpec("xy", ("B", "N", 2), range=(0.0, 100.0), description="centres"),
+        TensorSpec("scale", ("B", "N", 1, 1), range=(1.0, 9.0), description="radii in pixels"),
+        TensorSpec("ori", ("B", "N", 1), range=(-170.0, 170.0), description="degrees"),
+    ],
+    [_OUT],
+    "OpenCV KeyPoint angles",
 )
-_add("normalize_laf", [_laf("LAF"), image("images")], [_OUT], "NumPy", sample=_sample("LAF", images=_IMAGES), gradients=("LAF",))
-_add("denormalize_laf", [_laf("LAF"), image("images")], [_OUT], "NumPy", sample=_sample("LAF", images=_IMAGES), gradients=("LAF",), tolerances={"float32": Tolerance(1e-3, 1e-5)})
-_add("laf_to_three_points", [_laf()], [TensorSpec("points", description="the ends of both axes, and the centre")], "NumPy", sample=_sample("laf"))
-_add("laf_from_three_points", [_laf("threepts", "the ends of both axes, and the centre")], [_OUT], "its inverse", sample=_sample("threepts"))
-_add("laf_to_boundary_points", [_laf("LAF")], [TensorSpec("points", description="x and y")], "NumPy", config={"n_pts": 50}, sample=_sample("LAF"), tolerances=_PIXELS)
-_add("laf_is_filled", [_laf()], [TensorSpec("filled", description="which slots hold a frame")], "NumPy", sample=_sample("laf"), gradients=())
-_add("laf_is_valid", [_laf()], [TensorSpec("valid", description="which frames have an area")], "NumPy determinants", sample=_sample("laf"), gradients=())
 _add(
-    "laf_is_inside_image", [_laf(), image("images")], [TensorSpec("inside", description="which frames lie in their images")], "NumPy", config={"border": 2},
-    sample=_sample("laf", images=_IMAGES), gradients=(),
+    "normalize_laf",
+    [_laf("LAF"), image("images")],
+    [_OUT],
+    "NumPy",
+    sample=_sample("LAF", images=_IMAGES),
+    gradients=("LAF",),
+)
+_add(
+    "denormalize_laf",
+    [_laf("LAF"), image("images")],
+    [_OUT],
+    "NumPy",
+    sample=_sample("LAF", images=_IMAGES),
+    gradients=("LAF",),
+    tolerances={"float32": Tolerance(1e-3, 1e-5)},
+)
+_add(
+    "laf_to_three_points",
+    [_laf()],
+    [TensorSpec("points", description="the ends of both axes, and the centre")],
+    "NumPy",
+    sample=_sample("laf"),
+)
+_add(
+    "laf_from_three_points",
+    [_laf("threepts", "the ends of both axes, and the centre")],
+    [_OUT],
+    "its inverse",
+    sample=_sample("threepts"),
+)
+_add(
+    "laf_to_boundary_points",
+    [_laf("LAF")],
+    [TensorSpec("points", description="x and y")],
+    "NumPy",
+    config={"n_pts": 50},
+    sample=_sample("LAF"),
+    tolerances=_PIXELS,
+)
+_add(
+    "laf_is_filled",
+    [_laf()],
+    [TensorSpec("filled", description="which slots hold a frame")],
+    "NumPy",
+    sample=_sample("laf"),
+    gradients=(),
+)
+_add(
+    "laf_is_valid",
+    [_laf()],
+    [TensorSpec("valid", description="which frames have an area")],
+    "NumPy determinants",
+    sample=_sample("laf"),
+    gradients=(),
+)
+_add(
+    "laf_is_inside_image",
+    [_laf(), image("images")],
+    [TensorSpec("inside", description="which frames lie in their images")],
+    "NumPy",
+    config={"border": 2},
+    sample=_sample("laf", images=_IMAGES),
+    gradients=(),
 )
 
 
@@ -93,31 +193,50 @@ def _sample_ellipses(generator, sizes, dtype):
     frame = frames(generator, sizes)
     a = frame[..., :2]
     form = torch.linalg.inv(a @ a.transpose(-1, -2))
-    return {"ells": torch.stack([frame[..., 0, 2], frame[..., 1, 2], form[..., 0, 0], form[..., 0, 1], form[..., 1, 1]], -1).to(dtype)}
+    return {
+        "ells": (
+            torch.stack(
+                [frame[..., 0, 2], frame[..., 1, 2], form[..., 0, 0], form[..., 0, 1], form[..., 1, 1]], -1
+            ).to(dtype)
+        )
+    }
 
 
 _add(
-    "ellipse_to_laf", [TensorSpec("ells", ("B", "N", 5), description="x, y, a, b, c of a dx^2 + 2 b dx dy + c dy^2 = 1")], [_OUT], "NumPy Cholesky",
-    sample=_sample_ellipses, gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
+    "ellipse_to_laf",
+    [TensorSpec("ells", ("B", "N", 5), description="x, y, a, b, c of a dx^2 + 2 b dx dy + c dy^2 = 1")],
+    [_OUT],
+    "NumPy Cholesky",
+    sample=_sample_ellipses,
+    gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
 )
 
 
 def _homographies(generator, sizes):
     wild = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [5e-4, 5e-4, 0.0]], dtype=torch.float64)
-    return torch.eye(3, dtype=torch.float64) + (2.0 * torch.rand((sizes["B"], 3, 3), generator=generator, dtype=torch.float64) - 1.0) * wild
+    return (
+        torch.eye(3, dtype=torch.float64)
+        + (2.0 * torch.rand((sizes["B"], 3, 3), generator=generator, dtype=torch.float64) - 1.0) * wild
+    )
 
 
 _add(
-    "perspective_transform_lafs", [TensorSpec("trans_01", ("B", 3, 3), description="homographies between pixels"), _laf("lafs_1")], [_OUT], "the Jacobian by autograd",
-    sample=_sample("lafs_1", trans_01=_homographies), tolerances=_PIXELS, gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
+    "perspective_transform_lafs",
+    [TensorSpec("trans_01", ("B", 3, 3), description="homographies between pixels"), _laf("lafs_1")],
+    [_OUT],
+    "the Jacobian by autograd",
+    sample=_sample("lafs_1", trans_01=_homographies),
+    tolerances=_PIXELS,
+    gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
 )
 
-# --- patches -----------------------------------------------------------------------------------------------------------
+# --- patches ------------------------------------------------------------------------------------------------
 
 _PATCHES = {
     "outputs": [TensorSpec("patches", description="(B, N, C, PS, PS)")],
     "config": {"PS": 16},
-    # weights amplify the rounding of positions by the contrast, and the gradient by a frame is a sum over its patch
+    # weights amplify the rounding of positions by the contrast, and the gradient by a frame is a sum over its
+    # patch
     "tolerances": {"float32": Tolerance(1e-3, 1e-3)},
     "gradient_tolerances": {"float32": Tolerance(5e-3, 2e-3)},
 }
@@ -128,5 +247,17 @@ def _sample_regions(generator, sizes, dtype):
     return {"img": _IMAGES(generator, sizes).to(dtype), "laf": frames(generator, sizes, 40.0).to(dtype)}
 
 
-_add("extract_patches_simple", [image("img"), _laf()], reference="SciPy map_coordinates", sample=_sample_regions, **_PATCHES)
-_add("extract_patches_from_pyramid", [image("img"), _laf()], reference="SciPy map_coordinates on levels made by NumPy", sample=_sample_regions, **_PATCHES)
+_add(
+    "extract_patches_simple",
+    [image("img"), _laf()],
+    reference="SciPy map_coordinates",
+    sample=_sample_regions,
+    **_PATCHES,
+)
+_add(
+    "extract_patches_from_pyramid",
+    [image("img"), _laf()],
+    reference="SciPy map_coordinates on levels made by NumPy",
+    sample=_sample_regions,
+    **_PATCHES,
+)

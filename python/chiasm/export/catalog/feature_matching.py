@@ -9,8 +9,14 @@ from .feature_frames import frames
 _SIZES = {"M": (2, 1 << 20), "D": (2, 4096)}
 _FIRST = TensorSpec("desc1", ("B", "N", "D"), description="descriptors of the first image")
 _SECOND = TensorSpec("desc2", ("B", "M", "D"), description="descriptors of the second image")
-_MASKS = [TensorSpec("mask1", ("B", "N"), "bool", description="which are there"), TensorSpec("mask2", ("B", "M"), "bool", description="which are there")]
-_FRAMES = [TensorSpec("lafs1", ("B", "N", 2, 3), description="their frames"), TensorSpec("lafs2", ("B", "M", 2, 3), description="their frames")]
+_MASKS = [
+    TensorSpec("mask1", ("B", "N"), "bool", description="which are there"),
+    TensorSpec("mask2", ("B", "M"), "bool", description="which are there"),
+]
+_FRAMES = [
+    TensorSpec("lafs1", ("B", "N", 2, 3), description="their frames"),
+    TensorSpec("lafs2", ("B", "M", 2, 3), description="their frames"),
+]
 
 
 def _sample(generator, sizes, dtype):
@@ -20,8 +26,17 @@ def _sample(generator, sizes, dtype):
     noise = 0.3 * torch.rand((batch, others, channels), generator=generator, dtype=torch.float64)
     second = first[:, torch.arange(others) * 3 % count] + noise
     there = torch.rand((batch, count + others), generator=generator) < 0.8
-    made = {"desc1": first, "desc2": second, "lafs1": frames(generator, sizes), "lafs2": frames(generator, {**sizes, "N": others})}
-    return {**{name: value.to(dtype) for name, value in made.items()}, "mask1": there[:, :count].clone(), "mask2": there[:, count:].clone()}
+    made = {
+        "desc1": first,
+        "desc2": second,
+        "lafs1": frames(generator, sizes),
+        "lafs2": frames(generator, {**sizes, "N": others}),
+    }
+    return {
+        **{name: value.to(dtype) for name, value in made.items()},
+        "mask1": there[:, :count].clone(),
+        "mask2": there[:, count:].clone(),
+    }
 
 
 def _sample_moved(generator, sizes, dtype):
@@ -29,7 +44,10 @@ def _sample_moved(generator, sizes, dtype):
     batch, count, others = (sizes[k] for k in ("B", "N", "M"))
     shared = min(count, others)
     made = _sample(generator, sizes, dtype)
-    first, noise = torch.rand((batch, count, sizes["D"]), generator=generator, dtype=torch.float64), torch.rand((batch, others, sizes["D"]), generator=generator, dtype=torch.float64)
+    first, noise = (
+        torch.rand((batch, count, sizes["D"]), generator=generator, dtype=torch.float64),
+        torch.rand((batch, others, sizes["D"]), generator=generator, dtype=torch.float64),
+    )
     lafs1, lafs2 = frames(generator, sizes), frames(generator, {**sizes, "N": others})
     moved = torch.tensor([[0.9, -0.4], [0.4, 0.9]], dtype=torch.float64) @ lafs1[:, :shared]
     jitter = torch.rand((batch, shared, 2), generator=generator, dtype=torch.float64)
@@ -39,36 +57,92 @@ def _sample_moved(generator, sizes, dtype):
     second = noise.clone()
     second[:, :shared] = first[:, :shared] + 0.1 * noise[:, :shared]
     size = torch.full((batch, 2), 100.0, dtype=torch.float64)
-    float_inputs = {"desc1": first, "desc2": second, "lafs1": lafs1, "lafs2": lafs2, "hw1": size, "hw2": 1.3 * size}
+    float_inputs = {
+        "desc1": first,
+        "desc2": second,
+        "lafs1": lafs1,
+        "lafs2": lafs2,
+        "hw1": size,
+        "hw2": 1.3 * size,
+    }
     return {**made, **{name: value.to(dtype) for name, value in float_inputs.items()}}
 
 
 def _add(name, inputs, measure, reference, sample=_sample, **rest):
-    add(Spec(
-        f"feature.{name}",
-        inputs,
-        [TensorSpec("distances", description=f"{measure}, 0 where not valid"), TensorSpec("indices", description="into both sets, -1 where not valid"),
-         TensorSpec("valid", description="which descriptors of the first image have a match")],
-        symbols=_SIZES,
-        gradients=("desc1", "desc2"),
-        sample=sample,
-        reference=reference,
-        **rest,
-    ), fn=f"feature.{name.partition('.')[0]}")
+    add(
+        Spec(
+            f"feature.{name}",
+            inputs,
+            [
+                TensorSpec("distances", description=f"{measure}, 0 where not valid"),
+                TensorSpec("indices", description="into both sets, -1 where not valid"),
+                TensorSpec("valid", description="which descriptors of the first image have a match"),
+            ],
+            symbols=_SIZES,
+            gradients=("desc1", "desc2"),
+            sample=sample,
+            reference=reference,
+            **rest,
+        ),
+        fn=f"feature.{name.partition('.')[0]}",
+    )
 
 
 _add("match_nn.plain", [_FIRST, _SECOND], "Euclidean distances", "OpenCV BFMatcher")
 _add("match_nn.masked", [_FIRST, _SECOND, *_MASKS], "Euclidean distances", "OpenCV BFMatcher")
 _add("match_mnn.plain", [_FIRST, _SECOND], "Euclidean distances", "OpenCV BFMatcher with crossCheck")
-_add("match_mnn.masked", [_FIRST, _SECOND, *_MASKS], "Euclidean distances", "OpenCV BFMatcher with crossCheck")
+_add(
+    "match_mnn.masked", [_FIRST, _SECOND, *_MASKS], "Euclidean distances", "OpenCV BFMatcher with crossCheck"
+)
 _add("match_snn", [_FIRST, _SECOND], "ratios of distances", "OpenCV BFMatcher knnMatch", config={"th": 0.9})
-_add("match_smnn", [_FIRST, _SECOND], "larger ratios of distances", "OpenCV BFMatcher knnMatch both ways", config={"th": 0.95})
-_add("match_smnn_batched", [_FIRST, _SECOND, *_MASKS], "larger ratios of distances", "OpenCV BFMatcher knnMatch both ways", config={"th": 0.95})
-_add("match_fginn.plain", [_FIRST, _SECOND, *_FRAMES], "ratios of distances", "a loop in NumPy", config={"th": 0.9})
-_add("match_fginn.mutual", [_FIRST, _SECOND, *_FRAMES, *_MASKS], "ratios of distances", "a loop in NumPy", config={"th": 0.95, "spatial_th": 20.0, "mutual": True})
+_add(
+    "match_smnn",
+    [_FIRST, _SECOND],
+    "larger ratios of distances",
+    "OpenCV BFMatcher knnMatch both ways",
+    config={"th": 0.95},
+)
+_add(
+    "match_smnn_batched",
+    [_FIRST, _SECOND, *_MASKS],
+    "larger ratios of distances",
+    "OpenCV BFMatcher knnMatch both ways",
+    config={"th": 0.95},
+)
+_add(
+    "match_fginn.plain",
+    [_FIRST, _SECOND, *_FRAMES],
+    "ratios of distances",
+    "a loop in NumPy",
+    config={"th": 0.9},
+)
+_add(
+    "match_fginn.mutual",
+    [_FIRST, _SECOND, *_FRAMES, *_MASKS],
+    "ratios of distances",
+    "a loop in NumPy",
+    config={"th": 0.95, "spatial_th": 20.0, "mutual": True},
+)
 
 _ADALAM = {"area_ratio": 5.0, "ransac_iters": 40, "min_inliers": 3, "num_seeds": 16, "num_neighbors": 24}
-_IMAGES = [TensorSpec("hw1", ("B", 2), description="the first image's height and width"), TensorSpec("hw2", ("B", 2), description="those of the second")]
+_IMAGES = [
+    TensorSpec("hw1", ("B", 2), description="the first image's height and width"),
+    TensorSpec("hw2", ("B", 2), description="those of the second"),
+]
 _TRUTH = "scenes with known matches; a loop in NumPy"
-_add("match_adalam.plain", [_FIRST, _SECOND, *_FRAMES], "Euclidean distances", _TRUTH, _sample_moved, config=_ADALAM)
-_add("match_adalam.masked", [_FIRST, _SECOND, *_FRAMES, *_IMAGES, *_MASKS], "Euclidean distances", _TRUTH, _sample_moved, config=_ADALAM)
+_add(
+    "match_adalam.plain",
+    [_FIRST, _SECOND, *_FRAMES],
+    "Euclidean distances",
+    _TRUTH,
+    _sample_moved,
+    config=_ADALAM,
+)
+_add(
+    "match_adalam.masked",
+    [_FIRST, _SECOND, *_FRAMES, *_IMAGES, *_MASKS],
+    "Euclidean distances",
+    _TRUTH,
+    _sample_moved,
+    config=_ADALAM,
+)

@@ -3,51 +3,73 @@
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
-add(Spec(
-    "filters.gaussian_blur2d",
-    [image(), TensorSpec("sigma", ("B", 2), range=(0.5, 3.0), description="standard deviations (y, x) of each image, in pixels")],
-    [TensorSpec("output", layout="NCHW")],
-    config={"kernel_size": (5, 5), "border_type": "reflect"},
-    symbols=STENCIL,
-    reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
-))
+add(
+    Spec(
+        "filters.gaussian_blur2d",
+        [
+            image(),
+            TensorSpec(
+                "sigma",
+                ("B", 2),
+                range=(0.5, 3.0),
+                description="standard deviations (y, x) of each image, in pixels",
+            ),
+        ],
+        [TensorSpec("output", layout="NCHW")],
+        config={"kernel_size": (5, 5), "border_type": "reflect"},
+        symbols=STENCIL,
+        reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
+    )
+)
 
 # Where sigma is a constant the kernels are too, and ONNX Runtime has its convolution.
-add(Spec(
-    "filters.gaussian_blur2d.constant",
-    [image()],
-    [TensorSpec("output", layout="NCHW")],
-    config={"kernel_size": (5, 5), "sigma": (1.1, 1.1), "border_type": "reflect"},
-    symbols=STENCIL,
-    reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
-), fn="filters.gaussian_blur2d")
+add(
+    Spec(
+        "filters.gaussian_blur2d.constant",
+        [image()],
+        [TensorSpec("output", layout="NCHW")],
+        config={"kernel_size": (5, 5), "sigma": (1.1, 1.1), "border_type": "reflect"},
+        symbols=STENCIL,
+        reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
+    ),
+    fn="filters.gaussian_blur2d",
+)
 
-_ZERO_TAPS = "ONNX Runtime multiplies by the taps that are 0, which eager code leaves out: NaN of what is not finite"
-_OWN_WEIGHT = "native code knows a pixel's weight for itself, which eager code computes of the difference of an infinity with itself"
+_ZERO_TAPS = (
+    "ONNX Runtime multiplies by the taps that are 0, which eager code leaves out: NaN of what is not finite"
+)
+_OWN_WEIGHT = (
+    "native code knows a pixel's weight for itself, which eager code computes of the difference of an"
+    " infinity with itself"
+)
 
-add(Spec(
-    "filters.sobel",
-    [image()],
-    [TensorSpec("output", layout="NCHW", description="gradient magnitude")],
-    config={"normalized": True, "eps": 1e-6},
-    symbols=STENCIL,
-    dtypes=("float32", "float64"),
-    special_values=_ZERO_TAPS,
-    reference="OpenCV Sobel(BORDER_REPLICATE)",
-))
+add(
+    Spec(
+        "filters.sobel",
+        [image()],
+        [TensorSpec("output", layout="NCHW", description="gradient magnitude")],
+        config={"normalized": True, "eps": 1e-6},
+        symbols=STENCIL,
+        dtypes=("float32", "float64"),
+        special_values=_ZERO_TAPS,
+        reference="OpenCV Sobel(BORDER_REPLICATE)",
+    )
+)
 
-# --- kernels ---------------------------------------------------------------------------------------------------------
+# --- kernels ------------------------------------------------------------------------------------------------
 
 SIGMA = TensorSpec("sigma", ("B",), range=(0.5, 3.0), description="standard deviations in pixels")
 KERNELS = [TensorSpec("kernel", description="one kernel for each entry")]
 
-add(Spec(
-    "filters.gaussian",
-    [SIGMA, TensorSpec("mean", ("B",), range=(1.0, 4.0), description="positions of the maxima")],
-    KERNELS,
-    config={"window_size": 5},
-    reference="SciPy stats.norm.pdf",
-))
+add(
+    Spec(
+        "filters.gaussian",
+        [SIGMA, TensorSpec("mean", ("B",), range=(1.0, 4.0), description="positions of the maxima")],
+        KERNELS,
+        config={"window_size": 5},
+        reference="SciPy stats.norm.pdf",
+    )
+)
 
 for _name, _size, _axes, _reference in (
     ("get_gaussian_kernel1d", 5, 1, "OpenCV getGaussianKernel"),
@@ -56,29 +78,41 @@ for _name, _size, _axes, _reference in (
     ("get_gaussian_kernel2d", (5, 3), 2, "OpenCV getGaussianKernel"),
     ("get_gaussian_kernel3d", (3, 5, 3), 3, "OpenCV getGaussianKernel"),
 ):
-    _sigma = SIGMA if _axes == 1 else TensorSpec("sigma", ("B", _axes), range=(0.5, 3.0), description="standard deviations, the last is x's")
+    _sigma = (
+        SIGMA
+        if _axes == 1
+        else TensorSpec(
+            "sigma", ("B", _axes), range=(0.5, 3.0), description="standard deviations, the last is x's"
+        )
+    )
     add(Spec(f"filters.{_name}", [_sigma], KERNELS, config={"kernel_size": _size}, reference=_reference))
 
 ANGLE = TensorSpec("angle", ("B",), range=(-180.0, 180.0), description="degrees, counterclockwise")
 TURN = TensorSpec("angle", ("B", 3), range=(-90.0, 90.0), description="rotation vectors (x, y, z) in degrees")
-DIRECTION = TensorSpec("direction", ("B",), range=(-0.9, 0.9), description="-1 to 1: where along the line the weight is")
+DIRECTION = TensorSpec(
+    "direction", ("B",), range=(-0.9, 0.9), description="-1 to 1: where along the line the weight is"
+)
 
-add(Spec(
-    "filters.get_motion_kernel2d",
-    [ANGLE, DIRECTION],
-    KERNELS,
-    config={"kernel_size": 5, "mode": "bilinear"},
-    reference="SciPy affine_transform(order=1)",
-))
+add(
+    Spec(
+        "filters.get_motion_kernel2d",
+        [ANGLE, DIRECTION],
+        KERNELS,
+        config={"kernel_size": 5, "mode": "bilinear"},
+        reference="SciPy affine_transform(order=1)",
+    )
+)
 
-add(Spec(
-    "filters.get_motion_kernel3d",
-    [TURN, DIRECTION],
-    KERNELS,
-    config={"kernel_size": 5, "mode": "nearest"},
-    gradients=("direction",),
-    reference="SciPy affine_transform(order=0)",
-))
+add(
+    Spec(
+        "filters.get_motion_kernel3d",
+        [TURN, DIRECTION],
+        KERNELS,
+        config={"kernel_size": 5, "mode": "nearest"},
+        gradients=("direction",),
+        reference="SciPy affine_transform(order=0)",
+    )
+)
 
 WAVE = [
     SIGMA,
@@ -86,25 +120,37 @@ WAVE = [
     TensorSpec("lambd", ("B",), range=(3.0, 8.0), description="wavelengths in pixels"),
 ]
 
-add(Spec(
-    "filters.get_gabor_kernel2d",
-    [*WAVE, TensorSpec("gamma", ("B",), range=(0.3, 1.5), description="aspect ratios"), TensorSpec("psi", ("B",), range=(-3.0, 3.0), description="phases")],
-    KERNELS,
-    config={"kernel_size": (5, 9)},
-    reference="OpenCV getGaborKernel",
-))
+add(
+    Spec(
+        "filters.get_gabor_kernel2d",
+        [
+            *WAVE,
+            TensorSpec("gamma", ("B",), range=(0.3, 1.5), description="aspect ratios"),
+            TensorSpec("psi", ("B",), range=(-3.0, 3.0), description="phases"),
+        ],
+        KERNELS,
+        config={"kernel_size": (5, 9)},
+        reference="OpenCV getGaborKernel",
+    )
+)
 
-# --- correlation -----------------------------------------------------------------------------------------------------
+# --- correlation --------------------------------------------------------------------------------------------
 
 SAME = [TensorSpec("output", layout="NCHW")]
 DEEP = {**STENCIL, "D": (8, 4096)}
-#: The gradient of a kernel, or of what makes it, is a sum over all pixels whose terms cancel: float32 loses digits of it.
+#: The gradient of a kernel, or of what makes it, is a sum over all pixels whose terms cancel: float32 loses
+#: digits of it.
 SUMMED = {"float32": Tolerance(1e-3, 1e-3)}
 VOLUME = TensorSpec("input", ("B", "C", "D", "H", "W"), "T", "NCDHW", range=(0.0, 1.0), description="volumes")
 
 
 def _kernel(*shape, name="kernel"):
-    return TensorSpec(name, shape, range=(-1.0, 1.0), description="one for each sample" if shape[0] == "B" else "shared by all samples")
+    return TensorSpec(
+        name,
+        shape,
+        range=(-1.0, 1.0),
+        description="one for each sample" if shape[0] == "B" else "shared by all samples",
+    )
 
 
 for _name, _shape, _config in (
@@ -113,121 +159,208 @@ for _name, _shape, _config in (
     ("convolve2d", ("B", 3, 3), {"border_type": "reflect", "normalized": True}),
     ("fft_conv", (5, 5), {"padding": "valid"}),
 ):
-    add(Spec(f"filters.{_name}", [image(), _kernel(*_shape)], SAME, config=_config, symbols=STENCIL, gradient_tolerances=SUMMED, reference="OpenCV filter2D, SciPy ndimage.correlate"))
+    add(
+        Spec(
+            f"filters.{_name}",
+            [image(), _kernel(*_shape)],
+            SAME,
+            config=_config,
+            symbols=STENCIL,
+            gradient_tolerances=SUMMED,
+            reference="OpenCV filter2D, SciPy ndimage.correlate",
+        )
+    )
 
-add(Spec(
-    "filters.filter2d_separable",
-    [image(), _kernel("B", 5, name="kernel_x"), _kernel(3, name="kernel_y")],
-    SAME,
-    config={"border_type": "reflect"},
-    symbols=STENCIL,
-    gradient_tolerances=SUMMED,
-    reference="OpenCV sepFilter2D, SciPy correlate1d",
-))
+add(
+    Spec(
+        "filters.filter2d_separable",
+        [image(), _kernel("B", 5, name="kernel_x"), _kernel(3, name="kernel_y")],
+        SAME,
+        config={"border_type": "reflect"},
+        symbols=STENCIL,
+        gradient_tolerances=SUMMED,
+        reference="OpenCV sepFilter2D, SciPy correlate1d",
+    )
+)
 
 for _name, _shape, _config in (
     ("filter3d", (3, 3, 3), {"border_type": "replicate"}),
     ("correlate3d", ("B", 1, 3, 3), {"border_type": "constant"}),
     ("convolve3d", (3, 3, 1), {"border_type": "reflect"}),
 ):
-    add(Spec(f"filters.{_name}", [VOLUME, _kernel(*_shape)], [TensorSpec("output", layout="NCDHW")], config=_config, symbols=DEEP, gradient_tolerances=SUMMED, reference="SciPy ndimage.correlate"))
+    add(
+        Spec(
+            f"filters.{_name}",
+            [VOLUME, _kernel(*_shape)],
+            [TensorSpec("output", layout="NCDHW")],
+            config=_config,
+            symbols=DEEP,
+            gradient_tolerances=SUMMED,
+            reference="SciPy ndimage.correlate",
+        )
+    )
 
-add(Spec("filters.box_blur", [image()], SAME, config={"kernel_size": (5, 5)}, symbols=STENCIL, reference="OpenCV blur, SciPy uniform_filter"))
-add(Spec("filters.laplacian", [image()], SAME, config={"kernel_size": (3, 3)}, symbols=STENCIL, reference="OpenCV filter2D"))
+add(
+    Spec(
+        "filters.box_blur",
+        [image()],
+        SAME,
+        config={"kernel_size": (5, 5)},
+        symbols=STENCIL,
+        reference="OpenCV blur, SciPy uniform_filter",
+    )
+)
+add(
+    Spec(
+        "filters.laplacian",
+        [image()],
+        SAME,
+        config={"kernel_size": (3, 3)},
+        symbols=STENCIL,
+        reference="OpenCV filter2D",
+    )
+)
 
-add(Spec(
-    "filters.unsharp_mask",
-    [image()],
-    SAME,
-    config={"kernel_size": (5, 5), "sigma": (1.5, 1.5)},
-    symbols=STENCIL,
-    reference="OpenCV GaussianBlur and addWeighted, scikit-image unsharp_mask",
-))
+add(
+    Spec(
+        "filters.unsharp_mask",
+        [image()],
+        SAME,
+        config={"kernel_size": (5, 5), "sigma": (1.5, 1.5)},
+        symbols=STENCIL,
+        reference="OpenCV GaussianBlur and addWeighted, scikit-image unsharp_mask",
+    )
+)
 
-add(Spec(
-    "filters.difference_of_gaussians",
-    [image()],
-    SAME,
-    config={"low_sigma": 1.0, "truncate": 2.0},
-    symbols=STENCIL,
-    reference="scikit-image difference_of_gaussians",
-))
+add(
+    Spec(
+        "filters.difference_of_gaussians",
+        [image()],
+        SAME,
+        config={"low_sigma": 1.0, "truncate": 2.0},
+        symbols=STENCIL,
+        reference="scikit-image difference_of_gaussians",
+    )
+)
 
-add(Spec(
-    "filters.motion_blur",
-    [image(), ANGLE, DIRECTION],
-    SAME,
-    config={"kernel_size": 5, "border_type": "reflect", "mode": "nearest"},
-    symbols=STENCIL,
-    gradients=("input", "direction"),
-    gradient_tolerances=SUMMED,
-    reference="OpenCV filter2D with SciPy's rotated kernel",
-))
+add(
+    Spec(
+        "filters.motion_blur",
+        [image(), ANGLE, DIRECTION],
+        SAME,
+        config={"kernel_size": 5, "border_type": "reflect", "mode": "nearest"},
+        symbols=STENCIL,
+        gradients=("input", "direction"),
+        gradient_tolerances=SUMMED,
+        reference="OpenCV filter2D with SciPy's rotated kernel",
+    )
+)
 
-add(Spec(
-    "filters.motion_blur3d",
-    [VOLUME, TURN, DIRECTION],
-    [TensorSpec("output", layout="NCDHW")],
-    config={"kernel_size": 3, "border_type": "replicate", "mode": "bilinear"},
-    symbols=DEEP,
-    gradient_tolerances=SUMMED,
-    reference="SciPy ndimage.correlate with its rotated kernel",
-))
+add(
+    Spec(
+        "filters.motion_blur3d",
+        [VOLUME, TURN, DIRECTION],
+        [TensorSpec("output", layout="NCDHW")],
+        config={"kernel_size": 3, "border_type": "replicate", "mode": "bilinear"},
+        symbols=DEEP,
+        gradient_tolerances=SUMMED,
+        reference="SciPy ndimage.correlate with its rotated kernel",
+    )
+)
 
-add(Spec("filters.gabor", [image(), *WAVE], SAME, config={"kernel_size": (5, 5)}, symbols=STENCIL, gradient_tolerances=SUMMED, reference="OpenCV filter2D with getGaborKernel"))
+add(
+    Spec(
+        "filters.gabor",
+        [image(), *WAVE],
+        SAME,
+        config={"kernel_size": (5, 5)},
+        symbols=STENCIL,
+        gradient_tolerances=SUMMED,
+        reference="OpenCV filter2D with getGaborKernel",
+    )
+)
 
-# --- derivatives -----------------------------------------------------------------------------------------------------
+# --- derivatives --------------------------------------------------------------------------------------------
 
-add(Spec(
-    "filters.spatial_gradient",
-    [image()],
-    [TensorSpec("output", description="d/dx and d/dy")],
-    config={"mode": "sobel", "order": 1, "normalized": True},
-    symbols=STENCIL,
-    special_values=_ZERO_TAPS,
-    reference="OpenCV Sobel(BORDER_REPLICATE)",
-))
+add(
+    Spec(
+        "filters.spatial_gradient",
+        [image()],
+        [TensorSpec("output", description="d/dx and d/dy")],
+        config={"mode": "sobel", "order": 1, "normalized": True},
+        symbols=STENCIL,
+        special_values=_ZERO_TAPS,
+        reference="OpenCV Sobel(BORDER_REPLICATE)",
+    )
+)
 
-add(Spec(
-    "filters.spatial_gradient3d",
-    [VOLUME],
-    [TensorSpec("output", description="d/dx, d/dy and d/dz")],
-    config={"mode": "diff", "order": 1},
-    symbols=DEEP,
-    reference="NumPy gradient, SciPy ndimage.correlate",
-))
+add(
+    Spec(
+        "filters.spatial_gradient3d",
+        [VOLUME],
+        [TensorSpec("output", description="d/dx, d/dy and d/dz")],
+        config={"mode": "diff", "order": 1},
+        symbols=DEEP,
+        reference="NumPy gradient, SciPy ndimage.correlate",
+    )
+)
 
 for _name, _reference in (
     ("scharr", "OpenCV Scharr, scikit-image scharr"),
     ("prewitt", "scikit-image prewitt"),
     ("roberts", "scikit-image roberts"),
 ):
-    add(Spec(f"filters.{_name}", [image()], [TensorSpec("output", layout="NCHW", description="gradient magnitude")], symbols=STENCIL, reference=_reference))
+    add(
+        Spec(
+            f"filters.{_name}",
+            [image()],
+            [TensorSpec("output", layout="NCHW", description="gradient magnitude")],
+            symbols=STENCIL,
+            reference=_reference,
+        )
+    )
 
-# --- pooling ---------------------------------------------------------------------------------------------------------
+# --- pooling ------------------------------------------------------------------------------------------------
 
 for _name in ("blur_pool2d", "max_blur_pool2d"):
-    add(Spec(f"filters.{_name}", [image()], SAME, config={"kernel_size": 3, "stride": 2}, symbols=STENCIL, reference="SciPy ndimage"))
+    add(
+        Spec(
+            f"filters.{_name}",
+            [image()],
+            SAME,
+            config={"kernel_size": 3, "stride": 2},
+            symbols=STENCIL,
+            reference="SciPy ndimage",
+        )
+    )
 
-add(Spec(
-    "filters.edge_aware_blur_pool2d",
-    [image(range=(0.55, 1.0))],  # where random pixels are edges here and there, not everywhere
-    SAME,
-    config={"kernel_size": 3},
-    symbols=STENCIL,
-    reference="NumPy and SciPy ndimage",
-))
+add(
+    Spec(
+        "filters.edge_aware_blur_pool2d",
+        [image(range=(0.55, 1.0))],  # where random pixels are edges here and there, not everywhere
+        SAME,
+        config={"kernel_size": 3},
+        symbols=STENCIL,
+        reference="NumPy and SciPy ndimage",
+    )
+)
 
-# --- thresholds ------------------------------------------------------------------------------------------------------
+# --- thresholds ---------------------------------------------------------------------------------------------
 
-add(Spec(
-    "filters.in_range",
-    [image(), TensorSpec("lower", ("C",), range=(0.0, 0.3), description="of each channel"), TensorSpec("upper", ("C",), range=(0.7, 1.0), description="of each channel")],
-    SAME,
-    symbols=STENCIL,
-    gradients=("input",),
-    reference="OpenCV inRange",
-))
+add(
+    Spec(
+        "filters.in_range",
+        [
+            image(),
+            TensorSpec("lower", ("C",), range=(0.0, 0.3), description="of each channel"),
+            TensorSpec("upper", ("C",), range=(0.7, 1.0), description="of each channel"),
+        ],
+        SAME,
+        symbols=STENCIL,
+        gradients=("input",),
+        reference="OpenCV inRange",
+    )
+)
 
 
 def _two_classes(generator, sizes, dtype):
@@ -241,15 +374,18 @@ def _two_classes(generator, sizes, dtype):
 
 
 for _suffix, _differentiable in (("", False), ("_differentiable", True)):
-    add(Spec(
-        f"filters.otsu_threshold{_suffix}",
-        [image("x")],
-        [TensorSpec("output", layout="NCHW"), TensorSpec("threshold", description="of each plane")],
-        config={"slow_and_differentiable": _differentiable},
-        symbols=STENCIL,
-        sample=_two_classes,
-        reference="scikit-image threshold_otsu, OpenCV THRESH_OTSU",
-    ), fn="filters.otsu_threshold")
+    add(
+        Spec(
+            f"filters.otsu_threshold{_suffix}",
+            [image("x")],
+            [TensorSpec("output", layout="NCHW"), TensorSpec("threshold", description="of each plane")],
+            config={"slow_and_differentiable": _differentiable},
+            symbols=STENCIL,
+            sample=_two_classes,
+            reference="scikit-image threshold_otsu, OpenCV THRESH_OTSU",
+        ),
+        fn="filters.otsu_threshold",
+    )
 
 
 def _levels(generator, sizes, dtype):
@@ -260,104 +396,146 @@ def _levels(generator, sizes, dtype):
 
 
 for _suffix, _method in (("", "mean"), ("_gaussian", "gaussian")):
-    add(Spec(
-        f"filters.adaptive_threshold{_suffix}",
-        [image(range=(0.0, 255.0))],
-        SAME,
-        config={"max_value": 255.0, "adaptive_method": _method, "block_size": 5, "c": 2.0},
+    add(
+        Spec(
+            f"filters.adaptive_threshold{_suffix}",
+            [image(range=(0.0, 255.0))],
+            SAME,
+            config={"max_value": 255.0, "adaptive_method": _method, "block_size": 5, "c": 2.0},
+            symbols=STENCIL,
+            gradients=(),
+            sample=_levels,
+            reference="OpenCV adaptiveThreshold",
+        ),
+        fn="filters.adaptive_threshold",
+    )
+
+# --- not linear ---------------------------------------------------------------------------------------------
+
+add(
+    Spec(
+        "filters.median_blur",
+        [image()],
+        [TensorSpec("output", layout="NCHW")],
+        config={"kernel_size": (3, 3), "border_type": "reflect"},
+        symbols=STENCIL,
+        without_nan=True,
+        reference="SciPy median_filter(mode='mirror')",
+    )
+)
+
+add(
+    Spec(
+        "filters.bilateral_blur",
+        [image()],
+        [TensorSpec("output", layout="NCHW")],
+        config={
+            "kernel_size": (5, 5),
+            "sigma_color": 0.1,
+            "sigma_space": (1.5, 1.5),
+            "border_type": "reflect",
+        },
+        symbols=STENCIL,
+        special_values=_OWN_WEIGHT,
+        reference="the definition in NumPy float64, and OpenCV bilateralFilter on one channel",
+    )
+)
+
+add(
+    Spec(
+        "filters.canny",
+        [image(channels=3, color="RGB")],
+        [
+            TensorSpec(
+                "magnitude", layout="NCHW", description="gradient magnitude on the ridges, 0 elsewhere"
+            ),
+            TensorSpec("edges", layout="NCHW", description="1 on edges, 0 elsewhere"),
+        ],
+        config={
+            "low_threshold": 0.5,
+            "high_threshold": 0.9,
+            "kernel_size": (5, 5),
+            "sigma": (1.0, 1.0),
+            "hysteresis": True,
+        },
+        symbols=STENCIL,
+        reference="OpenCV Canny on the same gradients",
+    )
+)
+
+add(
+    Spec(
+        "filters.joint_bilateral_blur",
+        [image(), image("guidance", channels=1, color="GRAY")],
+        [TensorSpec("output", layout="NCHW")],
+        config={
+            "kernel_size": (3, 3),
+            "sigma_color": 0.1,
+            "sigma_space": (1.5, 1.5),
+            "border_type": "reflect",
+        },
+        symbols=STENCIL,
+        special_values=_OWN_WEIGHT,
+        reference="the definition in NumPy float64",
+    )
+)
+
+add(
+    Spec(
+        "filters.guided_blur",
+        [image("guidance", channels=3, color="RGB"), image()],
+        [TensorSpec("output", layout="NCHW")],
+        config={"kernel_size": (5, 5), "eps": 0.01, "border_type": "reflect"},
+        symbols=STENCIL,
+        reference="the definition in NumPy float64",
+    )
+)
+
+add(
+    Spec(
+        "filters.fast_guided_blur",
+        [image("guidance", channels=1, color="GRAY"), image()],
+        [TensorSpec("output", layout="NCHW")],
+        config={"kernel_size": (5, 5), "eps": 0.01, "border_type": "reflect", "subsample": 2},
+        # The small images must be stencils' images too.
+        symbols={"H": (16, 32768), "W": (16, 32768)},
+        reference="the definition in NumPy float64",
+    ),
+    fn="filters.guided_blur",
+)
+
+add(
+    Spec(
+        "filters.rank_filter",
+        [image()],
+        [TensorSpec("output", layout="NCHW")],
+        config={"rank": 2, "kernel_size": (3, 3), "border_type": "reflect"},
+        symbols=STENCIL,
+        without_nan=True,
+        reference="SciPy rank_filter(mode='mirror')",
+    )
+)
+
+add(
+    Spec(
+        "filters.percentile_filter",
+        [image()],
+        [TensorSpec("output", layout="NCHW")],
+        config={"percentile": 80.0, "kernel_size": (3, 3), "border_type": "reflect"},
+        symbols=STENCIL,
+        without_nan=True,
+        reference="SciPy percentile_filter(mode='mirror')",
+    )
+)
+
+add(
+    Spec(
+        "filters.non_local_means",
+        [image()],
+        [TensorSpec("output", layout="NCHW")],
+        config={"patch_size": 5, "patch_distance": 5, "h": 0.2, "sigma": 0.05, "border_type": "reflect"},
         symbols=STENCIL,
         gradients=(),
-        sample=_levels,
-        reference="OpenCV adaptiveThreshold",
-    ), fn="filters.adaptive_threshold")
-
-# --- not linear ------------------------------------------------------------------------------------------------------
-
-add(Spec(
-    "filters.median_blur",
-    [image()],
-    [TensorSpec("output", layout="NCHW")],
-    config={"kernel_size": (3, 3), "border_type": "reflect"},
-    symbols=STENCIL,
-    without_nan=True,
-    reference="SciPy median_filter(mode='mirror')",
-))
-
-add(Spec(
-    "filters.bilateral_blur",
-    [image()],
-    [TensorSpec("output", layout="NCHW")],
-    config={"kernel_size": (5, 5), "sigma_color": 0.1, "sigma_space": (1.5, 1.5), "border_type": "reflect"},
-    symbols=STENCIL,
-    special_values=_OWN_WEIGHT,
-    reference="the definition in NumPy float64, and OpenCV bilateralFilter on one channel",
-))
-
-add(Spec(
-    "filters.canny",
-    [image(channels=3, color="RGB")],
-    [TensorSpec("magnitude", layout="NCHW", description="gradient magnitude on the ridges, 0 elsewhere"),
-     TensorSpec("edges", layout="NCHW", description="1 on edges, 0 elsewhere")],
-    config={"low_threshold": 0.5, "high_threshold": 0.9, "kernel_size": (5, 5), "sigma": (1.0, 1.0), "hysteresis": True},
-    symbols=STENCIL,
-    reference="OpenCV Canny on the same gradients",
-))
-
-add(Spec(
-    "filters.joint_bilateral_blur",
-    [image(), image("guidance", channels=1, color="GRAY")],
-    [TensorSpec("output", layout="NCHW")],
-    config={"kernel_size": (3, 3), "sigma_color": 0.1, "sigma_space": (1.5, 1.5), "border_type": "reflect"},
-    symbols=STENCIL,
-    special_values=_OWN_WEIGHT,
-    reference="the definition in NumPy float64",
-))
-
-add(Spec(
-    "filters.guided_blur",
-    [image("guidance", channels=3, color="RGB"), image()],
-    [TensorSpec("output", layout="NCHW")],
-    config={"kernel_size": (5, 5), "eps": 0.01, "border_type": "reflect"},
-    symbols=STENCIL,
-    reference="the definition in NumPy float64",
-))
-
-add(Spec(
-    "filters.fast_guided_blur",
-    [image("guidance", channels=1, color="GRAY"), image()],
-    [TensorSpec("output", layout="NCHW")],
-    config={"kernel_size": (5, 5), "eps": 0.01, "border_type": "reflect", "subsample": 2},
-    # The small images must be stencils' images too.
-    symbols={"H": (16, 32768), "W": (16, 32768)},
-    reference="the definition in NumPy float64",
-), fn="filters.guided_blur")
-
-add(Spec(
-    "filters.rank_filter",
-    [image()],
-    [TensorSpec("output", layout="NCHW")],
-    config={"rank": 2, "kernel_size": (3, 3), "border_type": "reflect"},
-    symbols=STENCIL,
-    without_nan=True,
-    reference="SciPy rank_filter(mode='mirror')",
-))
-
-add(Spec(
-    "filters.percentile_filter",
-    [image()],
-    [TensorSpec("output", layout="NCHW")],
-    config={"percentile": 80.0, "kernel_size": (3, 3), "border_type": "reflect"},
-    symbols=STENCIL,
-    without_nan=True,
-    reference="SciPy percentile_filter(mode='mirror')",
-))
-
-add(Spec(
-    "filters.non_local_means",
-    [image()],
-    [TensorSpec("output", layout="NCHW")],
-    config={"patch_size": 5, "patch_distance": 5, "h": 0.2, "sigma": 0.05, "border_type": "reflect"},
-    symbols=STENCIL,
-    gradients=(),
-    reference="the definition in NumPy float64, OpenCV fastNlMeansDenoising",
-))
+        reference="the definition in NumPy float64, OpenCV fastNlMeansDenoising",
+    )
+)

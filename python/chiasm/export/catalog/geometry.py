@@ -5,9 +5,15 @@ import torch
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import add
 
-# --- resize ------------------------------------------------------------------------------------------------------------
+# --- resize -------------------------------------------------------------------------------------------------
 
-_LIKE = TensorSpec("like", ("OH", "OW"), "uint8", range=(0, 255), description="its shape is the size wanted; its values are not read")
+_LIKE = TensorSpec(
+    "like",
+    ("OH", "OW"),
+    "uint8",
+    range=(0, 255),
+    description="its shape is the size wanted; its values are not read",
+)
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
 
 for _name, _config in {
@@ -17,22 +23,28 @@ for _name, _config in {
     "bilinear_antialias": {"interpolation": "bilinear", "antialias": True},
     "bicubic_antialias": {"interpolation": "bicubic", "antialias": True},
 }.items():
-    add(Spec(
-        f"geometry.transform.resize.{_name}",
-        [image(), _LIKE],
-        [TensorSpec("output", layout="NCHW")],
-        config=_config,
-        symbols=_SIZES,
-        reference="torch.nn.functional.interpolate; OpenCV resize; Pillow where antialiased",
-    ), fn="geometry.transform.like.resize_like")
+    add(
+        Spec(
+            f"geometry.transform.resize.{_name}",
+            [image(), _LIKE],
+            [TensorSpec("output", layout="NCHW")],
+            config=_config,
+            symbols=_SIZES,
+            reference="torch.nn.functional.interpolate; OpenCV resize; Pillow where antialiased",
+        ),
+        fn="geometry.transform.like.resize_like",
+    )
 
-# --- warp_perspective --------------------------------------------------------------------------------------------------
+# --- warp_perspective ---------------------------------------------------------------------------------------
 
 
 def _homography(generator, batch):
     """Mild homographies in pixel coordinates: near the identity, so that most of the image stays in view."""
     scale = torch.tensor([[0.1, 0.1, 3.0], [0.1, 0.1, 3.0], [1e-3, 1e-3, 0.0]], dtype=torch.float64)
-    return torch.eye(3, dtype=torch.float64) + (torch.rand((batch, 3, 3), generator=generator, dtype=torch.float64) * 2 - 1) * scale
+    return (
+        torch.eye(3, dtype=torch.float64)
+        + (torch.rand((batch, 3, 3), generator=generator, dtype=torch.float64) * 2 - 1) * scale
+    )
 
 
 def _sample_warp(generator, sizes, dtype):
@@ -46,20 +58,28 @@ def _sample_warp(generator, sizes, dtype):
 
 for _mode in ("bilinear", "nearest"):
     for _padding in ("zeros", "border", "reflection", "fill"):
-        add(Spec(
-            f"geometry.transform.warp_perspective.{_mode}_{_padding}",
-            [image("src"), TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"), _LIKE],
-            [TensorSpec("output", layout="NCHW")],
-            config={"mode": _mode, "padding_mode": _padding},
-            symbols=_SIZES,
-            # weights amplify the rounding of coordinates by the contrast, and the gradient by M is a sum over all pixels
-            tolerances={"float32": Tolerance(1e-3, 1e-3)},
-            gradient_tolerances={"float32": Tolerance(5e-3, 2e-3)},
-            sample=_sample_warp,
-            reference="OpenCV warpPerspective",
-        ), fn="geometry.transform.like.warp_perspective_like")
+        add(
+            Spec(
+                f"geometry.transform.warp_perspective.{_mode}_{_padding}",
+                [
+                    image("src"),
+                    TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"),
+                    _LIKE,
+                ],
+                [TensorSpec("output", layout="NCHW")],
+                config={"mode": _mode, "padding_mode": _padding},
+                symbols=_SIZES,
+                # weights amplify the rounding of coordinates by the contrast, and the gradient by M is a sum
+                # over all pixels
+                tolerances={"float32": Tolerance(1e-3, 1e-3)},
+                gradient_tolerances={"float32": Tolerance(5e-3, 2e-3)},
+                sample=_sample_warp,
+                reference="OpenCV warpPerspective",
+            ),
+            fn="geometry.transform.like.warp_perspective_like",
+        )
 
-# --- find_homography_dlt -----------------------------------------------------------------------------------------------
+# --- find_homography_dlt ------------------------------------------------------------------------------------
 
 
 def _sample_points(generator, sizes, dtype):
@@ -72,13 +92,17 @@ def _sample_points(generator, sizes, dtype):
 
 
 _POINTS = ("B", "N", 2)
-add(Spec(
-    "geometry.homography.find_homography_dlt",
-    [TensorSpec("points1", _POINTS, range=(0, 200), description="points in the first image (x, y)"),
-     TensorSpec("points2", _POINTS, range=(0, 200), description="the same points in the second image")],
-    [TensorSpec("homography")],
-    symbols={"N": (4, 1 << 20)},
-    tolerances={"float32": Tolerance(1e-3, 1e-3)},
-    sample=_sample_points,
-    reference="OpenCV findHomography; NumPy SVD in float64",
-))
+add(
+    Spec(
+        "geometry.homography.find_homography_dlt",
+        [
+            TensorSpec("points1", _POINTS, range=(0, 200), description="points in the first image (x, y)"),
+            TensorSpec("points2", _POINTS, range=(0, 200), description="the same points in the second image"),
+        ],
+        [TensorSpec("homography")],
+        symbols={"N": (4, 1 << 20)},
+        tolerances={"float32": Tolerance(1e-3, 1e-3)},
+        sample=_sample_points,
+        reference="OpenCV findHomography; NumPy SVD in float64",
+    )
+)

@@ -10,22 +10,25 @@ from .rigid import motions, normal, quaternions, rotations, uniform
 
 
 def _spec(name, inputs, outputs=("output",), makers=None, reference="closed form in NumPy", **more):
-    """A spec with inputs {name: (shape, description)}; `makers` {name: (generator, sizes) -> float64} where uniform values would not do."""
+    """A spec with inputs {name: (shape, description)}; `makers` {name: (generator, sizes) -> float64} where
+    uniform values would not do."""
 
     def sample(generator, sizes, dtype):
         return {key: make(generator, sizes).to(dtype) for key, make in makers.items()}
 
-    add(Spec(
-        f"geometry.conversions.{name}",
-        [TensorSpec(key, shape, description=description) for key, (shape, description) in inputs.items()],
-        [TensorSpec(output) for output in outputs],
-        sample=sample if makers else None,
-        reference=reference,
-        **more,
-    ))
+    add(
+        Spec(
+            f"geometry.conversions.{name}",
+            [TensorSpec(key, shape, description=description) for key, (shape, description) in inputs.items()],
+            [TensorSpec(output) for output in outputs],
+            sample=sample if makers else None,
+            reference=reference,
+            **more,
+        )
+    )
 
 
-# --- rotations ---------------------------------------------------------------------------------------------------------
+# --- rotations ----------------------------------------------------------------------------------------------
 
 _KINDS = {
     "axis_angle": (("N", 3), lambda g, s: normal(g, s["N"], 3), "rotation vectors, angle in radians"),
@@ -37,70 +40,123 @@ for _source, (_shape, _maker, _about) in _KINDS.items():
     for _target in _KINDS:
         if _source != _target:
             _spec(
-                f"{_source}_to_{_target}", {_source: (_shape, _about)}, [_target], {_source: _maker}, "SciPy Rotation; Eigen",
-                dtypes=("float32", "float64") if (_source, _target) == ("axis_angle", "rotation_matrix") else ("float32",),
+                f"{_source}_to_{_target}",
+                {_source: (_shape, _about)},
+                [_target],
+                {_source: _maker},
+                "SciPy Rotation; Eigen",
+                dtypes=(
+                    ("float32", "float64")
+                    if (_source, _target) == ("axis_angle", "rotation_matrix")
+                    else ("float32",)
+                ),
             )
 
 _QUATERNION = {"quaternion": (("N", 4), "unit quaternions (w, x, y, z)")}
-_spec("normalize_quaternion", {"quaternion": (("N", 4), "quaternions (w, x, y, z)")}, ["output"], {"quaternion": lambda g, s: 2 * quaternions(g, s["N"])}, "NumPy")
-_spec("quaternion_exp_to_log", _QUATERNION, makers={"quaternion": lambda g, s: quaternions(g, s["N"])}, reference="SciPy Rotation")
-_spec("quaternion_log_to_exp", {"quaternion": (("N", 3), "half rotation vectors, in radians")}, makers={"quaternion": lambda g, s: normal(g, s["N"], 3)}, reference="SciPy Rotation")
+_spec(
+    "normalize_quaternion",
+    {"quaternion": (("N", 4), "quaternions (w, x, y, z)")},
+    ["output"],
+    {"quaternion": lambda g, s: 2 * quaternions(g, s["N"])},
+    "NumPy",
+)
+_spec(
+    "quaternion_exp_to_log",
+    _QUATERNION,
+    makers={"quaternion": lambda g, s: quaternions(g, s["N"])},
+    reference="SciPy Rotation",
+)
+_spec(
+    "quaternion_log_to_exp",
+    {"quaternion": (("N", 3), "half rotation vectors, in radians")},
+    makers={"quaternion": lambda g, s: normal(g, s["N"], 3)},
+    reference="SciPy Rotation",
+)
 _spec("vector_to_skew_symmetric_matrix", {"vec": (("N", 3), "vectors")})
 
 
 def _angles(generator, sizes, dtype):
     """Away from half a turn and from gimbal lock."""
     n = sizes["N"]
-    return {"roll": uniform(generator, -2.8, 2.8, n).to(dtype), "pitch": uniform(generator, -1.3, 1.3, n).to(dtype), "yaw": uniform(generator, -2.8, 2.8, n).to(dtype)}
+    return {
+        "roll": uniform(generator, -2.8, 2.8, n).to(dtype),
+        "pitch": uniform(generator, -1.3, 1.3, n).to(dtype),
+        "yaw": uniform(generator, -2.8, 2.8, n).to(dtype),
+    }
 
 
 def _quaternions_of_angles(generator, sizes, dtype):
     """Products of turns about z, y and x, in closed form."""
     half = {name: 0.5 * angle for name, angle in _angles(generator, sizes, torch.float64).items()}
-    (cr, cp, cy), (sr, sp, sy) = (tuple(f(half[name]) for name in ("roll", "pitch", "yaw")) for f in (torch.cos, torch.sin))
-    parts = (cy * cp * cr + sy * sp * sr, cy * cp * sr - sy * sp * cr, cy * sp * cr + sy * cp * sr, sy * cp * cr - cy * sp * sr)
+    (cr, cp, cy), (sr, sp, sy) = (
+        tuple(f(half[name]) for name in ("roll", "pitch", "yaw")) for f in (torch.cos, torch.sin)
+    )
+    parts = (
+        cy * cp * cr + sy * sp * sr,
+        cy * cp * sr - sy * sp * cr,
+        cy * sp * cr + sy * cp * sr,
+        sy * cp * cr - cy * sp * sr,
+    )
     return {name: part.to(dtype) for name, part in zip("wxyz", parts, strict=True)}
 
 
-add(Spec(
-    "geometry.conversions.euler_from_quaternion",
-    [TensorSpec(part, ("N",), description=f"{part} of unit quaternions") for part in "wxyz"],
-    [TensorSpec(angle, description="in radians") for angle in ("roll", "pitch", "yaw")],
-    sample=_quaternions_of_angles,
-    reference="SciPy Rotation",
-))
-add(Spec(
-    "geometry.conversions.quaternion_from_euler",
-    [TensorSpec(angle, ("N",), description="in radians") for angle in ("roll", "pitch", "yaw")],
-    [TensorSpec(part) for part in "wxyz"],
-    sample=_angles,
-    reference="SciPy Rotation",
-))
+add(
+    Spec(
+        "geometry.conversions.euler_from_quaternion",
+        [TensorSpec(part, ("N",), description=f"{part} of unit quaternions") for part in "wxyz"],
+        [TensorSpec(angle, description="in radians") for angle in ("roll", "pitch", "yaw")],
+        sample=_quaternions_of_angles,
+        reference="SciPy Rotation",
+    )
+)
+add(
+    Spec(
+        "geometry.conversions.quaternion_from_euler",
+        [TensorSpec(angle, ("N",), description="in radians") for angle in ("roll", "pitch", "yaw")],
+        [TensorSpec(part) for part in "wxyz"],
+        sample=_angles,
+        reference="SciPy Rotation",
+    )
+)
 
-# --- angles ------------------------------------------------------------------------------------------------------------
+# --- angles -------------------------------------------------------------------------------------------------
 
-for _name, _argument, _range in (("deg2rad", "tensor", 180.0), ("rad2deg", "tensor", 3.0), ("angle_to_rotation_matrix", "angle", 180.0)):
-    _spec(_name, {_argument: (("N",), "angles in " + ("radians" if _name == "rad2deg" else "degrees"))}, makers={_argument: lambda g, s, r=_range: uniform(g, -r, r, s["N"])})
+for _name, _argument, _range in (
+    ("deg2rad", "tensor", 180.0),
+    ("rad2deg", "tensor", 3.0),
+    ("angle_to_rotation_matrix", "angle", 180.0),
+):
+    _spec(
+        _name,
+        {_argument: (("N",), "angles in " + ("radians" if _name == "rad2deg" else "degrees"))},
+        makers={_argument: lambda g, s, r=_range: uniform(g, -r, r, s["N"])},
+    )
 _spec(
-    "cart2pol", {"x": (("N",), "coordinate"), "y": (("N",), "coordinate")}, ["rho", "phi"],
+    "cart2pol",
+    {"x": (("N",), "coordinate"), "y": (("N",), "coordinate")},
+    ["rho", "phi"],
     {"x": lambda g, s: uniform(g, 0.2, 2.0, s["N"]), "y": lambda g, s: uniform(g, -2.0, 2.0, s["N"])},
 )
 _spec(
-    "pol2cart", {"rho": (("N",), "distance from the origin"), "phi": (("N",), "angle in radians")}, ["x", "y"],
+    "pol2cart",
+    {"rho": (("N",), "distance from the origin"), "phi": (("N",), "angle in radians")},
+    ["x", "y"],
     {"rho": lambda g, s: uniform(g, 0.2, 2.0, s["N"]), "phi": lambda g, s: uniform(g, -3.0, 3.0, s["N"])},
 )
 
-# --- homogeneous coordinates -------------------------------------------------------------------------------------------
+# --- homogeneous coordinates --------------------------------------------------------------------------------
 
 _spec("convert_points_to_homogeneous", {"points": (("B", "N", "D"), "points")}, symbols={"D": (1, 64)})
 _spec(
-    "convert_points_from_homogeneous", {"points": (("B", "N", "D"), "points, the last coordinate the divisor")},
-    makers={"points": lambda g, s: uniform(g, 0.5, 2.0, s["B"], s["N"], s["D"])}, symbols={"D": (3, 64)},
+    "convert_points_from_homogeneous",
+    {"points": (("B", "N", "D"), "points, the last coordinate the divisor")},
+    makers={"points": lambda g, s: uniform(g, 0.5, 2.0, s["B"], s["N"], s["D"])},
+    symbols={"D": (3, 64)},
 )
 _spec("convert_affinematrix_to_homography", {"A": (("B", 2, 3), "affine transforms")})
 _spec("convert_affinematrix_to_homography3d", {"A": (("B", 3, 4), "affine transforms")})
 
-# --- pixels ------------------------------------------------------------------------------------------------------------
+# --- pixels -------------------------------------------------------------------------------------------------
 
 _IMAGE, _VOLUME = {"height": 480, "width": 640}, {"depth": 64, "height": 96, "width": 128}
 
@@ -110,51 +166,93 @@ def _points(low, high, n):
 
 
 for _suffix, _sizes, _n in (("", _IMAGE, 2), ("3d", _VOLUME, 3)):
-    _spec(f"normalize_pixel_coordinates{_suffix}", {"pixel_coordinates": (("N", _n), "in pixels")}, makers=_points(0.0, 640.0, _n), config=_sizes)
-    _spec(f"denormalize_pixel_coordinates{_suffix}", {"pixel_coordinates": (("N", _n), "in [-1, 1]")}, makers=_points(-1.0, 1.0, _n), config=_sizes, tolerances={"float32": Tolerance(2e-4, 1e-4)})
+    _spec(
+        f"normalize_pixel_coordinates{_suffix}",
+        {"pixel_coordinates": (("N", _n), "in pixels")},
+        makers=_points(0.0, 640.0, _n),
+        config=_sizes,
+    )
+    _spec(
+        f"denormalize_pixel_coordinates{_suffix}",
+        {"pixel_coordinates": (("N", _n), "in [-1, 1]")},
+        makers=_points(-1.0, 1.0, _n),
+        config=_sizes,
+        tolerances={"float32": Tolerance(2e-4, 1e-4)},
+    )
 
 
 def _intrinsics(generator, sizes):
     k = torch.zeros(sizes["B"], 3, 3, dtype=torch.float64)
-    k[:, 0, 0], k[:, 1, 1], k[:, 2, 2] = uniform(generator, 400.0, 600.0, sizes["B"]), uniform(generator, 400.0, 600.0, sizes["B"]), 1.0
+    k[:, 0, 0], k[:, 1, 1], k[:, 2, 2] = (
+        uniform(generator, 400.0, 600.0, sizes["B"]),
+        uniform(generator, 400.0, 600.0, sizes["B"]),
+        1.0,
+    )
     k[:, :2, 2] = uniform(generator, 200.0, 300.0, sizes["B"], 2)
     return k
 
 
 _spec(
-    "normalize_points_with_intrinsics", {"point_2d": (("B", "N", 2), "in pixels"), "camera_matrix": (("B", 3, 3), "intrinsics")},
+    "normalize_points_with_intrinsics",
+    {"point_2d": (("B", "N", 2), "in pixels"), "camera_matrix": (("B", 3, 3), "intrinsics")},
     makers={"point_2d": lambda g, s: uniform(g, 0.0, 500.0, s["B"], s["N"], 2), "camera_matrix": _intrinsics},
 )
 _spec(
-    "denormalize_points_with_intrinsics", {"point_2d_norm": (("B", "N", 2), "in the plane z = 1"), "camera_matrix": (("B", 3, 3), "intrinsics")},
-    makers={"point_2d_norm": lambda g, s: uniform(g, -0.5, 0.5, s["B"], s["N"], 2), "camera_matrix": _intrinsics},
+    "denormalize_points_with_intrinsics",
+    {"point_2d_norm": (("B", "N", 2), "in the plane z = 1"), "camera_matrix": (("B", 3, 3), "intrinsics")},
+    makers={
+        "point_2d_norm": lambda g, s: uniform(g, -0.5, 0.5, s["B"], s["N"], 2),
+        "camera_matrix": _intrinsics,
+    },
     tolerances={"float32": Tolerance(2e-4, 1e-4)},
 )
 
-# --- homographies: the sizes are constants of the matrices that are multiplied --------------------------------------------
+# --- homographies: the sizes are constants of the matrices that are multiplied ------------------------------
 
 for _suffix, _n, _source, _target in (("", 3, (480, 640), (360, 800)), ("3d", 4, (32, 48, 64), (24, 36, 80))):
     for _name in (f"normalize_homography{_suffix}", f"denormalize_homography{_suffix}"):
         _spec(
-            _name, {"dst_pix_trans_src_pix": (("B", _n, _n), "from source to destination, " + ("normalised" if _name[0] == "d" else "in pixels"))},
+            _name,
+            {
+                "dst_pix_trans_src_pix": (
+                    ("B", _n, _n),
+                    "from source to destination, " + ("normalised" if _name[0] == "d" else "in pixels"),
+                )
+            },
             config={"dsize_src": _source, "dsize_dst": _target},
-            tolerances={"float32": Tolerance(1e-3, 1e-4)},  # sums of products with sizes, some of which cancel
+            tolerances={
+                "float32": Tolerance(1e-3, 1e-4)
+            },  # sums of products with sizes, some of which cancel
         )
 
-# --- poses -------------------------------------------------------------------------------------------------------------
+# --- poses --------------------------------------------------------------------------------------------------
 
 _POSE = {"R": (("N", 3, 3), "rotation matrices"), "t": (("N", 3, 1), "translations")}
 _POSES = {"R": lambda g, s: rotations(g, s["N"]), "t": lambda g, s: normal(g, s["N"], 3, 1)}
 _spec("Rt_to_matrix4x4", _POSE, ["extrinsics"], _POSES)
-for _name in ("camtoworld_graphics_to_vision_Rt", "camtoworld_vision_to_graphics_Rt", "camtoworld_to_worldtocam_Rt", "worldtocam_to_camtoworld_Rt"):
+for _name in (
+    "camtoworld_graphics_to_vision_Rt",
+    "camtoworld_vision_to_graphics_Rt",
+    "camtoworld_to_worldtocam_Rt",
+    "worldtocam_to_camtoworld_Rt",
+):
     _spec(_name, _POSE, ["R_out", "t_out"], _POSES)
-for _name, _argument in (("camtoworld_graphics_to_vision_4x4", "extrinsics_graphics"), ("camtoworld_vision_to_graphics_4x4", "extrinsics_vision"), ("matrix4x4_to_Rt", "extrinsics")):
+for _name, _argument in (
+    ("camtoworld_graphics_to_vision_4x4", "extrinsics_graphics"),
+    ("camtoworld_vision_to_graphics_4x4", "extrinsics_vision"),
+    ("matrix4x4_to_Rt", "extrinsics"),
+):
     _spec(
-        _name, {_argument: (("N", 4, 4), "poses [[R, t], [0, 1]]")}, ["R", "t"] if _argument == "extrinsics" else ["output"],
+        _name,
+        {_argument: (("N", 4, 4), "poses [[R, t], [0, 1]]")},
+        ["R", "t"] if _argument == "extrinsics" else ["output"],
         {_argument: lambda g, s: motions(g, rotations(g, s["N"]))},
     )
 for _name in ("ARKitQTVecs_to_ColmapQTVecs", "ColmapQTVecs_to_ARKitQTVecs"):
     _spec(
-        _name, {"qvec": (("N", 4), "unit quaternions (w, x, y, z)"), "tvec": (("N", 3, 1), "translations")}, ["qvec_out", "tvec_out"],
-        {"qvec": lambda g, s: quaternions(g, s["N"]), "tvec": _POSES["t"]}, "SciPy Rotation",
+        _name,
+        {"qvec": (("N", 4), "unit quaternions (w, x, y, z)"), "tvec": (("N", 3, 1), "translations")},
+        ["qvec_out", "tvec_out"],
+        {"qvec": lambda g, s: quaternions(g, s["N"]), "tvec": _POSES["t"]},
+        "SciPy Rotation",
     )

@@ -16,7 +16,10 @@ def _uniform(generator, shape, low=0.0, high=1.0):
 def _cameras(generator, batch, scale):
     """Camera matrices with focal lengths and principal points of about `scale`."""
     matrix = torch.eye(3, dtype=_DOUBLE).repeat(batch, 1, 1)
-    matrix[:, 0, 0], matrix[:, 1, 1] = _uniform(generator, (batch,), 0.9, 1.1) * scale, _uniform(generator, (batch,), 0.9, 1.1) * scale
+    matrix[:, 0, 0], matrix[:, 1, 1] = (
+        _uniform(generator, (batch,), 0.9, 1.1) * scale,
+        _uniform(generator, (batch,), 0.9, 1.1) * scale,
+    )
     matrix[:, :2, 2] = _uniform(generator, (batch, 2), 0.4, 0.6) * scale
     return matrix
 
@@ -39,24 +42,37 @@ def _seen(points, K, R, t):
 
 
 def scene(generator, batch, count, scale=1.0, noise=2e-4):
-    """Two cameras 0.3 rad and a unit apart, points 4 to 8 units in front, and where they are seen, with noise.
+    """Two cameras 0.3 rad and a unit apart, points 4 to 8 units in front, and where they are seen, with
+    noise.
 
-    Pixels are about `scale`: with 1 for gradients, which would be sums of numbers that differ by millions otherwise.
+    Pixels are about `scale`: with 1 for gradients, which would be sums of numbers that differ by millions
+    otherwise.
     """
     K1, K2 = _cameras(generator, batch, scale), _cameras(generator, batch, scale)
     R = _rotations(generator, batch, 0.3)
     t = torch.randn((batch, 3, 1), generator=generator, dtype=_DOUBLE)
     t = t / t.norm(dim=1, keepdim=True)
-    X = torch.cat([_uniform(generator, (batch, count, 2), -2, 2), _uniform(generator, (batch, count, 1), 4, 8)], -1)
+    X = torch.cat(
+        [_uniform(generator, (batch, count, 2), -2, 2), _uniform(generator, (batch, count, 1), 4, 8)], -1
+    )
     eye, zero = torch.eye(3, dtype=_DOUBLE).expand(batch, 3, 3), torch.zeros((batch, 3, 1), dtype=_DOUBLE)
     blur = torch.randn((2, batch, count, 2), generator=generator, dtype=_DOUBLE) * noise * scale
     E = _skew(t[..., 0]) @ R
     F = torch.linalg.inv(K2).transpose(1, 2) @ E @ torch.linalg.inv(K1)
     return {
-        "K1": K1, "K2": K2, "R": R, "t": t, "X": X, "E": E, "F": F / F.flatten(1).norm(dim=1)[:, None, None],
-        "x1": _seen(X, K1, eye, zero) + blur[0], "x2": _seen(X, K2, R, t) + blur[1],
-        "r1": _seen(X, eye, eye, zero) + blur[0] / scale, "r2": _seen(X, eye, R, t) + blur[1] / scale,
-        "P1": K1 @ torch.cat([eye, zero], -1), "P2": K2 @ torch.cat([R, t], -1),
+        "K1": K1,
+        "K2": K2,
+        "R": R,
+        "t": t,
+        "X": X,
+        "E": E,
+        "F": F / F.flatten(1).norm(dim=1)[:, None, None],
+        "x1": _seen(X, K1, eye, zero) + blur[0],
+        "x2": _seen(X, K2, R, t) + blur[1],
+        "r1": _seen(X, eye, eye, zero) + blur[0] / scale,
+        "r2": _seen(X, eye, R, t) + blur[1] / scale,
+        "P1": K1 @ torch.cat([eye, zero], -1),
+        "P2": K2 @ torch.cat([R, t], -1),
         "weights": _uniform(generator, (batch, count), 0.5, 1.5),
     }
 
@@ -86,7 +102,7 @@ def _motion(generator, batch):
 _LOOSE = {"float32": Tolerance(1e-3, 1e-3)}
 _ZISSERMAN = "R. Hartley, A. Zisserman, Multiple View Geometry"
 
-# --- errors and lines --------------------------------------------------------------------------------------------------
+# --- errors and lines ---------------------------------------------------------------------------------------
 
 for _name, _reference in {
     "sampson_epipolar_distance": "OpenCV sampsonDistance",
@@ -95,29 +111,57 @@ for _name, _reference in {
     "right_to_left_epipolar_distance": "OpenCV computeCorrespondEpilines",
     "get_closest_point_on_epipolar_line": "OpenCV computeCorrespondEpilines",
 }.items():
-    add(Spec(
-        f"geometry.epipolar.{_name}", [_points("pts1"), _points("pts2"), _matrix("Fm", "fundamental matrices")],
-        # points a hundredth off their lines: distances are differences, and gradients sums over points
-        gradient_tolerances=_LOOSE, sample=_from_scene(noise=0.02, pts1="x1", pts2="x2", Fm="F"), reference=_reference,
-    ))
-add(Spec(
-    "geometry.epipolar.compute_correspond_epilines", [_points("points"), _matrix("F_mat", "fundamental matrices")], [TensorSpec("lines")],
-    gradient_tolerances=_LOOSE, sample=_from_scene(points="x1", F_mat="F"), reference="OpenCV computeCorrespondEpilines",
-))
-add(Spec(
-    "geometry.epipolar.get_perpendicular",
-    [TensorSpec("lines", ("B", "N", 3), range=(-1, 1), description="a, b, c of a x + b y + c = 0"), TensorSpec("points", ("B", "N", 2))],
-    [TensorSpec("perpendiculars")], reference="definition",
-))
+    add(
+        Spec(
+            f"geometry.epipolar.{_name}",
+            [_points("pts1"), _points("pts2"), _matrix("Fm", "fundamental matrices")],
+            # points a hundredth off their lines: distances are differences, and gradients sums over points
+            gradient_tolerances=_LOOSE,
+            sample=_from_scene(noise=0.02, pts1="x1", pts2="x2", Fm="F"),
+            reference=_reference,
+        )
+    )
+add(
+    Spec(
+        "geometry.epipolar.compute_correspond_epilines",
+        [_points("points"), _matrix("F_mat", "fundamental matrices")],
+        [TensorSpec("lines")],
+        gradient_tolerances=_LOOSE,
+        sample=_from_scene(points="x1", F_mat="F"),
+        reference="OpenCV computeCorrespondEpilines",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.get_perpendicular",
+        [
+            TensorSpec("lines", ("B", "N", 3), range=(-1, 1), description="a, b, c of a x + b y + c = 0"),
+            TensorSpec("points", ("B", "N", 2)),
+        ],
+        [TensorSpec("perpendiculars")],
+        reference="definition",
+    )
+)
 
-# --- matrices of two views ---------------------------------------------------------------------------------------------
+# --- matrices of two views ----------------------------------------------------------------------------------
 
-add(Spec("geometry.epipolar.cross_product_matrix", [TensorSpec("x", ("N", 3), range=(-1, 1))], [TensorSpec("matrix")], reference="definition"))
+add(
+    Spec(
+        "geometry.epipolar.cross_product_matrix",
+        [TensorSpec("x", ("N", 3), range=(-1, 1))],
+        [TensorSpec("matrix")],
+        reference="definition",
+    )
+)
 for _name, _from in (("essential_from_fundamental", "F"), ("fundamental_from_essential", "E")):
-    add(Spec(
-        f"geometry.epipolar.{_name}", [_matrix(f"{_from}_mat"), _matrix("K1", "camera matrices"), _matrix("K2", "camera matrices")],
-        sample=_from_scene(**{f"{_from}_mat": _from, "K1": "K1", "K2": "K2"}), reference=f"{_ZISSERMAN}, 9.6",
-    ))
+    add(
+        Spec(
+            f"geometry.epipolar.{_name}",
+            [_matrix(f"{_from}_mat"), _matrix("K1", "camera matrices"), _matrix("K2", "camera matrices")],
+            sample=_from_scene(**{f"{_from}_mat": _from, "K1": "K1", "K2": "K2"}),
+            reference=f"{_ZISSERMAN}, 9.6",
+        )
+    )
 
 
 def _sample_two_motions(generator, sizes, dtype):
@@ -126,27 +170,63 @@ def _sample_two_motions(generator, sizes, dtype):
 
 
 _TWO_MOTIONS = [_matrix("R1"), _matrix("t1", shape=_VECTORS), _matrix("R2"), _matrix("t2", shape=_VECTORS)]
-add(Spec("geometry.epipolar.essential_from_Rt", _TWO_MOTIONS, [TensorSpec("essential")], sample=_sample_two_motions, reference="definition"))
-add(Spec(
-    "geometry.epipolar.relative_camera_motion", _TWO_MOTIONS, [TensorSpec("R"), TensorSpec("t")], sample=_sample_two_motions, reference="definition",
-))
+add(
+    Spec(
+        "geometry.epipolar.essential_from_Rt",
+        _TWO_MOTIONS,
+        [TensorSpec("essential")],
+        sample=_sample_two_motions,
+        reference="definition",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.relative_camera_motion",
+        _TWO_MOTIONS,
+        [TensorSpec("R"), TensorSpec("t")],
+        sample=_sample_two_motions,
+        reference="definition",
+    )
+)
 for _name in ("decompose_essential_matrix", "decompose_essential_matrix_no_svd"):
-    add(Spec(
-        f"geometry.epipolar.{_name}", [_matrix("E_mat", "essential matrices")], [TensorSpec("R1"), TensorSpec("R2"), TensorSpec("t")],
-        gradient_tolerances=_LOOSE, sample=_from_scene(E_mat="E"), reference="OpenCV decomposeEssentialMat",
-    ))
-add(Spec(
-    "geometry.epipolar.motion_from_essential", [_matrix("E_mat", "essential matrices")], [TensorSpec("rotations"), TensorSpec("translations")],
-    gradient_tolerances=_LOOSE, sample=_from_scene(E_mat="E"), reference="OpenCV decomposeEssentialMat",
-))
-add(Spec(
-    "geometry.epipolar.motion_from_essential_choose_solution",
-    [_matrix("E_mat", "essential matrices"), _matrix("K1"), _matrix("K2"), _points("x1", description="pixels"), _points("x2", description="pixels")],
-    [TensorSpec("R"), TensorSpec("t"), TensorSpec("points"), TensorSpec("in_front")],
-    # depths are ill-conditioned
-    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
-    sample=_from_scene(E_mat="E", K1="K1", K2="K2", x1="x1", x2="x2"), reference="OpenCV recoverPose",
-))
+    add(
+        Spec(
+            f"geometry.epipolar.{_name}",
+            [_matrix("E_mat", "essential matrices")],
+            [TensorSpec("R1"), TensorSpec("R2"), TensorSpec("t")],
+            gradient_tolerances=_LOOSE,
+            sample=_from_scene(E_mat="E"),
+            reference="OpenCV decomposeEssentialMat",
+        )
+    )
+add(
+    Spec(
+        "geometry.epipolar.motion_from_essential",
+        [_matrix("E_mat", "essential matrices")],
+        [TensorSpec("rotations"), TensorSpec("translations")],
+        gradient_tolerances=_LOOSE,
+        sample=_from_scene(E_mat="E"),
+        reference="OpenCV decomposeEssentialMat",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.motion_from_essential_choose_solution",
+        [
+            _matrix("E_mat", "essential matrices"),
+            _matrix("K1"),
+            _matrix("K2"),
+            _points("x1", description="pixels"),
+            _points("x2", description="pixels"),
+        ],
+        [TensorSpec("R"), TensorSpec("t"), TensorSpec("points"), TensorSpec("in_front")],
+        # depths are ill-conditioned
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
+        sample=_from_scene(E_mat="E", K1="K1", K2="K2", x1="x1", x2="x2"),
+        reference="OpenCV recoverPose",
+    )
+)
 
 
 def _sample_near_essential(generator, sizes, dtype):
@@ -154,82 +234,181 @@ def _sample_near_essential(generator, sizes, dtype):
     return {"E_mat": (E + _uniform(generator, E.shape, -0.1, 0.1)).to(dtype)}
 
 
-add(Spec(
-    "geometry.epipolar.project_to_essential", [_matrix("E_mat")], [TensorSpec("essential")],
-    gradient_tolerances=_LOOSE, sample=_sample_near_essential, reference="NumPy SVD in float64",
-))
-add(Spec(
-    "geometry.epipolar.normalize_points", [_points("points")], [TensorSpec("normalized"), TensorSpec("similarity")],
-    gradient_tolerances=_LOOSE, sample=_from_scene(points="x1"), reference="definition",
-))
-add(Spec(
-    "geometry.epipolar.normalize_transformation", [TensorSpec("M", _MATRICES, range=(0.5, 1.5))], [TensorSpec("normalized")], reference="definition",
-))
+add(
+    Spec(
+        "geometry.epipolar.project_to_essential",
+        [_matrix("E_mat")],
+        [TensorSpec("essential")],
+        gradient_tolerances=_LOOSE,
+        sample=_sample_near_essential,
+        reference="NumPy SVD in float64",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.normalize_points",
+        [_points("points")],
+        [TensorSpec("normalized"), TensorSpec("similarity")],
+        gradient_tolerances=_LOOSE,
+        sample=_from_scene(points="x1"),
+        reference="definition",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.normalize_transformation",
+        [TensorSpec("M", _MATRICES, range=(0.5, 1.5))],
+        [TensorSpec("normalized")],
+        reference="definition",
+    )
+)
 
-# --- projections -------------------------------------------------------------------------------------------------------
+# --- projections --------------------------------------------------------------------------------------------
 
 _PROJECTION = ("B", 3, 4)
-add(Spec(
-    "geometry.epipolar.fundamental_from_projections", [_matrix("P1", shape=_PROJECTION), _matrix("P2", shape=_PROJECTION)], [TensorSpec("fundamental")],
-    sample=_from_scene(P1="P1", P2="P2"), reference=f"determinants in NumPy; {_ZISSERMAN}, 17.1",
-))
-add(Spec(
-    "geometry.epipolar.projections_from_fundamental", [_matrix("F_mat")], [TensorSpec("projections")],
-    gradient_tolerances=_LOOSE, sample=_from_scene(F_mat="F"), reference=f"{_ZISSERMAN}, result 9.14",
-))
-add(Spec(
-    "geometry.epipolar.projection_from_KRt", [_matrix("K"), _matrix("R"), _matrix("t", shape=_VECTORS)], [TensorSpec("projection")],
-    sample=_from_scene(K="K2", R="R", t="t"), reference="definition",
-))
-add(Spec(
-    "geometry.epipolar.KRt_from_projection", [_matrix("P", shape=_PROJECTION)], [TensorSpec("K"), TensorSpec("R"), TensorSpec("t")],
-    gradient_tolerances=_LOOSE, sample=_from_scene(P="P2"), reference="OpenCV decomposeProjectionMatrix",
-))
-add(Spec(
-    "geometry.epipolar.depth_from_point", [_matrix("R"), _matrix("t", shape=_VECTORS), TensorSpec("X", ("B", "N", 3))], [TensorSpec("depth")],
-    gradient_tolerances=_LOOSE, sample=_from_scene(R="R", t="t", X="X"), reference="definition",
-))
-add(Spec("geometry.epipolar.intrinsics_like", [image()], [TensorSpec("camera_matrix")], config={"focal": 500.0}, gradients=(), reference="definition"))
-add(Spec(
-    "geometry.epipolar.scale_intrinsics",
-    [TensorSpec("camera_matrix", ("N", 3, 3)), TensorSpec("scale_factor", ("N",), range=(0.5, 2.0))], [TensorSpec("scaled")], reference="definition",
-))
-add(Spec(
-    "geometry.epipolar.triangulate_points",
-    [_matrix("P1", shape=_PROJECTION), _matrix("P2", shape=_PROJECTION), _points("points1", description="pixels"), _points("points2", description="pixels")],
-    [TensorSpec("points")], tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
-    sample=_from_scene(P1="P1", P2="P2", points1="x1", points2="x2"), reference="OpenCV triangulatePoints",
-))
-add(Spec(
-    "geometry.calibration.solve_pnp_dlt",
-    [TensorSpec("world_points", ("B", "N", 3)), _points("img_points", description="pixels"), _matrix("intrinsics"), TensorSpec("weights", ("B", "N"))],
-    [TensorSpec("pose")], symbols={"N": (6, 1 << 20)}, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(5e-2, 1e-2)},
-    sample=_from_scene(world_points="X", img_points="x2", intrinsics="K2", weights="weights"), reference="OpenCV solvePnP",
-))
+add(
+    Spec(
+        "geometry.epipolar.fundamental_from_projections",
+        [_matrix("P1", shape=_PROJECTION), _matrix("P2", shape=_PROJECTION)],
+        [TensorSpec("fundamental")],
+        sample=_from_scene(P1="P1", P2="P2"),
+        reference=f"determinants in NumPy; {_ZISSERMAN}, 17.1",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.projections_from_fundamental",
+        [_matrix("F_mat")],
+        [TensorSpec("projections")],
+        gradient_tolerances=_LOOSE,
+        sample=_from_scene(F_mat="F"),
+        reference=f"{_ZISSERMAN}, result 9.14",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.projection_from_KRt",
+        [_matrix("K"), _matrix("R"), _matrix("t", shape=_VECTORS)],
+        [TensorSpec("projection")],
+        sample=_from_scene(K="K2", R="R", t="t"),
+        reference="definition",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.KRt_from_projection",
+        [_matrix("P", shape=_PROJECTION)],
+        [TensorSpec("K"), TensorSpec("R"), TensorSpec("t")],
+        gradient_tolerances=_LOOSE,
+        sample=_from_scene(P="P2"),
+        reference="OpenCV decomposeProjectionMatrix",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.depth_from_point",
+        [_matrix("R"), _matrix("t", shape=_VECTORS), TensorSpec("X", ("B", "N", 3))],
+        [TensorSpec("depth")],
+        gradient_tolerances=_LOOSE,
+        sample=_from_scene(R="R", t="t", X="X"),
+        reference="definition",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.intrinsics_like",
+        [image()],
+        [TensorSpec("camera_matrix")],
+        config={"focal": 500.0},
+        gradients=(),
+        reference="definition",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.scale_intrinsics",
+        [TensorSpec("camera_matrix", ("N", 3, 3)), TensorSpec("scale_factor", ("N",), range=(0.5, 2.0))],
+        [TensorSpec("scaled")],
+        reference="definition",
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.triangulate_points",
+        [
+            _matrix("P1", shape=_PROJECTION),
+            _matrix("P2", shape=_PROJECTION),
+            _points("points1", description="pixels"),
+            _points("points2", description="pixels"),
+        ],
+        [TensorSpec("points")],
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(5e-2, 5e-3)},
+        sample=_from_scene(P1="P1", P2="P2", points1="x1", points2="x2"),
+        reference="OpenCV triangulatePoints",
+    )
+)
+add(
+    Spec(
+        "geometry.calibration.solve_pnp_dlt",
+        [
+            TensorSpec("world_points", ("B", "N", 3)),
+            _points("img_points", description="pixels"),
+            _matrix("intrinsics"),
+            TensorSpec("weights", ("B", "N")),
+        ],
+        [TensorSpec("pose")],
+        symbols={"N": (6, 1 << 20)},
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(5e-2, 1e-2)},
+        sample=_from_scene(world_points="X", img_points="x2", intrinsics="K2", weights="weights"),
+        reference="OpenCV solvePnP",
+    )
+)
 
-# --- fundamental and essential matrices from points --------------------------------------------------------------------
+# --- fundamental and essential matrices from points ---------------------------------------------------------
 
 _WEIGHTS = TensorSpec("weights", ("B", "N"), range=(0.5, 1.5))
-add(Spec(
-    "geometry.epipolar.find_fundamental", [_points("points1"), _points("points2"), _WEIGHTS], [TensorSpec("fundamental")],
-    symbols={"N": (8, 1 << 20)}, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
-    sample=_from_scene(points1="x1", points2="x2", weights="weights"), reference="OpenCV findFundamentalMat; NumPy SVD in float64",
-))
-add(Spec(
-    # the batch is N, because it is exported at a B of 7
-    "geometry.epipolar.find_fundamental_7point", [TensorSpec("points1", ("N", 7, 2)), TensorSpec("points2", ("N", 7, 2))],
-    [TensorSpec("fundamental"), TensorSpec("exists")],
-    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
-    sample=_from_scene(count=7, batch="N", points1="x1", points2="x2"), reference="OpenCV findFundamentalMat",
-    vectorize=False,  # torch 2.13's AOTInductor computes wrong numbers in the SIMD loop of this gradient
-))
-add(Spec(
-    "geometry.epipolar.find_essential", [_points("points1"), _points("points2"), _WEIGHTS], [TensorSpec("essential"), TensorSpec("exists")],
-    symbols={"N": (5, 1 << 20)}, gradients=(), tolerances=_LOOSE,
-    sample=_from_scene(points1="r1", points2="r2", weights="weights"), reference="OpenCV findEssentialMat",
-), fn="geometry.epipolar.find_essential_5point")
+add(
+    Spec(
+        "geometry.epipolar.find_fundamental",
+        [_points("points1"), _points("points2"), _WEIGHTS],
+        [TensorSpec("fundamental")],
+        symbols={"N": (8, 1 << 20)},
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
+        sample=_from_scene(points1="x1", points2="x2", weights="weights"),
+        reference="OpenCV findFundamentalMat; NumPy SVD in float64",
+    )
+)
+add(
+    Spec(
+        # the batch is N, because it is exported at a B of 7
+        "geometry.epipolar.find_fundamental_7point",
+        [TensorSpec("points1", ("N", 7, 2)), TensorSpec("points2", ("N", 7, 2))],
+        [TensorSpec("fundamental"), TensorSpec("exists")],
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
+        sample=_from_scene(count=7, batch="N", points1="x1", points2="x2"),
+        reference="OpenCV findFundamentalMat",
+        vectorize=False,  # torch 2.13's AOTInductor computes wrong numbers in the SIMD loop of this gradient
+    )
+)
+add(
+    Spec(
+        "geometry.epipolar.find_essential",
+        [_points("points1"), _points("points2"), _WEIGHTS],
+        [TensorSpec("essential"), TensorSpec("exists")],
+        symbols={"N": (5, 1 << 20)},
+        gradients=(),
+        tolerances=_LOOSE,
+        sample=_from_scene(points1="r1", points2="r2", weights="weights"),
+        reference="OpenCV findEssentialMat",
+    ),
+    fn="geometry.epipolar.find_essential_5point",
+)
 
-# --- homographies ------------------------------------------------------------------------------------------------------
+# --- homographies -------------------------------------------------------------------------------------------
 
 
 def homographies(generator, batch):
@@ -243,14 +422,18 @@ def mapped(H, points):
 
 
 def _sampler_of_pairs(first, second, noise, **more):
-    """Points and where a homography takes them, with noise; `more` are further arguments: "H" or "weights"."""
+    """Points and where a homography takes them, with noise; `more` are further arguments: "H" or
+    "weights"."""
 
     def sample(generator, sizes, dtype):
         H = homographies(generator, sizes["B"])
         p = _uniform(generator, (sizes["B"], sizes["N"], 2), 0, 200)
         q = mapped(H, p) + noise * torch.randn(p.shape, generator=generator, dtype=_DOUBLE)
         parts = {"H": H, "weights": _uniform(generator, (sizes["B"], sizes["N"]), 0.5, 1.5)}
-        return {name: value.to(dtype) for name, value in {first: p, second: q, **{n: parts[p] for n, p in more.items()}}.items()}
+        return {
+            name: value.to(dtype)
+            for name, value in {first: p, second: q, **{n: parts[p] for n, p in more.items()}}.items()
+        }
 
     return sample
 
@@ -266,41 +449,84 @@ def _sampler_of_segments(noise, **more):
         moved = along @ mapped(H, ends).reshape(batch, count, 2, 2)
         moved = moved + noise * torch.randn(moved.shape, generator=generator, dtype=_DOUBLE)
         parts = {"H": H, "weights": _uniform(generator, (batch, count), 0.5, 1.5)}
-        given = {"ls1": ends.reshape(batch, count, 2, 2), "ls2": moved, **{n: parts[p] for n, p in more.items()}}
+        given = {
+            "ls1": ends.reshape(batch, count, 2, 2),
+            "ls2": moved,
+            **{n: parts[p] for n, p in more.items()},
+        }
         return {name: value.to(dtype) for name, value in given.items()}
 
     return sample
 
 
 _FOUR = {"N": (4, 1 << 20)}
-_SEGMENTS = [TensorSpec("ls1", ("B", "N", 2, 2), description="segments' end points"), TensorSpec("ls2", ("B", "N", 2, 2), description="segments' end points")]
+_SEGMENTS = [
+    TensorSpec("ls1", ("B", "N", 2, 2), description="segments' end points"),
+    TensorSpec("ls2", ("B", "N", 2, 2), description="segments' end points"),
+]
 # distances of 3 pixels, from coordinates of 200, of which float32 keeps 2e-5
 _DISTANCES = {"float32": Tolerance(5e-3, 2e-3)}
 for _name in ("oneway_transfer_error", "symmetric_transfer_error", "sampson_homography_distance"):
-    add(Spec(
-        f"geometry.homography.{_name}", [_points("pts1"), _points("pts2"), _matrix("H", "homographies")], [TensorSpec("error")],
-        tolerances=_DISTANCES, gradient_tolerances={"float32": Tolerance(20.0, 1e-2)},  # by H: sums of squares of pixels
-        sample=_sampler_of_pairs("pts1", "pts2", 3.0, H="H"), reference="OpenCV perspectiveTransform; definition",
-    ))
-add(Spec(
-    "geometry.homography.line_segment_transfer_error_one_way", [*_SEGMENTS, _matrix("H", "homographies")], [TensorSpec("error")],
-    tolerances=_DISTANCES, gradient_tolerances={"float32": Tolerance(2.0, 1e-2)}, sample=_sampler_of_segments(3.0, H="H"), reference="definition",
-))
-add(Spec(
-    "geometry.homography.find_homography_dlt_iterated", [_points("points1"), _points("points2"), _WEIGHTS], [TensorSpec("homography")],
-    config={"n_iter": 3}, symbols=_FOUR, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-    sample=_sampler_of_pairs("points1", "points2", 0.05, weights="weights"), reference="NumPy SVD in float64",
-))
-add(Spec(
-    "geometry.homography.find_homography_lines_dlt", _SEGMENTS, [TensorSpec("homography")],
-    symbols=_FOUR, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)}, sample=_sampler_of_segments(0.01),
-    reference="NumPy SVD in float64",
-))
-add(Spec(
-    "geometry.homography.find_homography_lines_dlt_iterated", [*_SEGMENTS, _WEIGHTS], [TensorSpec("homography")],
-    config={"n_iter": 3}, symbols=_FOUR, tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
-    sample=_sampler_of_segments(0.01, weights="weights"), reference="NumPy SVD in float64",
-))
+    add(
+        Spec(
+            f"geometry.homography.{_name}",
+            [_points("pts1"), _points("pts2"), _matrix("H", "homographies")],
+            [TensorSpec("error")],
+            tolerances=_DISTANCES,
+            gradient_tolerances={"float32": Tolerance(20.0, 1e-2)},  # by H: sums of squares of pixels
+            sample=_sampler_of_pairs("pts1", "pts2", 3.0, H="H"),
+            reference="OpenCV perspectiveTransform; definition",
+        )
+    )
+add(
+    Spec(
+        "geometry.homography.line_segment_transfer_error_one_way",
+        [*_SEGMENTS, _matrix("H", "homographies")],
+        [TensorSpec("error")],
+        tolerances=_DISTANCES,
+        gradient_tolerances={"float32": Tolerance(2.0, 1e-2)},
+        sample=_sampler_of_segments(3.0, H="H"),
+        reference="definition",
+    )
+)
+add(
+    Spec(
+        "geometry.homography.find_homography_dlt_iterated",
+        [_points("points1"), _points("points2"), _WEIGHTS],
+        [TensorSpec("homography")],
+        config={"n_iter": 3},
+        symbols=_FOUR,
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
+        sample=_sampler_of_pairs("points1", "points2", 0.05, weights="weights"),
+        reference="NumPy SVD in float64",
+    )
+)
+add(
+    Spec(
+        "geometry.homography.find_homography_lines_dlt",
+        _SEGMENTS,
+        [TensorSpec("homography")],
+        symbols=_FOUR,
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
+        sample=_sampler_of_segments(0.01),
+        reference="NumPy SVD in float64",
+    )
+)
+add(
+    Spec(
+        "geometry.homography.find_homography_lines_dlt_iterated",
+        [*_SEGMENTS, _WEIGHTS],
+        [TensorSpec("homography")],
+        config={"n_iter": 3},
+        symbols=_FOUR,
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
+        sample=_sampler_of_segments(0.01, weights="weights"),
+        reference="NumPy SVD in float64",
+    )
+)
 
 
 def _sample_fours(generator, sizes, dtype):
@@ -311,8 +537,13 @@ def _sample_fours(generator, sizes, dtype):
     return {"points1": p.to(dtype), "points2": q.to(dtype)}
 
 
-add(Spec(
-    "geometry.homography.sample_is_valid_for_homography",
-    [TensorSpec("points1", ("N", 4, 2)), TensorSpec("points2", ("N", 4, 2))], [TensorSpec("valid")],
-    gradients=(), sample=_sample_fours, reference="definition",
-))
+add(
+    Spec(
+        "geometry.homography.sample_is_valid_for_homography",
+        [TensorSpec("points1", ("N", 4, 2)), TensorSpec("points2", ("N", 4, 2))],
+        [TensorSpec("valid")],
+        gradients=(),
+        sample=_sample_fours,
+        reference="definition",
+    )
+)

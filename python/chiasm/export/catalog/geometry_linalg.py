@@ -7,25 +7,37 @@ from . import add
 from .geometry import _homography
 from .rigid import rotations
 
-# --- points and transformations ----------------------------------------------------------------------------------------
+# --- points and transformations -----------------------------------------------------------------------------
 
 _X = TensorSpec("x", ("B", "N", 3), range=(-1, 1), description="points or vectors")
 _Y = TensorSpec("y", ("B", "N", 3), range=(-1, 1), description="points or vectors")
 
-for _name, _inputs in {"batched_dot_product": [_X, _Y], "batched_squared_norm": [_X], "euclidean_distance": [_X, _Y]}.items():
+for _name, _inputs in {
+    "batched_dot_product": [_X, _Y],
+    "batched_squared_norm": [_X],
+    "euclidean_distance": [_X, _Y],
+}.items():
     add(Spec(f"geometry.linalg.{_name}", _inputs, reference="NumPy"))
 
-add(Spec(
-    "geometry.linalg.point_line_distance",
-    [TensorSpec("point", ("B", "N", 2), range=(-1, 1), description="points in the plane"),
-     TensorSpec("line", ("B", "N", 3), range=(0.2, 1), description="coefficients of a x + b y + c = 0")],
-    reference="NumPy",
-))
+add(
+    Spec(
+        "geometry.linalg.point_line_distance",
+        [
+            TensorSpec("point", ("B", "N", 2), range=(-1, 1), description="points in the plane"),
+            TensorSpec(
+                "line", ("B", "N", 3), range=(0.2, 1), description="coefficients of a x + b y + c = 0"
+            ),
+        ],
+        reference="NumPy",
+    )
+)
 
 
 def _sample_transformed(dimensions):
     def sample(generator, sizes, dtype):
-        points = torch.rand((sizes["B"], sizes["N"], dimensions), generator=generator, dtype=torch.float64) * 2 - 1
+        points = (
+            torch.rand((sizes["B"], sizes["N"], dimensions), generator=generator, dtype=torch.float64) * 2 - 1
+        )
         if dimensions == 2:
             return {"trans_01": _homography(generator, sizes["B"]).to(dtype), "points_1": points.to(dtype)}
         return {"trans_01": _rigid(generator, sizes["B"]).to(dtype), "points_1": points.to(dtype)}
@@ -36,18 +48,30 @@ def _sample_transformed(dimensions):
 def _rigid(generator, count):
     shift = torch.randn((count, 3, 1), generator=generator, dtype=torch.float64)
     upper = torch.cat([rotations(generator, count), shift], -1)
-    return torch.cat([upper, torch.tensor([[0.0, 0.0, 0.0, 1.0]], dtype=torch.float64).expand(count, 1, 4)], 1)
+    return torch.cat(
+        [upper, torch.tensor([[0.0, 0.0, 0.0, 1.0]], dtype=torch.float64).expand(count, 1, 4)], 1
+    )
 
 
 for _name, _d, _what in (("plane", 2, "homographies"), ("space", 3, "rigid transformations")):
-    add(Spec(
-        f"geometry.linalg.transform_points.{_name}",
-        [TensorSpec("trans_01", ("B", _d + 1, _d + 1), description=_what), TensorSpec("points_1", ("B", "N", _d), range=(-1, 1), description="points")],
-        sample=_sample_transformed(_d),
-        reference="OpenCV perspectiveTransform; NumPy",
-    ), fn="geometry.linalg.transform_points")
+    add(
+        Spec(
+            f"geometry.linalg.transform_points.{_name}",
+            [
+                TensorSpec("trans_01", ("B", _d + 1, _d + 1), description=_what),
+                TensorSpec("points_1", ("B", "N", _d), range=(-1, 1), description="points"),
+            ],
+            sample=_sample_transformed(_d),
+            reference="OpenCV perspectiveTransform; NumPy",
+        ),
+        fn="geometry.linalg.transform_points",
+    )
 
-_POSES = {"compose_transformations": ("trans_01", "trans_12"), "inverse_transformation": ("trans_12",), "relative_transformation": ("trans_01", "trans_02")}
+_POSES = {
+    "compose_transformations": ("trans_01", "trans_12"),
+    "inverse_transformation": ("trans_12",),
+    "relative_transformation": ("trans_01", "trans_02"),
+}
 
 
 def _sample_poses(names):
@@ -55,24 +79,28 @@ def _sample_poses(names):
 
 
 for _name, _names in _POSES.items():
-    add(Spec(
-        f"geometry.linalg.{_name}",
-        [TensorSpec(n, ("N", 4, 4), description="rigid transformations [R t; 0 1]") for n in _names],
-        sample=_sample_poses(_names),
-        reference="NumPy",
-    ))
+    add(
+        Spec(
+            f"geometry.linalg.{_name}",
+            [TensorSpec(n, ("N", 4, 4), description="rigid transformations [R t; 0 1]") for n in _names],
+            sample=_sample_poses(_names),
+            reference="NumPy",
+        )
+    )
 
-# --- polynomials -------------------------------------------------------------------------------------------------------
+# --- polynomials --------------------------------------------------------------------------------------------
 
 
 def _sample_roots(degree):
-    """Polynomials with the roots well apart, so that rounding changes neither their number nor their order; every third of them has two
-    complex ones."""
+    """Polynomials with the roots well apart, so that rounding changes neither their number nor their order;
+    every third of them has two complex ones."""
 
     def sample(generator, sizes, dtype):
         count = sizes["N"]
         place = torch.arange(degree, dtype=torch.float64) * 0.7 - 0.9
-        roots = (place + 0.3 * torch.rand((count, degree), generator=generator, dtype=torch.float64)).to(torch.complex128)
+        roots = (place + 0.3 * torch.rand((count, degree), generator=generator, dtype=torch.float64)).to(
+            torch.complex128
+        )
         complex_pair = torch.arange(count) % 3 == 2
         pair = torch.complex(roots[:, 0].real, torch.full((count,), 0.8, dtype=torch.float64))
         roots[:, 0] = torch.where(complex_pair, pair, roots[:, 0])
@@ -88,47 +116,72 @@ def _sample_roots(degree):
 
 
 for _name, _degree in {"quadratic": 2, "cubic": 3, "quartic": 4}.items():
-    add(Spec(
-        f"geometry.solvers.solve_{_name}",
-        [TensorSpec("coeffs", ("N", _degree + 1), description="coefficients, the highest power first")],
-        [TensorSpec("roots", description="real roots in descending order, then zeros")],
-        dtypes=("float32", "float64"),
-        sample=_sample_roots(_degree),
-        reference="NumPy roots",
-    ))
+    add(
+        Spec(
+            f"geometry.solvers.solve_{_name}",
+            [TensorSpec("coeffs", ("N", _degree + 1), description="coefficients, the highest power first")],
+            [TensorSpec("roots", description="real roots in descending order, then zeros")],
+            dtypes=("float32", "float64"),
+            sample=_sample_roots(_degree),
+            reference="NumPy roots",
+        )
+    )
 
-add(Spec(
-    "geometry.solvers.multiply_deg_one_poly",
-    [TensorSpec("a", ("N", 4), range=(-1, 1), description="coefficients of x, y, z, 1"),
-     TensorSpec("b", ("N", 4), range=(-1, 1), description="coefficients of x, y, z, 1")],
-    reference="NumPy: the product of values",
-))
-add(Spec(
-    "geometry.solvers.multiply_deg_two_one_poly",
-    [TensorSpec("a", ("N", 10), range=(-1, 1), description="coefficients of x^2, xy, xz, x, y^2, yz, y, z^2, z, 1"),
-     TensorSpec("b", ("N", 4), range=(-1, 1), description="coefficients of x, y, z, 1")],
-    reference="NumPy: the product of values",
-))
-add(Spec(
-    "geometry.solvers.determinant_to_polynomial",
-    # not N, whose size in examples is the result's
-    [TensorSpec("A", ("K", 3, 13), range=(-1, 1), description="rows of polynomials of degrees 3, 3 and 4")],
-    symbols={"K": (1, 1 << 20)},
-    reference="NumPy poly1d",
-))
+add(
+    Spec(
+        "geometry.solvers.multiply_deg_one_poly",
+        [
+            TensorSpec("a", ("N", 4), range=(-1, 1), description="coefficients of x, y, z, 1"),
+            TensorSpec("b", ("N", 4), range=(-1, 1), description="coefficients of x, y, z, 1"),
+        ],
+        reference="NumPy: the product of values",
+    )
+)
+add(
+    Spec(
+        "geometry.solvers.multiply_deg_two_one_poly",
+        [
+            TensorSpec(
+                "a",
+                ("N", 10),
+                range=(-1, 1),
+                description="coefficients of x^2, xy, xz, x, y^2, yz, y, z^2, z, 1",
+            ),
+            TensorSpec("b", ("N", 4), range=(-1, 1), description="coefficients of x, y, z, 1"),
+        ],
+        reference="NumPy: the product of values",
+    )
+)
+add(
+    Spec(
+        "geometry.solvers.determinant_to_polynomial",
+        # not N, whose size in examples is the result's
+        [
+            TensorSpec(
+                "A", ("K", 3, 13), range=(-1, 1), description="rows of polynomials of degrees 3, 3 and 4"
+            )
+        ],
+        symbols={"K": (1, 1 << 20)},
+        reference="NumPy poly1d",
+    )
+)
 
-# --- least squares -----------------------------------------------------------------------------------------------------
+# --- least squares ------------------------------------------------------------------------------------------
 
-add(Spec(
-    "geometry.solvers.null_vector_3x4",
-    [TensorSpec("A", ("N", 3, 4), range=(-1, 1), description="matrices of rank 3")],
-    reference="NumPy SVD",
-))
+add(
+    Spec(
+        "geometry.solvers.null_vector_3x4",
+        [TensorSpec("A", ("N", 3, 4), range=(-1, 1), description="matrices of rank 3")],
+        reference="NumPy SVD",
+    )
+)
 
 
 def _sample_affine(generator, sizes, dtype):
     shape = (sizes["B"], sizes["N"], 2)
-    corners = torch.tensor([[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]], dtype=torch.float64).repeat(sizes["N"] // 3 + 1, 1)[: sizes["N"]]
+    corners = torch.tensor([[0.0, 0.0], [100.0, 0.0], [0.0, 100.0]], dtype=torch.float64).repeat(
+        sizes["N"] // 3 + 1, 1
+    )[: sizes["N"]]
     points = corners + 20 * torch.rand(shape, generator=generator, dtype=torch.float64)
     moved = points @ _homography(generator, sizes["B"])[:, :2, :2].transpose(1, 2) + 5.0
     weights = torch.rand(shape[:2], generator=generator, dtype=torch.float64) + 0.5
@@ -136,14 +189,20 @@ def _sample_affine(generator, sizes, dtype):
     return {"points1": points.to(dtype), "points2": (moved + noise).to(dtype), "weights": weights.to(dtype)}
 
 
-add(Spec(
-    "geometry.solvers.find_affine",
-    [TensorSpec("points1", ("B", "N", 2), range=(0, 120), description="points (x, y)"),
-     TensorSpec("points2", ("B", "N", 2), range=(0, 120), description="where they are in the second image"),
-     TensorSpec("weights", ("B", "N"), range=(0, 1), description="weights of the points")],
-    [TensorSpec("affine")],
-    symbols={"N": (3, 1 << 20)},
-    tolerances={"float32": Tolerance(1e-4, 1e-4)},
-    sample=_sample_affine,
-    reference="NumPy lstsq",
-))
+add(
+    Spec(
+        "geometry.solvers.find_affine",
+        [
+            TensorSpec("points1", ("B", "N", 2), range=(0, 120), description="points (x, y)"),
+            TensorSpec(
+                "points2", ("B", "N", 2), range=(0, 120), description="where they are in the second image"
+            ),
+            TensorSpec("weights", ("B", "N"), range=(0, 1), description="weights of the points"),
+        ],
+        [TensorSpec("affine")],
+        symbols={"N": (3, 1 << 20)},
+        tolerances={"float32": Tolerance(1e-4, 1e-4)},
+        sample=_sample_affine,
+        reference="NumPy lstsq",
+    )
+)

@@ -10,27 +10,40 @@ from .rigid import motions, normal, quaternions, rotations, rotations2d, uniform
 
 
 def _sampler(makers):
-    return lambda generator, sizes, dtype: {key: make(generator, sizes).to(dtype) for key, make in makers.items()}
+    return lambda generator, sizes, dtype: {
+        key: make(generator, sizes).to(dtype) for key, make in makers.items()
+    }
 
 
-# --- quaternions -------------------------------------------------------------------------------------------------------
+# --- quaternions --------------------------------------------------------------------------------------------
 
 _Q = ("N", 4)
 for _name, _arguments in {
-    "quaternion_multiply": ("q1", "q2"), "quaternion_conjugate": ("quaternion",), "quaternion_inverse": ("quaternion",),
+    "quaternion_multiply": ("q1", "q2"),
+    "quaternion_conjugate": ("quaternion",),
+    "quaternion_inverse": ("quaternion",),
 }.items():
-    add(Spec(
-        f"geometry.quaternion.{_name}",
-        [TensorSpec(argument, _Q, description="quaternions (w, x, y, z)") for argument in _arguments],
-        sample=_sampler({argument: lambda g, s: 1.5 * quaternions(g, s["N"]) for argument in _arguments}),
+    add(
+        Spec(
+            f"geometry.quaternion.{_name}",
+            [TensorSpec(argument, _Q, description="quaternions (w, x, y, z)") for argument in _arguments],
+            sample=_sampler({argument: lambda g, s: 1.5 * quaternions(g, s["N"]) for argument in _arguments}),
+            reference="SciPy Rotation",
+        )
+    )
+add(
+    Spec(
+        "geometry.quaternion.quaternion_rotate",
+        [
+            TensorSpec("quaternion", _Q, description="unit quaternions (w, x, y, z)"),
+            TensorSpec("points", ("N", 3), description="points"),
+        ],
+        sample=_sampler(
+            {"quaternion": lambda g, s: quaternions(g, s["N"]), "points": lambda g, s: normal(g, s["N"], 3)}
+        ),
         reference="SciPy Rotation",
-    ))
-add(Spec(
-    "geometry.quaternion.quaternion_rotate",
-    [TensorSpec("quaternion", _Q, description="unit quaternions (w, x, y, z)"), TensorSpec("points", ("N", 3), description="points")],
-    sample=_sampler({"quaternion": lambda g, s: quaternions(g, s["N"]), "points": lambda g, s: normal(g, s["N"], 3)}),
-    reference="SciPy Rotation",
-))
+    )
+)
 
 
 def _unit(q):
@@ -44,13 +57,18 @@ def _near(generator, sizes, dtype):
     return {"q1": q1.to(dtype), "q2": q2.to(dtype), "t": uniform(generator, 0.0, 1.0, sizes["N"]).to(dtype)}
 
 
-add(Spec(
-    "geometry.quaternion.quaternion_slerp",
-    [TensorSpec("q1", _Q, description="quaternions (w, x, y, z)"), TensorSpec("q2", _Q, description="quaternions (w, x, y, z)"),
-     TensorSpec("t", ("N",), range=(0.0, 1.0), description="0 is q1, 1 is q2")],
-    sample=_near,
-    reference="SciPy Slerp",
-))
+add(
+    Spec(
+        "geometry.quaternion.quaternion_slerp",
+        [
+            TensorSpec("q1", _Q, description="quaternions (w, x, y, z)"),
+            TensorSpec("q2", _Q, description="quaternions (w, x, y, z)"),
+            TensorSpec("t", ("N",), range=(0.0, 1.0), description="0 is q1, 1 is q2"),
+        ],
+        sample=_near,
+        reference="SciPy Slerp",
+    )
+)
 
 
 def _clusters(generator, sizes, dtype):
@@ -60,19 +78,29 @@ def _clusters(generator, sizes, dtype):
     return {"Q": q.to(dtype), "w": uniform(generator, 0.5, 1.5, sizes["B"], sizes["N"]).to(dtype)}
 
 
-add(Spec(
-    "geometry.quaternion.average_quaternions",
-    [TensorSpec("Q", ("B", "N", 4), description="unit quaternions (w, x, y, z)"), TensorSpec("w", ("B", "N"), range=(0.5, 1.5), description="weights")],
-    sample=_clusters,
-    reference="NumPy eigh in float64",
-))
+add(
+    Spec(
+        "geometry.quaternion.average_quaternions",
+        [
+            TensorSpec("Q", ("B", "N", 4), description="unit quaternions (w, x, y, z)"),
+            TensorSpec("w", ("B", "N"), range=(0.5, 1.5), description="weights"),
+        ],
+        sample=_clusters,
+        reference="NumPy eigh in float64",
+    )
+)
 
-# --- Lie groups --------------------------------------------------------------------------------------------------------
+# --- Lie groups ---------------------------------------------------------------------------------------------
 
 _GROUPS = {
     "so2": (("N",), lambda g, n: uniform(g, -2.8, 2.8, n), 2, lambda g, n: rotations2d(g, n)),
     "so3": (("N", 3), lambda g, n: normal(g, n, 3), 3, lambda g, n: rotations(g, n)),
-    "se2": (("N", 3), lambda g, n: torch.cat([normal(g, n, 2), uniform(g, -2.8, 2.8, n, 1)], -1), 3, lambda g, n: motions(g, rotations2d(g, n))),
+    "se2": (
+        ("N", 3),
+        lambda g, n: torch.cat([normal(g, n, 2), uniform(g, -2.8, 2.8, n, 1)], -1),
+        3,
+        lambda g, n: motions(g, rotations2d(g, n)),
+    ),
     "se3": (("N", 6), lambda g, n: normal(g, n, 6), 4, lambda g, n: motions(g, rotations(g, n))),
 }
 _OF_TANGENTS = {"exp": "matrix", "hat": "matrix", "left_jacobian": "jacobian", "right_jacobian": "jacobian"}
@@ -86,26 +114,47 @@ for _group, (_shape, _tangents, _size, _elements) in _GROUPS.items():
             _about = "angles in radians" if _group == "so2" else "tangent vectors, angles in radians"
         else:
             _argument = "omega" if _name == "vee" else "rotation" if _group[1] == "o" else "motion"
-            _dims, _make, _about = ("N", _size, _size), _elements, "skew-symmetric where it rotates" if _name == "vee" else "elements of the group"
-        add(Spec(
-            f"geometry.lie.{_group}_{_name}",
-            [TensorSpec(_argument, _dims, description=_about)],
-            [TensorSpec(_output)],
-            gradients=() if _group == "so2" and _output in ("jacobian", "adjoint") else None,  # constant
-            sample=_sampler({_argument: lambda g, s, make=_make: make(g, s["N"])}),
-            reference="SciPy expm, logm",
-        ))
+            _dims, _make, _about = (
+                ("N", _size, _size),
+                _elements,
+                "skew-symmetric where it rotates" if _name == "vee" else "elements of the group",
+            )
+        add(
+            Spec(
+                f"geometry.lie.{_group}_{_name}",
+                [TensorSpec(_argument, _dims, description=_about)],
+                [TensorSpec(_output)],
+                gradients=() if _group == "so2" and _output in ("jacobian", "adjoint") else None,  # constant
+                sample=_sampler({_argument: lambda g, s, make=_make: make(g, s["N"])}),
+                reference="SciPy expm, logm",
+            )
+        )
 
-# --- boxes -------------------------------------------------------------------------------------------------------------
+# --- boxes --------------------------------------------------------------------------------------------------
 
-_STARTS2, _STARTS3 = ("x_start", "y_start", "width", "height"), ("x_start", "y_start", "z_start", "width", "height", "depth")
+_STARTS2, _STARTS3 = (
+    ("x_start", "y_start", "width", "height"),
+    (
+        "x_start",
+        "y_start",
+        "z_start",
+        "width",
+        "height",
+        "depth",
+    ),
+)
 for _name, _arguments in (("bbox_generator", _STARTS2), ("bbox_generator3d", _STARTS3)):
-    add(Spec(
-        f"geometry.bbox.{_name}",
-        [TensorSpec(argument, ("B",), range=(1.0, 50.0), description="in pixels") for argument in _arguments],
-        [TensorSpec("boxes")],
-        reference="definition in NumPy",
-    ))
+    add(
+        Spec(
+            f"geometry.bbox.{_name}",
+            [
+                TensorSpec(argument, ("B",), range=(1.0, 50.0), description="in pixels")
+                for argument in _arguments
+            ],
+            [TensorSpec("boxes")],
+            reference="definition in NumPy",
+        )
+    )
 
 
 def _boxes(generator, count, axes):
@@ -113,7 +162,9 @@ def _boxes(generator, count, axes):
     low = uniform(generator, -5.0, 40.0, count, axes)
     high = low + uniform(generator, 2.0, 30.0, count, axes)
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    return torch.stack([torch.where(torch.tensor(corner[:axes]) == 1, high, low) for corner in corners[: 4 * (axes - 1)]], 1)
+    return torch.stack(
+        [torch.where(torch.tensor(corner[:axes]) == 1, high, low) for corner in corners[: 4 * (axes - 1)]], 1
+    )
 
 
 _CORNERS = {"": (4, 2), "3d": (8, 3)}
@@ -122,57 +173,113 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
     _input = TensorSpec("boxes", ("B", _corners, _axes), description="corners, clockwise from the top left")
     _sample = _sampler({"boxes": lambda g, s, axes=_axes: _boxes(g, s["B"], axes)})
     _shape_outputs = [TensorSpec(name) for name in ("depths", "heights", "widths")[3 - _axes :]]
-    add(Spec(f"geometry.bbox.bbox_to_mask{_suffix}", [_input], [TensorSpec("mask")], config=_MASKS[_suffix], gradients=(), sample=_sample, reference="definition in NumPy"))
-    add(Spec(f"geometry.bbox.infer_bbox_shape{_suffix}", [_input], _shape_outputs, sample=_sample, reference="definition in NumPy"))
-    add(Spec(f"geometry.bbox.is_bbox{_suffix}", [_input], [TensorSpec("valid")], gradients=(), sample=_sample, reference="definition in NumPy"))
+    add(
+        Spec(
+            f"geometry.bbox.bbox_to_mask{_suffix}",
+            [_input],
+            [TensorSpec("mask")],
+            config=_MASKS[_suffix],
+            gradients=(),
+            sample=_sample,
+            reference="definition in NumPy",
+        )
+    )
+    add(
+        Spec(
+            f"geometry.bbox.infer_bbox_shape{_suffix}",
+            [_input],
+            _shape_outputs,
+            sample=_sample,
+            reference="definition in NumPy",
+        )
+    )
+    add(
+        Spec(
+            f"geometry.bbox.is_bbox{_suffix}",
+            [_input],
+            [TensorSpec("valid")],
+            gradients=(),
+            sample=_sample,
+            reference="definition in NumPy",
+        )
+    )
 
 
 def _transforms(generator, sizes, dtype):
     scale = torch.tensor([[0.2, 0.2, 5.0], [0.2, 0.2, 5.0], [1e-3, 1e-3, 0.0]], dtype=torch.float64)
     matrix = torch.eye(3, dtype=torch.float64) + uniform(generator, -1.0, 1.0, sizes["B"], 3, 3) * scale
-    return {"trans_mat": matrix.to(dtype), "boxes": _boxes(generator, sizes["B"] * sizes["N"], 2)[:, 0::2].reshape(sizes["B"], sizes["N"], 4).to(dtype)}
+    return {
+        "trans_mat": matrix.to(dtype),
+        "boxes": (
+            _boxes(generator, sizes["B"] * sizes["N"], 2)[:, 0::2]
+            .reshape(sizes["B"], sizes["N"], 4)
+            .to(dtype)
+        ),
+    }
 
 
 for _mode in ("xyxy", "xywh"):
-    add(Spec(
-        f"geometry.bbox.transform_bbox.{_mode}",
-        [TensorSpec("trans_mat", ("B", 3, 3), description="homographies"), TensorSpec("boxes", ("B", "N", 4), description=_mode)],
-        [TensorSpec("boxes_out")],
-        config={"mode": _mode},
-        tolerances={"float32": Tolerance(1e-3, 1e-4)},
-        sample=_transforms,
-        reference="OpenCV perspectiveTransform",
-    ), fn="geometry.bbox.transform_bbox")
+    add(
+        Spec(
+            f"geometry.bbox.transform_bbox.{_mode}",
+            [
+                TensorSpec("trans_mat", ("B", 3, 3), description="homographies"),
+                TensorSpec("boxes", ("B", "N", 4), description=_mode),
+            ],
+            [TensorSpec("boxes_out")],
+            config={"mode": _mode},
+            tolerances={"float32": Tolerance(1e-3, 1e-4)},
+            sample=_transforms,
+            reference="OpenCV perspectiveTransform",
+        ),
+        fn="geometry.bbox.transform_bbox",
+    )
 
 
 def _scored(generator, sizes, dtype):
     """Boxes in clusters, so that there is something to suppress."""
     centre = uniform(generator, 0.0, 100.0, sizes["N"] // 3 + 1, 2).repeat_interleave(3, 0)[: sizes["N"]]
     half = uniform(generator, 4.0, 12.0, sizes["N"], 2)
-    return {"boxes": torch.cat([centre - half, centre + half], -1).to(dtype), "scores": uniform(generator, 0.0, 1.0, sizes["N"]).to(dtype)}
+    return {
+        "boxes": torch.cat([centre - half, centre + half], -1).to(dtype),
+        "scores": uniform(generator, 0.0, 1.0, sizes["N"]).to(dtype),
+    }
 
 
-add(Spec(
-    "geometry.bbox.nms_fixed",
-    [TensorSpec("boxes", ("N", 4), description="x1, y1, x2, y2"), TensorSpec("scores", ("N",), range=(0.0, 1.0), description="scores")],
-    [TensorSpec("order"), TensorSpec("kept")],
-    config={"iou_threshold": 0.3},
-    symbols={"N": (1, 16384)},  # all pairs are compared
-    gradients=(),
-    sample=_scored,
-    reference="a loop in NumPy",
-))
+add(
+    Spec(
+        "geometry.bbox.nms_fixed",
+        [
+            TensorSpec("boxes", ("N", 4), description="x1, y1, x2, y2"),
+            TensorSpec("scores", ("N",), range=(0.0, 1.0), description="scores"),
+        ],
+        [TensorSpec("order"), TensorSpec("kept")],
+        config={"iou_threshold": 0.3},
+        symbols={"N": (1, 16384)},  # all pairs are compared
+        gradients=(),
+        sample=_scored,
+        reference="a loop in NumPy",
+    )
+)
 
-# --- fits --------------------------------------------------------------------------------------------------------------
+# --- fits ---------------------------------------------------------------------------------------------------
 
 
 def _scattered(extent):
-    """Points about the mean, spread along the axes by `extent` and then sheared a little: no eigenvalue is near another."""
-    shear = torch.eye(len(extent), dtype=torch.float64) + 0.3 * torch.ones(len(extent), len(extent), dtype=torch.float64).triu(1)
+    """Points about the mean, spread along the axes by `extent` and then sheared a little: no eigenvalue is
+    near another."""
+    shear = torch.eye(len(extent), dtype=torch.float64) + 0.3 * torch.ones(
+        len(extent), len(extent), dtype=torch.float64
+    ).triu(1)
 
     def sample(generator, sizes, dtype):
-        points = uniform(generator, -1.0, 1.0, sizes["B"], sizes["N"], len(extent)) * torch.tensor(extent, dtype=torch.float64)
-        return {"points": (points @ shear + 2.0).to(dtype), "weights": uniform(generator, 0.5, 1.5, sizes["B"], sizes["N"]).to(dtype)}
+        points = uniform(generator, -1.0, 1.0, sizes["B"], sizes["N"], len(extent)) * torch.tensor(
+            extent, dtype=torch.float64
+        )
+        return {
+            "points": (points @ shear + 2.0).to(dtype),
+            "weights": uniform(generator, 0.5, 1.5, sizes["B"], sizes["N"]).to(dtype),
+        }
 
     return sample
 
@@ -182,12 +289,18 @@ for _name, _extent, _outputs in (
     ("line.fit_line", (5.0, 0.4, 0.2), ("origin", "direction")),
     ("plane.fit_plane", (5.0, 3.0, 0.2), ("normal", "offset")),
 ):
-    add(Spec(
-        f"geometry.{_name}.points{len(_extent)}d",
-        [TensorSpec("points", ("B", "N", len(_extent)), description="points"), TensorSpec("weights", ("B", "N"), range=(0.5, 1.5), description="weights")],
-        [TensorSpec(output) for output in _outputs],
-        symbols={"N": (len(_extent), 1 << 20)},
-        tolerances={"float32": Tolerance(1e-4, 1e-4)},
-        sample=_scattered(_extent),
-        reference="NumPy SVD in float64",
-    ), fn=f"geometry.{_name}")
+    add(
+        Spec(
+            f"geometry.{_name}.points{len(_extent)}d",
+            [
+                TensorSpec("points", ("B", "N", len(_extent)), description="points"),
+                TensorSpec("weights", ("B", "N"), range=(0.5, 1.5), description="weights"),
+            ],
+            [TensorSpec(output) for output in _outputs],
+            symbols={"N": (len(_extent), 1 << 20)},
+            tolerances={"float32": Tolerance(1e-4, 1e-4)},
+            sample=_scattered(_extent),
+            reference="NumPy SVD in float64",
+        ),
+        fn=f"geometry.{_name}",
+    )

@@ -22,11 +22,16 @@ def _matrix(name, description="", shape=("B", 3, 3)):
     return TensorSpec(name, shape, description=description)
 
 
-# --- random sample consensus -------------------------------------------------------------------------------------------
+# --- random sample consensus --------------------------------------------------------------------------------
 
 
 def _uniforms(size, batch="B"):
-    return TensorSpec("uniforms", (batch, "S", size), range=(0, 1), description="random numbers, uniform in [0, 1), of which samples are made")
+    return TensorSpec(
+        "uniforms",
+        (batch, "S", size),
+        range=(0, 1),
+        description="random numbers, uniform in [0, 1), of which samples are made",
+    )
 
 
 def _with_wrong_ones(generator, points, size):
@@ -38,17 +43,28 @@ def _with_wrong_ones(generator, points, size):
 
 def _sample_plane(generator, sizes, dtype):
     p = _uniform(generator, (sizes["B"], sizes["N"], 2), 0, 200)
-    q = mapped(homographies(generator, sizes["B"]), p) + 0.05 * torch.randn(p.shape, generator=generator, dtype=_DOUBLE)
-    made = {"points1": p, "points2": _with_wrong_ones(generator, q, 200), "uniforms": _uniform(generator, (sizes["B"], sizes["S"], 4))}
+    q = mapped(homographies(generator, sizes["B"]), p) + 0.05 * torch.randn(
+        p.shape, generator=generator, dtype=_DOUBLE
+    )
+    made = {
+        "points1": p,
+        "points2": _with_wrong_ones(generator, q, 200),
+        "uniforms": _uniform(generator, (sizes["B"], sizes["S"], 4)),
+    }
     return {name: value.to(dtype) for name, value in made.items()}
 
 
 def _sampler_of_scenes(size, batch="B", **more):
-    """Two views with pixels of about 500 and a noise of 0.1; `more` are further arguments: parts of the scene."""
+    """Two views with pixels of about 500 and a noise of 0.1; `more` are further arguments: parts of the
+    scene."""
 
     def sample(generator, sizes, dtype):
         parts = scene(generator, sizes[batch], sizes["N"], 500.0)
-        made = {"points1": parts["x1"], "points2": _with_wrong_ones(generator, parts["x2"], 500.0), **{name: parts[part] for name, part in more.items()}}
+        made = {
+            "points1": parts["x1"],
+            "points2": _with_wrong_ones(generator, parts["x2"], 500.0),
+            **{name: parts[part] for name, part in more.items()},
+        }
         made["uniforms"] = _uniform(generator, (sizes[batch], sizes["S"], size))
         return {name: value.to(dtype) for name, value in made.items()}
 
@@ -58,62 +74,121 @@ def _sampler_of_scenes(size, batch="B", **more):
 _MASK = TensorSpec("inliers", description="which correspondences obey the matrix")
 _SAMPLES = {"S": (1, 1 << 16)}
 
-add(Spec(
-    "geometry.ransac.ransac_homography", [_points("points1"), _points("points2"), _uniforms(4)], [TensorSpec("homography"), _MASK],
-    symbols={"N": (4, 1 << 20), **_SAMPLES}, gradients=("points1", "points2"),
-    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)}, sample=_sample_plane, reference="OpenCV findHomography with RANSAC",
-))
+add(
+    Spec(
+        "geometry.ransac.ransac_homography",
+        [_points("points1"), _points("points2"), _uniforms(4)],
+        [TensorSpec("homography"), _MASK],
+        symbols={"N": (4, 1 << 20), **_SAMPLES},
+        gradients=("points1", "points2"),
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
+        sample=_sample_plane,
+        reference="OpenCV findHomography with RANSAC",
+    )
+)
 
 
 def _sample_masked_plane(generator, sizes, dtype):
     made = _sample_plane(generator, sizes, dtype)
-    return made | {"mask": (torch.arange(sizes["N"]) < 8) | (torch.rand((sizes["B"], sizes["N"]), generator=generator) < 0.6)}
+    return made | {
+        "mask": (
+            (torch.arange(sizes["N"]) < 8) | (torch.rand((sizes["B"], sizes["N"]), generator=generator) < 0.6)
+        )
+    }
 
 
-add(Spec(
-    "geometry.ransac.ransac_homography.masked",
-    [_points("points1"), _points("points2"), _uniforms(4), TensorSpec("mask", ("B", "N"), "bool", description="which correspondences are there")],
-    [TensorSpec("homography"), _MASK],
-    symbols={"N": (4, 1 << 20), **_SAMPLES}, gradients=("points1", "points2"),
-    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)}, sample=_sample_masked_plane, reference="the same of the others alone",
-), fn="geometry.ransac.ransac_homography")
-add(Spec(
-    # the batch is P, because B is 7 in the example, as the size of a sample
-    "geometry.ransac.ransac_fundamental", [_points("points1", "P"), _points("points2", "P"), _uniforms(7, "P")], [TensorSpec("fundamental"), _MASK],
-    symbols={"P": (1, 4096), "N": (8, 1 << 20), **_SAMPLES}, gradients=("points1", "points2"),
-    tolerances=_LOOSE, gradient_tolerances={"float32": Tolerance(0.1, 1e-2)}, sample=_sampler_of_scenes(7, "P"),
-    reference="OpenCV findFundamentalMat with RANSAC",
-))
-add(Spec(
-    "geometry.ransac.ransac_essential",
-    [_points("points1"), _points("points2"), _matrix("K1", "camera matrices"), _matrix("K2", "camera matrices"), _uniforms(5)],
-    [TensorSpec("essential"), _MASK],
-    symbols={"N": (6, 1 << 20), **_SAMPLES}, gradients=(), tolerances=_LOOSE, sample=_sampler_of_scenes(5, K1="K1", K2="K2"),
-    reference="OpenCV findEssentialMat with RANSAC, recoverPose",
-))
+add(
+    Spec(
+        "geometry.ransac.ransac_homography.masked",
+        [
+            _points("points1"),
+            _points("points2"),
+            _uniforms(4),
+            TensorSpec("mask", ("B", "N"), "bool", description="which correspondences are there"),
+        ],
+        [TensorSpec("homography"), _MASK],
+        symbols={"N": (4, 1 << 20), **_SAMPLES},
+        gradients=("points1", "points2"),
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
+        sample=_sample_masked_plane,
+        reference="the same of the others alone",
+    ),
+    fn="geometry.ransac.ransac_homography",
+)
+add(
+    Spec(
+        # the batch is P, because B is 7 in the example, as the size of a sample
+        "geometry.ransac.ransac_fundamental",
+        [_points("points1", "P"), _points("points2", "P"), _uniforms(7, "P")],
+        [TensorSpec("fundamental"), _MASK],
+        symbols={"P": (1, 4096), "N": (8, 1 << 20), **_SAMPLES},
+        gradients=("points1", "points2"),
+        tolerances=_LOOSE,
+        gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
+        sample=_sampler_of_scenes(7, "P"),
+        reference="OpenCV findFundamentalMat with RANSAC",
+    )
+)
+add(
+    Spec(
+        "geometry.ransac.ransac_essential",
+        [
+            _points("points1"),
+            _points("points2"),
+            _matrix("K1", "camera matrices"),
+            _matrix("K2", "camera matrices"),
+            _uniforms(5),
+        ],
+        [TensorSpec("essential"), _MASK],
+        symbols={"N": (6, 1 << 20), **_SAMPLES},
+        gradients=(),
+        tolerances=_LOOSE,
+        sample=_sampler_of_scenes(5, K1="K1", K2="K2"),
+        reference="OpenCV findEssentialMat with RANSAC, recoverPose",
+    )
+)
 
-# --- poses -------------------------------------------------------------------------------------------------------------
+# --- poses --------------------------------------------------------------------------------------------------
 
 
 def _sample_pose(generator, sizes, dtype):
     """Points and a pose near the one they are seen from."""
     parts = scene(generator, sizes["B"], sizes["N"])
     pose = torch.cat([parts["R"], parts["t"]], -1) + _uniform(generator, (sizes["B"], 3, 4), -0.03, 0.03)
-    made = {"world_points": parts["X"], "img_points": parts["x2"], "intrinsics": parts["K2"], "pose": pose, "weights": parts["weights"]}
+    made = {
+        "world_points": parts["X"],
+        "img_points": parts["x2"],
+        "intrinsics": parts["K2"],
+        "pose": pose,
+        "weights": parts["weights"],
+    }
     return {name: value.to(dtype) for name, value in made.items()}
 
 
-add(Spec(
-    "geometry.pnp.refine_pnp",
-    [TensorSpec("world_points", ("B", "N", 3)), _points("img_points"), _matrix("intrinsics", "camera matrices"), _matrix("pose", "[R | t]", ("B", 3, 4)),
-     TensorSpec("weights", ("B", "N"), range=(0.5, 1.5))],
-    [TensorSpec("refined", description="[R | t]")],
-    # enough from a pose by the direct linear transform; the graph of the gradient has a copy of each step
-    config={"num_iters": 6}, symbols={"N": (5, 1 << 20)}, gradients=("world_points", "img_points", "intrinsics", "weights"),
-    gradient_tolerances=_LOOSE, sample=_sample_pose, reference="OpenCV solvePnP, solvePnPRefineLM",
-))
+add(
+    Spec(
+        "geometry.pnp.refine_pnp",
+        [
+            TensorSpec("world_points", ("B", "N", 3)),
+            _points("img_points"),
+            _matrix("intrinsics", "camera matrices"),
+            _matrix("pose", "[R | t]", ("B", 3, 4)),
+            TensorSpec("weights", ("B", "N"), range=(0.5, 1.5)),
+        ],
+        [TensorSpec("refined", description="[R | t]")],
+        # enough from a pose by the direct linear transform; the graph of the gradient has a copy of each step
+        config={"num_iters": 6},
+        symbols={"N": (5, 1 << 20)},
+        gradients=("world_points", "img_points", "intrinsics", "weights"),
+        gradient_tolerances=_LOOSE,
+        sample=_sample_pose,
+        reference="OpenCV solvePnP, solvePnPRefineLM",
+    )
+)
 
-# --- stereo ------------------------------------------------------------------------------------------------------------
+# --- stereo -------------------------------------------------------------------------------------------------
 
 
 def _sample_rig(generator, sizes, dtype):
@@ -122,20 +197,43 @@ def _sample_rig(generator, sizes, dtype):
     v = _uniform(generator, (sizes["B"], 3), -0.05, 0.05)
     skew = torch.zeros((sizes["B"], 3, 3), dtype=_DOUBLE)
     skew[:, 0, 1], skew[:, 0, 2], skew[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
-    shift = torch.tensor([[-0.5], [0.0], [0.0]], dtype=_DOUBLE) + _uniform(generator, (sizes["B"], 3, 1), -0.03, 0.03)
-    made = {"K1": parts["K1"], "K2": parts["K2"], "R": torch.linalg.matrix_exp(skew - skew.transpose(1, 2)), "t": shift}
+    shift = torch.tensor([[-0.5], [0.0], [0.0]], dtype=_DOUBLE) + _uniform(
+        generator, (sizes["B"], 3, 1), -0.03, 0.03
+    )
+    made = {
+        "K1": parts["K1"],
+        "K2": parts["K2"],
+        "R": torch.linalg.matrix_exp(skew - skew.transpose(1, 2)),
+        "t": shift,
+    }
     like = torch.zeros((sizes["H"], sizes["W"]), dtype=torch.uint8)
     return {**{name: value.to(dtype) for name, value in made.items()}, "like": like}
 
 
-add(Spec(
-    "geometry.stereo.stereo_rectify",
-    [_matrix("K1", "camera matrices"), _matrix("K2", "camera matrices"), _matrix("R", "from the first camera to the second"),
-     _matrix("t", "from the first camera to the second", ("B", 3, 1)),
-     TensorSpec("like", ("H", "W"), "uint8", range=(0, 255), description="its shape is the images' size; its values are not read")],
-    [TensorSpec(name) for name in ("R1", "R2", "P1", "P2", "Q")],
-    tolerances=_LOOSE, gradient_tolerances=_LOOSE, sample=_sample_rig, reference="OpenCV stereoRectify",
-), fn="geometry.stereo.stereo_rectify_like")
+add(
+    Spec(
+        "geometry.stereo.stereo_rectify",
+        [
+            _matrix("K1", "camera matrices"),
+            _matrix("K2", "camera matrices"),
+            _matrix("R", "from the first camera to the second"),
+            _matrix("t", "from the first camera to the second", ("B", 3, 1)),
+            TensorSpec(
+                "like",
+                ("H", "W"),
+                "uint8",
+                range=(0, 255),
+                description="its shape is the images' size; its values are not read",
+            ),
+        ],
+        [TensorSpec(name) for name in ("R1", "R2", "P1", "P2", "Q")],
+        tolerances=_LOOSE,
+        gradient_tolerances=_LOOSE,
+        sample=_sample_rig,
+        reference="OpenCV stereoRectify",
+    ),
+    fn="geometry.stereo.stereo_rectify_like",
+)
 
 
 def _sample_disparity(generator, sizes, dtype):
@@ -143,14 +241,29 @@ def _sample_disparity(generator, sizes, dtype):
     batch = sizes["B"]
     Q = torch.eye(4, dtype=_DOUBLE).repeat(batch, 1, 1)
     Q[:, :2, 3] = -_uniform(generator, (batch, 2), 10.0, 20.0)
-    Q[:, 2, 2], Q[:, 2, 3], Q[:, 3, 2], Q[:, 3, 3] = 0.0, _uniform(generator, (batch,), 400, 600), _uniform(generator, (batch,), 2, 10), 1.0
-    return {"disparity": _uniform(generator, (batch, 1, sizes["H"], sizes["W"]), 5, 60).to(dtype), "Q": Q.to(dtype)}
+    Q[:, 2, 2], Q[:, 2, 3], Q[:, 3, 2], Q[:, 3, 3] = (
+        0.0,
+        _uniform(generator, (batch,), 400, 600),
+        _uniform(generator, (batch,), 2, 10),
+        1.0,
+    )
+    return {
+        "disparity": _uniform(generator, (batch, 1, sizes["H"], sizes["W"]), 5, 60).to(dtype),
+        "Q": Q.to(dtype),
+    }
 
 
-add(Spec(
-    "geometry.stereo.reproject_disparity_to_3d",
-    [TensorSpec("disparity", ("B", 1, "H", "W"), layout="NCHW", range=(5, 60), description="pixels"), _matrix("Q", "of the rectified pair", ("B", 4, 4))],
-    [TensorSpec("points")],
-    # gradients by Q are sums over all pixels, of points hundreds away
-    gradient_tolerances={"float32": Tolerance(1e-1, 1e-3)}, sample=_sample_disparity, reference="OpenCV reprojectImageTo3D",
-))
+add(
+    Spec(
+        "geometry.stereo.reproject_disparity_to_3d",
+        [
+            TensorSpec("disparity", ("B", 1, "H", "W"), layout="NCHW", range=(5, 60), description="pixels"),
+            _matrix("Q", "of the rectified pair", ("B", 4, 4)),
+        ],
+        [TensorSpec("points")],
+        # gradients by Q are sums over all pixels, of points hundreds away
+        gradient_tolerances={"float32": Tolerance(1e-1, 1e-3)},
+        sample=_sample_disparity,
+        reference="OpenCV reprojectImageTo3D",
+    )
+)

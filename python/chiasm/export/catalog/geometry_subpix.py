@@ -3,31 +3,61 @@
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
-_VOLUME = TensorSpec("input", ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes")
+_VOLUME = TensorSpec(
+    "input", ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes"
+)
 #: A size of 1 is another program, and borders take two voxels of each axis.
 _CUBE = {"D": (4, 4096), **STENCIL}
 
 
 def _add(name, inputs, outputs, reference, **rest):
     family, _, _variant = name.partition(".")
-    add(Spec(f"geometry.subpix.{name}", inputs, [TensorSpec(o) if isinstance(o, str) else o for o in outputs], reference=reference, **rest), fn=f"geometry.subpix.{family}")
+    add(
+        Spec(
+            f"geometry.subpix.{name}",
+            inputs,
+            [TensorSpec(o) if isinstance(o, str) else o for o in outputs],
+            reference=reference,
+            **rest,
+        ),
+        fn=f"geometry.subpix.{family}",
+    )
 
 
-# --- local maxima ------------------------------------------------------------------------------------------------------
+# --- local maxima -------------------------------------------------------------------------------------------
 
 _MASK = TensorSpec("mask", description="where the maxima are")
 _SUPPRESSED = TensorSpec("output", description="input at the maxima, 0 elsewhere")
 _SCIPY = "SciPy maximum_filter"
 _add("nms2d.values", [image()], [_SUPPRESSED], _SCIPY, config={"kernel_size": (5, 5)}, symbols=STENCIL)
-_add("nms2d.mask", [image()], [_MASK], _SCIPY, config={"kernel_size": (3, 4), "mask_only": True}, symbols=STENCIL, gradients=())
+_add(
+    "nms2d.mask",
+    [image()],
+    [_MASK],
+    _SCIPY,
+    config={"kernel_size": (3, 4), "mask_only": True},
+    symbols=STENCIL,
+    gradients=(),
+)
 _add("nms3d.values", [_VOLUME], [_SUPPRESSED], _SCIPY, config={"kernel_size": (3, 5, 4)}, symbols=_CUBE)
-_add("nms3d.mask", [_VOLUME], [_MASK], _SCIPY, config={"kernel_size": (3, 3, 3), "mask_only": True}, symbols=_CUBE, gradients=())
+_add(
+    "nms3d.mask",
+    [_VOLUME],
+    [_MASK],
+    _SCIPY,
+    config={"kernel_size": (3, 3, 3), "mask_only": True},
+    symbols=_CUBE,
+    gradients=(),
+)
 _add("nms3d_minmax", [_VOLUME], ["maxima", "minima"], _SCIPY, symbols=_CUBE, gradients=())
 
-# --- quadratics --------------------------------------------------------------------------------------------------------
+# --- quadratics ---------------------------------------------------------------------------------------------
 
 _QUADRATIC = {
-    "outputs": [TensorSpec("positions", description="scale, x and y in voxels"), TensorSpec("values", description="the quadratic's at the maxima")],
+    "outputs": [
+        TensorSpec("positions", description="scale, x and y in voxels"),
+        TensorSpec("values", description="the quadratic's at the maxima"),
+    ],
     "reference": "a loop in NumPy",
     "symbols": _CUBE,
     # where a quadratic is nearly flat, little changes of the input move its extremum far
@@ -35,42 +65,94 @@ _QUADRATIC = {
 }
 _CHOSEN = TensorSpec("precomputed_nms_mask", ("B", "C", "D", "H", "W"), "bool", description="what to refine")
 _add("conv_quad_interp3d.maxima", [_VOLUME], **_QUADRATIC)
-_add("conv_quad_interp3d.masked", [_VOLUME, _CHOSEN], config={"dilation_radius": 2, "allow_scale_steps": False}, **_QUADRATIC)
+_add(
+    "conv_quad_interp3d.masked",
+    [_VOLUME, _CHOSEN],
+    config={"dilation_radius": 2, "allow_scale_steps": False},
+    **_QUADRATIC,
+)
 _add("iterative_quad_interp3d.maxima", [_VOLUME], **_QUADRATIC)
-_add("iterative_quad_interp3d.strongest", [_VOLUME], config={"max_candidates": 20, "n_iters": 3}, **_QUADRATIC)
+_add(
+    "iterative_quad_interp3d.strongest", [_VOLUME], config={"max_candidates": 20, "n_iters": 3}, **_QUADRATIC
+)
 
-# --- heat maps ---------------------------------------------------------------------------------------------------------
+# --- heat maps ----------------------------------------------------------------------------------------------
 
 _HEATMAP = image(range=(0.0, 5.0), description="heat maps")
 _TEMPERATURE = TensorSpec("temperature", (1,), range=(0.3, 2.0), description="smaller is sharper")
 _DISTRIBUTION = TensorSpec("output", layout="NCHW", description="distributions")
 #: Positions in pixels: differences are relative to the image's size.
 _PIXELS = {"tolerances": {"float32": Tolerance(2e-4, 1e-5)}}
-_add("spatial_softmax2d.number", [_HEATMAP], [_DISTRIBUTION], "torch.nn.functional.softmax", config={"temperature": 0.5})
+_add(
+    "spatial_softmax2d.number",
+    [_HEATMAP],
+    [_DISTRIBUTION],
+    "torch.nn.functional.softmax",
+    config={"temperature": 0.5},
+)
 _add("spatial_softmax2d.tensor", [_HEATMAP, _TEMPERATURE], [_DISTRIBUTION], "torch.nn.functional.softmax")
 _add(
-    "spatial_expectation2d", [image(range=(0.0, 1e-3), description="distributions")], [TensorSpec("positions", description="x and y in [-1, 1]")],
+    "spatial_expectation2d",
+    [image(range=(0.0, 1e-3), description="distributions")],
+    [TensorSpec("positions", description="x and y in [-1, 1]")],
     "NumPy average",
 )
 _add(
-    "spatial_soft_argmax2d", [_HEATMAP], [TensorSpec("positions", description="x and y in pixels")], "NumPy average",
-    config={"temperature": 0.3, "normalized_coordinates": False}, **_PIXELS,
+    "spatial_soft_argmax2d",
+    [_HEATMAP],
+    [TensorSpec("positions", description="x and y in pixels")],
+    "NumPy average",
+    config={"temperature": 0.3, "normalized_coordinates": False},
+    **_PIXELS,
 )
 
 _MEAN = TensorSpec("mean", ("N", 2), range=(-1.0, 1.0), description="x and y in [-1, 1]")
 _STD = TensorSpec("std", ("N", 2), range=(0.1, 0.5), description="along x and y")
 _add("render_gaussian2d.fixed", [_MEAN, _STD], ["output"], "SciPy norm", config={"size": (24, 31)})
-add(Spec(
-    "geometry.subpix.render_gaussian2d.like",
-    [_MEAN, _STD, TensorSpec("like", ("OH", "OW"), "uint8", range=(0, 255), description="its shape is the size wanted; its values are not read")],
-    symbols={"OH": (1, 32768), "OW": (1, 32768)},
-    reference="SciPy norm",
-), fn="geometry.subpix.heatmaps.render_gaussian2d_like")
+add(
+    Spec(
+        "geometry.subpix.render_gaussian2d.like",
+        [
+            _MEAN,
+            _STD,
+            TensorSpec(
+                "like",
+                ("OH", "OW"),
+                "uint8",
+                range=(0, 255),
+                description="its shape is the size wanted; its values are not read",
+            ),
+        ],
+        symbols={"OH": (1, 32768), "OW": (1, 32768)},
+        reference="SciPy norm",
+    ),
+    fn="geometry.subpix.heatmaps.render_gaussian2d_like",
+)
 
 _WINDOWS = ["positions", TensorSpec("values", description="means under the softmax")]
 _add(
-    "conv_soft_argmax2d.pixels", [_HEATMAP, _TEMPERATURE], _WINDOWS, "a loop in NumPy",
-    config={"normalized_coordinates": False, "output_value": True}, symbols=STENCIL, **_PIXELS,
+    "conv_soft_argmax2d.pixels",
+    [_HEATMAP, _TEMPERATURE],
+    _WINDOWS,
+    "a loop in NumPy",
+    config={"normalized_coordinates": False, "output_value": True},
+    symbols=STENCIL,
+    **_PIXELS,
 )
-_add("conv_soft_argmax2d.normalized", [_HEATMAP], ["positions"], "a loop in NumPy", config={"kernel_size": (5, 5), "stride": (2, 2), "padding": (2, 2)}, symbols=STENCIL)
-_add("conv_soft_argmax3d", [_VOLUME], _WINDOWS, "a loop in NumPy", config={"stride": (1, 2, 2), "padding": (0, 1, 1), "temperature": 0.3}, symbols=_CUBE, **_PIXELS)
+_add(
+    "conv_soft_argmax2d.normalized",
+    [_HEATMAP],
+    ["positions"],
+    "a loop in NumPy",
+    config={"kernel_size": (5, 5), "stride": (2, 2), "padding": (2, 2)},
+    symbols=STENCIL,
+)
+_add(
+    "conv_soft_argmax3d",
+    [_VOLUME],
+    _WINDOWS,
+    "a loop in NumPy",
+    config={"stride": (1, 2, 2), "padding": (0, 1, 1), "temperature": 0.3},
+    symbols=_CUBE,
+    **_PIXELS,
+)

@@ -6,13 +6,26 @@ from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
-_LIKE = TensorSpec("like", ("OH", "OW"), "uint8", range=(0, 255), description="its shape is the size wanted; its values are not read")
+_LIKE = TensorSpec(
+    "like",
+    ("OH", "OW"),
+    "uint8",
+    range=(0, 255),
+    description="its shape is the size wanted; its values are not read",
+)
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
 _BATCHED = TensorSpec("angle", ("B",), range=(-180, 180), description="degrees, counterclockwise")
-#: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all pixels.
-_WARP = {"tolerances": {"float32": Tolerance(1e-3, 1e-3)}, "gradient_tolerances": {"float32": Tolerance(5e-3, 2e-3)}}
+#: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all
+#: pixels.
+_WARP = {
+    "tolerances": {"float32": Tolerance(1e-3, 1e-3)},
+    "gradient_tolerances": {"float32": Tolerance(5e-3, 2e-3)},
+}
 #: The derivatives of the cubic kernel are larger still.
-_CUBIC = {"tolerances": {"float32": Tolerance(1e-3, 1e-3)}, "gradient_tolerances": {"float32": Tolerance(2e-2, 5e-3)}}
+_CUBIC = {
+    "tolerances": {"float32": Tolerance(1e-3, 1e-3)},
+    "gradient_tolerances": {"float32": Tolerance(2e-2, 5e-3)},
+}
 
 
 def _uniform(generator, shape, low, high):
@@ -49,15 +62,30 @@ _MAKERS = {
     "max_radius": lambda g, s: _uniform(g, (s["B"],), 5, 30),
     "boxes": _boxes,
     "src_box": _boxes,
-    "dst_box": lambda g, s: torch.tensor([[1.0, 2.0], [9.0, 2.0], [9.0, 8.0], [1.0, 8.0]], dtype=torch.float64).expand(s["B"], 4, 2),
+    "dst_box": (
+        lambda g, s: torch.tensor(
+            [[1.0, 2.0], [9.0, 2.0], [9.0, 8.0], [1.0, 8.0]], dtype=torch.float64
+        ).expand(s["B"], 4, 2)
+    ),
     # some positions lie outside, none near enough to a border between pixels for rounding to decide
-    "map_x": lambda g, s: torch.floor(_uniform(g, (s["B"], s["OH"], s["OW"]), -3, s["W"] + 3)) + _uniform(g, (s["B"], s["OH"], s["OW"]), 0.05, 0.45),
-    "map_y": lambda g, s: torch.floor(_uniform(g, (s["B"], s["OH"], s["OW"]), -3, s["H"] + 3)) + _uniform(g, (s["B"], s["OH"], s["OW"]), 0.55, 0.95),
+    "map_x": (
+        lambda g, s: (
+            torch.floor(_uniform(g, (s["B"], s["OH"], s["OW"]), -3, s["W"] + 3))
+            + _uniform(g, (s["B"], s["OH"], s["OW"]), 0.05, 0.45)
+        )
+    ),
+    "map_y": (
+        lambda g, s: (
+            torch.floor(_uniform(g, (s["B"], s["OH"], s["OW"]), -3, s["H"] + 3))
+            + _uniform(g, (s["B"], s["OH"], s["OW"]), 0.55, 0.95)
+        )
+    ),
 }
 
 
 def _with(inputs, **makers):
-    """A sampler for `inputs`: by _MAKERS, or by those named here; what neither has is uniform in its range."""
+    """A sampler for `inputs`: by _MAKERS, or by those named here; what neither has is uniform in its
+    range."""
 
     def sample(generator, sizes, dtype):
         made = {}
@@ -76,38 +104,90 @@ def _with(inputs, **makers):
 
 
 def _add(name, inputs, reference, fn=None, makers=None, outputs=_OUTPUT, **rest):
-    add(Spec(f"geometry.transform.{name}", inputs, outputs, sample=_with(inputs, **(makers or {})), reference=reference, **rest), fn=fn and f"geometry.transform.{fn}")
+    add(
+        Spec(
+            f"geometry.transform.{name}",
+            inputs,
+            outputs,
+            sample=_with(inputs, **(makers or {})),
+            reference=reference,
+            **rest,
+        ),
+        fn=fn and f"geometry.transform.{fn}",
+    )
 
 
-# --- matrices ----------------------------------------------------------------------------------------------------------
+# --- matrices -----------------------------------------------------------------------------------------------
 
 _CENTER = TensorSpec("center", ("B", 2), range=(3, 30), description="x and y in pixels")
 _SCALE = TensorSpec("scale", ("B", 2), range=(0.6, 1.6), description="factors along x and y")
-_SHEARS = [TensorSpec("sx", ("B",), range=(-0.5, 0.5), description="radians along x"), TensorSpec("sy", ("B",), range=(-0.5, 0.5), description="radians along y")]
+_SHEARS = [
+    TensorSpec("sx", ("B",), range=(-0.5, 0.5), description="radians along x"),
+    TensorSpec("sy", ("B",), range=(-0.5, 0.5), description="radians along y"),
+]
 _TRANSLATIONS = TensorSpec("translations", ("B", 2), range=(-5, 5), description="pixels along x and y")
 _MATRIX = [TensorSpec("matrix")]
 # entries in pixels: differences are relative to the centre's coordinates
-_PIXELS = {"tolerances": {"float32": Tolerance(1e-4, 1e-5)}, "gradient_tolerances": {"float32": Tolerance(1e-3, 1e-4)}, "outputs": _MATRIX}
+_PIXELS = {
+    "tolerances": {"float32": Tolerance(1e-4, 1e-5)},
+    "gradient_tolerances": {"float32": Tolerance(1e-3, 1e-4)},
+    "outputs": _MATRIX,
+}
 
-_add("get_rotation_matrix2d", [_CENTER, _BATCHED, _SCALE], "OpenCV getRotationMatrix2D", fn="get_rotation_matrix2d", **_PIXELS)
-_add("get_translation_matrix2d", [_TRANSLATIONS], "definition", fn="get_translation_matrix2d", **_PIXELS)
-_add("get_shear_matrix2d", [_CENTER, *_SHEARS], "product of matrices in NumPy", fn="get_shear_matrix2d", **_PIXELS)
-_add("get_affine_matrix2d", [_TRANSLATIONS, _CENTER, _SCALE, _BATCHED, *_SHEARS], "product of matrices in NumPy", fn="get_affine_matrix2d", **_PIXELS)
-_add("invert_affine_transform", [TensorSpec("matrix", ("B", 2, 3))], "OpenCV invertAffineTransform", fn="invert_affine_transform", **{**_PIXELS, "outputs": [TensorSpec("inverse")]})
 _add(
-    "projection_from_Rt", [TensorSpec("rmat", ("B", 3, 3)), TensorSpec("tvec", ("B", 3, 1))], "definition",
-    fn="projection_from_Rt", outputs=_MATRIX,
+    "get_rotation_matrix2d",
+    [_CENTER, _BATCHED, _SCALE],
+    "OpenCV getRotationMatrix2D",
+    fn="get_rotation_matrix2d",
+    **_PIXELS,
+)
+_add("get_translation_matrix2d", [_TRANSLATIONS], "definition", fn="get_translation_matrix2d", **_PIXELS)
+_add(
+    "get_shear_matrix2d",
+    [_CENTER, *_SHEARS],
+    "product of matrices in NumPy",
+    fn="get_shear_matrix2d",
+    **_PIXELS,
+)
+_add(
+    "get_affine_matrix2d",
+    [_TRANSLATIONS, _CENTER, _SCALE, _BATCHED, *_SHEARS],
+    "product of matrices in NumPy",
+    fn="get_affine_matrix2d",
+    **_PIXELS,
+)
+_add(
+    "invert_affine_transform",
+    [TensorSpec("matrix", ("B", 2, 3))],
+    "OpenCV invertAffineTransform",
+    fn="invert_affine_transform",
+    **{**_PIXELS, "outputs": [TensorSpec("inverse")]},
+)
+_add(
+    "projection_from_Rt",
+    [TensorSpec("rmat", ("B", 3, 3)), TensorSpec("tvec", ("B", 3, 1))],
+    "definition",
+    fn="projection_from_Rt",
+    outputs=_MATRIX,
 )
 _add(
     "get_perspective_transform",
-    [TensorSpec("points_src", ("B", 4, 2), description="four points (x, y)"), TensorSpec("points_dst", ("B", 4, 2), description="where they go")],
-    "OpenCV getPerspectiveTransform", fn="get_perspective_transform", makers={"points_src": "boxes", "points_dst": "dst_box"},
-    outputs=_MATRIX, tolerances={"float32": Tolerance(1e-3, 1e-4)}, gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
+    [
+        TensorSpec("points_src", ("B", 4, 2), description="four points (x, y)"),
+        TensorSpec("points_dst", ("B", 4, 2), description="where they go"),
+    ],
+    "OpenCV getPerspectiveTransform",
+    fn="get_perspective_transform",
+    makers={"points_src": "boxes", "points_dst": "dst_box"},
+    outputs=_MATRIX,
+    tolerances={"float32": Tolerance(1e-3, 1e-4)},
+    gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
 )
 
-# --- warps -------------------------------------------------------------------------------------------------------------
+# --- warps --------------------------------------------------------------------------------------------------
 
-# Every mode with every padding is tested eagerly, and deployed in one or another of these ops, which sample alike.
+# Every mode with every padding is tested eagerly, and deployed in one or another of these ops, which sample
+# alike.
 _WARPED = {
     "warp_affine": (
         [image("src"), TensorSpec("M", ("B", 2, 3), description="from source to destination pixels"), _LIKE],
@@ -115,12 +195,24 @@ _WARPED = {
         {"fn": "like.warp_affine_like", "reference": "OpenCV warpAffine; SciPy map_coordinates"},
     ),
     "warp_perspective": (
-        [image("src"), TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"), _LIKE],
+        [
+            image("src"),
+            TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"),
+            _LIKE,
+        ],
         ("bicubic_border",),
-        {"fn": "like.warp_perspective_like", "reference": "OpenCV warpPerspective", "makers": {"M": "homography"}},
+        {
+            "fn": "like.warp_perspective_like",
+            "reference": "OpenCV warpPerspective",
+            "makers": {"M": "homography"},
+        },
     ),
     "remap": (
-        [image("image"), TensorSpec("map_x", ("B", "OH", "OW"), description="columns"), TensorSpec("map_y", ("B", "OH", "OW"), description="rows")],
+        [
+            image("image"),
+            TensorSpec("map_x", ("B", "OH", "OW"), description="columns"),
+            TensorSpec("map_y", ("B", "OH", "OW"), description="rows"),
+        ],
         ("bilinear_zeros", "nearest_border", "bicubic_reflection"),
         {"fn": "remap", "reference": "OpenCV remap; SciPy map_coordinates"},
     ),
@@ -129,86 +221,253 @@ for _name, (_inputs, _ways, _rest) in _WARPED.items():
     for _way in _ways:
         _mode, _, _padding = _way.partition("_")
         _config = {"mode": _mode, "padding_mode": _padding, "align_corners": True}
-        _add(f"{_name}.{_way}", _inputs, config=_config, symbols=_SIZES, **_rest, **(_CUBIC if _mode == "bicubic" else _WARP))
+        _add(
+            f"{_name}.{_way}",
+            _inputs,
+            config=_config,
+            symbols=_SIZES,
+            **_rest,
+            **(_CUBIC if _mode == "bicubic" else _WARP),
+        )
 
 _add(
     "warp_affine.bilinear_fill",
-    [image("src"), TensorSpec("M", ("B", 2, 3), description="from source to destination pixels"), _LIKE, TensorSpec("fill_value", ("C",), description="colour")],
-    "SciPy map_coordinates", fn="like.warp_affine_like", config={"mode": "bilinear", "padding_mode": "fill"}, symbols=_SIZES, **_WARP,
+    [
+        image("src"),
+        TensorSpec("M", ("B", 2, 3), description="from source to destination pixels"),
+        _LIKE,
+        TensorSpec("fill_value", ("C",), description="colour"),
+    ],
+    "SciPy map_coordinates",
+    fn="like.warp_affine_like",
+    config={"mode": "bilinear", "padding_mode": "fill"},
+    symbols=_SIZES,
+    **_WARP,
 )
 _add(
     "remap.normalized",
-    [image("image"), TensorSpec("map_x", ("B", "OH", "OW"), range=(-1.1, 1.1), description="columns"), TensorSpec("map_y", ("B", "OH", "OW"), range=(-1.1, 1.1), description="rows")],
-    "torch.nn.functional.grid_sample", fn="remap", makers={"map_x": "", "map_y": ""}, config={"normalized_coordinates": True}, symbols=_SIZES, **_WARP,
+    [
+        image("image"),
+        TensorSpec("map_x", ("B", "OH", "OW"), range=(-1.1, 1.1), description="columns"),
+        TensorSpec("map_y", ("B", "OH", "OW"), range=(-1.1, 1.1), description="rows"),
+    ],
+    "torch.nn.functional.grid_sample",
+    fn="remap",
+    makers={"map_x": "", "map_y": ""},
+    config={"normalized_coordinates": True},
+    symbols=_SIZES,
+    **_WARP,
 )
 
 _add(
     "homography_warp",
-    [image("patch_src"), TensorSpec("src_homo_dst", ("B", 3, 3), description="from the output to the image, in [-1, 1]"), _LIKE],
-    "torch.nn.functional.grid_sample", fn="like.homography_warp_like", makers={"src_homo_dst": "normalized"}, symbols=_SIZES, **_WARP,
+    [
+        image("patch_src"),
+        TensorSpec("src_homo_dst", ("B", 3, 3), description="from the output to the image, in [-1, 1]"),
+        _LIKE,
+    ],
+    "torch.nn.functional.grid_sample",
+    fn="like.homography_warp_like",
+    makers={"src_homo_dst": "normalized"},
+    symbols=_SIZES,
+    **_WARP,
 )
-_add("rotate", [image("tensor"), _BATCHED], "SciPy map_coordinates", fn="rotate", config={"mode": "bicubic", "padding_mode": "border"}, **_CUBIC)
-_add("affine", [image("tensor"), TensorSpec("matrix", ("B", 2, 3), description="from source to destination pixels")], "SciPy map_coordinates", fn="affine", **_WARP)
-_add("translate", [image("tensor"), TensorSpec("translation", ("B", 2), description="pixels to the right and down")], "SciPy map_coordinates", fn="translate", **_WARP)
+_add(
+    "rotate",
+    [image("tensor"), _BATCHED],
+    "SciPy map_coordinates",
+    fn="rotate",
+    config={"mode": "bicubic", "padding_mode": "border"},
+    **_CUBIC,
+)
+_add(
+    "affine",
+    [image("tensor"), TensorSpec("matrix", ("B", 2, 3), description="from source to destination pixels")],
+    "SciPy map_coordinates",
+    fn="affine",
+    **_WARP,
+)
+_add(
+    "translate",
+    [image("tensor"), TensorSpec("translation", ("B", 2), description="pixels to the right and down")],
+    "SciPy map_coordinates",
+    fn="translate",
+    **_WARP,
+)
 _add(
     "scale",
     [image("tensor"), TensorSpec("scale_factor", ("B", 2), description="factors along x and y"), _CENTER],
-    "SciPy map_coordinates", fn="scale", config={"padding_mode": "border"}, **_WARP,
+    "SciPy map_coordinates",
+    fn="scale",
+    config={"padding_mode": "border"},
+    **_WARP,
 )
-_add("shear", [image("tensor"), TensorSpec("shear", ("B", 2), description="along x and y")], "SciPy map_coordinates", fn="shear", config={"padding_mode": "reflection"}, **_WARP)
+_add(
+    "shear",
+    [image("tensor"), TensorSpec("shear", ("B", 2), description="along x and y")],
+    "SciPy map_coordinates",
+    fn="shear",
+    config={"padding_mode": "reflection"},
+    **_WARP,
+)
 _add(
     "warp_grid",
-    [TensorSpec("grid", ("B", "H", "W", 2), range=(-1, 1), description="points (x, y)"), TensorSpec("src_homo_dst", ("B", 3, 3))],
-    "NumPy", fn="warp_grid", makers={"src_homo_dst": "normalized"}, outputs=[TensorSpec("points")], gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
+    [
+        TensorSpec("grid", ("B", "H", "W", 2), range=(-1, 1), description="points (x, y)"),
+        TensorSpec("src_homo_dst", ("B", 3, 3)),
+    ],
+    "NumPy",
+    fn="warp_grid",
+    makers={"src_homo_dst": "normalized"},
+    outputs=[TensorSpec("points")],
+    gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
 )
 
 for _mapping in ("linear", "log"):
     _add(
         f"warp_polar.{_mapping}",
-        [image("src"), TensorSpec("center", ("B", 2), range=(3, 30), description="x and y in pixels"), TensorSpec("max_radius", ("B",), description="pixels"), _LIKE],
-        "OpenCV warpPolar", fn="like.warp_polar_like", config={"mapping": _mapping}, symbols=_SIZES, **_WARP,
+        [
+            image("src"),
+            TensorSpec("center", ("B", 2), range=(3, 30), description="x and y in pixels"),
+            TensorSpec("max_radius", ("B",), description="pixels"),
+            _LIKE,
+        ],
+        "OpenCV warpPolar",
+        fn="like.warp_polar_like",
+        config={"mapping": _mapping},
+        symbols=_SIZES,
+        **_WARP,
     )
 _add(
     "elastic_transform2d",
-    [image("image"), TensorSpec("noise", ("B", 2, "H", "W"), range=(-1, 1), description="displacements along x and y before smoothing")],
-    "OpenCV GaussianBlur and torch.nn.functional.grid_sample", fn="elastic_transform2d",
-    config={"kernel_size": (9, 7), "sigma": (2.0, 1.5), "alpha": (0.4, 0.3)}, symbols=STENCIL, **_WARP,
+    [
+        image("image"),
+        TensorSpec(
+            "noise",
+            ("B", 2, "H", "W"),
+            range=(-1, 1),
+            description="displacements along x and y before smoothing",
+        ),
+    ],
+    "OpenCV GaussianBlur and torch.nn.functional.grid_sample",
+    fn="elastic_transform2d",
+    config={"kernel_size": (9, 7), "sigma": (2.0, 1.5), "alpha": (0.4, 0.3)},
+    symbols=STENCIL,
+    **_WARP,
 )
 
-# --- flips, sizes, pyramids --------------------------------------------------------------------------------------------
+# --- flips, sizes, pyramids ---------------------------------------------------------------------------------
 
 for _name in ("hflip", "vflip", "rot180"):
     _add(_name, [image()], "NumPy", fn=_name)
 
 _RESIZE = "torch.nn.functional.interpolate"
-_add("rescale", [image()], _RESIZE, fn="rescale", config={"factor": (1.5, 0.7), "interpolation": "bicubic"}, symbols=STENCIL)
-_add("rescale.antialias", [image()], "Pillow resize", fn="rescale", config={"factor": (1.5, 0.7), "antialias": True}, symbols=STENCIL)
-_add("resize_to_be_divisible", [image()], _RESIZE, fn="resize_to_be_divisible", config={"divisible_factor": 8}, symbols=STENCIL)
-_add("pyrdown.by_2", [image()], "OpenCV GaussianBlur and torch.nn.functional.interpolate", fn="pyrdown", symbols=STENCIL)
 _add(
-    "pyrdown.by_1_5", [image()], "OpenCV GaussianBlur and torch.nn.functional.interpolate", fn="pyrdown",
-    config={"border_type": "replicate", "align_corners": True, "factor": 1.5}, symbols=STENCIL,
+    "rescale",
+    [image()],
+    _RESIZE,
+    fn="rescale",
+    config={"factor": (1.5, 0.7), "interpolation": "bicubic"},
+    symbols=STENCIL,
 )
-_add("pyrup", [image()], "OpenCV GaussianBlur and torch.nn.functional.interpolate", fn="pyrup", symbols=STENCIL)
-_LEVELS = [TensorSpec(f"level{i}", layout="NCHW", description=f"1/{2 ** i} of the size") for i in range(3)]
+_add(
+    "rescale.antialias",
+    [image()],
+    "Pillow resize",
+    fn="rescale",
+    config={"factor": (1.5, 0.7), "antialias": True},
+    symbols=STENCIL,
+)
+_add(
+    "resize_to_be_divisible",
+    [image()],
+    _RESIZE,
+    fn="resize_to_be_divisible",
+    config={"divisible_factor": 8},
+    symbols=STENCIL,
+)
+_add(
+    "pyrdown.by_2",
+    [image()],
+    "OpenCV GaussianBlur and torch.nn.functional.interpolate",
+    fn="pyrdown",
+    symbols=STENCIL,
+)
+_add(
+    "pyrdown.by_1_5",
+    [image()],
+    "OpenCV GaussianBlur and torch.nn.functional.interpolate",
+    fn="pyrdown",
+    config={"border_type": "replicate", "align_corners": True, "factor": 1.5},
+    symbols=STENCIL,
+)
+_add(
+    "pyrup", [image()], "OpenCV GaussianBlur and torch.nn.functional.interpolate", fn="pyrup", symbols=STENCIL
+)
+_LEVELS = [TensorSpec(f"level{i}", layout="NCHW", description=f"1/{2**i} of the size") for i in range(3)]
 _HALVES = {"H": (16, 32768), "W": (16, 32768)}
-_add("build_pyramid", [image()], "composition of pyrdown", fn="build_pyramid", config={"max_level": 3}, symbols=_HALVES, outputs=_LEVELS)
-_add("build_laplacian_pyramid", [image()], "the image comes back", fn="build_laplacian_pyramid", config={"max_level": 3}, symbols=_HALVES, outputs=_LEVELS)
+_add(
+    "build_pyramid",
+    [image()],
+    "composition of pyrdown",
+    fn="build_pyramid",
+    config={"max_level": 3},
+    symbols=_HALVES,
+    outputs=_LEVELS,
+)
+_add(
+    "build_laplacian_pyramid",
+    [image()],
+    "the image comes back",
+    fn="build_laplacian_pyramid",
+    config={"max_level": 3},
+    symbols=_HALVES,
+    outputs=_LEVELS,
+)
 
-# --- crops -------------------------------------------------------------------------------------------------------------
+# --- crops --------------------------------------------------------------------------------------------------
 
 _BOXES = TensorSpec("boxes", ("B", 4, 2), description="corners (x, y) from the upper left clockwise")
-_add("center_crop", [image("input_tensor"), _LIKE], "NumPy slices", fn="like.center_crop_like", symbols=_SIZES, **_WARP)
-_add("crop_and_resize", [image("input_tensor"), _BOXES], "OpenCV warpPerspective", fn="crop_and_resize", config={"size": (10, 12)}, **_WARP)
+_add(
+    "center_crop",
+    [image("input_tensor"), _LIKE],
+    "NumPy slices",
+    fn="like.center_crop_like",
+    symbols=_SIZES,
+    **_WARP,
+)
+_add(
+    "crop_and_resize",
+    [image("input_tensor"), _BOXES],
+    "OpenCV warpPerspective",
+    fn="crop_and_resize",
+    config={"size": (10, 12)},
+    **_WARP,
+)
 _add(
     "crop_by_transform_mat",
-    [image("input_tensor"), TensorSpec("transform", ("B", 3, 3), description="from source to destination pixels"), _LIKE],
-    "OpenCV warpPerspective", fn="like.crop_by_transform_mat_like", symbols=_SIZES, **_WARP,
+    [
+        image("input_tensor"),
+        TensorSpec("transform", ("B", 3, 3), description="from source to destination pixels"),
+        _LIKE,
+    ],
+    "OpenCV warpPerspective",
+    fn="like.crop_by_transform_mat_like",
+    symbols=_SIZES,
+    **_WARP,
 )
 _add(
     "crop_by_boxes",
-    [image("input_tensor"), TensorSpec("src_box", ("B", 4, 2), description="corners (x, y) in the image"), TensorSpec("dst_box", ("B", 4, 2), description="where they go"), _LIKE],
-    "OpenCV warpPerspective", fn="like.crop_by_boxes_like", symbols=_SIZES, **_WARP,
+    [
+        image("input_tensor"),
+        TensorSpec("src_box", ("B", 4, 2), description="corners (x, y) in the image"),
+        TensorSpec("dst_box", ("B", 4, 2), description="where they go"),
+        _LIKE,
+    ],
+    "OpenCV warpPerspective",
+    fn="like.crop_by_boxes_like",
+    symbols=_SIZES,
+    **_WARP,
 )
 
 
@@ -217,7 +476,9 @@ def _sample_whole_boxes(generator, sizes, dtype):
     batch, extent = sizes["B"], torch.tensor([sizes["W"], sizes["H"]])
     low = (_uniform(generator, (batch, 2), 0.0, 0.4) * extent).long()
     high = (_uniform(generator, (batch, 2), 0.5, 1.0) * extent).long()
-    box = torch.stack([low, torch.stack([high[:, 0], low[:, 1]], -1), high, torch.stack([low[:, 0], high[:, 1]], -1)], 1)
+    box = torch.stack(
+        [low, torch.stack([high[:, 0], low[:, 1]], -1), high, torch.stack([low[:, 0], high[:, 1]], -1)], 1
+    )
     shape = (batch, sizes["C"], sizes["H"], sizes["W"])
     return {"input_tensor": _uniform(generator, shape, 0, 1).to(dtype), "src_box": box}
 
@@ -226,11 +487,22 @@ for _name, _config in {
     "resize": {"interpolation": "bilinear"},
     "pad": {"shape_compensation": "pad"},
 }.items():
-    add(Spec(
-        f"geometry.transform.crop_by_indices.{_name}",
-        [image("input_tensor"), TensorSpec("src_box", ("B", 4, 2), "int64", description="corner pixels (x, y) from the upper left clockwise")],
-        _OUTPUT,
-        config={"size": (9, 11), **_config},
-        sample=_sample_whole_boxes,
-        reference="NumPy slices and torch.nn.functional.interpolate",
-    ), fn="geometry.transform.crop_by_indices")
+    add(
+        Spec(
+            f"geometry.transform.crop_by_indices.{_name}",
+            [
+                image("input_tensor"),
+                TensorSpec(
+                    "src_box",
+                    ("B", 4, 2),
+                    "int64",
+                    description="corner pixels (x, y) from the upper left clockwise",
+                ),
+            ],
+            _OUTPUT,
+            config={"size": (9, 11), **_config},
+            sample=_sample_whole_boxes,
+            reference="NumPy slices and torch.nn.functional.interpolate",
+        ),
+        fn="geometry.transform.crop_by_indices",
+    )

@@ -6,12 +6,27 @@ from ..spec import Spec, TensorSpec, Tolerance, image
 from . import add
 
 _SIZES = {"D": (2, 4096), "OD": (1, 4096), "OH": (1, 32768), "OW": (1, 32768)}
-_LIKE = TensorSpec("like", ("OD", "OH", "OW"), "uint8", range=(0, 255), description="its shape is the size wanted; its values are not read")
+_LIKE = TensorSpec(
+    "like",
+    ("OD", "OH", "OW"),
+    "uint8",
+    range=(0, 255),
+    description="its shape is the size wanted; its values are not read",
+)
 _OUTPUT = [TensorSpec("output", layout="NCDHW")]
-#: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all voxels.
-_WARP = {"tolerances": {"float32": Tolerance(1e-3, 1e-3)}, "gradient_tolerances": {"float32": Tolerance(1e-2, 2e-3)}}
-_PIXELS = {"tolerances": {"float32": Tolerance(1e-4, 1e-5)}, "gradient_tolerances": {"float32": Tolerance(1e-3, 1e-4)}}
-_CORNERS = torch.tensor([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=torch.float64)
+#: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all
+#: voxels.
+_WARP = {
+    "tolerances": {"float32": Tolerance(1e-3, 1e-3)},
+    "gradient_tolerances": {"float32": Tolerance(1e-2, 2e-3)},
+}
+_PIXELS = {
+    "tolerances": {"float32": Tolerance(1e-4, 1e-5)},
+    "gradient_tolerances": {"float32": Tolerance(1e-3, 1e-4)},
+}
+_CORNERS = torch.tensor(
+    [[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=torch.float64
+)
 
 
 def _uniform(generator, shape, low, high):
@@ -40,7 +55,11 @@ _MAKERS = {
     "src_homo_dst": lambda g, s: _homographies(g, s["B"], 0.1, 0.05),
     "boxes": _boxes,
     "src_box": _boxes,
-    "dst_box": lambda g, s: (1.0 + _CORNERS * torch.tensor([7.0, 5.0, 3.0], dtype=torch.float64)).expand(s["B"], 8, 3),
+    "dst_box": (
+        lambda g, s: (1.0 + _CORNERS * torch.tensor([7.0, 5.0, 3.0], dtype=torch.float64)).expand(
+            s["B"], 8, 3
+        )
+    ),
 }
 
 
@@ -62,82 +81,190 @@ def _with(inputs, makers):
 
 
 def _add(name, inputs, reference, fn, makers=None, outputs=_OUTPUT, **rest):
-    add(Spec(f"geometry.transform.{name}", inputs, outputs, sample=_with(inputs, makers or {}), reference=reference, **rest), fn=f"geometry.transform.{fn}")
+    add(
+        Spec(
+            f"geometry.transform.{name}",
+            inputs,
+            outputs,
+            sample=_with(inputs, makers or {}),
+            reference=reference,
+            **rest,
+        ),
+        fn=f"geometry.transform.{fn}",
+    )
 
 
 def _volume(name):
-    return TensorSpec(name, ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes")
+    return TensorSpec(
+        name, ("B", "C", "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes"
+    )
 
 
-# --- matrices ----------------------------------------------------------------------------------------------------------
+# --- matrices -----------------------------------------------------------------------------------------------
 
 _CENTER = TensorSpec("center", ("B", 3), range=(3, 20), description="x, y and z in voxels")
 _ANGLES = TensorSpec("angles", ("B", 3), range=(-60, 60), description="rotation vector in degrees")
 _MATRIX = [TensorSpec("matrix")]
-_SHEARS = [TensorSpec(n, ("B",), range=(-0.4, 0.4), description="radians") for n in ("sxy", "sxz", "syx", "syz", "szx", "szy")]
+_SHEARS = [
+    TensorSpec(n, ("B",), range=(-0.4, 0.4), description="radians")
+    for n in ("sxy", "sxz", "syx", "syz", "szx", "szy")
+]
 _FACTORS = {"range": (0.6, 1.6), "description": "factors along x, y and z"}
 
 _add(
-    "get_projective_transform", [_CENTER, _ANGLES, TensorSpec("scales", ("B", 3), **_FACTORS)], "SciPy Rotation",
-    "get_projective_transform", outputs=_MATRIX, **_PIXELS,
+    "get_projective_transform",
+    [_CENTER, _ANGLES, TensorSpec("scales", ("B", 3), **_FACTORS)],
+    "SciPy Rotation",
+    "get_projective_transform",
+    outputs=_MATRIX,
+    **_PIXELS,
 )
-_add("get_shear_matrix3d", [_CENTER, *_SHEARS], "product of matrices in NumPy", "get_shear_matrix3d", outputs=_MATRIX, **_PIXELS)
+_add(
+    "get_shear_matrix3d",
+    [_CENTER, *_SHEARS],
+    "product of matrices in NumPy",
+    "get_shear_matrix3d",
+    outputs=_MATRIX,
+    **_PIXELS,
+)
 _add(
     "get_affine_matrix3d",
-    [TensorSpec("translations", ("B", 3), range=(-5, 5), description="voxels"), _CENTER, TensorSpec("scale", ("B", 3), **_FACTORS), _ANGLES, *_SHEARS],
-    "product of matrices in NumPy", "get_affine_matrix3d", outputs=_MATRIX, **_PIXELS,
+    [
+        TensorSpec("translations", ("B", 3), range=(-5, 5), description="voxels"),
+        _CENTER,
+        TensorSpec("scale", ("B", 3), **_FACTORS),
+        _ANGLES,
+        *_SHEARS,
+    ],
+    "product of matrices in NumPy",
+    "get_affine_matrix3d",
+    outputs=_MATRIX,
+    **_PIXELS,
 )
 _add(
     "get_perspective_transform3d",
-    [TensorSpec("src", ("B", 8, 3), description="corners of boxes"), TensorSpec("dst", ("B", 8, 3), description="where they go")],
-    "NumPy", "get_perspective_transform3d", makers={"src": "src_box", "dst": "dst_box"},
-    outputs=_MATRIX, tolerances={"float32": Tolerance(1e-3, 1e-3)}, gradient_tolerances={"float32": Tolerance(1e-2, 2e-3)},
+    [
+        TensorSpec("src", ("B", 8, 3), description="corners of boxes"),
+        TensorSpec("dst", ("B", 8, 3), description="where they go"),
+    ],
+    "NumPy",
+    "get_perspective_transform3d",
+    makers={"src": "src_box", "dst": "dst_box"},
+    outputs=_MATRIX,
+    tolerances={"float32": Tolerance(1e-3, 1e-3)},
+    gradient_tolerances={"float32": Tolerance(1e-2, 2e-3)},
 )
 
-# --- warps -------------------------------------------------------------------------------------------------------------
+# --- warps --------------------------------------------------------------------------------------------------
 
 _M = TensorSpec("M", ("B", 3, 4), description="from source to destination voxels")
 for _mode, _padding in (("bilinear", "reflection"), ("nearest", "border")):
     _add(
-        f"warp_affine3d.{_mode}_{_padding}", [_volume("src"), _M, _LIKE], "SciPy map_coordinates", "like3d.warp_affine3d_like",
-        config={"flags": _mode, "padding_mode": _padding}, symbols=_SIZES, **_WARP,
+        f"warp_affine3d.{_mode}_{_padding}",
+        [_volume("src"), _M, _LIKE],
+        "SciPy map_coordinates",
+        "like3d.warp_affine3d_like",
+        config={"flags": _mode, "padding_mode": _padding},
+        symbols=_SIZES,
+        **_WARP,
     )
 _add(
-    "warp_perspective3d", [_volume("src"), TensorSpec("M", ("B", 4, 4), description="from source to destination voxels"), _LIKE],
-    "SciPy map_coordinates", "like3d.warp_perspective3d_like", makers={"M": "homography"}, symbols=_SIZES, **_WARP,
+    "warp_perspective3d",
+    [_volume("src"), TensorSpec("M", ("B", 4, 4), description="from source to destination voxels"), _LIKE],
+    "SciPy map_coordinates",
+    "like3d.warp_perspective3d_like",
+    makers={"M": "homography"},
+    symbols=_SIZES,
+    **_WARP,
 )
 _add(
-    "homography_warp3d", [_volume("patch_src"), TensorSpec("src_homo_dst", ("B", 4, 4), description="from the output to the volume, in [-1, 1]"), _LIKE],
-    "torch.nn.functional.grid_sample", "like3d.homography_warp3d_like", symbols=_SIZES, **_WARP,
+    "homography_warp3d",
+    [
+        _volume("patch_src"),
+        TensorSpec("src_homo_dst", ("B", 4, 4), description="from the output to the volume, in [-1, 1]"),
+        _LIKE,
+    ],
+    "torch.nn.functional.grid_sample",
+    "like3d.homography_warp3d_like",
+    symbols=_SIZES,
+    **_WARP,
 )
 _add(
-    "affine3d", [_volume("tensor"), TensorSpec("matrix", ("B", 3, 4), description="from source to destination voxels")],
-    "SciPy map_coordinates", "affine3d", symbols=_SIZES, **_WARP,
+    "affine3d",
+    [_volume("tensor"), TensorSpec("matrix", ("B", 3, 4), description="from source to destination voxels")],
+    "SciPy map_coordinates",
+    "affine3d",
+    symbols=_SIZES,
+    **_WARP,
 )
 _add(
-    "rotate3d", [_volume("tensor"), *[TensorSpec(n, ("B",), range=(-40, 40), description="degrees") for n in ("yaw", "pitch", "roll")]],
-    "SciPy Rotation and map_coordinates", "rotate3d", symbols=_SIZES, **_WARP,
+    "rotate3d",
+    [
+        _volume("tensor"),
+        *[TensorSpec(n, ("B",), range=(-40, 40), description="degrees") for n in ("yaw", "pitch", "roll")],
+    ],
+    "SciPy Rotation and map_coordinates",
+    "rotate3d",
+    symbols=_SIZES,
+    **_WARP,
 )
 _add(
-    "warp_grid3d", [TensorSpec("grid", ("B", "D", "H", "W", 3), range=(-1, 1), description="points (x, y, z)"), TensorSpec("src_homo_dst", ("B", 4, 4))],
-    "NumPy", "warp_grid3d", outputs=[TensorSpec("points")], symbols=_SIZES, gradient_tolerances={"float32": Tolerance(5e-3, 5e-4)},
+    "warp_grid3d",
+    [
+        TensorSpec("grid", ("B", "D", "H", "W", 3), range=(-1, 1), description="points (x, y, z)"),
+        TensorSpec("src_homo_dst", ("B", 4, 4)),
+    ],
+    "NumPy",
+    "warp_grid3d",
+    outputs=[TensorSpec("points")],
+    symbols=_SIZES,
+    gradient_tolerances={"float32": Tolerance(5e-3, 5e-4)},
 )
-_add("center_crop3d", [_volume("tensor")], "NumPy slices", "center_crop3d", config={"size": (5, 12, 10)}, symbols=_SIZES, **_WARP)
 _add(
-    "crop_and_resize3d", [_volume("tensor"), TensorSpec("boxes", ("B", 8, 3), description="corners (x, y, z)")],
-    "SciPy map_coordinates", "crop_and_resize3d", config={"size": (5, 12, 10)}, symbols=_SIZES, **_WARP,
+    "center_crop3d",
+    [_volume("tensor")],
+    "NumPy slices",
+    "center_crop3d",
+    config={"size": (5, 12, 10)},
+    symbols=_SIZES,
+    **_WARP,
 )
 _add(
-    "crop_by_transform_mat3d", [_volume("tensor"), TensorSpec("transform", ("B", 4, 4), description="from source to destination voxels"), _LIKE],
-    "SciPy map_coordinates", "like3d.crop_by_transform_mat3d_like", symbols=_SIZES, **_WARP,
+    "crop_and_resize3d",
+    [_volume("tensor"), TensorSpec("boxes", ("B", 8, 3), description="corners (x, y, z)")],
+    "SciPy map_coordinates",
+    "crop_and_resize3d",
+    config={"size": (5, 12, 10)},
+    symbols=_SIZES,
+    **_WARP,
+)
+_add(
+    "crop_by_transform_mat3d",
+    [
+        _volume("tensor"),
+        TensorSpec("transform", ("B", 4, 4), description="from source to destination voxels"),
+        _LIKE,
+    ],
+    "SciPy map_coordinates",
+    "like3d.crop_by_transform_mat3d_like",
+    symbols=_SIZES,
+    **_WARP,
 )
 _add(
     "crop_by_boxes3d",
-    [_volume("tensor"), TensorSpec("src_box", ("B", 8, 3), description="corners (x, y, z)"), TensorSpec("dst_box", ("B", 8, 3), description="where they go"), _LIKE],
-    "NumPy slices", "like3d.crop_by_boxes3d_like", symbols=_SIZES, **_WARP,
+    [
+        _volume("tensor"),
+        TensorSpec("src_box", ("B", 8, 3), description="corners (x, y, z)"),
+        TensorSpec("dst_box", ("B", 8, 3), description="where they go"),
+        _LIKE,
+    ],
+    "NumPy slices",
+    "like3d.crop_by_boxes3d_like",
+    symbols=_SIZES,
+    **_WARP,
 )
 
-# --- thin-plate splines ------------------------------------------------------------------------------------------------
+# --- thin-plate splines -------------------------------------------------------------------------------------
 
 _CENTERS = TensorSpec("kernel_centers", ("B", "N", 2), range=(-1, 1), description="points (x, y)")
 _WEIGHTS = [
@@ -148,26 +275,46 @@ _WEIGHTS = [
 
 def _sample_splines(generator, sizes, dtype):
     """Points near the corners and the middle of the square from -1 to 1, and where they move."""
-    anchors = torch.tensor([[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8], [0.0, 0.0], [0.1, -0.7]], dtype=torch.float64)
+    anchors = torch.tensor(
+        [[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8], [0.0, 0.0], [0.1, -0.7]], dtype=torch.float64
+    )
     noise = _uniform(generator, (2, sizes["B"], 6, 2), -0.1, 0.1)
     return {"points_src": (anchors + noise[0]).to(dtype), "points_dst": (anchors + noise[1]).to(dtype)}
 
 
-add(Spec(
-    "geometry.transform.get_tps_transform",
-    [TensorSpec("points_src", ("B", 6, 2), description="points (x, y)"), TensorSpec("points_dst", ("B", 6, 2), description="where they go")],
-    [TensorSpec("kernel_weights"), TensorSpec("affine_weights")],
-    sample=_sample_splines,
-    tolerances={"float32": Tolerance(1e-3, 1e-3)},
-    gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
-    reference="NumPy solve; the spline goes through its points",
-))
-_add(
-    "warp_points_tps", [TensorSpec("points_src", ("B", "N", 2), range=(-1, 1), description="points (x, y)"), TensorSpec("kernel_centers", ("B", 8, 2), range=(-1, 1)),
-                        TensorSpec("kernel_weights", ("B", 8, 2), range=(-0.1, 0.1)), _WEIGHTS[1]],
-    "NumPy; SciPy RBFInterpolator", "warp_points_tps", outputs=[TensorSpec("points")], gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},
+add(
+    Spec(
+        "geometry.transform.get_tps_transform",
+        [
+            TensorSpec("points_src", ("B", 6, 2), description="points (x, y)"),
+            TensorSpec("points_dst", ("B", 6, 2), description="where they go"),
+        ],
+        [TensorSpec("kernel_weights"), TensorSpec("affine_weights")],
+        sample=_sample_splines,
+        tolerances={"float32": Tolerance(1e-3, 1e-3)},
+        gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
+        reference="NumPy solve; the spline goes through its points",
+    )
 )
 _add(
-    "warp_image_tps", [image("image"), _CENTERS, *_WEIGHTS], "NumPy and torch.nn.functional.grid_sample", "warp_image_tps",
-    outputs=[TensorSpec("output", layout="NCHW")], symbols={"N": (3, 1024)}, **_WARP,
+    "warp_points_tps",
+    [
+        TensorSpec("points_src", ("B", "N", 2), range=(-1, 1), description="points (x, y)"),
+        TensorSpec("kernel_centers", ("B", 8, 2), range=(-1, 1)),
+        TensorSpec("kernel_weights", ("B", 8, 2), range=(-0.1, 0.1)),
+        _WEIGHTS[1],
+    ],
+    "NumPy; SciPy RBFInterpolator",
+    "warp_points_tps",
+    outputs=[TensorSpec("points")],
+    gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},
+)
+_add(
+    "warp_image_tps",
+    [image("image"), _CENTERS, *_WEIGHTS],
+    "NumPy and torch.nn.functional.grid_sample",
+    "warp_image_tps",
+    outputs=[TensorSpec("output", layout="NCHW")],
+    symbols={"N": (3, 1024)},
+    **_WARP,
 )

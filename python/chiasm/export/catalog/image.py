@@ -5,28 +5,43 @@ import torch
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import add
 
-add(Spec(
-    "image.image_to_tensor",
-    [TensorSpec("image", ("B", "H", "W", "C"), "uint8", "NHWC", range=(0, 255), description="image batch, channels last")],
-    [TensorSpec("output", layout="NCHW")],
-    reference="NumPy",
-))
-add(Spec(
-    "image.tensor_to_image",
-    [image("tensor")],
-    [TensorSpec("output", layout="NHWC", description="bytes")],
-    gradients=(),
-    reference="NumPy rint; OpenCV addWeighted(dtype=CV_8U)",
-))
-add(Spec(
-    "image.make_grid",
-    [image("tensor")],
-    [TensorSpec("output", layout="CHW", description="one image, two of the batch to a row")],
-    config={"n_row": 2, "padding": 2},
-    reference="NumPy slices",
-))
+add(
+    Spec(
+        "image.image_to_tensor",
+        [
+            TensorSpec(
+                "image",
+                ("B", "H", "W", "C"),
+                "uint8",
+                "NHWC",
+                range=(0, 255),
+                description="image batch, channels last",
+            )
+        ],
+        [TensorSpec("output", layout="NCHW")],
+        reference="NumPy",
+    )
+)
+add(
+    Spec(
+        "image.tensor_to_image",
+        [image("tensor")],
+        [TensorSpec("output", layout="NHWC", description="bytes")],
+        gradients=(),
+        reference="NumPy rint; OpenCV addWeighted(dtype=CV_8U)",
+    )
+)
+add(
+    Spec(
+        "image.make_grid",
+        [image("tensor")],
+        [TensorSpec("output", layout="CHW", description="one image, two of the batch to a row")],
+        config={"n_row": 2, "padding": 2},
+        reference="NumPy slices",
+    )
+)
 
-# --- drawing -----------------------------------------------------------------------------------------------------------
+# --- drawing ------------------------------------------------------------------------------------------------
 
 _COLOR = TensorSpec("color", ("C",), range=(0.0, 1.0), description="one value a channel")
 # the gradient of a colour is a sum over its pixels, whose order each backend chooses
@@ -34,7 +49,8 @@ _SUM = {"float32": Tolerance(1e-3, 1e-4)}
 
 
 def _places(generator, shape, sizes):
-    """Whole coordinates (x, y) in and a little around the image; drawing rounds, and a half may go either way."""
+    """Whole coordinates (x, y) in and a little around the image; drawing rounds, and a half may go either
+    way."""
     span = torch.tensor([sizes["W"] + 6, sizes["H"] + 6], dtype=torch.float64)
     return torch.floor(torch.rand((*shape, 2), generator=generator, dtype=torch.float64) * span) - 3
 
@@ -46,69 +62,98 @@ def _sample(names, coordinates=2):
         b, c, n = sizes["B"], sizes["C"], sizes["N"]
         made = {}
         for key in ("image", "images"):
-            made[key] = torch.rand((b, c, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64).to(dtype)
-        made["color"] = torch.rand((b, n, c) if coordinates == 4 else (c,), generator=generator, dtype=torch.float64).to(dtype)
+            made[key] = torch.rand(
+                (b, c, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64
+            ).to(dtype)
+        made["color"] = torch.rand(
+            (b, n, c) if coordinates == 4 else (c,), generator=generator, dtype=torch.float64
+        ).to(dtype)
         made["colors"] = torch.rand((b, c), generator=generator, dtype=torch.float64).to(dtype)
         for name in names:
-            made[name] = torch.cat([_places(generator, (b, n), sizes) for _ in range(coordinates // 2)], -1).to(dtype)
+            made[name] = torch.cat(
+                [_places(generator, (b, n), sizes) for _ in range(coordinates // 2)], -1
+            ).to(dtype)
         return made
 
     return sample
 
 
 _POINTS = ("B", "N", 2)
-add(Spec(
-    "image.draw_point2d",
-    [image("image"), TensorSpec("points", _POINTS, range=(0, 100), description="(x, y) in pixels"), _COLOR],
-    [TensorSpec("output", layout="NCHW")],
-    gradients=("image", "color"),
-    gradient_tolerances=_SUM,
-    sample=_sample(["points"]),
-    reference="NumPy indexing",
-))
-add(Spec(
-    "image.draw_line",
-    [image("image"),
-     TensorSpec("p1", _POINTS, range=(0, 100), description="starts (x, y) in pixels"),
-     TensorSpec("p2", _POINTS, range=(0, 100), description="ends (x, y) in pixels"),
-     _COLOR],
-    [TensorSpec("output", layout="NCHW")],
-    gradients=("image", "color"),
-    gradient_tolerances=_SUM,
-    sample=_sample(["p1", "p2"]),
-    reference="OpenCV line(LINE_8)",
-))
-add(Spec(
-    "image.draw_rectangle",
-    [image("image"),
-     TensorSpec("rectangle", ("B", "N", 4), range=(0, 100), description="x1, y1, x2, y2 in pixels"),
-     TensorSpec("color", ("B", "N", "C"), range=(0.0, 1.0), description="one value a rectangle and channel")],
-    [TensorSpec("output", layout="NCHW")],
-    config={"fill": False, "line_width": 1},
-    gradients=("image", "color"),
-    gradient_tolerances=_SUM,
-    sample=_sample(["rectangle"], 4),
-    reference="OpenCV rectangle",
-))
+add(
+    Spec(
+        "image.draw_point2d",
+        [
+            image("image"),
+            TensorSpec("points", _POINTS, range=(0, 100), description="(x, y) in pixels"),
+            _COLOR,
+        ],
+        [TensorSpec("output", layout="NCHW")],
+        gradients=("image", "color"),
+        gradient_tolerances=_SUM,
+        sample=_sample(["points"]),
+        reference="NumPy indexing",
+    )
+)
+add(
+    Spec(
+        "image.draw_line",
+        [
+            image("image"),
+            TensorSpec("p1", _POINTS, range=(0, 100), description="starts (x, y) in pixels"),
+            TensorSpec("p2", _POINTS, range=(0, 100), description="ends (x, y) in pixels"),
+            _COLOR,
+        ],
+        [TensorSpec("output", layout="NCHW")],
+        gradients=("image", "color"),
+        gradient_tolerances=_SUM,
+        sample=_sample(["p1", "p2"]),
+        reference="OpenCV line(LINE_8)",
+    )
+)
+add(
+    Spec(
+        "image.draw_rectangle",
+        [
+            image("image"),
+            TensorSpec("rectangle", ("B", "N", 4), range=(0, 100), description="x1, y1, x2, y2 in pixels"),
+            TensorSpec(
+                "color", ("B", "N", "C"), range=(0.0, 1.0), description="one value a rectangle and channel"
+            ),
+        ],
+        [TensorSpec("output", layout="NCHW")],
+        config={"fill": False, "line_width": 1},
+        gradients=("image", "color"),
+        gradient_tolerances=_SUM,
+        sample=_sample(["rectangle"], 4),
+        reference="OpenCV rectangle",
+    )
+)
 
 
 def _sample_polygon(generator, sizes, dtype):
     """Points in order around an ellipse: convex, and no pixel's centre on an edge."""
     made = _sample([])(generator, sizes, dtype)
-    turn = torch.sort(torch.rand((sizes["B"], sizes["N"]), generator=generator, dtype=torch.float64), 1).values * 6.28
+    turn = (
+        torch.sort(torch.rand((sizes["B"], sizes["N"]), generator=generator, dtype=torch.float64), 1).values
+        * 6.28
+    )
     x, y = sizes["W"] * (0.47 + 0.4 * torch.cos(turn)), sizes["H"] * (0.52 + 0.4 * torch.sin(turn))
     return {**made, "polygons": torch.stack([x, y], -1).to(dtype)}
 
 
-add(Spec(
-    "image.draw_convex_polygon",
-    [image("images"),
-     TensorSpec("polygons", _POINTS, range=(0, 100), description="vertices (x, y) in pixels"),
-     TensorSpec("colors", ("B", "C"), range=(0.0, 1.0), description="one value an image and channel")],
-    [TensorSpec("output", layout="NCHW")],
-    symbols={"N": (3, 4096)},
-    gradients=("images", "colors"),
-    gradient_tolerances=_SUM,
-    sample=_sample_polygon,
-    reference="OpenCV pointPolygonTest",
-))
+add(
+    Spec(
+        "image.draw_convex_polygon",
+        [
+            image("images"),
+            TensorSpec("polygons", _POINTS, range=(0, 100), description="vertices (x, y) in pixels"),
+            TensorSpec("colors", ("B", "C"), range=(0.0, 1.0), description="one value an image and channel"),
+        ],
+        [TensorSpec("output", layout="NCHW")],
+        symbols={"N": (3, 4096)},
+        gradients=("images", "colors"),
+        gradient_tolerances=_SUM,
+        sample=_sample_polygon,
+        reference="OpenCV pointPolygonTest",
+    )
+)

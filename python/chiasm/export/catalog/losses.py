@@ -17,59 +17,102 @@ def _plane(sizes):
     return sizes["B"], sizes["H"], sizes["W"]
 
 
-# --- of two images -----------------------------------------------------------------------------------------------------
+# --- of two images ------------------------------------------------------------------------------------------
 
-add(Spec(
-    "losses.ssim_loss",
-    _PAIR,
-    [TensorSpec("loss", description="mean of (1 - SSIM) / 2")],
-    config={"window_size": 11, "max_val": 1.0},
-    symbols={"H": (16, 32768), "W": (16, 32768)},
-    reference="scikit-image structural_similarity (gaussian weights)",
-))
+add(
+    Spec(
+        "losses.ssim_loss",
+        _PAIR,
+        [TensorSpec("loss", description="mean of (1 - SSIM) / 2")],
+        config={"window_size": 11, "max_val": 1.0},
+        symbols={"H": (16, 32768), "W": (16, 32768)},
+        reference="scikit-image structural_similarity (gaussian weights)",
+    )
+)
 
 
 def _volume(name, channels="C"):
-    return TensorSpec(name, ("B", channels, "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes")
+    return TensorSpec(
+        name, ("B", channels, "D", "H", "W"), layout="NCDHW", range=(0.0, 1.0), description="volumes"
+    )
 
 
-add(Spec(
-    "losses.ssim3d_loss",
-    [_volume("img1"), _volume("img2")],
-    [TensorSpec("loss", description="mean of (1 - SSIM) / 2")],
-    config={"window_size": 5, "max_val": 1.0},
-    symbols={"D": (8, 4096), **STENCIL},
-    reference="scikit-image structural_similarity (gaussian weights)",
-))
+add(
+    Spec(
+        "losses.ssim3d_loss",
+        [_volume("img1"), _volume("img2")],
+        [TensorSpec("loss", description="mean of (1 - SSIM) / 2")],
+        config={"window_size": 5, "max_val": 1.0},
+        symbols={"D": (8, 4096), **STENCIL},
+        reference="scikit-image structural_similarity (gaussian weights)",
+    )
+)
 
-add(Spec(
-    "losses.ms_ssim_loss",
-    _PAIR,
-    _LOSS,
-    symbols={"H": (34, 32768), "W": (34, 32768)},
-    reference="the paper's formula in NumPy float64 with SciPy's correlate1d",
-))
+add(
+    Spec(
+        "losses.ms_ssim_loss",
+        _PAIR,
+        _LOSS,
+        symbols={"H": (34, 32768), "W": (34, 32768)},
+        reference="the paper's formula in NumPy float64 with SciPy's correlate1d",
+    )
+)
 
-add(Spec("losses.psnr_loss", [image("image"), image("target")], _LOSS, config={"max_val": 1.0}, reference="scikit-image peak_signal_noise_ratio"))
+add(
+    Spec(
+        "losses.psnr_loss",
+        [image("image"), image("target")],
+        _LOSS,
+        config={"max_val": 1.0},
+        reference="scikit-image peak_signal_noise_ratio",
+    )
+)
 
 for _name in ("charbonnier", "welsch", "cauchy", "geman_mcclure"):
     add(Spec(f"losses.{_name}_loss", _PAIR, _LOSS, reference="the formula in NumPy float64"))
-    add(Spec(f"losses.{_name}_loss.mean", _PAIR, _LOSS, config={"reduction": "mean"}, reference="the formula in NumPy float64"), fn=f"losses.{_name}_loss")
+    add(
+        Spec(
+            f"losses.{_name}_loss.mean",
+            _PAIR,
+            _LOSS,
+            config={"reduction": "mean"},
+            reference="the formula in NumPy float64",
+        ),
+        fn=f"losses.{_name}_loss",
+    )
 
-add(Spec("losses.total_variation", [image("img")], _LOSS, symbols=STENCIL, reference="torchmetrics total_variation"))
-add(Spec(
-    "losses.total_variation.mean", [image("img")], _LOSS, config={"reduction": "mean"}, symbols=STENCIL, reference="the formula in NumPy float64",
-), fn="losses.total_variation")
+add(
+    Spec(
+        "losses.total_variation",
+        [image("img")],
+        _LOSS,
+        symbols=STENCIL,
+        reference="torchmetrics total_variation",
+    )
+)
+add(
+    Spec(
+        "losses.total_variation.mean",
+        [image("img")],
+        _LOSS,
+        config={"reduction": "mean"},
+        symbols=STENCIL,
+        reference="the formula in NumPy float64",
+    ),
+    fn="losses.total_variation",
+)
 
-add(Spec(
-    "losses.inverse_depth_smoothness_loss",
-    [image("idepth", 1, description="inverse depth"), image("image")],
-    _LOSS,
-    symbols=STENCIL,
-    reference="the paper's formula in NumPy float64",
-))
+add(
+    Spec(
+        "losses.inverse_depth_smoothness_loss",
+        [image("idepth", 1, description="inverse depth"), image("image")],
+        _LOSS,
+        symbols=STENCIL,
+        reference="the paper's formula in NumPy float64",
+    )
+)
 
-# --- of distributions ----------------------------------------------------------------------------------------------------
+# --- of distributions ---------------------------------------------------------------------------------------
 
 
 def _heatmaps(generator, sizes, dtype):
@@ -79,22 +122,31 @@ def _heatmaps(generator, sizes, dtype):
 
 
 for _name in ("kl", "js"):
-    add(Spec(
-        f"losses.{_name}_div_loss_2d",
-        [TensorSpec(n, ("B", "N", "H", "W"), description="heatmaps, each with sum 1") for n in ("pred", "target")],
-        _LOSS,
-        symbols={"N": (1, 1024)},
-        sample=_heatmaps,
-        reference="SciPy rel_entr" if _name == "kl" else "SciPy jensenshannon",
-    ))
+    add(
+        Spec(
+            f"losses.{_name}_div_loss_2d",
+            [
+                TensorSpec(n, ("B", "N", "H", "W"), description="heatmaps, each with sum 1")
+                for n in ("pred", "target")
+            ],
+            _LOSS,
+            symbols={"N": (1, 1024)},
+            sample=_heatmaps,
+            reference="SciPy rel_entr" if _name == "kl" else "SciPy jensenshannon",
+        )
+    )
 
 
 def _signals(kind, masked):
     """Pairs of values that depend on each other, and masks with most of the values."""
+
     def sample(generator, sizes, dtype):
         shape = tuple(sizes[d] for d in kind)
         x = _uniform(generator, shape, 0.0, 1.0, torch.float64)
-        made = {"input": x.to(dtype), "target": (x * x + _uniform(generator, shape, 0.0, 0.3, torch.float64)).to(dtype)}
+        made = {
+            "input": x.to(dtype),
+            "target": (x * x + _uniform(generator, shape, 0.0, 0.3, torch.float64)).to(dtype),
+        }
         for name in ("input_mask", "target_mask") if masked else ():
             made[name] = torch.rand(shape, generator=generator) < 0.8
         return made
@@ -109,26 +161,43 @@ for _kind, _shape, _limits in (
 ):
     for _name in (f"mutual_information_loss{_kind}", f"normalized_mutual_information_loss{_kind}"):
         for _masked in (False, True):
-            _masks = [TensorSpec(n, _shape, "bool", description="which values count") for n in ("input_mask", "target_mask") if _masked]
-            add(Spec(
-                f"losses.{_name}{'.masked' if _masked else ''}",
-                [TensorSpec("input", _shape, range=(0.0, 1.0)), TensorSpec("target", _shape, range=(0.0, 1.3)), *_masks],
-                _LOSS,
-                config={"num_bins": 16},
-                symbols=_limits,
-                sample=_signals(_shape, _masked),
-                reference="scikit-learn mutual_info_score where values are bins' centres; the definition in NumPy float64",
-            ), fn=f"losses.{_name}")
+            _masks = [
+                TensorSpec(n, _shape, "bool", description="which values count")
+                for n in ("input_mask", "target_mask")
+                if _masked
+            ]
+            add(
+                Spec(
+                    f"losses.{_name}{'.masked' if _masked else ''}",
+                    [
+                        TensorSpec("input", _shape, range=(0.0, 1.0)),
+                        TensorSpec("target", _shape, range=(0.0, 1.3)),
+                        *_masks,
+                    ],
+                    _LOSS,
+                    config={"num_bins": 16},
+                    symbols=_limits,
+                    sample=_signals(_shape, _masked),
+                    reference=(
+                        "scikit-learn mutual_info_score where values are bins' centres; the definition in"
+                        " NumPy float64"
+                    ),
+                ),
+                fn=f"losses.{_name}",
+            )
 
-# --- of segmentations --------------------------------------------------------------------------------------------------
+# --- of segmentations ---------------------------------------------------------------------------------------
 
 _CLASSES = {"C": (2, 1024)}
-_LABELS = TensorSpec("target", ("B", "H", "W"), "int64", description="labels, 0 to C - 1 or -100 for pixels to ignore")
+_LABELS = TensorSpec(
+    "target", ("B", "H", "W"), "int64", description="labels, 0 to C - 1 or -100 for pixels to ignore"
+)
 _LOGITS = image("pred", description="logits", range=(-3.0, 3.0))
 
 
 def _segmentation(ignored=0.2, **more):
     """Logits, labels of which some are -100, and what else is asked for, as (shape, low, high)."""
+
     def sample(generator, sizes, dtype):
         logits = _uniform(generator, (sizes["B"], sizes["C"], sizes["H"], sizes["W"]), -3.0, 3.0, dtype)
         labels = torch.randint(0, sizes["C"], _plane(sizes), generator=generator)
@@ -144,16 +213,19 @@ def _weights(name):
 
 
 def _add_segmentation(name, variant, reference, weight=False, ignored=0.2, **config):
-    add(Spec(
-        f"losses.{name}{variant}",
-        [_LOGITS, _LABELS, *([_weights("weight")] if weight else [])],
-        _LOSS,
-        config=config,
-        symbols=_CLASSES,
-        gradients=("pred",),
-        sample=_segmentation(ignored, **({"weight": True} if weight else {})),
-        reference=reference,
-    ), fn=f"losses.{name}")
+    add(
+        Spec(
+            f"losses.{name}{variant}",
+            [_LOGITS, _LABELS, *([_weights("weight")] if weight else [])],
+            _LOSS,
+            config=config,
+            symbols=_CLASSES,
+            gradients=("pred",),
+            sample=_segmentation(ignored, **({"weight": True} if weight else {})),
+            reference=reference,
+        ),
+        fn=f"losses.{name}",
+    )
 
 
 _DEFINITION = "the paper's formula in NumPy float64"
@@ -161,41 +233,71 @@ _add_segmentation("dice_loss", "", _DEFINITION)
 _add_segmentation("dice_loss", ".macro_weighted", _DEFINITION, True, average="macro")
 _add_segmentation("tversky_loss", "", _DEFINITION, alpha=0.3, beta=0.7)
 _add_segmentation("tversky_loss", ".macro", _DEFINITION, alpha=0.3, beta=0.7, average="macro")
-_add_segmentation("focal_loss", "", "the paper's formula in NumPy float64; torch cross_entropy for gamma = 0", alpha=0.25)
+_add_segmentation(
+    "focal_loss", "", "the paper's formula in NumPy float64; torch cross_entropy for gamma = 0", alpha=0.25
+)
 _add_segmentation("focal_loss", ".mean_weighted", _DEFINITION, True, alpha=0.25, gamma=1.5, reduction="mean")
-_add_segmentation("lovasz_softmax_loss", "", "the definition by Jaccard indices of sets in NumPy float64", ignored=0.0)
-_add_segmentation("lovasz_softmax_loss", ".weighted", "the definition by Jaccard indices of sets in NumPy float64", True, 0.0)
+_add_segmentation(
+    "lovasz_softmax_loss", "", "the definition by Jaccard indices of sets in NumPy float64", ignored=0.0
+)
+_add_segmentation(
+    "lovasz_softmax_loss",
+    ".weighted",
+    "the definition by Jaccard indices of sets in NumPy float64",
+    True,
+    0.0,
+)
 
 
 def _binary(generator, sizes, dtype):
     logits = _uniform(generator, (sizes["B"], sizes["C"], sizes["H"], sizes["W"]), -3.0, 3.0, dtype)
     drawn = torch.rand(logits.shape, generator=generator)
     target = torch.where(drawn < 0.2, -100, (drawn < 0.6).to(torch.int64))
-    return {"pred": logits, "target": target, **{n: _uniform(generator, (sizes["C"],), 0.5, 2.0, dtype) for n in ("pos_weight", "weight")}}
+    return {
+        "pred": logits,
+        "target": target,
+        **{n: _uniform(generator, (sizes["C"],), 0.5, 2.0, dtype) for n in ("pos_weight", "weight")},
+    }
 
 
 _MARKS = TensorSpec("target", ("B", "C", "H", "W"), "int64", description="0, 1, or -100 for pixels to ignore")
-add(Spec(
-    "losses.binary_focal_loss_with_logits", [_LOGITS, _MARKS], _LOSS, gradients=("pred",), sample=_binary,
-    reference="the paper's formula in NumPy float64; torch binary_cross_entropy_with_logits for gamma = 0",
-))
-add(Spec(
-    "losses.binary_focal_loss_with_logits.mean_weighted",
-    [_LOGITS, _MARKS, _weights("pos_weight"), _weights("weight")],
-    _LOSS,
-    config={"gamma": 1.5, "reduction": "mean"},
-    gradients=("pred",),
-    sample=_binary,
-    reference=_DEFINITION,
-), fn="losses.binary_focal_loss_with_logits")
+add(
+    Spec(
+        "losses.binary_focal_loss_with_logits",
+        [_LOGITS, _MARKS],
+        _LOSS,
+        gradients=("pred",),
+        sample=_binary,
+        reference=(
+            "the paper's formula in NumPy float64; torch binary_cross_entropy_with_logits for gamma = 0"
+        ),
+    )
+)
+add(
+    Spec(
+        "losses.binary_focal_loss_with_logits.mean_weighted",
+        [_LOGITS, _MARKS, _weights("pos_weight"), _weights("weight")],
+        _LOSS,
+        config={"gamma": 1.5, "reduction": "mean"},
+        gradients=("pred",),
+        sample=_binary,
+        reference=_DEFINITION,
+    ),
+    fn="losses.binary_focal_loss_with_logits",
+)
 
-add(Spec(
-    "losses.lovasz_hinge_loss",
-    [image("pred", 1, range=(-3.0, 3.0), description="logits"), TensorSpec("target", ("B", "H", "W"), "int64", range=(0, 1), description="labels")],
-    _LOSS,
-    gradients=("pred",),
-    reference="the definition by Jaccard indices of sets in NumPy float64",
-))
+add(
+    Spec(
+        "losses.lovasz_hinge_loss",
+        [
+            image("pred", 1, range=(-3.0, 3.0), description="logits"),
+            TensorSpec("target", ("B", "H", "W"), "int64", range=(0, 1), description="labels"),
+        ],
+        _LOSS,
+        gradients=("pred",),
+        reference="the definition by Jaccard indices of sets in NumPy float64",
+    )
+)
 
 
 def _probabilities(channels, axes):
@@ -213,23 +315,35 @@ def _probabilities(channels, axes):
 
 
 for _kind, _axes, _config in (("", ("H", "W"), {}), ("3d", ("D", "H", "W"), {"k": 4})):
-    for _variant, _channels, _meaning in (("", "C", "labels, 0 to C - 1"), (".binary", 1, "1 in the foreground")):
-        add(Spec(
-            f"losses.hausdorff_er_loss{_kind}{_variant}",
-            [TensorSpec("pred", ("B", _channels, *_axes), range=(0.0, 1.0), description="probabilities"),
-             TensorSpec("target", ("B", 1, *_axes), "int64", range=(0, 1), description=_meaning)],
-            _LOSS,
-            config=_config,
-            symbols={**_CLASSES, **STENCIL, "D": (8, 4096)},
-            gradients=("pred",),
-            sample=_probabilities(_channels, _axes),
-            reference="the paper's formula in NumPy float64 with SciPy's convolve",
-        ), fn=f"losses.hausdorff_er_loss{_kind}")
+    for _variant, _channels, _meaning in (
+        ("", "C", "labels, 0 to C - 1"),
+        (".binary", 1, "1 in the foreground"),
+    ):
+        add(
+            Spec(
+                f"losses.hausdorff_er_loss{_kind}{_variant}",
+                [
+                    TensorSpec(
+                        "pred", ("B", _channels, *_axes), range=(0.0, 1.0), description="probabilities"
+                    ),
+                    TensorSpec("target", ("B", 1, *_axes), "int64", range=(0, 1), description=_meaning),
+                ],
+                _LOSS,
+                config=_config,
+                symbols={**_CLASSES, **STENCIL, "D": (8, 4096)},
+                gradients=("pred",),
+                sample=_probabilities(_channels, _axes),
+                reference="the paper's formula in NumPy float64 with SciPy's convolve",
+            ),
+            fn=f"losses.hausdorff_er_loss{_kind}",
+        )
 
-add(Spec(
-    "losses.one_hot",
-    [TensorSpec("labels", ("B", "H", "W"), "int64", range=(0, 4), description="labels, 0 to 4")],
-    [TensorSpec("output")],
-    config={"num_classes": 5, "eps": 1e-6},
-    reference="torch one_hot",
-))
+add(
+    Spec(
+        "losses.one_hot",
+        [TensorSpec("labels", ("B", "H", "W"), "int64", range=(0, 4), description="labels, 0 to 4")],
+        [TensorSpec("output")],
+        config={"num_classes": 5, "eps": 1e-6},
+        reference="torch one_hot",
+    )
+)

@@ -17,7 +17,7 @@ def _whole(generator, low, high, *shape):
     return torch.randint(low, high + 1, shape, generator=generator)
 
 
-# --- classes -----------------------------------------------------------------------------------------------------------
+# --- classes ------------------------------------------------------------------------------------------------
 
 
 def _sample_accuracy(generator, sizes, dtype):
@@ -27,46 +27,65 @@ def _sample_accuracy(generator, sizes, dtype):
     return {"pred": scores.to(dtype), "target": _whole(generator, -1, classes, batch)}
 
 
-add(Spec(
-    "metrics.accuracy",
-    [TensorSpec("pred", ("B", "C"), description="a score for each class"), TensorSpec("target", ("B",), "int64", description="true classes")],
-    [TensorSpec("percentages", description="one for each k")],
-    config={"topk": [1, 3]},
-    gradients=(),
-    sample=_sample_accuracy,
-    reference="scikit-learn top_k_accuracy_score, torchmetrics accuracy",
-))
+add(
+    Spec(
+        "metrics.accuracy",
+        [
+            TensorSpec("pred", ("B", "C"), description="a score for each class"),
+            TensorSpec("target", ("B",), "int64", description="true classes"),
+        ],
+        [TensorSpec("percentages", description="one for each k")],
+        config={"topk": [1, 3]},
+        gradients=(),
+        sample=_sample_accuracy,
+        reference="scikit-learn top_k_accuracy_score, torchmetrics accuracy",
+    )
+)
 
 _LABELS = [
-    TensorSpec(name, ("B", "H", "W"), "int64", range=(-1, 6), description=f"{what} classes; those that are none of 0 to 5 are not counted")
+    TensorSpec(
+        name,
+        ("B", "H", "W"),
+        "int64",
+        range=(-1, 6),
+        description=f"{what} classes; those that are none of 0 to 5 are not counted",
+    )
     for name, what in (("pred", "found"), ("target", "true"))
 ]
 _MATRIX = "row i, column j: how often i is taken for j"
 _SCIKIT = "scikit-learn confusion_matrix, torchmetrics"
 
-add(Spec(
-    "metrics.confusion_matrix.counts",
-    _LABELS,
-    [TensorSpec("counts", description=_MATRIX)],
-    {"num_classes": 6},
-    reference=_SCIKIT,
-), fn="metrics.confusion_matrix")
-add(Spec(
-    "metrics.confusion_matrix.normalized",
-    _LABELS,
-    [TensorSpec("shares", description=f"{_MATRIX}, as part of how often j is found")],
-    {"num_classes": 6, "normalized": True},
-    reference=_SCIKIT,
-), fn="metrics.confusion_matrix")
-add(Spec(
-    "metrics.mean_iou",
-    _LABELS,
-    [TensorSpec("iou", description="of each class")],
-    {"num_classes": 6},
-    reference="scikit-learn jaccard_score, torchmetrics",
-))
+add(
+    Spec(
+        "metrics.confusion_matrix.counts",
+        _LABELS,
+        [TensorSpec("counts", description=_MATRIX)],
+        {"num_classes": 6},
+        reference=_SCIKIT,
+    ),
+    fn="metrics.confusion_matrix",
+)
+add(
+    Spec(
+        "metrics.confusion_matrix.normalized",
+        _LABELS,
+        [TensorSpec("shares", description=f"{_MATRIX}, as part of how often j is found")],
+        {"num_classes": 6, "normalized": True},
+        reference=_SCIKIT,
+    ),
+    fn="metrics.confusion_matrix",
+)
+add(
+    Spec(
+        "metrics.mean_iou",
+        _LABELS,
+        [TensorSpec("iou", description="of each class")],
+        {"num_classes": 6},
+        reference="scikit-learn jaccard_score, torchmetrics",
+    )
+)
 
-# --- boxes -------------------------------------------------------------------------------------------------------------
+# --- boxes --------------------------------------------------------------------------------------------------
 
 
 def _boxes(generator, *shape):
@@ -75,21 +94,30 @@ def _boxes(generator, *shape):
 
 
 def _sample_boxes(generator, sizes, dtype):
-    return {"boxes_1": _boxes(generator, sizes["N"]).to(dtype), "boxes_2": _boxes(generator, sizes["M"]).to(dtype)}
+    return {
+        "boxes_1": _boxes(generator, sizes["N"]).to(dtype),
+        "boxes_2": _boxes(generator, sizes["M"]).to(dtype),
+    }
 
 
-add(Spec(
-    "metrics.mean_iou_bbox",
-    [TensorSpec("boxes_1", ("N", 4), description="x1, y1, x2, y2"), TensorSpec("boxes_2", ("M", 4), description="x1, y1, x2, y2")],
-    [TensorSpec("iou", description="of each of one with each of the other")],
-    symbols={"N": (1, 1 << 15), "M": (1, 1 << 15)},
-    sample=_sample_boxes,
-    reference="areas of polygons by OpenCV",
-))
+add(
+    Spec(
+        "metrics.mean_iou_bbox",
+        [
+            TensorSpec("boxes_1", ("N", 4), description="x1, y1, x2, y2"),
+            TensorSpec("boxes_2", ("M", 4), description="x1, y1, x2, y2"),
+        ],
+        [TensorSpec("iou", description="of each of one with each of the other")],
+        symbols={"N": (1, 1 << 15), "M": (1, 1 << 15)},
+        sample=_sample_boxes,
+        reference="areas of polygons by OpenCV",
+    )
+)
 
 
 def _sample_detections(generator, sizes, dtype):
-    """Three of four true boxes are detected, not quite where they are; the others and the rest of the detections are elsewhere."""
+    """Three of four true boxes are detected, not quite where they are; the others and the rest of the
+    detections are elsewhere."""
     batch, found, there = sizes["B"], sizes["N"], sizes["M"]
     gt_boxes, gt_labels = _boxes(generator, batch, there), _whole(generator, 0, 4, batch, there)
     pred_boxes, pred_labels = _boxes(generator, batch, found), _whole(generator, 0, 4, batch, found)
@@ -97,10 +125,14 @@ def _sample_detections(generator, sizes, dtype):
     pred_boxes[:, :both] = gt_boxes[:, :both] + _uniform(generator, -1, 1, batch, both, 4)
     pred_labels[:, :both] = gt_labels[:, :both]
     return {
-        "pred_boxes": pred_boxes.to(dtype), "pred_labels": pred_labels, "pred_scores": _uniform(generator, 0, 1, batch, found).to(dtype),
-        "gt_boxes": gt_boxes.to(dtype), "gt_labels": gt_labels,
-        "pred_mask": _uniform(generator, 0, 1, batch, found) < 0.8, "gt_mask": _uniform(generator, 0, 1, batch, there) < 0.8,
-    }  # fmt: skip
+        "pred_boxes": pred_boxes.to(dtype),
+        "pred_labels": pred_labels,
+        "pred_scores": _uniform(generator, 0, 1, batch, found).to(dtype),
+        "gt_boxes": gt_boxes.to(dtype),
+        "gt_labels": gt_labels,
+        "pred_mask": _uniform(generator, 0, 1, batch, found) < 0.8,
+        "gt_mask": _uniform(generator, 0, 1, batch, there) < 0.8,
+    }
 
 
 _DETECTED = [
@@ -115,44 +147,58 @@ _MASKS = [
     TensorSpec("gt_mask", ("B", "M"), "bool", description="which true boxes there are"),
 ]
 for _variant, _inputs in (("labels", _DETECTED), ("masks", _DETECTED + _MASKS)):
-    add(Spec(
-        f"metrics.mean_average_precision.{_variant}",
-        _inputs,
-        [TensorSpec("mean", description="over the classes"), TensorSpec("precisions", description="average precision of the classes 1 to 4")],
-        config={"n_classes": 5},
-        symbols={"N": (1, 4096), "M": (1, 4096)},
-        gradients=(),
-        sample=_sample_detections,
-        reference="the rules of Pascal VOC as a loop in NumPy; scikit-learn precision_recall_curve",
-    ), fn="metrics.mean_average_precision")
+    add(
+        Spec(
+            f"metrics.mean_average_precision.{_variant}",
+            _inputs,
+            [
+                TensorSpec("mean", description="over the classes"),
+                TensorSpec("precisions", description="average precision of the classes 1 to 4"),
+            ],
+            config={"n_classes": 5},
+            symbols={"N": (1, 4096), "M": (1, 4096)},
+            gradients=(),
+            sample=_sample_detections,
+            reference="the rules of Pascal VOC as a loop in NumPy; scikit-learn precision_recall_curve",
+        ),
+        fn="metrics.mean_average_precision",
+    )
 
-# --- flow and disparity ------------------------------------------------------------------------------------------------
+# --- flow and disparity -------------------------------------------------------------------------------------
 
-add(Spec(
-    "metrics.aepe",
-    [
-        TensorSpec(name, ("B", "H", "W", 2), range=(-8.0, 8.0), description=f"{what} flow, in pixels")
-        for name, what in (("input", "found"), ("target", "true"))
-    ],
-    [TensorSpec("error", description="in pixels")],
-    reference="NumPy hypot",
-))
+add(
+    Spec(
+        "metrics.aepe",
+        [
+            TensorSpec(name, ("B", "H", "W", 2), range=(-8.0, 8.0), description=f"{what} flow, in pixels")
+            for name, what in (("input", "found"), ("target", "true"))
+        ],
+        [TensorSpec("error", description="in pixels")],
+        reference="NumPy hypot",
+    )
+)
 
 _DISPARITIES = [
     TensorSpec("input", ("B", 1, "H", "W"), layout="NCHW", range=(0.0, 80.0), description="disparity found"),
     TensorSpec("target", ("B", 1, "H", "W"), layout="NCHW", range=(0.0, 80.0), description="true disparity"),
-    TensorSpec("valid_mask", ("B", 1, "H", "W"), "bool", layout="NCHW", description="where the true one is known"),
+    TensorSpec(
+        "valid_mask", ("B", 1, "H", "W"), "bool", layout="NCHW", description="where the true one is known"
+    ),
 ]
 for _name, _output, _reference in (
     ("mean_absolute_disparity_error", "in pixels", "scikit-learn mean_absolute_error"),
     ("root_mean_squared_disparity_error", "in pixels", "scikit-learn root_mean_squared_error"),
 ):
-    add(Spec(f"metrics.{_name}", _DISPARITIES, [TensorSpec("error", description=_output)], reference=_reference))
+    add(
+        Spec(
+            f"metrics.{_name}", _DISPARITIES, [TensorSpec("error", description=_output)], reference=_reference
+        )
+    )
 for _name in ("mean_bad_pixel_error", "kitti_d1_error"):
     _share = TensorSpec("share", description="of the pixels that are bad")
     add(Spec(f"metrics.{_name}", _DISPARITIES, [_share], gradients=(), reference="a loop in Python"))
 
-# --- poses -------------------------------------------------------------------------------------------------------------
+# --- poses --------------------------------------------------------------------------------------------------
 
 
 def _rotations(generator, count):
@@ -167,41 +213,68 @@ def _sample_rotations(generator, sizes, dtype):
 
 def _sample_poses(generator, sizes, dtype):
     def pose():
-        return torch.cat([_rotations(generator, sizes["B"]), _uniform(generator, -1, 1, sizes["B"], 3, 1)], 2).to(dtype)
+        return torch.cat(
+            [_rotations(generator, sizes["B"]), _uniform(generator, -1, 1, sizes["B"], 3, 1)], 2
+        ).to(dtype)
 
     return {"P": pose(), "P_gt": pose()}
 
 
-add(Spec(
-    "metrics.angle_error_mat",
-    [TensorSpec("R1", ("B", 3, 3), description="rotations found"), TensorSpec("R2", ("B", 3, 3), description="true ones")],
-    [TensorSpec("angle", description="in degrees")],
-    sample=_sample_rotations,
-    reference="SciPy Rotation.magnitude",
-))
-add(Spec(
-    "metrics.angle_error_vec",
-    [TensorSpec(name, ("B", 3), range=(-1.0, 1.0), description=f"vectors {what}") for name, what in (("v1", "found"), ("v2", "that are true"))],
-    [TensorSpec("angle", description="in degrees")],
-    reference="angles that vectors are made of",
-))
-add(Spec(
-    "metrics.pose_errors",
-    [TensorSpec("P", ("B", 3, 4), description="poses [R | t] found"), TensorSpec("P_gt", ("B", 3, 4), description="true ones")],
-    [TensorSpec("rotation", description="in degrees"), TensorSpec("translation", description="in degrees, up to sign")],
-    sample=_sample_poses,
-    reference="SciPy Rotation.magnitude, NumPy arccos",
-))
-add(Spec(
-    "metrics.translation_ate",
-    [TensorSpec(name, ("B", 3), range=(-5.0, 5.0), description=f"{what} positions") for name, what in (("t", "found"), ("t_gt", "true"))],
-    [TensorSpec("distance")],
-    reference="NumPy norm",
-))
-add(Spec(
-    "metrics.auc_from_errors",
-    [TensorSpec("errors", ("N",), range=(0.0, 15.0), description="an error for each pose")],
-    [TensorSpec("areas", description="one for each threshold, in parts of it")],
-    config={"thresholds": [1.0, 3.0, 5.0, 10.0]},
-    reference="scikit-learn auc of the curve",
-))
+add(
+    Spec(
+        "metrics.angle_error_mat",
+        [
+            TensorSpec("R1", ("B", 3, 3), description="rotations found"),
+            TensorSpec("R2", ("B", 3, 3), description="true ones"),
+        ],
+        [TensorSpec("angle", description="in degrees")],
+        sample=_sample_rotations,
+        reference="SciPy Rotation.magnitude",
+    )
+)
+add(
+    Spec(
+        "metrics.angle_error_vec",
+        [
+            TensorSpec(name, ("B", 3), range=(-1.0, 1.0), description=f"vectors {what}")
+            for name, what in (("v1", "found"), ("v2", "that are true"))
+        ],
+        [TensorSpec("angle", description="in degrees")],
+        reference="angles that vectors are made of",
+    )
+)
+add(
+    Spec(
+        "metrics.pose_errors",
+        [
+            TensorSpec("P", ("B", 3, 4), description="poses [R | t] found"),
+            TensorSpec("P_gt", ("B", 3, 4), description="true ones"),
+        ],
+        [
+            TensorSpec("rotation", description="in degrees"),
+            TensorSpec("translation", description="in degrees, up to sign"),
+        ],
+        sample=_sample_poses,
+        reference="SciPy Rotation.magnitude, NumPy arccos",
+    )
+)
+add(
+    Spec(
+        "metrics.translation_ate",
+        [
+            TensorSpec(name, ("B", 3), range=(-5.0, 5.0), description=f"{what} positions")
+            for name, what in (("t", "found"), ("t_gt", "true"))
+        ],
+        [TensorSpec("distance")],
+        reference="NumPy norm",
+    )
+)
+add(
+    Spec(
+        "metrics.auc_from_errors",
+        [TensorSpec("errors", ("N",), range=(0.0, 15.0), description="an error for each pose")],
+        [TensorSpec("areas", description="one for each threshold, in parts of it")],
+        config={"thresholds": [1.0, 3.0, 5.0, 10.0]},
+        reference="scikit-learn auc of the curve",
+    )
+)

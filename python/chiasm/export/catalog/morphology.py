@@ -13,16 +13,23 @@ def _sample(generator, sizes, dtype):
     return {"tensor": torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype), "kernel": cross}
 
 
-add(Spec(
-    "morphology.dilation",
-    [image("tensor"), TensorSpec("kernel", (3, 3), range=(0, 1), description="structuring element, zero where it has no point")],
-    [TensorSpec("output", layout="NCHW")],
-    symbols=STENCIL,
-    gradients=("tensor",),
-    sample=_sample,
-    without_nan=True,
-    reference="OpenCV dilate, SciPy grey_dilation",
-))
+add(
+    Spec(
+        "morphology.dilation",
+        [
+            image("tensor"),
+            TensorSpec(
+                "kernel", (3, 3), range=(0, 1), description="structuring element, zero where it has no point"
+            ),
+        ],
+        [TensorSpec("output", layout="NCHW")],
+        symbols=STENCIL,
+        gradients=("tensor",),
+        sample=_sample,
+        without_nan=True,
+        reference="OpenCV dilate, SciPy grey_dilation",
+    )
+)
 
 for _name, _reference in (
     ("erosion", "OpenCV erode, SciPy grey_erosion"),
@@ -32,27 +39,42 @@ for _name, _reference in (
     ("top_hat", "OpenCV MORPH_TOPHAT, SciPy white_tophat"),
     ("bottom_hat", "OpenCV MORPH_BLACKHAT, SciPy black_tophat"),
 ):
-    add(Spec(
-        f"morphology.{_name}",
-        [image("tensor"), TensorSpec("kernel", (3, 3), range=(0, 1), description="structuring element, zero where it has no point")],
-        [TensorSpec("output", layout="NCHW")],
-        symbols=STENCIL,
-        gradients=("tensor",),
-        sample=_sample,
-        without_nan=True,
-        reference=_reference,
-    ))
+    add(
+        Spec(
+            f"morphology.{_name}",
+            [
+                image("tensor"),
+                TensorSpec(
+                    "kernel",
+                    (3, 3),
+                    range=(0, 1),
+                    description="structuring element, zero where it has no point",
+                ),
+            ],
+            [TensorSpec("output", layout="NCHW")],
+            symbols=STENCIL,
+            gradients=("tensor",),
+            sample=_sample,
+            without_nan=True,
+            reference=_reference,
+        )
+    )
 
-for _name, _reference in (("max_filter2d", "OpenCV dilate, SciPy maximum_filter"), ("min_filter2d", "OpenCV erode, SciPy minimum_filter")):
-    add(Spec(
-        f"morphology.{_name}",
-        [image()],
-        [TensorSpec("output", layout="NCHW")],
-        config={"kernel_size": (5, 5), "border_type": "replicate"},
-        symbols=STENCIL,
-        without_nan=True,
-        reference=_reference,
-    ))
+for _name, _reference in (
+    ("max_filter2d", "OpenCV dilate, SciPy maximum_filter"),
+    ("min_filter2d", "OpenCV erode, SciPy minimum_filter"),
+):
+    add(
+        Spec(
+            f"morphology.{_name}",
+            [image()],
+            [TensorSpec("output", layout="NCHW")],
+            config={"kernel_size": (5, 5), "border_type": "replicate"},
+            symbols=STENCIL,
+            without_nan=True,
+            reference=_reference,
+        )
+    )
 
 
 def _seed_and_mask(generator, sizes, dtype):
@@ -62,17 +84,19 @@ def _seed_and_mask(generator, sizes, dtype):
     return {"seed": torch.where(chance < 0.25, 0.8 * mask, torch.zeros_like(mask)), "mask": mask}
 
 
-add(Spec(
-    "morphology.reconstruction",
-    [image("seed"), image("mask", description="what the result never exceeds")],
-    [TensorSpec("output", layout="NCHW")],
-    config={"method": "dilation"},
-    symbols=STENCIL,
-    gradients=(),
-    sample=_seed_and_mask,
-    without_nan=True,
-    reference="scikit-image reconstruction",
-))
+add(
+    Spec(
+        "morphology.reconstruction",
+        [image("seed"), image("mask", description="what the result never exceeds")],
+        [TensorSpec("output", layout="NCHW")],
+        config={"method": "dilation"},
+        symbols=STENCIL,
+        gradients=(),
+        sample=_seed_and_mask,
+        without_nan=True,
+        reference="scikit-image reconstruction",
+    )
+)
 
 
 def _shapes(generator, sizes, dtype):
@@ -88,25 +112,31 @@ def _shapes_and_corner(generator, sizes, dtype):
     return _shapes(generator, sizes, dtype) | {"hit": hit, "miss": miss}
 
 
-add(Spec(
-    "morphology.hit_or_miss",
-    [image(description="binary image batch, set above 0"),
-     TensorSpec("hit", (3, 3), range=(0, 1), description="nonzero where a pixel must be set"),
-     TensorSpec("miss", (3, 3), range=(0, 1), description="nonzero where none may be")],
-    [TensorSpec("output", layout="NCHW", description="1 where the pattern is found")],
-    symbols=STENCIL,
-    gradients=(),
-    sample=_shapes_and_corner,
-    reference="SciPy binary_hit_or_miss, OpenCV MORPH_HITMISS",
-))
-
-for _name, _reference in (("skeletonize", "the definition in NumPy"), ("thin", "scikit-image thin")):
-    add(Spec(
-        f"morphology.{_name}",
-        [image(description="binary image batch, set above 0")],
-        [TensorSpec("output", layout="NCHW", description="1 on the skeleton")],
+add(
+    Spec(
+        "morphology.hit_or_miss",
+        [
+            image(description="binary image batch, set above 0"),
+            TensorSpec("hit", (3, 3), range=(0, 1), description="nonzero where a pixel must be set"),
+            TensorSpec("miss", (3, 3), range=(0, 1), description="nonzero where none may be"),
+        ],
+        [TensorSpec("output", layout="NCHW", description="1 where the pattern is found")],
         symbols=STENCIL,
         gradients=(),
-        sample=_shapes,
-        reference=_reference,
-    ))
+        sample=_shapes_and_corner,
+        reference="SciPy binary_hit_or_miss, OpenCV MORPH_HITMISS",
+    )
+)
+
+for _name, _reference in (("skeletonize", "the definition in NumPy"), ("thin", "scikit-image thin")):
+    add(
+        Spec(
+            f"morphology.{_name}",
+            [image(description="binary image batch, set above 0")],
+            [TensorSpec("output", layout="NCHW", description="1 on the skeleton")],
+            symbols=STENCIL,
+            gradients=(),
+            sample=_shapes,
+            reference=_reference,
+        )
+    )

@@ -1,4 +1,5 @@
-"""What is wrong with a call of `export`, said in one sentence before anything is traced: the spec, the function and its results."""
+"""What is wrong with a call of `export`, said in one sentence before anything is traced: the spec, the
+function and its results."""
 
 from __future__ import annotations
 
@@ -33,11 +34,23 @@ _INSTEAD = {
 def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> None:
     """Refuse wrong arguments of `export`."""
     if not isinstance(spec, Spec):
-        raise ExportError(f"spec: expected a chiasm.export.Spec, got {type(spec).__name__}: export(fn, Spec('my.op', [image()]), folder)")
+        raise ExportError(
+            f"spec: expected a chiasm.export.Spec, got {type(spec).__name__}: export(fn, Spec('my.op',"
+            " [image()]), folder)"
+        )
     from ..formats.native import ISAS
 
-    for name, given, known in (("formats", formats, FORMATS), ("isas", isas, tuple(ISAS)), ("methods", methods, METHODS)):
-        if isinstance(given, str) or not isinstance(given, Sequence) or not given or any(g not in known for g in given):
+    for name, given, known in (
+        ("formats", formats, FORMATS),
+        ("isas", isas, tuple(ISAS)),
+        ("methods", methods, METHODS),
+    ):
+        if (
+            isinstance(given, str)
+            or not isinstance(given, Sequence)
+            or not given
+            or any(g not in known for g in given)
+        ):
             raise ExportError(f"{spec.name}: {name}: expected a sequence of some of {known}, got {given!r}")
     if "forward" not in methods:
         raise ExportError(f"{spec.name}: methods: {tuple(methods)} lacks 'forward', which every bundle has")
@@ -48,39 +61,64 @@ def check_call(fn: Any, spec: Any, formats: Any, isas: Any, methods: Any) -> Non
 def check_spec(spec: Spec) -> None:
     """Refuse a spec that says what cannot be."""
     if not isinstance(spec.name, str) or not _NAME.fullmatch(spec.name) or len(spec.name) > 200:
-        raise ExportError(f"spec: name: expected words of letters, digits and _ joined by dots, such as 'my.op' (at most 200 characters), got {spec.name!r}")
+        raise ExportError(
+            "spec: name: expected words of letters, digits and _ joined by dots, such as 'my.op' (at most"
+            f" 200 characters), got {spec.name!r}"
+        )
     if not isinstance(spec.version, str) or not _VERSION.fullmatch(spec.version):
-        raise ExportError(f"{spec.name}: version: expected three numbers such as '1.0.0', got {spec.version!r}")
+        raise ExportError(
+            f"{spec.name}: version: expected three numbers such as '1.0.0', got {spec.version!r}"
+        )
     for text in ("summary", "reference"):
         _text(spec.name, text, getattr(spec, text))
     if not spec.dtypes or isinstance(spec.dtypes, str) or len(set(spec.dtypes)) < len(spec.dtypes):
-        raise ExportError(f"{spec.name}: dtypes: expected a tuple of different dtypes such as ('float32',), got {spec.dtypes!r}")
+        raise ExportError(
+            f"{spec.name}: dtypes: expected a tuple of different dtypes such as ('float32',), got"
+            f" {spec.dtypes!r}"
+        )
     for dtype in spec.dtypes:
         _dtype(spec.name, "dtypes", dtype)
     for kind, tensors in (("input", spec.inputs), ("output", spec.outputs)):
         if not tensors or not all(isinstance(t, TensorSpec) for t in tensors):
-            raise ExportError(f"{spec.name}: {kind}s: expected at least one TensorSpec (image(), frame(), TensorSpec('name', (...))), got {tensors!r}")
+            raise ExportError(
+                f"{spec.name}: {kind}s: expected at least one TensorSpec (image(), frame(),"
+                f" TensorSpec('name', (...))), got {tensors!r}"
+            )
         for tensor in tensors:
             _check_tensor(spec, kind, tensor)
     names = [t.name for t in (*spec.inputs, *spec.outputs)]
     if twice := [n for n in names if names.count(n) > 1]:
-        raise ExportError(f"{spec.name}: {twice[0]!r} is the name of two tensors: inputs and outputs need different names")
+        raise ExportError(
+            f"{spec.name}: {twice[0]!r} is the name of two tensors: inputs and outputs need different names"
+        )
     for symbol in dict.fromkeys(d for t in spec.inputs for d in t.shape if isinstance(d, str)):
         _check_limits(spec, symbol)
     _check_config(spec)
     floating = [t.name for t in spec.inputs if t.dtype == "T" or "float" in t.dtype]
     if unknown := [g for g in spec.gradients or () if g not in floating]:
-        raise ExportError(f"{spec.name}: gradients: {unknown[0]!r} is not a floating input (those are {floating})")
+        raise ExportError(
+            f"{spec.name}: gradients: {unknown[0]!r} is not a floating input (those are {floating})"
+        )
     for tolerances in (spec.tolerances, spec.gradient_tolerances):
         for dtype, tolerance in tolerances.items():
             _dtype(spec.name, "tolerances", dtype)
-            if not isinstance(tolerance, Tolerance) or not all(math.isfinite(v) and v >= 0 for v in (tolerance.atol, tolerance.rtol)):
-                raise ExportError(f"{spec.name}: tolerances[{dtype!r}]: expected a Tolerance of numbers from 0, got {tolerance!r}")
+            if not isinstance(tolerance, Tolerance) or not all(
+                math.isfinite(v) and v >= 0 for v in (tolerance.atol, tolerance.rtol)
+            ):
+                raise ExportError(
+                    f"{spec.name}: tolerances[{dtype!r}]: expected a Tolerance of numbers from 0, got"
+                    f" {tolerance!r}"
+                )
 
 
 def _check_tensor(spec: Spec, kind: str, t: TensorSpec) -> None:
     where = f"{spec.name}: {kind} {t.name!r}"
-    if not isinstance(t.name, str) or not _WORD.fullmatch(t.name) or keyword.iskeyword(t.name) or t.name == "self":
+    if (
+        not isinstance(t.name, str)
+        or not _WORD.fullmatch(t.name)
+        or keyword.iskeyword(t.name)
+        or t.name == "self"
+    ):
         raise ExportError(f"{where}: a tensor's name is a Python identifier of ASCII letters, digits and _")
     if t.dtype != "T":
         _dtype(spec.name, f"{kind} {t.name!r}", t.dtype)
@@ -89,7 +127,9 @@ def _check_tensor(spec: Spec, kind: str, t: TensorSpec) -> None:
     for d in t.shape:
         symbol = isinstance(d, str) and _WORD.fullmatch(d) and not keyword.iskeyword(d)
         if not symbol and (isinstance(d, (bool, str)) or not isinstance(d, int) or d < 1):
-            raise ExportError(f"{where}: shape {tuple(t.shape)}: {d!r} is neither a number from 1 nor a symbol such as 'H'")
+            raise ExportError(
+                f"{where}: shape {tuple(t.shape)}: {d!r} is neither a number from 1 nor a symbol such as 'H'"
+            )
     for text in ("layout", "color", "description"):
         _text(where, text, getattr(t, text))
     if t.range is not None:
@@ -105,31 +145,56 @@ def _check_tensor(spec: Spec, kind: str, t: TensorSpec) -> None:
 def _check_limits(spec: Spec, symbol: str) -> None:
     limits = spec.symbols.get(symbol, DEFAULT_SYMBOLS.get(symbol))
     if limits is None:
-        raise ExportError(f"{spec.name}: symbol {symbol!r} has no limits: add symbols={{{symbol!r}: (min, max)}} to the spec")
-    pair = isinstance(limits, Sequence) and len(limits) == 2 and all(isinstance(v, int) and not isinstance(v, bool) for v in limits)
+        raise ExportError(
+            f"{spec.name}: symbol {symbol!r} has no limits: add symbols={{{symbol!r}: (min, max)}} to the"
+            " spec"
+        )
+    pair = (
+        isinstance(limits, Sequence)
+        and len(limits) == 2
+        and all(isinstance(v, int) and not isinstance(v, bool) for v in limits)
+    )
     if not pair or not 1 <= limits[0] <= limits[1] < 2**48:
-        raise ExportError(f"{spec.name}: symbols[{symbol!r}]: expected (min, max) with 1 <= min < max < 2**48, got {limits!r}")
+        raise ExportError(
+            f"{spec.name}: symbols[{symbol!r}]: expected (min, max) with 1 <= min < max < 2**48, got"
+            f" {limits!r}"
+        )
     if limits[0] == limits[1]:
-        raise ExportError(f"{spec.name}: symbols[{symbol!r}]: min and max are both {limits[0]}: write {limits[0]} into the shape instead of {symbol!r}")
+        raise ExportError(
+            f"{spec.name}: symbols[{symbol!r}]: min and max are both {limits[0]}: write {limits[0]} into the"
+            f" shape instead of {symbol!r}"
+        )
 
 
 def _check_config(spec: Spec) -> None:
     for key, value in spec.config.items():
-        if not isinstance(key, str) or not key.isidentifier() or keyword.iskeyword(key) or key in {t.name for t in spec.inputs}:
-            raise ExportError(f"{spec.name}: config: {key!r} is not the name of an argument beside the inputs")
+        if (
+            not isinstance(key, str)
+            or not key.isidentifier()
+            or keyword.iskeyword(key)
+            or key in {t.name for t in spec.inputs}
+        ):
+            raise ExportError(
+                f"{spec.name}: config: {key!r} is not the name of an argument beside the inputs"
+            )
         try:
             constant = ast.literal_eval(repr(value)) == value
         except (ValueError, SyntaxError):
             constant = False
         if not constant:
             raise ExportError(
-                f"{spec.name}: config[{key!r}]: expected a finite number, a string, a bool, None or a tuple of such, got {value!r}"
-                + (": a tensor is an input, or a buffer of a module" if isinstance(value, Tensor) else ""))
+                f"{spec.name}: config[{key!r}]: expected a finite number, a string, a bool, None or a tuple"
+                f" of such, got {value!r}"
+                + (": a tensor is an input, or a buffer of a module" if isinstance(value, Tensor) else "")
+            )
 
 
 def _dtype(name: str, where: str, dtype: Any) -> None:
     if dtype not in DTYPES:
-        raise ExportError(f"{name}: {where}: dtype {dtype!r} is not one of {', '.join(DTYPES)}{_INSTEAD.get(str(dtype), '')}")
+        raise ExportError(
+            f"{name}: {where}: dtype {dtype!r} is not one of"
+            f" {', '.join(DTYPES)}{_INSTEAD.get(str(dtype), '')}"
+        )
 
 
 def _text(name: str, what: str, text: Any) -> None:
@@ -154,26 +219,48 @@ def _check_function(fn: Any, spec: Spec) -> None:
     parameters = signature.parameters.values()
     if star := [p for p in parameters if p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]:
         mark = "*" if star[0].kind is inspect.Parameter.VAR_POSITIONAL else "**"
-        raise ExportError(f"{spec.name}: fn takes {mark}{star[0].name}: name every argument, as in def f(input: Tensor, sigma: float = 1.0) -> Tensor")
+        raise ExportError(
+            f"{spec.name}: fn takes {mark}{star[0].name}: name every argument, as in def f(input: Tensor,"
+            " sigma: float = 1.0) -> Tensor"
+        )
     if only := [p for p in parameters if p.kind is p.POSITIONAL_ONLY and not is_module]:
-        raise ExportError(f"{spec.name}: fn takes {only[0].name!r} by position only: inputs are passed by name, so remove the / from its arguments")
+        raise ExportError(
+            f"{spec.name}: fn takes {only[0].name!r} by position only: inputs are passed by name, so remove"
+            " the / from its arguments"
+        )
     inputs = [t.name for t in spec.inputs]
     try:
-        signature.bind(*(inputs if is_module else ()), **({} if is_module else dict.fromkeys(inputs)), **spec.config)
+        signature.bind(
+            *(inputs if is_module else ()), **({} if is_module else dict.fromkeys(inputs)), **spec.config
+        )
     except TypeError as error:
+        hint = (
+            " (the names of inputs are those of arguments; what is no input needs a default or a place in"
+            " config)"
+        )
         raise ExportError(
-            f"{spec.name}: fn{signature} does not take the spec's inputs {inputs} and configuration {sorted(spec.config)}: {error}"
-            f"{'' if is_module else ' (the names of inputs are those of arguments; what is no input needs a default or a place in config)'}") from None
+            f"{spec.name}: fn{signature} does not take the spec's inputs {inputs} and configuration"
+            f" {sorted(spec.config)}: {error}{'' if is_module else hint}"
+        ) from None
 
 
-def check_inputs(spec: Spec, inputs: Mapping[str, Tensor], sizes: Mapping[str, int], variant: str | None) -> None:
+def check_inputs(
+    spec: Spec, inputs: Mapping[str, Tensor], sizes: Mapping[str, int], variant: str | None
+) -> None:
     """Refuse what the spec's `sample` made, where it is not what the spec says."""
     for t in spec.inputs:
         value, shape = inputs.get(t.name), tuple(sizes[d] if isinstance(d, str) else d for d in t.shape)
         dtype = variant if t.dtype == "T" else t.dtype
-        if not isinstance(value, Tensor) or tuple(value.shape) != shape or value.dtype != getattr(torch, str(dtype)):
+        if (
+            not isinstance(value, Tensor)
+            or tuple(value.shape) != shape
+            or value.dtype != getattr(torch, str(dtype))
+        ):
             got = f"{value.dtype} {tuple(value.shape)}" if isinstance(value, Tensor) else repr(value)
-            raise ExportError(f"{spec.name}: sample: input {t.name!r} at sizes {dict(sizes)}: expected {dtype} {shape}, got {got}")
+            raise ExportError(
+                f"{spec.name}: sample: input {t.name!r} at sizes {dict(sizes)}: expected {dtype} {shape}, got"
+                f" {got}"
+            )
 
 
 def check_results(spec: Spec, result: Any) -> tuple[Tensor, ...]:
@@ -181,14 +268,24 @@ def check_results(spec: Spec, result: Any) -> tuple[Tensor, ...]:
     results = tuple(result) if isinstance(result, (tuple, list)) else (result,)
     for place, value in enumerate(results):
         if not isinstance(value, Tensor):
-            raise ExportError(f"{spec.name}: the op returns {_described(value)}{f' as result {place}' if len(results) > 1 else ''}: {_advice(value)}")
+            raise ExportError(
+                f"{spec.name}: the op returns"
+                f" {_described(value)}{f' as result {place}' if len(results) > 1 else ''}: {_advice(value)}"
+            )
         if value.layout != torch.strided or value.is_quantized or value.device.type != "cpu":
-            raise ExportError(f"{spec.name}: result {place} is {value.layout} on {value.device}: return dense tensors where the inputs are")
+            raise ExportError(
+                f"{spec.name}: result {place} is {value.layout} on {value.device}: return dense tensors where"
+                " the inputs are"
+            )
         if value.dim() > _RANK:
-            raise ExportError(f"{spec.name}: result {place} has {value.dim()} dimensions, at most {_RANK} are possible")
+            raise ExportError(
+                f"{spec.name}: result {place} has {value.dim()} dimensions, at most {_RANK} are possible"
+            )
         _dtype(spec.name, f"result {place}", str(value.dtype).removeprefix("torch."))
     if len(results) != len(spec.outputs):
-        raise ExportError(f"{spec.name}: the spec names {len(spec.outputs)} outputs, the op returns {len(results)}")
+        raise ExportError(
+            f"{spec.name}: the spec names {len(spec.outputs)} outputs, the op returns {len(results)}"
+        )
     return results
 
 

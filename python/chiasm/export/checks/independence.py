@@ -21,11 +21,16 @@ def has_samples(inputs: Sequence[TensorSpec], outputs: Sequence[TensorSpec]) -> 
     return not inside and any(leading) and all(t.shape[:1] == (SYMBOL,) for t in outputs)
 
 
-def independent(run: Callable[[Tensors], Sequence[torch.Tensor]], inputs: Sequence[TensorSpec], made: Tensors, tolerances: Sequence[Tolerance | None]) -> bool:
+def independent(
+    run: Callable[[Tensors], Sequence[torch.Tensor]],
+    inputs: Sequence[TensorSpec],
+    made: Tensors,
+    tolerances: Sequence[Tolerance | None],
+) -> bool:
     """Whether each sample gives the same alone as in its batch, whatever the others are.
 
-    Tried on one batch: on each sample alone, and with what would show in a sum, an extreme or a comparison over the batch put into
-    the first sample, at which the others must stay as they are to the bit.
+    Tried on one batch: on each sample alone, and with what would show in a sum, an extreme or a comparison
+    over the batch put into the first sample, at which the others must stay as they are to the bit.
 
     Args:
         run: the method, from named inputs to outputs, eager.
@@ -44,13 +49,20 @@ def independent(run: Callable[[Tensors], Sequence[torch.Tensor]], inputs: Sequen
             changed = run(other)
         except Exception:  # values that the op refuses
             continue
-        if not all(torch.equal(c[1:].nan_to_num(), w[1:].nan_to_num()) for c, w in zip(changed, whole, strict=True)):
+        if not all(
+            torch.equal(c[1:].nan_to_num(), w[1:].nan_to_num()) for c, w in zip(changed, whole, strict=True)
+        ):
             return False
     return True
 
 
 def _disturbed(made: Tensors, batched: Sequence[str]) -> Iterator[Tensors]:
-    for change in (lambda first: first * 1e4, lambda first: first * -1e4, lambda first: first * 0, lambda first: first + float("nan")):
+    for change in (
+        lambda first: first * 1e4,
+        lambda first: first * -1e4,
+        lambda first: first * 0,
+        lambda first: first + float("nan"),
+    ):
         other = dict(made)
         for name in batched:
             if made[name].is_floating_point():

@@ -1,8 +1,10 @@
-"""Refuses ops that are no functions of their inputs: that write into what is not theirs, keep state, or draw random numbers.
+"""Refuses ops that are no functions of their inputs: that write into what is not theirs, keep state, or draw
+random numbers.
 
-Compiled code would write into its caller's memory, and every engine would keep other state and draw other numbers. An op is run in eager
-mode under a watch that sees each operator before it runs; a graph that could do other than the op did is run so too. TorchScript
-keeps the branches that no run takes: script_purity.py reads it.
+Compiled code would write into its caller's memory, and every engine would keep other state and draw other
+numbers. An op is run in eager mode under a watch that sees each operator before it runs; a graph that could
+do other than the op did is run so too. TorchScript keeps the branches that no run takes: script_purity.py
+reads it.
 """
 
 from __future__ import annotations
@@ -23,8 +25,14 @@ from torch.utils._pytree import tree_iter, tree_map
 
 from ..errors import ExportError, own_line
 
-_STATE = "instead: make the state an input and an output of the op (of a module that learns, such as BatchNorm: call .eval() first)"
-_RANDOM = "instead: make the random numbers an input of the op (of Dropout: call .eval() first, or pass training=False)"
+_STATE = (
+    "instead: make the state an input and an output of the op (of a module that learns, such as BatchNorm:"
+    " call .eval() first)"
+)
+_RANDOM = (
+    "instead: make the random numbers an input of the op (of Dropout: call .eval() first, or pass"
+    " training=False)"
+)
 #: Operators that say they write, and change no value and no shape.
 MARKERS = ("aten::detach_", "aten::requires_grad_", "aten::retain_grad")
 #: Operators that write into arguments which their schemas do not mark.
@@ -37,15 +45,24 @@ class Impure(ExportError):
 
 def impure(name: str, what: str, where: str | None, operator: str | None, remedy: str) -> Impure:
     """The error: what the op does, where, by which operator, and what to write instead."""
-    parts = [f"{name}: {what}", where and f"  at {where}", operator and f"  operator {operator}", f"  {remedy}"]
+    parts = [
+        f"{name}: {what}",
+        where and f"  at {where}",
+        operator and f"  operator {operator}",
+        f"  {remedy}",
+    ]
     return Impure("\n".join(p for p in parts if p))
 
 
 def writes(name: str, target: str | None, where: str | None, operator: str | None) -> Impure:
     """The error for a write: into the input called `target`, or else into a state."""
     if target is not None:
-        remedy = f"instead: change a copy: {target} = {target}.clone()" + ("" if where else " (a module that does so is made with inplace=False)")
-        return impure(name, f"it changes its input {target!r}, which is the caller's", where, operator, remedy)
+        remedy = f"instead: change a copy: {target} = {target}.clone()" + (
+            "" if where else " (a module that does so is made with inplace=False)"
+        )
+        return impure(
+            name, f"it changes its input {target!r}, which is the caller's", where, operator, remedy
+        )
     return impure(name, "it changes a tensor that it keeps between calls", where, operator, _STATE)
 
 
@@ -60,7 +77,8 @@ def is_random(operator: Any) -> bool:
 
 
 class _Watch(TorchDispatchMode):
-    """Raises before an operator writes into memory that no operator of the run has made, and after one has drawn random numbers."""
+    """Raises before an operator writes into memory that no operator of the run has made, and after one has
+    drawn random numbers."""
 
     supports_higher_order_operators = True
 
@@ -76,12 +94,20 @@ class _Watch(TorchDispatchMode):
         for tensor in _written(func, args, kwargs):
             memory = _memory(tensor)
             if memory and memory not in self.made:
-                self.found = writes(self.name, self.inputs.get(memory), own_line(traceback.extract_stack()), str(func))
+                self.found = writes(
+                    self.name, self.inputs.get(memory), own_line(traceback.extract_stack()), str(func)
+                )
                 raise self.found
         drawing = is_random(func)
         before = torch.get_rng_state() if drawing else None
-        result = func(*args, **kwargs) if getattr(func, "namespace", "") != "chiasm" else _shaped(func, args, kwargs)
-        if drawing and (kwargs.get("generator") is not None or not torch.equal(before, torch.get_rng_state())):
+        result = (
+            func(*args, **kwargs)
+            if getattr(func, "namespace", "") != "chiasm"
+            else _shaped(func, args, kwargs)
+        )
+        if drawing and (
+            kwargs.get("generator") is not None or not torch.equal(before, torch.get_rng_state())
+        ):
             self.found = draws(self.name, own_line(traceback.extract_stack()), str(func))
             raise self.found
         given = {_memory(t) for t in tree_iter((args, kwargs)) if isinstance(t, Tensor)}
@@ -103,7 +129,9 @@ def _written(func: Any, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Itera
     hidden = _RUNNING.get(func, ())
     for i, argument in enumerate(func._schema.arguments):
         value = args[i] if i < len(args) else kwargs.get(argument.name)
-        if (argument.alias_info is not None and argument.alias_info.is_write) or (argument.name in hidden and args[5]):
+        if (argument.alias_info is not None and argument.alias_info.is_write) or (
+            argument.name in hidden and args[5]
+        ):
             yield from (t for t in tree_iter(value) if isinstance(t, Tensor))
 
 
@@ -115,24 +143,51 @@ def _memory(tensor: Tensor) -> int:
         return 0
 
 
-def check_op(name: str, run: Callable[[Mapping[str, Tensor]], Sequence[Tensor]], inputs: Mapping[str, Tensor], state: nn.Module) -> list[bool]:
-    """Run an op under the watch, and once more: it must leave its inputs and its state as they are, and give the same again.
+def check_op(
+    name: str,
+    run: Callable[[Mapping[str, Tensor]], Sequence[Tensor]],
+    inputs: Mapping[str, Tensor],
+    state: nn.Module,
+) -> list[bool]:
+    """Run an op under the watch, and once more: it must leave its inputs and its state as they are, and give
+    the same again.
 
     Returns of each result whether it is an input itself, or an earlier result.
     """
     first, taken = _watched(name, run, inputs)
     before = _state(state)
     second = run({key: t.clone() for key, t in inputs.items()})
-    changed = [key for key, value in _state(state).items() if key not in before or not _same(value, before[key])]
+    changed = [
+        key for key, value in _state(state).items() if key not in before or not _same(value, before[key])
+    ]
     if not all(map(_same, first, second)):
-        what = f"it keeps state in {changed[0]!r}: the same inputs give other results" if changed else "the same inputs give other results when it is called again"
-        raise impure(name, what, None, None, _STATE if changed else "instead: make what changes between calls (random numbers, a counter, the time) an input of the op")
+        what = (
+            f"it keeps state in {changed[0]!r}: the same inputs give other results"
+            if changed
+            else "the same inputs give other results when it is called again"
+        )
+        raise impure(
+            name,
+            what,
+            None,
+            None,
+            (
+                _STATE
+                if changed
+                else (
+                    "instead: make what changes between calls (random numbers, a counter, the time) an input"
+                    " of the op"
+                )
+            ),
+        )
     if any(key in dict(state.named_buffers()) for key in changed):
         raise impure(name, f"it changes its buffer {changed[0]!r}", None, None, _STATE)
     return taken
 
 
-def _watched(name: str, run: Callable[[Mapping[str, Tensor]], Sequence[Tensor]], inputs: Mapping[str, Tensor]) -> tuple[tuple[Tensor, ...], list[bool]]:
+def _watched(
+    name: str, run: Callable[[Mapping[str, Tensor]], Sequence[Tensor]], inputs: Mapping[str, Tensor]
+) -> tuple[tuple[Tensor, ...], list[bool]]:
     copies = {key: t.clone() for key, t in inputs.items()}
     with _Watch(name, copies) as watch:
         results = tuple(run(copies))
@@ -147,10 +202,15 @@ def _watched(name: str, run: Callable[[Mapping[str, Tensor]], Sequence[Tensor]],
 
 def _state(module: nn.Module) -> dict[str, Any]:
     """What a module could keep between calls: tensors, and plain values among the attributes."""
-    plain = {f"{prefix}.{key}".lstrip("."): value
-             for prefix, m in module.named_modules() for key, value in vars(m).items()
-             if isinstance(value, (bool, int, float, str)) and key != "training"}
-    return {key: t.detach().clone() for key, t in (*module.named_buffers(), *module.named_parameters())} | plain
+    plain = {
+        f"{prefix}.{key}".lstrip("."): value
+        for prefix, m in module.named_modules()
+        for key, value in vars(m).items()
+        if isinstance(value, (bool, int, float, str)) and key != "training"
+    }
+    return {
+        key: t.detach().clone() for key, t in (*module.named_buffers(), *module.named_parameters())
+    } | plain
 
 
 def _same(a: Any, b: Any) -> bool:
@@ -162,10 +222,18 @@ def _same(a: Any, b: Any) -> bool:
 
 
 def check_program(name: str, program: ExportedProgram, inputs: Mapping[str, Tensor]) -> None:
-    """The same of a traced graph, which may do other than the eager op (`torch.compiler.is_exporting()`): its writes and random numbers."""
-    graphs = [m.graph for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]  # the bodies of loops too
-    targets = {n.target for graph in graphs for n in graph.nodes if isinstance(n.target, torch._ops.OpOverload)}
-    if any((t._schema.is_mutable and t._schema.name not in MARKERS) or is_random(t) or t in _RUNNING for t in targets):
+    """The same of a traced graph, which may do other than the eager op (`torch.compiler.is_exporting()`): its
+    writes and random numbers."""
+    graphs = [
+        m.graph for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)
+    ]  # the bodies of loops too
+    targets = {
+        n.target for graph in graphs for n in graph.nodes if isinstance(n.target, torch._ops.OpOverload)
+    }
+    if any(
+        (t._schema.is_mutable and t._schema.name not in MARKERS) or is_random(t) or t in _RUNNING
+        for t in targets
+    ):
         module = program.module()
         try:
             _watched(name, lambda tensors: list(tree_iter(module(*tensors.values()))), inputs)
@@ -177,12 +245,23 @@ def check_program(name: str, program: ExportedProgram, inputs: Mapping[str, Tens
 
 @contextmanager
 def preserved(fn: Any) -> Iterator[None]:
-    """A module in evaluation mode inside the block, and after it exactly as it was; the random numbers of the process too."""
+    """A module in evaluation mode inside the block, and after it exactly as it was; the random numbers of the
+    process too."""
     modules = list(fn.modules()) if isinstance(fn, nn.Module) else []
     tensors = [t for m in modules for t in (*m.parameters(recurse=False), *m.buffers(recurse=False))]
     values = [(t, t.detach().clone(), t.requires_grad, t.grad if t.is_leaf else None) for t in tensors]
     training = [m.training for m in modules]
-    attributes = [(m, {key: (value, copy(value) if isinstance(value, (dict, list, set)) else None) for key, value in vars(m).items()}) for m in modules if not isinstance(m, torch.jit.ScriptModule)]
+    attributes = [
+        (
+            m,
+            {
+                key: (value, copy(value) if isinstance(value, (dict, list, set)) else None)
+                for key, value in vars(m).items()
+            },
+        )
+        for m in modules
+        if not isinstance(m, torch.jit.ScriptModule)
+    ]
     numbers = torch.get_rng_state(), random.getstate(), np.random.get_state()
     try:
         if modules:

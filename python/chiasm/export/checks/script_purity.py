@@ -1,6 +1,8 @@
-"""The same refusals (purity.py) read off TorchScript, which keeps what one run does not show: the branches that data decide.
+"""The same refusals (purity.py) read off TorchScript, which keeps what one run does not show: the branches
+that data decide.
 
-Each value of the graph is followed to where its memory comes from: an input, a state of the module, or an operator that made it.
+Each value of the graph is followed to where its memory comes from: an input, a state of the module, or an
+operator that made it.
 """
 
 from __future__ import annotations
@@ -16,13 +18,26 @@ from .purity import MARKERS, draws, impure, is_random, writes
 
 _STATE = "a state of the module"
 #: TorchScript's numbers of dtypes.
-_DTYPES = {0: "uint8", 1: "int8", 2: "int16", 3: "int32", 4: "int64", 5: "float16", 6: "float32", 7: "float64", 11: "bool", 15: "bfloat16", 27: "uint16"}
+_DTYPES = {
+    0: "uint8",
+    1: "int8",
+    2: "int16",
+    3: "int32",
+    4: "int64",
+    5: "float16",
+    6: "float32",
+    7: "float64",
+    11: "bool",
+    15: "bfloat16",
+    27: "uint16",
+}
 #: Arguments that say, where they are this constant, that an operator draws nothing.
 _QUIET = {"train": False, "training": False, "p": 0.0, "dropout": 0.0, "dropout_p": 0.0}
 
 
 def check_script(name: str, scripted: torch.jit.ScriptModule, dtypes: Mapping[str, tuple[str, ...]]) -> None:
-    """Refuse a scripted op that writes into an input or a state, draws random numbers or prints, in whatever branch.
+    """Refuse a scripted op that writes into an input or a state, draws random numbers or prints, in whatever
+    branch.
 
     `dtypes` are those that each input may have: `to` another dtype is a copy.
     """
@@ -33,16 +48,32 @@ def check_script(name: str, scripted: torch.jit.ScriptModule, dtypes: Mapping[st
         where = quoted_line(node.sourceRange())
         if node.kind() == "prim::SetAttr":
             inputs = (quoted_line(v.node().sourceRange()) for v in node.inputs())
-            raise impure(name, f"it changes its attribute {node.s('name')!r}", where or next(filter(None, inputs), None), None,
-                         "instead: make the state an input and an output of the op")
+            raise impure(
+                name,
+                f"it changes its attribute {node.s('name')!r}",
+                where or next(filter(None, inputs), None),
+                None,
+                "instead: make the state an input and an output of the op",
+            )
         if node.kind() == "prim::Print":
-            raise impure(name, "it prints, which TorchScript would do at every call and the other formats never", where, None, "instead: remove the print")
+            raise impure(
+                name,
+                "it prints, which TorchScript would do at every call and the other formats never",
+                where,
+                None,
+                "instead: remove the print",
+            )
         schema = _schema(node)
         if schema is None or node.kind() in MARKERS:
             continue
         for argument, value in zip(schema.arguments, node.inputs()):
             elements = str(value.type()) == "Tensor" or node.kind().startswith("aten::_foreach")
-            if argument.alias_info is not None and argument.alias_info.is_write and elements and (found := origins[value.debugName()]):
+            if (
+                argument.alias_info is not None
+                and argument.alias_info.is_write
+                and elements
+                and (found := origins[value.debugName()])
+            ):
                 target = min(found)
                 raise writes(name, None if target == _STATE else target, where, _spelled(node))
         if _is_random(node, schema):
@@ -76,14 +107,18 @@ def _spelled(node: torch._C.Node) -> str:
     return node.kind().replace("::", ".")
 
 
-def _origins(graph: Any, nodes: list[torch._C.Node], dtypes: Mapping[str, tuple[str, ...]]) -> Mapping[str, set[str]]:
+def _origins(
+    graph: Any, nodes: list[torch._C.Node], dtypes: Mapping[str, tuple[str, ...]]
+) -> Mapping[str, set[str]]:
     """From the names of values to the inputs, or the state, whose memory they may share."""
     origins: dict[str, set[str]] = defaultdict(set)
     for value, key in zip(list(graph.inputs())[1:], dtypes, strict=True):
         origins[value.debugName()] = {key}
     schemas = [_schema(node) for node in nodes]
     size = -1
-    while size != (size := sum(map(len, origins.values()))):  # until nothing is added: loops carry values round
+    while size != (
+        size := sum(map(len, origins.values()))
+    ):  # until nothing is added: loops carry values round
         for node, schema in zip(nodes, schemas, strict=True):
             for value, found in _flows(node, schema, origins, dtypes):
                 if "Tensor" in str(value.type()):
@@ -91,7 +126,9 @@ def _origins(graph: Any, nodes: list[torch._C.Node], dtypes: Mapping[str, tuple[
     return origins
 
 
-def _flows(node: Any, schema: Any, origins: Mapping[str, set[str]], dtypes: Mapping[str, tuple[str, ...]]) -> Iterator[tuple[Any, set[str]]]:
+def _flows(
+    node: Any, schema: Any, origins: Mapping[str, set[str]], dtypes: Mapping[str, tuple[str, ...]]
+) -> Iterator[tuple[Any, set[str]]]:
     """The values that a node gives memory to, and where that comes from."""
     kind, inputs, outputs = node.kind(), list(node.inputs()), list(node.outputs())
     of = [origins[v.debugName()] for v in inputs]
@@ -103,12 +140,19 @@ def _flows(node: Any, schema: Any, origins: Mapping[str, set[str]], dtypes: Mapp
             yield from ((o, origins[v.debugName()]) for o, v in zip(outputs, block.outputs(), strict=True))
     elif kind == "prim::Loop":
         (block,) = node.blocks()
-        for inside, begin, end, outside in zip(list(block.inputs())[1:], inputs[2:], list(block.outputs())[1:], outputs, strict=True):
+        for inside, begin, end, outside in zip(
+            list(block.inputs())[1:], inputs[2:], list(block.outputs())[1:], outputs, strict=True
+        ):
             carried = origins[begin.debugName()] | origins[end.debugName()]
             yield inside, carried
             yield outside, carried
-    elif kind in ("prim::TupleUnpack", "prim::ListUnpack") and inputs[0].node().kind() in ("prim::TupleConstruct", "prim::ListConstruct"):
-        yield from ((o, origins[v.debugName()]) for o, v in zip(outputs, inputs[0].node().inputs(), strict=True))
+    elif kind in ("prim::TupleUnpack", "prim::ListUnpack") and inputs[0].node().kind() in (
+        "prim::TupleConstruct",
+        "prim::ListConstruct",
+    ):
+        yield from (
+            (o, origins[v.debugName()]) for o, v in zip(outputs, inputs[0].node().inputs(), strict=True)
+        )
     elif schema is None:
         yield from ((o, whole) for o in outputs)
     elif kind == "aten::to" and _casts(schema, inputs, whole, dtypes):
@@ -117,9 +161,19 @@ def _flows(node: Any, schema: Any, origins: Mapping[str, set[str]], dtypes: Mapp
         for returned, value in zip(schema.returns, outputs):
             if returned.alias_info is not None:
                 sets = returned.alias_info.before_set | returned.alias_info.after_set
-                shared = [o for a, o in zip(schema.arguments, of) if "*" in str(sets) or (a.alias_info and sets & (a.alias_info.before_set | a.alias_info.after_set))]
+                shared = [
+                    o
+                    for a, o in zip(schema.arguments, of)
+                    if "*" in str(sets)
+                    or (a.alias_info and sets & (a.alias_info.before_set | a.alias_info.after_set))
+                ]
                 yield value, set().union(*shared)
-        if schema.arguments and schema.arguments[0].alias_info and schema.arguments[0].alias_info.is_write and "List" in str(inputs[0].type().kind()):
+        if (
+            schema.arguments
+            and schema.arguments[0].alias_info
+            and schema.arguments[0].alias_info.is_write
+            and "List" in str(inputs[0].type().kind())
+        ):
             yield inputs[0], whole  # a list that something is put into
 
 
@@ -128,15 +182,27 @@ def _casts(schema: Any, inputs: list[Any], origins: set[str], dtypes: Mapping[st
     for argument, value in zip(schema.arguments, inputs):
         if argument.name == "dtype" and value.node().kind() == "prim::Constant":
             wanted = _DTYPES.get(value.toIValue())
-            return _STATE not in origins and all(wanted not in dtypes[key] for key in origins) and wanted is not None
+            return (
+                _STATE not in origins
+                and all(wanted not in dtypes[key] for key in origins)
+                and wanted is not None
+            )
     return False
 
 
 def _is_random(node: Any, schema: Any) -> bool:
     if not node.kind().startswith("aten::"):
         return False
-    operator = getattr(getattr(torch.ops.aten, node.kind()[6:], None), schema.overload_name or "default", None)
+    operator = getattr(
+        getattr(torch.ops.aten, node.kind()[6:], None), schema.overload_name or "default", None
+    )
     if not is_random(operator):
         return False
-    constants = {a.name: v.toIValue() for a, v in zip(schema.arguments, node.inputs()) if v.node().kind() == "prim::Constant"}
-    return not any(constants.get(key) == quiet and constants.get(key) is not None for key, quiet in _QUIET.items())
+    constants = {
+        a.name: v.toIValue()
+        for a, v in zip(schema.arguments, node.inputs())
+        if v.node().kind() == "prim::Constant"
+    }
+    return not any(
+        constants.get(key) == quiet and constants.get(key) is not None for key, quiet in _QUIET.items()
+    )

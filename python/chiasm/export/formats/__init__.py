@@ -3,6 +3,6 @@
 | module | makes | for the backend |
 |---|---|---|
 | `torchscript.py` | `forward.pt` | torch |
-| `native.py` | `METHOD.ISA.pt2`: AOTInductor's code; `compiler.py` runs the C++ compiler, `index_ranges.py` proves indices | native |
+| `native.py` (with `compiler.py` and `index_ranges.py`) | `METHOD.ISA.pt2`: AOTInductor's code | native |
 | `onnx.py` | `METHOD.onnx` and, as one function (`onnx_function.py`), `METHOD.fused.onnx` | onnx |
 """

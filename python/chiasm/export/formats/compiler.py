@@ -1,4 +1,5 @@
-"""The C++ compiler beside the exporter: it works while Python goes on, and reads headers that were precompiled with the package."""
+"""The C++ compiler beside the exporter: it works while Python goes on, and reads headers that were
+precompiled with the package."""
 
 from __future__ import annotations
 
@@ -14,23 +15,39 @@ import torch
 
 #: What Inductor's code includes first, for each of the two files that it writes.
 HEADERS = {"wrapper": "torch/csrc/inductor/aoti_include/cpu.h", "kernel": "torch/csrc/inductor/cpp_prefix.h"}
-#: Bytes of C++ above which -O3 takes four times as long as -O2: thousands of lines of arithmetic, with no loop in them to unroll.
+#: Bytes of C++ above which -O3 takes four times as long as -O2: thousands of lines of arithmetic, with no
+#: loop in them to unroll.
 _LARGE = 150_000
 
 
 class Build:
-    """A library that Inductor builds by commands, which `run` takes. Compilers are started and not waited for; `library` waits, and links.
+    """A library that Inductor builds by commands, which `run` takes. Compilers are started and not waited
+    for; `library` waits, and links.
 
     Args:
         include: headers that go before the compiler's own.
         precompiled: a folder with what `precompile` made, or made for something else.
         objects: are linked too.
-        after: its compilers end before others start, so that the number of them does not grow with the number of methods.
+        after: its compilers end before others start, so that the number of them does not grow with the number
+            of methods.
         at_once: Inductor gets its library when it links it; else it gets an empty file, and goes on.
     """
 
-    def __init__(self, include: Path | None = None, precompiled: Path | None = None, objects: Sequence[Path] = (), after: Build | None = None, at_once: bool = False) -> None:
-        self.include, self.precompiled, self.objects, self.after, self.at_once = include, precompiled, list(map(str, objects)), after, at_once
+    def __init__(
+        self,
+        include: Path | None = None,
+        precompiled: Path | None = None,
+        objects: Sequence[Path] = (),
+        after: Build | None = None,
+        at_once: bool = False,
+    ) -> None:
+        self.include, self.precompiled, self.objects, self.after, self.at_once = (
+            include,
+            precompiled,
+            list(map(str, objects)),
+            after,
+            at_once,
+        )
         self._scratch = tempfile.TemporaryDirectory()
         self.folder = Path(self._scratch.name)
         self._running: list[tuple[list[str], subprocess.Popen]] = []
@@ -52,7 +69,8 @@ class Build:
             _check(words, subprocess.run(words, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT))
 
     def _start(self, words: list[str], source: str, target: Path) -> None:
-        """Compile in a folder of ours, where files have the same names in every export: they stand in the texts of errors."""
+        """Compile in a folder of ours, where files have the same names in every export: they stand in the
+        texts of errors."""
         if self.after is not None:
             self.after.wait()
         kind = source.split(".")[-2]
@@ -61,9 +79,22 @@ class Build:
         if kind == "kernel" and os.path.getsize(source) > _LARGE:
             flags = ["-O2" if flag == "-O3" else flag for flag in flags]
         header = self.precompiled and _fitting(self.precompiled, kind, flags)
-        command = [*flags, *(["-include", str(header)] if header else []), "-c", f"{kind}.cpp", "-o", f"{kind}.o"]
+        command = [
+            *flags,
+            *(["-include", str(header)] if header else []),
+            "-c",
+            f"{kind}.cpp",
+            "-o",
+            f"{kind}.o",
+        ]
         with open(self.folder / f"{kind}.log", "wb") as log:
-            process = subprocess.Popen(command, cwd=self.folder, env=os.environ | _environment(self.include), stdout=log, stderr=subprocess.STDOUT)
+            process = subprocess.Popen(
+                command,
+                cwd=self.folder,
+                env=os.environ | _environment(self.include),
+                stdout=log,
+                stderr=subprocess.STDOUT,
+            )
         self._running.append((command, process))
         self._made[str(target)] = f"{kind}.o"
         target.touch()  # Inductor removes it
@@ -80,9 +111,14 @@ class Build:
     def library(self) -> bytes:
         """The linked library, once."""
         for command, process in self._running:
-            output = subprocess.CompletedProcess(command, process.wait(), (self.folder / f"{Path(command[-1]).stem}.log").read_bytes())
+            output = subprocess.CompletedProcess(
+                command, process.wait(), (self.folder / f"{Path(command[-1]).stem}.log").read_bytes()
+            )
             _check(command, output)
-        _check(self._link, subprocess.run(self._link, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT))
+        _check(
+            self._link,
+            subprocess.run(self._link, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT),
+        )
         return (self.folder / "library.so").read_bytes()
 
     def close(self) -> None:
@@ -101,39 +137,55 @@ def _check(command: Sequence[str], done: subprocess.CompletedProcess) -> None:
 
 
 def _flags(words: Sequence[str], source: str) -> list[str]:
-    """The compiler and what it is told, without the files. Texts of errors name headers without their folder, which would make the same
-    export on another machine another file; of warnings there are thousands, about PyTorch's headers."""
+    """The compiler and what it is told, without the files. Texts of errors name headers without their folder,
+    which would make the same export on another machine another file; of warnings there are thousands, about
+    PyTorch's headers."""
     skipped = {source, "-c", "-o", words[words.index("-o") + 1]}
-    # Integers from data wrap around, as in PyTorch: else the compiler takes a sum of two for positive, and an index's check with it out.
-    return [*(word for word in words if word not in skipped), "-w", "-fwrapv", f"-ffile-prefix-map={Path(torch.__file__).parent / 'include'}="]
+    # Integers from data wrap around, as in PyTorch: else the compiler takes a sum of two for positive, and an
+    # index's check with it out.
+    return [
+        *(word for word in words if word not in skipped),
+        "-w",
+        "-fwrapv",
+        f"-ffile-prefix-map={Path(torch.__file__).parent / 'include'}=",
+    ]
 
 
 def _environment(include: Path | None) -> dict[str, str]:
-    return {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
+    return (
+        {"CPATH": os.pathsep.join(filter(None, [str(include), os.environ.get("CPATH")]))} if include else {}
+    )
 
 
-# --- headers ---------------------------------------------------------------------------------------------------------------
+# --- headers ------------------------------------------------------------------------------------------------
 
 
 def precompile(folder: Path, kind: str, command: str, include: Path) -> None:
-    """Make `folder`/KIND.h.gch: what `HEADERS` names, for commands like `command`. It is 140 MB, so it stays where it was built."""
+    """Make `folder`/KIND.h.gch: what `HEADERS` names, for commands like `command`. It is 140 MB, so it stays
+    where it was built."""
     flags = _flags(words := shlex.split(command), next(word for word in words if word.endswith(".cpp")))
     header, made, new = folder / f"{kind}.h", folder / f"{kind}.h.gch", folder / f"{kind}.h.new"
     header.write_text(_text(kind, flags))
     listing = ["-MD", "-MF", f"{made}.d", "-MT", str(made)]
-    subprocess.run([*flags, *listing, "-x", "c++-header", str(header), "-o", str(new)], env=os.environ | _environment(include), check=True)
+    subprocess.run(
+        [*flags, *listing, "-x", "c++-header", str(header), "-o", str(new)],
+        env=os.environ | _environment(include),
+        check=True,
+    )
     os.replace(new, made)
 
 
 def _fitting(folder: Path, kind: str, flags: list[str]) -> Path | None:
-    """The precompiled header, where it was made by the same command from headers that are still the same. Whether it was by the same
-    compiler, the compiler itself looks; else it reads the headers."""
+    """The precompiled header, where it was made by the same command from headers that are still the same.
+    Whether it was by the same compiler, the compiler itself looks; else it reads the headers."""
     header = folder / f"{kind}.h"
     try:
         if header.read_text() != _text(kind, flags):
             return None
         made = os.stat(f"{header}.gch").st_mtime_ns
-        files = Path(f"{header}.gch.d").read_text().replace("\\\n", " ").split()[1:]  # the first is what was made of them
+        files = (
+            Path(f"{header}.gch.d").read_text().replace("\\\n", " ").split()[1:]
+        )  # the first is what was made of them
         return header if all(os.stat(file).st_mtime_ns <= made for file in files) else None
     except OSError:
         return None

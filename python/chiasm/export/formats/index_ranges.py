@@ -1,4 +1,5 @@
-"""Which indices of a compiled loop are in range whatever the data: bounds on the nodes of Inductor's loop bodies, as expressions of sizes.
+"""Which indices of a compiled loop are in range whatever the data: bounds on the nodes of Inductor's loop
+bodies, as expressions of sizes.
 
 Inductor's own bounds are numbers, so that they cannot say that `clamp(i, 0, W - 1)` is less than `W`.
 """
@@ -13,15 +14,16 @@ from typing import Any
 import sympy
 import torch
 
-#: Integers up to here are exact in a floating type: a bound that is greater may be rounded up to the limit itself.
+#: Integers up to here are exact in a floating type: a bound that is greater may be rounded up to the limit
+#: itself.
 _EXACT = {torch.float64: 1 << 53, torch.float32: 1 << 24, torch.float16: 1 << 11, torch.bfloat16: 1 << 8}
 _MOST_BOUNDS = 4
 
 
 @dataclass(frozen=True)
 class _Range:
-    """Every bound that is known of a value, whether it is certainly a number (not NaN), and how large it is at most: arithmetic on
-    what is certainly finite makes no NaN."""
+    """Every bound that is known of a value, whether it is certainly a number (not NaN), and how large it is
+    at most: arithmetic on what is certainly finite makes no NaN."""
 
     lows: tuple[sympy.Expr, ...] = ()
     highs: tuple[sympy.Expr, ...] = ()
@@ -31,7 +33,8 @@ class _Range:
 
 
 class IndexRanges:
-    """The ranges of one compilation. What a buffer holds is looked up where an earlier loop stored it, and kept."""
+    """The ranges of one compilation. What a buffer holds is looked up where an earlier loop stored it, and
+    kept."""
 
     #: Through so many buffers a bound is followed.
     _DEPTH = 8
@@ -41,18 +44,24 @@ class IndexRanges:
         self._depth = 0
 
     def proves(self, node: Any, size: Any, wrapped: bool) -> bool:
-        """Whether the index that a node of a loop body computes is certainly in [0, size), or in [-size, size) where it is `wrapped`."""
+        """Whether the index that a node of a loop body computes is certainly in [0, size), or in [-size,
+        size) where it is `wrapped`."""
         from torch._inductor.virtualized import V
 
         if not isinstance(node, torch.fx.Node):
             return False
         # A kernel calls sizes by the names of its arguments.
         named = {inner: outer for outer, inner in V.kernel.args.sizevars.items()}
-        loops = {v: n.subs({s: named[s.name] for s in n.free_symbols if s.name in named}) for v, n in V.kernel.var_ranges().items()}
+        loops = {
+            v: n.subs({s: named[s.name] for s in n.free_symbols if s.name in named})
+            for v, n in V.kernel.var_ranges().items()
+        }
         found = _Ranges(V.interpreter.submodules["get_index"], loops, self._stored).of(node)
         size = sympy.sympify(size)
         lowest = -size if wrapped else sympy.Integer(0)
-        return any(_not_negative(low - lowest) for low in found.lows) and any(_not_negative(size - 1 - high) for high in found.highs)
+        return any(_not_negative(low - lowest) for low in found.lows) and any(
+            _not_negative(size - 1 - high) for high in found.highs
+        )
 
     def _stored(self, name: str) -> _Range:
         """The range of what an earlier loop stored in a buffer."""
@@ -68,13 +77,16 @@ class IndexRanges:
             if len(stores) != 1 or stores[0].kwargs or any(mode is not None for mode in stores[0].args[4:]):
                 return _Range()
             self._depth += 1
-            self._buffers[key] = _Ranges(body.indexing_exprs.__getitem__, body.var_ranges, self._stored).of(stores[0].args[3])
+            self._buffers[key] = _Ranges(body.indexing_exprs.__getitem__, body.var_ranges, self._stored).of(
+                stores[0].args[3]
+            )
             self._depth -= 1
         return self._buffers[key]
 
 
 def depends_on_data(node: Any) -> bool:
-    """Whether a node of a loop body is computed from a tensor's values, not from sizes and positions alone."""
+    """Whether a node of a loop body is computed from a tensor's values, not from sizes and positions
+    alone."""
     seen, todo = set(), [node]
     while todo:
         node = todo.pop()
@@ -99,7 +111,10 @@ def _not_negative(expression: sympy.Expr) -> bool:
         limits = sizevars.shape_env.var_to_range.get(symbol)
         if limits is None or limits.lower <= 2:
             cases += [sympy.expand(case.subs(symbol, 1)) for case in cases]
-    return all(bool(case >= 0) if case.is_Integer else bool(sizevars.statically_known_true(sympy.Ge(case, 0))) for case in cases)
+    return all(
+        bool(case >= 0) if case.is_Integer else bool(sizevars.statically_known_true(sympy.Ge(case, 0)))
+        for case in cases
+    )
 
 
 def _greatest(expression: sympy.Expr) -> Any:
@@ -116,9 +131,15 @@ def _simplest(bounds: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
 
 
 class _Ranges:
-    """The ranges of the nodes of one loop body: `get_index` has its expressions by name, in the variables of `var_ranges`."""
+    """The ranges of the nodes of one loop body: `get_index` has its expressions by name, in the variables of
+    `var_ranges`."""
 
-    def __init__(self, get_index: Callable[[str], sympy.Expr], var_ranges: dict[sympy.Symbol, sympy.Expr], stored: Callable[[str], _Range]) -> None:
+    def __init__(
+        self,
+        get_index: Callable[[str], sympy.Expr],
+        var_ranges: dict[sympy.Symbol, sympy.Expr],
+        stored: Callable[[str], _Range],
+    ) -> None:
         self._get_index, self._var_ranges, self._stored = get_index, var_ranges, stored
         self._known: dict[Any, _Range] = {}
         self._equals: dict[tuple[Any, Any], bool] = {}
@@ -159,7 +180,9 @@ class _Ranges:
     def _index_expr(self, node: Any) -> _Range:
         expression = self._get_index(node.args[1].args[0])
         low, high = self._extreme(expression, greatest=False), self._extreme(expression, greatest=True)
-        return self._fitting(_Range(() if low is None else (low,), () if high is None else (high,), True, node.args[2]))
+        return self._fitting(
+            _Range(() if low is None else (low,), () if high is None else (high,), True, node.args[2])
+        )
 
     def _load(self, node: Any) -> _Range:
         from torch._inductor.virtualized import V
@@ -183,7 +206,13 @@ class _Ranges:
             exact = _EXACT[dtype]
             low = tuple(b for b in found.lows if abs(_greatest(sympy.Abs(b))) <= exact)
             fits = found.magnitude < float(torch.finfo(dtype).max)
-            return _Range(low, tuple(b for b in found.highs if _greatest(b) <= exact), True, dtype, found.magnitude if fits else math.inf)
+            return _Range(
+                low,
+                tuple(b for b in found.highs if _greatest(b) <= exact),
+                True,
+                dtype,
+                found.magnitude if fits else math.inf,
+            )
         if dtype == torch.bool:
             return _Range((sympy.Integer(0),), (sympy.Integer(1),), True, dtype)
         if not found.lows or not found.highs:
@@ -212,11 +241,23 @@ class _Ranges:
 
     def _add(self, node: Any) -> _Range:
         a, b = self.of(node.args[1]), self.of(node.args[2])
-        return self._computed(a, b, a.magnitude + b.magnitude, [x + y for x in a.lows for y in b.lows], [x + y for x in a.highs for y in b.highs])
+        return self._computed(
+            a,
+            b,
+            a.magnitude + b.magnitude,
+            [x + y for x in a.lows for y in b.lows],
+            [x + y for x in a.highs for y in b.highs],
+        )
 
     def _sub(self, node: Any) -> _Range:
         a, b = self.of(node.args[1]), self.of(node.args[2])
-        return self._computed(a, b, a.magnitude + b.magnitude, [x - y for x in a.lows for y in b.highs], [x - y for x in a.highs for y in b.lows])
+        return self._computed(
+            a,
+            b,
+            a.magnitude + b.magnitude,
+            [x - y for x in a.lows for y in b.highs],
+            [x - y for x in a.highs for y in b.lows],
+        )
 
     def _mul(self, node: Any) -> _Range:
         a, b = self.of(node.args[1]), self.of(node.args[2])
@@ -238,8 +279,17 @@ class _Ranges:
 
     def _abs(self, node: Any) -> _Range:
         a = self.of(node.args[1])
-        highs = tuple(bound for high in a.highs for low in a.lows if (bound := self._least_above(high, -low)) is not None)
-        found = _Range((sympy.Integer(0),), highs, True, a.dtype, a.magnitude) if a.number else _Range((), (), False, a.dtype, a.magnitude)
+        highs = tuple(
+            bound
+            for high in a.highs
+            for low in a.lows
+            if (bound := self._least_above(high, -low)) is not None
+        )
+        found = (
+            _Range((sympy.Integer(0),), highs, True, a.dtype, a.magnitude)
+            if a.number
+            else _Range((), (), False, a.dtype, a.magnitude)
+        )
         return self._fitting(found)  # the magnitude of the least integer is that integer
 
     def _same(self, node: Any) -> _Range:
@@ -253,17 +303,21 @@ class _Ranges:
 
     _trunc_to_int = _ceil_to_int = _round_to_int = _floor_to_int
 
-    # --- helpers ---------------------------------------------------------------------------------------------------------
+    # --- helpers --------------------------------------------------------------------------------------------
 
     def _says_number(self, condition: Any, value: Any, *names: str) -> bool:
-        """Whether `condition` is value == value (value != value, isnan(value)), so that the branch of `where` has no NaN. What a sum or a
-        product is made of is no NaN either where that is none."""
+        """Whether `condition` is value == value (value != value, isnan(value)), so that the branch of `where`
+        has no NaN. What a sum or a product is made of is no NaN either where that is none."""
         if not isinstance(condition, torch.fx.Node) or condition.target not in names:
             return False
         tested = condition.args[1]
         if not all(self._equal(a, tested) for a in condition.args[2:]):
             return False
-        parts = tested.args[1:] if isinstance(tested, torch.fx.Node) and tested.target in ("add", "sub", "mul") else ()
+        parts = (
+            tested.args[1:]
+            if isinstance(tested, torch.fx.Node) and tested.target in ("add", "sub", "mul")
+            else ()
+        )
         return any(self._equal(a, value) for a in (tested, *parts))
 
     def _equal(self, a: Any, b: Any) -> bool:
@@ -274,25 +328,47 @@ class _Ranges:
             return True
         pair = (a, b)
         if pair not in self._equals:
-            alike = a.op == b.op and a.target == b.target and len(a.args) == len(b.args) and a.kwargs == b.kwargs
+            alike = (
+                a.op == b.op and a.target == b.target and len(a.args) == len(b.args) and a.kwargs == b.kwargs
+            )
             self._equals[pair] = alike and all(self._equal(x, y) for x, y in zip(a.args, b.args, strict=True))
         return self._equals[pair]
 
     @staticmethod
     def _less_of(a: tuple[sympy.Expr, ...], b: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
-        return tuple(x if _not_negative(y - x) else y for x in a for y in b if _not_negative(y - x) or _not_negative(x - y))
+        return tuple(
+            x if _not_negative(y - x) else y
+            for x in a
+            for y in b
+            if _not_negative(y - x) or _not_negative(x - y)
+        )
 
     @staticmethod
     def _greater_of(a: tuple[sympy.Expr, ...], b: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
-        return tuple(y if _not_negative(y - x) else x for x in a for y in b if _not_negative(y - x) or _not_negative(x - y))
+        return tuple(
+            y if _not_negative(y - x) else x
+            for x in a
+            for y in b
+            if _not_negative(y - x) or _not_negative(x - y)
+        )
 
     @staticmethod
     def _least_above(a: sympy.Expr, b: sympy.Expr) -> sympy.Expr | None:
         """A bound of both: one of them, or of two that no rule orders (as W - 2 and 1) something greater."""
-        return next((c for c in (a, b, sympy.expand(a + b), sympy.expand(a + b + 1)) if _not_negative(c - a) and _not_negative(c - b)), None)
+        return next(
+            (
+                c
+                for c in (a, b, sympy.expand(a + b), sympy.expand(a + b + 1))
+                if _not_negative(c - a) and _not_negative(c - b)
+            ),
+            None,
+        )
 
-    def _computed(self, a: _Range, b: _Range, magnitude: float, lows: list[sympy.Expr], highs: list[sympy.Expr]) -> _Range:
-        """The result of arithmetic. Integers must not overflow; a float is rounded, which keeps a bound that it can represent."""
+    def _computed(
+        self, a: _Range, b: _Range, magnitude: float, lows: list[sympy.Expr], highs: list[sympy.Expr]
+    ) -> _Range:
+        """The result of arithmetic. Integers must not overflow; a float is rounded, which keeps a bound that
+        it can represent."""
         dtype = torch.promote_types(a.dtype, b.dtype) if a.dtype and b.dtype else None
         if dtype is None:
             return _Range()
@@ -302,7 +378,13 @@ class _Ranges:
         if not (a.number and b.number and magnitude < float(torch.finfo(dtype).max) / 2):
             return _Range((), (), False, dtype)
         exact = _EXACT[dtype]
-        return _Range(tuple(x for x in lows if _greatest(-x) <= exact), tuple(x for x in highs if _greatest(x) <= exact), True, dtype, magnitude)
+        return _Range(
+            tuple(x for x in lows if _greatest(-x) <= exact),
+            tuple(x for x in highs if _greatest(x) <= exact),
+            True,
+            dtype,
+            magnitude,
+        )
 
     @staticmethod
     def _fitting(found: _Range) -> _Range:
@@ -310,12 +392,16 @@ class _Ranges:
         if found.dtype is None or found.dtype.is_floating_point:
             return found
         limits = torch.iinfo(found.dtype) if found.dtype != torch.bool else None
-        fits = limits is not None and any(_greatest(h) <= limits.max for h in found.highs) and any(_greatest(-low) <= -limits.min for low in found.lows)
+        fits = (
+            limits is not None
+            and any(_greatest(h) <= limits.max for h in found.highs)
+            and any(_greatest(-low) <= -limits.min for low in found.lows)
+        )
         return found if fits else _Range((), (), True, found.dtype)
 
     def _extreme(self, expression: sympy.Expr, greatest: bool) -> sympy.Expr | None:
-        """The least or greatest value, or a bound of it, as an expression of sizes: of an expression that is linear in the loop's variables and in
-        absolute values of such."""
+        """The least or greatest value, or a bound of it, as an expression of sizes: of an expression that is
+        linear in the loop's variables and in absolute values of such."""
         expression = sympy.expand(expression)
         absolutes = expression.atoms(sympy.Abs)
         for absolute in (a for a in absolutes if not any(other != a and other.has(a) for other in absolutes)):
@@ -323,7 +409,9 @@ class _Ranges:
             rest = sympy.expand(expression - factor * absolute)
             if not factor.is_Integer or rest.has(absolute):
                 return None
-            bound = self._greatest_absolute(absolute.args[0]) if (factor > 0) == greatest else sympy.Integer(0)
+            bound = (
+                self._greatest_absolute(absolute.args[0]) if (factor > 0) == greatest else sympy.Integer(0)
+            )
             if bound is None:
                 return None
             expression = sympy.expand(rest + factor * bound)
@@ -353,4 +441,3 @@ class _Ranges:
         from torch._inductor.virtualized import V
 
         return set(V.graph.sizevars.shape_env.var_to_range)
-

@@ -1,7 +1,8 @@
-"""The native exporter: AOTInductor code, linked statically with what stands in for libtorch and with kernels (runtime/artifact).
+"""The native exporter: AOTInductor code, linked statically with what stands in for libtorch and with kernels
+(runtime/artifact).
 
-The result is a `.pt2`: a zip with the shared library in it. An op that calls an ATen function which has no stand-in
-is packaged as AOTInductor does it, for the torch backend's loader, and says so (`needs: libtorch`).
+The result is a `.pt2`: a zip with the shared library in it. An op that calls an ATen function which has no
+stand-in is packaged as AOTInductor does it, for the torch backend's loader, and says so (`needs: libtorch`).
 """
 
 from __future__ import annotations
@@ -35,13 +36,17 @@ from ..spec import Spec, TensorSpec
 from . import compiler
 from .compiler import HEADERS, Build
 
-#: What the package was built with for the code of ops: headers, and static libraries for each instruction set (runtime/artifact/CMakeLists.txt).
+#: What the package was built with for the code of ops: headers, and static libraries for each instruction set
+#: (runtime/artifact/CMakeLists.txt).
 LIBRARIES = Path(chiasm.__file__).parent / "artifact"
-#: march and vector width (bits) for each instruction set level; v4 too uses 256-bit vectors, with its masks and registers.
+#: march and vector width (bits) for each instruction set level; v4 too uses 256-bit vectors, with its masks
+#: and registers.
 ISAS = {"x86-64-v3": 256, "x86-64-v4": 256}
 _ENTRY = "chiasm_native_entry"
 #: What follows the libraries on the linker's command line, but for the version script.
-_LINK = f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -static-libstdc++ -static-libgcc -Wl,--as-needed -lmvec"
+_LINK = (
+    f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -static-libstdc++ -static-libgcc -Wl,--as-needed -lmvec"
+)
 
 
 @dataclass(frozen=True)
@@ -55,8 +60,14 @@ class NativeArtifact:
     def glibc(self) -> str:
         """The oldest glibc that the code runs with, "2.34"."""
         with zipfile.ZipFile(io.BytesIO(self.data)) as archive:
-            listings = [_symbols(archive.read(name), "--with-symbol-versions") for name in archive.namelist() if name.endswith(".so")]
-        versions = [tuple(map(int, v.split("."))) for v in re.findall(r"@+GLIBC_(\d+\.\d+)", "".join(listings))]
+            listings = [
+                _symbols(archive.read(name), "--with-symbol-versions")
+                for name in archive.namelist()
+                if name.endswith(".so")
+            ]
+        versions = [
+            tuple(map(int, v.split("."))) for v in re.findall(r"@+GLIBC_(\d+\.\d+)", "".join(listings))
+        ]
         return ".".join(map(str, max(versions)))
 
 
@@ -65,8 +76,15 @@ def cache_folder() -> Path:
     return Path(os.environ.get("CHIASM_CACHE") or Path.home() / ".cache" / "chiasm")
 
 
-def signature_text(spec: Spec, inputs: Sequence[TensorSpec], outputs: Sequence[TensorSpec], variant: str | None, batch: str | None) -> str:
-    """What compiled code relies on: the runtime writes the same text from the manifest (runtime/core/signature_text.cpp) and compares.
+def signature_text(
+    spec: Spec,
+    inputs: Sequence[TensorSpec],
+    outputs: Sequence[TensorSpec],
+    variant: str | None,
+    batch: str | None,
+) -> str:
+    """What compiled code relies on: the runtime writes the same text from the manifest
+    (runtime/core/signature_text.cpp) and compares.
 
     Args:
         spec: the symbols' limits.
@@ -75,21 +93,33 @@ def signature_text(spec: Spec, inputs: Sequence[TensorSpec], outputs: Sequence[T
         variant: what T stands for.
         batch: the symbol that counts independent samples, if there is one.
     """
-    lines = ["chiasm 1"] + sorted(f"symbol {name} {low} {high}" for name, (low, high) in spec.used_symbols().items())
+    lines = ["chiasm 1"] + sorted(
+        f"symbol {name} {low} {high}" for name, (low, high) in spec.used_symbols().items()
+    )
     for kind, tensors in (("input", inputs), ("output", outputs)):
         for t in tensors:
             batched = " batched" if batch and t.shape[:1] == (batch,) else ""
-            lines.append(f"{kind} {t.name} {variant if t.dtype == 'T' else t.dtype} [{', '.join(map(str, t.shape))}]{batched}")
+            lines.append(
+                f"{kind} {t.name} {variant if t.dtype == 'T' else t.dtype}"
+                f" [{', '.join(map(str, t.shape))}]{batched}"
+            )
     return "\n".join(lines) + "\n"
 
 
 def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
-    """Native code of a method for each CPU level. Compilers are at work when this returns; the artifact waits for them."""
+    """Native code of a method for each CPU level. Compilers are at work when this returns; the artifact waits
+    for them."""
     batch = job.methods[method.name].get("samples")
     signature = signature_text(job.spec, method.inputs, method.outputs, method.variant, batch)
     for isa in job.isas:
         job.progress(f"{method.title} {isa}")
-        code = to_native(partial(method.program, "native"), job.spec, isa, signature, job.compiling[-1] if job.compiling else None)
+        code = to_native(
+            partial(method.program, "native"),
+            job.spec,
+            isa,
+            signature,
+            job.compiling[-1] if job.compiling else None,
+        )
         job.compiling.append(code)
 
         def made(code: NativeCode = code, isa: str = isa) -> tuple[bytes, dict[str, object]]:
@@ -97,16 +127,29 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
             needs = {"backend": "native", "needs": []}
             if artifact.needs_libtorch:
                 needs = {"backend": "torch", "needs": ["libtorch"], "why": artifact.why}
-            return artifact.data, needs | {"format": "aotinductor", "dtypes": method.dtypes, "device": "cpu", "isa": isa, "glibc": artifact.glibc()}
+            return artifact.data, needs | {
+                "format": "aotinductor",
+                "dtypes": method.dtypes,
+                "device": "cpu",
+                "isa": isa,
+                "glibc": artifact.glibc(),
+            }
 
         yield Artifact(method.name, "native", f"{method.file}.{isa}.pt2", made)
 
 
-def to_native(program: Callable[[], ExportedProgram], spec: Spec, isa: str, signature: str, after: NativeCode | None = None) -> NativeCode:
-    """Begin to compile for a CPU of level `isa`, or fetch the same compilation from the cache. The code carries `signature`.
+def to_native(
+    program: Callable[[], ExportedProgram],
+    spec: Spec,
+    isa: str,
+    signature: str,
+    after: NativeCode | None = None,
+) -> NativeCode:
+    """Begin to compile for a CPU of level `isa`, or fetch the same compilation from the cache. The code
+    carries `signature`.
 
-    `program` gives a program that may be changed; it is asked for another one where an op turns out to need libtorch. `after` is other
-    code in the making, whose compilers are waited for before others start.
+    `program` gives a program that may be changed; it is asked for another one where an op turns out to need
+    libtorch. `after` is other code in the making, whose compilers are waited for before others start.
     """
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
@@ -140,7 +183,11 @@ class NativeCode:
                         file.write(data)
                     os.replace(file.name, path)
         data = entry.read_bytes()
-        return NativeArtifact(data, needs_libtorch=False) if _is_torch_free(data) else NativeArtifact(data, needs_libtorch=True, why=why.read_text())
+        return (
+            NativeArtifact(data, needs_libtorch=False)
+            if _is_torch_free(data)
+            else NativeArtifact(data, needs_libtorch=True, why=why.read_text())
+        )
 
     def _linked(self, build: Build) -> NativeArtifact:
         try:
@@ -168,7 +215,8 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> str:
     """Everything that the compiled code depends on."""
     digest = hashlib.sha256()
     for part in (
-        # without the comments, which tell where the graph was traced: in generated code, numbered by what the process did before
+        # without the comments, which tell where the graph was traced: in generated code, numbered by what the
+        # process did before
         re.sub(r"(?m)^\s*# File: .*\n", "", program.graph_module.print_readable(print_output=False)),
         # sizes and dtypes of the inputs, which the listing leaves out
         str([(n.name, str(n.meta.get("val"))) for n in program.graph.nodes if n.op == "placeholder"]),
@@ -197,12 +245,20 @@ def compiler_command() -> str:
 def _libraries_hash(isa: str) -> str:
     """Of how code is compiled and what it is linked with; the kernels are apart."""
     formats, patches = Path(__file__).parent, Path(__file__).parents[1] / "patches"
-    sources = [*(formats / f"{name}.py" for name in ("native", "index_ranges", "compiler")),
-               *(patches / f"{name}.py" for name in ("inductor", "index_checks", "tracing"))]
-    libraries = [LIBRARIES / isa / "libchiasm_aoti.a", LIBRARIES / isa / "libgomp.a", LIBRARIES / "symbols.map"]
+    sources = [
+        *(formats / f"{name}.py" for name in ("native", "index_ranges", "compiler")),
+        *(patches / f"{name}.py" for name in ("inductor", "index_checks", "tracing")),
+    ]
+    libraries = [
+        LIBRARIES / isa / "libchiasm_aoti.a",
+        LIBRARIES / isa / "libgomp.a",
+        LIBRARIES / "symbols.map",
+    ]
     if missing := [str(f) for f in libraries if not f.exists()]:
-        raise ExportError(f"the native format needs {missing[0]}, with which chiasm was not built: torch was not found. Build it where torch is installed:"
-                          " make build, or pip install --no-build-isolation")
+        raise ExportError(
+            f"the native format needs {missing[0]}, with which chiasm was not built: torch was not found."
+            " Build it where torch is installed: make build, or pip install --no-build-isolation"
+        )
     return _hash(sources + libraries + [f for f in (LIBRARIES / "include").rglob("*") if f.is_file()])
 
 
@@ -215,8 +271,12 @@ def _hash(files: Iterable[Path]) -> str:
 
 def _operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
     """The operators of the program that are kernels of our own."""
-    modules = [m for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]  # the bodies of loops too
-    targets = {n.target for m in modules for n in m.graph.nodes if isinstance(n.target, torch._ops.OpOverload)}
+    modules = [
+        m for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)
+    ]  # the bodies of loops too
+    targets = {
+        n.target for m in modules for n in m.graph.nodes if isinstance(n.target, torch._ops.OpOverload)
+    }
     return sorted((t for t in targets if t.namespace == "chiasm"), key=str)
 
 
@@ -237,18 +297,26 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
 
     with config.patch(_settings(spec.vectorize, isa)), known_vectors():
         if spec.vectorize and not cpu_vec_isa.pick_vec_isa():
-            raise ExportError(f"{spec.name}: native code ({isa}) needs a CPU with AVX2 to be exported on: this one has none")
+            raise ExportError(
+                f"{spec.name}: native code ({isa}) needs a CPU with AVX2 to be exported on: this one has none"
+            )
 
 
 def _begin(program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None) -> Build:
     _check_vector_isa(spec, isa)
     _select_by_tensors(program)
-    # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as they are.
-    link = f"chiasm_kernels -lchiasm_aoti -L{LIBRARIES / isa} -Wl,--version-script={LIBRARIES / 'symbols.map'} {_LINK}"
+    # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as
+    # they are.
+    link = (
+        f"chiasm_kernels -lchiasm_aoti -L{LIBRARIES / isa} -Wl,--version-script={LIBRARIES / 'symbols.map'}"
+        f" {_LINK}"
+    )
     options = {
         "aot_inductor.link_libtorch": False,
         "aot_inductor.custom_op_libs": [link],
-        "aot_inductor.custom_ops_to_c_shims": {operator: [_declaration(operator)] for operator in _operators(program)},
+        "aot_inductor.custom_ops_to_c_shims": {
+            operator: [_declaration(operator)] for operator in _operators(program)
+        },
     }
     build = Build(LIBRARIES / "include", LIBRARIES / isa, after=after)
     try:
@@ -261,14 +329,20 @@ def _begin(program: ExportedProgram, spec: Spec, isa: str, signature: str, after
 
 
 def _select_by_tensors(program: ExportedProgram) -> None:
-    """`x[i.item()]` as `x[i]`: selected by a number that comes from data, the place in memory is computed without a check, and wraps around."""
+    """`x[i.item()]` as `x[i]`: selected by a number that comes from data, the place in memory is computed
+    without a check, and wraps around."""
     aten, graph = torch.ops.aten, program.graph
     for node in list(graph.nodes):
-        if node.target is not aten.select.int or getattr(node.args[2], "target", None) is not aten.item.default:
+        if (
+            node.target is not aten.select.int
+            or getattr(node.args[2], "target", None) is not aten.item.default
+        ):
             continue
         x, dim, item = node.args
         with graph.inserting_before(node):
-            picked = graph.call_function(aten.index.Tensor, (x, [None] * (dim % x.meta["val"].dim()) + [item.args[0]]))
+            picked = graph.call_function(
+                aten.index.Tensor, (x, [None] * (dim % x.meta["val"].dim()) + [item.args[0]])
+            )
         picked.meta = {"val": node.meta["val"], "original_aten": aten.select.int}
         node.replace_all_uses_with(picked)
         graph.erase_node(node)
@@ -285,24 +359,48 @@ def precompile(isa: str) -> None:
 
     with config.patch(_settings(True, isa)), known_vectors():
         for kind in HEADERS:
-            options = CppTorchDeviceOptions(vec_isa=pick_vec_isa(), device_type="cpu", aot_mode=True, compile_only=True, min_optimize=kind == "wrapper")
-            compiler.precompile(LIBRARIES / isa, kind, CppBuilder(kind, f"{kind}.cpp", options).get_command_line(), LIBRARIES / "include")
+            options = CppTorchDeviceOptions(
+                vec_isa=pick_vec_isa(),
+                device_type="cpu",
+                aot_mode=True,
+                compile_only=True,
+                min_optimize=kind == "wrapper",
+            )
+            compiler.precompile(
+                LIBRARIES / isa,
+                kind,
+                CppBuilder(kind, f"{kind}.cpp", options).get_command_line(),
+                LIBRARIES / "include",
+            )
 
 
 def _compile_signature(signature: str, folder: Path) -> Path:
-    """An object file with the signature, which the library's entry shows (runtime/artifact/aoti/entry.cpp)."""
+    """An object file with the signature, which the library's entry shows
+    (runtime/artifact/aoti/entry.cpp)."""
     source, compiled = folder / "signature.cpp", folder / "signature.o"
     text = "".join(f"\n  {json.dumps(line)}" for line in signature.splitlines(keepends=True))
-    source.write_text(f'extern "C" {{ extern const char chiasm_native_signature[]; const char chiasm_native_signature[] ={text}; }}\n')
+    source.write_text(
+        'extern "C" { extern const char chiasm_native_signature[]; const char chiasm_native_signature[]'
+        f" ={text}; }}\n"
+    )
     run_tool([compiler_command(), "-fPIC", "-fvisibility=hidden", "-c", str(source), "-o", str(compiled)])
     return compiled
 
 
 def _declaration(operator: torch._ops.OpOverload) -> str:
     """The C function (made by runtime/artifact/generate.py) that a kernel's operator is called by."""
-    types = {"Tensor": "AtenTensorHandle", "int": "int64_t", "SymInt": "int64_t", "float": "double", "bool": "int32_t"}
+    types = {
+        "Tensor": "AtenTensorHandle",
+        "int": "int64_t",
+        "SymInt": "int64_t",
+        "float": "double",
+        "bool": "int32_t",
+    }
     arguments = [f"{types[str(a.real_type)]} {a.name}" for a in operator._schema.arguments]
-    return f"AOTITorchError aoti_torch_cpu_{operator._opname}({', '.join([*arguments, 'AtenTensorHandle* ret0'])})"
+    return (
+        "AOTITorchError"
+        f" aoti_torch_cpu_{operator._opname}({', '.join([*arguments, 'AtenTensorHandle* ret0'])})"
+    )
 
 
 def _settings(vectorize: bool, isa: str) -> dict[str, object]:
@@ -315,7 +413,9 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
         "cpp.min_chunk_size": 0,  # however small the example is
         "cpp.fallback_scatter_reduce_sum": False,  # atomic additions, not a call of libtorch
         "aot_inductor.enable_line_tables": False,
-        "aot_inductor.precompile_headers": False,  # 280 MB in /tmp and 11 s for each state of the package; ours are built with it
+        "aot_inductor.precompile_headers": (
+            False
+        ),  # 280 MB in /tmp and 11 s for each state of the package; ours are built with it
         "assert_indirect_indexing": False,  # `checked_native_code` checks without ending the process
     }
 
@@ -325,14 +425,28 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, bui
     from torch._inductor import aoti_compile_and_package
 
     threads = torch.get_num_threads()
-    torch.set_num_threads(64)  # loops are shared between threads to a depth of twice as many turns: here, batch, channels and rows
+    torch.set_num_threads(
+        64
+    )  # loops are shared between threads to a depth of twice as many turns: here, batch, channels and rows
     try:
         minima = plain_minima() if spec.without_nan and build.include else nullcontext()
-        checks = checked_native_code() if build.include else nullcontext()  # libtorch has no place to note a wrong index in
-        with tempfile.TemporaryDirectory() as scratch, fast_tracing(), known_vectors(), fast_inductor(build.run), minima, checks, warnings.catch_warnings():
+        checks = (
+            checked_native_code() if build.include else nullcontext()
+        )  # libtorch has no place to note a wrong index in
+        with (
+            tempfile.TemporaryDirectory() as scratch,
+            fast_tracing(),
+            known_vectors(),
+            fast_inductor(build.run),
+            minima,
+            checks,
+            warnings.catch_warnings(),
+        ):
             warnings.simplefilter("ignore")  # of PyTorch about PyTorch
             path = str(Path(scratch) / "op.pt2")
-            aoti_compile_and_package(program, package_path=path, inductor_configs=_settings(spec.vectorize, isa) | options)
+            aoti_compile_and_package(
+                program, package_path=path, inductor_configs=_settings(spec.vectorize, isa) | options
+            )
             return Path(path).read_bytes()
     except Exception as error:
         raise explain(spec.name, f"native code ({isa})", error) from error
@@ -354,7 +468,8 @@ def _missing_symbols(code: bytes) -> list[str]:
 
 
 def _repack(package: bytes) -> bytes:
-    """AOTInductor's package without what differs from one export to the next (sources with their build commands)."""
+    """AOTInductor's package without what differs from one export to the next (sources with their build
+    commands)."""
     with zipfile.ZipFile(io.BytesIO(package)) as archive:
         return _package({n: archive.read(n) for n in archive.namelist() if not n.endswith((".cpp", ".h"))})
 

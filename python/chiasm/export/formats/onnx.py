@@ -33,14 +33,29 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
     job.progress(f"{method.title} onnx")
     flat = to_onnx(method.program("onnx"), job.spec, method.inputs, method.outputs, method.name)
     fused = to_fused_onnx(flat, job.spec, method.name)
-    entry = {"backend": "onnx", "format": "onnx", "dtypes": method.dtypes, "device": "any", "opset": OPSET, "ir_version": IR_VERSION}
-    for kind, model, more in (("onnx", flat, {}), ("fused.onnx", fused, {"function": fused.functions[0].name})):
+    entry = {
+        "backend": "onnx",
+        "format": "onnx",
+        "dtypes": method.dtypes,
+        "device": "any",
+        "opset": OPSET,
+        "ir_version": IR_VERSION,
+    }
+    for kind, model, more in (
+        ("onnx", flat, {}),
+        ("fused.onnx", fused, {"function": fused.functions[0].name}),
+    ):
         data = onnx_bytes(model, job.spec.name)
-        yield Artifact(method.name, "onnx", f"{method.file}.{kind}", lambda data=data, more=more: (data, entry | more))
+        yield Artifact(
+            method.name, "onnx", f"{method.file}.{kind}", lambda data=data, more=more: (data, entry | more)
+        )
 
 
-def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outputs: list[TensorSpec], method: str) -> onnx.ModelProto:
-    """The model, checked. Its inputs and outputs are those named, all of them and in that order. It changes the program."""
+def to_onnx(
+    program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outputs: list[TensorSpec], method: str
+) -> onnx.ModelProto:
+    """The model, checked. Its inputs and outputs are those named, all of them and in that order. It changes
+    the program."""
     exporter_log = logging.getLogger("torch.onnx")
     level = exporter_log.level
     exporter_log.setLevel(logging.ERROR)  # it reports the absence of torchvision, which nothing here uses
@@ -74,9 +89,15 @@ def to_onnx(program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outp
     del model.metadata_props[:]
     for key, value in (("chiasm.op", spec.name), ("chiasm.version", spec.version), ("chiasm.method", method)):
         model.metadata_props.add(key=key, value=value)
-    for kind, found, wanted in (("inputs", model.graph.input, inputs), ("outputs", model.graph.output, outputs)):
+    for kind, found, wanted in (
+        ("inputs", model.graph.input, inputs),
+        ("outputs", model.graph.output, outputs),
+    ):
         if [v.name for v in found] != [t.name for t in wanted]:
-            raise ExportError(f"{spec.name}: the ONNX graph's {kind} are {[v.name for v in found]}, the spec's {[t.name for t in wanted]}")
+            raise ExportError(
+                f"{spec.name}: the ONNX graph's {kind} are {[v.name for v in found]}, the spec's"
+                f" {[t.name for t in wanted]}"
+            )
     return model
 
 
@@ -95,12 +116,14 @@ def onnx_bytes(model: onnx.ModelProto, name: str) -> bytes:
 
 
 def _simplify(model: onnx_ir.Model) -> None:
-    """torch.onnx's own optimisation without its pattern rewriter, whose time grows with the square of the graph (minutes for
-    a small linear solver) and whose fusions ONNX Runtime does at load anyway."""
+    """torch.onnx's own optimisation without its pattern rewriter, whose time grows with the square of the
+    graph (minutes for a small linear solver) and whose fusions ONNX Runtime does at load anyway."""
     limit = 8192  # elements; larger constants stay computed
     onnx_ir.passes.Sequential(
         passes.InlinePass(),
-        _constant_folding.FoldConstantsPass(shape_inference=True, input_size_limit=limit, output_size_limit=limit),
+        _constant_folding.FoldConstantsPass(
+            shape_inference=True, input_size_limit=limit, output_size_limit=limit
+        ),
         passes.RemoveUnusedNodesPass(),
         passes.RemoveUnusedFunctionsPass(),
         passes.RemoveUnusedOpsetsPass(),
@@ -115,7 +138,8 @@ def _simplify(model: onnx_ir.Model) -> None:
 
 
 def _keep_tiny_terms(model: onnx_ir.Model) -> None:
-    """`x + 1e-300` as a Sum: of an Add, ONNX Runtime looks whether the constant is zero in float32, and takes it out."""
+    """`x + 1e-300` as a Sum: of an Add, ONNX Runtime looks whether the constant is zero in float32, and takes
+    it out."""
     for node in model.graph.all_nodes():
         if node.op_type == "Add" and any(_is_tiny(value) for value in node.inputs):
             node.op_type = "Sum"

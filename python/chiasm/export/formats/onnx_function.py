@@ -1,7 +1,8 @@
 """The fused form of an ONNX artifact: the whole graph as one function, so that the model is a single node.
 
-An engine that knows nothing of chiasm inlines the function and runs its body, standard operators. Where chiasm's custom-op
-library is registered with ONNX Runtime, the node is run by the bundle's native code, and the body is not looked at.
+An engine that knows nothing of chiasm inlines the function and runs its body, standard operators. Where
+chiasm's custom-op library is registered with ONNX Runtime, the node is run by the bundle's native code, and
+the body is not looked at.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ def function_name(op: str, method: str) -> str:
 
 
 def domain_version(version: str) -> int:
-    """The version of the domain for an op's semantic version: its major number, and 1 for the versions before 1.0.
+    """The version of the domain for an op's semantic version: its major number, and 1 for the versions before
+    1.0.
 
     Example:
         >>> domain_version("2.1.0"), domain_version("0.3.0")
@@ -38,8 +40,8 @@ def domain_version(version: str) -> int:
 def fuse(model: onnx.ModelProto, name: str, version: int) -> onnx.ModelProto:
     """A model that is one call of a function of its own, whose body is the graph of `model`.
 
-    Inputs, outputs and the model's metadata stay as they are. The types of values within the body are left out: functions hold
-    them from IR version 10 on only, and engines infer them.
+    Inputs, outputs and the model's metadata stay as they are. The types of values within the body are left
+    out: functions hold them from IR version 10 on only, and engines infer them.
 
     Args:
         model: a model without functions of its own.
@@ -53,7 +55,9 @@ def fuse(model: onnx.ModelProto, name: str, version: int) -> onnx.ModelProto:
         ValueError: `model` has functions, or data outside the file.
     """
     if model.functions:
-        raise ValueError(f"{model.graph.name}: has functions already: {', '.join(f.name for f in model.functions)}")
+        raise ValueError(
+            f"{model.graph.name}: has functions already: {', '.join(f.name for f in model.functions)}"
+        )
     graph = model.graph
     inputs, outputs = [i.name for i in graph.input], [o.name for o in graph.output]
     body = [_constant(tensor) for tensor in graph.initializer]
@@ -64,7 +68,9 @@ def fuse(model: onnx.ModelProto, name: str, version: int) -> onnx.ModelProto:
             del inner.value_info[:]
         body.append(copied)
     # not make_function and make_model: they set IR versions, opsets and names by their own defaults
-    function = onnx.FunctionProto(domain=DOMAIN, name=name, input=inputs, output=outputs, node=body, opset_import=model.opset_import)
+    function = onnx.FunctionProto(
+        domain=DOMAIN, name=name, input=inputs, output=outputs, node=body, opset_import=model.opset_import
+    )
     fused = onnx.ModelProto(
         ir_version=model.ir_version,
         producer_name=model.producer_name,
@@ -82,7 +88,9 @@ def fuse(model: onnx.ModelProto, name: str, version: int) -> onnx.ModelProto:
 
 def _constant(tensor: onnx.TensorProto) -> onnx.NodeProto:
     if tensor.data_location == onnx.TensorProto.EXTERNAL:
-        raise ValueError(f"constant {tensor.name!r} is stored outside the file: load the model with its external data")
+        raise ValueError(
+            f"constant {tensor.name!r} is stored outside the file: load the model with its external data"
+        )
     value = onnx.TensorProto()
     value.CopyFrom(tensor)
     value.name = ""  # the node's output names it
@@ -92,7 +100,10 @@ def _constant(tensor: onnx.TensorProto) -> onnx.NodeProto:
 def _subgraphs(node: onnx.NodeProto) -> Iterator[onnx.GraphProto]:
     """The graphs in a node's attributes, and those within."""
     for attribute in node.attribute:
-        for graph in [*([attribute.g] if attribute.type == onnx.AttributeProto.GRAPH else []), *attribute.graphs]:
+        for graph in [
+            *([attribute.g] if attribute.type == onnx.AttributeProto.GRAPH else []),
+            *attribute.graphs,
+        ]:
             yield graph
             for inner in graph.node:
                 yield from _subgraphs(inner)

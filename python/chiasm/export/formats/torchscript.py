@@ -19,10 +19,17 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
     """One file for all dtypes and both methods: of the gradient, the backend asks the op's own autograd."""
     if method.variant != job.variants[0]:
         return
-    entry = {"backend": "torch", "format": "torchscript", "dtypes": [v for v in job.variants if v], "device": "any"}
+    entry = {
+        "backend": "torch",
+        "format": "torchscript",
+        "dtypes": [v for v in job.variants if v],
+        "device": "any",
+    }
     file, first = "forward.pt", next((a for a in job.artifacts if a.format == "torchscript"), None)
     if first is not None:
-        yield Artifact(method.name, "torchscript", file, lambda: (first.made()[0], entry | {"autograd": True}))
+        yield Artifact(
+            method.name, "torchscript", file, lambda: (first.made()[0], entry | {"autograd": True})
+        )
         return
     job.progress("torchscript")
     data = to_torchscript(job.op, job.spec)
@@ -35,14 +42,17 @@ def to_torchscript(module: nn.Module, spec: Spec) -> bytes:
         scripted = torch.jit.script(module)
     except Exception as error:
         raise explain(spec.name, "TorchScript", error) from error
-    check_script(spec.name, scripted, {t.name: spec.dtypes if t.dtype == "T" else (t.dtype,) for t in spec.inputs})
+    check_script(
+        spec.name, scripted, {t.name: spec.dtypes if t.dtype == "T" else (t.dtype,) for t in spec.inputs}
+    )
     buffer = io.BytesIO()
     torch.jit.save(scripted, buffer)
     return _anywhere(buffer)
 
 
 def _anywhere(program: io.BytesIO) -> bytes:
-    """The program without what tells where it was made: the paths of the sources, and a number that depends on them."""
+    """The program without what tells where it was made: the paths of the sources, and a number that depends
+    on them."""
     result = io.BytesIO()
     with zipfile.ZipFile(program) as given, zipfile.ZipFile(result, "w", zipfile.ZIP_STORED) as kept:
         for entry in given.infolist():

@@ -1,8 +1,9 @@
 """What chiasm replaces inside PyTorch and onnxscript while it exports, for the versions in `VERSIONS`.
 
-Each replacement is declared here, with its reason and a digest of the source that it replaces. `replaced` puts in what is declared and
-nothing else. `tests/export/test_patches.py` compares the digests with the installed packages: an upgrade that changes one of the sources
-fails there, and whoever upgrades reads the new source and adapts the replacement before recording its digest.
+Each replacement is declared here, with its reason and a digest of the source that it replaces. `replaced`
+puts in what is declared and nothing else. `tests/export/test_patches.py` compares the digests with the
+installed packages: an upgrade that changes one of the sources fails there, and whoever upgrades reads the new
+source and adapts the replacement before recording its digest.
 
 | module | replaces |
 |---|---|
@@ -27,7 +28,8 @@ VERSIONS = {"torch": "2.13", "onnxscript": "0.7"}
 
 
 class Patch(NamedTuple):
-    """A replacement: why it is there, and the first digits of SHA-256 of the source that it replaces (`source_digest`)."""
+    """A replacement: why it is there, and the first digits of SHA-256 of the source that it replaces
+    (`source_digest`)."""
 
     reason: str
     source: str
@@ -35,25 +37,63 @@ class Patch(NamedTuple):
 
 #: By `module:attribute`.
 PATCHES: Mapping[str, Patch] = {
-    "torch.export._trace:print": Patch("a failed trace prints its graph to standard output; the error says what is needed", "242b3d917aee"),
-    "torch.fx.experimental.symbolic_shapes:ShapeEnv._log_guard": Patch("an error names the user's line that made an assumption about a size", "9b31e41e4e6c"),
+    "torch.export._trace:print": Patch(
+        "a failed trace prints its graph to standard output; the error says what is needed", "242b3d917aee"
+    ),
+    "torch.fx.experimental.symbolic_shapes:ShapeEnv._log_guard": Patch(
+        "an error names the user's line that made an assumption about a size", "9b31e41e4e6c"
+    ),
     "torch._subclasses.fake_impls:is_contiguous_for_memory_format_or_false": Patch(
-        "asks of every operand whether its channels are last, by arithmetic on symbols: most of the time of a trace", "ef05bf3b858e"),
-    "torch._inductor.sizevars:sympy": Patch("calls sympy.simplify to see whether an index is linear: most of the time of a compilation; expanding does as well", "d89165e1cc27"),
-    "torch._inductor.cpp_builder:run_compile_cmd": Patch("compilers run beside the exporter, with precompiled headers and files of the same names in every export", "55c6dba787f4"),
-    "torch._inductor.cpu_vec_isa:valid_vec_isa_list": Patch("compiles and loads a program for each form of AVX-512, though it is told to take none", "4decee9d515e"),
-    "torch._inductor.codegen.cpp:CppVecOverrides.minimum": Patch("passes NaN on, in three instructions; ops that are defined without NaN take one", "afbde6927b51"),
+        "asks of every operand whether its channels are last, by arithmetic on symbols: most of the time of a"
+        " trace",
+        "ef05bf3b858e",
+    ),
+    "torch._inductor.sizevars:sympy": Patch(
+        "calls sympy.simplify to see whether an index is linear: most of the time of a compilation; expanding"
+        " does as well",
+        "d89165e1cc27",
+    ),
+    "torch._inductor.cpp_builder:run_compile_cmd": Patch(
+        "compilers run beside the exporter, with precompiled headers and files of the same names in every"
+        " export",
+        "55c6dba787f4",
+    ),
+    "torch._inductor.cpu_vec_isa:valid_vec_isa_list": Patch(
+        "compiles and loads a program for each form of AVX-512, though it is told to take none",
+        "4decee9d515e",
+    ),
+    "torch._inductor.codegen.cpp:CppVecOverrides.minimum": Patch(
+        "passes NaN on, in three instructions; ops that are defined without NaN take one", "afbde6927b51"
+    ),
     "torch._inductor.codegen.cpp:CppVecOverrides.maximum": Patch("as minimum", "5e9af95a20e4"),
-    "torch._inductor.codegen.cpp:CppOverrides.truncdiv": Patch("a division by zero, or of the least integer by -1, ends the process", "c2e7b8cc83e9"),
+    "torch._inductor.codegen.cpp:CppOverrides.truncdiv": Patch(
+        "a division by zero, or of the least integer by -1, ends the process", "c2e7b8cc83e9"
+    ),
     "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": Patch("as the scalar form", "0eb65b3e4579"),
-    "torch._inductor.codegen.cpp:KernelGroup.codegen_group": Patch("notes a division by zero in a global pointer, which concurrent runs overwrite", "35eab46941b9"),
-    "torch._inductor.codegen.common:CSEProxy.indirect_indexing": Patch("trusts an index from data, or ends the process: here it is checked", "17af97d9adc4"),
-    "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": Patch("trusts an index that is an expression of sizes", "730f2d5667e1"),
-    "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": Patch("what is needed of that header is compiled with the package", "74a66899070f"),
-    "torch.onnx._internal.exporter._registration:ONNXRegistry.from_torchlib": Patch("reads 1500 definitions of operators at each export; here once a process", "ae3ff9e7e5d3"),
-    "torch.onnx._internal.exporter._fx_passes:decompose_with_registry": Patch("traces the whole graph again to take apart a few operators", "c75b83e770a1"),
-    "torch.onnx._internal.fx.passes.type_promotion:_TypePromotionInterpreter.run_node": Patch("runs the whole graph again to see which types are promoted", "51dc1e6c8a9b"),
-    "onnxscript.values:TracedOnnxFunction.function_ir": Patch("reads the source of 600 functions for the domain of each, which is the opset's", "63be6ada86b5"),
+    "torch._inductor.codegen.cpp:KernelGroup.codegen_group": Patch(
+        "notes a division by zero in a global pointer, which concurrent runs overwrite", "35eab46941b9"
+    ),
+    "torch._inductor.codegen.common:CSEProxy.indirect_indexing": Patch(
+        "trusts an index from data, or ends the process: here it is checked", "17af97d9adc4"
+    ),
+    "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": Patch(
+        "trusts an index that is an expression of sizes", "730f2d5667e1"
+    ),
+    "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": Patch(
+        "what is needed of that header is compiled with the package", "74a66899070f"
+    ),
+    "torch.onnx._internal.exporter._registration:ONNXRegistry.from_torchlib": Patch(
+        "reads 1500 definitions of operators at each export; here once a process", "ae3ff9e7e5d3"
+    ),
+    "torch.onnx._internal.exporter._fx_passes:decompose_with_registry": Patch(
+        "traces the whole graph again to take apart a few operators", "c75b83e770a1"
+    ),
+    "torch.onnx._internal.fx.passes.type_promotion:_TypePromotionInterpreter.run_node": Patch(
+        "runs the whole graph again to see which types are promoted", "51dc1e6c8a9b"
+    ),
+    "onnxscript.values:TracedOnnxFunction.function_ir": Patch(
+        "reads the source of 600 functions for the domain of each, which is the opset's", "63be6ada86b5"
+    ),
 }
 
 
@@ -62,7 +102,9 @@ def replaced(replacements: Mapping[str, Any]) -> Iterator[None]:
     """While this lasts, the attributes (`module:attribute`, as declared in `PATCHES`) are those given."""
     with ExitStack() as stack:
         for name, replacement in replacements.items():
-            assert name in PATCHES, f"{name}: a replacement is declared in chiasm/export/patches/__init__.py, with its reason"
+            assert name in PATCHES, (
+                f"{name}: a replacement is declared in chiasm/export/patches/__init__.py, with its reason"
+            )
             owner, attribute = _owner(name)
             # torch.export._trace calls the builtin `print`, which is no attribute of the module
             stack.enter_context(patch.object(owner, attribute, replacement, create=attribute == "print"))

@@ -1,8 +1,10 @@
-"""What AOTInductor's code leaves to luck, made safe while chiasm compiles: indices and divisors that come from data.
+"""What AOTInductor's code leaves to luck, made safe while chiasm compiles: indices and divisors that come
+from data.
 
-AOTInductor either trusts an index (a wrong one reads and writes anywhere) or throws inside a parallel region, which ends the
-process. Here a wrong index is noted for the run, an allowed one takes its place, and the run returns the error
-(`runtime/artifact/include/chiasm/checked.h`). An index that `IndexRanges` proves to be in range costs nothing.
+AOTInductor either trusts an index (a wrong one reads and writes anywhere) or throws inside a parallel region,
+which ends the process. Here a wrong index is noted for the run, an allowed one takes its place, and the run
+returns the error (`runtime/artifact/include/chiasm/checked.h`). An index that `IndexRanges` proves to be in
+range costs nothing.
 """
 
 from __future__ import annotations
@@ -20,8 +22,11 @@ from . import replaced
 #: Calls of PyTorch's header whose checked forms stand in namespace chiasm.
 _DIVISIONS = re.compile(r"(?<![\w:.])(floor_divide_integral|remainder_integral|mod)\(")
 _PREFIX = "#include <torch/csrc/inductor/cpp_prefix.h>\n"
-#: PyTorch notes a division by zero in a global pointer to a local variable, which concurrent runs overwrite for each other.
-_DIVISION_FLAG = re.compile(r"^\s*(?:std::atomic<int> )?inductor_cpu_(?:integer_div_error|throw_if_integer_div_error)\b.*\n", re.M)
+#: PyTorch notes a division by zero in a global pointer to a local variable, which concurrent runs overwrite
+#: for each other.
+_DIVISION_FLAG = re.compile(
+    r"^\s*(?:std::atomic<int> )?inductor_cpu_(?:integer_div_error|throw_if_integer_div_error)\b.*\n", re.M
+)
 _DIVISION_POINTER = re.compile(r"^\s*inductor_cpu_integer_div_error_flag = .*\n", re.M)
 
 
@@ -36,7 +41,9 @@ def checked_native_code() -> Iterator[None]:
     propagated = IndexPropagation.indirect_indexing
     group = cpp.KernelGroup.codegen_group
 
-    def indirect_indexing(self: Any, var: Any, size: Any, check: bool = True, wrap_neg: bool = True) -> sympy.Symbol:
+    def indirect_indexing(
+        self: Any, var: Any, size: Any, check: bool = True, wrap_neg: bool = True
+    ) -> sympy.Symbol:
         from torch._inductor.virtualized import V
 
         wrap_neg = wrap_neg and not _refuses_negative(self.kernel)
@@ -47,7 +54,13 @@ def checked_native_code() -> Iterator[None]:
         if proved:
             return symbol
         index = self.kernel.cse.varname_map[symbol.name]
-        safe = self.kernel.cse.generate(self.kernel.compute, _checked(self.kernel, index, size, wrapped), bounds=index.bounds, dtype=index.dtype, shape=index.shape)
+        safe = self.kernel.cse.generate(
+            self.kernel.compute,
+            _checked(self.kernel, index, size, wrapped),
+            bounds=index.bounds,
+            dtype=index.dtype,
+            shape=index.shape,
+        )
         safe.update_on_args("checked_index", (index,), {})
         return self.parent_handler.indirect_indexing(safe, size, False)
 
@@ -55,7 +68,9 @@ def checked_native_code() -> Iterator[None]:
         """An index that is an expression of sizes is checked as one from data, unless it is proved."""
         if check and getattr(index, "is_symbolic", False):
             expression = sympy.sympify(index.value.expr)
-            low = self.statically_true(expression >= 0) or (wrap_neg and self.statically_true(-size <= expression))
+            low = self.statically_true(expression >= 0) or (
+                wrap_neg and self.statically_true(-size <= expression)
+            )
             if not (low and self.statically_true(expression < size)):
                 return self.fallback("indirect_indexing", (index, size, check, wrap_neg), {}).value
         return propagated(self, index, size, check, wrap_neg)
@@ -67,26 +82,35 @@ def checked_native_code() -> Iterator[None]:
         code, count = _DIVISION_POINTER.subn("", code)
         code, others = _DIVISION_FLAG.subn("", code)
         if count != 2 or others != 2 or _PREFIX not in code:
-            raise RuntimeError("this PyTorch writes its loops differently: chiasm/export/patches was made for 2.13")
-        return _DIVISIONS.sub(r"chiasm::\1(", code).replace(_PREFIX, _PREFIX + "#include <chiasm/checked.h>\n")
+            raise RuntimeError(
+                "this PyTorch writes its loops differently: chiasm/export/patches was made for 2.13"
+            )
+        return _DIVISIONS.sub(r"chiasm::\1(", code).replace(
+            _PREFIX, _PREFIX + "#include <chiasm/checked.h>\n"
+        )
 
     def quotient(a: Any, b: Any) -> str:
         return f"chiasm::truncated_quotient({a}, {b})"
 
-    with replaced({
-        "torch._inductor.codegen.common:CSEProxy.indirect_indexing": indirect_indexing,
-        "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": propagate,
-        "torch._inductor.codegen.cpp:KernelGroup.codegen_group": codegen_group,
-        "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(quotient),
-        "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(quotient),
-        # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
-        "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": lambda self: None,
-    }):
+    with replaced(
+        {
+            "torch._inductor.codegen.common:CSEProxy.indirect_indexing": indirect_indexing,
+            "torch._inductor.index_propagation:IndexPropagation.indirect_indexing": propagate,
+            "torch._inductor.codegen.cpp:KernelGroup.codegen_group": codegen_group,
+            "torch._inductor.codegen.cpp:CppOverrides.truncdiv": staticmethod(quotient),
+            "torch._inductor.codegen.cpp:CppVecOverrides.truncdiv": staticmethod(quotient),
+            # What of it is needed is compiled with the package (runtime/artifact/aoti/entry.cpp).
+            "torch._inductor.codegen.cpp_wrapper_cpu:CppWrapperCpu._write_aoti_interface_header": (
+                lambda self: None
+            ),
+        }
+    ):
         yield
 
 
 def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
-    """The C++ expression for `index` with its check. The axis has an element: no symbol may be 0 (checks/arguments.py), and torch.export sees to the rest."""
+    """The C++ expression for `index` with its check. The axis has an element: no symbol may be 0
+    (checks/arguments.py), and torch.export sees to the rest."""
     from torch._inductor.codegen.cpp_utils import cexpr_index
 
     limit = cexpr_index(kernel.rename_indexing(sympy.sympify(size)))
@@ -97,21 +121,29 @@ def _checked(kernel: Any, index: Any, size: Any, wrapped: bool) -> str:
         used = kernel.tail_size or f"chiasm::Lanes<std::decay_t<decltype({index})>>::count"
         arguments.append(used if isinstance(used, str) else f"static_cast<int>({cexpr_index(used)})")
         if mask is not None:
-            arguments.append(f"[&](int lane) {{ return bool({f'{mask}.is_masked(lane)' if masked_by_vector else mask}); }}")
+            arguments.append(
+                f"[&](int lane) {{ return bool({f'{mask}.is_masked(lane)' if masked_by_vector else mask}); }}"
+            )
     elif mask is not None:
         arguments.append(f"!{mask}.all_zero()" if masked_by_vector else f"bool({mask})")
     return f"chiasm::checked_index<{str(wrapped).lower()}>({', '.join(arguments)})"
 
 
 def _operators(kernel: Any) -> set[str]:
-    """The ATen operators that the loop was made of, as the author wrote them; those that use indices, if there are any."""
+    """The ATen operators that the loop was made of, as the author wrote them; those that use indices, if
+    there are any."""
     origins = kernel.current_node.node.get_origins() if kernel.current_node is not None else ()
-    names = {str(n.meta.get("original_aten") or n.target).rpartition(".")[0] or str(n.target) for n in origins if n.op == "call_function"}
+    names = {
+        str(n.meta.get("original_aten") or n.target).rpartition(".")[0] or str(n.target)
+        for n in origins
+        if n.op == "call_function"
+    }
     return {n for n in names if re.search(r"index|gather|scatter|embedding|put|take|select", n)} or names
 
 
 def _refuses_negative(kernel: Any) -> bool:
-    """Whether the indices are of operators that take none from the end. They are decomposed into one that does."""
+    """Whether the indices are of operators that take none from the end. They are decomposed into one that
+    does."""
     operators = _operators(kernel)
     return bool(operators) and operators <= {"aten.index_select", "aten.index_add", "aten.index_copy"}
 

@@ -12,8 +12,8 @@ from . import replaced
 
 
 class _Sympy:
-    """sympy, but for `simplify`: Inductor calls it to see whether an index is linear in a loop's variable, for which expanding
-    does as well, in a fraction of the time."""
+    """sympy, but for `simplify`: Inductor calls it to see whether an index is linear in a loop's variable,
+    for which expanding does as well, in a fraction of the time."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(sympy, name)
@@ -26,7 +26,12 @@ class _Sympy:
 @contextmanager
 def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]:
     """AOTInductor without `sympy.simplify`, whose compiler is `compile_command(command, folder)`."""
-    with replaced({"torch._inductor.sizevars:sympy": _Sympy(), "torch._inductor.cpp_builder:run_compile_cmd": compile_command}):
+    with replaced(
+        {
+            "torch._inductor.sizevars:sympy": _Sympy(),
+            "torch._inductor.cpp_builder:run_compile_cmd": compile_command,
+        }
+    ):
         yield
 
 
@@ -42,8 +47,8 @@ def known_vectors() -> Iterator[None]:
 
 @contextmanager
 def plain_minima() -> Iterator[None]:
-    """Native minima and maxima of one instruction where the CPU has it (chiasm/minima_avx2.h). PyTorch's, which pass NaN on, take three, and
-    networks of them are all that a rank filter or a dilation does."""
+    """Native minima and maxima of one instruction where the CPU has it (chiasm/minima_avx2.h). PyTorch's,
+    which pass NaN on, take three, and networks of them are all that a rank filter or a dilation does."""
 
     def smaller(a: Any, b: Any) -> str:
         return f"chiasm::smaller({a}, {b})"
@@ -52,5 +57,7 @@ def plain_minima() -> Iterator[None]:
         return f"chiasm::larger({a}, {b})"
 
     overrides = "torch._inductor.codegen.cpp:CppVecOverrides"
-    with replaced({f"{overrides}.minimum": staticmethod(smaller), f"{overrides}.maximum": staticmethod(larger)}):
+    with replaced(
+        {f"{overrides}.minimum": staticmethod(smaller), f"{overrides}.maximum": staticmethod(larger)}
+    ):
         yield

@@ -16,14 +16,22 @@ from .tracing import fast_tracing
 
 @contextmanager
 def fast_onnx() -> Iterator[None]:
-    """torch.onnx without reading its 1500 operator definitions at each export, and without running the whole graph again: to decompose
-    a few operators, and to see which types are to be promoted. It changes the program that it is given."""
+    """torch.onnx without reading its 1500 operator definitions at each export, and without running the whole
+    graph again: to decompose a few operators, and to see which types are to be promoted. It changes the
+    program that it is given."""
     registry = _registry()
-    with fast_tracing(), replaced({
-        "torch.onnx._internal.exporter._registration:ONNXRegistry.from_torchlib": staticmethod(lambda **_: registry),
-        "torch.onnx._internal.exporter._fx_passes:decompose_with_registry": decomposed,
-        "torch.onnx._internal.fx.passes.type_promotion:_TypePromotionInterpreter.run_node": _promoted,
-    }):
+    with (
+        fast_tracing(),
+        replaced(
+            {
+                "torch.onnx._internal.exporter._registration:ONNXRegistry.from_torchlib": staticmethod(
+                    lambda **_: registry
+                ),
+                "torch.onnx._internal.exporter._fx_passes:decompose_with_registry": decomposed,
+                "torch.onnx._internal.fx.passes.type_promotion:_TypePromotionInterpreter.run_node": _promoted,
+            }
+        ),
+    ):
         yield
 
 
@@ -31,16 +39,20 @@ def fast_onnx() -> Iterator[None]:
 def _registry() -> Any:
     from torch.onnx._internal.exporter import _registration
 
-    # It reads the source text of each of 600 functions, to note a domain that nobody asks for: that of the opset, which is taken instead.
-    with replaced({"onnxscript.values:TracedOnnxFunction.function_ir": property(lambda function: function.opset)}):
+    # It reads the source text of each of 600 functions, to note a domain that nobody asks for: that of the
+    # opset, which is taken instead.
+    with replaced(
+        {"onnxscript.values:TracedOnnxFunction.function_ir": property(lambda function: function.opset)}
+    ):
         registry = _registration.ONNXRegistry.from_torchlib()
     onnx_numbers.register(registry)
     return registry
 
 
 def _promoted(interpreter: Any, node: torch.fx.Node) -> Any:
-    """A node's value, once its arguments are of the types that it promotes them to. The value that tracing left with the node holds
-    still, since a promoted node is followed by a cast where its type would change."""
+    """A node's value, once its arguments are of the types that it promotes them to. The value that tracing
+    left with the node holds still, since a promoted node is followed by a cast where its type would
+    change."""
     from torch.onnx._internal.fx.passes import type_promotion
 
     if node.op != "call_function" or "val" not in node.meta:

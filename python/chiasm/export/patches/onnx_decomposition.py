@@ -1,7 +1,7 @@
 """Operators that have no ONNX form, taken apart where they stand.
 
-`ExportedProgram.run_decompositions` traces the whole graph again, which takes longer than all the rest of the conversion; what there is
-to decompose is a handful of nodes. The graph comes out the same.
+`ExportedProgram.run_decompositions` traces the whole graph again, which takes longer than all the rest of the
+conversion; what there is to decompose is a handful of nodes. The graph comes out the same.
 """
 
 from __future__ import annotations
@@ -22,9 +22,14 @@ from torch.fx.experimental.proxy_tensor import make_fx
 
 
 def decomposed(program: ExportedProgram, registry: Any) -> ExportedProgram:
-    """The program in operators that have an ONNX form, what can be. It changes the program that it is given."""
+    """The program in operators that have an ONNX form, what can be. It changes the program that it is
+    given."""
     table = _table(registry)
-    functional = [_decompose_graph(m.graph, table, program) for m in list(program.graph_module.modules()) if isinstance(m, GraphModule)]
+    functional = [
+        _decompose_graph(m.graph, table, program)
+        for m in list(program.graph_module.modules())
+        if isinstance(m, GraphModule)
+    ]
     return program if all(functional) else program.run_decompositions(table)
 
 
@@ -33,14 +38,18 @@ def _table(registry: Any) -> dict:
     """Decompositions of the operators that have no ONNX form."""
     from torch.onnx._internal.exporter import _decomp
 
-    return _decomp.create_onnx_friendly_decomposition_table(set(_decomp.get_onnx_implemented_overloads(registry)))
+    return _decomp.create_onnx_friendly_decomposition_table(
+        set(_decomp.get_onnx_implemented_overloads(registry))
+    )
 
 
 def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> bool:
-    """Decompose the nodes of a graph: the program's, or of the body of one of its loops. False where a node that writes to its
-    argument is left."""
+    """Decompose the nodes of a graph: the program's, or of the body of one of its loops. False where a node
+    that writes to its argument is left."""
     functional = True
-    sizes: dict[Any, Node] = {}  # who was first to compute each size: tracing again would not compute it again
+    sizes: dict[
+        Any, Node
+    ] = {}  # who was first to compute each size: tracing again would not compute it again
     for node in list(graph.nodes):
         value = node.meta.get("val")
         first = sizes.setdefault(value.node.expr, node) if isinstance(value, torch.SymInt) else node
@@ -53,7 +62,11 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
         elif isinstance(node.target, torch._ops.OpOverload):
             if node.target._schema.is_mutable and not _make_functional(node):
                 functional = False
-            elif node.target in table or node.target is torch.ops.aten.sym_numel.default or _is_composite_view(node.target):
+            elif (
+                node.target in table
+                or node.target is torch.ops.aten.sym_numel.default
+                or _is_composite_view(node.target)
+            ):
                 if isinstance(value, torch.SymInt):
                     del sizes[value.node.expr]  # the node goes
                 made = _decompose(node, table, sizes)
@@ -83,18 +96,24 @@ def _replace(node: Node, other: Node, program: ExportedProgram) -> None:
 
 @cache
 def _is_composite_view(operator: torch._ops.OpOverload) -> bool:
-    """Whether the operator is made of others and may return its argument: `run_decompositions` keeps none of those, not even
-    where they have an ONNX form. `reshape` has one that takes a size of 0 for the argument's."""
+    """Whether the operator is made of others and may return its argument: `run_decompositions` keeps none of
+    those, not even where they have an ONNX form. `reshape` has one that takes a size of 0 for the
+    argument's."""
     return _is_cia_op(operator) and not _is_preservable_cia_op(operator)
 
 
 def _make_functional(node: Node) -> bool:
-    """Whether the node writes to a value that nobody else sees; then it is made to return a new value instead.
+    """Whether the node writes to a value that nobody else sees; then it is made to return a new value
+    instead.
 
     Gradients have many: `(a > 0).logical_and_(b)`.
     """
     written, operator = node.args[0], node.target
-    fresh = isinstance(written, Node) and isinstance(written.target, torch._ops.OpOverload) and not any(r.alias_info for r in written.target._schema.returns)
+    fresh = (
+        isinstance(written, Node)
+        and isinstance(written.target, torch._ops.OpOverload)
+        and not any(r.alias_info for r in written.target._schema.returns)
+    )
     packet = getattr(torch.ops.aten, operator._schema.name.removeprefix("aten::").removesuffix("_"), None)
     if not fresh or len(written.users) > 1 or not hasattr(packet, operator._overloadname):
         return False
@@ -107,14 +126,17 @@ def _elements(tensor: torch.Tensor) -> int | torch.SymInt:
 
 
 def _decompose(node: Node, table: dict, sizes: dict[Any, Node]) -> Node | Sequence[Node | None]:
-    """Insert the nodes that an operator is made of before it; returns the one with the result, or those with the results."""
+    """Insert the nodes that an operator is made of before it; returns the one with the result, or those with
+    the results."""
     arguments = node.all_input_nodes
     values = [n.meta["val"] for n in arguments]
     # make_fx looks up no decomposition for this one
     operator = _elements if node.target is torch.ops.aten.sym_numel.default else node.target
 
     def call(*given: Any) -> Any:
-        args, kwargs = torch.fx.map_arg((node.args, node.kwargs), dict(zip(arguments, given, strict=True)).__getitem__)
+        args, kwargs = torch.fx.map_arg(
+            (node.args, node.kwargs), dict(zip(arguments, given, strict=True)).__getitem__
+        )
         return operator(*args, **kwargs)
 
     with detect_fake_mode([*values, node.meta["val"]]) or nullcontext(), enable_python_dispatcher():

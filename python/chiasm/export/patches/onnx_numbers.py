@@ -1,5 +1,6 @@
-"""Numbers in float64 graphs: torch.onnx writes every Python number as float32 and casts it, so that 1 / 3 comes out as 0.33333334 and
-1e-300 as 0. These are the operators that make tensors of numbers, in the dtype that is wanted."""
+"""Numbers in float64 graphs: torch.onnx writes every Python number as float32 and casts it, so that 1 / 3
+comes out as 0.33333334 and 1e-300 as 0. These are the operators that make tensors of numbers, in the dtype
+that is wanted."""
 
 from __future__ import annotations
 
@@ -17,17 +18,27 @@ def _number(value: Any, dtype: int) -> Any:
     return op.Cast(value, to=dtype)
 
 
-def _scalar_tensor(s: Any, dtype: int = ir.DataType.FLOAT, layout: str = "", device: str = "", pin_memory: bool = False) -> Any:
+def _scalar_tensor(
+    s: Any, dtype: int = ir.DataType.FLOAT, layout: str = "", device: str = "", pin_memory: bool = False
+) -> Any:
     return _number(s, ir.DataType.FLOAT if dtype == -1 else dtype)
 
 
-def _full(size: Any, fill_value: Any, dtype: int = -1, layout: str = "", device: str = "", pin_memory: bool = False) -> Any:
+def _full(
+    size: Any, fill_value: Any, dtype: int = -1, layout: str = "", device: str = "", pin_memory: bool = False
+) -> Any:
     value = fill_value if dtype == -1 else _number(fill_value, dtype)
     return op.Expand(value, op.Cast(size, to=ir.DataType.INT64))
 
 
 def _full_like(
-    self: Any, fill_value: Any, dtype: int = -1, layout: str = "", device: str = "", pin_memory: bool = False, memory_format: str = ""
+    self: Any,
+    fill_value: Any,
+    dtype: int = -1,
+    layout: str = "",
+    device: str = "",
+    pin_memory: bool = False,
+    memory_format: str = "",
 ) -> Any:
     return op.Expand(_number(fill_value, self.dtype if dtype == -1 else dtype), op.Shape(self))
 

@@ -16,8 +16,10 @@ from . import replaced
 
 @contextmanager
 def fast_tracing() -> Iterator[None]:
-    """Fake tensors without their cache: with symbolic sizes a hit costs more than computing the result's metadata again. And without asking
-    of each operand whether it has its channels last, which takes more such arithmetic than all the rest; what has not is computed as well."""
+    """Fake tensors without their cache: with symbolic sizes a hit costs more than computing the result's
+    metadata again. And without asking of each operand whether it has its channels last, which takes more such
+    arithmetic than all the rest; what has not is computed as well.
+    """
     import torch._dynamo.config
     from torch._subclasses import fake_impls
 
@@ -51,7 +53,8 @@ def noted_guards(guards: list[tuple[str, str]]) -> Iterator[None]:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Without torch's own reports of what it raises anyway: to its log, and the graph so far to standard output."""
+    """Without torch's own reports of what it raises anyway: to its log, and the graph so far to standard
+    output."""
     logger = logging.getLogger("torch")
     level = logger.level
     logger.setLevel(logging.CRITICAL)

@@ -22,23 +22,42 @@ from .module import bind
 
 
 def vjp_signature(spec: Spec, outputs: list[TensorSpec]) -> tuple[list[TensorSpec], list[TensorSpec]] | None:
-    """Inputs and outputs of the method `vjp`: the forward's inputs and a `grad_` per floating output, to a `grad_` per
-    differentiable input. None where there is nothing to differentiate."""
+    """Inputs and outputs of the method `vjp`: the forward's inputs and a `grad_` per floating output, to a
+    `grad_` per differentiable input. None where there is nothing to differentiate."""
     wanted = spec.differentiated()
     seeds = [t for t in outputs if t.dtype == "T" or t.dtype.startswith(("float", "bfloat"))]
     if not wanted or not seeds:
         return None
-    cotangents = [replace(t, name=f"grad_{t.name}", range=(-1.0, 1.0), description=f"gradient with respect to output {t.name}") for t in seeds]
-    gradients = [replace(t, name=f"grad_{t.name}", range=None, description=f"gradient with respect to input {t.name}") for t in spec.inputs if t.name in wanted]
+    cotangents = [
+        replace(
+            t,
+            name=f"grad_{t.name}",
+            range=(-1.0, 1.0),
+            description=f"gradient with respect to output {t.name}",
+        )
+        for t in seeds
+    ]
+    gradients = [
+        replace(t, name=f"grad_{t.name}", range=None, description=f"gradient with respect to input {t.name}")
+        for t in spec.inputs
+        if t.name in wanted
+    ]
     return list(spec.inputs) + cotangents, gradients
 
 
 class _Vjp(nn.Module):
     """inputs..., cotangents... -> gradients, by torch.func."""
 
-    def __init__(self, op: nn.Module, input_names: list[str], gradients: list[str], floating_outputs: list[int]) -> None:
+    def __init__(
+        self, op: nn.Module, input_names: list[str], gradients: list[str], floating_outputs: list[int]
+    ) -> None:
         super().__init__()
-        self.op, self.input_names, self.gradients, self.floating_outputs = op, input_names, gradients, floating_outputs
+        self.op, self.input_names, self.gradients, self.floating_outputs = (
+            op,
+            input_names,
+            gradients,
+            floating_outputs,
+        )
 
     def forward(self, *args: torch.Tensor):
         inputs = dict(zip(self.input_names, args, strict=False))
@@ -61,15 +80,25 @@ def vjp_module(op: nn.Module, spec: Spec, outputs: list[TensorSpec]) -> nn.Modul
     if signature is None:
         return None
     seeds = [i for i, t in enumerate(outputs) if any(s.name == f"grad_{t.name}" for s in signature[0])]
-    return _Vjp(op, [t.name for t in spec.inputs], [t.name.removeprefix("grad_") for t in signature[1]], seeds)
+    return _Vjp(
+        op, [t.name for t in spec.inputs], [t.name.removeprefix("grad_") for t in signature[1]], seeds
+    )
 
 
-def trace_vjp(module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs) -> ExportedProgram:
-    """Export a vjp, or what takes gradients itself: torch.export cannot trace either, so make_fx turns it into a plain graph first."""
+def trace_vjp(
+    module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs
+) -> ExportedProgram:
+    """Export a vjp, or what takes gradients itself: torch.export cannot trace either, so make_fx turns it
+    into a plain graph first."""
     args = tuple(inputs[t.name] for t in tensors)
     try:
         with exporting("vjp"), fast_tracing():
-            graph = make_fx(module, tracing_mode="symbolic", decomposition_table=get_decompositions([torch.ops.aten.rsub]), _allow_non_fake_inputs=True)(*args)
+            graph = make_fx(
+                module,
+                tracing_mode="symbolic",
+                decomposition_table=get_decompositions([torch.ops.aten.rsub]),
+                _allow_non_fake_inputs=True,
+            )(*args)
     except Exception as error:
         raise explain(spec.name, "a gradient graph", error) from error
     graph = joined(graph)

@@ -1,7 +1,8 @@
 """Gradients of parts of tensors, in forms that engines run well.
 
-The gradient of `x[..., 0]` is zeros around what came back, and that of all of x the sum of such: code for a point's x, y and z computes
-each of the three everywhere. Where the parts lie side by side along an axis of known size they are joined instead.
+The gradient of `x[..., 0]` is zeros around what came back, and that of all of x the sum of such: code for a
+point's x, y and z computes each of the three everywhere. Where the parts lie side by side along an axis of
+known size they are joined instead.
 """
 
 from __future__ import annotations
@@ -15,7 +16,11 @@ import torch
 from torch import Tensor
 from torch.fx import GraphModule, Node
 
-_ADD, _SELECT, _SLICE = torch.ops.aten.add.Tensor, torch.ops.aten.select_backward.default, torch.ops.aten.slice_backward.default
+_ADD, _SELECT, _SLICE = (
+    torch.ops.aten.add.Tensor,
+    torch.ops.aten.select_backward.default,
+    torch.ops.aten.slice_backward.default,
+)
 #: Along longer axes, which are images', padding is as good.
 _LONGEST = 64
 
@@ -49,7 +54,8 @@ def joined(module: GraphModule) -> GraphModule:
 
 
 def _is_whole(node: Node) -> bool:
-    """Whether a slice was all of its axis, as in `x[:, 0]`, for which PyTorch writes that it ends at the greatest number."""
+    """Whether a slice was all of its axis, as in `x[:, 0]`, for which PyTorch writes that it ends at the
+    greatest number."""
     _, _, _, start, end, step = node.args
     return (start, end, step) == (0, torch.iinfo(torch.int64).max, 1)
 
@@ -108,13 +114,21 @@ def _call(function: Callable[..., Tensor], arguments: tuple, total: Node) -> Nod
 
 def _part(term: Node, total: Node) -> tuple[int, _Part] | None:
     """The axis and the part of it that a term of a sum is zero outside of, at the sizes of the example."""
-    if term.target not in (_SELECT, _SLICE) or len(term.users) != 1 or (term.target is _SLICE and term.args[5] != 1):
+    if (
+        term.target not in (_SELECT, _SLICE)
+        or len(term.users) != 1
+        or (term.target is _SLICE and term.args[5] != 1)
+    ):
         return None
     shape = [_hint(size) for size in term.meta["val"].shape]
     gradient, _, dim, start = term.args[:4]
     dim = dim % len(shape)
     size = shape[dim]
-    if size > _LONGEST or not isinstance(start, int) or shape != [_hint(size) for size in total.meta["val"].shape]:
+    if (
+        size > _LONGEST
+        or not isinstance(start, int)
+        or shape != [_hint(size) for size in total.meta["val"].shape]
+    ):
         return None
     start = start % size if start < 0 else start
     extent = 1 if term.target is _SELECT else _hint(gradient.meta["val"].shape[dim])
@@ -126,11 +140,15 @@ def _hint(size: int | torch.SymInt) -> int:
 
 
 def _join(dim: int, pieces: list[tuple]) -> Tensor:
-    """Parts along an axis one after the other, with zeros between them: (start, end, whether selected, arguments of the backward). Where the
-    axis's size turns out not to be constant, they are padded and added."""
+    """Parts along an axis one after the other, with zeros between them: (start, end, whether selected,
+    arguments of the backward). Where the axis's size turns out not to be constant, they are padded and
+    added."""
     size = pieces[0][4][dim]
     if not isinstance(size, int):
-        padded = [(_select_backward(*a) if selected else _slice_backward(*a, None, 1)) for _, _, selected, *a in pieces]
+        padded = [
+            (_select_backward(*a) if selected else _slice_backward(*a, None, 1))
+            for _, _, selected, *a in pieces
+        ]
         return sum(padded[1:], padded[0])
     parts: list[Tensor] = []
     position = 0

@@ -23,11 +23,15 @@ Inputs = dict[str, torch.Tensor]
 def dynamic_shapes(spec: Spec, tensors: Sequence[TensorSpec]) -> dict[str, dict[int, Dim]]:
     """torch.export's description of the symbolic dimensions of `tensors`."""
     dims = {name: Dim(name, min=low, max=high) for name, (low, high) in spec.used_symbols().items()}
-    return {t.name: {i: _derived_dim(d, dims) for i, d in enumerate(t.shape) if isinstance(d, str)} for t in tensors}
+    return {
+        t.name: {i: _derived_dim(d, dims) for i, d in enumerate(t.shape) if isinstance(d, str)}
+        for t in tensors
+    }
 
 
 def _derived_dim(expression: str, dims: dict[str, Dim]) -> Dim:
-    """A symbol's Dim, or one derived from it: the gradient of an output has the output's shape, `(-1 + H)` say."""
+    """A symbol's Dim, or one derived from it: the gradient of an output has the output's shape, `(-1 + H)`
+    say."""
     try:
         # Our own text, from _expression; torch.export derives dims by linear arithmetic.
         return eval(expression, {"__builtins__": {}}, dims)
@@ -35,9 +39,12 @@ def _derived_dim(expression: str, dims: dict[str, Dim]) -> Dim:
         return Dim.AUTO
 
 
-def trace(module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs, target: str) -> ExportedProgram:
+def trace(
+    module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs, target: str
+) -> ExportedProgram:
     """Export `module` for a target ("onnx", "native", "vjp")."""
-    # Loops go through torch.compile, whose code for an op before, made for 4 models say, else leaves the guard `S != 4` on this one.
+    # Loops go through torch.compile, whose code for an op before, made for 4 models say, else leaves the
+    # guard `S != 4` on this one.
     torch._dynamo.reset()
     guards: list[tuple[str, str]] = []
     args = tuple(inputs[t.name] for t in tensors)
@@ -68,7 +75,9 @@ def output_specs(program: ExportedProgram, spec: Spec, variant: str | None) -> l
     names = symbols_of(program, list(spec.inputs))
     values = [n.meta["val"] for n in next(n for n in program.graph.nodes if n.op == "output").args[0]]
     if len(values) != len(spec.outputs):
-        raise ExportError(f"{spec.name}: the spec names {len(spec.outputs)} outputs, the op returns {len(values)}")
+        raise ExportError(
+            f"{spec.name}: the spec names {len(spec.outputs)} outputs, the op returns {len(values)}"
+        )
     result = []
     for tensor, value in zip(spec.outputs, values, strict=True):
         dtype = str(value.dtype).removeprefix("torch.")
@@ -83,7 +92,10 @@ def _dim(size: int | torch.SymInt, names: dict[sympy.Symbol, str], op: str) -> i
     expression = size.node.expr
     unknown = expression.free_symbols - set(names)
     if unknown:
-        raise ExportError(f"{op}: an output's size {expression} depends on the data: give it a fixed capacity and a validity mask")
+        raise ExportError(
+            f"{op}: an output's size {expression} depends on the data: give it a fixed capacity and a"
+            " validity mask"
+        )
     text = _expression(expression, names)
     return int(text) if text.isdigit() else text
 

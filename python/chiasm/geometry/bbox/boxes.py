@@ -1,4 +1,5 @@
-"""Boxes by their corners, in pixels: (B, 4, 2) clockwise from the top left, (B, 8, 3) so for the front and then for the back.
+"""Boxes by their corners, in pixels: (B, 4, 2) clockwise from the top left, (B, 8, 3) so for the front and
+then for the back.
 
 The last pixel belongs to a box: one from x = 1 to x = 3 is 3 wide.
 """
@@ -38,10 +39,14 @@ def bbox_generator(x_start: Tensor, y_start: Tensor, width: Tensor, height: Tens
     """
     left, top = _column(x_start, "x_start"), _column(y_start, "y_start")
     right, bottom = left + _column(width, "width") - 1, top + _column(height, "height") - 1
-    return torch.stack([torch.stack([left, right, right, left], -1), torch.stack([top, top, bottom, bottom], -1)], -1)
+    return torch.stack(
+        [torch.stack([left, right, right, left], -1), torch.stack([top, top, bottom, bottom], -1)], -1
+    )
 
 
-def bbox_generator3d(x_start: Tensor, y_start: Tensor, z_start: Tensor, width: Tensor, height: Tensor, depth: Tensor) -> Tensor:
+def bbox_generator3d(
+    x_start: Tensor, y_start: Tensor, z_start: Tensor, width: Tensor, height: Tensor, depth: Tensor
+) -> Tensor:
     """Boxes in space from their front top left corners and sizes.
 
     Args:
@@ -53,7 +58,8 @@ def bbox_generator3d(x_start: Tensor, y_start: Tensor, z_start: Tensor, width: T
         depth: like x_start, in voxels.
 
     Returns:
-        (B, 8, 3) in the order x, y, z: the front clockwise from the top left, then the back; the right side is at x_start + width - 1.
+        (B, 8, 3) in the order x, y, z: the front clockwise from the top left, then the back; the right side
+        is at x_start + width - 1.
 
     Raises:
         ValueError: if an argument has more than one dimension.
@@ -166,24 +172,32 @@ def infer_bbox_shape3d(boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     return boxes[:, 4, 2] - boxes[:, 0, 2] + 1, height, width
 
 
-def transform_bbox(trans_mat: Tensor, boxes: Tensor, mode: str = "xyxy", restore_coordinates: Optional[bool] = None) -> Tensor:
-    """Move two opposite corners of boxes by homographies. (Turned boxes are larger or smaller than what holds the turned contents.)
+def transform_bbox(
+    trans_mat: Tensor, boxes: Tensor, mode: str = "xyxy", restore_coordinates: Optional[bool] = None
+) -> Tensor:
+    """Move two opposite corners of boxes by homographies. (Turned boxes are larger or smaller than what holds
+    the turned contents.)
 
     Args:
         trans_mat: (B, 3, 3), floating point.
         boxes: (B, 4) or (B, N, 4) in pixels.
-        mode: "xyxy", two opposite corners, or "xywh", the top left corner, width and height; width is x2 - x1 here.
-        restore_coordinates: whether to put corners in order where a transform has mirrored the box, so that x1 <= x2 and y1 <= y2; True by
-            default.
+        mode: "xyxy", two opposite corners, or "xywh", the top left corner, width and height; width is x2 - x1
+            here.
+        restore_coordinates: whether to put corners in order where a transform has mirrored the box, so that
+            x1 <= x2 and y1 <= y2; True by default.
 
     Returns:
         Boxes of the same shape and mode.
 
     Raises:
-        TypeError, ValueError: if an argument is not floating point or not of the shape above, or mode is neither.
+        TypeError, ValueError: if an argument is not floating point or not of the shape above, or mode is
+            neither.
 
     Example:
-        >>> transform_bbox(torch.tensor([[[-1.0, 0.0, 10.0], [0.0, 1.0, 2.0], [0.0, 0.0, 1.0]]]), torch.tensor([[1.0, 2.0, 3.0, 5.0]]))
+        >>> transform_bbox(
+        ...     torch.tensor([[[-1.0, 0.0, 10.0], [0.0, 1.0, 2.0], [0.0, 0.0, 1.0]]]),
+        ...     torch.tensor([[1.0, 2.0, 3.0, 5.0]]),
+        ... )
         tensor([[7., 4., 9., 7.]])
     """
     check_choice(mode, ["xyxy", "xywh"], "mode")
@@ -205,7 +219,8 @@ def transform_bbox(trans_mat: Tensor, boxes: Tensor, mode: str = "xyxy", restore
 
 
 def is_bbox(boxes: Tensor) -> Tensor:
-    """Which boxes have opposite sides that are equal; `validate_bbox` for each, as a tensor that can be exported.
+    """Which boxes have opposite sides that are equal; `validate_bbox` for each, as a tensor that can be
+    exported.
 
     Args:
         boxes: (B, 4, 2), clockwise from the top left, any dtype.
@@ -225,13 +240,15 @@ def is_bbox(boxes: Tensor) -> Tensor:
 
 
 def is_bbox3d(boxes: Tensor) -> Tensor:
-    """Which boxes in space have opposite edges that are equal; `validate_bbox3d` for each, as a tensor that can be exported.
+    """Which boxes in space have opposite edges that are equal; `validate_bbox3d` for each, as a tensor that
+    can be exported.
 
     Args:
         boxes: (B, 8, 3), the front clockwise from the top left, then the back, any dtype.
 
     Returns:
-        (B,), bool: whether the front is as in `is_bbox` and all four edges to the back are the same, to 1e-4 + 1e-5 |coordinate|.
+        (B,), bool: whether the front is as in `is_bbox` and all four edges to the back are the same, to 1e-4
+        + 1e-5 |coordinate|.
 
     Raises:
         ValueError: if boxes is not (B, 8, 3).
@@ -244,7 +261,9 @@ def is_bbox3d(boxes: Tensor) -> Tensor:
     _check_corners(boxes, 8, 3)
     front, back = boxes[:, :4], boxes[:, 4:]
     edges = back - front
-    return _agree(front[:, 0] + front[:, 2], front[:, 1] + front[:, 3]) & _agree(edges[:, 1:], edges[:, :1].expand_as(edges[:, 1:])).all(-1)
+    return _agree(front[:, 0] + front[:, 2], front[:, 1] + front[:, 3]) & _agree(
+        edges[:, 1:], edges[:, :1].expand_as(edges[:, 1:])
+    ).all(-1)
 
 
 def validate_bbox(boxes: Tensor) -> bool:
@@ -285,7 +304,9 @@ def validate_bbox3d(boxes: Tensor) -> bool:
 
 
 def _moved(matrix: Tensor, points: Tensor) -> Tensor:
-    return convert_points_from_homogeneous(small_matmul(convert_points_to_homogeneous(points), matrix.transpose(1, 2)))
+    return convert_points_from_homogeneous(
+        small_matmul(convert_points_to_homogeneous(points), matrix.transpose(1, 2))
+    )
 
 
 def _agree(a: Tensor, b: Tensor) -> Tensor:

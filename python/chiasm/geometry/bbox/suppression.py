@@ -18,7 +18,8 @@ def nms(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tensor:
     Args:
         boxes: (N, 4) as x1, y1, x2, y2, floating point.
         scores: (N,).
-        iou_threshold: boxes are dropped whose intersection with a kept one is more than this part of the union.
+        iou_threshold: boxes are dropped whose intersection with a kept one is more than this part of the
+            union.
 
     Returns:
         (K,), int64: indices of the boxes kept, by falling score; of equal scores the first comes first.
@@ -27,7 +28,11 @@ def nms(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tensor:
         TypeError, ValueError: if boxes is not a floating-point (N, 4) tensor or scores is not (N,).
 
     Example:
-        >>> nms(torch.tensor([[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.9], [5.0, 0.0, 6.0, 1.0]]), torch.tensor([0.5, 0.9, 0.7]), 0.5)
+        >>> nms(
+        ...     torch.tensor([[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.9], [5.0, 0.0, 6.0, 1.0]]),
+        ...     torch.tensor([0.5, 0.9, 0.7]),
+        ...     0.5,
+        ... )
         tensor([1, 2])
     """
     order, kept = nms_fixed(boxes, scores, iou_threshold)
@@ -37,28 +42,36 @@ def nms(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tensor:
 def nms_fixed(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tuple[Tensor, Tensor]:
     """`nms` with results of a fixed size: all boxes by falling score, and which of them are kept.
 
-    All pairs are compared at once, N * N bytes of memory, and the decisions repeated until none changes, which takes as many steps as the
-    longest chain of boxes that decide about each other.
+    All pairs are compared at once, N * N bytes of memory, and the decisions repeated until none changes,
+    which takes as many steps as the longest chain of boxes that decide about each other.
 
     Args:
         boxes: (N, 4) as x1, y1, x2, y2, floating point.
         scores: (N,).
-        iou_threshold: boxes are dropped whose intersection with a kept one is more than this part of the union.
+        iou_threshold: boxes are dropped whose intersection with a kept one is more than this part of the
+            union.
 
     Returns:
-        Indices (N,), int64, of all boxes by falling score, of equal scores the first first; and (N,), bool, in the same order: which are kept.
+        Indices (N,), int64, of all boxes by falling score, of equal scores the first first; and (N,), bool,
+        in the same order: which are kept.
 
     Raises:
         TypeError, ValueError: if boxes is not a floating-point (N, 4) tensor or scores is not (N,).
 
     Example:
-        >>> nms_fixed(torch.tensor([[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.9], [5.0, 0.0, 6.0, 1.0]]), torch.tensor([0.5, 0.9, 0.7]), 0.5)
+        >>> nms_fixed(
+        ...     torch.tensor([[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.9], [5.0, 0.0, 6.0, 1.0]]),
+        ...     torch.tensor([0.5, 0.9, 0.7]),
+        ...     0.5,
+        ... )
         (tensor([1, 2, 0]), tensor([ True,  True, False]))
     """
     check_rank(boxes, 2, "(N, 4)", "boxes")
     check_last(boxes, 4, "boxes")
     if scores.dim() != 1 or scores.size(0) != boxes.size(0):
-        raise ValueError(f"scores: expected shape (N,) for boxes {list(boxes.shape)}, got {list(scores.shape)}")
+        raise ValueError(
+            f"scores: expected shape (N,) for boxes {list(boxes.shape)}, got {list(scores.shape)}"
+        )
     check_floating(scores, "scores")
     order = stable_topk(scores, scores.size(0))[1]
     ranked = boxes.index_select(0, order)

@@ -2,7 +2,11 @@
 
 from ...primitives.core.modules import lazy_twins
 from .affine import distort_points_affine, dx_distort_points_affine, undistort_points_affine
-from .kannala_brandt import distort_points_kannala_brandt, dx_distort_points_kannala_brandt, undistort_points_kannala_brandt
+from .kannala_brandt import (
+    distort_points_kannala_brandt,
+    dx_distort_points_kannala_brandt,
+    undistort_points_kannala_brandt,
+)
 from .pinhole import PinholeCamera, cam2pixel, pixel2cam, project_points, unproject_points
 from .planes import (
     dx_project_points_orthographic,

@@ -1,6 +1,8 @@
-"""The fisheye camera of J. Kannala and S. Brandt, A Generic Camera Model and Calibration Method ..., PAMI 28(8), 2006.
+"""The fisheye camera of J. Kannala and S. Brandt, A Generic Camera Model and Calibration Method ..., PAMI
+28(8), 2006.
 
-A ray at angle t to the optical axis is seen at radius d(t) = t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8), as in OpenCV's fisheye.
+A ray at angle t to the optical axis is seen at radius d(t) = t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8), as in
+OpenCV's fisheye.
 """
 
 from typing import Tuple
@@ -25,7 +27,9 @@ def distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor, p
         TypeError, ValueError: if a tensor is not floating point or its last dimension is not as above.
 
     Example:
-        >>> distort_points_kannala_brandt(torch.tensor([1.0, 0.0]), torch.tensor([400.0, 400.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0]))
+        >>> distort_points_kannala_brandt(
+        ...     torch.tensor([1.0, 0.0]), torch.tensor([400.0, 400.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0])
+        ... )
         tensor([634.1593, 240.0000])
     """
     xy = projected_points_in_camera_z1_plane
@@ -35,8 +39,11 @@ def distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor, p
     return xy * ratio[..., None] * params[..., 0:2] + params[..., 2:4]
 
 
-def undistort_points_kannala_brandt(distorted_points_in_camera: Tensor, params: Tensor, num_iters: int = 10) -> Tensor:
-    """Points of the plane z = 1 that a fisheye camera sees at given pixels; the inverse of :func:`distort_points_kannala_brandt`.
+def undistort_points_kannala_brandt(
+    distorted_points_in_camera: Tensor, params: Tensor, num_iters: int = 10
+) -> Tensor:
+    """Points of the plane z = 1 that a fisheye camera sees at given pixels; the inverse of
+    :func:`distort_points_kannala_brandt`.
 
     The angle is found by Newton's method, whose last step carries the gradient.
 
@@ -53,7 +60,10 @@ def undistort_points_kannala_brandt(distorted_points_in_camera: Tensor, params: 
         ValueError: if a last dimension is not as above, or num_iters is below 1.
 
     Example:
-        >>> undistort_points_kannala_brandt(torch.tensor([634.1593, 240.0]), torch.tensor([400.0, 400.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0]))
+        >>> undistort_points_kannala_brandt(
+        ...     torch.tensor([634.1593, 240.0]),
+        ...     torch.tensor([400.0, 400.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0]),
+        ... )
         tensor([1.0000, 0.0000])
     """
     check_last(distorted_points_in_camera, 2, "distorted_points_in_camera")
@@ -93,7 +103,9 @@ def dx_distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor
         TypeError, ValueError: if a tensor is not floating point or its last dimension is not as above.
 
     Example:
-        >>> dx_distort_points_kannala_brandt(torch.zeros(2), torch.tensor([400.0, 300.0, 320.0, 240.0, 0.1, 0.0, 0.0, 0.0])).diagonal()
+        >>> dx_distort_points_kannala_brandt(
+        ...     torch.zeros(2), torch.tensor([400.0, 300.0, 320.0, 240.0, 0.1, 0.0, 0.0, 0.0])
+        ... ).diagonal()
         tensor([400., 300.])
     """
     xy = projected_points_in_camera_z1_plane
@@ -131,4 +143,6 @@ def _ratio_and_slope(squared: Tensor, params: Tensor) -> Tuple[Tensor, Tensor]:
     distorted, derivative = _distorted_angle(torch.atan(radius), params)
     ratio = distorted / radius
     slope = 0.5 * (derivative / (1.0 + safe) - ratio) / safe
-    return torch.where(small, 1.0 + q * (a1 + q * (a2 + q * a3)), ratio), torch.where(small, a1 + q * (2.0 * a2 + q * 3.0 * a3), slope)
+    return torch.where(small, 1.0 + q * (a1 + q * (a2 + q * a3)), ratio), torch.where(
+        small, a1 + q * (2.0 * a2 + q * 3.0 * a3), slope
+    )

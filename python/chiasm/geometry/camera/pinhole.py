@@ -7,7 +7,15 @@ from torch import Tensor, nn
 
 from ...primitives.core.checks import check_last, check_matrix, check_rank
 from ...primitives.core.modules import hold
-from ...primitives.geometry.intrinsics import check_depth, check_intrinsics, from_pixels, moved, over_depth, to_pixels, with_one
+from ...primitives.geometry.intrinsics import (
+    check_depth,
+    check_intrinsics,
+    from_pixels,
+    moved,
+    over_depth,
+    to_pixels,
+    with_one,
+)
 from ...primitives.linalg.matrices import inverse
 from ..epipolar.projection import scale_intrinsics
 from ..linalg import inverse_transformation, transform_points
@@ -16,8 +24,8 @@ from ..linalg import inverse_transformation, transform_points
 def project_points(point_3d: Tensor, camera_matrix: Tensor) -> Tensor:
     """Pixels at which points in a camera's frame are seen: (fx x / z + cx, fy y / z + cy).
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 6.1. As in OpenCV and Kornia, of the camera matrix only focal
-    lengths and principal point are read.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 6.1. As in OpenCV and Kornia, of the camera
+    matrix only focal lengths and principal point are read.
 
     Args:
         point_3d: (*, 3), floating point. A depth below 1e-8 counts as 1e-8, with its sign.
@@ -27,7 +35,8 @@ def project_points(point_3d: Tensor, camera_matrix: Tensor) -> Tensor:
         (*, 2). Differentiable in both.
 
     Raises:
-        TypeError, ValueError: if point_3d is not a floating-point (*, 3), or camera_matrix not a floating-point (*, 3, 3) tensor.
+        TypeError, ValueError: if point_3d is not a floating-point (*, 3), or camera_matrix not a
+            floating-point (*, 3, 3) tensor.
 
     Example:
         >>> project_points(torch.tensor([2.0, 4.0, 2.0]), torch.eye(3))
@@ -38,8 +47,11 @@ def project_points(point_3d: Tensor, camera_matrix: Tensor) -> Tensor:
     return to_pixels(over_depth(point_3d, 1e-8), camera_matrix)
 
 
-def unproject_points(point_2d: Tensor, depth: Tensor, camera_matrix: Tensor, normalize: bool = False) -> Tensor:
-    """Points in a camera's frame that are seen at given pixels with given depths; the inverse of :func:`project_points`.
+def unproject_points(
+    point_2d: Tensor, depth: Tensor, camera_matrix: Tensor, normalize: bool = False
+) -> Tensor:
+    """Points in a camera's frame that are seen at given pixels with given depths; the inverse of
+    :func:`project_points`.
 
     Args:
         point_2d: (*, 2) pixels, floating point.
@@ -71,7 +83,8 @@ def cam2pixel(cam_coords_src: Tensor, dst_proj_src: Tensor, eps: float = 1e-12) 
 
     Args:
         cam_coords_src: (B, H, W, 3), points in the source camera's frame, floating point.
-        dst_proj_src: (B, 4, 4), from the source camera's frame to destination pixels times depth; the last row is (0, 0, 0, 1).
+        dst_proj_src: (B, 4, 4), from the source camera's frame to destination pixels times depth; the last
+            row is (0, 0, 0, 1).
         eps: added to the depth before dividing by it.
 
     Returns:
@@ -107,7 +120,11 @@ def pixel2cam(depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Te
         TypeError, ValueError: if a tensor is not floating point or its shape is not as above.
 
     Example:
-        >>> pixel2cam(torch.full((1, 1, 1, 1), 2.0), torch.eye(4)[None], torch.tensor([3.0, 4.0, 1.0]).reshape(1, 1, 1, 3))
+        >>> pixel2cam(
+        ...     torch.full((1, 1, 1, 1), 2.0),
+        ...     torch.eye(4)[None],
+        ...     torch.tensor([3.0, 4.0, 1.0]).reshape(1, 1, 1, 3),
+        ... )
         tensor([[[[6., 8., 2.]]]])
     """
     check_depth(depth, "depth")
@@ -121,11 +138,12 @@ def pixel2cam(depth: Tensor, intrinsics_inv: Tensor, pixel_coords: Tensor) -> Te
 class PinholeCamera(nn.Module):
     """B cameras without distortion, each at its place in the world; called with points it is ``project``.
 
-    E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. A tensor that is an
-    ``nn.Parameter`` is learned with the module.
+    E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. A
+    tensor that is an ``nn.Parameter`` is learned with the module.
 
     Args:
-        intrinsics: (B, 3, 3) or (B, 4, 4), camera matrices in pixels, floating point; skew is not read, as in :func:`project_points`.
+        intrinsics: (B, 3, 3) or (B, 4, 4), camera matrices in pixels, floating point; skew is not read, as in
+            :func:`project_points`.
         extrinsics: (B, 4, 4), rigid, from the world to the cameras' frames.
         height, width: (B,), sizes of the images in pixels.
 
@@ -150,7 +168,9 @@ class PinholeCamera(nn.Module):
         batch = intrinsics.size(0)
         for name, value in (("extrinsics", extrinsics), ("height", height), ("width", width)):
             if value.size(0) != batch:
-                raise ValueError(f"{name}: expected a batch of {batch} as intrinsics has, got {list(value.shape)}")
+                raise ValueError(
+                    f"{name}: expected a batch of {batch} as intrinsics has, got {list(value.shape)}"
+                )
         hold(self, "intrinsics", intrinsics)
         hold(self, "extrinsics", extrinsics)
         hold(self, "height", height)
@@ -172,11 +192,15 @@ class PinholeCamera(nn.Module):
         device: Optional[torch.device] = None,
         dtype: Optional[torch.dtype] = None,
     ) -> "PinholeCamera":
-        """Equal cameras that look along the world's z axis, by numbers: pixels, and the translation in the world's unit."""
+        """Equal cameras that look along the world's z axis, by numbers: pixels, and the translation in the
+        world's unit."""
         intrinsics, extrinsics = torch.eye(4, dtype=torch.float64), torch.eye(4, dtype=torch.float64)
         intrinsics[0, 0], intrinsics[1, 1], intrinsics[0, 2], intrinsics[1, 2] = fx, fy, cx, cy
         extrinsics[0, 3], extrinsics[1, 3], extrinsics[2, 3] = tx, ty, tz
-        values = [v.to(device, dtype or torch.get_default_dtype()) for v in (intrinsics, extrinsics, torch.tensor(height), torch.tensor(width))]
+        values = [
+            v.to(device, dtype or torch.get_default_dtype())
+            for v in (intrinsics, extrinsics, torch.tensor(height), torch.tensor(width))
+        ]
         return cls(*[v.expand(batch_size, *v.shape).clone() for v in values])
 
     @property
@@ -231,14 +255,19 @@ class PinholeCamera(nn.Module):
 
     @torch.jit.export
     def project(self, point_3d: Tensor) -> Tensor:
-        """Pixels (B, *, 2) at which points of the world (B, *, 3) are seen, as by :func:`project_points`; a batch of 1 goes with any B."""
+        """Pixels (B, *, 2) at which points of the world (B, *, 3) are seen, as by :func:`project_points`; a
+        batch of 1 goes with any B."""
         seen = transform_points(self.extrinsics, point_3d)
         return project_points(seen, self._matrices(seen))
 
     @torch.jit.export
     def unproject(self, point_2d: Tensor, depth: Tensor) -> Tensor:
-        """Points of the world (B, *, 3) seen at pixels (B, *, 2) with depths (B, *, 1), z in the cameras' frames."""
-        return transform_points(inverse_transformation(self.extrinsics), unproject_points(point_2d, depth, self._matrices(point_2d)))
+        """Points of the world (B, *, 3) seen at pixels (B, *, 2) with depths (B, *, 1), z in the cameras'
+        frames."""
+        return transform_points(
+            inverse_transformation(self.extrinsics),
+            unproject_points(point_2d, depth, self._matrices(point_2d)),
+        )
 
     def scale(self, scale_factor: Tensor) -> "PinholeCamera":
         """The cameras of images scaled by factors (B,), or (1,) for all: see :func:`scale_intrinsics`."""

@@ -39,7 +39,8 @@ def unproject_points_z1(points_in_cam_canonical: Tensor, extension: Optional[Ten
         (*, 3).
 
     Raises:
-        TypeError, ValueError: if points_in_cam_canonical is not a floating-point (*, 2) tensor, or extension's rank does not fit.
+        TypeError, ValueError: if points_in_cam_canonical is not a floating-point (*, 2) tensor, or
+            extension's rank does not fit.
 
     Example:
         >>> unproject_points_z1(torch.tensor([1.0, 2.0]), torch.tensor([3.0]))
@@ -108,7 +109,8 @@ def unproject_points_orthographic(points_in_camera: Tensor, extension: Tensor) -
         (*, 3).
 
     Raises:
-        TypeError, ValueError: if points_in_camera is not a floating-point (*, 2) tensor, or extension's rank does not fit.
+        TypeError, ValueError: if points_in_camera is not a floating-point (*, 2) tensor, or extension's rank
+            does not fit.
 
     Example:
         >>> unproject_points_orthographic(torch.tensor([1.0, 2.0]), torch.tensor([3.0]))
@@ -144,5 +146,8 @@ def _as_column(extension: Tensor, points: Tensor) -> Tensor:
     if extension.dim() == points.dim() - 1:
         return extension[..., None]
     if extension.dim() != points.dim() or extension.size(-1) != 1:
-        raise ValueError(f"extension: expected shape (*) or (*, 1) for points of shape {list(points.shape)}, got {list(extension.shape)}")
+        raise ValueError(
+            f"extension: expected shape (*) or (*, 1) for points of shape {list(points.shape)}, got"
+            f" {list(extension.shape)}"
+        )
     return extension

@@ -9,15 +9,16 @@ from ..stereo import reproject_disparity_to_3d
 
 
 class StereoCamera(nn.Module):
-    """B pairs of cameras side by side whose rows correspond; called with disparities it is ``reproject_disparity_to_3D``.
+    """B pairs of cameras side by side whose rows correspond; called with disparities it is
+    ``reproject_disparity_to_3D``.
 
-    :func:`chiasm.geometry.stereo.stereo_rectify` makes such projection matrices. A tensor that is an ``nn.Parameter`` is learned with
-    the module.
+    :func:`chiasm.geometry.stereo.stereo_rectify` makes such projection matrices. A tensor that is an
+    ``nn.Parameter`` is learned with the module.
 
     Args:
-        rectified_left_camera, rectified_right_camera: (B, 3, 4), projection matrices in pixels, floating point, both
-            [fx 0 cx; 0 fy cy; 0 0 1 | last], whose last columns are (0, 0, 0) on the left, (-fx tx, 0, 0) on the right. fx, fy and cy are
-            read from the left one.
+        rectified_left_camera, rectified_right_camera: (B, 3, 4), projection matrices in pixels, floating
+            point, both [fx 0 cx; 0 fy cy; 0 0 1 | last], whose last columns are (0, 0, 0) on the left, (-fx
+            tx, 0, 0) on the right. fx, fy and cy are read from the left one.
 
     Raises:
         TypeError: if a matrix is not floating point.
@@ -34,12 +35,17 @@ class StereoCamera(nn.Module):
 
     def __init__(self, rectified_left_camera: Tensor, rectified_right_camera: Tensor) -> None:
         super().__init__()
-        for name, value in (("rectified_left_camera", rectified_left_camera), ("rectified_right_camera", rectified_right_camera)):
+        for name, value in (
+            ("rectified_left_camera", rectified_left_camera),
+            ("rectified_right_camera", rectified_right_camera),
+        ):
             check_rank(value, 3, "(B, 3, 4)", name)
             check_matrix(value, 3, 4, name)
         if rectified_left_camera.shape != rectified_right_camera.shape:
             shapes = [list(rectified_left_camera.shape), list(rectified_right_camera.shape)]
-            raise ValueError(f"rectified_right_camera: expected the left one's shape {shapes[0]}, got {shapes[1]}")
+            raise ValueError(
+                f"rectified_right_camera: expected the left one's shape {shapes[0]}, got {shapes[1]}"
+            )
         hold(self, "rectified_left_camera", rectified_left_camera)
         hold(self, "rectified_right_camera", rectified_right_camera)
 
@@ -93,7 +99,8 @@ class StereoCamera(nn.Module):
 
     @torch.jit.export
     def reproject_disparity_to_3D(self, disparity_tensor: Tensor) -> Tensor:
-        """Points (B, H, W, 3) in the left cameras' frames of disparities (B, 1, H, W): left column less right column, in pixels."""
+        """Points (B, H, W, 3) in the left cameras' frames of disparities (B, 1, H, W): left column less right
+        column, in pixels."""
         return reproject_disparity_to_3d(disparity_tensor, self.Q)
 
     def forward(self, disparity_tensor: Tensor) -> Tensor:

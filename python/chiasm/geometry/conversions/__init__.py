@@ -1,4 +1,5 @@
-"""Conversions between representations: angles, rotations, coordinates of points and pixels, homographies, poses."""
+"""Conversions between representations: angles, rotations, coordinates of points and pixels, homographies,
+poses."""
 
 from .angles import (
     angle_to_rotation_matrix,

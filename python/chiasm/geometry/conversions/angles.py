@@ -80,10 +80,12 @@ def cart2pol(x: Tensor, y: Tensor, eps: float = 1e-8) -> Tuple[Tensor, Tensor]:
     Args:
         x: (*), floating point.
         y: (*), of x's shape or broadcast with it.
-        eps: at radii below this the gradients, which have no limit at the origin, are 0. The values are exact everywhere.
+        eps: at radii below this the gradients, which have no limit at the origin, are 0. The values are exact
+            everywhere.
 
     Returns:
-        rho, the distance from the origin, and phi, the angle from the x axis towards the y axis in radians, in (-pi, pi]; 0 at the origin.
+        rho, the distance from the origin, and phi, the angle from the x axis towards the y axis in radians,
+        in (-pi, pi]; 0 at the origin.
 
     Raises:
         TypeError: if x or y is not floating point.
@@ -96,7 +98,9 @@ def cart2pol(x: Tensor, y: Tensor, eps: float = 1e-8) -> Tuple[Tensor, Tensor]:
     check_floating(y, "y")
     squared = x * x + y * y
     tiny = squared < eps * eps
-    rho = torch.where(tiny, torch.sqrt(squared.detach()), torch.sqrt(torch.where(tiny, torch.ones_like(squared), squared)))
+    rho = torch.where(
+        tiny, torch.sqrt(squared.detach()), torch.sqrt(torch.where(tiny, torch.ones_like(squared), squared))
+    )
     return rho, angle_of(torch.where(tiny, y.detach(), y), torch.where(tiny, x.detach(), x))
 
 

@@ -1,4 +1,5 @@
-"""Roll, pitch and yaw: rotations about the fixed axes x, then y, then z, so that R = Rz(yaw) Ry(pitch) Rx(roll)."""
+"""Roll, pitch and yaw: rotations about the fixed axes x, then y, then z, so that R = Rz(yaw) Ry(pitch)
+Rx(roll)."""
 
 from typing import Tuple
 
@@ -12,8 +13,8 @@ from ...primitives.geometry.angles import angle_of
 def euler_from_quaternion(w: Tensor, x: Tensor, y: Tensor, z: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """Roll, pitch and yaw of unit quaternions.
 
-    Where the pitch is a quarter turn (gimbal lock) only roll and yaw together are determined: there roll is 0. Unlike Kornia's, the
-    angles describe the same rotation there too, and their gradients are finite.
+    Where the pitch is a quarter turn (gimbal lock) only roll and yaw together are determined: there roll is
+    0. Unlike Kornia's, the angles describe the same rotation there too, and their gradients are finite.
 
     Args:
         w: (*), the real part, floating point.

@@ -1,4 +1,5 @@
-"""Homographies between pixels as homographies between normalised coordinates, and back (see `pixels` for what normalised means)."""
+"""Homographies between pixels as homographies between normalised coordinates, and back (see `pixels` for what
+normalised means)."""
 
 from typing import Tuple
 
@@ -10,7 +11,10 @@ from .pixels import normal_transform_pixel, normal_transform_pixel3d, pixel_tran
 
 
 def normalize_homography(
-    dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int, int], dsize_dst: Tuple[int, int], align_corners: bool = True
+    dst_pix_trans_src_pix: Tensor,
+    dsize_src: Tuple[int, int],
+    dsize_dst: Tuple[int, int],
+    align_corners: bool = True,
 ) -> Tensor:
     """The homography between normalised coordinates for one between pixels.
 
@@ -18,7 +22,8 @@ def normalize_homography(
         dst_pix_trans_src_pix: (B, 3, 3), from source to destination pixels, floating point.
         dsize_src: (height, width) of the source.
         dsize_dst: (height, width) of the destination.
-        align_corners: whether -1 and 1 are the centres of the outermost pixels or, where False, their outer edges.
+        align_corners: whether -1 and 1 are the centres of the outermost pixels or, where False, their outer
+            edges.
 
     Returns:
         (B, 3, 3).
@@ -33,19 +38,27 @@ def normalize_homography(
     """
     m = _checked(dst_pix_trans_src_pix, 3, "dst_pix_trans_src_pix")
     normal_dst = normal_transform_pixel(dsize_dst[0], dsize_dst[1], 1e-14, m.device, m.dtype, align_corners)
-    return small_matmul(small_matmul(normal_dst, m), pixel_transform_normal([dsize_src[1], dsize_src[0]], align_corners, m))
+    return small_matmul(
+        small_matmul(normal_dst, m), pixel_transform_normal([dsize_src[1], dsize_src[0]], align_corners, m)
+    )
 
 
 def denormalize_homography(
-    dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int, int], dsize_dst: Tuple[int, int], align_corners: bool = True
+    dst_pix_trans_src_pix: Tensor,
+    dsize_src: Tuple[int, int],
+    dsize_dst: Tuple[int, int],
+    align_corners: bool = True,
 ) -> Tensor:
-    """The homography between pixels for one between normalised coordinates: the inverse of `normalize_homography`.
+    """The homography between pixels for one between normalised coordinates: the inverse of
+    `normalize_homography`.
 
     Args:
-        dst_pix_trans_src_pix: (B, 3, 3), from normalised source to normalised destination coordinates (the name is Kornia's), floating point.
+        dst_pix_trans_src_pix: (B, 3, 3), from normalised source to normalised destination coordinates (the
+            name is Kornia's), floating point.
         dsize_src: (height, width) of the source.
         dsize_dst: (height, width) of the destination.
-        align_corners: whether -1 and 1 are the centres of the outermost pixels or, where False, their outer edges.
+        align_corners: whether -1 and 1 are the centres of the outermost pixels or, where False, their outer
+            edges.
 
     Returns:
         (B, 3, 3).
@@ -60,11 +73,16 @@ def denormalize_homography(
     """
     m = _checked(dst_pix_trans_src_pix, 3, "dst_pix_trans_src_pix")
     normal_src = normal_transform_pixel(dsize_src[0], dsize_src[1], 1e-14, m.device, m.dtype, align_corners)
-    return small_matmul(small_matmul(pixel_transform_normal([dsize_dst[1], dsize_dst[0]], align_corners, m), m), normal_src)
+    return small_matmul(
+        small_matmul(pixel_transform_normal([dsize_dst[1], dsize_dst[0]], align_corners, m), m), normal_src
+    )
 
 
-def normalize_homography3d(dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int, int, int], dsize_dst: Tuple[int, int, int]) -> Tensor:
-    """The homography between normalised coordinates for one between voxels, -1 and 1 at the outermost voxels' centres.
+def normalize_homography3d(
+    dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int, int, int], dsize_dst: Tuple[int, int, int]
+) -> Tensor:
+    """The homography between normalised coordinates for one between voxels, -1 and 1 at the outermost voxels'
+    centres.
 
     Args:
         dst_pix_trans_src_pix: (B, 4, 4), from source to destination voxels (x, y, z), floating point.
@@ -84,14 +102,21 @@ def normalize_homography3d(dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int, 
     """
     m = _checked(dst_pix_trans_src_pix, 4, "dst_pix_trans_src_pix")
     normal_dst = normal_transform_pixel3d(dsize_dst[0], dsize_dst[1], dsize_dst[2], 1e-14, m.device, m.dtype)
-    return small_matmul(small_matmul(normal_dst, m), pixel_transform_normal([dsize_src[2], dsize_src[1], dsize_src[0]], True, m))
+    return small_matmul(
+        small_matmul(normal_dst, m),
+        pixel_transform_normal([dsize_src[2], dsize_src[1], dsize_src[0]], True, m),
+    )
 
 
-def denormalize_homography3d(dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int, int, int], dsize_dst: Tuple[int, int, int]) -> Tensor:
-    """The homography between voxels for one between normalised coordinates: the inverse of `normalize_homography3d`.
+def denormalize_homography3d(
+    dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int, int, int], dsize_dst: Tuple[int, int, int]
+) -> Tensor:
+    """The homography between voxels for one between normalised coordinates: the inverse of
+    `normalize_homography3d`.
 
     Args:
-        dst_pix_trans_src_pix: (B, 4, 4), from normalised source to normalised destination coordinates (the name is Kornia's), floating point.
+        dst_pix_trans_src_pix: (B, 4, 4), from normalised source to normalised destination coordinates (the
+            name is Kornia's), floating point.
         dsize_src: (depth, height, width) of the source.
         dsize_dst: (depth, height, width) of the destination.
 
@@ -108,7 +133,10 @@ def denormalize_homography3d(dst_pix_trans_src_pix: Tensor, dsize_src: Tuple[int
     """
     m = _checked(dst_pix_trans_src_pix, 4, "dst_pix_trans_src_pix")
     normal_src = normal_transform_pixel3d(dsize_src[0], dsize_src[1], dsize_src[2], 1e-14, m.device, m.dtype)
-    return small_matmul(small_matmul(pixel_transform_normal([dsize_dst[2], dsize_dst[1], dsize_dst[0]], True, m), m), normal_src)
+    return small_matmul(
+        small_matmul(pixel_transform_normal([dsize_dst[2], dsize_dst[1], dsize_dst[0]], True, m), m),
+        normal_src,
+    )
 
 
 def _checked(matrix: Tensor, size: int, name: str) -> Tensor:

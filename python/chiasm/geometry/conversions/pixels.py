@@ -1,7 +1,8 @@
 """Pixel coordinates to and from the normalised range [-1, 1], and to and from the camera's plane.
 
-With `align_corners` -1 and 1 are the centres of the first and the last pixel: x = -1 + 2 i / (W - 1). Without, they are the outer edges
-of those pixels: x = -1 + (2 i + 1) / W. With `align_corners` an axis of one pixel is left as it is, its pixel at 0.
+With `align_corners` -1 and 1 are the centres of the first and the last pixel: x = -1 + 2 i / (W - 1).
+Without, they are the outer edges of those pixels: x = -1 + (2 i + 1) / W. With `align_corners` an axis of one
+pixel is left as it is, its pixel at 0.
 """
 
 from typing import List, Optional, Tuple
@@ -28,7 +29,8 @@ def normal_transform_pixel(
         eps: not used, here so that Kornia's calls work: an axis of one pixel is left as it is.
         device: of the result.
         dtype: of the result; torch's default by default.
-        align_corners: whether -1 and 1 are the centres of the outermost pixels or, where False, their outer edges.
+        align_corners: whether -1 and 1 are the centres of the outermost pixels or, where False, their outer
+            edges.
 
     Returns:
         (1, 3, 3).
@@ -47,9 +49,15 @@ def normal_transform_pixel(
 
 
 def normal_transform_pixel3d(
-    depth: int, height: int, width: int, eps: float = 1e-14, device: Optional[torch.device] = None, dtype: Optional[torch.dtype] = None
+    depth: int,
+    height: int,
+    width: int,
+    eps: float = 1e-14,
+    device: Optional[torch.device] = None,
+    dtype: Optional[torch.dtype] = None,
 ) -> Tensor:
-    """The matrix that takes homogeneous voxel coordinates (x, y, z, 1) to normalised ones, -1 and 1 at the outermost voxels' centres.
+    """The matrix that takes homogeneous voxel coordinates (x, y, z, 1) to normalised ones, -1 and 1 at the
+    outermost voxels' centres.
 
     Args:
         depth: of the volume, in voxels.
@@ -74,7 +82,8 @@ def normal_transform_pixel3d(
 
 
 def pixel_transform_normal(sizes: List[int], align_corners: bool, like: Tensor) -> Tensor:
-    """The inverse (1, n + 1, n + 1) of the matrices above for axes of the given sizes, width first, in like's dtype.
+    """The inverse (1, n + 1, n + 1) of the matrices above for axes of the given sizes, width first, in like's
+    dtype.
 
     >>> pixel_transform_normal([5, 3], True, torch.ones(1))[0, 0]
     tensor([2., 0., 2.])
@@ -83,7 +92,9 @@ def pixel_transform_normal(sizes: List[int], align_corners: bool, like: Tensor) 
     return _scale_and_shift(half, -offset * half)
 
 
-def normalize_pixel_coordinates(pixel_coordinates: Tensor, height: int, width: int, eps: float = 1e-8) -> Tensor:
+def normalize_pixel_coordinates(
+    pixel_coordinates: Tensor, height: int, width: int, eps: float = 1e-8
+) -> Tensor:
     """Pixel coordinates to [-1, 1], -1 and 1 at the outermost pixels' centres (`align_corners=True`).
 
     Args:
@@ -109,11 +120,14 @@ def normalize_pixel_coordinates(pixel_coordinates: Tensor, height: int, width: i
     return pixel_coordinates / half + offset
 
 
-def denormalize_pixel_coordinates(pixel_coordinates: Tensor, height: int, width: int, eps: float = 1e-8) -> Tensor:
+def denormalize_pixel_coordinates(
+    pixel_coordinates: Tensor, height: int, width: int, eps: float = 1e-8
+) -> Tensor:
     """The inverse of `normalize_pixel_coordinates`.
 
     Args:
-        pixel_coordinates: (*, 2) in the order x, y, floating point, -1 and 1 at the outermost pixels' centres (`align_corners=True`).
+        pixel_coordinates: (*, 2) in the order x, y, floating point, -1 and 1 at the outermost pixels' centres
+            (`align_corners=True`).
         height: of the image, in pixels.
         width: of the image, in pixels.
         eps: not used, here so that Kornia's calls work: an axis of one pixel is left as it is.
@@ -135,7 +149,9 @@ def denormalize_pixel_coordinates(pixel_coordinates: Tensor, height: int, width:
     return (pixel_coordinates - offset) * half
 
 
-def normalize_pixel_coordinates3d(pixel_coordinates: Tensor, depth: int, height: int, width: int, eps: float = 1e-8) -> Tensor:
+def normalize_pixel_coordinates3d(
+    pixel_coordinates: Tensor, depth: int, height: int, width: int, eps: float = 1e-8
+) -> Tensor:
     """Voxel coordinates to [-1, 1], -1 and 1 at the outermost voxels' centres (`align_corners=True`).
 
     Args:
@@ -157,15 +173,20 @@ def normalize_pixel_coordinates3d(pixel_coordinates: Tensor, depth: int, height:
         tensor([ 0.0000, -0.7500, -0.5000])
     """
     check_last(pixel_coordinates, 3, "pixel_coordinates")
-    half, offset = normalisation([depth, width, height], True, pixel_coordinates.dtype, pixel_coordinates.device)
+    half, offset = normalisation(
+        [depth, width, height], True, pixel_coordinates.dtype, pixel_coordinates.device
+    )
     return pixel_coordinates / half + offset
 
 
-def denormalize_pixel_coordinates3d(pixel_coordinates: Tensor, depth: int, height: int, width: int, eps: float = 1e-8) -> Tensor:
+def denormalize_pixel_coordinates3d(
+    pixel_coordinates: Tensor, depth: int, height: int, width: int, eps: float = 1e-8
+) -> Tensor:
     """The inverse of `normalize_pixel_coordinates3d`.
 
     Args:
-        pixel_coordinates: (*, 3) in the order z, x, y, floating point, -1 and 1 at the outermost voxels' centres (`align_corners=True`).
+        pixel_coordinates: (*, 3) in the order z, x, y, floating point, -1 and 1 at the outermost voxels'
+            centres (`align_corners=True`).
         depth: of the volume, in voxels.
         height: of the volume, in voxels.
         width: of the volume, in voxels.
@@ -183,12 +204,15 @@ def denormalize_pixel_coordinates3d(pixel_coordinates: Tensor, depth: int, heigh
         tensor([2., 8., 4.])
     """
     check_last(pixel_coordinates, 3, "pixel_coordinates")
-    half, offset = normalisation([depth, width, height], True, pixel_coordinates.dtype, pixel_coordinates.device)
+    half, offset = normalisation(
+        [depth, width, height], True, pixel_coordinates.dtype, pixel_coordinates.device
+    )
     return (pixel_coordinates - offset) * half
 
 
 def normalize_points_with_intrinsics(point_2d: Tensor, camera_matrix: Tensor) -> Tensor:
-    """Pixel coordinates to the plane z = 1 of the camera: ((x - cx) / fx, (y - cy) / fy). Skew is not taken into account.
+    """Pixel coordinates to the plane z = 1 of the camera: ((x - cx) / fx, (y - cy) / fy). Skew is not taken
+    into account.
 
     Args:
         point_2d: (*, 2) in pixels, floating point.
@@ -232,7 +256,10 @@ def denormalize_points_with_intrinsics(point_2d_norm: Tensor, camera_matrix: Ten
 
 
 def normalisation(
-    sizes: List[int], align_corners: bool, dtype: Optional[torch.dtype] = None, device: Optional[torch.device] = None
+    sizes: List[int],
+    align_corners: bool,
+    dtype: Optional[torch.dtype] = None,
+    device: Optional[torch.device] = None,
 ) -> Tuple[Tensor, Tensor]:
     """Per axis half the extent and the offset, so that normalised = pixel / half + offset.
 

@@ -1,4 +1,5 @@
-"""Poses of cameras: between (R, t) and 4x4 matrices, camera-to-world and world-to-camera, graphics' and vision's axes.
+"""Poses of cameras: between (R, t) and 4x4 matrices, camera-to-world and world-to-camera, graphics' and
+vision's axes.
 
 Graphics' camera looks along -z with y up (OpenGL, ARKit), vision's along +z with y down (OpenCV, COLMAP).
 """
@@ -144,13 +145,15 @@ def camtoworld_to_worldtocam_Rt(R: Tensor, t: Tensor, check_rotation: bool = Fal
     Args:
         R: (*, 3, 3), rotations, floating point.
         t: (*, 3, 1).
-        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be exported.
+        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be
+            exported.
 
     Returns:
         R (*, 3, 3) and t (*, 3, 1).
 
     Raises:
-        TypeError, ValueError: if an argument is not floating point or not of the shape above, or R is found to be no rotation.
+        TypeError, ValueError: if an argument is not floating point or not of the shape above, or R is found
+            to be no rotation.
 
     Example:
         >>> camtoworld_to_worldtocam_Rt(torch.eye(3), torch.ones(3, 1))[1][:, 0]
@@ -165,13 +168,15 @@ def worldtocam_to_camtoworld_Rt(R: Tensor, t: Tensor, check_rotation: bool = Fal
     Args:
         R: (*, 3, 3), rotations, floating point.
         t: (*, 3, 1).
-        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be exported.
+        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be
+            exported.
 
     Returns:
         R (*, 3, 3) and t (*, 3, 1).
 
     Raises:
-        TypeError, ValueError: if an argument is not floating point or not of the shape above, or R is found to be no rotation.
+        TypeError, ValueError: if an argument is not floating point or not of the shape above, or R is found
+            to be no rotation.
 
     Example:
         >>> worldtocam_to_camtoworld_Rt(torch.eye(3), torch.ones(3, 1))[1][:, 0]

@@ -1,7 +1,7 @@
 """Rotations as axis-angle vectors, unit quaternions (w, x, y, z) and matrices.
 
-Values and gradients are finite at the identity and at half a turn: near a removable singularity a series takes over,
-and the other branch computes on a harmless input so that its gradient is no NaN times zero.
+Values and gradients are finite at the identity and at half a turn: near a removable singularity a series
+takes over, and the other branch computes on a harmless input so that its gradient is no NaN times zero.
 """
 
 import torch
@@ -56,7 +56,9 @@ def axis_angle_to_quaternion(axis_angle: Tensor) -> Tensor:
     q = 0.25 * (axis_angle * axis_angle).sum(-1, keepdim=True)
     small = q < 1e-4
     half = torch.sqrt(torch.where(small, torch.ones_like(q), q))
-    ratio = torch.where(small, 0.5 - q / 12.0 + q * q / 240.0 - q * q * q / 10080.0, 0.5 * torch.sin(half) / half)
+    ratio = torch.where(
+        small, 0.5 - q / 12.0 + q * q / 240.0 - q * q * q / 10080.0, 0.5 * torch.sin(half) / half
+    )
     real = torch.where(small, 1.0 - q / 2.0 + q * q / 24.0 - q * q * q / 720.0, torch.cos(half))
     return torch.cat([real, axis_angle * ratio], -1)
 
@@ -108,13 +110,15 @@ def rotation_matrix_to_axis_angle(rotation_matrix: Tensor, check_rotation: bool 
 
     Args:
         rotation_matrix: (*, 3, 3), orthonormal with determinant 1, floating point.
-        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be exported.
+        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be
+            exported.
 
     Returns:
         (*, 3).
 
     Raises:
-        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or is found to be no rotation.
+        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or is found to be
+            no rotation.
 
     Example:
         >>> rotation_matrix_to_axis_angle(torch.eye(3))
@@ -150,22 +154,28 @@ def quaternion_to_rotation_matrix(quaternion: Tensor) -> Tensor:
     return torch.stack(rows, -2)
 
 
-def rotation_matrix_to_quaternion(rotation_matrix: Tensor, eps: float = 1e-8, check_rotation: bool = False) -> Tensor:
+def rotation_matrix_to_quaternion(
+    rotation_matrix: Tensor, eps: float = 1e-8, check_rotation: bool = False
+) -> Tensor:
     """Unit quaternion with w >= 0 of a rotation matrix.
 
-    S. W. Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1(3), 1978: of the four rows that are multiples
-    of the quaternion, the one with the largest pivot. Kornia's may return the opposite sign, the same rotation.
+    S. W. Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1(3), 1978: of the four rows that
+    are multiples of the quaternion, the one with the largest pivot. Kornia's may return the opposite sign,
+    the same rotation.
 
     Args:
         rotation_matrix: (*, 3, 3), orthonormal with determinant 1, floating point.
-        eps: not used, here so that Kornia's calls work: the largest pivot is at least 1, so nothing small is divided by.
-        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be exported.
+        eps: not used, here so that Kornia's calls work: the largest pivot is at least 1, so nothing small is
+            divided by.
+        check_rotation: whether to look at the values and refuse what is no rotation; such a call cannot be
+            exported.
 
     Returns:
         (*, 4) in the order w, x, y, z.
 
     Raises:
-        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or is found to be no rotation.
+        TypeError, ValueError: if rotation_matrix is not a floating-point (*, 3, 3) tensor, or is found to be
+            no rotation.
 
     Example:
         >>> rotation_matrix_to_quaternion(torch.eye(3))
@@ -212,11 +222,14 @@ def quaternion_log_to_exp(quaternion: Tensor, eps: float = 1e-8) -> Tensor:
 
 
 def quaternion_exp_to_log(quaternion: Tensor, eps: float = 1e-8) -> Tensor:
-    """Vector part of the logarithm of unit quaternions: the inverse of `quaternion_log_to_exp`, of length in [0, pi].
+    """Vector part of the logarithm of unit quaternions: the inverse of `quaternion_log_to_exp`, of length in
+    [0, pi].
 
     Args:
-        quaternion: (*, 4) in the order w, x, y, z, of unit length, floating point. Unlike as rotations, q and -q differ here.
-        eps: near -1, where every vector of length pi would do, the vector part is divided by a length of at least this.
+        quaternion: (*, 4) in the order w, x, y, z, of unit length, floating point. Unlike as rotations, q and
+            -q differ here.
+        eps: near -1, where every vector of length pi would do, the vector part is divided by a length of at
+            least this.
 
     Returns:
         (*, 3): half a rotation vector, in radians; 0 for 1 and for -1.
@@ -259,7 +272,8 @@ def vector_to_skew_symmetric_matrix(vec: Tensor) -> Tensor:
 
 
 def require_rotation(matrix: Tensor, name: str) -> None:
-    """Raise ValueError unless every (3, 3) matrix is a rotation, within 1e-4 (1e-9 in float64). It looks at the values.
+    """Raise ValueError unless every (3, 3) matrix is a rotation, within 1e-4 (1e-9 in float64). It looks at
+    the values.
 
     >>> require_rotation(torch.eye(3), "R")
     """
@@ -268,11 +282,15 @@ def require_rotation(matrix: Tensor, name: str) -> None:
     normal = cross(matrix[..., 0, :], matrix[..., 1, :])
     mirrored = float((normal * matrix[..., 2, :]).sum(-1).min()) < 0.0
     if mirrored or not error <= (1e-9 if matrix.dtype == torch.float64 else 1e-4):
-        raise ValueError(f"{name}: expected rotation matrices, got |R R^T - I| = {error}, some determinant negative: {mirrored}")
+        raise ValueError(
+            f"{name}: expected rotation matrices, got |R R^T - I| = {error}, some determinant negative:"
+            f" {mirrored}"
+        )
 
 
 def _angle_over_length(w: Tensor, squared: Tensor, eps: float) -> Tensor:
-    """atan2(|v|, w) / |v| for |v|^2 = squared: half the angle of a quaternion (w, v), over the length of v, which is at least eps."""
+    """atan2(|v|, w) / |v| for |v|^2 = squared: half the angle of a quaternion (w, v), over the length of v,
+    which is at least eps."""
     # The series is in |v| / w; where it applies, w is near 1.
     small = (squared < 1e-4 * w * w) & (w > 0)
     tiny = squared < eps * eps

@@ -20,7 +20,12 @@ from .fundamental import (
     normalize_points,
     normalize_transformation,
 )
-from .lines import compute_correspond_epilines, cross_product_matrix, get_closest_point_on_epipolar_line, get_perpendicular
+from .lines import (
+    compute_correspond_epilines,
+    cross_product_matrix,
+    get_closest_point_on_epipolar_line,
+    get_perpendicular,
+)
 from .metrics import (
     left_to_right_epipolar_distance,
     right_to_left_epipolar_distance,

@@ -77,7 +77,12 @@ def essential_from_Rt(R1: Tensor, t1: Tensor, R2: Tensor, t2: Tensor) -> Tensor:
         TypeError, ValueError: if a tensor is not floating point or its last dimensions are not as above.
 
     Example:
-        >>> essential_from_Rt(torch.eye(3), torch.zeros(3, 1), torch.eye(3), torch.tensor([[1.0], [0.0], [0.0]])) + 0.0
+        >>> (
+        ...     essential_from_Rt(
+        ...         torch.eye(3), torch.zeros(3, 1), torch.eye(3), torch.tensor([[1.0], [0.0], [0.0]])
+        ...     )
+        ...     + 0.0
+        ... )
         tensor([[ 0.,  0.,  0.],
                 [ 0.,  0., -1.],
                 [ 0.,  1.,  0.]])
@@ -87,18 +92,19 @@ def essential_from_Rt(R1: Tensor, t1: Tensor, R2: Tensor, t2: Tensor) -> Tensor:
 
 
 def decompose_essential_matrix(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """The two rotations and the direction of translation of essential matrices, also of such as only nearly are.
+    """The two rotations and the direction of translation of essential matrices, also of such as only nearly
+    are.
 
-    With the singular vectors of E: U W V^T and U W^T V^T, and the third column of U (R. Hartley, A. Zisserman, Multiple View
-    Geometry, 2nd ed., 9.6.2). Found without a decomposition, in float64: U diag(1, 1, 0) V^T is the 2x2 rotation
-    nearest to E across its null vectors.
+    With the singular vectors of E: U W V^T and U W^T V^T, and the third column of U (R. Hartley, A.
+    Zisserman, Multiple View Geometry, 2nd ed., 9.6.2). Found without a decomposition, in float64: U diag(1,
+    1, 0) V^T is the 2x2 rotation nearest to E across its null vectors.
 
     Args:
         E_mat: (*, 3, 3) of rank 2 or more, floating point.
 
     Returns:
-        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, the sign of which does not depend on E's: [t]x R1 is a positive multiple of E (of the
-        nearest essential matrix), [t]x R2 a negative one. Differentiable.
+        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, the sign of which does not depend on E's: [t]x R1 is
+        a positive multiple of E (of the nearest essential matrix), [t]x R2 a negative one. Differentiable.
 
     Raises:
         TypeError, ValueError: if E_mat is not a floating-point (*, 3, 3) tensor.
@@ -118,16 +124,17 @@ def decompose_essential_matrix(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
 def decompose_essential_matrix_no_svd(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """The two rotations and the direction of translation of essential matrices, in closed form.
 
-    B. K. P. Horn, Recovering Baseline and Orientation from Essential Matrix, 1990: the baseline b is the longest cross product of
-    two columns, and (b . b) R = cofactors(E) -+ [b]x E. Exact for an essential matrix; what is not quite one gives what is not quite
-    a rotation, unlike :func:`decompose_essential_matrix`.
+    B. K. P. Horn, Recovering Baseline and Orientation from Essential Matrix, 1990: the baseline b is the
+    longest cross product of two columns, and (b . b) R = cofactors(E) -+ [b]x E. Exact for an essential
+    matrix; what is not quite one gives what is not quite a rotation, unlike
+    :func:`decompose_essential_matrix`.
 
     Args:
         E_mat: (*, 3, 3), [t]x R, floating point.
 
     Returns:
-        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, the sign of which does not depend on E's: [t]x R1 is a positive multiple of E, [t]x R2 a
-        negative one. Differentiable.
+        R1, R2 (*, 3, 3), and t (*, 3, 1) of unit length, the sign of which does not depend on E's: [t]x R1 is
+        a positive multiple of E, [t]x R2 a negative one. Differentiable.
 
     Raises:
         TypeError, ValueError: if E_mat is not a floating-point (*, 3, 3) tensor.
@@ -174,7 +181,8 @@ def motion_from_essential(E_mat: Tensor) -> Tuple[Tensor, Tensor]:
 def motion_from_essential_choose_solution(
     E_mat: Tensor, K1: Tensor, K2: Tensor, x1: Tensor, x2: Tensor, mask: Optional[Tensor] = None
 ) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Of the four motions that an essential matrix allows, the one that has most points in front of both cameras.
+    """Of the four motions that an essential matrix allows, the one that has most points in front of both
+    cameras.
 
     R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 9.6.3. Ties go to the first.
 
@@ -185,8 +193,9 @@ def motion_from_essential_choose_solution(
         mask: (*, N), bool: which points count; all by default.
 
     Returns:
-        R (*, 3, 3) and t (*, 3, 1) from the first camera's frame to the second's, |t| = 1; the points (*, N, 3) in the first camera's frame;
-        and a mask (*, N), bool, of those that are in front of both cameras and count. Differentiable.
+        R (*, 3, 3) and t (*, 3, 1) from the first camera's frame to the second's, |t| = 1; the points (*, N,
+        3) in the first camera's frame; and a mask (*, N), bool, of those that are in front of both cameras
+        and count. Differentiable.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its last dimensions are not as above.
@@ -194,7 +203,9 @@ def motion_from_essential_choose_solution(
     Example:
         >>> E = cross_product_matrix(torch.tensor([-1.0, 0.0, 0.0]))
         >>> x = torch.tensor([[0.5, 0.25], [-0.25, 0.5]])
-        >>> R, t, X, seen = motion_from_essential_choose_solution(E, torch.eye(3), torch.eye(3), x, x - torch.tensor([0.25, 0.0]))
+        >>> R, t, X, seen = motion_from_essential_choose_solution(
+        ...     E, torch.eye(3), torch.eye(3), x, x - torch.tensor([0.25, 0.0])
+        ... )
         >>> X.round(decimals=4), seen
         (tensor([[ 2.,  1.,  4.],
                 [-1.,  2.,  4.]]), tensor([True, True]))
@@ -221,7 +232,8 @@ def motion_from_essential_choose_solution(
 
 
 def project_to_essential(E_mat: Tensor) -> Tensor:
-    """The essential matrices nearest to matrices, in the sum of squares: U diag(s, s, 0) V^T with s the mean of the two larger singular values.
+    """The essential matrices nearest to matrices, in the sum of squares: U diag(s, s, 0) V^T with s the mean
+    of the two larger singular values.
 
     R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 11.7.3.
 
@@ -245,7 +257,8 @@ def project_to_essential(E_mat: Tensor) -> Tensor:
 
 
 def _parts(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """In float64: u1 v1^T + u2 v2^T and +-u3 v3^T of the singular vectors, which add up to a rotation, and u3."""
+    """In float64: u1 v1^T + u2 v2^T and +-u3 v3^T of the singular vectors, which add up to a rotation, and
+    u3."""
     E = E_mat.to(torch.float64)
     length = torch.sqrt((E * E).sum(-1, keepdim=True).sum(-2, keepdim=True))
     E = E / torch.where(length == 0, torch.ones_like(length), length)
@@ -255,10 +268,17 @@ def _parts(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     size = torch.sqrt((minors * minors).sum(-1, keepdim=True).sum(-2, keepdim=True))
     axis = minors / torch.where(size == 0, torch.ones_like(size), size)
     u = (axis * v[..., None, :]).sum(-1)
-    # Across v and u, E is 2x2 with a positive determinant: the rotation nearest to such is it and its cofactors, scaled.
-    upper = E + small_matmul(cross_product_matrix(u), small_matmul(E, cross_product_matrix(v).transpose(-2, -1)))
+    # Across v and u, E is 2x2 with a positive determinant: the rotation nearest to such is it and its
+    # cofactors, scaled.
+    upper = E + small_matmul(
+        cross_product_matrix(u), small_matmul(E, cross_product_matrix(v).transpose(-2, -1))
+    )
     length = torch.sqrt((upper * upper).sum(-1, keepdim=True).sum(-2, keepdim=True) * 0.5)
-    return upper / torch.where(length == 0, torch.ones_like(length), length), axis, u * pointed(u[..., None])[..., 0, :]
+    return (
+        upper / torch.where(length == 0, torch.ones_like(length), length),
+        axis,
+        u * pointed(u[..., None])[..., 0, :],
+    )
 
 
 def _rays(x: Tensor, K: Tensor) -> Tensor:

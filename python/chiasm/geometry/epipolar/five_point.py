@@ -1,7 +1,8 @@
 """Essential matrices from five or more correspondences.
 
-D. Nister, An efficient solution to the five-point relative pose problem, IEEE TPAMI 26(6), 2004. His elimination leads to a polynomial of
-degree ten; its roots are starting points for Gauss-Newton steps on the conditions themselves, the last of which carries the gradient.
+D. Nister, An efficient solution to the five-point relative pose problem, IEEE TPAMI 26(6), 2004. His
+elimination leads to a polynomial of degree ten; its roots are starting points for Gauss-Newton steps on the
+conditions themselves, the last of which carries the gradient.
 """
 
 from typing import Optional, Tuple
@@ -24,7 +25,8 @@ def find_essential(points1: Tensor, points2: Tensor, weights: Optional[Tensor] =
     Which of the ten solutions there are :func:`find_essential_5point` says in a mask.
 
     Args:
-        points1, points2: (B, N, 2), N >= 5, points of the planes z = 1 (pixels times the inverse camera matrix), floating point.
+        points1, points2: (B, N, 2), N >= 5, points of the planes z = 1 (pixels times the inverse camera
+            matrix), floating point.
         weights: (B, N), not negative; ones by default.
 
     Returns:
@@ -43,15 +45,19 @@ def find_essential(points1: Tensor, points2: Tensor, weights: Optional[Tensor] =
     return find_essential_5point(points1, points2, weights)[0]
 
 
-def find_essential_5point(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
-    """The up to ten essential matrices of five correspondences; with more, those of the four-dimensional space that fits them best.
+def find_essential_5point(
+    points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None
+) -> Tuple[Tensor, Tensor]:
+    """The up to ten essential matrices of five correspondences; with more, those of the four-dimensional
+    space that fits them best.
 
     Args:
         points1, points2: (B, N, 2), N >= 5, points of the planes z = 1, floating point.
         weights: (B, N), not negative; ones by default.
 
     Returns:
-        E (B, 10, 3, 3), of unit length, and a mask (B, 10) of those that exist; the others are zeros. Differentiable in all.
+        E (B, 10, 3, 3), of unit length, and a mask (B, 10) of those that exist; the others are zeros.
+        Differentiable in all.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -85,7 +91,8 @@ def find_essential_5point(points1: Tensor, points2: Tensor, weights: Optional[Te
 
 
 def essentials_of_five(rows: Tensor) -> Tuple[Tensor, Tensor]:
-    """The essential matrices (B, 10, 3, 3) of five rows (B, 5, 9) of `epipolar_rows`, of unit length, and which of them exist (B, 10).
+    """The essential matrices (B, 10, 3, 3) of five rows (B, 5, 9) of `epipolar_rows`, of unit length, and
+    which of them exist (B, 10).
 
     To about 1e-6, without gradient: for samples, of which many are tried.
     """
@@ -101,11 +108,14 @@ def _least_four(m: Tensor) -> Tensor:
     values, vectors = symmetric_eigen(m.detach())
     least, others = vectors[..., :4], vectors[..., 4:]
     projector = small_matmul(least, least.transpose(1, 2))
-    # The derivative: what moves the space is the mixture with the other eigenvectors, not that among the four.
+    # The derivative: what moves the space is the mixture with the other eigenvectors, not that among the
+    # four.
     change = small_matmul(others.transpose(1, 2), small_matmul(m - m.detach(), least))
     gap = values[:, None, :4] - values[:, 4:, None]
     tiny = gap > -1e-300
-    change = torch.where(tiny, torch.zeros_like(change), change / torch.where(tiny, torch.ones_like(gap), gap))
+    change = torch.where(
+        tiny, torch.zeros_like(change), change / torch.where(tiny, torch.ones_like(gap), gap)
+    )
     moved = small_matmul(small_matmul(others, change), least.transpose(1, 2))
     return projector + moved + moved.transpose(1, 2)
 
@@ -115,7 +125,14 @@ def _starts(basis: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
     reduced = _eliminated(basis.unflatten(1, [3, 3]))
     # Rows x^2 z and x^2, y^2 z and y^2, xyz and xy: the first less z times the second has neither.
     a, b = reduced[:, 4::2], reduced[:, 5::2]
-    parts = [-b[..., 0:1], a[..., 0:2] - b[..., 1:3], a[..., 2:3], -b[..., 3:4], a[..., 3:5] - b[..., 4:6], a[..., 5:6]]
+    parts = [
+        -b[..., 0:1],
+        a[..., 0:2] - b[..., 1:3],
+        a[..., 2:3],
+        -b[..., 3:4],
+        a[..., 3:5] - b[..., 4:6],
+        a[..., 5:6],
+    ]
     parts += [-b[..., 6:7], a[..., 6:9] - b[..., 7:10], a[..., 9:10]]
     matrix = torch.cat(parts, -1)
     s, exists = real_roots(determinant_to_polynomial(matrix), halvings)
@@ -133,28 +150,35 @@ def _starts(basis: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
 
 
 def _eliminated(basis: Tensor) -> Tensor:
-    """The ten conditions on x X + y Y + z Z + W, for a basis (B, 3, 3, 4), solved for the first ten of Nister's monomials: (B, 10, 10)."""
+    """The ten conditions on x X + y Y + z Z + W, for a basis (B, 3, 3, 4), solved for the first ten of
+    Nister's monomials: (B, 10, 10)."""
     square = multiply_deg_one_poly(basis[:, :, None], basis[:, None]).sum(3)
     trace = square[:, 0, 0] + square[:, 1, 1] + square[:, 2, 2]
     eye = torch.eye(3, dtype=basis.dtype, device=basis.device)
     square = square - 0.5 * trace[:, None, None] * eye[..., None]
     cubic = multiply_deg_two_one_poly(square[:, :, :, None], basis[:, None]).sum(2).flatten(1, 2)
     e = basis
-    minors = [multiply_deg_one_poly(e[:, 1, j], e[:, 2, k]) - multiply_deg_one_poly(e[:, 1, k], e[:, 2, j]) for j, k in [(1, 2), (2, 0), (0, 1)]]
+    minors = [
+        multiply_deg_one_poly(e[:, 1, j], e[:, 2, k]) - multiply_deg_one_poly(e[:, 1, k], e[:, 2, j])
+        for j, k in [(1, 2), (2, 0), (0, 1)]
+    ]
     determinant = multiply_deg_two_one_poly(torch.stack(minors, 1), e[:, 0]).sum(1)
     conditions = torch.cat([cubic, determinant[:, None]], 1)
     return solve(conditions[..., :10], conditions[..., 10:])
 
 
 def _improved(w: Tensor, basis: Tensor) -> Tuple[Tensor, Tensor]:
-    """One Gauss-Newton step on det E = 0 and 2 E E^T E = |E|^2 E, with |w| kept, and the length of the residual before it."""
+    """One Gauss-Newton step on det E = 0 and 2 E E^T E = |E|^2 E, with |w| kept, and the length of the
+    residual before it."""
     E = small_matmul(w, basis.transpose(1, 2)).unflatten(2, [3, 3])
     D = basis.transpose(1, 2).unflatten(2, [3, 3])[:, None]
     residual = _conditions(E)
     Et, Dt = E.transpose(-2, -1)[:, :, None], D.transpose(-2, -1)
     wide = E[:, :, None]
     outer, inner = small_matmul(wide, Et), small_matmul(Et, wide)
-    slope = 2.0 * (small_matmul(D, inner) + small_matmul(small_matmul(wide, Dt), wide) + small_matmul(outer, D))
+    slope = 2.0 * (
+        small_matmul(D, inner) + small_matmul(small_matmul(wide, Dt), wide) + small_matmul(outer, D)
+    )
     squared, mixed = (wide * wide).sum(-1).sum(-1), (wide * D).sum(-1).sum(-1)
     slope = slope - 2.0 * mixed[..., None, None] * wide - squared[..., None, None] * D
     last = (cofactors(E)[:, :, None] * D).sum(-1).sum(-1)
@@ -186,6 +210,8 @@ def _check(points1: Tensor, points2: Tensor, weights: Optional[Tensor]) -> None:
     if points1.dim() != 3 or points1.size(2) != 2 or points1.size(1) < 5:
         raise ValueError(f"points1: expected shape (B, N, 2) with N of at least 5, got {list(points1.shape)}")
     if points2.dim() != 3 or points2.size(2) != 2 or points2.size(1) != points1.size(1):
-        raise ValueError(f"points2: expected shape (B, {points1.size(1)}, 2) like points1, got {list(points2.shape)}")
+        raise ValueError(
+            f"points2: expected shape (B, {points1.size(1)}, 2) like points1, got {list(points2.shape)}"
+        )
     if weights is not None and weights.dim() != 2:
         raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")

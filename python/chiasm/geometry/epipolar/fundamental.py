@@ -12,11 +12,13 @@ from ...primitives.linalg.qr import null_vector, pointed
 from .seven_point import epipolar_rows, matrices_of_rank_two
 
 
-def find_fundamental(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None, method: str = "8POINT") -> Tensor:
+def find_fundamental(
+    points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None, method: str = "8POINT"
+) -> Tensor:
     """Fundamental matrix from correspondences, by the normalised eight-point or the seven-point algorithm.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., algorithm 11.1 and 11.1.2. In float64 inside. Which solutions of
-    the seven-point algorithm there are :func:`find_fundamental_7point` says in a mask.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., algorithm 11.1 and 11.1.2. In float64 inside.
+    Which solutions of the seven-point algorithm there are :func:`find_fundamental_7point` says in a mask.
 
     Args:
         points1, points2: (B, N, 2), floating point; N >= 8, or N = 7 with "7POINT".
@@ -24,15 +26,17 @@ def find_fundamental(points1: Tensor, points2: Tensor, weights: Optional[Tensor]
         method: "8POINT" or "7POINT".
 
     Returns:
-        (B, 3, 3) of rank 2; with "7POINT" (B, 3, 3, 3): up to three solutions, zeros in place of those that are not there. Scaled so
-        that the last entry is 1. Differentiable in all tensors.
+        (B, 3, 3) of rank 2; with "7POINT" (B, 3, 3, 3): up to three solutions, zeros in place of those that
+        are not there. Scaled so that the last entry is 1. Differentiable in all tensors.
 
     Raises:
         TypeError: if a tensor is not floating point.
         ValueError: if a shape or the method is not as above.
 
     Example:
-        >>> x = torch.tensor([[0, 0], [9, 1], [8, 9], [1, 8], [4, 5], [6, 2], [3, 7], [2, 3], [7, 5]]).float()[None]
+        >>> x = torch.tensor(
+        ...     [[0, 0], [9, 1], [8, 9], [1, 8], [4, 5], [6, 2], [3, 7], [2, 3], [7, 5]]
+        ... ).float()[None]
         >>> z = torch.tensor([4.0, 2.0, 3.0, 5.0, 2.5, 4.5, 3.5, 6.0, 3.2])[None, :, None]
         >>> F = find_fundamental(x, x + torch.tensor([10.0, 2.0]) / z)[0]
         >>> (F / F[1, 2]).round(decimals=2) + 0.0
@@ -62,15 +66,15 @@ def find_fundamental(points1: Tensor, points2: Tensor, weights: Optional[Tensor]
 def find_fundamental_7point(points1: Tensor, points2: Tensor) -> Tuple[Tensor, Tensor]:
     """The one to three fundamental matrices of seven correspondences.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 11.1.2: of the two-dimensional space of matrices that obey the
-    correspondences, those of determinant 0.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 11.1.2: of the two-dimensional space of
+    matrices that obey the correspondences, those of determinant 0.
 
     Args:
         points1, points2: (B, 7, 2), floating point.
 
     Returns:
-        F (B, 3, 3, 3), scaled so that the last entry is 1, and a mask (B, 3) of those that exist; the others are zeros.
-        Differentiable in both.
+        F (B, 3, 3, 3), scaled so that the last entry is 1, and a mask (B, 3) of those that exist; the others
+        are zeros. Differentiable in both.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or not (B, 7, 2).
@@ -93,7 +97,9 @@ def find_fundamental_7point(points1: Tensor, points2: Tensor) -> Tuple[Tensor, T
     return f.to(points1.dtype), exists
 
 
-def normalize_points(points: Tensor, eps: float = 1e-8, weights: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
+def normalize_points(
+    points: Tensor, eps: float = 1e-8, weights: Optional[Tensor] = None
+) -> Tuple[Tensor, Tensor]:
     """Points moved to centroid 0 and mean distance sqrt(2), and the similarity that does it.
 
     R. Hartley, In defense of the eight-point algorithm, PAMI 19(6), 1997.
@@ -171,7 +177,8 @@ def fundamental_from_essential(E_mat: Tensor, K1: Tensor, K2: Tensor) -> Tensor:
 def fundamental_from_projections(P1: Tensor, P2: Tensor) -> Tensor:
     """Fundamental matrices of pairs of projection matrices.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 17.1: its entries are determinants of two rows of P1 and two of P2.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 17.1: its entries are determinants of two rows
+    of P1 and two of P2.
 
     Args:
         P1, P2: (*, 3, 4), floating point.
@@ -202,12 +209,22 @@ def _row_minors(P: Tensor) -> Tensor:
     lower = torch.stack([P[..., 2, :], P[..., 0, :], P[..., 1, :]], -2)
     a, b, c, d = upper[..., 0], upper[..., 1], upper[..., 2], upper[..., 3]
     e, f, g, h = lower[..., 0], lower[..., 1], lower[..., 2], lower[..., 3]
-    return torch.stack([a * f - b * e, a * g - c * e, a * h - d * e, b * g - c * f, b * h - d * f, c * h - d * g], -1)
+    return torch.stack(
+        [a * f - b * e, a * g - c * e, a * h - d * e, b * g - c * f, b * h - d * f, c * h - d * g], -1
+    )
 
 
 def _complements(minors: Tensor) -> Tensor:
-    """At each pair of columns the minor of the other two, signed as Laplace's expansion of a 4x4 determinant has it."""
-    a, b, c, d, e, f = minors[..., 0], minors[..., 1], minors[..., 2], minors[..., 3], minors[..., 4], minors[..., 5]
+    """At each pair of columns the minor of the other two, signed as Laplace's expansion of a 4x4 determinant
+    has it."""
+    a, b, c, d, e, f = (
+        minors[..., 0],
+        minors[..., 1],
+        minors[..., 2],
+        minors[..., 3],
+        minors[..., 4],
+        minors[..., 5],
+    )
     return torch.stack([f, -e, d, c, -b, a], -1)
 
 
@@ -232,4 +249,6 @@ def _check_pair(points1: Tensor, points2: Tensor, least: int) -> None:
     if points1.size(1) < least:
         raise ValueError(f"points1: expected at least {least} points, got {points1.size(1)}")
     if points1.size(1) != points2.size(1):
-        raise ValueError(f"points2: expected as many points as points1, {points1.size(1)}, got {points2.size(1)}")
+        raise ValueError(
+            f"points2: expected as many points as points1, {points1.size(1)}, got {points2.size(1)}"
+        )

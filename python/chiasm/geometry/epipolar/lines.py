@@ -29,24 +29,30 @@ def cross_product_matrix(x: Tensor) -> Tensor:
     check_last(x, 3, "x")
     a, b, c = x[..., 0], x[..., 1], x[..., 2]
     zero = torch.zeros_like(a)
-    return torch.stack([torch.stack([zero, -c, b], -1), torch.stack([c, zero, -a], -1), torch.stack([-b, a, zero], -1)], -2)
+    return torch.stack(
+        [torch.stack([zero, -c, b], -1), torch.stack([c, zero, -a], -1), torch.stack([-b, a, zero], -1)], -2
+    )
 
 
 def compute_correspond_epilines(points: Tensor, F_mat: Tensor) -> Tensor:
     """Lines F x in the other image on which the partners of points x lie.
 
     Args:
-        points: (*, N, 2), or (*, N, 3) homogeneous, floating point. (Those of the second image take the transposed F.)
+        points: (*, N, 2), or (*, N, 3) homogeneous, floating point. (Those of the second image take the
+            transposed F.)
         F_mat: (*, 3, 3), fundamental matrices.
 
     Returns:
-        (*, N, 3): a, b, c of a x + b y + c = 0 with a^2 + b^2 = 1, where a and b are not both zero. Differentiable in both.
+        (*, N, 3): a, b, c of a x + b y + c = 0 with a^2 + b^2 = 1, where a and b are not both zero.
+        Differentiable in both.
 
     Raises:
         TypeError, ValueError: if a tensor is not floating point or its last dimensions are not as above.
 
     Example:
-        >>> compute_correspond_epilines(torch.tensor([[1.0, 2.0]]), cross_product_matrix(torch.tensor([1.0, 0.0, 0.0])))
+        >>> compute_correspond_epilines(
+        ...     torch.tensor([[1.0, 2.0]]), cross_product_matrix(torch.tensor([1.0, 0.0, 0.0]))
+        ... )
         tensor([[ 0., -1.,  2.]])
     """
     x = homogeneous(points, "points")

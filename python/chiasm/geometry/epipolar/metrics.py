@@ -13,8 +13,11 @@ from ...primitives.geometry.intrinsics import homogeneous
 from ...primitives.linalg.matrices import small_matmul
 
 
-def sampson_epipolar_distance(pts1: Tensor, pts2: Tensor, Fm: Tensor, squared: bool = True, eps: float = 1e-8) -> Tensor:
-    """First-order approximation of the distance, in both images, to the nearest correspondence that obeys the fundamental matrix.
+def sampson_epipolar_distance(
+    pts1: Tensor, pts2: Tensor, Fm: Tensor, squared: bool = True, eps: float = 1e-8
+) -> Tensor:
+    """First-order approximation of the distance, in both images, to the nearest correspondence that obeys the
+    fundamental matrix.
 
     Kornia's use_matmul_at_less_than_points, a matter of its speed, is not there.
 
@@ -39,7 +42,9 @@ def sampson_epipolar_distance(pts1: Tensor, pts2: Tensor, Fm: Tensor, squared: b
     return _rooted(product * product / _nonzero(first + second), squared, eps)
 
 
-def symmetrical_epipolar_distance(pts1: Tensor, pts2: Tensor, Fm: Tensor, squared: bool = True, eps: float = 1e-8) -> Tensor:
+def symmetrical_epipolar_distance(
+    pts1: Tensor, pts2: Tensor, Fm: Tensor, squared: bool = True, eps: float = 1e-8
+) -> Tensor:
     """Squared distances of the points from their epipolar lines, of both images added up.
 
     Args:

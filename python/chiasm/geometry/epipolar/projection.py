@@ -38,7 +38,11 @@ def intrinsics_like(focal: float, input: Tensor) -> Tensor:
     unit = torch.eye(3, dtype=input.dtype, device=input.device)
     last = unit[2]
     diagonal = unit * torch.tensor([focal, focal, 1.0], dtype=input.dtype, device=input.device)
-    matrix = diagonal + unit[0][:, None] * last * (0.5 * input.size(3)) + unit[1][:, None] * last * (0.5 * input.size(2))
+    matrix = (
+        diagonal
+        + unit[0][:, None] * last * (0.5 * input.size(3))
+        + unit[1][:, None] * last * (0.5 * input.size(2))
+    )
     return matrix.expand(input.size(0), 3, 3).clone()
 
 
@@ -98,8 +102,9 @@ def projection_from_KRt(K: Tensor, R: Tensor, t: Tensor) -> Tensor:
 def KRt_from_projection(P: Tensor, eps: float = 1e-6) -> Tuple[Tensor, Tensor, Tensor]:
     """Camera matrix, rotation and translation of projection matrices: P = K [R | t], up to its sign.
 
-    The RQ decomposition of the left 3x3 part, K with a positive diagonal. P is known up to its sign only, and the one that makes R
-    a rotation is taken. R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 6.2.4. In float64 inside.
+    The RQ decomposition of the left 3x3 part, K with a positive diagonal. P is known up to its sign only, and
+    the one that makes R a rotation is taken. R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed.,
+    6.2.4. In float64 inside.
 
     Args:
         P: (*, 3, 4), its left 3x3 part of rank 3, floating point.
@@ -112,7 +117,9 @@ def KRt_from_projection(P: Tensor, eps: float = 1e-6) -> Tuple[Tensor, Tensor, T
         TypeError, ValueError: if P is not a floating-point (*, 3, 4) tensor.
 
     Example:
-        >>> K, R, t = KRt_from_projection(torch.tensor([[2.0, 0.0, 0.0, 2.0], [0.0, 2.0, 0.0, 4.0], [0.0, 0.0, 1.0, 3.0]]))
+        >>> K, R, t = KRt_from_projection(
+        ...     torch.tensor([[2.0, 0.0, 0.0, 2.0], [0.0, 2.0, 0.0, 4.0], [0.0, 0.0, 1.0, 3.0]])
+        ... )
         >>> K.diagonal(), t[:, 0]
         (tensor([2., 2., 1.]), tensor([1., 2., 3.]))
     """
@@ -128,17 +135,30 @@ def KRt_from_projection(P: Tensor, eps: float = 1e-6) -> Tuple[Tensor, Tensor, T
     r0 = cross(r1, r2)
     k00, k01, k02 = (m0 * r0).sum(-1), (m0 * r1).sum(-1), (m0 * r2).sum(-1)
     zero = torch.zeros_like(k00)
-    K = torch.stack([torch.stack([k00, k01, k02], -1), torch.stack([zero, k11, k12], -1), torch.stack([zero, zero, k22], -1)], -2)
+    K = torch.stack(
+        [
+            torch.stack([k00, k01, k02], -1),
+            torch.stack([zero, k11, k12], -1),
+            torch.stack([zero, zero, k22], -1),
+        ],
+        -2,
+    )
     t2 = full[..., 2, 3] / k22.clamp(min=eps)
     t1 = (full[..., 1, 3] - k12 * t2) / k11.clamp(min=eps)
     t0 = (full[..., 0, 3] - k01 * t1 - k02 * t2) / k00.clamp(min=eps)
-    return K.to(P.dtype), torch.stack([r0, r1, r2], -2).to(P.dtype), torch.stack([t0, t1, t2], -1)[..., None].to(P.dtype)
+    return (
+        K.to(P.dtype),
+        torch.stack([r0, r1, r2], -2).to(P.dtype),
+        torch.stack([t0, t1, t2], -1)[..., None].to(P.dtype),
+    )
 
 
 def projections_from_fundamental(F_mat: Tensor) -> Tensor:
-    """A pair of projection matrices that have a given fundamental matrix: [I | 0] and [[e]x F | e], e the second image's epipole.
+    """A pair of projection matrices that have a given fundamental matrix: [I | 0] and [[e]x F | e], e the
+    second image's epipole.
 
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., result 9.14. e has unit length and a sign that does not depend on F's.
+    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., result 9.14. e has unit length and a sign that
+    does not depend on F's.
 
     Args:
         F_mat: (*, 3, 3) of rank 2, floating point.
@@ -150,7 +170,12 @@ def projections_from_fundamental(F_mat: Tensor) -> Tensor:
         TypeError, ValueError: if F_mat is not a floating-point (*, 3, 3) tensor.
 
     Example:
-        >>> projections_from_fundamental(torch.tensor([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]))[..., 1] + 0.0
+        >>> (
+        ...     projections_from_fundamental(
+        ...         torch.tensor([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+        ...     )[..., 1]
+        ...     + 0.0
+        ... )
         tensor([[ 0.,  0.,  0.,  1.],
                 [ 0., -1.,  0.,  0.],
                 [ 0.,  0., -1.,  0.]])
@@ -189,10 +214,15 @@ def depth_from_point(R: Tensor, t: Tensor, X: Tensor) -> Tensor:
 
 
 def left_null_vector(m: Tensor) -> Tensor:
-    """Unit vector (*, 3) whose product with the (*, 3, 3) of rank 2 is 0: the longest cross product of two columns, with `pointed`'s sign."""
+    """Unit vector (*, 3) whose product with the (*, 3, 3) of rank 2 is 0: the longest cross product of two
+    columns, with `pointed`'s sign."""
     a, b, c = m[..., :, 0], m[..., :, 1], m[..., :, 2]
     ab, bc, ca = cross(a, b), cross(b, c), cross(c, a)
-    length_ab, length_bc, length_ca = (ab * ab).sum(-1, keepdim=True), (bc * bc).sum(-1, keepdim=True), (ca * ca).sum(-1, keepdim=True)
+    length_ab, length_bc, length_ca = (
+        (ab * ab).sum(-1, keepdim=True),
+        (bc * bc).sum(-1, keepdim=True),
+        (ca * ca).sum(-1, keepdim=True),
+    )
     longest = torch.where(length_ab >= length_bc, ab, bc)
     longest = torch.where(torch.maximum(length_ab, length_bc) >= length_ca, longest, ca)
     squared = torch.maximum(torch.maximum(length_ab, length_bc), length_ca)

@@ -7,7 +7,9 @@ from ...primitives.core.checks import check_choice, check_last, check_matrix
 from ...primitives.linalg.qr import null_vector
 
 
-def triangulate_points(P1: Tensor, P2: Tensor, points1: Tensor, points2: Tensor, solver: str = "eigh") -> Tensor:
+def triangulate_points(
+    P1: Tensor, P2: Tensor, points1: Tensor, points2: Tensor, solver: str = "eigh"
+) -> Tensor:
     """Points in space that two cameras see at given pixels, by the direct linear transform.
 
     R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 12.2. In float64 inside.
@@ -27,7 +29,9 @@ def triangulate_points(P1: Tensor, P2: Tensor, points1: Tensor, points2: Tensor,
     Example:
         >>> P1 = torch.eye(4)[:3]
         >>> P2 = P1 + torch.tensor([[0.0, 0.0, 0.0, -1.0], [0.0] * 4, [0.0] * 4])
-        >>> triangulate_points(P1, P2, torch.tensor([[0.5, 0.25]]), torch.tensor([[0.25, 0.25]])).round(decimals=4)
+        >>> triangulate_points(P1, P2, torch.tensor([[0.5, 0.25]]), torch.tensor([[0.25, 0.25]])).round(
+        ...     decimals=4
+        ... )
         tensor([[2., 1., 4.]])
     """
     check_matrix(P1, 3, 4, "P1")

@@ -1,4 +1,5 @@
-"""SE(2), the rigid motions of the plane: matrices (*, 3, 3); tangents (*, 3) are a velocity (x, y), then an angle in radians.
+"""SE(2), the rigid motions of the plane: matrices (*, 3, 3); tangents (*, 3) are a velocity (x, y), then an
+angle in radians.
 
 J. Sola, J. Deray, D. Atchuthan, A micro Lie theory for state estimation in robotics, 2018, appendix C.
 """
@@ -52,7 +53,8 @@ def se2_log(motion: Tensor) -> Tensor:
     """
     check_matrix(motion, 3, 3, "motion")
     angle = so2_log(motion[..., :2, :2])
-    # The arc is sinc I + (1 - cos) / a J, whose inverse is its transpose over sinc^2 + ((1 - cos) / a)^2 = 2 (1 - cos) / a^2.
+    # The arc is sinc I + (1 - cos) / a J, whose inverse is its transpose over sinc^2 + ((1 - cos) / a)^2 = 2
+    # (1 - cos) / a^2.
     back = _arc(-angle) / (2.0 * stumpff(angle * angle, 2))[..., None, None]
     return torch.cat([small_matmul(back, motion[..., :2, 2:])[..., 0], angle[..., None]], -1)
 
@@ -166,7 +168,8 @@ def se2_right_jacobian(v: Tensor) -> Tensor:
 
 
 def _arc(angle: Tensor) -> Tensor:
-    """(*, 2, 2) that takes a velocity to the chord of the arc it turns through: the mean of the rotations by 0 to angle."""
+    """(*, 2, 2) that takes a velocity to the chord of the arc it turns through: the mean of the rotations by
+    0 to angle."""
     squared = angle * angle
     c, s = stumpff(squared, 1), angle * stumpff(squared, 2)
     return torch.stack([torch.stack([c, -s], -1), torch.stack([s, c], -1)], -2)

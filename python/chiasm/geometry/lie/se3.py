@@ -1,4 +1,5 @@
-"""SE(3), the rigid motions of space: matrices (*, 4, 4); tangents (*, 6) are a velocity, then a rotation vector in radians.
+"""SE(3), the rigid motions of space: matrices (*, 4, 4); tangents (*, 6) are a velocity, then a rotation
+vector in radians.
 
 T. D. Barfoot, State Estimation for Robotics, 2017, chapter 7 (whose tangents are in the same order).
 """
@@ -52,7 +53,8 @@ def se3_log(motion: Tensor) -> Tensor:
     """
     check_matrix(motion, 4, 4, "motion")
     turn = so3_log(motion[..., :3, :3])
-    # The left Jacobian's inverse: I - [w]x / 2 + (1 / a^2 - (1 + cos a) / (2 a sin a)) [w]x^2, its factor without what cancels.
+    # The left Jacobian's inverse: I - [w]x / 2 + (1 / a^2 - (1 + cos a) / (2 a sin a)) [w]x^2, its factor
+    # without what cancels.
     squared = (turn * turn).sum(-1)[..., None, None]
     factor = (stumpff(squared, 3) - 2.0 * stumpff(squared, 4)) / (2.0 * stumpff(squared, 2))
     m, t = so3_hat(turn), motion[..., :3, 3:]
@@ -172,7 +174,9 @@ def se3_right_jacobian(v: Tensor) -> Tensor:
 
 def _block_triangle(diagonal: Tensor, corner: Tensor) -> Tensor:
     """[[diagonal, corner], [0, diagonal]]."""
-    return torch.cat([torch.cat([diagonal, corner], -1), torch.cat([torch.zeros_like(diagonal), diagonal], -1)], -2)
+    return torch.cat(
+        [torch.cat([diagonal, corner], -1), torch.cat([torch.zeros_like(diagonal), diagonal], -1)], -2
+    )
 
 
 def _with_last_row(matrix: Tensor, corner: float) -> Tensor:

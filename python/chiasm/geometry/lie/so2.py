@@ -1,6 +1,7 @@
 """SO(2), the rotations of the plane: matrices (*, 2, 2); tangents are angles (*) in radians.
 
-It is commutative, so adjoint and Jacobians are 1; they are here so that the four groups have the same functions.
+It is commutative, so adjoint and Jacobians are 1; they are here so that the four groups have the same
+functions.
 """
 
 import torch

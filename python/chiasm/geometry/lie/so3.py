@@ -1,4 +1,5 @@
-"""SO(3), the rotations of space: matrices (*, 3, 3); tangents are rotation vectors (*, 3), axis times angle in radians."""
+"""SO(3), the rotations of space: matrices (*, 3, 3); tangents are rotation vectors (*, 3), axis times angle
+in radians."""
 
 import torch
 from torch import Tensor
@@ -6,7 +7,11 @@ from torch import Tensor
 from ...primitives.core.checks import check_last, check_matrix
 from ...primitives.geometry.stumpff import stumpff
 from ...primitives.linalg.matrices import small_matmul
-from ..conversions.rotations import axis_angle_to_rotation_matrix, rotation_matrix_to_axis_angle, vector_to_skew_symmetric_matrix
+from ..conversions.rotations import (
+    axis_angle_to_rotation_matrix,
+    rotation_matrix_to_axis_angle,
+    vector_to_skew_symmetric_matrix,
+)
 
 
 def so3_exp(v: Tensor) -> Tensor:
@@ -36,7 +41,8 @@ def so3_log(rotation: Tensor) -> Tensor:
         rotation: (*, 3, 3), orthonormal with determinant 1, floating point.
 
     Returns:
-        (*, 3), of length in [0, pi]. Values and gradients are finite also at 0 and at half a turn, where one of the two axes is taken.
+        (*, 3), of length in [0, pi]. Values and gradients are finite also at 0 and at half a turn, where one
+        of the two axes is taken.
 
     Raises:
         TypeError, ValueError: if rotation is not a floating-point (*, 3, 3) tensor.
@@ -50,7 +56,8 @@ def so3_log(rotation: Tensor) -> Tensor:
 
 
 def so3_hat(v: Tensor) -> Tensor:
-    """The tangent as a skew-symmetric matrix, whose exponential is `so3_exp` and whose product with a vector is the cross product.
+    """The tangent as a skew-symmetric matrix, whose exponential is `so3_exp` and whose product with a vector
+    is the cross product.
 
     Args:
         v: (*, 3), floating point.
@@ -112,7 +119,8 @@ def so3_adjoint(rotation: Tensor) -> Tensor:
 def so3_left_jacobian(v: Tensor) -> Tensor:
     """J with exp(v + d) = exp(J d) exp(v) to first order.
 
-    J = I + (1 - cos a) / a^2 [v]x + (a - sin a) / a^3 [v]x^2 (J. Sola et al., A micro Lie theory for state estimation in robotics, 2018, 145).
+    J = I + (1 - cos a) / a^2 [v]x + (a - sin a) / a^3 [v]x^2 (J. Sola et al., A micro Lie theory for state
+    estimation in robotics, 2018, 145).
 
     Args:
         v: (*, 3) in radians, floating point.

@@ -32,27 +32,36 @@ from .arguments import check_arguments
 
 
 def ransac_essential(
-    points1: Tensor, points2: Tensor, K1: Tensor, K2: Tensor, uniforms: Tensor, inl_th: float = 1.0, refinements: int = 5
+    points1: Tensor,
+    points2: Tensor,
+    K1: Tensor,
+    K2: Tensor,
+    uniforms: Tensor,
+    inl_th: float = 1.0,
+    refinements: int = 5,
 ) -> Tuple[Tensor, Tensor]:
     """Essential matrix from five or more correspondences some of which are wrong.
 
-    Each of S samples of five correspondences gives up to ten matrices, by Nister's algorithm, of which the one is kept that fits 32
-    points best, spread over all. The four with the least MSAC costs (the sum over all points of Sampson's squared distance in pixels, which
-    counts as no more than inl_th squared) are refined: three Gauss-Newton steps of rotation and direction of translation on the squared
-    Sampson distances, their denominators held fixed, of the points within a distance that goes from nearly 3 inl_th to begin with down
-    to inl_th. What costs least of all is taken, the first of several samples that cost the same.
+    Each of S samples of five correspondences gives up to ten matrices, by Nister's algorithm, of which the
+    one is kept that fits 32 points best, spread over all. The four with the least MSAC costs (the sum over
+    all points of Sampson's squared distance in pixels, which counts as no more than inl_th squared) are
+    refined: three Gauss-Newton steps of rotation and direction of translation on the squared Sampson
+    distances, their denominators held fixed, of the points within a distance that goes from nearly 3 inl_th
+    to begin with down to inl_th. What costs least of all is taken, the first of several samples that cost the
+    same.
 
     Args:
         points1, points2: (B, N, 2), N >= 6, pixels, floating point.
         K1, K2: (B, 3, 3), camera matrices.
-        uniforms: (B, S, 5), random numbers in [0, 1), five for each sample: the k-th number u draws point floor(u (N - 4 + k)), k = 0 to 4,
-            or, where that has been drawn, point N - 5 + k.
+        uniforms: (B, S, 5), random numbers in [0, 1), five for each sample: the k-th number u draws point
+            floor(u (N - 4 + k)), k = 0 to 4, or, where that has been drawn, point N - 5 + k.
         inl_th: an inlier's Sampson distance, in pixels, is less than this, as for :func:`ransac_fundamental`.
         refinements: how many times to fit to what is near.
 
     Returns:
-        E (B, 3, 3), of unit length, for points of the planes z = 1, and the mask (B, N), bool, of its inliers. Where no sample gives a
-        matrix E is zeros. E has no gradient: it would be that of the least cost, which a fixed number of steps only comes near.
+        E (B, 3, 3), of unit length, for points of the planes z = 1, and the mask (B, N), bool, of its
+        inliers. Where no sample gives a matrix E is zeros. E has no gradient: it would be that of the least
+        cost, which a fixed number of steps only comes near.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -61,7 +70,9 @@ def ransac_essential(
     Example:
         >>> generator = torch.Generator().manual_seed(0)
         >>> x = 100.0 * torch.rand(1, 30, 2, generator=generator)
-        >>> y = x + torch.tensor([40.0, 0.0]) / (1.0 + torch.rand(1, 30, 1, generator=generator))  # the camera moved along x
+        >>> y = x + torch.tensor([40.0, 0.0]) / (
+        ...     1.0 + torch.rand(1, 30, 1, generator=generator)
+        ... )  # the camera moved along x
         >>> y[0, :5, 1] += 20.0
         >>> K = torch.tensor([[[90.0, 0.0, 50.0], [0.0, 90.0, 50.0], [0.0, 0.0, 1.0]]])
         >>> E, mask = ransac_essential(x, y, K, K, torch.rand(1, 100, 5, generator=generator))
@@ -124,7 +135,9 @@ def _essential(pose: Tensor) -> Tensor:
 
 
 @repeated
-def _refined(state: Tensor, k: Tensor, rows: Tensor, m1: Tensor, m2: Tensor, planes: Tensor, steps: int) -> Tensor:
+def _refined(
+    state: Tensor, k: Tensor, rows: Tensor, m1: Tensor, m2: Tensor, planes: Tensor, steps: int
+) -> Tensor:
     """Poses [R | t], |t| = 1, (B, 2, 3, 4)."""
     best, fitted = state[:, 0], state[:, 1]
     F = _fundamental(_essential(fitted), m1, m2)
@@ -132,23 +145,33 @@ def _refined(state: Tensor, k: Tensor, rows: Tensor, m1: Tensor, m2: Tensor, pla
     moments = small_matmul((rows * weights[..., None]).transpose(1, 2), rows)
     for _ in range(3):
         fitted = _step(fitted, moments)
-    kept = costs_less(_fundamental(_essential(best), m1, m2), _fundamental(_essential(fitted), m1, m2), planes, True)
+    kept = costs_less(
+        _fundamental(_essential(best), m1, m2), _fundamental(_essential(fitted), m1, m2), planes, True
+    )
     return torch.stack([torch.where(kept[:, None, None], best, fitted), fitted], 1)
 
 
 def _step(pose: Tensor, moments: Tensor) -> Tensor:
-    """One Gauss-Newton step to the least e^T M e, e the nine entries of [t]x R and M their moments (B, 9, 9)."""
+    """One Gauss-Newton step to the least e^T M e, e the nine entries of [t]x R and M their moments (B, 9,
+    9)."""
     R, t = pose[..., 0:3], pose[..., 3]
     eye = torch.eye(3, dtype=pose.dtype, device=pose.device)
     # By a turn about each axis, and by a shift along each but for its part along t, which changes nothing.
-    turns = small_matmul(vector_to_skew_symmetric_matrix(t)[:, None], small_matmul(vector_to_skew_symmetric_matrix(eye), R[:, None]))
+    turns = small_matmul(
+        vector_to_skew_symmetric_matrix(t)[:, None],
+        small_matmul(vector_to_skew_symmetric_matrix(eye), R[:, None]),
+    )
     shifts = small_matmul(vector_to_skew_symmetric_matrix(eye - t[:, :, None] * t[:, None, :]), R[:, None])
     slope = torch.cat([turns, shifts], 1).flatten(2)
     weighted = small_matmul(slope, moments)
     normal = small_matmul(weighted, slope.transpose(1, 2))
     size = normal.diagonal(0, 1, 2).sum(-1)[:, None, None]
     along = torch.cat([torch.zeros_like(t), t], -1)
-    normal = normal / size + along[:, :, None] * along[:, None, :] + 1e-14 * torch.eye(6, dtype=pose.dtype, device=pose.device)
+    normal = (
+        normal / size
+        + along[:, :, None] * along[:, None, :]
+        + 1e-14 * torch.eye(6, dtype=pose.dtype, device=pose.device)
+    )
     e = _essential(pose).flatten(1)
     gradient = (weighted * e[:, None, :]).sum(-1, keepdim=True) / size
     step = small_matmul(spd_inverse(normal), gradient)[..., 0]

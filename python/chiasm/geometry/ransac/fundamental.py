@@ -23,26 +23,32 @@ from ..epipolar.seven_point import epipolar_rows, matrices_of_rank_two
 from .arguments import check_arguments
 
 
-def ransac_fundamental(points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th: float = 1.0, refinements: int = 3) -> Tuple[Tensor, Tensor]:
+def ransac_fundamental(
+    points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th: float = 1.0, refinements: int = 3
+) -> Tuple[Tensor, Tensor]:
     """Fundamental matrix from eight or more correspondences some of which are wrong.
 
-    Each of S samples of seven correspondences gives up to three matrices, of which the one is kept that fits 32 points best, spread over
-    all. The one with the least MSAC cost (the sum over all points of Sampson's squared distance, which counts as no more than inl_th
-    squared) is refined: :func:`chiasm.geometry.epipolar.find_fundamental` of the points within a distance that goes from nearly 3 inl_th to
-    begin with down to inl_th. What costs least of all is taken, the first of several samples that cost the same.
+    Each of S samples of seven correspondences gives up to three matrices, of which the one is kept that fits
+    32 points best, spread over all. The one with the least MSAC cost (the sum over all points of Sampson's
+    squared distance, which counts as no more than inl_th squared) is refined:
+    :func:`chiasm.geometry.epipolar.find_fundamental` of the points within a distance that goes from nearly 3
+    inl_th to begin with down to inl_th. What costs least of all is taken, the first of several samples that
+    cost the same.
 
     Args:
         points1, points2: (B, N, 2), N >= 8, pixels, floating point.
-        uniforms: (B, S, 7), random numbers in [0, 1), seven for each sample: the k-th number u draws point floor(u (N - 6 + k)), k = 0 to 6,
-            or, where that has been drawn, point N - 7 + k.
-        inl_th: an inlier's Sampson distance (:func:`chiasm.geometry.epipolar.sampson_epipolar_distance`, not squared) is less than this, in
-            pixels. It is how far the two points together are from obeying the matrix: each from its epipolar line by about 1.4 times that.
+        uniforms: (B, S, 7), random numbers in [0, 1), seven for each sample: the k-th number u draws point
+            floor(u (N - 6 + k)), k = 0 to 6, or, where that has been drawn, point N - 7 + k.
+        inl_th: an inlier's Sampson distance (:func:`chiasm.geometry.epipolar.sampson_epipolar_distance`, not
+            squared) is less than this, in pixels. It is how far the two points together are from obeying the
+            matrix: each from its epipolar line by about 1.4 times that.
         refinements: how many times to fit to what is near.
 
     Returns:
-        F (B, 3, 3) of rank 2, scaled so that the last entry is 1, and the mask (B, N), bool, of its inliers. Where no sample gives a
-        matrix, the refinements begin with all points (without any F is zeros). Differentiable in the points: the derivative is that of
-        the fit which was taken, with the points it was fitted to; it is 0 where that is a sample's matrix.
+        F (B, 3, 3) of rank 2, scaled so that the last entry is 1, and the mask (B, N), bool, of its inliers.
+        Where no sample gives a matrix, the refinements begin with all points (without any F is zeros).
+        Differentiable in the points: the derivative is that of the fit which was taken, with the points it
+        was fitted to; it is 0 where that is a sample's matrix.
 
     Raises:
         TypeError: if a tensor is not floating point.
@@ -51,7 +57,9 @@ def ransac_fundamental(points1: Tensor, points2: Tensor, uniforms: Tensor, inl_t
     Example:
         >>> generator = torch.Generator().manual_seed(0)
         >>> x = 100.0 * torch.rand(1, 30, 2, generator=generator)
-        >>> y = x + torch.tensor([40.0, 0.0]) / (1.0 + torch.rand(1, 30, 1, generator=generator))  # the camera moved along x
+        >>> y = x + torch.tensor([40.0, 0.0]) / (
+        ...     1.0 + torch.rand(1, 30, 1, generator=generator)
+        ... )  # the camera moved along x
         >>> y[0, :5, 1] += 20.0
         >>> F, mask = ransac_fundamental(x, y, torch.rand(1, 200, 7, generator=generator))
         >>> mask[0].nonzero().flatten().equal(torch.arange(5, 30))

@@ -26,28 +26,37 @@ from .arguments import check_arguments
 
 
 def ransac_homography(
-    points1: Tensor, points2: Tensor, uniforms: Tensor, inl_th: float = 3.0, refinements: int = 3, mask: Optional[Tensor] = None
+    points1: Tensor,
+    points2: Tensor,
+    uniforms: Tensor,
+    inl_th: float = 3.0,
+    refinements: int = 3,
+    mask: Optional[Tensor] = None,
 ) -> Tuple[Tensor, Tensor]:
     """Homography from four or more correspondences some of which are wrong.
 
-    Each of S samples of four correspondences gives a homography in closed form; those that turn a triangle over are left out, as one
-    plane seen from one side never does. The one with the least MSAC cost (the sum over all points of the squared distance in the second
-    image, which counts as no more than inl_th squared) is refined: :func:`chiasm.geometry.homography.find_homography_dlt` of the points
-    within a distance that goes from nearly 3 inl_th to begin with down to inl_th. What costs least of all is taken, the first of several samples
-    that cost the same.
+    Each of S samples of four correspondences gives a homography in closed form; those that turn a triangle
+    over are left out, as one plane seen from one side never does. The one with the least MSAC cost (the sum
+    over all points of the squared distance in the second image, which counts as no more than inl_th squared)
+    is refined: :func:`chiasm.geometry.homography.find_homography_dlt` of the points within a distance that
+    goes from nearly 3 inl_th to begin with down to inl_th. What costs least of all is taken, the first of
+    several samples that cost the same.
 
     Args:
         points1, points2: (B, N, 2), N >= 4, pixels, floating point.
-        uniforms: (B, S, 4), random numbers in [0, 1), four for each sample: the k-th number u draws point floor(u (N - 3 + k)), k = 0 to 3,
-            or, where that has been drawn, point N - 4 + k.
-        inl_th: an inlier's distance in the second image from where the homography takes its partner is less than this, in pixels.
+        uniforms: (B, S, 4), random numbers in [0, 1), four for each sample: the k-th number u draws point
+            floor(u (N - 3 + k)), k = 0 to 3, or, where that has been drawn, point N - 4 + k.
+        inl_th: an inlier's distance in the second image from where the homography takes its partner is less
+            than this, in pixels.
         refinements: how many times to fit to what is near.
-        mask: (B, N), bool, which correspondences are there; all where None. Samples are drawn of those alone, as if there were no others.
+        mask: (B, N), bool, which correspondences are there; all where None. Samples are drawn of those alone,
+            as if there were no others.
 
     Returns:
-        H (B, 3, 3) with the last entry 1, from the first image to the second, and the mask (B, N), bool, of its inliers. Where no sample
-        gives a homography, the refinements begin with all points (without any H is not finite). Differentiable in the points: the
-        derivative is that of the fit which was taken, with the points it was fitted to; it is 0 where that is a sample's homography.
+        H (B, 3, 3) with the last entry 1, from the first image to the second, and the mask (B, N), bool, of
+        its inliers. Where no sample gives a homography, the refinements begin with all points (without any H
+        is not finite). Differentiable in the points: the derivative is that of the fit which was taken, with
+        the points it was fitted to; it is 0 where that is a sample's homography.
 
     Raises:
         TypeError: if a tensor is not floating point, or mask not bool.
@@ -57,7 +66,9 @@ def ransac_homography(
         >>> x = torch.tensor([[0, 0], [9, 1], [8, 9], [1, 8], [4, 5], [3, 7]]).float()[None]
         >>> y = 2.0 * x
         >>> y[0, 5] = 90.0
-        >>> H, mask = ransac_homography(x, y, torch.rand(1, 100, 4, generator=torch.Generator().manual_seed(0)))
+        >>> H, mask = ransac_homography(
+        ...     x, y, torch.rand(1, 100, 4, generator=torch.Generator().manual_seed(0))
+        ... )
         >>> H[0].round(decimals=3).diagonal(), mask
         (tensor([2., 2., 1.]), tensor([[ True,  True,  True,  True,  True, False]]))
     """
@@ -66,12 +77,17 @@ def ransac_homography(
         if mask.dtype != torch.bool:
             raise TypeError(f"mask: expected dtype torch.bool, got {mask.dtype}")
         if mask.dim() != 2 or mask.size(0) != points1.size(0) or mask.size(1) != points1.size(1):
-            raise ValueError(f"mask: expected shape (B, N) of points1 {list(points1.shape)}, got {list(mask.shape)}")
+            raise ValueError(
+                f"mask: expected shape (B, N) of points1 {list(points1.shape)}, got {list(mask.shape)}"
+            )
     t1, t2 = common_frame(points1, points2, mask)
     p, q = in_frame(points1, t1), in_frame(points2, t2)
     if mask is not None:
         # nothing that stands in their place, NaN say, may matter
-        p, q = torch.where(mask[..., None], p, torch.zeros_like(p)), torch.where(mask[..., None], q, torch.zeros_like(q))
+        p, q = (
+            torch.where(mask[..., None], p, torch.zeros_like(p)),
+            torch.where(mask[..., None], q, torch.zeros_like(q)),
+        )
     planes = score_planes(p, q, t1, inl_th, points1.dtype, mask)
     index = draw_samples(uniforms, points1.size(1)) if mask is None else draw_present(uniforms, mask)
     models, exists = _homographies_of_four(drawn(p.detach(), index), drawn(q.detach(), index))
@@ -93,10 +109,11 @@ def _refined(state: Tensor, k: Tensor, p: Tensor, q: Tensor, planes: Tensor, ste
 
 
 def _homographies_of_four(p: Tensor, q: Tensor) -> Tuple[Tensor, Tensor]:
-    """Homographies (..., 3, 3) of four correspondences (..., 4, 2) each, and which of them turn no triangle over.
+    """Homographies (..., 3, 3) of four correspondences (..., 4, 2) each, and which of them turn no triangle
+    over.
 
-    Three points and the weights with which they add up to the fourth are a projective basis; the homography takes one image's to the other's:
-    R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 2.3.
+    Three points and the weights with which they add up to the fourth are a projective basis; the homography
+    takes one image's to the other's: R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 2.3.
     """
     p0, p1, p2, p3 = with_one(p).unbind(-2)
     q0, q1, q2, q3 = with_one(q).unbind(-2)

@@ -2,7 +2,12 @@
 
 from .affine import find_affine
 from .equations import solve_cubic, solve_quadratic, solve_quartic
-from .minimal import determinant_to_polynomial, multiply_deg_one_poly, multiply_deg_two_one_poly, null_vector_3x4
+from .minimal import (
+    determinant_to_polynomial,
+    multiply_deg_one_poly,
+    multiply_deg_two_one_poly,
+    null_vector_3x4,
+)
 
 __all__ = [
     "determinant_to_polynomial",

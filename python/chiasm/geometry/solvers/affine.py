@@ -12,8 +12,8 @@ from ...primitives.linalg.matrices import inverse, small_matmul
 def find_affine(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = None) -> Tensor:
     """Affine map from three or more correspondences: the least weighted sum of squared distances.
 
-    The normal equations of points moved to their centroid, in float64: A = C M^-1 with M the second moments of points1 and C those
-    between points2 and points1.
+    The normal equations of points moved to their centroid, in float64: A = C M^-1 with M the second moments
+    of points1 and C those between points2 and points1.
 
     Args:
         points1: (B, N, 2), floating point, N >= 3, not all on a line.
@@ -21,7 +21,8 @@ def find_affine(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = No
         weights: (B, N), not negative; ones by default.
 
     Returns:
-        (B, 3, 3) with the last row (0, 0, 1), mapping points1 to points2. Infinite or NaN where points1 lie on a line.
+        (B, 3, 3) with the last row (0, 0, 1), mapping points1 to points2. Infinite or NaN where points1 lie
+        on a line.
 
     Raises:
         TypeError: if an input is not floating point.
@@ -39,7 +40,9 @@ def find_affine(points1: Tensor, points2: Tensor, weights: Optional[Tensor] = No
     if points1.dim() != 3 or points1.size(2) != 2 or points1.size(1) < 3:
         raise ValueError(f"points1: expected shape (B, N, 2) with N of at least 3, got {list(points1.shape)}")
     if points2.dim() != 3 or points2.size(2) != 2 or points2.size(1) != points1.size(1):
-        raise ValueError(f"points2: expected shape (B, {points1.size(1)}, 2) like points1, got {list(points2.shape)}")
+        raise ValueError(
+            f"points2: expected shape (B, {points1.size(1)}, 2) like points1, got {list(points2.shape)}"
+        )
     p, q = points1.to(torch.float64), points2.to(torch.float64)
     w = torch.ones_like(p[..., :1])
     if weights is not None:

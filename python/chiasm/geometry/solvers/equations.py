@@ -1,8 +1,9 @@
 """Real roots of equations of degree two to four.
 
-Closed forms in float64 give one root, Newton's method polishes it, and the equation that is left without it has the others: a closed form
-moves the roots to their mean, where those much smaller than another would be lost. None of this sees a gradient: the derivative of a root x
-of p is -dp(x) / p'(x), by one more step. Among the roots, minus infinity stands for one that is not there.
+Closed forms in float64 give one root, Newton's method polishes it, and the equation that is left without it
+has the others: a closed form moves the roots to their mean, where those much smaller than another would be
+lost. None of this sees a gradient: the derivative of a root x of p is -dp(x) / p'(x), by one more step. Among
+the roots, minus infinity stands for one that is not there.
 """
 
 from typing import List, Tuple
@@ -17,15 +18,15 @@ from ...primitives.core.lowering import carries_derivative
 def solve_quadratic(coeffs: Tensor) -> Tensor:
     """Real roots of a x^2 + b x + c = 0.
 
-    Without cancellation: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., 1.8. A discriminant within rounding of 0
-    gives a double root. Where a is 0 the equation is linear.
+    Without cancellation: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., 1.8. A
+    discriminant within rounding of 0 gives a double root. Where a is 0 the equation is linear.
 
     Args:
         coeffs: (*, 3), floating point, a, b, c.
 
     Returns:
-        (*, 2), in descending order, followed by zeros for the roots that are missing or complex. A double root is there twice; its
-        gradient is 0.
+        (*, 2), in descending order, followed by zeros for the roots that are missing or complex. A double
+        root is there twice; its gradient is 0.
 
     Raises:
         TypeError, ValueError: if coeffs is not a floating-point (*, 3) tensor.
@@ -44,16 +45,17 @@ def solve_quadratic(coeffs: Tensor) -> Tensor:
 def solve_cubic(coeffs: Tensor) -> Tensor:
     """Real roots of a x^3 + b x^2 + c x + d = 0.
 
-    The outermost root by Cardano's formula, or by a cosine where there are three, and the others of the quadratic that is left: W. Kahan, To
-    Solve a Real Cubic Equation, 1986. Each root is as exact as rounding of the coefficients leaves it, however far apart their sizes are.
-    A discriminant within rounding of 0 gives a double root. Where a is 0 the equation is quadratic.
+    The outermost root by Cardano's formula, or by a cosine where there are three, and the others of the
+    quadratic that is left: W. Kahan, To Solve a Real Cubic Equation, 1986. Each root is as exact as rounding
+    of the coefficients leaves it, however far apart their sizes are. A discriminant within rounding of 0
+    gives a double root. Where a is 0 the equation is quadratic.
 
     Args:
         coeffs: (*, 4), floating point, a, b, c, d.
 
     Returns:
-        (*, 3), in descending order, followed by zeros for the roots that are missing or complex. A multiple root is there as
-        often; its gradient is 0.
+        (*, 3), in descending order, followed by zeros for the roots that are missing or complex. A multiple
+        root is there as often; its gradient is 0.
 
     Raises:
         TypeError, ValueError: if coeffs is not a floating-point (*, 4) tensor.
@@ -71,16 +73,17 @@ def solve_cubic(coeffs: Tensor) -> Tensor:
 def solve_quartic(coeffs: Tensor) -> Tensor:
     """Real roots of a x^4 + b x^3 + c x^2 + d x + e = 0.
 
-    One root by Ferrari's method (two quadratic factors from the largest root of the resolvent cubic), and the others of the cubic that is
-    left. Each root is as exact as rounding of the coefficients leaves it, however far apart their sizes are. A double root that is nearer than
-    a tenth or so to two others may be taken for a complex pair. Where a is 0 the equation is cubic.
+    One root by Ferrari's method (two quadratic factors from the largest root of the resolvent cubic), and the
+    others of the cubic that is left. Each root is as exact as rounding of the coefficients leaves it, however
+    far apart their sizes are. A double root that is nearer than a tenth or so to two others may be taken for
+    a complex pair. Where a is 0 the equation is cubic.
 
     Args:
         coeffs: (*, 5), floating point, a, b, c, d, e.
 
     Returns:
-        (*, 4), in descending order, followed by zeros for the roots that are missing or complex. A double root is there twice; its
-        gradient is 0.
+        (*, 4), in descending order, followed by zeros for the roots that are missing or complex. A double
+        root is there twice; its gradient is 0.
 
     Raises:
         TypeError, ValueError: if coeffs is not a floating-point (*, 5) tensor.
@@ -100,7 +103,8 @@ def _quadratic(c: Tensor) -> Tensor:
 
 
 def _of_quadratic(a: Tensor, b: Tensor, c: Tensor, rounding: Tensor) -> Tensor:
-    """Roots of a x^2 + b x + c; a discriminant that is no less than minus its own rounding, or that given, counts as 0."""
+    """Roots of a x^2 + b x + c; a discriminant that is no less than minus its own rounding, or that given,
+    counts as 0."""
     product = 4.0 * a * c
     discriminant = b * b - product
     real = discriminant >= -torch.maximum(rounding, 1e-15 * (b * b + product.abs()))
@@ -113,12 +117,14 @@ def _of_quadratic(a: Tensor, b: Tensor, c: Tensor, rounding: Tensor) -> Tensor:
 
 
 def _cubic(coeffs: Tensor) -> Tensor:
-    """The root that is farther from the roots' mean than the others' real parts, and those of the quadratic that is left without it."""
+    """The root that is farther from the roots' mean than the others' real parts, and those of the quadratic
+    that is left without it."""
     a = coeffs[..., 0]
     x = _polished(coeffs, _outer_root(coeffs)[..., None])[..., 0]
     rest, bound = _deflated(coeffs, x)
     sums = 2.0 * rest[..., 1].abs() * bound[..., 1] + 4.0 * a.abs() * bound[..., 2]
-    # What x's own rounding makes of the discriminant: its derivative is -2 a (3 a x + b), unless the quadratic is from the last coefficients.
+    # What x's own rounding makes of the discriminant: its derivative is -2 a (3 a x + b), unless the
+    # quadratic is from the last coefficients.
     error = _rounding_of_root(coeffs, x)
     steep = 2.0 * (a * (3.0 * a * x + coeffs[..., 1])).abs() * error
     relative = sums * error / torch.where(x == 0, torch.ones_like(x), x.abs())
@@ -158,7 +164,8 @@ def _outer_root(coeffs: Tensor) -> Tensor:
 
 
 def _third_of_angle(x: Tensor, y: Tensor) -> Tuple[Tensor, Tensor]:
-    """Cosine and sine of a third of the angle of (x, y), between 0 and a right angle: ONNX Runtime has no arc functions in float64."""
+    """Cosine and sine of a third of the angle of (x, y), between 0 and a right angle: ONNX Runtime has no arc
+    functions in float64."""
     length = torch.sqrt(x * x + y * y)
     length = torch.where(length == 0, torch.ones_like(length), length)
     whole = x / length
@@ -172,9 +179,14 @@ def _third_of_angle(x: Tensor, y: Tensor) -> Tuple[Tensor, Tensor]:
 def _quartic(coeffs: Tensor) -> Tensor:
     """One root that is found well, and those of the cubic that is left without it."""
     a = coeffs[..., 0]
-    # Of roots of very different sizes Ferrari's method finds the large ones, and of the equation for 1 / x the small ones.
+    # Of roots of very different sizes Ferrari's method finds the large ones, and of the equation for 1 / x
+    # the small ones.
     found = _by_ferrari(torch.stack([coeffs, coeffs.flip(-1)], 0))
-    turned = torch.where(found[1] == 0, torch.zeros_like(found[1]), 1.0 / torch.where(found[1] == 0, torch.ones_like(found[1]), found[1]))
+    turned = torch.where(
+        found[1] == 0,
+        torch.zeros_like(found[1]),
+        1.0 / torch.where(found[1] == 0, torch.ones_like(found[1]), found[1]),
+    )
     candidates = _polished(coeffs, torch.cat([found[0], turned], -1))
     value, slope, _size = _values(coeffs, candidates)
     terms = _terms(coeffs, candidates)
@@ -191,7 +203,8 @@ def _quartic(coeffs: Tensor) -> Tensor:
 
 
 def _by_ferrari(coeffs: Tensor) -> Tensor:
-    """Four candidates for the real roots, the complex ones' real parts among them, up to rounding of the largest."""
+    """Four candidates for the real roots, the complex ones' real parts among them, up to rounding of the
+    largest."""
     monic, scale = _scaled(coeffs)
     fourth, c, d, e = 0.25 * monic[..., 1], monic[..., 2], monic[..., 3], monic[..., 4]
     # x = y - fourth leaves y^4 + p y^2 + q y + r
@@ -199,13 +212,19 @@ def _by_ferrari(coeffs: Tensor) -> Tensor:
     p = c - 6.0 * square
     q = d - 2.0 * fourth * c + 8.0 * square * fourth
     r = e - fourth * d + square * c - 3.0 * square * square
-    m = torch.clamp(_cubic(torch.stack([torch.ones_like(p), p, 0.25 * p * p - r, -0.125 * q * q], -1)).amax(-1), min=0.0)
+    m = torch.clamp(
+        _cubic(torch.stack([torch.ones_like(p), p, 0.25 * p * p - r, -0.125 * q * q], -1)).amax(-1), min=0.0
+    )
     # (y^2 + p / 2 + m)^2 = 2 m (y - q / (4 m))^2
     middle = 0.5 * p + m
     slope = torch.sqrt(2.0 * m)
     large = m > 1e-8 * (p.abs() + torch.sqrt(r.abs()))
     by_root = torch.sqrt(torch.clamp(middle * middle - r, min=0.0))
-    shift = torch.where(large, q / (2.0 * torch.where(large, slope, torch.ones_like(slope))), torch.where(q >= 0, by_root, -by_root))
+    shift = torch.where(
+        large,
+        q / (2.0 * torch.where(large, slope, torch.ones_like(slope))),
+        torch.where(q >= 0, by_root, -by_root),
+    )
     always = torch.full_like(p, float("inf"))
     upper = _of_quadratic(torch.ones_like(p), -slope, middle + shift, always)
     lower = _of_quadratic(torch.ones_like(p), slope, middle - shift, always)
@@ -213,7 +232,8 @@ def _by_ferrari(coeffs: Tensor) -> Tensor:
 
 
 def _scaled(coeffs: Tensor) -> Tuple[Tensor, Tensor]:
-    """The monic polynomial of x / scale, whose coefficients are 1 at most, and scale; of no meaning where the first is 0."""
+    """The monic polynomial of x / scale, whose coefficients are 1 at most, and scale; of no meaning where the
+    first is 0."""
     a = torch.where(coeffs[..., 0] == 0, torch.ones_like(coeffs[..., 0]), coeffs[..., 0])
     monic = [coeffs[..., k] / a for k in range(coeffs.size(-1))]
     scale = monic[1].abs()
@@ -229,8 +249,9 @@ def _scaled(coeffs: Tensor) -> Tuple[Tensor, Tensor]:
 def _deflated(coeffs: Tensor, x: Tensor) -> Tuple[Tensor, Tensor]:
     """The polynomial without its root x, and sums of the sizes of what its coefficients are sums of.
 
-    From the first coefficients on and from the last, up to the term that is largest at x: G. Peters, J. H. Wilkinson, Practical problems
-    arising in the solution of polynomial equations, J. Inst. Maths Applics 8, 1971.
+    From the first coefficients on and from the last, up to the term that is largest at x: G. Peters, J. H.
+    Wilkinson, Practical problems arising in the solution of polynomial equations, J. Inst. Maths Applics 8,
+    1971.
     """
     last = coeffs.size(-1) - 1
     size = x.abs()
@@ -276,7 +297,8 @@ def _ratio(a: Tensor, b: Tensor) -> Tensor:
 
 
 def _values(coeffs: Tensor, x: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """The polynomial at each x, its derivative, and what of the derivative is left to the rounding: the sum of its terms' sizes."""
+    """The polynomial at each x, its derivative, and what of the derivative is left to the rounding: the sum
+    of its terms' sizes."""
     value = coeffs[..., 0:1].expand_as(x)
     slope = torch.zeros_like(x)
     size = torch.zeros_like(x)
@@ -293,7 +315,9 @@ def _polished(coeffs: Tensor, roots: Tensor) -> Tensor:
     x = torch.where(missing, torch.zeros_like(roots), roots)
     value, slope, _size = _values(coeffs, x)
     for _ in range(3):
-        moved = x - torch.where(slope == 0, torch.zeros_like(x), value / torch.where(slope == 0, torch.ones_like(x), slope))
+        moved = x - torch.where(
+            slope == 0, torch.zeros_like(x), value / torch.where(slope == 0, torch.ones_like(x), slope)
+        )
         new_value, new_slope, _size = _values(coeffs, moved)
         better = new_value.abs() < value.abs()
         x = torch.where(better, moved, x)
@@ -307,7 +331,10 @@ def _finished(coeffs: Tensor, roots: Tensor) -> Tensor:
     columns = list(roots.unbind(-1))
     for end in range(len(columns) - 1, 0, -1):
         for k in range(end):
-            larger, smaller = torch.maximum(columns[k], columns[k + 1]), torch.minimum(columns[k], columns[k + 1])
+            larger, smaller = (
+                torch.maximum(columns[k], columns[k + 1]),
+                torch.minimum(columns[k], columns[k + 1]),
+            )
             columns[k], columns[k + 1] = larger, smaller
     roots = torch.stack(columns, -1)
     missing = roots < -1e30

@@ -1,4 +1,5 @@
-"""What minimal solvers of relative pose are made of: null vectors, and polynomials as vectors of coefficients.
+"""What minimal solvers of relative pose are made of: null vectors, and polynomials as vectors of
+coefficients.
 
 D. Nister, An efficient solution to the five-point relative pose problem, IEEE TPAMI 26(6), 2004.
 """
@@ -66,28 +67,75 @@ def multiply_deg_two_one_poly(a: Tensor, b: Tensor) -> Tensor:
         b: (*, 4), coefficients of x, y, z, 1; the other dimensions are broadcast.
 
     Returns:
-        (*, 20), coefficients in Nister's order: x^3, y^3, x^2 y, x y^2, x^2 z, x^2, y^2 z, y^2, xyz, xy, x z^2, xz, x, y z^2,
-        yz, y, z^3, z^2, z, 1.
+        (*, 20), coefficients in Nister's order: x^3, y^3, x^2 y, x y^2, x^2 z, x^2, y^2 z, y^2, xyz, xy, x
+        z^2, xz, x, y z^2, yz, y, z^3, z^2, z, 1.
 
     Raises:
         TypeError, ValueError: if a or b is not a floating-point tensor of the shape above.
 
     Example:
-        >>> square = multiply_deg_one_poly(torch.tensor([1.0, 0.0, 0.0, 0.0]), torch.tensor([1.0, 0.0, 0.0, 0.0]))
-        >>> multiply_deg_two_one_poly(square, torch.tensor([1.0, 0.0, 0.0, 7.0])).nonzero().flatten()  # x^3 + 7 x^2
+        >>> square = multiply_deg_one_poly(
+        ...     torch.tensor([1.0, 0.0, 0.0, 0.0]), torch.tensor([1.0, 0.0, 0.0, 0.0])
+        ... )
+        >>> multiply_deg_two_one_poly(
+        ...     square, torch.tensor([1.0, 0.0, 0.0, 7.0])
+        ... ).nonzero().flatten()  # x^3 + 7 x^2
         tensor([0, 5])
     """
     check_last(a, 10, "a")
     check_last(b, 4, "b")
-    place = [0, 2, 4, 5, 2, 3, 8, 9, 4, 8, 10, 11, 5, 9, 11, 12, 3, 1, 6, 7, 8, 6, 13, 14, 9, 7, 14, 15, 10, 13, 16, 17, 11, 14, 17, 18, 12, 15, 18, 19]
+    place = [
+        0,
+        2,
+        4,
+        5,
+        2,
+        3,
+        8,
+        9,
+        4,
+        8,
+        10,
+        11,
+        5,
+        9,
+        11,
+        12,
+        3,
+        1,
+        6,
+        7,
+        8,
+        6,
+        13,
+        14,
+        9,
+        7,
+        14,
+        15,
+        10,
+        13,
+        16,
+        17,
+        11,
+        14,
+        17,
+        18,
+        12,
+        15,
+        18,
+        19,
+    ]
     return product_of_coefficients(a, b, place, 20)
 
 
 def determinant_to_polynomial(A: Tensor) -> Tensor:
-    """Determinant of a 3x3 matrix of polynomials in z: the polynomial of degree ten of the five-point algorithm.
+    """Determinant of a 3x3 matrix of polynomials in z: the polynomial of degree ten of the five-point
+    algorithm.
 
     Args:
-        A: (*, 3, 13), floating point; a row has the coefficients of three polynomials, of degrees 3, 3 and 4, each from its highest power.
+        A: (*, 3, 13), floating point; a row has the coefficients of three polynomials, of degrees 3, 3 and 4,
+            each from its highest power.
 
     Returns:
         (*, 11), coefficients of 1, z, ..., z^10.

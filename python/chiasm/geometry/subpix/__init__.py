@@ -7,8 +7,17 @@ from .suppression import nms2d, nms3d, nms3d_minmax
 from .windows import conv_soft_argmax2d, conv_soft_argmax3d
 
 __all__ = [
-    "conv_quad_interp3d", "conv_soft_argmax2d", "conv_soft_argmax3d", "iterative_quad_interp3d", "nms2d", "nms3d", "nms3d_minmax",
-    "render_gaussian2d", "spatial_expectation2d", "spatial_soft_argmax2d", "spatial_softmax2d",
+    "conv_quad_interp3d",
+    "conv_soft_argmax2d",
+    "conv_soft_argmax3d",
+    "iterative_quad_interp3d",
+    "nms2d",
+    "nms3d",
+    "nms3d_minmax",
+    "render_gaussian2d",
+    "spatial_expectation2d",
+    "spatial_soft_argmax2d",
+    "spatial_softmax2d",
 ]
 
 __getattr__, __dir__ = lazy_twins(__name__, globals())

@@ -1,7 +1,7 @@
 """Heat maps of one peak each: as a distribution, its mean, and back.
 
-A. Nibali, Z. He, S. Morgan, L. Prendergast, Numerical Coordinate Regression with Convolutional Neural Networks, arXiv:1801.07372, 2018.
-Half precision is computed in float32.
+A. Nibali, Z. He, S. Morgan, L. Prendergast, Numerical Coordinate Regression with Convolutional Neural
+Networks, arXiv:1801.07372, 2018. Half precision is computed in float32.
 """
 
 from typing import Optional, Tuple, Union
@@ -20,7 +20,8 @@ def spatial_softmax2d(input: Tensor, temperature: Optional[Union[Tensor, float]]
 
     Args:
         input: (B, N, H, W), floating point.
-        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is sharper. 1 by default.
+        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is
+            sharper. 1 by default.
 
     Returns:
         (B, N, H, W), positive; the sum of each channel is 1.
@@ -42,10 +43,10 @@ def spatial_expectation2d(input: Tensor, normalized_coordinates: bool = True) ->
     """The mean position of each channel, weighted by its values.
 
     Args:
-        input: (B, N, H, W), floating point, of which each channel adds up to 1, as ``spatial_softmax2d`` makes them; a channel that adds up
-            to s gives s times the mean.
-        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost pixels (an axis of one pixel is 0), or, where
-            False, in pixels from 0.
+        input: (B, N, H, W), floating point, of which each channel adds up to 1, as ``spatial_softmax2d``
+            makes them; a channel that adds up to s gives s times the mean.
+        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost pixels (an axis
+            of one pixel is 0), or, where False, in pixels from 0.
 
     Returns:
         (B, N, 2), x and y.
@@ -62,16 +63,21 @@ def spatial_expectation2d(input: Tensor, normalized_coordinates: bool = True) ->
     return _expectation(input, normalized_coordinates).to(input.dtype)
 
 
-def spatial_soft_argmax2d(input: Tensor, temperature: Optional[Union[Tensor, float]] = None, normalized_coordinates: bool = True) -> Tensor:
-    """The mean position of each channel under the softmax over its pixels: ``spatial_expectation2d`` of ``spatial_softmax2d``.
+def spatial_soft_argmax2d(
+    input: Tensor, temperature: Optional[Union[Tensor, float]] = None, normalized_coordinates: bool = True
+) -> Tensor:
+    """The mean position of each channel under the softmax over its pixels: ``spatial_expectation2d`` of
+    ``spatial_softmax2d``.
 
-    Near the position of the largest value where that stands out by many temperatures; of two equal peaks it is the middle.
+    Near the position of the largest value where that stands out by many temperatures; of two equal peaks it
+    is the middle.
 
     Args:
         input: (B, N, H, W), floating point.
-        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is sharper. 1 by default.
-        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost pixels (an axis of one pixel is 0), or, where
-            False, in pixels from 0.
+        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is
+            sharper. 1 by default.
+        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost pixels (an axis
+            of one pixel is 0), or, where False, in pixels from 0.
 
     Returns:
         (B, N, 2), x and y.
@@ -90,18 +96,20 @@ def spatial_soft_argmax2d(input: Tensor, temperature: Optional[Union[Tensor, flo
     return _expectation(_softmax(input, temperature), normalized_coordinates).to(input.dtype)
 
 
-def render_gaussian2d(mean: Tensor, std: Tensor, size: Tuple[int, int], normalized_coordinates: bool = True) -> Tensor:
+def render_gaussian2d(
+    mean: Tensor, std: Tensor, size: Tuple[int, int], normalized_coordinates: bool = True
+) -> Tensor:
     """Images of the density of normal distributions with independent x and y, each image adding up to 1.
 
-    Each axis adds up to 1 over the pixels. So a mean outside the image gives the part that lies on it, scaled up; of one far outside that
-    is on the nearest border.
+    Each axis adds up to 1 over the pixels. So a mean outside the image gives the part that lies on it, scaled
+    up; of one far outside that is on the nearest border.
 
     Args:
         mean: (*, 2), x and y, floating point.
         std: standard deviations along x and y, not 0, of a shape that is broadcast with mean's.
         size: (height, width) of the images; may come from another tensor's shape.
-        normalized_coordinates: whether mean and std are in the units of [-1, 1], the centres of the outermost pixels (an axis of one pixel is
-            0), or, where False, in pixels from 0.
+        normalized_coordinates: whether mean and std are in the units of [-1, 1], the centres of the outermost
+            pixels (an axis of one pixel is 0), or, where False, in pixels from 0.
 
     Returns:
         (*, height, width) in mean's dtype.
@@ -129,7 +137,9 @@ def render_gaussian2d(mean: Tensor, std: Tensor, size: Tuple[int, int], normaliz
     return (down[..., :, None] * across[..., None, :]).to(mean.dtype)
 
 
-def render_gaussian2d_like(mean: Tensor, std: Tensor, like: Tensor, normalized_coordinates: bool = True) -> Tensor:
+def render_gaussian2d_like(
+    mean: Tensor, std: Tensor, like: Tensor, normalized_coordinates: bool = True
+) -> Tensor:
     """``render_gaussian2d`` at the height and width of another tensor.
 
     Args:
@@ -158,7 +168,9 @@ def inverse_temperature(temperature: Optional[Union[Tensor, float]], like: Tenso
         return torch.ones([], dtype=like.dtype, device=like.device)
     if isinstance(temperature, Tensor):
         if temperature.numel() != 1:
-            raise ValueError(f"temperature: expected one positive number, got shape {list(temperature.shape)}")
+            raise ValueError(
+                f"temperature: expected one positive number, got shape {list(temperature.shape)}"
+            )
         return 1.0 / temperature.to(like.dtype).reshape([])
     if temperature <= 0.0:
         raise ValueError(f"temperature: expected one positive number, got {temperature}")
@@ -177,7 +189,9 @@ def _expectation(input: Tensor, normalized_coordinates: bool) -> Tensor:
     return torch.stack([(weights.sum(2) * x).sum(-1), (weights.sum(3) * y).sum(-1)], -1)
 
 
-def _axes(height: int, width: int, normalized_coordinates: bool, dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor]:
+def _axes(
+    height: int, width: int, normalized_coordinates: bool, dtype: torch.dtype, device: torch.device
+) -> Tuple[Tensor, Tensor]:
     """Positions (width,) of the columns and (height,) of the rows."""
     x, y = torch.arange(width, device=device).to(dtype), torch.arange(height, device=device).to(dtype)
     if normalized_coordinates:
@@ -187,6 +201,7 @@ def _axes(height: int, width: int, normalized_coordinates: bool, dtype: torch.dt
 
 
 def _profile(positions: Tensor, mean: Tensor, std: Tensor) -> Tensor:
-    """A normal distribution's density at positions (n,), adding up to 1: (*, n) for means and deviations (*, 1)."""
+    """A normal distribution's density at positions (n,), adding up to 1: (*, n) for means and deviations (*,
+    1)."""
     distance = (positions - mean) / std
     return torch.softmax(-0.5 * distance * distance, -1)

@@ -1,9 +1,11 @@
 """Maxima of volumes to a fraction of a voxel, by a quadratic through the neighbours.
 
-M. Brown, D. Lowe, Invariant Features from Interest Point Groups, BMVC 2002. With derivatives g and H by central differences the quadratic's
-extremum is -H^-1 g from the voxel, and it is g . (-H^-1 g) / 2 higher. Where that is too far, a neighbouring voxel is tried.
+M. Brown, D. Lowe, Invariant Features from Interest Point Groups, BMVC 2002. With derivatives g and H by
+central differences the quadratic's extremum is -H^-1 g from the voxel, and it is g . (-H^-1 g) / 2 higher.
+Where that is too far, a neighbouring voxel is tried.
 
-The quadratic is solved at every voxel, in float64, and each voxel knows the one that it leads to; so how many maxima there are makes no difference.
+The quadratic is solved at every voxel, in float64, and each voxel knows the one that it leads to; so how many
+maxima there are makes no difference.
 """
 
 from typing import Optional, Tuple
@@ -29,23 +31,27 @@ def conv_quad_interp3d(
     dilation_radius: int = 1,
     allow_scale_steps: bool = True,
 ) -> Tuple[Tensor, Tensor]:
-    """Refine the strict maxima of volumes, as ``iterative_quad_interp3d`` does, not leaving their neighbourhood.
+    """Refine the strict maxima of volumes, as ``iterative_quad_interp3d`` does, not leaving their
+    neighbourhood.
 
     Args:
         input: (B, C, D, H, W), floating point, without NaN; D is called the scale.
         n_iters: the most voxels that are tried from each maximum.
         strict_maxima_bonus: not used, here so that Kornia's calls work.
         max_subpixel_shift: from which distance along an axis on the next voxel is tried.
-        precomputed_nms_mask: (B, C, D, H, W), bool, what to refine instead of the strict maxima among 3x3x3 voxels; minima may be.
+        precomputed_nms_mask: (B, C, D, H, W), bool, what to refine instead of the strict maxima among 3x3x3
+            voxels; minima may be.
         dilation_radius: how far, along each axis, from one of the maxima all voxels tried must be.
         allow_scale_steps: whether the next voxel may be one of another scale.
 
     Returns:
-        positions (B, C, 3, D, H, W), scale, x and y in voxels; values (B, C, D, H, W). Differentiable in input.
+        positions (B, C, 3, D, H, W), scale, x and y in voxels; values (B, C, D, H, W). Differentiable in
+        input.
 
     Raises:
         TypeError: if input is not floating point or the mask not bool.
-        ValueError: if input is not 5-D, the mask of another shape, n_iters not positive or dilation_radius negative.
+        ValueError: if input is not 5-D, the mask of another shape, n_iters not positive or dilation_radius
+            negative.
 
     Example:
         >>> z, y, x = torch.arange(5.0)[:, None, None], torch.arange(5.0)[:, None], torch.arange(6.0)
@@ -57,7 +63,9 @@ def conv_quad_interp3d(
     mask = _checked_mask(input, n_iters, precomputed_nms_mask)
     if dilation_radius < 0:
         raise ValueError(f"dilation_radius: expected a number >= 0, got {dilation_radius}")
-    return _refined(input, mask, _dilated(mask, dilation_radius), n_iters, max_subpixel_shift, allow_scale_steps)
+    return _refined(
+        input, mask, _dilated(mask, dilation_radius), n_iters, max_subpixel_shift, allow_scale_steps
+    )
 
 
 def iterative_quad_interp3d(
@@ -71,11 +79,12 @@ def iterative_quad_interp3d(
 ) -> Tuple[Tensor, Tensor]:
     """Refine the strict maxima of volumes to a fraction of a voxel.
 
-    A maximum is the extremum of the quadratic through its neighbours, unless that is farther than max_subpixel_shift along an axis: then
-    it is looked for again from the next voxel, one step along each such axis, and so on. It stays what it was where no voxel that is tried
-    is near enough, where one of them lies on the volume's border, where a quadratic has no extremum (the determinant of its Hessian H is
-    at most 1e-7 max |H|^3), and where the extremum is more than 1.5 from the last voxel. (A mask's voxels on the border stay, too, which
-    Kornia refines from the next inner one.)
+    A maximum is the extremum of the quadratic through its neighbours, unless that is farther than
+    max_subpixel_shift along an axis: then it is looked for again from the next voxel, one step along each
+    such axis, and so on. It stays what it was where no voxel that is tried is near enough, where one of them
+    lies on the volume's border, where a quadratic has no extremum (the determinant of its Hessian H is at
+    most 1e-7 max |H|^3), and where the extremum is more than 1.5 from the last voxel. (A mask's voxels on the
+    border stay, too, which Kornia refines from the next inner one.)
 
     Args:
         input: (B, C, D, H, W), floating point, without NaN; D is called the scale.
@@ -83,16 +92,20 @@ def iterative_quad_interp3d(
         strict_maxima_bonus: not used, here so that Kornia's calls work.
         max_subpixel_shift: from which distance along an axis on the next voxel is tried.
         allow_scale_steps: whether the next voxel may be one of another scale.
-        precomputed_nms_mask: (B, C, D, H, W), bool, what to refine instead of the strict maxima among 3x3x3 voxels; minima may be.
-        max_candidates: refine no more than this many maxima of each (D, H, W), those of the largest values; of equals the first.
+        precomputed_nms_mask: (B, C, D, H, W), bool, what to refine instead of the strict maxima among 3x3x3
+            voxels; minima may be.
+        max_candidates: refine no more than this many maxima of each (D, H, W), those of the largest values;
+            of equals the first.
 
     Returns:
-        positions (B, C, 3, D, H, W), scale, x and y in voxels, of the refined maxima where the maxima were, of each voxel elsewhere; values
-        (B, C, D, H, W), the quadratic's at the refined maxima, input's elsewhere. Differentiable in input.
+        positions (B, C, 3, D, H, W), scale, x and y in voxels, of the refined maxima where the maxima were,
+        of each voxel elsewhere; values (B, C, D, H, W), the quadratic's at the refined maxima, input's
+        elsewhere. Differentiable in input.
 
     Raises:
         TypeError: if input is not floating point or the mask not bool.
-        ValueError: if input is not 5-D, the mask of another shape, n_iters not positive or max_candidates negative.
+        ValueError: if input is not 5-D, the mask of another shape, n_iters not positive or max_candidates
+            negative.
 
     Example:
         >>> z, y, x = torch.arange(5.0)[:, None, None], torch.arange(5.0)[:, None], torch.arange(6.0)
@@ -116,7 +129,9 @@ def _checked_mask(input: Tensor, n_iters: int, mask: Optional[Tensor]) -> Tensor
     if mask.dtype != torch.bool:
         raise TypeError(f"precomputed_nms_mask: expected dtype torch.bool, got {mask.dtype}")
     if mask.shape != input.shape:
-        raise ValueError(f"precomputed_nms_mask: expected input's shape {list(input.shape)}, got {list(mask.shape)}")
+        raise ValueError(
+            f"precomputed_nms_mask: expected input's shape {list(input.shape)}, got {list(mask.shape)}"
+        )
     return mask
 
 
@@ -146,7 +161,9 @@ def _strongest(input: Tensor, mask: Tensor, count: int) -> Tensor:
     return mask & (chosen[:, : values.size(1)] > 0.5).reshape(mask.shape)
 
 
-def _refined(input: Tensor, mask: Tensor, reach: Tensor, n_iters: int, limit: float, scale_steps: bool) -> Tuple[Tensor, Tensor]:
+def _refined(
+    input: Tensor, mask: Tensor, reach: Tensor, n_iters: int, limit: float, scale_steps: bool
+) -> Tuple[Tensor, Tensor]:
     """Positions and values, refined where ``mask`` is by way of voxels where ``reach`` is."""
     volume = input.flatten(0, 1).to(position_dtype(input.dtype))
     depth, height, width = input.size(2), input.size(3), input.size(4)
@@ -163,8 +180,11 @@ def _inner(mask: Tensor) -> Tensor:
     return mask.flatten(0, 1)[:, 1:-1, 1:-1, 1:-1]
 
 
-def _changes(volume: Tensor, mask: Tensor, reach: Tensor, n_iters: int, limit: float, scale_steps: bool) -> Tensor:
-    """How far refinement moves the inner voxels of (N, D, H, W) along scale, x and y, and how much it raises their values: (N, 4, d, h, w)."""
+def _changes(
+    volume: Tensor, mask: Tensor, reach: Tensor, n_iters: int, limit: float, scale_steps: bool
+) -> Tensor:
+    """How far refinement moves the inner voxels of (N, D, H, W) along scale, x and y, and how much it raises
+    their values: (N, 4, d, h, w)."""
     shift, rise, regular = quadratic_extrema(volume.to(torch.float64))
     far = shift.detach()
     step = (far > limit).to(torch.int64) - (far < -limit).to(torch.int64)
@@ -178,20 +198,36 @@ def _changes(volume: Tensor, mask: Tensor, reach: Tensor, n_iters: int, limit: f
     centre = volume[:, 1:-1, 1:-1, 1:-1]
     column, row, plane = voxel_axes((mask.size(1), mask.size(2), mask.size(3)), volume.dtype, volume.device)
     own = torch.stack([plane.expand_as(centre), column.expand_as(centre), row.expand_as(centre), centre], 1)
-    fields = torch.cat([own + torch.cat([shift, rise[:, None]], 1), arrived[:, None].to(shift.dtype)], 1).to(volume.dtype).flatten(2)
-    found = fields.gather(2, place[:, None].expand_as(fields)).unflatten(2, [mask.size(1), mask.size(2), mask.size(3)])
+    fields = (
+        torch.cat([own + torch.cat([shift, rise[:, None]], 1), arrived[:, None].to(shift.dtype)], 1)
+        .to(volume.dtype)
+        .flatten(2)
+    )
+    found = fields.gather(2, place[:, None].expand_as(fields)).unflatten(
+        2, [mask.size(1), mask.size(2), mask.size(3)]
+    )
     refined = mask & (found[:, 4] > 0.5)
     return torch.where(refined[:, None], found[:, :4] - own, torch.zeros_like(own))
 
 
 def _followed(step: Tensor, leads_on: Tensor, n_iters: int) -> Tensor:
-    """The voxel (N, d * h * w) that is the last tried from each voxel, where those that lead on do so by step (N, 3, d, h, w)."""
+    """The voxel (N, d * h * w) that is the last tried from each voxel, where those that lead on do so by step
+    (N, 3, d, h, w)."""
     depth, height, width = step.size(2), step.size(3), step.size(4)
     column, row, plane = voxel_axes((depth, height, width), step.dtype, step.device)
     to_plane, to_column, to_row = plane + step[:, 0], column + step[:, 1], row + step[:, 2]
-    inside = (to_plane >= 0) & (to_plane < depth) & (to_column >= 0) & (to_column < width) & (to_row >= 0) & (to_row < height)
+    inside = (
+        (to_plane >= 0)
+        & (to_plane < depth)
+        & (to_column >= 0)
+        & (to_column < width)
+        & (to_row >= 0)
+        & (to_row < height)
+    )
     index = (plane * height + row) * width + column
-    following = torch.where(leads_on & inside, (to_plane * height + to_row) * width + to_column, index).flatten(1)
+    following = torch.where(
+        leads_on & inside, (to_plane * height + to_row) * width + to_column, index
+    ).flatten(1)
     following = materialised(following, 1)
     place = following if n_iters > 1 else index.expand_as(leads_on).flatten(1)
     for _ in range(n_iters - 2):
@@ -200,7 +236,8 @@ def _followed(step: Tensor, leads_on: Tensor, n_iters: int) -> Tensor:
 
 
 def quadratic_extrema(v: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """For each inner voxel of (N, D, H, W): how far its quadratic's extremum is, how much higher, and whether there is one.
+    """For each inner voxel of (N, D, H, W): how far its quadratic's extremum is, how much higher, and whether
+    there is one.
 
     Shifts (N, 3, d, h, w) along scale, x and y; 0 where there is none.
     """
@@ -210,21 +247,37 @@ def quadratic_extrema(v: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     below, above = _neighbour(v, 0, 1, 0), _neighbour(v, 0, -1, 0)
     gz, gx, gy = 0.5 * (up - down), 0.5 * (right - left), 0.5 * (below - above)
     zz, xx, yy = up - 2.0 * centre + down, right - 2.0 * centre + left, below - 2.0 * centre + above
-    zx = 0.25 * (_neighbour(v, 1, 0, 1) - _neighbour(v, 1, 0, -1) - _neighbour(v, -1, 0, 1) + _neighbour(v, -1, 0, -1))
-    zy = 0.25 * (_neighbour(v, 1, 1, 0) - _neighbour(v, 1, -1, 0) - _neighbour(v, -1, 1, 0) + _neighbour(v, -1, -1, 0))
-    xy = 0.25 * (_neighbour(v, 0, 1, 1) - _neighbour(v, 0, -1, 1) - _neighbour(v, 0, 1, -1) + _neighbour(v, 0, -1, -1))
+    zx = 0.25 * (
+        _neighbour(v, 1, 0, 1) - _neighbour(v, 1, 0, -1) - _neighbour(v, -1, 0, 1) + _neighbour(v, -1, 0, -1)
+    )
+    zy = 0.25 * (
+        _neighbour(v, 1, 1, 0) - _neighbour(v, 1, -1, 0) - _neighbour(v, -1, 1, 0) + _neighbour(v, -1, -1, 0)
+    )
+    xy = 0.25 * (
+        _neighbour(v, 0, 1, 1) - _neighbour(v, 0, -1, 1) - _neighbour(v, 0, 1, -1) + _neighbour(v, 0, -1, -1)
+    )
     # The adjugate of the symmetric Hessian.
     a, b, c = xx * yy - xy * xy, zy * xy - zx * yy, zx * xy - zy * xx
     d, e, f = zz * yy - zy * zy, zx * zy - zz * xy, zz * xx - zx * zx
     determinant = zz * a + zx * b + zy * c
     size = largest([zz.abs(), xx.abs(), yy.abs(), zx.abs(), zy.abs(), xy.abs()])
     regular = determinant.abs() > 1e-7 * size * size * size
-    scale = torch.where(regular, -1.0 / torch.where(regular, determinant, torch.ones_like(determinant)), torch.zeros_like(determinant))
-    z, x, y = scale * (a * gz + b * gx + c * gy), scale * (b * gz + d * gx + e * gy), scale * (c * gz + e * gx + f * gy)
+    scale = torch.where(
+        regular,
+        -1.0 / torch.where(regular, determinant, torch.ones_like(determinant)),
+        torch.zeros_like(determinant),
+    )
+    z, x, y = (
+        scale * (a * gz + b * gx + c * gy),
+        scale * (b * gz + d * gx + e * gy),
+        scale * (c * gz + e * gx + f * gy),
+    )
     return torch.stack([z, x, y], 1), 0.5 * (gz * z + gx * x + gy * y), regular.detach()
 
 
 def _neighbour(v: Tensor, slices: int, rows: int, columns: int) -> Tensor:
     """The voxels that are so far from the inner voxels of (N, D, H, W), by 1 at most."""
     depth, height, width = v.size(1) - 2, v.size(2) - 2, v.size(3) - 2
-    return v[:, 1 + slices : 1 + slices + depth, 1 + rows : 1 + rows + height, 1 + columns : 1 + columns + width]
+    return v[
+        :, 1 + slices : 1 + slices + depth, 1 + rows : 1 + rows + height, 1 + columns : 1 + columns + width
+    ]

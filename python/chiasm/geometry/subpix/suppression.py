@@ -13,8 +13,9 @@ from ...primitives.resampling.volumes import check_volume
 def nms2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], mask_only: bool = False) -> Tensor:
     """Keep strict local maxima, set the rest to zero.
 
-    A pixel stays when it exceeds every other pixel of the window around it, and the window lies inside the image: the pixels near the
-    border never stay. A window of k pixels reaches (k - 1) // 2 before its centre and k // 2 after it.
+    A pixel stays when it exceeds every other pixel of the window around it, and the window lies inside the
+    image: the pixels near the border never stay. A window of k pixels reaches (k - 1) // 2 before its centre
+    and k // 2 after it.
 
     Args:
         input: (B, C, H, W), floating point, without NaN.
@@ -40,15 +41,18 @@ def nms2d(input: Tensor, kernel_size: Union[int, Tuple[int, int]], mask_only: bo
     else:
         rows, columns = kernel_size
     if rows < 1 or columns < 1 or rows * columns == 1:
-        raise ValueError(f"kernel_size: expected positive sizes of more than one pixel, got ({rows}, {columns})")
+        raise ValueError(
+            f"kernel_size: expected positive sizes of more than one pixel, got ({rows}, {columns})"
+        )
     return _suppressed(input, strict_maxima(input.detach(), 1, rows, columns), mask_only)
 
 
 def nms3d(input: Tensor, kernel_size: Union[int, Tuple[int, int, int]], mask_only: bool = False) -> Tensor:
     """``nms2d`` of volumes.
 
-    A voxel stays when it exceeds every other voxel of the window around it, and the window lies inside the volume: the voxels near the
-    border never stay. A window of k voxels reaches (k - 1) // 2 before its centre and k // 2 after it.
+    A voxel stays when it exceeds every other voxel of the window around it, and the window lies inside the
+    volume: the voxels near the border never stay. A window of k voxels reaches (k - 1) // 2 before its centre
+    and k // 2 after it.
 
     Args:
         input: (B, C, D, H, W), floating point, without NaN.
@@ -74,7 +78,9 @@ def nms3d(input: Tensor, kernel_size: Union[int, Tuple[int, int, int]], mask_onl
     else:
         slices, rows, columns = kernel_size
     if slices < 1 or rows < 1 or columns < 1 or slices * rows * columns == 1:
-        raise ValueError(f"kernel_size: expected positive sizes of more than one voxel, got ({slices}, {rows}, {columns})")
+        raise ValueError(
+            f"kernel_size: expected positive sizes of more than one voxel, got ({slices}, {rows}, {columns})"
+        )
     maxima = strict_maxima(input.detach().flatten(0, 1), slices, rows, columns)
     return _suppressed(input, maxima.reshape(input.shape), mask_only)
 

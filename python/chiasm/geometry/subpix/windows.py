@@ -26,27 +26,31 @@ def conv_soft_argmax2d(
 ) -> Union[Tensor, Tuple[Tensor, Tensor]]:
     """The mean position of each window under the softmax over its pixels, and the mean value.
 
-    The weight of a pixel is exp(v / temperature), whatever lies outside the window; that of a pixel outside the image, or of value -inf, is 0.
-    A window that has no other has its centre for a mean position, and -inf for a value.
+    The weight of a pixel is exp(v / temperature), whatever lies outside the window; that of a pixel outside
+    the image, or of value -inf, is 0. A window that has no other has its centre for a mean position, and -inf
+    for a value.
 
     Args:
         input: (B, C, H, W), floating point. Half precision is computed in float32.
         kernel_size: (rows, columns) of the window.
         stride: pixels from one window to the next, down and across.
-        padding: pixels outside the image that windows may begin or end with, above and below, left and right; at most half of kernel_size.
-        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is sharper.
-        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost pixels (an axis of one pixel is 0), or, where
-            False, in pixels from 0.
+        padding: pixels outside the image that windows may begin or end with, above and below, left and right;
+            at most half of kernel_size.
+        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is
+            sharper.
+        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost pixels (an axis
+            of one pixel is 0), or, where False, in pixels from 0.
         eps: not used, here so that Kornia's calls work.
         output_value: whether to return the mean values, too.
 
     Returns:
-        Positions (B, C, 2, h, w), x and y, where h = (H + 2 padding[0] - kernel_size[0]) // stride[0] + 1, and w alike; where output_value, also
-        values (B, C, h, w). Differentiable in input and temperature.
+        Positions (B, C, 2, h, w), x and y, where h = (H + 2 padding[0] - kernel_size[0]) // stride[0] + 1,
+        and w alike; where output_value, also values (B, C, h, w). Differentiable in input and temperature.
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, a size, stride or padding not as above, or the temperature not one positive number.
+        ValueError: if input is not 4-D, a size, stride or padding not as above, or the temperature not one
+            positive number.
 
     Example:
         >>> heatmap = torch.tensor([[[[0.0, 0.0, 0.0, 0.0], [0.0, 50.0, 50.0, 0.0]]]])
@@ -59,7 +63,9 @@ def conv_soft_argmax2d(
     down, across = stride
     above, left = padding
     _check_windows([rows, columns], [down, across], [above, left])
-    means = _window_means(input.flatten(0, 1)[:, None], (1, rows, columns), (1, down, across), (0, above, left), temperature)
+    means = _window_means(
+        input.flatten(0, 1)[:, None], (1, rows, columns), (1, down, across), (0, above, left), temperature
+    )
     position = _stacked([means[1], means[2]], [input.size(3), input.size(2)], normalized_coordinates)[:, :, 0]
     position = position.unflatten(0, [input.size(0), input.size(1)]).to(input.dtype)
     if output_value:
@@ -87,20 +93,22 @@ def conv_soft_argmax3d(
         kernel_size: (slices, rows, columns) of the window.
         stride: voxels from one window to the next.
         padding: voxels outside the volume that windows may begin or end with; at most half of kernel_size.
-        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is sharper.
-        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost voxels (an axis of one voxel is 0), or, where
-            False, in voxels from 0.
+        temperature: positive, a number or a tensor of one element, whose value is not checked; smaller is
+            sharper.
+        normalized_coordinates: whether positions are in [-1, 1], the centres of the outermost voxels (an axis
+            of one voxel is 0), or, where False, in voxels from 0.
         eps: not used, here so that Kornia's calls work.
         output_value: whether to return the mean values, too.
         strict_maxima_bonus: not used, here so that Kornia's calls work; ``nms3d`` selects strict maxima.
 
     Returns:
-        Positions (B, C, 3, d, h, w), slice, x and y, with d, h and w as in ``conv_soft_argmax2d``; where output_value, also values (B, C, d, h, w).
-        Differentiable in input and temperature.
+        Positions (B, C, 3, d, h, w), slice, x and y, with d, h and w as in ``conv_soft_argmax2d``; where
+        output_value, also values (B, C, d, h, w). Differentiable in input and temperature.
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not 5-D, a size, stride or padding not as above, or the temperature not one positive number.
+        ValueError: if input is not 5-D, a size, stride or padding not as above, or the temperature not one
+            positive number.
 
     Example:
         >>> volume = torch.zeros(1, 1, 3, 3, 3)
@@ -110,7 +118,11 @@ def conv_soft_argmax3d(
         (tensor([1., 0., 2.]), tensor([50.]))
     """
     check_volume(input, "input")
-    _check_windows([kernel_size[0], kernel_size[1], kernel_size[2]], [stride[0], stride[1], stride[2]], [padding[0], padding[1], padding[2]])
+    _check_windows(
+        [kernel_size[0], kernel_size[1], kernel_size[2]],
+        [stride[0], stride[1], stride[2]],
+        [padding[0], padding[1], padding[2]],
+    )
     means = _window_means(input.flatten(0, 1), kernel_size, stride, padding, temperature)
     position = _stacked(means[:3], [input.size(2), input.size(4), input.size(3)], normalized_coordinates)
     position = position.unflatten(0, [input.size(0), input.size(1)]).to(input.dtype)
@@ -130,7 +142,11 @@ def _check_windows(kernel_size: List[int], stride: List[int], padding: List[int]
 
 
 def _window_means(
-    x: Tensor, kernel_size: Tuple[int, int, int], stride: Tuple[int, int, int], padding: Tuple[int, int, int], temperature: Union[Tensor, float]
+    x: Tensor,
+    kernel_size: Tuple[int, int, int],
+    stride: Tuple[int, int, int],
+    padding: Tuple[int, int, int],
+    temperature: Union[Tensor, float],
 ) -> List[Tensor]:
     """Means (N, d, h, w) of each window of (N, D, H, W): slice, x and y in voxels, and value."""
     p = _padded(x.to(position_dtype(x.dtype)), padding)
@@ -158,9 +174,16 @@ def _window_means(
         through = through + plane * (k - 0.5 * (slices - 1))
     empty = total == 0
     total = torch.where(empty, torch.ones_like(total), total)
-    centre = [_centres(peak.size(k + 1), stride[k], 0.5 * (kernel_size[k] - 1) - padding[k], peak) for k in range(3)]
+    centre = [
+        _centres(peak.size(k + 1), stride[k], 0.5 * (kernel_size[k] - 1) - padding[k], peak) for k in range(3)
+    ]
     value = torch.where(empty, torch.full_like(value, -float("inf")), peak + value / total)
-    return [through / total + centre[0][:, None, None], across / total + centre[2], down / total + centre[1][:, None], value]
+    return [
+        through / total + centre[0][:, None, None],
+        across / total + centre[2],
+        down / total + centre[1][:, None],
+        value,
+    ]
 
 
 def _padded(x: Tensor, padding: Tuple[int, int, int]) -> Tensor:
@@ -173,9 +196,16 @@ def _padded(x: Tensor, padding: Tuple[int, int, int]) -> Tensor:
 
 def _taps(p: Tensor, kernel_size: Tuple[int, int, int], stride: Tuple[int, int, int]) -> List[Tensor]:
     """The windows' first voxels, their second ones, and so on, columns first."""
-    depth, height, width = p.size(1) - kernel_size[0] + 1, p.size(2) - kernel_size[1] + 1, p.size(3) - kernel_size[2] + 1
+    depth, height, width = (
+        p.size(1) - kernel_size[0] + 1,
+        p.size(2) - kernel_size[1] + 1,
+        p.size(3) - kernel_size[2] + 1,
+    )
     if depth < 1 or height < 1 or width < 1:
-        raise ValueError(f"kernel_size: expected no more than the padded input's {list(p.shape[1:])}, got {list(kernel_size)}")
+        raise ValueError(
+            f"kernel_size: expected no more than the padded input's {list(p.shape[1:])}, got"
+            f" {list(kernel_size)}"
+        )
     down, along, across = stride
     taps: List[Tensor] = []
     for k in range(kernel_size[0]):

@@ -8,7 +8,14 @@ from torch import Tensor, nn
 from ...primitives.core.checks import check_image
 from ...primitives.core.modules import hold
 from ...primitives.resampling.warping import check_matrix, check_sampling, sample_affine
-from .matrices import check_numbers, check_vectors, from_rows, get_affine_matrix2d, get_rotation_matrix2d, inverse_affine
+from .matrices import (
+    check_numbers,
+    check_vectors,
+    from_rows,
+    get_affine_matrix2d,
+    get_rotation_matrix2d,
+    inverse_affine,
+)
 
 
 def warp_affine(
@@ -22,17 +29,18 @@ def warp_affine(
 ) -> Tensor:
     """Warp an image by affine transforms: out(p) = src(M^-1 p).
 
-    Pixel centres lie at integers, as for ``cv2.warpAffine(src, M, (width, height))`` with constant border 0 (OpenCV rounds
-    positions to 1/32 pixel).
+    Pixel centres lie at integers, as for ``cv2.warpAffine(src, M, (width, height))`` with constant border 0
+    (OpenCV rounds positions to 1/32 pixel).
 
     Args:
         src: (B, C, H, W), floating point.
         M: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
+            OpenCV).
         padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
-        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when False. It makes no
-            other difference, since M is in pixels.
+        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when
+            False. It makes no other difference, since M is in pixels.
         fill_value: (C,) colour for "fill"; black by default.
 
     Returns:
@@ -44,7 +52,9 @@ def warp_affine(
 
     Example:
         >>> x = torch.arange(4.0).expand(1, 1, 2, 4)
-        >>> warp_affine(x, torch.tensor([[[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]]]), (2, 4), padding_mode="border")[0, 0, 0]
+        >>> warp_affine(x, torch.tensor([[[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]]]), (2, 4), padding_mode="border")[
+        ...     0, 0, 0
+        ... ]
         tensor([0.0000, 0.5000, 1.5000, 2.5000])
     """
     check_image(src, "src")
@@ -54,12 +64,19 @@ def warp_affine(
     return sample_affine(src, inverse, dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value)
 
 
-def affine(tensor: Tensor, matrix: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = True) -> Tensor:
+def affine(
+    tensor: Tensor,
+    matrix: Tensor,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
     """``warp_affine`` to the image's own size.
 
     Args:
         tensor: (B, C, H, W), floating point.
-        matrix: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping source pixels (x, y) to output pixels.
+        matrix: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping source pixels (x, y) to output
+            pixels.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -92,7 +109,8 @@ def rotate(
     Args:
         tensor: (B, C, H, W), floating point.
         angle: (B,) in degrees, or (1,) for all images.
-        center: as many (x, y) in pixels as there are angles; the middle of the image, ((W - 1) / 2, (H - 1) / 2), by default.
+        center: as many (x, y) in pixels as there are angles; the middle of the image, ((W - 1) / 2, (H - 1) /
+            2), by default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -126,7 +144,8 @@ def scale(
     Args:
         tensor: (B, C, H, W), floating point.
         scale_factor: (B,), or (B, 2) with factors along x and y; B may be 1, for all images.
-        center: as many (x, y) in pixels as there are factors: what stays in place; the middle of the image by default.
+        center: as many (x, y) in pixels as there are factors: what stays in place; the middle of the image by
+            default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -148,7 +167,15 @@ def scale(
     return _about(tensor, torch.zeros_like(factor[:, 0]), factor, center, mode, padding_mode, align_corners)
 
 
-def _about(tensor: Tensor, angle: Tensor, factor: Tensor, center: Optional[Tensor], mode: str, padding_mode: str, align_corners: bool) -> Tensor:
+def _about(
+    tensor: Tensor,
+    angle: Tensor,
+    factor: Tensor,
+    center: Optional[Tensor],
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+) -> Tensor:
     """``affine`` by a rotation matrix in float64."""
     if center is None:
         one = torch.ones_like(angle.to(torch.float64))
@@ -159,12 +186,19 @@ def _about(tensor: Tensor, angle: Tensor, factor: Tensor, center: Optional[Tenso
     return affine(tensor, get_rotation_matrix2d(middle, angle, factor), mode, padding_mode, align_corners)
 
 
-def shear(tensor: Tensor, shear: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = False) -> Tensor:
+def shear(
+    tensor: Tensor,
+    shear: Tensor,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = False,
+) -> Tensor:
     """Shear images by the matrix [[1, shear_x, 0], [shear_y, 1, 0]] from source to destination pixels.
 
     Args:
         tensor: (B, C, H, W), floating point.
-        shear: (B, 2), or (1, 2) for all images: pixels along x per pixel of y, and along y per pixel of x; their product is not 1.
+        shear: (B, 2), or (1, 2) for all images: pixels along x per pixel of y, and along y per pixel of x;
+            their product is not 1.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -186,7 +220,13 @@ def shear(tensor: Tensor, shear: Tensor, mode: str = "bilinear", padding_mode: s
     return affine(tensor, matrix, mode, padding_mode, align_corners)
 
 
-def translate(tensor: Tensor, translation: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = True) -> Tensor:
+def translate(
+    tensor: Tensor,
+    translation: Tensor,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
     """Move images.
 
     Args:
@@ -213,17 +253,20 @@ def translate(tensor: Tensor, translation: Tensor, mode: str = "bilinear", paddi
 
 
 class Affine(nn.Module):
-    """Shear, scale, rotate and then move images, all in the same way or each in its own: ``affine`` by ``get_affine_matrix2d``.
+    """Shear, scale, rotate and then move images, all in the same way or each in its own: ``affine`` by
+    ``get_affine_matrix2d``.
 
     A tensor that is an ``nn.Parameter`` is learned with the module.
 
     Args:
-        angle: (B,) in degrees, counterclockwise as seen; 0 by default. B may be 1 here and below, for all images.
+        angle: (B,) in degrees, counterclockwise as seen; 0 by default. B may be 1 here and below, for all
+            images.
         translation: (B, 2), by how many pixels to the right and down; 0 by default.
         scale_factor: (B, 2), factors along x and y; 1 by default.
-        shear: (B, 2), shearing angles along x and y in radians, as in :func:`get_shear_matrix2d`; 0 by default.
-        center: (B, 2), x and y in pixels of what neither shearing, scaling nor rotation moves; the middle of the image,
-            ((W - 1) / 2, (H - 1) / 2), by default.
+        shear: (B, 2), shearing angles along x and y in radians, as in :func:`get_shear_matrix2d`; 0 by
+            default.
+        center: (B, 2), x and y in pixels of what neither shearing, scaling nor rotation moves; the middle of
+            the image, ((W - 1) / 2, (H - 1) / 2), by default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Shape:
@@ -273,11 +316,19 @@ class Affine(nn.Module):
         batch = input.size(0)
         fixed = self.center
         if fixed is None:
-            width, height = torch.ones_like(self.angle[:1]) * input.size(3), torch.ones_like(self.angle[:1]) * input.size(2)
+            width, height = (
+                torch.ones_like(self.angle[:1]) * input.size(3),
+                torch.ones_like(self.angle[:1]) * input.size(2),
+            )
             fixed = torch.stack([(width - 1.0) * 0.5, (height - 1.0) * 0.5], -1)
         center = fixed.to(torch.float64).expand(batch, 2)  # whose dtype is the matrix's
         shear = self.shear.expand(batch, 2)
         matrix = get_affine_matrix2d(
-            self.translation.expand(batch, 2), center, self.scale_factor.expand(batch, 2), -self.angle.expand(batch), shear[:, 0], shear[:, 1]
+            self.translation.expand(batch, 2),
+            center,
+            self.scale_factor.expand(batch, 2),
+            -self.angle.expand(batch),
+            shear[:, 0],
+            shear[:, 1],
         )
         return affine(input, matrix[:, :2], self.mode, self.padding_mode, self.align_corners)

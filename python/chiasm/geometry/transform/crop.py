@@ -8,7 +8,15 @@ from torch import Tensor
 from ...primitives.core.checks import check_choice, check_image
 from ...primitives.numbers.rounding import to_index
 from ...primitives.resampling.taps import bounded_taps
-from ...primitives.resampling.warping import check_matrix, check_sampling, pixel_axes, position_dtype, sample_image, sample_projective, weigh_image
+from ...primitives.resampling.warping import (
+    check_matrix,
+    check_sampling,
+    pixel_axes,
+    position_dtype,
+    sample_image,
+    sample_projective,
+    weigh_image,
+)
 from .matrices import check_points, get_perspective_transform
 from .warp import pixels_to_source
 
@@ -22,11 +30,13 @@ def center_crop(
 ) -> Tensor:
     """Cut out the middle.
 
-    Where the image's size and the crop's differ by an odd number the crop begins half a pixel further, between two pixels.
+    Where the image's size and the crop's differ by an odd number the crop begins half a pixel further,
+    between two pixels.
 
     Args:
         input_tensor: (B, C, H, W), floating point.
-        size: (height, width) of the crop, which may be larger than the image; may come from another tensor's shape.
+        size: (height, width) of the crop, which may be larger than the image; may come from another tensor's
+            shape.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -49,7 +59,9 @@ def center_crop(
     x = (column * 2.0 + (input_tensor.size(3) - width)) * 0.5
     y = (row * 2.0 + (input_tensor.size(2) - height)) * 0.5
     shape = [input_tensor.size(0), height, width]
-    return sample_image(input_tensor, x.expand(shape), y.expand(shape), mode, padding_mode, align_corners, None)
+    return sample_image(
+        input_tensor, x.expand(shape), y.expand(shape), mode, padding_mode, align_corners, None
+    )
 
 
 def crop_and_resize(
@@ -60,7 +72,8 @@ def crop_and_resize(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Cut out one quadrilateral of each image and bring it to a size; the corners' pixel centres become the corner pixels.
+    """Cut out one quadrilateral of each image and bring it to a size; the corners' pixel centres become the
+    corner pixels.
 
     Args:
         input_tensor: (B, C, H, W), floating point.
@@ -82,7 +95,9 @@ def crop_and_resize(
                 [ 9., 10., 11.]])
     """
     check_points(boxes, 4, 2, "boxes")
-    corners = torch.tensor([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], dtype=torch.float64, device=boxes.device)
+    corners = torch.tensor(
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], dtype=torch.float64, device=boxes.device
+    )
     span = torch.ones_like(corners[:1])
     span = torch.cat([span[:, :1] * (size[1] - 1), span[:, 1:] * (size[0] - 1)], 1)
     target = (corners * span)[None].expand(boxes.size(0), 4, 2)
@@ -101,8 +116,8 @@ def crop_by_boxes(
 ) -> Tensor:
     """Cut out the quadrilaterals that the warp from one box to another brings into view.
 
-    The output is as large as the first dst_box: a size that depends on data, so this is for eager Python and TorchScript.
-    ``like.crop_by_boxes_like`` takes the size from a tensor's shape and is what is deployed.
+    The output is as large as the first dst_box: a size that depends on data, so this is for eager Python and
+    TorchScript. ``like.crop_by_boxes_like`` takes the size from a tensor's shape and is what is deployed.
 
     Args:
         input_tensor: (B, C, H, W), floating point.
@@ -130,7 +145,15 @@ def crop_by_boxes(
     check_points(dst_box, 4, 2, "dst_box")
     extent = dst_box[:, 2] - dst_box[:, 0]
     if validate_boxes:
-        rectangle = torch.stack([dst_box[:, 0], dst_box[:, 0] + extent * _x_axis(extent), dst_box[:, 2], dst_box[:, 2] - extent * _x_axis(extent)], 1)
+        rectangle = torch.stack(
+            [
+                dst_box[:, 0],
+                dst_box[:, 0] + extent * _x_axis(extent),
+                dst_box[:, 2],
+                dst_box[:, 2] - extent * _x_axis(extent),
+            ],
+            1,
+        )
         if bool((rectangle - dst_box).abs().max() > 1e-4) or bool((extent - extent[:1]).abs().max() > 1e-4):
             raise ValueError("dst_box: expected rectangles of one size")
     size = (int(extent[0, 1].round().item()) + 1, int(extent[0, 0].round().item()) + 1)
@@ -150,7 +173,8 @@ def crop_by_transform_mat(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Warp images by homographies in pixels, whatever ``align_corners``: out(p) = input_tensor(transform^-1 p).
+    """Warp images by homographies in pixels, whatever ``align_corners``: out(p) = input_tensor(transform^-1
+    p).
 
     Args:
         input_tensor: (B, C, H, W), floating point.
@@ -174,7 +198,16 @@ def crop_by_transform_mat(
     check_matrix(transform, 3, 3, "transform")
     check_sampling(mode, padding_mode)
     matrix = transform.expand(input_tensor.size(0), 3, 3)
-    return sample_projective(input_tensor, pixels_to_source(matrix), out_size[0], out_size[1], mode, padding_mode, align_corners, None)
+    return sample_projective(
+        input_tensor,
+        pixels_to_source(matrix),
+        out_size[0],
+        out_size[1],
+        mode,
+        padding_mode,
+        align_corners,
+        None,
+    )
 
 
 def crop_by_indices(
@@ -192,10 +225,11 @@ def crop_by_indices(
 
     Args:
         input_tensor: (B, C, H, W), floating point.
-        src_box: (B, 4, 2), corner pixels (x, y) from the upper left clockwise, inside the image; fractions are cut off. A corner beyond the image
-            counts as the nearest pixel of it, a lower right one before the upper left as the same pixel.
-        size: (height, width) of the output. None for the boxes' own, which must then be the same; that depends on data and
-            is for eager Python and TorchScript.
+        src_box: (B, 4, 2), corner pixels (x, y) from the upper left clockwise, inside the image; fractions
+            are cut off. A corner beyond the image counts as the nearest pixel of it, a lower right one before
+            the upper left as the same pixel.
+        size: (height, width) of the output. None for the boxes' own, which must then be the same; that
+            depends on data and is for eager Python and TorchScript.
         interpolation, align_corners: as in :func:`resize`.
         antialias: must be False: the taps of a filter that is stretched by the data are not known in advance.
         shape_compensation: "resize", or "pad" to put crops at the upper left and zeros around them.

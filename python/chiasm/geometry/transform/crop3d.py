@@ -11,14 +11,17 @@ from .matrices3d import get_perspective_transform3d
 from .volume import crop_by_transform_mat3d, warp_affine3d
 
 
-def center_crop3d(tensor: Tensor, size: Tuple[int, int, int], interpolation: str = "bilinear", align_corners: bool = True) -> Tensor:
+def center_crop3d(
+    tensor: Tensor, size: Tuple[int, int, int], interpolation: str = "bilinear", align_corners: bool = True
+) -> Tensor:
     """Cut out the middle.
 
     Where the sizes differ by an odd number the crop begins half a voxel further, between two voxels.
 
     Args:
         tensor: (B, C, D, H, W), floating point.
-        size: (depth, height, width) of the crop, zeros where it is larger than the volume; may come from another tensor's shape.
+        size: (depth, height, width) of the crop, zeros where it is larger than the volume; may come from
+            another tensor's shape.
         interpolation, align_corners: as ``flags`` and ``align_corners`` in :func:`warp_affine3d`.
 
     Returns:
@@ -36,13 +39,24 @@ def center_crop3d(tensor: Tensor, size: Tuple[int, int, int], interpolation: str
     check_volume_sampling(interpolation, "zeros", "interpolation")
     one = torch.ones([tensor.size(0)], dtype=torch.float64, device=tensor.device)
     zero = torch.zeros_like(one)
-    x, y, z = one * (size[2] - tensor.size(4)) * 0.5, one * (size[1] - tensor.size(3)) * 0.5, one * (size[0] - tensor.size(2)) * 0.5
+    x, y, z = (
+        one * (size[2] - tensor.size(4)) * 0.5,
+        one * (size[1] - tensor.size(3)) * 0.5,
+        one * (size[0] - tensor.size(2)) * 0.5,
+    )
     matrix = from_rows([[one, zero, zero, x], [zero, one, zero, y], [zero, zero, one, z]])
     return warp_affine3d(tensor, matrix, size, interpolation, "zeros", align_corners)
 
 
-def crop_and_resize3d(tensor: Tensor, boxes: Tensor, size: Tuple[int, int, int], interpolation: str = "bilinear", align_corners: bool = False) -> Tensor:
-    """Cut out one box of each volume and bring it to a size; the corners' voxel centres become the corner voxels.
+def crop_and_resize3d(
+    tensor: Tensor,
+    boxes: Tensor,
+    size: Tuple[int, int, int],
+    interpolation: str = "bilinear",
+    align_corners: bool = False,
+) -> Tensor:
+    """Cut out one box of each volume and bring it to a size; the corners' voxel centres become the corner
+    voxels.
 
     Args:
         tensor: (B, C, D, H, W), floating point.
@@ -60,7 +74,9 @@ def crop_and_resize3d(tensor: Tensor, boxes: Tensor, size: Tuple[int, int, int],
     Example:
         >>> front = torch.tensor([[1.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
         >>> box = torch.cat([front, front + torch.tensor([0.0, 0.0, 1.0])])[None]
-        >>> crop_and_resize3d(torch.arange(5.0).expand(1, 1, 2, 2, 5), box, (2, 2, 3), align_corners=True)[0, 0, 0, 0].round()
+        >>> crop_and_resize3d(torch.arange(5.0).expand(1, 1, 2, 2, 5), box, (2, 2, 3), align_corners=True)[
+        ...     0, 0, 0, 0
+        ... ].round()
         tensor([1., 2., 3.])
     """
     check_volume(tensor, "tensor")
@@ -68,25 +84,44 @@ def crop_and_resize3d(tensor: Tensor, boxes: Tensor, size: Tuple[int, int, int],
     check_volume_sampling(interpolation, "zeros", "interpolation")
     one = torch.ones_like(boxes[:, 0, 0].to(torch.float64))
     low, x, y, z = torch.zeros_like(one), one * (size[2] - 1), one * (size[1] - 1), one * (size[0] - 1)
-    target = from_rows([[low, low, low], [x, low, low], [x, y, low], [low, y, low], [low, low, z], [x, low, z], [x, y, z], [low, y, z]])
+    target = from_rows(
+        [
+            [low, low, low],
+            [x, low, low],
+            [x, y, low],
+            [low, y, low],
+            [low, low, z],
+            [x, low, z],
+            [x, y, z],
+            [low, y, z],
+        ]
+    )
     matrix = get_perspective_transform3d(boxes.to(torch.float64), target)
     return crop_by_transform_mat3d(tensor, matrix, size, interpolation, "zeros", align_corners)
 
 
-def crop_by_boxes3d(tensor: Tensor, src_box: Tensor, dst_box: Tensor, interpolation: str = "bilinear", align_corners: bool = False) -> Tensor:
+def crop_by_boxes3d(
+    tensor: Tensor,
+    src_box: Tensor,
+    dst_box: Tensor,
+    interpolation: str = "bilinear",
+    align_corners: bool = False,
+) -> Tensor:
     """Cut out what the warp from one box to another brings into view.
 
-    The output is as large as the first dst_box: a size that depends on data, so this is for eager Python and TorchScript.
-    ``like3d.crop_by_boxes3d_like`` takes the size from a tensor's shape and is what is deployed.
+    The output is as large as the first dst_box: a size that depends on data, so this is for eager Python and
+    TorchScript. ``like3d.crop_by_boxes3d_like`` takes the size from a tensor's shape and is what is deployed.
 
     Args:
         tensor: (B, C, D, H, W), floating point.
-        src_box: (B, 8, 3), corners (x, y, z) in tensor: the front's from the upper left clockwise, then the back's.
+        src_box: (B, 8, 3), corners (x, y, z) in tensor: the front's from the upper left clockwise, then the
+            back's.
         dst_box: (B, 8, 3), the corners in the output: boxes of one size along the axes, at whole voxels.
         interpolation, align_corners: as ``flags`` and ``align_corners`` in :func:`warp_affine3d`.
 
     Returns:
-        (B, C, depth, height, width) for dst_box from (x, y, z) to (x + width - 1, y + height - 1, z + depth - 1).
+        (B, C, depth, height, width) for dst_box from (x, y, z) to (x + width - 1, y + height - 1, z + depth -
+        1).
 
     Raises:
         TypeError: if an argument is not floating point.

@@ -7,7 +7,13 @@ from torch import Tensor
 
 from ...filters.gaussian import gaussian_blur2d
 from ...primitives.core.checks import check_floating, check_image
-from ...primitives.resampling.warping import check_sampling, from_normalized, normalized_axis, position_dtype, sample_image
+from ...primitives.resampling.warping import (
+    check_sampling,
+    from_normalized,
+    normalized_axis,
+    position_dtype,
+    sample_image,
+)
 
 
 def elastic_transform2d(
@@ -22,8 +28,9 @@ def elastic_transform2d(
 ) -> Tensor:
     """Read an image at positions that smoothed noise has moved.
 
-    P. Simard, D. Steinkraus, J. Platt, Best Practices for Convolutional Neural Networks, ICDAR 2003. Displacements are in units
-    of half the image's width and height, as in Kornia; the noise is zero outside the image.
+    P. Simard, D. Steinkraus, J. Platt, Best Practices for Convolutional Neural Networks, ICDAR 2003.
+    Displacements are in units of half the image's width and height, as in Kornia; the noise is zero outside
+    the image.
 
     Args:
         image: (B, C, H, W), floating point.
@@ -32,8 +39,10 @@ def elastic_transform2d(
         sigma: its standard deviations in pixels, (y, x) or a tensor (B, 2) (or (1, 2) for all).
         alpha: factors of the displacements along x and y, two numbers or a tensor (2,), (1, 2) or (B, 2).
         align_corners: the unit reaches from corner pixel to corner pixel, or from edge to edge when False.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
-        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" or "fill" (black here, as "zeros").
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
+            OpenCV).
+        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" or "fill" (black here, as
+            "zeros").
 
     Returns:
         (B, C, H, W). Differentiable in image, noise, sigma and alpha ("nearest": in image).

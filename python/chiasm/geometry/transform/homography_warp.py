@@ -60,15 +60,18 @@ def homography_warp(
 
     Args:
         patch_src: (B, C, H, W), floating point.
-        src_homo_dst: (B, 3, 3), or (1, 3, 3) for all images, between coordinates in [-1, 1] unless one of the last two arguments is False.
+        src_homo_dst: (B, 3, 3), or (1, 3, 3) for all images, between coordinates in [-1, 1] unless one of the
+            last two arguments is False.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
-        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels' centres, or
-            the outer edges when align_corners is False) or "fill" (black here, as "zeros").
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
+            OpenCV).
+        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels'
+            centres, or the outer edges when align_corners is False) or "fill" (black here, as "zeros").
         align_corners: coordinates -1 and 1 are the corner pixels' centres, or the outer edges when False.
         normalized_coordinates: when False, src_homo_dst leads from output pixels to patch_src's pixels.
-        normalized_homography: when False, src_homo_dst leads the other way, from patch_src's pixels to output pixels as in
-            ``warp_perspective``, and normalized_coordinates does not count. (Both is as in Kornia.)
+        normalized_homography: when False, src_homo_dst leads the other way, from patch_src's pixels to output
+            pixels as in ``warp_perspective``, and normalized_coordinates does not count. (Both is as in
+            Kornia.)
 
     Returns:
         (B, C, height, width). Differentiable in patch_src and src_homo_dst ("nearest": in patch_src).
@@ -86,15 +89,29 @@ def homography_warp(
     check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
     check_sampling(mode, padding_mode)
     if not normalized_homography:
-        return sample_projective(patch_src, pixels_to_source(src_homo_dst), dsize[0], dsize[1], mode, padding_mode, align_corners, None)
+        return sample_projective(
+            patch_src,
+            pixels_to_source(src_homo_dst),
+            dsize[0],
+            dsize[1],
+            mode,
+            padding_mode,
+            align_corners,
+            None,
+        )
     if normalized_coordinates:
         precision = position_dtype(patch_src.dtype)
         column = normalized_axis(dsize[1], align_corners, precision, patch_src.device)[None, None, :]
         row = normalized_axis(dsize[0], align_corners, precision, patch_src.device)[None, :, None]
         x, y = mapped(column, row, src_homo_dst.to(precision))
-        x, y = from_normalized(x, patch_src.size(3), align_corners), from_normalized(y, patch_src.size(2), align_corners)
+        x, y = (
+            from_normalized(x, patch_src.size(3), align_corners),
+            from_normalized(y, patch_src.size(2), align_corners),
+        )
         return sample_image(patch_src, x, y, mode, padding_mode, align_corners, None)
-    return sample_projective(patch_src, src_homo_dst, dsize[0], dsize[1], mode, padding_mode, align_corners, None)
+    return sample_projective(
+        patch_src, src_homo_dst, dsize[0], dsize[1], mode, padding_mode, align_corners, None
+    )
 
 
 class HomographyWarper(nn.Module):
@@ -109,15 +126,19 @@ class HomographyWarper(nn.Module):
         align_corners: as in :func:`homography_warp`.
 
     Shape:
-        patch_src (B, C, H, W), floating point, and src_homo_dst (B, 3, 3) or (1, 3, 3), from the output to patch_src, to
-        (B, C, height, width). Without src_homo_dst it is the one that ``precompute_warp_grid`` was given.
+        patch_src (B, C, H, W), floating point, and src_homo_dst (B, 3, 3) or (1, 3, 3), from the output to
+        patch_src, to (B, C, height, width). Without src_homo_dst it is the one that ``precompute_warp_grid``
+        was given.
 
     Raises:
         TypeError: if a tensor is not floating point.
         ValueError: if a shape or a choice is not as above, or there is no homography.
 
     Example:
-        >>> image, mirror = torch.arange(4.0).expand(1, 1, 2, 4), torch.diag(torch.tensor([-1.0, 1.0, 1.0]))[None]
+        >>> image, mirror = (
+        ...     torch.arange(4.0).expand(1, 1, 2, 4),
+        ...     torch.diag(torch.tensor([-1.0, 1.0, 1.0]))[None],
+        ... )
         >>> warper = HomographyWarper(2, 4)
         >>> warper(image, mirror)[0, 0, 0]
         tensor([3., 2., 1., 0.])
@@ -148,20 +169,38 @@ class HomographyWarper(nn.Module):
         """Keep where (B, 3, 3) homographies lead, for calls with images alone."""
         check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
         dtype = position_dtype(src_homo_dst.dtype)
-        grid = create_meshgrid(self.height, self.width, self.normalized_coordinates, src_homo_dst.device, dtype, self.align_corners)
+        grid = create_meshgrid(
+            self.height,
+            self.width,
+            self.normalized_coordinates,
+            src_homo_dst.device,
+            dtype,
+            self.align_corners,
+        )
         self.warped_grid = warp_grid(grid, src_homo_dst.to(dtype))
 
     def forward(self, patch_src: Tensor, src_homo_dst: Optional[Tensor] = None) -> Tensor:
         if src_homo_dst is not None:
             size = (self.height, self.width)
             return homography_warp(
-                patch_src, src_homo_dst, size, self.mode, self.padding_mode, self.align_corners, self.normalized_coordinates
+                patch_src,
+                src_homo_dst,
+                size,
+                self.mode,
+                self.padding_mode,
+                self.align_corners,
+                self.normalized_coordinates,
             )
         grid = self.warped_grid
         if grid is None:
-            raise ValueError("src_homo_dst: expected a homography here or, before, for precompute_warp_grid, got None")
+            raise ValueError(
+                "src_homo_dst: expected a homography here or, before, for precompute_warp_grid, got None"
+            )
         check_image(patch_src, "patch_src")
         x, y = grid[..., 0], grid[..., 1]
         if self.normalized_coordinates:
-            x, y = from_normalized(x, patch_src.size(3), self.align_corners), from_normalized(y, patch_src.size(2), self.align_corners)
+            x, y = (
+                from_normalized(x, patch_src.size(3), self.align_corners),
+                from_normalized(y, patch_src.size(2), self.align_corners),
+            )
         return sample_image(patch_src, x, y, self.mode, self.padding_mode, self.align_corners, None)

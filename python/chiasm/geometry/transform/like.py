@@ -1,7 +1,7 @@
 """Resampling to a size that is known only at run time.
 
-Every runtime passes tensors, and not every one passes integers that change from call to call; so the size wanted comes in
-as the shape of a tensor.
+Every runtime passes tensors, and not every one passes integers that change from call to call; so the size
+wanted comes in as the shape of a tensor.
 """
 
 from typing import Optional
@@ -115,7 +115,8 @@ def homography_warp_like(
         patch_src: images (B, C, H, W).
         src_homo_dst: homographies (B, 3, 3) from the output to patch_src.
         like: a tensor (..., OH, OW) of any dtype, whose values are not read.
-        mode, padding_mode, align_corners, normalized_coordinates, normalized_homography: as in :func:`homography_warp`.
+        mode, padding_mode, align_corners, normalized_coordinates, normalized_homography: as in
+            :func:`homography_warp`.
 
     Returns:
         Images (B, C, OH, OW).
@@ -125,7 +126,16 @@ def homography_warp_like(
         torch.Size([1, 3, 16, 20])
     """
     dsize = (like.shape[-2], like.shape[-1])
-    return homography_warp(patch_src, src_homo_dst, dsize, mode, padding_mode, align_corners, normalized_coordinates, normalized_homography)
+    return homography_warp(
+        patch_src,
+        src_homo_dst,
+        dsize,
+        mode,
+        padding_mode,
+        align_corners,
+        normalized_coordinates,
+        normalized_homography,
+    )
 
 
 def crop_by_transform_mat_like(
@@ -148,10 +158,14 @@ def crop_by_transform_mat_like(
         Images (B, C, OH, OW).
 
     Example:
-        >>> crop_by_transform_mat_like(torch.rand(1, 3, 32, 48), torch.eye(3)[None], torch.empty(16, 20)).shape
+        >>> crop_by_transform_mat_like(
+        ...     torch.rand(1, 3, 32, 48), torch.eye(3)[None], torch.empty(16, 20)
+        ... ).shape
         torch.Size([1, 3, 16, 20])
     """
-    return crop_by_transform_mat(input_tensor, transform, (like.shape[-2], like.shape[-1]), mode, padding_mode, align_corners)
+    return crop_by_transform_mat(
+        input_tensor, transform, (like.shape[-2], like.shape[-1]), mode, padding_mode, align_corners
+    )
 
 
 def crop_by_boxes_like(
@@ -183,7 +197,9 @@ def crop_by_boxes_like(
     check_points(src_box, 4, 2, "src_box")
     check_points(dst_box, 4, 2, "dst_box")
     matrix = get_perspective_transform(src_box.to(torch.float64), dst_box.to(torch.float64))
-    return crop_by_transform_mat(input_tensor, matrix, (like.shape[-2], like.shape[-1]), mode, padding_mode, align_corners)
+    return crop_by_transform_mat(
+        input_tensor, matrix, (like.shape[-2], like.shape[-1]), mode, padding_mode, align_corners
+    )
 
 
 def center_crop_like(
@@ -237,4 +253,6 @@ def warp_polar_like(
         >>> warp_polar_like(torch.rand(1, 3, 32, 48), middle, radius, torch.empty(36, 16)).shape
         torch.Size([1, 3, 36, 16])
     """
-    return warp_polar(src, (like.shape[-2], like.shape[-1]), center, max_radius, mapping, mode, padding_mode, align_corners)
+    return warp_polar(
+        src, (like.shape[-2], like.shape[-1]), center, max_radius, mapping, mode, padding_mode, align_corners
+    )

@@ -9,7 +9,14 @@ from .matrices3d import get_perspective_transform3d
 from .volume import homography_warp3d, warp_affine3d, warp_perspective3d
 
 
-def warp_affine3d_like(src: Tensor, M: Tensor, like: Tensor, flags: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = True) -> Tensor:
+def warp_affine3d_like(
+    src: Tensor,
+    M: Tensor,
+    like: Tensor,
+    flags: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = True,
+) -> Tensor:
     """``warp_affine3d`` to the depth, height and width of another tensor.
 
     Args:
@@ -25,10 +32,19 @@ def warp_affine3d_like(src: Tensor, M: Tensor, like: Tensor, flags: str = "bilin
         >>> warp_affine3d_like(torch.rand(1, 2, 4, 5, 6), torch.eye(4)[None, :3], torch.empty(3, 4, 5)).shape
         torch.Size([1, 2, 3, 4, 5])
     """
-    return warp_affine3d(src, M, (like.shape[-3], like.shape[-2], like.shape[-1]), flags, padding_mode, align_corners)
+    return warp_affine3d(
+        src, M, (like.shape[-3], like.shape[-2], like.shape[-1]), flags, padding_mode, align_corners
+    )
 
 
-def warp_perspective3d_like(src: Tensor, M: Tensor, like: Tensor, flags: str = "bilinear", border_mode: str = "zeros", align_corners: bool = False) -> Tensor:
+def warp_perspective3d_like(
+    src: Tensor,
+    M: Tensor,
+    like: Tensor,
+    flags: str = "bilinear",
+    border_mode: str = "zeros",
+    align_corners: bool = False,
+) -> Tensor:
     """``warp_perspective3d`` to the depth, height and width of another tensor.
 
     Args:
@@ -44,7 +60,9 @@ def warp_perspective3d_like(src: Tensor, M: Tensor, like: Tensor, flags: str = "
         >>> warp_perspective3d_like(torch.rand(1, 2, 4, 5, 6), torch.eye(4)[None], torch.empty(3, 4, 5)).shape
         torch.Size([1, 2, 3, 4, 5])
     """
-    return warp_perspective3d(src, M, (like.shape[-3], like.shape[-2], like.shape[-1]), flags, border_mode, align_corners)
+    return warp_perspective3d(
+        src, M, (like.shape[-3], like.shape[-2], like.shape[-1]), flags, border_mode, align_corners
+    )
 
 
 def homography_warp3d_like(
@@ -94,7 +112,9 @@ def crop_by_transform_mat3d_like(
         Volumes (B, C, OD, OH, OW).
 
     Example:
-        >>> crop_by_transform_mat3d_like(torch.rand(1, 2, 4, 5, 6), torch.eye(4)[None], torch.empty(3, 4, 5)).shape
+        >>> crop_by_transform_mat3d_like(
+        ...     torch.rand(1, 2, 4, 5, 6), torch.eye(4)[None], torch.empty(3, 4, 5)
+        ... ).shape
         torch.Size([1, 2, 3, 4, 5])
     """
     size = (like.shape[-3], like.shape[-2], like.shape[-1])

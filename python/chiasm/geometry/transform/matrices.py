@@ -1,7 +1,7 @@
 """Matrices of plane transforms, in pixels: x to the right, y down.
 
-They are computed in float64 whatever the inputs' dtype, as OpenCV's are: a centre is hundreds of pixels from the origin, so an
-error of a matrix entry moves the image by hundreds of times as much.
+They are computed in float64 whatever the inputs' dtype, as OpenCV's are: a centre is hundreds of pixels from
+the origin, so an error of a matrix entry moves the image by hundreds of times as much.
 """
 
 import math
@@ -102,7 +102,9 @@ def get_shear_matrix2d(center: Tensor, sx: Optional[Tensor] = None, sy: Optional
 
 def _shear(center: Tensor, sx: Optional[Tensor], sy: Optional[Tensor]) -> Tensor:
     along_x, along_y = tangent(sx, center, "sx"), tangent(sy, center, "sy")
-    return about_center(from_rows([[torch.ones_like(along_x), -along_x], [-along_y, 1.0 + along_x * along_y]]), center)
+    return about_center(
+        from_rows([[torch.ones_like(along_x), -along_x], [-along_y, 1.0 + along_x * along_y]]), center
+    )
 
 
 def get_affine_matrix2d(
@@ -115,8 +117,8 @@ def get_affine_matrix2d(
 ) -> Tensor:
     """Homography that shears, scales and rotates about a centre and then moves.
 
-    The product of ``get_translation_matrix2d(translations)``, ``get_rotation_matrix2d(center, -angle, scale)`` (mind the
-    sign, which is Kornia's) and ``get_shear_matrix2d(center, sx, sy)``.
+    The product of ``get_translation_matrix2d(translations)``, ``get_rotation_matrix2d(center, -angle,
+    scale)`` (mind the sign, which is Kornia's) and ``get_shear_matrix2d(center, sx, sy)``.
 
     Args:
         translations: (B, 2), pixels along x and y.
@@ -145,7 +147,9 @@ def get_affine_matrix2d(
     check_vectors(scale, 2, "scale")
     check_numbers(angle, "angle")
     rotation = _rotation(center, -angle, scale)
-    matrix = torch.cat([rotation[:, :, :2], rotation[:, :, 2:] + translations.to(torch.float64)[:, :, None]], 2)
+    matrix = torch.cat(
+        [rotation[:, :, :2], rotation[:, :, 2:] + translations.to(torch.float64)[:, :, None]], 2
+    )
     if sx is not None or sy is not None:
         matrix = small_matmul(matrix, homogeneous(_shear(center, sx, sy)))
     return homogeneous(matrix).to(center.dtype)
@@ -154,8 +158,9 @@ def get_affine_matrix2d(
 def get_perspective_transform(points_src: Tensor, points_dst: Tensor) -> Tensor:
     """Homography that takes four points to four others, exactly: ``cv2.getPerspectiveTransform``.
 
-    In closed form: a homography takes the axes' points at infinity, the origin and (1, 1, 1) to any four points, so two of
-    those make one between two quadruples (R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., section 2.3).
+    In closed form: a homography takes the axes' points at infinity, the origin and (1, 1, 1) to any four
+    points, so two of those make one between two quadruples (R. Hartley, A. Zisserman, Multiple View Geometry,
+    2nd ed., section 2.3).
 
     Args:
         points_src: (B, 4, 2), no three on a line.
@@ -248,7 +253,7 @@ def projection_from_Rt(rmat: Tensor, tvec: Tensor) -> Tensor:
     return torch.cat([rmat, tvec], -1)
 
 
-# --- what the matrices are made with -----------------------------------------------------------------------------------
+# --- what the matrices are made with ------------------------------------------------------------------------
 
 
 def check_vectors(value: Tensor, size: int, name: str) -> None:
@@ -284,7 +289,8 @@ def homogeneous(matrix: Tensor) -> Tensor:
 
 
 def about_center(m: Tensor, center: Tensor) -> Tensor:
-    """(B, n, n + 1) in float64: a linear map (B, n, n), moved so that it leaves ``center`` (B, n) where it is."""
+    """(B, n, n + 1) in float64: a linear map (B, n, n), moved so that it leaves ``center`` (B, n) where it
+    is."""
     c = center.to(torch.float64)[:, :, None]
     return torch.cat([m, c - small_matmul(m, c)], 2)
 

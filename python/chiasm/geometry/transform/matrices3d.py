@@ -1,4 +1,5 @@
-"""Matrices of transforms of space, in voxels: x to the right, y down, z away. Computed in float64, as those of the plane."""
+"""Matrices of transforms of space, in voxels: x to the right, y down, z away. Computed in float64, as those
+of the plane."""
 
 import math
 from typing import Optional
@@ -54,8 +55,8 @@ def get_shear_matrix3d(
 ) -> Tensor:
     """Homography of space that shears along z, then y, then x, about a centre: T(center) X Y Z T(-center).
 
-    X adds -tan(sxy) x to y and -tan(sxz) x to z; Y adds -tan(syx) y to x and -tan(syz) y to z; Z adds -tan(szx) z to x and
-    -tan(szy) z to y. The centre stays where it is; Kornia's translation moves it.
+    X adds -tan(sxy) x to y and -tan(sxz) x to z; Y adds -tan(syx) y to x and -tan(syz) y to z; Z adds
+    -tan(szx) z to x and -tan(szy) z to y. The centre stays where it is; Kornia's translation moves it.
 
     Args:
         center: (B, 3), x, y and z in voxels.
@@ -112,8 +113,8 @@ def get_affine_matrix3d(
 ) -> Tensor:
     """Homography of space that shears, scales and rotates about a centre and then moves.
 
-    The product of a translation, ``get_projective_transform(center, -angles, scale)`` (mind the sign, which is Kornia's) and
-    ``get_shear_matrix3d(center, sxy, ...)``.
+    The product of a translation, ``get_projective_transform(center, -angles, scale)`` (mind the sign, which
+    is Kornia's) and ``get_shear_matrix3d(center, sxy, ...)``.
 
     Args:
         translations: (B, 3), voxels along x, y and z.
@@ -139,8 +140,17 @@ def get_affine_matrix3d(
     check_vectors(scale, 3, "scale")
     check_vectors(angles, 3, "angles")
     rotation = _rotation(center, -angles, scale)
-    matrix = torch.cat([rotation[:, :, :3], rotation[:, :, 3:] + translations.to(torch.float64)[:, :, None]], 2)
-    given = sxy is not None or sxz is not None or syx is not None or syz is not None or szx is not None or szy is not None
+    matrix = torch.cat(
+        [rotation[:, :, :3], rotation[:, :, 3:] + translations.to(torch.float64)[:, :, None]], 2
+    )
+    given = (
+        sxy is not None
+        or sxz is not None
+        or syx is not None
+        or syz is not None
+        or szx is not None
+        or szy is not None
+    )
     if given:
         matrix = small_matmul(matrix, homogeneous(_shear(center, sxy, sxz, syx, syz, szx, szy)))
     return homogeneous(matrix).to(center.dtype)
@@ -149,9 +159,9 @@ def get_affine_matrix3d(
 def get_perspective_transform3d(src: Tensor, dst: Tensor) -> Tensor:
     """Homography of space between two boxes of eight corners.
 
-    Five points determine it; as in Kornia these are corners 0, 1, 2, 5 and 7 (front: upper left, upper right, lower right;
-    back: upper right, lower left), of which no four lie in a plane. The other three are not read: where one box is an affine
-    image of the other they come out right, too.
+    Five points determine it; as in Kornia these are corners 0, 1, 2, 5 and 7 (front: upper left, upper right,
+    lower right; back: upper right, lower left), of which no four lie in a plane. The other three are not
+    read: where one box is an affine image of the other they come out right, too.
 
     Args:
         src: (B, 8, 3), front corners from the upper left clockwise, then the back's.
@@ -172,7 +182,9 @@ def get_perspective_transform3d(src: Tensor, dst: Tensor) -> Tensor:
     """
     check_points(src, 8, 3, "src")
     check_points(dst, 8, 3, "dst")
-    matrix = small_matmul(_projective_basis(dst.to(torch.float64)), inverse(_projective_basis(src.to(torch.float64))))
+    matrix = small_matmul(
+        _projective_basis(dst.to(torch.float64)), inverse(_projective_basis(src.to(torch.float64)))
+    )
     return (matrix / matrix[:, 3:4, 3:4]).to(src.dtype)
 
 

@@ -21,11 +21,13 @@ def warp_polar(
     padding_mode: str = "zeros",
     align_corners: bool = True,
 ) -> Tensor:
-    """Unroll images around a centre: rows are directions, columns distances. ``cv2.warpPolar``; Kornia has none.
+    """Unroll images around a centre: rows are directions, columns distances. ``cv2.warpPolar``; Kornia has
+    none.
 
-    Output pixel (i, j) shows the direction 2 pi i / height (from the x axis towards the y axis, clockwise as seen) at the
-    distance max_radius j / width, or exp(j log(max_radius) / width) - 1 for "log". Rotating src shifts the output's rows.
-    (The 1 is what OpenCV does, though not what its manual says; scikit-image's ``warp_polar`` has none.)
+    Output pixel (i, j) shows the direction 2 pi i / height (from the x axis towards the y axis, clockwise as
+    seen) at the distance max_radius j / width, or exp(j log(max_radius) / width) - 1 for "log". Rotating src
+    shifts the output's rows. (The 1 is what OpenCV does, though not what its manual says; scikit-image's
+    ``warp_polar`` has none.)
 
     Args:
         src: (B, C, H, W), floating point.

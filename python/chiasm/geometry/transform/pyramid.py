@@ -13,11 +13,14 @@ from ...primitives.filters.padding import check_border
 from ...primitives.resampling.resizing import blurred_and_resized, resized_and_blurred
 
 
-def pyrdown(input: Tensor, border_type: str = "reflect", align_corners: bool = False, factor: float = 2.0) -> Tensor:
+def pyrdown(
+    input: Tensor, border_type: str = "reflect", align_corners: bool = False, factor: float = 2.0
+) -> Tensor:
     """Blur with the binomial kernel (1, 4, 6, 4, 1) / 16 along both axes, then shrink.
 
-    Shrinking is bilinear, as in Kornia: half of an even size takes the mean of two by two blurred pixels. ``cv2.pyrDown``
-    takes every other blurred pixel instead, which differs by half a pixel, and rounds odd sizes up.
+    Shrinking is bilinear, as in Kornia: half of an even size takes the mean of two by two blurred pixels.
+    ``cv2.pyrDown`` takes every other blurred pixel instead, which differs by half a pixel, and rounds odd
+    sizes up.
 
     Args:
         input: (B, C, H, W), floating point.
@@ -30,7 +33,8 @@ def pyrdown(input: Tensor, border_type: str = "reflect", align_corners: bool = F
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, factor is not positive, no pixel is left, or the border is not as above.
+        ValueError: if input is not 4-D, factor is not positive, no pixel is left, or the border is not as
+            above.
 
     Example:
         >>> pyrdown(torch.ones(1, 1, 8, 9))[0, 0, 0]
@@ -50,7 +54,8 @@ def pyrdown(input: Tensor, border_type: str = "reflect", align_corners: bool = F
 def pyrup(input: Tensor, border_type: str = "reflect", align_corners: bool = False) -> Tensor:
     """Enlarge to twice the size, then blur with the binomial kernel (1, 4, 6, 4, 1) / 16 along both axes.
 
-    Enlarging is bilinear, as in Kornia. ``cv2.pyrUp`` puts zeros between the pixels and blurs with four times the kernel.
+    Enlarging is bilinear, as in Kornia. ``cv2.pyrUp`` puts zeros between the pixels and blurs with four times
+    the kernel.
 
     Args:
         input: (B, C, H, W), floating point.
@@ -70,10 +75,14 @@ def pyrup(input: Tensor, border_type: str = "reflect", align_corners: bool = Fal
     """
     check_image(input, "input")
     check_border(border_type)
-    return resized_and_blurred(input, 2 * input.size(2), 2 * input.size(3), align_corners, _binomial(), border_type)
+    return resized_and_blurred(
+        input, 2 * input.size(2), 2 * input.size(3), align_corners, _binomial(), border_type
+    )
 
 
-def build_pyramid(input: Tensor, max_level: int, border_type: str = "reflect", align_corners: bool = False) -> List[Tensor]:
+def build_pyramid(
+    input: Tensor, max_level: int, border_type: str = "reflect", align_corners: bool = False
+) -> List[Tensor]:
     """Gaussian pyramid: the image, and what ``pyrdown`` makes of it again and again.
 
     Args:
@@ -86,7 +95,8 @@ def build_pyramid(input: Tensor, max_level: int, border_type: str = "reflect", a
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, max_level is not positive, the border is not as above or the image is too small.
+        ValueError: if input is not 4-D, max_level is not positive, the border is not as above or the image is
+            too small.
 
     Example:
         >>> [list(level.shape[2:]) for level in build_pyramid(torch.ones(1, 3, 24, 32), 3)]
@@ -102,12 +112,15 @@ def build_pyramid(input: Tensor, max_level: int, border_type: str = "reflect", a
     return levels
 
 
-def build_laplacian_pyramid(input: Tensor, max_level: int, border_type: str = "reflect", align_corners: bool = False) -> List[Tensor]:
-    """Laplacian pyramid: what each level of the Gaussian pyramid has over the next one, enlarged; the last as it is.
+def build_laplacian_pyramid(
+    input: Tensor, max_level: int, border_type: str = "reflect", align_corners: bool = False
+) -> List[Tensor]:
+    """Laplacian pyramid: what each level of the Gaussian pyramid has over the next one, enlarged; the last as
+    it is.
 
-    A level is enlarged to the size of the one before it and then blurred, so that the image comes back exactly from the last
-    level by enlarging, blurring and adding, whatever its size. (Kornia's pads the image to powers of two instead, and agrees
-    where the sizes are powers of two.)
+    A level is enlarged to the size of the one before it and then blurred, so that the image comes back
+    exactly from the last level by enlarging, blurring and adding, whatever its size. (Kornia's pads the image
+    to powers of two instead, and agrees where the sizes are powers of two.)
 
     Args:
         input: (B, C, H, W), floating point.
@@ -119,7 +132,8 @@ def build_laplacian_pyramid(input: Tensor, max_level: int, border_type: str = "r
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, max_level is not positive, the border is not as above or the image is too small.
+        ValueError: if input is not 4-D, max_level is not positive, the border is not as above or the image is
+            too small.
 
     Example:
         >>> [list(level.shape[2:]) for level in build_laplacian_pyramid(torch.ones(1, 3, 25, 32), 3)]
@@ -128,7 +142,9 @@ def build_laplacian_pyramid(input: Tensor, max_level: int, border_type: str = "r
     levels = build_pyramid(input, max_level, border_type, align_corners)
     out: List[Tensor] = []
     for i in range(max_level - 1):
-        enlarged = resized_and_blurred(levels[i + 1], levels[i].size(2), levels[i].size(3), align_corners, _binomial(), border_type)
+        enlarged = resized_and_blurred(
+            levels[i + 1], levels[i].size(2), levels[i].size(3), align_corners, _binomial(), border_type
+        )
         out.append(levels[i] - enlarged)
     out.append(levels[max_level - 1])
     return out

@@ -5,7 +5,13 @@ from typing import Optional
 from torch import Tensor
 
 from ...primitives.core.checks import check_floating, check_image, check_rank
-from ...primitives.resampling.warping import check_sampling, from_normalized, position_dtype, sample_image, stretched
+from ...primitives.resampling.warping import (
+    check_sampling,
+    from_normalized,
+    position_dtype,
+    sample_image,
+    stretched,
+)
 
 
 def remap(
@@ -19,20 +25,21 @@ def remap(
 ) -> Tensor:
     """Read an image at given positions: out(p) = image(map_x(p), map_y(p)).
 
-    With align_corners=True this is ``cv2.remap(image, map_x, map_y, interpolation)`` with constant border 0 (OpenCV rounds
-    positions to 1/32 pixel).
+    With align_corners=True this is ``cv2.remap(image, map_x, map_y, interpolation)`` with constant border 0
+    (OpenCV rounds positions to 1/32 pixel).
 
     Args:
         image: (B, C, H, W), floating point.
         map_x: (B, h, w), columns of image.
         map_y: (B, h, w), rows of image.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
-        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels' centres, or
-            the outer edges unless align_corners is True) or "fill" (black here, as "zeros").
-        align_corners: True for pixel centres at integers. None is False, as in Kornia: then positions in pixels are read at
-            x * W / (W - 1) - 1/2, so that identity maps are **not** the identity.
-        normalized_coordinates: the maps are in [-1, 1], from corner pixel to corner pixel with align_corners, else from
-            edge to edge.
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
+            OpenCV).
+        padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels'
+            centres, or the outer edges unless align_corners is True) or "fill" (black here, as "zeros").
+        align_corners: True for pixel centres at integers. None is False, as in Kornia: then positions in
+            pixels are read at x * W / (W - 1) - 1/2, so that identity maps are **not** the identity.
+        normalized_coordinates: the maps are in [-1, 1], from corner pixel to corner pixel with align_corners,
+            else from edge to edge.
 
     Returns:
         (B, C, h, w). Differentiable in image and the maps ("nearest": in image).

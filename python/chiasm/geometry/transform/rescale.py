@@ -20,8 +20,8 @@ def rescale(
 
     Args:
         input: (B, C, H, W), floating point.
-        factor: positive, one for both axes or (vertical, horizontal). It is taken as the nearest ratio of numbers up to
-            65536, so that 0.3 of 10 pixels are 3.
+        factor: positive, one for both axes or (vertical, horizontal). It is taken as the nearest ratio of
+            numbers up to 65536, so that 0.3 of 10 pixels are 3.
         interpolation, align_corners, antialias: as in :func:`resize`.
 
     Returns:
@@ -29,7 +29,8 @@ def rescale(
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, a factor is not positive, no pixel is left, or a choice is not one of resize's.
+        ValueError: if input is not 4-D, a factor is not positive, no pixel is left, or a choice is not one of
+            resize's.
 
     Example:
         >>> rescale(torch.ones(1, 3, 10, 13), (2.0, 0.3)).shape
@@ -65,12 +66,13 @@ def resize_to_be_divisible(
         side: not read, since both sizes are given; Kornia has it.
 
     Returns:
-        (B, C, k * divisible_factor, l * divisible_factor), k and l being H / divisible_factor and W / divisible_factor rounded
-        to the nearest, halves to even.
+        (B, C, k * divisible_factor, l * divisible_factor), k and l being H / divisible_factor and W /
+        divisible_factor rounded to the nearest, halves to even.
 
     Raises:
         TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, divisible_factor is not positive, no pixel is left, or a choice is not one of resize's.
+        ValueError: if input is not 4-D, divisible_factor is not positive, no pixel is left, or a choice is
+            not one of resize's.
 
     Example:
         >>> resize_to_be_divisible(torch.ones(1, 3, 30, 50), 16).shape
@@ -79,7 +81,10 @@ def resize_to_be_divisible(
     check_image(input, "input")
     if divisible_factor < 1:
         raise ValueError(f"divisible_factor: expected a positive number, got {divisible_factor}")
-    size = (_nearest_multiple(input.size(2), divisible_factor), _nearest_multiple(input.size(3), divisible_factor))
+    size = (
+        _nearest_multiple(input.size(2), divisible_factor),
+        _nearest_multiple(input.size(3), divisible_factor),
+    )
     return resize(input, size, interpolation, align_corners, side, antialias)
 
 

@@ -20,15 +20,17 @@ def resize(
     """Resize an image.
 
     Pixel centres lie at half-integers, as for ``torch.nn.functional.interpolate``, ``cv2.resize`` and Pillow.
-    Without antialias, "bicubic" has a = -0.75 (torch, OpenCV), with antialias -0.5 (torch, Pillow). "nearest" takes
-    pixel floor(i * in / out) in exact arithmetic, where torch rounds the ratio to float32.
+    Without antialias, "bicubic" has a = -0.75 (torch, OpenCV), with antialias -0.5 (torch, Pillow). "nearest"
+    takes pixel floor(i * in / out) in exact arithmetic, where torch rounds the ratio to float32.
 
     Args:
         input: (B, C, H, W), floating point.
-        size: (height, width) of the output, or one number for ``side``, the other side keeping the aspect ratio.
-            Either may come from another tensor's shape, which makes the output size dynamic in exported graphs.
+        size: (height, width) of the output, or one number for ``side``, the other side keeping the aspect
+            ratio. Either may come from another tensor's shape, which makes the output size dynamic in
+            exported graphs.
         interpolation: "nearest", "bilinear" or "bicubic".
-        align_corners: let the centres of the corner pixels coincide instead of the outer edges. None is False.
+        align_corners: let the centres of the corner pixels coincide instead of the outer edges. None is
+            False.
         side: what a single size is the length of: "short", "long", "vert" or "horz".
         antialias: stretch the filter by the reduction factor (not for "nearest").
 

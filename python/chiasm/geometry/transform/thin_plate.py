@@ -1,7 +1,8 @@
 """Thin-plate splines: smooth maps of the plane that take given points to given points.
 
-F. Bookstein, Principal Warps: Thin-Plate Splines and the Decomposition of Deformations, IEEE TPAMI 11(6), 1989. A map is
-affine_weights[0] + p affine_weights[1:] + sum_i U(|p - kernel_centers[i]|) kernel_weights[i] with U(r) = r^2 log(r).
+F. Bookstein, Principal Warps: Thin-Plate Splines and the Decomposition of Deformations, IEEE TPAMI 11(6),
+1989. A map is affine_weights[0] + p affine_weights[1:] + sum_i U(|p - kernel_centers[i]|) kernel_weights[i]
+with U(r) = r^2 log(r).
 """
 
 from typing import Tuple
@@ -11,14 +12,23 @@ from torch import Tensor
 
 from ...primitives.core.checks import check_floating, check_image
 from ...primitives.linalg.matrices import small_matmul, solve
-from ...primitives.resampling.warping import check_matrix, check_sampling, from_normalized, normalized_axis, position_dtype, sample_image
+from ...primitives.resampling.warping import (
+    check_matrix,
+    check_sampling,
+    from_normalized,
+    normalized_axis,
+    position_dtype,
+    sample_image,
+)
 
 
 def get_tps_transform(points_src: Tensor, points_dst: Tensor) -> Tuple[Tensor, Tensor]:
-    """Weights of the spline that takes points_src to points_dst, its kernels centred at **points_dst** as in Kornia.
+    """Weights of the spline that takes points_src to points_dst, its kernels centred at **points_dst** as in
+    Kornia.
 
-    Hence ``warp_points_tps(points_src, points_dst, *get_tps_transform(points_src, points_dst))`` is points_dst. (Bookstein
-    centres kernels at the points the map starts from. Both interpolate; only his bends least.)
+    Hence ``warp_points_tps(points_src, points_dst, *get_tps_transform(points_src, points_dst))`` is
+    points_dst. (Bookstein centres kernels at the points the map starts from. Both interpolate; only his bends
+    least.)
 
     Args:
         points_src: (B, N, 2), N >= 3, not all on a line. In exported graphs N is fixed.
@@ -44,7 +54,10 @@ def get_tps_transform(points_src: Tensor, points_dst: Tensor) -> Tuple[Tensor, T
     if points_src.size(1) < 3:
         raise ValueError(f"points_src: expected at least 3 points, got {points_src.size(1)}")
     if points_dst.size(1) != points_src.size(1):
-        raise ValueError(f"points_dst: expected as many points as points_src, {points_src.size(1)}, got {points_dst.size(1)}")
+        raise ValueError(
+            f"points_dst: expected as many points as points_src, {points_src.size(1)}, got"
+            f" {points_dst.size(1)}"
+        )
     source, target = points_src.to(torch.float64), points_dst.to(torch.float64)
     ones = torch.cat([torch.ones_like(source[:, :, :1]), source], 2)
     upper = torch.cat([_kernel(source, target), ones], 2)
@@ -79,7 +92,9 @@ def _check_weights(kernel_centers: Tensor, kernel_weights: Tensor, affine_weight
     check_matrix(affine_weights, 3, 2, "affine_weights")
 
 
-def warp_points_tps(points_src: Tensor, kernel_centers: Tensor, kernel_weights: Tensor, affine_weights: Tensor) -> Tensor:
+def warp_points_tps(
+    points_src: Tensor, kernel_centers: Tensor, kernel_weights: Tensor, affine_weights: Tensor
+) -> Tensor:
     """Take points through thin-plate splines.
 
     Args:
@@ -136,7 +151,9 @@ def warp_image_tps(
 
     Example:
         >>> mirror = torch.tensor([[[0.0, 0.0], [-1.0, 0.0], [0.0, 1.0]]])
-        >>> warp_image_tps(torch.arange(4.0).expand(1, 1, 2, 4), torch.zeros(1, 3, 2), torch.zeros(1, 3, 2), mirror)[0, 0, 0]
+        >>> warp_image_tps(
+        ...     torch.arange(4.0).expand(1, 1, 2, 4), torch.zeros(1, 3, 2), torch.zeros(1, 3, 2), mirror
+        ... )[0, 0, 0]
         tensor([3., 2., 1., 0.])
     """
     check_image(image, "image")

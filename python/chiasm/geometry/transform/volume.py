@@ -1,4 +1,5 @@
-"""Warps of volumes. With align_corners=False they follow Kornia's, which normalise positions by size - 1 all the same."""
+"""Warps of volumes. With align_corners=False they follow Kornia's, which normalise positions by size - 1 all
+the same."""
 
 from typing import Optional, Tuple
 
@@ -8,7 +9,14 @@ from torch import Tensor
 from ...primitives.core.checks import check_last
 from ...primitives.linalg.matrices import inverse
 from ...primitives.resampling.volumes import check_volume, check_volume_sampling, sample_volume, voxel_axes
-from ...primitives.resampling.warping import away_from_zero, check_matrix, from_normalized, normalized_axis, position_dtype, stretched
+from ...primitives.resampling.warping import (
+    away_from_zero,
+    check_matrix,
+    from_normalized,
+    normalized_axis,
+    position_dtype,
+    stretched,
+)
 from .matrices import check_numbers, check_vectors, homogeneous
 from .matrices3d import get_projective_transform
 
@@ -28,10 +36,11 @@ def warp_affine3d(
         M: (B, 3, 4), invertible, mapping src voxels (x, y, z) to output voxels.
         dsize: (depth, height, width) of the output; may come from another tensor's shape.
         flags: "bilinear" (of eight voxels) or "nearest" (halves go to the even neighbour).
-        padding_mode: what lies outside: "zeros", "border" (replicate) or "reflection" (about the corner voxels' centres, or
-            the outer faces when align_corners is False).
-        align_corners: when False, output voxel j stands for (j + 1/2) (w - 1) / w of M's coordinates, and x of them is read at
-            x W / (W - 1) - 1/2, along each axis: M counts between the outer faces, size - 1 units apart.
+        padding_mode: what lies outside: "zeros", "border" (replicate) or "reflection" (about the corner
+            voxels' centres, or the outer faces when align_corners is False).
+        align_corners: when False, output voxel j stands for (j + 1/2) (w - 1) / w of M's coordinates, and x
+            of them is read at x W / (W - 1) - 1/2, along each axis: M counts between the outer faces, size -
+            1 units apart.
 
     Returns:
         (B, C, depth, height, width). Differentiable in src and M ("nearest": in src).
@@ -51,8 +60,17 @@ def warp_affine3d(
     return _warped(src, homogeneous(M.to(torch.float64)), dsize, flags, padding_mode, align_corners, True)
 
 
-def _warped(src: Tensor, matrix: Tensor, dsize: Tuple[int, int, int], mode: str, padding_mode: str, align_corners: bool, both: bool) -> Tensor:
-    """Warp by (B, 4, 4) in float64; ``both``: without align_corners the output's positions are stretched too."""
+def _warped(
+    src: Tensor,
+    matrix: Tensor,
+    dsize: Tuple[int, int, int],
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    both: bool,
+) -> Tensor:
+    """Warp by (B, 4, 4) in float64; ``both``: without align_corners the output's positions are stretched
+    too."""
     precision = position_dtype(src.dtype)
     m = inverse(matrix).to(precision)
     column, row, plane = voxel_axes(dsize, precision, src.device)
@@ -77,13 +95,20 @@ def _mapped(x: Tensor, y: Tensor, z: Tensor, matrix: Tensor) -> Tuple[Tensor, Te
     return mapped_x, mapped_y, (m[:, 2, 0] * x + m[:, 2, 1] * y + m[:, 2, 2] * z + m[:, 2, 3]) / depth
 
 
-def affine3d(tensor: Tensor, matrix: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = False) -> Tensor:
+def affine3d(
+    tensor: Tensor,
+    matrix: Tensor,
+    mode: str = "bilinear",
+    padding_mode: str = "zeros",
+    align_corners: bool = False,
+) -> Tensor:
     """``warp_affine3d`` to the volume's own size.
 
     Args:
         tensor: (B, C, D, H, W), floating point.
         matrix: (B, 3, 4), invertible, mapping source voxels (x, y, z) to output voxels.
-        mode, padding_mode, align_corners: as ``flags``, ``padding_mode`` and ``align_corners`` in :func:`warp_affine3d`.
+        mode, padding_mode, align_corners: as ``flags``, ``padding_mode`` and ``align_corners`` in
+            :func:`warp_affine3d`.
 
     Returns:
         (B, C, D, H, W). Differentiable in tensor and matrix.
@@ -117,8 +142,8 @@ def rotate3d(
 
     Args:
         tensor: (B, C, D, H, W), floating point.
-        yaw, pitch, roll: (B,), components along x, y and z in degrees. They are one rotation vector (axis times angle) as in
-            Kornia, not three turns one after the other.
+        yaw, pitch, roll: (B,), components along x, y and z in degrees. They are one rotation vector (axis
+            times angle) as in Kornia, not three turns one after the other.
         center: (B, 3), x, y and z in voxels; the middle of the volume by default.
         mode, padding_mode, align_corners: as in :func:`affine3d`.
 
@@ -131,7 +156,9 @@ def rotate3d(
 
     Example:
         >>> turn, zero = torch.tensor([180.0]), torch.zeros(1)
-        >>> rotate3d(torch.arange(4.0).reshape(1, 1, 1, 2, 2), zero, zero, turn, align_corners=True)[0, 0, 0].round()
+        >>> rotate3d(torch.arange(4.0).reshape(1, 1, 1, 2, 2), zero, zero, turn, align_corners=True)[
+        ...     0, 0, 0
+        ... ].round()
         tensor([[3., 2.],
                 [1., 0.]])
     """
@@ -142,7 +169,11 @@ def rotate3d(
     angles = torch.stack([yaw, pitch, roll], -1).to(torch.float64)
     if center is None:
         one = torch.ones_like(angles[:, 0])
-        sides = [one * (tensor.size(4) - 1) * 0.5, one * (tensor.size(3) - 1) * 0.5, one * (tensor.size(2) - 1) * 0.5]
+        sides = [
+            one * (tensor.size(4) - 1) * 0.5,
+            one * (tensor.size(3) - 1) * 0.5,
+            one * (tensor.size(2) - 1) * 0.5,
+        ]
         middle = torch.stack(sides, -1)
     else:
         check_vectors(center, 3, "center")
@@ -167,8 +198,8 @@ def warp_perspective3d(
         dsize: (depth, height, width) of the output; may come from another tensor's shape.
         flags: "bilinear" (of eight voxels) or "nearest" (halves go to the even neighbour).
         border_mode: what lies outside: "zeros", "border" or "reflection", as in :func:`warp_affine3d`.
-        align_corners: when False, src position x is read at x W / (W - 1) - 1/2, which is what Kornia's normalisation followed
-            by ``grid_sample(align_corners=False)`` does.
+        align_corners: when False, src position x is read at x W / (W - 1) - 1/2, which is what Kornia's
+            normalisation followed by ``grid_sample(align_corners=False)`` does.
 
     Returns:
         (B, C, depth, height, width). Differentiable in src and M ("nearest": in src).
@@ -230,8 +261,8 @@ def homography_warp3d(
         src_homo_dst: (B, 4, 4), between coordinates in [-1, 1].
         dsize: (depth, height, width) of the output; may come from another tensor's shape.
         mode, padding_mode: as ``flags`` and ``padding_mode`` in :func:`warp_affine3d`.
-        align_corners: coordinates -1 and 1 of patch_src are the corner voxels' centres, or the outer faces when False. Those of
-            the output are its corner voxels' centres in either case, as in Kornia.
+        align_corners: coordinates -1 and 1 of patch_src are the corner voxels' centres, or the outer faces
+            when False. Those of the output are its corner voxels' centres in either case, as in Kornia.
         normalized_coordinates: when False, src_homo_dst leads from output voxels to patch_src's voxels.
 
     Returns:
@@ -243,7 +274,9 @@ def homography_warp3d(
 
     Example:
         >>> mirror = torch.diag(torch.tensor([-1.0, 1.0, 1.0, 1.0]))[None]
-        >>> homography_warp3d(torch.arange(3.0).expand(1, 1, 2, 2, 3), mirror, (2, 2, 3), align_corners=True)[0, 0, 0, 0]
+        >>> homography_warp3d(torch.arange(3.0).expand(1, 1, 2, 2, 3), mirror, (2, 2, 3), align_corners=True)[
+        ...     0, 0, 0, 0
+        ... ]
         tensor([2., 1., 0.])
     """
     check_volume(patch_src, "patch_src")
@@ -256,7 +289,10 @@ def homography_warp3d(
         row = normalized_axis(dsize[1], True, precision, patch_src.device)[None, None, :, None]
         plane = normalized_axis(dsize[0], True, precision, patch_src.device)[None, :, None, None]
         x, y, z = _mapped(column, row, plane, m)
-        x, y = from_normalized(x, patch_src.size(4), align_corners), from_normalized(y, patch_src.size(3), align_corners)
+        x, y = (
+            from_normalized(x, patch_src.size(4), align_corners),
+            from_normalized(y, patch_src.size(3), align_corners),
+        )
         z = from_normalized(z, patch_src.size(2), align_corners)
     else:
         column, row, plane = voxel_axes(dsize, precision, patch_src.device)
@@ -280,7 +316,8 @@ def crop_by_transform_mat3d(
         tensor: (B, C, D, H, W), floating point.
         transform: (B, 4, 4), or (1, 4, 4) for all volumes, from tensor's voxels to the output's.
         out_size: (depth, height, width) of the output; may come from another tensor's shape.
-        mode, padding_mode, align_corners: as ``flags``, ``padding_mode`` and ``align_corners`` in :func:`warp_affine3d`.
+        mode, padding_mode, align_corners: as ``flags``, ``padding_mode`` and ``align_corners`` in
+            :func:`warp_affine3d`.
 
     Returns:
         (B, C, depth, height, width). Differentiable in tensor and transform.

@@ -21,17 +21,18 @@ def warp_perspective(
 ) -> Tensor:
     """Warp an image by homographies: out(p) = src(M^-1 p).
 
-    Pixel centres lie at integers, as for ``cv2.warpPerspective(src, M, (width, height))`` with constant border 0 (OpenCV rounds positions
-    to 1/32 pixel for 8-bit images).
+    Pixel centres lie at integers, as for ``cv2.warpPerspective(src, M, (width, height))`` with constant
+    border 0 (OpenCV rounds positions to 1/32 pixel for 8-bit images).
 
     Args:
         src: (B, C, H, W), floating point.
         M: (B, 3, 3), or (1, 3, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and OpenCV).
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
+            OpenCV).
         padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
-        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when False. It makes no
-            other difference, since M is in pixels.
+        align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when
+            False. It makes no other difference, since M is in pixels.
         fill_value: (C,) colour for "fill"; black by default.
 
     Returns:
@@ -50,7 +51,9 @@ def warp_perspective(
     check_image(src, "src")
     check_matrix(M, 3, 3, "M")
     check_sampling(mode, padding_mode)
-    return sample_projective(src, pixels_to_source(M), dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value)
+    return sample_projective(
+        src, pixels_to_source(M), dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value
+    )
 
 
 def pixels_to_source(M: Tensor) -> Tensor:

@@ -7,7 +7,8 @@ from torch import Tensor
 
 
 def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
-    """``value`` as a tensor of ``like``'s dtype that broadcasts against it, one entry a sample where it is (B,).
+    """``value`` as a tensor of ``like``'s dtype that broadcasts against it, one entry a sample where it is
+    (B,).
 
     >>> per_sample(torch.ones(2), torch.zeros(2, 3, 4, 5), "factor").shape
     torch.Size([2, 1, 1, 1])
@@ -19,7 +20,10 @@ def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
         return value
     # The batch first: in a symbolic shape it is the same symbol, and no question about its value is asked.
     if value.dim() != 1 or (value.size(0) != like.size(0) and value.size(0) != 1):
-        raise ValueError(f"{name}: expected a number, or a tensor that is a scalar, (B,) or broadcasts against {list(like.shape)}, got {list(value.shape)}")
+        raise ValueError(
+            f"{name}: expected a number, or a tensor that is a scalar, (B,) or broadcasts against"
+            f" {list(like.shape)}, got {list(value.shape)}"
+        )
     for _ in range(like.dim() - 1):
         value = value.unsqueeze(-1)
     return value

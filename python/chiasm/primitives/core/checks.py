@@ -14,7 +14,9 @@ def check_floating(value: Tensor, name: str) -> None:
 def check_rank(value: Tensor, rank: int, layout: str, name: str) -> None:
     """Raise ValueError unless ``value`` has ``rank`` dimensions; ``layout`` is how the message shows them."""
     if value.dim() != rank:
-        raise ValueError(f"{name}: expected shape {layout}, got {value.dim()} dimensions: {list(value.shape)}")
+        raise ValueError(
+            f"{name}: expected shape {layout}, got {value.dim()} dimensions: {list(value.shape)}"
+        )
 
 
 def check_image(value: Tensor, name: str) -> None:
@@ -46,7 +48,9 @@ def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
 def check_same_shape(value: Tensor, other: Tensor, name: str, other_name: str) -> None:
     """Raise ValueError unless ``value`` has the shape of ``other``."""
     if value.shape != other.shape:
-        raise ValueError(f"{name}: expected {other_name}'s shape {list(other.shape)}, got {list(value.shape)}")
+        raise ValueError(
+            f"{name}: expected {other_name}'s shape {list(other.shape)}, got {list(value.shape)}"
+        )
 
 
 def check_choice(value: str, choices: List[str], name: str) -> None:

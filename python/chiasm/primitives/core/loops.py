@@ -1,11 +1,12 @@
 """Long loops, exported as one loop instead of copies of its body.
 
-A loop is made of its step by a decorator: ``repeated`` for a known number of steps, ``until_stable`` for as many as change something.
-A step is ``step(state, k, *fixed)`` with k a 0-dimensional int64 tensor that counts the steps; ``fixed`` are tensors, numbers and lists
-of numbers. What the decorator makes of it is called with the number of steps in k's place: ``step(state, count, *fixed)``.
+A loop is made of its step by a decorator: ``repeated`` for a known number of steps, ``until_stable`` for as
+many as change something. A step is ``step(state, k, *fixed)`` with k a 0-dimensional int64 tensor that counts
+the steps; ``fixed`` are tensors, numbers and lists of numbers. What the decorator makes of it is called with
+the number of steps in k's place: ``step(state, count, *fixed)``.
 
-TorchScript and eager Python run a plain ``for``, through which gradients flow. Exported graphs have one ``while_loop``; exported
-gradients copy the steps, for no loop can be traced through torch.func.vjp.
+TorchScript and eager Python run a plain ``for``, through which gradients flow. Exported graphs have one
+``while_loop``; exported gradients copy the steps, for no loop can be traced through torch.func.vjp.
 """
 
 from typing import Any, Callable, Concatenate, List, ParamSpec, Tuple
@@ -22,7 +23,9 @@ P = ParamSpec("P")
 _COPIED_STEPS = 10
 
 
-def repeated(step: Callable[Concatenate[Tensor, Tensor, P], Tensor]) -> Callable[Concatenate[Tensor, int, P], Tensor]:
+def repeated(
+    step: Callable[Concatenate[Tensor, Tensor, P], Tensor],
+) -> Callable[Concatenate[Tensor, int, P], Tensor]:
     """The loop that replaces ``state`` by its step so many times.
 
     >>> def add(state: Tensor, k: Tensor, times: int) -> Tensor:
@@ -30,14 +33,21 @@ def repeated(step: Callable[Concatenate[Tensor, Tensor, P], Tensor]) -> Callable
     >>> repeated(add)(torch.tensor(0), 4, 2)
     tensor(12)
     """
-    lines = ["for k in range({count}):", "    {state} = step({state}, torch.full([], k, dtype=torch.int64, device={state}.device){fixed})"]
+    lines = [
+        "for k in range({count}):",
+        "    {state} = step({state}, torch.full([], k, dtype=torch.int64, device={state}.device){fixed})",
+    ]
     return _loop(step, "count", lines, _repeat)
 
 
-def until_stable(step: Callable[Concatenate[Tensor, Tensor, P], Tensor]) -> Callable[Concatenate[Tensor, int, P], Tensor]:
-    """The loop that replaces ``state`` by its step for k = 0, 1, ... until it stays the same, at most so many times.
+def until_stable(
+    step: Callable[Concatenate[Tensor, Tensor, P], Tensor],
+) -> Callable[Concatenate[Tensor, int, P], Tensor]:
+    """The loop that replaces ``state`` by its step for k = 0, 1, ... until it stays the same, at most so many
+    times.
 
-    The step must be such that a state which stays the same once stays so for good. Exported gradients see the first 10 steps.
+    The step must be such that a state which stays the same once stays so for good. Exported gradients see the
+    first 10 steps.
 
     >>> def rise(state: Tensor, k: Tensor, top: Tensor) -> Tensor:
     ...     return torch.minimum(state + 1, top)
@@ -54,8 +64,11 @@ def until_stable(step: Callable[Concatenate[Tensor, Tensor, P], Tensor]) -> Call
     return _loop(step, "limit", lines, _until_stable)
 
 
-def _loop(step: Callable[..., Tensor], count: str, scripted: List[str], otherwise: Callable[..., Tensor]) -> Callable[..., Tensor]:
-    """The function that runs the ``scripted`` lines in TorchScript, which takes no step as an argument, and elsewhere ``otherwise``."""
+def _loop(
+    step: Callable[..., Tensor], count: str, scripted: List[str], otherwise: Callable[..., Tensor]
+) -> Callable[..., Tensor]:
+    """The function that runs the ``scripted`` lines in TorchScript, which takes no step as an argument, and
+    elsewhere ``otherwise``."""
     state, _, *fixed = parameters_of(step)
     names = "".join(f", {p.name}" for p in fixed)
     body = [f"    {line.format(state=state.name, count=count, fixed=names)}" for line in scripted]
@@ -103,7 +116,9 @@ def _counter(k: int, state: Tensor) -> Tensor:
     return torch.full([], k, dtype=torch.int64, device=state.device)
 
 
-def _while_loop(step: Callable[..., Tensor], state: Tensor, fixed: Tuple[Any, ...], limit: int, may_end: bool) -> Tensor:
+def _while_loop(
+    step: Callable[..., Tensor], state: Tensor, fixed: Tuple[Any, ...], limit: int, may_end: bool
+) -> Tensor:
     from torch._higher_order_ops.while_loop import while_loop
 
     def moving(k: Tensor, moved: Tensor, state: Tensor) -> Tensor:
@@ -114,4 +129,8 @@ def _while_loop(step: Callable[..., Tensor], state: Tensor, fixed: Tuple[Any, ..
         return k + 1, _changed(after, state) if may_end else moved.clone(), after
 
     # clone: a loop may not begin with a tensor that the caller owns
-    return while_loop(moving, body, (_counter(0, state), torch.ones([], dtype=torch.bool, device=state.device), state.clone()))[2]
+    return while_loop(
+        moving,
+        body,
+        (_counter(0, state), torch.ones([], dtype=torch.bool, device=state.device), state.clone()),
+    )[2]

@@ -1,7 +1,7 @@
 """Primitives: computations that an engine may be given in another form than the one that defines them.
 
-After JAX's ``mlir.register_lowering`` and ``lax.platform_dependent``: the definition and its lowerings stand together, and what calls the
-primitive does not know which of them is taken.
+After JAX's ``mlir.register_lowering`` and ``lax.platform_dependent``: the definition and its lowerings stand
+together, and what calls the primitive does not know which of them is taken.
 """
 
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, ParamSpec, Protocol, Tuple, TypeVar, cast
@@ -32,7 +32,9 @@ class Primitive(Protocol[P, R_co]):
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R_co: ...
 
-    def lowering(self, *targets: str, when: Optional[Callable[..., bool]] = None) -> Callable[[Callable[..., Any]], Callable[..., Any]]: ...
+    def lowering(
+        self, *targets: str, when: Optional[Callable[..., bool]] = None
+    ) -> Callable[[Callable[..., Any]], Callable[..., Any]]: ...
 
 
 #: Every primitive, by module and name.
@@ -42,8 +44,9 @@ PRIMITIVES: Dict[str, Primitive[..., Any]] = {}
 def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
     """Make a function of a definition, to which lowerings can be added.
 
-    The definition is tensor code that TorchScript compiles. It says what the primitive computes: eager Python and TorchScript run it, and
-    gradients are taken of it. It takes and returns what TorchScript allows, without keyword-only arguments::
+    The definition is tensor code that TorchScript compiles. It says what the primitive computes: eager Python
+    and TorchScript run it, and gradients are taken of it. It takes and returns what TorchScript allows,
+    without keyword-only arguments::
 
         @primitive
         def halved(x: Tensor, times: int = 1) -> Tensor:
@@ -52,19 +55,21 @@ def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
                 x = x / 2
             return x
 
-    A lowering is the same computation, with the same arguments, as an engine is better served by it, or as it is served at all. It
-    is plain Python, which only tracers run, and names the targets that it is for::
+    A lowering is the same computation, with the same arguments, as an engine is better served by it, or as it
+    is served at all. It is plain Python, which only tracers run, and names the targets that it is for::
 
         @halved.lowering("onnx", "native")
         def _halved_by_a_product(x: Tensor, times: int = 1) -> Tensor:
             return x * 0.5**times
 
-    * ``"onnx"`` and ``"native"`` are forward passes: their lowerings need no gradient that could be exported. ``"vjp"`` is a backward
-      pass, of which one trace serves all engines: its lowerings are made of what has a gradient in ONNX. Without a lowering for a target the
-      definition is traced.
-    * ``when``, given the arguments, says whether the lowering can be taken: of a dtype, of sizes, of a kernel of our own
-      (``kernels.has_kernel``). It asks neither data nor sizes that are symbolic. Of several lowerings for a target the first that can be is taken.
-    * tests/ops/test_targets.py holds every lowering to its definition, at the examples that it has for every primitive.
+    * ``"onnx"`` and ``"native"`` are forward passes: their lowerings need no gradient that could be exported.
+      ``"vjp"`` is a backward pass, of which one trace serves all engines: its lowerings are made of what has
+      a gradient in ONNX. Without a lowering for a target the definition is traced.
+    * ``when``, given the arguments, says whether the lowering can be taken: of a dtype, of sizes, of a kernel
+      of our own (``kernels.has_kernel``). It asks neither data nor sizes that are symbolic. Of several
+      lowerings for a target the first that can be is taken.
+    * tests/ops/test_targets.py holds every lowering to its definition, at the examples that it has for every
+      primitive.
 
     >>> import chiasm.primitives.core.target as target
     >>> @primitive
@@ -88,7 +93,9 @@ def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
                 return rule.form(*arguments)
         return definition(*arguments)
 
-    def lowering(*targets: str, when: Optional[Callable[..., bool]] = None) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    def lowering(
+        *targets: str, when: Optional[Callable[..., bool]] = None
+    ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         for target in targets:
             if target not in TARGETS[1:]:
                 raise ValueError(f"target: expected one of {TARGETS[1:]}, got {target!r}")
@@ -101,15 +108,23 @@ def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
 
     parameters = parameters_of(definition)
     names = ", ".join(p.name for p in parameters)
-    body = ["if torch.jit.is_scripting():", f"    return definition({names})", "else:", f"    return lowered({names})"]
-    made = function_from(definition, list(parameters), body, {"torch": torch, "definition": definition, "lowered": lowered})
+    body = [
+        "if torch.jit.is_scripting():",
+        f"    return definition({names})",
+        "else:",
+        f"    return lowered({names})",
+    ]
+    made = function_from(
+        definition, list(parameters), body, {"torch": torch, "definition": definition, "lowered": lowered}
+    )
     made.definition, made.lowerings, made.lowering = definition, lowerings, lowering
     PRIMITIVES[f"{definition.__module__}.{definition.__name__}"] = made
     return cast("Primitive[P, R]", made)
 
 
 def carries_derivative(function: Callable[P, R]) -> Primitive[P, R]:
-    """The primitive of a function whose value is its first argument's, and which only adds a derivative: forward passes leave it out.
+    """The primitive of a function whose value is its first argument's, and which only adds a derivative:
+    forward passes leave it out.
 
     >>> @carries_derivative
     ... def from_square(root: torch.Tensor, square: torch.Tensor) -> torch.Tensor:

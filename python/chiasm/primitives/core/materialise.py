@@ -10,8 +10,9 @@ from .lowering import primitive
 def materialised(x: Tensor, dim: int) -> Tensor:
     """x, in native code certain to be computed once and stored.
 
-    AOTInductor inlines cheap arithmetic into every place that reads it: into each tap of a stencil, into each pixel that
-    looks up a table. A concatenation is always stored, so one slice too many is computed and cut off again.
+    AOTInductor inlines cheap arithmetic into every place that reads it: into each tap of a stencil, into each
+    pixel that looks up a table. A concatenation is always stored, so one slice too many is computed and cut
+    off again.
     """
     return x
 
@@ -23,7 +24,8 @@ def _concatenated(x: Tensor, dim: int) -> Tensor:
 
 @primitive
 def stored_index(index: Tensor) -> Tensor:
-    """A one-dimensional table of int64 indices, stored; in native code of 32 bits, for twice the vector lanes."""
+    """A one-dimensional table of int64 indices, stored; in native code of 32 bits, for twice the vector
+    lanes."""
     return index
 
 

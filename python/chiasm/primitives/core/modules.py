@@ -14,8 +14,9 @@ from .source import made_from
 def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Module]:
     """The class whose `forward` takes the function's tensors and whose constructor takes everything else.
 
-    Tensors are the parameters annotated `Tensor` that have no default, but for those named in `held`, which the constructor takes
-    too: then the module takes an image alone, as `nn.Sequential` wants. `hold` says what becomes of them.
+    Tensors are the parameters annotated `Tensor` that have no default, but for those named in `held`, which
+    the constructor takes too: then the module takes an image alone, as `nn.Sequential` wants. `hold` says
+    what becomes of them.
 
     >>> from chiasm.filters import median_blur
     >>> blur = twin(median_blur)(3)
@@ -25,17 +26,33 @@ def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Modu
     MedianBlur(kernel_size=3, border_type='reflect')
     """
     signature = inspect.signature(function)
-    tensors = [p for p in signature.parameters.values() if p.annotation is Tensor and p.default is p.empty and p.name not in held]
+    tensors = [
+        p
+        for p in signature.parameters.values()
+        if p.annotation is Tensor and p.default is p.empty and p.name not in held
+    ]
     settings = [p for p in signature.parameters.values() if p not in tensors]
     name = class_name(function.__name__)
-    scope: Dict[str, Any] = {"nn": nn, "Tensor": Tensor, "Result": signature.return_annotation, "function": function, "fitted": _fitted}
+    scope: Dict[str, Any] = {
+        "nn": nn,
+        "Tensor": Tensor,
+        "Result": signature.return_annotation,
+        "function": function,
+        "fitted": _fitted,
+    }
     written: List[str] = []
     for p in settings:
         scope[f"type_{p.name}"], scope[f"default_{p.name}"] = p.annotation, p.default
         written.append(p.name if p.default is p.empty else f"{p.name}=default_{p.name}")
     typed = ", ".join(["self"] + [f"{p.name}: Tensor" for p in tensors])
-    passed = ", ".join([f"{p.name}={p.name}" for p in tensors] + [f"{p.name}=self.{p.name}" for p in settings])
-    lines = [f"class {name}(nn.Module):", f"    def __init__({', '.join(['self'] + written)}):", "        super().__init__()"]
+    passed = ", ".join(
+        [f"{p.name}={p.name}" for p in tensors] + [f"{p.name}=self.{p.name}" for p in settings]
+    )
+    lines = [
+        f"class {name}(nn.Module):",
+        f"    def __init__({', '.join(['self'] + written)}):",
+        "        super().__init__()",
+    ]
     lines += [f"        fitted(self, {p.name!r}, {p.name}, type_{p.name})" for p in settings]
     lines += [f"    def forward({typed}) -> Result:", f"        return function({passed})", ""]
     source = "\n".join(lines)
@@ -59,7 +76,9 @@ def class_name(function_name: str) -> str:
     >>> class_name("rgb_to_hsv")
     'RgbToHsv'
     """
-    return _SPELLED.get(function_name) or "".join(part[:1].upper() + part[1:] for part in function_name.split("_"))
+    return _SPELLED.get(function_name) or "".join(
+        part[:1].upper() + part[1:] for part in function_name.split("_")
+    )
 
 
 # Words that a function's name runs together, and those that Kornia writes in capitals.
@@ -79,9 +98,11 @@ _SPELLED = {
 }
 
 
-def lazy_twins(package: str, functions: Dict[str, Any], held: Optional[Dict[str, Sequence[str]]] = None) -> Tuple[Callable[[str], Type[nn.Module]], Callable[[], List[str]]]:
-    """A package's `__getattr__`, which makes the twin of any public function when it is asked for, and its `__dir__` (PEP 562), which lists
-    them.
+def lazy_twins(
+    package: str, functions: Dict[str, Any], held: Optional[Dict[str, Sequence[str]]] = None
+) -> Tuple[Callable[[str], Type[nn.Module]], Callable[[], List[str]]]:
+    """A package's `__getattr__`, which makes the twin of any public function when it is asked for, and its
+    `__dir__` (PEP 562), which lists them.
 
     Args:
         package: the package's `__name__`.
@@ -97,13 +118,23 @@ def lazy_twins(package: str, functions: Dict[str, Any], held: Optional[Dict[str,
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
     def __dir__() -> List[str]:
-        return sorted({*functions, *(class_name(public) for public in functions["__all__"] if inspect.isfunction(functions[public]))})
+        return sorted(
+            {
+                *functions,
+                *(
+                    class_name(public)
+                    for public in functions["__all__"]
+                    if inspect.isfunction(functions[public])
+                ),
+            }
+        )
 
     return __getattr__, __dir__
 
 
 def hold(module: nn.Module, name: str, value: Tensor) -> None:
-    """Store a tensor: a Parameter is learned with the module; any other moves with it, but is no part of its state."""
+    """Store a tensor: a Parameter is learned with the module; any other moves with it, but is no part of its
+    state."""
     if isinstance(value, nn.Parameter):
         module.register_parameter(name, value)
     else:
@@ -111,7 +142,8 @@ def hold(module: nn.Module, name: str, value: Tensor) -> None:
 
 
 def _fitted(module: nn.Module, name: str, value: Any, annotation: Any) -> None:
-    """Store a setting; whole numbers become floats where only floats are meant, which TorchScript tells apart."""
+    """Store a setting; whole numbers become floats where only floats are meant, which TorchScript tells
+    apart."""
     if isinstance(value, Tensor):
         hold(module, name, value)
     else:

@@ -17,8 +17,11 @@ def made_from(source: str, filename: str, name: str, scope: Dict[str, Any]) -> A
     return scope[name]
 
 
-def function_from(model: Callable[..., Any], parameters: List[inspect.Parameter], body: List[str], scope: Dict[str, Any]) -> Any:
-    """A function with the name, the module, the docstring and the result's type of ``model``, but with other parameters and another body.
+def function_from(
+    model: Callable[..., Any], parameters: List[inspect.Parameter], body: List[str], scope: Dict[str, Any]
+) -> Any:
+    """A function with the name, the module, the docstring and the result's type of ``model``, but with other
+    parameters and another body.
 
     Args:
         model: the annotated function that the new one stands for.
@@ -33,7 +36,8 @@ def function_from(model: Callable[..., Any], parameters: List[inspect.Parameter]
         header.append(f"{p.name}: type_{p.name}" + ("" if p.default is p.empty else f" = default_{p.name}"))
     lines = [f"def {model.__name__}({', '.join(header)}) -> result_type:"] + [f"    {line}" for line in body]
     source = "\n".join(lines) + "\n"
-    # Several may be made of one model. TorchScript keeps the name in its files, so it must be the same in every run.
+    # Several may be made of one model. TorchScript keeps the name in its files, so it must be the same in
+    # every run.
     filename = f"<primitive {model.__module__}.{model.__name__} {zlib.crc32(source.encode()):08x}>"
     made = made_from(source, filename, model.__name__, scope)
     made.__doc__, made.__module__ = model.__doc__, model.__module__
@@ -47,4 +51,6 @@ def parameters_of(function: Callable[..., Any]) -> Tuple[inspect.Parameter, ...]
 
 def positional(name: str, annotation: Any, default: Any = inspect.Parameter.empty) -> inspect.Parameter:
     """A parameter for ``function_from``."""
-    return inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=default, annotation=annotation)
+    return inspect.Parameter(
+        name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=default, annotation=annotation
+    )

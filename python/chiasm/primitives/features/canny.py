@@ -12,7 +12,8 @@ from .connected_components import reached
 
 @primitive
 def canny_nms(x: Tensor, eps: float) -> Tensor:
-    """The magnitude of the unnormalised Sobel gradient of (B, 1, H, W) where it is a maximum across the edge, else 0.
+    """The magnitude of the unnormalised Sobel gradient of (B, 1, H, W) where it is a maximum across the edge,
+    else 0.
 
     The border is replicated; beyond it the magnitude is 0. ``eps`` is added to the squared magnitude.
     """
@@ -28,7 +29,11 @@ def _gradient(p: Tensor, eps: float) -> Tensor:
     dx, dy = sobel_sums(p)
     squared = dx * dx + dy * dy + eps
     positive = squared > 0
-    magnitude = torch.where(positive, torch.sqrt(torch.where(positive, squared, torch.ones_like(squared))), torch.zeros_like(squared))
+    magnitude = torch.where(
+        positive,
+        torch.sqrt(torch.where(positive, squared, torch.ones_like(squared))),
+        torch.zeros_like(squared),
+    )
     return torch.cat([magnitude, dx, dy], 1)
 
 
@@ -58,10 +63,13 @@ def _thinned(p: Tensor) -> Tensor:
 
 @primitive
 def canny_hysteresis(x: Tensor, low: float, high: float, limit: int) -> Tensor:
-    """Which values of (B, 1, H, W) above ``low`` are 8-connected through such to one above ``high``, bool; ``limit`` as for ``reached``."""
+    """Which values of (B, 1, H, W) above ``low`` are 8-connected through such to one above ``high``, bool;
+    ``limit`` as for ``reached``."""
     return reached(x[:, 0] > low, x[:, 0] > high, limit)[:, None]
 
 
-@canny_hysteresis.lowering("native", when=lambda x, low, high, limit: kernels.has_kernel(x) and kernels.runs_to_its_end(limit))
+@canny_hysteresis.lowering(
+    "native", when=lambda x, low, high, limit: kernels.has_kernel(x) and kernels.runs_to_its_end(limit)
+)
 def _linked_kernel(x: Tensor, low: float, high: float, limit: int) -> Tensor:
     return kernels.canny_hysteresis(x, low, high)

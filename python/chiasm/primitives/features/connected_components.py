@@ -1,7 +1,10 @@
-"""Connected sets of pixels, by union-find in whole-image steps: as many as the logarithm of the longest path, in practice under ten.
+"""Connected sets of pixels, by union-find in whole-image steps: as many as the logarithm of the longest path,
+in practice under ten.
 
-After Y. Zhang, A. Azad, Z. Hu, FastSV: a distributed-memory connected component algorithm with fast convergence, SIAM PP
-2020. Every pixel has a parent in its component, of no higher index. In a step the root of each tree that touches a tree
+After Y. Zhang, A. Azad, Z. Hu, FastSV: a distributed-memory connected component algorithm with fast
+convergence, SIAM PP
+2020. Every pixel has a parent in its component, of no higher index. In a step the root of each tree that
+  touches a tree
 of lower index is hung below it, and all trees become shallower.
 """
 
@@ -16,7 +19,8 @@ from ..kernels import operators as kernels
 
 @primitive
 def component_labels(mask: Tensor, limit: int) -> Tensor:
-    """The lowest flat index in the 8-connected component of each pixel of (N, H, W) bool, as (N, H * W) int32.
+    """The lowest flat index in the 8-connected component of each pixel of (N, H, W) bool, as (N, H * W)
+    int32.
 
     Pixels outside the mask are their own. ``limit`` bounds the steps.
 
@@ -29,26 +33,32 @@ def component_labels(mask: Tensor, limit: int) -> Tensor:
     return _joined(parent, limit, mask)
 
 
-@component_labels.lowering("native", when=lambda mask, limit: kernels.available(mask) and kernels.runs_to_its_end(limit))
+@component_labels.lowering(
+    "native", when=lambda mask, limit: kernels.available(mask) and kernels.runs_to_its_end(limit)
+)
 def _component_roots_kernel(mask: Tensor, limit: int) -> Tensor:
     return kernels.connected_components(mask)
 
 
 def reached(mask: Tensor, seeds: Tensor, limit: int) -> Tensor:
-    """Which pixels of ``mask`` are 8-connected within it to a pixel of ``seeds``, a subset of it; (N, H, W) bool."""
+    """Which pixels of ``mask`` are 8-connected within it to a pixel of ``seeds``, a subset of it; (N, H, W)
+    bool."""
     roots = component_labels(mask, limit)
     seeded = seeds.reshape(roots.size(0), roots.size(1))
     none = torch.zeros_like(roots)
     flags = lower_at(none, roots, none - 1, seeded)
-    return mask & (flags.gather(1, roots.to(torch.int64)) < 0).reshape(mask.size(0), mask.size(1), mask.size(2))
+    return mask & (flags.gather(1, roots.to(torch.int64)) < 0).reshape(
+        mask.size(0), mask.size(1), mask.size(2)
+    )
 
 
 @primitive
 def lower_at(values: Tensor, index: Tensor, offers: Tensor, active: Tensor) -> Tensor:
-    """values (N, P) int32, each lowered to the least of the ``active`` offers whose ``index`` is its position.
+    """values (N, P) int32, each lowered to the least of the ``active`` offers whose ``index`` is its
+    position.
 
-    Compiled code has no atomic minimum: there *some* active offer wins instead of the least, which is the same where all are
-    equal, and does as well where the caller repeats until nothing changes.
+    Compiled code has no atomic minimum: there *some* active offer wins instead of the least, which is the
+    same where all are equal, and does as well where the caller repeats until nothing changes.
     """
     own = torch.arange(values.size(1), device=values.device, dtype=torch.int32)
     slot = torch.where(active, index, own)
@@ -68,8 +78,12 @@ def _lower_to_any(values: Tensor, index: Tensor, offers: Tensor, active: Tensor)
 def _joined(parent: Tensor, k: Tensor, mask: Tensor) -> Tensor:
     inside = mask.reshape(parent.size(0), parent.size(1))
     nobody = 2147483647
-    own = torch.where(inside, parent, torch.full_like(parent, nobody)).reshape(-1, 1, mask.size(1), mask.size(2))
-    lowest = minmax_filter(own, 3, 3, "constant", False, float(nobody)).reshape(parent.size(0), parent.size(1))
+    own = torch.where(inside, parent, torch.full_like(parent, nobody)).reshape(
+        -1, 1, mask.size(1), mask.size(2)
+    )
+    lowest = minmax_filter(own, 3, 3, "constant", False, float(nobody)).reshape(
+        parent.size(0), parent.size(1)
+    )
     parent = lower_at(parent, parent, lowest, inside & (lowest < parent))
     for _ in range(3):
         parent = parent.gather(1, parent.to(torch.int64))

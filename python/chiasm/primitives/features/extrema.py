@@ -19,7 +19,9 @@ def strict_maxima(x: Tensor, slices: int, rows: int, columns: int) -> Tensor:
     beyond = float("inf")
     if slices > 1:
         plane = torch.full_like(x[:, 0:1], beyond)
-        deep = torch.cat([plane for _ in range((slices - 1) // 2)] + [x] + [plane for _ in range(slices // 2)], 1)
+        deep = torch.cat(
+            [plane for _ in range((slices - 1) // 2)] + [x] + [plane for _ in range(slices // 2)], 1
+        )
     else:
         deep = x
     margin_y, margin_x = ((rows - 1) // 2, rows // 2), ((columns - 1) // 2, columns // 2)
@@ -34,7 +36,8 @@ def _largest_neighbour(p: Tensor, slices: int, rows: int, columns: int) -> Tenso
     each_row = [p[:, :, i : i + height] for i in range(rows)]
     whole_column = largest(each_row)
     each_column = [whole_column[..., j : j + width] for j in range(columns)]
-    # In the centre's plane: whole columns, which neighbouring windows share, and the centre's column without it.
+    # In the centre's plane: whole columns, which neighbouring windows share, and the centre's column without
+    # it.
     around = _without(each_column, middle_column)
     if rows > 1:
         around.append(largest(_without(each_row, middle_row))[..., middle_column : middle_column + width])
@@ -63,12 +66,15 @@ def _without(values: List[Tensor], k: int) -> List[Tensor]:
 
 @primitive
 def scale_space_nms(volume: Tensor, radii: List[float], signed: bool, count: int) -> Tensor:
-    """Where in each volume (B, L, H, W) the strongest positive maxima among 3x3x3 voxels are, if signed also negative minima: (B, count), of equals
-    the first, -1 where there are no more. A disk of its level's radius around each lies in the image."""
+    """Where in each volume (B, L, H, W) the strongest positive maxima among 3x3x3 voxels are, if signed also
+    negative minima: (B, count), of equals the first, -1 where there are no more. A disk of its level's radius
+    around each lies in the image."""
     extreme = strict_maxima(volume, 3, 3, 3) & (volume > 0)
     if signed:
         extreme = extreme | (strict_maxima(-volume, 3, 3, 3) & (volume < 0))
-    strength = torch.where(extreme & _has_room(volume, radii), volume.abs(), torch.full_like(volume, -1.0)).flatten(1)
+    strength = torch.where(
+        extreme & _has_room(volume, radii), volume.abs(), torch.full_like(volume, -1.0)
+    ).flatten(1)
     # A small image may have fewer voxels than there are slots.
     strength, place = stable_topk(F.pad(strength, [0, count], "constant", -1.0), count)
     return torch.where(strength > 0, place, torch.full_like(place, -1))
@@ -76,12 +82,20 @@ def scale_space_nms(volume: Tensor, radii: List[float], signed: bool, count: int
 
 @scale_space_nms.lowering("native", when=kernels.has_kernel)
 def _scale_space_nms_kernel(volume: Tensor, radii: List[float], signed: bool, count: int) -> Tensor:
-    return kernels.scale_space_nms(volume.contiguous(), torch.tensor([math.ceil(radius) for radius in radii], dtype=torch.int64), signed, count)
+    return kernels.scale_space_nms(
+        volume.contiguous(),
+        torch.tensor([math.ceil(radius) for radius in radii], dtype=torch.int64),
+        signed,
+        count,
+    )
 
 
 def _has_room(volume: Tensor, radii: List[float]) -> Tensor:
     """(L, H, W): whether a disk of the level's radius around each voxel lies in the image."""
-    column, row = torch.arange(volume.size(3), device=volume.device), torch.arange(volume.size(2), device=volume.device)[:, None]
+    column, row = (
+        torch.arange(volume.size(3), device=volume.device),
+        torch.arange(volume.size(2), device=volume.device)[:, None],
+    )
     rooms: List[Tensor] = []
     for radius in radii:
         across = (column >= radius) & (column <= volume.size(3) - 1 - radius)

@@ -12,9 +12,9 @@ from ..linalg.matrices import small_matmul
 def cdist_squared(a: Tensor, b: Tensor) -> Tensor:
     """(B, N, M): squared Euclidean distances of the vectors a (B, N, D) from b (B, M, D). Without a gradient.
 
-    |a|^2 + |b|^2 - 2 a.b, one matrix product, in float64: in float32 that difference of large numbers would leave of a distance of 1e-3 between
-    unit vectors not one digit. For float32 vectors it is then rounded to float32, so that equal vectors, whose products a library may add up in
-    different orders, are equally far.
+    |a|^2 + |b|^2 - 2 a.b, one matrix product, in float64: in float32 that difference of large numbers would
+    leave of a distance of 1e-3 between unit vectors not one digit. For float32 vectors it is then rounded to
+    float32, so that equal vectors, whose products a library may add up in different orders, are equally far.
     """
     left, right = a.detach().to(torch.float64), b.detach().to(torch.float64)
     lengths = (left * left).sum(-1)[:, :, None] + (right * right).sum(-1)[:, None, :]
@@ -29,7 +29,8 @@ def _squared_distances_kernel(a: Tensor, b: Tensor) -> Tensor:
 
 @primitive
 def two_smallest(x: Tensor, along_rows: bool) -> Tensor:
-    """(B, N, 2): where the least and the second least number of each row of x (B, N, M) is, or of each column: (B, M, 2).
+    """(B, N, 2): where the least and the second least number of each row of x (B, N, M) is, or of each
+    column: (B, M, 2).
 
     Of equals the first counts. -1 where no number, or no second one, is less than infinity.
 

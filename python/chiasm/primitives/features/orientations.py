@@ -16,7 +16,8 @@ from ..linalg.matrices import small_matmul
 def polar_gradient(image: Tensor) -> Tuple[Tensor, Tensor]:
     """Length and direction of the central differences of (N, 1, H, W), the border replicated: (N, H, W) each.
 
-    Directions are in radians from x towards y, that is down, from -pi to pi. Where there is no gradient, both are 0 and have derivative 0.
+    Directions are in radians from x towards y, that is down, from -pi to pi. Where there is no gradient, both
+    are 0 and have derivative 0.
     """
     both = gradient(image, (1, 1), (1, 1), "replicate", "diff", True)[:, 0]
     dx, dy = both[:, 0], both[:, 1]
@@ -29,7 +30,8 @@ def polar_gradient(image: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def directed(length: Tensor, direction: Tensor, bins: int) -> Tensor:
-    """(N, bins, H, W): each length shared by the two of ``bins`` directions around its own; the first is 0 radians."""
+    """(N, bins, H, W): each length shared by the two of ``bins`` directions around its own; the first is 0
+    radians."""
     place = direction * (bins / (2.0 * math.pi))
     place = torch.where(place < 0, place + bins, place)[:, None]
     bin = torch.arange(bins, device=length.device).to(length.dtype)[:, None, None]
@@ -39,8 +41,8 @@ def directed(length: Tensor, direction: Tensor, bins: int) -> Tensor:
 
 @primitive
 def orientation_histograms(patches: Tensor, window: Tensor, nearness: Tensor, bins: int) -> Tensor:
-    """(N, bins, P, P): lengths of the gradients of patches (N, 1, PS, PS), weighed by window (PS, PS), by their ``directed`` and by the places that
-    rows and columns are near to: nearness (P, PS)."""
+    """(N, bins, P, P): lengths of the gradients of patches (N, 1, PS, PS), weighed by window (PS, PS), by
+    their ``directed`` and by the places that rows and columns are near to: nearness (P, PS)."""
     length, direction = polar_gradient(patches)
     planes = directed(length * window, direction, bins)
     return small_matmul(small_matmul(nearness, planes), nearness.transpose(-1, -2))
@@ -48,4 +50,6 @@ def orientation_histograms(patches: Tensor, window: Tensor, nearness: Tensor, bi
 
 @orientation_histograms.lowering("native", when=kernels.has_kernel)
 def _direction_histograms_kernel(patches: Tensor, window: Tensor, nearness: Tensor, bins: int) -> Tensor:
-    return kernels.orientation_histograms(patches[:, 0].contiguous(), window.contiguous(), nearness.contiguous(), bins)
+    return kernels.orientation_histograms(
+        patches[:, 0].contiguous(), window.contiguous(), nearness.contiguous(), bins
+    )

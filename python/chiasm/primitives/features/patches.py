@@ -12,7 +12,8 @@ from ..numbers.rounding import known_or
 
 
 def patch_positions(frame: Tensor, PS: int) -> Tuple[Tensor, Tensor]:
-    """Where the pixels of each patch are in the image: x and y, (B, N * PS, PS) after flattening; here (B, N, PS, PS)."""
+    """Where the pixels of each patch are in the image: x and y, (B, N * PS, PS) after flattening; here (B, N,
+    PS, PS)."""
     side = (2.0 * torch.arange(PS, device=frame.device).to(frame.dtype) + 1.0) / PS - 1.0
     m = frame[..., None, None]
     x = m[:, :, 0, 0] * side + m[:, :, 0, 1] * side[:, None] + m[:, :, 0, 2]
@@ -21,21 +22,31 @@ def patch_positions(frame: Tensor, PS: int) -> Tuple[Tensor, Tensor]:
 
 
 @primitive
-def read_patches(pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frame: Tensor, PS: int) -> Tensor:
-    """(B, C, N, PS, PS): patches of frames (B, N, 2, 3), each of the image in pixels (B, C, S) that begins at ``start`` and is so large, (B, N) each."""
+def read_patches(
+    pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frame: Tensor, PS: int
+) -> Tensor:
+    """(B, C, N, PS, PS): patches of frames (B, N, 2, 3), each of the image in pixels (B, C, S) that begins at
+    ``start`` and is so large, (B, N) each."""
     x, y = patch_positions(frame, PS)
     index, weight = _level_taps(x, y, start, height, width)
     return reshaped(_gather(pixels, index, weight), [pixels.size(0), pixels.size(1), frame.size(1), PS, PS])
 
 
 @read_patches.lowering("native", when=kernels.has_kernel)
-def _read_patches_kernel(pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frame: Tensor, PS: int) -> Tensor:
+def _read_patches_kernel(
+    pixels: Tensor, start: Tensor, height: Tensor, width: Tensor, frame: Tensor, PS: int
+) -> Tensor:
     frame = frame.to(pixels.dtype).contiguous()
-    return kernels.extract_patches(pixels.contiguous(), start.contiguous(), height.contiguous(), width.contiguous(), frame, PS)
+    return kernels.extract_patches(
+        pixels.contiguous(), start.contiguous(), height.contiguous(), width.contiguous(), frame, PS
+    )
 
 
-def _level_taps(x: Tensor, y: Tensor, start: Tensor, height: Tensor, width: Tensor) -> Tuple[List[Tensor], List[Tensor]]:
-    """Indices and weights (B, N, PS, PS) of the four pixels around positions in images that begin at ``start`` and are so large, (B, N) each."""
+def _level_taps(
+    x: Tensor, y: Tensor, start: Tensor, height: Tensor, width: Tensor
+) -> Tuple[List[Tensor], List[Tensor]]:
+    """Indices and weights (B, N, PS, PS) of the four pixels around positions in images that begin at
+    ``start`` and are so large, (B, N) each."""
     start, height, width = start[..., None, None], height[..., None, None], width[..., None, None]
     x = torch.minimum(x.clamp(min=0), (width - 1).to(x.dtype))
     y = torch.minimum(y.clamp(min=0), (height - 1).to(y.dtype))
@@ -55,5 +66,7 @@ def _gather(pixels: Tensor, index: List[Tensor], weight: List[Tensor]) -> Tensor
     out = torch.zeros([1], dtype=pixels.dtype, device=pixels.device)
     for k in range(len(index)):
         where = index[k].flatten(1)[:, None]
-        out = out + pixels.gather(2, where.expand(-1, pixels.size(1), -1)) * weight[k].flatten(1)[:, None].to(pixels.dtype)
+        out = out + pixels.gather(2, where.expand(-1, pixels.size(1), -1)) * weight[k].flatten(1)[:, None].to(
+            pixels.dtype
+        )
     return out

@@ -11,12 +11,18 @@ from .stencil import join_channels, split_channels
 
 @primitive
 def bilateral_mean(
-    x: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, squares: bool, border_type: str
+    x: Tensor,
+    guide: Tensor,
+    kernel_y: Tensor,
+    kernel_x: Tensor,
+    falloff: Tensor,
+    squares: bool,
+    border_type: str,
 ) -> Tensor:
     """Means of (B, C, H, W) weighted by exp(falloff * distance^2) * kernel_y * kernel_x.
 
-    The distance between the colours of ``guide`` (B or 1, D, H, W) is the sum of absolute differences, or Euclidean (``squares``).
-    The kernels are (B or 1, size), falloff is (B or 1, 1, 1, 1).
+    The distance between the colours of ``guide`` (B or 1, D, H, W) is the sum of absolute differences, or
+    Euclidean (``squares``). The kernels are (B or 1, size), falloff is (B or 1, 1, 1, 1).
     """
     ry, rx = kernel_y.size(1) // 2, kernel_x.size(1) // 2
     p = padded(x, (ry, ry), (rx, rx), border_type)
@@ -26,12 +32,22 @@ def bilateral_mean(
 
 @bilateral_mean.lowering("native", when=kernels.has_kernel)
 def _bilateral_mean_kernel(
-    x: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, squares: bool, border_type: str
+    x: Tensor,
+    guide: Tensor,
+    kernel_y: Tensor,
+    kernel_x: Tensor,
+    falloff: Tensor,
+    squares: bool,
+    border_type: str,
 ) -> Tensor:
-    return kernels.bilateral(x, guide, kernel_y[:, :, None] * kernel_x[:, None, :], falloff.flatten(), border_type, squares)
+    return kernels.bilateral(
+        x, guide, kernel_y[:, :, None] * kernel_x[:, None, :], falloff.flatten(), border_type, squares
+    )
 
 
-def _valid_mean(p: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, squares: bool) -> Tensor:
+def _valid_mean(
+    p: Tensor, guide: Tensor, kernel_y: Tensor, kernel_x: Tensor, falloff: Tensor, squares: bool
+) -> Tensor:
     ky, kx = kernel_y.size(1), kernel_x.size(1)
     height = p.size(2) - ky + 1
     width = p.size(3) - kx + 1

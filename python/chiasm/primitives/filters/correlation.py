@@ -1,4 +1,5 @@
-"""Correlation with kernels of any shape that are given at run time, and sums over windows, in two and three dimensions."""
+"""Correlation with kernels of any shape that are given at run time, and sums over windows, in two and three
+dimensions."""
 
 from typing import List, Tuple
 
@@ -13,7 +14,8 @@ from .stencil import along_columns, along_rows, separable_by_kernel, separable_s
 
 
 def centred(size: int) -> Tuple[int, int]:
-    """How far a window of ``size`` pixels reaches before and after its pixel; an even one reaches further after it.
+    """How far a window of ``size`` pixels reaches before and after its pixel; an even one reaches further
+    after it.
 
     >>> centred(5), centred(4)
     ((2, 2), (1, 2))
@@ -75,7 +77,9 @@ def correlate3d_valid(p: Tensor, kernel: Tensor) -> Tensor:
 @correlate3d_valid.lowering("onnx", when=_is_shared)
 def _convolution3d(p: Tensor, kernel: Tensor) -> Tensor:
     # The exporter makes a wrong bias where there is none.
-    flat = F.conv3d(p.flatten(0, 1)[:, None], kernel[:, None], torch.zeros([1], dtype=p.dtype, device=p.device))
+    flat = F.conv3d(
+        p.flatten(0, 1)[:, None], kernel[:, None], torch.zeros([1], dtype=p.dtype, device=p.device)
+    )
     return flat.reshape(p.size(0), p.size(1), flat.size(2), flat.size(3), flat.size(4))
 
 
@@ -89,18 +93,23 @@ def _sum_of_rows3d(p: Tensor, kernel: Tensor) -> Tensor:
         slices = shifts[:, :, :, d : d + depth]
         for i in range(kh):
             if d + i > 0:
-                total = total + (slices[:, :, :, :, i : i + height] * taps[:, :, d, i, None, None, None, None]).sum(0)
+                total = total + (
+                    slices[:, :, :, :, i : i + height] * taps[:, :, d, i, None, None, None, None]
+                ).sum(0)
     return total
 
 
 def _shifts(p: Tensor, kernel: Tensor) -> Tuple[Tensor, Tensor]:
     """All shifts along the last axis, stacked in front, and the kernel with its last axis in front.
 
-    A sum over a stack is a fraction of the operators that as many products are, and its gradient even more so.
+    A sum over a stack is a fraction of the operators that as many products are, and its gradient even more
+    so.
     """
     last = kernel.dim() - 1
     width = p.size(-1) - kernel.size(-1) + 1
-    return torch.stack([p[..., j : j + width] for j in range(kernel.size(-1))]), torch.movedim(kernel, last, 0)
+    return torch.stack([p[..., j : j + width] for j in range(kernel.size(-1))]), torch.movedim(
+        kernel, last, 0
+    )
 
 
 _bordered2d = stencil(correlate2d_valid)
@@ -117,29 +126,47 @@ def correlated2d(x: Tensor, kernel: Tensor, border_type: str) -> Tensor:
 correlated2d.lowering("native", when=kernels.has_kernel)(kernels.correlate2d)
 
 
-def separable_any(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, rows: Tuple[int, int], columns: Tuple[int, int], border_type: str) -> Tensor:
-    """Correlate with kernel_y (B or 1, ky), then kernel_x (B or 1, kx), of any sizes, after padding by (before, after)."""
-    return along_rows(along_columns(x, rows, (0, 0), border_type, kernel_y), (0, 0), columns, border_type, kernel_x)
+def separable_any(
+    x: Tensor,
+    kernel_y: Tensor,
+    kernel_x: Tensor,
+    rows: Tuple[int, int],
+    columns: Tuple[int, int],
+    border_type: str,
+) -> Tensor:
+    """Correlate with kernel_y (B or 1, ky), then kernel_x (B or 1, kx), of any sizes, after padding by
+    (before, after)."""
+    return along_rows(
+        along_columns(x, rows, (0, 0), border_type, kernel_y), (0, 0), columns, border_type, kernel_x
+    )
 
 
 @primitive
-def box_sums(x: Tensor, ky: int, kx: int, border_type: str, scale: float = 1.0, centre: float = 0.0) -> Tensor:
-    """``scale`` times the sums over windows of ky x kx pixels, plus ``centre`` times the pixel: (B, C, H, W) to the same.
+def box_sums(
+    x: Tensor, ky: int, kx: int, border_type: str, scale: float = 1.0, centre: float = 0.0
+) -> Tensor:
+    """``scale`` times the sums over windows of ky x kx pixels, plus ``centre`` times the pixel: (B, C, H, W)
+    to the same.
 
     A border of constants is 0. Sums of integers are exact while they fit the dtype.
     """
-    # Also in native code, of a small window: to sum it anew for every pixel is cheaper than to store the columns' sums.
+    # Also in native code, of a small window: to sum it anew for every pixel is cheaper than to store the
+    # columns' sums.
     return _window_sums(x, centred(ky), centred(kx), border_type, ky, kx, scale, centre)
 
 
 @stencil
 def _window_sums(p: Tensor, ky: int, kx: int, scale: float, centre: float) -> Tensor:
     # The pixel is weighted here and not in what comes of it: what native code puts together is stored.
-    return _weighted(sum_shifts(sum_shifts(p, 2, ky), 3, kx), p[:, :, centred(ky)[0] :, centred(kx)[0] :], scale, centre)
+    return _weighted(
+        sum_shifts(sum_shifts(p, 2, ky), 3, kx), p[:, :, centred(ky)[0] :, centred(kx)[0] :], scale, centre
+    )
 
 
 @box_sums.lowering("onnx")
-def _convolution_with_ones(x: Tensor, ky: int, kx: int, border_type: str, scale: float, centre: float) -> Tensor:
+def _convolution_with_ones(
+    x: Tensor, ky: int, kx: int, border_type: str, scale: float, centre: float
+) -> Tensor:
     flat = padded(x.reshape(-1, 1, x.size(2), x.size(3)), centred(ky), centred(kx), border_type)
     ones = torch.ones([1, 1, ky, kx], dtype=x.dtype, device=x.device)
     sums = F.conv2d(F.conv2d(flat, ones[:, :, :, :1]), ones[:, :, :1]).reshape(x.shape)
@@ -159,13 +186,21 @@ def _kernel_of_ones(x: Tensor, ky: int, kx: int, border_type: str, scale: float,
 def _sums_of_sums(x: Tensor, ky: int, kx: int, border_type: str, scale: float, centre: float) -> Tensor:
     rows, columns = centred(ky), centred(kx)
     tall = join_columns([sum_shifts(p, 2, ky) for p in padded_parts(x, rows, (0, 0), border_type, 0.0)])
-    pairs = zip(padded_parts(tall, (0, 0), columns, border_type, 0.0), padded_parts(x, (0, 0), columns, border_type, 0.0))
-    return join_columns([_weighted(sum_shifts(p, 3, kx), q[..., columns[0] :], scale, centre) for p, q in pairs])
+    pairs = zip(
+        padded_parts(tall, (0, 0), columns, border_type, 0.0),
+        padded_parts(x, (0, 0), columns, border_type, 0.0),
+    )
+    return join_columns(
+        [_weighted(sum_shifts(p, 3, kx), q[..., columns[0] :], scale, centre) for p, q in pairs]
+    )
 
 
 @primitive
-def separable_plus(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float, centre: float) -> Tensor:
-    """``scale`` times ``separable_shared`` plus ``centre`` times x, in native code without storing the former."""
+def separable_plus(
+    x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float, centre: float
+) -> Tensor:
+    """``scale`` times ``separable_shared`` plus ``centre`` times x, in native code without storing the
+    former."""
     return _weighted(separable_shared(x, taps_y, taps_x, border_type), x, scale, centre)
 
 

@@ -47,7 +47,10 @@ def sobel_sums(p: Tensor) -> Tuple[Tensor, Tensor]:
     height, width = p.size(2) - 2, p.size(3) - 2
     smooth = p[:, :, 0:height] + 2.0 * p[:, :, 1 : height + 1] + p[:, :, 2 : height + 2]
     slope = p[:, :, 2 : height + 2] - p[:, :, 0:height]
-    return smooth[..., 2 : width + 2] - smooth[..., 0:width], slope[..., 0:width] + 2.0 * slope[..., 1 : width + 1] + slope[..., 2 : width + 2]
+    return (
+        smooth[..., 2 : width + 2] - smooth[..., 0:width],
+        slope[..., 0:width] + 2.0 * slope[..., 1 : width + 1] + slope[..., 2 : width + 2],
+    )
 
 
 @primitive

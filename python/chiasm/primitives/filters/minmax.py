@@ -9,7 +9,9 @@ from .padding import stencil
 
 
 @primitive
-def minmax_filter(x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0) -> Tensor:
+def minmax_filter(
+    x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0
+) -> Tensor:
     """The largest or smallest value in the centred rectangle of odd size around each pixel of (B, C, H, W).
 
     By doubling the window's length, along columns and then along rows.
@@ -23,7 +25,9 @@ def minmax_filter(x: Tensor, rows: int, columns: int, border_type: str, largest:
 
 
 @minmax_filter.lowering("native", when=kernels.has_kernel)
-def _minmax_filter_kernel(x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0) -> Tensor:
+def _minmax_filter_kernel(
+    x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0
+) -> Tensor:
     return kernels.minmax_filter(x, rows, columns, border_type, value, largest)
 
 
@@ -43,14 +47,25 @@ def _along(p: Tensor, dim: int, count: int, largest: bool) -> Tensor:
 
 @primitive
 def morphology(
-    x: Tensor, heights: Tensor, row: int, column: int, border_type: str, value: float, absent: float, largest: bool
+    x: Tensor,
+    heights: Tensor,
+    row: int,
+    column: int,
+    border_type: str,
+    value: float,
+    absent: float,
+    largest: bool,
 ) -> Tensor:
-    """The largest x + height or smallest x - height over a window that begins (row, column) before each pixel of (B, C, H, W).
+    """The largest x + height or smallest x - height over a window that begins (row, column) before each pixel
+    of (B, C, H, W).
 
-    As in a dilation the largest take the heights (kh, kw) from the other end. A height of -``absent`` is none.
+    As in a dilation the largest take the heights (kh, kw) from the other end. A height of -``absent`` is
+    none.
     """
     kh, kw = heights.size(0), heights.size(1)
-    return _structured(x, (row, kh - row - 1), (column, kw - column - 1), border_type, heights, largest, value)
+    return _structured(
+        x, (row, kh - row - 1), (column, kw - column - 1), border_type, heights, largest, value
+    )
 
 
 @stencil
@@ -60,7 +75,14 @@ def _structured(p: Tensor, heights: Tensor, largest: bool) -> Tensor:
 
 @morphology.lowering("native", when=kernels.has_kernel)
 def _morphology_kernel(
-    x: Tensor, heights: Tensor, row: int, column: int, border_type: str, value: float, absent: float, largest: bool
+    x: Tensor,
+    heights: Tensor,
+    row: int,
+    column: int,
+    border_type: str,
+    value: float,
+    absent: float,
+    largest: bool,
 ) -> Tensor:
     window = heights.flip([0, 1]) if largest else heights
     return kernels.morphology(x, window, row, column, border_type, value, absent, largest)
@@ -68,18 +90,35 @@ def _morphology_kernel(
 
 @primitive
 def morphology_gradient(
-    x: Tensor, heights: Tensor, row: int, column: int, border_type: str, high_value: float, low_value: float, absent: float
+    x: Tensor,
+    heights: Tensor,
+    row: int,
+    column: int,
+    border_type: str,
+    high_value: float,
+    low_value: float,
+    absent: float,
 ) -> Tensor:
-    """The largest minus the smallest ``morphology``; beyond a constant border is ``high_value`` for the one, ``low_value`` for the other."""
+    """The largest minus the smallest ``morphology``; beyond a constant border is ``high_value`` for the one,
+    ``low_value`` for the other."""
     high = morphology(x, heights, row, column, border_type, high_value, absent, True)
     return high - morphology(x, heights, row, column, border_type, low_value, absent, False)
 
 
 @morphology_gradient.lowering("native", when=kernels.has_kernel)
 def _morphology_gradient_kernel(
-    x: Tensor, heights: Tensor, row: int, column: int, border_type: str, high_value: float, low_value: float, absent: float
+    x: Tensor,
+    heights: Tensor,
+    row: int,
+    column: int,
+    border_type: str,
+    high_value: float,
+    low_value: float,
+    absent: float,
 ) -> Tensor:
-    return kernels.morphology_gradient(x, heights.flip([0, 1]), heights, row, column, border_type, high_value, low_value, absent)
+    return kernels.morphology_gradient(
+        x, heights.flip([0, 1]), heights, row, column, border_type, high_value, low_value, absent
+    )
 
 
 def _highest(p: Tensor, heights: Tensor) -> Tensor:

@@ -1,12 +1,14 @@
 """Borders: what a stencil sees beyond the image.
 
-A stencil is written for an image that is padded already, and gives an output for each window that lies inside. ``stencil`` makes of it the
-filter of a whole image. ``padded`` is for stencils whose arithmetic outweighs a copy: the image is padded in memory.
+A stencil is written for an image that is padded already, and gives an output for each window that lies
+inside. ``stencil`` makes of it the filter of a whole image. ``padded`` is for stencils whose arithmetic
+outweighs a copy: the image is padded in memory.
 
-Eager code and ONNX pad the image and apply the stencil once. Native code does not store a padded image: it applies the stencil to two
-parts, the ends of the rows and their middle. Rows are padded by an index (constant along the inner loop), and columns in two small strips,
-because any index or condition that varies along the inner loop keeps AOTInductor from vectorising it. Backward passes are traced
-through slices and ``cat``, whose gradients have an ONNX form where those of ``F.pad`` have none.
+Eager code and ONNX pad the image and apply the stencil once. Native code does not store a padded image: it
+applies the stencil to two parts, the ends of the rows and their middle. Rows are padded by an index (constant
+along the inner loop), and columns in two small strips, because any index or condition that varies along the
+inner loop keeps AOTInductor from vectorising it. Backward passes are traced through slices and ``cat``, whose
+gradients have an ONNX form where those of ``F.pad`` have none.
 """
 
 from typing import Any, Callable, Concatenate, List, ParamSpec, Tuple
@@ -28,8 +30,11 @@ def check_border(border_type: str) -> None:
 
 
 @primitive
-def padded(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float = 0.0) -> Tensor:
-    """A (B, C, H, W) tensor with margins (before, after); reflect mirrors without repeating the edge (OpenCV's BORDER_REFLECT_101).
+def padded(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float = 0.0
+) -> Tensor:
+    """A (B, C, H, W) tensor with margins (before, after); reflect mirrors without repeating the edge
+    (OpenCV's BORDER_REFLECT_101).
 
     >>> padded(torch.tensor([[[[1.0, 2.0, 3.0]]]]), (0, 0), (1, 2), "reflect")
     tensor([[[[2., 1., 2., 3., 2., 1.]]]])
@@ -44,19 +49,26 @@ def padded(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], bord
 
 
 @padded.lowering("native", "vjp")
-def _padded_by_cat(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> Tensor:
+def _padded_by_cat(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> Tensor:
     check_border(border_type)
     return _by_cat(x, margin_y, margin_x, border_type, value)
 
 
 @primitive
-def padded_parts(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> List[Tensor]:
-    """``padded`` in parts, of which a valid stencil's outputs, put together by ``join_columns``, are the filtered image."""
+def padded_parts(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> List[Tensor]:
+    """``padded`` in parts, of which a valid stencil's outputs, put together by ``join_columns``, are the
+    filtered image."""
     return [padded(x, margin_y, margin_x, border_type, value)]
 
 
 @padded_parts.lowering("native")
-def _native_parts(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> List[Tensor]:
+def _native_parts(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> List[Tensor]:
     check_border(border_type)
     (top, bottom), (left, right) = margin_y, margin_x
     if left != right:
@@ -82,20 +94,28 @@ def join_columns(parts: List[Tensor]) -> Tensor:
 
 
 def volume_parts(
-    x: Tensor, margin_z: Tuple[int, int], margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+    x: Tensor,
+    margin_z: Tuple[int, int],
+    margin_y: Tuple[int, int],
+    margin_x: Tuple[int, int],
+    border_type: str,
+    value: float,
 ) -> List[Tensor]:
     """``padded_parts`` of a (B, C, D, H, W) volume."""
     # The depth is padded as the rows of a transposed volume, which are no different.
-    deep = padded_parts(x.flatten(0, 1).transpose(1, 2), margin_z, (0, 0), border_type, value)[0].transpose(1, 2)
+    deep = padded_parts(x.flatten(0, 1).transpose(1, 2), margin_z, (0, 0), border_type, value)[0].transpose(
+        1, 2
+    )
     parts = padded_parts(deep, margin_y, margin_x, border_type, value)
     return [p.reshape(x.size(0), x.size(1), p.size(1), p.size(2), p.size(3)) for p in parts]
 
 
 def stencil(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Tensor]:
-    """The filter ``filter(image, margin_y, margin_x, border_type, *settings, value=0.0)`` of a stencil ``valid(padded, *settings)``.
+    """The filter ``filter(image, margin_y, margin_x, border_type, *settings, value=0.0)`` of a stencil
+    ``valid(padded, *settings)``.
 
-    ``valid`` makes (..., H, W) of (B, C, H, W) with the margins around it, each output from a window of its own; the margins are (before, after)
-    and ``value`` is that of a constant border.
+    ``valid`` makes (..., H, W) of (B, C, H, W) with the margins around it, each output from a window of its
+    own; the margins are (before, after) and ``value`` is that of a constant border.
 
     >>> @stencil
     ... def rise(p: Tensor, step: float) -> Tensor:
@@ -108,11 +128,14 @@ def stencil(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Te
 
 
 def stencil3d(valid: Callable[Concatenate[Tensor, P], Tensor]) -> Callable[..., Tensor]:
-    """``stencil`` of volumes (B, C, D, H, W), as ``filter(volume, margin_z, margin_y, margin_x, border_type, *settings, value=0.0)``."""
+    """``stencil`` of volumes (B, C, D, H, W), as ``filter(volume, margin_z, margin_y, margin_x, border_type,
+    *settings, value=0.0)``."""
     return _filter(valid, ["margin_z", "margin_y", "margin_x"], volume_parts)
 
 
-def _filter(valid: Callable[..., Tensor], margins: List[str], parts: Callable[..., List[Tensor]]) -> Callable[..., Tensor]:
+def _filter(
+    valid: Callable[..., Tensor], margins: List[str], parts: Callable[..., List[Tensor]]
+) -> Callable[..., Tensor]:
     image, *settings = parameters_of(valid)
     passed = "".join(f", {p.name}" for p in settings)
     body = [
@@ -122,11 +145,19 @@ def _filter(valid: Callable[..., Tensor], margins: List[str], parts: Callable[..
         "return join_columns(outs)",
     ]
     before = [positional(name, Tuple[int, int]) for name in margins] + [positional("border_type", str)]
-    scope: dict[str, Any] = {"List": List, "Tensor": Tensor, "valid": valid, "parts": parts, "join_columns": join_columns}
+    scope: dict[str, Any] = {
+        "List": List,
+        "Tensor": Tensor,
+        "valid": valid,
+        "parts": parts,
+        "join_columns": join_columns,
+    }
     return function_from(valid, [image, *before, *settings, positional("value", float, 0.0)], body, scope)
 
 
-def _by_cat(x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float) -> Tensor:
+def _by_cat(
+    x: Tensor, margin_y: Tuple[int, int], margin_x: Tuple[int, int], border_type: str, value: float
+) -> Tensor:
     rows = _pad_by_cat(x, 2, margin_y[0], margin_y[1], border_type, value)
     return _pad_by_cat(rows, 3, margin_x[0], margin_x[1], border_type, value)
 
@@ -152,7 +183,9 @@ def _pad_rows(x: Tensor, top: int, bottom: int, border_type: str, value: float) 
 def _pad_by_cat(x: Tensor, dim: int, before: int, after: int, border_type: str, value: float) -> Tensor:
     if before == 0 and after == 0:
         return x
-    return torch.cat(_before(x, dim, before, border_type, value) + [x] + _after(x, dim, after, border_type, value), dim)
+    return torch.cat(
+        _before(x, dim, before, border_type, value) + [x] + _after(x, dim, after, border_type, value), dim
+    )
 
 
 def _before(x: Tensor, dim: int, count: int, border_type: str, value: float) -> List[Tensor]:

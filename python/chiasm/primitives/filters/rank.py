@@ -74,9 +74,9 @@ def select_ranks(values: List[Tensor], ranks: List[int]) -> List[Tensor]:
 def rank_candidates(rows: int, columns: int, rank: int) -> Tuple[List[List[int]], int]:
     """Which entries of a rows x columns matrix with sorted rows and sorted columns can be of the given rank.
 
-    Entry (i, j) has (i+1)(j+1)-1 entries known not to exceed it and (rows-i)(columns-j)-1 known not to be below it;
-    it is out as soon as either count is too large. Returns, for each i, the js, and how many fall out from below: by so much
-    the rank among the others is less.
+    Entry (i, j) has (i+1)(j+1)-1 entries known not to exceed it and (rows-i)(columns-j)-1 known not to be
+    below it; it is out as soon as either count is too large. Returns, for each i, the js, and how many fall
+    out from below: by so much the rank among the others is less.
 
     >>> rank_candidates(3, 3, 4)
     ([[2], [1], [0]], 3)
@@ -96,19 +96,24 @@ def rank_candidates(rows: int, columns: int, rank: int) -> Tuple[List[List[int]]
 
 @primitive
 def window_rank(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
-    """The value of a rank (0 is the smallest) in the centred window of odd size around each pixel of (B, C, H, W)."""
+    """The value of a rank (0 is the smallest) in the centred window of odd size around each pixel of (B, C,
+    H, W)."""
     return _ranked(x, (rows // 2, rows // 2), (columns // 2, columns // 2), border_type, rows, columns, rank)
 
 
-@window_rank.lowering("native", when=lambda x, rows, columns, rank, _: kernels.has_kernel(x) and (rows, columns, rank) == (3, 3, 4))
+@window_rank.lowering(
+    "native",
+    when=lambda x, rows, columns, rank, _: kernels.has_kernel(x) and (rows, columns, rank) == (3, 3, 4),
+)
 def _median3x3(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
     return kernels.median3x3(x, border_type)
 
 
 @stencil
 def _ranked(p: Tensor, rows: int, columns: int, rank: int) -> Tensor:
-    # Neighbouring windows share columns: sort each column once, then, for each rank, sort the ranks across the
-    # window's columns. The window is then a matrix with sorted rows and columns, of which few entries can be the one.
+    # Neighbouring windows share columns: sort each column once, then, for each rank, sort the ranks across
+    # the window's columns. The window is then a matrix with sorted rows and columns, of which few entries can
+    # be the one.
     height = p.size(2) - rows + 1
     width = p.size(3) - columns + 1
     keep, below = rank_candidates(rows, columns, rank)
@@ -119,5 +124,7 @@ def _ranked(p: Tensor, rows: int, columns: int, rank: int) -> Tensor:
     sorted_columns = select_ranks([p[:, :, i : i + height] for i in range(rows)], needed)
     candidates: List[Tensor] = []
     for n in range(len(needed)):
-        candidates += select_ranks([sorted_columns[n][..., j : j + width] for j in range(columns)], keep[needed[n]])
+        candidates += select_ranks(
+            [sorted_columns[n][..., j : j + width] for j in range(columns)], keep[needed[n]]
+        )
     return select_ranks(candidates, [rank - below])[0]

@@ -1,4 +1,5 @@
-"""Linear stencils on padded images, and the channel split that lets native code share work between channels."""
+"""Linear stencils on padded images, and the channel split that lets native code share work between
+channels."""
 
 from typing import List
 
@@ -13,14 +14,17 @@ from .padding import padded, stencil
 
 @primitive
 def separable(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type: str) -> Tensor:
-    """Correlate (B, C, H, W) with kernel_y (B or 1, ky) down the columns and kernel_x (B or 1, kx) along the rows.
+    """Correlate (B, C, H, W) with kernel_y (B or 1, ky) down the columns and kernel_x (B or 1, kx) along the
+    rows.
 
     The kernel sizes are odd. One-row kernels are shared by the batch.
     """
     ry = kernel_y.size(1) // 2
     rx = kernel_x.size(1) // 2
     # The column pass comes first: its rows stay contiguous, and only its result needs padded columns.
-    return along_rows(along_columns(x, (ry, ry), (0, 0), border_type, kernel_y), (0, 0), (rx, rx), border_type, kernel_x)
+    return along_rows(
+        along_columns(x, (ry, ry), (0, 0), border_type, kernel_y), (0, 0), (rx, rx), border_type, kernel_x
+    )
 
 
 @separable.lowering("native", when=kernels.has_kernel)
@@ -30,14 +34,24 @@ def _separable_kernel(x: Tensor, kernel_y: Tensor, kernel_x: Tensor, border_type
 
 @primitive
 def separable_shared(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str) -> Tensor:
-    """``separable`` with symmetric taps that are numbers: constants in native code, two Conv nodes in ONNX."""
+    """``separable`` with symmetric taps that are numbers: constants in native code, two Conv nodes in
+    ONNX."""
     ry = len(taps_y) // 2
     rx = len(taps_x) // 2
-    return _weighed(_weighed(x, (ry, ry), (0, 0), border_type, 2, taps_y), (0, 0), (rx, rx), border_type, 3, taps_x)
+    return _weighed(
+        _weighed(x, (ry, ry), (0, 0), border_type, 2, taps_y), (0, 0), (rx, rx), border_type, 3, taps_x
+    )
 
 
 @separable_shared.lowering("native", when=kernels.has_kernel)
-def separable_by_kernel(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str, scale: float = 1.0, centre: float = 0.0) -> Tensor:
+def separable_by_kernel(
+    x: Tensor,
+    taps_y: List[float],
+    taps_x: List[float],
+    border_type: str,
+    scale: float = 1.0,
+    centre: float = 0.0,
+) -> Tensor:
     """``scale`` times ``separable_shared`` plus ``centre`` times x, where there is a kernel."""
     column = torch.tensor([taps_y], dtype=x.dtype, device=x.device)
     row = torch.tensor([taps_x], dtype=x.dtype, device=x.device)
@@ -48,8 +62,9 @@ def separable_by_kernel(x: Tensor, taps_y: List[float], taps_x: List[float], bor
 def _two_convolutions(x: Tensor, taps_y: List[float], taps_x: List[float], border_type: str) -> Tensor:
     ry = len(taps_y) // 2
     rx = len(taps_x) // 2
-    # Channels are folded into the batch: a group count that comes from a size is silently wrong in some backends.
-    # The new dimension apart from the merging: a reshape that does both asks whether the height divides 1.
+    # Channels are folded into the batch: a group count that comes from a size is silently wrong in some
+    # backends. The new dimension apart from the merging: a reshape that does both asks whether the height
+    # divides 1.
     flat = padded(x.flatten(0, 1)[:, None], (ry, ry), (rx, rx), border_type)
     column = torch.tensor(taps_y, dtype=x.dtype, device=x.device).reshape(1, 1, -1, 1)
     row = torch.tensor(taps_x, dtype=x.dtype, device=x.device).reshape(1, 1, 1, -1)
@@ -57,7 +72,9 @@ def _two_convolutions(x: Tensor, taps_y: List[float], taps_x: List[float], borde
 
 
 @primitive
-def separable_each(images: List[Tensor], taps_y: List[float], taps_x: List[float], border_type: str) -> List[Tensor]:
+def separable_each(
+    images: List[Tensor], taps_y: List[float], taps_x: List[float], border_type: str
+) -> List[Tensor]:
     """``separable_shared`` of several images of one shape, as one pass over all their channels.
 
     Native code makes a pass of each, which it fuses with the arithmetic that made the image.
@@ -68,13 +85,16 @@ def separable_each(images: List[Tensor], taps_y: List[float], taps_x: List[float
 
 
 @separable_each.lowering("native")
-def _one_by_one(images: List[Tensor], taps_y: List[float], taps_x: List[float], border_type: str) -> List[Tensor]:
+def _one_by_one(
+    images: List[Tensor], taps_y: List[float], taps_x: List[float], border_type: str
+) -> List[Tensor]:
     return [separable_shared(image, taps_y, taps_x, border_type) for image in images]
 
 
 @primitive
 def separable_scales(images: List[Tensor], taps: List[List[float]], border_type: str) -> List[List[Tensor]]:
-    """``separable_each`` with each of several sets of taps, all of one length, that serve both axes: a list of images for each set.
+    """``separable_each`` with each of several sets of taps, all of one length, that serve both axes: a list
+    of images for each set.
 
     Backward passes are traced through one pass for all sets, a fraction of the operators of a pass for each.
     """
@@ -133,8 +153,8 @@ def along_rows(p: Tensor, kernel: Tensor) -> Tensor:
 def split_channels(x: Tensor) -> List[Tensor]:
     """(*, C, H, W) as groups of channels to loop over: C planes in native code, all in one otherwise.
 
-    A loop over planes lets one compiled loop compute what the channels share (weights, indices) once per pixel. A channel
-    count that is symbolic cannot be looped over.
+    A loop over planes lets one compiled loop compute what the channels share (weights, indices) once per
+    pixel. A channel count that is symbolic cannot be looped over.
     """
     return [x]
 

@@ -10,11 +10,15 @@ from ..core.lowering import primitive
 
 
 @primitive
-def windows(x: Tensor, count: Tuple[int, int], size: Tuple[int, int], stride: Tuple[int, int], first: Tuple[int, int]) -> Tensor:
-    """``count`` (down, right) windows of (B, C, H, W), the first of them beginning at ``first``; beyond the image is 0.
+def windows(
+    x: Tensor, count: Tuple[int, int], size: Tuple[int, int], stride: Tuple[int, int], first: Tuple[int, int]
+) -> Tensor:
+    """``count`` (down, right) windows of (B, C, H, W), the first of them beginning at ``first``; beyond the
+    image is 0.
 
-    Returns (B, C, down, rows, right, columns). Eager code pads and takes a view by ``unfold``, which has no form in ONNX: there pixels are indexed by
-    (windows, pixels of a window), for an axis of symbolic size cannot be split into two.
+    Returns (B, C, down, rows, right, columns). Eager code pads and takes a view by ``unfold``, which has no
+    form in ONNX: there pixels are indexed by (windows, pixels of a window), for an axis of symbolic size
+    cannot be split into two.
 
     >>> windows(torch.ones(1, 1, 2, 3), (1, 2), (2, 2), (2, 2), (0, 0))[0, 0, 0]
     tensor([[[1., 1.],
@@ -31,8 +35,13 @@ def windows(x: Tensor, count: Tuple[int, int], size: Tuple[int, int], stride: Tu
 
 
 @windows.lowering("onnx", "native", "vjp")
-def _by_index(x: Tensor, count: Tuple[int, int], size: Tuple[int, int], stride: Tuple[int, int], first: Tuple[int, int]) -> Tensor:
-    row, column = _positions(x, count[0], size[0], stride[0], first[0]), _positions(x, count[1], size[1], stride[1], first[1])
+def _by_index(
+    x: Tensor, count: Tuple[int, int], size: Tuple[int, int], stride: Tuple[int, int], first: Tuple[int, int]
+) -> Tensor:
+    row, column = (
+        _positions(x, count[0], size[0], stride[0], first[0]),
+        _positions(x, count[1], size[1], stride[1], first[1]),
+    )
     inside = ((row >= 0) & (row < x.size(2)))[:, :, None, None] & (column >= 0) & (column < x.size(3))
     tall = x[:, :, row.clamp(min=0, max=x.size(2) - 1)]
     cut = tall[:, :, :, :, column.clamp(min=0, max=x.size(3) - 1)]
@@ -41,4 +50,8 @@ def _by_index(x: Tensor, count: Tuple[int, int], size: Tuple[int, int], stride: 
 
 def _positions(like: Tensor, count: int, size: int, stride: int, first: int) -> Tensor:
     """(count, size): where along an axis the pixels of each window are."""
-    return torch.arange(count, device=like.device)[:, None] * stride + torch.arange(size, device=like.device) + first
+    return (
+        torch.arange(count, device=like.device)[:, None] * stride
+        + torch.arange(size, device=like.device)
+        + first
+    )

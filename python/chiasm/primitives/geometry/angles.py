@@ -10,7 +10,8 @@ from ..core.lowering import primitive
 
 @primitive
 def angle_of(y: Tensor, x: Tensor) -> Tensor:
-    """``torch.atan2``. Its form in ONNX makes NaN and two infinities 0, and -pi of a zero above a negative number, where PyTorch has pi.
+    """``torch.atan2``. Its form in ONNX makes NaN and two infinities 0, and -pi of a zero above a negative
+    number, where PyTorch has pi.
 
     >>> angle_of(torch.tensor([1.0, 0.0, torch.nan]), torch.tensor([0.0, -1.0, 1.0]))
     tensor([1.5708, 3.1416,    nan])

@@ -1,8 +1,9 @@
 """What robust estimators share: samples made of uniform numbers, and how many models fit all correspondences.
 
-A model is a 3x3 matrix, of one of two kinds: a homography, whose error is the squared distance in the second image, or a fundamental
-matrix (``epipolar``), whose error is Sampson's squared distance (R. Hartley, A. Zisserman, Multiple View Geometry, 2nd ed., 11.4.3).
-A model's cost is the sum of its errors, each no more than the bound: MSAC, P. Torr, A. Zisserman, MLESAC, CVIU 78(1), 2000.
+A model is a 3x3 matrix, of one of two kinds: a homography, whose error is the squared distance in the second
+image, or a fundamental matrix (``epipolar``), whose error is Sampson's squared distance (R. Hartley, A.
+Zisserman, Multiple View Geometry, 2nd ed., 11.4.3). A model's cost is the sum of its errors, each no more
+than the bound: MSAC, P. Torr, A. Zisserman, MLESAC, CVIU 78(1), 2000.
 """
 
 from typing import List, Optional, Tuple
@@ -20,9 +21,10 @@ from ..numbers.rounding import known_or
 def draw_samples(uniforms: Tensor, count: int) -> Tensor:
     """Indices (*, m), int64, of m different ones of ``count`` things, of uniform numbers (*, m) in [0, 1).
 
-    R. Floyd's algorithm (J. Bentley, B. Floyd, Programming pearls: a sample of brilliance, CACM 30(9), 1987): the k-th number u
-    (from 0) draws floor(u (l + 1)) with l = count - m + k, and l itself where that was drawn before. All sets are as likely.
-    In float64, where the product of a float32 number and a count is exact.
+    R. Floyd's algorithm (J. Bentley, B. Floyd, Programming pearls: a sample of brilliance, CACM 30(9), 1987):
+    the k-th number u (from 0) draws floor(u (l + 1)) with l = count - m + k, and l itself where that was
+    drawn before. All sets are as likely. In float64, where the product of a float32 number and a count is
+    exact.
 
     >>> draw_samples(torch.tensor([[0.0, 0.99, 0.5], [0.3, 0.3, 0.3]]), 5)
     tensor([[0, 3, 2],
@@ -32,7 +34,8 @@ def draw_samples(uniforms: Tensor, count: int) -> Tensor:
 
 
 def draw_present(uniforms: Tensor, mask: Tensor) -> Tensor:
-    """``draw_samples`` (B, S, m) of those of N things that a mask (B, N) says are there; the same one several times where they are fewer than m.
+    """``draw_samples`` (B, S, m) of those of N things that a mask (B, N) says are there; the same one several
+    times where they are fewer than m.
 
     >>> draw_present(torch.tensor([[[0.0, 0.9]]]), torch.tensor([[False, True, True, False, True]]))
     tensor([[[1, 4]]])
@@ -53,7 +56,9 @@ def _draw(uniforms: Tensor, count: Tensor) -> Tensor:
     picks: List[Tensor] = []
     for k in range(size):
         last = torch.clamp(count - size + k, min=0)
-        pick = torch.minimum(known_or(torch.floor(u[..., k] * (last + 1.0)), 0.0).clamp(min=0.0), last.to(u.dtype)).to(torch.int64)
+        pick = torch.minimum(
+            known_or(torch.floor(u[..., k] * (last + 1.0)), 0.0).clamp(min=0.0), last.to(u.dtype)
+        ).to(torch.int64)
         taken = torch.zeros_like(pick, dtype=torch.bool)
         for j in range(k):
             taken = taken | (picks[j] == pick)
@@ -68,16 +73,20 @@ def drawn(points: Tensor, index: Tensor) -> Tensor:
 
 
 def common_frame(points1: Tensor, points2: Tensor, mask: Optional[Tensor] = None) -> Tuple[Tensor, Tensor]:
-    """Similarities (B, 3, 3), float64, that move both images' points to centroid 0 and their mean distance to sqrt(2).
+    """Similarities (B, 3, 3), float64, that move both images' points to centroid 0 and their mean distance to
+    sqrt(2).
 
-    Both scale by the same factor, so that distances of both images still compare. Of the points that a mask (B, N) says are there. Not
-    differentiated: results are moved back.
+    Both scale by the same factor, so that distances of both images still compare. Of the points that a mask
+    (B, N) says are there. Not differentiated: results are moved back.
     """
     p, q = points1.detach().to(torch.float64), points2.detach().to(torch.float64)
     share = torch.ones_like(p[..., 0]) if mask is None else mask.to(torch.float64)
     share = share / torch.clamp(share.sum(1, keepdim=True), min=1.0)
     if mask is not None:
-        p, q = torch.where(mask[..., None], p, torch.zeros_like(p)), torch.where(mask[..., None], q, torch.zeros_like(q))
+        p, q = (
+            torch.where(mask[..., None], p, torch.zeros_like(p)),
+            torch.where(mask[..., None], q, torch.zeros_like(q)),
+        )
     centre1, centre2 = (p * share[..., None]).sum(1), (q * share[..., None]).sum(1)
     a, b = p - centre1[:, None], q - centre2[:, None]
     distance = 0.5 * ((torch.sqrt((a * a).sum(-1)) + torch.sqrt((b * b).sum(-1))) * share).sum(1)
@@ -97,10 +106,14 @@ def in_frame(points: Tensor, similarity: Tensor) -> Tensor:
     return points.to(torch.float64) * similarity[:, None, 0, 0:1] + similarity[:, None, 0:2, 2]
 
 
-def score_planes(p: Tensor, q: Tensor, similarity: Tensor, inl_th: float, dtype: torch.dtype, mask: Optional[Tensor] = None) -> Tensor:
-    """What errors are computed of (B, 7, N): x, y, 1 of both images' moved points, and the bound, inl_th squared in moved pixels.
+def score_planes(
+    p: Tensor, q: Tensor, similarity: Tensor, inl_th: float, dtype: torch.dtype, mask: Optional[Tensor] = None
+) -> Tensor:
+    """What errors are computed of (B, 7, N): x, y, 1 of both images' moved points, and the bound, inl_th
+    squared in moved pixels.
 
-    The bound is 0, so that nothing costs and nothing is within it, of points that a mask (B, N) says are not there.
+    The bound is 0, so that nothing costs and nothing is within it, of points that a mask (B, N) says are not
+    there.
     """
     p, q = p.detach(), q.detach()
     one = torch.ones_like(p[..., 0])
@@ -173,7 +186,8 @@ _summed_cost.lowering("native", "vjp")(_cost)
 
 
 def _in_parts(planes: Tensor, parts: int) -> Tensor:
-    """(parts, B, 7, n): the points in parts of equal size, filled up with points whose bound of 0 makes them cost nothing."""
+    """(parts, B, 7, n): the points in parts of equal size, filled up with points whose bound of 0 makes them
+    cost nothing."""
     count = planes.size(2)
     # more than one whatever the count, for a tracer takes a size of 1 for a constant
     size = count // parts + 2
@@ -190,33 +204,39 @@ def _with_parts(cost: Tensor, k: Tensor, models: Tensor, parts: Tensor, epipolar
 
 
 def best_of_each(models: Tensor, exists: Tensor, planes: Tensor) -> Tuple[Tensor, Tensor]:
-    """Of the solutions (B, S, c, 3, 3) of each sample the one that costs least at 32 points, and whether there is one: (B, S, 3, 3), (B, S).
+    """Of the solutions (B, S, c, 3, 3) of each sample the one that costs least at 32 points, and whether
+    there is one: (B, S, 3, 3), (B, S).
 
     The points are spread by the golden ratio, so that a regular order of them does no harm.
     """
     place = torch.arange(1, 33, device=planes.device).to(torch.float64) * 0.6180339887498949
     index = torch.floor((place - torch.floor(place)) * planes.size(2)).to(torch.int64)
     jury = planes.index_select(2, torch.clamp(index, max=planes.size(2) - 1))
-    cost = _cost(_unit(models.flatten(1, 2), planes), jury, True).unflatten(1, [models.size(1), models.size(2)])
+    cost = _cost(_unit(models.flatten(1, 2), planes), jury, True).unflatten(
+        1, [models.size(1), models.size(2)]
+    )
     exists = exists & (cost < float("inf"))
     pick = torch.argmin(_or_infinite(cost, exists), dim=-1)[:, :, None, None, None]
     return models.gather(2, pick.expand([models.size(0), models.size(1), 1, 3, 3]))[:, :, 0], exists.any(-1)
 
 
 def best_model(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
-    """The model (B, 3, 3) of (B, S, 3, 3) that costs least, the first of several; zeros where there is none."""
+    """The model (B, 3, 3) of (B, S, 3, 3) that costs least, the first of several; zeros where there is
+    none."""
     return best_models(models, exists, planes, epipolar, 1)[:, 0]
 
 
 def best_models(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
-    """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first; zeros where there is none."""
+    """The ``count`` models (B, count, 3, 3) that cost least, the least first, of equals the first; zeros
+    where there is none."""
     models = torch.where(exists[..., None, None], models, torch.zeros_like(models))
     return chosen(models, _cheapest(models, exists, planes, epipolar, count))
 
 
 @primitive
 def _cheapest(models: Tensor, exists: Tensor, planes: Tensor, epipolar: bool, count: int) -> Tensor:
-    """Where the ``count`` models (B, S, 3, 3) are that cost least: (B, count); those that do not exist are zeros."""
+    """Where the ``count`` models (B, S, 3, 3) are that cost least: (B, count); those that do not exist are
+    zeros."""
     return least(_or_infinite(model_costs(models, planes, epipolar), exists), count)
 
 
@@ -250,13 +270,17 @@ def inliers(model: Tensor, planes: Tensor, epipolar: bool) -> Tensor:
 
 
 def near_weights(model: Tensor, planes: Tensor, epipolar: bool, least: int, k: Tensor, steps: int) -> Tensor:
-    """One for the points (B, N) that the k-th of so many refinements of a model (B, 3, 3) is fitted to, zero for others, in float64.
+    """One for the points (B, N) that the k-th of so many refinements of a model (B, 3, 3) is fitted to, zero
+    for others, in float64.
 
-    Those within the threshold times what goes from nearly 3 down to 1: a sample's model is too far off for all inliers to be within the
-    threshold (O. Chum, J. Matas, J. Kittler, Locally optimized RANSAC, DAGM 2003). All where they are fewer than ``least``.
+    Those within the threshold times what goes from nearly 3 down to 1: a sample's model is too far off for
+    all inliers to be within the threshold (O. Chum, J. Matas, J. Kittler, Locally optimized RANSAC, DAGM
+    2003). All where they are fewer than ``least``.
     """
     factor = 1.0 + 2.0 * (1.0 - (k + 1).to(planes.dtype) / steps)
-    mask = model_errors(_unit(model[:, None], planes), planes, epipolar)[:, 0] < planes[:, 6] * factor * factor
+    mask = (
+        model_errors(_unit(model[:, None], planes), planes, epipolar)[:, 0] < planes[:, 6] * factor * factor
+    )
     enough = mask.to(torch.int64).sum(1, keepdim=True) >= least
     return ((mask | ~enough) & (planes[:, 6] > 0)).to(torch.float64)
 
@@ -269,7 +293,8 @@ def costs_less(model: Tensor, fitted: Tensor, planes: Tensor, epipolar: bool) ->
 
 
 def sampson_denominators(model: Tensor, planes: Tensor) -> Tensor:
-    """What squared products x2^T F x1 are divided by for Sampson's distances, (B, N), up to a common factor, in float64."""
+    """What squared products x2^T F x1 are divided by for Sampson's distances, (B, N), up to a common factor,
+    in float64."""
     denominators = _products_and_denominators(_unit(model[:, None], planes), planes)[1]
     return torch.clamp(denominators[:, 0].to(torch.float64), min=1e-30)
 

@@ -50,19 +50,22 @@ def with_one(xy: Tensor) -> Tensor:
 
 
 def over_depth(xyz: Tensor, eps: float) -> Tensor:
-    """(x / z, y / z) of (*, 3), with ``eps`` in place of a smaller |z| (the sign is kept), so that no value is infinite."""
+    """(x / z, y / z) of (*, 3), with ``eps`` in place of a smaller |z| (the sign is kept), so that no value
+    is infinite."""
     z = xyz[..., 2:3]
     least = torch.where(z < 0, torch.full_like(z, -eps), torch.full_like(z, eps))
     return xyz[..., 0:2] / torch.where(z.abs() < eps, least, z)
 
 
 def moved(transform: Tensor, xyz: Tensor) -> Tensor:
-    """Points (*, 3) under affine transformations (*, 3, 4) or (*, 4, 4), whose last row is taken to be (0, 0, 0, 1)."""
+    """Points (*, 3) under affine transformations (*, 3, 4) or (*, 4, 4), whose last row is taken to be (0, 0,
+    0, 1)."""
     return (transform[..., 0:3, 0:3] * xyz[..., None, :]).sum(-1) + transform[..., 0:3, 3]
 
 
 def homogeneous(points: Tensor, name: str) -> Tensor:
-    """Points (*, N, 2) or (*, N, 3) in homogeneous coordinates (*, N, 3); raise unless they are such a floating-point tensor."""
+    """Points (*, N, 2) or (*, N, 3) in homogeneous coordinates (*, N, 3); raise unless they are such a
+    floating-point tensor."""
     check_floating(points, name)
     if points.dim() < 2 or points.size(-1) not in (2, 3):
         raise ValueError(f"{name}: expected shape (*, N, 2) or (*, N, 3), got {list(points.shape)}")

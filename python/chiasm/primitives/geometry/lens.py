@@ -1,8 +1,10 @@
 """Lens distortion on the plane z = 1: D. Brown's radial and tangential terms, and what OpenCV adds to them.
 
-Coefficients are a list of 4, 5, 8, 12 or 14, each of which broadcasts with the points: k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 and
-the tilt of the sensor about x and y. What a list leaves out is not computed. Sources: D. Brown, Close-range camera calibration, Photogrammetric Engineering 37(8), 1971; OpenCV's
-documentation of calib3d; T. Louhichi et al., Self-calibration of Scheimpflug cameras, Meas. Sci. Technol. 18, 2007, for the tilt.
+Coefficients are a list of 4, 5, 8, 12 or 14, each of which broadcasts with the points: k1, k2, p1, p2, k3,
+k4, k5, k6, s1, s2, s3, s4 and the tilt of the sensor about x and y. What a list leaves out is not computed.
+Sources: D. Brown, Close-range camera calibration, Photogrammetric Engineering 37(8), 1971; OpenCV's
+documentation of calib3d; T. Louhichi et al., Self-calibration of Scheimpflug cameras, Meas. Sci. Technol. 18,
+2007, for the tilt.
 """
 
 from typing import List, Tuple
@@ -94,7 +96,9 @@ def tilt_matrices(taux: Tensor, tauy: Tensor) -> Tuple[Tensor, Tensor]:
 def under_homography(x: Tensor, y: Tensor, h: Tensor) -> Tuple[Tensor, Tensor]:
     """(x, y), each (*, N), under homographies (*, 3, 3)."""
     depth = h[..., 2, 0:1] * x + h[..., 2, 1:2] * y + h[..., 2, 2:3]
-    return (h[..., 0, 0:1] * x + h[..., 0, 1:2] * y + h[..., 0, 2:3]) / depth, (h[..., 1, 0:1] * x + h[..., 1, 1:2] * y + h[..., 1, 2:3]) / depth
+    return (h[..., 0, 0:1] * x + h[..., 0, 1:2] * y + h[..., 0, 2:3]) / depth, (
+        h[..., 1, 0:1] * x + h[..., 1, 1:2] * y + h[..., 1, 2:3]
+    ) / depth
 
 
 def _matrix(entries: List[Tensor]) -> Tensor:

@@ -7,10 +7,12 @@ from ..linalg.matrices import smallest_eigenvector
 
 
 def nearest_rotation(m: Tensor) -> Tensor:
-    """The rotation (*, 3, 3) nearest to a matrix of rank 2 or more, in the sum of squares: U diag(1, 1, det(U V^T)) V^T.
+    """The rotation (*, 3, 3) nearest to a matrix of rank 2 or more, in the sum of squares: U diag(1, 1, det(U
+    V^T)) V^T.
 
-    Its quaternion is the eigenvector of the greatest eigenvalue of a symmetric 4x4 matrix: B. K. P. Horn, Closed-form solution of absolute
-    orientation using unit quaternions, J. Opt. Soc. Am. A 4(4), 1987. In float64; differentiable.
+    Its quaternion is the eigenvector of the greatest eigenvalue of a symmetric 4x4 matrix: B. K. P. Horn,
+    Closed-form solution of absolute orientation using unit quaternions, J. Opt. Soc. Am. A 4(4), 1987. In
+    float64; differentiable.
 
     >>> nearest_rotation(torch.diag(torch.tensor([2.0, 3.0, 4.0]))).diagonal()
     tensor([1., 1., 1.])

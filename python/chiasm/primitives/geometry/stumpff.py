@@ -7,8 +7,9 @@ from torch import Tensor
 def stumpff(squared: Tensor, order: int) -> Tensor:
     """c_n(s) = sum over k of (-s)^k / (2 k + n)!, smooth also at s = 0.
 
-    With a = sqrt(s): c_0 = cos a, c_1 = sin a / a, c_2 = (1 - cos a) / s, c_3 = (a - sin a) / a^3, and so on: s c_{n+2} = 1 / n! - c_n.
-    (K. Stumpff, Himmelsmechanik I, 1959.) The series takes over below s = 4, where its 12 terms are exact in float64.
+    With a = sqrt(s): c_0 = cos a, c_1 = sin a / a, c_2 = (1 - cos a) / s, c_3 = (a - sin a) / a^3, and so on:
+    s c_{n+2} = 1 / n! - c_n. (K. Stumpff, Himmelsmechanik I, 1959.) The series takes over below s = 4, where
+    its 12 terms are exact in float64.
 
     Args:
         squared: s, not negative, floating point.

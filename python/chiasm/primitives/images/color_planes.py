@@ -1,7 +1,7 @@
 """Colour planes: an image as three planes, and linear mixtures of them.
 
-Arithmetic on explicit planes, joined by ``torch.stack``, is what AOTInductor vectorises; ONNX Runtime is fastest with a
-1x1 convolution, because it does not fuse.
+Arithmetic on explicit planes, joined by ``torch.stack``, is what AOTInductor vectorises; ONNX Runtime is
+fastest with a 1x1 convolution, because it does not fuse.
 """
 
 from typing import List, Tuple
@@ -21,7 +21,8 @@ def check_channels(image: Tensor, channels: int, name: str) -> None:
 
 
 def rgb_planes(image: Tensor, name: str) -> Tuple[Tensor, Tensor, Tensor]:
-    """The channels (*, H, W) of a floating-point (*, 3, H, W); raise TypeError or ValueError for anything else."""
+    """The channels (*, H, W) of a floating-point (*, 3, H, W); raise TypeError or ValueError for anything
+    else."""
     check_rgb(image, name)
     check_floating(image, name)
     return image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)

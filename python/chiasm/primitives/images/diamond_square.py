@@ -12,8 +12,9 @@ from .histograms import whole_quotient
 
 @primitive
 def midpoint_displacement(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
-    """Random terrain (B, C, H, W): the middles of ever smaller cells and of their sides are the means of what is around them, displaced by ``scale``
-    times ``random``, which by ``factor`` becomes less from step to step; the last two are (B or 1, 1, 1, 1).
+    """Random terrain (B, C, H, W): the middles of ever smaller cells and of their sides are the means of what
+    is around them, displaced by ``scale`` times ``random``, which by ``factor`` becomes less from step to
+    step; the last two are (B or 1, 1, 1, 1).
 
     By grids that grow: each step costs four times the one before, and all of them a third more than the last.
     """
@@ -36,9 +37,16 @@ def midpoint_displacement(random: Tensor, factor: Tensor, scale: Tensor) -> Tens
 @midpoint_displacement.lowering("onnx", "native", "vjp")
 def _filled(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
     """By steps over the whole image, of one form whatever its size: one loop of an exported graph."""
-    y, x = torch.arange(random.size(2), device=random.device), torch.arange(random.size(3), device=random.device)
-    powers = torch.tensor([1 << k for k in range(16)], device=random.device)  # images are at most 32768 pixels high and wide
-    cell = torch.where(powers < torch.maximum(y.amax(0), x.amax(0)), 2 * powers, torch.ones_like(powers)).amax(0)
+    y, x = (
+        torch.arange(random.size(2), device=random.device),
+        torch.arange(random.size(3), device=random.device),
+    )
+    powers = torch.tensor(
+        [1 << k for k in range(16)], device=random.device
+    )  # images are at most 32768 pixels high and wide
+    cell = torch.where(
+        powers < torch.maximum(y.amax(0), x.amax(0)), 2 * powers, torch.ones_like(powers)
+    ).amax(0)
     corner = (_within(y, cell) == 0)[:, None] & (_within(x, cell) == 0)
     # Infinity marks what is to come: a step that leaves everything as it was is then one after the last.
     state = torch.where(corner, random * scale, torch.full_like(random, math.inf))
@@ -46,19 +54,26 @@ def _filled(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
 
 
 @until_stable
-def _displaced(state: Tensor, k: Tensor, random: Tensor, halves: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
-    return _refine(state, halves.index_select(0, k.reshape(1)), random * (scale * torch.pow(factor, k.to(factor.dtype))))
+def _displaced(
+    state: Tensor, k: Tensor, random: Tensor, halves: Tensor, factor: Tensor, scale: Tensor
+) -> Tensor:
+    return _refine(
+        state, halves.index_select(0, k.reshape(1)), random * (scale * torch.pow(factor, k.to(factor.dtype)))
+    )
 
 
 def _refine(state: Tensor, half: Tensor, displacement: Tensor) -> Tensor:
-    """Fill in the middles of the cells, which are two halves wide, and of their sides; nothing where half is 0."""
+    """Fill in the middles of the cells, which are two halves wide, and of their sides; nothing where half is
+    0."""
     y, x = torch.arange(state.size(2), device=state.device), torch.arange(state.size(3), device=state.device)
     row, column = _within(y, (2 * half).clamp(min=1)), _within(x, (2 * half).clamp(min=1))
     middle_row, middle_column = ((row == half) & (half > 0))[:, None], (column == half) & (half > 0)
     county, countx = _neighbours(y, half)[:, None], _neighbours(x, half)
     corners = _beside(_beside(state, 2, y, half), 3, x, half) / (county * countx).clamp(min=1).to(state.dtype)
     state = torch.where(middle_row & middle_column, corners + displacement, state)
-    around = (_beside(state, 2, y, half) + _beside(state, 3, x, half)) / (county + countx).clamp(min=1).to(state.dtype)
+    around = (_beside(state, 2, y, half) + _beside(state, 3, x, half)) / (county + countx).clamp(min=1).to(
+        state.dtype
+    )
     side = (middle_row & (column == 0)) | ((row == 0)[:, None] & middle_column)
     return torch.where(side, around + displacement, state)
 
@@ -79,7 +94,9 @@ def _beside(x: Tensor, dim: int, position: Tensor, half: Tensor) -> Tensor:
     after = _row_or_column(position + half < x.size(dim), dim)
     zero = torch.zeros_like(x)
     earlier = torch.where(before, x.index_select(dim, (position - half).clamp(min=0)), zero)
-    return earlier + torch.where(after, x.index_select(dim, (position + half).clamp(max=x.size(dim) - 1)), zero)
+    return earlier + torch.where(
+        after, x.index_select(dim, (position + half).clamp(max=x.size(dim) - 1)), zero
+    )
 
 
 def _row_or_column(mask: Tensor, dim: int) -> Tensor:

@@ -1,4 +1,5 @@
-"""The 256 levels of 8-bit images: which one a value is, how often each occurs, and tables with an entry for each."""
+"""The 256 levels of 8-bit images: which one a value is, how often each occurs, and tables with an entry for
+each."""
 
 from typing import List, Tuple
 
@@ -15,13 +16,15 @@ from ..numbers.rounding import known_or, to_index
 
 @primitive
 def quantize_u8(x: Tensor) -> Tensor:
-    """The nearest of the 256 levels of a floating-point image, halves up, as int32 (uint8 in native code); what is outside [0, 1] counts as 0 or 1, NaN as 0.
+    """The nearest of the 256 levels of a floating-point image, halves up, as int32 (uint8 in native code);
+    what is outside [0, 1] counts as 0 or 1, NaN as 0.
 
     >>> quantize_u8(torch.tensor([-1.0, 0.5, 2.0]))
     tensor([  0, 128, 255], dtype=torch.int32)
     """
-    # The limits stand between the product and the sum, which a compiler would fuse, with other rounding. Of all float32 numbers up to
-    # 255 only the one before 0.5 would be rounded wrongly by 0.5, and none by the number before 0.5.
+    # The limits stand between the product and the sum, which a compiler would fuse, with other rounding. Of
+    # all float32 numbers up to 255 only the one before 0.5 would be rounded wrongly by 0.5, and none by the
+    # number before 0.5.
     scaled = known_or(x.to(torch.float32) * 255.0, 0.0).clamp(0.0, 255.0)
     return torch.floor(scaled + 0.49999997).to(torch.int32).clamp(0, 255)
 
@@ -58,11 +61,13 @@ def tile_start(padded: int, tile: int, device: torch.device) -> Tensor:
 
 @primitive
 def clahe_histograms(levels: Tensor, tile_y: int, tile_x: int, tiles_y: int, tiles_x: int) -> Tensor:
-    """How often each level occurs in each of tiles_y x tiles_x tiles of tile_y x tile_x pixels, of planes (P, H, W) that are mirrored at
-    their bottom and right ends: (P, tiles, 256), int32."""
+    """How often each level occurs in each of tiles_y x tiles_x tiles of tile_y x tile_x pixels, of planes (P,
+    H, W) that are mirrored at their bottom and right ends: (P, tiles, 256), int32."""
     device = levels.device
     high, wide = tile_y * tiles_y, tile_x * tiles_x
-    padded = levels.index_select(1, mirrored(levels.size(1), high, device)).index_select(2, mirrored(levels.size(2), wide, device))
+    padded = levels.index_select(1, mirrored(levels.size(1), high, device)).index_select(
+        2, mirrored(levels.size(2), wide, device)
+    )
     tile = tile_start(high, tile_y, device)[:, None] * tiles_x + tile_start(wide, tile_x, device)
     counts = bincount((tile * 256 + padded).flatten(1), tiles_y * tiles_x * 256)
     return counts.unflatten(1, [tiles_y * tiles_x, 256])
@@ -75,11 +80,21 @@ def _clahe_histograms_kernel(levels: Tensor, tile_y: int, tile_x: int, tiles_y: 
 
 @primitive
 def clahe_interpolate(
-    table: Tensor, tiles_x: int, levels: Tensor, y0: Tensor, y1: Tensor, wy: Tensor, x0: Tensor, x1: Tensor, wx: Tensor
+    table: Tensor,
+    tiles_x: int,
+    levels: Tensor,
+    y0: Tensor,
+    y1: Tensor,
+    wy: Tensor,
+    x0: Tensor,
+    x1: Tensor,
+    wx: Tensor,
 ) -> Tensor:
-    """Each level of (P, H, W) taken through the curves of four tiles, blended bilinearly and rounded to a level again.
+    """Each level of (P, H, W) taken through the curves of four tiles, blended bilinearly and rounded to a
+    level again.
 
-    ``table`` (P, tiles * 256) float32 has the tiles' curves; position y takes those of the tile rows y0[y] and, with weight wy[y], y1[y].
+    ``table`` (P, tiles * 256) float32 has the tiles' curves; position y takes those of the tile rows y0[y]
+    and, with weight wy[y], y1[y].
     """
     corners: List[Tensor] = []
     for y in [y0, y1]:
@@ -94,9 +109,19 @@ def clahe_interpolate(
 
 @clahe_interpolate.lowering("native", when=lambda table, tiles_x, levels, *_: kernels.available(levels))
 def _clahe_interpolate_kernel(
-    table: Tensor, tiles_x: int, levels: Tensor, y0: Tensor, y1: Tensor, wy: Tensor, x0: Tensor, x1: Tensor, wx: Tensor
+    table: Tensor,
+    tiles_x: int,
+    levels: Tensor,
+    y0: Tensor,
+    y1: Tensor,
+    wy: Tensor,
+    x0: Tensor,
+    x1: Tensor,
+    wx: Tensor,
 ) -> Tensor:
-    return kernels.clahe_interpolate(table.unflatten(1, [-1, 256]), tiles_x, levels.to(torch.uint8), y0, y1, wy, x0, x1, wx)
+    return kernels.clahe_interpolate(
+        table.unflatten(1, [-1, 256]), tiles_x, levels.to(torch.uint8), y0, y1, wy, x0, x1, wx
+    )
 
 
 @primitive
@@ -117,7 +142,8 @@ def _aminmax_kernel(x: Tensor) -> Tuple[Tensor, Tensor]:
 
 @primitive
 def row_histograms(x: Tensor, low: Tensor, span: Tensor, bins: int) -> Tensor:
-    """How many of the values of each row of (P, N) are in each of ``bins`` bins over ``span`` (P, 1) from ``low`` (P, 1): int32.
+    """How many of the values of each row of (P, N) are in each of ``bins`` bins over ``span`` (P, 1) from
+    ``low`` (P, 1): int32.
 
     >>> row_histograms(torch.tensor([[0.0, 0.4, 1.0]]), torch.zeros(1, 1), torch.ones(1, 1), 2)
     tensor([[2, 1]], dtype=torch.int32)
@@ -129,7 +155,8 @@ row_histograms.lowering("native", when=kernels.has_kernel)(kernels.row_histogram
 
 
 def whole_quotient(a: Tensor, b: Tensor) -> Tensor:
-    """floor(a / b) of integers below 2^53, as int64; ONNX's form of PyTorch's own goes through float32, which ends at 2^24.
+    """floor(a / b) of integers below 2^53, as int64; ONNX's form of PyTorch's own goes through float32, which
+    ends at 2^24.
 
     >>> whole_quotient(torch.tensor([100000001]), torch.tensor([10]))
     tensor([10000000])
@@ -174,7 +201,8 @@ def _product_with_a_triangle(x: Tensor) -> Tensor:
 def running_sum(x: Tensor) -> Tensor:
     """Inclusive sums along the last axis, of a size that is a multiple of 16 (256 levels), in x's dtype.
 
-    A gradient's ``cumsum`` has no form in ONNX: there rows of 16 are summed under a triangle, and then the rows' totals.
+    A gradient's ``cumsum`` has no form in ONNX: there rows of 16 are summed under a triangle, and then the
+    rows' totals.
 
     >>> running_sum(torch.ones(1, 32))[0, -1]
     tensor(32.)

@@ -5,12 +5,19 @@ from typing import Dict, Sequence
 from .schema import Enumeration, Kernel, kernel
 
 ENUMERATIONS = (
-    Enumeration("Border", ("reflect", "replicate", "circular", "constant"), "What is beyond the edge of an image."),
-    Enumeration("Padding", ("zeros", "border", "reflection"), "What a position beyond the edge of an image reads."),
-    Enumeration("Interpolation", ("nearest", "bilinear", "bicubic"), "How positions between pixels are read."),
+    Enumeration(
+        "Border", ("reflect", "replicate", "circular", "constant"), "What is beyond the edge of an image."
+    ),
+    Enumeration(
+        "Padding", ("zeros", "border", "reflection"), "What a position beyond the edge of an image reads."
+    ),
+    Enumeration(
+        "Interpolation", ("nearest", "bilinear", "bicubic"), "How positions between pixels are read."
+    ),
 )
 
-#: The most rows of the matrices that are inverted, and the most coefficients of a polynomial: they stand in registers and on the stack.
+#: The most rows of the matrices that are inverted, and the most coefficients of a polynomial: they stand in
+#: registers and on the stack.
 CONSTANTS = {"MOST_ROWS": 16, "MOST_TERMS": 17}
 
 KERNELS: Dict[str, Kernel] = {}
@@ -24,52 +31,65 @@ def _declare(schema: str, source: str, doc: str, where: Sequence[str] = ()) -> N
 # Filters
 
 _declare(
-    "separable(T[B, C, H, W] x, T[RY, KY] taps_y, T[RX, KX] taps_x, Border border, float scale, float centre) -> T[B, C, H, W]",
+    "separable(T[B, C, H, W] x, T[RY, KY] taps_y, T[RX, KX] taps_x, Border border, float scale, float centre)"
+    " -> T[B, C, H, W]",
     "separable.cpp",
-    """scale times the correlation with taps_y down the columns and then with taps_x along the rows, plus centre times x. The taps have one row for all images or one
-    for each. A constant border is 0.""",
+    """scale times the correlation with taps_y down the columns and then with taps_x along the rows, plus
+    centre times x. The taps have one row for all images or one for each. A constant border is 0.""",
     ["RY in (1, B)", "RX in (1, B)", "KY % 2 == 1", "KX % 2 == 1"],
 )
 _declare(
     "correlate2d(T[B, C, H, W] x, T[N, KY, KX] taps, Border border) -> T[B, C, H, W]",
     "separable.cpp",
-    """Correlation with a window of taps for all images or one for each. Of an even size the pixel is the one before the middle. A constant border is 0.""",
+    """Correlation with a window of taps for all images or one for each. Of an even size the pixel is the one
+    before the middle. A constant border is 0.""",
     ["N in (1, B)", "1 <= KY <= INT32_MAX", "1 <= KX <= INT32_MAX", "KY * KX <= INT32_MAX"],
 )
 _declare(
-    """bilateral(T[B, C, H, W] x, T[BG, D, H, W] guide, T[BS, KY, KX] space_weights, T[BR] range_coefficient, Border border, bool euclidean)
+    """bilateral(T[B, C, H, W] x, T[BG, D, H, W] guide, T[BS, KY, KX] space_weights, T[BR] range_coefficient,
+    Border border, bool euclidean)
     -> T[B, C, H, W]""",
     "bilateral.cpp",
-    """Means of the pixels nearby, weighted by exp(range_coefficient * distance^2) * space_weights. The distance between two colours of the guide is the sum of absolute
-    differences, or Euclidean. space_weights are equal on opposite sides. Arguments of batch size 1 serve all images. A constant border is 0.""",
+    """Means of the pixels nearby, weighted by exp(range_coefficient * distance^2) * space_weights. The
+    distance between two colours of the guide is the sum of absolute differences, or Euclidean. space_weights
+    are equal on opposite sides. Arguments of batch size 1 serve all images. A constant border is 0.""",
     ["BG in (1, B)", "BS in (1, B)", "BR in (1, B)", "KY % 2 == 1", "KX % 2 == 1"],
 )
-_declare("median3x3(T[..., H, W] x, Border border) -> T[..., H, W]", "rank_filters.cpp", "The median of 3 x 3 pixels.")
+_declare(
+    "median3x3(T[..., H, W] x, Border border) -> T[..., H, W]",
+    "rank_filters.cpp",
+    "The median of 3 x 3 pixels.",
+)
 _declare(
     "minmax_filter(T[..., H, W] x, int ky, int kx, Border border, float value, bool largest) -> T[..., H, W]",
     "rank_filters.cpp",
-    "The largest or the smallest value in a centred window of ky x kx pixels. Beyond a constant border is value.",
+    "The largest or the smallest value in a centred window of ky x kx pixels. Beyond a constant border is"
+    " value.",
     ["1 <= ky <= INT32_MAX", "1 <= kx <= INT32_MAX", "ky % 2 == 1", "kx % 2 == 1"],
 )
 _declare(
-    """morphology(T[..., H, W] x, T[KY, KX] heights, int row, int column, Border border, float value, float absent, bool largest)
+    """morphology(T[..., H, W] x, T[KY, KX] heights, int row, int column, Border border, float value, float
+    absent, bool largest)
     -> T[..., H, W]""",
     "rank_filters.cpp",
-    """The largest x + height (dilation, by the mirrored structuring element) or the smallest x - height (erosion) in a window that begins row pixels above
-    and column pixels left of the pixel. A height of -absent leaves its pixel out. Beyond a constant border is value.""",
+    """The largest x + height (dilation, by the mirrored structuring element) or the smallest x - height
+    (erosion) in a window that begins row pixels above and column pixels left of the pixel. A height of
+    -absent leaves its pixel out. Beyond a constant border is value.""",
     ["0 <= row < KY", "0 <= column < KX"],
 )
 _declare(
-    """morphology_gradient(T[..., H, W] x, T[KY, KX] dilation_heights, T[KY, KX] erosion_heights, int row, int column, Border border,
-    float dilation_value, float erosion_value, float absent) -> T[..., H, W]""",
+    """morphology_gradient(T[..., H, W] x, T[KY, KX] dilation_heights, T[KY, KX] erosion_heights, int row, int
+    column, Border border, float dilation_value, float erosion_value, float absent) -> T[..., H, W]""",
     "rank_filters.cpp",
-    "A dilation minus an erosion, each by its own heights and with its own value beyond a constant border; else as morphology.",
+    "A dilation minus an erosion, each by its own heights and with its own value beyond a constant border;"
+    " else as morphology.",
     ["0 <= row < KY", "0 <= column < KX"],
 )
 _declare(
     "integral(T[..., H, W] x) -> T[..., H, W]",
     "integral.cpp",
-    "Sums of all pixels above and to the left, the pixel included: rounded to T along the rows, then along the columns.",
+    "Sums of all pixels above and to the left, the pixel included: rounded to T along the rows, then along"
+    " the columns.",
 )
 _declare(
     "sobel(T[..., H, W] x, float scale, float eps) -> T[..., H, W]",
@@ -79,7 +99,8 @@ _declare(
 _declare(
     "canny_nms(T[..., H, W] x, float eps) -> T[..., H, W]",
     "canny_nms.cpp",
-    "Non-maximum suppression of Canny's detector: the magnitude sqrt(dx^2 + dy^2 + eps) of Sobel's gradient where it is largest across the edge, else 0.",
+    "Non-maximum suppression of Canny's detector: the magnitude sqrt(dx^2 + dy^2 + eps) of Sobel's gradient"
+    " where it is largest across the edge, else 0.",
 )
 _declare(
     "canny_hysteresis(T[..., H, W] x, float low, float high) -> bool[..., H, W]",
@@ -90,13 +111,19 @@ _declare(
 _declare(
     "connected_components(bool[N, H, W] mask) -> int32[N, H * W]",
     "connected_components.cpp",
-    "The least flat index in each pixel's component of eight neighbours; a pixel outside the mask has its own index.",
+    "The least flat index in each pixel's component of eight neighbours; a pixel outside the mask has its own"
+    " index.",
     ["H * W <= INT32_MAX"],
 )
 
 # Frames of bytes
 
-_declare("frame_to_grey(uint8[H, W, 3] frame) -> float32[1, 1, H, W]", "frames.cpp", "The luma of ITU-R BT.601, 0 to 255, of pixels B, G, R.", ["W >= 2"])
+_declare(
+    "frame_to_grey(uint8[H, W, 3] frame) -> float32[1, 1, H, W]",
+    "frames.cpp",
+    "The luma of ITU-R BT.601, 0 to 255, of pixels B, G, R.",
+    ["W >= 2"],
+)
 _declare(
     "resize_frame(uint8[H, W, 3] frame, int height, int width) -> float32[1, 3, height, width]",
     "frames.cpp",
@@ -107,16 +134,21 @@ _declare(
 # Levels and histograms
 
 _declare(
-    "quantize_u8(T[...] x) -> uint8[...]", "histograms.cpp", "The nearest of 256 levels of values 0 to 1, halves up. Values outside are clamped, and NaN gives 0."
+    "quantize_u8(T[...] x) -> uint8[...]",
+    "histograms.cpp",
+    "The nearest of 256 levels of values 0 to 1, halves up. Values outside are clamped, and NaN gives 0.",
 )
 _declare(
-    "aminmax(T[N, L] x) -> T[2, N, 1]", "histograms.cpp", "The least values of the rows, then the greatest; NaN where a row has NaN.", ["L >= 1"]
+    "aminmax(T[N, L] x) -> T[2, N, 1]",
+    "histograms.cpp",
+    "The least values of the rows, then the greatest; NaN where a row has NaN.",
+    ["L >= 1"],
 )
 _declare(
     "row_histograms(T[N, L] x, T[N, 1] low, T[N, 1] span, int bins) -> int32[N, bins]",
     "histograms.cpp",
-    """How many of a row's values are in each bin floor((x - low) / span * bins). Values below go to the first bin, also NaN, and values above to the
-    last. float32 has all numbers of bins.""",
+    """How many of a row's values are in each bin floor((x - low) / span * bins). Values below go to the first
+    bin, also NaN, and values above to the last. float32 has all numbers of bins.""",
     ["L <= INT32_MAX", "1 <= bins <= 2**24"],
 )
 _declare(
@@ -125,19 +157,31 @@ _declare(
     "How often each of the numbers 0 to bins - 1 is in a row; other numbers are not counted.",
     ["L <= INT32_MAX", "1 <= bins <= INT32_MAX"],
 )
-_declare("lut(T[N, 256] table, uint8[N, L] index) -> T[N, L]", "histograms.cpp", "The entries of each row's table at the row's indices.")
 _declare(
-    "clahe_histograms(uint8[N, H, W] levels, int tile_height, int tile_width, int tiles_y, int tiles_x) -> int32[N, tiles_y * tiles_x, 256]",
+    "lut(T[N, 256] table, uint8[N, L] index) -> T[N, L]",
     "histograms.cpp",
-    "How often each level is in each tile, of planes that are mirrored at their bottom and right edges.",
-    ["1 <= tile_height <= INT32_MAX", "1 <= tile_width <= INT32_MAX", "tile_height * tile_width <= INT32_MAX", "1 <= tiles_y <= INT32_MAX", "1 <= tiles_x <= INT32_MAX"],
+    "The entries of each row's table at the row's indices.",
 )
 _declare(
-    """clahe_interpolate(float32[N, TILES, 256] curves, int tiles_x, uint8[N, H, W] levels, int64[H] first_y, int64[H] second_y, float32[H] weight_y,
-    int64[W] first_x, int64[W] second_x, float32[W] weight_x) -> uint8[N, H, W]""",
+    "clahe_histograms(uint8[N, H, W] levels, int tile_height, int tile_width, int tiles_y, int tiles_x) ->"
+    " int32[N, tiles_y * tiles_x, 256]",
     "histograms.cpp",
-    """Each level taken through the curves of four tiles, blended bilinearly and rounded to even. Row y takes tile rows first_y[y] and, with weight
-    weight_y[y], second_y[y]; columns likewise.""",
+    "How often each level is in each tile, of planes that are mirrored at their bottom and right edges.",
+    [
+        "1 <= tile_height <= INT32_MAX",
+        "1 <= tile_width <= INT32_MAX",
+        "tile_height * tile_width <= INT32_MAX",
+        "1 <= tiles_y <= INT32_MAX",
+        "1 <= tiles_x <= INT32_MAX",
+    ],
+)
+_declare(
+    """clahe_interpolate(float32[N, TILES, 256] curves, int tiles_x, uint8[N, H, W] levels, int64[H] first_y,
+    int64[H] second_y, float32[H] weight_y, int64[W] first_x, int64[W] second_x, float32[W] weight_x) ->
+    uint8[N, H, W]""",
+    "histograms.cpp",
+    """Each level taken through the curves of four tiles, blended bilinearly and rounded to even. Row y takes
+    tile rows first_y[y] and, with weight weight_y[y], second_y[y]; columns likewise.""",
     [
         "1 <= tiles_x <= TILES",
         *(f"0 <= {which}_y < TILES // tiles_x" for which in ("first", "second")),
@@ -148,40 +192,61 @@ _declare(
 # Resampling
 
 _declare(
-    "remap(T[B, C, H, W] image, T[B, HO, WO] x, T[B, HO, WO] y, Interpolation mode, Padding padding, bool align_corners) -> T[B, C, HO, WO]",
+    "remap(T[B, C, H, W] image, T[B, HO, WO] x, T[B, HO, WO] y, Interpolation mode, Padding padding, bool"
+    " align_corners) -> T[B, C, HO, WO]",
     "remap.cpp",
-    """The images at pixel positions x and y. With align_corners a reflection is at the corner pixels' centres, else at the outer edges. float32 has all
-    positions of pixels.""",
+    """The images at pixel positions x and y. With align_corners a reflection is at the corner pixels'
+    centres, else at the outer edges. float32 has all positions of pixels.""",
     ["mode != 'bicubic'", "H <= 2**24", "W <= 2**24", "(H + 1) * (W + 1) <= INT32_MAX"],
 )
 _declare(
-    """warp_perspective(T[B, C, H, W] image, T[B, 3, 3] matrix, int height, int width, Interpolation mode, Padding padding, bool align_corners)
+    """warp_perspective(T[B, C, H, W] image, T[B, 3, 3] matrix, int height, int width, Interpolation mode,
+    Padding padding, bool align_corners)
     -> T[B, C, height, width]""",
     "remap.cpp",
     "remap at the positions that each image's matrix maps the output's pixels to.",
-    ["mode != 'bicubic'", "0 <= height <= INT32_MAX", "0 <= width <= INT32_MAX", "H <= 2**24", "W <= 2**24", "(H + 1) * (W + 1) <= INT32_MAX"],
+    [
+        "mode != 'bicubic'",
+        "0 <= height <= INT32_MAX",
+        "0 <= width <= INT32_MAX",
+        "H <= 2**24",
+        "W <= 2**24",
+        "(H + 1) * (W + 1) <= INT32_MAX",
+    ],
 )
 _declare(
-    "resize(T[B, C, H, W] x, int height, int width, Interpolation mode, bool align_corners, bool antialias) -> T[B, C, height, width]",
+    "resize(T[B, C, H, W] x, int height, int width, Interpolation mode, bool align_corners, bool antialias)"
+    " -> T[B, C, height, width]",
     "resize.cpp",
-    """With align_corners the centres of the corner pixels coincide, else the outer edges. With antialias a filter that reduces is as wide as
-    the reduction.""",
+    """With align_corners the centres of the corner pixels coincide, else the outer edges. With antialias a
+    filter that reduces is as wide as the reduction.""",
     ["1 <= height <= INT32_MAX", "1 <= width <= INT32_MAX"],
 )
 _declare(
-    """resize_blurred(T[B, C, H, W] x, T[K] taps, int height, int width, bool align_corners, Border border, bool before)
+    """resize_blurred(T[B, C, H, W] x, T[K] taps, int height, int width, bool align_corners, Border border,
+    bool before)
     -> T[B, C, height, width]""",
     "resize.cpp",
-    "A bilinear resize, after or before a correlation with taps along both axes, as one pass. The border is not circular.",
+    "A bilinear resize, after or before a correlation with taps along both axes, as one pass. The border is"
+    " not circular.",
     ["1 <= height <= INT32_MAX", "1 <= width <= INT32_MAX", "K % 2 == 1", "border != 'circular'"],
 )
 _declare(
-    """extract_patches(T[B, C, L] pixels, int64[B, N] start, int64[B, N] height, int64[B, N] width, T[B, N, 2, 3] frames, int side)
+    """extract_patches(T[B, C, L] pixels, int64[B, N] start, int64[B, N] height, int64[B, N] width, T[B, N, 2,
+    3] frames, int side)
     -> T[B, C, N, side, side]""",
     "remap.cpp",
-    """Patches of side x side pixels: pixel (i, j) is read, bilinearly and beyond the edge the last pixel, where its frame's matrix maps
-    ((2 j + 1) / side - 1, (2 i + 1) / side - 1). Each row of pixels holds several images; the frame's begins at start and has height x width pixels.""",
-    ["L <= INT32_MAX", "0 <= start <= L", "1 <= height <= L", "1 <= width <= L", "height * width <= L - start", "1 <= side <= 2**15"],
+    """Patches of side x side pixels: pixel (i, j) is read, bilinearly and beyond the edge the last pixel,
+    where its frame's matrix maps ((2 j + 1) / side - 1, (2 i + 1) / side - 1). Each row of pixels holds
+    several images; the frame's begins at start and has height x width pixels.""",
+    [
+        "L <= INT32_MAX",
+        "0 <= start <= L",
+        "1 <= height <= L",
+        "1 <= width <= L",
+        "height * width <= L - start",
+        "1 <= side <= 2**15",
+    ],
 )
 
 _declare("hflip(T[..., H, W] x) -> T[..., H, W]", "flips.cpp", "Each row from its end to its beginning.")
@@ -191,15 +256,18 @@ _declare("hflip(T[..., H, W] x) -> T[..., H, W]", "flips.cpp", "Each row from it
 _declare(
     "scale_space_nms(T[B, C, H, W] x, int64[C] margins, bool minima, int count) -> int64[B, count]",
     "scale_space_nms.cpp",
-    """Flat indices of the count strongest places that exceed their 26 neighbours and 0, or with minima also fall below them and 0, and lie at least
-    margins[c] pixels from the edge: by descending magnitude, of equals the first; -1 where there are no more.""",
+    """Flat indices of the count strongest places that exceed their 26 neighbours and 0, or with minima also
+    fall below them and 0, and lie at least margins[c] pixels from the edge: by descending magnitude, of
+    equals the first; -1 where there are no more.""",
     ["H * W <= INT32_MAX", "0 <= margins <= INT32_MAX", "0 <= count <= INT32_MAX"],
 )
 _declare(
-    "orientation_histograms(T[N, S, S] patches, T[S, S] window, T[P, S] space_weights, int bins) -> T[N, bins, P, P]",
+    "orientation_histograms(T[N, S, S] patches, T[S, S] window, T[P, S] space_weights, int bins) -> T[N,"
+    " bins, P, P]",
     "orientation_histograms.cpp",
-    """Histograms of the directions of the patches' central differences, the border replicated: lengths times window, shared linearly by the two nearest of the bins,
-    and by space_weights along the rows and along the columns.""",
+    """Histograms of the directions of the patches' central differences, the border replicated: lengths times
+    window, shared linearly by the two nearest of the bins, and by space_weights along the rows and along the
+    columns.""",
     ["1 <= S <= INT32_MAX", "1 <= bins <= INT32_MAX"],
 )
 _declare(
@@ -210,23 +278,33 @@ _declare(
 _declare(
     "two_smallest(T[B, N, M] x, bool along_rows) -> int64[B, N if along_rows else M, 2]",
     "matching.cpp",
-    "Where the two smallest numbers of each row, or column, are, of equals the first; -1 where none is less than infinity.",
+    "Where the two smallest numbers of each row, or column, are, of equals the first; -1 where none is less"
+    " than infinity.",
 )
 _declare(
     "score_models(T[B, S, 3, 3] models, T[B, 7, N] points, bool epipolar, int count) -> int64[B, count]",
     "consensus.cpp",
-    """Indices of the count models with the least costs, of equals the first; 0 where fewer have a finite cost. A cost is the sum of the squared distances in the second
-    image, or with epipolar of Sampson's, each at most its bound. points are rows x, y, 1, then u, v, 1, then the bound.""",
+    """Indices of the count models with the least costs, of equals the first; 0 where fewer have a finite
+    cost. A cost is the sum of the squared distances in the second image, or with epipolar of Sampson's, each
+    at most its bound. points are rows x, y, 1, then u, v, 1, then the bound.""",
     ["1 <= count <= INT32_MAX"],
 )
 
 # Matrices and polynomials
 
 for _name, _doc in (
-    ("batched_inverse", "Inverses by Gauss-Jordan elimination with the largest pivot of each column; infinite or NaN where a matrix is singular."),
+    (
+        "batched_inverse",
+        (
+            "Inverses by Gauss-Jordan elimination with the largest pivot of each column; infinite or NaN"
+            " where a matrix is singular."
+        ),
+    ),
     ("spd_inverse", "Inverses of symmetric positive definite matrices, by N sweeps."),
 ):
-    _declare(f"{_name}(float64[..., N, N] m) -> float64[..., N, N]", "matrices.cpp", _doc, ["1 <= N <= MOST_ROWS"])
+    _declare(
+        f"{_name}(float64[..., N, N] m) -> float64[..., N, N]", "matrices.cpp", _doc, ["1 <= N <= MOST_ROWS"]
+    )
 _declare(
     "normalized_power(float64[..., N, N] m, int squarings) -> float64[..., N, N]",
     "matrices.cpp",
@@ -236,7 +314,8 @@ _declare(
 _declare(
     "real_roots(float64[K, N] coefficients) -> float64[2, K - 1, N]",
     "real_roots.cpp",
-    """Of N polynomials with coefficients[k] of x^k: places u in ascending order, the roots u / (1 - |u|), and then 1 where there is one. Where there is none, the place is
-    that of a root of the derivative, or the end of the range.""",
+    """Of N polynomials with coefficients[k] of x^k: places u in ascending order, the roots u / (1 - |u|), and
+    then 1 where there is one. Where there is none, the place is that of a root of the derivative, or the end
+    of the range.""",
     ["1 <= K <= MOST_TERMS"],
 )

@@ -1,7 +1,9 @@
-"""The kernels as operators ``chiasm::NAME``, which a lowering for native code calls: ``operators.median3x3(x, "reflect")``.
+"""The kernels as operators ``chiasm::NAME``, which a lowering for native code calls: ``operators.median3x3(x,
+"reflect")``.
 
-A call takes the arguments of the kernel's declaration, enumerators by their names. The operators have shapes and types, and no computation: what they compute
-is defined by the primitive that they are a lowering of, in tensor code, which runs everywhere else and of which gradients are taken.
+A call takes the arguments of the kernel's declaration, enumerators by their names. The operators have shapes
+and types, and no computation: what they compute is defined by the primitive that they are a lowering of, in
+tensor code, which runs everywhere else and of which gradients are taken.
 """
 
 import functools
@@ -24,7 +26,8 @@ MOST_ROWS, MOST_TERMS = CONSTANTS["MOST_ROWS"], CONSTANTS["MOST_TERMS"]
 
 
 def available(x: Tensor, *_: object) -> bool:
-    """Whether what is computed of x is being exported for the CPU: the operators have no computation of their own."""
+    """Whether what is computed of x is being exported for the CPU: the operators have no computation of their
+    own."""
     return torch.compiler.is_exporting() and x.device.type == "cpu"
 
 
@@ -34,8 +37,8 @@ def has_kernel(x: Tensor, *_: object) -> bool:
 
 
 def runs_to_its_end(limit: int) -> bool:
-    """Whether a loop over connected pixels needs no limit: its steps grow with the logarithm of the pixels' number, and 64 of them are
-    enough for any mask."""
+    """Whether a loop over connected pixels needs no limit: its steps grow with the logarithm of the pixels'
+    number, and 64 of them are enough for any mask."""
     return limit >= 64
 
 
@@ -44,7 +47,9 @@ _SCHEMA_TYPES = {"int": "SymInt", "float": "float", "bool": "bool"} | {e.name: "
 
 
 def _register(kernel: Kernel) -> None:
-    arguments = ", ".join(f"{'Tensor' if a.shape is not None else _SCHEMA_TYPES[a.type]} {a.name}" for a in kernel.arguments)
+    arguments = ", ".join(
+        f"{'Tensor' if a.shape is not None else _SCHEMA_TYPES[a.type]} {a.name}" for a in kernel.arguments
+    )
     torch.library.define(f"chiasm::{kernel.name}", f"({arguments}) -> Tensor")
     torch.library.register_fake(f"chiasm::{kernel.name}", functools.partial(_fake, kernel))
 
@@ -62,7 +67,10 @@ def _fake(kernel: Kernel, *values: Any) -> Tensor:
         named = [size for size in argument.shape if size != "..."]
         leading = value.dim() - len(named)
         if leading < 0 or (leading > 0 and len(named) == len(argument.shape)):
-            raise ValueError(f"{kernel.name}: {argument.name}: expected shape ({', '.join(argument.shape)}), got {list(value.shape)}")
+            raise ValueError(
+                f"{kernel.name}: {argument.name}: expected shape ({', '.join(argument.shape)}), got"
+                f" {list(value.shape)}"
+            )
         folded = list(value.shape[:leading]) if len(named) < len(argument.shape) else folded
         known |= {size: value.shape[leading + i] for i, size in enumerate(named)}
     sizes = [eval(size, {"__builtins__": {}}, known) for size in kernel.result.shape or () if size != "..."]
@@ -86,7 +94,9 @@ def _as_number(kernel: Kernel, argument: Argument, value: Any) -> Any:
     if numbers is None:
         return value
     if value not in numbers:
-        raise ValueError(f"{kernel.name}: {argument.name}: expected one of {', '.join(numbers)}, got {value!r}")
+        raise ValueError(
+            f"{kernel.name}: {argument.name}: expected one of {', '.join(numbers)}, got {value!r}"
+        )
     return numbers[value]
 
 

@@ -1,16 +1,19 @@
-"""What a kernel's declaration says, read and checked. The standard library is enough: the build reads declarations where torch is not installed.
+"""What a kernel's declaration says, read and checked. The standard library is enough: the build reads
+declarations where torch is not installed.
 
 A declaration is one line, in the manner of PyTorch's operator schemas, with shapes::
 
     separable(T[B, C, H, W] x, T[R, K] taps, Border border, float scale) -> T[B, C, H, W]
 
-* A tensor's type is ``T`` (float32 or float64), ``I`` (uint8 or int32), ``float32``, ``float64``, ``uint8``, ``int32``, ``int64`` or ``bool``. All tensors of type T
-  in a call have the same one.
-* A shape has names, numbers, and at its beginning perhaps ``...``. A name stands for the same size wherever it occurs. Sizes named H and W are those
-  of images: 1 to 2^31 - 1. The result's sizes are expressions in Python's syntax.
+* A tensor's type is ``T`` (float32 or float64), ``I`` (uint8 or int32), ``float32``, ``float64``, ``uint8``,
+  ``int32``, ``int64`` or ``bool``. All tensors of type T in a call have the same one.
+* A shape has names, numbers, and at its beginning perhaps ``...``. A name stands for the same size wherever
+  it occurs. Sizes named H and W are those of images: 1 to 2^31 - 1. The result's sizes are expressions in
+  Python's syntax.
 * Other arguments are of type ``int``, ``float``, ``bool``, or an enumeration's.
 
-Conditions are comparisons in Python's syntax, of sizes, numbers, constants, and the entries of int64 tensors, which are each compared. An enumerator stands in quotes.
+Conditions are comparisons in Python's syntax, of sizes, numbers, constants, and the entries of int64 tensors,
+which are each compared. An enumerator stands in quotes.
 """
 
 import ast
@@ -97,22 +100,33 @@ class Kernel:
 
 
 def kernel(
-    schema: str, source: str, doc: str, where: Sequence[str] = (), *, enumerations: Sequence[Enumeration] = (), constants: Mapping[str, int] = MappingProxyType({})
+    schema: str,
+    source: str,
+    doc: str,
+    where: Sequence[str] = (),
+    *,
+    enumerations: Sequence[Enumeration] = (),
+    constants: Mapping[str, int] = MappingProxyType({}),
 ) -> Kernel:
     """A declaration, read and checked.
 
-    >>> k = kernel("halved(T[..., H, W] x, bool twice) -> T[..., H, W]", "halved.cpp", "Half of each value.")
+    >>> k = kernel(
+    ...     "halved(T[..., H, W] x, bool twice) -> T[..., H, W]", "halved.cpp", "Half of each value."
+    ... )
     >>> k.name, k.sizes, k.conditions[0]
     ('halved', {'H': 'x', 'W': 'x'}, '1 <= H <= INT32_MAX')
     >>> kernel("halved(Matrix[N] x) -> T[N]", "halved.cpp", "")
     Traceback (most recent call last):
     ...
-    chiasm.primitives.kernels.schema.DeclarationError: kernel halved: argument x: unknown type Matrix, known are T, I, float32, float64, uint8, int32, int64, bool
+    chiasm.primitives.kernels.schema.DeclarationError: kernel halved: argument x: unknown type Matrix, known
+    are T, I, float32, float64, uint8, int32, int64, bool
     """
     schema = " ".join(schema.split())
     parts = _SCHEMA.fullmatch(schema)
     if parts is None:
-        raise DeclarationError(f"kernel {schema!r}: expected name(type[shape] argument, type argument, ...) -> type[shape]")
+        raise DeclarationError(
+            f"kernel {schema!r}: expected name(type[shape] argument, type argument, ...) -> type[shape]"
+        )
     name, inside, result_type, result_shape = parts.groups()
     arguments = tuple(_argument(name, text, [e.name for e in enumerations]) for text in _split(inside))
     result = Argument("result", result_type, tuple(_split(result_shape)))
@@ -127,7 +141,10 @@ def identifiers(expression: str, kernel_name: str) -> List[str]:
         tree = ast.parse(expression, mode="eval")
     except SyntaxError:
         raise DeclarationError(f"kernel {kernel_name}: {expression!r} is no expression") from None
-    return [node.id for node in sorted((n for n in ast.walk(tree) if isinstance(n, ast.Name)), key=lambda n: n.col_offset)]
+    return [
+        node.id
+        for node in sorted((n for n in ast.walk(tree) if isinstance(n, ast.Name)), key=lambda n: n.col_offset)
+    ]
 
 
 def _split(text: str) -> List[str]:
@@ -144,9 +161,14 @@ def _argument(kernel_name: str, text: str, enumerations: Sequence[str]) -> Argum
         argument = Argument(number[2], number[1])
         known = (*NUMBERS, *enumerations)
     else:
-        raise DeclarationError(f"kernel {kernel_name}: expected 'type[shape] name' or 'type name', got {text!r}")
+        raise DeclarationError(
+            f"kernel {kernel_name}: expected 'type[shape] name' or 'type name', got {text!r}"
+        )
     if argument.type not in known:
-        raise DeclarationError(f"kernel {kernel_name}: argument {argument.name}: unknown type {argument.type}, known are {', '.join(known)}")
+        raise DeclarationError(
+            f"kernel {kernel_name}: argument {argument.name}: unknown type {argument.type}, known are"
+            f" {', '.join(known)}"
+        )
     return argument
 
 
@@ -154,18 +176,31 @@ def _check(k: Kernel, constants: Sequence[str]) -> None:
     names = [a.name for a in k.arguments] + [size.lower() for size in k.sizes] + ["out"]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise DeclarationError(f"kernel {k.name}: two arguments or sizes named {twice[0]} (sizes have small letters in C++)")
+        raise DeclarationError(
+            f"kernel {k.name}: two arguments or sizes named {twice[0]} (sizes have small letters in C++)"
+        )
     if len({a.type for a in k.tensors if a.type in VARIABLES}) > 1:
-        raise DeclarationError(f"kernel {k.name}: one of the type variables {', '.join(VARIABLES)} at most, got several")
+        raise DeclarationError(
+            f"kernel {k.name}: one of the type variables {', '.join(VARIABLES)} at most, got several"
+        )
     if k.result.type not in (*ELEMENTS, k.variable):
-        raise DeclarationError(f"kernel {k.name}: result: unknown type {k.result.type}, known are the arguments' type variable and {', '.join(ELEMENTS)}")
+        raise DeclarationError(
+            f"kernel {k.name}: result: unknown type {k.result.type}, known are the arguments' type variable"
+            f" and {', '.join(ELEMENTS)}"
+        )
     for tensor in k.tensors:
         for i, size in enumerate(tensor.shape or ()):
             if not (size.isidentifier() or size.isdigit() or (size == "..." and i == 0)):
-                raise DeclarationError(f"kernel {k.name}: argument {tensor.name}: a size is a name, a number, or '...' at the beginning, got {size!r}")
+                raise DeclarationError(
+                    f"kernel {k.name}: argument {tensor.name}: a size is a name, a number, or '...' at the"
+                    f" beginning, got {size!r}"
+                )
     folded = [t.name for t in k.tensors if "..." in (t.shape or ())]
     if len(folded) > 1 or ("..." in (k.result.shape or ()) and not folded):
-        raise DeclarationError(f"kernel {k.name}: '...' stands in one argument's shape, and from there in the result's; got {', '.join(folded) or 'none'}")
+        raise DeclarationError(
+            f"kernel {k.name}: '...' stands in one argument's shape, and from there in the result's; got"
+            f" {', '.join(folded) or 'none'}"
+        )
     numbers = {a.name for a in k.arguments if a.shape is None}
     entries = {a.name for a in k.tensors if a.type == "int64"}
     for expressions, known in (
@@ -175,4 +210,7 @@ def _check(k: Kernel, constants: Sequence[str]) -> None:
         for expression in expressions:
             unknown = [name for name in identifiers(expression, k.name) if name not in known]
             if unknown:
-                raise DeclarationError(f"kernel {k.name}: {expression!r} names {unknown[0]}, which is no size, number or int64 tensor among the arguments")
+                raise DeclarationError(
+                    f"kernel {k.name}: {expression!r} names {unknown[0]}, which is no size, number or int64"
+                    " tensor among the arguments"
+                )

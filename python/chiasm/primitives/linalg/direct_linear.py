@@ -7,7 +7,8 @@ from torch import Tensor
 
 
 def hartley(points: Tensor, weights: Optional[Tensor], eps: float) -> Tuple[Tensor, Tensor]:
-    """Points (B, N, d) moved to centroid 0 and mean distance sqrt(d), and the similarity (B, d + 1, d + 1) that does it.
+    """Points (B, N, d) moved to centroid 0 and mean distance sqrt(d), and the similarity (B, d + 1, d + 1)
+    that does it.
 
     R. Hartley, In defense of the eight-point algorithm, PAMI 19(6), 1997. Weights (B, N) weigh both means.
 
@@ -32,7 +33,8 @@ def hartley(points: Tensor, weights: Optional[Tensor], eps: float) -> Tuple[Tens
 
 
 def projective_equations(p: Tensor, q: Tensor, weights: Tensor) -> Tensor:
-    """A^T W A (B, 3k, 3k) of the equations h1.p - u h3.p = 0, h2.p - v h3.p = 0 for homogeneous p (B, N, k) and q = (u, v) (B, N, 2)."""
+    """A^T W A (B, 3k, 3k) of the equations h1.p - u h3.p = 0, h2.p - v h3.p = 0 for homogeneous p (B, N, k)
+    and q = (u, v) (B, N, 2)."""
     pp = p[..., :, None] * p[..., None, :]
     u, v = q[..., 0], q[..., 1]
     s = (pp * weights[..., None, None]).sum(1)

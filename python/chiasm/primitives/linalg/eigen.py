@@ -1,13 +1,14 @@
 """Eigenvalues and singular values of small matrices by Jacobi's rotations, in arithmetic only.
 
-G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 8.5 and 8.6.3. A round rotates n/2 disjoint pairs of columns at once, as
-one product with an orthogonal matrix, and then moves the columns on as players move in a tournament, so that every round is the
-same code: a sweep of all pairs is n - 1 of them (n where n is odd). Vectors that belong to equal values, and the signs of all, are then chosen
-by one rule (`_settling`), so that engines that round differently find the same.
+G. H. Golub, C. F. Van Loan, Matrix Computations, 4th ed., 8.5 and 8.6.3. A round rotates n/2 disjoint pairs
+of columns at once, as one product with an orthogonal matrix, and then moves the columns on as players move in
+a tournament, so that every round is the same code: a sweep of all pairs is n - 1 of them (n where n is odd).
+Vectors that belong to equal values, and the signs of all, are then chosen by one rule (`_settling`), so that
+engines that round differently find the same.
 
-The sweeps see no gradient. It comes from one correction of first order after them, in which 1 / (difference of two values) is 0
-where they differ by less than 1e-9 of the largest. Exported gradients copy the rounds, for n up to 4 say: for a null vector
-there is `null_vector`.
+The sweeps see no gradient. It comes from one correction of first order after them, in which 1 / (difference
+of two values) is 0 where they differ by less than 1e-9 of the largest. Exported gradients copy the rounds,
+for n up to 4 say: for a null vector there is `null_vector`.
 """
 
 import math
@@ -23,7 +24,8 @@ from .qr import frobenius_norm, pointed, qr
 
 
 def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
-    """Eigenvalues (..., n), ascending, and unit eigenvectors in the columns of (..., n, n), of a symmetric (..., n, n).
+    """Eigenvalues (..., n), ascending, and unit eigenvectors in the columns of (..., n, n), of a symmetric
+    (..., n, n).
 
     In float64, for n up to about 10.
 
@@ -50,7 +52,9 @@ def symmetric_eigen(m: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 @primitive
-def _derived_eigen(values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye: Tensor) -> Tuple[Tensor, Tensor]:
+def _derived_eigen(
+    values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye: Tensor
+) -> Tuple[Tensor, Tensor]:
     """The same values and vectors, with the derivatives by a."""
     change = small_matmul(vectors.transpose(-1, -2), small_matmul(a, vectors))
     change = change - change.detach()
@@ -59,16 +63,20 @@ def _derived_eigen(values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye
 
 
 @_derived_eigen.lowering("onnx", "native")
-def _eigen_alone(values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye: Tensor) -> Tuple[Tensor, Tensor]:
+def _eigen_alone(
+    values: Tensor, vectors: Tensor, a: Tensor, norm: Tensor, eye: Tensor
+) -> Tuple[Tensor, Tensor]:
     return values, vectors
 
 
 def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
-    """U (..., r, n), singular values (..., n), descending and not negative, and V (..., n, n) of (..., r, n), r >= n: U diag(s) V^T.
+    """U (..., r, n), singular values (..., n), descending and not negative, and V (..., n, n) of (..., r, n),
+    r >= n: U diag(s) V^T.
 
-    In float64, for n up to about 10, by rotations of columns: small singular values are found to their own precision, not to the
-    norm's. U is orthonormal whatever the rank. A singular value below 4e-15 of the norm is 0. The derivative of U V^T is right also
-    where singular values are repeated. Where r is exported as a symbol, its lower limit has to be above n.
+    In float64, for n up to about 10, by rotations of columns: small singular values are found to their own
+    precision, not to the norm's. U is orthonormal whatever the rank. A singular value below 4e-15 of the norm
+    is 0. The derivative of U V^T is right also where singular values are repeated. Where r is exported as a
+    symbol, its lower limit has to be above n.
 
     >>> u, s, v = svd(torch.tensor([[0.0, 2.0], [-1.0, 0.0]]))
     >>> s
@@ -107,8 +115,8 @@ def svd(m: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
 def _derived_svd(u: Tensor, s: Tensor, v: Tensor, a: Tensor, norm: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
     """The same values, with the derivatives by a.
 
-    With dU = U X and dV = V Y for skew-symmetric X and Y, the entries of U^T dA V = X S + dS - S Y give X + Y by the
-    differences of singular values and X - Y by their sums.
+    With dU = U X and dV = V Y for skew-symmetric X and Y, the entries of U^T dA V = X S + dS - S Y give X + Y
+    by the differences of singular values and X - Y by their sums.
     """
     image = small_matmul(a, v)
     image = image - image.detach()
@@ -134,17 +142,18 @@ def _reciprocal(x: Tensor, norm: Tensor) -> Tensor:
 
 
 def _rounds(n: int) -> int:
-    """Rounds of whole sweeps, after which the columns are back in their places: one sweep more than any of thousands of matrices
-    took, of condition 1 to 1e12 and with repeated values, until nothing moved."""
+    """Rounds of whole sweeps, after which the columns are back in their places: one sweep more than any of
+    thousands of matrices took, of condition 1 to 1e12 and with repeated values, until nothing moved."""
     sweeps = [0, 1, 5, 6, 6, 7, 8, 9, 9, 11]
     return sweeps[min(n, 10) - 1] * (n if n % 2 == 1 else n - 1)
 
 
 def _schedule(n: int, like: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Each column's partner, the columns' move after a round as a matrix, the same after an exchange of partners, and 1, -1 or
-    0 where a column is the first or second of its pair or has no partner.
+    """Each column's partner, the columns' move after a round as a matrix, the same after an exchange of
+    partners, and 1, -1 or 0 where a column is the first or second of its pair or has no partner.
 
-    Columns 0 to odd - 1 stand in a circle, the pairs facing each other; an even n's last column stays and plays who is left over.
+    Columns 0 to odd - 1 stand in a circle, the pairs facing each other; an even n's last column stays and
+    plays who is left over.
     """
     odd = n if n % 2 == 1 else n - 1
     partner = [odd - 1 - i for i in range(odd)]
@@ -158,11 +167,19 @@ def _schedule(n: int, like: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
     index = torch.arange(n, device=like.device)
     pairs = torch.tensor(partner, device=like.device)
     turn = (index[:, None] == torch.tensor(origin, device=like.device)[None, :]).to(torch.float64)
-    return pairs, turn, turn.index_select(0, pairs), torch.tensor(side, dtype=torch.float64, device=like.device)
+    return (
+        pairs,
+        turn,
+        turn.index_select(0, pairs),
+        torch.tensor(side, dtype=torch.float64, device=like.device),
+    )
 
 
-def _rotation(d: Tensor, b: Tensor, floor: float, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
-    """The orthogonal (..., n, n) that rotates each pair of columns and moves them on, from squared lengths d and products b with the partner."""
+def _rotation(
+    d: Tensor, b: Tensor, floor: float, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor
+) -> Tensor:
+    """The orthogonal (..., n, n) that rotates each pair of columns and moves them on, from squared lengths d
+    and products b with the partner."""
     other = d.index_select(-1, partner)
     # Products that are rounding count as 0, or what belongs to equal values would turn for ever.
     b = torch.where(b * b > 2e-29 * (d * other).abs() + floor, 2.0 * b, torch.zeros_like(b))
@@ -176,7 +193,8 @@ def _rotation(d: Tensor, b: Tensor, floor: float, partner: Tensor, turn: Tensor,
 
 @repeated
 def _two_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Tensor, side: Tensor) -> Tensor:
-    """One round on the symmetric matrix in the upper half of the state; the lower half gathers the rotations."""
+    """One round on the symmetric matrix in the upper half of the state; the lower half gathers the
+    rotations."""
     n = state.size(-1)
     a = state[..., :n, :]
     eye = torch.eye(n, dtype=state.dtype, device=state.device)
@@ -193,7 +211,9 @@ def _one_sided(state: Tensor, k: Tensor, partner: Tensor, turn: Tensor, swap: Te
     """One round on the columns in the upper half of the state; the lower half gathers the rotations."""
     columns = state[..., : state.size(-1), :]
     product = (columns * columns.index_select(-1, partner)).sum(-2)
-    return small_matmul(state, _rotation((columns * columns).sum(-2), product, 1e-62, partner, turn, swap, side))
+    return small_matmul(
+        state, _rotation((columns * columns).sum(-2), product, 1e-62, partner, turn, swap, side)
+    )
 
 
 def _order(values: Tensor) -> Tensor:
@@ -205,14 +225,22 @@ def _order(values: Tensor) -> Tensor:
 
 
 def _settling(vectors: Tensor, values: Tensor) -> Tensor:
-    """The orthogonal (..., n, n) that takes orthonormal vectors of sorted values to a basis that does not depend on how they were found.
+    """The orthogonal (..., n, n) that takes orthonormal vectors of sorted values to a basis that does not
+    depend on how they were found.
 
-    Column k becomes the nearest to a fixed direction of its own, among the vectors that belong to its value (of a matrix of norm 1, to
-    1e-13) and are orthogonal to those before: a sign where the value is single, a basis of the plane where it is double.
+    Column k becomes the nearest to a fixed direction of its own, among the vectors that belong to its value
+    (of a matrix of norm 1, to 1e-13) and are orthogonal to those before: a sign where the value is single, a
+    basis of the plane where it is double.
     """
     n = vectors.size(-1)
-    # Numbers with no pattern, that make a matrix of condition 3 or so up to n = 10, in whole 64ths: TorchScript's tensor() rounds to float32.
-    directions = [[math.floor(64.0 * math.cos(1.1 + 4.6 * i + 2.7 * j + 3.8 * i * j)) / 64.0 for j in range(n)] for i in range(n)]
-    aim = small_matmul(vectors.transpose(-1, -2), torch.tensor(directions, dtype=vectors.dtype, device=vectors.device))
+    # Numbers with no pattern, that make a matrix of condition 3 or so up to n = 10, in whole 64ths:
+    # TorchScript's tensor() rounds to float32.
+    directions = [
+        [math.floor(64.0 * math.cos(1.1 + 4.6 * i + 2.7 * j + 3.8 * i * j)) / 64.0 for j in range(n)]
+        for i in range(n)
+    ]
+    aim = small_matmul(
+        vectors.transpose(-1, -2), torch.tensor(directions, dtype=vectors.dtype, device=vectors.device)
+    )
     alike = (values[..., :, None] - values[..., None, :]).abs() < 1e-13
     return qr(torch.where(alike, aim, torch.zeros_like(aim)))[0]

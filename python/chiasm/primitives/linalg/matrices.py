@@ -11,15 +11,20 @@ from ..kernels import operators as kernels
 
 def _has_kernel(m: Tensor, *_: object) -> bool:
     """Whether kernels take matrices (..., n, n)."""
-    return kernels.available(m) and m.dtype == torch.float64 and isinstance(m.size(-1), int) and 3 <= m.size(-1) <= kernels.MOST_ROWS
+    return (
+        kernels.available(m)
+        and m.dtype == torch.float64
+        and isinstance(m.size(-1), int)
+        and 3 <= m.size(-1) <= kernels.MOST_ROWS
+    )
 
 
 @primitive
 def small_matmul(a: Tensor, b: Tensor) -> Tensor:
     """Matrix product of (..., n, k) and (..., k, m) for small sizes.
 
-    Native code gets a sum of products, which compiles inline instead of calling a library; so do backward passes, which
-    are traced once for every target.
+    Native code gets a sum of products, which compiles inline instead of calling a library; so do backward
+    passes, which are traced once for every target.
     """
     return torch.matmul(a, b)
 
@@ -49,7 +54,8 @@ def inverse3x3(m: Tensor) -> Tensor:
 
 
 def cross4(a: Tensor, b: Tensor, c: Tensor) -> Tensor:
-    """The vector of four whose product with any d is the determinant of the rows d, a, b, c; it is orthogonal to all three.
+    """The vector of four whose product with any d is the determinant of the rows d, a, b, c; it is orthogonal
+    to all three.
 
     >>> x, y, z = torch.eye(4)[:3].unbind()
     >>> cross4(x, y, z) + 0.0
@@ -59,14 +65,16 @@ def cross4(a: Tensor, b: Tensor, c: Tensor) -> Tensor:
 
 
 def _dual(a: Tensor, b: Tensor) -> Tensor:
-    """The skew-symmetric (..., 4, 4) that takes c to cross4(c, a, b): the six minors of a and b, at the opposite places."""
+    """The skew-symmetric (..., 4, 4) that takes c to cross4(c, a, b): the six minors of a and b, at the
+    opposite places."""
     minors = (a[..., :, None] * b[..., None, :] - b[..., :, None] * a[..., None, :]).flatten(-2)
     place = torch.tensor([0, 11, 13, 6, 14, 0, 3, 8, 7, 12, 0, 1, 9, 2, 4, 0], device=a.device)
     return minors.index_select(-1, place).unflatten(-1, [4, 4])
 
 
 def cofactors(m: Tensor) -> Tensor:
-    """Cofactors of (..., n, n) for n up to 4: the derivative of the determinant, and the transpose of the adjugate.
+    """Cofactors of (..., n, n) for n up to 4: the derivative of the determinant, and the transpose of the
+    adjugate.
 
     >>> cofactors(torch.tensor([[1.0, 2.0], [3.0, 4.0]]))
     tensor([[ 4., -3.],
@@ -83,15 +91,22 @@ def cofactors(m: Tensor) -> Tensor:
         return torch.stack([cross(r1, r2), cross(r2, r0), cross(r0, r1)], -2)
     a, b, c, d = m[..., 0, :], m[..., 1, :], m[..., 2, :], m[..., 3, :]
     upper, lower = _dual(a, b), _dual(c, d)
-    rows = [(lower * b[..., None, :]).sum(-1), -(lower * a[..., None, :]).sum(-1), (upper * d[..., None, :]).sum(-1), -(upper * c[..., None, :]).sum(-1)]
+    rows = [
+        (lower * b[..., None, :]).sum(-1),
+        -(lower * a[..., None, :]).sum(-1),
+        (upper * d[..., None, :]).sum(-1),
+        -(upper * c[..., None, :]).sum(-1),
+    ]
     return torch.stack(rows, -2)
 
 
 def det(m: Tensor) -> Tensor:
-    """Determinant of (..., n, n), computed in float64: its relative error is about that of rounding times the condition number.
+    """Determinant of (..., n, n), computed in float64: its relative error is about that of rounding times the
+    condition number.
 
-    By elimination with the largest pivot of each column, up to 2x2 by cofactors. The derivatives are the cofactors' up to 4x4, finite
-    everywhere, and those of the elimination beyond, which are of a regular matrix.
+    By elimination with the largest pivot of each column, up to 2x2 by cofactors. The derivatives are the
+    cofactors' up to 4x4, finite everywhere, and those of the elimination beyond, which are of a regular
+    matrix.
 
     >>> det(2.0 * torch.eye(5))
     tensor(32.)
@@ -140,15 +155,17 @@ def _eliminated(a: Tensor) -> Tensor:
 def _largest(column: Tensor, free: Tensor) -> Tensor:
     """One at the free row whose entry is largest, zeros elsewhere."""
     size = torch.where(free > 0, column.detach().abs(), -torch.ones_like(column))
-    return (torch.argmax(size, dim=-1, keepdim=True) == torch.arange(column.size(-1), device=column.device)).to(column.dtype)
+    return (
+        torch.argmax(size, dim=-1, keepdim=True) == torch.arange(column.size(-1), device=column.device)
+    ).to(column.dtype)
 
 
 def inverse(m: Tensor) -> Tensor:
     """Inverse of (..., n, n), computed in float64; infinite or NaN where m is singular.
 
-    The inverse of the detached matrix, then two of Newton's steps X (2 - M X). They polish the value, and give
-    the first three derivatives, for a step takes an error of first order to one of second order. For images of 3x3 matrices
-    there is `inverse3x3`, in their own dtype.
+    The inverse of the detached matrix, then two of Newton's steps X (2 - M X). They polish the value, and
+    give the first three derivatives, for a step takes an error of first order to one of second order. For
+    images of 3x3 matrices there is `inverse3x3`, in their own dtype.
 
     >>> inverse(torch.tensor([[2.0, 1.0], [1.0, 1.0]]))
     tensor([[ 1., -1.],
@@ -163,9 +180,11 @@ def inverse(m: Tensor) -> Tensor:
 
 
 def solve(a: Tensor, b: Tensor) -> Tensor:
-    """The x of a x = b for (..., n, n) and (..., n, k), computed in float64; infinite or NaN where a is singular.
+    """The x of a x = b for (..., n, n) and (..., n, k), computed in float64; infinite or NaN where a is
+    singular.
 
-    By the inverse of the detached matrix and two steps of refinement, which also give the first two derivatives.
+    By the inverse of the detached matrix and two steps of refinement, which also give the first two
+    derivatives.
 
     >>> solve(torch.tensor([[2.0, 1.0], [1.0, 1.0]]), torch.tensor([[3.0], [2.0]])).flatten()
     tensor([1., 1.])
@@ -229,31 +248,37 @@ def _spd_inverse_kernel(m: Tensor) -> Tensor:
 
 
 def smallest_eigenvector(m: Tensor) -> Tensor:
-    """Unit eigenvector (B, n) of the smallest eigenvalue of a symmetric positive semidefinite (B, n, n), float64.
+    """Unit eigenvector (B, n) of the smallest eigenvalue of a symmetric positive semidefinite (B, n, n),
+    float64.
 
-    Inverse iteration: the inverse of the slightly shifted matrix, squared until its largest eigenvalue has swamped the
-    others. That part carries no gradient; one first-order correction through the deflated inverse follows, which
-    polishes the value and whose derivative is exactly the eigenvector's (for a simple eigenvalue; 0 for a double one).
+    Inverse iteration: the inverse of the slightly shifted matrix, squared until its largest eigenvalue has
+    swamped the others. That part carries no gradient; one first-order correction through the deflated inverse
+    follows, which polishes the value and whose derivative is exactly the eigenvector's (for a simple
+    eigenvalue; 0 for a double one).
     """
     m = m / (_trace(m) + 1e-300)
     return _eigenvector(m, spd_inverse(m.detach() + 1e-14 * _eye(m)), 7, 1.0)
 
 
 def largest_eigenvector(m: Tensor) -> Tensor:
-    """Unit eigenvector (B, n) of the largest eigenvalue of a symmetric positive semidefinite (B, n, n), float64.
+    """Unit eigenvector (B, n) of the largest eigenvalue of a symmetric positive semidefinite (B, n, n),
+    float64.
 
-    As `smallest_eigenvector`, by powers of the matrix itself: they tell apart eigenvalues that differ by a part in a hundred.
+    As `smallest_eigenvector`, by powers of the matrix itself: they tell apart eigenvalues that differ by a
+    part in a hundred.
     """
     m = m / (_trace(m) + 1e-300)
     return _eigenvector(m, m.detach() + 1e-14 * _eye(m), 12, -1.0)
 
 
 def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tensor:
-    """The eigenvector that powers of `power` tend to, of m's smallest (sign 1) or largest (sign -1) eigenvalue."""
+    """The eigenvector that powers of `power` tend to, of m's smallest (sign 1) or largest (sign -1)
+    eigenvalue."""
     eye = _eye(m)
     fixed = m.detach()
     power = normalized_power(power, squarings)
-    # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest diagonal.
+    # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest
+    # diagonal.
     diagonal = (power * eye).sum(-1)
     pick = (torch.argmax(diagonal, dim=-1)[:, None] == torch.arange(m.size(-1), device=m.device)).to(m.dtype)
     v = (power * pick[:, None, :]).sum(-1)
@@ -261,7 +286,8 @@ def _eigenvector(m: Tensor, power: Tensor, squarings: int, sign: float) -> Tenso
     outer = v[:, :, None] * v[:, None, :]
     eigenvalue = (outer * fixed).sum(-1, keepdim=True).sum(-2, keepdim=True)
     deflated = sign * (spd_inverse(sign * (fixed - eigenvalue * eye) + outer) - outer)
-    # Of a double eigenvalue any vector of the plane will do: no correction, and no derivative. (NaN is not less either.)
+    # Of a double eigenvalue any vector of the plane will do: no correction, and no derivative. (NaN is not
+    # less either.)
     simple = (deflated.abs() < 1e12).all(-1, keepdim=True).all(-2, keepdim=True)
     deflated = torch.where(simple, deflated, torch.zeros_like(deflated))
     residual = (m * v[:, None, :]).sum(-1)

@@ -12,13 +12,14 @@ from .matrices import small_matmul
 def spd_square_roots(m: Tensor, least: float = 1e-5) -> Tuple[Tensor, Tensor]:
     """Square root of a symmetric positive definite (n, n) and its inverse, best in float64.
 
-    Newton-Schulz iteration in N. J. Higham's coupled form (Functions of Matrices, 2008, 6.35), scaled as by J. Chen and E. Chow
-    (A stable scaling of Newton-Schulz, 2014), so that eigenvalues down to ``least`` squared times the trace converge in a
-    number of steps that is fixed beforehand.
+    Newton-Schulz iteration in N. J. Higham's coupled form (Functions of Matrices, 2008, 6.35), scaled as by
+    J. Chen and E. Chow (A stable scaling of Newton-Schulz, 2014), so that eigenvalues down to ``least``
+    squared times the trace converge in a number of steps that is fixed beforehand.
 
     >>> root, inverse = spd_square_roots(torch.diag(torch.tensor([1.0, 4.0, 9.0], dtype=torch.float64)))
     >>> root.diagonal(), inverse.diagonal()
-    (tensor([1.0000, 2.0000, 3.0000], dtype=torch.float64), tensor([1.0000, 0.5000, 0.3333], dtype=torch.float64))
+    (tensor([1.0000, 2.0000, 3.0000], dtype=torch.float64), tensor([1.0000, 0.5000, 0.3333],
+    dtype=torch.float64))
     """
     eye = torch.eye(m.size(0), dtype=m.dtype, device=m.device)
     trace = (m * eye).sum()
@@ -34,7 +35,8 @@ def spd_square_roots(m: Tensor, least: float = 1e-5) -> Tuple[Tensor, Tensor]:
 
 
 def _scales(least: float) -> List[float]:
-    """The scale of each step when all singular values are between ``least`` and 1: what takes both ends to the same value."""
+    """The scale of each step when all singular values are between ``least`` and 1: what takes both ends to
+    the same value."""
     scales: List[float] = []
     low = least
     while low < 1.0 - 1e-9:

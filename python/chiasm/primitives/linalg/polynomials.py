@@ -12,13 +12,15 @@ from .matrices import small_matmul
 
 
 def real_roots(coefficients: Tensor, halvings: int = 48) -> Tuple[Tensor, Tensor]:
-    """Real roots of polynomials (..., n + 1), coefficients from the constant on: places u (..., n), ascending, and which of them exist.
+    """Real roots of polynomials (..., n + 1), coefficients from the constant on: places u (..., n),
+    ascending, and which of them exist.
 
-    The root is u / (1 - |u|): u goes from -1 to 1 while x goes from minus to plus infinity; roots beyond 1e8 are not found.
-    Between two neighbouring roots of its derivative a polynomial is monotone and has at most one root, which bisection finds; so the
-    roots of all derivatives are found one after the other. Where there is no root the interval's lower end stands in its place, which
-    does no harm as one more point between which the next polynomial is monotone. A double root is found twice or not at all.
-    The roots are to 2 ** (1 - halvings) of u's range, 1e-14 with 48, and nearer ones may be missed; they carry no gradient.
+    The root is u / (1 - |u|): u goes from -1 to 1 while x goes from minus to plus infinity; roots beyond 1e8
+    are not found. Between two neighbouring roots of its derivative a polynomial is monotone and has at most
+    one root, which bisection finds; so the roots of all derivatives are found one after the other. Where
+    there is no root the interval's lower end stands in its place, which does no harm as one more point
+    between which the next polynomial is monotone. A double root is found twice or not at all. The roots are
+    to 2 ** (1 - halvings) of u's range, 1e-14 with 48, and nearer ones may be missed; they carry no gradient.
 
     >>> u, exists = real_roots(torch.tensor([-6.0, 11.0, -6.0, 1.0], dtype=torch.float64))
     >>> (u / (1.0 - u.abs())).round(decimals=6), exists
@@ -34,7 +36,8 @@ def _found(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
     """``real_roots`` of polynomials (n + 1, ...) whose largest coefficient is 1."""
     degree = c.size(0) - 1
     derivatives = _derivatives(c)
-    # Lower ends, upper ends and whether the polynomial is negative at the lower ends (3, n + 1, ...); the first interval is all.
+    # Lower ends, upper ends and whether the polynomial is negative at the lower ends (3, n + 1, ...); the
+    # first interval is all.
     end = torch.full_like(c, 1.0 - 1e-8)
     state = torch.stack([end, end, torch.zeros_like(end)], 0)
     # one iteration to begin with a polynomial, the others to halve its intervals
@@ -52,7 +55,8 @@ def _found_kernel(c: Tensor, halvings: int) -> Tuple[Tensor, Tensor]:
 
 
 def _derivatives(c: Tensor) -> Tensor:
-    """The polynomials (n, n + 1, ...) from the last derivative, of degree one, to the polynomial itself; absent powers have zeros."""
+    """The polynomials (n, n + 1, ...) from the last derivative, of degree one, to the polynomial itself;
+    absent powers have zeros."""
     rows: List[Tensor] = [c]
     for _ in range(c.size(0) - 2):
         last = rows[0]
@@ -63,7 +67,8 @@ def _derivatives(c: Tensor) -> Tensor:
 
 @repeated
 def _halved(state: Tensor, k: Tensor, derivatives: Tensor, period: int) -> Tensor:
-    """Halve the intervals; every ``period``-th time take their middles as the ends of the next polynomial's intervals instead."""
+    """Halve the intervals; every ``period``-th time take their middles as the ends of the next polynomial's
+    intervals instead."""
     low, high, negative = state[0], state[1], state[2]
     phase = torch.div(k, period, rounding_mode="floor")
     first = k == period * phase
@@ -97,7 +102,9 @@ def _value(polynomial: Tensor, u: Tensor) -> Tensor:
 def product_of_coefficients(a: Tensor, b: Tensor, place: List[int], count: int) -> Tensor:
     """Products of all pairs of coefficients (..., n) and (..., m), added up at their places: (..., count).
 
-    >>> product_of_coefficients(torch.tensor([1.0, 1.0]), torch.tensor([1.0, 1.0]), [0, 1, 1, 2], 3)  # (1 + x)^2
+    >>> product_of_coefficients(
+    ...     torch.tensor([1.0, 1.0]), torch.tensor([1.0, 1.0]), [0, 1, 1, 2], 3
+    ... )  # (1 + x)^2
     tensor([1., 2., 1.])
     """
     pairs = (a[..., :, None] * b[..., None, :]).flatten(-2)
@@ -111,12 +118,15 @@ def _fetched(a: Tensor, b: Tensor, place: List[int], count: int) -> Tensor:
     pairs = (a[..., :, None] * b[..., None, :]).flatten(-2)
     table, weights = _places(place, count)
     size = len(table) // count
-    fetched = pairs.index_select(-1, torch.tensor(table, device=a.device)) * torch.tensor(weights, dtype=a.dtype, device=a.device)
+    fetched = pairs.index_select(-1, torch.tensor(table, device=a.device)) * torch.tensor(
+        weights, dtype=a.dtype, device=a.device
+    )
     return fetched.unflatten(-1, [count, size]).sum(-1)
 
 
 def _places(place: List[int], count: int) -> Tuple[List[int], List[float]]:
-    """For each of ``count`` sums which pairs belong to it, as many for each, and their weights: 1, and 0 where there are not so many."""
+    """For each of ``count`` sums which pairs belong to it, as many for each, and their weights: 1, and 0
+    where there are not so many."""
     size = 0
     for k in range(count):
         size = max(size, place.count(k))

@@ -23,10 +23,11 @@ def frobenius_norm(m: Tensor) -> Tensor:
 
 
 def pointed(vectors: Tensor) -> Tensor:
-    """One or minus one for each column of (..., n, k), which multiplied with it gives it a sign that does not depend on how it was found.
+    """One or minus one for each column of (..., n, k), which multiplied with it gives it a sign that does not
+    depend on how it was found.
 
-    The sum of its entries, the k-th weighted with 1.3247 ** -k, becomes positive: unlike the largest entry, of which symmetric
-    problems have several, that sum is 0 by chance only. Given no gradient.
+    The sum of its entries, the k-th weighted with 1.3247 ** -k, becomes positive: unlike the largest entry,
+    of which symmetric problems have several, that sum is 0 by chance only. Given no gradient.
 
     >>> pointed(torch.tensor([[1.0, -1.0], [-1.0, 1.0]]))
     tensor([[ 1., -1.]])
@@ -38,10 +39,11 @@ def pointed(vectors: Tensor) -> Tensor:
 
 
 def qr(m: Tensor) -> Tuple[Tensor, Tensor]:
-    """Q (..., r, n) with orthonormal columns and upper triangular R (..., n, n), its diagonal not negative, of (..., r, n), r >= n.
+    """Q (..., r, n) with orthonormal columns and upper triangular R (..., n, n), its diagonal not negative,
+    of (..., r, n), r >= n.
 
-    By Householder's reflections in float64. Q is orthonormal whatever the rank. Differentiable where the columns are independent;
-    the gradient is finite also where a column is zero.
+    By Householder's reflections in float64. Q is orthonormal whatever the rank. Differentiable where the
+    columns are independent; the gradient is finite also where a column is zero.
 
     >>> q, r = qr(torch.tensor([[3.0, 1.0], [4.0, 2.0]]))
     >>> q
@@ -63,7 +65,8 @@ def qr(m: Tensor) -> Tuple[Tensor, Tensor]:
 
 
 def _reflect(a: Tensor) -> Tuple[Tensor, List[Tensor]]:
-    """The (..., r, n) turned upper triangular, and the mirrors' normals (..., r), of length sqrt(2) or, for a zero column, 0."""
+    """The (..., r, n) turned upper triangular, and the mirrors' normals (..., r), of length sqrt(2) or, for a
+    zero column, 0."""
     rows = torch.arange(a.size(-2), device=a.device)
     mirrors: List[Tensor] = []
     for k in range(a.size(-1)):
@@ -74,14 +77,19 @@ def _reflect(a: Tensor) -> Tuple[Tensor, List[Tensor]]:
         # away from the image of the column: no cancellation
         signed = torch.where(x[..., k : k + 1] >= 0, length, -length)
         normal = x + signed * (rows == k).to(a.dtype)
-        scale = torch.where(empty, torch.zeros_like(length), torch.rsqrt(torch.where(empty, length, length * (length + x[..., k : k + 1].abs()))))
+        scale = torch.where(
+            empty,
+            torch.zeros_like(length),
+            torch.rsqrt(torch.where(empty, length, length * (length + x[..., k : k + 1].abs()))),
+        )
         mirrors.append(normal * scale)
         a = _mirrored(mirrors[k], a)
     return a, mirrors
 
 
 def _upper(a: Tensor) -> Tensor:
-    """The upper triangle of the first n rows, by index and mask: slices and triu would ask whether these are all."""
+    """The upper triangle of the first n rows, by index and mask: slices and triu would ask whether these are
+    all."""
     index = torch.arange(a.size(-1), device=a.device)
     return a.index_select(-2, index) * (index[:, None] <= index[None, :]).to(a.dtype)
 
@@ -91,11 +99,13 @@ def _mirrored(normal: Tensor, a: Tensor) -> Tensor:
 
 
 def null_vector(m: Tensor) -> Tensor:
-    """Unit vector (..., n) that (..., r, n), r >= n - 1, takes nearest to 0: the right singular vector of the least singular value.
+    """Unit vector (..., n) that (..., r, n), r >= n - 1, takes nearest to 0: the right singular vector of the
+    least singular value.
 
-    By the inverse of the R of m = Q R, so that the error grows with m's condition and not with its square as by m^T m;
-    R^-1 R^-T is squared until its largest eigenvalue has swamped the others. Its sign is `pointed`'s. The derivative counts as 0 where
-    the squares of the two least singular values differ by less than 1e-13 |m|^2.
+    By the inverse of the R of m = Q R, so that the error grows with m's condition and not with its square as
+    by m^T m; R^-1 R^-T is squared until its largest eigenvalue has swamped the others. Its sign is
+    `pointed`'s. The derivative counts as 0 where the squares of the two least singular values differ by less
+    than 1e-13 |m|^2.
 
     >>> null_vector(torch.tensor([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]))
     tensor([0., 0., 1.])
@@ -110,7 +120,8 @@ def null_vector(m: Tensor) -> Tensor:
 
 
 def _upper_inverse(r: Tensor) -> Tensor:
-    """Inverse of an upper triangular matrix of norm 1, by substitution; what is next to 0 on its diagonal counts as 1e-15."""
+    """Inverse of an upper triangular matrix of norm 1, by substitution; what is next to 0 on its diagonal
+    counts as 1e-15."""
     n = r.size(-1)
     diagonal = r.diagonal(0, -2, -1)
     diagonal = torch.where(diagonal.abs() < 1e-15, torch.full_like(diagonal, 1e-15), diagonal)
@@ -125,8 +136,11 @@ def _upper_inverse(r: Tensor) -> Tensor:
 def _longest_column(half: Tensor) -> Tensor:
     """Unit eigenvector of the largest eigenvalue of half half^T."""
     power = normalized_power(small_matmul(half, half.transpose(-1, -2)), 8)
-    # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest diagonal.
-    pick = torch.argmax(power.diagonal(0, -2, -1), dim=-1, keepdim=True) == torch.arange(half.size(-1), device=half.device)
+    # Every column is now a multiple of the eigenvector: take the longest, which is the one with the largest
+    # diagonal.
+    pick = torch.argmax(power.diagonal(0, -2, -1), dim=-1, keepdim=True) == torch.arange(
+        half.size(-1), device=half.device
+    )
     v = (power * pick.to(half.dtype)[..., None, :]).sum(-1)
     return v / torch.sqrt((v * v).sum(-1, keepdim=True))
 
@@ -144,7 +158,8 @@ def _null_change(a: Tensor, v: Tensor, square: Tensor) -> Tensor:
     outer = v[..., :, None] * v[..., None, :]
     value = (square * outer).sum(-1, keepdim=True).sum(-2, keepdim=True)
     eye = torch.eye(v.size(-1), dtype=v.dtype, device=v.device)
-    # The shift is above rounding: it keeps the matrix positive definite where the next eigenvalue is the same.
+    # The shift is above rounding: it keeps the matrix positive definite where the next eigenvalue is the
+    # same.
     others = spd_inverse(square + (4e-15 - value) * eye + outer) - outer
     gap_closed = (others * eye).sum(-1, keepdim=True).sum(-2, keepdim=True) > 1e13
     others = torch.where(gap_closed, torch.zeros_like(others), others)

@@ -22,7 +22,9 @@ def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor,
     w = torch.ones_like(p[..., :1])
     if weights is not None:
         if weights.dim() != 2 or weights.size(1) != points.size(1):
-            raise ValueError(f"weights: expected shape (B, N) for points {list(points.shape)}, got {list(weights.shape)}")
+            raise ValueError(
+                f"weights: expected shape (B, N) for points {list(points.shape)}, got {list(weights.shape)}"
+            )
         check_floating(weights, "weights")
         w = weights.to(torch.float64)[..., None]
     mean = (w * p).sum(1) / w.sum(1)

@@ -8,7 +8,8 @@ from ..core.lowering import primitive
 
 @primitive
 def power(x: Tensor, exponent: float) -> Tensor:
-    """x ** exponent of positive x; in native code of float32 normal x, where the exponent is 1/3, 2.4 or 1/2.4 (those of colour spaces).
+    """x ** exponent of positive x; in native code of float32 normal x, where the exponent is 1/3, 2.4 or
+    1/2.4 (those of colour spaces).
 
     >>> power(torch.tensor([8.0, 27.0]), 1.0 / 3.0)
     tensor([2., 3.])
@@ -16,7 +17,9 @@ def power(x: Tensor, exponent: float) -> Tensor:
     return torch.pow(x, exponent)
 
 
-@power.lowering("native", when=lambda x, exponent: x.dtype == torch.float32 and exponent in (1.0 / 3.0, 2.4, 1.0 / 2.4))
+@power.lowering(
+    "native", when=lambda x, exponent: x.dtype == torch.float32 and exponent in (1.0 / 3.0, 2.4, 1.0 / 2.4)
+)
 def _by_roots(x: Tensor, exponent: float) -> Tensor:
     if exponent == 1.0 / 3.0:
         return _cube_root(x)
@@ -27,8 +30,8 @@ def _by_roots(x: Tensor, exponent: float) -> Tensor:
 
 
 def _affords_a_logarithm(x: Tensor, *_: object) -> bool:
-    """Compiled code and ONNX Runtime have vectorised exponentials and logarithms but a slow ``pow``. The detour costs
-    ``exponent * log(x)`` roundings, which half precision cannot afford."""
+    """Compiled code and ONNX Runtime have vectorised exponentials and logarithms but a slow ``pow``. The
+    detour costs ``exponent * log(x)`` roundings, which half precision cannot afford."""
     return x.dtype == torch.float32 or x.dtype == torch.float64
 
 
@@ -42,11 +45,13 @@ def _cube_root(x: Tensor) -> Tensor:
 
 
 def _inverse_root(x: Tensor, n: int, origin: float) -> Tensor:
-    """x ** (-1 / n) in float32, by Newton's method for z^-n = x: products alone, a third of the time of a logarithm and an exponential.
+    """x ** (-1 / n) in float32, by Newton's method for z^-n = x: products alone, a third of the time of a
+    logarithm and an exponential.
 
-    It begins with the number whose bits, read as an integer, are ``origin`` minus an n-th of x's: within 3.5 %, as the integer is nearly a
-    logarithm (W. Kahan's trick). Three steps take that to 4 roundings. AOTInductor writes a value's whole history out wherever the value
-    is named, before it sees that they are the same: powers by ``pow`` name it once.
+    It begins with the number whose bits, read as an integer, are ``origin`` minus an n-th of x's: within 3.5
+    %, as the integer is nearly a logarithm (W. Kahan's trick). Three steps take that to 4 roundings.
+    AOTInductor writes a value's whole history out wherever the value is named, before it sees that they are
+    the same: powers by ``pow`` name it once.
     """
     bits = x.view(torch.int32).to(torch.float32)
     z = (origin - bits * (1.0 / n)).to(torch.int32).view(torch.float32)
@@ -57,8 +62,8 @@ def _inverse_root(x: Tensor, n: int, origin: float) -> Tensor:
 
 @primitive
 def power_each(x: Tensor, exponent: Tensor) -> Tensor:
-    """x ** exponent with a tensor of exponents that are not negative. What is below zero counts as zero; where x is zero its gradient
-    is zero too, not the infinite one of an exponent below 1.
+    """x ** exponent with a tensor of exponents that are not negative. What is below zero counts as zero;
+    where x is zero its gradient is zero too, not the infinite one of an exponent below 1.
 
     >>> power_each(torch.tensor([4.0, 0.0, -1.0]), torch.tensor(0.5))
     tensor([2., 0., 0.])

@@ -10,10 +10,12 @@ from ..core.lowering import primitive
 
 @primitive
 def stable_topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
-    """The k largest values along the last axis, descending, and their indices; of equals the lower index comes first.
+    """The k largest values along the last axis, descending, and their indices; of equals the lower index
+    comes first.
 
-    ``torch.topk`` promises no order among equals, so eager code sorts stably, of long rows only what belongs to the largest. ONNX Runtime's TopK
-    and chiasm's native runtime do promise the lower index first, and get ``topk``.
+    ``torch.topk`` promises no order among equals, so eager code sorts stably, of long rows only what belongs
+    to the largest. ONNX Runtime's TopK and chiasm's native runtime do promise the lower index first, and get
+    ``topk``.
 
     >>> stable_topk(torch.tensor([1.0, 3.0, 3.0]), 2)
     (tensor([3., 3.]), tensor([1, 2]))
@@ -40,7 +42,8 @@ def _topk(x: Tensor, k: int) -> Tuple[Tensor, Tensor]:
 
 
 def _among_largest(x: Tensor, k: int) -> Tensor:
-    """Where the k largest values along the last axis are, of equals the first ones, ascending. NaN is the largest, as in ``torch.sort``."""
+    """Where the k largest values along the last axis are, of equals the first ones, ascending. NaN is the
+    largest, as in ``torch.sort``."""
     least = torch.topk(x, k, dim=-1)[0][..., k - 1 :]
     above = (x > least) | (torch.isnan(x) & ~torch.isnan(least))
     equal = (x == least) | (torch.isnan(x) & torch.isnan(least))

@@ -1,4 +1,5 @@
-"""The least and the greatest value, NaN where a value is NaN, on every engine: ONNX Runtime's reductions pass over NaN."""
+"""The least and the greatest value, NaN where a value is NaN, on every engine: ONNX Runtime's reductions pass
+over NaN."""
 
 from typing import List
 

@@ -9,7 +9,8 @@ from ..core.lowering import primitive
 
 @primitive
 def reshaped(x: Tensor, shape: List[int]) -> Tensor:
-    """``x.reshape(shape)`` by way of one dimension: a direct merge of symbolic sizes asks whether one divides another.
+    """``x.reshape(shape)`` by way of one dimension: a direct merge of symbolic sizes asks whether one divides
+    another.
 
     >>> reshaped(torch.arange(6).reshape(3, 2), [2, 3])
     tensor([[0, 1, 2],

@@ -1,7 +1,7 @@
 """Whole numbers out of floating-point ones.
 
-Converting NaN, an infinity or what an integer cannot hold is undefined: processors, engines and vector widths differ, and an index made of it reads
-anywhere. A ``clamp`` does not help, for NaN passes it.
+Converting NaN, an infinity or what an integer cannot hold is undefined: processors, engines and vector widths
+differ, and an index made of it reads anywhere. A ``clamp`` does not help, for NaN passes it.
 """
 
 import math

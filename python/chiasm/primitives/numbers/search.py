@@ -8,9 +8,11 @@ from ..core.lowering import primitive
 
 @primitive
 def last_not_above(table: Tensor, x: Tensor) -> Tensor:
-    """Index of the last entry of each ascending row of ``table`` (P, M) that is not above ``x`` (P, N), int64; -1 where all are.
+    """Index of the last entry of each ascending row of ``table`` (P, M) that is not above ``x`` (P, N),
+    int64; -1 where all are.
 
-    ``searchsorted`` has no form in ONNX and none of its own in native code: there the index is found bit by bit.
+    ``searchsorted`` has no form in ONNX and none of its own in native code: there the index is found bit by
+    bit.
 
     >>> last_not_above(torch.tensor([[0.0, 1.0, 1.0, 3.0]]), torch.tensor([[-1.0, 1.0, 9.0]]))
     tensor([[-1,  2,  3]])
@@ -49,5 +51,7 @@ def interpolate(x: Tensor, table: Tensor, values: Tensor) -> Tensor:
     y0 = values.gather(1, left)
     width = table.gather(1, right) - x0
     inside = (index >= 0) & (width > 0)
-    share = torch.where(inside, x - x0, torch.zeros_like(x)) / torch.where(inside, width, torch.ones_like(width))
+    share = torch.where(inside, x - x0, torch.zeros_like(x)) / torch.where(
+        inside, width, torch.ones_like(width)
+    )
     return y0 + (values.gather(1, right) - y0) * share

@@ -14,7 +14,9 @@ from .taps import antialias_table, cubic_weights, nearest_index, source_position
 
 
 @primitive
-def resized(x: Tensor, height: int, width: int, interpolation: str, align_corners: bool, antialias: bool) -> Tensor:
+def resized(
+    x: Tensor, height: int, width: int, interpolation: str, align_corners: bool, antialias: bool
+) -> Tensor:
     """(B, C, H, W) as (B, C, height, width); ``interpolation`` is "nearest", "bilinear" or "bicubic"."""
     if antialias:
         radius = 1 if interpolation == "bilinear" else 2
@@ -36,7 +38,8 @@ def _bilinear(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor
     left, right, across = _linear_table(x, width, align_corners, 3)
     upper, lower = x.index_select(2, top), x.index_select(2, bottom)
     down = down[:, None]
-    # Each tap is named once, for then AOTInductor fuses the four gathers into one loop without an image in between.
+    # Each tap is named once, for then AOTInductor fuses the four gathers into one loop without an image in
+    # between.
     first = upper.index_select(3, left) * (1.0 - across) + upper.index_select(3, right) * across
     second = lower.index_select(3, left) * (1.0 - across) + lower.index_select(3, right) * across
     return first * (1.0 - down) + second * down
@@ -75,34 +78,56 @@ def _antialias_axis(x: Tensor, out_size: int, align_corners: bool, radius: int, 
     return (reshaped(picked, [x.size(0), x.size(1), x.size(2), out_size, taps]) * weight).sum(4)
 
 
-def _in_one_pass(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> bool:
+def _in_one_pass(
+    x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str
+) -> bool:
     # "circular" has pixels too far apart for it
     return kernels.has_kernel(x) and border_type != "circular"
 
 
 def _resized_in_one_pass(
-    x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str, blurred_before: bool
+    x: Tensor,
+    height: int,
+    width: int,
+    align_corners: bool,
+    taps: List[float],
+    border_type: str,
+    blurred_before: bool,
 ) -> Tensor:
-    return kernels.resize_blurred(x, torch.tensor(taps, dtype=x.dtype), height, width, align_corners, border_type, blurred_before)
+    return kernels.resize_blurred(
+        x, torch.tensor(taps, dtype=x.dtype), height, width, align_corners, border_type, blurred_before
+    )
 
 
 @primitive
-def blurred_and_resized(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
+def blurred_and_resized(
+    x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str
+) -> Tensor:
     """``resized``, bilinear, after ``separable_shared`` with the same symmetric taps along both axes."""
-    return resized(separable_shared(x, taps, taps, border_type), height, width, "bilinear", align_corners, False)
+    return resized(
+        separable_shared(x, taps, taps, border_type), height, width, "bilinear", align_corners, False
+    )
 
 
 @blurred_and_resized.lowering("native", when=_in_one_pass)
-def _blurred_and_resized_kernel(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
+def _blurred_and_resized_kernel(
+    x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str
+) -> Tensor:
     return _resized_in_one_pass(x, height, width, align_corners, taps, border_type, True)
 
 
 @primitive
-def resized_and_blurred(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
+def resized_and_blurred(
+    x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str
+) -> Tensor:
     """``resized``, bilinear, before ``separable_shared`` with the same symmetric taps along both axes."""
-    return separable_shared(resized(x, height, width, "bilinear", align_corners, False), taps, taps, border_type)
+    return separable_shared(
+        resized(x, height, width, "bilinear", align_corners, False), taps, taps, border_type
+    )
 
 
 @resized_and_blurred.lowering("native", when=_in_one_pass)
-def _resized_and_blurred_kernel(x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str) -> Tensor:
+def _resized_and_blurred_kernel(
+    x: Tensor, height: int, width: int, align_corners: bool, taps: List[float], border_type: str
+) -> Tensor:
     return _resized_in_one_pass(x, height, width, align_corners, taps, border_type, False)

@@ -25,17 +25,21 @@ def smaller(a: int, b: int) -> int:
 
 
 def weight_dtype(x: Tensor) -> torch.dtype:
-    """In which fractions of x's pixels are computed: positions in half precision would be off by whole pixels."""
+    """In which fractions of x's pixels are computed: positions in half precision would be off by whole
+    pixels."""
     if x.dtype == torch.float64:
         return torch.float64
     return torch.float32
 
 
-def source_positions(in_size: int, out_size: int, align_corners: bool, dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor]:
+def source_positions(
+    in_size: int, out_size: int, align_corners: bool, dtype: torch.dtype, device: torch.device
+) -> Tuple[Tensor, Tensor]:
     """Source position of each of ``out_size`` pixels as (whole part, fraction in [0, 1)).
 
-    With ``align_corners`` the centres of the corner pixels coincide, else the outer edges do (half-pixel centres). Both are
-    ratios of integers and are computed as such: no rounding, hence the same taps on every backend.
+    With ``align_corners`` the centres of the corner pixels coincide, else the outer edges do (half-pixel
+    centres). Both are ratios of integers and are computed as such: no rounding, hence the same taps on every
+    backend.
     """
     i = torch.arange(out_size, device=device)
     if align_corners:
@@ -46,13 +50,18 @@ def source_positions(in_size: int, out_size: int, align_corners: bool, dtype: to
         numerator = (2 * i + 1) * in_size - out_size
         denominator = 2 * out_size
         shift = 1  # the first position can be as low as -1/2; a whole one more keeps the division positive
-    whole = torch.floor((numerator + shift * denominator).to(torch.float64) / denominator).to(torch.int64) - shift
+    whole = (
+        torch.floor((numerator + shift * denominator).to(torch.float64) / denominator).to(torch.int64) - shift
+    )
     return whole, (numerator - whole * denominator).to(dtype) / denominator
 
 
 def nearest_index(in_size: int, out_size: int, device: torch.device) -> Tensor:
-    """Index of the source pixel of each output pixel, floor(i * in / out), exactly: by float64, since ONNX's integer division goes through float32."""
-    return torch.floor((torch.arange(out_size, device=device) * in_size).to(torch.float64) / out_size).to(torch.int64)
+    """Index of the source pixel of each output pixel, floor(i * in / out), exactly: by float64, since ONNX's
+    integer division goes through float32."""
+    return torch.floor((torch.arange(out_size, device=device) * in_size).to(torch.float64) / out_size).to(
+        torch.int64
+    )
 
 
 def cubic_weights(t: Tensor, a: float) -> List[Tensor]:
@@ -71,11 +80,14 @@ def cubic_kernel(distance: Tensor, a: float) -> Tensor:
     return torch.where(d < 1.0, near, torch.where(d < 2.0, far, torch.zeros_like(d)))
 
 
-def antialias_table(in_size: int, out_size: int, align_corners: bool, radius: int, dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor]:
-    """Indices and weights (out_size, taps) of a filter of half-width ``radius`` stretched by the reduction factor.
+def antialias_table(
+    in_size: int, out_size: int, align_corners: bool, radius: int, dtype: torch.dtype, device: torch.device
+) -> Tuple[Tensor, Tensor]:
+    """Indices and weights (out_size, taps) of a filter of half-width ``radius`` stretched by the reduction
+    factor.
 
-    Radius 1 is the triangle, 2 is Keys' cubic with a = -0.5; weights are cut at the image's border and normalised, as
-    Pillow's ``Image.resize`` does.
+    Radius 1 is the triangle, 2 is Keys' cubic with a = -0.5; weights are cut at the image's border and
+    normalised, as Pillow's ``Image.resize`` does.
     """
     one = torch.ones([1], dtype=dtype, device=device)
     if align_corners:
@@ -85,7 +97,8 @@ def antialias_table(in_size: int, out_size: int, align_corners: bool, radius: in
     stretch = factor.clamp(min=1.0)
     centre = (torch.arange(out_size, device=device).to(dtype) + 0.5) * factor
     first = torch.floor(centre - radius * stretch + 0.5).clamp(min=0.0)
-    # Twice the support, rounded up, plus the partial pixel at either end. As an integer it may be a symbolic size.
+    # Twice the support, rounded up, plus the partial pixel at either end. As an integer it may be a symbolic
+    # size.
     taps = 2 * radius * ((in_size + out_size - 1) // out_size) + 2
     pixel = first[:, None] + torch.arange(taps, device=device).to(dtype)
     distance = (pixel + 0.5 - centre[:, None]).abs() / stretch
@@ -114,7 +127,8 @@ def reflect_positions(x: Tensor, size: int, align_corners: bool) -> Tensor:
 
 
 def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Tensor], List[Tensor]]:
-    """Flat int32 indices and weights of the four pixels around each position; weights are zero outside the image."""
+    """Flat int32 indices and weights of the four pixels around each position; weights are zero outside the
+    image."""
     # Clamping first keeps the conversion to integers defined; one pixel outside is as empty as a thousand.
     x = x.clamp(-2, width + 1)
     y = y.clamp(-2, height + 1)
@@ -138,18 +152,23 @@ def bilinear_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[T
 
 
 def nearest_taps(x: Tensor, y: Tensor, height: int, width: int) -> Tuple[List[Tensor], List[Tensor]]:
-    """Flat int32 index and weight (1, or 0 outside the image) of the nearest pixel; halves go to the even neighbour."""
+    """Flat int32 index and weight (1, or 0 outside the image) of the nearest pixel; halves go to the even
+    neighbour."""
     column = known_or(torch.round(x.detach().clamp(-2, width + 1)), -2.0).to(torch.int32)
     row = known_or(torch.round(y.detach().clamp(-2, height + 1)), -2.0).to(torch.int32)
     inside = (column >= 0) & (column <= width - 1) & (row >= 0) & (row <= height - 1)
     return [row.clamp(0, height - 1) * width + column.clamp(0, width - 1)], [inside.to(x.dtype)]
 
 
-def cubic_taps(x: Tensor, y: Tensor, height: int, width: int, padding_mode: str, align_corners: bool) -> Tuple[List[Tensor], List[Tensor]]:
-    """Flat int32 indices and weights of the 4 x 4 pixels around each position, by Keys' kernel with a = -0.75.
+def cubic_taps(
+    x: Tensor, y: Tensor, height: int, width: int, padding_mode: str, align_corners: bool
+) -> Tuple[List[Tensor], List[Tensor]]:
+    """Flat int32 indices and weights of the 4 x 4 pixels around each position, by Keys' kernel with a =
+    -0.75.
 
-    As in ``grid_sample`` and OpenCV, "border" and "reflection" move the pixels that are read, not the position. A position that is not a
-    number, or is infinite where its reflection is asked for, reads nothing: all weights are 0.
+    As in ``grid_sample`` and OpenCV, "border" and "reflection" move the pixels that are read, not the
+    position. A position that is not a number, or is infinite where its reflection is asked for, reads
+    nothing: all weights are 0.
     """
     column, across = _cubic_axis(x, width, padding_mode, align_corners)
     row, down = _cubic_axis(y, height, padding_mode, align_corners)
@@ -162,7 +181,9 @@ def cubic_taps(x: Tensor, y: Tensor, height: int, width: int, padding_mode: str,
     return index, weight
 
 
-def _cubic_axis(x: Tensor, size: int, padding_mode: str, align_corners: bool) -> Tuple[List[Tensor], List[Tensor]]:
+def _cubic_axis(
+    x: Tensor, size: int, padding_mode: str, align_corners: bool
+) -> Tuple[List[Tensor], List[Tensor]]:
     if padding_mode != "reflection":
         # Beyond three pixels outside nothing changes any more, and the conversion to integers stays defined.
         x = x.clamp(-4, size + 3)
@@ -170,7 +191,9 @@ def _cubic_axis(x: Tensor, size: int, padding_mode: str, align_corners: bool) ->
     fraction = x - first
     known = fraction == fraction  # nor is it of an infinity
     # Finite, so that no arithmetic below makes NaN of it; what is further away has no fraction to speak of.
-    first = torch.where(known, first, torch.full_like(first, -4.0)).clamp(-4503599627370496.0, 4503599627370496.0)
+    first = torch.where(known, first, torch.full_like(first, -4.0)).clamp(
+        -4503599627370496.0, 4503599627370496.0
+    )
     weights = cubic_weights(fraction, -0.75)
     index: List[Tensor] = []
     weight: List[Tensor] = []
@@ -186,10 +209,14 @@ def _cubic_axis(x: Tensor, size: int, padding_mode: str, align_corners: bool) ->
     return index, weight
 
 
-def bounded_taps(low: Tensor, extent: Tensor, out_size: int, mode: str, align_corners: bool, dtype: torch.dtype) -> Tuple[List[Tensor], List[Tensor]]:
-    """Indices and weights (B, out_size) of what resizes, along one axis, the ``extent`` (B,) pixels from ``low`` (B,) on.
+def bounded_taps(
+    low: Tensor, extent: Tensor, out_size: int, mode: str, align_corners: bool, dtype: torch.dtype
+) -> Tuple[List[Tensor], List[Tensor]]:
+    """Indices and weights (B, out_size) of what resizes, along one axis, the ``extent`` (B,) pixels from
+    ``low`` (B,) on.
 
-    mode: "nearest", "bilinear" or "bicubic" as for resizing, or "pad": pixels keep their size and zeros follow.
+    mode: "nearest", "bilinear" or "bicubic" as for resizing, or "pad": pixels keep their size and zeros
+    follow.
     """
     i = torch.arange(out_size, device=low.device)[None]
     size, first = extent[:, None], low[:, None]
@@ -211,7 +238,9 @@ def bounded_taps(low: Tensor, extent: Tensor, out_size: int, mode: str, align_co
     else:
         weight, start = cubic_weights(fraction, -0.75), -1
     zero = torch.zeros_like(whole)
-    return [first + torch.minimum(torch.maximum(whole + (start + k), zero), size - 1) for k in range(len(weight))], weight
+    return [
+        first + torch.minimum(torch.maximum(whole + (start + k), zero), size - 1) for k in range(len(weight))
+    ], weight
 
 
 def gather_taps(plane: Tensor, index: List[Tensor], weight: List[Tensor]) -> Tensor:
@@ -221,6 +250,11 @@ def gather_taps(plane: Tensor, index: List[Tensor], weight: List[Tensor]) -> Ten
     flat = plane.reshape(batch, channels, plane.size(2) * plane.size(3))
     out = torch.zeros([1], dtype=plane.dtype, device=plane.device)
     for i in range(len(index)):
-        where = index[i].to(torch.int64).reshape(index[i].size(0), 1, height * width).expand(batch, channels, height * width)
+        where = (
+            index[i]
+            .to(torch.int64)
+            .reshape(index[i].size(0), 1, height * width)
+            .expand(batch, channels, height * width)
+        )
         out = out + flat.gather(2, where).reshape(batch, channels, height, width) * weight[i][:, None]
     return out

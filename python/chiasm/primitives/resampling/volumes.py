@@ -16,21 +16,28 @@ def check_volume(value: Tensor, name: str) -> None:
     check_floating(value, name)
 
 
-def check_volume_sampling(mode: str, padding_mode: str, mode_name: str = "mode", padding_name: str = "padding_mode") -> None:
+def check_volume_sampling(
+    mode: str, padding_mode: str, mode_name: str = "mode", padding_name: str = "padding_mode"
+) -> None:
     """Raise ValueError unless both are names that ``sample_volume`` knows."""
     check_choice(mode, ["bilinear", "nearest"], mode_name)
     check_choice(padding_mode, ["zeros", "border", "reflection"], padding_name)
 
 
-def voxel_axes(size: Tuple[int, int, int], dtype: torch.dtype, device: torch.device) -> Tuple[Tensor, Tensor, Tensor]:
-    """Columns (1, 1, 1, W), rows (1, 1, H, 1) and slices (1, D, 1, 1) of a volume's voxels, for size (D, H, W)."""
+def voxel_axes(
+    size: Tuple[int, int, int], dtype: torch.dtype, device: torch.device
+) -> Tuple[Tensor, Tensor, Tensor]:
+    """Columns (1, 1, 1, W), rows (1, 1, H, 1) and slices (1, D, 1, 1) of a volume's voxels, for size (D, H,
+    W)."""
     slices, height, width = size
     column = torch.arange(width, device=device).to(dtype)[None, None, None, :]
     row = torch.arange(height, device=device).to(dtype)[None, None, :, None]
     return column, row, torch.arange(slices, device=device).to(dtype)[None, :, None, None]
 
 
-def sample_volume(src: Tensor, x: Tensor, y: Tensor, z: Tensor, mode: str, padding_mode: str, align_corners: bool) -> Tensor:
+def sample_volume(
+    src: Tensor, x: Tensor, y: Tensor, z: Tensor, mode: str, padding_mode: str, align_corners: bool
+) -> Tensor:
     """src (B, C, D, H, W) at voxel positions x, y and z (B, d, h, w): (B, C, d, h, w).
 
     Args:
@@ -48,12 +55,16 @@ def sample_volume(src: Tensor, x: Tensor, y: Tensor, z: Tensor, mode: str, paddi
             for k in range(len(column)):
                 # Slices become rows of one tall image.
                 index.append(((plane[i] * height + row[j]) * width + column[k]).flatten(1, 2))
-                weight.append((plane_weight[i] * row_weight[j] * column_weight[k]).to(src.dtype).flatten(1, 2))
+                weight.append(
+                    (plane_weight[i] * row_weight[j] * column_weight[k]).to(src.dtype).flatten(1, 2)
+                )
     out = gather_taps(src.flatten(2, 3), index, weight)
     return out.reshape(src.size(0), src.size(1), x.size(1), x.size(2), x.size(3))
 
 
-def _axis(x: Tensor, size: int, mode: str, padding_mode: str, align_corners: bool) -> Tuple[List[Tensor], List[Tensor]]:
+def _axis(
+    x: Tensor, size: int, mode: str, padding_mode: str, align_corners: bool
+) -> Tuple[List[Tensor], List[Tensor]]:
     """int32 indices and weights along one axis; weights are zero outside."""
     if padding_mode == "border":
         x = x.clamp(0, size - 1)

@@ -39,7 +39,8 @@ def pixel_axes(height: int, width: int, dtype: torch.dtype, device: torch.device
 
 
 def normalized_axis(size: int, align_corners: bool, dtype: torch.dtype, device: torch.device) -> Tensor:
-    """Pixel centres (size,) where the image reaches from -1 to 1: to its corner pixels' centres or to its outer edges."""
+    """Pixel centres (size,) where the image reaches from -1 to 1: to its corner pixels' centres or to its
+    outer edges."""
     i = torch.arange(size, device=device).to(dtype)
     if align_corners:
         return i * 2.0 / larger(size - 1, 1) - 1.0
@@ -67,7 +68,9 @@ def mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
     """The points x and y, (B, h, w) or what broadcasts to it, taken through homographies (B, 3, 3)."""
     m = matrix[:, :, :, None, None]
     depth = away_from_zero(m[:, 2, 0] * x + m[:, 2, 1] * y + m[:, 2, 2])
-    return (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2]) / depth, (m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2]) / depth
+    return (m[:, 0, 0] * x + m[:, 0, 1] * y + m[:, 0, 2]) / depth, (
+        m[:, 1, 0] * x + m[:, 1, 1] * y + m[:, 1, 2]
+    ) / depth
 
 
 def _has_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
@@ -75,11 +78,20 @@ def _has_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
 
 
 @primitive
-def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]) -> Tensor:
+def sample_image(
+    src: Tensor,
+    x: Tensor,
+    y: Tensor,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
+) -> Tensor:
     """src (B, C, H, W) at pixel positions x and y (B, h, w), or (1, h, w) for all of them: (B, C, h, w).
 
     Args:
-        mode, padding_mode: as ``check_sampling`` allows; ``fill_value`` (C,) is the colour for "fill", black by default.
+        mode, padding_mode: as ``check_sampling`` allows; ``fill_value`` (C,) is the colour for "fill", black
+            by default.
         align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
     """
     height, width = src.size(2), src.size(3)
@@ -99,9 +111,17 @@ def sample_image(src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str
     return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
 
 
-@sample_image.lowering("native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, mode, padding_mode))
+@sample_image.lowering(
+    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, mode, padding_mode)
+)
 def _sample_image_kernel(
-    src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+    src: Tensor,
+    x: Tensor,
+    y: Tensor,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
 ) -> Tensor:
     x, y = torch.broadcast_tensors(x.to(src.dtype), y.to(src.dtype))
     x, y = x.expand(src.size(0), -1, -1).contiguous(), y.expand(src.size(0), -1, -1).contiguous()
@@ -110,22 +130,39 @@ def _sample_image_kernel(
 
 @primitive
 def sample_projective(
-    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+    src: Tensor,
+    matrix: Tensor,
+    height: int,
+    width: int,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
 ) -> Tensor:
-    """``sample_image`` where ``matrix`` (B, 3, 3) leads to, from the pixels of an output (B, C, height, width)."""
+    """``sample_image`` where ``matrix`` (B, 3, 3) leads to, from the pixels of an output (B, C, height,
+    width)."""
     precision = position_dtype(src.dtype)
     column, row = pixel_axes(height, width, precision, src.device)
     x, y = mapped(column, row, matrix.to(precision))
     return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-def _samples(src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object) -> bool:
+def _samples(
+    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object
+) -> bool:
     return _has_kernel(src, mode, padding_mode)
 
 
 @sample_projective.lowering("native", when=_samples)
 def _sample_projective_kernel(
-    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+    src: Tensor,
+    matrix: Tensor,
+    height: int,
+    width: int,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
 ) -> Tensor:
     matrix = matrix.to(position_dtype(src.dtype)).to(src.dtype).expand(src.size(0), 3, 3).contiguous()
     return kernels.warp_perspective(src, matrix, height, width, mode, padding_mode, align_corners)
@@ -133,7 +170,14 @@ def _sample_projective_kernel(
 
 @primitive
 def sample_affine(
-    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+    src: Tensor,
+    matrix: Tensor,
+    height: int,
+    width: int,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
 ) -> Tensor:
     """``sample_projective`` by a ``matrix`` (B, 2, 3)."""
     precision = position_dtype(src.dtype)
@@ -146,14 +190,32 @@ def sample_affine(
 
 @sample_affine.lowering("native", when=_samples)
 def _sample_affine_kernel(
-    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, align_corners: bool, fill_value: Optional[Tensor]
+    src: Tensor,
+    matrix: Tensor,
+    height: int,
+    width: int,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
 ) -> Tensor:
     precision = position_dtype(src.dtype)
     last = torch.tensor([0.0, 0.0, 1.0], dtype=precision, device=src.device).expand(matrix.size(0), 1, 3)
-    return _sample_projective_kernel(src, torch.cat([matrix.to(precision), last], 1), height, width, mode, padding_mode, align_corners, fill_value)
+    return _sample_projective_kernel(
+        src,
+        torch.cat([matrix.to(precision), last], 1),
+        height,
+        width,
+        mode,
+        padding_mode,
+        align_corners,
+        fill_value,
+    )
 
 
-def weigh_image(src: Tensor, index: List[Tensor], weight: List[Tensor], fill_value: Optional[Tensor]) -> Tensor:
+def weigh_image(
+    src: Tensor, index: List[Tensor], weight: List[Tensor], fill_value: Optional[Tensor]
+) -> Tensor:
     """The taps' sum; where their weights do not add up to 1, the rest is ``fill_value``'s."""
     weight = [w.to(src.dtype) for w in weight]
     out = join_channels([gather_taps(plane, index, weight) for plane in split_channels(src)])

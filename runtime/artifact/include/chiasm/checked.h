@@ -1,6 +1,7 @@
-// Included by every compiled loop of an op (python/chiasm/export/patches/index_checks.py): what AOTInductor's own code leaves undefined or ends the
-// process for. An index or a divisor that comes from data and is not allowed is noted for the run, and a harmless one takes its
-// place: no loop reads or writes outside of its tensors, no exception leaves a parallel region, and the run returns the error.
+// Included by every compiled loop of an op (python/chiasm/export/patches/index_checks.py): what AOTInductor's
+// own code leaves undefined or ends the process for. An index or a divisor that comes from data and is not
+// allowed is noted for the run, and a harmless one takes its place: no loop reads or writes outside of its
+// tensors, no exception leaves a parallel region, and the run returns the error.
 #pragma once
 
 #include <cmath>
@@ -14,14 +15,16 @@ namespace chiasm {
 [[gnu::cold, gnu::noinline]] void note_index(int64_t index, int64_t size, const char* reader);
 [[gnu::cold, gnu::noinline]] void note_division();
 
-// `index`, or 0 where it is outside of [0, size). `wrapped` says that `size` was added to negative indices before.
-// `reader` names what uses the index. Without `active` the index is not used.
+// `index`, or 0 where it is outside of [0, size). `wrapped` says that `size` was added to negative indices
+// before. `reader` names what uses the index. Without `active` the index is not used.
 template <bool wrapped, class T>
 inline T checked_index(T index, int64_t size, const char* reader, bool active = true) {
   static_assert(std::is_integral_v<T>);
-  // From here on the compiler knows nothing of how the index was computed: where that was undefined (the conversion of NaN) it could take the check out.
+  // From here on the compiler knows nothing of how the index was computed: where that was undefined (the
+  // conversion of NaN) it could take the check out.
   asm("" : "+r"(index));
-  if (static_cast<uint64_t>(static_cast<int64_t>(index)) < static_cast<uint64_t>(size)) [[likely]] return index;
+  if (static_cast<uint64_t>(static_cast<int64_t>(index)) < static_cast<uint64_t>(size)) [[likely]]
+    return index;
   if (active) note_index(wrapped && index < 0 ? index - size : index, size, reader);
   return 0;
 }
@@ -72,8 +75,8 @@ inline V larger(const V& a, const V& b) {
 }
 #endif
 
-// Quotients and remainders of integers, for divisors that may be zero, and for the one quotient that overflows (which traps
-// on x86, and wraps here). `body` gets operands that it can divide.
+// Quotients and remainders of integers, for divisors that may be zero, and for the one quotient that
+// overflows (which traps on x86, and wraps here). `body` gets operands that it can divide.
 template <class T, class Body>
 inline T divided(T a, T b, Body body) {
   if (b == 0) [[unlikely]] {
@@ -81,7 +84,8 @@ inline T divided(T a, T b, Body body) {
     return 0;
   }
   if constexpr (std::is_signed_v<T>) {
-    if (b == T(-1)) [[unlikely]] return body(static_cast<T>(0 - static_cast<std::make_unsigned_t<T>>(a)), T(1));
+    if (b == T(-1)) [[unlikely]]
+      return body(static_cast<T>(0 - static_cast<std::make_unsigned_t<T>>(a)), T(1));
   }
   return body(a, b);
 }
@@ -103,7 +107,8 @@ inline auto divided_each(const A& a, const B& b, Body body) {
 
 template <class A, class B>
 inline auto floor_divide_integral(const A& a, const B& b) {
-  return divided_each(a, b, [](auto x, auto y) -> decltype(x) { return x / y - ((x % y != 0) && ((x < 0) != (y < 0))); });
+  return divided_each(
+      a, b, [](auto x, auto y) -> decltype(x) { return x / y - ((x % y != 0) && ((x < 0) != (y < 0))); });
 }
 
 template <class A, class B>
@@ -114,8 +119,10 @@ inline auto truncated_quotient(const A& a, const B& b) {
 // The remainder that has the dividend's sign.
 template <class A, class B>
 inline auto mod(const A& a, const B& b) {
-  if constexpr (std::is_floating_point_v<A> || std::is_floating_point_v<B>) return std::fmod(a, b);
-  else return divided_each(a, b, [](auto x, auto y) -> decltype(x) { return x % y; });
+  if constexpr (std::is_floating_point_v<A> || std::is_floating_point_v<B>)
+    return std::fmod(a, b);
+  else
+    return divided_each(a, b, [](auto x, auto y) -> decltype(x) { return x % y; });
 }
 
 // The remainder that has the divisor's sign. A divisor of -1 leaves none.

@@ -5,7 +5,13 @@
 
 namespace chiasm {
 
-inline at::vec::Vectorized<float> smaller(const at::vec::Vectorized<float>& a, const at::vec::Vectorized<float>& b) { return _mm256_min_ps(a, b); }
-inline at::vec::Vectorized<float> larger(const at::vec::Vectorized<float>& a, const at::vec::Vectorized<float>& b) { return _mm256_max_ps(a, b); }
+inline at::vec::Vectorized<float> smaller(const at::vec::Vectorized<float>& a,
+                                          const at::vec::Vectorized<float>& b) {
+  return _mm256_min_ps(a, b);
+}
+inline at::vec::Vectorized<float> larger(const at::vec::Vectorized<float>& a,
+                                         const at::vec::Vectorized<float>& b) {
+  return _mm256_max_ps(a, b);
+}
 
 }  // namespace chiasm
