@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "base/dtype.h"
@@ -86,9 +88,14 @@ class MemoryFile {
     }
   }
 
+  /** The kernel refuses while it holds a page itself (EBUSY), as it may for a moment when it moves pages. */
   void seal() {
-    if (fcntl(fd_, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE | F_SEAL_SEAL) != 0)
-      throw Error(CHIASM_INTERNAL, std::string("seal memory file: ") + std::strerror(errno));
+    constexpr int kAllSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE | F_SEAL_SEAL;
+    for (int tries = 1; fcntl(fd_, F_ADD_SEALS, kAllSeals) != 0; ++tries) {
+      if (errno != EBUSY || tries == 100)
+        throw Error(CHIASM_UNAVAILABLE, std::string("seal memory file: ") + std::strerror(errno));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
   }
 
   /** Who opens it reads the bytes. */

@@ -7,7 +7,6 @@ import json
 import multiprocessing
 import os
 import signal
-import sys
 import time
 import warnings
 from collections.abc import Callable
@@ -28,6 +27,8 @@ from .errors import ExportError, one_line, plain
 from .manifest import FORMATS, METHODS, SUFFIX, read_manifest
 
 console = Console(emoji=False)
+#: How a process ends that a SIGTERM ends, as shells have it.
+_TERMINATED = 128 + signal.SIGTERM
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
@@ -141,7 +142,8 @@ def export_names(
     )
     with Progress(*columns, console=console) as progress, workers as pool:
         task = progress.add_task("exporting", total=len(names))
-        pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in names}
+        run = export_entry if isinstance(workers, _Here) else _in_worker
+        pending = {pool.submit(run, name, output, formats, isas, methods): name for name in names}
         try:
             for done in as_completed(pending):
                 name = pending[done]
@@ -184,11 +186,31 @@ class _Here(Executor):
         return done
 
 
+class _Ended(BaseException):
+    """A worker is told to end: no error of an op, and nothing that handles those takes it for one."""
+
+
 def _worker() -> None:
-    """An interrupt is the parent's to handle; a worker that is told to end cleans up what it was writing."""
+    """An interrupt is the parent's to handle; a worker that is told to end does so at once."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    signal.signal(signal.SIGTERM, lambda *_: os._exit(_TERMINATED))
     _collect_seldom()
+
+
+def _in_worker(*arguments: Any) -> float:
+    """`export_entry`, but that a worker which is told to end cleans up what it was writing before it does."""
+
+    def end(*_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        raise _Ended
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        return export_entry(*arguments)
+    except _Ended:
+        os._exit(_TERMINATED)  # the pool would have it take the next op
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _collect_seldom() -> None:
