@@ -16,9 +16,12 @@ SOURCES := $(shell find python/chiasm runtime/artifact \
   \( -path python/chiasm/artifact -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
+# Of the past, and damaged on purpose, are not laid out.
+CPP := $(shell git ls-files '*.c' '*.h' '*.cpp' '*.hpp' 2> /dev/null | grep -v '^tests/frozen/\|^tests/fuzz/corpus/')
+
 .PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration \
   test test-all test-quick test-ops test-export test-runtime test-aarch64 test-parity \
-  test-examples test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage docs linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint lock clean
+  test-examples test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage docs linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint format stubs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -182,8 +185,20 @@ bench-geometry: build ## measure the geometry ops against OpenCV -> docs/benchma
 bench-matching: build ## measure the matching of two views against OpenCV -> docs/benchmarks_matching.md
 	$(PY) -m bench.matching
 
-lint: setup ## style of the Python code
-	.venv/bin/ruff check python tests bench examples
+lint: build ## layout, style and types of the sources: ruff, clang-format, clang-tidy, pyright
+	.venv/bin/ruff check --quiet .
+	.venv/bin/ruff format --check --quiet .
+	clang-format --dry-run --Werror $(CPP)
+	tools/tidy.sh
+	.venv/bin/basedpyright --level error
+
+format: setup ## lay out the sources: ruff, clang-format
+	.venv/bin/ruff check --fix --quiet .
+	.venv/bin/ruff format --quiet .
+	clang-format -i $(CPP)
+
+stubs: build ## what editors know of the module classes -> python/chiasm/*/__init__.pyi
+	$(PY) tools/stubs.py
 
 lock: setup ## requirements.in -> requirements.txt, pinned with hashes
 	.venv/bin/python -m pip install -q uv

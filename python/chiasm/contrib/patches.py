@@ -133,7 +133,7 @@ def _four(
         top, bottom, left, right = padding[0], padding[0], padding[1], padding[1]
     else:
         assert torch.jit.isinstance(padding, Tuple[int, int, int, int])
-        top, bottom, left, right = padding
+        top, bottom, left, right = padding  # pyright: ignore[reportAssignmentType]: torch.jit's isinstance narrows
     if top < 0 or bottom < 0 or left < 0 or right < 0:
         raise ValueError(f"{name}: expected no negative number, got ({top}, {bottom}, {left}, {right})")
     return top, bottom, left, right

@@ -142,7 +142,7 @@ def export_names(
     )
     with Progress(*columns, console=console) as progress, workers as pool:
         task = progress.add_task("exporting", total=len(names))
-        run = export_entry if isinstance(workers, _Here) else _in_worker
+        run: Callable[..., float] = export_entry if isinstance(workers, _Here) else _in_worker
         pending = {pool.submit(run, name, output, formats, isas, methods): name for name in names}
         try:
             for done in as_completed(pending):

@@ -116,7 +116,7 @@ def _copied(program: ExportedProgram) -> ExportedProgram:
     since Python has an `input`."""
     result = deepcopy(program)
     for module, copy in zip(program.graph_module.modules(), result.graph_module.modules(), strict=True):
-        if isinstance(module, GraphModule):
+        if isinstance(module, GraphModule) and isinstance(copy, GraphModule):
             for node, other in zip(module.graph.nodes, copy.graph.nodes, strict=True):
                 other.name = node.name
             copy.recompile()
@@ -165,7 +165,7 @@ class ExportJob:
     without_gradient: dict[str, ExportError] = field(default_factory=dict)
 
     @property
-    def variants(self) -> list[str | None]:
+    def variants(self) -> tuple[str | None, ...]:
         """What T stands for, one after the other."""
         return self.spec.variants()
 

@@ -25,7 +25,7 @@ class BundleError(RuntimeError):
 @cache
 def schema() -> dict[str, Any]:
     """The JSON Schema of manifests."""
-    return json.loads(resources.files(__package__).joinpath("manifest.schema.json").read_text())
+    return json.loads(resources.files("chiasm.export").joinpath("manifest.schema.json").read_text())
 
 
 def sha256(data: bytes) -> str:

@@ -136,7 +136,9 @@ def derive(job: ExportJob) -> None:
         job.gradient = vjp_signature(job.spec, job.outputs)
     if job.gradient:
         # Of other dtypes the torch backend's autograd makes the gradient.
-        vjp = Method(job, "vjp", job.variants[0], vjp_module(job.op, job.spec, job.outputs), *job.gradient)
+        module = vjp_module(job.op, job.spec, job.outputs)
+        assert module is not None
+        vjp = Method(job, "vjp", job.variants[0], module, *job.gradient)
         job.work = [forward[0], vjp, *forward[1:]]
 
 
@@ -160,7 +162,7 @@ def _independent(job: ExportJob) -> bool:
         return False
     variant = job.variants[0]
     made = samples.make(spec, samples.fit(spec, samples.TESTS[1]), variant)
-    tolerances = [spec.tolerance("forward", variant if t.dtype == "T" else t.dtype) for t in job.outputs]
+    tolerances = [spec.tolerance("forward", str(variant) if t.dtype == "T" else t.dtype) for t in job.outputs]
     return independent(lambda tensors: run_eager(job.op, tensors), spec.inputs, made, tolerances)
 
 

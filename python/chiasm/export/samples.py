@@ -33,7 +33,7 @@ def fit(spec: Spec, sizes: dict[str, int]) -> dict[str, int]:
 
 def dtype_of(name: str, variant: str | None) -> torch.dtype:
     """The torch dtype of a spec's dtype, T standing for `variant`."""
-    return getattr(torch, variant if name == "T" else name)
+    return getattr(torch, str(variant) if name == "T" else name)
 
 
 def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) -> dict[str, torch.Tensor]:

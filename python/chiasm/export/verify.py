@@ -101,7 +101,7 @@ def _runtime(folder: Path) -> list[Row]:
             r.dtype,
             r.backend,
             r.artifact,
-            {1: True, 0: False}.get(r.passed),
+            r.passed,
             r.max_error,
             r.message,
         )

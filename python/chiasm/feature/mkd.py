@@ -137,8 +137,8 @@ class MKDDescriptor(nn.Module):
         )
         self.whitening: Optional[Tensor]
         self.mean: Optional[Tensor]
-        hold(self, "whitening", whitening)
-        hold(self, "mean", mean)
+        hold(self, "whitening", whitening)  # pyright: ignore[reportArgumentType]: or None
+        hold(self, "mean", mean)  # pyright: ignore[reportArgumentType]
 
     def forward(self, patches: Tensor) -> Tensor:
         if patches.size(-1) != self.patch_size:

@@ -1,3 +1,5 @@
+# An attribute of an nn.Module is declared as a Tensor or a Module, whichever it is.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
 """Depth maps: points, normals, and images warped by them."""
 
 from typing import Optional, Tuple, Union

@@ -1,3 +1,5 @@
+# An attribute of an nn.Module is declared as a Tensor or a Module, whichever it is.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
 """Registration of images by gradient descent: a transform is learned that makes one image look like another.
 
 E. Riba et al., Kornia: an Open Source Differentiable Computer Vision Library for PyTorch, WACV 2020. From

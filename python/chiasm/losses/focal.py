@@ -127,7 +127,7 @@ def _focused(logit: Tensor, gamma: float) -> Tensor:
 
 
 def _log_sigmoid(x: Tensor) -> Tensor:
-    """PyTorch's own has no ONNX form. The half makes the gradient right at 0 too, where that of \|x\| is
+    """PyTorch's own has no ONNX form. The half makes the gradient right at 0 too, where that of |x| is
     taken for 0."""
     return 0.5 * (x - x.abs()) - torch.log1p(torch.exp(-x.abs()))
 

@@ -9,7 +9,7 @@ from ..primitives.core.checks import check_floating, check_rank
 from ..primitives.images.histograms import bincount
 
 
-def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:
+def accuracy(pred: Tensor, target: Tensor, topk: List[int] = (1,)) -> Tensor:  # pyright: ignore[reportArgumentType]
     """Share of the samples whose true class is among the k that score highest, in percent.
 
     Of equal scores the lower class counts as the higher, as in a stable sort; NaN counts as the highest of

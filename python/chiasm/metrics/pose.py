@@ -132,7 +132,10 @@ def translation_ate(t: Tensor, t_gt: Tensor) -> Tensor:
     return vector_length(t - t_gt)
 
 
-def auc_from_errors(errors: Tensor, thresholds: List[float] = (1.0, 3.0, 5.0, 10.0)) -> Tensor:
+def auc_from_errors(
+    errors: Tensor,
+    thresholds: List[float] = (1.0, 3.0, 5.0, 10.0),  # pyright: ignore[reportArgumentType]
+) -> Tensor:
     """Area under the curve of recall (the share of errors up to e) over e from 0 to a threshold, as part of
     the threshold.
 

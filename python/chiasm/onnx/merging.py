@@ -69,7 +69,7 @@ def prepend(
         opened = _method_of_dtype(opened, [wanted[name] for name in pairs.values()])
 
     source = fused_model(opened).graph
-    merged = at_least(given, opset(fused_model(opened).functions[0]), str(opened.folder))
+    merged = at_least(given, opset(fused_model(opened).functions[0]) or 0, str(opened.folder))
     taken = names(merged.graph)
     outputs = {v.name: v for v in source.output}
     sizes = _fit(
@@ -128,7 +128,7 @@ def embed(model: onnx.ModelProto, *bundles: BundlePath, dtype: str | None = None
 
 def embed_methods(model: onnx.ModelProto, methods: list[Method]) -> onnx.ModelProto:
     """`embed` for methods that are opened already."""
-    needed = max((opset(fused_model(m).functions[0]) for m in methods), default=0)
+    needed = max((opset(fused_model(m).functions[0]) or 0 for m in methods), default=0)
     result = at_least(model, needed, ", ".join(str(m.folder) for m in methods))
     # The exporter imports a domain of its own making for the calls; the bundles say which version it is.
     imports = [o for o in result.opset_import if o.domain != DOMAIN or result.functions]

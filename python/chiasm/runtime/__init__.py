@@ -54,9 +54,10 @@ class Bundle:
     @property
     def info(self) -> dict[str, Any]:
         """The manifest, whole."""
-        if self._info is None:
-            self._info = json.loads(self._handle.manifest)
-        return self._info
+        info = self._info
+        if info is None:
+            info = self._info = json.loads(self._handle.manifest)
+        return info
 
     @property
     def name(self) -> str:

@@ -14,7 +14,7 @@ def _spec(name, inputs, outputs=("output",), makers=None, reference="closed form
     uniform values would not do."""
 
     def sample(generator, sizes, dtype):
-        return {key: make(generator, sizes).to(dtype) for key, make in makers.items()}
+        return {key: make(generator, sizes).to(dtype) for key, make in (makers or {}).items()}
 
     add(
         Spec(

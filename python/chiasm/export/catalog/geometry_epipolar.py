@@ -158,7 +158,7 @@ for _name, _from in (("essential_from_fundamental", "F"), ("fundamental_from_ess
         Spec(
             f"geometry.epipolar.{_name}",
             [_matrix(f"{_from}_mat"), _matrix("K1", "camera matrices"), _matrix("K2", "camera matrices")],
-            sample=_from_scene(**{f"{_from}_mat": _from, "K1": "K1", "K2": "K2"}),
+            sample=_from_scene(**{f"{_from}_mat": _from}, K1="K1", K2="K2"),  # pyright: ignore[reportArgumentType]
             reference=f"{_ZISSERMAN}, 9.6",
         )
     )

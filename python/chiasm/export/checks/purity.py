@@ -99,7 +99,7 @@ class _Watch(TorchDispatchMode):
                 )
                 raise self.found
         drawing = is_random(func)
-        before = torch.get_rng_state() if drawing else None
+        before = torch.get_rng_state()
         result = (
             func(*args, **kwargs)
             if getattr(func, "namespace", "") != "chiasm"
@@ -273,10 +273,10 @@ def preserved(fn: Any) -> Iterator[None]:
             for key, (value, content) in saved.items():
                 vars(module)[key] = value
                 if isinstance(value, list):
-                    value[:] = content
+                    value[:] = content  # pyright: ignore[reportCallIssue, reportArgumentType]
                 elif isinstance(value, (dict, set)):
                     value.clear()
-                    value.update(content)
+                    value.update(content)  # pyright: ignore[reportCallIssue, reportArgumentType]
         for module, flag in zip(modules, training, strict=True):
             module.training = flag
         for tensor, value, requires_grad, gradient in values:

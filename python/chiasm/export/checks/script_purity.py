@@ -45,9 +45,9 @@ def check_script(name: str, scripted: torch.jit.ScriptModule, dtypes: Mapping[st
     nodes = list(_nodes(graph))
     origins = _origins(graph, nodes, dtypes)
     for node in nodes:
-        where = quoted_line(node.sourceRange())
+        where = quoted_line(str(node.sourceRange()))
         if node.kind() == "prim::SetAttr":
-            inputs = (quoted_line(v.node().sourceRange()) for v in node.inputs())
+            inputs = (quoted_line(str(v.node().sourceRange())) for v in node.inputs())
             raise impure(
                 name,
                 f"it changes its attribute {node.s('name')!r}",

@@ -101,7 +101,7 @@ class Build:
 
     def _kept(self, word: str) -> str:
         """A word of the linker's command; of an object file, which Inductor will remove, a copy."""
-        return shutil.copy(word, self.folder) if word.endswith(".o") else word
+        return str(shutil.copy(word, self.folder)) if word.endswith(".o") else word
 
     def wait(self) -> None:
         """Until no compiler is at work."""

@@ -1,3 +1,5 @@
+# sympy and Inductor declare results that may be None, which these are not.
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportOptionalMemberAccess=false, reportOptionalOperand=false
 """Which indices of a compiled loop are in range whatever the data: bounds on the nodes of Inductor's loop
 bodies, as expressions of sizes.
 

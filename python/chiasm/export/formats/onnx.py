@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import onnx
@@ -52,7 +52,11 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
 
 
 def to_onnx(
-    program: ExportedProgram, spec: Spec, inputs: list[TensorSpec], outputs: list[TensorSpec], method: str
+    program: ExportedProgram,
+    spec: Spec,
+    inputs: Sequence[TensorSpec],
+    outputs: Sequence[TensorSpec],
+    method: str,
 ) -> onnx.ModelProto:
     """The model, checked. Its inputs and outputs are those named, all of them and in that order. It changes
     the program."""

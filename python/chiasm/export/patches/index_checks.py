@@ -48,7 +48,9 @@ def checked_native_code() -> Iterator[None]:
 
         wrap_neg = wrap_neg and not _refuses_negative(self.kernel)
         wrapped = wrap_neg and bool(var.bounds.lower < 0)
-        node = V.interpreter.current_node.args[0]
+        current = V.interpreter.current_node
+        assert current is not None
+        node = current.args[0]
         proved = ranges.proves(node, size, wrapped) or not (check or depends_on_data(node))
         symbol = trusted(self, var, size, False, wrap_neg)
         if proved:

@@ -1,3 +1,5 @@
+# An argument of a graph's node is declared as anything that may be one.
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportOperatorIssue=false, reportOptionalMemberAccess=false, reportReturnType=false, reportAssignmentType=false
 """Operators that have no ONNX form, taken apart where they stand.
 
 `ExportedProgram.run_decompositions` traces the whole graph again, which takes longer than all the rest of the

@@ -1,3 +1,5 @@
+# onnxscript declares what an operator takes as its type in ONNX, which is not what is given.
+# pyright: reportArgumentType=false
 """Numbers in float64 graphs: torch.onnx writes every Python number as float32 and casts it, so that 1 / 3
 comes out as 0.33333334 and 1e-300 as 0. These are the operators that make tensors of numbers, in the dtype
 that is wanted."""

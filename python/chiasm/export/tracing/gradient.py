@@ -69,7 +69,7 @@ class _Vjp(nn.Module):
             result = result if isinstance(result, (tuple, list)) else (result,)
             return tuple(result[i] for i in self.floating_outputs)
 
-        _, pullback = torch.func.vjp(of_differentiable, *(inputs[n] for n in self.gradients))
+        pullback = torch.func.vjp(of_differentiable, *(inputs[n] for n in self.gradients))[1]
         # A gradient that is a cotangent itself is copied: a graph's outputs may not be its inputs.
         return tuple(g.clone() if any(g is c for c in cotangents) else g for g in pullback(tuple(cotangents)))
 
@@ -96,7 +96,7 @@ def trace_vjp(
             graph = make_fx(
                 module,
                 tracing_mode="symbolic",
-                decomposition_table=get_decompositions([torch.ops.aten.rsub]),
+                decomposition_table=dict(get_decompositions([torch.ops.aten.rsub])),  # pyright: ignore[reportArgumentType]
                 _allow_non_fake_inputs=True,
             )(*args)
     except Exception as error:

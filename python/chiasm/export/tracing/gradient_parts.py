@@ -1,3 +1,5 @@
+# An argument of a graph's node is declared as anything that may be one.
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false, reportOperatorIssue=false, reportOptionalMemberAccess=false, reportReturnType=false, reportAssignmentType=false
 """Gradients of parts of tensors, in forms that engines run well.
 
 The gradient of `x[..., 0]` is zeros around what came back, and that of all of x the sum of such: code for a

@@ -1,3 +1,5 @@
+# sympy declares the parts of an expression as Basic, torch.export a Dim's hint as no Dim.
+# pyright: reportArgumentType=false, reportReturnType=false
 """From a module to torch.export's graph, with dimensions named by the spec."""
 
 from __future__ import annotations

@@ -180,7 +180,7 @@ def inverse_temperature(temperature: Optional[Union[Tensor, float]], like: Tenso
 def _softmax(input: Tensor, temperature: Optional[Union[Tensor, float]]) -> Tensor:
     values = input.to(position_dtype(input.dtype))
     scaled = values * inverse_temperature(temperature, values)
-    return reshaped(torch.softmax(scaled.flatten(2), -1), input.shape)
+    return reshaped(torch.softmax(scaled.flatten(2), -1), input.shape)  # pyright: ignore[reportArgumentType]
 
 
 def _expectation(input: Tensor, normalized_coordinates: bool) -> Tensor:

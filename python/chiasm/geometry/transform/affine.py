@@ -1,3 +1,5 @@
+# An attribute of an nn.Module is declared as a Tensor or a Module, whichever it is.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportIndexIssue=false, reportOperatorIssue=false
 """Affine warps: rotation, scaling, shearing, translation."""
 
 from typing import Optional, Tuple

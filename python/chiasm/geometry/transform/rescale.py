@@ -40,7 +40,7 @@ def rescale(
     if isinstance(factor, float):
         down, across = factor, factor
     else:
-        down, across = factor
+        down, across = factor  # pyright: ignore[reportGeneralTypeIssues]
     if down <= 0.0 or across <= 0.0:
         raise ValueError(f"factor: expected positive numbers, got ({down}, {across})")
     over_height, under_height = as_ratio(down)

@@ -91,7 +91,7 @@ def primitive(definition: Callable[P, R]) -> Primitive[P, R]:
         for rule in lowerings:
             if target in rule.targets and (rule.when is None or rule.when(*arguments)):
                 return rule.form(*arguments)
-        return definition(*arguments)
+        return definition(*arguments)  # pyright: ignore[reportCallIssue]
 
     def lowering(
         *targets: str, when: Optional[Callable[..., bool]] = None

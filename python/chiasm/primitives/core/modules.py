@@ -4,7 +4,20 @@ The class is written as source text because torch.jit.script reads source.
 """
 
 import inspect
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type, Union, get_args, get_origin
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    List,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+    Type,
+    Union,
+    get_args,
+    get_origin,
+)
 
 from torch import Tensor, nn
 
@@ -99,7 +112,7 @@ _SPELLED = {
 
 
 def lazy_twins(
-    package: str, functions: Dict[str, Any], held: Optional[Dict[str, Sequence[str]]] = None
+    package: str, functions: Dict[str, Any], held: Optional[Mapping[str, Sequence[str]]] = None
 ) -> Tuple[Callable[[str], Type[nn.Module]], Callable[[], List[str]]]:
     """A package's `__getattr__`, which makes the twin of any public function when it is asked for, and its
     `__dir__` (PEP 562), which lists them.

@@ -13,7 +13,7 @@ def larger(a: int, b: int) -> int:
     if torch.jit.is_scripting():
         return max(a, b)
     else:
-        return torch.sym_max(a, b)
+        return torch.sym_max(a, b)  # pyright: ignore[reportReturnType]
 
 
 def smaller(a: int, b: int) -> int:
@@ -21,7 +21,7 @@ def smaller(a: int, b: int) -> int:
     if torch.jit.is_scripting():
         return min(a, b)
     else:
-        return torch.sym_min(a, b)
+        return torch.sym_min(a, b)  # pyright: ignore[reportReturnType]
 
 
 def weight_dtype(x: Tensor) -> torch.dtype:

@@ -1,0 +1,151 @@
+# Written by `make stubs` from the signatures of the functions; do not edit.
+
+from typing import Optional, Tuple, Union
+
+from torch import Tensor, nn
+
+from .connected_components import connected_components as connected_components
+from .connected_components import connected_components_union_find as connected_components_union_find
+from .diamond_square import diamond_square as diamond_square
+from .distance_transform import distance_transform as distance_transform
+from .distance_transform import distance_transform_edt as distance_transform_edt
+from .histogram import histogram_matching as histogram_matching
+from .histogram import interp as interp
+from .kmeans import kmeans as kmeans
+from .patches import combine_tensor_patches as combine_tensor_patches
+from .patches import extract_tensor_patches as extract_tensor_patches
+
+class CombineTensorPatches(nn.Module):
+    """`combine_tensor_patches` as a module: Put an image together from its windows, each pixel the mean
+    of those that have it: the inverse of `extract_tensor_patches`."""
+
+    original_size: Union[int, Tuple[int, int]]
+    window_size: Union[int, Tuple[int, int]]
+    stride: Union[int, Tuple[int, int]]
+    allow_auto_unpadding: bool
+    unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]]
+    eps: Optional[float]
+    def __init__(
+        self,
+        original_size: Union[int, Tuple[int, int]],
+        window_size: Union[int, Tuple[int, int]],
+        stride: Union[int, Tuple[int, int]],
+        allow_auto_unpadding: bool = False,
+        unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
+        eps: Optional[float] = None,
+    ) -> None: ...
+    def forward(self, patches: Tensor) -> Tensor: ...
+    def __call__(self, patches: Tensor) -> Tensor: ...
+
+class ConnectedComponents(nn.Module):
+    """`connected_components` as a module: Number the 8-connected shapes of a binary image."""
+
+    num_iterations: int
+    def __init__(self, num_iterations: int = 100) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class ConnectedComponentsUnionFind(nn.Module):
+    """`connected_components_union_find` as a module: ``connected_components`` with as many iterations as
+    it takes."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class DiamondSquare(nn.Module):
+    """`diamond_square` as a module: Plasma: random heights on a coarse grid, refined by midpoints that
+    are displaced less and less."""
+
+    roughness: Union[float, Tensor]
+    random_scale: Union[float, Tensor]
+    normalize_range: Optional[Tuple[float, float]]
+    def __init__(
+        self,
+        roughness: Union[float, Tensor] = 0.5,
+        random_scale: Union[float, Tensor] = 1.0,
+        normalize_range: Optional[Tuple[float, float]] = None,
+    ) -> None: ...
+    def forward(self, random: Tensor) -> Tensor: ...
+    def __call__(self, random: Tensor) -> Tensor: ...
+
+class DistanceTransform(nn.Module):
+    """`distance_transform` as a module: Approximate distance to the nearest pixel of a shape, by
+    convolutions."""
+
+    kernel_size: int
+    h: float
+    def __init__(self, kernel_size: int = 3, h: float = 0.35) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class DistanceTransformEdt(nn.Module):
+    """`distance_transform_edt` as a module: The Euclidean distance from each pixel that is set to the
+    nearest that is not; SciPy's ``distance_transform_edt``."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class ExtractTensorPatches(nn.Module):
+    """`extract_tensor_patches` as a module: Cut an image into windows, row after row."""
+
+    window_size: Union[int, Tuple[int, int]]
+    stride: Union[int, Tuple[int, int]]
+    padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]]
+    allow_auto_padding: bool
+    def __init__(
+        self,
+        window_size: Union[int, Tuple[int, int]],
+        stride: Union[int, Tuple[int, int]] = 1,
+        padding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
+        allow_auto_padding: bool = False,
+    ) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class HistogramMatching(nn.Module):
+    """`histogram_matching` as a module: Change the levels of an image so that its histogram resembles
+    that of another."""
+
+    per_plane: bool
+    def __init__(self, per_plane: bool = False) -> None: ...
+    def forward(self, source: Tensor, template: Tensor) -> Tensor: ...
+    def __call__(self, source: Tensor, template: Tensor) -> Tensor: ...
+
+class Interp(nn.Module):
+    """`interp` as a module: Piecewise linear function through the points (xp, fp) at x, as
+    ``numpy.interp``; constant beyond the ends."""
+    def __init__(self) -> None: ...
+    def forward(self, x: Tensor, xp: Tensor, fp: Tensor) -> Tensor: ...
+    def __call__(self, x: Tensor, xp: Tensor, fp: Tensor) -> Tensor: ...
+
+class KMeans(nn.Module):
+    """`kmeans` as a module: Lloyd's algorithm with a fixed number of iterations: each point goes to the
+    nearest centre, each centre to the mean of its points."""
+
+    num_iterations: int
+    def __init__(self, num_iterations: int) -> None: ...
+    def forward(self, x: Tensor, centers: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, x: Tensor, centers: Tensor) -> Tuple[Tensor, Tensor]: ...
+
+__all__ = [
+    "combine_tensor_patches",
+    "connected_components",
+    "connected_components_union_find",
+    "diamond_square",
+    "distance_transform",
+    "distance_transform_edt",
+    "extract_tensor_patches",
+    "histogram_matching",
+    "interp",
+    "kmeans",
+    "CombineTensorPatches",
+    "ConnectedComponents",
+    "ConnectedComponentsUnionFind",
+    "DiamondSquare",
+    "DistanceTransform",
+    "DistanceTransformEdt",
+    "ExtractTensorPatches",
+    "HistogramMatching",
+    "Interp",
+    "KMeans",
+]

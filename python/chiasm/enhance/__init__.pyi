@@ -1,0 +1,495 @@
+# Written by `make stubs` from the signatures of the functions; do not edit.
+
+from typing import List, Optional, Tuple, Union
+
+from torch import Tensor, nn
+
+from .adjust import adjust_brightness as adjust_brightness
+from .adjust import adjust_brightness_accumulative as adjust_brightness_accumulative
+from .adjust import adjust_contrast as adjust_contrast
+from .adjust import adjust_contrast_with_mean_subtraction as adjust_contrast_with_mean_subtraction
+from .adjust import adjust_gamma as adjust_gamma
+from .adjust import adjust_log as adjust_log
+from .adjust import adjust_saturation_with_gray_subtraction as adjust_saturation_with_gray_subtraction
+from .adjust import adjust_sigmoid as adjust_sigmoid
+from .arithmetic import add_weighted as add_weighted
+from .arithmetic import invert as invert
+from .arithmetic import shift_rgb as shift_rgb
+from .clahe import clahe as clahe
+from .clahe import equalize_clahe as equalize_clahe
+from .counting import count_histogram as count_histogram
+from .density import histogram as histogram
+from .density import histogram2d as histogram2d
+from .density import image_histogram2d as image_histogram2d
+from .equalization import autocontrast as autocontrast
+from .equalization import equalize as equalize
+from .equalization import equalize3d as equalize3d
+from .hue import adjust_hue as adjust_hue
+from .hue import adjust_hue_raw as adjust_hue_raw
+from .hue import adjust_saturation as adjust_saturation
+from .hue import adjust_saturation_raw as adjust_saturation_raw
+from .integral import integral_image as integral_image
+from .integral import integral_tensor as integral_tensor
+from .jpeg import jpeg_codec_differentiable as jpeg_codec_differentiable
+from .normalize import denormalize as denormalize
+from .normalize import normalize as normalize
+from .normalize import normalize_min_max as normalize_min_max
+from .sharp import sharpness as sharpness
+from .tone import posterize as posterize
+from .tone import solarize as solarize
+from .tone import threshold as threshold
+from .whitening import linear_transform as linear_transform
+from .whitening import zca_mean as zca_mean
+from .whitening import zca_whiten as zca_whiten
+
+class AddWeighted(nn.Module):
+    """`add_weighted` as a module: alpha * src1 + beta * src2 + gamma, as OpenCV's ``addWeighted``
+    (without saturation)."""
+
+    alpha: Union[float, Tensor]
+    beta: Union[float, Tensor]
+    gamma: Union[float, Tensor]
+    def __init__(
+        self, alpha: Union[float, Tensor], beta: Union[float, Tensor], gamma: Union[float, Tensor]
+    ) -> None: ...
+    def forward(self, src1: Tensor, src2: Tensor) -> Tensor: ...
+    def __call__(self, src1: Tensor, src2: Tensor) -> Tensor: ...
+
+class AdjustBrightness(nn.Module):
+    """`adjust_brightness` as a module: Add ``factor`` to every value."""
+
+    factor: Union[float, Tensor]
+    clip_output: bool
+    def __init__(self, factor: Union[float, Tensor], clip_output: bool = True) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustBrightnessAccumulative(nn.Module):
+    """`adjust_brightness_accumulative` as a module: Multiply every value by ``factor``, as Pillow's
+    ``ImageEnhance.Brightness`` does."""
+
+    factor: Union[float, Tensor]
+    clip_output: bool
+    def __init__(self, factor: Union[float, Tensor], clip_output: bool = True) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustContrast(nn.Module):
+    """`adjust_contrast` as a module: Multiply every value by ``factor``."""
+
+    factor: Union[float, Tensor]
+    clip_output: bool
+    def __init__(self, factor: Union[float, Tensor], clip_output: bool = True) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustContrastWithMeanSubtraction(nn.Module):
+    """`adjust_contrast_with_mean_subtraction` as a module: Stretch the values about the image's mean
+    grey, as Pillow's ``ImageEnhance.Contrast`` does (which rounds the mean)."""
+
+    factor: Union[float, Tensor]
+    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustGamma(nn.Module):
+    """`adjust_gamma` as a module: Power law: gain * input ** gamma, limited to [0, 1]."""
+
+    gamma: Union[float, Tensor]
+    gain: Union[float, Tensor]
+    def __init__(self, gamma: Union[float, Tensor], gain: Union[float, Tensor] = 1.0) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class AdjustHue(nn.Module):
+    """`adjust_hue` as a module: Turn the hue of every colour."""
+
+    factor: Union[float, Tensor]
+    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustHueRaw(nn.Module):
+    """`adjust_hue_raw` as a module: Turn the hue of an HSV image; the result is in [0, 2 pi), where
+    Kornia's keeps the sign of the sum."""
+
+    factor: Union[float, Tensor]
+    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustLog(nn.Module):
+    """`adjust_log` as a module: Logarithmic curve gain * log2(1 + image), or its inverse form gain * (2
+    ** image - 1), as scikit-image's ``adjust_log``."""
+
+    gain: float
+    inv: bool
+    clip_output: bool
+    def __init__(self, gain: float = 1.0, inv: bool = False, clip_output: bool = True) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustSaturation(nn.Module):
+    """`adjust_saturation` as a module: Multiply the saturation of every colour, in HSV, and limit it to
+    [0, 1]."""
+
+    factor: Union[float, Tensor]
+    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustSaturationRaw(nn.Module):
+    """`adjust_saturation_raw` as a module: Multiply the saturation of an HSV image and limit it to [0,
+    1]."""
+
+    factor: Union[float, Tensor]
+    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustSaturationWithGraySubtraction(nn.Module):
+    """`adjust_saturation_with_gray_subtraction` as a module: Move the colours away from their grey, or
+    towards it, as Pillow's ``ImageEnhance.Color`` does."""
+
+    factor: Union[float, Tensor]
+    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class AdjustSigmoid(nn.Module):
+    """`adjust_sigmoid` as a module: Sigmoid curve 1 / (1 + exp(gain * (cutoff - image))), or one minus
+    that, as scikit-image's ``adjust_sigmoid``."""
+
+    cutoff: float
+    gain: float
+    inv: bool
+    def __init__(self, cutoff: float = 0.5, gain: float = 10.0, inv: bool = False) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class Autocontrast(nn.Module):
+    """`autocontrast` as a module: Stretch the levels of each channel to the whole range, as Pillow's
+    ``ImageOps.autocontrast``."""
+
+    cutoff: Union[float, Tuple[float, float]]
+    def __init__(self, cutoff: Union[float, Tuple[float, float]] = 0.0) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class Clahe(nn.Module):
+    """`clahe` as a module: OpenCV's ``createCLAHE(clipLimit, tileGridSize).apply`` on each channel of
+    bytes, equal to it."""
+
+    clip_limit: float
+    tile_grid_size: Tuple[int, int]
+    def __init__(self, clip_limit: float = 40.0, tile_grid_size: Tuple[int, int] = ...) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class CountHistogram(nn.Module):
+    """`count_histogram` as a module: How many pixels of each channel fall into each of n_bins equal bins
+    of [min, max), as OpenCV's ``calcHist``."""
+
+    n_bins: int
+    min: float
+    max: float
+    def __init__(self, n_bins: int = 256, min: float = 0.0, max: float = 1.0) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class Denormalize(nn.Module):
+    """`denormalize` as a module: data * std + mean, per channel: what undoes ``normalize``."""
+
+    mean: Union[float, Tensor]
+    std: Union[float, Tensor]
+    def __init__(self, mean: Union[float, Tensor], std: Union[float, Tensor]) -> None: ...
+    def forward(self, data: Tensor) -> Tensor: ...
+    def __call__(self, data: Tensor) -> Tensor: ...
+
+class Equalize(nn.Module):
+    """`equalize` as a module: Spread the levels of each channel evenly, as Pillow's
+    ``ImageOps.equalize``."""
+    def __init__(self) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class Equalize3d(nn.Module):
+    """`equalize3d` as a module: ``equalize`` of volumes, one histogram for each channel's whole
+    volume."""
+    def __init__(self) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class EqualizeClahe(nn.Module):
+    """`equalize_clahe` as a module: Equalise the histogram of each tile, no level counting more than the
+    limit, and blend the tiles' curves."""
+
+    clip_limit: float
+    grid_size: Tuple[int, int]
+    slow_and_differentiable: bool
+    def __init__(
+        self,
+        clip_limit: float = 40.0,
+        grid_size: Tuple[int, int] = ...,
+        slow_and_differentiable: bool = False,
+    ) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class Histogram(nn.Module):
+    """`histogram` as a module: Density of each row's values at the bins' centres, by a Gaussian kernel,
+    normalised to sum to 1."""
+
+    epsilon: float
+    def __init__(self, epsilon: float = 1e-10) -> None: ...
+    def forward(self, x: Tensor, bins: Tensor, bandwidth: Tensor) -> Tensor: ...
+    def __call__(self, x: Tensor, bins: Tensor, bandwidth: Tensor) -> Tensor: ...
+
+class Histogram2d(nn.Module):
+    """`histogram2d` as a module: Joint density of pairs of values, by a Gaussian kernel, normalised to
+    sum to 1."""
+
+    epsilon: float
+    def __init__(self, epsilon: float = 1e-10) -> None: ...
+    def forward(self, x1: Tensor, x2: Tensor, bins: Tensor, bandwidth: Tensor) -> Tensor: ...
+    def __call__(self, x1: Tensor, x2: Tensor, bins: Tensor, bandwidth: Tensor) -> Tensor: ...
+
+class ImageHistogram2d(nn.Module):
+    """`image_histogram2d` as a module: Histogram of each plane, every pixel shared between the bins near
+    it by a kernel of u = \|value - centre\| / bandwidth."""
+
+    min: float
+    max: float
+    n_bins: int
+    bandwidth: Optional[float]
+    centers: Optional[Tensor]
+    return_pdf: bool
+    kernel: str
+    eps: float
+    def __init__(
+        self,
+        min: float = 0.0,
+        max: float = 255.0,
+        n_bins: int = 256,
+        bandwidth: Optional[float] = None,
+        centers: Optional[Tensor] = None,
+        return_pdf: bool = False,
+        kernel: str = "triangular",
+        eps: float = 1e-10,
+    ) -> None: ...
+    def forward(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+
+class IntegralImage(nn.Module):
+    """`integral_image` as a module: Summed-area table: each pixel becomes the sum of all values above
+    and to the left of it, and its own."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class IntegralTensor(nn.Module):
+    """`integral_tensor` as a module: Cumulative sum along one or more dimensions."""
+
+    dim: Optional[List[int]]
+    def __init__(self, dim: Optional[List[int]] = None) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class Invert(nn.Module):
+    """`invert` as a module: max_val - image."""
+
+    max_val: Optional[Tensor]
+    def __init__(self, max_val: Optional[Tensor] = None) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class JpegCodecDifferentiable(nn.Module):
+    """`jpeg_codec_differentiable` as a module: What is left of an image after JPEG: YCbCr with halved
+    chroma (4:2:0), 8x8 DCT, quantisation, and back."""
+
+    quantization_table_y: Optional[Tensor]
+    quantization_table_c: Optional[Tensor]
+    def __init__(
+        self, quantization_table_y: Optional[Tensor] = None, quantization_table_c: Optional[Tensor] = None
+    ) -> None: ...
+    def forward(self, input: Tensor, jpeg_quality: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, jpeg_quality: Tensor) -> Tensor: ...
+
+class LinearTransform(nn.Module):
+    """`linear_transform` as a module: (inp - mean_vector) @ transform_matrix, each sample flattened to a
+    row of features and brought back into shape."""
+
+    dim: int
+    def __init__(self, dim: int = 0) -> None: ...
+    def forward(self, inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor) -> Tensor: ...
+    def __call__(self, inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor) -> Tensor: ...
+
+class Normalize(nn.Module):
+    """`normalize` as a module: (data - mean) / std, per channel."""
+
+    mean: Union[float, Tensor]
+    std: Union[float, Tensor]
+    def __init__(self, mean: Union[float, Tensor], std: Union[float, Tensor]) -> None: ...
+    def forward(self, data: Tensor) -> Tensor: ...
+    def __call__(self, data: Tensor) -> Tensor: ...
+
+class NormalizeMinMax(nn.Module):
+    """`normalize_min_max` as a module: Scale each channel of each sample linearly to [min_val,
+    max_val]."""
+
+    min_val: float
+    max_val: float
+    eps: float
+    def __init__(self, min_val: float = 0.0, max_val: float = 1.0, eps: float = 1e-06) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class Posterize(nn.Module):
+    """`posterize` as a module: Keep the upper bits of the 8-bit levels, as Pillow's
+    ``ImageOps.posterize``."""
+
+    bits: Union[int, Tensor]
+    def __init__(self, bits: Union[int, Tensor]) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class Sharpness(nn.Module):
+    """`sharpness` as a module: Move the image away from a smoothed one, or towards it, as Pillow's
+    ``ImageEnhance.Sharpness`` does."""
+
+    factor: Union[float, Tensor]
+    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class ShiftRgb(nn.Module):
+    """`shift_rgb` as a module: Add a number to each channel and limit the result to [0, 1]."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor, r_shift: Tensor, g_shift: Tensor, b_shift: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor, r_shift: Tensor, g_shift: Tensor, b_shift: Tensor) -> Tensor: ...
+
+class Solarize(nn.Module):
+    """`solarize` as a module: Turn what is at or above the threshold into its negative, as Pillow's
+    ``ImageOps.solarize``."""
+
+    thresholds: Union[float, Tensor]
+    additions: Union[float, Tensor, None]
+    def __init__(
+        self, thresholds: Union[float, Tensor] = 0.5, additions: Union[float, Tensor, None] = None
+    ) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class Threshold(nn.Module):
+    """`threshold` as a module: Compare with a threshold, as OpenCV's ``threshold``."""
+
+    thresh: Union[float, Tensor]
+    maxval: Union[float, Tensor]
+    type: str
+    def __init__(
+        self, thresh: Union[float, Tensor], maxval: Union[float, Tensor] = 255.0, type: str = "binary"
+    ) -> None: ...
+    def forward(self, input: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor) -> Tensor: ...
+
+class ZcaMean(nn.Module):
+    """`zca_mean` as a module: The matrix and the mean that whiten: (covariance + eps I)^(-1/2), the
+    least change that decorrelates."""
+
+    dim: int
+    unbiased: bool
+    eps: float
+    return_inverse: bool
+    def __init__(
+        self, dim: int = 0, unbiased: bool = True, eps: float = 1e-06, return_inverse: bool = False
+    ) -> None: ...
+    def forward(self, inp: Tensor) -> Tuple[Tensor, Tensor, Optional[Tensor]]: ...
+    def __call__(self, inp: Tensor) -> Tuple[Tensor, Tensor, Optional[Tensor]]: ...
+
+class ZcaWhiten(nn.Module):
+    """`zca_whiten` as a module: Apply ``zca_mean``'s transform: the features of the result are
+    decorrelated and of variance 1."""
+
+    dim: int
+    unbiased: bool
+    eps: float
+    def __init__(self, dim: int = 0, unbiased: bool = True, eps: float = 1e-06) -> None: ...
+    def forward(self, inp: Tensor) -> Tensor: ...
+    def __call__(self, inp: Tensor) -> Tensor: ...
+
+__all__ = [
+    "add_weighted",
+    "adjust_brightness",
+    "adjust_brightness_accumulative",
+    "adjust_contrast",
+    "adjust_contrast_with_mean_subtraction",
+    "adjust_gamma",
+    "adjust_hue",
+    "adjust_hue_raw",
+    "adjust_log",
+    "adjust_saturation",
+    "adjust_saturation_raw",
+    "adjust_saturation_with_gray_subtraction",
+    "adjust_sigmoid",
+    "autocontrast",
+    "clahe",
+    "count_histogram",
+    "denormalize",
+    "equalize",
+    "equalize3d",
+    "equalize_clahe",
+    "histogram",
+    "histogram2d",
+    "image_histogram2d",
+    "integral_image",
+    "integral_tensor",
+    "invert",
+    "jpeg_codec_differentiable",
+    "linear_transform",
+    "normalize",
+    "normalize_min_max",
+    "posterize",
+    "sharpness",
+    "shift_rgb",
+    "solarize",
+    "threshold",
+    "zca_mean",
+    "zca_whiten",
+    "AddWeighted",
+    "AdjustBrightness",
+    "AdjustBrightnessAccumulative",
+    "AdjustContrast",
+    "AdjustContrastWithMeanSubtraction",
+    "AdjustGamma",
+    "AdjustHue",
+    "AdjustHueRaw",
+    "AdjustLog",
+    "AdjustSaturation",
+    "AdjustSaturationRaw",
+    "AdjustSaturationWithGraySubtraction",
+    "AdjustSigmoid",
+    "Autocontrast",
+    "Clahe",
+    "CountHistogram",
+    "Denormalize",
+    "Equalize",
+    "Equalize3d",
+    "EqualizeClahe",
+    "Histogram",
+    "Histogram2d",
+    "ImageHistogram2d",
+    "IntegralImage",
+    "IntegralTensor",
+    "Invert",
+    "JpegCodecDifferentiable",
+    "LinearTransform",
+    "Normalize",
+    "NormalizeMinMax",
+    "Posterize",
+    "Sharpness",
+    "ShiftRgb",
+    "Solarize",
+    "Threshold",
+    "ZcaMean",
+    "ZcaWhiten",
+]

@@ -1,0 +1,85 @@
+# Written by `make stubs` from the signatures of the functions; do not edit.
+
+from typing import Optional
+
+from torch import Tensor, nn
+
+from .conversion import image_to_tensor as image_to_tensor
+from .conversion import tensor_to_image as tensor_to_image
+from .draw import draw_line as draw_line
+from .draw import draw_point2d as draw_point2d
+from .grid import make_grid as make_grid
+from .shapes import draw_convex_polygon as draw_convex_polygon
+from .shapes import draw_rectangle as draw_rectangle
+
+class DrawConvexPolygon(nn.Module):
+    """`draw_convex_polygon` as a module: Fill one convex polygon in each image: all pixels whose centre
+    lies in it or on its edge."""
+    def __init__(self) -> None: ...
+    def forward(self, images: Tensor, polygons: Tensor, colors: Tensor) -> Tensor: ...
+    def __call__(self, images: Tensor, polygons: Tensor, colors: Tensor) -> Tensor: ...
+
+class DrawLine(nn.Module):
+    """`draw_line` as a module: Draw straight lines one pixel wide, 8-connected, both ends included."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor: ...
+
+class DrawPoint2d(nn.Module):
+    """`draw_point2d` as a module: Colour single pixels."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor, points: Tensor, color: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor, points: Tensor, color: Tensor) -> Tensor: ...
+
+class DrawRectangle(nn.Module):
+    """`draw_rectangle` as a module: Draw rectangles, later ones over earlier ones."""
+
+    color: Optional[Tensor]
+    fill: Optional[bool]
+    line_width: int
+    def __init__(
+        self, color: Optional[Tensor] = None, fill: Optional[bool] = None, line_width: int = 1
+    ) -> None: ...
+    def forward(self, image: Tensor, rectangle: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor, rectangle: Tensor) -> Tensor: ...
+
+class ImageToTensor(nn.Module):
+    """`image_to_tensor` as a module: Bytes with the channels last as floating point in [0, 1] with the
+    channels first."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
+class MakeGrid(nn.Module):
+    """`make_grid` as a module: Put a batch of images side by side, row after row, with zeros between
+    them and where images are missing."""
+
+    n_row: Optional[int]
+    padding: int
+    def __init__(self, n_row: Optional[int] = None, padding: int = 2) -> None: ...
+    def forward(self, tensor: Tensor) -> Tensor: ...
+    def __call__(self, tensor: Tensor) -> Tensor: ...
+
+class TensorToImage(nn.Module):
+    """`tensor_to_image` as a module: Floating point in [0, 1] with the channels first as bytes with the
+    channels last."""
+    def __init__(self) -> None: ...
+    def forward(self, tensor: Tensor) -> Tensor: ...
+    def __call__(self, tensor: Tensor) -> Tensor: ...
+
+__all__ = [
+    "draw_convex_polygon",
+    "draw_line",
+    "draw_point2d",
+    "draw_rectangle",
+    "image_to_tensor",
+    "make_grid",
+    "tensor_to_image",
+    "DrawConvexPolygon",
+    "DrawLine",
+    "DrawPoint2d",
+    "DrawRectangle",
+    "ImageToTensor",
+    "MakeGrid",
+    "TensorToImage",
+]

@@ -1,0 +1,108 @@
+"""Write `python/chiasm/FAMILY/__init__.pyi`: what editors and type checkers know of the module classes, which
+are made at run time.
+
+usage: tools/stubs.py        `make stubs`; tests/ops/test_stubs.py compares.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+from torch import Tensor
+
+from chiasm.primitives.core.modules import class_name
+
+PACKAGE = Path(__file__).resolve().parents[1] / "python" / "chiasm"
+HEAD = "# Written by `make stubs` from the signatures of the functions; do not edit.\n"
+
+
+def families() -> list[Path]:
+    """The packages whose functions have module classes."""
+    return sorted(file for file in PACKAGE.rglob("__init__.py") if "= lazy_twins(" in file.read_text())
+
+
+def stub(family: Path) -> str:
+    """The text of a family's stub, formatted."""
+    tree = ast.parse(family.read_text())
+    name = ".".join(["chiasm", *family.parent.relative_to(PACKAGE).parts])
+    package = importlib.import_module(name)
+    lines = [
+        HEAD,
+        "import typing",
+        "from typing import List, Optional, Tuple, Union",
+        "",
+        "import torch",
+        "from torch import Tensor, nn",
+        "",
+    ]
+    for node in tree.body:
+        if isinstance(node, ast.ImportFrom) and node.level == 1:
+            names = ", ".join(f"{a.name} as {a.asname or a.name}" for a in node.names)
+            lines.append(f"from {'.' * node.level}{node.module or ''} import {names}")
+    public = [n for n in package.__all__ if inspect.isfunction(getattr(package, n))]
+    classes = [class_name(function) for function in public if class_name(function) not in package.__all__]
+    for function in public:
+        if class_name(function) in classes:
+            lines += _class(getattr(package, class_name(function)), getattr(package, function))
+    lines += ["", f"__all__ = {[*package.__all__, *sorted(classes)]!r}", ""]
+    file = str(family.with_suffix(".pyi"))
+    sorted_ = _ruff("\n".join(lines), "check", "--select", "I,F401", "--fix", "--stdin-filename", file, "-")
+    return _ruff(sorted_, "format", "--stdin-filename", file, "-")
+
+
+def _ruff(text: str, *arguments: str) -> str:
+    command = [sys.executable, "-m", "ruff", *arguments, "--quiet"]
+    return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
+
+
+def _class(made: type, function: object) -> list[str]:
+    """A class with its constructor, its attributes and its `forward`."""
+    signature = inspect.signature(function)
+    attributes = [p for p in inspect.signature(made.__init__).parameters if p != "self"]
+    settings = [signature.parameters[p] for p in attributes]
+    tensors = [p for p in signature.parameters.values() if p not in settings]
+    assert all(p.annotation is Tensor for p in tensors), function
+    returned = _annotation(signature.return_annotation)
+    first = (inspect.getdoc(function) or "").split("\n\n")[0]
+    arguments = ", ".join(["self", *map(_parameter, tensors)])
+    return [
+        "",
+        f"class {made.__name__}(nn.Module):",
+        *_docstring(f"`{function.__name__}` as a module: {' '.join(first.split())}"),
+        *(f"    {p.name}: {_annotation(p.annotation)}" for p in settings),
+        f"    def __init__({', '.join(['self', *map(_parameter, settings)])}) -> None: ...",
+        f"    def forward({arguments}) -> {returned}: ...",
+        f"    def __call__({arguments}) -> {returned}: ...",
+    ]
+
+
+def _docstring(text: str) -> list[str]:
+    """As the body of a class."""
+    return textwrap.fill(f'"""{text}"""', 105, initial_indent="    ", subsequent_indent="    ").splitlines()
+
+
+def _parameter(p: inspect.Parameter) -> str:
+    default = (
+        ""
+        if p.default is p.empty
+        else f" = {p.default!r}"
+        if isinstance(p.default, (int, float, str, bool, type(None)))
+        else " = ..."
+    )
+    return f"{p.name}: {_annotation(p.annotation)}{default}"
+
+
+def _annotation(annotation: object) -> str:
+    return re.sub(r"\btorch\.Tensor\b", "Tensor", inspect.formatannotation(annotation)).replace("typing.", "").replace("NoneType", "None")
+
+
+if __name__ == "__main__":
+    for file in families():
+        file.with_suffix(".pyi").write_text(stub(file))
