@@ -81,7 +81,7 @@ gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gall
 	$(PY) -m examples.gallery
 
 test: build ## every test
-	@$(MAKE) test-bundles test-ops test-export test-runtime test-aarch64 test-parity test-special-values other-runtimes test-examples test-install test-sanitizers test-fuzz
+	@$(MAKE) lint test-bundles test-ops test-export test-runtime test-aarch64 test-parity test-special-values other-runtimes test-examples test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
 test-all: build bundles ## every test on the whole catalog (hours)

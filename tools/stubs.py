@@ -100,7 +100,8 @@ def _parameter(p: inspect.Parameter) -> str:
 
 
 def _annotation(annotation: object) -> str:
-    return re.sub(r"\btorch\.Tensor\b", "Tensor", inspect.formatannotation(annotation)).replace("typing.", "").replace("NoneType", "None")
+    text = re.sub(r"\btorch\.Tensor\b", "Tensor", inspect.formatannotation(annotation))
+    return text.replace("typing.", "").replace("NoneType", "None")
 
 
 if __name__ == "__main__":

@@ -255,7 +255,7 @@ class Reader final {
   }
 
   static std::string read_why(const JsonNode& node) {
-    const std::string why = node.string(4 * kMaxWhy);
+    std::string why = node.string(4 * kMaxWhy);
     const auto is_first_byte = [](char c) { return (c & 0xC0) != 0x80; };  // of a character in UTF-8
     if (std::count_if(why.begin(), why.end(), is_first_byte) > static_cast<std::ptrdiff_t>(kMaxWhy)) {
       node.refuse("longer than " + std::to_string(kMaxWhy) + " characters");

@@ -124,7 +124,7 @@ std::string obstacle(const Artifact& artifact, const LoadRequest& request, int32
 
 }  // namespace
 
-int32_t self_test(std::shared_ptr<const Bundle> bundle, const LoadRequest& asked, Registry& registry,
+int32_t self_test(const std::shared_ptr<const Bundle>& bundle, const LoadRequest& asked, Registry& registry,
                   chiasm_self_test_callback callback, void* user) {
   const LoadRequest request = under(use_trust(), asked);
   const Manifest& manifest = bundle->manifest();

@@ -6,6 +6,7 @@
 // take a library's name and no more. It obeys the process's trust policy (docs/signing.md).
 #include <dirent.h>
 #include <dlfcn.h>
+#include <cstring>
 
 #include <algorithm>
 #include <cstdio>
@@ -64,7 +65,8 @@ std::optional<std::string> entry_of(const OrtApi& api, const OrtSessionOptions* 
   check(api.GetSessionConfigEntry(options, name, nullptr, &size));
   std::string value(size, '\0');
   check(api.GetSessionConfigEntry(options, name, value.data(), &size));
-  return std::string(value.c_str());
+  value.resize(std::strlen(value.c_str()));  // the size counts the end of the text
+  return value;
 }
 
 std::vector<std::string> wanted_bundles(const OrtApi& api, const OrtSessionOptions* options) {

@@ -295,7 +295,7 @@ py::capsule Output::capsule(bool versioned) const {
       delete_unused<VersionedTensor>(self, kVersionedCapsule);
     });
     if (capsule == nullptr) throw py::error_already_set();
-    exported.release();
+    static_cast<void>(exported.release());  // it is the capsule's
     return py::reinterpret_steal<py::capsule>(capsule);
   }
   auto exported = std::make_unique<Exported<DLManagedTensor>>();
@@ -306,7 +306,7 @@ py::capsule Output::capsule(bool versioned) const {
   PyObject* capsule = PyCapsule_New(&exported->managed, kCapsule,
                                     [](PyObject* self) { delete_unused<DLManagedTensor>(self, kCapsule); });
   if (capsule == nullptr) throw py::error_already_set();
-  exported.release();
+  static_cast<void>(exported.release());  // it is the capsule's
   return py::reinterpret_steal<py::capsule>(capsule);
 }
 

@@ -1,12 +1,14 @@
-"""docs/howto/backend.md and docs/howto/dtype.md say what the code says."""
+"""docs/howto/backend.md, dtype.md and isa.md say what the code says."""
 
 import re
 from pathlib import Path
 
 import pytest
 
+from chiasm.export.formats.native import ISAS
+
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("backend.md", "dtype.md")
+PAGES = ("backend.md", "dtype.md", "isa.md")
 
 
 def test_the_code_of_the_page_is_the_example_s():
@@ -20,6 +22,20 @@ def test_the_code_of_the_page_is_the_example_s():
 @pytest.mark.parametrize("page", PAGES)
 def test_the_files_that_a_page_names_are_there(page):
     text = (ROOT / "docs" / "howto" / page).read_text()
-    named = {name for name in re.findall(r"`((?:runtime|include|tests|python)/[^`<*]+)`", text)}
+    named = {name for name in re.findall(r"`((?:runtime|include|tests|python|cmake)/[^`<*]+)`", text)}
     assert named
     assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_an_instruction_set_is_known_in_every_place_that_its_page_names():
+    def names(file: str, pattern: str) -> list[str]:
+        found = re.search(pattern, (ROOT / file).read_text())
+        assert found is not None, file
+        return re.findall(r"x86-64-v\d", found[0])
+
+    wanted = list(ISAS)
+    assert len(wanted) >= 2
+    assert names("runtime/artifact/CMakeLists.txt", r"set\(CHIASM_ISAS x86[^)]*\)") == wanted
+    assert names("python/chiasm/export/manifest.schema.json", r'"isa": \{.*?\}') == wanted
+    assert names("runtime/core/manifest.h", r"kIsaNames\[\] = \{.*?\}") == wanted
+    assert names("runtime/core/manifest.cpp", r"kIsas\[\] = \{.*?\}") == wanted

@@ -128,16 +128,6 @@ class KMeans(nn.Module):
     def __call__(self, x: Tensor, centers: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 __all__ = [
-    "combine_tensor_patches",
-    "connected_components",
-    "connected_components_union_find",
-    "diamond_square",
-    "distance_transform",
-    "distance_transform_edt",
-    "extract_tensor_patches",
-    "histogram_matching",
-    "interp",
-    "kmeans",
     "CombineTensorPatches",
     "ConnectedComponents",
     "ConnectedComponentsUnionFind",
@@ -148,4 +138,14 @@ __all__ = [
     "HistogramMatching",
     "Interp",
     "KMeans",
+    "combine_tensor_patches",
+    "connected_components",
+    "connected_components_union_find",
+    "diamond_square",
+    "distance_transform",
+    "distance_transform_edt",
+    "extract_tensor_patches",
+    "histogram_matching",
+    "interp",
+    "kmeans",
 ]

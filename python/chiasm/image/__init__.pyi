@@ -68,13 +68,6 @@ class TensorToImage(nn.Module):
     def __call__(self, tensor: Tensor) -> Tensor: ...
 
 __all__ = [
-    "draw_convex_polygon",
-    "draw_line",
-    "draw_point2d",
-    "draw_rectangle",
-    "image_to_tensor",
-    "make_grid",
-    "tensor_to_image",
     "DrawConvexPolygon",
     "DrawLine",
     "DrawPoint2d",
@@ -82,4 +75,11 @@ __all__ = [
     "ImageToTensor",
     "MakeGrid",
     "TensorToImage",
+    "draw_convex_polygon",
+    "draw_line",
+    "draw_point2d",
+    "draw_rectangle",
+    "image_to_tensor",
+    "make_grid",
+    "tensor_to_image",
 ]

@@ -49,7 +49,7 @@ std::string open_and_initialise() {
   const auto get_base = reinterpret_cast<const OrtApiBase* (*)()>(dlsym(library, "OrtGetApiBase"));
   if (get_base == nullptr) throw Error(CHIASM_UNAVAILABLE, "the ONNX Runtime library has no OrtGetApiBase");
   const OrtApiBase* base = get_base();
-  const std::string version = base->GetVersionString();
+  std::string version = base->GetVersionString();
   // Version 1.N has the tables up to N. Asking for a newer one would print a complaint.
   unsigned minor = 0;
   if (std::sscanf(version.c_str(), "1.%u", &minor) != 1 || minor < kOldestApi)
@@ -111,7 +111,7 @@ std::string find_custom_op_library() {
 bool has_custom_op_library() { return !find_custom_op_library().empty(); }
 
 std::string custom_op_library() {
-  const std::string path = find_custom_op_library();
+  std::string path = find_custom_op_library();
   if (path.empty())
     throw Error(CHIASM_UNAVAILABLE, "libchiasm_ort.so is not installed beside the onnx backend");
   return path;

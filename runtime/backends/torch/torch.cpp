@@ -78,7 +78,7 @@ class Cuda {
   // Throws where there is no such device.
   static const Cuda& open(int32_t device_index) {
     static const Cuda instance;
-    const int count = c10::impl::getDeviceGuardImpl(at::kCUDA)->deviceCount();
+    const int count = static_cast<uint8_t>(c10::impl::getDeviceGuardImpl(at::kCUDA)->deviceCount());
     if (device_index < 0 || device_index >= count)
       throw Error(CHIASM_UNAVAILABLE, "libtorch sees no CUDA device " + std::to_string(device_index) +
                                           ", it sees " + std::to_string(count));

@@ -44,10 +44,10 @@ class RansacHomography(nn.Module):
     def __call__(self, points1: Tensor, points2: Tensor, uniforms: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 __all__ = [
-    "ransac_essential",
-    "ransac_fundamental",
-    "ransac_homography",
     "RansacEssential",
     "RansacFundamental",
     "RansacHomography",
+    "ransac_essential",
+    "ransac_fundamental",
+    "ransac_homography",
 ]

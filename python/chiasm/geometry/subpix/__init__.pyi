@@ -175,17 +175,6 @@ class SpatialSoftmax2d(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 __all__ = [
-    "conv_quad_interp3d",
-    "conv_soft_argmax2d",
-    "conv_soft_argmax3d",
-    "iterative_quad_interp3d",
-    "nms2d",
-    "nms3d",
-    "nms3d_minmax",
-    "render_gaussian2d",
-    "spatial_expectation2d",
-    "spatial_soft_argmax2d",
-    "spatial_softmax2d",
     "ConvQuadInterp3d",
     "ConvSoftArgmax2d",
     "ConvSoftArgmax3d",
@@ -197,4 +186,15 @@ __all__ = [
     "SpatialExpectation2d",
     "SpatialSoftArgmax2d",
     "SpatialSoftmax2d",
+    "conv_quad_interp3d",
+    "conv_soft_argmax2d",
+    "conv_soft_argmax3d",
+    "iterative_quad_interp3d",
+    "nms2d",
+    "nms3d",
+    "nms3d_minmax",
+    "render_gaussian2d",
+    "spatial_expectation2d",
+    "spatial_soft_argmax2d",
+    "spatial_softmax2d",
 ]

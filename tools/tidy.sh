@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# clang-tidy (.clang-tidy) over the runtime's sources, by the commands of build/release. usage: tools/tidy.sh
+# What a source was found clean with is noted in build/tidy: it is looked at again when it, a header or the checks have changed.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+mkdir -p build/tidy
+headers=$(git ls-files -z .clang-tidy 'runtime/*.h' 'include/*.h' 'include/*.hpp' | xargs -0 sha256sum | sha256sum | cut -d' ' -f1)
+pending=()
+while IFS= read -r source; do
+  key=build/tidy/$(sha256sum <<<"$source $headers $(sha256sum <"$source")" | cut -d' ' -f1)
+  [ -e "$key" ] || pending+=("$source" "$key")
+done < <(git ls-files 'runtime/base/*.cpp' 'runtime/core/*.cpp' 'runtime/backends/*.cpp' 'runtime/ort/*.cpp' 'runtime/python/*.cpp')
+[ ${#pending[@]} -gt 0 ] || exit 0
+printf '%s\n' "${pending[@]}" | xargs -P "$(nproc)" -n 2 bash -c '
+  output=$(clang-tidy -p build/release --quiet "$0" 2>&1) && touch "$1" && exit 0
+  grep -v "warnings\? generated\|^Suppressed\|^Use -" <<<"$output"
+  exit 1'
