@@ -186,14 +186,14 @@ bench-matching: build ## measure the matching of two views against OpenCV -> doc
 	$(PY) -m bench.matching
 
 lint: build ## layout, style and types of the sources: ruff, clang-format, clang-tidy, pyright
-	.venv/bin/ruff check --quiet .
+	@.venv/bin/ruff check --quiet .
 	.venv/bin/ruff format --check --quiet .
 	clang-format --dry-run --Werror $(CPP)
 	tools/tidy.sh
 	.venv/bin/basedpyright --level error
 
 format: setup ## lay out the sources: ruff, clang-format
-	.venv/bin/ruff check --fix --quiet .
+	@.venv/bin/ruff check --fix --quiet .
 	.venv/bin/ruff format --quiet .
 	clang-format -i $(CPP)
 

@@ -53,8 +53,9 @@ def stub(family: Path) -> str:
             lines += _class(getattr(package, class_name(function)), getattr(package, function))
     lines += ["", f"__all__ = {[*package.__all__, *sorted(classes)]!r}", ""]
     file = str(family.with_suffix(".pyi"))
-    sorted_ = _ruff("\n".join(lines), "check", "--select", "I,F401", "--fix", "--stdin-filename", file, "-")
-    return _ruff(sorted_, "format", "--stdin-filename", file, "-")
+    rules = ("--select", "I,F401,RUF022", "--fix")
+    text = _ruff("\n".join(lines), "check", *rules, "--stdin-filename", file, "-")
+    return _ruff(text, "format", "--stdin-filename", file, "-")
 
 
 def _ruff(text: str, *arguments: str) -> str:
