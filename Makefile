@@ -19,9 +19,9 @@ SOURCES := $(shell find python/chiasm runtime/artifact \
 # Of the past, and damaged on purpose, are not laid out.
 CPP := $(shell git ls-files '*.c' '*.h' '*.cpp' '*.hpp' 2> /dev/null | grep -v '^tests/frozen/\|^tests/fuzz/corpus/')
 
-.PHONY: help setup build bundles test-bundles demo gallery example-attack example-batch example-depth example-distributed example-registration \
+.PHONY: help setup build bundles test-bundles demo gallery study \
   test test-all test-quick test-ops test-export test-runtime test-aarch64 test-parity \
-  test-examples test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage docs linalg-accuracy other-runtimes bench bench-images bench-geometry bench-matching lint format stubs lock clean
+  test-studies test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage docs linalg-accuracy other-runtimes bench lint format stubs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -50,38 +50,18 @@ $(BUNDLES)/.tested: $(SOURCES) | build
 demo: setup ## export part of the catalog, run it from C++ on real photographs, show tables and pictures
 	@cmake --preset release > /dev/null
 	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx chiasm_torch _runtime demo_runner
-	$(PY) -m chiasm.export export $$($(PY) -m examples.demo --list) --method forward -o build/demo/bundles -j $(JOBS)
-	$(PY) -m examples.demo
+	$(PY) -m chiasm.export export $$($(PY) -m gallery.demo --list) --method forward -o build/demo/bundles -j $(JOBS)
+	$(PY) -m gallery.demo
 
-example-batch: setup ## Sobel edges and pipelines on batches of images, beside other libraries -> docs/use_cases.md
-	tools/kornia.sh
-	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx chiasm_torch chiasm_ort _runtime example_batch
-	$(PY) -m examples.batch
-
-example-registration: setup ## photographs registered by gradient descent, in Python and C++ -> docs/use_cases.md
-	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx _runtime example_registration
-	$(PY) -m examples.registration
-
-example-depth: setup ## depth of several views by gradient descent, in Python and C++ -> docs/use_cases.md
-	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx chiasm_torch _runtime example_depth
-	$(PY) -m examples.depth
-
-example-attack: setup ## two photographs are changed until their key points match by a wanted homography -> docs/use_cases.md
-	@cmake --preset release > /dev/null
-	cmake --build --preset release -j $(JOBS) --target artifact chiasm chiasm_native chiasm_onnx example_attack
-	$(PY) -m examples.attack
-
-example-distributed: setup ## a pipeline and an optimisation in two processes, equal to one -> docs/use_cases.md
-	$(PY) -m examples.distributed
+study: build ## WHAT=batch, registration, depth, attack or distributed: a use case at full size -> docs/use_cases.md
+	@[ "$(WHAT)" != batch ] || tools/kornia.sh
+	$(PY) -m studies.$(or $(WHAT),$(error make study WHAT=batch|registration|depth|attack|distributed))
 
 gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gallery
-	$(PY) -m examples.gallery
+	$(PY) -m gallery.pages
 
 test: build ## every test
-	@$(MAKE) lint test-bundles test-ops test-export test-runtime test-aarch64 test-parity test-special-values other-runtimes test-examples test-install test-sanitizers test-fuzz
+	@$(MAKE) lint test-bundles test-ops test-export test-runtime test-aarch64 test-parity test-special-values other-runtimes test-studies test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
 test-all: build bundles ## every test on the whole catalog (hours)
@@ -135,8 +115,8 @@ other-runtimes: build test-bundles ## the ONNX artifacts in an old ONNX Runtime 
 	tools/other_runtimes.sh
 	$(PY) tests/parity/other_runtimes.py
 
-test-examples: build ## the use cases at a small size, in Python and in C++
-	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/examples
+test-studies: build ## the use cases at a small size, and the examples, in Python and in C++
+	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/studies tests/examples
 
 test-sanitizers: test-bundles ## the C++ tests under ASan+UBSan and TSan
 	@for preset in asan-ubsan tsan; do
@@ -172,18 +152,9 @@ fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, t
 test-install: setup ## `pip install .` into an empty folder, used from outside (ctest covers cmake --install)
 	tests/consumer/pip_install.sh
 
-bench: build ## measure against OpenCV -> docs/benchmarks.md
-	$(PY) -m bench
-
-bench-images: build ## measure the image ops against OpenCV and Kornia -> docs/benchmarks_images.md
-	tools/kornia.sh
-	$(PY) -m bench.images
-
-bench-geometry: build ## measure the geometry ops against OpenCV -> docs/benchmarks_geometry.md
-	$(PY) -m bench.geometry
-
-bench-matching: build ## measure the matching of two views against OpenCV -> docs/benchmarks_matching.md
-	$(PY) -m bench.matching
+bench: build ## WHAT=speed (the default), images, geometry or matching: measure against peers -> docs/benchmarks*.md
+	@[ "$(WHAT)" != images ] || tools/kornia.sh
+	$(PY) -m bench $(or $(WHAT),speed)
 
 lint: build ## layout, style and types of the sources: ruff, clang-format, clang-tidy, pyright
 	@.venv/bin/ruff check --quiet .

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Install Kornia for `make bench-images`, and for that alone, in .deps/kornia: without dependencies, so that it runs on the
+# Install Kornia for `make bench WHAT=images`, and for that alone, in .deps/kornia: without dependencies, so that it runs on the
 # project's torch; `bench/images` puts the folder on its path.
 # usage: tools/kornia.sh        Safe to run again, quick when nothing has changed.
 set -euo pipefail

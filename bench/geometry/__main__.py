@@ -1,4 +1,4 @@
-"""make bench-geometry: geometry ops beside Debian's OpenCV, in C++ -> docs/benchmarks_geometry.md."""
+"""make bench WHAT=geometry: geometry ops beside Debian's OpenCV, in C++ -> docs/benchmarks_geometry.md."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def page(rows: list[dict]) -> str:
         "# Benchmarks of geometry ops",
         "",
         (
-            f"Made by `make bench-geometry` on {date.today()}: {cpu()}, {cores()} cores. chiasm"
+            f"Made by `make bench WHAT=geometry` on {date.today()}: {cpu()}, {cores()} cores. chiasm"
             f" {chiasm.__version__}'s native backend into the caller's buffers"
         ),
         (

@@ -1,4 +1,4 @@
-"""make bench-images: the image ops beside OpenCV and Kornia -> docs/benchmarks_images.md.
+"""make bench WHAT=images: the image ops beside OpenCV and Kornia -> docs/benchmarks_images.md.
 
 First every peer's values are compared with chiasm's (check.py). Then C++ with Debian's OpenCV is measured in
 a process for each row, and all that Python has in a process for each number of threads (measure.py).

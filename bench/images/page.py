@@ -29,8 +29,8 @@ def page(rows: list[dict]) -> str:
         "# Benchmarks of image ops",
         "",
         (
-            f"Made by `make bench-images` on {date.today()}: {cpu()}, {cores()} cores. Contenders take turns"
-            " in one process; medians."
+            f"Made by `make bench WHAT=images` on {date.today()}: {cpu()}, {cores()} cores. Contenders take"
+            " turns in one process; medians."
         ),
         (
             f"chiasm {chiasm.__version__}, OpenCV {debian} (Debian, in C++) and {cv2.__version__} (wheel with"

@@ -1,4 +1,4 @@
-"""make bench-matching: two views of a scene matched by one bundle, beside OpenCV's SIFT, in C++ ->
+"""make bench WHAT=matching: two views of a scene matched by one bundle, beside OpenCV's SIFT, in C++ ->
 docs/benchmarks_matching.md."""
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def page(rows: list[dict]) -> str:
         "# Benchmark of matching",
         "",
         (
-            f"Made by `make bench-matching` on {date.today()}: {cpu()}, {cores()} cores. chiasm"
+            f"Made by `make bench WHAT=matching` on {date.today()}: {cpu()}, {cores()} cores. chiasm"
             f" {chiasm.__version__}'s bundle `{PIPELINE}`, of 2500 slots, native, and Debian's OpenCV"
         ),
         (

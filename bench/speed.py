@@ -1,0 +1,190 @@
+"""make bench: chiasm beside ONNX Runtime and OpenCV, interleaved in one process, medians ->
+docs/benchmarks.md.
+
+All are measured twice, in C++ with Debian's OpenCV, and in Python with OpenCV's pip wheel, which has IPP; the
+faster OpenCV of the two is what chiasm is compared with.
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+import subprocess
+import sys
+import zipfile
+from datetime import date
+
+from rich.progress import track
+
+from .machine import ROOT, bundle_path, cores, cpu, export_bundles, notes, program
+from .tables import share
+
+PAGE = ROOT / "docs" / "benchmarks.md"
+SIZES = ((1, 256, 256), (8, 256, 256), (1, 1080, 1920))
+#: bundle, sizes, how many times as fast as OpenCV it should be (None: no aim was set)
+SPEED = (
+    ("filters.sobel", SIZES, 2.0),
+    ("filters.gaussian_blur2d", SIZES, 1.0),
+    ("pipelines.edges", SIZES, 2.0),
+    ("pipelines.preprocess", ((1, 1080, 1920),), 1.0),
+    ("filters.bilateral_blur", SIZES[1:], None),
+    ("filters.median_blur", SIZES[1:], None),
+    ("morphology.dilation", SIZES[1:], None),
+    ("color.rgb_to_grayscale", SIZES[1:], None),
+    ("color.rgb_to_hsv", SIZES[1:], None),
+    ("geometry.transform.resize.bilinear", SIZES[1:], None),
+    ("geometry.transform.warp_perspective.bilinear_zeros", SIZES[1:], None),
+)
+
+
+def main() -> int:
+    export_bundles(bundle for bundle, _, _ in SPEED)
+    threads = sorted({1, cores()})
+    runs = [(bundle, aim, size, n) for bundle, sizes, aim in SPEED for size in sizes for n in threads]
+    rows = [speed_row(*run) for run in track(runs, description="speed")]
+    loads = [
+        (b, program("load", bundle_path("filters.sobel"), b))
+        for b in track(("native", "onnx", "torch"), description="load")
+    ]
+    overhead = measure_overhead()
+    PAGE.write_text(page(rows, loads, overhead))
+    print(PAGE.read_text())
+    return 0
+
+
+def speed_row(bundle: str, aim: float | None, size: tuple[int, int, int], threads: int) -> dict:
+    debian = program("speed", bundle_path(bundle), threads, *size)
+    # A process of its own: the runtime's thread count is set once a process.
+    done = subprocess.run(
+        [sys.executable, "-m", "bench.wheel", bundle, str(threads), *map(str, size)],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
+    if done.returncode:
+        sys.exit(f"bench.wheel {bundle}: {done.stderr}")
+    wheel = json.loads(done.stdout)
+    return {
+        "bundle": bundle,
+        "aim": aim,
+        "size": "x".join(map(str, size)),
+        "threads": threads,
+        "debian": debian,
+        "wheel": wheel,
+    }
+
+
+def measure_overhead() -> dict:
+    library = ROOT / "build" / "bench-sobel.so"
+    with zipfile.ZipFile(bundle_path("filters.sobel") / "forward.float32.x86-64-v3.pt2") as archive:
+        library.write_bytes(archive.read("chiasm/op.so"))
+    return program("overhead", bundle_path("filters.sobel"), library)
+
+
+def page(rows: list[dict], loads: list, overhead: dict) -> str:
+    import cv2
+
+    lines = [
+        "# Benchmarks",
+        "",
+        f"Made by `make bench` on {date.today()}: {cpu()}, {cores()} cores, shared with other work;",
+        (
+            "chiasm in C++ (native backend, into the caller's buffers) and OpenCV in turns in one process,"
+            " medians."
+        ),
+        (
+            f"OpenCV is the faster of Debian's {rows[0]['debian']['opencv_version']} (C++) and the wheel"
+            f" {cv2.__version__} (with IPP), each measured beside"
+        ),
+        (
+            "chiasm in its own process. *Times as fast* is OpenCV's time over chiasm's; a missed aim is"
+            " **bold**. *Of copy* is the bandwidth, of inputs"
+        ),
+        (
+            "read once and outputs written once, as a share of what one thread's memcpy of as many bytes has"
+            " in the same run."
+        ),
+        "",
+        "| bundle | size | threads | chiasm ms | of copy | OpenCV ms | times as fast | aim | OpenCV |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        peer = min(("debian", "wheel"), key=lambda k: row[k]["opencv"] / row[k]["native"])
+        times, aim = row[peer], row["aim"]
+        ratio = times["opencv"] / times["native"]
+        shown = f"**{ratio:.2f}**" if aim and ratio < aim else f"{ratio:.2f}"
+        lines.append(
+            f"| {row['bundle']} | {row['size']} | {row['threads']} | {times['native'] / 1000:.3f} |"
+            f" {share(times, 'native')} | {times['opencv'] / 1000:.3f} | {shown} | {aim or ''} | {peer} |"
+        )
+    lines += onnx_table(rows)
+    lines += [
+        "",
+        "## Load to first result, and memory over the bare program (sobel, 256 x 256)",
+        "",
+        "| backend | first result ms | memory MB |",
+        "|---|---|---|",
+    ]
+    lines += [f"| {b} | {r['first_result_ms']:.1f} | {r['memory_mb']:.1f} |" for b, r in loads]
+    extra = overhead["chiasm_us"] - overhead["engine_us"]
+    lines += [
+        "",
+        "## The runtime's own cost (native sobel, 1x3x16x16, one thread)",
+        "",
+        (
+            f"`run_into` {overhead['chiasm_us']:.2f} us, the artifact's own call {overhead['engine_us']:.2f}"
+            f" us: {extra:.2f} us for validation and dispatch (aim: under 5)."
+        ),
+        "",
+    ]
+    return "\n".join(lines) + notes(PAGE)
+
+
+def onnx_table(rows: list[dict]) -> list[str]:
+    """Inside ONNX Runtime: the stock graph, and the fused node, which is to cost at most 10 % or 30 us more
+    than native code."""
+    lines = [
+        "",
+        "## Inside ONNX Runtime",
+        "",
+        (
+            "The same files and the same run: the graph of standard operators (*stock*), and the fused node"
+            " with the plug-in."
+        ),
+        (
+            "The aims: fused within 10 % or 30 us of native, and not slower than OpenCV in the geometric"
+            " mean. Misses are **bold**."
+        ),
+        "",
+        (
+            "| bundle | size | threads | stock ms | fused ms | of copy | native ms | stock / fused | OpenCV /"
+            " fused |"
+        ),
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for place, title in (("debian", "in C++"), ("wheel", "in Python")):
+        for row in rows:
+            t = row[place]
+            near = t["fused"] <= max(1.1 * t["native"], t["native"] + 30)
+            fused = f"{t['fused'] / 1000:.3f}"
+            lines.append(
+                f"| {row['bundle']} {title} | {row['size']} | {row['threads']} | {t['stock'] / 1000:.3f} |"
+                f" {fused if near else f'**{fused}**'} | {share(t, 'fused')} | {t['native'] / 1000:.3f} |"
+                f" {t['stock'] / t['fused']:.1f} | {t['opencv'] / t['fused']:.2f} |"
+            )
+    for place, title in (("debian", "C++"), ("wheel", "Python")):
+        means = {
+            k: statistics.geometric_mean(r[place][k] / r[place]["fused"] for r in rows)
+            for k in ("opencv", "stock", "native")
+        }
+        lines.append("")
+        lines.append(
+            f"{title}: in the geometric mean the fused node is {means['stock']:.1f} times as fast as the"
+            f" stock graph, {means['opencv']:.2f} times as fast as OpenCV, {means['native']:.2f} times as"
+            " fast as the native backend."
+        )
+    return lines
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

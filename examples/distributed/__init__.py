@@ -1,2 +1,0 @@
-"""The use case `make example-distributed`: a composed op sent to several processes, and an optimisation by
-all of them, both equal to one process's."""

@@ -1,0 +1,105 @@
+"""One race in Python with one number of threads, which a process can set once.
+
+python -m studies.batch.measure WORK THREADS    -> lines of JSON: how near the results are, then the times at
+each batch size
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import warnings
+from collections.abc import Collection, Iterator
+
+import numpy as np
+
+from bench.images.ops import Agreement
+from studies.use_cases import folder
+
+from .race import race
+from .settings import Settings
+from .ways import Images, Setup, photographs
+from .works import WORKS, batches
+
+#: images in the batch whose results are compared
+COMPARED = 3
+
+
+class Disagreement(RuntimeError):
+    """A contender that does other work."""
+
+
+def agreement(limits: Agreement, made: np.ndarray, expected: np.ndarray) -> dict:
+    """The mean and the greatest difference; Disagreement where they are beyond the limits."""
+    if made.shape != expected.shape:
+        raise Disagreement(f"shape {made.shape}, expected {expected.shape}")
+    inside = (..., *(slice(limits.edge, -limits.edge or None),) * 2)
+    difference = np.abs(made[inside].astype(np.float64) - expected[inside])
+    share = float(np.mean(difference <= limits.tolerance))
+    if share < limits.share:
+        raise Disagreement(
+            f"{share:.2%} of the values within {limits.tolerance:g}, expected {limits.share:.2%}; at most"
+            f" {difference.max():.3g}"
+        )
+    return {"mean": float(difference.mean()), "most": float(difference.max()), "note": limits.note}
+
+
+def reference(work: str, setup: Setup) -> np.ndarray:
+    """What chiasm's eager function makes of the images that are compared."""
+    eager = next(iter(WORKS[work].ways.values())).make(
+        Images(photographs(COMPARED, setup.settings.size)), setup
+    )
+    return eager.planes(eager.call())
+
+
+def check(work: str, setup: Setup, names: Collection[str]) -> dict[str, dict]:
+    """Every contender's results against chiasm's eager ones; Disagreement names the first that does other
+    work."""
+    images, expected = Images(photographs(COMPARED, setup.settings.size)), reference(work, setup)
+    ways, found = WORKS[work].ways, {}
+    for name in names:
+        ready = ways[name].make(images, setup)
+        try:
+            found[name] = agreement(ways[name].agrees, ready.planes(ready.call()), expected)
+        except Disagreement as error:
+            raise Disagreement(f"{work}, {name}: {error}") from error
+    return found
+
+
+def measure(work: str, setup: Setup, names: Collection[str]) -> Iterator[dict]:
+    """A row of how near results are, then one of times for each batch size."""
+    settings = setup.settings
+    yield {"work": work, "threads": setup.threads, "agreement": check(work, setup, names)}
+    for batch in batches(work, settings):
+        images = Images(photographs(batch, settings.size))
+        calls = {name: WORKS[work].ways[name].make(images, setup).call for name in names}
+        times = race(calls, settings.repeats, settings.seconds, settings.turns, pause=setup.threads > 1)
+        yield {
+            "work": work,
+            "threads": setup.threads,
+            "batch": batch,
+            "times": {name: t._asdict() for name, t in times.items()},
+        }
+
+
+def environment(threads: int) -> dict[str, str]:
+    """For a process that measures: what reads the number of threads from the environment, and where
+    torch.compile keeps what it made."""
+    count = str(threads)
+    return os.environ | {
+        "OMP_NUM_THREADS": count,
+        "RAYON_NUM_THREADS": count,
+        "TORCHINDUCTOR_CACHE_DIR": str(folder("batch") / "torch.compile"),
+    }
+
+
+def main(work: str, threads: int) -> None:
+    warnings.simplefilter("ignore")
+    setup = Setup(Settings(), folder("batch") / "bundles", threads)
+    for row in measure(work, setup, list(WORKS[work].ways)):
+        print(json.dumps(row), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]))

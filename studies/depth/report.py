@@ -1,0 +1,201 @@
+"""The section of docs/use_cases.md, of what the runs found."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..use_cases import settings_table
+from .descent import Level
+from .runs import AGREEING, ERROR_APART, Judged
+from .scenes import Scene
+from .score import NEAR_ENOUGH, depth_at_full_size, score, semi_global
+from .settings import Settings
+
+ABOUT = {
+    "room": (
+        "Three views of planes and balls with photographs on them, rendered by `studies/depth/raycast.py`,"
+        " with exact depth."
+    ),
+    "motorcycle": "The stereo pair of scikit-image (Middlebury 2014), reduced, with its measured disparity.",
+}
+
+
+def section(
+    settings: Settings,
+    results: list[tuple[Scene, list[Level], list[Judged]]],
+    exporting: float,
+    running: float,
+) -> list[str]:
+    """Lines of Markdown; exporting, running: the seconds that took."""
+    lines = [
+        (
+            "Section 4.3 of the paper: the depth of a reference view is what warps the other views to look"
+            " like it. The loss is a weighted sum of"
+        ),
+        (
+            "(1 - SSIM) / 2 and absolute differences over the pixels that a view has, plus the edge-aware"
+            " smoothness. Gradient descent with momentum"
+        ),
+        (
+            "goes down it, from the coarsest scale to the finest. The unknown is the inverse depth, in units"
+            " of the pixels by which it moves points in"
+        ),
+        (
+            "the farthest view: one learning rate does for all scales and units of length. It falls to 0 at"
+            " every scale, for the loss has kinks,"
+        ),
+        (
+            "at which a constant rate never comes to rest. `studies/depth/step.py` holds a whole step (loss,"
+            " gradient, update); it is exported as"
+        ),
+        (
+            "one bundle, which Python and a C++ program without torch (`studies/depth/depth.cpp`) call in a"
+            " loop."
+        ),
+        "",
+        (
+            "*error* is the mean of |depth - truth| / truth of the known pixels, *within* the share of them"
+            " where it is below"
+        ),
+        (
+            f"{NEAR_ENOUGH:.0%}; *seen* are those of them that every view sees, neither covered nor outside"
+            " its image. The depth of a scale is enlarged"
+        ),
+        "to the finest for that.",
+        "",
+    ]
+    for scene, levels, judged in results:
+        lines += [
+            f"### {scene.name.capitalize()}",
+            "",
+            ABOUT[scene.name],
+            "",
+            f"![{scene.name}](use_cases/depth_{scene.name}.png)",
+            "",
+        ]
+        lines += [
+            *_scales(scene, levels),
+            "",
+            *_not_reached(scene, settings, levels),
+            "",
+            *_engines(judged),
+            "",
+        ]
+    lines += [
+        "### Python and C++",
+        "",
+        (
+            "All engines ran on one thread. Tolerance of the whole optimisation, at which the run stops with"
+            " an error:"
+        ),
+        (
+            f"{AGREEING:.0%} of the pixels have a depth within 1% of eager Python's, and the error is within"
+            f" {ERROR_APART:.1%} of its."
+        ),
+        (
+            "It is wider than rounding, for at a kink the last digit decides about the direction of a step,"
+            " and momentum carries that on."
+        ),
+        "`tests/studies/test_depth.py` holds single steps to tolerances of rounding. Native code, which is"
+        " the same in Python and C++, "
+        + ("gave both the same bits." if _same_native_bits(results) else "did not give both the same bits."),
+        "",
+        (
+            f"The optimisations took {running / 60:.1f} minutes, exporting the bundles before"
+            f" {exporting / 60:.1f} (they are cached)."
+        ),
+        "",
+        (
+            "Of the settings the scales, the iterations, the use of momentum, and the size and number of the"
+            " room's views are the paper's; the weights"
+        ),
+        (
+            "of SSIM and absolute differences are those of C. Godard et al. (CVPR 2017). The other ones are"
+            " ours, chosen on these scenes, and so is the falling rate."
+        ),
+        "",
+    ]
+    return lines + settings_table(settings)
+
+
+def _same_native_bits(results: list[tuple[Scene, list[Level], list[Judged]]]) -> bool:
+    native = [
+        [j.run.depth for j in judged if j.run.engine.endswith("native code")] for _, _, judged in results
+    ]
+    return all(np.array_equal(*depths) for depths in native)
+
+
+def _scales(scene: Scene, levels: list[Level]) -> list[str]:
+    lines = ["| scale | loss | error | within | error, seen | within, seen |", "|---|---|---|---|---|---|"]
+    for level in levels:
+        s = score(depth_at_full_size(level.inverse_depth, scene), scene)
+        size = f"{level.images.shape[-1]}x{level.images.shape[-2]}"
+        lines.append(
+            f"| {size} | {level.loss:.4f} | {s.error:.2%} | {s.within:.1%} | {s.seen_error:.2%} |"
+            f" {s.seen_within:.1%} |"
+        )
+    return lines
+
+
+def _not_reached(scene: Scene, settings: Settings, levels: list[Level]) -> list[str]:
+    depth, known = depth_at_full_size(levels[-1].inverse_depth, scene), np.isfinite(scene.depth)
+    s = score(depth, scene)
+    wrong = known & ~(np.abs(depth - scene.depth) / scene.depth < NEAR_ENOUGH)
+    seen, blind = (known & scene.seen).sum() / known.sum(), (wrong & ~scene.seen).sum() / wrong.sum()
+    lines = [
+        (
+            f"The depth of {known.mean():.1%} of the pixels is known, and every view sees {seen:.1%} of"
+            f" those. Not within {NEAR_ENOUGH:.0%} are"
+        ),
+        (
+            f"{1 - s.within:.1%} of the known ones; {blind:.0%} of these are not seen by every view: what the"
+            " loss compares there is not the same point."
+        ),
+        (
+            "The paper shows its result, of another scene, as a picture and not in figures, so that there is"
+            " none to hold this against."
+        ),
+    ]
+    if scene.name == "motorcycle":
+        peer, share = semi_global(scene, settings)
+        p = score(peer, scene)
+        lines += [
+            "",
+            (
+                "A yardstick for it is OpenCV's semi-global matching, which tries all disparities instead of"
+                " descending. It finds a depth for"
+            ),
+            (
+                f"{share:.1%} of the pixels, with an error of {p.error:.2%} ({p.seen_error:.2%} of the seen"
+                f" ones). Of the known pixels {p.within:.1%}"
+            ),
+            (
+                f"are within {NEAR_ENOUGH:.0%} ({p.seen_within:.1%} of the seen ones), of gradient descent's"
+                f" {s.within:.1%} ({s.seen_within:.1%})."
+            ),
+        ]
+    return lines
+
+
+def _engines(judged: list[Judged]) -> list[str]:
+    lines = [
+        (
+            "The same optimisation by each engine; the last three columns are how far its depth is from that"
+            f" of {judged[0].run.engine}:"
+        ),
+        "",
+        (
+            "| engine | seconds | ms a step at the finest scale | loss | error | within | median | 99% below"
+            " | pixels within 1% |"
+        ),
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for j in judged:
+        apart = (
+            f"{j.difference.median:.1e} | {j.difference.most:.1e} | {j.difference.within:.1%}"
+            if j is not judged[0]
+            else " | | "
+        )
+        cost = f"{j.run.seconds:.0f} | {j.run.milliseconds:.1f} | {j.run.loss:.5f}"
+        lines.append(f"| {j.run.engine} | {cost} | {j.score.error:.2%} | {j.score.within:.1%} | {apart} |")
+    return lines

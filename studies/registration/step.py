@@ -1,0 +1,69 @@
+"""What is exported: functions of tensors, one source for eager Python, ONNX Runtime and native code."""
+
+from __future__ import annotations
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from chiasm.geometry.conversions import denormalize_homography
+from chiasm.geometry.registration import mean_over_covered
+from chiasm.geometry.transform import build_pyramid, homography_warp
+from chiasm.image import image_to_tensor, tensor_to_image
+from studies.optimizers import adam
+
+
+def pyramid(frame: Tensor, levels: int) -> List[Tensor]:
+    """A frame (H, W, 3), uint8, as images (1, 3, H, W), (1, 3, H // 2, W // 2), ..., float32 in [0, 1]."""
+    return build_pyramid(image_to_tensor(frame), levels)
+
+
+def registration_step(
+    src: Tensor, dst: Tensor, homography: Tensor, mean: Tensor, square: Tensor, step: Tensor, lr: Tensor
+) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """One step of Adam down the mean absolute difference of warped images and others, over the pixels that
+    the former cover.
+
+    Args:
+        src: (B, C, H, W), what is warped, floating point in [0, 1].
+        dst: (B, C, H, W), what it is to look like.
+        homography: (B, 3, 3), from dst to src in normalised coordinates, up to scale; each image's own.
+        mean, square, step, lr: as in :func:`studies.optimizers.adam`.
+
+    Returns:
+        homography, mean and square after the step, and the loss before it, (B,).
+    """
+    at = homography.detach().requires_grad_(True)
+    losses = photometric_losses(src, dst, at / at[:, 2:, 2:])
+    gradient = torch.autograd.grad([losses.sum()], [at])[0]
+    assert gradient is not None
+    homography, mean, square = adam(homography, gradient, mean, square, step, lr)
+    return homography, mean, square, losses.detach()
+
+
+def photometric_losses(src: Tensor, dst: Tensor, homography: Tensor) -> Tensor:
+    """The loss (B,) of ImageRegistrator, for each image."""
+    size = (dst.size(2), dst.size(3))
+    difference = (homography_warp(src, homography, size) - dst).abs().mean(1)
+    coverage = homography_warp(torch.ones_like(src[:, :1]), homography.detach(), size)
+    return mean_over_covered(difference, coverage[:, 0])
+
+
+def warp(frame: Tensor, homography: Tensor) -> Tuple[Tensor, Tensor]:
+    """What was learned, applied and in pixels.
+
+    Args:
+        frame: (H, W, 3), uint8, the source.
+        homography: (1, 3, 3), from the destination to the source in normalised coordinates, up to scale.
+
+    Returns:
+        The frame as the destination shows it, (H, W, 3), black where it does not reach; the homography from
+        the destination's pixels to the source's, (1, 3, 3), the last entry 1.
+    """
+    size = (frame.size(0), frame.size(1))
+    pixels = denormalize_homography(homography, size, size, align_corners=False)
+    return (
+        tensor_to_image(homography_warp(image_to_tensor(frame), homography, size))[0],
+        pixels / pixels[:, 2:, 2:],
+    )
