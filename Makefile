@@ -11,7 +11,7 @@ BUNDLES := build/bundles
 MUTANTS ?= 20000
 FIRST ?= 0
 MINUTES ?= 60
-# What bundles are made of: not what reads them.
+# The inputs of an export: the exporter and the ops, not what reads bundles.
 SOURCES := $(shell find python/chiasm runtime/artifact \
   \( -path python/chiasm/artifact -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)

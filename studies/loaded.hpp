@@ -1,4 +1,4 @@
-// What the twins of the use cases say of their own process.
+// What the C++ programs of the use cases say of their own process.
 #pragma once
 
 #include <fstream>

@@ -25,7 +25,7 @@ HEAD = "# Written by `make stubs` from the signatures of the functions; do not e
 
 def families() -> list[Path]:
     """The packages whose functions have module classes."""
-    return sorted(file for file in PACKAGE.rglob("__init__.py") if "= lazy_twins(" in file.read_text())
+    return sorted(file for file in PACKAGE.rglob("__init__.py") if "= lazy_modules(" in file.read_text())
 
 
 def stub(family: Path) -> str:

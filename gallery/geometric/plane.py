@@ -17,10 +17,11 @@ def lattice(rgb: Tensor, steps: int = 8) -> Tensor:
     """Photographs with regular lines drawn on them, which show how they are warped."""
     h, w = rgb.shape[-2:]
     step = w / steps
+    # None at the borders, which some warps repeat
     y, x = (
         torch.arange(h)[:, None] + 0.5 * step,
         torch.arange(w) + 0.5 * step,
-    )  # none at the borders, which some warps repeat
+    )
     thick = max(1.0, w / 200)
     lines = ((x % step) < thick) | ((y % step) < thick)
     return torch.where(lines, rgb * 0.25 + 0.75 * torch.tensor([1.0, 0.95, 0.35]).view(3, 1, 1), rgb)

@@ -60,9 +60,8 @@ def away(s: Setting) -> Tensor:
     if "inside" in s.spec.name:
         lafs[0, [0, 3, 5], :, 2] += torch.tensor([[-28.0, 0.0], [24.0, 0.0], [0.0, 30.0]])
     if "valid" in s.spec.name:
-        lafs[0, [1, 4, 6], 1, :2] = (
-            0.5 * lafs[0, [1, 4, 6], 0, :2]
-        )  # half is exact, and so is the determinant of 0
+        # Half is exact, and so is the determinant of 0
+        lafs[0, [1, 4, 6], 1, :2] = 0.5 * lafs[0, [1, 4, 6], 0, :2]
     if "filled" in s.spec.name:
         lafs[0, 5:] = 0
     return lafs

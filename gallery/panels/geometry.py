@@ -74,7 +74,7 @@ def rendered(shown: Shown) -> list[Panel]:
     return image_panels("output", shown.first[:3, None], "NCHW", "", False)
 
 
-#: By the beginning of an op's name; what is not named has panels by the kinds of its tensors.
+#: By the beginning of an op's name; the panels of other ops follow from the kinds of their tensors.
 GEOMETRY: dict[str, Callable[[Shown], list[Panel]]] = {
     "geometry": tensors,
     "geometry.bbox": plane_boxes,

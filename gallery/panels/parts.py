@@ -111,9 +111,8 @@ def items_of(shown: Shown, tensor: torch.Tensor, described: TensorSpec | None = 
         first = array.reshape(-1, *plane)[0]  # of several, such as a position's coordinates
         if len(plane) == 2:
             return first
-        return (
-            first.max(0) if np.median(first) == 0 else first[len(first) // 2]
-        )  # of what is nearly nowhere, all slices
+        # Of what is nearly nowhere, all slices
+        return first.max(0) if np.median(first) == 0 else first[len(first) // 2]
     if array.ndim > 3 and min(array.shape[-2:]) > 16:
         return array.reshape(-1, *array.shape[-2:])[0]
     if array.ndim == 4 and len(array) == 1 and array.shape[-2:] in ((3, 3), (3, 1)):

@@ -225,9 +225,8 @@ def line_drawer(
         extent = through.items if through is not None else np.array([[-1.0, -1.0], [1.0, 1.0]])
         plane = Plane(size, extent, is_down(shown))
         plane.lines(part.items, inks)
-        if through is not None and (
-            part.given or part.name != "lines"
-        ):  # epipolar lines are those of the other image
+        # Epipolar lines are those of the other image
+        if through is not None and (part.given or part.name != "lines"):
             plane.dots(through.items, inks)
         return plane.pixels()
 

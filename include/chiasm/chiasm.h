@@ -24,7 +24,7 @@
  *  Strings and info structs returned by a handle live as long as that handle.
  *
  *  Threads: every function may be called from any thread. One method may run in many threads at once. Closing
- *  a handle while another thread uses that same handle is an error of the caller.
+ *  a handle while another thread uses that same handle is undefined behaviour.
  */
 #ifndef CHIASM_CHIASM_H
 #define CHIASM_CHIASM_H
@@ -99,7 +99,7 @@ typedef enum chiasm_dtype {
 /** Where memory lives. Values are stable. */
 typedef enum chiasm_device_type { CHIASM_CPU = 0, CHIASM_CUDA = 1 } chiasm_device_type;
 
-/** A view of a tensor that somebody else owns.
+/** A non-owning view of a tensor.
  *
  *  `data` is aligned to the size of one element, and is not NULL, also where a dimension is 0. `strides`
  *  counts elements, not bytes; NULL means dense row-major. Engines see only dense row-major memory: any other

@@ -158,7 +158,7 @@ class Shape final {
   size_t count_ = 0;
 };
 
-/** A view of a tensor that somebody else owns: pointer, dtype, shape, strides, device. Cheap to copy.
+/** A non-owning view of a tensor: pointer, dtype, shape, strides, device. Cheap to copy.
  *
  *  The memory must outlive every use of the view. Made from a pointer to const, the view is read-only: it may
  *  be an input, not an output.
@@ -197,8 +197,8 @@ class Tensor {
         device_{static_cast<chiasm_device_type>(tensor.device_type), tensor.device_index},
         has_strides_(tensor.strides != nullptr) {}
 
-  /** The elements. Throws Error where T is not the tensor's type, or is not const and the view is read-only.
-   *  */
+  /** The elements. Throws Error where T is not the tensor's type, or is not const and the view is
+   *  read-only. */
   template <class T>
   T* data() const {
     if (dtype_of<T> != dtype_) {
@@ -338,8 +338,8 @@ auto* use(const Handle& handle, const char* what) {
 
 }  // namespace detail
 
-/** One dimension of a signature: a constant, a symbol with limits, or an expression ("2*H", without limits).
- *  */
+/** One dimension of a signature: a constant, a symbol with limits, or an expression ("2*H", without
+ *  limits). */
 struct DimInfo {
   std::string expression;
   int64_t min = 0, max = 0;

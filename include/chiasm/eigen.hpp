@@ -74,8 +74,8 @@ auto row_major(const Eigen::DenseBase<Derived>& matrix) {
   return copy;
 }
 
-/** chiasm's quaternions are (w, x, y, z); Eigen stores (x, y, z, w). Use these, never a view of `coeffs()`.
- *  */
+/** chiasm's quaternions are (w, x, y, z); Eigen stores (x, y, z, w). Use these, never a view of
+ *  `coeffs()`. */
 template <class Derived>
 Eigen::Matrix<typename Derived::Scalar, 4, 1> wxyz(const Eigen::QuaternionBase<Derived>& quaternion) {
   return {quaternion.w(), quaternion.x(), quaternion.y(), quaternion.z()};

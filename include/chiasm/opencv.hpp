@@ -185,8 +185,8 @@ inline Planes split_mat(const cv::Mat& mat, bool swap_rb) {
 inline Planes planes(const cv::Mat& mat) { return detail::split_mat(mat, false); }
 
 /** The same as float32, each value times `scale` (1 / 255.0 for bytes), with the first and the third channel
- *  swapped where `swap_rb`: OpenCV has BGR, ops take RGB. The arguments are those of cv::dnn::blobFromImage.
- *  */
+ *  swapped where `swap_rb`: OpenCV has BGR, ops take RGB. The arguments are those of
+ *  cv::dnn::blobFromImage. */
 inline Planes planes(const cv::Mat& mat, double scale, bool swap_rb = false) {
   cv::Mat scaled;
   if (!mat.empty()) mat.convertTo(scaled, CV_32F, scale);

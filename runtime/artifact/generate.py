@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Dict, Iterator, List
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(
-    0, str(HERE.parents[1] / "python" / "chiasm" / "primitives")
-)  # not by chiasm: its package needs torch
+# Not by chiasm: its package needs torch
+sys.path.insert(0, str(HERE.parents[1] / "python" / "chiasm" / "primitives"))
 
 from kernels.schema import VARIABLES, Argument, DeclarationError, Kernel, identifiers  # noqa: E402
 

@@ -57,8 +57,8 @@ typedef struct chiasm_backend_load {
   int32_t input_count, output_count;
   const char* const* input_names; /**< in the method's order */
   const char* const* output_names;
-  /** The method's signature as a text (core/signature_text.h), which compiled code must have been made for.
-   *  */
+  /** The method's signature as a text (core/signature_text.h), which compiled code must have been made
+   *  for. */
   const char* signature;
   /** Bit i is set where input (output) i begins with the dimension that counts independent samples of a
    *  batch, so that a batch may be run in parts. All 0 where samples depend on each other. */

@@ -14,8 +14,8 @@ namespace chiasm::core {
 using Bytes = std::vector<unsigned char>;
 
 /** The file's content. Throws Error that names the file: NOT_FOUND where there is none, CORRUPT where it is
- *  no regular file or has more than `limit` bytes, OUT_OF_MEMORY, and IO_ERROR for what else the system says.
- *  */
+ *  no regular file or has more than `limit` bytes, OUT_OF_MEMORY, and IO_ERROR for what else the system
+ *  says. */
 Bytes read_file(const std::string& path, uint64_t limit);
 
 /** So many zeros. Throws Error (OUT_OF_MEMORY) that says for what, and how many. */

@@ -20,8 +20,8 @@ struct Call {
   int64_t symbols[kMaxSymbols];
 };
 
-/** A method's signature for one value of T, one device, prepared for fast checks. The specs must outlive it.
- *  */
+/** A method's signature for one value of T, one device, prepared for fast checks. The specs must outlive
+ *  it. */
 class Signature final {
  public:
   Signature(const MethodSpec& method, const std::vector<Symbol>& symbols, int32_t generic_dtype,

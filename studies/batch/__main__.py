@@ -19,7 +19,7 @@ import chiasm
 from bench.machine import ROOT, cores
 from studies.use_cases import PICTURES, folder, publish
 
-from . import twin
+from . import in_cpp
 from .measure import environment
 from .page import Measured, section, threads_text
 from .pictures import sheet
@@ -43,19 +43,19 @@ def main() -> int:
     with Progress(*columns, console=Console(stderr=True)) as progress:
         for work in progress.track(WORKS, description="exporting bundles"):
             export_bundle(work, settings, setup.bundles)
-        settings_file = twin.write_settings(setup, folder("batch"))
+        settings_file = in_cpp.write_settings(setup, folder("batch"))
         for work in progress.track(WORKS, description="comparing results from C++"):
-            found, opencv = twin.check(work, setup, settings_file)
+            found, opencv = in_cpp.check(work, setup, settings_file)
             measured.add({"work": work, "agreement": found})
         for count in threads:
             for work in WORKS:
                 total = LANGUAGES * len(batches(work, settings))
                 task = progress.add_task(f"{work} on {threads_text(count)}", total=total)
-                for row in (*in_python(work, count), *twin.race(work, count, settings_file)):
+                for row in (*in_python(work, count), *in_cpp.race(work, count, settings_file)):
                     measured.add(row)
                     progress.advance(task, advance="times" in row)
         for work in WITH_MEMORY:
-            measured.memory[work] = twin.memory(work, settings_file)
+            measured.memory[work] = in_cpp.memory(work, settings_file)
             for name in progress.track(WORKS[work].ways, description=f"memory of {work}"):
                 measured.memory[work][name] = memory(work, name)
     (folder("batch") / "measured.json").write_text(

@@ -37,9 +37,8 @@ def ways(
         import torch
 
         kornia = module("kornia")
-        return torch.compile(
-            lambda x: function(kornia, setup, x), dynamic=True
-        )  # once for batches of all sizes
+        # Once for batches of all sizes
+        return torch.compile(lambda x: function(kornia, setup, x), dynamic=True)
 
     def way(compile: bool) -> Way:
         def make(images: Images, setup: Setup) -> Ready:

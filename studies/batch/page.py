@@ -6,8 +6,8 @@ import statistics
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from .in_cpp import CHIASM, OPENCV
 from .ours import NATIVE
-from .twin import CHIASM, OPENCV
 from .works import WORKS
 
 #: contenders whose result is another one, which is no race
@@ -151,7 +151,7 @@ def section(
             " is no peer: it has no Sobel. The paper's GPU is not here."
         ),
         (
-            "The C++ rows are the C++ twin ([batch.cpp](../studies/batch/batch.cpp)) with the same bundles."
+            "The C++ rows are the program ([batch.cpp](../studies/batch/batch.cpp)) with the same bundles."
             f" The run took {minutes:.0f} minutes."
         ),
         "",

@@ -44,9 +44,8 @@ class Images:
 
     def bytes(self) -> int:
         """Of all forms that were made."""
-        made = [
-            v for k, v in vars(self).items() if k not in ("pixels", "planes")
-        ]  # planes are views of floats
+        # Planes are views of floats
+        made = [v for k, v in vars(self).items() if k not in ("pixels", "planes")]
         return sum(a.nbytes for form in made for a in (form if isinstance(form, list) else [form]))
 
     @cached_property

@@ -16,10 +16,10 @@ from chiasm.geometry.registration import ImageRegistrator
 from chiasm.image import image_to_tensor
 
 from .descent import Engine, in_pixels
+from .in_cpp import in_cpp
 from .pairs import Pair, corner_error
 from .peers import ecc, ecc_multi_scale
 from .settings import Settings
-from .twin import twin
 
 T = TypeVar("T")
 
@@ -89,7 +89,7 @@ def runs(pair: Pair, settings: Settings, bundles: Path) -> Iterator[Run]:
     )
     yield Run("Python, `ImageRegistrator` with `torch.optim.Adam`", found[0].numpy(), ms)
     for name, backend in {"native": "native", "ONNX Runtime": "onnx"}.items():
-        report = twin(pair, settings, bundles, backend)
+        report = in_cpp(pair, settings, bundles, backend)
         if report.torch:
             raise RuntimeError("study_registration has loaded a library of torch")
         yield Run(f"C++, {name}", report.levels[-1], report.ms)

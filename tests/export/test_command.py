@@ -235,9 +235,8 @@ def test_verify_names_what_a_bundle_lacks(sobel: Path) -> None:
 def test_no_permission(sobel: Path, photo: Path, tmp_path: Path) -> None:
     for parent in (photo.parent, *photo.parents[1:3], *tmp_path.parents[:2], tmp_path):
         parent.chmod(0o755)
-    assert (
-        run("run", sobel, photo, tmp_path / "out.png", "-b", "onnx").returncode == 0
-    )  # and all that is imported is
+    # And all that is imported is
+    assert run("run", sobel, photo, tmp_path / "out.png", "-b", "onnx").returncode == 0
     (tmp_path / "out.png").unlink()
     (sobel / "forward.pt").chmod(0)
     os.seteuid(65534)
@@ -294,9 +293,8 @@ def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
 
 def test_a_reader_that_leaves(sobel: Path) -> None:
     manifest = json.loads((sobel / "manifest.json").read_text())
-    (sobel / "manifest.json").write_text(
-        json.dumps(manifest | {"summary": "long" * 100_000})
-    )  # more than a pipe holds
+    # More than a pipe holds
+    (sobel / "manifest.json").write_text(json.dumps(manifest | {"summary": "long" * 100_000}))
     for arguments in ("info --json", "info"):
         done = subprocess.run(
             f"{sys.executable} -m chiasm.export {arguments} {sobel} | head -c 1",
@@ -366,9 +364,8 @@ def test_files_are_read_as_opencv_reads_them(tmp_path: Path) -> None:
         expected = cv2.imread(str(file))
         got = to_array(wanted, read_image(file), [])
         assert got.shape == expected.shape, file.name
-        assert np.abs(got.astype(int) - expected).max() <= 2 * (file.suffix == ".jpg"), (
-            file.name
-        )  # two decoders of JPEG
+        # Two decoders of JPEG
+        assert np.abs(got.astype(int) - expected).max() <= 2 * (file.suffix == ".jpg"), file.name
 
 
 def test_numbers_have_all_sixteen_bits_and_the_colour_order_that_is_asked_for(tmp_path: Path) -> None:

@@ -77,9 +77,8 @@ def test_undistort_image_equals_opencv(size: int) -> None:
         image = x[b].permute(1, 2, 0).numpy()
         ours = result[b].permute(1, 2, 0).numpy()
         np.testing.assert_allclose(ours, bilinear(image, map_x, map_y), atol=2e-4)
-        np.testing.assert_allclose(
-            ours, cv2.undistort(image, K, LENS[:size]), atol=0.05
-        )  # OpenCV rounds positions to 1/32
+        # OpenCV rounds positions to 1/32
+        np.testing.assert_allclose(ours, cv2.undistort(image, K, LENS[:size]), atol=0.05)
 
 
 def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -59,11 +59,12 @@ def test_forward_equals_opencv(
     if name in ("hsv", "hls"):
         difference[..., 0] = np.minimum(difference[..., 0], 360.0 - difference[..., 0])
     if name == "lab" and scene is not GRID:
+        # OpenCV interpolates Lab from a table of 33^3 colours, of which the grid's are some
         tolerance = (
             0.2,
             0.3,
             0.3,
-        )  # OpenCV interpolates Lab from a table of 33^3 colours, of which the grid's are some
+        )
     assert (difference.reshape(-1, 3).max(0) <= tolerance).all(), difference.reshape(-1, 3).max(0)
 
 

@@ -63,7 +63,7 @@ def test_gradient_is_of_the_means() -> None:
     )
 
 
-def test_twin_is_spelled_as_kornias() -> None:
+def test_module_is_spelled_as_kornias() -> None:
     assert torch.jit.script(KMeans(2))(X, X[:2])[1].tolist() == [0] * 7
 
 

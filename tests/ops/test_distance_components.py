@@ -109,9 +109,8 @@ def growth_by_definition(x: np.ndarray, size: int, h: float) -> np.ndarray:
     kernel = np.exp(-np.hypot(rows, columns) / h)
     shape, out = x.astype(np.float64), np.zeros(x.shape)
     for k in range(-(-max(x.shape) // r)):
-        near = cv2.filter2D(
-            shape, cv2.CV_64F, kernel, borderType=cv2.BORDER_REPLICATE
-        )  # SciPy drops weights below 1e-16
+        # SciPy drops weights below 1e-16
+        near = cv2.filter2D(shape, cv2.CV_64F, kernel, borderType=cv2.BORDER_REPLICATE)
         with np.errstate(divide="ignore"):
             beyond = np.where(near > 0, -h * np.log(near), 0.0)
         found = beyond > 0

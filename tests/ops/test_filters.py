@@ -180,7 +180,7 @@ def test_bilateral_equals_opencv_on_the_disc(channels: int) -> None:
     np.testing.assert_allclose(BilateralBlur(3, 0.2, (0.2, 0.2))(x)[0], chw(expected), atol=1e-4)
 
 
-def test_module_twins() -> None:
+def test_module_classes() -> None:
     x = photo(2, 3, 20, 20)
     chain = torch.nn.Sequential(GaussianBlur2d((3, 3), (1.0, 1.0)), MedianBlur(3), Sobel())
     expected = sobel(median_blur(gaussian_blur2d(x, (3, 3), (1.0, 1.0)), 3))

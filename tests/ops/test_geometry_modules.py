@@ -131,9 +131,8 @@ def test_affine_is_its_parts() -> None:
     )
 
 
-H = torch.tensor(
-    [[[1.1, 0.1, -2.0], [0.05, 0.9, 1.5], [1e-3, 2e-3, 1.0]]], dtype=D
-)  # from a source to an output, in pixels
+# From a source to an output, in pixels
+H = torch.tensor([[[1.1, 0.1, -2.0], [0.05, 0.9, 1.5], [1e-3, 2e-3, 1.0]]], dtype=D)
 
 
 @pytest.mark.parametrize("align", [True, False])
@@ -276,9 +275,10 @@ def test_depth_warper_of_three_views_equals_opencv(padding: str) -> None:
     points = (rays - E[:3, 3]) @ E[:3, :3]
     border = cv2.BORDER_CONSTANT if padding == "zeros" else cv2.BORDER_REPLICATE
     for b in range(3):
+        # Positions rounded to 1/32
         np.testing.assert_allclose(
             found[b], by_opencv(X[b].numpy(), points, extrinsics[b], border), atol=0.02
-        )  # positions rounded to 1/32
+        )
     one = depth_warp(
         dst.intrinsics[1:2],
         dst.extrinsics[1:2],

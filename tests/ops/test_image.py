@@ -102,12 +102,13 @@ def test_lines_equal_opencv(channels: int) -> None:
     x = photo(2, channels, *SIZE)
     color = np.linspace(2, 3, channels).astype(np.float32)
     ends = np.random.default_rng(1).integers(0, 41, (2, 60, 4))
+    # A point, flat, upright, ties
     ends[:, :4] = [
         [5, 9, 5, 9],
         [3, 7, 30, 7],
         [8, 30, 8, 2],
         [10, 10, 30, 20],
-    ]  # a point, flat, upright, ties
+    ]
     for n in range(60):
         p = torch.from_numpy(ends[:, n : n + 1])
         actual = image.draw_line(x, p[..., :2], p[..., 2:], torch.from_numpy(color))
@@ -181,9 +182,8 @@ def test_rectangle_colours_of_every_shape() -> None:
         image.draw_rectangle(x, r, torch.full((2, 6, 1), 7.0)),
         image.draw_rectangle(x, r, torch.full((3,), 7.0)),
     )
-    assert torch.equal(
-        image.draw_rectangle(x, torch.tensor([[[9, 9, 3, 3]]]).expand(2, 1, 4), full), x
-    )  # empty
+    # Empty
+    assert torch.equal(image.draw_rectangle(x, torch.tensor([[[9, 9, 3, 3]]]).expand(2, 1, 4), full), x)
 
 
 def ellipse(count: int, seed: int) -> np.ndarray:

@@ -76,7 +76,7 @@ def test_accuracy_counts_exactly_beyond_float32() -> None:
     assert accuracy(scores, target).item() == 100.0 * (batch - 1) / batch
 
 
-def test_default_of_the_twin_scripts() -> None:
+def test_default_of_the_module_scripts() -> None:
     scores = torch.eye(3)
     assert torch.jit.script(Accuracy())(scores, torch.arange(3)).tolist() == [100.0]
 

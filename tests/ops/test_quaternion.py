@@ -110,9 +110,8 @@ def expected_average(q: np.ndarray, w: np.ndarray) -> np.ndarray:
 def test_average(spread: float, dtype: torch.dtype) -> None:
     random = np.random.default_rng(3)
     q = np.array([0.5, -0.1, 0.7, 0.2]) + spread * random.normal(size=(5, 12, 4))
-    q = (
-        q / np.linalg.norm(q, axis=-1, keepdims=True) * random.choice([-1.0, 1.0], (5, 12, 1))
-    )  # signs do not matter
+    # Signs do not matter
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True) * random.choice([-1.0, 1.0], (5, 12, 1))
     w = random.uniform(0.1, 2.0, (5, 12))
     q = torch.from_numpy(q).to(dtype).double().numpy()
     tolerance = 1e-9 if dtype == torch.float64 else 1e-6

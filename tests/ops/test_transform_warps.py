@@ -234,9 +234,8 @@ def test_polar_equals_opencv(mapping: str) -> None:
     for b in range(2):
         flags = cv2.INTER_LINEAR + (cv2.WARP_POLAR_LOG if mapping == "log" else cv2.WARP_POLAR_LINEAR)
         expected = chw(cv2.warpPolar(hwc(x, b), (48, 72), center[b].tolist(), float(radius[b]), flags))
-        np.testing.assert_allclose(
-            actual[b], expected, atol=0.04
-        )  # positions are rounded to 1/32 pixel there
+        # Positions are rounded to 1/32 pixel there
+        np.testing.assert_allclose(actual[b], expected, atol=0.04)
         assert np.abs(actual[b].numpy() - expected).mean() < 2e-3
 
 

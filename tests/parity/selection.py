@@ -88,11 +88,12 @@ def chosen() -> tuple[dict[str, str], list[str]]:
     entries = catalog()
     folders = [ROOT / "tests" / name for name in ("export", "parity", "runtime", "robustness", "consumer")]
     files = [p for folder in folders for p in folder.rglob("*") if p.suffix in (".py", ".cpp", ".sh", ".c")]
+    # They run no native code, or their own
     apart = (
         "other_runtimes.py",
         "sanitized_artifacts.py",
         Path(__file__).name,
-    )  # they run no native code, or their own
+    )
     tests = [p for p in files if p.name not in apart]
     words = re.findall(r"\b[a-z]+(?:\.[a-z0-9_]+)+", " ".join(p.read_text() for p in tests))
     named = {w.removesuffix(".chiasm") for w in words} & set(entries)

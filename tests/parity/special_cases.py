@@ -149,9 +149,8 @@ def determined(result: Tensor, others: Sequence[Tensor], atol: float, rtol: floa
     """
     known = torch.ones_like(result, dtype=torch.bool)
     if result.is_floating_point():
-        known = ~(
-            result.isfinite() & (result.abs() > torch.finfo(result.dtype).max / 4)
-        )  # a rounding from infinity
+        # A rounding from infinity
+        known = ~(result.isfinite() & (result.abs() > torch.finfo(result.dtype).max / 4))
     for other in others:
         if other.shape == result.shape:
             known = known & agreeing(other, result, atol, rtol)

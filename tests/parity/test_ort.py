@@ -298,9 +298,8 @@ print(len(os.listdir("/proc/self/task")) - before, cores, out.tobytes().hex()[:6
         assert int(made) == 0
         results[threads] = (float(cores), values)
     assert results[1][1] == results[2][1] == results[4][1]
-    assert (
-        results[1][0] < 1.1
-    )  # one thread and no other; how much more two use depends on what else this machine does
+    # One thread and no other; how much more two use depends on what else this machine does
+    assert results[1][0] < 1.1
 
 
 def test_many_callers_and_two_sessions_at_once() -> None:

@@ -148,9 +148,8 @@ def test_a_changed_byte_is_found_wherever_it_is(bundle: Path, keys: Path) -> Non
     signature = (bundle / signing.SIGNATURE).read_text()
     places = [("manifest.json", i) for i in (0, 700, 1500, -1)]
     places += [(signing.SIGNATURE, signature.index("\n") + i) for i in (1, 5, 40, 90)]  # the signature's line
-    places += [
-        (signing.SIGNATURE, signature.index("timestamp") + i) for i in (-4, 0, 12)
-    ]  # the trusted comment
+    # The trusted comment
+    places += [(signing.SIGNATURE, signature.index("timestamp") + i) for i in (-4, 0, 12)]
     places += [(signing.SIGNATURE, len(signature) - 30)]  # and what proves it
     places += [
         (file.name, 20) for file in bundle.iterdir() if file.name not in ("manifest.json", signing.SIGNATURE)

@@ -55,8 +55,8 @@ std::string text_of(const MethodInfo& method) {
 }
 
 /** The ways that the core decides about: for sessions of the program's own see tests/parity/test_ort.py.
- *  TorchScript takes as long to load as all others together, so that two thirds of the mutants are spared it.
- *  */
+ *  TorchScript takes as long to load as all others together, so that two thirds of the mutants are spared
+ *  it. */
 std::vector<std::string> ways(uint64_t number) {
   std::vector<std::string> all;
   for (const std::string& way : ways_to_call())

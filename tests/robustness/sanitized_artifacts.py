@@ -114,6 +114,7 @@ OPS = [
 FEW = 3
 ODD = {"B": 3, "C": 3, "H": 37, "W": 29, "N": 13, "OH": 9, "OW": 11}
 FLOATS = (float("nan"), float("inf"), -float("inf"), 0.0, -1.0, 1e-40, 1e10, -3e9, 3e9, 1e38, -1e38)
+# In the order of chiasm_dtype
 DTYPES = (
     "bool",
     "uint8",
@@ -125,7 +126,7 @@ DTYPES = (
     "bfloat16",
     "float32",
     "float64",
-)  # in the order of chiasm_dtype
+)
 SECONDS = 120  # for one run
 
 Tensors = dict[str, torch.Tensor]
@@ -324,9 +325,8 @@ class Runner:
             if "runtime error:" in line:
                 place, _, what = line.partition("runtime error: ")
                 said.setdefault(place, Path(place.strip()).name + " " + what)
-            elif "ERROR: " in line or (
-                said and re.match(r"\s*#[0-4] ", line)
-            ):  # and where an error of memory was
+            # And where an error of memory was
+            elif "ERROR: " in line or (said and re.match(r"\s*#[0-4] ", line)):
                 said.setdefault(line.strip(), re.sub(r"0x[0-9a-f]+ ?|==\d+==", "", line).strip())
         return list(said.values())
 

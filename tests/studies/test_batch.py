@@ -1,5 +1,5 @@
 """The example `batch` at small size: that all contenders do one work, that times and memory are what they
-say, the C++ twin, the page."""
+say, the C++ program, the page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import chiasm.runtime
 from bench.images.ops import Agreement
 from bench.machine import ROOT
 from studies import use_cases
-from studies.batch import memory, twin
+from studies.batch import in_cpp, memory
 from studies.batch.measure import Disagreement, agreement, check, measure
 from studies.batch.ours import FLAT, NATIVE
 from studies.batch.page import Measured, aim, section, standing, table
@@ -119,33 +119,33 @@ def test_memory_is_the_peak_of_a_call(setup: Setup, monkeypatch: pytest.MonkeyPa
     assert memory.measure("made up", "hungry", setup) == pytest.approx(24, rel=0.15)
 
 
-@pytest.mark.skipif(not twin.PROGRAM.exists(), reason="no release build")
+@pytest.mark.skipif(not in_cpp.PROGRAM.exists(), reason="no release build")
 class TestTwin:
     @pytest.fixture(scope="class")
     def settings(self, setup: Setup, tmp_path_factory: pytest.TempPathFactory) -> Path:
-        return twin.write_settings(setup, tmp_path_factory.mktemp("twin"))
+        return in_cpp.write_settings(setup, tmp_path_factory.mktemp("in_cpp"))
 
     @pytest.mark.parametrize("work", WORKS)
     def test_makes_what_python_makes(self, setup: Setup, settings: Path, work: str) -> None:
-        found, version = twin.check(work, setup, settings)
-        assert found[twin.CHIASM]["most"] <= WORKS[work].ways[NATIVE].agrees.tolerance
-        assert found[twin.OPENCV]["most"] > 0 and version.count(".") == 2
+        found, version = in_cpp.check(work, setup, settings)
+        assert found[in_cpp.CHIASM]["most"] <= WORKS[work].ways[NATIVE].agrees.tolerance
+        assert found[in_cpp.OPENCV]["most"] > 0 and version.count(".") == 2
 
     def test_races(self, settings: Path) -> None:
-        rows = list(twin.race("sobel", 1, settings))
+        rows = list(in_cpp.race("sobel", 1, settings))
         assert [row["batch"] for row in rows] == list(SMALL.batches)
-        assert all(set(row["times"]) == {twin.CHIASM, twin.OPENCV} for row in rows)
+        assert all(set(row["times"]) == {in_cpp.CHIASM, in_cpp.OPENCV} for row in rows)
 
     def test_measures_memory(self, settings: Path) -> None:
         height, width = SMALL.size
         results = 3 * height * width * 4 / 2**20
-        assert all(results / 2 < mb < 20 * results for mb in twin.memory("sobel", settings).values())
+        assert all(results / 2 < mb < 20 * results for mb in in_cpp.memory("sobel", settings).values())
 
     def test_says_what_is_wrong(self, settings: Path) -> None:
         with pytest.raises(RuntimeError, match="there is no work blur"):
-            list(twin.race("blur", 1, settings))
+            list(in_cpp.race("blur", 1, settings))
         with pytest.raises(RuntimeError, match="cannot read"):
-            list(twin.program("results", settings.with_name("none.json"), "sobel"))
+            list(in_cpp.program("results", settings.with_name("none.json"), "sobel"))
 
 
 def made_up(opencv: float) -> Measured:
@@ -160,7 +160,7 @@ def made_up(opencv: float) -> Measured:
             }
         )
         for batch in (1, 4):
-            ms = {NATIVE: 1.0, "OpenCV": opencv, "Kornia": 7.0, twin.CHIASM: 1.0, twin.OPENCV: 5.0}
+            ms = {NATIVE: 1.0, "OpenCV": opencv, "Kornia": 7.0, in_cpp.CHIASM: 1.0, in_cpp.OPENCV: 5.0}
             row = {
                 "work": work,
                 "threads": 1,

@@ -22,13 +22,13 @@ from chiasm.image import image_to_tensor
 from studies.registration import bundles as example
 from studies.registration.descent import Engine, in_pixels
 from studies.registration.figure import WIDTH, figure
+from studies.registration.in_cpp import PROGRAM, in_cpp
 from studies.registration.pairs import Pair, corner_error, corners_of, pair, pairs
 from studies.registration.peers import ecc, ecc_multi_scale
 from studies.registration.report import CONTENDERS, Run, page, success_table
 from studies.registration.settings import SMALL
 from studies.registration.step import registration_step
 from studies.registration.trials import Result, trial
-from studies.registration.twin import PROGRAM, twin
 
 
 @pytest.fixture(scope="module")
@@ -146,10 +146,10 @@ def test_exported_descent_is_eagers(shown: Pair, eager: list[np.ndarray], bundle
 
 
 @pytest.mark.skipif(not PROGRAM.exists(), reason="no release build of study_registration")
-def test_cpp_twin(shown: Pair, eager: list[np.ndarray], bundles: Path) -> None:
+def test_cpp_program(shown: Pair, eager: list[np.ndarray], bundles: Path) -> None:
     """From image files to the same homography, without torch; its warped image is the destination where it
     reaches."""
-    report = twin(shown, SMALL, bundles, "onnx")
+    report = in_cpp(shown, SMALL, bundles, "onnx")
     assert not report.torch and len(report.levels) == SMALL.levels
     assert np.abs(report.levels[-1] - eager[-1]).max() < SMALL.tolerance
     np.testing.assert_allclose(
@@ -169,7 +169,7 @@ def test_cpp_twin(shown: Pair, eager: list[np.ndarray], bundles: Path) -> None:
 
 
 @pytest.mark.skipif(not PROGRAM.exists(), reason="no release build of study_registration")
-def test_cpp_twin_names_what_is_wrong(shown: Pair, bundles: Path, tmp_path: Path) -> None:
+def test_cpp_program_names_what_is_wrong(shown: Pair, bundles: Path, tmp_path: Path) -> None:
     done = subprocess.run(
         [PROGRAM, bundles, "onnx", "1", "1", "1e-3", "none.png", "none.png", "out.png"],
         capture_output=True,

@@ -1,6 +1,6 @@
 """Colour spaces."""
 
-from ..primitives.core.modules import lazy_twins
+from ..primitives.core.modules import lazy_modules
 from .colormap import apply_colormap
 from .gray import bgr_to_grayscale, grayscale_to_rgb, rgb_to_grayscale
 from .hls import hls_to_rgb, hsl_to_rgb, rgb_to_hls, rgb_to_hsl
@@ -70,4 +70,4 @@ __all__ = [
     "yuv_to_rgb",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -1,6 +1,6 @@
 """Intensity transforms."""
 
-from ..primitives.core.modules import lazy_twins
+from ..primitives.core.modules import lazy_modules
 from .adjust import (
     adjust_brightness,
     adjust_brightness_accumulative,
@@ -64,4 +64,4 @@ __all__ = [
     "zca_whiten",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

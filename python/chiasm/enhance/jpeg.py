@@ -1,4 +1,4 @@
-"""A JPEG codec without the entropy coding, which loses nothing."""
+"""A JPEG codec without the entropy coding, which is lossless."""
 
 import math
 from typing import Optional

@@ -1,4 +1,4 @@
-"""Fewer tones, turned tones, thresholds."""
+"""Posterize, solarize, threshold."""
 
 from typing import Optional, Union
 

@@ -355,9 +355,8 @@ def verify(bundles: tuple[Path, ...], key: str | None) -> None:
             console.print(
                 f"{bundle}: signed by the key; {comment}", highlight=False, markup=False, soft_wrap=True
             )
-        signing.trust_only(
-            key
-        )  # so that what is run below is what was signed, whatever happens to the files meanwhile
+        # So that what is run below is what was signed, whatever happens to the files meanwhile
+        signing.trust_only(key)
     from .verify import verify as verify_bundle
 
     table = Table("bundle", "method", "dtype", "backend", "largest error", "", box=None, header_style="bold")

@@ -24,9 +24,8 @@ class Group(click.Group):
     130 where it was interrupted, else 1."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        atexit.register(
-            gc.freeze
-        )  # else Python looks through all of torch's objects for garbage before it ends, which takes 1.2 s
+        # Else Python looks through all of torch's objects for garbage before it ends, which takes 1.2 s
+        atexit.register(gc.freeze)
         try:
             result = super().invoke(ctx)
             sys.stdout.flush()  # what cannot be written is known here, not when the interpreter ends
@@ -41,9 +40,8 @@ class Group(click.Group):
         except (KeyboardInterrupt, click.Abort):
             _fail("interrupted", 130)
         except BrokenPipeError:
-            os.dup2(
-                os.open(os.devnull, os.O_WRONLY), 1
-            )  # nobody reads any more; what is buffered goes nowhere
+            # Nobody reads any more; what is buffered goes nowhere
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
             raise SystemExit(128 + signal.SIGPIPE) from None
         except MemoryError:
             _fail("out of memory", 1)
@@ -52,9 +50,8 @@ class Group(click.Group):
         except (click.ClickException, click.exceptions.Exit):
             raise
         except Exception as error:
-            if (
-                type(error).__name__ == "ChiasmError"
-            ):  # the runtime's, which cannot be imported where the runtime is not
+            # The runtime's, which cannot be imported where the runtime is not
+            if type(error).__name__ == "ChiasmError":
                 _fail(one_line(error), 1)
             if os.environ.get(TRACEBACK):
                 raise

@@ -1,4 +1,4 @@
-"""The one exception of the exporter, and how it finds the user's own line in an engine's long story."""
+"""The one exception of the exporter, and how it finds the user's own line in an engine's traceback."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Interest points, local affine frames, descriptors, matching."""
 
-from ..primitives.core.modules import lazy_twins
+from ..primitives.core.modules import lazy_modules
 from .adalam import match_adalam
 from .detection import detect_keypoints
 from .fast import fast_response
@@ -99,4 +99,4 @@ __all__ = [
     "sift_describe",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -87,9 +87,8 @@ def harris_keypoints(
     flat = F.pad(maxima.flatten(1), [0, max_keypoints], "constant", -1.0)
     scores, index = stable_topk(flat, max_keypoints)
     valid = scores > threshold
-    row = torch.floor(index.to(torch.float64) / width).to(
-        torch.int64
-    )  # exact, where integer division in ONNX goes through float32
+    # Exact, where integer division in ONNX goes through float32
+    row = torch.floor(index.to(torch.float64) / width).to(torch.int64)
     position = torch.stack([index - row * width, row], -1).to(input.dtype)
     keypoints = torch.where(valid[..., None], position, torch.full_like(position, -1.0))
     return keypoints, torch.where(valid, scores, torch.zeros_like(scores)), valid

@@ -110,7 +110,7 @@ def dense_sift(
 
 
 def mean_patch(patches: Tensor) -> Tensor:
-    """The mean of each channel of patches: the least descriptor there is.
+    """The mean of each channel of patches: the simplest descriptor.
 
     Args:
         patches: (N, C, PS, PS), floating point.

@@ -1,6 +1,6 @@
 """Smoothing and derivatives."""
 
-from ..primitives.core.modules import lazy_twins
+from ..primitives.core.modules import lazy_modules
 from .bilateral import bilateral_blur, joint_bilateral_blur
 from .box import box_blur, laplacian
 from .canny import canny
@@ -109,4 +109,4 @@ __all__ = [
     "unsharp_mask",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -1,6 +1,6 @@
 """Images at the border of a product: bytes in and out, grids, drawing."""
 
-from ..primitives.core.modules import lazy_twins
+from ..primitives.core.modules import lazy_modules
 from .conversion import image_to_tensor, tensor_to_image
 from .draw import draw_line, draw_point2d
 from .grid import make_grid
@@ -16,4 +16,4 @@ __all__ = [
     "tensor_to_image",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

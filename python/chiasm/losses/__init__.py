@@ -1,6 +1,6 @@
 """Losses."""
 
-from ..primitives.core.modules import lazy_twins
+from ..primitives.core.modules import lazy_modules
 from .depth_smoothness import inverse_depth_smoothness_loss
 from .divergence import js_div_loss_2d, kl_div_loss_2d
 from .focal import binary_focal_loss_with_logits, focal_loss
@@ -52,4 +52,4 @@ __all__ = [
     "welsch_loss",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -1,6 +1,6 @@
 """Image quality, and how far results are from the truth."""
 
-from ..primitives.core.modules import lazy_twins
+from ..primitives.core.modules import lazy_modules
 from .boxes import mean_average_precision, mean_iou_bbox
 from .classification import accuracy, confusion_matrix, mean_iou
 from .disparity import (
@@ -35,4 +35,4 @@ __all__ = [
     "translation_ate",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

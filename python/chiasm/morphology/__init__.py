@@ -1,6 +1,6 @@
 """Mathematical morphology."""
 
-from ..primitives.core.modules import lazy_twins
+from ..primitives.core.modules import lazy_modules
 from .dilation import dilation
 from .erosion import erosion
 from .flat import max_filter2d, min_filter2d
@@ -25,4 +25,4 @@ __all__ = [
     "top_hat",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -276,9 +276,8 @@ def _dtype_name(dtype: Any) -> str:
     text = str(dtype)
     if text.startswith("torch."):
         return text.removeprefix("torch.")
-    return getattr(
-        dtype, "__name__", text
-    )  # numpy.float32 is a class, numpy.dtype("float32") prints its name
+    # numpy.float32 is a class, numpy.dtype("float32") prints its name
+    return getattr(dtype, "__name__", text)
 
 
 def _package_folder(package: str) -> Path | None:

@@ -35,7 +35,7 @@ hn::Vec<D> exp_of(D d, hn::Vec<D> x) {
   }
 }
 
-// The way to a pixel's neighbour that comes later, and where the weights for it lie.
+// The offset to a neighbour later in raster order, and its spatial weights.
 template <class T>
 struct Offset {
   int64_t dy, dx;

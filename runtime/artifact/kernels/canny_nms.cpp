@@ -4,7 +4,7 @@
 namespace chiasm::kernels {
 namespace {
 
-// The loops over a row are functions of values, not of references, for the reason given in docs/decisions/02-kernels.md.
+// The loops over a row are functions of values, not of references: docs/decisions/02-kernels.md says why.
 
 template <class T>
 void smooth_and_slope(const T* above, const T* here, const T* below, int64_t n, T* smooth, T* slope,

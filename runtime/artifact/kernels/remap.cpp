@@ -249,8 +249,8 @@ void nearest(const T* plane, int64_t size, const Neighbours<T>& taps, int64_t n,
   for (; i < n; ++i) out[i] = plane[taps.index[i]] * taps.upper[i];
 }
 
-// Has pixels on their way that are read a row later: an image of some megabytes is read across its rows,
-// which the CPU does not foresee.
+// Prefetches the source pixels of the next output row: hardware prefetchers miss this pattern, which crosses
+// the rows of an image of some megabytes.
 template <class T>
 void prefetch(const T* plane, const int32_t* index, int64_t n) {
   for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(plane + index[i]);

@@ -60,7 +60,7 @@ constexpr int64_t padded_length(int64_t columns, int64_t ends) {
 }
 
 // Calls body(tile, scratch, length) for tiles that cover all planes. `rows` rows of a strip, of image and
-// scratch, fit into the second cache together; strips narrow enough for the first are slower, because their
+// scratch, fit into L2 together; strips narrow enough for L1 are slower, because their
 // rows are short runs of memory. `scratch` has room for `scratch_rows` rows of `length`, each beginning with
 // a line: a strip's columns and `ends` more. A circular border needs both ends of a row and so whole rows.
 template <class T, class Body>
@@ -163,8 +163,8 @@ class PaddedRows {
     return tile_row(plane_, planes_, tile_, last + 1);
   }
 
-  /** Pixel (i, j) of the window of the first pixel of row y; those of the pixels to the right are next to it.
-   *  */
+  /** Pixel (i, j) of the window of the first pixel of row y; those of the pixels to the right are next to
+   *  it. */
   const T* at(int64_t y, int64_t i, int64_t j) const { return place(y - row_ + i) + j; }
 
  private:

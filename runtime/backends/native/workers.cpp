@@ -82,7 +82,7 @@ struct Workers::Worker {
       int32_t count;
       while ((count = work->count.load(std::memory_order_acquire)) == 0) relax();
       work->body(work->argument, index, count);
-      // Free before the caller goes on: he may fork again at once. The job may be gone after the second line.
+      // Mark this worker idle before signalling: the caller may fork again at once, and may destroy the job.
       taken.store(false, std::memory_order_release);
       work->returned.fetch_add(1, std::memory_order_release);
     }

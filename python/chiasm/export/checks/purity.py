@@ -224,9 +224,8 @@ def _same(a: Any, b: Any) -> bool:
 def check_program(name: str, program: ExportedProgram, inputs: Mapping[str, Tensor]) -> None:
     """The same of a traced graph, which may do other than the eager op (`torch.compiler.is_exporting()`): its
     writes and random numbers."""
-    graphs = [
-        m.graph for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)
-    ]  # the bodies of loops too
+    # The bodies of loops too
+    graphs = [m.graph for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]
     targets = {
         n.target for graph in graphs for n in graph.nodes if isinstance(n.target, torch._ops.OpOverload)
     }

@@ -116,9 +116,8 @@ def _origins(
         origins[value.debugName()] = {key}
     schemas = [_schema(node) for node in nodes]
     size = -1
-    while size != (
-        size := sum(map(len, origins.values()))
-    ):  # until nothing is added: loops carry values round
+    # Until nothing is added: loops carry values round
+    while size != (size := sum(map(len, origins.values()))):
         for node, schema in zip(nodes, schemas, strict=True):
             for value, found in _flows(node, schema, origins, dtypes):
                 if "Tensor" in str(value.type()):

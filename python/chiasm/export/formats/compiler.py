@@ -183,9 +183,8 @@ def _fitting(folder: Path, kind: str, flags: list[str]) -> Path | None:
         if header.read_text() != _text(kind, flags):
             return None
         made = os.stat(f"{header}.gch").st_mtime_ns
-        files = (
-            Path(f"{header}.gch.d").read_text().replace("\\\n", " ").split()[1:]
-        )  # the first is what was made of them
+        # The first is what was made of them
+        files = Path(f"{header}.gch.d").read_text().replace("\\\n", " ").split()[1:]
         return header if all(os.stat(file).st_mtime_ns <= made for file in files) else None
     except OSError:
         return None

@@ -271,9 +271,8 @@ def _hash(files: Iterable[Path]) -> str:
 
 def _operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
     """The operators of the program that are kernels of our own."""
-    modules = [
-        m for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)
-    ]  # the bodies of loops too
+    # The bodies of loops too
+    modules = [m for m in program.graph_module.modules() if isinstance(m, torch.fx.GraphModule)]
     targets = {
         n.target for m in modules for n in m.graph.nodes if isinstance(n.target, torch._ops.OpOverload)
     }
@@ -425,14 +424,13 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, bui
     from torch._inductor import aoti_compile_and_package
 
     threads = torch.get_num_threads()
-    torch.set_num_threads(
-        64
-    )  # loops are shared between threads to a depth of twice as many turns: here, batch, channels and rows
+    # Inductor collapses parallel loops until there are twice as many iterations as threads: here, those over
+    # the batch, the channels and the rows.
+    torch.set_num_threads(64)
     try:
         minima = plain_minima() if spec.without_nan and build.include else nullcontext()
-        checks = (
-            checked_native_code() if build.include else nullcontext()
-        )  # libtorch has no place to note a wrong index in
+        # libtorch has no place to note a wrong index in
+        checks = checked_native_code() if build.include else nullcontext()
         with (
             tempfile.TemporaryDirectory() as scratch,
             fast_tracing(),

@@ -49,9 +49,8 @@ def _decompose_graph(graph: Graph, table: dict, program: ExportedProgram) -> boo
     """Decompose the nodes of a graph: the program's, or of the body of one of its loops. False where a node
     that writes to its argument is left."""
     functional = True
-    sizes: dict[
-        Any, Node
-    ] = {}  # who was first to compute each size: tracing again would not compute it again
+    # The first node that computes each symbolic size: tracing again would not compute it again
+    sizes: dict[Any, Node] = {}
     for node in list(graph.nodes):
         value = node.meta.get("val")
         first = sizes.setdefault(value.node.expr, node) if isinstance(value, torch.SymInt) else node

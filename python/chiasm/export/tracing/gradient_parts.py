@@ -67,7 +67,7 @@ def _is_sum(node: Node) -> bool:
 
 
 def _is_term(node: Node) -> bool:
-    """Whether a sum is of no use but for another sum."""
+    """Whether the only user of a sum is another sum."""
     return len(node.users) == 1 and _is_sum(next(iter(node.users)))
 
 

@@ -45,8 +45,7 @@ def trace(
     module: nn.Module, spec: Spec, tensors: Sequence[TensorSpec], inputs: Inputs, target: str
 ) -> ExportedProgram:
     """Export `module` for a target ("onnx", "native", "vjp")."""
-    # Loops go through torch.compile, whose code for an op before, made for 4 models say, else leaves the
-    # guard `S != 4` on this one.
+    # while_loop uses Dynamo: without a reset, guards of the op before (`S != 4`) leak into this trace.
     torch._dynamo.reset()
     guards: list[tuple[str, str]] = []
     args = tuple(inputs[t.name] for t in tensors)

@@ -1,6 +1,6 @@
 """Camera models: between points in a camera's frame, the plane z = 1 in front of it, and pixels."""
 
-from ...primitives.core.modules import lazy_twins
+from ...primitives.core.modules import lazy_modules
 from .affine import distort_points_affine, dx_distort_points_affine, undistort_points_affine
 from .kannala_brandt import (
     distort_points_kannala_brandt,
@@ -39,4 +39,4 @@ __all__ = [
     "unproject_points_z1",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -1,6 +1,6 @@
 """Epipolar geometry: two views of points in space."""
 
-from ...primitives.core.modules import lazy_twins
+from ...primitives.core.modules import lazy_modules
 from .essential import (
     decompose_essential_matrix,
     decompose_essential_matrix_no_svd,
@@ -76,4 +76,4 @@ __all__ = [
     "triangulate_points",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -7,11 +7,11 @@ log(1 - p) / log(1 - w ** m) samples of size m are enough: 1000 samples are for 
 4), 0.49 (m = 7) and 0.37 (m = 5). With noise several of them are needed, for one of them to be good.
 """
 
-from ...primitives.core.modules import lazy_twins
+from ...primitives.core.modules import lazy_modules
 from .essential import ransac_essential
 from .fundamental import ransac_fundamental
 from .homography import ransac_homography
 
 __all__ = ["ransac_essential", "ransac_fundamental", "ransac_homography"]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -1,6 +1,6 @@
 """Local maxima to a fraction of a pixel, and heat maps."""
 
-from ...primitives.core.modules import lazy_twins
+from ...primitives.core.modules import lazy_modules
 from .heatmaps import render_gaussian2d, spatial_expectation2d, spatial_soft_argmax2d, spatial_softmax2d
 from .quadratic import conv_quad_interp3d, iterative_quad_interp3d
 from .suppression import nms2d, nms3d, nms3d_minmax
@@ -20,4 +20,4 @@ __all__ = [
     "spatial_softmax2d",
 ]
 
-__getattr__, __dir__ = lazy_twins(__name__, globals())
+__getattr__, __dir__ = lazy_modules(__name__, globals())

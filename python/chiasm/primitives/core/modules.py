@@ -1,4 +1,4 @@
-"""nn.Module twins: `GaussianBlur2d` from `gaussian_blur2d`, made from the function's signature on first use.
+"""Module classes: `GaussianBlur2d` from `gaussian_blur2d`, made from the function's signature on first use.
 
 The class is written as source text because torch.jit.script reads source.
 """
@@ -24,7 +24,7 @@ from torch import Tensor, nn
 from .source import made_from
 
 
-def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Module]:
+def module_class(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Module]:
     """The class whose `forward` takes the function's tensors and whose constructor takes everything else.
 
     Tensors are the parameters annotated `Tensor` that have no default, but for those named in `held`, which
@@ -32,7 +32,7 @@ def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Modu
     what becomes of them.
 
     >>> from chiasm.filters import median_blur
-    >>> blur = twin(median_blur)(3)
+    >>> blur = module_class(median_blur)(3)
     >>> blur(torch.ones(1, 2, 5, 5)).shape, blur.kernel_size
     (torch.Size([1, 2, 5, 5]), 3)
     >>> blur
@@ -69,7 +69,7 @@ def twin(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Modu
     lines += [f"        fitted(self, {p.name!r}, {p.name}, type_{p.name})" for p in settings]
     lines += [f"    def forward({typed}) -> Result:", f"        return function({passed})", ""]
     source = "\n".join(lines)
-    made = made_from(source, f"<chiasm twin {function.__module__}.{name}>", name, scope)
+    made = made_from(source, f"<chiasm module {function.__module__}.{name}>", name, scope)
     about = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
     made.__doc__ = f"`{function.__name__}` as a module.\n\n{about}"
     shown = [p.name for p in settings]
@@ -84,7 +84,7 @@ def _short(value: Any) -> str:
 
 
 def class_name(function_name: str) -> str:
-    """The twin's name.
+    """The module class's name.
 
     >>> class_name("rgb_to_hsv")
     'RgbToHsv'
@@ -111,22 +111,22 @@ _SPELLED = {
 }
 
 
-def lazy_twins(
+def lazy_modules(
     package: str, functions: Dict[str, Any], held: Optional[Mapping[str, Sequence[str]]] = None
 ) -> Tuple[Callable[[str], Type[nn.Module]], Callable[[], List[str]]]:
-    """A package's `__getattr__`, which makes the twin of any public function when it is asked for, and its
-    `__dir__` (PEP 562), which lists them.
+    """A package's `__getattr__`, which makes the module class of any public function when it is asked for,
+    and its `__dir__` (PEP 562), which lists them.
 
     Args:
         package: the package's `__name__`.
         functions: its `globals()`, which also keep the classes that were made.
-        held: by a function's name, the tensors that its twin's constructor takes.
+        held: by a function's name, the tensors that its module class's constructor takes.
     """
 
     def __getattr__(name: str) -> Type[nn.Module]:
         for public in functions["__all__"]:
             if class_name(public) == name and inspect.isfunction(functions[public]):
-                functions[name] = twin(functions[public], (held or {}).get(public, ()))
+                functions[name] = module_class(functions[public], (held or {}).get(public, ()))
                 return functions[name]
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 

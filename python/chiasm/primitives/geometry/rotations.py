@@ -1,4 +1,4 @@
-"""Rotations from matrices that are not quite."""
+"""Projection of matrices that are nearly rotations onto the rotations."""
 
 import torch
 from torch import Tensor

@@ -41,9 +41,8 @@ def _filled(random: Tensor, factor: Tensor, scale: Tensor) -> Tensor:
         torch.arange(random.size(2), device=random.device),
         torch.arange(random.size(3), device=random.device),
     )
-    powers = torch.tensor(
-        [1 << k for k in range(16)], device=random.device
-    )  # images are at most 32768 pixels high and wide
+    # Images are at most 32768 pixels high and wide
+    powers = torch.tensor([1 << k for k in range(16)], device=random.device)
     cell = torch.where(
         powers < torch.maximum(y.amax(0), x.amax(0)), 2 * powers, torch.ones_like(powers)
     ).amax(0)

@@ -17,9 +17,10 @@ def spd_square_roots(m: Tensor, least: float = 1e-5) -> Tuple[Tensor, Tensor]:
     squared times the trace converge in a number of steps that is fixed beforehand.
 
     >>> root, inverse = spd_square_roots(torch.diag(torch.tensor([1.0, 4.0, 9.0], dtype=torch.float64)))
-    >>> root.diagonal(), inverse.diagonal()
-    (tensor([1.0000, 2.0000, 3.0000], dtype=torch.float64), tensor([1.0000, 0.5000, 0.3333],
-    dtype=torch.float64))
+    >>> root.diagonal()
+    tensor([1.0000, 2.0000, 3.0000], dtype=torch.float64)
+    >>> inverse.diagonal()
+    tensor([1.0000, 0.5000, 0.3333], dtype=torch.float64)
     """
     eye = torch.eye(m.size(0), dtype=m.dtype, device=m.device)
     trace = (m * eye).sum()

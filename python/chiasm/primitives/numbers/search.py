@@ -1,4 +1,4 @@
-"""Looking numbers up in sorted tables."""
+"""Binary search in sorted tables."""
 
 import torch
 from torch import Tensor

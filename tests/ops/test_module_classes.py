@@ -1,4 +1,4 @@
-"""The nn.Module twins: every op of the catalog has one, it scripts, and it does what the function does."""
+"""The nn.Module classes: every op of the catalog has one, it scripts, and it does what the function does."""
 
 import importlib
 import inspect
@@ -27,19 +27,18 @@ def family(entry: Entry) -> str:
     )
 
 
-OWN_CLASS = {
-    "geometry.transform.affine"
-}  # Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py
+# Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py
+OWN_CLASS = {"geometry.transform.affine"}
 WITH_TWIN = {name: entry for name, entry in catalog().items() if family(entry) and name not in OWN_CLASS}
 
 
 @pytest.mark.parametrize("entry", WITH_TWIN.values(), ids=WITH_TWIN)
-def test_twin_scripts_and_equals_the_function(entry: Entry) -> None:
+def test_module_scripts_and_equals_the_function(entry: Entry) -> None:
     function = entry.function()
     given = dict(zip([t.name for t in entry.spec.inputs], arguments(entry, SIZES, "float32"), strict=True))
-    twin = getattr(importlib.import_module(family(entry)), class_name(function.__name__))
-    tensors = list(inspect.signature(twin.forward).parameters)[1:]
-    module = twin(**entry.spec.config, **{n: v for n, v in given.items() if n not in tensors})
+    made = getattr(importlib.import_module(family(entry)), class_name(function.__name__))
+    tensors = list(inspect.signature(made.forward).parameters)[1:]
+    module = made(**entry.spec.config, **{n: v for n, v in given.items() if n not in tensors})
     forward = [given[n] for n in tensors]
     expected = function(**given, **entry.spec.config)
     assert_same(module(*forward), expected, 0.0)

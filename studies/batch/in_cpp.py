@@ -1,4 +1,4 @@
-"""The C++ twin, build/release/bin/study_batch: the same bundles and photographs without Python, beside
+"""The C++ program, build/release/bin/study_batch: the same bundles and photographs without Python, beside
 Debian's OpenCV."""
 
 from __future__ import annotations
