@@ -8,6 +8,8 @@
 //         what OpenCV makes of it, to compare
 //     bench load BUNDLE BACKEND
 //         milliseconds to the first result on 256 x 256, and memory over the bare program
+//     bench latency BUNDLE NUM_THREADS CONCURRENCY H W
+//         milliseconds that each of several calling threads waits: the median and the 99th percentile
 //     bench overhead BUNDLE ARTIFACT.so
 //         microseconds of chiasm's run_into and of the artifact's own call on 16 x 16
 #include <dlfcn.h>
@@ -20,6 +22,7 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include <chiasm/chiasm.hpp>
@@ -223,6 +226,32 @@ json load_cost(const std::string& bundle, const std::string& backend) {
           {"memory_mb", bench::resident_megabytes() - before - input_bytes / (1 << 20)}};
 }
 
+// What each of several threads that call one method waits for an answer, in milliseconds.
+json latency(const std::string& bundle, int num_threads, int concurrency, int64_t h, int64_t w) {
+  chiasm::LoadOptions options;
+  options.backend = "native";
+  options.num_threads = num_threads;
+  options.warm_up = true;
+  const auto method = chiasm::Bundle::open(bundle).method("forward", options);
+  std::vector<std::vector<double>> taken(static_cast<size_t>(concurrency));
+  std::vector<std::thread> threads;
+  for (auto& times : taken)
+    threads.emplace_back([&] {
+      const Inputs inputs(method.info(), 1, h, w);
+      const Outputs outputs(method, inputs.views);
+      for (const auto began = bench::Clock::now(); bench::microseconds_since(began) < 10e6;) {
+        const auto start = bench::Clock::now();
+        method.run_into(inputs.views, outputs.views);
+        times.push_back(bench::microseconds_since(start) / 1000);
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  std::vector<double> all;
+  for (const auto& times : taken) all.insert(all.end(), times.begin(), times.end());
+  std::sort(all.begin(), all.end());
+  return {{"median_ms", all[all.size() / 2]}, {"p99_ms", all[all.size() * 99 / 100]}, {"calls", all.size()}};
+}
+
 void* allocate(void*, size_t bytes) { return std::aligned_alloc(64, (bytes + 63) / 64 * 64 + 64); }
 void release(void*, void* data, size_t) { std::free(data); }
 
@@ -269,6 +298,8 @@ int main(int argc, char** argv) {
       result = load_cost(a[1], a[2]);
     else if (a.size() == 3 && a[0] == "overhead")
       result = overhead(a[1], a[2]);
+    else if (a.size() == 6 && a[0] == "latency")
+      result = latency(a[1], std::stoi(a[2]), std::stoi(a[3]), size(4), size(5));
     else
       throw std::runtime_error("usage: see the head of bench.cpp");
     std::cout << result << "\n";

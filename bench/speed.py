@@ -20,6 +20,8 @@ from .machine import ROOT, bundle_path, cores, cpu, export_bundles, notes, progr
 from .tables import share
 
 PAGE = ROOT / "docs" / "benchmarks.md"
+#: a frame that a network's input is made of
+FRAME = (480, 640)
 SIZES = ((1, 256, 256), (8, 256, 256), (1, 1080, 1920))
 #: bundle, sizes, how many times as fast as OpenCV it should be (None: no aim was set)
 SPEED = (
@@ -46,8 +48,12 @@ def main() -> int:
         (b, program("load", bundle_path("filters.sobel"), b))
         for b in track(("native", "onnx", "torch"), description="load")
     ]
-    overhead = measure_overhead()
-    PAGE.write_text(page(rows, loads, overhead))
+    waits = [
+        (n, count, program("latency", bundle_path("pipelines.preprocess"), n, count, *FRAME))
+        for n in (0, 1)
+        for count in track((1, 2, 8), description="latency")
+    ]
+    PAGE.write_text(page(rows, loads, waits, measure_overhead()))
     print(PAGE.read_text())
     return 0
 
@@ -81,7 +87,7 @@ def measure_overhead() -> dict:
     return program("overhead", bundle_path("filters.sobel"), library)
 
 
-def page(rows: list[dict], loads: list, overhead: dict) -> str:
+def page(rows: list[dict], loads: list, waits: list, overhead: dict) -> str:
     import cv2
 
     lines = [
@@ -126,6 +132,20 @@ def page(rows: list[dict], loads: list, overhead: dict) -> str:
         "|---|---|---|",
     ]
     lines += [f"| {b} | {r['first_result_ms']:.1f} | {r['memory_mb']:.1f} |" for b, r in loads]
+    lines += [
+        "",
+        "## What callers wait at once (preprocess, a frame of 480 x 640 to 224 x 224, native)",
+        "",
+        "Several threads call one method. `num_threads` is the method's own: with 1 a call wakes no thread",
+        "and waits for none. The aim: with `num_threads` 1 and two callers, p99 within 2 medians.",
+        "",
+        "| num_threads | callers | median ms | p99 ms | calls in 10 s |",
+        "|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {n or 'all'} | {count} | {r['median_ms']:.3f} | {r['p99_ms']:.3f} | {r['calls']} |"
+        for n, count, r in waits
+    ]
     extra = overhead["chiasm_us"] - overhead["engine_us"]
     lines += [
         "",
