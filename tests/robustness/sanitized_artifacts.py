@@ -140,9 +140,9 @@ def main(arguments: list[str]) -> int:
         compiler.write_text(COMPILER)
         compiler.chmod(0o755)
     source = Path(__file__).with_suffix(".cpp")
-    subprocess.run(
-        [compiler, "-std=c++17", "-O1", "-Wall", f"-I{ROOT}", source, "-o", RUNNER, "-pthread"], check=True
-    )
+    folders = (f"-I{ROOT}", f"-I{ROOT}/include")
+    command = [compiler, "-std=c++17", "-O1", "-Wall", *folders, source, "-o", RUNNER, "-pthread"]
+    subprocess.run(command, check=True)
     failed = 0
     with ProcessPoolExecutor(
         int(os.environ.get("JOBS", len(os.sched_getaffinity(0)))), mp_context=get_context("spawn")
