@@ -110,6 +110,10 @@ class Method:
             raise found
         return _copied(found)
 
+    def forget(self) -> None:
+        """Let go of the graphs, which are large; one that is asked for again is traced again."""
+        self._programs.clear()
+
 
 def _copied(program: ExportedProgram) -> ExportedProgram:
     """A copy whose nodes have the names that the signature calls them by: copied, `input` becomes `input_1`,

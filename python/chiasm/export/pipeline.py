@@ -169,14 +169,14 @@ def _independent(job: ExportJob) -> bool:
 def lower(job: ExportJob) -> None:
     """Begin every artifact: each method at each dtype in each format. Compilers go on after this."""
     for method in job.work:
-        for format, make in LOWERINGS.items():
+        for format in LOWERINGS:
             if format in job.formats:
-                _try(
-                    job,
-                    method.name,
-                    format,
-                    lambda make=make, method=method: job.artifacts.extend(make(job, method)),
-                )
+                _try(job, method.name, format, partial(_lower, job, method, format))
+        method.forget()
+
+
+def _lower(job: ExportJob, method: Method, format: str) -> None:
+    job.artifacts.extend(LOWERINGS[format](job, method))
 
 
 def package(job: ExportJob) -> Writer:
