@@ -22,7 +22,7 @@ from click.testing import CliRunner
 from PIL import Image
 
 from chiasm.export import ExportError, cli
-from chiasm.export.bundle import Writer
+from chiasm.export.bundle import Writer, clean_up
 from chiasm.export.cli import main
 from chiasm.export.images import read_image, to_array
 from chiasm.export.manifest import sha256
@@ -179,6 +179,18 @@ def test_a_bundle_that_cannot_be_written_leaves_what_was_there(light: Folder, tm
     assert not list(tmp_path.glob(".writing*"))
 
 
+def test_what_an_ended_process_was_writing_is_removed_and_what_it_had_moved_away_put_back(
+    sobel: Path,
+) -> None:
+    folder = sobel.parent
+    (folder / ".writing-17-one" / "new").mkdir(parents=True)
+    sobel.rename(folder / ".writing-17-one" / "old")
+    (folder / ".writing-18-other").mkdir()
+    clean_up(folder, 17)
+    assert sorted(f.name for f in folder.iterdir()) == [".writing-18-other", sobel.name]
+    assert run("info", sobel).returncode == 0
+
+
 def test_bundles_that_are_none(sobel: Path, photo: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.png"
     for command in (["info"], ["verify"]):
@@ -286,7 +298,7 @@ def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     while not list(tmp_path.glob("*.chiasm")) and time.monotonic() < deadline:  # one is there, of many
         time.sleep(0.01)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
-    _, stderr = process.communicate(timeout=30)
+    _, stderr = process.communicate(timeout=15)
     assert process.returncode == 130 and stderr.strip().splitlines() == ["Error: interrupted"], stderr
     assert not list(tmp_path.glob(".writing*"))
 

@@ -74,13 +74,13 @@ def tree(tmp_path: Path) -> Path:
     ("old", "new", "message"),
     [
         (
-            '"rank_filters.cpp", "The median',
-            '"median.cpp", "The median',
+            '"rank_filters.cpp",\n    "The median',
+            '"median.cpp",\n    "The median',
             "kernel median3x3: there is no source runtime/artifact/kernels/median.cpp",
         ),
         (
-            '"rank_filters.cpp", "The median',
-            '"integral.cpp", "The median',
+            '"rank_filters.cpp",\n    "The median',
+            '"integral.cpp",\n    "The median',
             "kernel median3x3: runtime/artifact/kernels/integral.cpp does not have"
             " 'CHIASM_INSTANTIATE(median3x3)'",
         ),

@@ -79,7 +79,7 @@ class Writer:
         made = None
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            made = Path(tempfile.mkdtemp(dir=folder, prefix=".writing-"))
+            made = Path(tempfile.mkdtemp(dir=folder, prefix=_writing(os.getpid())))
             new = made / "new"
             new.mkdir()
             for name, data in (
@@ -105,6 +105,21 @@ class Writer:
             if made is not None:
                 shutil.rmtree(made, ignore_errors=True)
         return target
+
+
+def _writing(process: int) -> str:
+    """How the folders begin that a process writes bundles in."""
+    return f".writing-{process}-"
+
+
+def clean_up(folder: Path, process: int) -> None:
+    """Remove what a process that was ended was writing; a bundle that it had moved away is put back."""
+    for left in folder.glob(f"{_writing(process)}*"):
+        if (left / "old").exists():
+            name = json.loads((left / "old" / "manifest.json").read_text())["name"]
+            if not (folder / f"{name}{SUFFIX}").exists():
+                os.rename(left / "old", folder / f"{name}{SUFFIX}")
+        shutil.rmtree(left, ignore_errors=True)
 
 
 def _now() -> str:

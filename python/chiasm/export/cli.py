@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import json
 import multiprocessing
 import os
 import signal
+import tempfile
 import time
 import warnings
 from collections.abc import Callable
@@ -27,8 +29,8 @@ from .errors import ExportError, one_line, plain
 from .manifest import FORMATS, METHODS, SUFFIX, read_manifest
 
 console = Console(emoji=False)
-#: How a process ends that a SIGTERM ends, as shells have it.
-_TERMINATED = 128 + signal.SIGTERM
+#: Of prctl: the signal for a process whose parent dies.
+_PR_SET_PDEATHSIG = 1
 
 
 @click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
@@ -135,15 +137,17 @@ def export_names(
     # Workers are spawned, not forked: torch's threads do not survive a fork. One op is exported here: a
     # worker would import torch once more.
     context = multiprocessing.get_context("spawn")
+    scratch = tempfile.TemporaryDirectory(prefix="chiasm-export-", ignore_cleanup_errors=True)
     workers = (
-        ProcessPoolExecutor(min(jobs, len(names)), mp_context=context, initializer=_worker)
+        ProcessPoolExecutor(
+            min(jobs, len(names)), mp_context=context, initializer=_worker, initargs=(scratch.name,)
+        )
         if len(names) > 1
         else _Here()
     )
-    with Progress(*columns, console=console) as progress, workers as pool:
+    with scratch, Progress(*columns, console=console) as progress, workers as pool:
         task = progress.add_task("exporting", total=len(names))
-        run: Callable[..., float] = export_entry if isinstance(workers, _Here) else _in_worker
-        pending = {pool.submit(run, name, output, formats, isas, methods): name for name in names}
+        pending = {pool.submit(export_entry, name, output, formats, isas, methods): name for name in names}
         try:
             for done in as_completed(pending):
                 name = pending[done]
@@ -158,9 +162,7 @@ def export_names(
                         console.print(f"[red]failed[/] {escape(failures[name])}", highlight=False)
                 progress.update(task, advance=1, description=name)
         except KeyboardInterrupt:
-            for process in multiprocessing.active_children():
-                process.terminate()
-            pool.shutdown(cancel_futures=True)
+            _stop(pool, output)
             raise
     if failures:
         # once more: hundreds of lines may stand between
@@ -186,31 +188,28 @@ class _Here(Executor):
         return done
 
 
-class _Ended(BaseException):
-    """A worker is told to end: no error of an op, and nothing that handles those takes it for one."""
-
-
-def _worker() -> None:
-    """An interrupt is the parent's to handle; a worker that is told to end does so at once."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, lambda *_: os._exit(_TERMINATED))
+def _worker(scratch: str) -> None:
+    """A session of its own, with its compilers: an interrupt is the parent's to handle, and ends them all."""
+    os.setsid()
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    os.environ["TMPDIR"] = tempfile.tempdir = scratch
     _collect_seldom()
 
 
-def _in_worker(*arguments: Any) -> float:
-    """`export_entry`, but that a worker which is told to end cleans up what it was writing before it does."""
+def _stop(pool: Executor, output: Path) -> None:
+    """End the workers whatever they are doing (an exception might be taken for an op's own), and remove what
+    they were writing."""
+    from .bundle import clean_up
 
-    def end(*_: object) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        raise _Ended
-
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        return export_entry(*arguments)
-    except _Ended:
-        os._exit(_TERMINATED)  # the pool would have it take the next op
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    ids = [worker.pid for worker in multiprocessing.active_children() if worker.pid is not None]
+    for process in ids:
+        try:
+            os.killpg(process, signal.SIGKILL)
+        except ProcessLookupError:  # it has no session yet
+            os.kill(process, signal.SIGKILL)
+    pool.shutdown(cancel_futures=True)
+    for process in ids:
+        clean_up(output, process)
 
 
 def _collect_seldom() -> None:
