@@ -232,7 +232,9 @@ def test_polar_equals_opencv(mapping: str) -> None:
     center, radius = torch.tensor([[40.5, 31.25], [33.0, 28.0]]), torch.tensor([25.0, 38.0])
     actual = warp_polar(x, (72, 48), center, radius, mapping)
     for b in range(2):
-        flags = cv2.INTER_LINEAR + (cv2.WARP_POLAR_LOG if mapping == "log" else cv2.WARP_POLAR_LINEAR)
+        # What lies outside is left as the memory was, unless it is to be filled.
+        flags = cv2.INTER_LINEAR + cv2.WARP_FILL_OUTLIERS
+        flags += cv2.WARP_POLAR_LOG if mapping == "log" else cv2.WARP_POLAR_LINEAR
         expected = chw(cv2.warpPolar(hwc(x, b), (48, 72), center[b].tolist(), float(radius[b]), flags))
         # Positions are rounded to 1/32 pixel there
         np.testing.assert_allclose(actual[b], expected, atol=0.04)
