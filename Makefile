@@ -17,7 +17,8 @@ SOURCES := $(shell find python/chiasm runtime/artifact \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 # Of the past, and damaged on purpose, are not laid out.
-CPP := $(shell git ls-files '*.c' '*.h' '*.cpp' '*.hpp' 2> /dev/null | grep -v '^tests/frozen/\|^tests/fuzz/corpus/')
+CPP := $(shell find bench examples gallery include runtime studies tests \( -path tests/frozen -o -path tests/fuzz/corpus \) -prune \
+  -o \( -name '*.c' -o -name '*.h' -o -name '*.cpp' -o -name '*.hpp' \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery study \
   test test-all test-quick test-ops test-export test-runtime test-aarch64 test-parity \

@@ -4,12 +4,12 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mkdir -p build/tidy
-headers=$(git ls-files -z .clang-tidy 'runtime/*.h' 'include/*.h' 'include/*.hpp' | xargs -0 sha256sum | sha256sum | cut -d' ' -f1)
+headers=$(find .clang-tidy runtime include \( -name .clang-tidy -o -name '*.h' -o -name '*.hpp' \) -print0 | sort -z | xargs -0 sha256sum | sha256sum | cut -d' ' -f1)
 pending=()
 while IFS= read -r source; do
   key=build/tidy/$(sha256sum <<<"$source $headers $(sha256sum <"$source")" | cut -d' ' -f1)
   [ -e "$key" ] || pending+=("$source" "$key")
-done < <(git ls-files 'runtime/base/*.cpp' 'runtime/core/*.cpp' 'runtime/backends/*.cpp' 'runtime/ort/*.cpp' 'runtime/python/*.cpp')
+done < <(find runtime/{base,core,backends,ort,python} -name '*.cpp')
 [ ${#pending[@]} -gt 0 ] || exit 0
 printf '%s\n' "${pending[@]}" | xargs -P "$(nproc)" -n 2 bash -c '
   output=$(clang-tidy -p build/release --quiet "$0" 2>&1) && touch "$1" && exit 0
