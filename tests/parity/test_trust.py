@@ -338,19 +338,23 @@ def test_onnx_with_external_data_is_refused(tmp_path: Path) -> None:
 # The schema
 
 
-def test_schema_of_version_2(bundle: Path) -> None:
+def test_schema_versions(bundle: Path) -> None:
     import jsonschema
 
-    manifest = json.loads((bundle / "manifest.json").read_text())
+    def changed(version: int, **artifact: object) -> dict:
+        result = json.loads((bundle / "manifest.json").read_text()) | {"schema_version": version}
+        result["methods"]["forward"]["artifacts"][0].update(artifact)
+        return result
+
     document = {"file": "sbom.cdx.json", "size": 2, "sha256": "0" * 64}
-    newer = json.loads(json.dumps(manifest)) | {"schema_version": 2, "documents": {"sbom": document}}
-    newer["methods"]["forward"]["artifacts"][0]["why"] = "aten.foo"
-    jsonschema.validate(manifest, schema())
-    jsonschema.validate(newer, schema())
-    without = {k: v for k, v in newer.items() if k != "documents"}
-    bad = [newer | {"schema_version": 1}, without | {"schema_version": 1}, newer | {"schema_version": 3}]
+    second = changed(2, why="aten.foo") | {"documents": {"sbom": document}}
+    third = changed(3, why="aten.foo", glibc="2.34", options={"device": "0"})
+    for one in (changed(1), second, third):
+        jsonschema.validate(one, schema())
+    bad = [changed(1) | {"documents": {"sbom": document}}, changed(1, why="aten.foo"), changed(4)]
+    bad += [changed(2, glibc="2.34"), changed(2, options={}), changed(3, glibc="2")]
     bad += [
-        newer | {"documents": {"sbom": document | change}}
+        second | {"documents": {"sbom": document | change}}
         for change in ({"more": 1}, {"file": "../x"}, {"size": 0}, {"sha256": "x"})
     ]
     for one in bad:
