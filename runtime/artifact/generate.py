@@ -33,6 +33,8 @@ CPP = {
     "float32": "float",
     "float64": "double",
     "uint8": "uint8_t",
+    "int16": "int16_t",
+    "uint16": "uint16_t",
     "int32": "int32_t",
     "int64": "int64_t",
     "bool": "bool",
@@ -42,6 +44,8 @@ CODES = {
     "float32": "kFloat",
     "float64": "kDouble",
     "uint8": "kUint8",
+    "int16": "kInt16",
+    "uint16": "kUint16",
     "int32": "kInt32",
     "int64": "kInt64",
     "bool": "kBool",
@@ -355,10 +359,11 @@ def page() -> str:
             " (`runtime/artifact/kernels`). [architecture.md](architecture.md) tells how"
         ),
         (
-            "an op comes to one, and how to add one. T is float32 or float64, I is uint8 or int32. H and W"
-            " are 1 to 2^31 - 1. A call that does not fit its declaration is an error that"
+            "an op comes to one, and how to add one. T is float32 or float64, I is uint8 or int32, P (of a"
+            " pixel) is uint8, int16, uint16, float32 or float64. H and W are"
         ),
-        "names the argument, what was expected, and what came.",
+        "1 to 2^31 - 1. A call that does not fit its declaration is an error that names the argument, what"
+        " was expected, and what came.",
         "",
     ]
     for e in ENUMERATIONS:

@@ -17,8 +17,9 @@
 
 namespace chiasm::kernels {
 
-constexpr int64_t kAny = -1;         // of a size in an expected shape
-constexpr int32_t kT = -1, kI = -2;  // of element types: float32 or float64, uint8 or int32
+constexpr int64_t kAny = -1;  // of a size in an expected shape
+// Of element types: float32 or float64, uint8 or int32, and a pixel's.
+constexpr int32_t kT = -1, kI = -2, kP = -3;
 
 [[noreturn]] inline void refuse(const char* name, const std::string& expected, const std::string& got) {
   throw std::runtime_error(std::string(name) + ": expected " + expected + ", got " + got +
@@ -82,12 +83,17 @@ class Argument {
   static const AtenTensorOpaque& checked(const char* name, const AtenTensorOpaque& tensor, int32_t dtype,
                                          std::initializer_list<int64_t> shape, bool leading) {
     using namespace artifact;
-    const bool fits = dtype == kT   ? tensor.dtype == kFloat || tensor.dtype == kDouble
-                      : dtype == kI ? tensor.dtype == kUint8 || tensor.dtype == kInt32
+    const auto one_of = [&](std::initializer_list<int32_t> types) {
+      return std::find(types.begin(), types.end(), tensor.dtype) != types.end();
+    };
+    const bool fits = dtype == kT   ? one_of({kFloat, kDouble})
+                      : dtype == kI ? one_of({kUint8, kInt32})
+                      : dtype == kP ? one_of({kUint8, kInt16, kUint16, kFloat, kDouble})
                                     : tensor.dtype == dtype;
     if (!fits) {
       const std::string expected = dtype == kT   ? "float32 or float64"
                                    : dtype == kI ? "uint8 or int32"
+                                   : dtype == kP ? "uint8, int16, uint16, float32 or float64"
                                                  : "element type " + std::to_string(dtype);
       refuse(name, expected, "element type " + std::to_string(tensor.dtype));
     }
@@ -121,19 +127,20 @@ constexpr int32_t kCode = -1;
 template <>
 inline constexpr int32_t kCode<uint8_t> = artifact::kUint8;
 template <>
+inline constexpr int32_t kCode<int16_t> = artifact::kInt16;
+template <>
+inline constexpr int32_t kCode<uint16_t> = artifact::kUint16;
+template <>
 inline constexpr int32_t kCode<int32_t> = artifact::kInt32;
 template <>
 inline constexpr int32_t kCode<float> = artifact::kFloat;
 template <>
 inline constexpr int32_t kCode<double> = artifact::kDouble;
 
-// Calls body(T{}) with the one of two types that `dtype` is.
-template <class First, class Second, class Body>
+// Calls body(T{}) with the one of the types that `dtype` is.
+template <class... Types, class Body>
 void for_type(int32_t dtype, const Body& body) {
-  if (dtype == kCode<First>)
-    body(First{});
-  else
-    body(Second{});
+  (void)((dtype == kCode<Types> && (body(Types{}), true)) || ...);
 }
 
 }  // namespace chiasm::kernels

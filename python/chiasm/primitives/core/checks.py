@@ -2,6 +2,7 @@
 
 from typing import List, Tuple, Union
 
+import torch
 from torch import Tensor
 
 
@@ -23,6 +24,20 @@ def check_image(value: Tensor, name: str) -> None:
     """Raise unless ``value`` is a floating-point (B, C, H, W) tensor."""
     check_rank(value, 4, "(B, C, H, W)", name)
     check_floating(value, name)
+
+
+def check_pixels(value: Tensor, name: str, deep: bool = False) -> None:
+    """Raise unless ``value`` is a (B, C, H, W) tensor, floating point or uint8; with ``deep`` also of 16
+    bits."""
+    check_rank(value, 4, "(B, C, H, W)", name)
+    if value.is_floating_point() or value.dtype == torch.uint8:
+        return
+    if not deep:
+        raise TypeError(f"{name}: expected a floating-point or uint8 tensor, got dtype {value.dtype}")
+    if value.dtype != torch.int16 and value.dtype != torch.uint16:
+        raise TypeError(
+            f"{name}: expected a floating-point, uint8, int16 or uint16 tensor, got dtype {value.dtype}"
+        )
 
 
 def check_rgb(value: Tensor, name: str) -> None:

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from .declarations import CONSTANTS, ENUMERATIONS, KERNELS
-from .schema import INT32_MAX, Argument, Kernel
+from .schema import INT32_MAX, VARIABLES, Argument, Kernel
 
 
 def __getattr__(name: str) -> Callable[..., Tensor]:
@@ -36,12 +36,18 @@ def has_kernel(x: Tensor, *_: object) -> bool:
     return available(x) and (x.dtype == torch.float32 or x.dtype == torch.float64)
 
 
+def has_pixel_kernel(x: Tensor, *_: object) -> bool:
+    """``available``, and x is of a type that kernels of pixels (type P) have."""
+    return available(x) and x.dtype in _PIXELS
+
+
 def runs_to_its_end(limit: int) -> bool:
     """Whether a loop over connected pixels needs no limit: its steps grow with the logarithm of the pixels'
     number, and 64 of them are enough for any mask."""
     return limit >= 64
 
 
+_PIXELS = [getattr(torch, name) for name in VARIABLES["P"]]
 _NUMBERS = {e.name: e.numbers for e in ENUMERATIONS}
 _SCHEMA_TYPES = {"int": "SymInt", "float": "float", "bool": "bool"} | {e.name: "int" for e in ENUMERATIONS}
 

@@ -1,0 +1,43 @@
+"""How images lie in memory: plane after plane, or pixel by pixel as frames of bytes do.
+
+An op has one form, of (B, C, H, W). A frame (B, H, W, C) comes to it as a permuted view, which PyTorch calls
+channels_last; kernels take both as rows of values in which neighbours are some values apart.
+"""
+
+from typing import Tuple
+
+from torch import Tensor
+
+
+def interleaved(x: Tensor) -> bool:
+    """Whether (B, C, H, W) is stored pixel by pixel. Only lowerings ask.
+
+    >>> import torch
+    >>> interleaved(torch.zeros(2, 4, 5, 3).permute(0, 3, 1, 2)), interleaved(torch.zeros(2, 3, 4, 5))
+    (True, False)
+    """
+    step = x.stride(1)
+    return isinstance(step, int) and step == 1 and x.permute(0, 2, 3, 1).is_contiguous()
+
+
+def as_rows(x: Tensor) -> Tuple[Tensor, int]:
+    """(B, C, H, W) as rows (N, H, L) for a kernel, and how many values lie between neighbours in a row: 1 in
+    planes, C in frames.
+
+    >>> import torch
+    >>> [
+    ...     as_rows(x)[0].shape
+    ...     for x in (torch.zeros(2, 3, 4, 5), torch.zeros(2, 4, 5, 3).permute(0, 3, 1, 2))
+    ... ]
+    [torch.Size([6, 4, 5]), torch.Size([2, 4, 15])]
+    """
+    if interleaved(x):
+        return x.permute(0, 2, 3, 1).flatten(2), x.size(1)
+    return x.flatten(0, 1), 1
+
+
+def from_rows(rows: Tensor, like: Tensor) -> Tensor:
+    """Undo `as_rows` of images with the layout, batch and channels of `like`; height and width may differ."""
+    if interleaved(like):
+        return rows.unflatten(2, [rows.size(2) // like.size(1), like.size(1)]).permute(0, 3, 1, 2)
+    return rows.unflatten(0, [like.size(0), like.size(1)])
