@@ -170,9 +170,10 @@ chiasm_status* method_output_shape(const chiasm_method* method, const chiasm_ten
     }
     Call call;
     signature.check_inputs(inputs, input_count, call);
-    *ndim = call.outputs[index].ndim;
-    *dtype = call.outputs[index].dtype;
-    std::memcpy(shape, call.output_shapes[index], sizeof(int64_t) * static_cast<size_t>(*ndim));
+    const chiasm_tensor output = call.seen_output(index);
+    *ndim = output.ndim;
+    *dtype = output.dtype;
+    std::copy_n(output.shape, output.ndim, shape);
   });
 }
 

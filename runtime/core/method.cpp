@@ -1,5 +1,6 @@
 #include "core/method.h"
 
+#include <algorithm>
 #include <cstring>
 #include <new>
 
@@ -55,9 +56,9 @@ Outputs::Outputs(Call& call, const std::vector<TensorSpec>& outputs) : slots_(ou
                                      std::to_string(call.output_bytes[i]) + " bytes, its shape is " +
                                      shape_text(call.output_shapes[i], call.outputs[i].ndim));
     }
-    std::memcpy(slot.shape, call.output_shapes[i], sizeof slot.shape);
     call.outputs[i].data = slot.memory.data();
-    slot.tensor = call.outputs[i];
+    slot.tensor = call.seen_output(i);
+    std::copy_n(slot.tensor.shape, slot.tensor.ndim, slot.shape);
     slot.tensor.shape = slot.shape;
   }
 }

@@ -46,6 +46,9 @@ bool looks_channels_last(const chiasm_tensor& tensor) {
   return strides[0] == 1 && strides[2] == shape[0] && strides[1] == shape[0] * shape[2];
 }
 
+/** Whether a tensor is a batch of frames, of which the caller may pass one alone. */
+bool is_frames(const TensorSpec& spec) { return spec.layout == "NHWC" && spec.shape.size() == 4; }
+
 }  // namespace
 
 std::string shape_text(const int64_t* shape, int32_t ndim) {
@@ -61,6 +64,14 @@ std::string device_text(int32_t type, int32_t index) {
   return "an unknown device type " + std::to_string(type);
 }
 
+chiasm_tensor Call::seen_output(size_t n) const {
+  chiasm_tensor tensor = outputs[n];
+  if (missing == 0 || (frame_outputs >> n & 1) == 0 || tensor.shape[0] != 1) return tensor;
+  tensor.ndim -= missing == 2 && tensor.shape[3] == 1 ? 2 : 1;
+  ++tensor.shape;
+  return tensor;
+}
+
 Signature::Signature(const MethodSpec& method, const std::vector<Symbol>& symbols, int32_t generic_dtype,
                      int32_t device_type, int32_t device_index)
     : symbols_(symbols), device_type_(device_type), device_index_(device_index) {
@@ -70,7 +81,7 @@ Signature::Signature(const MethodSpec& method, const std::vector<Symbol>& symbol
     return spec.dtype == kGeneric ? generic_dtype : spec.dtype;
   };
   for (const TensorSpec& spec : method.inputs) {
-    TensorRule rule{&spec, dtype_of(spec), {}};
+    TensorRule rule{&spec, dtype_of(spec), {}, is_frames(spec)};
     for (const Expression& dim : spec.shape) {
       if (dim.is_constant()) {
         rule.dims.push_back({Rule::constant, dim.operand()});
@@ -86,7 +97,8 @@ Signature::Signature(const MethodSpec& method, const std::vector<Symbol>& symbol
     }
     inputs_.push_back(std::move(rule));
   }
-  for (const TensorSpec& spec : method.outputs) outputs_.push_back({&spec, dtype_of(spec), {}});
+  for (const TensorSpec& spec : method.outputs)
+    outputs_.push_back({&spec, dtype_of(spec), {}, is_frames(spec)});
 }
 
 void Signature::check_common(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const {
@@ -123,6 +135,28 @@ void Signature::check_common(const chiasm_tensor& tensor, const TensorRule& rule
     refuse(kind, name,
            "its data is not aligned to " + std::to_string(size) + " bytes, the size of its elements");
   }
+}
+
+// An input that may be a frame alone, as a batch. All frames of a call lack the same dimensions; `first` is
+// the one that decides.
+chiasm_tensor Signature::as_batch(const chiasm_tensor& tensor, size_t n, bool first, Call& call) const {
+  const TensorRule& rule = inputs_[n];
+  if (!rule.frames) return tensor;
+  const int32_t missing = 4 - tensor.ndim;
+  if (missing < 0 || missing > 2) return tensor;
+  if (first) call.missing = missing;
+  if (missing != call.missing) {
+    refuse_shape(tensor, rule, "input", call, n,
+                 ": frames alone and batches of frames do not go together in a call");
+  }
+  if (missing == 0) return tensor;
+  int64_t* const shape = call.frame_shapes[n];
+  shape[0] = shape[3] = 1;
+  std::copy_n(tensor.shape, tensor.ndim, shape + 1);
+  chiasm_tensor batch = tensor;
+  batch.ndim = 4;
+  batch.shape = shape;
+  return batch;
 }
 
 void Signature::check_strides(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const {
@@ -187,10 +221,13 @@ int64_t Signature::evaluate(const Expression& dim, const TensorRule& rule, const
 
 void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& call) const {
   check_array(inputs, count, inputs_.size(), "input");
+  bool first_frames = true;
   for (size_t n = 0; n < count; ++n) {
-    const chiasm_tensor& tensor = tensor_at(inputs, n);
     const TensorRule& rule = inputs_[n];
-    check_common(tensor, rule, "input");
+    check_common(tensor_at(inputs, n), rule, "input");
+    const chiasm_tensor tensor = as_batch(tensor_at(inputs, n), n, first_frames, call);
+    first_frames = first_frames && !rule.frames;
+    call.inputs[n] = tensor;
     if (static_cast<size_t>(tensor.ndim) != rule.dims.size()) {
       refuse_shape(tensor, rule, "input", call, n, "");
     }
@@ -213,7 +250,7 @@ void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& ca
   }
   if (has_input_expressions_) {
     for (size_t n = 0; n < count; ++n) {
-      const chiasm_tensor& tensor = tensor_at(inputs, n);
+      const chiasm_tensor& tensor = call.inputs[n];
       for (size_t i = 0; i < inputs_[n].dims.size(); ++i) {
         if (inputs_[n].dims[i].rule != Rule::expression) continue;
         const int64_t expected = evaluate(inputs_[n].spec->shape[i], inputs_[n], "input", call);
@@ -225,10 +262,8 @@ void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& ca
     }
   }
   for (size_t n = 0; n < count; ++n) {
-    const chiasm_tensor& tensor = tensor_at(inputs, n);
-    bytes_of(tensor, "input", inputs_[n].spec->name.c_str());
-    check_strides(tensor, inputs_[n], "input");
-    call.inputs[n] = tensor;
+    bytes_of(call.inputs[n], "input", inputs_[n].spec->name.c_str());
+    check_strides(tensor_at(inputs, n), inputs_[n], "input");
     call.inputs[n].struct_size = sizeof(chiasm_tensor);
     call.inputs[n].strides = nullptr;
   }
@@ -238,6 +273,7 @@ void Signature::check_inputs(const chiasm_tensor* inputs, size_t count, Call& ca
 void Signature::infer_outputs(Call& call) const {
   for (size_t n = 0; n < outputs_.size(); ++n) {
     const TensorRule& rule = outputs_[n];
+    if (rule.frames) call.frame_outputs |= uint64_t{1} << n;
     const auto& dims = rule.spec->shape;
     for (size_t i = 0; i < dims.size(); ++i)
       call.output_shapes[n][i] = evaluate(dims[i], rule, "output", call);
@@ -266,10 +302,11 @@ void Signature::check_outputs(const chiasm_tensor* outputs, size_t count, Call& 
     const chiasm_tensor& tensor = tensor_at(outputs, n);
     const TensorRule& rule = outputs_[n];
     check_common(tensor, rule, "output");
-    const bool same_rank = static_cast<size_t>(tensor.ndim) == rule.spec->shape.size();
-    if (!same_rank || !std::equal(tensor.shape, tensor.shape + tensor.ndim, call.output_shapes[n])) {
+    const chiasm_tensor expected = call.seen_output(n);
+    if (tensor.ndim != expected.ndim ||
+        !std::equal(tensor.shape, tensor.shape + tensor.ndim, expected.shape)) {
       refuse_shape(tensor, rule, "output", call, n,
-                   "; for these inputs it is " + shape_text(call.output_shapes[n], call.outputs[n].ndim));
+                   "; for these inputs it is " + shape_text(expected.shape, expected.ndim));
     }
     check_strides(tensor, rule, "output");
     call.outputs[n].data = tensor.data;

@@ -10,7 +10,9 @@ namespace chiasm::core {
 
 /** One call, as the checks leave it: on the stack, no memory of its own.
  *
- *  The tensors are in the layout that engines see: dense row-major, strides NULL.
+ *  The tensors are in the layout that engines see: dense row-major, strides NULL. Where the signature has
+ *  batches of frames (layout "NHWC"), the caller may pass a frame alone: (H, W, C), or (H, W) of one channel.
+ *  Engines see a batch of one, and the caller gets outputs without the dimensions that the inputs lacked.
  */
 struct Call {
   chiasm_tensor inputs[kMaxTensors];
@@ -18,6 +20,12 @@ struct Call {
   int64_t output_shapes[kMaxTensors][CHIASM_MAX_DIMS];
   size_t output_bytes[kMaxTensors];
   int64_t symbols[kMaxSymbols];
+  int64_t frame_shapes[kMaxTensors][4]; /**< of inputs that came as frames alone */
+  int32_t missing = 0;                  /**< how many dimensions these frames lack */
+
+  /** What the caller sees of output n: of frames alone a frame alone. */
+  chiasm_tensor seen_output(size_t n) const;
+  uint64_t frame_outputs = 0; /**< by bit: which outputs are batches of frames */
 };
 
 /** A method's signature for one value of T, one device, prepared for fast checks. The specs must outlive
@@ -55,12 +63,14 @@ class Signature final {
     const TensorSpec* spec;
     int32_t dtype;
     std::vector<DimRule> dims;
+    bool frames; /**< (B, H, W, C) */
   };
   struct Binding {
     size_t input, dim;
   };
 
   void check_common(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const;
+  chiasm_tensor as_batch(const chiasm_tensor& tensor, size_t n, bool first, Call& call) const;
   void check_strides(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind) const;
   [[noreturn]] void refuse_shape(const chiasm_tensor& tensor, const TensorRule& rule, const char* kind,
                                  const Call& call, size_t tensor_index, const std::string& why) const;

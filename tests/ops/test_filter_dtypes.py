@@ -8,7 +8,7 @@ from torch import Tensor
 from chiasm import filters
 from chiasm.export import samples
 from chiasm.export.catalog import Entry, catalog
-from chiasm.export.tracing.module import bind
+from chiasm.export.tracing.module import bind_spec
 
 #: Comparisons, whose outputs jump: only the dtype is compared.
 JUMPS = ("adaptive", "otsu", "edge_aware", "in_range", "get_motion_kernel3d")
@@ -37,7 +37,7 @@ def results(entry: Entry, dtype: str) -> list[Tensor]:
     # The same scene for all: values that every dtype has.
     made = samples.make(spec, samples.fit(spec, SIZES), "bfloat16")
     inputs = [v.to(getattr(torch, dtype)) if v.is_floating_point() else v for v in made.values()]
-    result = bind(entry.function(), [t.name for t in spec.inputs], spec.config, spec.name)(*inputs)
+    result = bind_spec(entry.function(), spec)(*inputs)
     return [result] if isinstance(result, Tensor) else list(result)
 
 

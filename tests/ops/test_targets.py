@@ -23,6 +23,7 @@ from torch.utils._pytree import tree_leaves, tree_map_only
 import chiasm
 from chiasm.primitives.core.lowering import PRIMITIVES, Lowering, Primitive
 from chiasm.primitives.core.target import TARGETS, exporting
+from chiasm.primitives.filters.fixed_point import fixed_taps
 from chiasm.primitives.filters.padding import join_columns
 from chiasm.primitives.filters.stencil import join_channels
 from chiasm.primitives.linalg.qr import frobenius_norm, qr
@@ -56,6 +57,15 @@ def matrices(dtype: torch.dtype, n: int) -> Tensor:
 
 def images(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
     return numbers(dtype, 2, 3, 12, 17), numbers(dtype, 1, 1, 9, 8)
+
+
+def pixels(*shape: int) -> Tensor:
+    return integers(256, *shape).to(torch.uint8)
+
+
+def planes_and_frames() -> list[Tensor]:
+    """Bytes (2, 3, H, W), plane after plane and pixel by pixel."""
+    return [pixels(2, 3, 9, 8), pixels(2, 10, 9, 3).permute(0, 3, 1, 2)]
 
 
 def in_borders(dtype: torch.dtype, *settings: Any) -> list[Example]:
@@ -298,6 +308,12 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_scales": lambda t: [
         ([x, 2.0 * x], [TAPS, [0.2, 0.6, 0.2]], name) for x in images(t) for name in BORDERS
     ],
+    "fixed_point.separable_bytes": lambda t: [
+        (x, fixed_taps(torch.tensor([TAPS])), fixed_taps(numbers(torch.float64, *rows, 5).softmax(1)), name)
+        for x in planes_and_frames()
+        for name in BORDERS
+        for rows in ((1,), (2,))
+    ],
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],
     "integral.integral": lambda t: [(numbers(t, 2, 9, 8),)],
@@ -422,10 +438,13 @@ def test_what_is_scripted_is_the_definition(name: str, made: Primitive[..., Any]
 
 #: Names by which code asks what it is compiled for, or does what is done for a compiler's sake.
 ASKING = {
+    "as_rows",
     "available",
     "current_target",
     "exporting",
     "has_kernel",
+    "has_pixel_kernel",
+    "interleaved",
     "is_compiling",
     "is_dynamo_compiling",
     "is_exporting",

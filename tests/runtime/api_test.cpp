@@ -99,6 +99,60 @@ TEST_F(Call, RankAndShape) {
               HasSubstr("got (1, 3, 4, 4097)"));
 }
 
+/** The method with frames (B, H, W, 3) for its images. */
+Method method_of_frames(const TemporaryFolder& folder) {
+  return Bundle::open(write_bundle(folder,
+                                   [](Json& manifest) {
+                                     Json& forward = manifest["methods"]["forward"];
+                                     for (Json* frames : {&forward["inputs"][0], &forward["outputs"][0]}) {
+                                       (*frames)["layout"] = "NHWC";
+                                       (*frames)["shape"] = {"B", "H", "W", "C"};
+                                     }
+                                     manifest["symbols"]["C"] = {{"min", 1}, {"max", 4}};
+                                   }))
+      .method("forward");
+}
+
+TEST_F(Call, AFrameAloneIsABatchOfOne) {
+  const TemporaryFolder folder;
+  const Method method = method_of_frames(folder);
+  const Tensor sigma(sigma_.data(), {1, 2});
+  const auto shapes = [&](const Tensor& frame) {
+    const Outputs outputs = method.run({frame, sigma});
+    EXPECT_EQ(outputs[0].data<float>()[59], 3.0f);
+    return std::vector<Shape>{outputs[0].shape(), outputs[1].shape(),
+                              method.output_type({frame, sigma}).shape};
+  };
+  EXPECT_EQ(shapes({image_.data(), {1, 4, 5, 3}}), (std::vector<Shape>{{1, 4, 5, 3}, {1, 2}, {1, 4, 5, 3}}));
+  EXPECT_EQ(shapes({image_.data(), {4, 5, 3}}), (std::vector<Shape>{{4, 5, 3}, {1, 2}, {4, 5, 3}}));
+  EXPECT_EQ(shapes({image_.data(), {6, 10}}), (std::vector<Shape>{{6, 10}, {1, 3}, {6, 10}}));
+  std::vector<float> out(60), half(2);
+  method.run_into({Tensor(image_.data(), {4, 5, 3}), sigma},
+                  {Tensor(out.data(), {4, 5, 3}), Tensor(half.data(), {1, 2})});
+  EXPECT_EQ(out[59], 3.0f);
+}
+
+TEST_F(Call, FramesThatDoNotFitAreNamed) {
+  const TemporaryFolder folder;
+  const Method method = method_of_frames(folder);
+  const Tensor sigma(sigma_.data(), {1, 2});
+  const auto says = [&](const Tensor& frame) {
+    return refusal(CHIASM_INVALID_ARGUMENT, [&] { method.run({frame, sigma}); });
+  };
+  EXPECT_EQ(says({image_.data(), {5}}), "input 'input': expected shape (B, H, W, C), got (5,)");
+  EXPECT_THAT(says({image_.data(), {4, 5, 5}}), HasSubstr("got (1, 4, 5, 5): C must be from 1 to 4"));
+  EXPECT_THAT(says(Tensor::strided(image_.data(), {4, 5, 3}, {18, 3, 1})),
+              AllOf(HasSubstr("expected dense row-major memory, got strides (18, 3, 1) for shape (4, 5, 3)"),
+                    HasSubstr(".clone()")));
+  std::vector<float> out(60), half(2);
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT,
+                      [&] {
+                        method.run_into({Tensor(image_.data(), {4, 5, 3}), sigma},
+                                        {Tensor(out.data(), {1, 4, 5, 3}), Tensor(half.data(), {1, 2})});
+                      }),
+              HasSubstr("for these inputs it is (4, 5, 3)"));
+}
+
 TEST_F(Call, ExpressionsInInputs) {
   const Method vjp = Bundle::open(path_).method("vjp");
   EXPECT_EQ(vjp.run({input_, sigma_view_})[0].shape(), (Shape{2, 3, 4, 5}));

@@ -13,12 +13,13 @@ if TYPE_CHECKING:
     from .errors import ExportError
     from .manifest import FORMATS, BundleError
     from .pipeline import export
-    from .spec import Spec, TensorSpec, Tolerance, frame, image
+    from .spec import Frames, Spec, TensorSpec, Tolerance, frame, image
 
 __all__ = [
     "FORMATS",
     "BundleError",
     "ExportError",
+    "Frames",
     "Spec",
     "TensorSpec",
     "Tolerance",

@@ -29,7 +29,7 @@ from .manifest import FORMATS, METHODS, SCHEMA_VERSION
 from .spec import Spec, TensorSpec
 from .tracing.gradient import vjp_module, vjp_signature
 from .tracing.graph import output_specs
-from .tracing.module import bind
+from .tracing.module import bind_spec
 
 #: What makes a method's artifacts of each format, in the bundle's order.
 LOWERINGS = {"torchscript": torchscript.lower, "native": native.lower, "onnx": onnx.lower}
@@ -74,7 +74,7 @@ def export(
     """
     check_call(fn, spec, formats, isas, METHODS if methods is None else methods)
     with preserved(fn):
-        op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
+        op = bind_spec(fn, spec)
         with closing(ExportJob(fn, spec, formats, isas, methods, progress, op)) as job:
             check(job)
             derive(job)
@@ -95,13 +95,7 @@ def check(job: ExportJob) -> None:
     copied = [_check(job, variant) for variant in job.variants]
     if any(map(any, copied)):
         # An output that is an input, or another output: a graph's outputs are tensors of their own.
-        job.op = bind(
-            job.fn,
-            [t.name for t in job.spec.inputs],
-            job.spec.config,
-            job.spec.name,
-            [any(of) for of in zip(*copied, strict=True)],
-        )
+        job.op = bind_spec(job.fn, job.spec, [any(of) for of in zip(*copied, strict=True)])
 
 
 def _check(job: ExportJob, variant: str | None) -> list[bool]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -54,6 +54,21 @@ DEFAULT_TOLERANCES = MappingProxyType(
 
 
 @dataclass(frozen=True)
+class Frames:
+    """How an op on image batches (B, C, H, W) is deployed for frames, (B, H, W, C), as cameras and files have
+    them. The bundle is NAME.frames; of a batch of one, the runtime takes a frame alone, (H, W, C).
+
+    dtypes: the element types of the frames; the first is the default. config, tolerances, reference: as in
+    Spec, where they differ from it: the settings of an op on bytes are in the units of bytes.
+    """
+
+    dtypes: tuple[str, ...] = ("uint8",)
+    config: dict[str, Any] = field(default_factory=dict)
+    tolerances: dict[str, Tolerance] = field(default_factory=dict)
+    reference: str = ""
+
+
+@dataclass(frozen=True)
 class Spec:
     """How an op or pipeline is deployed.
 
@@ -69,6 +84,8 @@ class Spec:
     or infinity; empty where they agree (tests/parity/special_values.py). takes_gradients: True for a function
     that calls torch.autograd.grad (a step of an optimisation); it is traced as gradients are, and has no vjp.
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
+    frames: what makes the op's form for frames, if it has one (`as_frames`). interleaved: True for that form:
+    the tensors of layout "NHWC" are images (B, C, H, W) to the op.
     """
 
     name: str
@@ -88,6 +105,31 @@ class Spec:
     without_nan: bool = False
     special_values: str = ""
     takes_gradients: bool = False
+    frames: Frames | None = None
+    interleaved: bool = False
+
+    def as_frames(self) -> Spec:
+        """The spec of the op's form for frames.
+
+        >>> spec = Spec("my.blur", [image()], [TensorSpec("output", layout="NCHW")], frames=Frames())
+        >>> spec.as_frames().name, spec.as_frames().inputs[0].shape, spec.as_frames().dtypes
+        ('my.blur.frames', ('B', 'H', 'W', 'C'), ('uint8',))
+        """
+        if self.frames is None:
+            raise ValueError(f"spec {self.name!r}: it has no form for frames: set frames=Frames()")
+        return replace(
+            self,
+            name=f"{self.name}.frames",
+            inputs=[_as_frames(t) for t in self.inputs],
+            outputs=[replace(t, layout="NHWC") if t.layout == "NCHW" else t for t in self.outputs],
+            config=self.config | self.frames.config,
+            dtypes=self.frames.dtypes,
+            gradients=(),
+            tolerances=self.frames.tolerances,
+            reference=self.frames.reference or self.reference,
+            frames=None,
+            interleaved=True,
+        )
 
     @property
     def generic(self) -> bool:
@@ -128,6 +170,16 @@ class Spec:
         """The tolerance for a method's outputs of a dtype; None means exact."""
         own = self.gradient_tolerances if method == "vjp" else {}
         return own.get(dtype) or self.tolerances.get(dtype) or DEFAULT_TOLERANCES.get(dtype)
+
+
+def _as_frames(tensor: TensorSpec) -> TensorSpec:
+    """An image as frames; of what else is of type T, float32."""
+    if tensor.layout == "NCHW" and len(tensor.shape) == 4:
+        batch, channels, height, width = tensor.shape
+        shape, range = (batch, height, width, channels), (0.0, 255.0)
+        description = tensor.description.replace("image batch", "frames")
+        return replace(tensor, shape=shape, layout="NHWC", range=range, description=description)
+    return replace(tensor, dtype="float32") if tensor.dtype == "T" else tensor
 
 
 def image(

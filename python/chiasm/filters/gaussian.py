@@ -6,9 +6,10 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.checks import check_pixels, odd_pair
 from ..primitives.core.materialise import materialised
 from ..primitives.filters.correlation import correlated2d
+from ..primitives.filters.fixed_point import fixed_taps, separable_bytes
 from ..primitives.filters.stencil import separable as separable_per_sample
 from ..primitives.filters.stencil import separable_shared
 
@@ -60,8 +61,11 @@ def gaussian_blur2d(
 ) -> Tensor:
     """Convolve with a normalised Gaussian.
 
+    Of bytes, the taps are rounded to multiples of 1/256, the sums are exact, and the result is rounded halves
+    up: OpenCV's GaussianBlur of 8 bits, to the bit.
+
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         kernel_size: odd number of taps, one for both axes or (rows, columns).
         sigma: standard deviations in pixels, (y, x) or a tensor (B, 2) with one pair per sample (or (1, 2)
             for all).
@@ -70,18 +74,23 @@ def gaussian_blur2d(
         separable: two 1-D passes (fast) instead of one 2-D pass; the result is the same up to rounding.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if a shape, the kernel size or the border is not as above.
 
     Example:
         >>> gaussian_blur2d(torch.ones(1, 1, 5, 5), 3, (1.0, 1.0)).shape
         torch.Size([1, 1, 5, 5])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
+    if input.dtype == torch.uint8:
+        exact_y, exact_x = gaussian_kernels(
+            ky, kx, sigma, torch.empty(0, dtype=torch.float64, device=input.device), "sigma"
+        )
+        return separable_bytes(input, fixed_taps(exact_y), fixed_taps(exact_x), border_type)
     if separable and not isinstance(sigma, Tensor):
         return separable_shared(input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type)
     kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input, "sigma")

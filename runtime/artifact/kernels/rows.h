@@ -108,13 +108,13 @@ HWY_INLINE void for_lanes_fetching(int64_t n, const T* next, const Body& body) {
 }
 
 // Fills what a tile's row has beyond the image: `row` points to the tile's first column, of which `before`
-// and `after` more are needed.
+// and `after` more are needed. Neighbours in a row are `step` values apart.
 template <class T>
 inline void extend(T* row, const Tile& tile, int64_t width, int64_t before, int64_t after, Border border,
-                   T value) {
+                   T value, int64_t step = 1) {
   const auto fill = [&](int64_t i) {
-    const int64_t j = inside(i, width, border);
-    row[i - tile.left] = j < 0 ? value : row[j - tile.left];
+    const int64_t channel = (i % step + step) % step, j = inside((i - channel) / step, width / step, border);
+    row[i - tile.left] = j < 0 ? value : row[j * step + channel - tile.left];
   };
   for (int64_t i = tile.left - before; i < 0; ++i) fill(i);
   for (int64_t i = width; i < tile.right + after; ++i) fill(i);

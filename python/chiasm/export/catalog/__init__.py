@@ -148,10 +148,11 @@ _entries: dict[str, Entry] = {}
 
 
 def add(spec: Spec, fn: str | None = None) -> None:
-    """Put an op into the catalog."""
-    if spec.name in _entries:
-        raise ValueError(f"the catalog has {spec.name!r} already")
-    _entries[spec.name] = Entry(spec, fn or spec.name)
+    """Put an op into the catalog, and its form for frames if it has one."""
+    for each in [spec] if spec.frames is None else [spec, spec.as_frames()]:
+        if each.name in _entries:
+            raise ValueError(f"the catalog has {each.name!r} already")
+        _entries[each.name] = Entry(each, fn or spec.name)
 
 
 def catalog() -> dict[str, Entry]:

@@ -1,6 +1,6 @@
 """Filters."""
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
 add(
@@ -19,6 +19,7 @@ add(
         config={"kernel_size": (5, 5), "border_type": "reflect"},
         symbols=STENCIL,
         reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
+        frames=Frames(),
     )
 )
 
@@ -31,6 +32,7 @@ add(
         config={"kernel_size": (5, 5), "sigma": (1.1, 1.1), "border_type": "reflect"},
         symbols=STENCIL,
         reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
+        frames=Frames(),
     ),
     fn="filters.gaussian_blur2d",
 )

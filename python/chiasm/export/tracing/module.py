@@ -6,13 +6,33 @@ from __future__ import annotations
 import keyword
 import linecache
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import torch
 from torch import nn
 
 from ..errors import ExportError
+from ..spec import Spec
+
+
+def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ()) -> nn.Module:
+    """An nn.Module whose `forward` takes the spec's inputs, and calls `fn` with them and the configuration.
+
+    Batches of frames come to an op on planes as a view (B, C, H, W), and its images go back as frames.
+    `copied` says of each result whether it is an input itself, or another result: a graph's outputs are
+    tensors of their own.
+    """
+    endings = [".clone()" if c else "" for c in copied] or [""] * len(spec.outputs)
+    views: dict[str, str] = {}
+    if spec.interleaved:
+        views = {t.name: ".permute(0, 3, 1, 2)" for t in spec.inputs if t.layout == "NHWC"}
+        endings = [
+            ".permute(0, 2, 3, 1).contiguous()" * (t.layout == "NHWC") + ending
+            for t, ending in zip(spec.outputs, endings, strict=True)
+        ]
+    return bind(fn, [t.name for t in spec.inputs], spec.config, spec.name, views, endings)
 
 
 def bind(
@@ -20,21 +40,21 @@ def bind(
     arguments: list[str],
     config: dict[str, Any],
     name: str,
-    copied: Sequence[bool] = (),
+    views: Mapping[str, str] = MappingProxyType({}),
+    endings: Sequence[str] = (),
 ) -> nn.Module:
     """An nn.Module whose `forward(arguments...)` calls `fn` with them and with `config`.
 
-    `copied` says of each result whether it is an input itself, or another result: a graph's outputs are
-    tensors of their own.
-
-    It is written as source text because torch.jit.script reads source, and because the arguments' names
-    become the tensors' names in ONNX.
+    `views` are what follows the arguments' names, and `endings` what follows the results, as source text.
+    All of it is source text because torch.jit.script reads that, and because the arguments' names become the
+    tensors' names in ONNX.
     """
     for argument in arguments:
         if not argument.isidentifier() or keyword.iskeyword(argument):
             raise ExportError(f"{name}: input name {argument!r} is not a Python identifier")
     is_module = isinstance(fn, nn.Module)
-    passed = [a if is_module else f"{a}={a}" for a in arguments] + [
+    viewed = {a: a + views.get(a, "") for a in arguments}
+    passed = [v if is_module else f"{a}={v}" for a, v in viewed.items()] + [
         f"{k}={v!r}" for k, v in sorted(config.items())
     ]
     callee = "self.fn" if is_module else "_op"
@@ -43,11 +63,11 @@ def bind(
     class_name = "Op_" + "".join(c if c.isalnum() else "_" for c in name)
     call = f"{callee}({', '.join(passed)})"
     lines = [f"return {call}"]
-    if any(copied):
-        results = [f"_result{i}" for i in range(len(copied))]
+    if any(endings):
+        results = [f"_result{i}" for i in range(len(endings))]
         lines = [
             f"{', '.join(results)} = {call}",
-            f"return {', '.join(f'{r}.clone()' if c else r for r, c in zip(results, copied, strict=True))}",
+            f"return {', '.join(r + ending for r, ending in zip(results, endings, strict=True))}",
         ]
     body = "".join(f"        {line}\n" for line in lines)
     source = f"class {class_name}(nn.Module):\n    def forward(self, {typed}):\n{body}"

@@ -46,6 +46,15 @@ _declare(
     ["N in (1, B)", "1 <= KY <= INT32_MAX", "1 <= KX <= INT32_MAX", "KY * KX <= INT32_MAX"],
 )
 _declare(
+    """separable_bytes(uint8[N, H, W] x, int32[RY, KY] taps_y, int32[RX, KX] taps_x, int step, Border border)
+    -> uint8[N, H, W]""",
+    "separable_bytes.cpp",
+    """Correlation down the columns and along the rows, in which neighbours are step values apart, rounded
+    halves up. The taps are multiples of 1/256, the same from both ends, and those of a row add up to 256: the
+    first is that of the middle. A constant border is 0.""",
+    ["1 <= RY", "1 <= RX", "N % RY == 0", "N % RX == 0", "1 <= KY", "1 <= KX", "1 <= step", "W % step == 0"],
+)
+_declare(
     """bilateral(T[B, C, H, W] x, T[BG, D, H, W] guide, T[BS, KY, KX] space_weights, T[BR] range_coefficient,
     Border border, bool euclidean)
     -> T[B, C, H, W]""",

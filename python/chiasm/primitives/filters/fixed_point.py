@@ -1,0 +1,71 @@
+"""Linear filters on bytes in fixed point: taps are multiples of 1/256, so that sums are whole numbers below
+2^24. float32 holds them, so every engine gives the same bytes, in whatever order it adds."""
+
+from typing import List
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from ..core.layout import as_rows, from_rows
+from ..core.lowering import primitive
+from ..kernels import operators as kernels
+from .padding import padded
+from .stencil import separable
+
+
+def fixed_taps(taps: Tensor) -> Tensor:
+    """Taps (N, K) that sum to 1 and are the same from both ends, as whole multiples (N, K // 2 + 1) of 1/256
+    from the middle outwards.
+
+    From the ends inwards, each tap takes the rounding error of the one before (error diffusion), and the
+    middle one takes what is left of 256. These are the taps of OpenCV's GaussianBlur of 8 bits.
+
+    >>> fixed_taps(torch.tensor([[0.05, 0.25, 0.4, 0.25, 0.05]]))
+    tensor([[102,  64,  13]], dtype=torch.int32)
+    """
+    wanted = taps.to(torch.float64) * 256.0
+    error = torch.zeros_like(wanted[:, 0])
+    side: List[Tensor] = []
+    middle = torch.full_like(error, 256.0)
+    for i in range(taps.size(1) // 2):
+        tap = torch.round(wanted[:, i] + error)
+        error = wanted[:, i] + error - tap
+        middle = middle - 2.0 * tap
+        side.append(tap)
+    side.append(middle)
+    side.reverse()
+    return torch.stack(side, 1).to(torch.int32)
+
+
+def both_sides(taps: Tensor) -> Tensor:
+    """All taps (N, K) of those from the middle outwards, as float32."""
+    all_taps = taps.to(torch.float32)
+    return torch.cat([all_taps[:, 1:].flip(1), all_taps], 1)
+
+
+@primitive
+def separable_bytes(x: Tensor, taps_y: Tensor, taps_x: Tensor, border_type: str) -> Tensor:
+    """Correlate uint8 (B, C, H, W) with ``fixed_taps`` (B or 1, ky) down the columns and (B or 1, kx) along
+    the rows; rounded halves up."""
+    return _rounded(separable(x.to(torch.float32), both_sides(taps_y), both_sides(taps_x), border_type))
+
+
+def _rounded(sums: Tensor) -> Tensor:
+    """Sums over 2^16 to the nearest byte, halves up: exact in float32."""
+    return torch.floor(sums * (1.0 / 65536.0) + 0.5).to(torch.uint8)
+
+
+@separable_bytes.lowering("native", when=kernels.available)
+def _separable_bytes_kernel(x: Tensor, taps_y: Tensor, taps_x: Tensor, border_type: str) -> Tensor:
+    rows, step = as_rows(x)
+    return from_rows(kernels.separable_bytes(rows, taps_y, taps_x, step, border_type), x)
+
+
+@separable_bytes.lowering("onnx", when=lambda _, taps_y, taps_x, *__: taps_y.size(0) == taps_x.size(0) == 1)
+def _two_convolutions(x: Tensor, taps_y: Tensor, taps_x: Tensor, border_type: str) -> Tensor:
+    ry, rx = taps_y.size(1) - 1, taps_x.size(1) - 1
+    # Channels are folded into the batch, as separable_shared does.
+    flat = padded(x.to(torch.float32).flatten(0, 1)[:, None], (ry, ry), (rx, rx), border_type)
+    column, row = both_sides(taps_y)[:, None, :, None], both_sides(taps_x)[:, None, None, :]
+    return _rounded(F.conv2d(F.conv2d(flat, column), row).squeeze(1).reshape(x.shape))
