@@ -1,6 +1,7 @@
 // Kernels of bytes, in planes and in frames: against OpenCV, to the bit.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
@@ -85,6 +86,81 @@ TEST_F(Bytes, SeparableMatchesOpenCvGaussian) {
         }
 }
 
+TEST_F(Bytes, PixelsAreSplitAndJoinedAsOpenCvDoes) {
+  for (const int channels : {1, 2, 3, 4, 5})
+    for (const int pixels : {1, 15, 33, 4096 + 70}) {
+      const cv::Mat image = frame(1, pixels, channels);
+      const auto values = static_cast<size_t>(pixels * channels);
+      std::vector<uint8_t> planes(values), back(values);
+      split_pixels(image.data, 1, pixels * channels, channels, planes.data());
+      std::vector<cv::Mat> expected;
+      cv::split(image, expected);
+      for (int c = 0; c < channels; ++c)
+        EXPECT_TRUE(std::equal(planes.begin() + c * pixels, planes.begin() + (c + 1) * pixels,
+                               expected[size_t(c)].data))
+            << pixels << " x " << channels;
+      join_pixels(planes.data(), 1, pixels * channels, channels, back.data());
+      EXPECT_TRUE(std::equal(back.begin(), back.end(), image.data)) << pixels << " x " << channels;
+    }
+}
+
+// Luma of B, G, R in 1/2^15, and a half.
+const std::vector<int32_t> kGrey = {3735, 19235, 9798, 1 << 14};
+
+TEST_F(Bytes, MixedPixelsMatchOpenCvGrey) {
+  for (const Size& size : kSizes)
+    for (const bool interleaved : {true, false}) {
+      const cv::Mat image = frame(size.height, size.width, 3);
+      cv::Mat expected;
+      cv::cvtColor(image, expected, cv::COLOR_BGR2GRAY);
+      const int64_t values = image.total() * 3;
+      std::vector<uint8_t> planes(static_cast<size_t>(values)), out(static_cast<size_t>(values / 3));
+      split_pixels(image.data, 1, values, 3, planes.data());
+      mix_pixels(interleaved ? image.data : planes.data(), 1, values, kGrey.data(), 1, 15, interleaved,
+                 out.data());
+      for (size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i], expected.data[i]);
+    }
+}
+
+// Tables of two forms, of one, and of none.
+std::vector<std::vector<uint8_t>> tables(std::mt19937& engine) {
+  const std::vector<std::function<int(int)>> entries = {[](int i) { return i > 127 ? 255 : 0; },
+                                                        [](int i) { return i > 0 ? 0 : 200; },
+                                                        [](int i) { return 255 - i; },
+                                                        [](int i) { return i < 100 ? i : 255 - i; },
+                                                        [](int i) { return std::min(i + 37, 255); },
+                                                        [](int i) { return std::max(i - 37, 0); },
+                                                        [](int i) { return i & 0xE0; },
+                                                        [](int i) { return i; },
+                                                        [](int i) { return i * i / 255; },
+                                                        [](int i) { return i == 77 ? 1 : i; },
+                                                        [&](int) { return int(engine() % 256); },
+                                                        [](int) { return 9; }};
+  std::vector<std::vector<uint8_t>> made;
+  for (const auto& entry : entries) {
+    made.emplace_back();
+    for (int i = 0; i < 256; ++i) made.back().push_back(static_cast<uint8_t>(entry(i)));
+  }
+  return made;
+}
+
+TEST_F(Bytes, TablesGiveTheirEntries) {
+  for (const auto& table : tables(engine_))
+    for (const int values : {1, 31, 33, 65536 + 300}) {
+      const cv::Mat x = frame(3, values, 1);
+      std::vector<uint8_t> out(x.total());
+      lut_bytes(table.data(), 1, x.data, 3, values, out.data());
+      for (size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i], table[x.data[i]]) << values;
+    }
+  const auto all = tables(engine_);
+  std::vector<uint8_t> two(all[0]);
+  two.insert(two.end(), all[8].begin(), all[8].end());
+  const cv::Mat x = frame(4, 50, 1);
+  std::vector<uint8_t> out(x.total());
+  lut_bytes(two.data(), 2, x.data, 4, 50, out.data());
+  for (size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i], two[256 * (i / 100) + x.data[i]]);
+}
+
 // A frame of 1080 x 1920 x 3, and room for as much.
 struct Frame {
   std::vector<uint8_t> x = std::vector<uint8_t>(1080 * 1920 * 3), out = std::vector<uint8_t>(x.size());
@@ -104,5 +180,30 @@ KERNEL_CALL_BENCHMARK(separable_bytes_5x5,
                       [] { return [frame = Frame()]() mutable { gaussian<2>(frame); }; });
 KERNEL_CALL_BENCHMARK(separable_bytes_21x21,
                       [] { return [frame = Frame()]() mutable { gaussian<10>(frame); }; });
+KERNEL_CALL_BENCHMARK(split_pixels_3, [] {
+  return
+      [frame = Frame()]() mutable { split_pixels(frame.x.data(), 1, 1080 * 1920 * 3, 3, frame.out.data()); };
+});
+KERNEL_CALL_BENCHMARK(join_pixels_3, [] {
+  return
+      [frame = Frame()]() mutable { join_pixels(frame.x.data(), 1, 1080 * 1920 * 3, 3, frame.out.data()); };
+});
+KERNEL_CALL_BENCHMARK(mix_pixels_grey, [] {
+  return [frame = Frame()]() mutable {
+    mix_pixels(frame.x.data(), 1, 1080 * 1920 * 3, kGrey.data(), 1, 15, true, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(lut_bytes_threshold, [] {
+  std::mt19937 engine;
+  return [frame = Frame(), table = tables(engine)[0]]() mutable {
+    lut_bytes(table.data(), 1, frame.x.data(), 1, 1080 * 1920 * 3, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(lut_bytes_square, [] {
+  std::mt19937 engine;
+  return [frame = Frame(), table = tables(engine)[8]]() mutable {
+    lut_bytes(table.data(), 1, frame.x.data(), 1, 1080 * 1920 * 3, frame.out.data());
+  };
+});
 
 }  // namespace

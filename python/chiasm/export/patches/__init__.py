@@ -62,6 +62,9 @@ PATCHES: Mapping[str, Patch] = {
         "compiles and loads a program for each form of AVX-512, though it is told to take none",
         "4decee9d515e",
     ),
+    "torch._inductor.codegen.cpp:CppVecKernel._get_vec_load_line": Patch(
+        "takes eight bytes to a vector by way of the stack", "874c8487f4c1"
+    ),
     "torch._inductor.codegen.cpp:CppVecOverrides.minimum": Patch(
         "passes NaN on, in three instructions; ops that are defined without NaN take one", "afbde6927b51"
     ),

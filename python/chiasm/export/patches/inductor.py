@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import sympy
+import torch
 
 from . import replaced
 
@@ -23,11 +24,27 @@ class _Sympy:
         return sympy.expand(expression)
 
 
+#: Lanes of 32 bits in a vector of AVX2: of bytes, a loop takes as many at a time.
+_LANES = 8
+
+
 @contextmanager
 def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]:
-    """AOTInductor without `sympy.simplify`, whose compiler is `compile_command(command, folder)`."""
+    """AOTInductor without `sympy.simplify`, which loads bytes by one instruction, and whose compiler is
+    `compile_command(command, folder)`."""
+    from torch._inductor.codegen.cpp import CppVecKernel
+
+    load_line = CppVecKernel._get_vec_load_line
+
+    def load_bytes(kernel: Any, var: str, index: Any, dtype: torch.dtype, load_mask: Any = None) -> str:
+        line, count = load_line(kernel, var, index, dtype, load_mask), f", static_cast<int64_t>({_LANES}))"
+        if dtype in (torch.uint8, torch.int8) and "::loadu(" in line and line.endswith(count):
+            line = line.replace("::loadu(", "::loadu_one_fourth(").removesuffix(count) + ")"
+        return line
+
     with replaced(
         {
+            "torch._inductor.codegen.cpp:CppVecKernel._get_vec_load_line": load_bytes,
             "torch._inductor.sizevars:sympy": _Sympy(),
             "torch._inductor.cpp_builder:run_compile_cmd": compile_command,
         }

@@ -140,6 +140,25 @@ _declare(
     ["W >= 2", "1 <= height <= INT32_MAX", "1 <= width <= INT32_MAX"],
 )
 
+for _name, _doc in (
+    ("split_pixels", "Images whose channels lie next to each other as planes."),
+    ("join_pixels", "Images of planes as pixels whose channels lie next to each other."),
+):
+    _declare(
+        f"{_name}(P[N, L] x, int channels) -> P[N, L]",
+        "pixels.cpp",
+        _doc,
+        ["1 <= channels", "L % channels == 0"],
+    )
+_declare(
+    "mix_pixels(uint8[N, L] x, int32[O, 4] weights, int shift, bool interleaved) -> uint8[N, L // 3 * O]",
+    "pixels.cpp",
+    """Linear mixtures of three channels, in planes or interleaved: the sum of a row's first three weights
+    times the channels and of its fourth, over 2^shift, rounded down and saturated. Sums below 2^24 are
+    exact.""",
+    ["L % 3 == 0", "O in (1, 3)", "0 <= shift <= 23"],
+)
+
 # Levels and histograms
 
 _declare(
@@ -170,6 +189,12 @@ _declare(
     "lut(T[N, 256] table, uint8[N, L] index) -> T[N, L]",
     "histograms.cpp",
     "The entries of each row's table at the row's indices.",
+)
+_declare(
+    "lut_bytes(uint8[R, 256] tables, uint8[N, L] x) -> uint8[N, L]",
+    "lut_bytes.cpp",
+    "The entries of tables at bytes: each table serves N / R rows.",
+    ["1 <= R", "N % R == 0"],
 )
 _declare(
     "clahe_histograms(uint8[N, H, W] levels, int tile_height, int tile_width, int tiles_y, int tiles_x) ->"

@@ -1,0 +1,207 @@
+// Pixels whose channels lie next to each other: taken apart, put together, and mixed.
+#include <array>
+
+#include "rows.h"
+
+namespace chiasm::kernels {
+namespace {
+
+// Values of one step: parts of an image that stay in L1, so that threads share one image.
+constexpr int64_t kPart = 4096;
+
+// Calls body(image, first, count) for runs of pixels of n images.
+template <class Body>
+void for_pixels(int64_t n, int64_t pixels, const Body& body) {
+  const int64_t parts = (pixels + kPart - 1) / kPart;
+#pragma omp parallel for
+  for (int64_t i = 0; i < n * parts; ++i) {
+    const int64_t first = i % parts * kPart;
+    body(i / parts, first, std::min(kPart, pixels - first));
+  }
+}
+
+template <int kChannels, class D, class T>
+HWY_INLINE void load_pixels(D d, const T* p, hn::Vec<D>* channels) {
+  if constexpr (kChannels == 2)
+    hn::LoadInterleaved2(d, p, channels[0], channels[1]);
+  else if constexpr (kChannels == 3)
+    hn::LoadInterleaved3(d, p, channels[0], channels[1], channels[2]);
+  else
+    hn::LoadInterleaved4(d, p, channels[0], channels[1], channels[2], channels[3]);
+}
+
+template <int kChannels, class D, class T>
+HWY_INLINE void store_pixels(D d, const hn::Vec<D>* channels, T* p) {
+  if constexpr (kChannels == 2)
+    hn::StoreInterleaved2(channels[0], channels[1], d, p);
+  else if constexpr (kChannels == 3)
+    hn::StoreInterleaved3(channels[0], channels[1], channels[2], d, p);
+  else
+    hn::StoreInterleaved4(channels[0], channels[1], channels[2], channels[3], d, p);
+}
+
+template <class T, int kChannels>
+void split_run(const T* x, int64_t n, int64_t plane, T* out) {
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    if constexpr (hn::MaxLanes(d) == 1) {
+      for (int c = 0; c < kChannels; ++c) out[c * plane + k] = x[kChannels * k + c];
+    } else {
+      hn::Vec<decltype(d)> channels[kChannels];
+      load_pixels<kChannels>(d, x + kChannels * k, channels);
+      for (int c = 0; c < kChannels; ++c) hn::StoreU(channels[c], d, out + c * plane + k);
+    }
+  });
+}
+
+template <class T, int kChannels>
+void join_run(const T* x, int64_t n, int64_t plane, T* out) {
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    if constexpr (hn::MaxLanes(d) == 1) {
+      for (int c = 0; c < kChannels; ++c) out[kChannels * k + c] = x[c * plane + k];
+    } else {
+      hn::Vec<decltype(d)> channels[kChannels];
+      for (int c = 0; c < kChannels; ++c) channels[c] = hn::LoadU(d, x + c * plane + k);
+      store_pixels<kChannels>(d, channels, out + kChannels * k);
+    }
+  });
+}
+
+}  // namespace
+
+template <class P>
+void split_pixels(const P* x, int64_t n, int64_t values, int64_t channels, P* out) {
+  const int64_t plane = values / channels;
+  for_pixels(n, plane, [&](int64_t image, int64_t first, int64_t count) {
+    const P* const from = x + image * values + first * channels;
+    P* const to = out + image * values + first;
+    switch (channels) {
+      case 2: return split_run<P, 2>(from, count, plane, to);
+      case 3: return split_run<P, 3>(from, count, plane, to);
+      case 4: return split_run<P, 4>(from, count, plane, to);
+      default: break;
+    }
+    for (int64_t c = 0; c < channels; ++c)
+      for (int64_t k = 0; k < count; ++k) to[c * plane + k] = from[k * channels + c];
+  });
+}
+
+template <class P>
+void join_pixels(const P* x, int64_t n, int64_t values, int64_t channels, P* out) {
+  const int64_t plane = values / channels;
+  for_pixels(n, plane, [&](int64_t image, int64_t first, int64_t count) {
+    const P* const from = x + image * values + first;
+    P* const to = out + image * values + first * channels;
+    switch (channels) {
+      case 2: return join_run<P, 2>(from, count, plane, to);
+      case 3: return join_run<P, 3>(from, count, plane, to);
+      case 4: return join_run<P, 4>(from, count, plane, to);
+      default: break;
+    }
+    for (int64_t k = 0; k < count; ++k)
+      for (int64_t c = 0; c < channels; ++c) to[k * channels + c] = from[c * plane + k];
+  });
+}
+
+namespace {
+
+// One channel of what is mixed: weights of the three channels, and what is added before the shift.
+struct Mix {
+  int32_t weights[3], offset;
+};
+
+// Sums of three planes of n bytes, `plane` bytes apart. Products of weights and bytes are whole numbers that
+// float32 holds, and a product of float32 is one instruction where that of int32 is two.
+void mix_planes(const uint8_t* x, int64_t plane, const Mix& mix, float scale, int64_t n, uint8_t* out) {
+  const float first = static_cast<float>(mix.weights[0]), second = static_cast<float>(mix.weights[1]),
+              third = static_cast<float>(mix.weights[2]), offset = static_cast<float>(mix.offset);
+  for_lanes<uint32_t, 4>(n, [=](auto d, auto vectors, int64_t k) {
+    const hn::Rebind<float, decltype(d)> numbers;
+    const hn::RebindToSigned<decltype(d)> integers;
+    const hn::Rebind<uint8_t, decltype(d)> bytes;
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    for (int v = 0; v < vectors; ++v) {
+      const auto at = [=](int64_t c) {
+        const auto loaded = hn::LoadU(bytes, x + c * plane + k + v * lanes);
+        return hn::ConvertTo(numbers, hn::PromoteTo(integers, loaded));
+      };
+      const auto sum =
+          hn::Add(hn::Add(hn::Mul(at(0), hn::Set(numbers, first)), hn::Mul(at(1), hn::Set(numbers, second))),
+                  hn::Add(hn::Mul(at(2), hn::Set(numbers, third)), hn::Set(numbers, offset)));
+      // Below 0 everything becomes 0, so that to truncate is to round down.
+      const auto level = hn::ConvertTo(integers, hn::Mul(sum, hn::Set(numbers, scale)));
+      hn::StoreU(hn::DemoteTo(bytes, level), bytes, out + k + v * lanes);
+    }
+  });
+}
+
+// The same where no weight is below 0 and their high and their low bytes have sums of 16 bits: both are
+// weighted apart, twice as many values in a vector.
+bool fits_words(const Mix& mix, int64_t shift) {
+  int32_t high = 0, low = 0;
+  for (const int32_t weight : mix.weights) {
+    if (weight < 0) return false;
+    high += weight >> 8;
+    low += weight & 255;
+  }
+  return mix.offset >= 0 && mix.offset % 256 == 0 && shift >= 8 && low <= 257 &&
+         int64_t{high} * 255 + mix.offset / 256 + 255 <= UINT16_MAX;
+}
+
+void mix_words(const uint8_t* x, int64_t plane, const Mix& mix, int64_t shift, int64_t n, uint8_t* out) {
+  const std::array<int32_t, 3> weights{mix.weights[0], mix.weights[1], mix.weights[2]};
+  const int32_t offset = mix.offset / 256;
+  const int more = static_cast<int>(shift) - 8;
+  for_lanes<uint16_t, 2>(n, [=](auto d, auto vectors, int64_t k) {
+    const hn::Rebind<uint8_t, decltype(d)> bytes;
+    const hn::RebindToSigned<decltype(d)> integers;
+    const auto word = [=](int32_t value) { return hn::Set(d, static_cast<uint16_t>(value)); };
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    for (int v = 0; v < vectors; ++v) {
+      auto high = word(offset), low = hn::Zero(d);
+      for (size_t c = 0; c < 3; ++c) {
+        const auto value =
+            hn::PromoteTo(d, hn::LoadU(bytes, x + static_cast<int64_t>(c) * plane + k + v * lanes));
+        high = hn::Add(high, hn::Mul(value, word(weights[c] >> 8)));
+        low = hn::Add(low, hn::Mul(value, word(weights[c] & 255)));
+      }
+      const auto level = hn::ShiftRightSame(hn::Add(high, hn::ShiftRight<8>(low)), more);
+      hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(integers, level)), bytes, out + k + v * lanes);
+    }
+  });
+}
+
+}  // namespace
+
+void mix_pixels(const uint8_t* x, int64_t n, int64_t values, const int32_t* weights, int64_t rows,
+                int64_t shift, bool interleaved, uint8_t* out) {
+  const int64_t pixels = values / 3;
+  const float scale = 1.0f / static_cast<float>(int64_t{1} << shift);
+  for_pixels(n, pixels, [&](int64_t image, int64_t first, int64_t count) {
+    alignas(kLine) std::array<uint8_t, 3 * kPart> planes, mixed;
+    const uint8_t* from = x + image * values + first;
+    int64_t plane = pixels;
+    if (interleaved) {
+      split_run<uint8_t, 3>(x + image * values + 3 * first, count, kPart, planes.data());
+      from = planes.data();
+      plane = kPart;
+    }
+    uint8_t* const target = out + image * rows * pixels;
+    const bool join = interleaved && rows == 3;
+    for (int64_t row = 0; row < rows; ++row) {
+      Mix mix{};
+      std::copy_n(weights + 4 * row, 3, mix.weights);
+      mix.offset = weights[4 * row + 3];
+      uint8_t* const to = join ? mixed.data() + row * kPart : target + row * pixels + first;
+      if (fits_words(mix, shift))
+        mix_words(from, plane, mix, shift, count, to);
+      else
+        mix_planes(from, plane, mix, scale, count, to);
+    }
+    if (join) join_run<uint8_t, 3>(mixed.data(), count, kPart, target + 3 * first);
+  });
+}
+
+CHIASM_INSTANTIATE(split_pixels)
+CHIASM_INSTANTIATE(join_pixels)
+
+}  // namespace chiasm::kernels
