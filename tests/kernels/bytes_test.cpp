@@ -122,6 +122,25 @@ TEST_F(Bytes, MixedPixelsMatchOpenCvGrey) {
     }
 }
 
+TEST_F(Bytes, ResizingMatchesOpenCvsExactForm) {
+  for (const Size& size : kSizes)
+    for (const Size& to : {Size{1, 1}, Size{7, 5}, Size{20, 61}, Size{40, 11}, Size{64, 140}})
+      for (const int channels : {1, 2, 3, 4}) {
+        const cv::Mat image = frame(size.height, size.width, channels);
+        cv::Mat out(to.height, to.width, image.type()), expected;
+        cv::resize(image, expected, out.size(), 0, 0, cv::INTER_LINEAR_EXACT);
+        resize_bytes(image.data, 1, size.height, size.width * channels, to.height, to.width, channels, false,
+                     out.data);
+        EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0)
+            << image.size() << " to " << out.size() << " x " << channels;
+        cv::resize(image, expected, out.size(), 0, 0, cv::INTER_NEAREST);
+        resize_nearest(image.data, 1, size.height, size.width * channels, to.height, to.width, channels,
+                       out.data);
+        EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0)
+            << image.size() << " to " << out.size() << " x " << channels;
+      }
+}
+
 // Tables of two forms, of one, and of none.
 std::vector<std::vector<uint8_t>> tables(std::mt19937& engine) {
   const std::vector<std::function<int(int)>> entries = {[](int i) { return i > 127 ? 255 : 0; },
@@ -203,6 +222,20 @@ KERNEL_CALL_BENCHMARK(lut_bytes_square, [] {
   std::mt19937 engine;
   return [frame = Frame(), table = tables(engine)[8]]() mutable {
     lut_bytes(table.data(), 1, frame.x.data(), 1, 1080 * 1920 * 3, frame.out.data());
+  };
+});
+template <int kHeight, int kWidth>
+void resized(Frame& frame) {
+  frame.out.resize(kHeight * kWidth * 3);
+  resize_bytes(frame.x.data(), 1, 1080, 1920 * 3, kHeight, kWidth, 3, false, frame.out.data());
+}
+KERNEL_CALL_BENCHMARK(resize_bytes_half,
+                      [] { return [frame = Frame()]() mutable { resized<540, 960>(frame); }; });
+KERNEL_CALL_BENCHMARK(resize_bytes_up,
+                      [] { return [frame = Frame()]() mutable { resized<1620, 2880>(frame); }; });
+KERNEL_CALL_BENCHMARK(resize_nearest_half, [] {
+  return [frame = Frame()]() mutable {
+    resize_nearest(frame.x.data(), 1, 1080, 1920 * 3, 540, 960, 3, frame.out.data());
   };
 });
 

@@ -5,7 +5,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.images.color_planes import rgb_planes
+from ..primitives.core.checks import check_rgb
+from ..primitives.images.color_planes import channels_of, rgb_planes
 from .hue import from_hue, radians, sixths_of
 
 
@@ -13,25 +14,46 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
     """Hue in radians [0, 2 pi), saturation and value in [0, 1].
 
     A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978. Grey pixels have hue 0. OpenCV's float32 hue is
-    in degrees; its uint8 form is hue in degrees / 2 (here H * 90 / pi), S * 255, V * 255, rounded.
+    in degrees. Of bytes, the hue is in degrees / 2, 0 to 179, the saturation and the value are 0 to 255, all
+    rounded to the nearest byte, halves to even: OpenCV's 8-bit form, which is within one level.
 
     Args:
-        image: RGB image (*, 3, H, W) in [0, 1], floating point.
-        eps: added to the value where the saturation divides by it.
+        image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
+        eps: added to the value where the saturation divides by it; not used for bytes.
 
     Returns:
         (*, 3, H, W): hue, saturation, value.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> rgb_to_hsv(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([0., 1., 1.])
     """
+    if image.dtype == torch.uint8:
+        check_rgb(image, "image")
+        return _hsv_of_bytes(image)
     sixths, value, chroma = sixths_value_chroma(image)
     return torch.stack([radians(sixths), saturation_of(value, chroma, eps), value], -3)
+
+
+def _hsv_of_bytes(image: Tensor) -> Tensor:
+    # Quotients of whole numbers below 2^16: those that are not a half are further from it than float32
+    # rounds.
+    r, g, b = channels_of(image)
+    red, green, blue = r.to(torch.float32), g.to(torch.float32), b.to(torch.float32)
+    value = torch.maximum(torch.maximum(red, green), blue)
+    chroma = value - torch.minimum(torch.minimum(red, green), blue)
+    turn = torch.where(
+        value == red,
+        green - blue,
+        torch.where(value == green, blue - red + 2.0 * chroma, red - green + 4.0 * chroma),
+    )
+    hue = torch.round(30.0 * turn / chroma.clamp(min=1.0))
+    saturation = torch.round(255.0 * chroma / value.clamp(min=1.0))
+    return torch.stack([torch.where(hue < 0.0, hue + 180.0, hue), saturation, value], -3).to(torch.uint8)
 
 
 def sixths_value_chroma(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:

@@ -3,7 +3,8 @@
 import torch
 from torch import Tensor
 
-from ..primitives.images.color_planes import mix_channels, rgb_planes
+from ..primitives.core.checks import check_rgb
+from ..primitives.images.color_planes import mix_bytes, mix_channels, rgb_planes
 
 
 def rgb_to_y(image: Tensor) -> Tensor:
@@ -30,22 +31,32 @@ def rgb_to_ycbcr(image: Tensor) -> Tensor:
     """Luma and the two chroma differences, full range.
 
     ITU-R BT.601 with OpenCV's constants: Cb = 0.564 (B - Y) + 0.5, Cr = 0.713 (R - Y) + 0.5. OpenCV's order
-    is Y, Cr, Cb, and its uint8 form is 255 times this with the chroma around 128, rounded.
+    is Y, Cr, Cb. Of bytes, the chroma is around 128, the weights are multiples of 1/2^14, and the sums are
+    rounded halves up: within one level of OpenCV's, which computes the chroma of a rounded Y.
 
     Args:
-        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+        image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
 
     Returns:
-        (*, 3, H, W): Y, Cb, Cr in [0, 1].
+        (*, 3, H, W): Y, Cb, Cr in [0, 1], or as bytes.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> rgb_to_ycbcr(torch.ones(1, 3, 1, 1)).flatten()
         tensor([1.0000, 0.5000, 0.5000])
     """
+    if image.dtype == torch.uint8:
+        check_rgb(image, "image")
+        # The rows below times 2^14, whose sums are those of white and of grey; 128 and a half are added.
+        luma, blue, red = (
+            [4899, 9617, 1868, 8192],
+            [-2763, -5424, 8187, 2105344],
+            [8189, -6857, -1332, 2105344],
+        )
+        return mix_bytes(image, luma + blue + red, 14)
     # Each row is the definition with Y written out.
     rows = [0.299, 0.587, 0.114, -0.168636, -0.331068, 0.499704, 0.499813, -0.418531, -0.081282]
     return mix_channels(image, rows, 0.5, "image")

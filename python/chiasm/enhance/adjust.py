@@ -7,8 +7,9 @@ from torch import Tensor
 
 from ..color.gray import rgb_to_grayscale
 from ..primitives.core.broadcasting import per_sample
-from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.core.checks import check_floating, check_rgb, check_values
 from ..primitives.filters.stencil import join_channels, split_channels
+from ..primitives.images.tables import levels, looked_up
 from ..primitives.numbers.power import power_each
 
 
@@ -18,23 +19,26 @@ def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: 
     R. Szeliski, Computer Vision: Algorithms and Applications, 2nd ed., 3.1.1.
 
     Args:
-        image: (B, *) in [0, 1], floating point.
-        factor: what to add, usually in [-1, 1]; 0 changes nothing. A number, a scalar tensor or (B,), one a
-            sample.
-        clip_output: limit the result to [0, 1].
+        image: (B, *), floating point in [0, 1], or uint8.
+        factor: what to add, usually in [-1, 1], of bytes levels in [-255, 255]; 0 changes nothing. A number,
+            a scalar tensor or (B,), one a sample.
+        clip_output: limit the result to [0, 1]; bytes saturate in any case.
 
     Returns:
         Tensor of the image's shape and dtype.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if factor's shape is not as above.
 
     Example:
         >>> adjust_brightness(torch.tensor([[0.25, 0.75]]), 0.5)
         tensor([[0.7500, 1.0000]])
     """
-    check_floating(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        x = levels(image, 255.0)
+        return looked_up(image, x + per_sample(factor, x, "factor"), 255.0)
     return _clipped(image + per_sample(factor, image, "factor"), clip_output)
 
 
@@ -44,23 +48,26 @@ def adjust_brightness_accumulative(
     """Multiply every value by ``factor``, as Pillow's ``ImageEnhance.Brightness`` does.
 
     Args:
-        image: (B, *) in [0, 1], floating point.
+        image: (B, *), floating point in [0, 1], or uint8.
         factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a
             sample.
-        clip_output: limit the result to [0, 1].
+        clip_output: limit the result to [0, 1]; bytes saturate in any case.
 
     Returns:
         Tensor of the image's shape and dtype.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if factor's shape is not as above.
 
     Example:
         >>> adjust_brightness_accumulative(torch.tensor([[0.25, 0.75]]), 2.0)
         tensor([[0.5000, 1.0000]])
     """
-    check_floating(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        x = levels(image, 255.0)
+        return looked_up(image, x * per_sample(factor, x, "factor"), 255.0)
     return _clipped(image * per_sample(factor, image, "factor"), clip_output)
 
 
@@ -71,24 +78,23 @@ def adjust_contrast(image: Tensor, factor: Union[float, Tensor], clip_output: bo
     ``adjust_contrast_with_mean_subtraction``.
 
     Args:
-        image: (B, *) in [0, 1], floating point.
+        image: (B, *), floating point in [0, 1], or uint8.
         factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a
             sample.
-        clip_output: limit the result to [0, 1].
+        clip_output: limit the result to [0, 1]; bytes saturate in any case.
 
     Returns:
         Tensor of the image's shape and dtype.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if factor's shape is not as above.
 
     Example:
         >>> adjust_contrast(torch.tensor([[0.25, 0.75]]), 0.5)
         tensor([[0.1250, 0.3750]])
     """
-    check_floating(image, "image")
-    return _clipped(image * per_sample(factor, image, "factor"), clip_output)
+    return adjust_brightness_accumulative(image, factor, clip_output)
 
 
 def adjust_contrast_with_mean_subtraction(image: Tensor, factor: Union[float, Tensor]) -> Tensor:
@@ -156,7 +162,7 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
     Where the input is zero its gradient is zero, not the infinite one of a gamma below 1.
 
     Args:
-        input: (B, *) in [0, 1], floating point; what is below zero counts as zero.
+        input: (B, *), floating point in [0, 1], or uint8; what is below zero counts as zero.
         gamma: exponent, not negative. A number, a scalar tensor or (B,), one a sample.
         gain: factor, like gamma.
 
@@ -164,17 +170,21 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
         Tensor of the input's shape and dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if the shape of gamma or gain is not as above.
 
     Example:
         >>> adjust_gamma(torch.tensor([[0.25, 1.0]]), 0.5)
         tensor([[0.5000, 1.0000]])
     """
-    check_floating(input, "input")
-    return (power_each(input, per_sample(gamma, input, "gamma")) * per_sample(gain, input, "gain")).clamp(
-        0.0, 1.0
-    )
+    check_values(input, "input")
+    if input.dtype == torch.uint8:
+        return looked_up(input, _power_law(levels(input, 1.0), gamma, gain), 1.0)
+    return _power_law(input, gamma, gain)
+
+
+def _power_law(x: Tensor, gamma: Union[float, Tensor], gain: Union[float, Tensor]) -> Tensor:
+    return (power_each(x, per_sample(gamma, x, "gamma")) * per_sample(gain, x, "gain")).clamp(0.0, 1.0)
 
 
 def adjust_log(image: Tensor, gain: float = 1.0, inv: bool = False, clip_output: bool = True) -> Tensor:

@@ -6,7 +6,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import per_sample
-from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.core.checks import check_floating, check_rgb, check_values
+from ..primitives.images.tables import levels, table_entries
 
 
 def add_weighted(
@@ -49,22 +50,26 @@ def invert(image: Tensor, max_val: Optional[Tensor] = None) -> Tensor:
     """max_val - image.
 
     Args:
-        image: (B, *), floating point.
-        max_val: the value of white, 1 by default: a scalar tensor, (B,), one a sample, or a tensor that
-            broadcasts against image.
+        image: (B, *), floating point or uint8.
+        max_val: the value of white, 1 by default, of bytes always 255: a scalar tensor, (B,), one a sample,
+            or a tensor that broadcasts against image.
 
     Returns:
         Tensor of the image's shape and dtype.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8, or max_val is given for bytes.
         ValueError: if max_val's shape is not as above.
 
     Example:
         >>> invert(torch.tensor([[0.25, 1.0]]))
         tensor([[0.7500, 0.0000]])
     """
-    check_floating(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        if max_val is not None:
+            raise TypeError("max_val: expected None for an image of bytes, whose white is 255")
+        return table_entries(image, levels(image, 255.0).flip([1]).to(torch.uint8))
     if max_val is None:
         return 1.0 - image
     return per_sample(max_val, image, "max_val") - image

@@ -6,8 +6,9 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import per_sample
-from ..primitives.core.checks import check_choice, check_floating
+from ..primitives.core.checks import check_choice, check_values
 from ..primitives.images.histograms import quantize_u8
+from ..primitives.images.tables import levels, looked_up
 
 
 def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
@@ -16,36 +17,40 @@ def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
     The input is rounded to the nearest of the 256 levels. There is no gradient.
 
     Args:
-        input: (B, *) in [0, 1], floating point.
+        input: (B, *), floating point in [0, 1], or uint8.
         bits: how many bits to keep, 0 to 8: a number, or an integer tensor that is a scalar or (B,), one a
             sample.
 
     Returns:
-        Tensor of the input's shape and dtype: multiples of 1 / 255.
+        Tensor of the input's shape and dtype: multiples of 1 / 255, or of bytes the upper bits.
 
     Raises:
-        TypeError: if input is not floating point or bits not of an integer dtype.
+        TypeError: if input is neither floating point nor uint8, or bits not of an integer dtype.
         ValueError: if bits is a number outside 0 to 8 or its shape is not as above.
 
     Example:
         >>> (posterize(torch.tensor([[37.0, 255.0]]) / 255, 3) * 255).round()
         tensor([[ 32., 224.]])
     """
-    check_floating(input, "input")
+    check_values(input, "input")
     # a table: powers of two by a general pow need not be exact everywhere
     steps = torch.tensor([256.0, 128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0], device=input.device)
     if isinstance(bits, Tensor):
         if bits.is_floating_point():
             raise TypeError(f"bits: expected an integer tensor, got dtype {bits.dtype}")
-        step = per_sample(
-            steps.index_select(0, bits.reshape(-1).clamp(0, 8).to(torch.int64)), input.float(), "bits"
-        )
+        step = steps.index_select(0, bits.reshape(-1).clamp(0, 8).to(torch.int64))
     else:
         if bits < 0 or bits > 8:
             raise ValueError(f"bits: expected 0 to 8, got {bits}")
-        step = steps[bits]
-    levels = quantize_u8(input).to(torch.float32)
-    return (torch.floor(levels / step) * step / 255.0).to(input.dtype)
+        step = steps[bits : bits + 1]
+    if input.dtype == torch.uint8:
+        return looked_up(input, _upper_bits(levels(input, 255.0), step), 255.0)
+    return (_upper_bits(quantize_u8(input).to(torch.float32), step) / 255.0).to(input.dtype)
+
+
+def _upper_bits(whole: Tensor, step: Tensor) -> Tensor:
+    each = per_sample(step, whole, "bits")
+    return torch.floor(whole / each) * each
 
 
 def solarize(
@@ -54,25 +59,33 @@ def solarize(
     """Turn what is at or above the threshold into its negative, as Pillow's ``ImageOps.solarize``.
 
     Args:
-        input: (B, *) in [0, 1], floating point.
-        thresholds: a number, a scalar tensor or (B,), one a sample.
-        additions: added first, and the sum limited to [0, 1]; like thresholds.
+        input: (B, *), floating point in [0, 1], or uint8.
+        thresholds: a number, a scalar tensor or (B,), one a sample; of bytes, a level of 0 to 255.
+        additions: added first, and the sum limited to the range; like thresholds.
 
     Returns:
         Tensor of the input's shape and dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if the shape of thresholds or additions is not as above.
 
     Example:
         >>> solarize(torch.tensor([[0.25, 0.5, 1.0]]))
         tensor([[0.2500, 0.5000, 0.0000]])
     """
-    check_floating(input, "input")
+    check_values(input, "input")
+    if input.dtype == torch.uint8:
+        return looked_up(input, _solarized(levels(input, 255.0), thresholds, additions, 255.0), 255.0)
+    return _solarized(input, thresholds, additions, 1.0)
+
+
+def _solarized(
+    x: Tensor, thresholds: Union[float, Tensor], additions: Optional[Union[float, Tensor]], white: float
+) -> Tensor:
     if additions is not None:
-        input = (input + per_sample(additions, input, "additions")).clamp(0.0, 1.0)
-    return torch.where(input < per_sample(thresholds, input, "thresholds"), input, 1.0 - input)
+        x = (x + per_sample(additions, x, "additions")).clamp(0.0, white)
+    return torch.where(x < per_sample(thresholds, x, "thresholds"), x, white - x)
 
 
 def threshold(
@@ -84,7 +97,7 @@ def threshold(
     "binary_inv" 0 (else maxval), "trunc" thresh (else x), "tozero" x (else 0), "tozero_inv" 0 (else x).
 
     Args:
-        input: (B, *), floating point.
+        input: (B, *), floating point or uint8.
         thresh: a number, a scalar tensor or (B,), one a sample.
         maxval: like thresh; read by the binary types only.
         type: "binary", "binary_inv", "trunc", "tozero" or "tozero_inv".
@@ -93,15 +106,21 @@ def threshold(
         Tensor of the input's shape and dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if type is unknown or the shape of thresh or maxval is not as above.
 
     Example:
         >>> threshold(torch.tensor([[0.25, 0.75]]), 0.5, 1.0)
         tensor([[0., 1.]])
     """
-    check_floating(input, "input")
+    check_values(input, "input")
     check_choice(type, ["binary", "binary_inv", "trunc", "tozero", "tozero_inv"], "type")
+    if input.dtype == torch.uint8:
+        return looked_up(input, _compared(levels(input, 255.0), thresh, maxval, type), 255.0)
+    return _compared(input, thresh, maxval, type)
+
+
+def _compared(input: Tensor, thresh: Union[float, Tensor], maxval: Union[float, Tensor], type: str) -> Tensor:
     limit = per_sample(thresh, input, "thresh")
     zero = torch.zeros_like(input)
     above = input > limit

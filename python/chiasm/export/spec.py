@@ -59,11 +59,13 @@ class Frames:
     them. The bundle is NAME.frames; of a batch of one, the runtime takes a frame alone, (H, W, C).
 
     dtypes: the element types of the frames; the first is the default. config, tolerances, reference: as in
-    Spec, where they differ from it: the settings of an op on bytes are in the units of bytes.
+    Spec, where they differ from it: the settings of an op on bytes are in the units of bytes. ranges: those
+    of other inputs, likewise; None leaves an input out, for which the op has a default.
     """
 
     dtypes: tuple[str, ...] = ("uint8",)
     config: dict[str, Any] = field(default_factory=dict)
+    ranges: dict[str, tuple[float, float] | None] = field(default_factory=dict)
     tolerances: dict[str, Tolerance] = field(default_factory=dict)
     reference: str = ""
 
@@ -120,7 +122,11 @@ class Spec:
         return replace(
             self,
             name=f"{self.name}.frames",
-            inputs=[_as_frames(t) for t in self.inputs],
+            inputs=[
+                _as_frames(t, self.frames)
+                for t in self.inputs
+                if self.frames.ranges.get(t.name, ()) is not None
+            ],
             outputs=[replace(t, layout="NHWC") if t.layout == "NCHW" else t for t in self.outputs],
             config=self.config | self.frames.config,
             dtypes=self.frames.dtypes,
@@ -172,14 +178,15 @@ class Spec:
         return own.get(dtype) or self.tolerances.get(dtype) or DEFAULT_TOLERANCES.get(dtype)
 
 
-def _as_frames(tensor: TensorSpec) -> TensorSpec:
+def _as_frames(tensor: TensorSpec, frames: Frames) -> TensorSpec:
     """An image as frames; of what else is of type T, float32."""
     if tensor.layout == "NCHW" and len(tensor.shape) == 4:
         batch, channels, height, width = tensor.shape
         shape, range = (batch, height, width, channels), (0.0, 255.0)
         description = tensor.description.replace("image batch", "frames")
         return replace(tensor, shape=shape, layout="NHWC", range=range, description=description)
-    return replace(tensor, dtype="float32") if tensor.dtype == "T" else tensor
+    range = frames.ranges.get(tensor.name, tensor.range)
+    return replace(tensor, dtype="float32" if tensor.dtype == "T" else tensor.dtype, range=range)
 
 
 def image(

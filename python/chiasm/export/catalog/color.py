@@ -2,7 +2,7 @@
 
 import torch
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import add
 
 _OPENCV = "OpenCV cvtColor({}) on float32 and uint8"
@@ -31,6 +31,7 @@ add(
         _output("GRAY"),
         dtypes=("float32", "float64", "float16", "bfloat16"),
         reference="OpenCV cvtColor(COLOR_RGB2GRAY)",
+        frames=Frames(),
     )
 )
 add(
@@ -39,6 +40,7 @@ add(
         [image("image", channels=3, color="BGR")],
         _output("GRAY"),
         reference=_OPENCV.format("COLOR_BGR2GRAY"),
+        frames=Frames(),
     )
 )
 add(
@@ -116,6 +118,7 @@ add(
         [_rgb()],
         _output("HSV", "hue in [0, 2 pi], saturation and value in [0, 1]"),
         reference="OpenCV cvtColor(COLOR_RGB2HSV) on float32",
+        frames=Frames(reference="OpenCV cvtColor(COLOR_RGB2HSV)"),
     )
 )
 
@@ -251,7 +254,15 @@ _PLANES = [
 ]
 
 add(Spec("color.rgb_to_y", [_rgb()], _output("GRAY"), reference=_OPENCV.format("COLOR_RGB2GRAY")))
-add(Spec("color.rgb_to_ycbcr", [_rgb()], _output("YCbCr"), reference=_OPENCV.format("COLOR_RGB2YCrCb")))
+add(
+    Spec(
+        "color.rgb_to_ycbcr",
+        [_rgb()],
+        _output("YCbCr"),
+        reference=_OPENCV.format("COLOR_RGB2YCrCb"),
+        frames=Frames(),
+    )
+)
 add(
     Spec(
         "color.ycbcr_to_rgb",

@@ -1,6 +1,6 @@
 """Intensity changes."""
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
@@ -74,6 +74,7 @@ add(
         _OUTPUT,
         gradient_tolerances=_SUMS,
         reference="Pillow ImageOps.invert",
+        frames=Frames(ranges={"max_val": None}),
     )
 )
 
@@ -105,10 +106,10 @@ for _name in ("integral_image", "integral_tensor"):
 
 # --- brightness, contrast, saturation, curves ---------------------------------------------------------------
 
-for _name, _low, _high in (
-    ("adjust_brightness", -0.3, 0.3),
-    ("adjust_brightness_accumulative", 0.5, 1.5),
-    ("adjust_contrast", 0.5, 1.5),
+for _name, _low, _high, _unit in (
+    ("adjust_brightness", -0.3, 0.3, 255),
+    ("adjust_brightness_accumulative", 0.5, 1.5, 1),
+    ("adjust_contrast", 0.5, 1.5, 1),
 ):
     add(
         Spec(
@@ -118,6 +119,7 @@ for _name, _low, _high in (
             config={"clip_output": True},
             gradient_tolerances=_SUMS,
             reference="Pillow ImageEnhance.Brightness; the formula in NumPy float64",
+            frames=Frames(ranges={"factor": (_low * _unit, _high * _unit)}),
         )
     )
 
@@ -166,6 +168,7 @@ add(
         _OUTPUT,
         gradient_tolerances=_SUMS,
         reference="scikit-image adjust_gamma",
+        frames=Frames(),
     )
 )
 
@@ -203,6 +206,7 @@ add(
         _OUTPUT,
         gradients=(),
         reference="Pillow ImageOps.posterize",
+        frames=Frames(),
     )
 )
 
@@ -218,6 +222,7 @@ add(
         gradients=("input", "additions"),
         gradient_tolerances=_SUMS,
         reference="Pillow ImageOps.solarize",
+        frames=Frames(ranges={"thresholds": (70.0, 180.0), "additions": (-50.0, 50.0)}),
     )
 )
 
@@ -236,6 +241,7 @@ for _type in ("binary", "binary_inv", "trunc", "tozero", "tozero_inv"):
             gradients=("maxval",) if _binary else ("input",),
             gradient_tolerances=_SUMS,
             reference="OpenCV threshold",
+            frames=Frames(ranges={"thresh": (70.0, 180.0), "maxval": (100.0, 255.0)}),
         ),
         fn="enhance.threshold",
     )

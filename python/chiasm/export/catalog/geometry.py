@@ -2,7 +2,7 @@
 
 import torch
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import add
 
 # --- resize -------------------------------------------------------------------------------------------------
@@ -14,6 +14,10 @@ _LIKE = TensorSpec(
     range=(0, 255),
     description="its shape is the size wanted; its values are not read",
 )
+_FRAMES = {
+    "bilinear": Frames(reference="OpenCV resize(INTER_LINEAR_EXACT)"),
+    "nearest": Frames(("uint8", "int16", "uint16", "float32"), reference="OpenCV resize(INTER_NEAREST)"),
+}
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
 
 for _name, _config in {
@@ -31,6 +35,7 @@ for _name, _config in {
             config=_config,
             symbols=_SIZES,
             reference="torch.nn.functional.interpolate; OpenCV resize; Pillow where antialiased",
+            frames=_FRAMES.get(_name),
         ),
         fn="geometry.transform.like.resize_like",
     )

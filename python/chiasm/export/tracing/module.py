@@ -13,6 +13,8 @@ from typing import Any
 import torch
 from torch import nn
 
+from chiasm.primitives.core.layout import in_frames
+
 from ..errors import ExportError
 from ..spec import Spec
 
@@ -24,15 +26,15 @@ def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ())
     `copied` says of each result whether it is an input itself, or another result: a graph's outputs are
     tensors of their own.
     """
-    endings = [".clone()" if c else "" for c in copied] or [""] * len(spec.outputs)
     views: dict[str, str] = {}
+    results = ["{}.clone()" if c else "{}" for c in copied] or ["{}"] * len(spec.outputs)
     if spec.interleaved:
-        views = {t.name: ".permute(0, 3, 1, 2)" for t in spec.inputs if t.layout == "NHWC"}
-        endings = [
-            ".permute(0, 2, 3, 1).contiguous()" * (t.layout == "NHWC") + ending
-            for t, ending in zip(spec.outputs, endings, strict=True)
+        views = {t.name: f"{t.name}.permute(0, 3, 1, 2)" for t in spec.inputs if t.layout == "NHWC"}
+        results = [
+            f"_in_frames({result})" if t.layout == "NHWC" else result
+            for t, result in zip(spec.outputs, results, strict=True)
         ]
-    return bind(fn, [t.name for t in spec.inputs], spec.config, spec.name, views, endings)
+    return bind(fn, [t.name for t in spec.inputs], spec.config, spec.name, views, results)
 
 
 def bind(
@@ -41,11 +43,11 @@ def bind(
     config: dict[str, Any],
     name: str,
     views: Mapping[str, str] = MappingProxyType({}),
-    endings: Sequence[str] = (),
+    results: Sequence[str] = (),
 ) -> nn.Module:
     """An nn.Module whose `forward(arguments...)` calls `fn` with them and with `config`.
 
-    `views` are what follows the arguments' names, and `endings` what follows the results, as source text.
+    `views` are what `fn` gets in place of arguments, and `results` what is returned of each result `{}`.
     All of it is source text because torch.jit.script reads that, and because the arguments' names become the
     tensors' names in ONNX.
     """
@@ -53,7 +55,7 @@ def bind(
         if not argument.isidentifier() or keyword.iskeyword(argument):
             raise ExportError(f"{name}: input name {argument!r} is not a Python identifier")
     is_module = isinstance(fn, nn.Module)
-    viewed = {a: a + views.get(a, "") for a in arguments}
+    viewed = {a: views.get(a, a) for a in arguments}
     passed = [v if is_module else f"{a}={v}" for a, v in viewed.items()] + [
         f"{k}={v!r}" for k, v in sorted(config.items())
     ]
@@ -63,18 +65,22 @@ def bind(
     class_name = "Op_" + "".join(c if c.isalnum() else "_" for c in name)
     call = f"{callee}({', '.join(passed)})"
     lines = [f"return {call}"]
-    if any(endings):
-        results = [f"_result{i}" for i in range(len(endings))]
-        lines = [
-            f"{', '.join(results)} = {call}",
-            f"return {', '.join(r + ending for r, ending in zip(results, endings, strict=True))}",
-        ]
+    if any(result != "{}" for result in results):
+        names = [f"_result{i}" for i in range(len(results))]
+        returned = [result.format(name) for name, result in zip(names, results, strict=True)]
+        lines = [f"{', '.join(names)} = {call}", f"return {', '.join(returned)}"]
     body = "".join(f"        {line}\n" for line in lines)
     source = f"class {class_name}(nn.Module):\n    def forward(self, {typed}):\n{body}"
     # TorchScript keeps this name in the file, so it must be the same in every export of the same op.
     filename = f"<chiasm {name} {zlib.crc32(source.encode()):08x}>"
     linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
-    namespace: dict[str, Any] = {"nn": nn, "Tensor": torch.Tensor, "_op": fn, "__name__": "chiasm_op"}
+    namespace: dict[str, Any] = {
+        "nn": nn,
+        "Tensor": torch.Tensor,
+        "_op": fn,
+        "_in_frames": in_frames,
+        "__name__": "chiasm_op",
+    }
     exec(compile(source, filename, "exec"), namespace)
     module = namespace[class_name]()
     if is_module:

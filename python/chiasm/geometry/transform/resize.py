@@ -4,8 +4,8 @@ from typing import Optional, Tuple, Union
 
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice, check_image
-from ...primitives.resampling.resizing import resized
+from ...primitives.core.checks import check_choice, check_pixels
+from ...primitives.resampling.resizing import resized, resized_bytes, resized_nearest
 from ...primitives.resampling.taps import larger, smaller
 
 
@@ -23,8 +23,11 @@ def resize(
     Without antialias, "bicubic" has a = -0.75 (torch, OpenCV), with antialias -0.5 (torch, Pillow). "nearest"
     takes pixel floor(i * in / out) in exact arithmetic, where torch rounds the ratio to float32.
 
+    Of bytes, "bilinear" has weights in 1/256 and is rounded halves up: OpenCV's INTER_LINEAR_EXACT, to the
+    bit. "bicubic" and antialias are for floating-point images.
+
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8; for "nearest" also int16 or uint16.
         size: (height, width) of the output, or one number for ``side``, the other side keeping the aspect
             ratio. Either may come from another tensor's shape, which makes the output size dynamic in
             exported graphs.
@@ -38,7 +41,7 @@ def resize(
         (B, C, height, width).
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is not of a type as above.
         ValueError: if input is not 4-D, a size is not positive, or a choice is not as above.
 
     Example:
@@ -47,7 +50,7 @@ def resize(
         >>> resize(torch.ones(1, 3, 4, 6), 2).shape
         torch.Size([1, 3, 2, 3])
     """
-    check_image(input, "input")
+    check_pixels(input, "input", interpolation == "nearest")
     check_choice(interpolation, ["nearest", "bilinear", "bicubic"], "interpolation")
     check_choice(side, ["short", "long", "vert", "horz"], "side")
     if antialias and interpolation == "nearest":
@@ -67,4 +70,13 @@ def resize(
     if height < 1 or width < 1:
         raise ValueError(f"size: expected positive sizes, got ({height}, {width})")
     corners = align_corners is not None and align_corners
+    if not input.is_floating_point():
+        if interpolation == "nearest":
+            return resized_nearest(input, height, width)
+        if interpolation != "bilinear" or antialias:
+            raise ValueError(
+                "interpolation: expected 'nearest', or 'bilinear' without antialias, for an image of bytes,"
+                f" got '{interpolation}' with antialias {antialias}"
+            )
+        return resized_bytes(input, height, width, corners)
     return resized(input, height, width, interpolation, corners, antialias)

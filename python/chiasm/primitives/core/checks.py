@@ -12,6 +12,12 @@ def check_floating(value: Tensor, name: str) -> None:
         raise TypeError(f"{name}: expected a floating-point tensor, got dtype {value.dtype}")
 
 
+def check_values(value: Tensor, name: str) -> None:
+    """Raise TypeError unless ``value`` has a floating-point dtype or is of bytes."""
+    if not value.is_floating_point() and value.dtype != torch.uint8:
+        raise TypeError(f"{name}: expected a floating-point or uint8 tensor, got dtype {value.dtype}")
+
+
 def check_rank(value: Tensor, rank: int, layout: str, name: str) -> None:
     """Raise ValueError unless ``value`` has ``rank`` dimensions; ``layout`` is how the message shows them."""
     if value.dim() != rank:

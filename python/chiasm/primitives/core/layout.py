@@ -8,6 +8,9 @@ from typing import Tuple
 
 from torch import Tensor
 
+from ..kernels import operators as kernels
+from .lowering import primitive
+
 
 def interleaved(x: Tensor) -> bool:
     """Whether (B, C, H, W) is stored pixel by pixel. Only lowerings ask.
@@ -41,3 +44,32 @@ def from_rows(rows: Tensor, like: Tensor) -> Tensor:
     if interleaved(like):
         return rows.unflatten(2, [rows.size(2) // like.size(1), like.size(1)]).permute(0, 3, 1, 2)
     return rows.unflatten(0, [like.size(0), like.size(1)])
+
+
+@primitive
+def in_planes(x: Tensor) -> Tensor:
+    """The same images, in native code stored plane after plane: what reads channels apart is vectorised
+    then."""
+    return x
+
+
+def _is_frame(x: Tensor) -> bool:
+    return kernels.has_pixel_kernel(x) and x.dim() == 4 and interleaved(x)
+
+
+@in_planes.lowering("native", when=_is_frame)
+def _split(x: Tensor) -> Tensor:
+    planes = kernels.split_pixels(x.permute(0, 2, 3, 1).flatten(1), x.size(1))
+    return planes.unflatten(1, [x.size(1), x.size(2), x.size(3)])
+
+
+@primitive
+def in_frames(x: Tensor) -> Tensor:
+    """Images (B, C, H, W) as frames (B, H, W, C), dense."""
+    return x.permute(0, 2, 3, 1).contiguous()
+
+
+@in_frames.lowering("native", when=lambda x: kernels.has_pixel_kernel(x) and not interleaved(x))
+def _joined(x: Tensor) -> Tensor:
+    frames = kernels.join_pixels(x.contiguous().flatten(1), x.size(1))
+    return frames.unflatten(1, [x.size(2), x.size(3), x.size(1)])

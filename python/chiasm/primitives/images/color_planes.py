@@ -11,7 +11,9 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from ..core.checks import check_floating, check_rgb
+from ..core.layout import in_planes, interleaved
 from ..core.lowering import primitive
+from ..kernels import operators as kernels
 
 
 def check_channels(image: Tensor, channels: int, name: str) -> None:
@@ -25,7 +27,13 @@ def rgb_planes(image: Tensor, name: str) -> Tuple[Tensor, Tensor, Tensor]:
     else."""
     check_rgb(image, name)
     check_floating(image, name)
-    return image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)
+    return channels_of(image)
+
+
+def channels_of(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
+    """The channels (*, H, W) of (*, 3, H, W), each a plane also where a frame is stored pixel by pixel."""
+    planes = in_planes(image)
+    return planes.select(-3, 0), planes.select(-3, 1), planes.select(-3, 2)
 
 
 @primitive
@@ -48,6 +56,33 @@ def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -
             plane = plane + matrix[3 * i + 2] * third
         planes.append(plane + offset if i > 0 and offset != 0.0 else plane)
     return torch.stack(planes, -3)
+
+
+@primitive
+def mix_bytes(image: Tensor, weights: List[int], shift: int) -> Tensor:
+    """Bytes (*, n, H, W): of each four ``weights`` the first three times the channels of bytes (*, 3, H, W),
+    plus the fourth, over 2^shift, rounded down and saturated. Sums are below 2^24, which float32 holds.
+
+    >>> mix_bytes(torch.full((3, 1, 1), 10, dtype=torch.uint8), [1, 2, 1, 3], 2).flatten()
+    tensor([10], dtype=torch.uint8)
+    """
+    channels = [image.select(-3, i).to(torch.float32) for i in range(3)]
+    planes: List[Tensor] = []
+    for i in range(len(weights) // 4):
+        total = channels[0] * float(weights[4 * i]) + channels[1] * float(weights[4 * i + 1])
+        total = total + channels[2] * float(weights[4 * i + 2]) + float(weights[4 * i + 3])
+        planes.append(torch.floor(total * (1.0 / float(2**shift))).clamp(0.0, 255.0).to(torch.uint8))
+    return torch.stack(planes, -3)
+
+
+@mix_bytes.lowering("native", when=lambda image, *_: kernels.available(image) and image.dim() == 4)
+def _mix_bytes_kernel(image: Tensor, weights: List[int], shift: int) -> Tensor:
+    rows = torch.tensor(weights, dtype=torch.int32).reshape(-1, 4)
+    if interleaved(image):
+        mixed = kernels.mix_pixels(image.permute(0, 2, 3, 1).flatten(1), rows, shift, True)
+        return mixed.unflatten(1, [image.size(2), image.size(3), rows.size(0)]).permute(0, 3, 1, 2)
+    mixed = kernels.mix_pixels(image.flatten(1), rows, shift, False)
+    return mixed.unflatten(1, [rows.size(0), image.size(2), image.size(3)])
 
 
 # ONNX Runtime has this kernel for float32 alone.

@@ -257,6 +257,19 @@ _declare(
     ["1 <= height <= INT32_MAX", "1 <= width <= INT32_MAX"],
 )
 _declare(
+    """resize_bytes(uint8[N, H, W] x, int height, int width, int step, bool align_corners)
+    -> uint8[N, height, width * step]""",
+    "resize_bytes.cpp",
+    """A bilinear resize of rows of pixels of step values, by weights in 1/256, rounded halves up.""",
+    ["1 <= step", "W % step == 0", "1 <= height <= 2**24", "1 <= width <= 2**24", "H <= 2**24", "W <= 2**24"],
+)
+_declare(
+    "resize_nearest(P[N, H, W] x, int height, int width, int step) -> P[N, height, width * step]",
+    "resize_bytes.cpp",
+    "Pixel (y, x) is pixel (floor(y H / height), floor(x W / width)) of rows of pixels of step values.",
+    ["1 <= step", "W % step == 0", "1 <= height <= INT32_MAX", "1 <= width <= INT32_MAX"],
+)
+_declare(
     """resize_blurred(T[B, C, H, W] x, T[K] taps, int height, int width, bool align_corners, Border border,
     bool before)
     -> T[B, C, height, width]""",

@@ -5,12 +5,20 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
+from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
 from ..core.materialise import materialised, stored_index
 from ..filters.stencil import separable_shared
 from ..kernels import operators as kernels
 from ..numbers.reshaping import reshaped
-from .taps import antialias_table, cubic_weights, nearest_index, source_positions, weight_dtype
+from .taps import (
+    antialias_table,
+    cubic_weights,
+    exact_positions,
+    nearest_index,
+    source_positions,
+    weight_dtype,
+)
 
 
 @primitive
@@ -23,14 +31,55 @@ def resized(
         columns = _antialias_axis(x, width, align_corners, radius, 3)
         return _antialias_axis(columns, height, align_corners, radius, 2)
     if interpolation == "nearest":
-        rows = x.index_select(2, stored_index(nearest_index(x.size(2), height, x.device)))
-        return rows.index_select(3, stored_index(nearest_index(x.size(3), width, x.device)))
+        return resized_nearest(x, height, width)
     if interpolation == "bilinear":
         return _bilinear(x, height, width, align_corners)
     return _bicubic_axis(_bicubic_axis(x, width, align_corners, 3), height, align_corners, 2)
 
 
 resized.lowering("native", when=kernels.has_kernel)(kernels.resize)
+
+
+@primitive
+def resized_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
+    """Bytes (B, C, H, W) as (B, C, height, width), bilinear: by weights in 1/256, rounded halves up. All
+    products are whole numbers below 2^24, which float32 holds."""
+    top, bottom, down = _fixed_table(x.size(2), height, align_corners, x.device)
+    left, right, across = _fixed_table(x.size(3), width, align_corners, x.device)
+    image, down = x.to(torch.float32), down[:, None]
+    rows = image.index_select(2, top) * (256.0 - down) + image.index_select(2, bottom) * down
+    sums = rows.index_select(3, left) * (256.0 - across) + rows.index_select(3, right) * across
+    return torch.floor(sums * (1.0 / 65536.0) + 0.5).to(torch.uint8)
+
+
+@resized_bytes.lowering("native", when=kernels.available)
+def _resized_bytes_kernel(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
+    rows, step = as_rows(x)
+    return from_rows(kernels.resize_bytes(rows, height, width, step, align_corners), x)
+
+
+def _fixed_table(
+    in_size: int, out_size: int, align_corners: bool, device: torch.device
+) -> Tuple[Tensor, Tensor, Tensor]:
+    """Indices of the two neighbours of each of ``out_size`` positions, and the second's weight in 1/256."""
+    whole, rest, denominator = exact_positions(in_size, out_size, align_corners, device)
+    # Exact, as quotients of whole numbers that float64 holds.
+    weight = torch.floor((512 * rest + denominator).to(torch.float64) / (2 * denominator)).to(torch.float32)
+    weight = torch.where(whole < 0, torch.zeros_like(weight), weight)
+    return whole.clamp(0, in_size - 1), (whole + 1).clamp(0, in_size - 1), weight
+
+
+@primitive
+def resized_nearest(x: Tensor, height: int, width: int) -> Tensor:
+    """(B, C, H, W) of any type as (B, C, height, width): pixel floor(i * in / out) along each axis."""
+    rows = x.index_select(2, stored_index(nearest_index(x.size(2), height, x.device)))
+    return rows.index_select(3, stored_index(nearest_index(x.size(3), width, x.device)))
+
+
+@resized_nearest.lowering("native", when=kernels.has_pixel_kernel)
+def _resized_nearest_kernel(x: Tensor, height: int, width: int) -> Tensor:
+    rows, step = as_rows(x)
+    return from_rows(kernels.resize_nearest(rows, height, width, step), x)
 
 
 def _bilinear(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:

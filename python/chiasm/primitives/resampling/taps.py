@@ -41,6 +41,14 @@ def source_positions(
     centres). Both are ratios of integers and are computed as such: no rounding, hence the same taps on every
     backend.
     """
+    whole, rest, denominator = exact_positions(in_size, out_size, align_corners, device)
+    return whole, rest.to(dtype) / denominator
+
+
+def exact_positions(
+    in_size: int, out_size: int, align_corners: bool, device: torch.device
+) -> Tuple[Tensor, Tensor, int]:
+    """``source_positions`` as whole parts, and numerators and the denominator of the fractions."""
     i = torch.arange(out_size, device=device)
     if align_corners:
         numerator = i * (in_size - 1)
@@ -53,7 +61,7 @@ def source_positions(
     whole = (
         torch.floor((numerator + shift * denominator).to(torch.float64) / denominator).to(torch.int64) - shift
     )
-    return whole, (numerator - whole * denominator).to(dtype) / denominator
+    return whole, numerator - whole * denominator, denominator
 
 
 def nearest_index(in_size: int, out_size: int, device: torch.device) -> Tensor:

@@ -1,0 +1,43 @@
+"""Point-wise ops on bytes: a table of the op's values at the 256 levels, looked up."""
+
+import torch
+from torch import Tensor
+
+from ..core.layout import as_rows, from_rows
+from ..core.lowering import primitive
+from ..kernels import operators as kernels
+
+
+def levels(image: Tensor, white: float) -> Tensor:
+    """The 256 levels for each image of a batch, (B, 256) in float64, of which the last is ``white``.
+
+    float64, so that what engines round differently hardly ever falls to different sides of a half.
+    """
+    all_levels = torch.arange(256, device=image.device).to(torch.float64) * (white / 255.0)
+    return all_levels.expand(image.size(0), 256)
+
+
+def looked_up(image: Tensor, values: Tensor, white: float) -> Tensor:
+    """Bytes (B, *) by what an op makes of their ``levels``, (B, 256): rounded to even and saturated.
+
+    >>> x = torch.tensor([[0, 100, 200]], dtype=torch.uint8)
+    >>> looked_up(x, 1.0 - levels(x, 1.0), 1.0)
+    tensor([[255, 155,  55]], dtype=torch.uint8)
+    """
+    tables = torch.round(values * (255.0 / white)).clamp(0.0, 255.0).to(torch.uint8)
+    return table_entries(image, tables)
+
+
+@primitive
+def table_entries(image: Tensor, tables: Tensor) -> Tensor:
+    """The entries of tables (B, 256) at bytes (B, *)."""
+    index = image.reshape(image.size(0), -1).to(torch.int64)
+    return tables.gather(1, index).reshape(image.shape)
+
+
+@table_entries.lowering("native", when=kernels.available)
+def _table_entries_kernel(image: Tensor, tables: Tensor) -> Tensor:
+    if image.dim() == 4:
+        rows, _ = as_rows(image)
+        return from_rows(kernels.lut_bytes(tables, rows.flatten(1)).unflatten(1, rows.shape[1:]), image)
+    return kernels.lut_bytes(tables, image.flatten(1)).reshape(image.shape)

@@ -1,0 +1,193 @@
+// Resizing of bytes: bilinear in fixed point, and to the nearest pixel.
+//
+// A row is resampled along its length first, into sums of 16 bits that are kept for the next row of the
+// output; two such rows are weighted then, the high and the low bytes of their sums apart.
+#include <array>
+#include <cstring>
+
+#include "rows.h"
+
+namespace chiasm::kernels {
+namespace {
+
+using Word = uint16_t;
+using Eight = hn::FixedTag<Word, 8>;
+
+// Where each position along an axis is: pixel `first` and the next one, which has `weight` of 256.
+struct Axis {
+  std::vector<int64_t> first;
+  std::vector<int32_t> weight;
+
+  Axis(int64_t in, int64_t out, bool align_corners)
+      : first(static_cast<size_t>(out)), weight(static_cast<size_t>(out)) {
+    const int64_t denominator = align_corners ? std::max<int64_t>(out - 1, 1) : 2 * out;
+    for (int64_t i = 0; i < out; ++i) {
+      const int64_t numerator = std::max<int64_t>(align_corners ? i * (in - 1) : (2 * i + 1) * in - out, 0);
+      const int64_t whole = std::min(numerator / denominator, in - 1), rest = numerator - whole * denominator;
+      first[static_cast<size_t>(i)] = whole;
+      weight[static_cast<size_t>(i)] =
+          whole == in - 1 ? 0 : static_cast<int32_t>((512 * rest + denominator) / (2 * denominator));
+    }
+  }
+};
+
+// A row's resampling: for each pixel of the output, where the two pixels begin that it is made of, and for
+// pixels of three or four bytes their weights, byte by byte.
+class Across {
+ public:
+  Across(int64_t in, int64_t out, int64_t step, bool align_corners)
+      : axis_(in, out, align_corners), in_(in), out_(out), step_(step) {
+    for (auto& first : axis_.first) {
+      // The last pixel has no next one: it is read with the one before.
+      const auto i = static_cast<size_t>(&first - axis_.first.data());
+      if (in > 1 && first == in - 1) {
+        --first;
+        axis_.weight[i] = 256;
+      }
+      if (step * first + 8 <= step * in) wide_ = static_cast<int64_t>(i) + 1;
+    }
+    if (step != 3 && step != 4) return;
+    weights_.resize(static_cast<size_t>(8 * out));
+    for (int64_t x = 0; x < out; ++x)
+      for (int64_t k = 0; k < 2 * step; ++k) {
+        const int32_t second = axis_.weight[static_cast<size_t>(x)];
+        weights_[static_cast<size_t>(8 * x + k)] = static_cast<Word>(k < step ? 256 - second : second);
+      }
+  }
+
+  // Room for a row: vectors of eight run over its end.
+  int64_t room() const { return whole_lines<Word>(out_ * step_ + 8); }
+
+  void operator()(const uint8_t* row, Word* out) const {
+    int64_t x = 0;
+    if (in_ > 1 && step_ == 3)
+      x = by_pixels<3>(row, out);
+    else if (in_ > 1 && step_ == 4)
+      x = by_pixels<4>(row, out);
+    for (; x < out_; ++x) {
+      const auto i = static_cast<size_t>(x);
+      const uint8_t* const p = row + axis_.first[i] * step_;
+      const int32_t second = axis_.weight[i];
+      for (int64_t c = 0; c < step_; ++c)
+        out[x * step_ + c] = static_cast<Word>(p[c] * (256 - second) + (in_ > 1 ? p[step_ + c] * second : 0));
+    }
+  }
+
+ private:
+  // Returns how many pixels it has made: those for which eight bytes may be read.
+  template <int kStep>
+  int64_t by_pixels(const uint8_t* row, Word* out) const {
+    const Eight d;
+    const hn::Rebind<uint8_t, Eight> bytes;
+    const int64_t* const first = axis_.first.data();
+    const Word* const weights = weights_.data();
+    for (int64_t x = 0; x < wide_; ++x) {
+      const auto both =
+          hn::Mul(hn::PromoteTo(d, hn::LoadU(bytes, row + first[x] * kStep)), hn::LoadU(d, weights + 8 * x));
+      hn::StoreU(hn::Add(both, hn::ShiftRightLanes<kStep>(d, both)), d, out + x * kStep);
+    }
+    return wide_;
+  }
+
+  Axis axis_;
+  const int64_t in_, out_, step_;
+  int64_t wide_ = 0;
+  std::vector<Word> weights_;
+};
+
+// (upper * (256 - second) + lower * second) / 2^16, halves up.
+void blend(const Word* upper, const Word* lower, int32_t second, int64_t n, uint8_t* out) {
+  const auto above = static_cast<Word>(256 - second), below = static_cast<Word>(second);
+  for_lanes<Word, 2>(n, [=](auto d, auto vectors, int64_t k) {
+    const hn::Rebind<uint8_t, decltype(d)> bytes;
+    const hn::RebindToSigned<decltype(d)> integers;
+    const auto byte = hn::Set(d, Word{255}), first = hn::Set(d, above), next = hn::Set(d, below);
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    for (int v = 0; v < vectors; ++v) {
+      const auto a = hn::LoadU(d, upper + k + v * lanes), b = hn::LoadU(d, lower + k + v * lanes);
+      const auto high = hn::Add(hn::Mul(hn::ShiftRight<8>(a), first), hn::Mul(hn::ShiftRight<8>(b), next));
+      const auto low = hn::Add(hn::Mul(hn::And(a, byte), first), hn::Mul(hn::And(b, byte), next));
+      const auto sum = hn::Add(hn::Add(high, hn::ShiftRight<8>(low)), hn::Set(d, Word{128}));
+      hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(integers, hn::ShiftRight<8>(sum))), bytes,
+                 out + k + v * lanes);
+    }
+  });
+}
+
+// Two resampled rows of an image, by their numbers.
+class KeptRows {
+ public:
+  KeptRows(const uint8_t* image, int64_t width, const Across& across, Word* memory)
+      : image_(image), width_(width), across_(across), rows_{memory, memory + across.room()} {}
+
+  // Row y; the row `other` stays.
+  const Word* get(int64_t y, int64_t other) {
+    for (size_t i = 0; i < 2; ++i)
+      if (known_[i] == y) return rows_[i];
+    const size_t i = known_[0] == other ? 1 : 0;
+    across_(image_ + y * width_, rows_[i]);
+    known_[i] = y;
+    return rows_[i];
+  }
+
+ private:
+  const uint8_t* const image_;
+  const int64_t width_;
+  const Across& across_;
+  std::array<Word*, 2> rows_;
+  std::array<int64_t, 2> known_{-1, -1};
+};
+
+constexpr int64_t kRows = 32;
+
+}  // namespace
+
+void resize_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t width, int64_t new_height,
+                  int64_t new_width, int64_t step, bool align_corners, uint8_t* out) {
+  const Axis down(height, new_height, align_corners);
+  const Across across(width / step, new_width, step, align_corners);
+  const int64_t blocks = (new_height + kRows - 1) / kRows, values = new_width * step;
+  const auto memory = new_lines<Word>(2 * across.room() * omp_get_max_threads());
+#pragma omp parallel for
+  for (int64_t i = 0; i < n * blocks; ++i) {
+    const int64_t top = i % blocks * kRows, image = i / blocks;
+    KeptRows rows(x + image * height * width, width, across,
+                  memory.get() + 2 * across.room() * omp_get_thread_num());
+    for (int64_t y = top; y < std::min(top + kRows, new_height); ++y) {
+      const auto at = static_cast<size_t>(y);
+      const int64_t first = down.first[at], next = std::min(first + 1, height - 1);
+      const int32_t weight = down.weight[at];
+      const Word* const upper = rows.get(first, next);
+      const Word* const lower = weight == 0 ? upper : rows.get(next, first);
+      blend(upper, lower, weight, values, out + (image * new_height + y) * values);
+    }
+  }
+}
+
+template <class P>
+void resize_nearest(const P* x, int64_t n, int64_t height, int64_t width, int64_t new_height,
+                    int64_t new_width, int64_t step, P* out) {
+  const int64_t pixels = width / step;
+  std::vector<int64_t> from(static_cast<size_t>(new_width));
+  for (int64_t i = 0; i < new_width; ++i) from[static_cast<size_t>(i)] = i * pixels / new_width * step;
+  const int64_t* const places = from.data();
+#pragma omp parallel for
+  for (int64_t row = 0; row < n * new_height; ++row) {
+    const P* const source = x + (row / new_height * height + row % new_height * height / new_height) * width;
+    P* const target = out + row * new_width * step;
+    const auto copy = [=](auto count) {
+      for (int64_t i = 0; i < new_width; ++i)
+        std::memcpy(target + i * count, source + places[i], sizeof(P) * count);
+    };
+    switch (step) {
+      case 1: copy(std::integral_constant<size_t, 1>()); break;
+      case 3: copy(std::integral_constant<size_t, 3>()); break;
+      case 4: copy(std::integral_constant<size_t, 4>()); break;
+      default: copy(static_cast<size_t>(step));
+    }
+  }
+}
+
+CHIASM_INSTANTIATE(resize_nearest)
+
+}  // namespace chiasm::kernels
