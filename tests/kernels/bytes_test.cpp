@@ -122,6 +122,24 @@ TEST_F(Bytes, MixedPixelsMatchOpenCvGrey) {
     }
 }
 
+// Within a level of OpenCV, whose quotients are of tables; of hues the distance around the circle counts.
+TEST_F(Bytes, HsvMatchesOpenCv) {
+  const cv::Mat image = frame(70, 333, 3);
+  cv::Mat expected;
+  cv::cvtColor(image, expected, cv::COLOR_RGB2HSV);
+  const auto values = static_cast<int64_t>(image.total() * 3);
+  std::vector<uint8_t> out(static_cast<size_t>(values)), planes(out.size()), joined(out.size());
+  hsv_pixels(image.data, 1, values, true, out.data());
+  for (size_t i = 0; i < out.size(); ++i) {
+    const int difference = std::abs(out[i] - expected.data[i]);
+    ASSERT_LE(i % 3 == 0 ? std::min(difference, 180 - difference) : difference, 1) << i;
+  }
+  split_pixels(image.data, 1, values, 3, planes.data());
+  hsv_pixels(planes.data(), 1, values, false, joined.data());
+  join_pixels(joined.data(), 1, values, 3, planes.data());
+  EXPECT_EQ(planes, out);
+}
+
 TEST_F(Bytes, ResizingMatchesOpenCvsExactForm) {
   for (const Size& size : kSizes)
     for (const Size& to : {Size{1, 1}, Size{7, 5}, Size{20, 61}, Size{40, 11}, Size{64, 140}})
@@ -211,6 +229,10 @@ KERNEL_CALL_BENCHMARK(mix_pixels_grey, [] {
   return [frame = Frame()]() mutable {
     mix_pixels(frame.x.data(), 1, 1080 * 1920 * 3, kGrey.data(), 1, 15, true, frame.out.data());
   };
+});
+KERNEL_CALL_BENCHMARK(hsv_pixels, [] {
+  return
+      [frame = Frame()]() mutable { hsv_pixels(frame.x.data(), 1, 1080 * 1920 * 3, true, frame.out.data()); };
 });
 KERNEL_CALL_BENCHMARK(lut_bytes_threshold, [] {
   std::mt19937 engine;

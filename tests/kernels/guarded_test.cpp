@@ -294,6 +294,42 @@ TYPED_TEST(GuardedKernels, SumsLevelsAndEdgesStayInside) {
   });
 }
 
+// Of bytes, whose numbers are all ordinary: in each of the fills the same.
+TYPED_TEST(GuardedKernels, BytesStayInside) {
+  const auto bytes = [&](const Dims& sizes) { return this->template wholes<uint8_t>(sizes, 0, 255); };
+  const Tensor three = kernel_calls::of<int32_t>({1, 3}, {128, 50, 14}),
+               one = kernel_calls::of<int32_t>({1, 1}, {256});
+  const Tensor grey = kernel_calls::of<int32_t>({1, 4}, {9798, 19235, 3735, 16384}),
+               colours =
+                   kernel_calls::of<int32_t>({3, 4}, {4899, 9617, 1868, 8192, -2763, -5424, 8187, 2105344});
+  this->watch([&] {
+    for (const Size& s : kSizes)
+      for (const int64_t step : {1, 2, 3, 4}) {
+        const Tensor x = bytes({2, s.height, s.width * step}), row = bytes({2, s.height * s.width * step});
+        for (int64_t border = 0; border < kBorders; ++border) {
+          this->run(aoti_torch_cpu_separable_bytes, x, three, three, step, border);
+          this->run(aoti_torch_cpu_separable_bytes, x, one, three, step, border);
+        }
+        this->run(aoti_torch_cpu_split_pixels, row, step);
+        this->run(aoti_torch_cpu_join_pixels, row, step);
+        this->run(aoti_torch_cpu_lut_bytes, bytes({1, 256}), row);
+        for (const Size& to : {Size{1, 1}, Size{5, 17}, Size{s.height * 2, s.width * 2}, Size{7, 40}}) {
+          this->run(aoti_torch_cpu_resize_bytes, x, to.height, to.width, step, int32_t{0});
+          this->run(aoti_torch_cpu_resize_bytes, x, to.height, to.width, step, int32_t{1});
+          this->run(aoti_torch_cpu_resize_nearest, x, to.height, to.width, step);
+          this->run(aoti_torch_cpu_resize_nearest, this->numbers({2, s.height, s.width * step}), to.height,
+                    to.width, step);
+        }
+        const Tensor pixels = bytes({2, s.height * s.width * 3});
+        for (const int32_t interleaved : {0, 1}) {
+          this->run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);
+          this->run(aoti_torch_cpu_mix_pixels, pixels, colours, int64_t{14}, interleaved);
+          this->run(aoti_torch_cpu_hsv_pixels, pixels, interleaved);
+        }
+      }
+  });
+}
+
 TYPED_TEST(GuardedKernels, FeaturesStayInside) {
   this->watch([&] {
     for (const Size& s : kSizes) {

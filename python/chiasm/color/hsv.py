@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_rgb
-from ..primitives.images.color_planes import channels_of, rgb_planes
+from ..primitives.images.color_planes import hsv_of_bytes, rgb_planes
 from .hue import from_hue, radians, sixths_of
 
 
@@ -34,26 +34,9 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
     """
     if image.dtype == torch.uint8:
         check_rgb(image, "image")
-        return _hsv_of_bytes(image)
+        return hsv_of_bytes(image)
     sixths, value, chroma = sixths_value_chroma(image)
     return torch.stack([radians(sixths), saturation_of(value, chroma, eps), value], -3)
-
-
-def _hsv_of_bytes(image: Tensor) -> Tensor:
-    # Quotients of whole numbers below 2^16: those that are not a half are further from it than float32
-    # rounds.
-    r, g, b = channels_of(image)
-    red, green, blue = r.to(torch.float32), g.to(torch.float32), b.to(torch.float32)
-    value = torch.maximum(torch.maximum(red, green), blue)
-    chroma = value - torch.minimum(torch.minimum(red, green), blue)
-    turn = torch.where(
-        value == red,
-        green - blue,
-        torch.where(value == green, blue - red + 2.0 * chroma, red - green + 4.0 * chroma),
-    )
-    hue = torch.round(30.0 * turn / chroma.clamp(min=1.0))
-    saturation = torch.round(255.0 * chroma / value.clamp(min=1.0))
-    return torch.stack([torch.where(hue < 0.0, hue + 180.0, hue), saturation, value], -3).to(torch.uint8)
 
 
 def sixths_value_chroma(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:

@@ -109,27 +109,43 @@ struct Mix {
   int32_t weights[3], offset;
 };
 
-// Sums of three planes of n bytes, `plane` bytes apart. Products of weights and bytes are whole numbers that
-// float32 holds, and a product of float32 is one instruction where that of int32 is two.
-void mix_planes(const uint8_t* x, int64_t plane, const Mix& mix, float scale, int64_t n, uint8_t* out) {
-  const float first = static_cast<float>(mix.weights[0]), second = static_cast<float>(mix.weights[1]),
-              third = static_cast<float>(mix.weights[2]), offset = static_cast<float>(mix.offset);
-  for_lanes<uint32_t, 4>(n, [=](auto d, auto vectors, int64_t k) {
-    const hn::Rebind<float, decltype(d)> numbers;
-    const hn::RebindToSigned<decltype(d)> integers;
-    const hn::Rebind<uint8_t, decltype(d)> bytes;
+// Bytes as numbers.
+template <class D>
+HWY_INLINE hn::Vec<D> number(D numbers, const uint8_t* x) {
+  const hn::Rebind<uint8_t, D> bytes;
+  return hn::ConvertTo(numbers, hn::PromoteTo(Integers<D>(), hn::LoadU(bytes, x)));
+}
+
+// Numbers from 0 to 255 that have been rounded, and others saturated.
+template <class D>
+HWY_INLINE void store_levels(D, hn::Vec<Integers<D>> levels, uint8_t* out) {
+  const hn::Rebind<uint8_t, D> bytes;
+  hn::StoreU(hn::DemoteTo(bytes, levels), bytes, out);
+}
+
+// kRows sums of three planes of n bytes, `plane` bytes apart. Products of weights and bytes are whole numbers
+// that float32 holds, and a product of float32 is one instruction where that of int32 is two.
+template <int kRows>
+void mix_planes(const uint8_t* x, int64_t plane, const Mix* mixes, float scale, int64_t n, uint8_t* out,
+                int64_t out_plane) {
+  std::array<std::array<float, 4>, kRows> rows;
+  for (int r = 0; r < kRows; ++r) {
+    for (size_t c = 0; c < 3; ++c) rows[r][c] = static_cast<float>(mixes[r].weights[c]);
+    rows[r][3] = static_cast<float>(mixes[r].offset);
+  }
+  for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     for (int v = 0; v < vectors; ++v) {
-      const auto at = [=](int64_t c) {
-        const auto loaded = hn::LoadU(bytes, x + c * plane + k + v * lanes);
-        return hn::ConvertTo(numbers, hn::PromoteTo(integers, loaded));
-      };
-      const auto sum =
-          hn::Add(hn::Add(hn::Mul(at(0), hn::Set(numbers, first)), hn::Mul(at(1), hn::Set(numbers, second))),
-                  hn::Add(hn::Mul(at(2), hn::Set(numbers, third)), hn::Set(numbers, offset)));
-      // Below 0 everything becomes 0, so that to truncate is to round down.
-      const auto level = hn::ConvertTo(integers, hn::Mul(sum, hn::Set(numbers, scale)));
-      hn::StoreU(hn::DemoteTo(bytes, level), bytes, out + k + v * lanes);
+      const uint8_t* const p = x + k + v * lanes;
+      const auto a = number(d, p), b = number(d, p + plane), c = number(d, p + 2 * plane);
+      for (int r = 0; r < kRows; ++r) {
+        const auto weight = [&](size_t i) { return hn::Set(d, rows[r][i]); };
+        const auto sum = hn::Add(hn::Add(hn::Mul(a, weight(0)), hn::Mul(b, weight(1))),
+                                 hn::Add(hn::Mul(c, weight(2)), weight(3)));
+        // Below 0 everything becomes 0, so that to truncate is to round down.
+        store_levels(d, hn::ConvertTo(Integers<decltype(d)>(), hn::Mul(sum, hn::Set(d, scale))),
+                     out + r * out_plane + k + v * lanes);
+      }
     }
   });
 }
@@ -143,7 +159,7 @@ bool fits_words(const Mix& mix, int64_t shift) {
     high += weight >> 8;
     low += weight & 255;
   }
-  return mix.offset >= 0 && mix.offset % 256 == 0 && shift >= 8 && low <= 257 &&
+  return mix.offset >= 0 && mix.offset % 256 == 0 && shift >= 9 && low <= 257 &&
          int64_t{high} * 255 + mix.offset / 256 + 255 <= UINT16_MAX;
 }
 
@@ -170,35 +186,79 @@ void mix_words(const uint8_t* x, int64_t plane, const Mix& mix, int64_t shift, i
   });
 }
 
+// Calls body(planes, plane, count, out, out_plane) for runs of pixels of images of three channels: planes of
+// `count` bytes, `plane` bytes apart, of which `out` gets `rows` planes. Interleaved pixels are taken apart,
+// and three planes put together, in L1.
+template <class Body>
+void for_planes(const uint8_t* x, int64_t n, int64_t pixels, int64_t rows, bool interleaved, uint8_t* out,
+                const Body& body) {
+  for_pixels(n, pixels, [&](int64_t image, int64_t first, int64_t count) {
+    const uint8_t* const from = x + image * 3 * pixels;
+    uint8_t* const to = out + image * rows * pixels;
+    if (!interleaved) return body(from + first, pixels, count, to + first, pixels);
+    alignas(kLine) std::array<uint8_t, 3 * kPart> planes, made;
+    split_run<uint8_t, 3>(from + 3 * first, count, kPart, planes.data());
+    if (rows == 1) return body(planes.data(), kPart, count, to + first, pixels);
+    body(planes.data(), kPart, count, made.data(), kPart);
+    join_run<uint8_t, 3>(made.data(), count, kPart, to + 3 * first);
+  });
+}
+
+// Hue in degrees / 2, saturation and value, 0 to 255, rounded halves to even. Quotients are of whole numbers
+// below 2^16: those that are no halves are further from them than float32 rounds.
+void hsv_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
+  for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    const auto whole = [=](float value) { return hn::Set(d, value); };
+    for (int v = 0; v < vectors; ++v) {
+      const uint8_t* const p = x + k + v * lanes;
+      uint8_t* const to = out + k + v * lanes;
+      const auto r = number(d, p), g = number(d, p + plane), b = number(d, p + 2 * plane);
+      const auto value = hn::Max(hn::Max(r, g), b), chroma = hn::Sub(value, hn::Min(hn::Min(r, g), b));
+      const auto is_red = hn::Eq(value, r), is_green = hn::Eq(value, g);
+      const auto turn =
+          hn::IfThenElse(is_red, hn::Sub(g, b),
+                         hn::Add(hn::IfThenElse(is_green, hn::Sub(b, r), hn::Sub(r, g)),
+                                 hn::Mul(chroma, hn::IfThenElse(is_green, whole(2), whole(4)))));
+      const auto hue = hn::Div(hn::Mul(whole(30), turn), hn::Max(chroma, whole(1)));
+      const auto saturation = hn::Div(hn::Mul(whole(255), chroma), hn::Max(value, whole(1)));
+      const auto degrees = hn::NearestInt(hue);
+      const Integers<decltype(d)> integers;
+      const auto turned = hn::Add(degrees, hn::Set(integers, 180));
+      store_levels(d, hn::IfThenElse(hn::Lt(degrees, hn::Zero(integers)), turned, degrees), to);
+      store_levels(d, hn::NearestInt(saturation), to + out_plane);
+      store_levels(d, hn::NearestInt(value), to + 2 * out_plane);
+    }
+  });
+}
+
 }  // namespace
 
 void mix_pixels(const uint8_t* x, int64_t n, int64_t values, const int32_t* weights, int64_t rows,
                 int64_t shift, bool interleaved, uint8_t* out) {
-  const int64_t pixels = values / 3;
   const float scale = 1.0f / static_cast<float>(int64_t{1} << shift);
-  for_pixels(n, pixels, [&](int64_t image, int64_t first, int64_t count) {
-    alignas(kLine) std::array<uint8_t, 3 * kPart> planes, mixed;
-    const uint8_t* from = x + image * values + first;
-    int64_t plane = pixels;
-    if (interleaved) {
-      split_run<uint8_t, 3>(x + image * values + 3 * first, count, kPart, planes.data());
-      from = planes.data();
-      plane = kPart;
-    }
-    uint8_t* const target = out + image * rows * pixels;
-    const bool join = interleaved && rows == 3;
-    for (int64_t row = 0; row < rows; ++row) {
-      Mix mix{};
-      std::copy_n(weights + 4 * row, 3, mix.weights);
-      mix.offset = weights[4 * row + 3];
-      uint8_t* const to = join ? mixed.data() + row * kPart : target + row * pixels + first;
-      if (fits_words(mix, shift))
-        mix_words(from, plane, mix, shift, count, to);
-      else
-        mix_planes(from, plane, mix, scale, count, to);
-    }
-    if (join) join_run<uint8_t, 3>(mixed.data(), count, kPart, target + 3 * first);
-  });
+  std::array<Mix, 3> mixes{};
+  for (int64_t row = 0; row < rows; ++row) {
+    Mix& mix = mixes[static_cast<size_t>(row)];
+    std::copy_n(weights + 4 * row, 3, mix.weights);
+    mix.offset = weights[4 * row + 3];
+  }
+  const bool words = rows == 1 && fits_words(mixes[0], shift);
+  for_planes(x, n, values / 3, rows, interleaved, out,
+             [&](const uint8_t* from, int64_t plane, int64_t count, uint8_t* to, int64_t out_plane) {
+               if (words)
+                 mix_words(from, plane, mixes[0], shift, count, to);
+               else
+                 (rows == 1 ? mix_planes<1> : mix_planes<3>)(from, plane, mixes.data(), scale, count, to,
+                                                             out_plane);
+             });
+}
+
+void hsv_pixels(const uint8_t* x, int64_t n, int64_t values, bool interleaved, uint8_t* out) {
+  for_planes(x, n, values / 3, 3, interleaved, out,
+             [](const uint8_t* from, int64_t plane, int64_t count, uint8_t* to, int64_t out_plane) {
+               hsv_planes(from, plane, count, to, out_plane);
+             });
 }
 
 CHIASM_INSTANTIATE(split_pixels)

@@ -75,14 +75,55 @@ def mix_bytes(image: Tensor, weights: List[int], shift: int) -> Tensor:
     return torch.stack(planes, -3)
 
 
-@mix_bytes.lowering("native", when=lambda image, *_: kernels.available(image) and image.dim() == 4)
+def _is_image(image: Tensor, *_: object) -> bool:
+    return kernels.available(image) and image.dim() == 4
+
+
+@mix_bytes.lowering("native", when=_is_image)
 def _mix_bytes_kernel(image: Tensor, weights: List[int], shift: int) -> Tensor:
     rows = torch.tensor(weights, dtype=torch.int32).reshape(-1, 4)
+    pixels, is_frame = _as_pixels(image)
+    return _from_pixels(kernels.mix_pixels(pixels, rows, shift, is_frame), image, rows.size(0))
+
+
+def _as_pixels(image: Tensor) -> Tuple[Tensor, bool]:
+    """(B, C, H, W) as (B, all values), and whether its channels lie next to each other."""
     if interleaved(image):
-        mixed = kernels.mix_pixels(image.permute(0, 2, 3, 1).flatten(1), rows, shift, True)
-        return mixed.unflatten(1, [image.size(2), image.size(3), rows.size(0)]).permute(0, 3, 1, 2)
-    mixed = kernels.mix_pixels(image.flatten(1), rows, shift, False)
-    return mixed.unflatten(1, [rows.size(0), image.size(2), image.size(3)])
+        return image.permute(0, 2, 3, 1).flatten(1), True
+    return image.flatten(1), False
+
+
+def _from_pixels(values: Tensor, like: Tensor, channels: int) -> Tensor:
+    """Images of so many channels of what a kernel made of ``like``."""
+    if interleaved(like):
+        return values.unflatten(1, [like.size(2), like.size(3), channels]).permute(0, 3, 1, 2)
+    return values.unflatten(1, [channels, like.size(2), like.size(3)])
+
+
+@primitive
+def hsv_of_bytes(image: Tensor) -> Tensor:
+    """Hue in degrees / 2, saturation and value, 0 to 255, of bytes (*, 3, H, W); rounded halves to even.
+
+    Quotients are of whole numbers below 2^16: those that are no halves are further from them than float32
+    rounds.
+    """
+    red, green, blue = [image.select(-3, i).to(torch.float32) for i in range(3)]
+    value = torch.maximum(torch.maximum(red, green), blue)
+    chroma = value - torch.minimum(torch.minimum(red, green), blue)
+    turn = torch.where(
+        value == red,
+        green - blue,
+        torch.where(value == green, blue - red + 2.0 * chroma, red - green + 4.0 * chroma),
+    )
+    hue = torch.round(30.0 * turn / chroma.clamp(min=1.0))
+    saturation = torch.round(255.0 * chroma / value.clamp(min=1.0))
+    return torch.stack([torch.where(hue < 0.0, hue + 180.0, hue), saturation, value], -3).to(torch.uint8)
+
+
+@hsv_of_bytes.lowering("native", when=_is_image)
+def _hsv_kernel(image: Tensor) -> Tensor:
+    pixels, is_frame = _as_pixels(image)
+    return _from_pixels(kernels.hsv_pixels(pixels, is_frame), image, 3)
 
 
 # ONNX Runtime has this kernel for float32 alone.

@@ -159,6 +159,14 @@ _declare(
     ["L % 3 == 0", "O in (1, 3)", "0 <= shift <= 23"],
 )
 
+_declare(
+    "hsv_pixels(uint8[N, L] x, bool interleaved) -> uint8[N, L]",
+    "pixels.cpp",
+    """Hue in degrees / 2, saturation and value, 0 to 255, of red, green and blue, in planes or interleaved;
+    rounded halves to even.""",
+    ["L % 3 == 0"],
+)
+
 # Levels and histograms
 
 _declare(
