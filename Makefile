@@ -66,7 +66,7 @@ test: build ## every test
 	@echo "make test: all passed"
 
 test-all: build bundles ## every test on the whole catalog (hours)
-	@$(MAKE) test special-values sanitize-artifacts
+	@CHIASM_ALL_TESTS=1 $(MAKE) test special-values sanitize-artifacts
 
 test-quick: build ## what needs no exported bundles: ops, and the runtime's core (under 2 minutes)
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -x -n $(JOBS) tests/ops

@@ -6,8 +6,8 @@
 All of the catalog is `make test-all`, too long for every run. Compiled are the ops that the tests name, those
 whose source has changed, and one more of each family. Of the rest every op that has changed is exported, and
 every sixth other one; of these every sixteenth with its gradient, which takes most of an export's time. Which
-ones hangs on the content of their sources, so that the same sources have the same tests. The sources are
-compared with $CHIASM_BASE, else with where the branch left origin's, else with the commit before.
+ones hangs on the content of their sources, so that the same sources have the same tests. What the sources are
+compared with is in tests/changes.py.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import hashlib
 import inspect
 import os
 import re
-import subprocess
 import sys
 from fnmatch import fnmatch
 from itertools import groupby
@@ -28,6 +27,10 @@ from chiasm.export.catalog import catalog
 from chiasm.export.cli import export_names
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from tests.changes import changed_files  # noqa: E402
+
 PER_FAMILY = 1
 #: Of so many ops that are not compiled and have not changed one is exported.
 EXPORTED = 6
@@ -56,22 +59,6 @@ SLOW = (
 #: A commit that changes more ops than this has some of them taken, lest a test run take hours; the rest waits
 #: for `make test-all`.
 MOST_CHANGED = 12
-
-
-def git(*arguments: str) -> str:
-    """What git says, or nothing where this is no repository or the revision does not exist."""
-    done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True, text=True)
-    return done.stdout.strip() if done.returncode == 0 else ""
-
-
-def changed_files() -> set[str]:
-    """Paths that differ from the base, also those not committed."""
-    base = os.environ.get("CHIASM_BASE") or git("merge-base", "HEAD", "origin/HEAD")
-    if not base or base == git("rev-parse", "HEAD"):
-        base = "HEAD~1"
-    return set(
-        git("diff", "--name-only", base).split() + git("ls-files", "--others", "--exclude-standard").split()
-    )
 
 
 def source_of(name: str) -> Path:

@@ -1,0 +1,57 @@
+"""What has changed since the base, so that a test run can leave out a part of what has not.
+
+The base is $CHIASM_BASE, else where the branch left origin's, else the commit before.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import os
+import subprocess
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def git(*arguments: str) -> str:
+    """What git says, or nothing where this is no repository or the revision does not exist."""
+    done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True, text=True)
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+@cache
+def changed_files() -> frozenset[str]:
+    """Paths that differ from the base, also those not committed."""
+    base = os.environ.get("CHIASM_BASE") or git("merge-base", "HEAD", "origin/HEAD")
+    if not base or base == git("rev-parse", "HEAD"):
+        base = "HEAD~1"
+    return frozenset(
+        git("diff", "--name-only", base).split() + git("ls-files", "--others", "--exclude-standard").split()
+    )
+
+
+@cache
+def has_changed(test: Path) -> bool:
+    """Whether a file of tests, or a file of chiasm's that it imports, has changed."""
+    changed = changed_files()
+    if str(test.relative_to(ROOT)) in changed:
+        return True
+    for node in ast.walk(ast.parse(test.read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("chiasm"):
+            module = "python/" + str(node.module).replace(".", "/")
+            if any(file.startswith((f"{module}.py", f"{module}/")) for file in changed):
+                return True
+    return False
+
+
+@cache
+def _text_of(file: Path) -> bytes:
+    return file.read_bytes()
+
+
+def is_drawn(name: str, file: Path, of: int) -> bool:
+    """Whether one of so many falls on `name`: the same one as long as the content of `file` is the same."""
+    digest = hashlib.sha256(name.encode() + _text_of(file)).digest()
+    return digest[0] % of == 0

@@ -1,0 +1,219 @@
+"""Ops on images of bytes: OpenCV's and Pillow's results, to the bit where it is said so, in both layouts."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+import torch
+from PIL import Image, ImageOps
+from torch import Tensor
+
+from chiasm.color import bgr_to_grayscale, rgb_to_grayscale, rgb_to_hsv, rgb_to_ycbcr
+from chiasm.enhance import (
+    adjust_brightness,
+    adjust_brightness_accumulative,
+    adjust_contrast,
+    adjust_gamma,
+    invert,
+    posterize,
+    solarize,
+    threshold,
+)
+from chiasm.filters import gaussian_blur2d
+from chiasm.geometry.transform import resize
+
+SIZES = [(37, 53), (8, 120), (1, 1), (64, 9)]
+
+
+def frame(height: int, width: int, channels: int = 3, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, 256, (height, width, channels), dtype=np.uint8)
+
+
+def both_layouts(image: np.ndarray) -> list[Tensor]:
+    """(1, C, H, W) pixel by pixel, and plane after plane."""
+    interleaved = torch.from_numpy(image)[None].permute(0, 3, 1, 2)
+    return [interleaved, interleaved.contiguous()]
+
+
+def as_frame(result: Tensor) -> np.ndarray:
+    assert result.dtype == torch.uint8
+    return result[0].permute(1, 2, 0).numpy()
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize(
+    ("size", "sigma"), [((3, 3), (0.8, 0.8)), ((5, 9), (1.1, 2.0)), ((31, 1), (5.0, 1.0))]
+)
+@pytest.mark.parametrize(
+    ("border", "flag"),
+    [
+        ("reflect", cv2.BORDER_REFLECT_101),
+        ("replicate", cv2.BORDER_REPLICATE),
+        ("constant", cv2.BORDER_CONSTANT),
+    ],
+)
+def test_gaussian_blur_is_opencvs(channels: int, size, sigma, border: str, flag: int) -> None:
+    image = frame(37, 53, channels)
+    expected = cv2.GaussianBlur(image, size[::-1], sigma[1], sigmaY=sigma[0], borderType=flag)
+    for x in both_layouts(image):
+        for s in (sigma, torch.tensor([sigma])):
+            result = as_frame(gaussian_blur2d(x, size, s, border))
+            np.testing.assert_array_equal(result.squeeze(), expected.squeeze())
+
+
+def test_gaussian_blur_of_each_sample_has_its_sigma() -> None:
+    image = frame(20, 30)
+    x = both_layouts(image)[0].expand(2, -1, -1, -1)
+    result = gaussian_blur2d(x, 5, torch.tensor([[1.0, 1.0], [1.5, 0.7]]))
+    np.testing.assert_array_equal(as_frame(result[:1]), cv2.GaussianBlur(image, (5, 5), 1.0))
+    np.testing.assert_array_equal(as_frame(result[1:]), cv2.GaussianBlur(image, (5, 5), 0.7, sigmaY=1.5))
+
+
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_grey_is_opencvs(height: int, width: int) -> None:
+    image = frame(height, width)
+    for x in both_layouts(image):
+        rgb, bgr = as_frame(rgb_to_grayscale(x)), as_frame(bgr_to_grayscale(x))
+        np.testing.assert_array_equal(rgb[..., 0], cv2.cvtColor(image, cv2.COLOR_RGB2GRAY))
+        np.testing.assert_array_equal(bgr[..., 0], cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+
+
+def every_colour() -> np.ndarray:
+    """Each 5th level of every channel, and all greys."""
+    steps = np.arange(0, 256, 5, dtype=np.uint8)
+    colours = np.stack(np.meshgrid(steps, steps, steps), -1).reshape(-1, 1, 3)
+    return np.concatenate([colours, np.repeat(np.arange(256, dtype=np.uint8), 3).reshape(-1, 1, 3)])
+
+
+def test_ycbcr_is_within_a_level_of_opencvs() -> None:
+    image = every_colour()
+    expected = cv2.cvtColor(image, cv2.COLOR_RGB2YCrCb)[..., [0, 2, 1]].astype(int)
+    for x in both_layouts(image):
+        difference = np.abs(as_frame(rgb_to_ycbcr(x)) - expected)
+        assert difference.max() <= 1
+        assert (difference[..., 0] == 0).all()
+        assert (difference > 0).mean() < 0.2
+
+
+def test_hsv_is_within_a_level_of_opencvs() -> None:
+    image = every_colour()
+    expected = cv2.cvtColor(image, cv2.COLOR_RGB2HSV).astype(int)
+    for x in both_layouts(image):
+        result = as_frame(rgb_to_hsv(x))
+        difference = np.abs(result - expected)
+        difference[..., 0] = np.minimum(difference[..., 0], 180 - difference[..., 0])
+        assert difference.max() <= 1
+        assert (difference > 0).mean() < 0.03
+        assert result[..., 0].max() < 180
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize(("height", "width"), SIZES)
+@pytest.mark.parametrize("size", [(20, 30), (100, 33), (5, 5), (1, 1)])
+def test_resizing_is_opencvs(channels: int, height: int, width: int, size: tuple[int, int]) -> None:
+    image = frame(height, width, channels)
+    for x in both_layouts(image):
+        for interpolation, flag in (("bilinear", cv2.INTER_LINEAR_EXACT), ("nearest", cv2.INTER_NEAREST)):
+            expected = cv2.resize(image, size[::-1], interpolation=flag)
+            result = as_frame(resize(x, size, interpolation))
+            np.testing.assert_array_equal(result.squeeze(), expected.squeeze())
+
+
+def test_resizing_with_the_corners_aligned_is_the_definition_rounded() -> None:
+    image = frame(13, 17)
+    expected = resize(both_layouts(image)[1].double(), (30, 40), align_corners=True)
+    for x in both_layouts(image):
+        result = resize(x, (30, 40), align_corners=True)
+        assert (result.double() - expected).abs().max() < 0.5 + 2.0  # weights are in 1/256: two levels of 255
+        assert torch.equal(result[..., ::29, ::39], x[..., ::12, ::16])
+
+
+@pytest.mark.parametrize("dtype", [torch.int16, torch.uint16])
+def test_nearest_takes_images_of_16_bits(dtype: torch.dtype) -> None:
+    image = frame(13, 17, 1).astype(np.int32) * 100
+    x = torch.from_numpy(image).to(dtype)[None].permute(0, 3, 1, 2)
+    result = resize(x, (7, 30), "nearest")
+    assert result.dtype == dtype
+    expected = cv2.resize(image.astype(np.int16), (30, 7), interpolation=cv2.INTER_NEAREST)
+    np.testing.assert_array_equal(result[0, 0].to(torch.int32).numpy(), expected)
+
+
+@pytest.mark.parametrize(
+    ("type", "flag"),
+    [
+        ("binary", cv2.THRESH_BINARY),
+        ("binary_inv", cv2.THRESH_BINARY_INV),
+        ("trunc", cv2.THRESH_TRUNC),
+        ("tozero", cv2.THRESH_TOZERO),
+        ("tozero_inv", cv2.THRESH_TOZERO_INV),
+    ],
+)
+@pytest.mark.parametrize("limit", [0.0, 99.0, 254.0, 255.0])
+def test_threshold_is_opencvs(type: str, flag: int, limit: float) -> None:
+    image = frame(16, 40)
+    expected = cv2.threshold(image, limit, 201, flag)[1]
+    for x in both_layouts(image):
+        np.testing.assert_array_equal(as_frame(threshold(x, limit, 201.0, type)), expected)
+        np.testing.assert_array_equal(as_frame(threshold(x, torch.tensor([limit]), 201.0, type)), expected)
+
+
+def test_what_pillow_does_to_bytes() -> None:
+    image = frame(16, 40)
+    pillow = Image.fromarray(image)
+    for x in both_layouts(image):
+        np.testing.assert_array_equal(as_frame(invert(x)), np.asarray(ImageOps.invert(pillow)))
+        for bits in (1, 3, 8):
+            np.testing.assert_array_equal(
+                as_frame(posterize(x, bits)), np.asarray(ImageOps.posterize(pillow, bits))
+            )
+            np.testing.assert_array_equal(
+                as_frame(posterize(x, torch.tensor([bits]))), np.asarray(ImageOps.posterize(pillow, bits))
+            )
+        for limit in (1, 128, 200):
+            np.testing.assert_array_equal(
+                as_frame(solarize(x, float(limit))), np.asarray(ImageOps.solarize(pillow, limit))
+            )
+
+
+def test_curves_are_their_formulas_rounded_to_even() -> None:
+    image = frame(16, 40)
+    x64 = image.astype(np.float64)
+    expected = {
+        "gamma": np.rint(255 * np.clip((x64 / 255) ** 0.45 * 1.1, 0, 1)),
+        "brightness": np.rint(np.clip(x64 + 30.4, 0, 255)),
+        "accumulative": np.rint(np.clip(x64 * 1.25, 0, 255)),
+    }
+    for x in both_layouts(image):
+        np.testing.assert_array_equal(as_frame(adjust_gamma(x, 0.45, 1.1)), expected["gamma"])
+        np.testing.assert_array_equal(as_frame(adjust_brightness(x, 30.4)), expected["brightness"])
+        np.testing.assert_array_equal(
+            as_frame(adjust_brightness_accumulative(x, 1.25)), expected["accumulative"]
+        )
+        np.testing.assert_array_equal(as_frame(adjust_contrast(x, 1.25)), expected["accumulative"])
+    two = torch.cat([both_layouts(image)[1]] * 2)
+    each = adjust_gamma(two, torch.tensor([0.45, 2.0]), torch.tensor([1.1, 1.0]))
+    np.testing.assert_array_equal(as_frame(each[:1]), expected["gamma"])
+    np.testing.assert_array_equal(as_frame(each[1:]), np.rint(255 * (x64 / 255) ** 2))
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (
+            lambda x: gaussian_blur2d(x.to(torch.int32), 3, (1.0, 1.0)),
+            TypeError,
+            "input: expected a floating-point or uint8",
+        ),
+        (lambda x: resize(x, (4, 4), "bicubic"), ValueError, "'bicubic'"),
+        (lambda x: resize(x, (4, 4), antialias=True), ValueError, "antialias True"),
+        (lambda x: resize(x.to(torch.int16), (4, 4)), TypeError, "input: expected a floating-point or uint8"),
+        (lambda x: rgb_to_grayscale(x, torch.ones(3)), TypeError, "rgb_weights: expected None"),
+        (lambda x: rgb_to_grayscale(x[:, :2]), ValueError, r"image: expected shape \(\*, 3, H, W\)"),
+        (lambda x: invert(x, torch.tensor(255.0)), TypeError, "max_val: expected None"),
+        (lambda x: threshold(x.to(torch.int64), 3.0), TypeError, "input: expected a floating-point or uint8"),
+    ],
+)
+def test_what_has_no_meaning_on_bytes_says_so(call, error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        call(both_layouts(frame(9, 8))[1])
