@@ -58,10 +58,20 @@ def images(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
     return numbers(dtype, 2, 3, 12, 17), numbers(dtype, 1, 1, 9, 8)
 
 
-def in_borders(dtype: torch.dtype, *settings: Any) -> list[Example]:
-    """Both images with the settings in every border; what is a function is called with the border."""
+def bytes_and_words() -> tuple[Tensor, ...]:
+    """Whole numbers of 8 and 16 bits: planes, and a frame of interleaved pixels."""
+    frame = integers(256, 2, 12, 17, 3).to(torch.uint8).permute(0, 3, 1, 2)
+    words = integers(65536, 1, 2, 9, 8)
+    return frame, frame.contiguous(), (words - 32768).to(torch.int16), words.to(torch.uint16)
+
+
+def in_borders(dtype: torch.dtype, *settings: Any, whole: bool = False) -> list[Example]:
+    """Both images with the settings in every border, or those of whole numbers; what is a function is called
+    with the border."""
     return [
-        (x, *(s(border) if callable(s) else s for s in settings)) for x in images(dtype) for border in BORDERS
+        (x, *(s(border) if callable(s) else s for s in settings))
+        for x in (bytes_and_words() if whole else images(dtype))
+        for border in BORDERS
     ]
 
 
@@ -197,12 +207,21 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 2, 4, 9, 11) - 0.5, [1.0, 1.2, 1.5, 2.0], signed, 7) for signed in (True, False)
     ],
     "minmax.minmax_filter": lambda t: [
-        (*e, largest, 0.5) for largest in (True, False) for e in in_borders(t, 3, 5, border)
+        (*e, largest, value)
+        for largest in (True, False)
+        for value, whole in ((0.5, False), (7.0, True))
+        for e in in_borders(t, 3, 5, border, whole=whole)
     ],
     "minmax.morphology": lambda t: [
-        (*e, 0.0, 1e4, up) for up in (True, False) for e in in_borders(t, HEIGHTS.to(t), 1, 1, border)
+        (*e, 0.0, 1e4, up)
+        for up in (True, False)
+        for whole in (False, True)
+        for e in in_borders(t, HEIGHTS.to(t), 1, 1, border, whole=whole)
     ],
-    "minmax.morphology_gradient": lambda t: in_borders(t, HEIGHTS.to(t), 1, 1, border, 0.5, 0.25, 1e4),
+    "minmax.morphology_gradient": lambda t: (
+        in_borders(t, HEIGHTS.to(t), 1, 1, border, 0.5, 0.25, 1e4)
+        + in_borders(t, HEIGHTS.to(t), 1, 1, border, 5.0, 2.0, 1e4, whole=True)
+    ),
     "qr._derived": lambda t: [null(t)],
     "flips.reversed_rows": lambda t: [(x,) for x in images(t)],
     "frames.frame_to_grey": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8),)],
@@ -280,7 +299,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 2, n).sort().values, 1.4 * numbers(t, 2, 30) - 0.2) for n in (1, 9, 16)
     ],
     "rank.window_rank": lambda t: [
-        (*e[:-1], rank, e[-1]) for n, rank in ((3, 4), (5, 12), (3, 0)) for e in in_borders(t, n, n, border)
+        (*e[:-1], rank, e[-1])
+        for n, rank, whole in ((3, 4, False), (5, 12, False), (3, 0, False), (3, 4, True), (7, 3, True))
+        for e in in_borders(t, n, n, border, whole=whole)
     ],
     "solvers.equations._derived": lambda t: [
         (numbers(t, 2, 3), torch.tensor([[False, False, True]] * 2), numbers(t, 2, 4))

@@ -120,17 +120,22 @@ HWY_INLINE void for_lanes_fetching(int64_t n, const T* next, const Body& body) {
 template <class T>
 inline void extend(T* row, const Tile& tile, int64_t width, int64_t before, int64_t after, Border border,
                    T value, int64_t step = 1) {
-  // A row of an image is done in less time than some divisions take.
-  const auto pixel_of = [=](int64_t value) { return step == 1 ? value : value / step; };
-  const int64_t pixels = pixel_of(width);
-  const auto fill = [&](int64_t pixel) {
-    const int64_t source = inside(pixel, pixels, border);
-    T* const to = row + pixel * step - tile.left;
-    const T* const from = row + source * step - tile.left;
-    for (int64_t c = 0; c < step; ++c) to[c] = source < 0 ? value : from[c];
+  const auto extend_by = [&](auto each) {
+    const int64_t pixels = width / each;
+    const auto fill = [&](int64_t pixel) {
+      const int64_t source = inside(pixel, pixels, border);
+      T* const to = row + pixel * each - tile.left;
+      const T* const from = row + source * each - tile.left;
+      for (int64_t c = 0; c < each; ++c) to[c] = source < 0 ? value : from[c];
+    };
+    for (int64_t i = (tile.left - before) / each; i < 0; ++i) fill(i);
+    for (int64_t i = pixels; i < (tile.right + after) / each; ++i) fill(i);
   };
-  for (int64_t i = pixel_of(tile.left - before); i < 0; ++i) fill(i);
-  for (int64_t i = pixels; i < pixel_of(tile.right + after); ++i) fill(i);
+  // Short rows are done in less time than the divisions take, which planes do without.
+  if (step == 1)
+    extend_by(std::integral_constant<int64_t, 1>());
+  else
+    extend_by(step);
 }
 
 // The tile's columns of row y of a plane, or of its last row: what for_lanes_fetching asks for.
