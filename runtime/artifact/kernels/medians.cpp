@@ -92,9 +92,7 @@ HWY_INLINE void exchange(V* values) {
 
 template <const auto& network, class V>
 HWY_INLINE void apply(V* values) {
-  [=]<int... kStep>(std::integer_sequence<int, kStep...>) HWY_ATTR {
-    (exchange<network.steps[kStep]>(values), ...);
-  }
+  [=]<int... kStep>(std::integer_sequence<int, kStep...>) { (exchange<network.steps[kStep]>(values), ...); }
   (std::make_integer_sequence<int, network.count>());
 }
 
@@ -157,7 +155,7 @@ struct Square {
   template <class T>
   static void sort_columns(const std::array<const T*, K>& rows, int64_t n, T* sorted, int64_t length,
                            const T* next) {
-    for_lanes_fetching<T, 1, true>(n, next, [=](auto d, auto, int64_t k) HWY_ATTR {
+    for_lanes_fetching<T, 1, true>(n, next, [=](auto d, auto, int64_t k) {
       hn::Vec<decltype(d)> values[K];
 #pragma GCC unroll 8
       for (int i = 0; i < K; ++i) values[i] = hn::LoadU(d, rows[i] + k);
@@ -180,9 +178,9 @@ struct Square {
 
   template <class T>
   static void medians_along(const T* sorted, int64_t length, int64_t step, int64_t n, T* out, const T* next) {
-    for_lanes_fetching<T, 1, true>(n, next, [=](auto d, auto, int64_t k) HWY_ATTR {
+    for_lanes_fetching<T, 1, true>(n, next, [=](auto d, auto, int64_t k) {
       hn::Vec<decltype(d)> candidates[kCandidates];
-      [&]<int... kRows>(std::integer_sequence<int, kRows...>) HWY_ATTR {
+      [&]<int... kRows>(std::integer_sequence<int, kRows...>) {
         (add_row<kRows>(d, candidates, sorted + kRows * length + k, step), ...);
       }
       (std::make_integer_sequence<int, K>());
@@ -203,9 +201,8 @@ template <>
 template <class T>
 void Square<3>::medians_along(const T* sorted, int64_t length, int64_t step, int64_t n, T* out,
                               const T* next) {
-  for_lanes_fetching<T, 1, true>(n, next, [=](auto d, auto, int64_t k) HWY_ATTR {
-    const auto at = [=](int row, int64_t shift)
-                        HWY_ATTR { return hn::LoadU(d, sorted + row * length + k + shift); };
+  for_lanes_fetching<T, 1, true>(n, next, [=](auto d, auto, int64_t k) {
+    const auto at = [=](int row, int64_t shift) { return hn::LoadU(d, sorted + row * length + k + shift); };
     const auto lowest = larger(larger(at(0, -step), at(0, 0)), at(0, step)),
                highest = smaller(smaller(at(2, -step), at(2, 0)), at(2, step));
     hn::StoreU(median(lowest, median(at(1, -step), at(1, 0), at(1, step)), highest), d, out + k);
@@ -257,14 +254,14 @@ struct Bins {
   /** The bin of the value of a rank; from the rank is taken what the bins below it have. */
   HWY_INLINE int64_t find(int64_t& rank) const {
     const Counts d;
-    const auto sums = [=](auto v) HWY_ATTR {
+    const auto sums = [=](auto v) {
       v = hn::Add(v, hn::ShiftLeftLanes<1>(d, v));
       v = hn::Add(v, hn::ShiftLeftLanes<2>(d, v));
       return hn::Add(v, hn::ShiftLeftLanes<4>(d, v));
     };
     const auto first = sums(low), second = hn::Add(sums(high), hn::Broadcast<7>(first));
     const auto most = hn::Set(d, static_cast<uint16_t>(rank));
-    const auto below = [=](auto v) HWY_ATTR {
+    const auto below = [=](auto v) {
       return static_cast<int64_t>(hn::CountTrue(d, hn::Eq(hn::SaturatedSub(v, most), hn::Zero(d))));
     };
     alignas(16) uint16_t upto[8 + kBins];
