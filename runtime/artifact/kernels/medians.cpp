@@ -353,7 +353,7 @@ void rank_of_bytes(const uint8_t* x, int64_t n, int64_t h, int64_t l, int64_t st
                    int64_t rank, Border border, uint8_t* out) {
   const Planes planes{n, h, l, step};
   // A ring of a row more than the window has: the one that has left it.
-  const int64_t rows = ky + 1, ends = PaddedRows<uint8_t>::ends(planes, kx);
+  const int64_t rows = ky + 1, ends = PaddedRows<uint8_t>::ends(planes, kx, kx / 2);
   // Strips of which the histograms fit into L2, if they are wider than what they share.
   const int64_t columns = std::max<int64_t>(512, 5 * ends);
   for_tiles<uint8_t>(

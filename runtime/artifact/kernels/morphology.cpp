@@ -362,7 +362,8 @@ class Window {
     return std::max<int64_t>(BoxRows<T, largest>::pointers(), static_cast<int64_t>(taps_.size()));
   }
   int64_t ends(const Planes& planes) const {
-    return std::max(BoxRows<T, largest>::ends(box_, planes.step), PaddedRows<T>::ends(planes, box_.width));
+    return std::max(BoxRows<T, largest>::ends(box_, planes.step),
+                    PaddedRows<T>::ends(planes, box_.width, box_.column));
   }
   // As many rows of a tile as leave few to be read around it, and boxes whole groups of them.
   int64_t tile_rows() const {

@@ -153,7 +153,7 @@ struct Span {
 };
 
 /** The rows of a tile as a window of kh x kw pixels that begins (row, column) before its pixel sees them: a
- *  ring of kh rows with what lies beyond the image, `ends(planes, kw)` values longer than the tile's. */
+ *  ring of kh rows with what lies beyond the image, `ends(...)` values longer than the tile's. */
 template <class T>
 class PaddedRows {
  public:
@@ -166,14 +166,17 @@ class PaddedRows {
         value_(value),
         kh_(kh),
         row_(row),
-        margin_(std::max(column, kw - 1 - column) * planes.step),
+        margin_(ends(planes, kw, column) / 2),
         first_(margin_ - column * planes.step),
         ring_(ring),
         length_(length) {
     for (int64_t i = 0; i + 1 < kh; ++i) fetch(tile.top - row + i, ring);
   }
 
-  static int64_t ends(const Planes& planes, int64_t kw) { return 2 * kw * planes.step; }
+  // As much on both sides: the pixels that a strip mirrors are then in it, however narrow it is.
+  static int64_t ends(const Planes& planes, int64_t kw, int64_t column) {
+    return 2 * std::max(column, kw - 1 - column) * planes.step;
+  }
 
   /** Puts the last row of the windows of row y into the ring, for each y from the tile's top on, while memory
    *  is asked for the row `next`. Returns the row of the image that is fetched after it. */
@@ -199,7 +202,6 @@ class PaddedRows {
       std::fill_n(p, tile_.right - tile_.left + 2 * margin_, value_);
       return;
     }
-    // As much on both sides: the pixels that a strip mirrors are then in it, however narrow it is.
     const Span span(tile_, planes_.width, margin_, margin_);
     copy(plane_ + source * planes_.width + span.first, span.count(), p + margin_ + span.first - tile_.left,
          next);
