@@ -39,6 +39,10 @@ constexpr int32_t kCode = -1;
 template <>
 inline constexpr int32_t kCode<uint8_t> = chiasm::artifact::kUint8;
 template <>
+inline constexpr int32_t kCode<int16_t> = chiasm::artifact::kInt16;
+template <>
+inline constexpr int32_t kCode<uint16_t> = chiasm::artifact::kUint16;
+template <>
 inline constexpr int32_t kCode<bool> = chiasm::artifact::kBool;
 template <>
 inline constexpr int32_t kCode<int32_t> = chiasm::artifact::kInt32;

@@ -112,6 +112,37 @@ class GuardedKernels : public ::testing::Test {
     return tensor;
   }
 
+  Tensor doubles(const Dims& sizes) {
+    Tensor tensor = kernel_calls::make(sizes, kDouble);
+    seed(sizes, 0, 1);
+    auto* const data = reinterpret_cast<double*>(tensor->data());
+    for (int64_t i = 0; i < tensor->numel(); ++i) data[i] = static_cast<double>(number(0, 1));
+    return tensor;
+  }
+
+  // Of images (N, H, L) that `make` gives: small and large boxes, a few pixels, and a disk, of which none is
+  // its centre.
+  template <class Make>
+  void extremes_and_medians(const Make& make, int64_t step) {
+    const Tensor x = make();
+    for (int64_t border = 0; border < kBorders; ++border) {
+      for (const int64_t size : {1, 3, 9, 33})
+        run(aoti_torch_cpu_minmax_filter, x, step, int64_t{5}, size, border, 0.5, int32_t{1});
+      run(aoti_torch_cpu_minmax_filter, x, step, int64_t{9}, int64_t{3}, border, 0.5, int32_t{0});
+      const Tensor few = kernel_calls::of<double>({3, 2}, {0, -1e4, -1e4, 0, 0, 0}),
+                   disk = kernel_calls::of<double>(
+                       {5, 4}, {-1e4, 0, 0, -1e4, 0, 0, 0, 0, 0, 0, 0, -1e4, 0, 0, 0, 0, -1e4, 0, -1e4, 0}),
+                   box = kernel_calls::of<double>({2, 3}, {-1e4, 0, 0});
+      for (const Tensor* window : {&few, &disk, &box}) {
+        run(aoti_torch_cpu_morphology, x, step, *window, int64_t{0}, int64_t{0}, border, 0.5, 1e4,
+            int32_t{1});
+        run(aoti_torch_cpu_morphology_gradient, x, step, *window, *window, int64_t{1}, int64_t{1}, border,
+            0.5, 0.25, 1e4);
+      }
+      for (const int64_t size : {3, 5, 7}) run(aoti_torch_cpu_median_filter, x, step, size, border);
+    }
+  }
+
   // A call that must succeed: call(arguments..., result).
   template <class... Parameters, class... Arguments>
   Tensor run(Call (*call)(Parameters...), const Arguments&... arguments) {
@@ -164,16 +195,9 @@ TYPED_TEST(GuardedKernels, WindowsStayInside) {
                     -1.0);
           this->run(aoti_torch_cpu_correlate2d, x, this->numbers({1, 2, size}), border);
           this->run(aoti_torch_cpu_correlate2d, x, this->numbers({2, size, 4}), border);
-          this->run(aoti_torch_cpu_minmax_filter, x, int64_t{5}, size, border, 0.5, int32_t{1});
-          const Tensor high = this->numbers({3, size}), low = this->numbers({3, size});
-          this->run(aoti_torch_cpu_morphology, x, high, int64_t{2}, size - 1, border, 0.5, 1e4, int32_t{0});
-          this->run(aoti_torch_cpu_morphology_gradient, x, high, low, int64_t{0}, size / 2, border, 0.5, 0.25,
-                    1e4);
         }
         this->run(aoti_torch_cpu_correlate2d, this->numbers({0, 2, s.height, s.width}),
                   this->numbers({0, 3, 3}), border);
-        this->run(aoti_torch_cpu_minmax_filter, x, int64_t{1}, int64_t{33}, border, 0.5, int32_t{0});
-        this->run(aoti_torch_cpu_median3x3, x, border);
       }
   });
 }
@@ -184,11 +208,27 @@ TYPED_TEST(GuardedKernels, WideRowsStayInside) {
       const Tensor x = this->numbers({1, 1, 3, 30011});
       this->run(aoti_torch_cpu_separable, x, this->numbers({1, 3}), this->numbers({1, 3}), border, 1.0, 0.0);
       this->run(aoti_torch_cpu_correlate2d, x, this->numbers({1, 3, 3}), border);
-      this->run(aoti_torch_cpu_minmax_filter, x, int64_t{3}, int64_t{9}, border, 0.5, int32_t{1});
-      this->run(aoti_torch_cpu_median3x3, x, border);
     }
     this->run(aoti_torch_cpu_sobel, this->numbers({1, 1, 3, 30011}), 0.125, 1e-6);
     this->run(aoti_torch_cpu_canny_nms, this->numbers({1, 1, 3, 30011}), 1e-6);
+  });
+}
+
+TYPED_TEST(GuardedKernels, ExtremesAndMediansStayInside) {
+  this->watch([&] {
+    int64_t step = 1;
+    for (const Size& s : kSizes) {
+      step = 4 - step;  // 3, 1, 3, ...
+      this->extremes_and_medians([&] { return this->numbers({2, s.height, s.width * step}); }, step);
+    }
+    this->extremes_and_medians([&] { return this->numbers({1, 3, 12000}); }, 3);
+    for (int64_t border = 0; border < kBorders; ++border) {
+      const Tensor x = this->numbers({1, 9, 17}), high = this->doubles({3, 5}), low = this->doubles({3, 5});
+      this->run(aoti_torch_cpu_morphology, x, int64_t{1}, high, int64_t{2}, int64_t{4}, border, 0.5, 1e4,
+                int32_t{0});
+      this->run(aoti_torch_cpu_morphology_gradient, x, int64_t{1}, high, low, int64_t{0}, int64_t{2}, border,
+                0.5, 0.25, 1e4);
+    }
   });
 }
 
@@ -405,6 +445,24 @@ TYPED_TEST(GuardedKernels, FallbacksStayInside) {
 }
 
 using GuardedBytes = GuardedKernels<float>;
+
+TEST_F(GuardedBytes, ExtremesAndMediansOfWholeNumbersStayInside) {
+  watch([&] {
+    const auto all = [&](int64_t height, int64_t pixels, int64_t step) {
+      const Dims sizes{2, height, pixels * step};
+      extremes_and_medians([&] { return wholes<uint8_t>(sizes, 0, 255); }, step);
+      extremes_and_medians([&] { return wholes<int16_t>(sizes, INT16_MIN, INT16_MAX); }, step);
+      extremes_and_medians([&] { return wholes<uint16_t>(sizes, 0, UINT16_MAX); }, step);
+      for (int64_t border = 0; border < kBorders; ++border)
+        for (const int64_t rank : {0, 7, 26})
+          run(aoti_torch_cpu_rank_of_bytes, wholes<uint8_t>(sizes, 0, 255), step, int64_t{3}, int64_t{9},
+              rank, border);
+    };
+    int64_t step = 1;
+    for (const Size& s : kSizes) all(s.height, s.width, step = 4 - step);  // 3, 1, 3, ...
+    all(3, 3001, 3);
+  });
+}
 
 TEST_F(GuardedBytes, FramesLevelsAndMasksStayInside) {
   watch([&] {

@@ -42,8 +42,8 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
                flat = floats({5}), other = doubles({1, 3});
   for (const Tensor* bad : {&none, &flat}) {
     REFUSES("separable: x", separable, bad->get(), row.get(), row.get(), 0, 1, 0);
-    REFUSES("minmax_filter: x", minmax_filter, bad->get(), 3, 3, 0, 0, 1);
-    REFUSES("median3x3: x", median3x3, bad->get(), 0);
+    REFUSES("minmax_filter: x", minmax_filter, bad->get(), 1, 3, 3, 0, 0, 1);
+    REFUSES("median_filter: x", median_filter, bad->get(), 1, 3, 0);
     REFUSES("integral: x", integral, bad->get());
     REFUSES("correlate2d: x", correlate2d, bad->get(), floats({1, 3, 3}).get(), 0);
     REFUSES("sobel: x", sobel, bad->get(), 1, 0);
@@ -64,8 +64,12 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   REFUSES("bilateral: guide", bilateral, x.get(), floats({3, 3, 9, 11}).get(), near.get(), fall.get(), 0, 0);
   REFUSES("bilateral: space_weights", bilateral, x.get(), x.get(), floats({1, 2, 3}).get(), fall.get(), 0, 0);
   REFUSES("bilateral: range_coefficient", bilateral, x.get(), x.get(), near.get(), floats({0}).get(), 0, 0);
-  REFUSES("morphology_gradient: erosion_heights", morphology_gradient, x.get(), floats({3, 3}).get(),
-          floats({3, 4}).get(), 0, 0, 0, 0, 0, 1e4);
+  const Tensor rows = floats({2, 3, 12});
+  REFUSES("morphology: heights", morphology, rows.get(), 1, floats({3, 3}).get(), 0, 0, 0, 0, 1e4, 1);
+  REFUSES("morphology_gradient: erosion_heights", morphology_gradient, rows.get(), 1, doubles({3, 3}).get(),
+          doubles({3, 4}).get(), 0, 0, 0, 0, 0, 1e4);
+  REFUSES("median_filter: x", median_filter, x.get(), 1, 3, 0);
+  REFUSES("rank_of_bytes: x", rank_of_bytes, rows.get(), 1, 3, 3, 4, 0);
   REFUSES("remap: x", remap, x.get(), floats({1, 4, 4}).get(), floats({2, 4, 4}).get(), 0, 0, 0);
   REFUSES("remap: y", remap, x.get(), floats({2, 4, 4}).get(), floats({2, 4, 3}).get(), 0, 0, 0);
   REFUSES("remap: image", remap, none.get(), floats({2, 4, 4}).get(), floats({2, 4, 4}).get(), 0, 0, 0);
@@ -95,14 +99,21 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
 }
 
 TEST(RefusedCalls, NumbersOutOfTheirRange) {
-  const Tensor x = floats({2, 3, 9, 11}), window = floats({3, 3}), positions = floats({2, 4, 4});
+  const Tensor x = floats({2, 3, 9, 11}), window = doubles({3, 3}), positions = floats({2, 4, 4});
+  const Tensor rows = floats({2, 9, 12}), levels = bytes({2, 9, 12});
   for (const int64_t border : {int64_t{-1}, int64_t{4}, INT64_MAX}) {
-    REFUSES("median3x3: border", median3x3, x.get(), border);
-    REFUSES("minmax_filter: border", minmax_filter, x.get(), 3, 3, border, 0, 1);
+    REFUSES("median_filter: border", median_filter, rows.get(), 1, 3, border);
+    REFUSES("minmax_filter: border", minmax_filter, rows.get(), 1, 3, 3, border, 0, 1);
   }
-  REFUSES("minmax_filter: ky", minmax_filter, x.get(), 0, 3, 0, 0, 1);
-  REFUSES("morphology: row", morphology, x.get(), window.get(), 3, 0, 0, 0, 1e4, 1);
-  REFUSES("morphology: column", morphology, x.get(), window.get(), 0, -1, 0, 0, 1e4, 1);
+  for (const int64_t step : {0, 13}) REFUSES("median_filter: step", median_filter, rows.get(), step, 3, 0);
+  REFUSES("median_filter: x", median_filter, rows.get(), 5, 3, 0);  // 12 values are no pixels of 5
+  for (const int64_t size : {1, 4, 9}) REFUSES("median_filter: size", median_filter, rows.get(), 1, size, 0);
+  for (const int64_t rank : {-1, 15})
+    REFUSES("rank_of_bytes: rank", rank_of_bytes, levels.get(), 1, 3, 5, rank, 0);
+  REFUSES("rank_of_bytes: ky", rank_of_bytes, levels.get(), 1, 257, 257, 0, 0);
+  REFUSES("minmax_filter: ky", minmax_filter, rows.get(), 1, 0, 3, 0, 0, 1);
+  REFUSES("morphology: row", morphology, rows.get(), 1, window.get(), 3, 0, 0, 0, 1e4, 1);
+  REFUSES("morphology: column", morphology, rows.get(), 1, window.get(), 0, -1, 0, 0, 1e4, 1);
   REFUSES("remap: mode", remap, x.get(), positions.get(), positions.get(), 2, 0, 0);
   REFUSES("remap: padding", remap, x.get(), positions.get(), positions.get(), 0, 3, 0);
   REFUSES("warp_perspective: height", warp_perspective, x.get(), floats({2, 3, 3}).get(), -1, 4, 0, 0, 0);

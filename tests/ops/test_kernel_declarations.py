@@ -33,7 +33,7 @@ GENERATE = ROOT / "runtime" / "artifact" / "generate.py"
         (
             "half(float16[N] x) -> float32[N]",
             [],
-            "kernel half: argument x: unknown type float16, known are T, I, float32",
+            "kernel half: argument x: unknown type float16, known are T, I, P, float32",
         ),
         (
             "half(T[N] x, Corner corner) -> T[N]",
@@ -41,7 +41,7 @@ GENERATE = ROOT / "runtime" / "artifact" / "generate.py"
             "kernel half: argument corner: unknown type Corner, known are int, float, bool, Border",
         ),
         ("half(T[N] x) -> I[N]", [], "kernel half: result: unknown type I"),
-        ("half(T[N] x, I[N] y) -> T[N]", [], "kernel half: one of the type variables T, I at most"),
+        ("half(T[N] x, I[N] y) -> T[N]", [], "kernel half: one of the type variables T, I, P at most"),
         ("half(T[N] x, int n) -> T[N]", [], "kernel half: two arguments or sizes named n"),
         (
             "half(T[N - 1] x) -> T[N]",
@@ -74,20 +74,20 @@ def tree(tmp_path: Path) -> Path:
     ("old", "new", "message"),
     [
         (
-            '"rank_filters.cpp",\n    "The median',
+            '"medians.cpp",\n    "The median',
             '"median.cpp",\n    "The median',
-            "kernel median3x3: there is no source runtime/artifact/kernels/median.cpp",
+            "kernel median_filter: there is no source runtime/artifact/kernels/median.cpp",
         ),
         (
-            '"rank_filters.cpp",\n    "The median',
+            '"medians.cpp",\n    "The median',
             '"integral.cpp",\n    "The median',
-            "kernel median3x3: runtime/artifact/kernels/integral.cpp does not have"
-            " 'CHIASM_INSTANTIATE(median3x3)'",
+            "kernel median_filter: runtime/artifact/kernels/integral.cpp does not have"
+            " 'CHIASM_INSTANTIATE(median_filter)'",
         ),
         (
-            "median3x3(T[..., H, W] x",
-            "median3x3(Image[..., H, W] x",
-            "kernel median3x3: argument x: unknown type Image",
+            "median_filter(P[N, H, L] x",
+            "median_filter(Image[N, H, L] x",
+            "kernel median_filter: argument x: unknown type Image",
         ),
         (
             "mode != 'bicubic'",
@@ -119,7 +119,7 @@ def test_the_page_of_kernels_is_todays() -> None:
 def test_operators_have_the_declared_shapes() -> None:
     meta = {"device": "meta", "dtype": torch.float64}
     x = torch.empty(2, 3, 7, 9, **meta)
-    assert operators.median3x3(x, "circular").shape == x.shape
+    assert operators.median_filter(x[0], 3, 5, "circular").shape == x[0].shape
     assert operators.canny_hysteresis(x, 0.1, 0.2).dtype == torch.bool
     assert operators.two_smallest(x[0], True).shape == (3, 7, 2)
     assert operators.two_smallest(x[0], False).shape == (3, 9, 2)
@@ -129,9 +129,9 @@ def test_operators_have_the_declared_shapes() -> None:
         operators.two_smallest(x, True)
     with pytest.raises(
         ValueError,
-        match="median3x3: border: expected one of reflect, replicate, circular, constant, got 'wrap'",
+        match="median_filter: border: expected one of reflect, replicate, circular, constant, got 'wrap'",
     ):
-        operators.median3x3(x, "wrap")
+        operators.median_filter(x[0], 1, 3, "wrap")
     with pytest.raises(AttributeError, match="there is no kernel 'blur'"):
         operators.blur  # noqa: B018
 

@@ -59,19 +59,20 @@ def images(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
     return numbers(dtype, 2, 3, 12, 17), numbers(dtype, 1, 1, 9, 8)
 
 
-def pixels(*shape: int) -> Tensor:
-    return integers(256, *shape).to(torch.uint8)
+def bytes_and_words() -> tuple[Tensor, ...]:
+    """Whole numbers of 8 and 16 bits: planes, and a frame of interleaved pixels."""
+    frame = integers(256, 2, 12, 17, 3).to(torch.uint8).permute(0, 3, 1, 2)
+    words = integers(65536, 1, 2, 9, 8)
+    return frame, frame.contiguous(), (words - 32768).to(torch.int16), words.to(torch.uint16)
 
 
-def planes_and_frames() -> list[Tensor]:
-    """Bytes (2, 3, H, W), plane after plane and pixel by pixel."""
-    return [pixels(2, 3, 9, 8), pixels(2, 10, 9, 3).permute(0, 3, 1, 2)]
-
-
-def in_borders(dtype: torch.dtype, *settings: Any) -> list[Example]:
-    """Both images with the settings in every border; what is a function is called with the border."""
+def in_borders(dtype: torch.dtype, *settings: Any, whole: bool = False) -> list[Example]:
+    """Both images with the settings in every border, or those of whole numbers; what is a function is called
+    with the border."""
     return [
-        (x, *(s(border) if callable(s) else s for s in settings)) for x in images(dtype) for border in BORDERS
+        (x, *(s(border) if callable(s) else s for s in settings))
+        for x in (bytes_and_words() if whole else images(dtype))
+        for border in BORDERS
     ]
 
 
@@ -207,12 +208,21 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 2, 4, 9, 11) - 0.5, [1.0, 1.2, 1.5, 2.0], signed, 7) for signed in (True, False)
     ],
     "minmax.minmax_filter": lambda t: [
-        (*e, largest, 0.5) for largest in (True, False) for e in in_borders(t, 3, 5, border)
+        (*e, largest, value)
+        for largest in (True, False)
+        for value, whole in ((0.5, False), (7.0, True))
+        for e in in_borders(t, 3, 5, border, whole=whole)
     ],
     "minmax.morphology": lambda t: [
-        (*e, 0.0, 1e4, up) for up in (True, False) for e in in_borders(t, HEIGHTS.to(t), 1, 1, border)
+        (*e, 0.0, 1e4, up)
+        for up in (True, False)
+        for whole in (False, True)
+        for e in in_borders(t, HEIGHTS.to(t), 1, 1, border, whole=whole)
     ],
-    "minmax.morphology_gradient": lambda t: in_borders(t, HEIGHTS.to(t), 1, 1, border, 0.5, 0.25, 1e4),
+    "minmax.morphology_gradient": lambda t: (
+        in_borders(t, HEIGHTS.to(t), 1, 1, border, 0.5, 0.25, 1e4)
+        + in_borders(t, HEIGHTS.to(t), 1, 1, border, 5.0, 2.0, 1e4, whole=True)
+    ),
     "qr._derived": lambda t: [null(t)],
     "flips.reversed_rows": lambda t: [(x,) for x in images(t)],
     "frames.frame_to_grey": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8),)],
@@ -290,7 +300,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 2, n).sort().values, 1.4 * numbers(t, 2, 30) - 0.2) for n in (1, 9, 16)
     ],
     "rank.window_rank": lambda t: [
-        (*e[:-1], rank, e[-1]) for n, rank in ((3, 4), (5, 12), (3, 0)) for e in in_borders(t, n, n, border)
+        (*e[:-1], rank, e[-1])
+        for n, rank, whole in ((3, 4, False), (5, 12, False), (3, 0, False), (3, 4, True), (7, 3, True))
+        for e in in_borders(t, n, n, border, whole=whole)
     ],
     "solvers.equations._derived": lambda t: [
         (numbers(t, 2, 3), torch.tensor([[False, False, True]] * 2), numbers(t, 2, 4))
@@ -308,11 +320,30 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_scales": lambda t: [
         ([x, 2.0 * x], [TAPS, [0.2, 0.6, 0.2]], name) for x in images(t) for name in BORDERS
     ],
+    "color_planes.hsv_of_bytes": lambda t: [(x,) for x in bytes_and_words()[:2]],
+    "color_planes.mix_bytes": lambda t: [
+        (x, weights, 14)
+        for x in bytes_and_words()[:2]
+        for weights in ([4899, 9617, 1868, 8192], [9, 8, 7, 6, -5000, 4, 9000, 2, 1, 0, 100, 200])
+    ],
     "fixed_point.separable_bytes": lambda t: [
         (x, fixed_taps(torch.tensor([TAPS])), fixed_taps(numbers(torch.float64, *rows, 5).softmax(1)), name)
-        for x in planes_and_frames()
+        for x in bytes_and_words()[:2]
         for name in BORDERS
         for rows in ((1,), (2,))
+    ],
+    "layout.in_frames": lambda t: [(x,) for x in (*bytes_and_words(), *images(t))],
+    "layout.in_planes": lambda t: [(x,) for x in (*bytes_and_words(), *images(t))],
+    "resizing.resized_bytes": lambda t: [
+        (x, *size, corners)
+        for x in bytes_and_words()[:2]
+        for size in ((5, 30), (1, 1))
+        for corners in (False, True)
+    ],
+    "resizing.resized_nearest": lambda t: [(x, 5, 30) for x in (*bytes_and_words(), *images(t))],
+    "tables.table_entries": lambda t: [
+        (x, integers(256, x.size(0), 256).to(torch.uint8))
+        for x in (*bytes_and_words()[:2], integers(256, 3, 40).to(torch.uint8))
     ],
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],

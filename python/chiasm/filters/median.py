@@ -4,29 +4,31 @@ from typing import Tuple, Union
 
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.checks import check_pixels, odd_pair
 from ..primitives.filters.rank import window_rank
 
 
 def median_blur(
     input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str = "reflect"
 ) -> Tensor:
-    """Replace each pixel by the median of its neighbourhood, by a network of minima and maxima.
+    """Replace each pixel by the median of its neighbourhood.
 
     Kornia's median pads with zeros, which is ``border_type="constant"`` here; OpenCV's replicates.
     The gradient goes to the median element; equal elements share it.
 
     Args:
-        input: (B, C, H, W), floating point, without NaN.
+        input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted
+            frame.
         kernel_size: odd size, one for both axes or (rows, columns). The network grows faster than the area:
-            sizes above 7 are slow and their exported graphs large.
+            sizes above 7 are slow and their exported graphs large, except for bytes in native code, where
+            large windows take no longer than small ones.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is of another dtype.
         ValueError: if input is not 4-D, or the kernel size or border is not as above.
 
     Example:
@@ -35,6 +37,6 @@ def median_blur(
         >>> median_blur(x, 3).max()
         tensor(0.)
     """
-    check_image(input, "input")
+    check_pixels(input, "input", True)
     ky, kx = odd_pair(kernel_size, "kernel_size")
     return window_rank(input, ky, kx, ky * kx // 2, border_type)

@@ -4,7 +4,7 @@ from typing import Tuple, Union
 
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.checks import check_pixels, odd_pair
 from ..primitives.filters.rank import window_rank
 
 
@@ -17,24 +17,26 @@ def rank_filter(
     As SciPy's ``rank_filter``. The gradient goes to the picked element; equal elements share it.
 
     Args:
-        input: (B, C, H, W), floating point, without NaN.
+        input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted
+            frame.
         rank: 0 is the smallest, -1 the largest.
         kernel_size: odd size, one for both axes or (rows, columns). The network grows faster than the area:
-            sizes above 7 are slow and their exported graphs large.
+            sizes above 7 are slow and their exported graphs large, except for bytes in native code, where
+            large windows take no longer than small ones.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is of another dtype.
         ValueError: if input is not 4-D, or the rank, the kernel size or the border is not as above.
 
     Example:
         >>> rank_filter(torch.arange(5.0).reshape(1, 1, 1, 5), -1, (1, 3))
         tensor([[[[1., 2., 3., 4., 4.]]]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input", True)
     ky, kx = odd_pair(kernel_size, "kernel_size")
     count = ky * kx
     if rank < -count or rank >= count:
@@ -51,16 +53,17 @@ def percentile_filter(
     As SciPy's ``percentile_filter``: no interpolation between ranks. The gradient goes to the picked element.
 
     Args:
-        input: (B, C, H, W), floating point, without NaN.
+        input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted
+            frame.
         percentile: 0 (minimum) to 100 (maximum).
         kernel_size: odd size, as for ``rank_filter``.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is of another dtype.
         ValueError: if input is not 4-D, or the percentile, the kernel size or the border is not as above.
 
     Example:

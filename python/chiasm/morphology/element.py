@@ -5,7 +5,8 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_image
+from ..primitives.core.checks import check_choice, check_pixels
+from ..primitives.core.pixels import pixel_range
 from ..primitives.filters.minmax import morphology, morphology_gradient
 
 
@@ -25,7 +26,7 @@ def extreme(
     heights, row, column = _window(tensor, kernel, structuring_element, origin, border_type, max_val)
     if mirrored:
         row, column = kernel.size(0) - 1 - row, kernel.size(1) - 1 - column
-    border, value = _border(border_type, border_value, -max_val if largest else max_val)
+    border, value = _border(tensor, border_type, border_value, max_val, largest)
     return morphology(tensor, heights, row, column, border, value, max_val, largest)
 
 
@@ -40,8 +41,8 @@ def extreme_range(
 ) -> Tensor:
     """Dilation minus erosion."""
     heights, row, column = _window(tensor, kernel, structuring_element, origin, border_type, max_val)
-    border, high_value = _border(border_type, border_value, -max_val)
-    low_value = _border(border_type, border_value, max_val)[1]
+    border, high_value = _border(tensor, border_type, border_value, max_val, True)
+    low_value = _border(tensor, border_type, border_value, max_val, False)[1]
     return morphology_gradient(tensor, heights, row, column, border, high_value, low_value, max_val)
 
 
@@ -54,14 +55,20 @@ def _window(
     max_val: float,
 ) -> Tuple[Tensor, int, int]:
     """The element's heights, -max_val where it has no pixel, and its origin."""
-    check_image(tensor, "tensor")
+    check_pixels(tensor, "tensor", True)
     check_choice(border_type, ["geodesic", "reflect", "replicate", "circular", "constant"], "border_type")
     if kernel.dim() != 2:
         raise ValueError(f"kernel: expected shape (kh, kw), got {list(kernel.shape)}")
     kh, kw = kernel.size(0), kernel.size(1)
     row, column = _origin(origin, kh, kw)
-    heights = torch.zeros_like(kernel, dtype=tensor.dtype)
+    dtype = tensor.dtype if tensor.is_floating_point() else torch.float64
+    heights = torch.zeros_like(kernel, dtype=dtype)
     if structuring_element is not None:
+        if not tensor.is_floating_point():
+            raise TypeError(
+                "structuring_element: expected None, as elements for whole numbers are flat, got heights for"
+                f" dtype {tensor.dtype}"
+            )
         if (
             structuring_element.dim() != 2
             or structuring_element.size(0) != kh
@@ -71,13 +78,25 @@ def _window(
                 f"structuring_element: expected the kernel's shape ({kh}, {kw}), got"
                 f" {list(structuring_element.shape)}"
             )
-        heights = structuring_element.to(tensor.dtype)
+        heights = structuring_element.to(dtype)
     return torch.where(kernel == 0, torch.full_like(heights, -max_val), heights), row, column
 
 
-def _border(border_type: str, border_value: float, loser: float) -> Tuple[str, float]:
+def _border(
+    tensor: Tensor, border_type: str, border_value: float, max_val: float, largest: bool
+) -> Tuple[str, float]:
     """What ``stencil`` calls the border, and its value; beyond a geodesic one is what never wins."""
-    return ("constant", loser) if border_type == "geodesic" else (border_type, border_value)
+    low, high = -max_val, max_val
+    if not tensor.is_floating_point():
+        least, most = pixel_range(tensor)
+        low, high = float(least), float(most)
+        if border_type == "constant" and not (
+            border_value >= low and border_value <= high and border_value == float(int(border_value))
+        ):
+            raise ValueError(f"border_value: expected a number of dtype {tensor.dtype}, got {border_value}")
+    if border_type == "geodesic":
+        return "constant", low if largest else high
+    return border_type, border_value
 
 
 def _origin(origin: Optional[List[int]], kh: int, kw: int) -> Tuple[int, int]:

@@ -22,20 +22,22 @@ def erosion(
     for a flat element.
 
     Args:
-        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
+            uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
-        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
+            whole numbers are flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
-        max_val: stands for infinity.
+        max_val: stands for infinity. For whole numbers their type's ends do.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of tensor's dtype.
 
     Raises:
-        TypeError: if tensor is not floating point.
-        ValueError: if a shape, origin or border is not as above.
+        TypeError: if tensor is of another dtype, or of whole numbers with a structuring_element.
+        ValueError: if a shape, origin or border is not as above, or border_value no number of tensor's dtype.
 
     Example:
         >>> x = torch.tensor([[[[0.0, 1.0, 1.0, 1.0, 0.0]]]])

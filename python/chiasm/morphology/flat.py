@@ -4,7 +4,7 @@ from typing import Tuple, Union
 
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.checks import check_pixels, odd_pair
 from ..primitives.filters.minmax import minmax_filter
 
 
@@ -18,15 +18,16 @@ def max_filter2d(
     ``maximum_filter``, OpenCV's ``dilate``.
 
     Args:
-        input: (B, C, H, W), floating point, without NaN.
+        input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted
+            frame.
         kernel_size: odd size, one for both axes or (rows, columns).
         border_type: "replicate" (the outside never wins), "reflect", "circular" or "constant" (zeros).
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is of another dtype.
         ValueError: if input is not 4-D, or the kernel size or the border is not as above.
 
     Example:
@@ -44,15 +45,16 @@ def min_filter2d(
     Not in Kornia; see ``max_filter2d``. SciPy's ``minimum_filter``, OpenCV's ``erode``.
 
     Args:
-        input: (B, C, H, W), floating point, without NaN.
+        input: (B, C, H, W), floating point, without NaN, or uint8, int16 or uint16; planes or a permuted
+            frame.
         kernel_size: odd size, one for both axes or (rows, columns).
         border_type: "replicate" (the outside never wins), "reflect", "circular" or "constant" (zeros).
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is of another dtype.
         ValueError: if input is not 4-D, or the kernel size or the border is not as above.
 
     Example:
@@ -65,6 +67,6 @@ def min_filter2d(
 def _filter(
     input: Tensor, kernel_size: Union[int, Tuple[int, int]], border_type: str, largest: bool
 ) -> Tensor:
-    check_image(input, "input")
+    check_pixels(input, "input", True)
     ky, kx = odd_pair(kernel_size, "kernel_size")
     return minmax_filter(input, ky, kx, border_type, largest)

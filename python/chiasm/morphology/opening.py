@@ -4,6 +4,7 @@ from typing import List, Optional
 
 from torch import Tensor
 
+from ..primitives.core.pixels import difference
 from .element import extreme, extreme_range
 
 
@@ -23,20 +24,22 @@ def opening(
     off-centre origins.
 
     Args:
-        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
+            uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
-        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
+            whole numbers are flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
-        max_val: stands for infinity.
+        max_val: stands for infinity. For whole numbers their type's ends do.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of tensor's dtype.
 
     Raises:
-        TypeError: if tensor is not floating point.
-        ValueError: if a shape, origin or border is not as above.
+        TypeError: if tensor is of another dtype, or of whole numbers with a structuring_element.
+        ValueError: if a shape, origin or border is not as above, or border_value no number of tensor's dtype.
 
     Example:
         >>> opening(torch.tensor([[[[0.0, 1.0, 0.0, 1.0, 1.0]]]]), torch.ones(1, 2))
@@ -62,20 +65,22 @@ def closing(
     off-centre origins.
 
     Args:
-        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
+            uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
-        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
+            whole numbers are flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
-        max_val: stands for infinity.
+        max_val: stands for infinity. For whole numbers their type's ends do.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of tensor's dtype.
 
     Raises:
-        TypeError: if tensor is not floating point.
-        ValueError: if a shape, origin or border is not as above.
+        TypeError: if tensor is of another dtype, or of whole numbers with a structuring_element.
+        ValueError: if a shape, origin or border is not as above, or border_value no number of tensor's dtype.
 
     Example:
         >>> closing(torch.tensor([[[[1.0, 0.0, 1.0, 0.0, 0.0]]]]), torch.ones(1, 2))
@@ -101,26 +106,29 @@ def top_hat(
     SciPy's ``white_tophat``.
 
     Args:
-        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
+            uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
-        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
+            whole numbers are flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
-        max_val: stands for infinity.
+        max_val: stands for infinity. For whole numbers their type's ends do.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of tensor's dtype: of whole numbers the nearest that it has.
 
     Raises:
-        TypeError: if tensor is not floating point.
-        ValueError: if a shape, origin or border is not as above.
+        TypeError: if tensor is of another dtype, or of whole numbers with a structuring_element.
+        ValueError: if a shape, origin or border is not as above, or border_value no number of tensor's dtype.
 
     Example:
         >>> top_hat(torch.tensor([[[[0.0, 1.0, 0.0, 1.0, 1.0]]]]), torch.ones(1, 2))
         tensor([[[[0., 1., 0., 0., 0.]]]])
     """
-    return tensor - opening(tensor, kernel, structuring_element, origin, border_type, border_value, max_val)
+    low = opening(tensor, kernel, structuring_element, origin, border_type, border_value, max_val)
+    return difference(tensor, low)
 
 
 def bottom_hat(
@@ -137,26 +145,29 @@ def bottom_hat(
     SciPy's ``black_tophat``.
 
     Args:
-        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
+            uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
-        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
+            whole numbers are flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
-        max_val: stands for infinity.
+        max_val: stands for infinity. For whole numbers their type's ends do.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of tensor's dtype: of whole numbers the nearest that it has.
 
     Raises:
-        TypeError: if tensor is not floating point.
-        ValueError: if a shape, origin or border is not as above.
+        TypeError: if tensor is of another dtype, or of whole numbers with a structuring_element.
+        ValueError: if a shape, origin or border is not as above, or border_value no number of tensor's dtype.
 
     Example:
         >>> bottom_hat(torch.tensor([[[[1.0, 0.0, 1.0, 0.0, 0.0]]]]), torch.ones(1, 2))
         tensor([[[[0., 1., 0., 0., 0.]]]])
     """
-    return closing(tensor, kernel, structuring_element, origin, border_type, border_value, max_val) - tensor
+    high = closing(tensor, kernel, structuring_element, origin, border_type, border_value, max_val)
+    return difference(high, tensor)
 
 
 def gradient(
@@ -173,20 +184,22 @@ def gradient(
     SciPy's ``morphological_gradient`` for centred elements of odd size.
 
     Args:
-        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val.
+        tensor: (B, C, H, W), floating point, without NaN, of magnitude well below max_val; or uint8, int16 or
+            uint16, planes or a permuted frame.
         kernel: (kh, kw); nonzero entries are the neighbourhood.
-        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default.
+        structuring_element: (kh, kw) heights b of a non-flat element; zeros (flat) by default. Elements for
+            whole numbers are flat.
         origin: [row, column] of the element's origin, [kh // 2, kw // 2] by default.
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
-        max_val: stands for infinity.
+        max_val: stands for infinity. For whole numbers their type's ends do.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of tensor's dtype: of whole numbers the nearest that it has.
 
     Raises:
-        TypeError: if tensor is not floating point.
-        ValueError: if a shape, origin or border is not as above.
+        TypeError: if tensor is of another dtype, or of whole numbers with a structuring_element.
+        ValueError: if a shape, origin or border is not as above, or border_value no number of tensor's dtype.
 
     Example:
         >>> gradient(torch.tensor([[[[0.0, 0.0, 1.0, 1.0, 1.0]]]]), torch.ones(1, 3))

@@ -5,8 +5,10 @@
 
 namespace chiasm::kernels {
 
+// Rows of `width` values, of which neighbours are `step` apart: 1 in a plane, as many as a pixel has channels
+// where they are interleaved. Borders count pixels: value i of a row belongs to pixel i / step.
 struct Planes {
-  int64_t count, height, width;
+  int64_t count, height, width, step = 1;
 };
 
 struct Images {

@@ -35,8 +35,11 @@ constexpr int64_t kLanes = static_cast<int64_t>(hn::MaxLanes(Lanes<T>()));
  *  So a kernel has one body, and its result does not depend on where a row ends.
  *
  *  The body captures by value: what is behind a reference is loaded again after every store of a vector,
- *  which may alias it. */
-template <class T, int kVectors = 1, class Body>
+ *  which may alias it.
+ *
+ *  With `again` the end is a whole vector that overlaps the last, for bodies that may compute values twice
+ *  because they do not read what they write. */
+template <class T, int kVectors = 1, bool again = false, class Body>
 HWY_INLINE void for_lanes(int64_t n, const Body& body) {
   constexpr std::integral_constant<int, kVectors> several;
   constexpr std::integral_constant<int, 1> one;
@@ -44,27 +47,28 @@ HWY_INLINE void for_lanes(int64_t n, const Body& body) {
   for (; kVectors > 1 && k + kVectors * kLanes<T> <= n; k += kVectors * kLanes<T>)
     body(Lanes<T>(), several, k);
   for (; k + kLanes<T> <= n; k += kLanes<T>) body(Lanes<T>(), one, k);
+  if (again && k < n && n >= kLanes<T>) return body(Lanes<T>(), one, n - kLanes<T>);
   for (; k < n; ++k) body(Lane<T>(), one, k);
 }
 
 /** a > b ? a : b and a < b ? a : b, so the second where either is NaN. This is x86's instruction; other CPUs'
- *  take the number, or NaN. */
+ *  take the number, or NaN. Whole numbers leave no choice. */
+constexpr bool kSelects = !HWY_ARCH_X86 || HWY_TARGET == HWY_EMU128;
+
 template <class V>
 HWY_INLINE V larger(V a, V b) {
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
-  return hn::Max(a, b);
-#else
-  return hn::IfThenElse(hn::Gt(a, b), a, b);
-#endif
+  if constexpr (!kSelects || !hwy::IsFloat<hn::TFromV<V>>())
+    return hn::Max(a, b);
+  else
+    return hn::IfThenElse(hn::Gt(a, b), a, b);
 }
 
 template <class V>
 HWY_INLINE V smaller(V a, V b) {
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
-  return hn::Min(a, b);
-#else
-  return hn::IfThenElse(hn::Lt(a, b), a, b);
-#endif
+  if constexpr (!kSelects || !hwy::IsFloat<hn::TFromV<V>>())
+    return hn::Min(a, b);
+  else
+    return hn::IfThenElse(hn::Lt(a, b), a, b);
 }
 
 template <class D, class Mask>

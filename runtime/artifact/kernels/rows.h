@@ -24,7 +24,9 @@ inline int64_t inside(int64_t i, int64_t size, Border border) {
     case Border::kReflect: break;
   }
   if (size == 1) return 0;
-  const int64_t period = 2 * (size - 1), j = ((i % period) + period) % period;
+  const int64_t period = 2 * (size - 1), mirrored = i < 0 ? -i : period - i;
+  if (mirrored >= 0 && mirrored < size) return mirrored;
+  const int64_t j = ((i % period) + period) % period;
   return j < size ? j : period - j;
 }
 
@@ -59,20 +61,26 @@ constexpr int64_t padded_length(int64_t columns, int64_t ends) {
   return whole_lines<T>(columns + ends + 2 * kLanes<T>);
 }
 
-// Calls body(tile, scratch, length) for tiles that cover all planes. `rows` rows of a strip, of image and
-// scratch, fit into L2 together; strips narrow enough for L1 are slower, because their
+// The rows of a tile, unless windows are so tall that it would read more rows around it than in it.
+constexpr int64_t kTileRows = 64;
+
+// Calls body(tile, scratch, length) for tiles that cover all planes, of `most_rows` rows. `rows` rows of a
+// strip, of image and scratch, fit into L2 together; strips narrow enough for L1 are slower, because their
 // rows are short runs of memory. `scratch` has room for `scratch_rows` rows of `length`, each beginning with
-// a line: a strip's columns and `ends` more. A circular border needs both ends of a row and so whole rows.
+// a line: a strip's columns and `ends` more. A strip begins with a pixel. A circular border needs both ends
+// of a row and so whole rows.
 template <class T, class Body>
 void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t ends, Border border,
-               const Body& body) {
-  constexpr int64_t kRows = 64, kCache = 262144, kStep = 64;
+               const Body& body, int64_t most_rows = kTileRows) {
+  constexpr int64_t kCache = 262144;
+  const int64_t step = 64 * planes.step;
   if (planes.count * planes.height * planes.width == 0) return;
   int64_t strips = planes.width * rows * static_cast<int64_t>(sizeof(T)) / kCache + 1;
-  int64_t columns = ((planes.width + strips - 1) / strips + kStep - 1) / kStep * kStep;
+  int64_t columns = ((planes.width + strips - 1) / strips + step - 1) / step * step;
   if (border == Border::kCircular || columns < 4 * ends || columns > planes.width) columns = planes.width;
   strips = (planes.width + columns - 1) / columns;
-  const int64_t blocks = (planes.height + kRows - 1) / kRows, length = padded_length<T>(columns, ends);
+  const int64_t blocks = (planes.height + most_rows - 1) / most_rows,
+                length = padded_length<T>(columns, ends);
   // Allocated here, because nothing may be thrown inside the parallel region.
   const auto scratch = new_lines<T>(scratch_rows * length * omp_get_max_threads());
 #pragma omp parallel
@@ -80,8 +88,8 @@ void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t
     T* const own = scratch.get() + scratch_rows * length * omp_get_thread_num();
 #pragma omp for
     for (int64_t i = 0; i < planes.count * strips * blocks; ++i) {
-      const int64_t top = i % blocks * kRows, left = i / blocks % strips * columns;
-      const Tile tile{i / blocks / strips, top, std::min(top + kRows, planes.height), left,
+      const int64_t top = i % blocks * most_rows, left = i / blocks % strips * columns;
+      const Tile tile{i / blocks / strips, top, std::min(top + most_rows, planes.height), left,
                       std::min(left + columns, planes.width)};
       body(tile, own, length);
     }
@@ -91,11 +99,11 @@ void for_tiles(const Planes& planes, int64_t rows, int64_t scratch_rows, int64_t
 /** for_lanes over a row that lies in the cache, while memory is asked for the `next` row that is read or
  *  written. Loops that fill scratch from an image ask for the row of the output, and those that fill the
  *  output for the next row of the image: else memory rests during each of them. */
-template <class T, int kVectors = 1, class Body>
+template <class T, int kVectors = 1, bool again = false, class Body>
 HWY_INLINE void for_lanes_fetching(int64_t n, const T* next, const Body& body) {
   constexpr int64_t kEach = whole_lines<T>(1);
   constexpr int kBlock = std::max<int>(kVectors, kEach / kLanes<T>);  // a line, lest it be asked for twice
-  for_lanes<T, kBlock>(n, [=](auto d, auto vectors, int64_t k) {
+  for_lanes<T, kBlock, again>(n, [=](auto d, auto vectors, int64_t k) {
     const auto lanes = static_cast<int64_t>(hn::Lanes(d));
     if constexpr (decltype(vectors)::value == kBlock) {
       for (int64_t i = 0; i < kBlock * lanes; i += kEach) hwy::Prefetch(next + k + i);
@@ -108,16 +116,26 @@ HWY_INLINE void for_lanes_fetching(int64_t n, const T* next, const Body& body) {
 }
 
 // Fills what a tile's row has beyond the image: `row` points to the tile's first column, of which `before`
-// and `after` more are needed. Neighbours in a row are `step` values apart.
+// and `after` more values are needed, whole pixels.
 template <class T>
 inline void extend(T* row, const Tile& tile, int64_t width, int64_t before, int64_t after, Border border,
                    T value, int64_t step = 1) {
-  const auto fill = [&](int64_t i) {
-    const int64_t channel = (i % step + step) % step, j = inside((i - channel) / step, width / step, border);
-    row[i - tile.left] = j < 0 ? value : row[j * step + channel - tile.left];
+  const auto extend_by = [&](auto each) {
+    const int64_t pixels = width / each;
+    const auto fill = [&](int64_t pixel) {
+      const int64_t source = inside(pixel, pixels, border);
+      T* const to = row + pixel * each - tile.left;
+      const T* const from = row + source * each - tile.left;
+      for (int64_t c = 0; c < each; ++c) to[c] = source < 0 ? value : from[c];
+    };
+    for (int64_t i = (tile.left - before) / each; i < 0; ++i) fill(i);
+    for (int64_t i = pixels; i < (tile.right + after) / each; ++i) fill(i);
   };
-  for (int64_t i = tile.left - before; i < 0; ++i) fill(i);
-  for (int64_t i = width; i < tile.right + after; ++i) fill(i);
+  // Short rows are done in less time than the divisions take, which planes do without.
+  if (step == 1)
+    extend_by(std::integral_constant<int64_t, 1>());
+  else
+    extend_by(step);
 }
 
 // The tile's columns of row y of a plane, or of its last row: what for_lanes_fetching asks for.
@@ -135,7 +153,7 @@ struct Span {
 };
 
 /** The rows of a tile as a window of kh x kw pixels that begins (row, column) before its pixel sees them: a
- *  ring of kh rows with what lies beyond the image. */
+ *  ring of kh rows with what lies beyond the image, `ends(...)` values longer than the tile's. */
 template <class T>
 class PaddedRows {
  public:
@@ -148,11 +166,16 @@ class PaddedRows {
         value_(value),
         kh_(kh),
         row_(row),
-        column_(column),
-        after_(kw - 1 - column),
+        margin_(ends(planes, kw, column) / 2),
+        first_(margin_ - column * planes.step),
         ring_(ring),
         length_(length) {
     for (int64_t i = 0; i + 1 < kh; ++i) fetch(tile.top - row + i, ring);
+  }
+
+  // As much on both sides: the pixels that a strip mirrors are then in it, however narrow it is.
+  static int64_t ends(const Planes& planes, int64_t kw, int64_t column) {
+    return 2 * std::max(column, kw - 1 - column) * planes.step;
   }
 
   /** Puts the last row of the windows of row y into the ring, for each y from the tile's top on, while memory
@@ -165,7 +188,9 @@ class PaddedRows {
 
   /** Pixel (i, j) of the window of the first pixel of row y; those of the pixels to the right are next to
    *  it. */
-  const T* at(int64_t y, int64_t i, int64_t j) const { return place(y - row_ + i) + j; }
+  const T* at(int64_t y, int64_t i, int64_t j) const {
+    return place(y - row_ + i) + first_ + j * planes_.step;
+  }
 
  private:
   T* place(int64_t y) const { return ring_ + (y + kh_) % kh_ * length_; }
@@ -174,13 +199,13 @@ class PaddedRows {
     T* const p = place(y);
     const int64_t source = inside(y, planes_.height, border_);
     if (source < 0) {
-      std::fill_n(p, tile_.right - tile_.left + column_ + after_, value_);
+      std::fill_n(p, tile_.right - tile_.left + 2 * margin_, value_);
       return;
     }
-    const Span span(tile_, planes_.width, column_, after_);
-    copy(plane_ + source * planes_.width + span.first, span.count(), p + column_ + span.first - tile_.left,
+    const Span span(tile_, planes_.width, margin_, margin_);
+    copy(plane_ + source * planes_.width + span.first, span.count(), p + margin_ + span.first - tile_.left,
          next);
-    extend(p + column_, tile_, planes_.width, column_, after_, border_, value_);
+    extend(p + margin_, tile_, planes_.width, margin_, margin_, border_, value_, planes_.step);
   }
 
   static void copy(const T* x, int64_t n, T* out, const T* next) {
@@ -193,7 +218,7 @@ class PaddedRows {
   const Tile tile_;
   const Border border_;
   const T value_;
-  const int64_t kh_, row_, column_, after_;
+  const int64_t kh_, row_, margin_, first_;
   T* const ring_;
   const int64_t length_;
 };

@@ -128,7 +128,8 @@ void correlate2d(const T* x, Images images, const T* windows, int64_t n, int64_t
   const Planes planes = images.planes();
   const int64_t count = kh * kw;
   std::vector<const T*> all_sources(static_cast<size_t>(count * omp_get_max_threads()));
-  for_tiles<T>(planes, kh + 2, kh, kw, border, [&](const Tile& tile, T* ring, int64_t length) {
+  const int64_t ends = PaddedRows<T>::ends(planes, kw, (kw - 1) / 2);
+  for_tiles<T>(planes, kh + 2, kh, ends, border, [&](const Tile& tile, T* ring, int64_t length) {
     const int64_t plane = tile.plane * planes.height * planes.width;
     const T* const taps = windows + (n > 1 ? tile.plane / images.channels * count : 0);
     const T** const sources = all_sources.data() + count * omp_get_thread_num();

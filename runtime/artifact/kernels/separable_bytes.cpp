@@ -74,7 +74,7 @@ std::vector<Word> words(const int32_t* taps, int64_t count) {
 void separable_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t width, const int32_t* taps_y,
                      int64_t ny, int64_t ky, const int32_t* taps_x, int64_t nx, int64_t kx, int64_t step,
                      Border border, uint8_t* out) {
-  const Planes planes{n, height, width};
+  const Planes planes{n, height, width, step};
   const int64_t ry = ky - 1, rx = kx - 1, reach = rx * step;
   const std::vector<Word> all_y = words(taps_y, ny * ky), all_x = words(taps_x, nx * kx);
   std::vector<const uint8_t*> all_rows(static_cast<size_t>((2 * ry + 1) * omp_get_max_threads()));

@@ -1,9 +1,11 @@
-"""Maxima and minima over windows."""
+"""Maxima and minima over windows, of floating-point numbers and of whole numbers of 8 and 16 bits."""
 
 import torch
 from torch import Tensor
 
+from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
+from ..core.pixels import difference, narrow, ordered, saturated
 from ..kernels import operators as kernels
 from .padding import stencil
 
@@ -20,15 +22,24 @@ def minmax_filter(
     tensor([[[[3, 3, 3, 2]]]])
     """
     ry, rx = rows // 2, columns // 2
-    tall = _along(x, (ry, ry), (0, 0), border_type, 2, rows, largest, value)
-    return _along(tall, (0, 0), (rx, rx), border_type, 3, columns, largest, value)
+    tall = _along(ordered(x), (ry, ry), (0, 0), border_type, 2, rows, largest, value)
+    return _along(tall, (0, 0), (rx, rx), border_type, 3, columns, largest, value).to(x.dtype)
 
 
-@minmax_filter.lowering("native", when=kernels.has_kernel)
+@minmax_filter.lowering("onnx", when=narrow)
+def _minmax_filter_in_int32(
+    x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0
+) -> Tensor:
+    """ONNX Runtime has no minima of the types."""
+    return minmax_filter(x.to(torch.int32), rows, columns, border_type, largest, value).to(x.dtype)
+
+
+@minmax_filter.lowering("native", when=kernels.has_pixel_kernel)
 def _minmax_filter_kernel(
     x: Tensor, rows: int, columns: int, border_type: str, largest: bool, value: float = 0.0
 ) -> Tensor:
-    return kernels.minmax_filter(x, rows, columns, border_type, value, largest)
+    values, step = as_rows(x)
+    return from_rows(kernels.minmax_filter(values, step, rows, columns, border_type, value, largest), x)
 
 
 @stencil
@@ -60,12 +71,15 @@ def morphology(
     of (B, C, H, W).
 
     As in a dilation the largest take the heights (kh, kw) from the other end. A height of -``absent`` is
-    none.
+    none. Of whole numbers all others count as 0.
     """
     kh, kw = heights.size(0), heights.size(1)
-    return _structured(
-        x, (row, kh - row - 1), (column, kw - column - 1), border_type, heights, largest, value
-    )
+    above, beside = (row, kh - row - 1), (column, kw - column - 1)
+    if x.is_floating_point():
+        return _structured(x, above, beside, border_type, heights, largest, value)
+    # What is left out is beyond all pixels, and brought back where there is nothing else.
+    flat = -1048576 * (heights == -absent).to(torch.int32)
+    return saturated(_structured(x.to(torch.int32), above, beside, border_type, flat, largest, value), x)
 
 
 @stencil
@@ -73,7 +87,7 @@ def _structured(p: Tensor, heights: Tensor, largest: bool) -> Tensor:
     return _highest(p, heights) if largest else _lowest(p, heights)
 
 
-@morphology.lowering("native", when=kernels.has_kernel)
+@morphology.lowering("native", when=kernels.has_pixel_kernel)
 def _morphology_kernel(
     x: Tensor,
     heights: Tensor,
@@ -84,8 +98,11 @@ def _morphology_kernel(
     absent: float,
     largest: bool,
 ) -> Tensor:
-    window = heights.flip([0, 1]) if largest else heights
-    return kernels.morphology(x, window, row, column, border_type, value, absent, largest)
+    window = (heights.flip([0, 1]) if largest else heights).to(torch.float64)
+    values, step = as_rows(x)
+    return from_rows(
+        kernels.morphology(values, step, window, row, column, border_type, value, absent, largest), x
+    )
 
 
 @primitive
@@ -100,12 +117,12 @@ def morphology_gradient(
     absent: float,
 ) -> Tensor:
     """The largest minus the smallest ``morphology``; beyond a constant border is ``high_value`` for the one,
-    ``low_value`` for the other."""
+    ``low_value`` for the other. Of whole numbers it is the nearest that their type has."""
     high = morphology(x, heights, row, column, border_type, high_value, absent, True)
-    return high - morphology(x, heights, row, column, border_type, low_value, absent, False)
+    return difference(high, morphology(x, heights, row, column, border_type, low_value, absent, False))
 
 
-@morphology_gradient.lowering("native", when=kernels.has_kernel)
+@morphology_gradient.lowering("native", when=kernels.has_pixel_kernel)
 def _morphology_gradient_kernel(
     x: Tensor,
     heights: Tensor,
@@ -116,8 +133,22 @@ def _morphology_gradient_kernel(
     low_value: float,
     absent: float,
 ) -> Tensor:
-    return kernels.morphology_gradient(
-        x, heights.flip([0, 1]), heights, row, column, border_type, high_value, low_value, absent
+    window = heights.to(torch.float64)
+    values, step = as_rows(x)
+    return from_rows(
+        kernels.morphology_gradient(
+            values,
+            step,
+            window.flip([0, 1]),
+            window,
+            row,
+            column,
+            border_type,
+            high_value,
+            low_value,
+            absent,
+        ),
+        x,
     )
 
 

@@ -5,7 +5,9 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
+from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
+from ..core.pixels import narrow, ordered
 from ..kernels import operators as kernels
 from .padding import stencil
 
@@ -98,15 +100,37 @@ def rank_candidates(rows: int, columns: int, rank: int) -> Tuple[List[List[int]]
 def window_rank(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
     """The value of a rank (0 is the smallest) in the centred window of odd size around each pixel of (B, C,
     H, W)."""
-    return _ranked(x, (rows // 2, rows // 2), (columns // 2, columns // 2), border_type, rows, columns, rank)
+    margin_y, margin_x = (rows // 2, rows // 2), (columns // 2, columns // 2)
+    return _ranked(ordered(x), margin_y, margin_x, border_type, rows, columns, rank).to(x.dtype)
+
+
+@window_rank.lowering("onnx", when=narrow)
+def _window_rank_in_int32(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
+    """ONNX Runtime has no minima of the types."""
+    return window_rank(x.to(torch.int32), rows, columns, rank, border_type).to(x.dtype)
 
 
 @window_rank.lowering(
     "native",
-    when=lambda x, rows, columns, rank, _: kernels.has_kernel(x) and (rows, columns, rank) == (3, 3, 4),
+    when=lambda x, rows, columns, rank, _: (
+        kernels.has_pixel_kernel(x) and rows == columns and rows in (3, 5, 7) and rank == rows * columns // 2
+    ),
 )
-def _median3x3(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
-    return kernels.median3x3(x, border_type)
+def _median_filter(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
+    values, step = as_rows(x)
+    return from_rows(kernels.median_filter(values, step, rows, border_type), x)
+
+
+@window_rank.lowering(
+    "native",
+    when=lambda x, rows, columns, rank, _: (
+        kernels.available(x) and x.dtype == torch.uint8 and 25 < rows * columns <= 65535
+    ),
+)
+def _rank_of_bytes(x: Tensor, rows: int, columns: int, rank: int, border_type: str) -> Tensor:
+    """The network grows with the window, and histograms of bytes do not."""
+    values, step = as_rows(x)
+    return from_rows(kernels.rank_of_bytes(values, step, rows, columns, rank, border_type), x)
 
 
 @stencil

@@ -28,6 +28,9 @@ def _declare(schema: str, source: str, doc: str, where: Sequence[str] = ()) -> N
     KERNELS[declared.name] = declared
 
 
+#: Rows of L values in which neighbours are step apart (layout.as_rows).
+_ROWS = ("1 <= L <= INT32_MAX", "1 <= step <= L", "L % step == 0")
+
 # Filters
 
 _declare(
@@ -65,34 +68,53 @@ _declare(
     ["BG in (1, B)", "BS in (1, B)", "BR in (1, B)", "KY % 2 == 1", "KX % 2 == 1"],
 )
 _declare(
-    "median3x3(T[..., H, W] x, Border border) -> T[..., H, W]",
-    "rank_filters.cpp",
-    "The median of 3 x 3 pixels.",
+    "median_filter(P[N, H, L] x, int step, int size, Border border) -> P[N, H, L]",
+    "medians.cpp",
+    "The median of size x size pixels. Neighbours in a row are step values apart. A constant border is 0.",
+    [*_ROWS, "size in (3, 5, 7)"],
 )
 _declare(
-    "minmax_filter(T[..., H, W] x, int ky, int kx, Border border, float value, bool largest) -> T[..., H, W]",
-    "rank_filters.cpp",
-    "The largest or the smallest value in a centred window of ky x kx pixels. Beyond a constant border is"
-    " value.",
-    ["1 <= ky <= INT32_MAX", "1 <= kx <= INT32_MAX", "ky % 2 == 1", "kx % 2 == 1"],
+    "rank_of_bytes(uint8[N, H, L] x, int step, int ky, int kx, int rank, Border border) -> uint8[N, H, L]",
+    "medians.cpp",
+    """The value of a rank, 0 that of the smallest, in a centred window of ky x kx pixels, in a time that does
+    not depend on the window. Neighbours in a row are step values apart. A constant border is 0.""",
+    [
+        *_ROWS,
+        "1 <= ky <= 65535",
+        "1 <= kx <= 65535",
+        "ky * kx <= 65535",
+        "ky % 2 == 1",
+        "kx % 2 == 1",
+        "0 <= rank < ky * kx",
+    ],
 )
 _declare(
-    """morphology(T[..., H, W] x, T[KY, KX] heights, int row, int column, Border border, float value, float
-    absent, bool largest)
-    -> T[..., H, W]""",
-    "rank_filters.cpp",
+    """minmax_filter(P[N, H, L] x, int step, int ky, int kx, Border border, float value, bool largest)
+    -> P[N, H, L]""",
+    "morphology.cpp",
+    """The largest or the smallest value in a centred window of ky x kx pixels. Neighbours in a row are step
+    values apart. Beyond a constant border is value.""",
+    [*_ROWS, "1 <= ky <= INT32_MAX", "1 <= kx <= INT32_MAX", "ky % 2 == 1", "kx % 2 == 1"],
+)
+_declare(
+    """morphology(P[N, H, L] x, int step, float64[KY, KX] heights, int row, int column, Border border, float
+    value, float absent, bool largest)
+    -> P[N, H, L]""",
+    "morphology.cpp",
     """The largest x + height (dilation, by the mirrored structuring element) or the smallest x - height
     (erosion) in a window that begins row pixels above and column pixels left of the pixel. A height of
-    -absent leaves its pixel out. Beyond a constant border is value.""",
-    ["0 <= row < KY", "0 <= column < KX"],
+    -absent leaves its pixel out. Of whole numbers others count as 0. Neighbours in a row are step values
+    apart. Beyond a constant border is value.""",
+    [*_ROWS, "0 <= row < KY", "0 <= column < KX"],
 )
 _declare(
-    """morphology_gradient(T[..., H, W] x, T[KY, KX] dilation_heights, T[KY, KX] erosion_heights, int row, int
-    column, Border border, float dilation_value, float erosion_value, float absent) -> T[..., H, W]""",
-    "rank_filters.cpp",
+    """morphology_gradient(P[N, H, L] x, int step, float64[KY, KX] dilation_heights, float64[KY, KX]
+    erosion_heights, int row, int column, Border border, float dilation_value, float erosion_value, float
+    absent) -> P[N, H, L]""",
+    "morphology.cpp",
     "A dilation minus an erosion, each by its own heights and with its own value beyond a constant border;"
-    " else as morphology.",
-    ["0 <= row < KY", "0 <= column < KX"],
+    " else as morphology. Of whole numbers the nearest that the type has.",
+    [*_ROWS, "0 <= row < KY", "0 <= column < KX"],
 )
 _declare(
     "integral(T[..., H, W] x) -> T[..., H, W]",

@@ -1,5 +1,5 @@
-"""The kernels as operators ``chiasm::NAME``, which a lowering for native code calls: ``operators.median3x3(x,
-"reflect")``.
+"""The kernels as operators ``chiasm::NAME``, which a lowering for native code calls: ``operators.canny_nms(x,
+1e-6)``.
 
 A call takes the arguments of the kernel's declaration, enumerators by their names. The operators have shapes
 and types, and no computation: what they compute is defined by the primitive that they are a lowering of, in
