@@ -149,12 +149,27 @@ TEST(RefusedCalls, IndicesBeyondTheirTables) {
           longs({4}, 0).get(), wy.get(), longs({5}, 0).get(), longs({5}, 0).get(), wx.get());
 }
 
+TEST(RefusedCalls, ShapesThatDoNotFitTheirWindows) {
+  const Tensor x = floats({2, 9, 11}), other = floats({2, 9, 10}), none = floats({2, 0, 11}),
+               element = kernel_calls::make({3, 3}, kBool), empty = kernel_calls::make({3, 0}, kBool);
+  REFUSES("euclidean_distances: x", euclidean_distances, none.get());
+  REFUSES("connected_components: x", connected_components, none.get());
+  REFUSES("thinned: x", thinned, none.get(), 9, 1);
+  REFUSES("thinned: limit", thinned, x.get(), -1, 1);
+  REFUSES("grown_distances: taps", grown_distances, x.get(), floats({3, 5}).get(), 0.35, 9);
+  REFUSES("grown_distances: taps", grown_distances, x.get(), floats({4, 4}).get(), 0.35, 9);
+  REFUSES("grown_distances: limit", grown_distances, x.get(), floats({3, 3}).get(), 0.35, -1);
+  REFUSES("reconstructed: mask", reconstructed, x.get(), other.get(), element.get(), 0, 1);
+  REFUSES("reconstructed: element", reconstructed, x.get(), x.get(), empty.get(), 0, 1);
+}
+
 // More pixels than 32 bits number: the kernels' offsets would wrap around.
 TEST(RefusedCalls, ImagesTooLargeForTheirNumbers) {
-  const Tensor mask = claimed({1, 1 << 16, 1 << 15}, kBool),
-               image = claimed({1, 1, 1 << 16, 1 << 15}, kFloat),
+  const Tensor image = claimed({1, 1, 1 << 16, 1 << 15}, kFloat),
                line = claimed({1, 1, 1, (1 << 24) + 1}, kFloat);
-  REFUSES("connected_components: mask", connected_components, mask.get());
+  REFUSES("connected_components: x", connected_components, image.get());
+  REFUSES("thinned: x", thinned, image.get(), 9, 1);
+  REFUSES("euclidean_distances: x", euclidean_distances, line.get());
   REFUSES("canny_hysteresis: x", canny_hysteresis, image.get(), 0, 1);
   const Tensor positions = floats({1, 4, 4});
   REFUSES("remap: image", remap, image.get(), positions.get(), positions.get(), 0, 0, 0);

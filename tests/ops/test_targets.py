@@ -150,9 +150,9 @@ HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
 #: Arguments of every primitive, for a dtype.
 EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "angles.angle_of": lambda t: [(numbers(t, 40) - 0.5, numbers(t, 41)[:40] - 0.5)],
-    "connected_components.component_labels": lambda t: [
-        (numbers(t, 2, 12, 17) > 0.5, 100),
-        (numbers(t, 1, 5, 4) > 0.3, 3),
+    "connected_components.numbered_components": lambda t: [
+        (numbers(t, 2, 3, 12, 17) - 0.5, 100),
+        (numbers(t, 1, 1, 5, 4) - 0.3, 3),
     ],
     "connected_components.lower_at": lambda t: [offers()],
     "consensus._cheapest": lambda t: [
@@ -190,6 +190,16 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     ],
     "orientations.orientation_histograms": lambda t: [
         (numbers(t, 3, 1, 8, 8), numbers(t, 8, 8), numbers(t, 4, 8), 6)
+    ],
+    "distances.euclidean_distances": lambda t: [(numbers(t, 2, 3, 12, 17) - 0.2,)],
+    "distances.grown_distances": lambda t: [
+        (
+            (numbers(t, 2, 1, 12, 17) > 0.9).to(t),
+            29,
+            [0.0176, 0.0574, 0.0176, 0.0574, 1.0] + 4 * [0.02],
+            3,
+            0.35,
+        )
     ],
     "eigen._derived_eigen": lambda t: [eigen(t, 3), eigen(t, 5)],
     "eigen._derived_svd": lambda t: [singular(t, 3, 3), singular(t, 5, 3)],
@@ -261,6 +271,13 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 2, 50), torch.tensor([[0.0], [2.2]], dtype=t)),
     ],
     "ranking.stable_topk": lambda t: [(numbers(t, 2, n), 3) for n in (20, 100)],
+    "reconstruction.reconstructed": lambda t: [
+        (x - 0.3 if largest else x + 0.3, x, element, iterations, largest)
+        for x in images(t)
+        for element in (torch.ones(3, 3, dtype=t), numbers(t, 2, 3).round())
+        for iterations in (None, 2)
+        for largest in (True, False)
+    ],
     "reductions._with_nan": lambda t: [
         (x.amin(dims, keepdim=True), x, dims) for x in images(t) for dims in ([1], [2, 3])
     ],
@@ -311,6 +328,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         t, torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7
     ),
     "rounding.known_or": lambda t: [(torch.tensor([0.5, torch.nan, torch.inf, -torch.inf], dtype=t), -2.0)],
+    "thinning.thinned": lambda t: [(x - 0.2, 1000, zhang) for x in images(t) for zhang in (True, False)],
     "windows.windows": lambda t: [
         (x, (3, 2), (4, 3), (3, 4), first) for x in images(t) for first in ((0, 0), (1, 2), (-1, -2))
     ],

@@ -109,11 +109,45 @@ _declare(
     ["H * W <= INT32_MAX"],
 )
 _declare(
-    "connected_components(bool[N, H, W] mask) -> int32[N, H * W]",
+    "connected_components(T[..., H, W] x) -> int64[..., H, W]",
     "connected_components.cpp",
-    "The least flat index in each pixel's component of eight neighbours; a pixel outside the mask has its own"
-    " index.",
+    "1 + the least flat index among the pixels that are connected to a pixel, by eight neighbours, through"
+    " values above 0; 0 for other values.",
     ["H * W <= INT32_MAX"],
+)
+
+# Shapes
+
+_declare(
+    "euclidean_distances(T[..., H, W] x) -> T[..., H, W]",
+    "distances.cpp",
+    "The distance from each value above 0 to the nearest that is not, infinite where there is none; 0 for"
+    " other values.",
+    ["H <= 2**24", "W <= 2**24"],
+)
+_declare(
+    "grown_distances(T[N, H, W] shape, T[K, K] taps, float scale, int limit) -> T[N, H, W]",
+    "distances.cpp",
+    """The steps in which a shape of ones, its border replicated, grows to a pixel, at most limit ones: where
+    a correlation with the taps, whose middle is 1, is between 0 and 1, K // 2 times the step's number -
+    scale log(correlation).""",
+    ["K % 2 == 1", "K <= INT32_MAX", "(H + K) * (W + K) <= INT32_MAX", "0 <= limit <= INT32_MAX"],
+)
+_declare(
+    "thinned(T[..., H, W] x, int limit, bool zhang) -> T[..., H, W]",
+    "thinning.cpp",
+    """1 where a value above 0 is left after at most limit rounds of peeling, else 0: by the table of Zhang
+    and Suen, or of Guo and Hall. Values outside are not above 0.""",
+    ["(H + 2) * (W + 2) <= INT32_MAX", "limit >= 0"],
+)
+_declare(
+    """reconstructed(T[N, H, W] seed, T[N, H, W] mask, bool[KY, KX] element, float border, bool largest)
+    -> T[N, H, W]""",
+    "reconstruction.cpp",
+    """The seed after each value has again and again become the largest one of its centred window's element,
+    but not more than the mask, until nothing changes; or the smallest, but not less. Beyond the edge is
+    border.""",
+    ["1 <= KY <= INT32_MAX", "1 <= KX <= INT32_MAX", "(H + KY) * (W + KX) <= INT32_MAX"],
 )
 
 # Frames of bytes
