@@ -214,7 +214,7 @@ TYPED_TEST(GuardedKernels, PositionsAnywhereReadInside) {
   this->watch([&] {
     for (const Size& s : kSizes)
       for (int64_t padding = 0; padding < 3; ++padding)
-        for (int64_t mode = 0; mode < 2; ++mode)
+        for (int64_t mode = 0; mode < 3; ++mode)
           for (int32_t corners = 0; corners < 2; ++corners) {
             const Tensor source = this->numbers({2, 3, s.height, s.width});
             // Beyond every side; for a run as an image that is read forwards, too, where pixels are loaded by

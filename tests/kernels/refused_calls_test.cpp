@@ -103,7 +103,7 @@ TEST(RefusedCalls, NumbersOutOfTheirRange) {
   REFUSES("minmax_filter: ky", minmax_filter, x.get(), 0, 3, 0, 0, 1);
   REFUSES("morphology: row", morphology, x.get(), window.get(), 3, 0, 0, 0, 1e4, 1);
   REFUSES("morphology: column", morphology, x.get(), window.get(), 0, -1, 0, 0, 1e4, 1);
-  REFUSES("remap: mode", remap, x.get(), positions.get(), positions.get(), 2, 0, 0);
+  REFUSES("remap: mode", remap, x.get(), positions.get(), positions.get(), 3, 0, 0);
   REFUSES("remap: padding", remap, x.get(), positions.get(), positions.get(), 0, 3, 0);
   REFUSES("warp_perspective: height", warp_perspective, x.get(), floats({2, 3, 3}).get(), -1, 4, 0, 0, 0);
   REFUSES("resize: mode", resize, x.get(), 4, 4, 3, 0, 0);

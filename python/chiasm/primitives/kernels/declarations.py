@@ -231,7 +231,7 @@ _declare(
     "remap.cpp",
     """The images at pixel positions x and y. With align_corners a reflection is at the corner pixels'
     centres, else at the outer edges. float32 has all positions of pixels.""",
-    ["mode != 'bicubic'", "H <= 2**24", "W <= 2**24", "(H + 1) * (W + 1) <= INT32_MAX"],
+    ["H <= 2**24", "W <= 2**24", "(H + 1) * (W + 1) <= INT32_MAX"],
 )
 _declare(
     """warp_perspective(T[B, C, H, W] image, T[B, 3, 3] matrix, int height, int width, Interpolation mode,
@@ -240,7 +240,6 @@ _declare(
     "remap.cpp",
     "remap at the positions that each image's matrix maps the output's pixels to.",
     [
-        "mode != 'bicubic'",
         "0 <= height <= INT32_MAX",
         "0 <= width <= INT32_MAX",
         "H <= 2**24",
