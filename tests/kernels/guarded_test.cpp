@@ -344,6 +344,29 @@ TYPED_TEST(GuardedKernels, ShapesStayInside) {
   });
 }
 
+TYPED_TEST(GuardedKernels, PaintStaysInside) {
+  this->watch([&] {
+    for (const Size& s : kSizes) {
+      const Tensor image = this->numbers({2, 3, s.height, s.width}),
+                   bytes = this->template wholes<uint8_t>({2, 3, s.height, s.width}, 0, 255);
+      const auto places = [&](const Dims& sizes) { return this->template wholes<int64_t>(sizes, -9, 40); };
+      const auto anywhere = [&](const Dims& sizes) {
+        return this->template wholes<int64_t>(sizes, INT64_MIN, INT64_MAX);
+      };
+      for (int32_t fill = 0; fill < 2; ++fill) {
+        this->run(aoti_torch_cpu_draw_rectangles, image, places({2, 5, 4}), this->numbers({2, 3, 5}),
+                  int64_t{2}, int64_t{1}, fill);
+        this->run(aoti_torch_cpu_draw_rectangles, bytes, anywhere({2, 5, 4}),
+                  this->template wholes<uint8_t>({2, 3, 5}, 0, 255), int64_t{0}, int64_t{INT32_MAX}, fill);
+      }
+      this->run(aoti_torch_cpu_fill_spans, image, places({2, 2, s.height}), places({2, 2, s.height}),
+                this->numbers({2, 3}));
+      this->run(aoti_torch_cpu_fill_spans, bytes, anywhere({2, 1, s.height}), anywhere({2, 1, s.height}),
+                this->template wholes<uint8_t>({2, 3}, 0, 255));
+    }
+  });
+}
+
 TYPED_TEST(GuardedKernels, ModelsStayInside) {
   this->watch([&] {
     for (const int64_t n : {0, 1, 3, 4, 8, 9, 131})

@@ -163,6 +163,19 @@ TEST(RefusedCalls, ShapesThatDoNotFitTheirWindows) {
   REFUSES("reconstructed: element", reconstructed, x.get(), x.get(), empty.get(), 0, 1);
 }
 
+TEST(RefusedCalls, PaintThatDoesNotFitTheImage) {
+  const Tensor x = floats({2, 3, 9, 11}), corners = longs({2, 5, 4}, 1), colors = floats({2, 3, 5}),
+               rows = longs({2, 2, 9}, 1), other = longs({2, 2, 8}, 1);
+  REFUSES("draw_rectangles: corners", draw_rectangles, x.get(), longs({2, 5, 3}, 1).get(), colors.get(), 0, 0,
+          1);
+  REFUSES("draw_rectangles: colors", draw_rectangles, x.get(), corners.get(), floats({2, 3, 4}).get(), 0, 0,
+          1);
+  REFUSES("draw_rectangles: before", draw_rectangles, x.get(), corners.get(), colors.get(), -1, 0, 1);
+  REFUSES("draw_rectangles: after", draw_rectangles, x.get(), corners.get(), colors.get(), 0, INT64_MAX, 1);
+  REFUSES("fill_spans: end", fill_spans, x.get(), rows.get(), other.get(), floats({2, 3}).get());
+  REFUSES("fill_spans: colors", fill_spans, x.get(), rows.get(), rows.get(), floats({1, 3}).get());
+}
+
 // More pixels than 32 bits number: the kernels' offsets would wrap around.
 TEST(RefusedCalls, ImagesTooLargeForTheirNumbers) {
   const Tensor image = claimed({1, 1, 1 << 16, 1 << 15}, kFloat),

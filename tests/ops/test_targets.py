@@ -201,6 +201,16 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
             0.35,
         )
     ],
+    "drawing.rectangles_over": lambda t: [
+        (x, integers(20, 2, 5, 4)[: x.size(0)] - 3, numbers(t, x.size(0), x.size(1), 5), 1, 0, fill)
+        for x in images(t)
+        for fill in (True, False)
+    ],
+    "drawing.spans_over": lambda t: [
+        (x, integers(12, x.size(0), 2, x.size(2)) - 2, integers(20, x.size(0), 2, x.size(2)), colors)
+        for x in images(t)
+        for colors in (numbers(t, x.size(0), x.size(1)), numbers(t, 1, 1))
+    ],
     "eigen._derived_eigen": lambda t: [eigen(t, 3), eigen(t, 5)],
     "eigen._derived_svd": lambda t: [singular(t, 3, 3), singular(t, 5, 3)],
     "extrema.scale_space_nms": lambda t: [

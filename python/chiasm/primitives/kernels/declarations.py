@@ -150,6 +150,24 @@ _declare(
     ["1 <= KY <= INT32_MAX", "1 <= KX <= INT32_MAX", "(H + KY) * (W + KX) <= INT32_MAX"],
 )
 
+# Drawing
+
+_declare(
+    """draw_rectangles(P[B, C, H, W] image, int64[B, N, 4] corners, P[B, C, N] colors, int before, int after,
+    bool fill)
+    -> P[B, C, H, W]""",
+    "drawing.cpp",
+    """Rectangles with corners x1, y1, x2, y2, later ones over earlier ones: filled, or their edges, which
+    reach before pixels to the top left and after to the bottom right.""",
+    ["0 <= before <= INT32_MAX", "0 <= after <= INT32_MAX"],
+)
+_declare(
+    """fill_spans(P[B, C, H, W] image, int64[B, S, H] first, int64[B, S, H] end, P[B, C] colors) -> P[B, C, H,
+    W]""",
+    "drawing.cpp",
+    "The pixels first..end-1 of each row in a colour, of S spans a row.",
+)
+
 # Frames of bytes
 
 _declare(
