@@ -381,6 +381,8 @@ TYPED_TEST(GuardedKernels, ModelsStayInside) {
       for (int64_t n = 1; n <= 16; ++n)
         for (const int64_t count : {1, 3, 4, 5}) {
           this->run(aoti_torch_cpu_batched_inverse, this->numbers({count, n, n}, -1, 1));
+          this->run(aoti_torch_cpu_weighted_grams, this->numbers({2, 13 * count, n}, -1, 1),
+                    this->numbers({2, 13 * count, count}, -1, 1));
           this->run(aoti_torch_cpu_spd_inverse, this->numbers({count, n, n}, -1, 1));
           this->run(aoti_torch_cpu_normalized_power, this->numbers({count, n, n}, -1, 1), int64_t{5});
           this->run(aoti_torch_cpu_real_roots, this->numbers({n + 1, count}, -1, 1));

@@ -81,6 +81,8 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   REFUSES("batched_inverse: m", batched_inverse, doubles({17, 17}).get());
   REFUSES("spd_inverse: m", spd_inverse, doubles({3, 4}).get());
   REFUSES("normalized_power: m", normalized_power, floats({3, 3}).get(), 5);
+  REFUSES("weighted_grams: x", weighted_grams, doubles({2, 5, 17}).get(), doubles({2, 5, 1}).get());
+  REFUSES("weighted_grams: weights", weighted_grams, doubles({2, 5, 9}).get(), doubles({2, 4, 1}).get());
   REFUSES("cdist_squared: x2", cdist_squared, floats({1, 4, 5}).get(), floats({1, 4, 6}).get());
   REFUSES("two_smallest: x", two_smallest, floats({4, 5}).get(), 1);
   REFUSES("scale_space_nms: margins", scale_space_nms, x.get(), longs({2}, 1).get(), 0, 4);

@@ -191,6 +191,13 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "orientations.orientation_histograms": lambda t: [
         (numbers(t, 3, 1, 8, 8), numbers(t, 8, 8), numbers(t, 4, 8), 6)
     ],
+    "direct_linear.normal_matrix": lambda t: [
+        (numbers(torch.float64, 2, 30, 9), numbers(torch.float64, b, 30)) for b in (1, 2)
+    ],
+    "direct_linear.projective_equations": lambda t: [
+        (numbers(torch.float64, 2, 30, k), numbers(torch.float64, 2, 30, 2), numbers(torch.float64, 2, 30))
+        for k in (3, 4)
+    ],
     "distances.euclidean_distances": lambda t: [(numbers(t, 2, 3, 12, 17) - 0.2,)],
     "distances.grown_distances": lambda t: [
         (

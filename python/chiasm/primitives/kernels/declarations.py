@@ -363,6 +363,12 @@ _declare(
     ["1 <= N <= MOST_ROWS"],
 )
 _declare(
+    "weighted_grams(float64[B, N, D] x, float64[B, N, K] weights) -> float64[B, K, D, D]",
+    "grams.cpp",
+    "The sums over n of weights[n, k] x[n] x[n]^T.",
+    ["1 <= D <= MOST_ROWS"],
+)
+_declare(
     "real_roots(float64[K, N] coefficients) -> float64[2, K - 1, N]",
     "real_roots.cpp",
     """Of N polynomials with coefficients[k] of x^k: places u in ascending order, the roots u / (1 - |u|), and
