@@ -1,5 +1,5 @@
-// Images read at runs of positions by the cubic convolution kernel, on 4 x 4 pixels: R. Keys, Cubic Convolution
-// Interpolation for Digital Image Processing, IEEE TASSP 29(6), 1981, with a = -0.75.
+// Images read at runs of positions by the cubic convolution kernel, on 4 x 4 pixels: R. Keys, Cubic
+// Convolution Interpolation for Digital Image Processing, IEEE TASSP 29(6), 1981, with a = -0.75.
 #pragma once
 
 #include "positions.h"

@@ -25,7 +25,8 @@ void join(int32_t* parent, int32_t a, int32_t b) {
   parent[std::max(a, b)] = std::min(a, b);
 }
 
-// Of at most 16 values a vector: bit x % 64 of word x / 64 says whether pixel x of a row is above 0; no bit behind the last pixel's is set.
+// Bit x % 64 of word x / 64 says whether pixel x of a row is above 0; no bit behind the last pixel's is set.
+// Vectors have at most 16 values.
 template <class T>
 void mark(const T* row, int64_t width, uint64_t* words) {
   std::fill_n(words, width / 64 + 1, uint64_t{0});
