@@ -79,8 +79,8 @@ struct Source {
   bool align_corners;
 };
 
-// How a run of positions is read: found by `find`, read from any plane by `read`. Memory is asked for ahead at
-// `index` and `below` pixels behind it.
+// How a run of positions is read: found by `find`, read from any plane by `read`. Memory is asked for ahead
+// `below` pixels behind `index`.
 template <class T>
 struct Bilinear : Neighbours<T> {
   void find(T* x, T* y, int64_t n, const Source& s) {
