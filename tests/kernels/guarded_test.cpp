@@ -167,7 +167,8 @@ class GuardedKernels : public ::testing::Test {
     };
     return is(aoti_torch_cpu_bilateral) || is(aoti_torch_cpu_orientation_histograms) ||
            is(aoti_torch_cpu_resize) || is(aoti_torch_cpu_resize_blurred) || is(aoti_torch_cpu_integral) ||
-           is(aoti_torch_cpu_cdist_squared) || is(aoti_torch_cpu_two_smallest);
+           is(aoti_torch_cpu_cdist_squared) || is(aoti_torch_cpu_two_smallest) ||
+           is(aoti_torch_cpu_grown_distances);
   }
 
   static Handle bare(const Tensor& tensor) { return tensor.get(); }
@@ -253,7 +254,7 @@ TYPED_TEST(GuardedKernels, PositionsAnywhereReadInside) {
   this->watch([&] {
     for (const Size& s : kSizes)
       for (int64_t padding = 0; padding < 3; ++padding)
-        for (int64_t mode = 0; mode < 2; ++mode)
+        for (int64_t mode = 0; mode < 3; ++mode)
           for (int32_t corners = 0; corners < 2; ++corners) {
             const Tensor source = this->numbers({2, 3, s.height, s.width});
             // Beyond every side; for a run as an image that is read forwards, too, where pixels are loaded by
@@ -396,6 +397,52 @@ TYPED_TEST(GuardedKernels, FeaturesStayInside) {
   });
 }
 
+TYPED_TEST(GuardedKernels, ShapesStayInside) {
+  this->watch([&] {
+    for (const Size& s : kSizes) {
+      const Tensor x = this->numbers({2, s.height, s.width}, -0.5, 0.5);
+      this->run(aoti_torch_cpu_euclidean_distances, x);
+      const Tensor numbers = this->run(aoti_torch_cpu_connected_components, x);
+      for (int64_t i = 0; i < numbers->numel(); ++i)
+        EXPECT_LE(reinterpret_cast<const uint64_t*>(numbers->data())[i], uint64_t(s.height * s.width));
+      for (int32_t zhang = 0; zhang < 2; ++zhang) this->run(aoti_torch_cpu_thinned, x, int64_t{99}, zhang);
+      for (const int64_t taps : {1, 3, 5})
+        this->run(aoti_torch_cpu_grown_distances, x, this->numbers({taps, taps}), 0.35, int64_t{20});
+      for (const Size& window : {Size{3, 3}, Size{1, 4}, Size{6, 5}})
+        for (int32_t largest = 0; largest < 2; ++largest) {
+          // A caller's bools may be any bytes.
+          Tensor element = this->template wholes<uint8_t>({window.height, window.width}, 0, 3);
+          element->dtype = kBool;
+          this->run(aoti_torch_cpu_reconstructed, x, this->numbers({2, s.height, s.width}), element, 0.25,
+                    largest);
+        }
+    }
+  });
+}
+
+TYPED_TEST(GuardedKernels, PaintStaysInside) {
+  this->watch([&] {
+    for (const Size& s : kSizes) {
+      const Tensor image = this->numbers({2, 3, s.height, s.width}),
+                   bytes = this->template wholes<uint8_t>({2, 3, s.height, s.width}, 0, 255);
+      const auto places = [&](const Dims& sizes) { return this->template wholes<int64_t>(sizes, -9, 40); };
+      const auto anywhere = [&](const Dims& sizes) {
+        return this->template wholes<int64_t>(sizes, INT64_MIN, INT64_MAX);
+      };
+      for (int32_t fill = 0; fill < 2; ++fill) {
+        this->run(aoti_torch_cpu_draw_rectangles, image, places({2, 5, 4}), this->numbers({2, 3, 5}),
+                  int64_t{2}, int64_t{1}, fill);
+        this->run(aoti_torch_cpu_draw_rectangles, bytes, anywhere({2, 5, 4}),
+                  this->template wholes<uint8_t>({2, 3, 5}, 0, 255), int64_t{0}, int64_t{INT32_MAX}, fill);
+      }
+      this->run(aoti_torch_cpu_fill_spans, image, places({2, 2, s.height}), places({2, 2, s.height}),
+                this->numbers({2, 3}));
+      this->run(aoti_torch_cpu_fill_spans, bytes, anywhere({2, 1, s.height}), anywhere({2, 1, s.height}),
+                this->template wholes<uint8_t>({2, 3}, 0, 255));
+    }
+  });
+}
+
 TYPED_TEST(GuardedKernels, ModelsStayInside) {
   this->watch([&] {
     for (const int64_t n : {0, 1, 3, 4, 8, 9, 131})
@@ -410,6 +457,8 @@ TYPED_TEST(GuardedKernels, ModelsStayInside) {
       for (int64_t n = 1; n <= 16; ++n)
         for (const int64_t count : {1, 3, 4, 5}) {
           this->run(aoti_torch_cpu_batched_inverse, this->numbers({count, n, n}, -1, 1));
+          this->run(aoti_torch_cpu_weighted_grams, this->numbers({2, 13 * count, n}, -1, 1),
+                    this->numbers({2, 13 * count, count}, -1, 1));
           this->run(aoti_torch_cpu_spd_inverse, this->numbers({count, n, n}, -1, 1));
           this->run(aoti_torch_cpu_normalized_power, this->numbers({count, n, n}, -1, 1), int64_t{5});
           this->run(aoti_torch_cpu_real_roots, this->numbers({n + 1, count}, -1, 1));
@@ -481,12 +530,6 @@ TEST_F(GuardedBytes, FramesLevelsAndMasksStayInside) {
       run(aoti_torch_cpu_clahe_interpolate, table, int64_t{3}, levels, places(s.height, 1),
           places(s.height, 1), numbers({s.height}), places(s.width, 2), places(s.width, 2),
           numbers({s.width}));
-      // A caller's bools may be any bytes.
-      Tensor mask = wholes<uint8_t>({2, s.height, s.width}, 0, 3);
-      mask->dtype = kBool;
-      const Tensor roots = run(aoti_torch_cpu_connected_components, mask);
-      for (int64_t i = 0; i < roots->numel(); ++i)
-        EXPECT_LT(reinterpret_cast<const uint32_t*>(roots->data())[i], uint32_t(s.height * s.width));
       for (const int64_t bins : {1, 9, 256}) {
         run(aoti_torch_cpu_bincount, wholes<uint8_t>({2, s.height * s.width}, 0, 255), bins);
         run(aoti_torch_cpu_bincount, wholes<int32_t>({2, s.height * s.width}, INT32_MIN, INT32_MAX), bins);

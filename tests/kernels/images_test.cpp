@@ -2,7 +2,6 @@
 // parts of vectors and tiles.
 #include <cmath>
 #include <functional>
-#include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -495,35 +494,6 @@ KERNEL_CALL_BENCHMARK(clahe_interpolate, [] {
           out = std::vector<uint8_t>(1080 * 1920)]() mutable {
     clahe_interpolate(curves.data(), 1, 64, 8, x.data(), 1080, 1920, tiles.data(), tiles.data(),
                       weights.data(), tiles.data(), tiles.data(), weights.data(), out.data());
-  };
-});
-
-TEST_F(Tables, ConnectedComponentsMatchOpenCv) {
-  for (const Planes& p : kSizes)
-    for (const double share : {0.3, 0.45, 0.7}) {
-      const auto x = this->random(pixels(p));
-      const std::unique_ptr<bool[]> mask(new bool[x.size()]);
-      for (size_t i = 0; i < x.size(); ++i) mask[i] = x[i] < share;
-      std::vector<int32_t> roots(x.size());
-      connected_components(mask.get(), p.count, p.height, p.width, roots.data());
-      for (int64_t i = 0; i < p.count; ++i) {
-        cv::Mat labels;
-        cv::connectedComponents(plane(x, p, i) < share, labels, 8);
-        std::map<int, int> first;  // OpenCV's label -> where it was seen first
-        for (int k = 0; k < int(labels.total()); ++k) {
-          const int label = labels.at<int>(k / labels.cols, k % labels.cols),
-                    root = roots[size_t(i * p.height * p.width + k)];
-          ASSERT_EQ(root, label == 0 ? k : first.try_emplace(label, k).first->second);
-        }
-      }
-    }
-}
-
-KERNEL_CALL_BENCHMARK(connected_components, [] {
-  const std::shared_ptr<bool[]> mask(new bool[1080 * 1920]);
-  for (int64_t i = 0; i < 1080 * 1920; ++i) mask[i] = i * 7919 % 101 < 40;
-  return [mask, out = std::vector<int32_t>(1080 * 1920)]() mutable {
-    connected_components(mask.get(), 1, 1080, 1920, out.data());
   };
 });
 

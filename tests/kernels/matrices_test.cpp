@@ -95,4 +95,32 @@ KERNEL_CALL_BENCHMARK(normalized_power, [] {
   };
 });
 
+TEST_F(Matrices, WeightedGramsMatchOpenCv) {
+  for (const int64_t n : {1, 2, 3, 4, 5, 9, 16})
+    for (const int64_t rows : {0, 1, 7, 64, 300})
+      for (const int64_t sets : {1, 3}) {
+        constexpr int64_t batch = 2;
+        const auto x = random(batch * rows * n, -1, 1), weights = random(batch * rows * sets, -1, 1);
+        std::vector<double> out(size_t(batch * sets * n * n));
+        weighted_grams(x.data(), batch, rows, n, weights.data(), sets, out.data());
+        for (int64_t i = 0; i < batch * sets; ++i) {
+          cv::Mat expected = cv::Mat::zeros(int(n), int(n), CV_64F);
+          for (int64_t r = 0; r < rows; ++r) {
+            const int64_t at = i / sets * rows + r;
+            const cv::Mat row(1, int(n), CV_64F, const_cast<double*>(x.data() + at * n));
+            expected += weights[size_t(at * sets + i % sets)] * row.t() * row;
+          }
+          EXPECT_LE(cv::norm(item(out, n, i), expected, cv::NORM_INF), 1e-13 * double(rows))
+              << n << ", " << rows;
+        }
+      }
+}
+
+KERNEL_CALL_BENCHMARK(weighted_grams, [] {
+  return [x = std::vector<double>(10000 * 9, 0.3), weights = std::vector<double>(10000, 0.7),
+          out = std::vector<double>(81)]() mutable {
+    weighted_grams(x.data(), 1, 10000, 9, weights.data(), 1, out.data());
+  };
+});
+
 }  // namespace

@@ -85,6 +85,8 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   REFUSES("batched_inverse: m", batched_inverse, doubles({17, 17}).get());
   REFUSES("spd_inverse: m", spd_inverse, doubles({3, 4}).get());
   REFUSES("normalized_power: m", normalized_power, floats({3, 3}).get(), 5);
+  REFUSES("weighted_grams: x", weighted_grams, doubles({2, 5, 17}).get(), doubles({2, 5, 1}).get());
+  REFUSES("weighted_grams: weights", weighted_grams, doubles({2, 5, 9}).get(), doubles({2, 4, 1}).get());
   REFUSES("cdist_squared: x2", cdist_squared, floats({1, 4, 5}).get(), floats({1, 4, 6}).get());
   REFUSES("two_smallest: x", two_smallest, floats({4, 5}).get(), 1);
   REFUSES("scale_space_nms: margins", scale_space_nms, x.get(), longs({2}, 1).get(), 0, 4);
@@ -114,7 +116,7 @@ TEST(RefusedCalls, NumbersOutOfTheirRange) {
   REFUSES("minmax_filter: ky", minmax_filter, rows.get(), 1, 0, 3, 0, 0, 1);
   REFUSES("morphology: row", morphology, rows.get(), 1, window.get(), 3, 0, 0, 0, 1e4, 1);
   REFUSES("morphology: column", morphology, rows.get(), 1, window.get(), 0, -1, 0, 0, 1e4, 1);
-  REFUSES("remap: mode", remap, x.get(), positions.get(), positions.get(), 2, 0, 0);
+  REFUSES("remap: mode", remap, x.get(), positions.get(), positions.get(), 3, 0, 0);
   REFUSES("remap: padding", remap, x.get(), positions.get(), positions.get(), 0, 3, 0);
   REFUSES("warp_perspective: height", warp_perspective, x.get(), floats({2, 3, 3}).get(), -1, 4, 0, 0, 0);
   REFUSES("resize: mode", resize, x.get(), 4, 4, 3, 0, 0);
@@ -160,12 +162,40 @@ TEST(RefusedCalls, IndicesBeyondTheirTables) {
           longs({4}, 0).get(), wy.get(), longs({5}, 0).get(), longs({5}, 0).get(), wx.get());
 }
 
+TEST(RefusedCalls, ShapesThatDoNotFitTheirWindows) {
+  const Tensor x = floats({2, 9, 11}), other = floats({2, 9, 10}), none = floats({2, 0, 11}),
+               element = kernel_calls::make({3, 3}, kBool), empty = kernel_calls::make({3, 0}, kBool);
+  REFUSES("euclidean_distances: x", euclidean_distances, none.get());
+  REFUSES("connected_components: x", connected_components, none.get());
+  REFUSES("thinned: x", thinned, none.get(), 9, 1);
+  REFUSES("thinned: limit", thinned, x.get(), -1, 1);
+  REFUSES("grown_distances: taps", grown_distances, x.get(), floats({3, 5}).get(), 0.35, 9);
+  REFUSES("grown_distances: taps", grown_distances, x.get(), floats({4, 4}).get(), 0.35, 9);
+  REFUSES("grown_distances: limit", grown_distances, x.get(), floats({3, 3}).get(), 0.35, -1);
+  REFUSES("reconstructed: mask", reconstructed, x.get(), other.get(), element.get(), 0, 1);
+  REFUSES("reconstructed: element", reconstructed, x.get(), x.get(), empty.get(), 0, 1);
+}
+
+TEST(RefusedCalls, PaintThatDoesNotFitTheImage) {
+  const Tensor x = floats({2, 3, 9, 11}), corners = longs({2, 5, 4}, 1), colors = floats({2, 3, 5}),
+               rows = longs({2, 2, 9}, 1), other = longs({2, 2, 8}, 1);
+  REFUSES("draw_rectangles: corners", draw_rectangles, x.get(), longs({2, 5, 3}, 1).get(), colors.get(), 0, 0,
+          1);
+  REFUSES("draw_rectangles: colors", draw_rectangles, x.get(), corners.get(), floats({2, 3, 4}).get(), 0, 0,
+          1);
+  REFUSES("draw_rectangles: before", draw_rectangles, x.get(), corners.get(), colors.get(), -1, 0, 1);
+  REFUSES("draw_rectangles: after", draw_rectangles, x.get(), corners.get(), colors.get(), 0, INT64_MAX, 1);
+  REFUSES("fill_spans: end", fill_spans, x.get(), rows.get(), other.get(), floats({2, 3}).get());
+  REFUSES("fill_spans: colors", fill_spans, x.get(), rows.get(), rows.get(), floats({1, 3}).get());
+}
+
 // More pixels than 32 bits number: the kernels' offsets would wrap around.
 TEST(RefusedCalls, ImagesTooLargeForTheirNumbers) {
-  const Tensor mask = claimed({1, 1 << 16, 1 << 15}, kBool),
-               image = claimed({1, 1, 1 << 16, 1 << 15}, kFloat),
+  const Tensor image = claimed({1, 1, 1 << 16, 1 << 15}, kFloat),
                line = claimed({1, 1, 1, (1 << 24) + 1}, kFloat);
-  REFUSES("connected_components: mask", connected_components, mask.get());
+  REFUSES("connected_components: x", connected_components, image.get());
+  REFUSES("thinned: x", thinned, image.get(), 9, 1);
+  REFUSES("euclidean_distances: x", euclidean_distances, line.get());
   REFUSES("canny_hysteresis: x", canny_hysteresis, image.get(), 0, 1);
   const Tensor positions = floats({1, 4, 4});
   REFUSES("remap: image", remap, image.get(), positions.get(), positions.get(), 0, 0, 0);

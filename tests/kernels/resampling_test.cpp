@@ -86,6 +86,87 @@ KERNEL_CALL_BENCHMARK(remap, [] {
   };
 });
 
+// In steps of 1/4, which OpenCV's tables of weights have.
+TYPED_TEST(Resampling, BicubicMatchesOpenCv) {
+  using T = TypeParam;
+  constexpr int height = 35, width = 133;
+  for (const Images& images : kImages)
+    for (const Padding padding : kPaddings)
+      for (const bool corners : {true, false})
+        for (const double step : {0.0, 0.75, 1.0}) {  // anywhere, and row by row
+          const int64_t plane = images.height * images.width, points = images.count * height * width;
+          const auto image = this->random(images.count * images.channels * plane, 0, 1);
+          auto x = this->random(points, -2.5 * double(images.width), 3.5 * double(images.width)),
+               y = this->random(points, -2.5 * double(images.height), 3.5 * double(images.height));
+          for (int64_t i = 0; i < points; ++i) {
+            if (step > 0) {
+              x[size_t(i)] = T(step * double(i % width) + 0.25 * double(i / width % height) - 6);
+              y[size_t(i)] = T(1.25 * double(i / width % height) - 3 + 0.25 * double(i % width / 9));
+            }
+            for (T* v : {&x[size_t(i)], &y[size_t(i)]}) *v = std::floor(*v * 4) / 4;
+          }
+          std::vector<T> out(static_cast<size_t>(images.count * images.channels * height * width));
+          remap(image.data(), images, x.data(), height, width, y.data(), Interpolation::kBicubic, padding,
+                corners, out.data());
+          const int border = padding == Padding::kZeros    ? cv::BORDER_CONSTANT
+                             : padding == Padding::kBorder ? cv::BORDER_REPLICATE
+                             : corners                     ? cv::BORDER_REFLECT_101
+                                                           : cv::BORDER_REFLECT;
+          for (int64_t p = 0; p < images.count * images.channels; ++p) {
+            const auto positions = [&](const std::vector<T>& all) {
+              cv::Mat single;
+              cv::Mat(height, width, cv::DataType<T>::type,
+                      const_cast<T*>(all.data() + p / images.channels * height * width))
+                  .convertTo(single, CV_32F);
+              return single;
+            };
+            cv::Mat expected;
+            cv::remap(cv::Mat(int(images.height), int(images.width), cv::DataType<T>::type,
+                              const_cast<T*>(image.data() + p * plane)),
+                      expected, positions(x), positions(y), cv::INTER_CUBIC, border, cv::Scalar(0));
+            const cv::Mat actual(height, width, cv::DataType<T>::type, out.data() + p * height * width);
+            ASSERT_LE(cv::norm(actual, expected, cv::NORM_INF), 1e-5)
+                << images.height << "x" << images.width << ", padding " << int(padding) << ", corners "
+                << corners << ", step " << step;
+          }
+        }
+}
+
+// A position's value depends on it alone, not on how its neighbours are read.
+TYPED_TEST(Resampling, BicubicIsTheSameBitsWhereverAPositionStands) {
+  using T = TypeParam;
+  constexpr int64_t width = 150;
+  const Images images{1, 1, 40, 150};
+  const auto image = this->random(40 * 150, 0, 1);
+  std::vector<T> x, y;
+  for (int64_t i = 0; i < width; ++i) {
+    x.push_back(T(double(i) * 0.93 + 0.3));
+    y.push_back(T(17.7 + 0.01 * double(i)));
+  }
+  std::vector<T> out(width);
+  remap(image.data(), images, x.data(), 1, width, y.data(), Interpolation::kBicubic, Padding::kZeros, true,
+        out.data());
+  for (size_t i = 0; i < size_t(width); ++i) {
+    T alone;
+    remap(image.data(), images, &x[i], 1, 1, &y[i], Interpolation::kBicubic, Padding::kZeros, true, &alone);
+    ASSERT_EQ(out[i], alone) << i;
+    std::vector<T> mixed_x(9, x[size_t(width) - 1 - i]), mixed_y(9, y[i]), mixed(9);  // far from each other
+    mixed_x[3] = x[i];
+    remap(image.data(), images, mixed_x.data(), 1, 9, mixed_y.data(), Interpolation::kBicubic,
+          Padding::kZeros, true, mixed.data());
+    ASSERT_EQ(mixed[3], alone) << i;
+  }
+}
+
+KERNEL_CALL_BENCHMARK(warp_perspective_bicubic, [] {
+  return [image = kernel_benchmarks::random(3 * 1080 * 1920),
+          out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+    const float matrix[9] = {0.98f, -0.17f, 150, 0.17f, 0.98f, -120, 0, 0, 1};
+    warp_perspective(image.data(), {1, 3, 1080, 1920}, matrix, 1080, 1920, Interpolation::kBicubic,
+                     Padding::kZeros, true, out.data());
+  };
+});
+
 TYPED_TEST(Resampling, RowsReadForwardsAcrossAllBordersAreTheirDefinition) {
   using T = TypeParam;
   constexpr int64_t height = 70, width = 190;

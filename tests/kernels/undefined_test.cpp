@@ -26,7 +26,8 @@ TYPED_TEST(UndefinedKernels, APositionThatIsNotANumberIsOutsideTheImage) {
   using T = TypeParam;
   const std::vector<T> image(6 * 7, T(1));
   for (const Padding padding : {Padding::kZeros, Padding::kBorder, Padding::kReflection})
-    for (const Interpolation mode : {Interpolation::kBilinear, Interpolation::kNearest})
+    for (const Interpolation mode :
+         {Interpolation::kBilinear, Interpolation::kNearest, Interpolation::kBicubic})
       for (size_t broken = 0; broken < 19; ++broken) {
         std::vector<T> x(19, T(3)), y(19, T(2)), out(19);
         (broken % 2 ? x : y)[broken] = this->kNan;

@@ -90,9 +90,9 @@ def tree(tmp_path: Path) -> Path:
             "kernel median_filter: argument x: unknown type Image",
         ),
         (
-            "mode != 'bicubic'",
-            "mode != 'cubic'",
-            "kernel remap: \"mode != 'cubic'\": mode has no enumerator cubic",
+            "border != 'circular'",
+            "border != 'round'",
+            "kernel resize_blurred: \"border != 'round'\": border has no enumerator round",
         ),
     ],
 )

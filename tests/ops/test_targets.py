@@ -161,9 +161,9 @@ HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
 #: Arguments of every primitive, for a dtype.
 EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "angles.angle_of": lambda t: [(numbers(t, 40) - 0.5, numbers(t, 41)[:40] - 0.5)],
-    "connected_components.component_labels": lambda t: [
-        (numbers(t, 2, 12, 17) > 0.5, 100),
-        (numbers(t, 1, 5, 4) > 0.3, 3),
+    "connected_components.numbered_components": lambda t: [
+        (numbers(t, 2, 3, 12, 17) - 0.5, 100),
+        (numbers(t, 1, 1, 5, 4) - 0.3, 3),
     ],
     "connected_components.lower_at": lambda t: [offers()],
     "consensus._cheapest": lambda t: [
@@ -201,6 +201,33 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     ],
     "orientations.orientation_histograms": lambda t: [
         (numbers(t, 3, 1, 8, 8), numbers(t, 8, 8), numbers(t, 4, 8), 6)
+    ],
+    "direct_linear.normal_matrix": lambda t: [
+        (numbers(torch.float64, 2, 30, 9), numbers(torch.float64, b, 30)) for b in (1, 2)
+    ],
+    "direct_linear.projective_equations": lambda t: [
+        (numbers(torch.float64, 2, 30, k), numbers(torch.float64, 2, 30, 2), numbers(torch.float64, 2, 30))
+        for k in (3, 4)
+    ],
+    "distances.euclidean_distances": lambda t: [(numbers(t, 2, 3, 12, 17) - 0.2,)],
+    "distances.grown_distances": lambda t: [
+        (
+            (numbers(t, 2, 1, 12, 17) > 0.9).to(t),
+            29,
+            [0.0176, 0.0574, 0.0176, 0.0574, 1.0] + 4 * [0.02],
+            3,
+            0.35,
+        )
+    ],
+    "drawing.rectangles_over": lambda t: [
+        (x, integers(20, 2, 5, 4)[: x.size(0)] - 3, numbers(t, x.size(0), x.size(1), 5), 1, 0, fill)
+        for x in images(t)
+        for fill in (True, False)
+    ],
+    "drawing.spans_over": lambda t: [
+        (x, integers(12, x.size(0), 2, x.size(2)) - 2, integers(20, x.size(0), 2, x.size(2)), colors)
+        for x in images(t)
+        for colors in (numbers(t, x.size(0), x.size(1)), numbers(t, 1, 1))
     ],
     "eigen._derived_eigen": lambda t: [eigen(t, 3), eigen(t, 5)],
     "eigen._derived_svd": lambda t: [singular(t, 3, 3), singular(t, 5, 3)],
@@ -281,6 +308,13 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 2, 50), torch.tensor([[0.0], [2.2]], dtype=t)),
     ],
     "ranking.stable_topk": lambda t: [(numbers(t, 2, n), 3) for n in (20, 100)],
+    "reconstruction.reconstructed": lambda t: [
+        (x - 0.3 if largest else x + 0.3, x, element, iterations, largest)
+        for x in images(t)
+        for element in (torch.ones(3, 3, dtype=t), numbers(t, 2, 3).round())
+        for iterations in (None, 2)
+        for largest in (True, False)
+    ],
     "reductions._with_nan": lambda t: [
         (x.amin(dims, keepdim=True), x, dims) for x in images(t) for dims in ([1], [2, 3])
     ],
@@ -358,6 +392,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         t, torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7
     ),
     "rounding.known_or": lambda t: [(torch.tensor([0.5, torch.nan, torch.inf, -torch.inf], dtype=t), -2.0)],
+    "thinning.thinned": lambda t: [(x - 0.2, 1000, zhang) for x in images(t) for zhang in (True, False)],
     "windows.windows": lambda t: [
         (x, (3, 2), (4, 3), (3, 4), first) for x in images(t) for first in ((0, 0), (1, 2), (-1, -2))
     ],

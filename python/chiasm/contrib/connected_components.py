@@ -1,10 +1,9 @@
 """Labels of connected shapes."""
 
-import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_image
-from ..primitives.features.connected_components import component_labels
+from ..primitives.features.connected_components import numbered_components
 
 
 def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
@@ -34,9 +33,7 @@ def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
     check_image(image, "image")
     if num_iterations < 0:
         raise ValueError(f"num_iterations: expected at least 0, got {num_iterations}")
-    mask = image > 0
-    roots = component_labels(mask.flatten(0, 1), num_iterations).to(torch.int64)
-    return torch.where(mask, roots.reshape(mask.shape) + 1, torch.zeros_like(mask, dtype=torch.int64))
+    return numbered_components(image, num_iterations)
 
 
 def connected_components_union_find(image: Tensor) -> Tensor:

@@ -7,8 +7,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_image
-from ..primitives.core.loops import until_stable
-from ..primitives.filters.padding import padded
+from ..primitives.features.distances import euclidean_distances, grown_distances
 
 
 def distance_transform_edt(image: Tensor) -> Tensor:
@@ -16,10 +15,7 @@ def distance_transform_edt(image: Tensor) -> Tensor:
     ``distance_transform_edt``.
 
     Not in Kornia. The squared distance is a minimum over rows of a minimum over columns (P. Felzenszwalb, D.
-    Huttenlocher, Distance transforms of sampled functions, Theory of Computing 8, 2012). Each is taken by
-    erosions with (2k + 1, 0, 2k + 1), k = 0, 1, ..., whose sum is the parabola (F. Shih, O. Mitchell, A
-    mathematical morphology approach to Euclidean distance transformation, IEEE TIP 1(2), 1992): the sum of
-    the first d odd numbers is d^2. The loop takes as many steps as the largest distance.
+    Huttenlocher, Distance transforms of sampled functions, Theory of Computing 8, 2012).
 
     Args:
         image: (B, C, H, W), floating point; pixels above 0 are set.
@@ -38,19 +34,7 @@ def distance_transform_edt(image: Tensor) -> Tensor:
     """
     check_image(image, "image")
     dtype = torch.float64 if image.dtype == torch.float64 else torch.float32
-    zeros = torch.zeros_like(image, dtype=dtype)
-    squared = torch.where(image > 0, zeros + math.inf, zeros)
-    for dim in [2, 3]:
-        squared = _eroded_by_parabola(squared, 2147483647, dim)
-    return torch.sqrt(squared).to(image.dtype)
-
-
-@until_stable
-def _eroded_by_parabola(x: Tensor, k: Tensor, dim: int) -> Tensor:
-    size = x.size(dim)
-    before = torch.cat([x.narrow(dim, 0, 1), x.narrow(dim, 0, size - 1)], dim)
-    after = torch.cat([x.narrow(dim, 1, size - 1), x.narrow(dim, size - 1, 1)], dim)
-    return torch.minimum(x, torch.minimum(before, after) + (2 * k + 1).to(x.dtype))
+    return euclidean_distances(image.to(dtype)).to(image.dtype)
 
 
 def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> Tensor:
@@ -90,32 +74,7 @@ def distance_transform(image: Tensor, kernel_size: int = 3, h: float = 0.35) -> 
             taps.append(
                 math.exp(-math.sqrt(float((i - radius) * (i - radius) + (j - radius) * (j - radius))) / h)
             )
-    state = torch.stack([torch.zeros_like(image), image])
     # A shape grows by a pixel a step at least, along rows and columns; negative values could make it shrink
     # and grow for ever.
     limit = image.size(2) + image.size(3)
-    return _grown(state, limit, taps, kernel_size, h)[0]
-
-
-@until_stable
-def _grown(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: float) -> Tensor:
-    """The distances found so far and the shape they were found for, a step later."""
-    distance, shape = state[0], state[1]
-    radius = kernel_size // 2
-    p = padded(shape, (radius, radius), (radius, radius), "replicate")
-    height, width = p.size(2) - 2 * radius, p.size(3) - 2 * radius
-    near = torch.zeros_like(p[:, :, :height, :width])
-    for i in range(kernel_size):
-        for j in range(kernel_size):
-            near = near + p[:, :, i : i + height, j : j + width] * taps[i * kernel_size + j]
-    # On the shape the sum is 1 or more, out of reach it is 0.
-    reached = (near > 0) & (near < 1)
-    beyond = -h * torch.log(torch.where(reached, near, torch.ones_like(near)))
-    found = reached & (beyond > 0)
-    offset = (k * radius).to(distance.dtype)
-    return torch.stack(
-        [
-            torch.where(found, distance + offset + beyond, distance),
-            torch.where(found, torch.ones_like(shape), shape),
-        ]
-    )
+    return grown_distances(image, limit, taps, kernel_size, h)

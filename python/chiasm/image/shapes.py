@@ -7,6 +7,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_rank
+from ..primitives.images.drawing import rectangles_over, spans_over
+from ..primitives.numbers.rounding import known_or
 from .draw import whole_pixels
 
 
@@ -44,7 +46,7 @@ def draw_rectangle(
                 [0., 1., 1., 1.]])
     """
     check_rank(image, 4, "(B, C, H, W)", "image")
-    batch, channels, height, width = image.shape
+    batch = image.size(0)
     if rectangle.dim() != 3 or rectangle.size(2) != 4 or rectangle.size(0) != batch:
         raise ValueError(
             f"rectangle: expected shape (B, N, 4) for images {list(image.shape)}, got {list(rectangle.shape)}"
@@ -52,27 +54,10 @@ def draw_rectangle(
     if line_width < 1:
         raise ValueError(f"line_width: expected a positive number, got {line_width}")
     count = rectangle.size(1)
-    corners = whole_pixels(rectangle)[..., None]
-    x1, y1, x2, y2 = corners[:, :, 0], corners[:, :, 1], corners[:, :, 2], corners[:, :, 3]
-    x, y = torch.arange(width, device=image.device), torch.arange(height, device=image.device)
     before = line_width // 2
     after = line_width - before - 1
-    if fill is not None and fill:
-        covered = ((x >= x1) & (x <= x2))[:, :, None] & ((y >= y1) & (y <= y2))[..., None]
-    else:
-        outer_x, outer_y = (x >= x1 - before) & (x <= x2 + after), (y >= y1 - before) & (y <= y2 + after)
-        inner_x, inner_y = (x > x1 + after) & (x < x2 - before), (y > y1 + after) & (y < y2 - before)
-        real = ((x2 >= x1) & (y2 >= y1))[..., None]
-        covered = (
-            real & outer_x[:, :, None] & outer_y[..., None] & ~(inner_x[:, :, None] & inner_y[..., None])
-        )
-    # Of the rectangles that cover a pixel the last one shows.
-    number = torch.arange(1, count + 1, device=image.device)[:, None, None]
-    top = torch.where(covered, number, torch.zeros_like(number)).amax(1)
     colors = _per_rectangle(color, image, count)
-    index = (top - 1).clamp(min=0).reshape(batch, 1, height * width).expand(batch, channels, height * width)
-    paint = colors.gather(2, index).reshape(batch, channels, height, width)
-    return torch.where((top > 0)[:, None], paint, image)
+    return rectangles_over(image, whole_pixels(rectangle), colors, before, after, fill is not None and fill)
 
 
 def _per_rectangle(color: Optional[Tensor], image: Tensor, count: int) -> Tensor:
@@ -122,7 +107,7 @@ def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Ten
                 [1., 0., 0., 0.]])
     """
     check_rank(images, 4, "(B, C, H, W)", "images")
-    batch, channels, height, width = images.shape
+    batch, channels, height = images.size(0), images.size(1), images.size(2)
     if polygons.dim() != 3 or polygons.size(2) != 2 or polygons.size(0) != batch:
         raise ValueError(
             f"polygons: expected shape (B, N, 2) for images {list(images.shape)}, got {list(polygons.shape)}"
@@ -139,19 +124,30 @@ def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Ten
     vertex = polygons.detach().to(torch.float64)[..., None]
     x0, y0 = vertex[:, :, 0], vertex[:, :, 1]
     dx, dy = torch.cat([x0[:, 1:], x0[:, :1]], 1) - x0, torch.cat([y0[:, 1:], y0[:, :1]], 1) - y0
-    x = torch.arange(width, device=images.device).to(torch.float64)
     y = torch.arange(height, device=images.device).to(torch.float64)
     first, last = _span(x0, y0, dx, dy, y)
     first_back, last_back = _span(x0, y0, -dx, -dy, y)  # the other way round
-    inside = ((x >= first) & (x <= last)) | ((x >= first_back) & (x <= last_back))
     # Vertices on one line have no side; their extent bounds them.
-    in_rows = ((y >= y0.amin(1)) & (y <= y0.amax(1)))[..., None]
-    in_box = (x >= x0.amin(1)[..., None]) & (x <= x0.amax(1)[..., None]) & in_rows
-    return torch.where((inside & in_box)[:, None], paint[:, :, None, None], images)
+    in_rows = (y >= y0.amin(1)) & (y <= y0.amax(1))
+    return spans_over(
+        images,
+        torch.stack(
+            [_column(torch.ceil(torch.maximum(c, x0.amin(1))), in_rows) for c in [first, first_back]], 1
+        ),
+        torch.stack(
+            [_column(torch.floor(torch.minimum(c, x0.amax(1))) + 1.0, in_rows) for c in [last, last_back]], 1
+        ),
+        paint,
+    )
+
+
+def _column(x: Tensor, real: Tensor) -> Tensor:
+    """Whole numbers as int64, and 0 where they are not ``real`` or no numbers."""
+    return torch.where(real, known_or(x, 0.0).clamp(-1.0, 2147483647.0), torch.zeros_like(x)).to(torch.int64)
 
 
 def _span(x0: Tensor, y0: Tensor, dx: Tensor, dy: Tensor, y: Tensor) -> Tuple[Tensor, Tensor]:
-    """The first and the last column (B, H, 1) of each row that lie on the inner side of all edges, (x - x0)
+    """The first and the last column (B, H) of each row that lie on the inner side of all edges, (x - x0)
     dy - (y - y0) dx >= 0.
 
     Edges begin at x0, y0 and go by dx, dy (B, N, 1). Where an edge meets a row is rounded; what decides is
@@ -171,4 +167,4 @@ def _span(x0: Tensor, y0: Tensor, dx: Tensor, dy: Tensor, y: Tensor) -> Tuple[Te
     last = torch.where(dy < 0, last, everywhere)
     # A level edge has the whole row on one side. What is not a number has no side.
     outside = ~(lag * dy == lag * dy) | ((dy == 0) & (lag > 0))
-    return torch.where(outside, everywhere, first).amax(1)[..., None], last.amin(1)[..., None]
+    return torch.where(outside, everywhere, first).amax(1), last.amin(1)

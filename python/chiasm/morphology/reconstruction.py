@@ -5,9 +5,8 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_image
-from ..primitives.core.loops import until_stable
-from .element import extreme
+from ..primitives.core.checks import check_choice, check_image, check_rank
+from ..primitives.features.reconstruction import reconstructed
 
 
 def reconstruction(
@@ -52,18 +51,8 @@ def reconstruction(
         raise ValueError(f"mask: expected seed's shape {list(seed.shape)}, got {list(mask.shape)}")
     if num_iters is not None and num_iters < 0:
         raise ValueError(f"num_iters: expected at least 0, got {num_iters}")
-    # No path from pixel to pixel is longer than the image; a kernel without its centre could go to and fro
-    # for ever.
-    limit = mask.size(2) * mask.size(3) if num_iters is None else num_iters
     element = (
         torch.ones([3, 3], dtype=seed.dtype, device=seed.device) if kernel is None else kernel.to(seed.dtype)
     )
-    largest = method == "dilation"
-    state = torch.minimum(seed, mask) if largest else torch.maximum(seed, mask)
-    return _spread(state, limit, mask, element, largest)
-
-
-@until_stable
-def _spread(state: Tensor, k: Tensor, mask: Tensor, element: Tensor, largest: bool) -> Tensor:
-    spread = extreme(state, element, None, None, "geodesic", 0.0, 1e4, largest)
-    return torch.minimum(spread, mask) if largest else torch.maximum(spread, mask)
+    check_rank(element, 2, "(kh, kw)", "kernel")
+    return reconstructed(seed, mask, element, num_iters, method == "dilation")

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ...primitives.core.checks import check_choice, check_floating, check_matrix
-from ...primitives.linalg.direct_linear import hartley
+from ...primitives.linalg.direct_linear import hartley, normal_matrix
 from ...primitives.linalg.matrices import inverse3x3, small_matmul, smallest_eigenvector
 from ...primitives.linalg.qr import null_vector, pointed
 from .seven_point import epipolar_rows, matrices_of_rank_two
@@ -55,8 +55,7 @@ def find_fundamental(
     p1, t1 = hartley(points1.to(torch.float64), w, 1e-8)
     p2, t2 = hartley(points2.to(torch.float64), w, 1e-8)
     rows = epipolar_rows(p1, p2)
-    weighted = rows * w[..., None]
-    f = smallest_eigenvector(small_matmul(weighted.transpose(1, 2), rows)).reshape(-1, 3, 3)
+    f = smallest_eigenvector(normal_matrix(rows, w)).reshape(-1, 3, 3)
     # The nearest matrix of rank 2 is without its part in the direction of the least singular vector.
     v = null_vector(f)
     f = f - small_matmul(f, v[..., None]) * v[:, None]

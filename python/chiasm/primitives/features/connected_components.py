@@ -18,6 +18,26 @@ from ..kernels import operators as kernels
 
 
 @primitive
+def numbered_components(x: Tensor, limit: int) -> Tensor:
+    """1 + the lowest flat index in the 8-connected component of each pixel of (B, C, H, W) that is above 0,
+    and 0 for other pixels, as int64. ``limit`` bounds the steps.
+
+    >>> numbered_components(torch.tensor([[[[1.0, 0.0, 1.0], [1.0, 0.0, 1.0]]]]), 9)
+    tensor([[[[1, 0, 3],
+              [1, 0, 3]]]])
+    """
+    mask = x > 0
+    roots = component_labels(mask.flatten(0, 1), limit).to(torch.int64)
+    return torch.where(mask, roots.reshape(mask.shape) + 1, torch.zeros_like(mask, dtype=torch.int64))
+
+
+@numbered_components.lowering(
+    "native", when=lambda x, limit: kernels.available(x) and kernels.runs_to_its_end(limit)
+)
+def _numbered_components_kernel(x: Tensor, limit: int) -> Tensor:
+    return kernels.connected_components(x if kernels.has_kernel(x) else x.to(torch.float32))
+
+
 def component_labels(mask: Tensor, limit: int) -> Tensor:
     """The lowest flat index in the 8-connected component of each pixel of (N, H, W) bool, as (N, H * W)
     int32.
@@ -31,13 +51,6 @@ def component_labels(mask: Tensor, limit: int) -> Tensor:
     own = torch.arange(count, device=mask.device, dtype=torch.int32)
     parent = own[None] + torch.zeros_like(mask.reshape(mask.size(0), count), dtype=torch.int32)
     return _joined(parent, limit, mask)
-
-
-@component_labels.lowering(
-    "native", when=lambda mask, limit: kernels.available(mask) and kernels.runs_to_its_end(limit)
-)
-def _component_roots_kernel(mask: Tensor, limit: int) -> Tensor:
-    return kernels.connected_components(mask)
 
 
 def reached(mask: Tensor, seeds: Tensor, limit: int) -> Tensor:

@@ -140,11 +140,63 @@ _declare(
     ["H * W <= INT32_MAX"],
 )
 _declare(
-    "connected_components(bool[N, H, W] mask) -> int32[N, H * W]",
+    "connected_components(T[..., H, W] x) -> int64[..., H, W]",
     "connected_components.cpp",
-    "The least flat index in each pixel's component of eight neighbours; a pixel outside the mask has its own"
-    " index.",
+    "1 + the least flat index among the pixels that are connected to a pixel, by eight neighbours, through"
+    " values above 0; 0 for other values.",
     ["H * W <= INT32_MAX"],
+)
+
+# Shapes
+
+_declare(
+    "euclidean_distances(T[..., H, W] x) -> T[..., H, W]",
+    "distances.cpp",
+    "The distance from each value above 0 to the nearest that is not, infinite where there is none; 0 for"
+    " other values.",
+    ["H <= 2**24", "W <= 2**24"],
+)
+_declare(
+    "grown_distances(T[N, H, W] shape, T[K, K] taps, float scale, int limit) -> T[N, H, W]",
+    "distances.cpp",
+    """The steps in which a shape of ones, its border replicated, grows to a pixel, at most limit ones: where
+    a correlation with the taps, whose middle is 1, is between 0 and 1, K // 2 times the step's number -
+    scale log(correlation).""",
+    ["K % 2 == 1", "K <= INT32_MAX", "(H + K) * (W + K) <= INT32_MAX", "0 <= limit <= INT32_MAX"],
+)
+_declare(
+    "thinned(T[..., H, W] x, int limit, bool zhang) -> T[..., H, W]",
+    "thinning.cpp",
+    """1 where a value above 0 is left after at most limit rounds of peeling, else 0: by the table of Zhang
+    and Suen, or of Guo and Hall. Values outside are not above 0.""",
+    ["(H + 2) * (W + 2) <= INT32_MAX", "limit >= 0"],
+)
+_declare(
+    """reconstructed(T[N, H, W] seed, T[N, H, W] mask, bool[KY, KX] element, float border, bool largest)
+    -> T[N, H, W]""",
+    "reconstruction.cpp",
+    """The seed after each value has again and again become the largest one of its centred window's element,
+    but not more than the mask, until nothing changes; or the smallest, but not less. Beyond the edge is
+    border.""",
+    ["1 <= KY <= INT32_MAX", "1 <= KX <= INT32_MAX", "(H + KY) * (W + KX) <= INT32_MAX"],
+)
+
+# Drawing
+
+_declare(
+    """draw_rectangles(P[B, C, H, W] image, int64[B, N, 4] corners, P[B, C, N] colors, int before, int after,
+    bool fill)
+    -> P[B, C, H, W]""",
+    "drawing.cpp",
+    """Rectangles with corners x1, y1, x2, y2, later ones over earlier ones: filled, or their edges, which
+    reach before pixels to the top left and after to the bottom right.""",
+    ["0 <= before <= INT32_MAX", "0 <= after <= INT32_MAX"],
+)
+_declare(
+    """fill_spans(P[B, C, H, W] image, int64[B, S, H] first, int64[B, S, H] end, P[B, C] colors) -> P[B, C, H,
+    W]""",
+    "drawing.cpp",
+    "The pixels first..end-1 of each row in a colour, of S spans a row.",
 )
 
 # Frames of bytes
@@ -261,7 +313,7 @@ _declare(
     "remap.cpp",
     """The images at pixel positions x and y. With align_corners a reflection is at the corner pixels'
     centres, else at the outer edges. float32 has all positions of pixels.""",
-    ["mode != 'bicubic'", "H <= 2**24", "W <= 2**24", "(H + 1) * (W + 1) <= INT32_MAX"],
+    ["H <= 2**24", "W <= 2**24", "(H + 1) * (W + 1) <= INT32_MAX"],
 )
 _declare(
     """warp_perspective(T[B, C, H, W] image, T[B, 3, 3] matrix, int height, int width, Interpolation mode,
@@ -270,7 +322,6 @@ _declare(
     "remap.cpp",
     "remap at the positions that each image's matrix maps the output's pixels to.",
     [
-        "mode != 'bicubic'",
         "0 <= height <= INT32_MAX",
         "0 <= width <= INT32_MAX",
         "H <= 2**24",
@@ -387,6 +438,12 @@ _declare(
     "matrices.cpp",
     "Each matrix divided by its trace and squared, so many times.",
     ["1 <= N <= MOST_ROWS"],
+)
+_declare(
+    "weighted_grams(float64[B, N, D] x, float64[B, N, K] weights) -> float64[B, K, D, D]",
+    "grams.cpp",
+    "The sums over n of weights[n, k] x[n] x[n]^T.",
+    ["1 <= D <= MOST_ROWS"],
 )
 _declare(
     "real_roots(float64[K, N] coefficients) -> float64[2, K - 1, N]",

@@ -73,8 +73,8 @@ def mapped(x: Tensor, y: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
     ) / depth
 
 
-def _has_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
-    return kernels.has_kernel(src) and mode != "bicubic" and padding_mode != "fill"
+def _has_kernel(src: Tensor, padding_mode: str) -> bool:
+    return kernels.has_kernel(src) and padding_mode != "fill"
 
 
 @primitive
@@ -112,7 +112,7 @@ def sample_image(
 
 
 @sample_image.lowering(
-    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, mode, padding_mode)
+    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, padding_mode)
 )
 def _sample_image_kernel(
     src: Tensor,
@@ -150,7 +150,7 @@ def sample_projective(
 def _samples(
     src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object
 ) -> bool:
-    return _has_kernel(src, mode, padding_mode)
+    return _has_kernel(src, padding_mode)
 
 
 @sample_projective.lowering("native", when=_samples)

@@ -1,0 +1,91 @@
+"""Distances of pixels to the nearest ones of a shape."""
+
+import math
+from typing import List
+
+import torch
+from torch import Tensor
+
+from ..core.loops import until_stable
+from ..core.lowering import primitive
+from ..filters.padding import padded
+from ..kernels import operators as kernels
+
+
+@primitive
+def euclidean_distances(x: Tensor) -> Tensor:
+    """The distance from each pixel of (B, C, H, W), float32 or float64, that is above 0 to the nearest that
+    is not: infinite where there is none, and 0 for other pixels.
+
+    The squared distance is a minimum over rows of a minimum over columns. Each is taken by erosions with (2k
+    + 1, 0, 2k + 1), k = 0, 1, ..., whose sum is the parabola (F. Shih, O. Mitchell, A mathematical morphology
+    approach to Euclidean distance transformation, IEEE TIP 1(2), 1992): the sum of the first d odd numbers is
+    d^2. The loop takes as many steps as the largest distance.
+
+    >>> euclidean_distances(torch.tensor([[[[0.0, 1.0, 1.0, 1.0, 1.0, 0.0]]]]))
+    tensor([[[[0., 1., 2., 2., 1., 0.]]]])
+    """
+    zeros = torch.zeros_like(x)
+    squared = torch.where(x > 0, zeros + math.inf, zeros)
+    for dim in [2, 3]:
+        squared = _eroded_by_parabola(squared, 2147483647, dim)
+    return torch.sqrt(squared)
+
+
+@euclidean_distances.lowering("native", when=kernels.has_kernel)
+def _euclidean_distances_kernel(x: Tensor) -> Tensor:
+    return kernels.euclidean_distances(x)
+
+
+@until_stable
+def _eroded_by_parabola(x: Tensor, k: Tensor, dim: int) -> Tensor:
+    size = x.size(dim)
+    before = torch.cat([x.narrow(dim, 0, 1), x.narrow(dim, 0, size - 1)], dim)
+    after = torch.cat([x.narrow(dim, 1, size - 1), x.narrow(dim, size - 1, 1)], dim)
+    return torch.minimum(x, torch.minimum(before, after) + (2 * k + 1).to(x.dtype))
+
+
+@primitive
+def grown_distances(shape: Tensor, limit: int, taps: List[float], kernel_size: int, h: float) -> Tensor:
+    """When a shape (B, C, H, W) of ones reaches each pixel, growing by half a kernel a step, at most
+    ``limit`` times: see ``contrib.distance_transform``.
+
+    ``taps`` are the kernel_size x kernel_size values of exp(-d / h).
+
+    >>> taps = [math.exp(-math.hypot(i, j) / 0.01) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    >>> grown_distances(torch.tensor([[[[1.0, 0.0, 0.0, 0.0]]]]), 5, taps, 3, 0.01).round()
+    tensor([[[[0., 1., 2., 3.]]]])
+    """
+    return _grown(torch.stack([torch.zeros_like(shape), shape]), limit, taps, kernel_size, h)[0]
+
+
+@grown_distances.lowering("native", when=kernels.has_kernel)
+def _grown_distances_kernel(
+    shape: Tensor, limit: int, taps: List[float], kernel_size: int, h: float
+) -> Tensor:
+    window = torch.tensor(taps, dtype=shape.dtype, device=shape.device).reshape(kernel_size, kernel_size)
+    return kernels.grown_distances(shape.flatten(0, 1), window, h, limit).reshape(shape.shape)
+
+
+@until_stable
+def _grown(state: Tensor, k: Tensor, taps: List[float], kernel_size: int, h: float) -> Tensor:
+    """The distances found so far and the shape they were found for, a step later."""
+    distance, shape = state[0], state[1]
+    radius = kernel_size // 2
+    p = padded(shape, (radius, radius), (radius, radius), "replicate")
+    height, width = p.size(2) - 2 * radius, p.size(3) - 2 * radius
+    near = torch.zeros_like(p[:, :, :height, :width])
+    for i in range(kernel_size):
+        for j in range(kernel_size):
+            near = near + p[:, :, i : i + height, j : j + width] * taps[i * kernel_size + j]
+    # On the shape the sum is 1 or more, out of reach it is 0.
+    reached = (near > 0) & (near < 1)
+    beyond = -h * torch.log(torch.where(reached, near, torch.ones_like(near)))
+    found = reached & (beyond > 0)
+    offset = (k * radius).to(distance.dtype)
+    return torch.stack(
+        [
+            torch.where(found, distance + offset + beyond, distance),
+            torch.where(found, torch.ones_like(shape), shape),
+        ]
+    )

@@ -1,0 +1,326 @@
+// The kernels of binary shapes and of reconstruction, against OpenCV and against their definitions in plain
+// loops over whole images.
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "benchmarks.h"
+#include "fixture.h"
+#include "kernels.h"
+
+using namespace chiasm::kernels;
+
+namespace {
+
+// A pixel, a row, a column, less than a vector, and odd sizes.
+const Planes kSizes[] = {{1, 1, 1}, {2, 1, 9}, {2, 9, 1}, {2, 3, 5}, {1, 2, 64}, {3, 71, 133}};
+
+int64_t pixels(const Planes& p) { return p.count * p.height * p.width; }
+
+template <class T>
+class Shapes : public KernelsTest<T> {
+ protected:
+  Shapes() : KernelsTest<T>(37) {}
+
+  // Whose pixels above 0 are a share of all, in discs.
+  std::vector<T> discs(const Planes& p, int count, double radius) {
+    std::vector<T> x(size_t(pixels(p)), T(-1));
+    for (int64_t plane = 0; plane < p.count; ++plane) {
+      const auto draw = this->random(3 * count);
+      for (int k = 0; k < count; ++k) {
+        const double cy = draw[size_t(3 * k)] * double(p.height),
+                     cx = draw[size_t(3 * k + 1)] * double(p.width), r = radius * draw[size_t(3 * k + 2)];
+        for (int64_t y = 0; y < p.height; ++y)
+          for (int64_t c = 0; c < p.width; ++c)
+            if (std::hypot(double(y) - cy, double(c) - cx) <= r)
+              x[size_t((plane * p.height + y) * p.width + c)] = T(0.5);
+      }
+    }
+    return x;
+  }
+
+  // Few, many and most pixels at random; discs; all and none.
+  std::vector<std::vector<T>> masks(const Planes& p) {
+    std::vector<std::vector<T>> made{
+        this->random(pixels(p), -0.2, 0.8),      this->random(pixels(p), -0.5, 0.5),
+        this->random(pixels(p), -0.8, 0.2),      discs(p, 6, 40),
+        std::vector<T>(size_t(pixels(p)), T(1)), std::vector<T>(size_t(pixels(p)), T(0))};
+    made.push_back(made[4]);
+    made.back()[size_t(pixels(p) / 2)] = 0;  // one pixel that is not set
+    return made;
+  }
+};
+
+using Types = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(Shapes, Types);
+
+TYPED_TEST(Shapes, EuclideanDistancesAreTheLeastOfAllPixels) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes)
+    for (const auto& x : this->masks(p)) {
+      std::vector<T> out(x.size());
+      euclidean_distances(x.data(), p, out.data());
+      for (int64_t i = 0; i<pixels(p); i += pixels(p)> 1000 ? 37 : 1) {
+        const int64_t plane = i / (p.height * p.width), y = i / p.width % p.height, c = i % p.width;
+        double least = std::numeric_limits<double>::infinity();
+        for (int64_t v = 0; v < p.height; ++v)
+          for (int64_t u = 0; u < p.width; ++u)
+            if (!(x[size_t((plane * p.height + v) * p.width + u)] > 0))
+              least = std::min(least, double((v - y) * (v - y) + (u - c) * (u - c)));
+        ASSERT_EQ(out[size_t(i)], static_cast<T>(std::sqrt(static_cast<T>(least))))
+            << p.height << "x" << p.width << ", " << y << ", " << c;
+      }
+    }
+}
+
+TYPED_TEST(Shapes, EuclideanDistancesMatchOpenCv) {
+  using T = TypeParam;
+  const Planes p{1, 300, 417};
+  for (const auto& x : {this->discs(p, 12, 90), this->random(pixels(p), -0.01, 0.99)}) {
+    std::vector<T> out(x.size());
+    euclidean_distances(x.data(), p, out.data());
+    cv::Mat expected;
+    const cv::Mat set = cv::Mat(300, 417, cv::DataType<T>::type, const_cast<T*>(x.data())) > 0;
+    cv::distanceTransform(set, expected, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+    for (int64_t i = 0; i < pixels(p); ++i)
+      ASSERT_NEAR(out[size_t(i)], expected.at<float>(int(i / 417), int(i % 417)), 1e-4);
+  }
+}
+
+// Discs of all sizes on a frame.
+std::vector<float> many_discs() {
+  std::vector<float> x(3 * 1080 * 1920);
+  for (int64_t i = 0; i < int64_t(x.size()); ++i) {
+    const int64_t y = i / 1920 % 1080, c = i % 1920, across = c % 240 - 120, down = y % 216 - 108;
+    x[size_t(i)] = across * across + down * down < 100 * 100 - 40 * (c / 240) * (y / 216) ? 1.0f : 0.0f;
+  }
+  return x;
+}
+
+KERNEL_CALL_BENCHMARK(euclidean_distances, [] {
+  return [x = many_discs(), out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+    euclidean_distances(x.data(), {3, 1080, 1920}, out.data());
+  };
+});
+
+KERNEL_CALL_BENCHMARK(euclidean_distances_far, [] {
+  std::vector<float> x(3 * 1080 * 1920, 1.0f);
+  x[1920 * 500 + 900] = x[1920 * 1600 + 90] = x[1920 * 2200 + 900] = 0;
+  return [x, out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+    euclidean_distances(x.data(), {3, 1080, 1920}, out.data());
+  };
+});
+
+TYPED_TEST(Shapes, GrownDistancesMatchStepsOverTheWholeImage) {
+  using T = TypeParam;
+  const T scale = T(0.35);
+  for (const Planes& p : kSizes)
+    for (const int64_t k : {3, 5})
+      for (const int64_t limit : {int64_t{0}, int64_t{2}, p.height + p.width})
+        for (int kind = 0; kind < 3; ++kind) {
+          const int64_t radius = k / 2;
+          auto shape = this->random(pixels(p), -0.5, 1);
+          for (T& v : shape) v = kind == 0 ? T(v > T(0.95)) : kind == 1 ? (v > T(0.8) ? v : T(0)) : v;
+          std::vector<T> taps;
+          for (int64_t i = 0; i < k * k; ++i)
+            taps.push_back(T(std::exp(-std::hypot(double(i / k - radius), double(i % k - radius)) / scale)));
+          std::vector<T> out(shape.size()), expected(shape.size()), now = shape;
+          grown_distances(shape.data(), p.count, p.height, p.width, taps.data(), k, scale, limit, out.data());
+          for (int64_t step = 0; step < limit; ++step) {
+            auto after = now;
+            for (int64_t i = 0; i < pixels(p); ++i) {
+              const int64_t y = i / p.width % p.height, x = i % p.width, plane = i / p.width / p.height;
+              T near = 0;
+              for (int64_t j = 0; j < k * k; ++j) {
+                const int64_t v = std::clamp<int64_t>(y + j / k - radius, 0, p.height - 1),
+                              u = std::clamp<int64_t>(x + j % k - radius, 0, p.width - 1);
+                near += now[size_t((plane * p.height + v) * p.width + u)] * taps[size_t(j)];
+              }
+              const T beyond = near > 0 && near < 1 ? -scale * std::log(near) : T(0);
+              if (!(beyond > 0)) continue;
+              expected[size_t(i)] = expected[size_t(i)] + T(step * radius) + beyond;
+              after[size_t(i)] = 1;
+            }
+            now = after;
+          }
+          ASSERT_EQ(out, expected) << p.height << "x" << p.width << ", " << k << " taps, kind " << kind;
+        }
+}
+
+KERNEL_CALL_BENCHMARK(grown_distances, [] {
+  std::vector<float> taps;
+  for (int i = 0; i < 9; ++i)
+    taps.push_back(std::exp(-std::hypot(float(i / 3 - 1), float(i % 3 - 1)) / 0.35f));
+  return [x = many_discs(), taps, out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+    grown_distances(x.data(), 3, 1080, 1920, taps.data(), 3, 0.35f, 3000, out.data());
+  };
+});
+
+// Whether a pixel goes, from its neighbours in their order around it, as the papers say it.
+bool goes(const std::array<int, 8>& ring, bool zhang, bool first) {
+  if (zhang) {  // clockwise from the north
+    int count = 0, rises = 0;
+    for (size_t n = 0; n < 8; ++n) {
+      count += ring[n];
+      rises += ring[n] == 0 && ring[(n + 1) % 8] == 1;
+    }
+    const int a = first ? ring[0] * ring[2] * ring[4] : ring[0] * ring[2] * ring[6],
+              b = first ? ring[2] * ring[4] * ring[6] : ring[0] * ring[4] * ring[6];
+    return count >= 2 && count <= 6 && rises == 1 && a == 0 && b == 0;
+  }
+  // p1..p8 from the north-west clockwise: N1, N2 and the condition of the half
+  const int p1 = ring[7], p2 = ring[0], p3 = ring[1], p4 = ring[2], p5 = ring[3], p6 = ring[4], p7 = ring[5],
+            p8 = ring[6];
+  const int c = (1 - p2) * (p3 | p4) + (1 - p4) * (p5 | p6) + (1 - p6) * (p7 | p8) + (1 - p8) * (p1 | p2);
+  const int n1 = (p1 | p2) + (p3 | p4) + (p5 | p6) + (p7 | p8),
+            n2 = (p2 | p3) + (p4 | p5) + (p6 | p7) + (p8 | p1);
+  const int m = first ? (p2 | p3 | (1 - p5)) & p4 : (p6 | p7 | (1 - p1)) & p8;
+  return c == 1 && std::min(n1, n2) >= 2 && std::min(n1, n2) <= 3 && m == 0;
+}
+
+TYPED_TEST(Shapes, ThinnedMatchesRoundsOverTheWholeImage) {
+  using T = TypeParam;
+  constexpr int kDown[] = {-1, -1, 0, 1, 1, 1, 0, -1}, kRight[] = {0, 1, 1, 1, 0, -1, -1, -1};
+  for (const Planes& p : kSizes)
+    for (const auto& x : this->masks(p))
+      for (const bool zhang : {true, false})
+        for (const int64_t limit : {0, 2, 1000}) {
+          std::vector<T> out(x.size()), now(x.size());
+          thinned(x.data(), p, limit, zhang, out.data());
+          for (size_t i = 0; i < x.size(); ++i) now[i] = T(x[i] > 0);
+          bool moved = true;
+          for (int64_t k = 0; k < limit && moved; ++k) {
+            moved = false;
+            for (const bool first : {true, false}) {
+              auto after = now;
+              for (int64_t i = 0; i < pixels(p); ++i) {
+                const int64_t y = i / p.width % p.height, c = i % p.width, plane = i / p.width / p.height;
+                std::array<int, 8> ring{};
+                for (size_t n = 0; n < 8; ++n) {
+                  const int64_t v = y + kDown[n], u = c + kRight[n];
+                  ring[n] = v >= 0 && u >= 0 && v < p.height && u < p.width &&
+                            now[size_t((plane * p.height + v) * p.width + u)] > 0;
+                }
+                if (now[size_t(i)] > 0 && goes(ring, zhang, first)) {
+                  after[size_t(i)] = 0;
+                  moved = true;
+                }
+              }
+              now = after;
+            }
+          }
+          ASSERT_EQ(out, now) << p.height << "x" << p.width << ", limit " << limit << ", zhang " << zhang;
+        }
+}
+
+KERNEL_CALL_BENCHMARK(thinned, [] {
+  return [x = many_discs(), out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+    thinned(x.data(), {3, 1080, 1920}, 10000, true, out.data());
+  };
+});
+
+TYPED_TEST(Shapes, ReconstructedMatchesDilationsByOpenCv) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes)
+    for (const auto& [kh, kw] : {std::array<int, 2>{3, 3}, {1, 3}, {5, 2}, {4, 3}})
+      for (const bool largest : {true, false})
+        for (const double border : {0.0, 0.3, largest ? -1e4 : 1e4}) {
+          const auto mask = this->random(pixels(p)), seed = this->random(pixels(p), -0.2, 1.2);
+          const std::unique_ptr<bool[]> element(new bool[size_t(kh * kw)]);
+          cv::Mat window(kh, kw, CV_8U);
+          for (int i = 0; i < kh * kw; ++i) {
+            element[size_t(i)] = i == kh / 2 * kw + kw / 2 || i % 4 != 1;
+            window.at<uchar>(i / kw, i % kw) = element[size_t(i)];
+          }
+          std::vector<T> out(mask.size());
+          reconstructed(seed.data(), p.count, p.height, p.width, mask.data(), element.get(), kh, kw,
+                        T(border), largest, out.data());
+          for (int64_t i = 0; i < p.count; ++i) {
+            const auto image = [&](const std::vector<T>& values) {
+              return cv::Mat(int(p.height), int(p.width), cv::DataType<T>::type,
+                             const_cast<T*>(values.data() + i * p.height * p.width));
+            };
+            const auto bounded = [&](const cv::Mat& x) {
+              return largest ? cv::Mat(cv::min(x, image(mask))) : cv::Mat(cv::max(x, image(mask)));
+            };
+            cv::Mat now = bounded(image(seed));
+            for (bool moved = true; moved;) {
+              cv::Mat after;
+              if (largest)
+                cv::dilate(now, after, window, {kw / 2, kh / 2}, 1, cv::BORDER_CONSTANT,
+                           cv::Scalar(T(border)));
+              else
+                cv::erode(now, after, window, {kw / 2, kh / 2}, 1, cv::BORDER_CONSTANT,
+                          cv::Scalar(T(border)));
+              after = bounded(after);
+              moved = cv::norm(now, after, cv::NORM_INF) != 0;
+              now = after;
+            }
+            ASSERT_EQ(cv::norm(now, image(out), cv::NORM_INF), 0)
+                << p.height << "x" << p.width << ", window " << kh << "x" << kw << ", border " << border;
+          }
+        }
+}
+
+KERNEL_CALL_BENCHMARK(reconstructed, [] {
+  std::vector<float> mask = kernel_benchmarks::random(3 * 1080 * 1920), seed = mask;
+  for (float& v : seed) v -= 0.2f;
+  const std::shared_ptr<bool[]> element(new bool[9]);
+  std::fill_n(element.get(), 9, true);
+  return [mask, seed, element, out = std::vector<float>(3 * 1080 * 1920)]() mutable {
+    reconstructed(seed.data(), 3, 1080, 1920, mask.data(), element.get(), 3, 3, -1e4f, true, out.data());
+  };
+});
+
+TYPED_TEST(Shapes, ConnectedComponentsMatchOpenCv) {
+  using T = TypeParam;
+  for (const Planes& p : kSizes)
+    for (const auto& x : this->masks(p)) {
+      std::vector<int64_t> numbers(x.size());
+      connected_components(x.data(), p, numbers.data());
+      for (int64_t i = 0; i < p.count; ++i) {
+        const int64_t start = i * p.height * p.width;
+        const cv::Mat plane(int(p.height), int(p.width), cv::DataType<T>::type,
+                            const_cast<T*>(x.data() + start));
+        cv::Mat labels;
+        cv::connectedComponents(plane > 0, labels, 8);
+        std::map<int, int64_t> first{{0, -1}};  // OpenCV's label -> where it was seen first
+        for (int k = 0; k < int(labels.total()); ++k) {
+          const int label = labels.at<int>(k / labels.cols, k % labels.cols);
+          ASSERT_EQ(numbers[size_t(start + k)], first.try_emplace(label, k).first->second + 1);
+        }
+      }
+    }
+}
+
+KERNEL_CALL_BENCHMARK(connected_components, [] {
+  return [x = many_discs(), out = std::vector<int64_t>(3 * 1080 * 1920)]() mutable {
+    connected_components(x.data(), {3, 1080, 1920}, out.data());
+  };
+});
+
+KERNEL_CALL_BENCHMARK(connected_components_noise, [] {
+  return [x = kernel_benchmarks::random(3 * 1080 * 1920, -0.6f, 0.4f),
+          out = std::vector<int64_t>(3 * 1080 * 1920)]() mutable {
+    connected_components(x.data(), {3, 1080, 1920}, out.data());
+  };
+});
+
+TYPED_TEST(Shapes, WhatIsNoNumberIsNotSet) {
+  using T = TypeParam;
+  const T nan = std::numeric_limits<T>::quiet_NaN(), inf = std::numeric_limits<T>::infinity();
+  const std::vector<T> x{1, nan, inf, -inf, 1};
+  std::vector<T> out(5);
+  euclidean_distances(x.data(), {1, 1, 5}, out.data());
+  EXPECT_EQ(out, (std::vector<T>{1, 0, 1, 0, 1}));
+  thinned(x.data(), {1, 1, 5}, 100, false, out.data());
+  EXPECT_EQ(out, (std::vector<T>{1, 0, 1, 0, 1}));
+  std::vector<int64_t> numbers(5);
+  connected_components(x.data(), {1, 1, 5}, numbers.data());
+  EXPECT_EQ(numbers, (std::vector<int64_t>{1, 0, 3, 0, 5}));
+}
+
+}  // namespace
