@@ -132,6 +132,7 @@ class Spec:
             dtypes=self.frames.dtypes,
             gradients=(),
             tolerances=self.frames.tolerances,
+            sample=None if self.sample is None else _frames_sampler(self.sample, self.inputs),
             reference=self.frames.reference or self.reference,
             frames=None,
             interleaved=True,
@@ -178,9 +179,28 @@ class Spec:
         return own.get(dtype) or self.tolerances.get(dtype) or DEFAULT_TOLERANCES.get(dtype)
 
 
+def _is_images(tensor: TensorSpec) -> bool:
+    return tensor.layout == "NCHW" and len(tensor.shape) == 4
+
+
+def _frames_sampler(sample: Sampler, inputs: Sequence[TensorSpec]) -> Sampler:
+    """What `sample` makes, its images as frames of 0 to 255."""
+    images = [t.name for t in inputs if _is_images(t)]
+
+    def frames(
+        generator: torch.Generator, sizes: dict[str, int], dtype: torch.dtype
+    ) -> dict[str, torch.Tensor]:
+        made = sample(generator, sizes, torch.float32)
+        return made | {
+            name: (made[name] * 255.0).round().to(dtype).permute(0, 2, 3, 1).contiguous() for name in images
+        }
+
+    return frames
+
+
 def _as_frames(tensor: TensorSpec, frames: Frames) -> TensorSpec:
     """An image as frames; of what else is of type T, float32."""
-    if tensor.layout == "NCHW" and len(tensor.shape) == 4:
+    if _is_images(tensor):
         batch, channels, height, width = tensor.shape
         shape, range = (batch, height, width, channels), (0.0, 255.0)
         description = tensor.description.replace("image batch", "frames")

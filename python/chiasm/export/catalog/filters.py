@@ -423,6 +423,7 @@ add(
         symbols=STENCIL,
         without_nan=True,
         reference="SciPy median_filter(mode='mirror')",
+        frames=Frames(("uint8", "uint16")),
     )
 )
 

@@ -2,7 +2,7 @@
 
 import torch
 
-from ..spec import Spec, TensorSpec, image
+from ..spec import Frames, Spec, TensorSpec, image
 from . import STENCIL, add
 
 
@@ -28,6 +28,7 @@ add(
         sample=_sample,
         without_nan=True,
         reference="OpenCV dilate, SciPy grey_dilation",
+        frames=Frames(("uint8", "uint16")),
     )
 )
 
@@ -57,6 +58,7 @@ for _name, _reference in (
             sample=_sample,
             without_nan=True,
             reference=_reference,
+            frames=Frames(("uint8", "uint16") if _name == "erosion" else ("uint8",)),
         )
     )
 
@@ -73,6 +75,7 @@ for _name, _reference in (
             symbols=STENCIL,
             without_nan=True,
             reference=_reference,
+            frames=Frames(),
         )
     )
 
