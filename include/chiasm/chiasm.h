@@ -130,7 +130,8 @@ typedef struct chiasm_tensor_info {
   size_t struct_size;
   const char* name;
   const char* description;
-  const char* layout;    /**< "NCHW", "HWC", ... or "" */
+  const char* layout;    /**< "NCHW", "HWC", ... or ""; of "NHWC", (B, H, W, C), run also takes a frame alone,
+                              (H, W, C), or (H, W) of one channel, and gives outputs that lack the same */
   const char* color;     /**< "RGB", "BGR", "GRAY", "HSV" or "" */
   const int32_t* dtypes; /**< the dtypes accepted, each a chiasm_dtype */
   /** more than one: the method is generic, and all generic tensors of a call agree */

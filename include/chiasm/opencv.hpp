@@ -1,12 +1,14 @@
 /** chiasm and OpenCV. Optional: needs OpenCV's core module, 3.3 or later.
  *
- *  Views in both directions, without a copy, for ops on frames of bytes, (H, W, C):
+ *  Views in both directions, without a copy, for ops on frames of bytes, (H, W, C): pipelines, and the
+ *  catalog's bundles NAME.frames:
  *
  *      cv::Mat frame = cv::imread("frame.png");                       // uint8, H x W x 3, BGR
- *      auto out = pipeline.run({chiasm::view(frame)});
- *      cv::Mat edges = chiasm::to_mat(out[0]);                        // valid as long as `out`
+ *      auto median = chiasm::Bundle::open("filters.median_blur.frames.chiasm").method("forward");
+ *      auto out = median.run({chiasm::view(frame)});
+ *      cv::Mat smooth = chiasm::to_mat(out[0]);                       // valid as long as `out`
  *
- *  Copies, for ops on images of planes, (B, C, H, W), as most of the catalog is:
+ *  Copies, for ops on images of planes, (B, C, H, W):
  *
  *      chiasm::Planes image = chiasm::planes(frame, 1 / 255.0, true); // float32 in [0, 1], RGB
  *      auto out = sobel.run({image});

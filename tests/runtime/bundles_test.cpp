@@ -167,6 +167,26 @@ TEST_P(OnBackend, GrayscaleIsThatOfOpenCv) {
   EXPECT_LT(cv::norm(cv::Mat(20, 30, CV_32F, outputs[0].data<float>()), expected, cv::NORM_INF), 2e-5);
 }
 
+TEST_P(OnBackend, AMatOfBytesGoesInAndComesOut) {
+  const Method blur = open("filters.gaussian_blur2d.constant.frames").method("forward", options());
+  const Method median = open("filters.median_blur.frames").method("forward", options());
+  for (const int channels : {1, 3, 4}) {
+    cv::Mat frame(61, 83, CV_8UC(channels)), blurred, padded, sorted;
+    cv::randu(frame, 0, 256);
+    cv::GaussianBlur(frame, blurred, cv::Size(5, 5), 1.1);
+    const Outputs smooth = blur.run({view(frame)});
+    EXPECT_EQ(cv::norm(to_mat(smooth[0]), blurred, cv::NORM_INF), 0) << channels;
+    cv::copyMakeBorder(frame, padded, 1, 1, 1, 1, cv::BORDER_REFLECT_101);
+    cv::medianBlur(padded, sorted, 3);
+    cv::Mat out(frame.size(), frame.type());
+    median.run_into({view(frame)}, {view(out)});
+    EXPECT_EQ(cv::norm(out, sorted(cv::Rect(1, 1, frame.cols, frame.rows)), cv::NORM_INF), 0) << channels;
+  }
+  cv::Mat large(80, 100, CV_8UC3);
+  EXPECT_THAT(refusal(CHIASM_INVALID_ARGUMENT, [&] { blur.run({view(large(cv::Rect(3, 4, 50, 60)))}); }),
+              AllOf(HasSubstr("dense row-major"), HasSubstr(".clone()")));
+}
+
 TEST_P(OnBackend, EdgesOfAFrameWithoutACopy) {
   const Method method = open("pipelines.edges").method("forward", options());
   cv::Mat frame(121, 163, CV_8UC3), gray, blurred, gx, gy, magnitude, expected;
