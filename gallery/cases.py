@@ -13,7 +13,7 @@ import torch
 from chiasm.export.catalog import Entry
 from chiasm.export.job import run_eager
 from chiasm.export.manifest import read_manifest
-from chiasm.export.tracing.module import bind
+from chiasm.export.tracing.module import bind_spec
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build"
@@ -27,7 +27,7 @@ def write_cases(entry: Entry, bundle: Path, scenes: list[Scene], folder: Path) -
     index."""
     folder.mkdir(parents=True)
     spec, method = entry.spec, read_manifest(bundle)["methods"]["forward"]
-    op, cases = bind(entry.function(), [t.name for t in spec.inputs], spec.config, spec.name), []
+    op, cases = bind_spec(entry.function(), spec), []
     for index, (label, inputs) in enumerate(scenes):
         case = {"shape": label, "inputs": [], "outputs": []}
         for position, tensor in enumerate(inputs.values()):

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from chiasm.export import samples
 from chiasm.export.catalog import Entry, catalog
-from chiasm.export.tracing.module import bind
+from chiasm.export.tracing.module import bind_spec
 from chiasm.primitives.core.target import exporting
 
 ENTRIES = catalog()
@@ -20,7 +20,7 @@ every_op = pytest.mark.parametrize("entry", ENTRIES.values(), ids=ENTRIES)
 
 def module(entry: Entry) -> torch.nn.Module:
     spec = entry.spec
-    return bind(entry.function(), [t.name for t in spec.inputs], spec.config, spec.name)
+    return bind_spec(entry.function(), spec)
 
 
 def arguments(entry: Entry, sizes: dict[str, int], dtype: str) -> list[Tensor]:

@@ -35,7 +35,7 @@ from chiasm.export.job import run_eager, with_cotangents
 from chiasm.export.manifest import read_manifest
 from chiasm.export.spec import TensorSpec
 from chiasm.export.tracing.gradient import vjp_module
-from chiasm.export.tracing.module import bind
+from chiasm.export.tracing.module import bind_spec
 from chiasm.export.verify import compare, onnx_session
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -99,7 +99,7 @@ def check_bundle(name: str, entry: Entry) -> Iterator[Check]:
     folder = BUNDLES / f"{name}.chiasm"
     manifest = read_manifest(folder)
     spec = entry.spec
-    op = bind(entry.function(), [t.name for t in spec.inputs], spec.config, name)
+    op = bind_spec(entry.function(), spec)
     outputs = [
         TensorSpec(t["name"], tuple(t["shape"]), t["dtype"])
         for t in manifest["methods"]["forward"]["outputs"]

@@ -27,7 +27,7 @@ from chiasm.export.job import run_eager, with_cotangents
 from chiasm.export.manifest import read_manifest
 from chiasm.export.spec import Spec, TensorSpec
 from chiasm.export.tracing.gradient import vjp_module
-from chiasm.export.tracing.module import bind
+from chiasm.export.tracing.module import bind_spec
 
 #: A call may take so many times the memory of a normal call, and that much more.
 TIMES, MORE = 4, 64 << 20
@@ -57,7 +57,7 @@ class Worker:
         """All methods and dtypes of an op, but for the steps that ended an earlier process."""
         name, folder = job["op"], Path(job["bundles"]) / f"{job['op']}.chiasm"
         spec = catalog()[name].spec
-        op = bind(catalog()[name].function(), [t.name for t in spec.inputs], spec.config, name)
+        op = bind_spec(catalog()[name].function(), spec)
         manifest = read_manifest(folder)
         for method, signature in manifest["methods"].items():
             for variant in spec.variants():

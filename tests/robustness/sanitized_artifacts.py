@@ -58,7 +58,7 @@ from chiasm.export.job import run_eager, with_cotangents  # noqa: E402
 from chiasm.export.manifest import read_manifest  # noqa: E402
 from chiasm.export.spec import TensorSpec  # noqa: E402
 from chiasm.export.tracing.gradient import vjp_module  # noqa: E402
-from chiasm.export.tracing.module import bind  # noqa: E402
+from chiasm.export.tracing.module import bind_spec  # noqa: E402
 from chiasm.export.verify import compare  # noqa: E402
 
 native.LIBRARIES = ROOT / "build" / "asan-ubsan" / "artifact"
@@ -178,7 +178,7 @@ def watched(op: str) -> tuple[str, list[str]]:
     with zipfile.ZipFile(bundle / artifact["file"]) as archive:
         library.write_bytes(archive.read("chiasm/op.so"))
 
-    function = bind(entry.function(), [t.name for t in spec.inputs], spec.config, name)
+    function = bind_spec(entry.function(), spec)
     if method == "vjp":
         outputs = [
             TensorSpec(t["name"], tuple(t["shape"]), t["dtype"])

@@ -11,6 +11,7 @@ from ..primitives.core.checks import check_floating, check_rgb, check_values
 from ..primitives.filters.stencil import join_channels, split_channels
 from ..primitives.images.tables import levels, looked_up
 from ..primitives.numbers.power import power_each
+from ..primitives.numbers.rounding import known_or
 
 
 def adjust_brightness(image: Tensor, factor: Union[float, Tensor], clip_output: bool = True) -> Tensor:
@@ -179,12 +180,13 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
     """
     check_values(input, "input")
     if input.dtype == torch.uint8:
-        return looked_up(input, _power_law(levels(input, 1.0), gamma, gain), 1.0)
-    return _power_law(input, gamma, gain)
-
-
-def _power_law(x: Tensor, gamma: Union[float, Tensor], gain: Union[float, Tensor]) -> Tensor:
-    return (power_each(x, per_sample(gamma, x, "gamma")) * per_sample(gain, x, "gain")).clamp(0.0, 1.0)
+        x = levels(input, 1.0)
+        # From 1e4 on every level but white is black; engines differ in powers of NaN and infinity.
+        exponent = known_or(per_sample(gamma, x, "gamma"), 0.0).clamp(0.0, 1e4)
+        return looked_up(input, power_each(x, exponent) * per_sample(gain, x, "gain"), 1.0)
+    return (power_each(input, per_sample(gamma, input, "gamma")) * per_sample(gain, input, "gain")).clamp(
+        0.0, 1.0
+    )
 
 
 def adjust_log(image: Tensor, gain: float = 1.0, inv: bool = False, clip_output: bool = True) -> Tensor:

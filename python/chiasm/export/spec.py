@@ -132,6 +132,7 @@ class Spec:
             dtypes=self.frames.dtypes,
             gradients=(),
             tolerances=self.frames.tolerances,
+            special_values="",
             sample=None if self.sample is None else _frames_sampler(self.sample, self.inputs),
             reference=self.frames.reference or self.reference,
             frames=None,

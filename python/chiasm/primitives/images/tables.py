@@ -6,6 +6,7 @@ from torch import Tensor
 from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
+from ..numbers.rounding import known_or
 
 
 def levels(image: Tensor, white: float) -> Tensor:
@@ -18,14 +19,15 @@ def levels(image: Tensor, white: float) -> Tensor:
 
 
 def looked_up(image: Tensor, values: Tensor, white: float) -> Tensor:
-    """Bytes (B, *) by what an op makes of their ``levels``, (B, 256): rounded to even and saturated.
+    """Bytes (B, *) by what an op makes of their ``levels``, (B, 256): rounded to even and saturated. NaN
+    becomes 0.
 
     >>> x = torch.tensor([[0, 100, 200]], dtype=torch.uint8)
     >>> looked_up(x, 1.0 - levels(x, 1.0), 1.0)
     tensor([[255, 155,  55]], dtype=torch.uint8)
     """
-    tables = torch.round(values * (255.0 / white)).clamp(0.0, 255.0).to(torch.uint8)
-    return table_entries(image, tables)
+    rounded = known_or(torch.round(values * (255.0 / white)), 0.0).clamp(0.0, 255.0)
+    return table_entries(image, rounded.to(torch.uint8))
 
 
 @primitive
