@@ -154,7 +154,7 @@ add(
         gradients=("images", "colors"),
         gradient_tolerances=_SUM,
         sample=_sample_polygon,
-        special_values="ONNX Runtime's least and greatest vertices pass NaN over, which comes of infinite edges",
+        special_values="ONNX Runtime passes NaN over in minima, which infinite vertices give",
         reference="OpenCV pointPolygonTest",
     )
 )

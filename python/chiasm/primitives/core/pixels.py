@@ -46,4 +46,6 @@ def difference(high: Tensor, low: Tensor) -> Tensor:
     """
     if high.is_floating_point():
         return high - low
-    return saturated(high.to(torch.int32) - low.to(torch.int32), high)
+    # In float32, which holds both: compiled loops have twice the lanes that int64 constants leave them.
+    least, largest = pixel_range(high)
+    return (high.to(torch.float32) - low.to(torch.float32)).clamp(least, largest).to(high.dtype)
