@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from chiasm.export.cli import export_names
+from chiasm.export.manifest import FORMATS
 
 ROOT = Path(__file__).resolve().parents[1]
 BUNDLES = ROOT / "build" / "bench" / "bundles"
@@ -41,10 +42,10 @@ def said(path: Path, *arguments) -> dict:
     return json.loads(done.stdout)
 
 
-def export_bundles(names: Iterable[str]) -> None:
+def export_bundles(names: Iterable[str], formats: Iterable[str] = FORMATS) -> None:
     """Export ops of the catalog to where `bundle_path` finds them: those that are measured, as they are
     measured, without gradients."""
-    export_names(sorted(set(names)), BUNDLES, methods=("forward",), jobs=cores())
+    export_names(sorted(set(names)), BUNDLES, tuple(formats), methods=("forward",), jobs=cores())
 
 
 def bundle_path(bundle: str) -> Path:

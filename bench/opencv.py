@@ -26,7 +26,11 @@ class Peer(NamedTuple):
 
 def opencv(bundle: str, inputs: list[np.ndarray]) -> Peer:
     """OpenCV's matrices are made here, outside of the call."""
-    form, function = PEERS[bundle]
+    return peer(*PEERS[bundle], inputs)
+
+
+def peer(form: Callable, function: Callable, inputs: list[np.ndarray]) -> Peer:
+    """The call of `function` on each of the matrices that `form` makes of the first input."""
     matrices = form(inputs[0])
     kept: list[dict[str, np.ndarray]] = [{} for _ in matrices]
     last: list[np.ndarray] = [matrices[0]] * len(matrices)

@@ -24,6 +24,8 @@ from .machine import bundle_path
 from .opencv import opencv
 
 SIZES = {"C": 3, "N": 64}
+#: for the threads of another's pool to fall asleep; OpenMP's look for work for about this long
+PAUSE = 0.02
 
 
 def main(bundle: str, threads: int, batch: int, height: int, width: int) -> dict:

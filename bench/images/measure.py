@@ -24,14 +24,11 @@ import chiasm.runtime
 
 from ..machine import bundle_path
 from ..opencv import opencv
-from ..wheel import copy_of, interleaved, onnx_call, onnx_options
+from ..wheel import PAUSE, copy_of, interleaved, onnx_call, onnx_options
 from . import kornia_peers
 from .chiasm_ops import Native, measured, native
 from .data import SIZES
 from .ops import Op
-
-#: for the threads of another's pool to fall asleep; OpenMP's look for work for about this long
-PAUSE = 0.02
 
 
 def main(threads: int, seconds: float, names: list[str]) -> None:

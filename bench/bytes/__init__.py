@@ -1,0 +1,1 @@
+"""Ops on frames of bytes beside OpenCV."""
