@@ -350,6 +350,8 @@ TYPED_TEST(GuardedKernels, BytesStayInside) {
         for (int64_t border = 0; border < kBorders; ++border) {
           this->run(aoti_torch_cpu_separable_bytes, x, three, three, step, border);
           this->run(aoti_torch_cpu_separable_bytes, x, one, three, step, border);
+          for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{15, 14}, Size{20, 70}})
+            this->run(aoti_torch_cpu_box_bytes, x, window.height, window.width, step, border);
         }
         this->run(aoti_torch_cpu_split_pixels, row, step);
         this->run(aoti_torch_cpu_join_pixels, row, step);
