@@ -20,7 +20,7 @@ from chiasm.enhance import (
     solarize,
     threshold,
 )
-from chiasm.filters import box_blur, gaussian_blur2d, laplacian, spatial_gradient
+from chiasm.filters import box_blur, gaussian_blur2d, laplacian, sobel, spatial_gradient
 from chiasm.geometry.transform import resize
 
 SIZES = [(37, 53), (8, 120), (1, 1), (64, 9)]
@@ -126,6 +126,20 @@ def test_first_derivatives_are_opencvs(channels: int, height: int, width: int) -
         dx, dy = spatial_gradient(x, "diff", 1, normalized=False)[0].permute(1, 2, 3, 0).numpy()
         np.testing.assert_array_equal(dx, central[1:-1, 2:] - central[1:-1, :-2])
         np.testing.assert_array_equal(dy, central[2:, 1:-1] - central[:-2, 1:-1])
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_sobel_is_the_length_of_opencvs_derivatives(channels: int, height: int, width: int) -> None:
+    image = frame(height, width, channels)
+    image[: height // 2] //= 32  # roots that are halves
+    dx, dy = (
+        cv2.Sobel(image, cv2.CV_64F, d, 1 - d, ksize=3, borderType=cv2.BORDER_REPLICATE) for d in (1, 0)
+    )
+    length = np.sqrt(dx * dx + dy * dy).reshape(image.shape)
+    for x in both_layouts(image):
+        np.testing.assert_array_equal(as_frame(sobel(x)), np.rint(length / 8))
+        np.testing.assert_array_equal(as_frame(sobel(x, normalized=False)), np.minimum(np.rint(length), 255))
 
 
 @pytest.mark.parametrize("size", [(3, 3), (1, 3), (11, 11), (43, 3)])

@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_image, check_pixels
+from ..primitives.core.checks import check_choice, check_pixels
 from ..primitives.core.layout import in_planes
 from ..primitives.filters.derivatives import gradient, sobel_magnitude
 from ..primitives.filters.padding import stencil
@@ -62,23 +62,29 @@ def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
 
     I. Sobel, G. Feldman, A 3x3 isotropic gradient operator for image processing, 1968.
 
+    Of bytes, the result is rounded to the nearest byte, halves to even, and saturated.
+
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         normalized: divide the kernels by 8, so that the result is in intensity per pixel; OpenCV's are not.
-        eps: keeps the derivative finite where the gradient vanishes.
+        eps: keeps the derivative finite where the gradient vanishes; of bytes it has no meaning.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D.
 
     Example:
         >>> sobel(torch.arange(5.0).expand(1, 1, 5, 5), eps=0.0)[0, 0, 2]
         tensor([0.5000, 1.0000, 1.0000, 1.0000, 0.5000])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
+    if input.dtype == torch.uint8:
+        # Sums of whole numbers below 2^24, whose roots float32 tells from halves.
+        lengths = sobel_magnitude(in_planes(input).to(torch.float32), False, 0.0)
+        return torch.round(lengths * (0.125 if normalized else 1.0)).clamp(max=255.0).to(torch.uint8)
     return sobel_magnitude(input, normalized, eps)
 
 

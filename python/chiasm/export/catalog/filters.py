@@ -55,6 +55,7 @@ add(
         dtypes=("float32", "float64"),
         special_values=_ZERO_TAPS,
         reference="OpenCV Sobel(BORDER_REPLICATE)",
+        frames=Frames(),
     )
 )
 
