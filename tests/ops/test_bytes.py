@@ -21,7 +21,7 @@ from chiasm.enhance import (
     threshold,
 )
 from chiasm.filters import box_blur, gaussian_blur2d, laplacian, sobel, spatial_gradient
-from chiasm.geometry.transform import resize
+from chiasm.geometry.transform import hflip, resize, rot180, vflip
 
 SIZES = [(37, 53), (8, 120), (1, 1), (64, 9)]
 
@@ -223,6 +223,16 @@ def test_nearest_takes_images_of_16_bits(dtype: torch.dtype) -> None:
     assert result.dtype == dtype
     expected = cv2.resize(image.astype(np.int16), (30, 7), interpolation=cv2.INTER_NEAREST)
     np.testing.assert_array_equal(result[0, 0].to(torch.int32).numpy(), expected)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16])
+def test_flips_are_opencvs(dtype: type[np.generic]) -> None:
+    image = (frame(13, 17).astype(np.int32) * 100).astype(dtype)
+    for x in both_layouts(image):
+        for flip, code in ((hflip, 1), (vflip, 0), (rot180, -1)):
+            result = flip(x)
+            assert result.dtype == x.dtype
+            np.testing.assert_array_equal(result[0].permute(1, 2, 0).numpy(), cv2.flip(image, code))
 
 
 @pytest.mark.parametrize(
