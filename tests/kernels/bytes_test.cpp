@@ -86,6 +86,56 @@ TEST_F(Bytes, SeparableMatchesOpenCvGaussian) {
         }
 }
 
+// The mean of a window that begins (ky - 1) / 2 above and (kx - 1) / 2 left of its pixel.
+cv::Mat mean_of_window(const cv::Mat& image, int ky, int kx, Border border) {
+  cv::Mat padded, sums, means;
+  cv::copyMakeBorder(image, padded, ky, ky, kx, kx,
+                     border == Border::kCircular ? cv::BORDER_WRAP : cv_border(border));
+  cv::boxFilter(padded, sums, CV_64F, {kx, ky}, {(kx - 1) / 2, (ky - 1) / 2}, false);
+  // A quotient: cv::Mat's own is a product with the reciprocal, which misses halves.
+  cv::divide(sums(cv::Rect(kx, ky, image.cols, image.rows)), cv::Scalar::all(ky * kx), means, 1, CV_64F);
+  means.convertTo(means, CV_8U);
+  return means;
+}
+
+TEST_F(Bytes, MeansOfWindowsAreRoundedOnce) {
+  for (const Size& size : kSizes)
+    for (const int channels : {1, 3, 4})
+      for (const Size& window : {Size{1, 1}, Size{3, 3}, Size{1, 9}, Size{4, 2}, Size{14, 14}, Size{15, 15},
+                                 Size{16, 16}, Size{17, 18}, Size{40, 33}, Size{3, 130}})
+        for (const Border border :
+             {Border::kReflect, Border::kReplicate, Border::kCircular, Border::kConstant}) {
+          if (border == Border::kReflect && std::min(size.height, size.width) < 2) continue;
+          const cv::Mat image = frame(size.height, size.width, channels);
+          cv::Mat out(image.size(), image.type());
+          box_bytes(image.data, 1, size.height, size.width * channels, window.height, window.width, channels,
+                    border, out.data);
+          const cv::Mat expected = mean_of_window(image, window.height, window.width, border);
+          ASSERT_EQ(cv::norm(out, expected, cv::NORM_INF), 0)
+              << image.size() << " x " << channels << ", window " << window.height << " x " << window.width
+              << ", border " << int(border);
+        }
+}
+
+// All sums that a window can have, halves too, and all quotients.
+TEST_F(Bytes, MeansAreRoundedHalvesToEven) {
+  for (int area = 1; area <= 300; ++area) {
+    std::vector<uint8_t> x, out;
+    for (int sum = 0; sum <= 255 * area; ++sum) x.push_back(0);
+    out.resize(x.size());
+    // A window that moves over ascending values one by one has every sum.
+    for (size_t i = 0; i < x.size(); ++i)
+      x[i] = static_cast<uint8_t>(i / size_t(area) + (i % size_t(area) > 0));
+    const auto n = static_cast<int64_t>(x.size());
+    box_bytes(x.data(), 1, 1, n, 1, area, 1, Border::kReplicate, out.data());
+    for (int64_t i = area; i + area < n; i += 1) {
+      int64_t sum = 0;
+      for (int64_t k = i - (area - 1) / 2; k < i - (area - 1) / 2 + area; ++k) sum += x[size_t(k)];
+      ASSERT_EQ(out[size_t(i)], std::nearbyint(double(sum) / area)) << area;
+    }
+  }
+}
+
 TEST_F(Bytes, PixelsAreSplitAndJoinedAsOpenCvDoes) {
   for (const int channels : {1, 2, 3, 4, 5})
     for (const int pixels : {1, 15, 33, 4096 + 70}) {
@@ -217,6 +267,13 @@ KERNEL_CALL_BENCHMARK(separable_bytes_5x5,
                       [] { return [frame = Frame()]() mutable { gaussian<2>(frame); }; });
 KERNEL_CALL_BENCHMARK(separable_bytes_21x21,
                       [] { return [frame = Frame()]() mutable { gaussian<10>(frame); }; });
+template <int kSize>
+void box(Frame& frame) {
+  box_bytes(frame.x.data(), 1, 1080, 1920 * 3, kSize, kSize, 3, Border::kReflect, frame.out.data());
+}
+KERNEL_CALL_BENCHMARK(box_bytes_5x5, [] { return [frame = Frame()]() mutable { box<5>(frame); }; });
+KERNEL_CALL_BENCHMARK(box_bytes_15x15, [] { return [frame = Frame()]() mutable { box<15>(frame); }; });
+KERNEL_CALL_BENCHMARK(box_bytes_51x51, [] { return [frame = Frame()]() mutable { box<51>(frame); }; });
 KERNEL_CALL_BENCHMARK(split_pixels_3, [] {
   return
       [frame = Frame()]() mutable { split_pixels(frame.x.data(), 1, 1080 * 1920 * 3, 3, frame.out.data()); };

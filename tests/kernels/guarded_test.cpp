@@ -498,6 +498,8 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             for (int64_t border = 0; border < kBorders; ++border) {
               run(aoti_torch_cpu_separable_bytes, x, three, three, step, border);
               run(aoti_torch_cpu_separable_bytes, x, one, three, step, border);
+              for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{20, 70}})
+                run(aoti_torch_cpu_box_bytes, x, window.height, window.width, step, border);
             }
             run(aoti_torch_cpu_split_pixels, row, step);
             run(aoti_torch_cpu_join_pixels, row, step);

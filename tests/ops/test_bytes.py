@@ -20,8 +20,8 @@ from chiasm.enhance import (
     solarize,
     threshold,
 )
-from chiasm.filters import gaussian_blur2d
-from chiasm.geometry.transform import resize
+from chiasm.filters import box_blur, gaussian_blur2d, laplacian, sobel, spatial_gradient
+from chiasm.geometry.transform import hflip, resize, rot180, vflip
 
 SIZES = [(37, 53), (8, 120), (1, 1), (64, 9)]
 
@@ -68,6 +68,92 @@ def test_gaussian_blur_of_each_sample_has_its_sigma() -> None:
     result = gaussian_blur2d(x, 5, torch.tensor([[1.0, 1.0], [1.5, 0.7]]))
     np.testing.assert_array_equal(as_frame(result[:1]), cv2.GaussianBlur(image, (5, 5), 1.0))
     np.testing.assert_array_equal(as_frame(result[1:]), cv2.GaussianBlur(image, (5, 5), 0.7, sigmaY=1.5))
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize("size", [(3, 3), (5, 5), (1, 9), (15, 15), (31, 7)])
+@pytest.mark.parametrize(
+    ("border", "flag"),
+    [
+        ("reflect", cv2.BORDER_REFLECT_101),
+        ("replicate", cv2.BORDER_REPLICATE),
+        ("constant", cv2.BORDER_CONSTANT),
+    ],
+)
+def test_box_blur_of_odd_windows_is_opencvs(channels: int, size, border: str, flag: int) -> None:
+    image = frame(37, 53, channels)
+    expected = cv2.blur(image, size[::-1], borderType=flag)
+    for x in both_layouts(image):
+        np.testing.assert_array_equal(as_frame(box_blur(x, size, border)).squeeze(), expected.squeeze())
+
+
+@pytest.mark.parametrize("size", [(2, 2), (4, 1), (6, 3), (16, 16)])
+def test_box_blur_rounds_halves_to_even(size) -> None:
+    image = frame(64, 80) // 64 * 17  # few levels, so that there are many halves
+    (top, bottom), (left, right) = (((k - 1) // 2, k // 2) for k in size)
+    padded = np.pad(image.astype(np.float64), ((top, bottom), (left, right), (0, 0)), "reflect")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, size, (0, 1))
+    expected = np.rint(windows.sum((-2, -1)) / (size[0] * size[1]))
+    for x in both_layouts(image):
+        np.testing.assert_array_equal(as_frame(box_blur(x, size)), expected)
+
+
+def test_box_blur_of_the_largest_windows_is_exact() -> None:
+    image = np.full((3, 4, 3), 255, np.uint8)
+    image[1, 2] = 0
+    for x in both_layouts(image):
+        result = as_frame(box_blur(x, (255, 257), "replicate"))
+        padded = np.pad(image.astype(np.float64), ((127, 127), (128, 128), (0, 0)), "edge")
+        windows = np.lib.stride_tricks.sliding_window_view(padded, (255, 257), (0, 1))
+        np.testing.assert_array_equal(result, np.rint(windows.sum((-2, -1)) / (255 * 257)))
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_first_derivatives_are_opencvs(channels: int, height: int, width: int) -> None:
+    image = frame(height, width, channels)
+    image[: height // 2] = image[: height // 2] // 128 * 255  # the largest differences too
+    expected = [
+        cv2.Sobel(image, cv2.CV_16S, dx, 1 - dx, ksize=3, borderType=cv2.BORDER_REPLICATE) for dx in (1, 0)
+    ]
+    central = np.pad(image.astype(np.int16), ((1, 1), (1, 1), (0, 0)), "edge")
+    for x in both_layouts(image):
+        result = spatial_gradient(x, "sobel", 1, normalized=False)
+        assert result.dtype == torch.int16
+        for i in range(2):
+            actual = result[0, :, i].permute(1, 2, 0).numpy()
+            np.testing.assert_array_equal(actual, expected[i].reshape(image.shape))
+        dx, dy = spatial_gradient(x, "diff", 1, normalized=False)[0].permute(1, 2, 3, 0).numpy()
+        np.testing.assert_array_equal(dx, central[1:-1, 2:] - central[1:-1, :-2])
+        np.testing.assert_array_equal(dy, central[2:, 1:-1] - central[:-2, 1:-1])
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_sobel_is_the_length_of_opencvs_derivatives(channels: int, height: int, width: int) -> None:
+    image = frame(height, width, channels)
+    image[: height // 2] //= 32  # roots that are halves
+    dx, dy = (
+        cv2.Sobel(image, cv2.CV_64F, d, 1 - d, ksize=3, borderType=cv2.BORDER_REPLICATE) for d in (1, 0)
+    )
+    length = np.sqrt(dx * dx + dy * dy).reshape(image.shape)
+    for x in both_layouts(image):
+        np.testing.assert_array_equal(as_frame(sobel(x)), np.rint(length / 8))
+        np.testing.assert_array_equal(as_frame(sobel(x, normalized=False)), np.minimum(np.rint(length), 255))
+
+
+@pytest.mark.parametrize("size", [(3, 3), (1, 3), (11, 11), (43, 3)])
+def test_laplacian_is_opencvs_filter(size: tuple[int, int]) -> None:
+    image = frame(50, 53)
+    image[:25] = image[:25] // 255 * 255  # single bright pixels: the largest sums
+    taps = np.ones(size)
+    taps[size[0] // 2, size[1] // 2] = 1 - taps.size
+    for border, flag in (("reflect", cv2.BORDER_REFLECT_101), ("constant", cv2.BORDER_CONSTANT)):
+        expected = cv2.filter2D(image.astype(np.float64), -1, taps, borderType=flag)
+        for x in both_layouts(image):
+            result = laplacian(x, size, border, normalized=False)
+            assert result.dtype == torch.int16
+            np.testing.assert_array_equal(result[0].permute(1, 2, 0).numpy(), np.rint(expected))
 
 
 @pytest.mark.parametrize(("height", "width"), SIZES)
@@ -139,6 +225,16 @@ def test_nearest_takes_images_of_16_bits(dtype: torch.dtype) -> None:
     np.testing.assert_array_equal(result[0, 0].to(torch.int32).numpy(), expected)
 
 
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16])
+def test_flips_are_opencvs(dtype: type[np.generic]) -> None:
+    image = (frame(13, 17).astype(np.int32) * 100).astype(dtype)
+    for x in both_layouts(image):
+        for flip, code in ((hflip, 1), (vflip, 0), (rot180, -1)):
+            result = flip(x)
+            assert result.dtype == x.dtype
+            np.testing.assert_array_equal(result[0].permute(1, 2, 0).numpy(), cv2.flip(image, code))
+
+
 @pytest.mark.parametrize(
     ("type", "flag"),
     [
@@ -204,6 +300,16 @@ def test_curves_are_their_formulas_rounded_to_even() -> None:
             lambda x: gaussian_blur2d(x.to(torch.int32), 3, (1.0, 1.0)),
             TypeError,
             "input: expected a floating-point or uint8",
+        ),
+        (lambda x: box_blur(x, (256, 257)), ValueError, "kernel_size: expected at most 65536 pixels"),
+        (lambda x: box_blur(x.to(torch.int32), 3), TypeError, "input: expected a floating-point or uint8"),
+        (lambda x: spatial_gradient(x), ValueError, "normalized: expected False on bytes, got True"),
+        (lambda x: spatial_gradient(x, order=2, normalized=False), ValueError, "order: expected 1 on bytes"),
+        (lambda x: laplacian(x, 3), ValueError, "normalized: expected False on bytes, got True"),
+        (
+            lambda x: laplacian(x, 13, normalized=False),
+            ValueError,
+            "kernel_size: expected at most 129 pixels",
         ),
         (lambda x: resize(x, (4, 4), "bicubic"), ValueError, "'bicubic'"),
         (lambda x: resize(x, (4, 4), antialias=True), ValueError, "antialias True"),

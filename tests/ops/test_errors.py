@@ -20,7 +20,11 @@ WRONG = [
         ValueError,
         r"image: expected shape \(\*, 3, H, W\), got \[1, 2, 8, 8\]",
     ),
-    (lambda: color.rgb_to_grayscale(BYTES), TypeError, "image: expected a floating-point tensor, got dtype"),
+    (
+        lambda: color.rgb_to_grayscale(BYTES.int()),
+        TypeError,
+        "image: expected a floating-point tensor, got dtype",
+    ),
     (
         lambda: color.rgb_to_grayscale(X, torch.ones(4)),
         ValueError,

@@ -360,6 +360,12 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in bytes_and_words()[:2]
         for weights in ([4899, 9617, 1868, 8192], [9, 8, 7, 6, -5000, 4, 9000, 2, 1, 0, 100, 200])
     ],
+    "fixed_point.box_bytes": lambda t: [
+        (x, *size, name)
+        for x in bytes_and_words()[:2]
+        for name in BORDERS
+        for size in ((3, 5), (4, 2), (17, 16))
+    ],
     "fixed_point.separable_bytes": lambda t: [
         (x, fixed_taps(torch.tensor([TAPS])), fixed_taps(numbers(torch.float64, *rows, 5).softmax(1)), name)
         for x in bytes_and_words()[:2]

@@ -49,6 +49,7 @@ void fill(std::vector<unsigned char>& bytes, std::mt19937_64& random, const Tens
     case DType::Bool: return fill<bool>(bytes, random, 0, 2);
     case DType::UInt8: return fill<uint8_t>(bytes, random, clamped(0, 255).first, clamped(0, 255).second);
     case DType::Int8: return fill<int8_t>(bytes, random, clamped(-128, 127).first, clamped(-128, 127).second);
+    case DType::UInt16: return fill<uint16_t>(bytes, random, clamped(0, 100).first, clamped(0, 100).second);
     case DType::Int16: return fill<int16_t>(bytes, random, clamped(0, 100).first, clamped(0, 100).second);
     case DType::Int32: return fill<int32_t>(bytes, random, clamped(0, 100).first, clamped(0, 100).second);
     case DType::Int64: return fill<int64_t>(bytes, random, clamped(0, 100).first, clamped(0, 100).second);

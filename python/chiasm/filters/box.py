@@ -2,11 +2,14 @@
 
 from typing import Tuple, Union
 
+import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.checks import check_pixels, odd_pair
+from ..primitives.core.layout import in_planes
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.filters.correlation import box_sums
+from ..primitives.filters.fixed_point import box_bytes
 
 
 def box_blur(
@@ -17,27 +20,34 @@ def box_blur(
 ) -> Tensor:
     """Mean of each pixel's window.
 
+    Of bytes, the sums are exact, and the mean is rounded once, halves to even. Where both sizes are odd that
+    is OpenCV's ``blur`` of 8 bits, to the bit.
+
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         kernel_size: one for both axes or (rows, columns). An even window reaches one pixel further down and
-            right.
+            right. Of bytes it has at most 65536 pixels, whose sums float32 holds.
         border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
         separable: as in Kornia; both values give the same sums, which are always separable.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D, or the kernel size or border is not as above.
 
     Example:
         >>> box_blur(torch.arange(5.0).reshape(1, 1, 1, 5), (1, 3), "replicate").flatten()
         tensor([0.3333, 1.0000, 2.0000, 3.0000, 3.6667])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     ky, kx = positive_pair(kernel_size, "kernel_size")
+    if input.dtype == torch.uint8:
+        if ky * kx > 65536:
+            raise ValueError(f"kernel_size: expected at most 65536 pixels on bytes, got ({ky}, {kx})")
+        return box_bytes(input, ky, kx, border_type)
     return box_sums(input, ky, kx, border_type, scale=1.0 / (ky * kx))
 
 
@@ -49,21 +59,22 @@ def laplacian(
 ) -> Tensor:
     """Sum of the differences between a window's pixels and its middle one.
 
-    That is the correlation with ``get_laplacian_kernel2d``. OpenCV's ``Laplacian`` has other kernels.
+    That is the correlation with ``get_laplacian_kernel2d``. OpenCV's ``Laplacian`` has other kernels. Of
+    bytes, the sums without normalisation are whole numbers of 16 bits.
 
     Args:
-        input: (B, C, H, W), floating point.
-        kernel_size: odd, one for both axes or (rows, columns); more than one pixel.
+        input: (B, C, H, W), floating point or uint8.
+        kernel_size: odd, one for both axes or (rows, columns); more than one pixel, of bytes at most 129.
         border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
-        normalized: divide by the sum of the kernel's absolute values, 2 (rows * columns - 1).
+        normalized: divide by the sum of the kernel's absolute values, 2 (rows * columns - 1); False of bytes.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of the input's dtype, or int16 of bytes.
 
     Raises:
-        TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, or the kernel size or border is not as above.
+        TypeError: if input is neither floating point nor uint8.
+        ValueError: if input is not 4-D, or the kernel size, the border or normalized is not as above.
 
     Example:
         >>> laplacian(torch.eye(3)[None, None], 3, "constant", normalized=False)[0, 0]
@@ -71,10 +82,17 @@ def laplacian(
                 [ 2., -6.,  2.],
                 [ 1.,  2., -7.]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     ky, kx = odd_pair(kernel_size, "kernel_size")
     count = ky * kx
     if count == 1:
         raise ValueError("kernel_size: expected more than one pixel, got (1, 1)")
+    if input.dtype == torch.uint8:
+        if normalized:
+            raise ValueError("normalized: expected False on bytes, got True")
+        if count > 129:
+            raise ValueError(f"kernel_size: expected at most 129 pixels on bytes, got ({ky}, {kx})")
+        exact = in_planes(input).to(torch.float32)
+        return box_sums(exact, ky, kx, border_type, 1.0, -1.0 * count).to(torch.int16)
     scale = 0.5 / (count - 1) if normalized else 1.0
     return box_sums(input, ky, kx, border_type, scale, -scale * count)

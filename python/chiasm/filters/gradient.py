@@ -5,7 +5,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_image
+from ..primitives.core.checks import check_choice, check_pixels
+from ..primitives.core.layout import in_planes
 from ..primitives.filters.derivatives import gradient, sobel_magnitude
 from ..primitives.filters.padding import stencil
 
@@ -17,29 +18,39 @@ def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normali
     5x5 kernel, "diff" a 3x3 one; both return d2/dx2, d2/dxdy, d2/dy2 with Kornia's signs, which are the
     mathematical ones for the pure "diff" derivatives and their negatives for the others.
 
+    Of bytes, the first derivatives without normalisation are whole numbers of 16 bits: of "sobel" those of
+    OpenCV's ``Sobel`` to CV_16S.
+
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         mode: "sobel" or "diff".
-        order: 1 or 2.
-        normalized: divide each kernel by the sum of its absolute values. First derivatives are then in
-            intensity per pixel.
+        order: 1 or 2; 1 of bytes.
+        normalized: divide each kernel by the sum of its absolute values; False of bytes. First derivatives
+            are then in intensity per pixel.
 
     Returns:
-        (B, C, 2, H, W): d/dx, d/dy; or (B, C, 3, H, W): xx, xy, yy.
+        (B, C, 2, H, W): d/dx, d/dy; or (B, C, 3, H, W): xx, xy, yy. Of the input's dtype, or int16 of bytes.
 
     Raises:
-        TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, or mode or order is not as above.
+        TypeError: if input is neither floating point nor uint8.
+        ValueError: if input is not 4-D, or mode, order or normalized is not as above.
 
     Example:
         >>> ramp = torch.arange(5.0).expand(1, 1, 5, 5)
         >>> spatial_gradient(ramp)[0, 0, :, 2, 2]
         tensor([1., 0.])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_choice(mode, ["sobel", "diff"], "mode")
     if order != 1 and order != 2:
         raise ValueError(f"order: expected 1 or 2, got {order}")
+    if input.dtype == torch.uint8:
+        if order != 1:
+            raise ValueError(f"order: expected 1 on bytes, got {order}")
+        if normalized:
+            raise ValueError("normalized: expected False on bytes, got True")
+        exact = in_planes(input).to(torch.float32)
+        return gradient(exact, (1, 1), (1, 1), "replicate", mode, False).to(torch.int16)
     if order == 1:
         return gradient(input, (1, 1), (1, 1), "replicate", mode, normalized)
     radius = 2 if mode == "sobel" else 1
@@ -51,23 +62,29 @@ def sobel(input: Tensor, normalized: bool = True, eps: float = 1e-6) -> Tensor:
 
     I. Sobel, G. Feldman, A 3x3 isotropic gradient operator for image processing, 1968.
 
+    Of bytes, the result is rounded to the nearest byte, halves to even, and saturated.
+
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         normalized: divide the kernels by 8, so that the result is in intensity per pixel; OpenCV's are not.
-        eps: keeps the derivative finite where the gradient vanishes.
+        eps: keeps the derivative finite where the gradient vanishes; of bytes it has no meaning.
 
     Returns:
-        (B, C, H, W).
+        (B, C, H, W), of the input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D.
 
     Example:
         >>> sobel(torch.arange(5.0).expand(1, 1, 5, 5), eps=0.0)[0, 0, 2]
         tensor([0.5000, 1.0000, 1.0000, 1.0000, 0.5000])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
+    if input.dtype == torch.uint8:
+        # Sums of whole numbers below 2^24, whose roots float32 tells from halves.
+        lengths = sobel_magnitude(in_planes(input).to(torch.float32), False, 0.0)
+        return torch.round(lengths * (0.125 if normalized else 1.0)).clamp(max=255.0).to(torch.uint8)
     return sobel_magnitude(input, normalized, eps)
 
 

@@ -55,6 +55,7 @@ add(
         dtypes=("float32", "float64"),
         special_values=_ZERO_TAPS,
         reference="OpenCV Sobel(BORDER_REPLICATE)",
+        frames=Frames(),
     )
 )
 
@@ -210,6 +211,7 @@ add(
         config={"kernel_size": (5, 5)},
         symbols=STENCIL,
         reference="OpenCV blur, SciPy uniform_filter",
+        frames=Frames(reference="OpenCV blur"),
     )
 )
 add(
@@ -220,6 +222,7 @@ add(
         config={"kernel_size": (3, 3)},
         symbols=STENCIL,
         reference="OpenCV filter2D",
+        frames=Frames(config={"normalized": False}),
     )
 )
 
@@ -293,6 +296,7 @@ add(
         symbols=STENCIL,
         special_values=_ZERO_TAPS,
         reference="OpenCV Sobel(BORDER_REPLICATE)",
+        frames=Frames(config={"normalized": False}),
     )
 )
 

@@ -2,7 +2,7 @@
 
 import torch
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
@@ -359,7 +359,7 @@ _add(
 # --- flips, sizes, pyramids ---------------------------------------------------------------------------------
 
 for _name in ("hflip", "vflip", "rot180"):
-    _add(_name, [image()], "NumPy", fn=_name)
+    _add(_name, [image()], "NumPy", fn=_name, frames=Frames(("uint8", "int16")))
 
 _RESIZE = "torch.nn.functional.interpolate"
 _add(

@@ -1,5 +1,5 @@
-"""Linear filters on bytes in fixed point: taps are multiples of 1/256, so that sums are whole numbers below
-2^24. float32 holds them, so every engine gives the same bytes, in whatever order it adds."""
+"""Linear filters on bytes in fixed point: taps are 1, or multiples of 1/256, so that sums are whole numbers
+below 2^24. float32 holds them, so every engine gives the same bytes, in whatever order it adds."""
 
 from typing import List
 
@@ -10,6 +10,7 @@ from torch import Tensor
 from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
+from .correlation import box_sums
 from .padding import padded
 from .stencil import separable
 
@@ -69,3 +70,22 @@ def _two_convolutions(x: Tensor, taps_y: Tensor, taps_x: Tensor, border_type: st
     flat = padded(x.to(torch.float32).flatten(0, 1)[:, None], (ry, ry), (rx, rx), border_type)
     column, row = both_sides(taps_y)[:, None, :, None], both_sides(taps_x)[:, None, None, :]
     return _rounded(F.conv2d(F.conv2d(flat, column), row).squeeze(1).reshape(x.shape))
+
+
+@primitive
+def box_bytes(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
+    """Means of uint8 (B, C, H, W) over windows of ky x kx pixels, at most 65536; rounded halves to even.
+
+    An even window reaches one pixel further down and right.
+    """
+    sums = box_sums(x.to(torch.float32), ky, kx, border_type)
+    # A quotient and not a product with the reciprocal: float32 has the halves among the quotients, and rounds
+    # no other to one. By a tensor, because by a number some devices multiply.
+    area = torch.full([1], float(ky * kx), dtype=torch.float32, device=x.device)
+    return torch.round(sums / area).to(torch.uint8)
+
+
+@box_bytes.lowering("native", when=kernels.available)
+def _box_bytes_kernel(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
+    rows, step = as_rows(x)
+    return from_rows(kernels.box_bytes(rows, ky, kx, step, border_type), x)
