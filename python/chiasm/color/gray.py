@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_rgb
+from ..primitives.core.checks import check_rgb, check_values
 from ..primitives.images.color_planes import check_channels, mix_bytes, mix_channels, rgb_planes
 
 
@@ -29,8 +29,9 @@ def rgb_to_grayscale(image: Tensor, rgb_weights: Optional[Tensor] = None) -> Ten
         >>> rgb_to_grayscale(torch.ones(2, 3, 4, 5)).shape
         torch.Size([2, 1, 4, 5])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
     if image.dtype == torch.uint8:
-        check_rgb(image, "image")
         if rgb_weights is not None:
             raise TypeError("rgb_weights: expected None for an image of bytes, whose weights are fixed")
         return mix_bytes(image, [9798, 19235, 3735, 16384], 15)
@@ -62,8 +63,9 @@ def bgr_to_grayscale(image: Tensor) -> Tensor:
         >>> bgr_to_grayscale(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([0.1140])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
     if image.dtype == torch.uint8:
-        check_rgb(image, "image")
         return mix_bytes(image, [3735, 19235, 9798, 16384], 15)
     return mix_channels(image, [0.114, 0.587, 0.299], 0.0, "image")
 

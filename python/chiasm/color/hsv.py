@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_rgb
+from ..primitives.core.checks import check_rgb, check_values
 from ..primitives.images.color_planes import hsv_of_bytes, rgb_planes
 from .hue import from_hue, radians, sixths_of
 
@@ -32,8 +32,9 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
         >>> rgb_to_hsv(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([0., 1., 1.])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
     if image.dtype == torch.uint8:
-        check_rgb(image, "image")
         return hsv_of_bytes(image)
     sixths, value, chroma = sixths_value_chroma(image)
     return torch.stack([radians(sixths), saturation_of(value, chroma, eps), value], -3)

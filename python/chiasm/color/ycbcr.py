@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_rgb
+from ..primitives.core.checks import check_rgb, check_values
 from ..primitives.images.color_planes import mix_bytes, mix_channels, rgb_planes
 
 
@@ -48,8 +48,9 @@ def rgb_to_ycbcr(image: Tensor) -> Tensor:
         >>> rgb_to_ycbcr(torch.ones(1, 3, 1, 1)).flatten()
         tensor([1.0000, 0.5000, 0.5000])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
     if image.dtype == torch.uint8:
-        check_rgb(image, "image")
         # The rows below times 2^14, whose sums are those of white and of grey; 128 and a half are added.
         luma, blue, red = (
             [4899, 9617, 1868, 8192],
