@@ -23,7 +23,7 @@ WRONG = [
     (
         lambda: color.rgb_to_grayscale(BYTES.int()),
         TypeError,
-        "image: expected a floating-point tensor, got dtype",
+        "image: expected a floating-point or uint8 tensor, got dtype",
     ),
     (
         lambda: color.rgb_to_grayscale(X, torch.ones(4)),
