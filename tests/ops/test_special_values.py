@@ -127,7 +127,7 @@ def test_the_distance_transforms_bound_changes_nothing_of_a_shape(kernel_size, h
     corner[0, 0, 0, 0] = 1.0
     pictures = [corner, corner * 1e-30, (torch.rand(1, 1, 17, 40) - 0.97).clamp(min=0.0)]
     bounded = [contrib.distance_transform(p, kernel_size, h) for p in pictures]
-    module = sys.modules["chiasm.contrib.distance_transform"]
+    module = sys.modules["chiasm.primitives.features.distances"]
     free = module._grown
     monkeypatch.setattr(module, "_grown", lambda state, limit, *fixed: free(state, 100_000, *fixed))
     for picture, result in zip(pictures, bounded, strict=True):
