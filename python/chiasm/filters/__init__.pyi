@@ -728,8 +728,7 @@ class MaxBlurPool2d(nn.Module):
     def __call__(self, input: Tensor) -> Tensor: ...
 
 class MedianBlur(nn.Module):
-    """`median_blur` as a module: Replace each pixel by the median of its neighbourhood, by a network of
-    minima and maxima."""
+    """`median_blur` as a module: Replace each pixel by the median of its neighbourhood."""
 
     kernel_size: Union[int, Tuple[int, int]]
     border_type: str
