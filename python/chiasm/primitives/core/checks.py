@@ -36,11 +36,11 @@ def check_pixels(value: Tensor, name: str, deep: bool = False) -> None:
     """Raise unless ``value`` is a (B, C, H, W) tensor, floating point or uint8; with ``deep`` also of 16
     bits."""
     check_rank(value, 4, "(B, C, H, W)", name)
-    if value.is_floating_point() or value.dtype == torch.uint8:
-        return
     if not deep:
-        raise TypeError(f"{name}: expected a floating-point or uint8 tensor, got dtype {value.dtype}")
-    if value.dtype != torch.int16 and value.dtype != torch.uint16:
+        check_values(value, name)
+        return
+    narrow = value.dtype == torch.uint8 or value.dtype == torch.int16 or value.dtype == torch.uint16
+    if not value.is_floating_point() and not narrow:
         raise TypeError(
             f"{name}: expected a floating-point, uint8, int16 or uint16 tensor, got dtype {value.dtype}"
         )

@@ -49,10 +49,10 @@ def both_sides(taps: Tensor) -> Tensor:
 def separable_bytes(x: Tensor, taps_y: Tensor, taps_x: Tensor, border_type: str) -> Tensor:
     """Correlate uint8 (B, C, H, W) with ``fixed_taps`` (B or 1, ky) down the columns and (B or 1, kx) along
     the rows; rounded halves up."""
-    return _rounded(separable(x.to(torch.float32), both_sides(taps_y), both_sides(taps_x), border_type))
+    return rounded_sums(separable(x.to(torch.float32), both_sides(taps_y), both_sides(taps_x), border_type))
 
 
-def _rounded(sums: Tensor) -> Tensor:
+def rounded_sums(sums: Tensor) -> Tensor:
     """Sums over 2^16 to the nearest byte, halves up: exact in float32."""
     return torch.floor(sums * (1.0 / 65536.0) + 0.5).to(torch.uint8)
 
@@ -69,7 +69,7 @@ def _two_convolutions(x: Tensor, taps_y: Tensor, taps_x: Tensor, border_type: st
     # Channels are folded into the batch, as separable_shared does.
     flat = padded(x.to(torch.float32).flatten(0, 1)[:, None], (ry, ry), (rx, rx), border_type)
     column, row = both_sides(taps_y)[:, None, :, None], both_sides(taps_x)[:, None, None, :]
-    return _rounded(F.conv2d(F.conv2d(flat, column), row).squeeze(1).reshape(x.shape))
+    return rounded_sums(F.conv2d(F.conv2d(flat, column), row).squeeze(1).reshape(x.shape))
 
 
 @primitive

@@ -8,6 +8,7 @@ from torch import Tensor
 from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
 from ..core.materialise import materialised, stored_index
+from ..filters.fixed_point import rounded_sums
 from ..filters.stencil import separable_shared
 from ..kernels import operators as kernels
 from ..numbers.reshaping import reshaped
@@ -49,7 +50,7 @@ def resized_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Te
     image, down = x.to(torch.float32), down[:, None]
     rows = image.index_select(2, top) * (256.0 - down) + image.index_select(2, bottom) * down
     sums = rows.index_select(3, left) * (256.0 - across) + rows.index_select(3, right) * across
-    return torch.floor(sums * (1.0 / 65536.0) + 0.5).to(torch.uint8)
+    return rounded_sums(sums)
 
 
 @resized_bytes.lowering("native", when=kernels.available)
