@@ -7,8 +7,7 @@ import torch
 from torch import Tensor
 
 from chiasm.geometry.depth import depth_warp
-from chiasm.geometry.transform import pyrdown
-from chiasm.geometry.transform.like import resize_like
+from chiasm.geometry.transform import pyrdown, resize
 from chiasm.losses import inverse_depth_smoothness_loss, ssim_loss
 
 from ..optimizers import momentum
@@ -36,7 +35,7 @@ def reduce(images: Tensor, cameras: Tensor) -> Tuple[Tensor, Tensor]:
 
 def enlarge(inverse_depth: Tensor, like: Tensor) -> Tensor:
     """An inverse depth (1, 1, H, W) at the size of the images `like` (B, 3, H2, W2) of a finer scale."""
-    return resize_like(inverse_depth, like)
+    return resize(inverse_depth, (like.shape[-2], like.shape[-1]))
 
 
 def photometric(

@@ -37,7 +37,7 @@ def of_a_part(x: Tensor) -> Tensor:
 )
 def test_parts_are_joined(function, shape) -> None:
     spec = Spec("test.parts", [TensorSpec("x", shape, range=(-1, 1))], symbols={"N": (2, 100), "M": (2, 100)})
-    op = bind(function, ["x"], {}, spec.name)
+    op = bind(function, {"x": "x=x"}, {}, spec.name)
     example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), "float32")
     outputs = output_specs(trace(op, spec, list(spec.inputs), example, "onnx"), spec, "float32")
     tensors, _ = vjp_signature(spec, outputs)

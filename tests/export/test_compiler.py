@@ -17,7 +17,7 @@ from chiasm.export.formats import compiler
 from chiasm.export.formats.compiler import Build
 from chiasm.export.formats.native import LIBRARIES, to_native
 from chiasm.export.tracing.graph import trace
-from chiasm.export.tracing.module import bind
+from chiasm.export.tracing.module import bind_spec
 from tests.export.conftest import SPEC, scaled_difference
 
 ROOT = Path(__file__).parents[2]
@@ -82,7 +82,7 @@ def test_precompiled_headers_change_no_byte(tmp_path: Path, monkeypatch: pytest.
             "_fitting",
             lambda *of: taken.append(bool(found := fitting(*of) if headers else None)) or found,
         )
-        op = bind(scaled_difference, [t.name for t in SPEC.inputs], SPEC.config, SPEC.name)
+        op = bind_spec(scaled_difference, SPEC)
         program = trace(
             op,
             SPEC,

@@ -29,7 +29,7 @@ from chiasm.export.job import with_cotangents
 from chiasm.export.manifest import BundleError, read_manifest, schema
 from chiasm.export.tracing.gradient import trace_vjp, vjp_module, vjp_signature
 from chiasm.export.tracing.graph import output_specs, trace
-from chiasm.export.tracing.module import bind
+from chiasm.export.tracing.module import bind_spec
 from chiasm.export.verify import onnx_session
 from chiasm.filters import GaussianBlur2d, Sobel
 from chiasm.primitives.geometry.consensus import model_costs
@@ -149,7 +149,7 @@ print(export(scaled_difference, SPEC, sys.argv[1]))
 
 def test_a_compilation_is_found_again_whatever_the_process_did_before() -> None:
     def key() -> str:
-        op = bind(scaled_difference, [t.name for t in SPEC.inputs], SPEC.config, SPEC.name)
+        op = bind_spec(scaled_difference, SPEC)
         inputs = samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32")
         outputs = output_specs(trace(op, SPEC, list(SPEC.inputs), inputs, "onnx"), SPEC, "float32")
         tensors, _ = vjp_signature(SPEC, outputs)
@@ -339,7 +339,7 @@ def test_an_export_leaves_no_trace_on_the_next() -> None:
     for fn, least in (_costs_of_four, 6), (_costs_of_all, 1):
         tensors = [TensorSpec("models", ("B", "S", 3, 3)), TensorSpec("planes", ("B", 7, "N"))]
         spec = Spec(f"test.{fn.__name__}", tensors, symbols={"S": (least, 100)})
-        op = bind(fn, ["models", "planes"], {}, spec.name)
+        op = bind_spec(fn, spec)
         program = trace(op, spec, tensors, {"models": torch.rand(7, 17, 3, 3), "planes": planes}, "onnx")
         torch.testing.assert_close(program.module()(models, planes), fn(models, planes))
 

@@ -20,7 +20,7 @@ from chiasm.export.job import run_eager, with_cotangents
 from chiasm.export.manifest import read_file, read_manifest
 from chiasm.export.spec import Spec, TensorSpec
 from chiasm.export.tracing.gradient import vjp_module
-from chiasm.export.tracing.module import bind
+from chiasm.export.tracing.module import bind_spec
 from chiasm.export.verify import difference
 
 from .conftest import SPEC, scaled_difference
@@ -92,7 +92,7 @@ def test_the_model_is_one_call_with_the_manifests_inputs_and_outputs(
 def test_flat_and_fused_agree_with_eager_at_other_sizes(light: Callable[[str], Path], name: str) -> None:
     bundle = light(name)
     fn, spec = op_of(name)
-    op = bind(fn, [t.name for t in spec.inputs], spec.config, name)
+    op = bind_spec(fn, spec)
     outputs = [
         TensorSpec(t["name"], tuple(t["shape"]), t["dtype"])
         for t in read_manifest(bundle)["methods"]["forward"]["outputs"]

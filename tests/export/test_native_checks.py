@@ -20,7 +20,7 @@ from chiasm.export import Spec, TensorSpec, export, samples
 from chiasm.export.formats.compiler import Build
 from chiasm.export.formats.native import LIBRARIES, _inductor
 from chiasm.export.tracing.graph import trace
-from chiasm.export.tracing.module import bind
+from chiasm.export.tracing.module import bind_spec
 from chiasm.primitives.resampling.taps import bilinear_taps
 
 SIZE = 16
@@ -375,7 +375,7 @@ def loops_of(fn: Callable, spec: Spec, monkeypatch: pytest.MonkeyPatch) -> str:
         target.touch()
 
     monkeypatch.setattr(Build, "_start", start)
-    op = bind(fn, [t.name for t in spec.inputs], spec.config, spec.name)
+    op = bind_spec(fn, spec)
     example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0])
     with (
         pytest.raises(Exception, match=r"_Written|test\.loops"),

@@ -1,6 +1,8 @@
 """What holds for every op of the catalog, from its spec alone: it scripts, its target forms agree, its
 gradient is right."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 from torch import Tensor
@@ -11,11 +13,17 @@ from chiasm.export.tracing.module import bind_spec
 from chiasm.primitives.core.target import exporting
 
 ENTRIES = catalog()
+#: The same with each of the other settings that a spec names.
+VARIANTS = ENTRIES | {
+    f"{name} {settings}": replace(entry, spec=replace(entry.spec, config=entry.spec.config | settings))
+    for name, entry in ENTRIES.items()
+    for settings in entry.spec.also
+}
 SIZES = (samples.TESTS[0], {"B": 2, "C": 7, "H": 21, "W": 18, "N": 9, "OH": 8, "OW": 11})
 SMALL = {"B": 2, "C": 3, "H": 9, "W": 8, "N": 5, "OH": 6, "OW": 7}
 TARGETS = ("onnx", "native", "vjp")
 
-every_op = pytest.mark.parametrize("entry", ENTRIES.values(), ids=ENTRIES)
+every_op = pytest.mark.parametrize("entry", VARIANTS.values(), ids=VARIANTS)
 
 
 def module(entry: Entry) -> torch.nn.Module:
@@ -60,9 +68,10 @@ def test_target_forms_equal_eager(entry: Entry) -> None:
                 assert_same(eager(*inputs), expected, 1e-9)
 
 
-@pytest.mark.parametrize(
-    "entry", [e for e in ENTRIES.values() if e.spec.differentiated()], ids=lambda entry: entry.spec.name
-)
+DIFFERENTIABLE = {name: e for name, e in VARIANTS.items() if e.spec.differentiated()}
+
+
+@pytest.mark.parametrize("entry", DIFFERENTIABLE.values(), ids=DIFFERENTIABLE)
 def test_gradient(entry: Entry) -> None:
     eager, names = module(entry), [t.name for t in entry.spec.inputs]
     inputs = arguments(entry, SMALL, "float64")
@@ -76,3 +85,21 @@ def test_gradient(entry: Entry) -> None:
 
     active = [inputs[p].clone().requires_grad_(True) for p in positions]
     assert torch.autograd.gradcheck(call, active, eps=1e-6, atol=1e-5, rtol=1e-3, fast_mode=True)
+
+
+def is_of_images(entry: Entry) -> bool:
+    """Whether an op takes and gives images of the type variable."""
+    spec = entry.spec
+    first, last = spec.inputs[0], spec.outputs[-1]
+    return first.layout == "NCHW" and first.dtype == "T" and last.layout == "NCHW"
+
+
+IMAGES = {name: e for name, e in VARIANTS.items() if is_of_images(e)}
+
+
+@pytest.mark.parametrize("dtype", ["float64", "float16", "bfloat16"])
+@pytest.mark.parametrize("entry", IMAGES.values(), ids=IMAGES)
+def test_dtype_is_kept(entry: Entry, dtype: str) -> None:
+    plain, result = (outputs(module(entry)(*arguments(entry, SMALL, d)))[-1] for d in ("float32", dtype))
+    assert result.dtype == (getattr(torch, dtype) if plain.is_floating_point() else plain.dtype)
+    assert torch.isfinite(result).all()

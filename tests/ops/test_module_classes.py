@@ -15,8 +15,7 @@ SIZES = {"B": 2, "C": 3, "H": 19, "W": 22, "N": 9, "OH": 8, "OW": 11}
 
 
 def family(entry: Entry) -> str:
-    """The package whose public name the op is, or "" for what is not public as a function (a wrapper made for
-    export)."""
+    """The package whose public name the op is, or "" for what is not public as a function."""
     function = entry.function()
     package = function.__module__.rpartition(".")[0]
     public = getattr(importlib.import_module(package), "__all__", ())
@@ -34,10 +33,23 @@ OPS = {name: entry for name, entry in catalog().items() if not entry.spec.interl
 WITH_TWIN = {name: entry for name, entry in OPS.items() if family(entry) and name not in OWN_CLASS}
 
 
+def given_to(entry: Entry) -> dict[str, object]:
+    """What the function gets of the spec's inputs."""
+    given: dict[str, object] = {}
+    for tensor, value in zip(entry.spec.inputs, arguments(entry, SIZES, "float32"), strict=True):
+        if len(tensor.sizes) == 1:
+            given[tensor.sizes[0]] = tuple(value.shape)
+        elif tensor.sizes:
+            given |= dict(zip(tensor.sizes, value.shape, strict=True))
+        else:
+            given[tensor.name] = value
+    return given
+
+
 @pytest.mark.parametrize("entry", WITH_TWIN.values(), ids=WITH_TWIN)
 def test_module_scripts_and_equals_the_function(entry: Entry) -> None:
     function = entry.function()
-    given = dict(zip([t.name for t in entry.spec.inputs], arguments(entry, SIZES, "float32"), strict=True))
+    given = given_to(entry)
     made = getattr(importlib.import_module(family(entry)), class_name(function.__name__))
     tensors = list(inspect.signature(made.forward).parameters)[1:]
     module = made(**entry.spec.config, **{n: v for n, v in given.items() if n not in tensors})

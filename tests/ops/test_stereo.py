@@ -11,7 +11,7 @@ from scenes import camera_matrix, points_in_front, pose, project
 from chiasm.geometry.depth import depth_from_disparity
 from chiasm.geometry.epipolar import motion_from_essential_choose_solution
 from chiasm.geometry.ransac import ransac_essential
-from chiasm.geometry.stereo import reproject_disparity_to_3d, stereo_rectify, stereo_rectify_like
+from chiasm.geometry.stereo import reproject_disparity_to_3d, stereo_rectify
 
 NAMES = ("R1", "R2", "P1", "P2", "Q")
 SHIFTS = {
@@ -58,8 +58,6 @@ def test_equals_opencv(shift: str, zero_disparity: bool, lens: bool) -> None:
                 atol=1e-12 if exact else 2e-3 if lens else 1e-4,
                 err_msg=name,
             )
-        like = stereo_rectify_like(*tensors(K1, K2, R, t), torch.zeros(3, 480, 640), *dist, zero_disparity)
-        assert all(a.equal(b) for a, b in zip(like, result, strict=True))
 
 
 @pytest.mark.parametrize("shift", SHIFTS)

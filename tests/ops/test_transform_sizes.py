@@ -25,7 +25,6 @@ from chiasm.geometry.transform import (
     rot180,
     vflip,
 )
-from chiasm.geometry.transform.like import crop_by_boxes_like
 from chiasm.primitives.core.window_sizes import as_ratio
 
 D = torch.float64
@@ -161,7 +160,7 @@ def test_crop_by_boxes() -> None:
     actual = crop_by_boxes(X, box, corner)
     torch.testing.assert_close(actual, X[:, :, 8:21, 10:31], rtol=0, atol=1e-9)
     torch.testing.assert_close(crop_by_boxes(X, box, corner + 3), X[:, :, 5:18, 7:28], rtol=0, atol=1e-9)
-    torch.testing.assert_close(crop_by_boxes_like(X, box, corner, X[0, :, :13, :21]), actual, rtol=0, atol=0)
+    torch.testing.assert_close(crop_by_boxes(X, box, corner, size=(13, 21)), actual, rtol=0, atol=0)
     with pytest.raises(ValueError, match="dst_box: expected rectangles of one size"):
         crop_by_boxes(X, box, QUADRILATERALS)
 

@@ -24,7 +24,6 @@ from chiasm.geometry.transform import (
     warp_grid3d,
     warp_perspective3d,
 )
-from chiasm.geometry.transform.like3d import crop_by_boxes3d_like
 
 D = torch.float64
 SIZE = (9, 12, 15)
@@ -211,5 +210,5 @@ def test_crops() -> None:
     actual = crop_by_boxes3d(X, box, corner, align_corners=True)
     torch.testing.assert_close(actual, X[:, :, 1:6, 3:10, 2:11], rtol=0, atol=1e-9)
     torch.testing.assert_close(
-        crop_by_boxes3d_like(X, box, corner, X[0, 0, :5, :7, :9], align_corners=True), actual, rtol=0, atol=0
+        crop_by_boxes3d(X, box, corner, align_corners=True, size=(5, 7, 9)), actual, rtol=0, atol=0
     )

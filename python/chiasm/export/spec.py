@@ -9,6 +9,8 @@ from typing import Any
 
 import torch
 
+from .peer import Peer
+
 Sampler = Callable[[torch.Generator, dict[str, int], torch.dtype], dict[str, torch.Tensor]]
 
 #: Limits of the symbols that most ops share; a spec may narrow them or add its own.
@@ -24,6 +26,9 @@ class TensorSpec:
     shape: integers and symbols ("B", "H"); empty for outputs, whose shape the exporter derives.
     dtype: "T", the type variable of a generic op, or a concrete one ("uint8"). Derived for outputs.
     range: nominal values, used to make test inputs and told to users; not enforced.
+    sizes: the op's arguments that are numbers of this tensor's shape, in place of the tensor: one that takes
+    all of them, or one for each. Every runtime passes tensors, but not every one numbers that change from
+    call to call (`like`).
     """
 
     name: str
@@ -33,6 +38,7 @@ class TensorSpec:
     color: str = ""
     range: tuple[float, float] | None = None
     description: str = ""
+    sizes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -60,7 +66,8 @@ class Frames:
 
     dtypes: the element types of the frames; the first is the default. config, tolerances, reference: as in
     Spec, where they differ from it: the settings of an op on bytes are in the units of bytes. ranges: those
-    of other inputs, likewise; None leaves an input out, for which the op has a default.
+    of other inputs, likewise; None leaves an input out, for which the op has a default. peer: as in Spec, of
+    frames of the first type.
     """
 
     dtypes: tuple[str, ...] = ("uint8",)
@@ -68,6 +75,7 @@ class Frames:
     ranges: dict[str, tuple[float, float] | None] = field(default_factory=dict)
     tolerances: dict[str, Tolerance] = field(default_factory=dict)
     reference: str = ""
+    peer: Peer | None = None
 
 
 @dataclass(frozen=True)
@@ -86,6 +94,9 @@ class Spec:
     or infinity; empty where they agree (tests/parity/special_values.py). takes_gradients: True for a function
     that calls torch.autograd.grad (a step of an optimisation); it is traced as gradients are, and has no vjp.
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
+    reference: what the values are tested against, in words. peer: the same op in another library, which is
+    called: tests compare values with it, the benchmark times. also: other settings that are tested like
+    `config`, whose entries they replace, but are not deployed.
     frames: what makes the op's form for frames, if it has one (`as_frames`). interleaved: True for that form:
     the tensors of layout "NHWC" are images (B, C, H, W) to the op.
     """
@@ -102,6 +113,8 @@ class Spec:
     sample: Sampler | None = None
     summary: str = ""
     reference: str = ""
+    peer: Peer | None = None
+    also: tuple[dict[str, Any], ...] = ()
     version: str = "1.0.0"
     vectorize: bool = True
     without_nan: bool = False
@@ -135,6 +148,8 @@ class Spec:
             special_values="",
             sample=None if self.sample is None else _frames_sampler(self.sample, self.inputs),
             reference=self.frames.reference or self.reference,
+            peer=self.frames.peer,
+            also=(),
             frames=None,
             interleaved=True,
         )
@@ -221,6 +236,16 @@ def image(
     return TensorSpec(
         name, ("B", channels, "H", "W"), "T", "NCHW", color, range, description or "image batch"
     )
+
+
+def like(*sizes: str, shape: tuple[str, ...] = ("OH", "OW")) -> TensorSpec:
+    """A tensor whose shape is the size wanted, for the op's arguments `sizes`.
+
+    >>> like("dsize").shape, like("height", "width").sizes
+    (('OH', 'OW'), ('height', 'width'))
+    """
+    description = "its shape is the size wanted; its values are not read"
+    return TensorSpec("like", shape, "uint8", range=(0, 255), description=description, sizes=sizes)
 
 
 def frame(name: str = "frame", color: str = "BGR", description: str = "") -> TensorSpec:

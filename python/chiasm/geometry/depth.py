@@ -23,7 +23,6 @@ __all__ = [
     "depth_to_normals",
     "depth_warp",
     "unproject_meshgrid",
-    "unproject_meshgrid_like",
     "warp_frame_depth",
 ]
 
@@ -180,23 +179,6 @@ def unproject_meshgrid(
     """
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
     return torch.stack(_rays(camera_matrix, height, width, normalize_points), -1)
-
-
-def unproject_meshgrid_like(like: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:
-    """:func:`unproject_meshgrid` for the height and width of another tensor, which every runtime can pass.
-
-    Args:
-        like: a tensor (..., H, W) of any dtype, whose values are not read.
-        camera_matrix, normalize_points: as in :func:`unproject_meshgrid`.
-
-    Returns:
-        (*, H, W, 3).
-
-    Example:
-        >>> unproject_meshgrid_like(torch.zeros(2, 5), torch.eye(3)).shape
-        torch.Size([2, 5, 3])
-    """
-    return unproject_meshgrid(like.size(-2), like.size(-1), camera_matrix, normalize_points)
 
 
 def depth_to_normals(depth: Tensor, camera_matrix: Tensor, normalize_points: bool = False) -> Tensor:

@@ -18,7 +18,6 @@ from .conversions.rotations import (
 __all__ = [
     "reproject_disparity_to_3d",
     "stereo_rectify",
-    "stereo_rectify_like",
 ]
 
 
@@ -98,33 +97,6 @@ def stereo_rectify(
     Q = _reprojection(focal, c1, baseline, ((c1 - c2) * axis[:, 0:2]).sum(-1, keepdim=True))
     dtype = K1.dtype
     return R1.to(dtype), R2.to(dtype), P1.to(dtype), P2.to(dtype), Q.to(dtype)
-
-
-def stereo_rectify_like(
-    K1: Tensor,
-    K2: Tensor,
-    R: Tensor,
-    t: Tensor,
-    like: Tensor,
-    dist1: Optional[Tensor] = None,
-    dist2: Optional[Tensor] = None,
-    zero_disparity: bool = True,
-) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
-    """:func:`stereo_rectify` for the height and width of another tensor, which every runtime can pass.
-
-    Args:
-        K1, K2, R, t, dist1, dist2, zero_disparity: as in :func:`stereo_rectify`.
-        like: a tensor (..., H, W) of any dtype, whose values are not read.
-
-    Returns:
-        R1, R2, P1, P2, Q as :func:`stereo_rectify`.
-
-    Example:
-        >>> K, t = torch.eye(3)[None], torch.tensor([[[-0.6], [0.0], [0.0]]])
-        >>> stereo_rectify_like(K, K, torch.eye(3)[None], t, torch.zeros(11, 21))[2][0, :2, 2]
-        tensor([0., 0.])
-    """
-    return stereo_rectify(K1, K2, R, t, like.size(-2), like.size(-1), dist1, dist2, zero_disparity)
 
 
 def reproject_disparity_to_3d(disparity: Tensor, Q: Tensor) -> Tensor:

@@ -82,6 +82,8 @@ def whole_pixels(points: Tensor) -> Tensor:
     """Coordinates as int64, rounded; beyond 2^20 pixels from the origin they saturate, which keeps products
     exact. NaN is as far as that to the left or above."""
     if points.is_floating_point():
+        # Half precision has no number as large as 2^20.
+        points = points if points.dtype == torch.float64 else points.to(torch.float32)
         return known_or(torch.round(points), -1048576.0).clamp(-1048576.0, 1048576.0).to(torch.int64)
     return points.to(torch.int64).clamp(-1048576, 1048576)
 

@@ -66,29 +66,6 @@ NOT_DEPLOYED = {
         )
         for name, kind in (("validate_bbox", "bbox"), ("validate_bbox3d", "bbox3d"))
     },
-    **{
-        f"geometry.{name}": (
-            "the size of its output is numbers, of which an artifact would have one (it scripts):"
-            f" `{name.rpartition('.')[2]}_like`, which takes that of another input, is deployed for it"
-        )
-        for name in (
-            "depth.unproject_meshgrid",
-            "stereo.stereo_rectify",
-            "transform.center_crop",
-            "transform.crop_by_boxes",
-            "transform.crop_by_boxes3d",
-            "transform.crop_by_transform_mat",
-            "transform.crop_by_transform_mat3d",
-            "transform.homography_warp",
-            "transform.homography_warp3d",
-            "transform.resize",
-            "transform.warp_affine",
-            "transform.warp_affine3d",
-            "transform.warp_perspective",
-            "transform.warp_perspective3d",
-            "transform.warp_polar",
-        )
-    },
     "feature.get_laf_descriptors": (
         "takes a module: `feature.get_laf_descriptors.sift`, with SIFT in its place, is deployed for it, and"
         " `LAFDescriptor` exports with any"

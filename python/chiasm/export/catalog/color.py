@@ -1,7 +1,9 @@
 """Colour conversions."""
 
+import numpy as np
 import torch
 
+from ..peer import Peer, cvt_color, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import add
 
@@ -18,6 +20,21 @@ def _rgb(name="image"):
     return image(name, channels=3, color="RGB")
 
 
+def _in_radians(hsv):
+    """OpenCV's hue is in degrees."""
+    return hsv * np.array([np.pi / 180, 1.0, 1.0])
+
+
+def _in_degrees(hue):
+    """The other way round."""
+    return (hue * np.array([180 / np.pi, 1.0, 1.0], np.float32),)
+
+
+def _red_difference_last(ycrcb):
+    """OpenCV has it before the blue one."""
+    return ycrcb[..., [0, 2, 1]]
+
+
 def _output(color="RGB", description=""):
     return [TensorSpec("output", layout="NCHW", color=color, description=description)]
 
@@ -30,8 +47,9 @@ add(
         [_rgb()],
         _output("GRAY"),
         dtypes=("float32", "float64", "float16", "bfloat16"),
+        peer=cvt_color("COLOR_RGB2GRAY"),
         reference="OpenCV cvtColor(COLOR_RGB2GRAY)",
-        frames=Frames(),
+        frames=Frames(peer=cvt_color("COLOR_RGB2GRAY")),
     )
 )
 add(
@@ -39,8 +57,9 @@ add(
         "color.bgr_to_grayscale",
         [image("image", channels=3, color="BGR")],
         _output("GRAY"),
+        peer=cvt_color("COLOR_BGR2GRAY"),
         reference=_OPENCV.format("COLOR_BGR2GRAY"),
-        frames=Frames(),
+        frames=Frames(peer=cvt_color("COLOR_BGR2GRAY")),
     )
 )
 add(
@@ -48,6 +67,7 @@ add(
         "color.grayscale_to_rgb",
         [image("image", channels=1, color="GRAY")],
         _output(),
+        peer=cvt_color("COLOR_GRAY2RGB"),
         reference=_OPENCV.format("COLOR_GRAY2RGB"),
     )
 )
@@ -59,10 +79,42 @@ _RGBA = image("image", channels=4, color="RGBA")
 _ALPHA = TensorSpec("alpha_val", ("B", 1, "H", "W"), range=(0.0, 1.0), description="alpha of each pixel")
 _BYTES = TensorSpec("image", ("B", 3, "H", "W"), "uint8", "NCHW", "RGB", (0, 255), "image batch")
 
-add(Spec("color.bgr_to_rgb", [_BGR], _output(), reference=_OPENCV.format("COLOR_BGR2RGB")))
-add(Spec("color.rgb_to_bgr", [_rgb()], _output("BGR"), reference=_OPENCV.format("COLOR_RGB2BGR")))
-add(Spec("color.rgb_to_rgba", [_rgb(), _ALPHA], _output("RGBA"), reference="NumPy concatenate"))
-add(Spec("color.bgr_to_rgba", [_BGR, _ALPHA], _output("RGBA"), reference="NumPy concatenate"))
+add(
+    Spec(
+        "color.bgr_to_rgb",
+        [_BGR],
+        _output(),
+        peer=cvt_color("COLOR_BGR2RGB"),
+        reference=_OPENCV.format("COLOR_BGR2RGB"),
+    )
+)
+add(
+    Spec(
+        "color.rgb_to_bgr",
+        [_rgb()],
+        _output("BGR"),
+        peer=cvt_color("COLOR_RGB2BGR"),
+        reference=_OPENCV.format("COLOR_RGB2BGR"),
+    )
+)
+add(
+    Spec(
+        "color.rgb_to_rgba",
+        [_rgb(), _ALPHA],
+        _output("RGBA"),
+        peer=Peer("numpy", lambda np, x, alpha: np.concatenate([x, alpha]), "samples"),
+        reference="NumPy concatenate",
+    )
+)
+add(
+    Spec(
+        "color.bgr_to_rgba",
+        [_BGR, _ALPHA],
+        _output("RGBA"),
+        peer=Peer("numpy", lambda np, x, alpha: np.concatenate([x[::-1], alpha]), "samples"),
+        reference="NumPy concatenate",
+    )
+)
 add(
     Spec(
         "color.rgba_to_rgb",
@@ -78,17 +130,34 @@ add(
         reference="Pillow alpha_composite",
     )
 )
-add(Spec("color.rgba_to_bgr", [_RGBA], _output("BGR"), reference=_OPENCV.format("COLOR_RGBA2BGR")))
+add(
+    Spec(
+        "color.rgba_to_bgr",
+        [_RGBA],
+        _output("BGR"),
+        peer=cvt_color("COLOR_RGBA2BGR"),
+        reference=_OPENCV.format("COLOR_RGBA2BGR"),
+    )
+)
 add(
     Spec(
         "color.rgb_to_rgb255",
         [_rgb()],
         _output(description="bytes"),
         gradients=(),
+        peer=opencv(lambda cv2, x: cv2.convertScaleAbs(x, alpha=255)),
         reference="NumPy rint; OpenCV addWeighted(dtype=CV_8U)",
     )
 )
-add(Spec("color.rgb255_to_rgb", [_BYTES], _output(), reference="NumPy"))
+add(
+    Spec(
+        "color.rgb255_to_rgb",
+        [_BYTES],
+        _output(),
+        peer=Peer("numpy", lambda np, x: x * np.float32(1 / 255), "batch"),
+        reference="NumPy",
+    )
+)
 add(
     Spec(
         "color.normals_to_rgb255",
@@ -117,8 +186,11 @@ add(
         "color.rgb_to_hsv",
         [_rgb()],
         _output("HSV", "hue in [0, 2 pi], saturation and value in [0, 1]"),
+        peer=cvt_color("COLOR_RGB2HSV", after=_in_radians, atol=1e-4),
         reference="OpenCV cvtColor(COLOR_RGB2HSV) on float32",
-        frames=Frames(reference="OpenCV cvtColor(COLOR_RGB2HSV)"),
+        frames=Frames(
+            reference="OpenCV cvtColor(COLOR_RGB2HSV)", peer=cvt_color("COLOR_RGB2HSV", atol=1, share=1e-3)
+        ),
     )
 )
 
@@ -141,6 +213,7 @@ for _space in ("hls", "hsl", "hsv"):
                 f"color.rgb_to_{_space}",
                 [_rgb()],
                 _output(_color, "hue in [0, 2 pi], the others in [0, 1]"),
+                peer=cvt_color("COLOR_RGB2HLS", after=_in_radians, atol=1e-4) if _space == "hls" else None,
                 reference=_OPENCV.format("COLOR_RGB2HLS"),
             )
         )
@@ -150,6 +223,9 @@ for _space in ("hls", "hsl", "hsv"):
             [image("image", channels=3, color=_color, description="hue in radians, the others in [0, 1]")],
             _output(),
             sample=_hue("image"),
+            peer=(
+                None if _space == "hsl" else cvt_color(f"COLOR_{_color}2RGB", before=_in_degrees, atol=1e-4)
+            ),
             reference=_OPENCV.format("COLOR_HSV2RGB, COLOR_HLS2RGB") + "; colorsys",
         )
     )
@@ -177,12 +253,21 @@ add(
         reference="scikit-image; IEC 61966-2-1 in NumPy float64",
     )
 )
-add(Spec("color.rgb_to_xyz", [_rgb()], _output("XYZ"), reference=_OPENCV.format("COLOR_RGB2XYZ")))
+add(
+    Spec(
+        "color.rgb_to_xyz",
+        [_rgb()],
+        _output("XYZ"),
+        peer=cvt_color("COLOR_RGB2XYZ"),
+        reference=_OPENCV.format("COLOR_RGB2XYZ"),
+    )
+)
 add(
     Spec(
         "color.xyz_to_rgb",
         [image("image", channels=3, color="XYZ")],
         _output(),
+        peer=cvt_color("COLOR_XYZ2RGB"),
         reference=_OPENCV.format("COLOR_XYZ2RGB"),
     )
 )
@@ -195,6 +280,7 @@ add(
         # derivatives of a and b by a dark colour are in the hundreds
         gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
         special_values=_LOGARITHM,
+        peer=cvt_color("COLOR_RGB2Lab", atol=0.5),
         reference="scikit-image rgb2lab; OpenCV cvtColor(COLOR_RGB2Lab)",
     )
 )
@@ -206,6 +292,7 @@ add(
         tolerances=_CIE,
         gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
         special_values=_LOGARITHM,
+        peer=cvt_color("COLOR_RGB2Luv", atol=0.05),
         reference="scikit-image rgb2luv; OpenCV cvtColor(COLOR_RGB2Luv)",
     )
 )
@@ -229,6 +316,7 @@ add(
         [image("image", channels=3, color="LAB", range=(-128.0, 127.0))],
         _output(),
         sample=_sample_cie("lab"),
+        peer=cvt_color("COLOR_Lab2RGB", atol=1e-3),
         reference="scikit-image lab2rgb; OpenCV cvtColor(COLOR_Lab2RGB)",
     )
 )
@@ -239,6 +327,7 @@ add(
         _output(),
         special_values=_LOGARITHM,
         sample=_sample_cie("luv"),
+        peer=cvt_color("COLOR_Luv2RGB", atol=1e-3),
         reference="scikit-image luv2rgb; OpenCV cvtColor(COLOR_Luv2RGB)",
     )
 )
@@ -253,14 +342,23 @@ _PLANES = [
     TensorSpec("uv", layout="NCHW", color="UV", description="subsampled chroma"),
 ]
 
-add(Spec("color.rgb_to_y", [_rgb()], _output("GRAY"), reference=_OPENCV.format("COLOR_RGB2GRAY")))
+add(
+    Spec(
+        "color.rgb_to_y",
+        [_rgb()],
+        _output("GRAY"),
+        peer=cvt_color("COLOR_RGB2GRAY", atol=1e-3),
+        reference=_OPENCV.format("COLOR_RGB2GRAY"),
+    )
+)
 add(
     Spec(
         "color.rgb_to_ycbcr",
         [_rgb()],
         _output("YCbCr"),
+        peer=cvt_color("COLOR_RGB2YCrCb", after=_red_difference_last),
         reference=_OPENCV.format("COLOR_RGB2YCrCb"),
-        frames=Frames(),
+        frames=Frames(peer=cvt_color("COLOR_RGB2YCrCb", after=_red_difference_last, atol=1)),
     )
 )
 add(
@@ -268,16 +366,26 @@ add(
         "color.ycbcr_to_rgb",
         [image("image", channels=3, color="YCbCr")],
         _output(),
+        peer=cvt_color("COLOR_YCrCb2RGB", before=lambda x: (_red_difference_last(x),), atol=1e-3),
         reference=_OPENCV.format("COLOR_YCrCb2RGB"),
     )
 )
-add(Spec("color.rgb_to_yuv", [_rgb()], _output("YUV", _YUV), reference="scikit-image rgb2yuv"))
+add(
+    Spec(
+        "color.rgb_to_yuv",
+        [_rgb()],
+        _output("YUV", _YUV),
+        peer=Peer("skimage.color", lambda color, x: color.rgb2yuv(x)),
+        reference="scikit-image rgb2yuv",
+    )
+)
 add(
     Spec(
         "color.yuv_to_rgb",
         [image("image", channels=3, color="YUV", range=(-0.6, 1.0), description=_YUV)],
         _output(),
         special_values=_ZERO_FACTORS,
+        peer=Peer("skimage.color", lambda color, x: color.yuv2rgb(x), atol=1e-4),
         reference="scikit-image yuv2rgb",
     )
 )
@@ -366,6 +474,10 @@ add(
         [TensorSpec("input_tensor", ("B", 1, "H", "W"), "uint8", "NCHW", "GRAY", (0, 255), "image batch")],
         _output(),
         config={"colormap": "turbo"},
+        peer=opencv(
+            lambda cv2, x: cv2.applyColorMap(x, cv2.COLORMAP_TURBO),
+            after=lambda bgr: bgr[..., ::-1] / 255,
+        ),
         reference=_CV_MAPS,
     ),
     fn="color.apply_colormap",

@@ -1,7 +1,9 @@
 """Ops that fit no other family."""
 
+import numpy as np
 import torch
 
+from ..peer import Peer, opencv
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
@@ -38,6 +40,7 @@ add(
         # slopes amplify the rounding of x, and the gradient by a knot is a sum over all values beside it
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
         gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
+        peer=Peer("numpy", lambda np, x, xp, fp: np.interp(x, xp, fp), "batch"),
         reference="numpy.interp",
     )
 )
@@ -84,6 +87,19 @@ def _dense(generator, sizes, dtype):
     return {"image": made}
 
 
+def _as_bytes(x):
+    return ((x > 0).astype(np.uint8),)
+
+
+def _by_first_pixel(labels):
+    """Labels as chiasm's: 1 + the index of a shape's first pixel."""
+    _, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
+    return np.where(labels > 0, 1 + first[inverse].reshape(labels.shape), 0)
+
+
+_COMPONENTS = opencv(
+    lambda cv2, x: cv2.connectedComponents(x)[1], "planes", before=_as_bytes, after=_by_first_pixel
+)
 _BINARY = image("image", description="binary image batch, set above 0")
 
 add(
@@ -101,6 +117,7 @@ add(
         symbols=STENCIL,
         gradients=(),
         sample=_shapes,
+        peer=_COMPONENTS,
         reference="SciPy label up to the names of the labels",
     )
 )
@@ -119,6 +136,7 @@ add(
         symbols=STENCIL,
         gradients=(),
         sample=_shapes,
+        peer=_COMPONENTS,
         reference="SciPy label up to the names of the labels",
     )
 )
@@ -144,6 +162,11 @@ add(
         symbols=STENCIL,
         gradients=(),
         sample=_dense,
+        peer=opencv(
+            lambda cv2, x: cv2.distanceTransform(x, cv2.DIST_L2, cv2.DIST_MASK_PRECISE),
+            "planes",
+            before=_as_bytes,
+        ),
         reference="SciPy distance_transform_edt",
     )
 )

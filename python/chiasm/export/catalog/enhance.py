@@ -1,11 +1,59 @@
 """Intensity changes."""
 
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..peer import Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
 
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
 #: The gradient of a number that all pixels share is a sum over them, whose order each backend chooses.
 _SUMS = {"float32": Tolerance(1e-3, 1e-4)}
+
+
+def _curve(values: Callable, **options: Any) -> Peer:
+    """OpenCV's LUT of the values of the 256 levels, for a sample's numbers."""
+
+    def call(cv2, x, *numbers):
+        levels = values(np.arange(256.0), *numbers)
+        return cv2.LUT(x, np.rint(np.clip(levels, 0, 255)).astype(np.uint8))
+
+    return opencv(call, **options)
+
+
+def _solarized(x, threshold, addition):
+    moved = np.clip(x + addition, 0, 255)
+    return np.where(moved < threshold, moved, 255 - moved)
+
+
+def _with_grey(cv2, x, factor):
+    grey = cv2.cvtColor(cv2.cvtColor(x, cv2.COLOR_RGB2GRAY), cv2.COLOR_GRAY2RGB)
+    return _clipped(cv2, cv2.addWeighted(x, factor, grey, 1 - factor, 0))
+
+
+def _with_mean(cv2, x, factor):
+    mean = cv2.mean(cv2.cvtColor(x, cv2.COLOR_RGB2GRAY))[0]
+    return _clipped(cv2, cv2.addWeighted(x, factor, x, 0, mean * (1 - factor)))
+
+
+def _clipped(cv2, x):
+    flat = x.reshape(len(x), -1)
+    return cv2.min(cv2.max(flat, 0.0), 1.0).reshape(x.shape)
+
+
+def _sharpened(cv2, x, factor):
+    smooth = cv2.filter2D(x, -1, np.array([[1, 1, 1], [1, 5, 1], [1, 1, 1]], np.float32) / 13)
+    return _clipped(cv2, cv2.addWeighted(x, factor, smooth, 1 - factor, 0))
+
+
+def _turned(cv2, x, angle):
+    hsv = cv2.cvtColor(x, cv2.COLOR_RGB2HSV)
+    hsv[..., 0] = np.mod(hsv[..., 0] + math.degrees(angle), 360)
+    return cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)
 
 
 def _factor(name: str, low: float, high: float, description: str) -> TensorSpec:
@@ -23,6 +71,11 @@ add(
         [image("data"), _MEAN, _STD],
         _OUTPUT,
         gradient_tolerances=_SUMS,
+        peer=opencv(
+            lambda cv2, x, mean, std: cv2.divide(cv2.subtract(x, mean), std),
+            before=lambda x, mean, std: (x, (*map(float, mean), 0.0), (*map(float, std), 1.0)),
+            sizes={"C": 3},
+        ),
         reference="(data - mean) / std in NumPy float64",
     )
 )
@@ -33,6 +86,7 @@ add(
         [image("data"), _MEAN, _STD],
         _OUTPUT,
         gradient_tolerances=_SUMS,
+        peer=Peer("numpy", lambda np, x, mean, std: x * std[:, None, None] + mean[:, None, None], "batch"),
         reference="data * std + mean in NumPy float64",
     )
 )
@@ -45,6 +99,7 @@ add(
         config={"min_val": -1.0, "max_val": 2.0, "eps": 1e-6},
         # one pixel's gradient is a sum over its channel
         gradient_tolerances=_SUMS,
+        peer=opencv(lambda cv2, x: cv2.normalize(x, None, -1.0, 2.0, cv2.NORM_MINMAX), "planes", atol=1e-4),
         reference="the formula in NumPy float64; OpenCV normalize(NORM_MINMAX)",
     )
 )
@@ -63,6 +118,7 @@ add(
         ],
         _OUTPUT,
         gradient_tolerances=_SUMS,
+        peer=opencv(lambda cv2, a, alpha, b, beta, gamma: cv2.addWeighted(a, alpha, b, beta, gamma)),
         reference="OpenCV addWeighted",
     )
 )
@@ -73,8 +129,9 @@ add(
         [image("image"), _factor("max_val", 0.5, 1.5, "the value of white")],
         _OUTPUT,
         gradient_tolerances=_SUMS,
+        peer=opencv(lambda cv2, x, white: cv2.subtract(white, x), "planes"),
         reference="Pillow ImageOps.invert",
-        frames=Frames(ranges={"max_val": None}),
+        frames=Frames(ranges={"max_val": None}, peer=opencv(lambda cv2, x: cv2.bitwise_not(x))),
     )
 )
 
@@ -91,6 +148,13 @@ add(
     )
 )
 
+_INTEGRAL = opencv(
+    lambda cv2, x: cv2.integral(x, sdepth=cv2.CV_32F),
+    "planes",
+    after=lambda s: s[1:, 1:],
+    rtol=1e-4,
+    atol=1e-3,
+)
 for _name in ("integral_image", "integral_tensor"):
     add(
         Spec(
@@ -100,16 +164,20 @@ for _name in ("integral_image", "integral_tensor"):
             config={} if _name == "integral_image" else {"dim": [1, -1]},
             # sums of up to all pixels, in another order
             tolerances={"float32": Tolerance(1e-3, 1e-4)},
+            peer=_INTEGRAL if _name == "integral_image" else None,
             reference="OpenCV integral; NumPy cumsum",
         )
     )
 
 # --- brightness, contrast, saturation, curves ---------------------------------------------------------------
 
-for _name, _low, _high, _unit in (
-    ("adjust_brightness", -0.3, 0.3, 255),
-    ("adjust_brightness_accumulative", 0.5, 1.5, 1),
-    ("adjust_contrast", 0.5, 1.5, 1),
+_CLIPPED_SUM = opencv(lambda cv2, x, factor: cv2.min(cv2.max(cv2.add(x, factor), 0.0), 1.0), "planes")
+_CLIPPED_PRODUCT = opencv(lambda cv2, x, factor: cv2.min(cv2.multiply(x, factor), 1.0), "planes")
+
+for _name, _low, _high, _unit, _peer, _frames_peer in (
+    ("adjust_brightness", -0.3, 0.3, 255, _CLIPPED_SUM, _curve(lambda x, factor: x + factor)),
+    ("adjust_brightness_accumulative", 0.5, 1.5, 1, _CLIPPED_PRODUCT, _curve(lambda x, factor: x * factor)),
+    ("adjust_contrast", 0.5, 1.5, 1, _CLIPPED_PRODUCT, _curve(lambda x, factor: x * factor)),
 ):
     add(
         Spec(
@@ -119,7 +187,8 @@ for _name, _low, _high, _unit in (
             config={"clip_output": True},
             gradient_tolerances=_SUMS,
             reference="Pillow ImageEnhance.Brightness; the formula in NumPy float64",
-            frames=Frames(ranges={"factor": (_low * _unit, _high * _unit)}),
+            peer=_peer,
+            frames=Frames(ranges={"factor": (_low * _unit, _high * _unit)}, peer=_frames_peer),
         )
     )
 
@@ -133,6 +202,7 @@ for _name, _enhancer in (
             [image("image", channels=3, color="RGB"), _factor("factor", 0.5, 1.5, "strength")],
             [TensorSpec("output", layout="NCHW", color="RGB")],
             gradient_tolerances=_SUMS,
+            peer=opencv(_with_mean if _enhancer == "Contrast" else _with_grey),
             reference=f"Pillow ImageEnhance.{_enhancer}",
         )
     )
@@ -148,6 +218,7 @@ for _name, _low, _high in (("adjust_hue", -3.0, 3.0), ("adjust_saturation", 0.3,
             # sum over all pixels
             tolerances={"float32": Tolerance(1e-4, 1e-4)},
             gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
+            peer=opencv(_turned, atol=1e-3) if _name == "adjust_hue" else None,
             reference="OpenCV cvtColor(COLOR_RGB2HSV) and back",
         )
     )
@@ -167,8 +238,11 @@ add(
         [image(), _factor("gamma", 0.5, 2.0, "exponent"), _factor("gain", 0.8, 1.2, "factor")],
         _OUTPUT,
         gradient_tolerances=_SUMS,
+        peer=opencv(
+            lambda cv2, x, gamma, gain: cv2.min(cv2.multiply(cv2.pow(x, gamma), gain), 1.0), "planes"
+        ),
         reference="scikit-image adjust_gamma",
-        frames=Frames(),
+        frames=Frames(peer=_curve(lambda x, gamma, gain: 255 * gain * (x / 255) ** gamma, atol=1)),
     )
 )
 
@@ -179,6 +253,11 @@ for _inverse in (False, True):
             [image("image")],
             _OUTPUT,
             config={"gain": 1.1, "inv": _inverse, "clip_output": True},
+            peer=Peer(
+                "skimage.exposure",
+                lambda exposure, x, inverse=_inverse: np.clip(exposure.adjust_log(x, 1.1, inverse), 0, 1),
+                "batch",
+            ),
             reference="scikit-image adjust_log",
         ),
         fn="enhance.adjust_log",
@@ -190,6 +269,7 @@ add(
         [image("image")],
         _OUTPUT,
         config={"cutoff": 0.5, "gain": 10.0, "inv": False},
+        peer=Peer("skimage.exposure", lambda exposure, x: exposure.adjust_sigmoid(x), "batch"),
         reference="scikit-image adjust_sigmoid",
     )
 )
@@ -206,7 +286,7 @@ add(
         _OUTPUT,
         gradients=(),
         reference="Pillow ImageOps.posterize",
-        frames=Frames(),
+        frames=Frames(peer=_curve(lambda x, bits: x - x % 2.0 ** (8 - bits))),
     )
 )
 
@@ -222,9 +302,19 @@ add(
         gradients=("input", "additions"),
         gradient_tolerances=_SUMS,
         reference="Pillow ImageOps.solarize",
-        frames=Frames(ranges={"thresholds": (70.0, 180.0), "additions": (-50.0, 50.0)}),
+        frames=Frames(
+            ranges={"thresholds": (70.0, 180.0), "additions": (-50.0, 50.0)}, peer=_curve(_solarized)
+        ),
     )
 )
+
+
+def _threshold(kind: str, **options: Any) -> Peer:
+    code = f"THRESH_{kind.upper()}"
+    return opencv(
+        lambda cv2, x, limit, value=0.0: cv2.threshold(x, limit, value, getattr(cv2, code))[1], **options
+    )
+
 
 for _type in ("binary", "binary_inv", "trunc", "tozero", "tozero_inv"):
     _binary = _type.startswith("binary")
@@ -240,8 +330,13 @@ for _type in ("binary", "binary_inv", "trunc", "tozero", "tozero_inv"):
             config={"type": _type},
             gradients=("maxval",) if _binary else ("input",),
             gradient_tolerances=_SUMS,
+            peer=_threshold(_type),
             reference="OpenCV threshold",
-            frames=Frames(ranges={"thresh": (70.0, 180.0), "maxval": (100.0, 255.0)}),
+            frames=Frames(
+                ranges={"thresh": (70.0, 180.0), "maxval": (100.0, 255.0)},
+                # Of bytes OpenCV takes the whole number below the limit.
+                peer=_threshold(_type, atol=float(_type == "trunc")),
+            ),
         ),
         fn="enhance.threshold",
     )
@@ -253,6 +348,7 @@ add(
         _OUTPUT,
         symbols=STENCIL,
         gradient_tolerances=_SUMS,
+        peer=opencv(_sharpened, "planes", edge=1),
         reference="Pillow ImageEnhance.Sharpness",
     )
 )
@@ -318,6 +414,7 @@ add(
         _OUTPUT,
         config={"clip_limit": 4.0, "tile_grid_size": (4, 3)},
         symbols=STENCIL,
+        peer=opencv(lambda cv2, x: cv2.createCLAHE(4.0, (4, 3)).apply(x), "planes"),
         reference="OpenCV createCLAHE",
     )
 )
@@ -416,6 +513,7 @@ add(
         ],
         [TensorSpec("output")],
         gradient_tolerances=_SUMS,
+        peer=Peer("numpy", lambda np, x, matrix, mean: (x - mean) @ matrix, "batch"),
         reference="NumPy matrix product",
     )
 )

@@ -1,7 +1,58 @@
 """Filters."""
 
+import math
+
+import numpy as np
+
+from ..peer import Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
+
+_GAUSSIAN = opencv(
+    lambda cv2, x, sigma: cv2.GaussianBlur(
+        x, (5, 5), float(sigma[1]), sigmaY=float(sigma[0]), borderType=cv2.BORDER_REFLECT_101
+    )
+)
+
+
+def _correlated(border: str) -> Peer:
+    return opencv(
+        lambda cv2, x, kernel: cv2.filter2D(x, -1, kernel, borderType=getattr(cv2, border)),
+        before=lambda x, kernel: (x, kernel),
+    )
+
+
+def _gradient_magnitude(cv2, x):
+    dx, dy = (
+        cv2.Sobel(x, cv2.CV_32F, d, 1 - d, ksize=3, scale=1 / 8, borderType=cv2.BORDER_REPLICATE)
+        for d in (1, 0)
+    )
+    return cv2.magnitude(dx, dy)
+
+
+def _derivatives(scale: float, depth: str = "CV_32F"):
+    def call(cv2, x):
+        return [
+            cv2.Sobel(x, getattr(cv2, depth), d, 1 - d, ksize=3, scale=scale, borderType=cv2.BORDER_REPLICATE)
+            for d in (1, 0)
+        ]
+
+    return call
+
+
+_EIGHT_NEIGHBOURS = np.array([[1, 1, 1], [1, -8, 1], [1, 1, 1]], np.float32)
+
+
+def _laplacian(scale: float, depth: str = "CV_32F"):
+    return lambda cv2, x: cv2.filter2D(
+        x, getattr(cv2, depth), _EIGHT_NEIGHBOURS * scale, borderType=cv2.BORDER_REFLECT_101
+    )
+
+
+def _unsharp(cv2, x):
+    blurred = cv2.GaussianBlur(x, (5, 5), 1.5, borderType=cv2.BORDER_REFLECT_101)
+    return cv2.addWeighted(x, 2, blurred, -1, 0)
+
 
 add(
     Spec(
@@ -18,8 +69,13 @@ add(
         [TensorSpec("output", layout="NCHW")],
         config={"kernel_size": (5, 5), "border_type": "reflect"},
         symbols=STENCIL,
+        peer=_GAUSSIAN,
+        also=(
+            {"border_type": "replicate"},
+            {"border_type": "constant", "separable": False, "kernel_size": (3, 5)},
+        ),
         reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
-        frames=Frames(),
+        frames=Frames(peer=_GAUSSIAN),
     )
 )
 
@@ -31,8 +87,15 @@ add(
         [TensorSpec("output", layout="NCHW")],
         config={"kernel_size": (5, 5), "sigma": (1.1, 1.1), "border_type": "reflect"},
         symbols=STENCIL,
+        peer=opencv(lambda cv2, x: cv2.GaussianBlur(x, (5, 5), 1.1, borderType=cv2.BORDER_REFLECT_101)),
+        also=(
+            {"border_type": "circular", "sigma": (1.2, 0.8)},
+            {"border_type": "constant", "kernel_size": (5, 3)},
+        ),
         reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
-        frames=Frames(),
+        frames=Frames(
+            peer=opencv(lambda cv2, x: cv2.GaussianBlur(x, (5, 5), 1.1, borderType=cv2.BORDER_REFLECT_101))
+        ),
     ),
     fn="filters.gaussian_blur2d",
 )
@@ -54,6 +117,7 @@ add(
         symbols=STENCIL,
         dtypes=("float32", "float64"),
         special_values=_ZERO_TAPS,
+        peer=opencv(_gradient_magnitude, "planes", atol=1e-3),
         reference="OpenCV Sobel(BORDER_REPLICATE)",
         frames=Frames(),
     )
@@ -74,12 +138,17 @@ add(
     )
 )
 
-for _name, _size, _axes, _reference in (
-    ("get_gaussian_kernel1d", 5, 1, "OpenCV getGaussianKernel"),
-    ("get_gaussian_erf_kernel1d", 5, 1, "SciPy stats.norm.cdf"),
-    ("get_gaussian_discrete_kernel1d", 5, 1, "SciPy special.ive"),
-    ("get_gaussian_kernel2d", (5, 3), 2, "OpenCV getGaussianKernel"),
-    ("get_gaussian_kernel3d", (3, 5, 3), 3, "OpenCV getGaussianKernel"),
+_TAPS = opencv(lambda cv2, sigma: cv2.getGaussianKernel(5, sigma)[:, 0], "samples")
+_TAPS_2D = opencv(
+    lambda cv2, sigma: np.outer(cv2.getGaussianKernel(5, sigma[0]), cv2.getGaussianKernel(3, sigma[1])),
+    "samples",
+)
+for _name, _size, _axes, _reference, _peer in (
+    ("get_gaussian_kernel1d", 5, 1, "OpenCV getGaussianKernel", _TAPS),
+    ("get_gaussian_erf_kernel1d", 5, 1, "SciPy stats.norm.cdf", None),
+    ("get_gaussian_discrete_kernel1d", 5, 1, "SciPy special.ive", None),
+    ("get_gaussian_kernel2d", (5, 3), 2, "OpenCV getGaussianKernel", _TAPS_2D),
+    ("get_gaussian_kernel3d", (3, 5, 3), 3, "OpenCV getGaussianKernel", None),
 ):
     _sigma = (
         SIGMA
@@ -88,7 +157,16 @@ for _name, _size, _axes, _reference in (
             "sigma", ("B", _axes), range=(0.5, 3.0), description="standard deviations, the last is x's"
         )
     )
-    add(Spec(f"filters.{_name}", [_sigma], KERNELS, config={"kernel_size": _size}, reference=_reference))
+    add(
+        Spec(
+            f"filters.{_name}",
+            [_sigma],
+            KERNELS,
+            config={"kernel_size": _size},
+            peer=_peer,
+            reference=_reference,
+        )
+    )
 
 ANGLE = TensorSpec("angle", ("B",), range=(-180.0, 180.0), description="degrees, counterclockwise")
 TURN = TensorSpec("angle", ("B", 3), range=(-90.0, 90.0), description="rotation vectors (x, y, z) in degrees")
@@ -156,11 +234,28 @@ def _kernel(*shape, name="kernel"):
     )
 
 
-for _name, _shape, _config in (
-    ("filter2d", (3, 3), {"border_type": "reflect"}),
-    ("correlate2d", (3, 5), {"border_type": "replicate"}),
-    ("convolve2d", ("B", 3, 3), {"border_type": "reflect", "normalized": True}),
-    ("fft_conv", (5, 5), {"padding": "valid"}),
+for _name, _shape, _config, _peer in (
+    ("filter2d", (3, 3), {"border_type": "reflect"}, _correlated("BORDER_REFLECT_101")),
+    ("correlate2d", (3, 5), {"border_type": "replicate"}, _correlated("BORDER_REPLICATE")),
+    (
+        "convolve2d",
+        ("B", 3, 3),
+        {"border_type": "reflect", "normalized": True},
+        opencv(
+            lambda cv2, x, kernel: cv2.filter2D(x, -1, kernel, borderType=cv2.BORDER_REFLECT_101),
+            before=lambda x, kernel: (x, kernel[::-1, ::-1] / np.abs(kernel).sum()),
+        ),
+    ),
+    (
+        "fft_conv",
+        (5, 5),
+        {"padding": "valid"},
+        Peer(
+            "scipy.signal",
+            lambda signal, x, kernel: signal.fftconvolve(x, kernel[::-1, ::-1], "valid"),
+            "planes",
+        ),
+    ),
 ):
     add(
         Spec(
@@ -170,6 +265,7 @@ for _name, _shape, _config in (
             config=_config,
             symbols=STENCIL,
             gradient_tolerances=SUMMED,
+            peer=_peer,
             reference="OpenCV filter2D, SciPy ndimage.correlate",
         )
     )
@@ -182,14 +278,15 @@ add(
         config={"border_type": "reflect"},
         symbols=STENCIL,
         gradient_tolerances=SUMMED,
+        peer=opencv(lambda cv2, x, kx, ky: cv2.sepFilter2D(x, -1, kx, ky, borderType=cv2.BORDER_REFLECT_101)),
         reference="OpenCV sepFilter2D, SciPy correlate1d",
     )
 )
 
-for _name, _shape, _config in (
-    ("filter3d", (3, 3, 3), {"border_type": "replicate"}),
-    ("correlate3d", ("B", 1, 3, 3), {"border_type": "constant"}),
-    ("convolve3d", (3, 3, 1), {"border_type": "reflect"}),
+for _name, _shape, _config, _mode in (
+    ("filter3d", (3, 3, 3), {"border_type": "replicate"}, "nearest"),
+    ("correlate3d", ("B", 1, 3, 3), {"border_type": "constant"}, "constant"),
+    ("convolve3d", (3, 3, 1), {"border_type": "reflect"}, "mirror"),
 ):
     add(
         Spec(
@@ -199,6 +296,13 @@ for _name, _shape, _config in (
             config=_config,
             symbols=DEEP,
             gradient_tolerances=SUMMED,
+            peer=Peer(
+                "scipy.ndimage",
+                lambda ndimage, x, kernel, mode=_mode, turned=_name == "convolve3d": (
+                    ndimage.convolve if turned else ndimage.correlate
+                )(x, kernel[None], mode=mode),
+                "samples",
+            ),
             reference="SciPy ndimage.correlate",
         )
     )
@@ -210,8 +314,12 @@ add(
         SAME,
         config={"kernel_size": (5, 5)},
         symbols=STENCIL,
+        peer=opencv(lambda cv2, x: cv2.blur(x, (5, 5), borderType=cv2.BORDER_REFLECT_101)),
         reference="OpenCV blur, SciPy uniform_filter",
-        frames=Frames(reference="OpenCV blur"),
+        frames=Frames(
+            reference="OpenCV blur",
+            peer=opencv(lambda cv2, x: cv2.blur(x, (5, 5), borderType=cv2.BORDER_REFLECT_101)),
+        ),
     )
 )
 add(
@@ -221,8 +329,9 @@ add(
         SAME,
         config={"kernel_size": (3, 3)},
         symbols=STENCIL,
+        peer=opencv(_laplacian(1 / 16)),
         reference="OpenCV filter2D",
-        frames=Frames(config={"normalized": False}),
+        frames=Frames(config={"normalized": False}, peer=opencv(_laplacian(1, "CV_16S"))),
     )
 )
 
@@ -233,6 +342,7 @@ add(
         SAME,
         config={"kernel_size": (5, 5), "sigma": (1.5, 1.5)},
         symbols=STENCIL,
+        peer=opencv(_unsharp),
         reference="OpenCV GaussianBlur and addWeighted, scikit-image unsharp_mask",
     )
 )
@@ -244,6 +354,11 @@ add(
         SAME,
         config={"low_sigma": 1.0, "truncate": 2.0},
         symbols=STENCIL,
+        peer=Peer(
+            "skimage.filters",
+            lambda filters, x: filters.difference_of_gaussians(x, 1.0, truncate=2.0),
+            "planes",
+        ),
         reference="scikit-image difference_of_gaussians",
     )
 )
@@ -295,8 +410,10 @@ add(
         config={"mode": "sobel", "order": 1, "normalized": True},
         symbols=STENCIL,
         special_values=_ZERO_TAPS,
+        peer=opencv(_derivatives(1 / 8), "planes"),
+        also=({"mode": "diff", "normalized": False}, {"order": 2}, {"mode": "diff", "order": 2}),
         reference="OpenCV Sobel(BORDER_REPLICATE)",
-        frames=Frames(config={"normalized": False}),
+        frames=Frames(config={"normalized": False}, peer=opencv(_derivatives(1, "CV_16S"), "planes")),
     )
 )
 
@@ -311,10 +428,23 @@ add(
     )
 )
 
-for _name, _reference in (
-    ("scharr", "OpenCV Scharr, scikit-image scharr"),
-    ("prewitt", "scikit-image prewitt"),
-    ("roberts", "scikit-image roberts"),
+
+def _scikit(operator: str, scale: float) -> Peer:
+    return Peer(
+        "skimage.filters",
+        lambda filters, x: getattr(filters, operator)(x),
+        "planes",
+        edge=1,
+        atol=1e-3,
+        after=lambda magnitude: magnitude * scale,
+    )
+
+
+for _name, _reference, _peer in (
+    # scikit-image takes the mean of the squares of two derivatives, but not of the diagonal ones.
+    ("scharr", "OpenCV Scharr, scikit-image scharr", _scikit("scharr", math.sqrt(0.5))),
+    ("prewitt", "scikit-image prewitt", _scikit("prewitt", math.sqrt(0.5))),
+    ("roberts", "scikit-image roberts", _scikit("roberts", 1.0)),
 ):
     add(
         Spec(
@@ -322,6 +452,7 @@ for _name, _reference in (
             [image()],
             [TensorSpec("output", layout="NCHW", description="gradient magnitude")],
             symbols=STENCIL,
+            peer=_peer,
             reference=_reference,
         )
     )
@@ -401,7 +532,10 @@ def _levels(generator, sizes, dtype):
     return {"input": torch.randint(0, 256, shape, generator=generator).to(dtype)}
 
 
-for _suffix, _method in (("", "mean"), ("_gaussian", "gaussian")):
+for _suffix, _method, _kind in (
+    ("", "mean", "ADAPTIVE_THRESH_MEAN_C"),
+    ("_gaussian", "gaussian", "ADAPTIVE_THRESH_GAUSSIAN_C"),
+):
     add(
         Spec(
             f"filters.adaptive_threshold{_suffix}",
@@ -411,6 +545,13 @@ for _suffix, _method in (("", "mean"), ("_gaussian", "gaussian")):
             symbols=STENCIL,
             gradients=(),
             sample=_levels,
+            peer=opencv(
+                lambda cv2, x, kind=_kind: cv2.adaptiveThreshold(
+                    x, 255, getattr(cv2, kind), cv2.THRESH_BINARY, 5, 2
+                ),
+                "planes",
+                before=lambda x: (x.astype(np.uint8),),
+            ),
             reference="OpenCV adaptiveThreshold",
         ),
         fn="filters.adaptive_threshold",
@@ -426,8 +567,15 @@ add(
         config={"kernel_size": (3, 3), "border_type": "reflect"},
         symbols=STENCIL,
         without_nan=True,
+        peer=opencv(lambda cv2, x: cv2.medianBlur(x, 3), "planes", edge=1),
+        also=(
+            {"kernel_size": (5, 5), "border_type": "replicate"},
+            {"kernel_size": (3, 5), "border_type": "constant"},
+        ),
         reference="SciPy median_filter(mode='mirror')",
-        frames=Frames(("uint8", "uint16")),
+        frames=Frames(
+            ("uint8", "uint16"), peer=opencv(lambda cv2, x: cv2.medianBlur(x, 3), "planes", edge=1)
+        ),
     )
 )
 
@@ -444,6 +592,7 @@ add(
         },
         symbols=STENCIL,
         special_values=_OWN_WEIGHT,
+        also=({"kernel_size": (3, 5), "border_type": "replicate", "color_distance_type": "l2"},),
         reference="the definition in NumPy float64, and OpenCV bilateralFilter on one channel",
     )
 )
@@ -519,6 +668,7 @@ add(
         config={"rank": 2, "kernel_size": (3, 3), "border_type": "reflect"},
         symbols=STENCIL,
         without_nan=True,
+        peer=Peer("scipy.ndimage", lambda ndimage, x: ndimage.rank_filter(x, 2, 3, mode="mirror"), "planes"),
         reference="SciPy rank_filter(mode='mirror')",
     )
 )
@@ -531,6 +681,9 @@ add(
         config={"percentile": 80.0, "kernel_size": (3, 3), "border_type": "reflect"},
         symbols=STENCIL,
         without_nan=True,
+        peer=Peer(
+            "scipy.ndimage", lambda ndimage, x: ndimage.percentile_filter(x, 80, 3, mode="mirror"), "planes"
+        ),
         reference="SciPy percentile_filter(mode='mirror')",
     )
 )

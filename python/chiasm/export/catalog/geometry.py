@@ -2,21 +2,44 @@
 
 import torch
 
-from ..spec import Frames, Spec, TensorSpec, Tolerance, image
+from ..peer import Peer, opencv, warped
+from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
 from . import add
 
 # --- resize -------------------------------------------------------------------------------------------------
 
-_LIKE = TensorSpec(
-    "like",
-    ("OH", "OW"),
-    "uint8",
-    range=(0, 255),
-    description="its shape is the size wanted; its values are not read",
-)
+
+def _resized(interpolation: str, **options) -> Peer:
+    return opencv(
+        lambda cv2, x, size: cv2.resize(x, size, interpolation=getattr(cv2, interpolation)),
+        before=lambda x, like: (x, like.shape[::-1]),
+        **options,
+    )
+
+
+def _pillow(resample: str) -> Peer:
+    return Peer(
+        "PIL.Image",
+        lambda Image, x, size: Image.fromarray(x).resize(size, getattr(Image, resample)),
+        "planes",
+        before=lambda x, like: (x, like.shape[::-1]),
+    )
+
+
+_PEERS = {
+    "bilinear": _resized("INTER_LINEAR"),
+    "bicubic": _resized("INTER_CUBIC"),
+    "nearest": _resized("INTER_NEAREST"),
+    "bilinear_antialias": _pillow("BILINEAR"),
+    "bicubic_antialias": _pillow("BICUBIC"),
+}
 _FRAMES = {
-    "bilinear": Frames(reference="OpenCV resize(INTER_LINEAR_EXACT)"),
-    "nearest": Frames(("uint8", "int16", "uint16", "float32"), reference="OpenCV resize(INTER_NEAREST)"),
+    "bilinear": Frames(reference="OpenCV resize(INTER_LINEAR_EXACT)", peer=_resized("INTER_LINEAR_EXACT")),
+    "nearest": Frames(
+        ("uint8", "int16", "uint16", "float32"),
+        reference="OpenCV resize(INTER_NEAREST)",
+        peer=_resized("INTER_NEAREST"),
+    ),
 }
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
 
@@ -30,14 +53,15 @@ for _name, _config in {
     add(
         Spec(
             f"geometry.transform.resize.{_name}",
-            [image(), _LIKE],
+            [image(), like("size")],
             [TensorSpec("output", layout="NCHW")],
             config=_config,
             symbols=_SIZES,
+            peer=_PEERS[_name],
             reference="torch.nn.functional.interpolate; OpenCV resize; Pillow where antialiased",
             frames=_FRAMES.get(_name),
         ),
-        fn="geometry.transform.like.resize_like",
+        fn="geometry.transform.resize",
     )
 
 # --- warp_perspective ---------------------------------------------------------------------------------------
@@ -69,7 +93,7 @@ for _mode in ("bilinear", "nearest"):
                 [
                     image("src"),
                     TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"),
-                    _LIKE,
+                    like("dsize"),
                 ],
                 [TensorSpec("output", layout="NCHW")],
                 config={"mode": _mode, "padding_mode": _padding},
@@ -79,9 +103,10 @@ for _mode in ("bilinear", "nearest"):
                 tolerances={"float32": Tolerance(1e-3, 1e-3)},
                 gradient_tolerances={"float32": Tolerance(5e-3, 2e-3)},
                 sample=_sample_warp,
+                peer=None if _padding == "fill" else warped("warpPerspective", _mode, _padding),
                 reference="OpenCV warpPerspective",
             ),
-            fn="geometry.transform.like.warp_perspective_like",
+            fn="geometry.transform.warp_perspective",
         )
 
 # --- find_homography_dlt ------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 import torch
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Spec, TensorSpec, Tolerance, image, like
 from . import add
 
 _DOUBLE = torch.float64
@@ -402,13 +402,7 @@ add(
     Spec(
         "geometry.depth.unproject_meshgrid",
         [
-            TensorSpec(
-                "like",
-                ("H", "W"),
-                "uint8",
-                range=(0, 255),
-                description="its shape is the size wanted; its values are not read",
-            ),
+            like("height", "width", shape=("H", "W")),
             _MATRIX,
         ],
         [TensorSpec("rays")],
@@ -419,7 +413,7 @@ add(
             "camera_matrix": _image_camera(g, s).to(dtype),
         },
     ),
-    fn="geometry.depth.unproject_meshgrid_like",
+    fn="geometry.depth.unproject_meshgrid",
 )
 add(
     Spec(

@@ -2,7 +2,7 @@
 
 import torch
 
-from ..spec import Spec, TensorSpec, Tolerance
+from ..spec import Spec, TensorSpec, Tolerance, like
 from . import add
 from .geometry_epipolar import homographies, mapped, scene
 
@@ -218,13 +218,7 @@ add(
             _matrix("K2", "camera matrices"),
             _matrix("R", "from the first camera to the second"),
             _matrix("t", "from the first camera to the second", ("B", 3, 1)),
-            TensorSpec(
-                "like",
-                ("H", "W"),
-                "uint8",
-                range=(0, 255),
-                description="its shape is the images' size; its values are not read",
-            ),
+            like("height", "width", shape=("H", "W")),
         ],
         [TensorSpec(name) for name in ("R1", "R2", "P1", "P2", "Q")],
         tolerances=_LOOSE,
@@ -232,7 +226,7 @@ add(
         sample=_sample_rig,
         reference="OpenCV stereoRectify",
     ),
-    fn="geometry.stereo.stereo_rectify_like",
+    fn="geometry.stereo.stereo_rectify",
 )
 
 

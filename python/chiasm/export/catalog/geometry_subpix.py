@@ -1,6 +1,6 @@
 """Geometry: local maxima to a fraction of a pixel, and heat maps."""
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Spec, TensorSpec, Tolerance, image, like
 from . import STENCIL, add
 
 _VOLUME = TensorSpec(
@@ -115,18 +115,12 @@ add(
         [
             _MEAN,
             _STD,
-            TensorSpec(
-                "like",
-                ("OH", "OW"),
-                "uint8",
-                range=(0, 255),
-                description="its shape is the size wanted; its values are not read",
-            ),
+            like("size"),
         ],
         symbols={"OH": (1, 32768), "OW": (1, 32768)},
         reference="SciPy norm",
     ),
-    fn="geometry.subpix.heatmaps.render_gaussian2d_like",
+    fn="geometry.subpix.heatmaps.render_gaussian2d",
 )
 
 _WINDOWS = ["positions", TensorSpec("values", description="means under the softmax")]

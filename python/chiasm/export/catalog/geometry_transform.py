@@ -2,17 +2,11 @@
 
 import torch
 
-from ..spec import Frames, Spec, TensorSpec, Tolerance, image
+from ..peer import BORDERS, WAYS, Peer, opencv, warped
+from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
 from . import STENCIL, add
 
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
-_LIKE = TensorSpec(
-    "like",
-    ("OH", "OW"),
-    "uint8",
-    range=(0, 255),
-    description="its shape is the size wanted; its values are not read",
-)
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
 _BATCHED = TensorSpec("angle", ("B",), range=(-180, 180), description="degrees, counterclockwise")
 #: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all
@@ -160,6 +154,7 @@ _add(
     "invert_affine_transform",
     [TensorSpec("matrix", ("B", 2, 3))],
     "OpenCV invertAffineTransform",
+    peer=opencv(lambda cv2, m: cv2.invertAffineTransform(m), "samples", atol=1e-3, rtol=1e-4),
     fn="invert_affine_transform",
     **{**_PIXELS, "outputs": [TensorSpec("inverse")]},
 )
@@ -177,6 +172,7 @@ _add(
         TensorSpec("points_dst", ("B", 4, 2), description="where they go"),
     ],
     "OpenCV getPerspectiveTransform",
+    peer=opencv(lambda cv2, a, b: cv2.getPerspectiveTransform(a, b), "samples", atol=1e-3, rtol=1e-3),
     fn="get_perspective_transform",
     makers={"points_src": "boxes", "points_dst": "dst_box"},
     outputs=_MATRIX,
@@ -190,19 +186,23 @@ _add(
 # alike.
 _WARPED = {
     "warp_affine": (
-        [image("src"), TensorSpec("M", ("B", 2, 3), description="from source to destination pixels"), _LIKE],
+        [
+            image("src"),
+            TensorSpec("M", ("B", 2, 3), description="from source to destination pixels"),
+            like("dsize"),
+        ],
         ("bilinear_zeros", "nearest_border", "bicubic_reflection"),
-        {"fn": "like.warp_affine_like", "reference": "OpenCV warpAffine; SciPy map_coordinates"},
+        {"fn": "warp_affine", "reference": "OpenCV warpAffine; SciPy map_coordinates"},
     ),
     "warp_perspective": (
         [
             image("src"),
             TensorSpec("M", ("B", 3, 3), description="homography from source to destination pixels"),
-            _LIKE,
+            like("dsize"),
         ],
         ("bicubic_border",),
         {
-            "fn": "like.warp_perspective_like",
+            "fn": "warp_perspective",
             "reference": "OpenCV warpPerspective",
             "makers": {"M": "homography"},
         },
@@ -217,6 +217,21 @@ _WARPED = {
         {"fn": "remap", "reference": "OpenCV remap; SciPy map_coordinates"},
     ),
 }
+
+
+def _warp_peer(name: str, mode: str, padding: str) -> Peer:
+    if name != "remap":
+        return warped("warpAffine" if name == "warp_affine" else "warpPerspective", mode, padding)
+    return opencv(
+        lambda cv2, x, columns, rows: cv2.remap(
+            x, columns, rows, getattr(cv2, WAYS[mode]), borderMode=getattr(cv2, BORDERS[padding])
+        ),
+        atol=1e-3,
+        share=1e-3,
+        sizes={"C": 3},
+    )
+
+
 for _name, (_inputs, _ways, _rest) in _WARPED.items():
     for _way in _ways:
         _mode, _, _padding = _way.partition("_")
@@ -226,6 +241,7 @@ for _name, (_inputs, _ways, _rest) in _WARPED.items():
             _inputs,
             config=_config,
             symbols=_SIZES,
+            peer=_warp_peer(_name, _mode, _padding),
             **_rest,
             **(_CUBIC if _mode == "bicubic" else _WARP),
         )
@@ -235,11 +251,11 @@ _add(
     [
         image("src"),
         TensorSpec("M", ("B", 2, 3), description="from source to destination pixels"),
-        _LIKE,
+        like("dsize"),
         TensorSpec("fill_value", ("C",), description="colour"),
     ],
     "SciPy map_coordinates",
-    fn="like.warp_affine_like",
+    fn="warp_affine",
     config={"mode": "bilinear", "padding_mode": "fill"},
     symbols=_SIZES,
     **_WARP,
@@ -264,10 +280,10 @@ _add(
     [
         image("patch_src"),
         TensorSpec("src_homo_dst", ("B", 3, 3), description="from the output to the image, in [-1, 1]"),
-        _LIKE,
+        like("dsize"),
     ],
     "torch.nn.functional.grid_sample",
-    fn="like.homography_warp_like",
+    fn="homography_warp",
     makers={"src_homo_dst": "normalized"},
     symbols=_SIZES,
     **_WARP,
@@ -330,10 +346,10 @@ for _mapping in ("linear", "log"):
             image("src"),
             TensorSpec("center", ("B", 2), range=(3, 30), description="x and y in pixels"),
             TensorSpec("max_radius", ("B",), description="pixels"),
-            _LIKE,
+            like("dsize"),
         ],
         "OpenCV warpPolar",
-        fn="like.warp_polar_like",
+        fn="warp_polar",
         config={"mapping": _mapping},
         symbols=_SIZES,
         **_WARP,
@@ -358,8 +374,9 @@ _add(
 
 # --- flips, sizes, pyramids ---------------------------------------------------------------------------------
 
-for _name in ("hflip", "vflip", "rot180"):
-    _add(_name, [image()], "NumPy", fn=_name, frames=Frames(("uint8", "int16")))
+for _name, _axis in (("hflip", 1), ("vflip", 0), ("rot180", -1)):
+    _flip = opencv(lambda cv2, x, axis=_axis: cv2.flip(x, axis))
+    _add(_name, [image()], "NumPy", fn=_name, peer=_flip, frames=Frames(("uint8", "int16"), peer=_flip))
 
 _RESIZE = "torch.nn.functional.interpolate"
 _add(
@@ -430,9 +447,9 @@ _add(
 _BOXES = TensorSpec("boxes", ("B", 4, 2), description="corners (x, y) from the upper left clockwise")
 _add(
     "center_crop",
-    [image("input_tensor"), _LIKE],
+    [image("input_tensor"), like("size")],
     "NumPy slices",
-    fn="like.center_crop_like",
+    fn="center_crop",
     symbols=_SIZES,
     **_WARP,
 )
@@ -449,10 +466,10 @@ _add(
     [
         image("input_tensor"),
         TensorSpec("transform", ("B", 3, 3), description="from source to destination pixels"),
-        _LIKE,
+        like("out_size"),
     ],
     "OpenCV warpPerspective",
-    fn="like.crop_by_transform_mat_like",
+    fn="crop_by_transform_mat",
     symbols=_SIZES,
     **_WARP,
 )
@@ -462,10 +479,11 @@ _add(
         image("input_tensor"),
         TensorSpec("src_box", ("B", 4, 2), description="corners (x, y) in the image"),
         TensorSpec("dst_box", ("B", 4, 2), description="where they go"),
-        _LIKE,
+        like("size"),
     ],
     "OpenCV warpPerspective",
-    fn="like.crop_by_boxes_like",
+    fn="crop_by_boxes",
+    config={"validate_boxes": False},
     symbols=_SIZES,
     **_WARP,
 )

@@ -2,17 +2,11 @@
 
 import torch
 
-from ..spec import Spec, TensorSpec, Tolerance, image
+from ..spec import Spec, TensorSpec, Tolerance, image, like
 from . import add
 
 _SIZES = {"D": (2, 4096), "OD": (1, 4096), "OH": (1, 32768), "OW": (1, 32768)}
-_LIKE = TensorSpec(
-    "like",
-    ("OD", "OH", "OW"),
-    "uint8",
-    range=(0, 255),
-    description="its shape is the size wanted; its values are not read",
-)
+_SHAPE = ("OD", "OH", "OW")
 _OUTPUT = [TensorSpec("output", layout="NCDHW")]
 #: Weights amplify the rounding of positions by the contrast, and gradients by a matrix are sums over all
 #: voxels.
@@ -161,18 +155,22 @@ _M = TensorSpec("M", ("B", 3, 4), description="from source to destination voxels
 for _mode, _padding in (("bilinear", "reflection"), ("nearest", "border")):
     _add(
         f"warp_affine3d.{_mode}_{_padding}",
-        [_volume("src"), _M, _LIKE],
+        [_volume("src"), _M, like("dsize", shape=_SHAPE)],
         "SciPy map_coordinates",
-        "like3d.warp_affine3d_like",
+        "warp_affine3d",
         config={"flags": _mode, "padding_mode": _padding},
         symbols=_SIZES,
         **_WARP,
     )
 _add(
     "warp_perspective3d",
-    [_volume("src"), TensorSpec("M", ("B", 4, 4), description="from source to destination voxels"), _LIKE],
+    [
+        _volume("src"),
+        TensorSpec("M", ("B", 4, 4), description="from source to destination voxels"),
+        like("dsize", shape=_SHAPE),
+    ],
     "SciPy map_coordinates",
-    "like3d.warp_perspective3d_like",
+    "warp_perspective3d",
     makers={"M": "homography"},
     symbols=_SIZES,
     **_WARP,
@@ -182,10 +180,10 @@ _add(
     [
         _volume("patch_src"),
         TensorSpec("src_homo_dst", ("B", 4, 4), description="from the output to the volume, in [-1, 1]"),
-        _LIKE,
+        like("dsize", shape=_SHAPE),
     ],
     "torch.nn.functional.grid_sample",
-    "like3d.homography_warp3d_like",
+    "homography_warp3d",
     symbols=_SIZES,
     **_WARP,
 )
@@ -243,10 +241,10 @@ _add(
     [
         _volume("tensor"),
         TensorSpec("transform", ("B", 4, 4), description="from source to destination voxels"),
-        _LIKE,
+        like("out_size", shape=_SHAPE),
     ],
     "SciPy map_coordinates",
-    "like3d.crop_by_transform_mat3d_like",
+    "crop_by_transform_mat3d",
     symbols=_SIZES,
     **_WARP,
 )
@@ -256,10 +254,10 @@ _add(
         _volume("tensor"),
         TensorSpec("src_box", ("B", 8, 3), description="corners (x, y, z)"),
         TensorSpec("dst_box", ("B", 8, 3), description="where they go"),
-        _LIKE,
+        like("size", shape=_SHAPE),
     ],
     "NumPy slices",
-    "like3d.crop_by_boxes3d_like",
+    "crop_by_boxes3d",
     symbols=_SIZES,
     **_WARP,
 )

@@ -1,9 +1,22 @@
 """Morphology."""
 
+import numpy as np
 import torch
 
+from ..peer import Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, image
 from . import STENCIL, add
+
+
+def _morphology(operation: str) -> Peer:
+    return opencv(
+        lambda cv2, x, kernel: cv2.morphologyEx(x, getattr(cv2, operation), kernel),
+        before=lambda x, kernel: (x, (kernel != 0).astype(np.uint8)),
+    )
+
+
+def _square(function: str) -> Peer:
+    return opencv(lambda cv2, x: getattr(cv2, function)(x, np.ones((5, 5), np.uint8)))
 
 
 def _sample(generator, sizes, dtype):
@@ -27,18 +40,23 @@ add(
         gradients=("tensor",),
         sample=_sample,
         without_nan=True,
+        peer=_morphology("MORPH_DILATE"),
+        also=(
+            {"origin": [0, 2], "border_type": "constant", "border_value": 0.25},
+            {"border_type": "reflect"},
+        ),
         reference="OpenCV dilate, SciPy grey_dilation",
-        frames=Frames(("uint8", "uint16")),
+        frames=Frames(("uint8", "uint16"), peer=_morphology("MORPH_DILATE")),
     )
 )
 
-for _name, _reference in (
-    ("erosion", "OpenCV erode, SciPy grey_erosion"),
-    ("opening", "OpenCV MORPH_OPEN, SciPy grey_opening"),
-    ("closing", "OpenCV MORPH_CLOSE, SciPy grey_closing"),
-    ("gradient", "OpenCV MORPH_GRADIENT, SciPy morphological_gradient"),
-    ("top_hat", "OpenCV MORPH_TOPHAT, SciPy white_tophat"),
-    ("bottom_hat", "OpenCV MORPH_BLACKHAT, SciPy black_tophat"),
+for _name, _operation, _reference in (
+    ("erosion", "MORPH_ERODE", "OpenCV erode, SciPy grey_erosion"),
+    ("opening", "MORPH_OPEN", "OpenCV MORPH_OPEN, SciPy grey_opening"),
+    ("closing", "MORPH_CLOSE", "OpenCV MORPH_CLOSE, SciPy grey_closing"),
+    ("gradient", "MORPH_GRADIENT", "OpenCV MORPH_GRADIENT, SciPy morphological_gradient"),
+    ("top_hat", "MORPH_TOPHAT", "OpenCV MORPH_TOPHAT, SciPy white_tophat"),
+    ("bottom_hat", "MORPH_BLACKHAT", "OpenCV MORPH_BLACKHAT, SciPy black_tophat"),
 ):
     add(
         Spec(
@@ -57,14 +75,17 @@ for _name, _reference in (
             gradients=("tensor",),
             sample=_sample,
             without_nan=True,
+            peer=_morphology(_operation),
             reference=_reference,
-            frames=Frames(("uint8", "uint16") if _name == "erosion" else ("uint8",)),
+            frames=Frames(
+                ("uint8", "uint16") if _name == "erosion" else ("uint8",), peer=_morphology(_operation)
+            ),
         )
     )
 
-for _name, _reference in (
-    ("max_filter2d", "OpenCV dilate, SciPy maximum_filter"),
-    ("min_filter2d", "OpenCV erode, SciPy minimum_filter"),
+for _name, _function, _reference in (
+    ("max_filter2d", "dilate", "OpenCV dilate, SciPy maximum_filter"),
+    ("min_filter2d", "erode", "OpenCV erode, SciPy minimum_filter"),
 ):
     add(
         Spec(
@@ -74,8 +95,9 @@ for _name, _reference in (
             config={"kernel_size": (5, 5), "border_type": "replicate"},
             symbols=STENCIL,
             without_nan=True,
+            peer=_square(_function),
             reference=_reference,
-            frames=Frames(),
+            frames=Frames(peer=_square(_function)),
         )
     )
 
@@ -97,6 +119,7 @@ add(
         gradients=(),
         sample=_seed_and_mask,
         without_nan=True,
+        peer=Peer("skimage.morphology", lambda m, seed, mask: m.reconstruction(seed, mask), "planes"),
         reference="scikit-image reconstruction",
     )
 )
@@ -127,11 +150,15 @@ add(
         symbols=STENCIL,
         gradients=(),
         sample=_shapes_and_corner,
+        peer=Peer("scipy.ndimage", lambda n, x, hit, miss: n.binary_hit_or_miss(x, hit, miss), "planes"),
         reference="SciPy binary_hit_or_miss, OpenCV MORPH_HITMISS",
     )
 )
 
-for _name, _reference in (("skeletonize", "the definition in NumPy"), ("thin", "scikit-image thin")):
+for _name, _reference, _peer in (
+    ("skeletonize", "the definition in NumPy", None),
+    ("thin", "scikit-image thin", Peer("skimage.morphology", lambda m, x: m.thin(x), "planes")),
+):
     add(
         Spec(
             f"morphology.{_name}",
@@ -140,6 +167,7 @@ for _name, _reference in (("skeletonize", "the definition in NumPy"), ("thin", "
             symbols=STENCIL,
             gradients=(),
             sample=_shapes,
+            peer=_peer,
             reference=_reference,
         )
     )

@@ -102,4 +102,10 @@ def trace_vjp(
     except Exception as error:
         raise explain(spec.name, "a gradient graph", error) from error
     graph = joined(graph)
-    return trace(bind(graph, [t.name for t in tensors], {}, spec.name), spec, tensors, inputs, "vjp")
+    return trace(
+        bind(graph, {t.name: f"{t.name}={t.name}" for t in tensors}, {}, spec.name),
+        spec,
+        tensors,
+        inputs,
+        "vjp",
+    )

@@ -7,7 +7,6 @@ import keyword
 import linecache
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
 from typing import Any
 
 import torch
@@ -16,38 +15,52 @@ from torch import nn
 from chiasm.primitives.core.layout import in_frames
 
 from ..errors import ExportError
-from ..spec import Spec
+from ..spec import Spec, TensorSpec
 
 
 def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ()) -> nn.Module:
     """An nn.Module whose `forward` takes the spec's inputs, and calls `fn` with them and the configuration.
 
-    Batches of frames come to an op on planes as a view (B, C, H, W), and its images go back as frames.
+    Batches of frames come to an op on planes as a view (B, C, H, W), and its images go back as frames. A
+    tensor that stands for sizes gives its shape.
     `copied` says of each result whether it is an input itself, or another result: a graph's outputs are
     tensors of their own.
     """
-    views: dict[str, str] = {}
+    passed = {t.name: f"{t.name}={t.name}" for t in spec.inputs}
     results = ["{}.clone()" if c else "{}" for c in copied] or ["{}"] * len(spec.outputs)
     if spec.interleaved:
-        views = {t.name: f"{t.name}.permute(0, 3, 1, 2)" for t in spec.inputs if t.layout == "NHWC"}
+        for tensor in spec.inputs:
+            if tensor.layout == "NHWC":
+                passed[tensor.name] += ".permute(0, 3, 1, 2)"
         results = [
             f"_in_frames({result})" if t.layout == "NHWC" else result
             for t, result in zip(spec.outputs, results, strict=True)
         ]
-    return bind(fn, [t.name for t in spec.inputs], spec.config, spec.name, views, results)
+    for tensor in spec.inputs:
+        if tensor.sizes:
+            passed[tensor.name] = _sizes(tensor)
+    return bind(fn, passed, spec.config, spec.name, results)
+
+
+def _sizes(tensor: TensorSpec) -> str:
+    """The arguments that are numbers of a tensor's shape."""
+    numbers = [f"{tensor.name}.shape[{i - len(tensor.shape)}]" for i in range(len(tensor.shape))]
+    if len(tensor.sizes) == 1:
+        return f"{tensor.sizes[0]}=({', '.join(numbers)})"
+    return ", ".join(f"{name}={number}" for name, number in zip(tensor.sizes, numbers, strict=True))
 
 
 def bind(
     fn: Callable | nn.Module,
-    arguments: list[str],
+    arguments: Mapping[str, str],
     config: dict[str, Any],
     name: str,
-    views: Mapping[str, str] = MappingProxyType({}),
     results: Sequence[str] = (),
 ) -> nn.Module:
     """An nn.Module whose `forward(arguments...)` calls `fn` with them and with `config`.
 
-    `views` are what `fn` gets in place of arguments, and `results` what is returned of each result `{}`.
+    `arguments` has for each what `fn` gets of it, as text ("x=x"; a module takes them by position), and
+    `results` what is returned of each result `{}`.
     All of it is source text because torch.jit.script reads that, and because the arguments' names become the
     tensors' names in ONNX.
     """
@@ -55,10 +68,8 @@ def bind(
         if not argument.isidentifier() or keyword.iskeyword(argument):
             raise ExportError(f"{name}: input name {argument!r} is not a Python identifier")
     is_module = isinstance(fn, nn.Module)
-    viewed = {a: views.get(a, a) for a in arguments}
-    passed = [v if is_module else f"{a}={v}" for a, v in viewed.items()] + [
-        f"{k}={v!r}" for k, v in sorted(config.items())
-    ]
+    passed = [text.partition("=")[2] if is_module else text for text in arguments.values()]
+    passed += [f"{k}={v!r}" for k, v in sorted(config.items())]
     callee = "self.fn" if is_module else "_op"
     typed = ", ".join(f"{a}: Tensor" for a in arguments)
     # The class carries the op's name, so that TorchScript's and ONNX's graphs do.

@@ -137,27 +137,6 @@ def render_gaussian2d(
     return (down[..., :, None] * across[..., None, :]).to(mean.dtype)
 
 
-def render_gaussian2d_like(
-    mean: Tensor, std: Tensor, like: Tensor, normalized_coordinates: bool = True
-) -> Tensor:
-    """``render_gaussian2d`` at the height and width of another tensor.
-
-    Args:
-        mean: (*, 2), x and y.
-        std: standard deviations along x and y, of a shape that is broadcast with mean's.
-        like: a tensor (..., height, width) of any dtype, whose values are not read.
-        normalized_coordinates: as in :func:`render_gaussian2d`.
-
-    Returns:
-        (*, height, width).
-
-    Example:
-        >>> render_gaussian2d_like(torch.zeros(5, 2), torch.ones(2), torch.empty(16, 20)).shape
-        torch.Size([5, 16, 20])
-    """
-    return render_gaussian2d(mean, std, (like.shape[-2], like.shape[-1]), normalized_coordinates)
-
-
 def inverse_temperature(temperature: Optional[Union[Tensor, float]], like: Tensor) -> Tensor:
     """1 / temperature, a tensor of no dimensions in like's dtype.
 

@@ -160,12 +160,14 @@ class CropByBoxes(nn.Module):
     padding_mode: str
     align_corners: bool
     validate_boxes: bool
+    size: Optional[Tuple[int, int]]
     def __init__(
         self,
         mode: str = "bilinear",
         padding_mode: str = "zeros",
         align_corners: bool = True,
         validate_boxes: bool = True,
+        size: Optional[Tuple[int, int]] = None,
     ) -> None: ...
     def forward(self, input_tensor: Tensor, src_box: Tensor, dst_box: Tensor) -> Tensor: ...
     def __call__(self, input_tensor: Tensor, src_box: Tensor, dst_box: Tensor) -> Tensor: ...
@@ -175,7 +177,13 @@ class CropByBoxes3d(nn.Module):
 
     interpolation: str
     align_corners: bool
-    def __init__(self, interpolation: str = "bilinear", align_corners: bool = False) -> None: ...
+    size: Optional[Tuple[int, int, int]]
+    def __init__(
+        self,
+        interpolation: str = "bilinear",
+        align_corners: bool = False,
+        size: Optional[Tuple[int, int, int]] = None,
+    ) -> None: ...
     def forward(self, tensor: Tensor, src_box: Tensor, dst_box: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor, src_box: Tensor, dst_box: Tensor) -> Tensor: ...
 

@@ -113,11 +113,12 @@ def crop_by_boxes(
     padding_mode: str = "zeros",
     align_corners: bool = True,
     validate_boxes: bool = True,
+    size: Optional[Tuple[int, int]] = None,
 ) -> Tensor:
     """Cut out the quadrilaterals that the warp from one box to another brings into view.
 
-    The output is as large as the first dst_box: a size that depends on data, so this is for eager Python and
-    TorchScript. ``like.crop_by_boxes_like`` takes the size from a tensor's shape and is what is deployed.
+    The output is as large as the first dst_box, unless ``size`` says how large: exported programs have no
+    sizes that depend on data.
 
     Args:
         input_tensor: (B, C, H, W), floating point.
@@ -125,9 +126,10 @@ def crop_by_boxes(
         dst_box: (B, 4, 2), the corners in the output: rectangles of one size, at whole pixels.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
         validate_boxes: raise unless dst_box is as said.
+        size: (height, width) of the output.
 
     Returns:
-        (B, C, height, width) for dst_box from (x, y) to (x + width - 1, y + height - 1).
+        (B, C, height, width): ``size``, or that of dst_box from (x, y) to (x + width - 1, y + height - 1).
 
     Raises:
         TypeError: if an argument is not floating point.
@@ -156,7 +158,8 @@ def crop_by_boxes(
         )
         if bool((rectangle - dst_box).abs().max() > 1e-4) or bool((extent - extent[:1]).abs().max() > 1e-4):
             raise ValueError("dst_box: expected rectangles of one size")
-    size = (int(extent[0, 1].round().item()) + 1, int(extent[0, 0].round().item()) + 1)
+    if size is None:
+        size = (int(extent[0, 1].round().item()) + 1, int(extent[0, 0].round().item()) + 1)
     matrix = get_perspective_transform(src_box.to(torch.float64), dst_box.to(torch.float64))
     return crop_by_transform_mat(input_tensor, matrix, size, mode, padding_mode, align_corners)
 

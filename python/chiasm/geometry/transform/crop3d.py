@@ -1,6 +1,6 @@
 """Cutting parts out of volumes."""
 
-from typing import Tuple
+from typing import Optional, Tuple
 
 import torch
 from torch import Tensor
@@ -106,11 +106,12 @@ def crop_by_boxes3d(
     dst_box: Tensor,
     interpolation: str = "bilinear",
     align_corners: bool = False,
+    size: Optional[Tuple[int, int, int]] = None,
 ) -> Tensor:
     """Cut out what the warp from one box to another brings into view.
 
-    The output is as large as the first dst_box: a size that depends on data, so this is for eager Python and
-    TorchScript. ``like3d.crop_by_boxes3d_like`` takes the size from a tensor's shape and is what is deployed.
+    The output is as large as the first dst_box, unless ``size`` says how large: exported programs have no
+    sizes that depend on data.
 
     Args:
         tensor: (B, C, D, H, W), floating point.
@@ -118,10 +119,11 @@ def crop_by_boxes3d(
             back's.
         dst_box: (B, 8, 3), the corners in the output: boxes of one size along the axes, at whole voxels.
         interpolation, align_corners: as ``flags`` and ``align_corners`` in :func:`warp_affine3d`.
+        size: (depth, height, width) of the output.
 
     Returns:
-        (B, C, depth, height, width) for dst_box from (x, y, z) to (x + width - 1, y + height - 1, z + depth -
-        1).
+        (B, C, depth, height, width): ``size``, or that of dst_box from (x, y, z) to (x + width - 1,
+        y + height - 1, z + depth - 1).
 
     Raises:
         TypeError: if an argument is not floating point.
@@ -137,7 +139,8 @@ def crop_by_boxes3d(
     check_points(src_box, 8, 3, "src_box")
     check_points(dst_box, 8, 3, "dst_box")
     check_volume_sampling(interpolation, "zeros", "interpolation")
-    extent = (dst_box[0, 6] - dst_box[0, 0]).round()
-    size = (int(extent[2].item()) + 1, int(extent[1].item()) + 1, int(extent[0].item()) + 1)
+    if size is None:
+        extent = (dst_box[0, 6] - dst_box[0, 0]).round()
+        size = (int(extent[2].item()) + 1, int(extent[1].item()) + 1, int(extent[0].item()) + 1)
     matrix = get_perspective_transform3d(src_box.to(torch.float64), dst_box.to(torch.float64))
     return crop_by_transform_mat3d(tensor, matrix, size, interpolation, "zeros", align_corners)

@@ -1,0 +1,149 @@
+"""Peers: the same op in another library. Tests hold an op's values to its peer, the benchmark its speed."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import torch
+
+Form = Literal["images", "planes", "samples", "batch", "tensors"]
+
+
+@dataclass(frozen=True)
+class Peer:
+    """The same op in another library.
+
+    library: the module that `call` gets first, e.g. "cv2"; it is imported when the peer is run. call: one
+    call of it. form: what the call is made of.
+
+    * "images": each image of a batch as NumPy (H, W, C), or (H, W) of one channel, and its other inputs;
+    * "planes": each channel of each image as (H, W);
+    * "samples": each sample of every input, as it is;
+    * "batch": all inputs as NumPy arrays, as they are;
+    * "tensors": all inputs as PyTorch tensors.
+
+    Inputs without a batch come whole to every call. atol, rtol: how far results may be apart, where the
+    spec's tolerance would not do. edge: rows and columns along the border that are not compared, where the
+    two treat it differently. share: of the values that may be further apart, where rounding decides. before:
+    makes the arguments of a call of an op's inputs, after: the op's output of what a call gives, where their
+    conventions differ; neither counts as the peer's time. sizes: symbols with the only size that the peer
+    takes, such as {"C": 3}.
+    """
+
+    library: str
+    call: Callable[..., Any]
+    form: Form = "images"
+    atol: float | None = None
+    rtol: float = 0.0
+    edge: int = 0
+    share: float = 0.0
+    before: Callable[..., tuple[Any, ...]] | None = None
+    after: Callable[[Any], Any] | None = None
+    sizes: Mapping[str, int] = field(default_factory=dict)
+
+
+def opencv(call: Callable[..., Any], form: Form = "images", **options: Any) -> Peer:
+    """A peer in OpenCV."""
+    return Peer("cv2", call, form, **options)
+
+
+#: OpenCV's names of what is read outside of an image.
+BORDERS = {"zeros": "BORDER_CONSTANT", "border": "BORDER_REPLICATE", "reflection": "BORDER_REFLECT_101"}
+#: Its names of ways to read between pixels.
+WAYS = {"nearest": "INTER_NEAREST", "bilinear": "INTER_LINEAR", "bicubic": "INTER_CUBIC"}
+
+
+def warped(function: str, mode: str, padding: str) -> Peer:
+    """OpenCV's warpAffine or warpPerspective by a matrix, to the size of a tensor. The images are large
+    enough for it to mirror positions once at most; it does no more."""
+
+    def call(cv2: Any, x: np.ndarray, matrix: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+        options = {"flags": getattr(cv2, WAYS[mode]), "borderMode": getattr(cv2, BORDERS[padding])}
+        return getattr(cv2, function)(x, matrix, size, **options)
+
+    return opencv(
+        call,
+        before=lambda x, m, like: (x, m, like.shape[::-1]),
+        atol=1e-3,
+        share=1e-3,
+        sizes={"C": 3, "H": 80, "W": 80},
+    )
+
+
+def cvt_color(code: str, **options: Any) -> Peer:
+    """OpenCV's cvtColor."""
+    return opencv(lambda cv2, x: cv2.cvtColor(x, getattr(cv2, code)), **options)
+
+
+@dataclass
+class Work:
+    """A peer's calls on some inputs. The inputs are in the peer's own form, so that what it takes to bring
+    them there stands outside of the calls' time."""
+
+    peer: Peer
+    arguments: list[list[Any]]
+    interleaved: bool
+
+    def run(self) -> list[Any]:
+        """What each call gives."""
+        return [self.peer.call(*a) for a in self.arguments]
+
+    def outputs(self, like: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """What the calls give, as the op's outputs are; ValueError where the shapes differ."""
+        made = self.run()
+        if self.peer.after is not None:
+            made = [self.peer.after(m) for m in made]
+        parts = zip(*[m if isinstance(m, tuple) else (m,) for m in made], strict=True)
+        return [self._output(list(p), o) for p, o in zip(parts, like, strict=True)]
+
+    def _output(self, parts: list[Any], like: np.ndarray) -> np.ndarray:
+        form = self.peer.form
+        result = np.asarray(parts[0]) if form in ("batch", "tensors") else np.stack(parts)
+        if form == "images" and like.ndim == 4:
+            result = result[..., None] if result.ndim == 3 else result
+            result = result if self.interleaved else result.transpose(0, 3, 1, 2)
+        elif form == "planes" and like.ndim > 1:
+            samples = like.shape[0]
+            result = result.reshape(samples, len(result) // samples, *result.shape[1:])
+            result = np.moveaxis(result, 1, -1) if self.interleaved and like.ndim == 4 else result
+        if result.shape != like.shape:
+            raise ValueError(f"the peer gives {result.shape}, the op {like.shape}")
+        return result
+
+
+def work(peer: Peer, inputs: Sequence[torch.Tensor], batched: Sequence[bool], interleaved: bool) -> Work:
+    """The peer's calls on an op's inputs. batched: which of them begin with the batch; interleaved: images
+    are (B, H, W, C)."""
+    library = importlib.import_module(peer.library)
+    if peer.form == "tensors":
+        return Work(peer, [[library, *inputs]], interleaved)
+    arrays = [t.numpy() for t in inputs]
+    if peer.form == "batch":
+        return Work(peer, [[library, *arrays]], interleaved)
+    samples = next(len(a) for a, has in zip(arrays, batched, strict=True) if has)
+    channels = arrays[0].shape[-1 if interleaved else 1] if peer.form == "planes" else 1
+    calls: list[list[Any]] = []
+    for b in range(samples):
+        for c in range(channels):
+            parts = [
+                _part(peer.form, a, b, c, interleaved) if has else a
+                for a, has in zip(arrays, batched, strict=True)
+            ]
+            calls.append([library, *(peer.before(*parts) if peer.before else parts)])
+    return Work(peer, calls, interleaved)
+
+
+def _part(form: Form, array: np.ndarray, sample: int, channel: int, interleaved: bool) -> Any:
+    """What a call gets of one input: a number where a sample has one."""
+    part = array[sample]
+    if part.ndim == 0:
+        return part.item()
+    if form == "samples" or part.ndim != 3:
+        return part
+    image = part if interleaved else part.transpose(1, 2, 0)
+    only = channel if form == "planes" else 0 if image.shape[-1] == 1 else slice(None)
+    return np.ascontiguousarray(image[..., only])
