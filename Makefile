@@ -153,7 +153,7 @@ fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, t
 test-install: setup ## `pip install .` into an empty folder, used from outside (ctest covers cmake --install)
 	tests/consumer/pip_install.sh
 
-bench: build ## WHAT=speed (the default), images, geometry, bytes or matching: measure against peers -> docs/benchmarks*.md
+bench: build ## WHAT=speed (the default), images, geometry, peers or matching: measure against peers -> docs/benchmarks*.md
 	@[ "$(WHAT)" != images ] || tools/kornia.sh
 	$(PY) -m bench $(or $(WHAT),speed)
 

@@ -1,4 +1,4 @@
-"""make bench [WHAT=speed|images|geometry|bytes|matching]: measure, and write docs/benchmarks*.md. Each
+"""make bench [WHAT=speed|images|geometry|peers|matching]: measure, and write docs/benchmarks*.md. Each
 exports what it measures and nothing else."""
 
 from __future__ import annotations
@@ -6,7 +6,7 @@ from __future__ import annotations
 import runpy
 import sys
 
-WHAT = ("speed", "images", "geometry", "bytes", "matching")
+WHAT = ("speed", "images", "geometry", "peers", "matching")
 
 if __name__ == "__main__":
     what, *sys.argv[1:] = sys.argv[1:] or ["speed"]

@@ -5,10 +5,13 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import torch
+
+if TYPE_CHECKING:
+    from .spec import Spec
 
 Form = Literal["images", "planes", "samples", "batch", "tensors"]
 
@@ -147,3 +150,30 @@ def _part(form: Form, array: np.ndarray, sample: int, channel: int, interleaved:
     image = part if interleaved else part.transpose(1, 2, 0)
     only = channel if form == "planes" else 0 if image.shape[-1] == 1 else slice(None)
     return np.ascontiguousarray(image[..., only])
+
+
+class Apart(NamedTuple):
+    """How far an op's values are from its peer's: the largest difference of what is compared, and the share
+    of values that are further away than they may be."""
+
+    most: float
+    share: float
+
+
+def compared(spec: Spec, actual: np.ndarray, expected: np.ndarray, layout: str) -> Apart:
+    """The values of one output beside those of the spec's peer."""
+    peer = spec.peer
+    assert peer is not None
+    allowed = spec.tolerance("forward", str(actual.dtype))
+    atol, rtol = (allowed.atol, allowed.rtol) if allowed else (0.0, 0.0)
+    if peer.atol is not None:
+        atol, rtol = peer.atol, peer.rtol
+    if peer.edge:
+        inside = slice(peer.edge, -peer.edge)
+        where = (slice(None), inside, inside) if layout == "NHWC" else (..., inside, inside)
+        actual, expected = actual[where], expected[where]
+    actual, expected = actual.astype(np.float64), expected.astype(np.float64)
+    apart = np.abs(actual - expected)
+    same = (actual == expected) | (np.isnan(actual) & np.isnan(expected))
+    wrong = ~same & ~(apart <= atol + rtol * np.abs(expected))
+    return Apart(float(apart.max(initial=0.0, where=~same)), float(wrong.mean()))

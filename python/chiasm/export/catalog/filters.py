@@ -117,7 +117,7 @@ add(
         symbols=STENCIL,
         dtypes=("float32", "float64"),
         special_values=_ZERO_TAPS,
-        peer=opencv(_gradient_magnitude, "planes", atol=1e-3),
+        peer=opencv(_gradient_magnitude, "planes", atol=2e-3),
         reference="OpenCV Sobel(BORDER_REPLICATE)",
         frames=Frames(),
     )

@@ -1,1 +1,0 @@
-"""Ops on frames of bytes beside OpenCV."""

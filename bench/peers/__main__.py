@@ -1,0 +1,111 @@
+"""make bench WHAT=peers: every op that another library has, too, beside it, from Python ->
+docs/benchmarks_peers.md."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from datetime import date
+
+import cv2
+from rich.progress import Progress
+
+import chiasm
+
+from ..machine import ROOT, cores, cpu, export_bundles, notes
+from ..tables import compared, table
+from .measure import chosen, sizes
+
+PAGE = ROOT / "docs" / "benchmarks_peers.md"
+#: how many times as fast as the peer: in the geometric mean, and below which a row is named
+MEAN, LEAST = 1.0, 0.5
+HEAD = f"""# Benchmarks beside other libraries
+
+Made by `make bench WHAT=peers` on {{date}}: {{cpu}}, {{cores}} cores.
+chiasm {chiasm.__version__}'s native backend writes into the caller's buffers; OpenCV's wheel {{opencv}}
+(with IPP), SciPy, scikit-image, Pillow and NumPy make their results anew, in memory that is used again. All
+are called from Python, in turns, in one process; medians. The images are photographs of three channels. A
+peer that takes one image is called for each of a batch.
+
+Results are compared before they are timed. *Apart* is by how much they differ at most. *Of copy* is the
+bandwidth, of inputs read once and outputs written once, as a share of that of one thread's copy of as many
+bytes in the same turns.
+
+*Times as fast* is the peer's time over chiasm's, by which rows are sorted (on one thread). Where the peer is
+faster it is **bold**, under {LEAST} ***bold and slanted***."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m bench.peers", description=__doc__)
+    parser.add_argument("ops", nargs="*", help="only ops whose name has one of these in it, and no page")
+    parser.add_argument("--seconds", type=float, default=0.5, help="that contenders take turns for")
+    options = parser.parse_args()
+    entries = chosen(options.ops)
+    export_bundles((e.spec.name for e in entries), formats=("native",))
+    load = os.getloadavg()[0]
+    rows: list[dict] = []
+    threads = sorted({1, cores()})
+    with Progress() as progress:
+        task = progress.add_task("speed", total=sum(len(sizes(e.spec)) for e in entries) * len(threads))
+        for n in threads:
+            command = [
+                sys.executable,
+                "-m",
+                "bench.peers.measure",
+                str(n),
+                str(options.seconds),
+                *options.ops,
+            ]
+            with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
+                for line in process.stdout:
+                    rows.append(json.loads(line))
+                    progress.advance(task)
+            if process.returncode:
+                return process.returncode
+    text = page(rows, load)
+    if not options.ops:
+        PAGE.write_text(text)
+    print(text)
+    return 0
+
+
+def page(rows: list[dict], load: float) -> str:
+    """`load`: of the machine, before the run."""
+    lines = [*HEAD.format(date=date.today(), cpu=cpu(), cores=cores(), opencv=cv2.__version__).splitlines()]
+    lines += busy(load)
+    for title, some in (
+        ("Frames of bytes", [r for r in rows if r["bundle"].endswith(".frames")]),
+        ("Planes", [r for r in rows if not r["bundle"].endswith(".frames")]),
+    ):
+        if some:
+            lines += ["", f"## {title}", "", *speed_table(some)]
+    return "\n".join(lines) + "\n" + notes(PAGE)
+
+
+def busy(load: float) -> list[str]:
+    if load < 0.5:
+        return []
+    said = f"The machine was busy with other work: a load of {load:.1f} on {cores()} cores before the run."
+    return ["", said]
+
+
+def ratio(row: dict) -> float:
+    return row["race"]["peer"] / row["race"]["native"]
+
+
+def speed_table(rows: list[dict]) -> list[str]:
+    return table(
+        sorted(rows, key=ratio),
+        "peer ms",
+        compared("race", "native", "peer", 1.0, LEAST),
+        (MEAN, LEAST),
+        lambda row: [row["library"], f"{row['difference']:.2g}"],
+        ["peer", "apart"],
+    )
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,142 @@
+"""What is measured, for one number of threads, which a process can set once.
+
+    python -m bench.peers.measure THREADS SECONDS [OP...]    -> a line of JSON, in microseconds, for each op
+    and size
+
+Results are compared before they are timed. Then chiasm's native backend, the peer and a copy of as many bytes
+take turns.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import sys
+import warnings
+
+import cv2
+import numpy as np
+import torch
+
+import chiasm.runtime
+from chiasm.export import samples
+from chiasm.export.catalog import Entry, catalog
+from chiasm.export.peer import Work, compared, work
+from chiasm.export.spec import Spec, TensorSpec
+
+from ..images.data import photograph
+from ..machine import bundle_path
+from ..wheel import PAUSE, copy_of, interleaved, room
+
+#: (batch, height, width), of three channels
+IMAGES = ((8, 256, 256), (1, 1080, 1920))
+#: of what has no images: how many samples, and of how many points
+BATCH, POINTS = 1000, 1000
+
+
+def main(threads: int, seconds: float, names: list[str]) -> None:
+    chiasm.runtime.set_num_threads(threads)
+    cv2.setNumThreads(threads)
+    torch.set_num_threads(threads)
+    keep_memory()
+    warnings.simplefilter("ignore")
+    for entry in chosen(names):
+        for size in sizes(entry.spec):
+            row = {"bundle": entry.spec.name, "threads": threads}
+            print(json.dumps(row | measured(entry, size, threads, seconds)), flush=True)
+
+
+def chosen(names: list[str]) -> list[Entry]:
+    """The ops with a peer whose name has one of the names in it; all where there is none."""
+    return [
+        e
+        for name, e in catalog().items()
+        if e.spec.peer is not None and (not names or any(n in name for n in names))
+    ]
+
+
+def sizes(spec: Spec) -> list[dict[str, int]]:
+    """The sizes of the symbols to measure at."""
+    used = spec.used_symbols()
+    if "H" in used and "W" in used:
+        made = [
+            {"B": b, "C": 3, "H": h, "W": w, "OH": h * 3 // 4, "OW": w * 3 // 4, "D": 8, "N": POINTS}
+            for b, h, w in IMAGES
+        ]
+    else:
+        made = [{"B": BATCH, "C": 3, "N": POINTS}]
+    return [samples.fit(spec, sizes) for sizes in made]
+
+
+def keep_memory() -> None:
+    """Have what is freed used again. Otherwise each large result of a peer, which is given no buffer, is new
+    memory from the system, and the first use of its pages takes longer than many an op."""
+    mmap_threshold, trim_threshold = -3, -1
+    for parameter in (mmap_threshold, trim_threshold):
+        ctypes.CDLL(None).mallopt(parameter, 1 << 30)
+
+
+def measured(entry: Entry, size: dict[str, int], threads: int, seconds: float) -> dict:
+    spec = entry.spec
+    opened = chiasm.runtime.open(bundle_path(spec.name))
+    variant = spec.variants()[0]
+    method = opened.method("forward", backend="native", **({"dtype": variant} if variant else {}))
+    tensors = inputs(spec, size, variant)
+    given = [t.numpy() for t in tensors]
+    outputs = room(method, given)
+    theirs = their_work(spec, tensors)
+    method.run_into(given, outputs)
+    difference = checked(spec, outputs, theirs)
+    contenders = {
+        "native": lambda: method.run_into(given, outputs),
+        "peer": theirs.run,
+        "copy": copy_of([*given, *outputs]),
+    }
+    times = interleaved(list(contenders.values()), seconds, PAUSE if threads > 1 else 0.0)
+    shape = "x".join(str(size[s]) for s in ("B", "H", "W", "N") if s in size)
+    return {
+        "size": shape,
+        "library": theirs.peer.library.partition(".")[0],
+        "difference": difference,
+        "race": dict(zip(contenders, times, strict=True)),
+    }
+
+
+def inputs(spec: Spec, size: dict[str, int], variant: str | None) -> list[torch.Tensor]:
+    """Photographs where the spec makes no images of its own."""
+    made = samples.make(spec, size, variant)
+    if spec.sample is None:
+        made |= {t.name: pictures(t, made[t.name]) for t in spec.inputs if t.layout in ("NCHW", "NHWC")}
+    return list(made.values())
+
+
+def pictures(tensor: TensorSpec, like: torch.Tensor) -> torch.Tensor:
+    """Photographs of the shape, type and range of a tensor."""
+    batch, *rest = like.shape
+    height, width = rest[1:] if tensor.layout == "NCHW" else rest[:2]
+    channels = rest[0] if tensor.layout == "NCHW" else rest[2]
+    pixels = torch.from_numpy(photograph(batch, height, width))
+    pixels = pixels[:, torch.arange(channels) % 3]
+    low, high = tensor.range or (0.0, 1.0)
+    values = (pixels.to(torch.float64) / 255 * (high - low) + low).to(like.dtype)
+    return values if tensor.layout == "NCHW" else values.permute(0, 2, 3, 1).contiguous()
+
+
+def their_work(spec: Spec, tensors: list[torch.Tensor]) -> Work:
+    assert spec.peer is not None
+    return work(spec.peer, tensors, [t.shape[:1] == ("B",) for t in spec.inputs], spec.interleaved)
+
+
+def checked(spec: Spec, ours: list[np.ndarray], theirs: Work) -> float:
+    """By how much the results differ at most; the process ends where they may not."""
+    most = 0.0
+    for a, e, described in zip(ours, theirs.outputs(ours), spec.outputs, strict=True):
+        apart = compared(spec, a, e, described.layout)
+        if apart.share > theirs.peer.share:
+            sys.exit(f"{spec.name}: {apart.share:.1%} of the values are not the peer's")
+        most = max(most, apart.most)
+    return most
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), float(sys.argv[2]), sys.argv[3:])
