@@ -83,7 +83,7 @@ test-export: build test-bundles ## the exporter, the command, the runtime in Pyt
 	exit $$result
 
 test-runtime: build test-bundles ## GoogleTest
-	ctest --preset release
+	ctest --preset release -j $(JOBS)
 
 test-aarch64: build ## the kernels for aarch64, by a cross-compiler and under qemu: the results are this machine's
 	@cmake --preset aarch64 > /dev/null
@@ -123,7 +123,7 @@ test-sanitizers: test-bundles ## the C++ tests under ASan+UBSan and TSan
 	@for preset in asan-ubsan tsan; do
 	  cmake --preset $$preset > /dev/null
 	  cmake --build --preset $$preset -j $(JOBS)
-	  ctest --preset $$preset
+	  ctest --preset $$preset -j $(JOBS)
 	done
 	cmake --build --preset asan-ubsan -j $(JOBS) --target artifact
 	OMP_NUM_THREADS=1 $(PY) tests/robustness/sanitized_artifacts.py --few

@@ -1,5 +1,7 @@
 """What has changed since the base, so that a test run can leave out a part of what has not.
 
+    ... | python tests/changes.py 3    of the files named there: what has changed, and every third other one
+
 The base is $CHIASM_BASE, else where the branch left origin's, else the commit before.
 """
 
@@ -9,6 +11,7 @@ import ast
 import hashlib
 import os
 import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -55,3 +58,14 @@ def is_drawn(name: str, file: Path, of: int) -> bool:
     """Whether one of so many falls on `name`: the same one as long as the content of `file` is the same."""
     digest = hashlib.sha256(name.encode() + _text_of(file)).digest()
     return digest[0] % of == 0
+
+
+if __name__ == "__main__":
+    # Of the files named on standard input those that have changed, and of the others one of so many.
+    for line in sys.stdin.read().split():
+        if (
+            os.environ.get("CHIASM_ALL_TESTS")
+            or line in changed_files()
+            or is_drawn(line, ROOT / line, int(sys.argv[1]))
+        ):
+            print(line)

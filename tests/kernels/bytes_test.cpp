@@ -209,6 +209,51 @@ TEST_F(Bytes, ResizingMatchesOpenCvsExactForm) {
       }
 }
 
+// By a loop over the definition, with taps that overshoot and numbers of pixels that are not there.
+TEST_F(Bytes, ResamplingMatchesItsDefinition) {
+  std::mt19937 engine(3);
+  const auto draw = [&](int64_t low, int64_t high) {
+    return std::uniform_int_distribution<int64_t>(low, high)(engine);
+  };
+  const auto sum = [](const std::vector<int64_t>& index, const std::vector<int32_t>& taps, int64_t i,
+                      int64_t size, const auto& value) {
+    double total = 0;
+    for (int64_t k = 0; k < 5; ++k) {
+      const auto at = static_cast<size_t>(5 * i + k);
+      total += value(std::clamp<int64_t>(index[at], 0, size - 1)) * static_cast<double>(taps[at]);
+    }
+    return std::clamp(std::floor(total / 4194304.0 + 0.5), 0.0, 255.0);
+  };
+  for (const Size& size : kSizes)
+    for (const Size& to : {Size{1, 1}, Size{7, 5}, Size{40, 61}})
+      for (const int channels : {1, 2, 3, 4}) {
+        const cv::Mat image = frame(size.height, size.width, channels);
+        std::vector<int64_t> rows(static_cast<size_t>(5 * to.height)),
+            columns(static_cast<size_t>(5 * to.width));
+        std::vector<int32_t> down(rows.size()), across(columns.size());
+        for (int64_t& i : rows) i = draw(-2, size.height + 1);
+        for (int64_t& i : columns) i = draw(-2, size.width + 1);
+        for (int32_t& tap : down) tap = static_cast<int32_t>(draw(-500000, 1500000));
+        for (int32_t& tap : across) tap = static_cast<int32_t>(draw(-500000, 1500000));
+        std::vector<uint8_t> out(static_cast<size_t>(to.height * to.width * channels));
+        resample_bytes(image.data, 1, size.height, size.width * channels, rows.data(), to.height, 5,
+                       down.data(), columns.data(), to.width, 5, across.data(), channels, out.data());
+        const auto byte = [&](int64_t y, int64_t x, int c) {
+          return static_cast<double>(image.data[(y * size.width + x) * channels + c]);
+        };
+        for (int64_t y = 0; y < to.height; ++y)
+          for (int64_t x = 0; x < to.width; ++x)
+            for (int c = 0; c < channels; ++c)
+              ASSERT_EQ(out[static_cast<size_t>((y * to.width + x) * channels + c)],
+                        sum(rows, down, y, size.height,
+                            [&](int64_t row) {
+                              return sum(columns, across, x, size.width,
+                                         [&](int64_t column) { return byte(row, column, c); });
+                            }))
+                  << image.size() << " x " << channels << ", " << x << " " << y;
+      }
+}
+
 // Tables of two forms, of one, and of none.
 std::vector<std::vector<uint8_t>> tables(std::mt19937& engine) {
   const std::vector<std::function<int(int)>> entries = {[](int i) { return i > 127 ? 255 : 0; },
@@ -312,6 +357,19 @@ KERNEL_CALL_BENCHMARK(resize_bytes_half,
                       [] { return [frame = Frame()]() mutable { resized<540, 960>(frame); }; });
 KERNEL_CALL_BENCHMARK(resize_bytes_up,
                       [] { return [frame = Frame()]() mutable { resized<1620, 2880>(frame); }; });
+// Halves, by the nine taps of a cubic filter.
+KERNEL_CALL_BENCHMARK(resample_bytes_half, [] {
+  std::vector<int64_t> rows, columns;
+  for (int64_t y = 0; y < 540; ++y)
+    for (int64_t k = -4; k < 5; ++k) rows.push_back(2 * y + k);
+  for (int64_t x = 0; x < 960; ++x)
+    for (int64_t k = -4; k < 5; ++k) columns.push_back(2 * x + k);
+  return [frame = Frame(), rows, columns, down = std::vector<int32_t>(rows.size(), 466034),
+          across = std::vector<int32_t>(columns.size(), 466034)]() mutable {
+    resample_bytes(frame.x.data(), 1, 1080, 1920 * 3, rows.data(), 540, 9, down.data(), columns.data(), 960,
+                   9, across.data(), 3, frame.out.data());
+  };
+});
 KERNEL_CALL_BENCHMARK(resize_nearest_half, [] {
   return [frame = Frame()]() mutable {
     resize_nearest(frame.x.data(), 1, 1080, 1920 * 3, 540, 960, 3, frame.out.data());

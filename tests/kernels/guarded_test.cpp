@@ -486,6 +486,13 @@ TEST_F(GuardedBytes, PixelsStayInside) {
   const auto bytes = [&](const Dims& sizes) { return wholes<uint8_t>(sizes, 0, 255); };
   const Tensor three = kernel_calls::of<int32_t>({1, 3}, {128, 50, 14}),
                one = kernel_calls::of<int32_t>({1, 1}, {256});
+  // Numbers around those of so many pixels, and taps of about 1 together.
+  const auto numbers_of = [&](int64_t pixels, int64_t count, int64_t taps) {
+    return wholes<int64_t>({count, taps}, -2, pixels + 1);
+  };
+  const auto weights = [&](int64_t count, int64_t taps) {
+    return wholes<int32_t>({count, taps}, -200000, 5000000 / static_cast<int32_t>(taps));
+  };
   const Tensor grey = kernel_calls::of<int32_t>({1, 4}, {9798, 19235, 3735, 16384}),
                colours =
                    kernel_calls::of<int32_t>({3, 4}, {4899, 9617, 1868, 8192, -2763, -5424, 8187, 2105344});
@@ -511,6 +518,9 @@ TEST_F(GuardedBytes, PixelsStayInside) {
               run(aoti_torch_cpu_resize_nearest, numbers({2, s.height, s.width * step}), to.height, to.width,
                   step);
             }
+            for (const int64_t taps : {1, 6})
+              run(aoti_torch_cpu_resample_bytes, x, numbers_of(s.height, 7, taps), weights(7, taps),
+                  numbers_of(s.width, 9, taps), weights(9, taps), step);
             const Tensor pixels = bytes({2, s.height * s.width * 3});
             for (const int32_t interleaved : {0, 1}) {
               run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);

@@ -75,6 +75,13 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
   REFUSES("remap: image", remap, none.get(), floats({2, 4, 4}).get(), floats({2, 4, 4}).get(), 0, 0, 0);
   REFUSES("warp_perspective: matrix", warp_perspective, x.get(), floats({2, 2, 3}).get(), 4, 4, 0, 0, 0);
   REFUSES("resize: x", resize, none.get(), 4, 4, 0, 0, 0);
+  const Tensor taps = of<int32_t>({4, 2}, {7});
+  REFUSES("resample_bytes: down", resample_bytes, bytes({2, 5, 6}).get(), longs({4, 3}, 0).get(), taps.get(),
+          longs({4, 2}, 0).get(), taps.get(), 3);
+  REFUSES("resample_bytes: across", resample_bytes, bytes({2, 5, 6}).get(), longs({4, 2}, 0).get(),
+          taps.get(), longs({5, 2}, 0).get(), taps.get(), 3);
+  REFUSES("resample_bytes: x", resample_bytes, bytes({2, 0, 6}).get(), longs({4, 2}, 0).get(), taps.get(),
+          longs({4, 2}, 0).get(), taps.get(), 3);
   REFUSES("resize_blurred: taps", resize_blurred, x.get(), floats({4}).get(), 4, 4, 0, 0, 1);
   REFUSES("aminmax: x", aminmax, floats({2, 0}).get());
   REFUSES("row_histograms: low", row_histograms, floats({2, 9}).get(), floats({1, 1}).get(),

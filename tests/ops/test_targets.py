@@ -49,6 +49,11 @@ def integers(high: int, *shape: int) -> Tensor:
     return torch.randint(0, high, shape, generator=torch.Generator().manual_seed(sum(shape)))
 
 
+def whole_taps(count: int) -> Tensor:
+    """Three taps of 1/2^22 for each of so many pixels, some negative."""
+    return (integers(3000000, count, 3) - 500000).to(torch.float64)
+
+
 def matrices(dtype: torch.dtype, n: int) -> Tensor:
     """(2, n, n), symmetric and positive definite."""
     m = numbers(dtype, 2, n, n) - 0.5
@@ -379,6 +384,10 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in bytes_and_words()[:2]
         for size in ((5, 30), (1, 1))
         for corners in (False, True)
+    ],
+    "resizing.resampled_bytes": lambda t: [
+        (x, integers(9, 7, 3), whole_taps(7), integers(13, 30, 3), whole_taps(30))
+        for x in bytes_and_words()[:2]
     ],
     "resizing.resized_nearest": lambda t: [(x, 5, 30) for x in (*bytes_and_words(), *images(t))],
     "tables.table_entries": lambda t: [

@@ -1,6 +1,7 @@
 """Geometry: resampling, homographies."""
 
 import torch
+from PIL import Image
 
 from ..peer import Peer, opencv, warped
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
@@ -26,6 +27,18 @@ def _pillow(resample: str) -> Peer:
     )
 
 
+def _pillow_frames(resample: str) -> Peer:
+    """Along the rows first; one call with both sizes would take them in the order that is faster."""
+    return Peer(
+        "PIL.Image",
+        lambda Image, x, size: x.resize((size[0], x.size[1]), getattr(Image, resample)).resize(
+            size, getattr(Image, resample)
+        ),
+        before=lambda x, like: (Image.fromarray(x), like.shape[::-1]),
+        sizes={"C": 3},
+    )
+
+
 _PEERS = {
     "bilinear": _resized("INTER_LINEAR"),
     "bicubic": _resized("INTER_CUBIC"),
@@ -34,6 +47,8 @@ _PEERS = {
     "bicubic_antialias": _pillow("BICUBIC"),
 }
 _FRAMES = {
+    "bilinear_antialias": Frames(reference="Pillow resize", peer=_pillow_frames("BILINEAR")),
+    "bicubic_antialias": Frames(reference="Pillow resize", peer=_pillow_frames("BICUBIC")),
     "bilinear": Frames(reference="OpenCV resize(INTER_LINEAR_EXACT)", peer=_resized("INTER_LINEAR_EXACT")),
     "nearest": Frames(
         ("uint8", "int16", "uint16", "float32"),

@@ -5,7 +5,7 @@ from typing import Optional, Tuple, Union
 from torch import Tensor
 
 from ...primitives.core.checks import check_choice, check_pixels
-from ...primitives.resampling.resizing import resized, resized_bytes, resized_nearest
+from ...primitives.resampling.resizing import resized, resized_bytes, resized_bytes_antialias, resized_nearest
 from ...primitives.resampling.taps import larger, smaller
 
 
@@ -23,8 +23,10 @@ def resize(
     Without antialias, "bicubic" has a = -0.75 (torch, OpenCV), with antialias -0.5 (torch, Pillow). "nearest"
     takes pixel floor(i * in / out) in exact arithmetic, where torch rounds the ratio to float32.
 
-    Of bytes, "bilinear" has weights in 1/256 and is rounded halves up: OpenCV's INTER_LINEAR_EXACT, to the
-    bit. "bicubic" and antialias are for floating-point images.
+    Of bytes, "bilinear" without antialias has weights in 1/256 and is rounded halves up: OpenCV's
+    INTER_LINEAR_EXACT, to the bit. With antialias, weights are in 1/2^22 and the result is rounded halves up
+    after either axis: Pillow's ``Image.resize`` of the rows and then of the columns, to the bit. (Pillow
+    takes the columns first where that is faster.) "bicubic" without antialias is for floating point.
 
     Args:
         input: (B, C, H, W), floating point or uint8; for "nearest" also int16 or uint16.
@@ -73,10 +75,9 @@ def resize(
     if not input.is_floating_point():
         if interpolation == "nearest":
             return resized_nearest(input, height, width)
-        if interpolation != "bilinear" or antialias:
-            raise ValueError(
-                "interpolation: expected 'nearest', or 'bilinear' without antialias, for an image of bytes,"
-                f" got '{interpolation}' with antialias {antialias}"
-            )
+        if antialias:
+            return resized_bytes_antialias(input, height, width, interpolation, corners)
+        if interpolation == "bicubic":
+            raise ValueError("antialias: expected True for 'bicubic' and an image of bytes, got False")
         return resized_bytes(input, height, width, corners)
     return resized(input, height, width, interpolation, corners, antialias)

@@ -353,6 +353,16 @@ _declare(
     ["1 <= step", "W % step == 0", "1 <= height <= 2**24", "1 <= width <= 2**24", "H <= 2**24", "W <= 2**24"],
 )
 _declare(
+    """resample_bytes(uint8[N, H, L] x, int64[J, M] rows, int32[J, M] down, int64[I, K] columns,
+    int32[I, K] across, int step)
+    -> uint8[N, J, I * step]""",
+    "resample_bytes.cpp",
+    """Pixel i of a row is the sum of its pixels columns[i] by the taps across[i], and row j the sum of such
+    rows rows[j] by down[j]. Taps are multiples of 1/2^22; either sum is rounded, halves up, and saturated.
+    Numbers of what is not there are those of the nearest. Neighbours in a row are step values apart.""",
+    ["1 <= H", "1 <= L <= INT32_MAX", "1 <= step", "L % step == 0", "1 <= M", "1 <= K"],
+)
+_declare(
     "resize_nearest(P[N, H, W] x, int height, int width, int step) -> P[N, height, width * step]",
     "resize_bytes.cpp",
     "Pixel (y, x) is pixel (floor(y H / height), floor(x W / width)) of rows of pixels of step values.",

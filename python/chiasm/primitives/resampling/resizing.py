@@ -59,6 +59,45 @@ def _resized_bytes_kernel(x: Tensor, height: int, width: int, align_corners: boo
     return from_rows(kernels.resize_bytes(rows, height, width, step, align_corners), x)
 
 
+@primitive
+def resampled_bytes(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
+    """Bytes (B, C, H, W) along the rows and then down the columns: pixel i of a row is the sum of its pixels
+    ``columns[i]`` by the taps ``across[i]``, row j the sum of such rows ``rows[j]`` by ``down[j]``.
+
+    Taps are whole numbers of 1/2^22; either sum, which float64 holds, is rounded halves up, and saturated.
+    """
+    return _summed(_summed(x, columns, across, 3), rows, down, 2)
+
+
+def _summed(x: Tensor, index: Tensor, taps: Tensor, dim: int) -> Tensor:
+    picked = x.index_select(dim, index.reshape(-1)).to(torch.float64)
+    if dim == 2:
+        stacked = reshaped(picked, [x.size(0), x.size(1), index.size(0), index.size(1), x.size(3)])
+        sums = (stacked * taps[:, :, None]).sum(3)
+    else:
+        stacked = reshaped(picked, [x.size(0), x.size(1), x.size(2), index.size(0), index.size(1)])
+        sums = (stacked * taps).sum(4)
+    return torch.floor(sums / 4194304.0 + 0.5).clamp(0.0, 255.0).to(torch.uint8)
+
+
+@resampled_bytes.lowering("native", when=kernels.available)
+def _resampled_bytes_kernel(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
+    pixels, step = as_rows(x)
+    down, across = down.to(torch.int32), across.to(torch.int32)
+    return from_rows(kernels.resample_bytes(pixels, rows, down, columns, across, step), x)
+
+
+def resized_bytes_antialias(
+    x: Tensor, height: int, width: int, interpolation: str, align_corners: bool
+) -> Tensor:
+    """Bytes (B, C, H, W) as (B, C, height, width), "bilinear" or "bicubic", by a filter that is as wide as
+    the reduction."""
+    radius = 1 if interpolation == "bilinear" else 2
+    rows, down = antialias_table(x.size(2), height, align_corners, radius, torch.float64, x.device)
+    columns, across = antialias_table(x.size(3), width, align_corners, radius, torch.float64, x.device)
+    return resampled_bytes(x, rows, torch.round(down * 4194304.0), columns, torch.round(across * 4194304.0))
+
+
 def _fixed_table(
     in_size: int, out_size: int, align_corners: bool, device: torch.device
 ) -> Tuple[Tensor, Tensor, Tensor]:
