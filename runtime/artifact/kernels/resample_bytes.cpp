@@ -94,8 +94,8 @@ void sum_rows(const uint8_t* rows, int64_t stride, const int64_t* index, int64_t
 constexpr int64_t kRows = 32;
 
 // The rows of the image that some rows of the output are made of.
-struct Span {
-  Span(const Axis& axis, int64_t top, int64_t bottom) {
+struct RowsRead {
+  RowsRead(const Axis& axis, int64_t top, int64_t bottom) {
     const auto ends = std::minmax_element(axis.of(top), axis.of(top) + (bottom - top) * axis.each);
     first = *ends.first, count = *ends.second - first + 1;
   }
@@ -114,18 +114,18 @@ void resample_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t length,
                 stride = whole_lines<uint8_t>(values + 3);
   int64_t most = 0;
   for (int64_t top = 0; top < new_height; top += kRows)
-    most = std::max(most, Span(vertical, top, std::min(top + kRows, new_height)).count);
+    most = std::max(most, RowsRead(vertical, top, std::min(top + kRows, new_height)).count);
   const auto memory = new_lines<uint8_t>(most * stride * omp_get_max_threads());
 #pragma omp parallel for
   for (int64_t i = 0; i < n * blocks; ++i) {
     const int64_t top = i % blocks * kRows, bottom = std::min(top + kRows, new_height), image = i / blocks;
-    const Span span(vertical, top, bottom);
+    const RowsRead read(vertical, top, bottom);
     uint8_t* const resampled = memory.get() + most * stride * omp_get_thread_num();
-    for (int64_t y = 0; y < span.count; ++y)
-      resample_row(x + (image * height + span.first + y) * length, length, step, horizontal,
+    for (int64_t y = 0; y < read.count; ++y)
+      resample_row(x + (image * height + read.first + y) * length, length, step, horizontal,
                    resampled + y * stride);
     for (int64_t y = top; y < bottom; ++y)
-      sum_rows(resampled, stride, vertical.of(y), span.first, down + y * row_taps, row_taps, values,
+      sum_rows(resampled, stride, vertical.of(y), read.first, down + y * row_taps, row_taps, values,
                out + (image * new_height + y) * values);
   }
 }
