@@ -102,6 +102,47 @@ def _resize(way: int) -> Callable[..., np.ndarray]:
     return call
 
 
+def _read(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+    """A warp to the size of the frame."""
+
+    def call(into: Into, m: np.ndarray, x: list[np.ndarray], other: np.ndarray) -> np.ndarray:
+        return into("out", function, m, x[1][0], m.shape[1::-1], flags=cv2.INTER_LINEAR)
+
+    return call
+
+
+def _matrix(rows: list[list[float]]) -> Callable[[int, int, int], dict[str, float | np.ndarray]]:
+    return lambda b, h, w: {
+        "M": np.broadcast_to(np.array(rows, np.float32), (b, len(rows), 3)).copy(),
+        "like": np.zeros((h, w), np.uint8),
+    }
+
+
+def _waves(b: int, h: int, w: int) -> dict[str, float | np.ndarray]:
+    y, x = np.mgrid[:h, :w].astype(np.float32)
+    return {
+        "map_x": np.broadcast_to(x + 4 * np.sin(y / 40), (b, h, w)).copy(),
+        "map_y": np.broadcast_to(y + 4 * np.sin(x / 40), (b, h, w)).copy(),
+    }
+
+
+def _remap(into: Into, m: np.ndarray, x: list[np.ndarray], other: np.ndarray) -> np.ndarray:
+    return into("out", cv2.remap, m, x[1][0], x[2][0], cv2.INTER_LINEAR)
+
+
+def _taps(b: int, h: int, w: int) -> dict[str, float | np.ndarray]:
+    return {"kernel": np.array([[0.1, 0.2, -0.3], [0.4, 0.2, 0.1], [-0.1, 0.3, 0.1]], np.float32)}
+
+
+def _filter2d(into: Into, m: np.ndarray, x: list[np.ndarray], other: np.ndarray) -> np.ndarray:
+    return into("out", cv2.filter2D, m, -1, x[1], borderType=REFLECT)
+
+
+def _unsharp_mask(into: Into, m: np.ndarray, x: list[np.ndarray], other: np.ndarray) -> np.ndarray:
+    blurred = into("blurred", cv2.GaussianBlur, m, (5, 5), 1.5, sigmaY=1.5, borderType=REFLECT)
+    return into("out", cv2.addWeighted, m, 2.0, blurred, -1.0, 0.0)
+
+
 _BILINEAR = "geometry.transform.resize.bilinear.frames"
 _EXACT = _resize(cv2.INTER_LINEAR_EXACT)
 CASES = (
@@ -153,5 +194,28 @@ CASES = (
     Case(_BILINEAR, _EXACT, "to 1/2", _scaled(0.5)),
     Case(_BILINEAR, _EXACT, "to 3/2", _scaled(1.5)),
     Case(_BILINEAR, _EXACT, "to 360x640", _to_360),
+    Case("filters.filter2d.frames", _filter2d, "3x3", _taps, allowed=1),
+    Case("filters.unsharp_mask.frames", _unsharp_mask),
+    Case("geometry.transform.hflip.frames", plain(cv2.flip, 1)),
+    Case("geometry.transform.vflip.frames", plain(cv2.flip, 0)),
+    Case("geometry.transform.rot180.frames", plain(cv2.flip, -1)),
+    Case("geometry.transform.pyrdown.by_2.frames", plain(cv2.pyrDown)),
+    Case("geometry.transform.pyrup.frames", plain(cv2.pyrUp)),
+    # OpenCV 5 does not round positions to 1/32 pixel: noise is up to 255 / 32 levels apart.
+    Case(
+        "geometry.transform.warp_affine.bilinear_zeros.frames",
+        _read(cv2.warpAffine),
+        "11 degrees",
+        _matrix([[0.98, 0.19, -9.0], [-0.19, 0.98, 21.0]]),
+        allowed=9,
+    ),
+    Case(
+        "geometry.transform.warp_perspective.bilinear_zeros.frames",
+        _read(cv2.warpPerspective),
+        "",
+        _matrix([[0.98, 0.05, 3.0], [-0.04, 1.02, 2.0], [1e-5, 2e-5, 1.0]]),
+        allowed=9,
+    ),
+    Case("geometry.transform.remap.bilinear_zeros.frames", _remap, "waves", _waves, allowed=9),
     Case("geometry.transform.resize.nearest.frames", _resize(cv2.INTER_NEAREST), "to 1/2", _scaled(0.5)),
 )

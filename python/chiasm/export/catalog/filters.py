@@ -171,6 +171,7 @@ for _name, _shape, _config in (
             symbols=STENCIL,
             gradient_tolerances=SUMMED,
             reference="OpenCV filter2D, SciPy ndimage.correlate",
+            frames=Frames() if _name == "filter2d" else None,
         )
     )
 
@@ -183,6 +184,7 @@ add(
         symbols=STENCIL,
         gradient_tolerances=SUMMED,
         reference="OpenCV sepFilter2D, SciPy correlate1d",
+        frames=Frames(),
     )
 )
 
@@ -234,6 +236,7 @@ add(
         config={"kernel_size": (5, 5), "sigma": (1.5, 1.5)},
         symbols=STENCIL,
         reference="OpenCV GaussianBlur and addWeighted, scikit-image unsharp_mask",
+        frames=Frames(reference="OpenCV GaussianBlur and addWeighted"),
     )
 )
 
@@ -412,6 +415,7 @@ for _suffix, _method in (("", "mean"), ("_gaussian", "gaussian")):
             gradients=(),
             sample=_levels,
             reference="OpenCV adaptiveThreshold",
+            frames=Frames(),
         ),
         fn="filters.adaptive_threshold",
     )

@@ -61,6 +61,7 @@ def _sample_warp(generator, sizes, dtype):
     }
 
 
+_WARPED_FRAMES = (("bilinear", "zeros"), ("nearest", "border"))
 for _mode in ("bilinear", "nearest"):
     for _padding in ("zeros", "border", "reflection", "fill"):
         add(
@@ -80,6 +81,7 @@ for _mode in ("bilinear", "nearest"):
                 gradient_tolerances={"float32": Tolerance(5e-3, 2e-3)},
                 sample=_sample_warp,
                 reference="OpenCV warpPerspective",
+                frames=Frames() if (_mode, _padding) in _WARPED_FRAMES else None,
             ),
             fn="geometry.transform.like.warp_perspective_like",
         )

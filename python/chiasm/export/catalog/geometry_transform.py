@@ -226,6 +226,7 @@ for _name, (_inputs, _ways, _rest) in _WARPED.items():
             _inputs,
             config=_config,
             symbols=_SIZES,
+            frames=None if _mode == "bicubic" else Frames(),
             **_rest,
             **(_CUBIC if _mode == "bicubic" else _WARP),
         )
@@ -278,6 +279,7 @@ _add(
     "SciPy map_coordinates",
     fn="rotate",
     config={"mode": "bicubic", "padding_mode": "border"},
+    frames=Frames(config={"mode": "bilinear"}),
     **_CUBIC,
 )
 _add(
@@ -336,6 +338,7 @@ for _mapping in ("linear", "log"):
         fn="like.warp_polar_like",
         config={"mapping": _mapping},
         symbols=_SIZES,
+        frames=Frames(),
         **_WARP,
     )
 _add(
@@ -359,7 +362,7 @@ _add(
 # --- flips, sizes, pyramids ---------------------------------------------------------------------------------
 
 for _name in ("hflip", "vflip", "rot180"):
-    _add(_name, [image()], "NumPy", fn=_name, frames=Frames(("uint8", "int16")))
+    _add(_name, [image()], "NumPy", fn=_name, frames=Frames(("uint8", "int16", "uint16")))
 
 _RESIZE = "torch.nn.functional.interpolate"
 _add(
@@ -392,6 +395,7 @@ _add(
     "OpenCV GaussianBlur and torch.nn.functional.interpolate",
     fn="pyrdown",
     symbols=STENCIL,
+    frames=Frames(config={"sampling": "alternate"}, reference="OpenCV pyrDown"),
 )
 _add(
     "pyrdown.by_1_5",
@@ -402,7 +406,12 @@ _add(
     symbols=STENCIL,
 )
 _add(
-    "pyrup", [image()], "OpenCV GaussianBlur and torch.nn.functional.interpolate", fn="pyrup", symbols=STENCIL
+    "pyrup",
+    [image()],
+    "OpenCV GaussianBlur and torch.nn.functional.interpolate",
+    fn="pyrup",
+    symbols=STENCIL,
+    frames=Frames(config={"sampling": "alternate"}, reference="OpenCV pyrUp"),
 )
 _LEVELS = [TensorSpec(f"level{i}", layout="NCHW", description=f"1/{2**i} of the size") for i in range(3)]
 _HALVES = {"H": (16, 32768), "W": (16, 32768)}
