@@ -316,7 +316,8 @@ TYPED_TEST(GuardedKernels, SumsLevelsAndEdgesStayInside) {
     for (const Size& s : kSizes) {
       const Tensor x = this->numbers({2, 1, s.height, s.width}), row = this->numbers({2, s.height * s.width});
       this->run(aoti_torch_cpu_integral, x);
-      for (const int32_t along : {0, 1}) this->run(aoti_torch_cpu_mirrored, x, int64_t{1}, along, int32_t{1});
+      this->run(aoti_torch_cpu_mirrored, this->numbers({2, s.height, s.width}), int64_t{1}, int32_t{1},
+                int32_t{1});
       this->run(aoti_torch_cpu_quantize_u8, x);
       this->run(aoti_torch_cpu_sobel, x, 0.125, 1e-6);
       this->run(aoti_torch_cpu_canny_nms, x, 1e-6);
@@ -499,8 +500,9 @@ TEST_F(GuardedBytes, PixelsStayInside) {
               run(aoti_torch_cpu_separable_bytes, x, three, three, step, border);
               run(aoti_torch_cpu_separable_bytes, x, one, three, step, border);
               for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{5, 3}})
-                run(aoti_torch_cpu_correlate_bytes, x, numbers({2, window.height, window.width}, -9, 9),
-                    numbers({2}), step, border);
+                run(aoti_torch_cpu_correlate_bytes, x,
+                    kernel_calls::of<float>({2, window.height, window.width}, {3, 0, -8, 77, -5}),
+                    kernel_calls::of<float>({2}, {0.5f, 0.125f}), step, border);
               for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{20, 70}})
                 run(aoti_torch_cpu_box_bytes, x, window.height, window.width, step, border);
             }

@@ -6,9 +6,11 @@ import cv2
 import numpy as np
 import pytest
 import torch
+from PIL import Image, ImageEnhance
 from test_bytes import as_frame, both_layouts, frame
 from torch import Tensor
 
+from chiasm.enhance import sharpness
 from chiasm.filters import adaptive_threshold, filter2d, filter2d_separable, unsharp_mask
 from chiasm.geometry.transform import (
     pyrdown,
@@ -132,6 +134,18 @@ def test_unsharp_mask_is_opencvs(border: str, flag: int) -> None:
     for x in both_layouts(image):
         for sigma in ((0.8, 1.2), torch.tensor([[0.8, 1.2]])):
             np.testing.assert_array_equal(as_frame(unsharp_mask(x, (3, 5), sigma, border)), expected)
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.3, 0.7, 1.0, 1.9, 5.0])
+def test_sharpness_is_pillows(factor: float) -> None:
+    image = frame(37, 53)
+    image[:18] = image[:18] // 128 * 255
+    expected = np.asarray(ImageEnhance.Sharpness(Image.fromarray(image)).enhance(factor)).astype(int)
+    for x in both_layouts(image):
+        for given in (factor, torch.tensor([factor])):
+            apart = np.abs(as_frame(sharpness(x, given)) - expected)
+            assert apart.max() <= 1
+            assert (apart > 0).mean() < 5e-3
 
 
 @pytest.mark.parametrize("c", [0.0, 2.0, -1.5, 7.2])

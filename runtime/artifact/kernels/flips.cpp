@@ -18,9 +18,14 @@ void reverse(const uint8_t* x, int64_t pixels, int64_t bytes, uint8_t* out) {
     for (int64_t i = 0; i < length; ++i)
       order[i] = static_cast<uint8_t>(16 - length + (each - 1 - i / bytes) * bytes + i % bytes);
     const auto indices = hn::Load(d, order);
-    const uint8_t* const end = x + pixels * bytes - 16;
-    for (; 16 + k * bytes <= pixels * bytes; k += each)
-      hn::StoreU(hn::TableLookupBytes(hn::LoadU(d, end - k * bytes), indices), d, out + k * bytes);
+    const auto turn = [=](const uint8_t* from, uint8_t* to) {
+      hn::StoreU(hn::TableLookupBytes(hn::LoadU(d, from), indices), d, to);
+    };
+    const uint8_t* from = x + pixels * bytes - 16;
+    uint8_t* to = out;
+    for (; from - 3 * length >= x; from -= 4 * length, to += 4 * length, k += 4 * each)
+      for (int64_t i = 0; i < 4; ++i) turn(from - i * length, to + i * length);
+    for (; from >= x; from -= length, to += length, k += each) turn(from, to);
   }
   for (; k < pixels; ++k)
     std::memcpy(out + k * bytes, x + (pixels - 1 - k) * bytes, static_cast<size_t>(bytes));

@@ -31,21 +31,28 @@ inline int32_t folded(int32_t at, int64_t size, int32_t scale, bool align_corner
 }
 
 // Positions along an axis as whole multiples of 1/scale pixel, halves to the even one, moved into the image
-// where the padding says so. What is not a number is outside.
+// where the padding says so. What is not a number is outside. Runs have room for whole vectors.
 inline void quantise(const double* x, int64_t n, int64_t size, int32_t scale, Padding padding,
                      bool align_corners, int32_t* out) {
-  const double last = static_cast<double>(scale * (size - 1)), all = scale, empty = -all;
-  const double low = padding == Padding::kZeros ? empty : padding == Padding::kBorder ? 0 : -all * kFurthest;
-  const double high = padding == Padding::kZeros    ? last + all
-                      : padding == Padding::kBorder ? last
-                                                    : all * kFurthest;
-  for (int64_t i = 0; i < n; ++i) {
-    const double at = x[i] * all, above = at > low ? at : low, limited = above < high ? above : high;
-    out[i] = static_cast<int32_t>(rounded(at == at ? limited : empty));
+  const double last = static_cast<double>(scale * (size - 1)), all = scale;
+  const bool zeros = padding == Padding::kZeros, edge = padding == Padding::kBorder;
+  const double least = zeros  ? -all
+                       : edge ? 0
+                              : -all * kFurthest,
+               greatest = zeros  ? last + all
+                          : edge ? last
+                                 : all * kFurthest;
+  const Lanes<double> d;
+  const auto low = hn::Set(d, least), high = hn::Set(d, greatest), empty = hn::Set(d, -all),
+             steps = hn::Set(d, all);
+  for (int64_t i = 0; i < n; i += kLanes<double>) {
+    const auto at = hn::Mul(hn::LoadU(d, x + i), steps);
+    const auto limited = hn::IfThenElse(hn::Eq(at, at), smaller(larger(at, low), high), empty);
+    hn::StoreU(truncated(d, hn::Round(limited)), Integers<Lanes<double>>(), out + i);
   }
   if (padding != Padding::kReflection) return;
   for (int64_t i = 0; i < n; ++i)
-    if (x[i] == x[i]) out[i] = folded(out[i], size, scale, align_corners);
+    if (x[i] == x[i] && (out[i] < 0 || out[i] > last)) out[i] = folded(out[i], size, scale, align_corners);
 }
 
 // A run of positions: where the pixels that are read begin, and whether they are inside.
@@ -58,18 +65,31 @@ struct Places {
     const void* const other = std::memchr(inside + i, inside[i] ? 0 : 1, static_cast<size_t>(n - i));
     return other == nullptr ? n : static_cast<const uint8_t*>(other) - inside;
   }
+
+  // The places of a vector of pixels. Inside are columns and lines before those, and places before `limit`.
+  HWY_INLINE void put(int64_t i, hn::Vec<Lanes<int32_t>> column, hn::Vec<Lanes<int32_t>> line,
+                      int64_t columns, int64_t lines, int64_t limit, const Source& s) {
+    const Lanes<int32_t> d;
+    const hn::Rebind<uint8_t, Lanes<int32_t>> bytes;
+    const auto whole = [=](int64_t value) { return hn::Set(d, static_cast<int32_t>(value)); };
+    const auto none = hn::Set(d, -1);
+    const auto near = hn::And(hn::And(hn::Gt(column, none), hn::Lt(column, whole(columns))),
+                              hn::And(hn::Gt(line, none), hn::Lt(line, whole(lines))));
+    const auto place =
+        hn::IfThenElseZero(near, hn::Add(hn::Mul(line, whole(s.row())), hn::Mul(column, whole(s.step))));
+    const auto in = hn::And(near, hn::Lt(place, whole(limit)));
+    hn::StoreU(place, d, index + i);
+    hn::StoreU(hn::DemoteTo(bytes, hn::IfThenElseZero(in, whole(1))), bytes, inside + i);
+  }
 };
 
 struct Nearest : Places {
   void find(const double* at_x, const double* at_y, int64_t n, const Source& s) {
     quantise(at_x, n, s.width, 1, s.padding, s.align_corners, x);
     quantise(at_y, n, s.height, 1, s.padding, s.align_corners, y);
-    const auto width = static_cast<int32_t>(s.width), height = static_cast<int32_t>(s.height),
-               row = static_cast<int32_t>(s.row()), step = static_cast<int32_t>(s.step);
-    for (int64_t i = 0; i < n; ++i) {
-      const bool in = (x[i] >= 0) & (x[i] < width) & (y[i] >= 0) & (y[i] < height);
-      inside[i] = in;
-      index[i] = in ? y[i] * row + x[i] * step : 0;
+    for (int64_t i = 0; i < n; i += kLanes<int32_t>) {
+      const Lanes<int32_t> d;
+      put(i, hn::LoadU(d, x + i), hn::LoadU(d, y + i), s.width, s.height, s.height * s.row(), s);
     }
   }
 
@@ -94,18 +114,16 @@ struct Bilinear : Places {
   void find(const double* at_x, const double* at_y, int64_t n, const Source& s) {
     quantise(at_x, n, s.width, kScale, s.padding, s.align_corners, x);
     quantise(at_y, n, s.height, kScale, s.padding, s.align_corners, y);
-    const auto width = static_cast<int32_t>(s.width), height = static_cast<int32_t>(s.height),
-               row = static_cast<int32_t>(s.row()), step = static_cast<int32_t>(s.step);
-    // the last pixel from which that many bytes can be loaded in the row below
-    const auto last = static_cast<int32_t>((s.height - 1) * s.row() - s.wide);
-    for (int64_t i = 0; i < n; ++i) {
-      const int32_t column = x[i] >> 5, line = y[i] >> 5;
-      const bool near = (column >= 0) & (column < width - 1) & (line >= 0) & (line < height - 1);
-      const int32_t place = near ? line * row + column * step : 0;
-      inside[i] = near & (place <= last);
-      index[i] = place;
-      across[i] = static_cast<int16_t>((x[i] & 31) << 9);
-      down[i] = static_cast<int16_t>(y[i] & 31);
+    const Lanes<int32_t> d;
+    const hn::Rebind<int16_t, Lanes<int32_t>> words;
+    const auto rest = hn::Set(d, kScale - 1);
+    for (int64_t i = 0; i < n; i += kLanes<int32_t>) {
+      const auto at = hn::LoadU(d, x + i), line = hn::LoadU(d, y + i);
+      // not from where that many bytes cannot be loaded in the row below
+      put(i, hn::ShiftRight<5>(at), hn::ShiftRight<5>(line), s.width - 1, s.height - 1,
+          (s.height - 1) * s.row() - s.wide + 1, s);
+      hn::StoreU(hn::DemoteTo(words, hn::ShiftLeft<9>(hn::And(at, rest))), words, across + i);
+      hn::StoreU(hn::DemoteTo(words, hn::And(line, rest)), words, down + i);
     }
   }
 
@@ -115,22 +133,24 @@ struct Bilinear : Places {
       const int64_t last = end(i, n);
       if constexpr (kStep > 0)
         if (inside[i]) i = read_inside<kStep>(image, s.row(), i, last, out);
-      for (; i < last; ++i) read_one(image, s, i, out + i * s.step);
+      for (; i < last; ++i) read_one<kStep>(image, s, i, out + i * s.step);
     }
   }
 
  private:
   // Any position. Pixels outside are 0.
+  template <int kStep>
   void read_one(const uint8_t* image, const Source& s, int64_t i, uint8_t* out) const {
+    const int64_t step = kStep > 0 ? kStep : s.step;
     const int64_t column = x[i] >> 5, line = y[i] >> 5;
     const int32_t right = x[i] & 31, below = y[i] & 31;
     if (column < -1 || column >= s.width || line < -1 || line >= s.height) {
-      std::memset(out, 0, static_cast<size_t>(s.step));
+      std::memset(out, 0, static_cast<size_t>(step));
       return;
     }
-    for (int64_t c = 0; c < s.step; ++c) {
+    for (int64_t c = 0; c < step; ++c) {
       const auto pixel = [&](int64_t v, int64_t u) -> int32_t {
-        return v < 0 || v >= s.height || u < 0 || u >= s.width ? 0 : image[v * s.row() + u * s.step + c];
+        return v < 0 || v >= s.height || u < 0 || u >= s.width ? 0 : image[v * s.row() + u * step + c];
       };
       const auto across_row = [&](int64_t v) {
         return pixel(v, column) * (32 - right) + pixel(v, column + 1) * right;
@@ -291,19 +311,21 @@ void warp_bytes(const uint8_t* image, int64_t n, int64_t height, int64_t width, 
                 Padding padding, bool align_corners, uint8_t* out) {
   read_at(image, n, items, {height, width / step, step, 0, padding, align_corners}, out_height, out_width,
           mode, out, [=](int64_t item, int64_t row, int64_t column, int64_t count, double* x, double* y) {
+            // In the order of the definition, so that it has the same positions.
             const double *const m = matrix + 9 * item, v = static_cast<double>(row);
-            const double start_x = m[1] * v + m[2], start_y = m[4] * v + m[5], start = m[7] * v + m[8];
-            const auto first = static_cast<int32_t>(column), last = static_cast<int32_t>(column + count);
-            for (int32_t i = first; i < last; ++i) {
-              x[i - first] = m[0] * i + start_x;
-              y[i - first] = m[3] * i + start_y;
+            const double a = m[0], b = m[1] * v, c = m[2], d = m[3], e = m[4] * v, f = m[5], g = m[6],
+                         h = m[7] * v, k = m[8];
+            const auto first = static_cast<int32_t>(column), n = static_cast<int32_t>(count);
+            for (int32_t i = 0; i < n; ++i) {
+              x[i] = a * (first + i) + b + c;
+              y[i] = d * (first + i) + e + f;
             }
-            if (m[6] == 0 && m[7] == 0 && m[8] == 1) return;
-            for (int32_t i = first; i < last; ++i) {
-              const double depth = m[6] * i + start;
-              const double scale = 1 / (std::abs(depth) > 1e-8 ? depth : 1e-8);
-              x[i - first] *= scale;
-              y[i - first] *= scale;
+            if (g == 0 && m[7] == 0 && k == 1) return;
+            for (int32_t i = 0; i < n; ++i) {
+              const double depth = g * (first + i) + h + k;
+              const double divisor = std::abs(depth) > 1e-8 ? depth : 1e-8;
+              x[i] /= divisor;
+              y[i] /= divisor;
             }
           });
 }

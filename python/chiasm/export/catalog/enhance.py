@@ -254,6 +254,7 @@ add(
         symbols=STENCIL,
         gradient_tolerances=_SUMS,
         reference="Pillow ImageEnhance.Sharpness",
+        frames=Frames(),
     )
 )
 
