@@ -316,7 +316,8 @@ TYPED_TEST(GuardedKernels, SumsLevelsAndEdgesStayInside) {
     for (const Size& s : kSizes) {
       const Tensor x = this->numbers({2, 1, s.height, s.width}), row = this->numbers({2, s.height * s.width});
       this->run(aoti_torch_cpu_integral, x);
-      this->run(aoti_torch_cpu_hflip, x);
+      this->run(aoti_torch_cpu_mirrored, this->numbers({2, s.height, s.width}), int64_t{1}, int32_t{1},
+                int32_t{1});
       this->run(aoti_torch_cpu_quantize_u8, x);
       this->run(aoti_torch_cpu_sobel, x, 0.125, 1e-6);
       this->run(aoti_torch_cpu_canny_nms, x, 1e-6);
@@ -505,6 +506,10 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             for (int64_t border = 0; border < kBorders; ++border) {
               run(aoti_torch_cpu_separable_bytes, x, three, three, step, border);
               run(aoti_torch_cpu_separable_bytes, x, one, three, step, border);
+              for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{5, 3}})
+                run(aoti_torch_cpu_correlate_bytes, x,
+                    kernel_calls::of<float>({2, window.height, window.width}, {3, 0, -8, 77, -5}),
+                    kernel_calls::of<float>({2}, {0.5f, 0.125f}), step, border);
               for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{20, 70}})
                 run(aoti_torch_cpu_box_bytes, x, window.height, window.width, step, border);
             }
@@ -521,6 +526,14 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             for (const int64_t taps : {1, 6})
               run(aoti_torch_cpu_resample_bytes, x, numbers_of(s.height, 7, taps), weights(7, taps),
                   numbers_of(s.width, 9, taps), weights(9, taps), step);
+            for (const int32_t along : {0, 1}) {
+              run(aoti_torch_cpu_mirrored, x, step, along, int32_t{1});
+              run(aoti_torch_cpu_mirrored, wholes<int16_t>({2, s.height, s.width * step}, -9, 9), step, along,
+                  int32_t{0});
+            }
+            for (int64_t border = 0; border < kBorders; ++border)
+              run(aoti_torch_cpu_pyramid_down_bytes, x, step, border);
+            run(aoti_torch_cpu_pyramid_up_bytes, x, step);
             const Tensor pixels = bytes({2, s.height * s.width * 3});
             for (const int32_t interleaved : {0, 1}) {
               run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);
@@ -530,6 +543,26 @@ TEST_F(GuardedBytes, PixelsStayInside) {
           }
       },
       kWhole);
+}
+
+// Positions that no arithmetic likes.
+TYPED_TEST(GuardedKernels, BytesAtPositionsStayInside) {
+  this->watch([&] {
+    for (const Size& s : kSizes)
+      for (const int64_t step : {1, 2, 3, 4}) {
+        const Tensor x = this->template wholes<uint8_t>({2, s.height, s.width * step}, 0, 255);
+        const auto at = [&](int64_t size) { return this->numbers({2, 5, 37}, -3, double(size) + 3); };
+        for (int64_t mode = 0; mode < 2; ++mode)
+          for (int64_t padding = 0; padding < 3; ++padding)
+            for (const int32_t corners : {0, 1}) {
+              this->run(aoti_torch_cpu_remap_bytes, x, at(s.width), at(s.height), step, mode, padding,
+                        corners);
+              if constexpr (std::is_same_v<TypeParam, double>)
+                this->run(aoti_torch_cpu_warp_bytes, x, this->numbers({1, 3, 3}, -1, 2), s.height + 1,
+                          s.width + 40, step, mode, padding, corners);
+            }
+      }
+  });
 }
 
 TEST_F(GuardedBytes, FramesLevelsAndMasksStayInside) {

@@ -52,22 +52,6 @@ void expect_filtered(const std::vector<T>& x, const std::vector<T>& actual, cons
   }
 }
 
-TYPED_TEST(Kernels, HflipMatchesOpenCv) {
-  using T = TypeParam;
-  for (const Planes& p : kSizes) {
-    const auto x = this->random(pixels(p));
-    std::vector<T> out(x.size());
-    hflip(x.data(), p, out.data());
-    for (int64_t i = 0; i < p.count; ++i) {
-      cv::Mat expected;
-      cv::flip(plane(x, p, i), expected, 1);
-      EXPECT_EQ(cv::norm(expected, plane(out, p, i), cv::NORM_INF), 0) << p.height << "x" << p.width;
-    }
-  }
-}
-
-KERNEL_BENCHMARK(hflip, [](const float* x, Planes p, float* out) { hflip(x, p, out); });
-
 TYPED_TEST(Kernels, SeparableMatchesOpenCv) {
   using T = TypeParam;
   for (const Planes& p : kSizes)

@@ -23,7 +23,7 @@ from torch.utils._pytree import tree_leaves, tree_map_only
 import chiasm
 from chiasm.primitives.core.lowering import PRIMITIVES, Lowering, Primitive
 from chiasm.primitives.core.target import TARGETS, exporting
-from chiasm.primitives.filters.fixed_point import fixed_taps
+from chiasm.primitives.filters.fixed_point import fixed_taps, whole_taps
 from chiasm.primitives.filters.padding import join_columns
 from chiasm.primitives.filters.stencil import join_channels
 from chiasm.primitives.linalg.qr import frobenius_norm, qr
@@ -159,6 +159,17 @@ def sampled(dtype: torch.dtype, *of: Any) -> list[Example]:
     return [(x, *of, mode, padding, True, fill if padding == "fill" else None) for mode, padding in modes]
 
 
+def bytes_sampled(*of: Any) -> list[Example]:
+    """``sampled`` of bytes."""
+    return [
+        (x, *of, mode, padding, corners, None)
+        for x in bytes_and_words()[:2]
+        for mode in ("bilinear", "nearest")
+        for padding in ("zeros", "border", "reflection")
+        for corners in (True, False)
+    ]
+
+
 TAPS = [0.25, 0.5, 0.25]
 FIVE = [0.1, 0.2, 0.4, 0.2, 0.1]
 HEIGHTS = torch.tensor([[0.0, 0.5, -1e4], [0.25, 0.0, 0.0]])
@@ -256,7 +267,11 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         + in_borders(t, HEIGHTS.to(t), 1, 1, border, 5.0, 2.0, 1e4, whole=True)
     ),
     "qr._derived": lambda t: [null(t)],
-    "flips.reversed_rows": lambda t: [(x,) for x in images(t)],
+    "flips.mirrored": lambda t: [
+        (x, along, down)
+        for x in (*bytes_and_words(), *images(t), numbers(t, 3, 4, 5), numbers(t, 4, 5))
+        for along, down in ((True, False), (False, True), (True, True))
+    ],
     "frames.frame_to_grey": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8),)],
     "frames.resize_frame": lambda t: [(integers(256, 12, 17, 3).to(torch.uint8), 7, 9)],
     "histograms.row_histograms": lambda t: [
@@ -377,8 +392,18 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for name in BORDERS
         for rows in ((1,), (2,))
     ],
+    "fixed_point.correlated_bytes": lambda t: [
+        (x, *whole_taps(numbers(t, *rows, *size) - 0.5), name)
+        for x in bytes_and_words()[:2]
+        for name in BORDERS
+        for rows, size in (((1,), (3, 3)), ((2,), (2, 5)))
+    ],
     "layout.in_frames": lambda t: [(x,) for x in (*bytes_and_words(), *images(t))],
     "layout.in_planes": lambda t: [(x,) for x in (*bytes_and_words(), *images(t))],
+    "pyramids.blurred_and_thinned": lambda t: (
+        in_borders(t, border) + [(x, name) for x in bytes_and_words()[:2] for name in BORDERS]
+    ),
+    "pyramids.spread_and_blurred": lambda t: [(x,) for x in (*images(t), *bytes_and_words()[:2])],
     "resizing.resized_bytes": lambda t: [
         (x, *size, corners)
         for x in bytes_and_words()[:2]
@@ -397,14 +422,19 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],
     "integral.integral": lambda t: [(numbers(t, 2, 9, 8),)],
-    "warping.sample_affine": lambda t: sampled(
-        t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7
+    "warping.sample_affine": lambda t: (
+        sampled(t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)
+        + bytes_sampled(torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)
     ),
+    "warping.sample_bytes": lambda t: [
+        e[:-1] for e in bytes_sampled(20.0 * numbers(t, 2, 6, 7) - 2.0, 16.0 * numbers(t, 1, 6, 7) - 2.0)
+    ],
     "warping.sample_image": lambda t: sampled(
         t, 14.0 * numbers(t, 2, 6, 7) - 2.0, 12.0 * numbers(t, 1, 6, 7) - 2.0
     ),
-    "warping.sample_projective": lambda t: sampled(
-        t, torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7
+    "warping.sample_projective": lambda t: (
+        sampled(t, torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7)
+        + bytes_sampled(torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7)
     ),
     "rounding.known_or": lambda t: [(torch.tensor([0.5, torch.nan, torch.inf, -torch.inf], dtype=t), -2.0)],
     "thinning.thinned": lambda t: [(x - 0.2, 1000, zhang) for x in images(t) for zhang in (True, False)],

@@ -5,9 +5,9 @@
 
 All of the catalog is `make test-all`, too long for every run. Compiled are the ops that the tests name, those
 whose source has changed, and one more of each family. Of the rest every op that has changed is exported, and
-every twelfth other one; of these every sixteenth with its gradient, which takes most of an export's time. Which
-ones hangs on the content of their sources, so that the same sources have the same tests. What the sources are
-compared with is in tests/changes.py.
+every twelfth other one; of these every sixteenth with its gradient, which takes most of an export's time.
+Which ones hangs on the content of their sources, so that the same sources have the same tests. What the
+sources are compared with is in tests/changes.py.
 """
 
 from __future__ import annotations

@@ -6,24 +6,27 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.broadcasting import per_sample
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_pixels
+from ..primitives.filters.fixed_point import correlated_bytes, whole_taps
 
 
 def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
     """Move the image away from a smoothed one, or towards it, as Pillow's ``ImageEnhance.Sharpness`` does.
 
-    The smoothing is [[1, 1, 1], [1, 5, 1], [1, 1, 1]] / 13 and leaves the outermost pixels as they are.
+    The smoothing is [[1, 1, 1], [1, 5, 1], [1, 1, 1]] / 13 and leaves the outermost pixels as they are. Of
+    bytes, the smoothed image is rounded, and what is added to it is rounded down, as Pillow does: within a
+    level of it, where the product with the factor is nearly whole.
 
     Args:
-        input: (B, C, H, W) in [0, 1], floating point, H and W at least 3.
+        input: (B, C, H, W), floating point in [0, 1] or uint8, H and W at least 3.
         factor: not negative; 0 gives the smoothed image, 1 changes nothing. A number, a scalar tensor or
             (B,), one a sample.
 
     Returns:
-        (B, C, H, W), in [0, 1].
+        (B, C, H, W), in [0, 1]; of bytes uint8.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D or too small, or factor's shape is not as above.
 
     Example:
@@ -32,10 +35,22 @@ def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
         >>> sharpness(x, 2.0)[0, 0, 1]
         tensor([0.0000, 0.8077, 0.0000])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     if input.size(2) < 3 or input.size(3) < 3:
         raise ValueError(f"input: expected H and W of at least 3, got {list(input.shape)}")
     height, width = input.size(2) - 2, input.size(3) - 2
+    if input.dtype == torch.uint8:
+        window = torch.tensor([[[1.0, 1.0, 1.0], [1.0, 5.0, 1.0], [1.0, 1.0, 1.0]]], dtype=torch.float64)
+        # A thirteenth of a sum is no half, and further from one than rounding the taps moves it.
+        taps, scale = whole_taps(window.to(input.device) / 13.0)
+        smooth = correlated_bytes(input, taps, scale, "replicate").to(torch.float32)
+        centre = input.to(torch.float32)
+        # The product alone, for together with a sum engines round it differently.
+        added = torch.floor((centre - smooth) * per_sample(factor, centre, "factor"))
+        inner = (smooth + added).clamp(0.0, 255.0).to(torch.uint8)[:, :, 1 : height + 1, 1 : width + 1]
+        middle = input[:, :, 1 : height + 1]
+        wide = torch.cat([middle[..., :1], inner, middle[..., width + 1 :]], 3)
+        return torch.cat([input[:, :, :1], wide, input[:, :, height + 1 :]], 2)
     rows = input[:, :, :height] + input[:, :, 1 : height + 1] + input[:, :, 2:]
     centre = input[:, :, 1 : height + 1, 1 : width + 1]
     smooth = (rows[..., :width] + rows[..., 1 : width + 1] + rows[..., 2:] + 4.0 * centre) / 13.0

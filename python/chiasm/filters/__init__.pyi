@@ -266,7 +266,7 @@ class Filter2d(nn.Module):
 
 class Filter2dSeparable(nn.Module):
     """`filter2d_separable` as a module: ``filter2d`` with the outer product of two one-dimensional
-    kernels, in two passes."""
+    kernels, in two passes; of bytes in one."""
 
     border_type: str
     normalized: bool

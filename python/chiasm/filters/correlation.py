@@ -5,7 +5,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_image, check_rank
+from ..primitives.core.checks import check_choice, check_floating, check_pixels, check_rank
 from ..primitives.core.materialise import materialised
 from ..primitives.filters.correlation import (
     centred,
@@ -14,6 +14,7 @@ from ..primitives.filters.correlation import (
     correlated3d,
     separable_any,
 )
+from ..primitives.filters.fixed_point import bytes_of_sums, correlated_bytes, whole_taps
 from ..primitives.filters.padding import check_border
 
 
@@ -31,9 +32,14 @@ def filter2d(
     The anchor (ay, ax) is the kernel's middle; of an even size it is (size - 1) // 2, where OpenCV's and
     SciPy's is size // 2.
 
+    Of bytes, the kernel is rounded to multiples of a power of two, the least with which no sum of bytes
+    reaches 2^24: 2^-16 where the kernel's absolute values sum to 1. The sums are exact, and the result is
+    rounded halves to even and saturated, as ``cv2.filter2D`` of 8 bits is, which adds in float32: within a
+    level of it, and the same where the kernel is of such multiples.
+
     Args:
-        input: (B, C, H, W), floating point.
-        kernel: (kH, kW) or (1, kH, kW) for all samples, or (B, kH, kW) with one for each.
+        input: (B, C, H, W), floating point or uint8.
+        kernel: floating point, (kH, kW) or (1, kH, kW) for all samples, or (B, kH, kW) with one for each.
         border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
         normalized: divide the kernel by the sum of its absolute values.
@@ -45,7 +51,7 @@ def filter2d(
         (B, C, H, W); for "valid" (B, C, H - kH + 1, W - kW + 1).
 
     Raises:
-        TypeError: if a tensor is not floating point.
+        TypeError: if input is neither floating point nor uint8, or a kernel is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -54,14 +60,23 @@ def filter2d(
                 [6., 9., 9., 6.],
                 [4., 6., 6., 4.]])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_border(border_type)
     check_choice(padding, ["same", "valid"], "padding")
     check_choice(behaviour, ["corr", "conv"], "behaviour")
     k = _ready(kernel, input, 2, "(kH, kW) or (B, kH, kW)", normalized, behaviour == "conv", "kernel")
+    if input.dtype == torch.uint8:
+        return _filtered_bytes(input, k, border_type, padding)
     if padding == "valid":
         return correlate2d_valid(input, k)
     return correlated2d(input, k, border_type)
+
+
+def _filtered_bytes(input: Tensor, kernel: Tensor, border_type: str, padding: str) -> Tensor:
+    taps, scale = whole_taps(kernel)
+    if padding == "valid":
+        return bytes_of_sums(correlate2d_valid(input.to(torch.float32), taps), scale)
+    return correlated_bytes(input, taps, scale, border_type)
 
 
 def filter2d_separable(
@@ -72,10 +87,10 @@ def filter2d_separable(
     normalized: bool = False,
     padding: str = "same",
 ) -> Tensor:
-    """``filter2d`` with the outer product of two one-dimensional kernels, in two passes.
+    """``filter2d`` with the outer product of two one-dimensional kernels, in two passes; of bytes in one.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         kernel_x: along the rows: (kW,) or (1, kW) for all samples, or (B, kW) with one for each.
         kernel_y: down the columns: (kH,), (1, kH) or (B, kH).
         border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
@@ -88,18 +103,20 @@ def filter2d_separable(
         (B, C, H, W); for "valid" (B, C, H - kH + 1, W - kW + 1).
 
     Raises:
-        TypeError: if a tensor is not floating point.
+        TypeError: if input is neither floating point nor uint8, or a kernel is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
         >>> filter2d_separable(torch.ones(1, 1, 3, 4), torch.ones(3), torch.ones(1), "constant")[0, 0, 0]
         tensor([2., 3., 3., 2.])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_border(border_type)
     check_choice(padding, ["same", "valid"], "padding")
     kx = _ready(kernel_x, input, 1, "(kW,) or (B, kW)", normalized, False, "kernel_x")
     ky = _ready(kernel_y, input, 1, "(kH,) or (B, kH)", normalized, False, "kernel_y")
+    if input.dtype == torch.uint8:
+        return _filtered_bytes(input, ky[:, :, None] * kx[:, None, :], border_type, padding)
     if padding == "valid":
         return separable_any(input, ky, kx, (0, 0), (0, 0), border_type)
     return separable_any(input, ky, kx, centred(ky.size(1)), centred(kx.size(1)), border_type)
@@ -234,11 +251,12 @@ def fft_conv(
 def _ready(
     kernel: Tensor, input: Tensor, rank: int, layout: str, normalized: bool, flip: bool, name: str
 ) -> Tensor:
-    """The kernel with a leading axis of B or 1, in input's dtype, normalised and reversed as asked."""
+    """The kernel with a leading axis of B or 1, in input's dtype (for bytes float64), normalised and reversed
+    as asked."""
     check_floating(kernel, name)
     if kernel.dim() != rank and kernel.dim() != rank + 1:
         raise ValueError(f"{name}: expected shape {layout}, got {list(kernel.shape)}")
-    k = kernel.to(input.dtype)
+    k = kernel.to(torch.float64 if input.dtype == torch.uint8 else input.dtype)
     if kernel.dim() == rank:
         k = k[None]
     elif k.size(0) != input.size(0) and k.size(0) != 1:

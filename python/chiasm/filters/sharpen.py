@@ -2,9 +2,10 @@
 
 from typing import Optional, Tuple, Union
 
+import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, odd_pair
+from ..primitives.core.checks import check_image, check_pixels, odd_pair
 from ..primitives.filters.correlation import separable_plus
 from ..primitives.filters.stencil import separable_shared
 from .gaussian import gaussian_blur2d, gaussian_taps
@@ -18,18 +19,21 @@ def unsharp_mask(
 ) -> Tensor:
     """Sharpen: add what Gaussian smoothing takes away.
 
+    Of bytes, the smoothed image is :func:`gaussian_blur2d`'s, which is rounded, and the result is saturated:
+    ``cv2.addWeighted(x, 2, cv2.GaussianBlur(x, ...), -1, 0)``, to the bit.
+
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         kernel_size: odd, one for both axes or (rows, columns).
         sigma: standard deviations in pixels, (y, x) or a tensor (B, 2).
         border_type: "reflect" (the edge pixel is not repeated), "replicate", "circular" or "constant"
             (zeros).
 
     Returns:
-        (B, C, H, W), input + (input - blurred); not clipped.
+        (B, C, H, W), input + (input - blurred); of floating-point numbers not clipped.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if a shape, the kernel size or the border is not as above.
 
     Example:
@@ -37,7 +41,10 @@ def unsharp_mask(
         >>> unsharp_mask(step, (1, 3), (1.0, 1.0)).flatten()
         tensor([ 0.0000, -0.2741,  1.2741,  1.0000])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
+    if input.dtype == torch.uint8:
+        blurred = gaussian_blur2d(input, kernel_size, sigma, border_type).to(torch.float32)
+        return (2.0 * input.to(torch.float32) - blurred).clamp(0.0, 255.0).to(torch.uint8)
     if isinstance(sigma, Tensor):
         return input + (input - gaussian_blur2d(input, kernel_size, sigma, border_type))
     ky, kx = odd_pair(kernel_size, "kernel_size")

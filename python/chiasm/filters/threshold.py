@@ -6,8 +6,9 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_image, odd_pair
+from ..primitives.core.checks import check_choice, check_floating, check_image, check_pixels, odd_pair
 from ..primitives.filters.correlation import box_sums
+from ..primitives.filters.fixed_point import box_bytes, fixed_taps, separable_bytes
 from ..primitives.filters.stencil import separable_shared
 from ..primitives.images.histograms import aminmax, partial_sums, row_histograms
 from ..primitives.numbers.rounding import to_index
@@ -70,35 +71,42 @@ def adaptive_threshold(
     """Compare each pixel with the mean of its neighbourhood, as OpenCV's ``adaptiveThreshold``; the border is
     replicated.
 
+    Of bytes, "mean" is OpenCV's to the bit. "gaussian" has :func:`gaussian_blur2d`'s mean, rounded, with
+    weights in 1/256; from a block_size of 11 on OpenCV's are not, so that its mean may be another level.
+
     Args:
-        input: (B, C, H, W), floating point. If rounded, in whole levels, 0 to 255 say.
-        max_value: of the pixels above the threshold.
+        input: (B, C, H, W), floating point or uint8. If rounded, in whole levels, 0 to 255 say.
+        max_value: of the pixels above the threshold; for bytes a whole number, 0 to 255.
         adaptive_method: "mean" of the block, or "gaussian": weighted by ``cv2.getGaussianKernel(block_size,
             0)``, which has fixed weights up to 9 and from there on sigma 0.15 * block_size + 0.35.
         threshold_type: "binary" sets pixels above the threshold to max_value and others to 0, "binary_inv"
             the reverse.
-        block_size: side of the neighbourhood, odd, at least 3.
+        block_size: side of the neighbourhood, odd, at least 3; for bytes at most 255.
         c: subtracted from the mean.
         rounded: round the mean and c to whole levels, as OpenCV's bytes are. Without it input may be in any
-            unit.
+            unit, but not of bytes.
 
     Returns:
         (B, C, H, W) of 0 and max_value.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D, or another argument is not as above.
 
     Example:
         >>> adaptive_threshold(torch.tensor([9.0, 9.0, 1.0, 9.0]).reshape(1, 1, 1, 4), 1.0, c=2.0).flatten()
         tensor([1., 1., 0., 1.])
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     check_choice(adaptive_method, ["mean", "gaussian"], "adaptive_method")
     check_choice(threshold_type, ["binary", "binary_inv"], "threshold_type")
     size = odd_pair(block_size, "block_size")[0]
     if size < 3:
         raise ValueError(f"block_size: expected at least 3, got {size}")
+    if input.dtype == torch.uint8:
+        return _adaptive_threshold_of_bytes(
+            input, max_value, adaptive_method, threshold_type, size, c, rounded
+        )
     if adaptive_method == "mean":
         # Sums of levels are exact, and a mean of an odd number of them is never half-way between two.
         mean = box_sums(input, size, size, "replicate") * (1.0 / (size * size))
@@ -112,6 +120,34 @@ def adaptive_threshold(
     above = input - mean > -offset
     inside = above if threshold_type == "binary" else torch.logical_not(above)
     return inside.to(input.dtype) * max_value
+
+
+def _adaptive_threshold_of_bytes(
+    input: Tensor,
+    max_value: float,
+    adaptive_method: str,
+    threshold_type: str,
+    size: int,
+    c: float,
+    rounded: bool,
+) -> Tensor:
+    if size > 255:
+        raise ValueError(f"block_size: expected at most 255 for bytes, got {size}")
+    if not rounded:
+        raise ValueError("rounded: expected True for bytes, got False")
+    if max_value < 0.0 or max_value > 255.0 or max_value != math.floor(max_value):
+        raise ValueError(f"max_value: expected a whole number, 0 to 255, for bytes, got {max_value}")
+    if adaptive_method == "mean":
+        mean = box_bytes(input, size, size, "replicate")
+    else:
+        taps = fixed_taps(torch.tensor([_opencv_taps(size)], dtype=torch.float64, device=input.device))
+        mean = separable_bytes(input, taps, taps, "replicate")
+    difference = input.to(torch.float32) - mean.to(torch.float32)
+    if threshold_type == "binary":
+        inside = difference > -float(math.ceil(c))
+    else:
+        inside = difference <= -float(math.floor(c))
+    return (inside.to(torch.float32) * max_value).to(torch.uint8)
 
 
 def _opencv_taps(size: int) -> List[float]:

@@ -1,23 +1,55 @@
 // Mirror images.
+#include <cstring>
+
 #include "rows.h"
 
 namespace chiasm::kernels {
+namespace {
 
-template <class T>
-void hflip(const T* x, Planes planes, T* out) {
-  const int64_t width = planes.width;
+// The pixels of `bytes` each, from the last to the first.
+void reverse(const uint8_t* x, int64_t pixels, int64_t bytes, uint8_t* out) {
+  // As many whole pixels as 16 bytes have room for are turned round by one shuffle. They are the last of the
+  // bytes loaded, and become the first of those stored, whose rest is then overwritten.
+  const hn::FixedTag<uint8_t, 16> d;
+  const int64_t each = 16 / bytes, length = each * bytes;
+  int64_t k = 0;
+  if (each > 0) {
+    alignas(16) uint8_t order[16] = {};
+    for (int64_t i = 0; i < length; ++i)
+      order[i] = static_cast<uint8_t>(16 - length + (each - 1 - i / bytes) * bytes + i % bytes);
+    const auto indices = hn::Load(d, order);
+    const auto turn = [=](const uint8_t* from, uint8_t* to) {
+      hn::StoreU(hn::TableLookupBytes(hn::LoadU(d, from), indices), d, to);
+    };
+    const uint8_t* from = x + pixels * bytes - 16;
+    uint8_t* to = out;
+    for (; from - 3 * length >= x; from -= 4 * length, to += 4 * length, k += 4 * each)
+      for (int64_t i = 0; i < 4; ++i) turn(from - i * length, to + i * length);
+    for (; from >= x; from -= length, to += length, k += each) turn(from, to);
+  }
+  for (; k < pixels; ++k)
+    std::memcpy(out + k * bytes, x + (pixels - 1 - k) * bytes, static_cast<size_t>(bytes));
+}
+
+}  // namespace
+
+template <class P>
+void mirrored(const P* x, int64_t n, int64_t height, int64_t width, int64_t step, bool along, bool down,
+              P* out) {
+  const int64_t bytes = step * static_cast<int64_t>(sizeof(P)),
+                length = width * static_cast<int64_t>(sizeof(P));
+  const auto* const from = reinterpret_cast<const uint8_t*>(x);
+  auto* const to = reinterpret_cast<uint8_t*>(out);
 #pragma omp parallel for
-  for (int64_t row = 0; row < planes.count * planes.height; ++row) {
-    const T* const end = x + (row + 1) * width;
-    T* const target = out + row * width;
-    for_lanes<T, 4>(width, [=](auto d, auto vectors, int64_t k) {
-      const auto lanes = static_cast<int64_t>(hn::Lanes(d));
-      for (int v = 0; v < vectors; ++v)
-        hn::StoreU(hn::Reverse(d, hn::LoadU(d, end - k - (v + 1) * lanes)), d, target + k + v * lanes);
-    });
+  for (int64_t i = 0; i < n * height; ++i) {
+    const int64_t row = down ? i / height * height + height - 1 - i % height : i;
+    if (along)
+      reverse(from + row * length, width / step, bytes, to + i * length);
+    else
+      std::memcpy(to + i * length, from + row * length, static_cast<size_t>(length));
   }
 }
 
-CHIASM_INSTANTIATE(hflip)
+CHIASM_INSTANTIATE(mirrored)
 
 }  // namespace chiasm::kernels

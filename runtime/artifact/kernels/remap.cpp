@@ -22,11 +22,6 @@ void along_line(const T* line, const T* x, int64_t size, int64_t n, T* out) {
   }
 }
 
-// To the nearest whole number, halves to the even one: by adding a number so large that no fraction is left.
-// Unlike nearbyint it is vectorised.
-inline float rounded(float x) { return (x + 12582912.0f) - 12582912.0f; }
-inline double rounded(double x) { return (x + 6755399441055744.0) - 6755399441055744.0; }
-
 // The nearest pixels, halves to the even one, and as weight 1, or 0 outside.
 template <class T>
 void nearest_taps(const T* x, const T* y, int64_t n, int64_t height, int64_t width, int64_t stride,

@@ -153,11 +153,12 @@ struct Span {
 };
 
 /** The rows of a tile as a window of kh x kw pixels that begins (row, column) before its pixel sees them: a
- *  ring of kh rows with what lies beyond the image, `ends(...)` values longer than the tile's. */
-template <class T>
+ *  ring of kh rows with what lies beyond the image, `ends(...)` values longer than the tile's. Bytes become
+ *  numbers of type T. */
+template <class T, class Pixel = T>
 class PaddedRows {
  public:
-  PaddedRows(const T* plane, const Planes& planes, const Tile& tile, Border border, T value, int64_t kh,
+  PaddedRows(const Pixel* plane, const Planes& planes, const Tile& tile, Border border, T value, int64_t kh,
              int64_t kw, int64_t row, int64_t column, T* ring, int64_t length)
       : plane_(plane),
         planes_(planes),
@@ -170,7 +171,7 @@ class PaddedRows {
         first_(margin_ - column * planes.step),
         ring_(ring),
         length_(length) {
-    for (int64_t i = 0; i + 1 < kh; ++i) fetch(tile.top - row + i, ring);
+    for (int64_t i = 0; i + 1 < kh; ++i) fetch(tile.top - row + i, tile_row(plane, planes, tile, tile.top));
   }
 
   // As much on both sides: the pixels that a strip mirrors are then in it, however narrow it is.
@@ -180,7 +181,7 @@ class PaddedRows {
 
   /** Puts the last row of the windows of row y into the ring, for each y from the tile's top on, while memory
    *  is asked for the row `next`. Returns the row of the image that is fetched after it. */
-  const T* advance(int64_t y, const T* next) const {
+  const Pixel* advance(int64_t y, const Pixel* next) const {
     const int64_t last = y - row_ + kh_ - 1;
     fetch(last, next);
     return tile_row(plane_, planes_, tile_, last + 1);
@@ -195,7 +196,7 @@ class PaddedRows {
  private:
   T* place(int64_t y) const { return ring_ + (y + kh_) % kh_ * length_; }
 
-  void fetch(int64_t y, const T* next) const {
+  void fetch(int64_t y, const Pixel* next) const {
     T* const p = place(y);
     const int64_t source = inside(y, planes_.height, border_);
     if (source < 0) {
@@ -208,12 +209,19 @@ class PaddedRows {
     extend(p + margin_, tile_, planes_.width, margin_, margin_, border_, value_, planes_.step);
   }
 
-  static void copy(const T* x, int64_t n, T* out, const T* next) {
-    for_lanes_fetching<T>(n, next,
-                          [=](auto d, auto, int64_t k) { hn::StoreU(hn::LoadU(d, x + k), d, out + k); });
+  static void copy(const Pixel* x, int64_t n, T* out, const Pixel* next) {
+    if constexpr (std::is_same_v<Pixel, T>)
+      for_lanes_fetching<T>(n, next,
+                            [=](auto d, auto, int64_t k) { hn::StoreU(hn::LoadU(d, x + k), d, out + k); });
+    else
+      for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+        const hn::Rebind<Pixel, decltype(d)> pixels;
+        const auto whole = hn::PromoteTo(Integers<decltype(d)>(), hn::LoadU(pixels, x + k));
+        hn::StoreU(hn::ConvertTo(d, whole), d, out + k);
+      });
   }
 
-  const T* const plane_;
+  const Pixel* const plane_;
   const Planes planes_;
   const Tile tile_;
   const Border border_;

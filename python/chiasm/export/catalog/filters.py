@@ -267,6 +267,7 @@ for _name, _shape, _config, _peer in (
             gradient_tolerances=SUMMED,
             peer=_peer,
             reference="OpenCV filter2D, SciPy ndimage.correlate",
+            frames=Frames(peer=opencv(_peer.call, atol=1)) if _name == "filter2d" else None,
         )
     )
 
@@ -280,6 +281,7 @@ add(
         gradient_tolerances=SUMMED,
         peer=opencv(lambda cv2, x, kx, ky: cv2.sepFilter2D(x, -1, kx, ky, borderType=cv2.BORDER_REFLECT_101)),
         reference="OpenCV sepFilter2D, SciPy correlate1d",
+        frames=Frames(),
     )
 )
 
@@ -344,6 +346,7 @@ add(
         symbols=STENCIL,
         peer=opencv(_unsharp),
         reference="OpenCV GaussianBlur and addWeighted, scikit-image unsharp_mask",
+        frames=Frames(reference="OpenCV GaussianBlur and addWeighted", peer=opencv(_unsharp)),
     )
 )
 
@@ -553,6 +556,7 @@ for _suffix, _method, _kind in (
                 before=lambda x: (x.astype(np.uint8),),
             ),
             reference="OpenCV adaptiveThreshold",
+            frames=Frames(),
         ),
         fn="filters.adaptive_threshold",
     )

@@ -100,6 +100,7 @@ def _sample_warp(generator, sizes, dtype):
     }
 
 
+_WARPED_FRAMES = (("bilinear", "zeros"), ("nearest", "border"))
 for _mode in ("bilinear", "nearest"):
     for _padding in ("zeros", "border", "reflection", "fill"):
         add(
@@ -120,6 +121,13 @@ for _mode in ("bilinear", "nearest"):
                 sample=_sample_warp,
                 peer=None if _padding == "fill" else warped("warpPerspective", _mode, _padding),
                 reference="OpenCV warpPerspective",
+                frames=(
+                    Frames(
+                        peer=None if _padding == "fill" else warped("warpPerspective", _mode, _padding, True)
+                    )
+                    if (_mode, _padding) in _WARPED_FRAMES
+                    else None
+                ),
             ),
             fn="geometry.transform.warp_perspective",
         )

@@ -2,7 +2,7 @@
 
 import torch
 
-from ..peer import BORDERS, WAYS, Peer, opencv, warped
+from ..peer import BORDERS, NEAR_BYTES, WAYS, Peer, opencv, warped
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
 from . import STENCIL, add
 
@@ -219,15 +219,15 @@ _WARPED = {
 }
 
 
-def _warp_peer(name: str, mode: str, padding: str) -> Peer:
+def _warp_peer(name: str, mode: str, padding: str, of_bytes: bool = False) -> Peer:
     if name != "remap":
-        return warped("warpAffine" if name == "warp_affine" else "warpPerspective", mode, padding)
+        return warped("warpAffine" if name == "warp_affine" else "warpPerspective", mode, padding, of_bytes)
     return opencv(
         lambda cv2, x, columns, rows: cv2.remap(
             x, columns, rows, getattr(cv2, WAYS[mode]), borderMode=getattr(cv2, BORDERS[padding])
         ),
-        atol=1e-3,
-        share=1e-3,
+        atol=NEAR_BYTES if of_bytes else 1e-3,
+        share=2e-3 if of_bytes else 1e-3,
         sizes={"C": 3},
     )
 
@@ -242,6 +242,7 @@ for _name, (_inputs, _ways, _rest) in _WARPED.items():
             config=_config,
             symbols=_SIZES,
             peer=_warp_peer(_name, _mode, _padding),
+            frames=None if _mode == "bicubic" else Frames(peer=_warp_peer(_name, _mode, _padding, True)),
             **_rest,
             **(_CUBIC if _mode == "bicubic" else _WARP),
         )
@@ -294,6 +295,7 @@ _add(
     "SciPy map_coordinates",
     fn="rotate",
     config={"mode": "bicubic", "padding_mode": "border"},
+    frames=Frames(config={"mode": "bilinear"}),
     **_CUBIC,
 )
 _add(
@@ -352,6 +354,7 @@ for _mapping in ("linear", "log"):
         fn="warp_polar",
         config={"mapping": _mapping},
         symbols=_SIZES,
+        frames=Frames(),
         **_WARP,
     )
 _add(
@@ -376,7 +379,14 @@ _add(
 
 for _name, _axis in (("hflip", 1), ("vflip", 0), ("rot180", -1)):
     _flip = opencv(lambda cv2, x, axis=_axis: cv2.flip(x, axis))
-    _add(_name, [image()], "NumPy", fn=_name, peer=_flip, frames=Frames(("uint8", "int16"), peer=_flip))
+    _add(
+        _name,
+        [image()],
+        "NumPy",
+        fn=_name,
+        peer=_flip,
+        frames=Frames(("uint8", "int16", "uint16"), peer=_flip),
+    )
 
 _RESIZE = "torch.nn.functional.interpolate"
 _add(
@@ -409,6 +419,11 @@ _add(
     "OpenCV GaussianBlur and torch.nn.functional.interpolate",
     fn="pyrdown",
     symbols=STENCIL,
+    frames=Frames(
+        config={"sampling": "alternate"},
+        reference="OpenCV pyrDown",
+        peer=opencv(lambda cv2, x: cv2.pyrDown(x)),
+    ),
 )
 _add(
     "pyrdown.by_1_5",
@@ -419,7 +434,14 @@ _add(
     symbols=STENCIL,
 )
 _add(
-    "pyrup", [image()], "OpenCV GaussianBlur and torch.nn.functional.interpolate", fn="pyrup", symbols=STENCIL
+    "pyrup",
+    [image()],
+    "OpenCV GaussianBlur and torch.nn.functional.interpolate",
+    fn="pyrup",
+    symbols=STENCIL,
+    frames=Frames(
+        config={"sampling": "alternate"}, reference="OpenCV pyrUp", peer=opencv(lambda cv2, x: cv2.pyrUp(x))
+    ),
 )
 _LEVELS = [TensorSpec(f"level{i}", layout="NCHW", description=f"1/{2**i} of the size") for i in range(3)]
 _HALVES = {"H": (16, 32768), "W": (16, 32768)}

@@ -437,8 +437,13 @@ class PyrDown(nn.Module):
     border_type: str
     align_corners: bool
     factor: float
+    sampling: str
     def __init__(
-        self, border_type: str = "reflect", align_corners: bool = False, factor: float = 2.0
+        self,
+        border_type: str = "reflect",
+        align_corners: bool = False,
+        factor: float = 2.0,
+        sampling: str = "bilinear",
     ) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
@@ -449,7 +454,10 @@ class PyrUp(nn.Module):
 
     border_type: str
     align_corners: bool
-    def __init__(self, border_type: str = "reflect", align_corners: bool = False) -> None: ...
+    sampling: str
+    def __init__(
+        self, border_type: str = "reflect", align_corners: bool = False, sampling: str = "bilinear"
+    ) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
 

@@ -7,9 +7,9 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor, nn
 
-from ...primitives.core.checks import check_image
+from ...primitives.core.checks import check_pixels
 from ...primitives.core.modules import hold
-from ...primitives.resampling.warping import check_matrix, check_sampling, sample_affine
+from ...primitives.resampling.warping import check_matrix, check_sampling, check_source, sample_affine
 from .matrices import (
     check_numbers,
     check_vectors,
@@ -32,15 +32,21 @@ def warp_affine(
     """Warp an image by affine transforms: out(p) = src(M^-1 p).
 
     Pixel centres lie at integers, as for ``cv2.warpAffine(src, M, (width, height))`` with constant border 0
-    (OpenCV rounds positions to 1/32 pixel).
+    (of which older versions round positions of bytes to 1/32 pixel).
+
+    Of bytes, positions are computed in float64. "bilinear" rounds them to 1/32 pixel, halves to even, and
+    values halves up: smooth images are within a level of OpenCV's. The same positions give the same bytes;
+    but a position's last digits are an engine's own, so that one in the middle of two steps of 1/32, or for
+    "nearest" of two pixels, may be rounded to either.
 
     Args:
-        src: (B, C, H, W), floating point.
+        src: (B, C, H, W), floating point or uint8.
         M: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
-            OpenCV).
-        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or, not of bytes, "bicubic" (a = -0.75,
+            as torch and OpenCV).
+        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or, not of bytes,
+            "fill".
         align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when
             False. It makes no other difference, since M is in pixels.
         fill_value: (C,) colour for "fill"; black by default.
@@ -49,7 +55,7 @@ def warp_affine(
         (B, C, height, width). Differentiable in src and M ("nearest": in src).
 
     Raises:
-        TypeError: if src or M is not floating point.
+        TypeError: if src is neither floating point nor uint8, or M is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -59,9 +65,8 @@ def warp_affine(
         ... ]
         tensor([0.0000, 0.5000, 1.5000, 2.5000])
     """
-    check_image(src, "src")
+    check_source(src, mode, padding_mode, "src")
     check_matrix(M, 2, 3, "M")
-    check_sampling(mode, padding_mode)
     inverse = inverse_affine(M.to(torch.float64))
     return sample_affine(src, inverse, dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value)
 
@@ -76,7 +81,7 @@ def affine(
     """``warp_affine`` to the image's own size.
 
     Args:
-        tensor: (B, C, H, W), floating point.
+        tensor: (B, C, H, W), floating point or uint8.
         matrix: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping source pixels (x, y) to output
             pixels.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -85,7 +90,7 @@ def affine(
         (B, C, H, W). Differentiable in tensor and matrix.
 
     Raises:
-        TypeError: if tensor or matrix is not floating point.
+        TypeError: if tensor is neither floating point nor uint8, or matrix is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -93,7 +98,7 @@ def affine(
         >>> affine(torch.arange(4.0).expand(1, 1, 2, 4), half)[0, 0, 0]
         tensor([0., 2., 0., 0.])
     """
-    check_image(tensor, "tensor")
+    check_pixels(tensor, "tensor")
     check_matrix(matrix, 2, 3, "matrix")
     return warp_affine(tensor, matrix, (tensor.size(2), tensor.size(3)), mode, padding_mode, align_corners)
 
@@ -109,7 +114,7 @@ def rotate(
     """Rotate images counterclockwise.
 
     Args:
-        tensor: (B, C, H, W), floating point.
+        tensor: (B, C, H, W), floating point or uint8.
         angle: (B,) in degrees, or (1,) for all images.
         center: as many (x, y) in pixels as there are angles; the middle of the image, ((W - 1) / 2, (H - 1) /
             2), by default.
@@ -119,7 +124,7 @@ def rotate(
         (B, C, H, W). Differentiable in tensor, angle and center.
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if tensor is neither floating point nor uint8, or another argument is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -127,7 +132,7 @@ def rotate(
         tensor([[2., 4.],
                 [1., 3.]])
     """
-    check_image(tensor, "tensor")
+    check_pixels(tensor, "tensor")
     check_numbers(angle, "angle")
     factor = torch.ones_like(angle)[:, None].expand(-1, 2)
     return _about(tensor, angle, factor, center, mode, padding_mode, align_corners)
@@ -144,7 +149,7 @@ def scale(
     """Enlarge or shrink what an image shows; its size stays.
 
     Args:
-        tensor: (B, C, H, W), floating point.
+        tensor: (B, C, H, W), floating point or uint8.
         scale_factor: (B,), or (B, 2) with factors along x and y; B may be 1, for all images.
         center: as many (x, y) in pixels as there are factors: what stays in place; the middle of the image by
             default.
@@ -154,14 +159,14 @@ def scale(
         (B, C, H, W). Differentiable in tensor, scale_factor and center.
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if tensor is neither floating point nor uint8, or another argument is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
         >>> scale(torch.arange(5.0).expand(1, 1, 3, 5), torch.tensor([2.0]))[0, 0, 0]
         tensor([1.0000, 1.5000, 2.0000, 2.5000, 3.0000])
     """
-    check_image(tensor, "tensor")
+    check_pixels(tensor, "tensor")
     factor = scale_factor
     if factor.dim() == 1:
         factor = factor[:, None].expand(-1, 2)
@@ -198,7 +203,7 @@ def shear(
     """Shear images by the matrix [[1, shear_x, 0], [shear_y, 1, 0]] from source to destination pixels.
 
     Args:
-        tensor: (B, C, H, W), floating point.
+        tensor: (B, C, H, W), floating point or uint8.
         shear: (B, 2), or (1, 2) for all images: pixels along x per pixel of y, and along y per pixel of x;
             their product is not 1.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -207,7 +212,7 @@ def shear(
         (B, C, H, W). Differentiable in tensor and shear.
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if tensor is neither floating point nor uint8, or another argument is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -215,7 +220,7 @@ def shear(
         tensor([[0., 1., 2., 3.],
                 [0., 0., 1., 2.]])
     """
-    check_image(tensor, "tensor")
+    check_pixels(tensor, "tensor")
     check_vectors(shear, 2, "shear")
     one, zero = torch.ones_like(shear[:, 0]), torch.zeros_like(shear[:, 0])
     matrix = from_rows([[one, shear[:, 0], zero], [shear[:, 1], one, zero]])
@@ -232,7 +237,7 @@ def translate(
     """Move images.
 
     Args:
-        tensor: (B, C, H, W), floating point.
+        tensor: (B, C, H, W), floating point or uint8.
         translation: (B, 2), or (1, 2) for all images: by how many pixels to the right and down.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
@@ -240,14 +245,14 @@ def translate(
         (B, C, H, W). Differentiable in tensor and translation.
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if tensor is neither floating point nor uint8, or another argument is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
         >>> translate(torch.arange(4.0).expand(1, 1, 2, 4), torch.tensor([[1.0, 0.0]]))[0, 0, 0]
         tensor([0., 0., 1., 2.])
     """
-    check_image(tensor, "tensor")
+    check_pixels(tensor, "tensor")
     check_vectors(translation, 2, "translation")
     one, zero = torch.ones_like(translation[:, 0]), torch.zeros_like(translation[:, 0])
     matrix = from_rows([[one, zero, translation[:, 0]], [zero, one, translation[:, 1]]])
@@ -272,10 +277,10 @@ class Affine(nn.Module):
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Shape:
-        (B, C, H, W), floating point, to (B, C, H, W).
+        (B, C, H, W), floating point or uint8, to (B, C, H, W).
 
     Raises:
-        TypeError: if a tensor is not floating point.
+        TypeError: if the images are neither floating point nor uint8, or a tensor is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -314,7 +319,7 @@ class Affine(nn.Module):
         self.mode, self.padding_mode, self.align_corners = mode, padding_mode, align_corners
 
     def forward(self, input: Tensor) -> Tensor:
-        check_image(input, "input")
+        check_pixels(input, "input")
         batch = input.size(0)
         fixed = self.center
         if fixed is None:

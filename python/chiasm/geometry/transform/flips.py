@@ -3,7 +3,7 @@
 from torch import Tensor
 
 from ...primitives.core.checks import check_rank
-from ...primitives.resampling.flips import reversed_rows
+from ...primitives.resampling.flips import mirrored
 
 
 def hflip(input: Tensor) -> Tensor:
@@ -24,7 +24,7 @@ def hflip(input: Tensor) -> Tensor:
                 [4, 3]])
     """
     _check_planes(input)
-    return reversed_rows(input)
+    return mirrored(input, True, False)
 
 
 def vflip(input: Tensor) -> Tensor:
@@ -45,7 +45,7 @@ def vflip(input: Tensor) -> Tensor:
                 [1, 2]])
     """
     _check_planes(input)
-    return input.flip([-2])
+    return mirrored(input, False, True)
 
 
 def rot180(input: Tensor) -> Tensor:
@@ -66,7 +66,7 @@ def rot180(input: Tensor) -> Tensor:
                 [2, 1]])
     """
     _check_planes(input)
-    return input.flip([-2, -1])
+    return mirrored(input, True, True)
 
 
 def _check_planes(input: Tensor) -> None:

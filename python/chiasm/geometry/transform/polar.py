@@ -6,8 +6,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice, check_image
-from ...primitives.resampling.warping import check_sampling, pixel_axes, position_dtype, sample_image
+from ...primitives.core.checks import check_choice
+from ...primitives.resampling.warping import check_source, pixel_axes, position_dtype, sample_image
 from .matrices import check_numbers, check_vectors
 
 
@@ -30,7 +30,7 @@ def warp_polar(
     ``warp_polar`` has none.)
 
     Args:
-        src: (B, C, H, W), floating point.
+        src: (B, C, H, W), floating point or uint8. Bytes are read as by :func:`warp_affine`.
         dsize: (height, width) of the output; may come from another tensor's shape.
         center: (B, 2), x and y in pixels; the middle of the image, ((W - 1) / 2, (H - 1) / 2), by default.
         max_radius: (B,) in pixels, more than 1 for "log"; half the diagonal, sqrt(W^2 + H^2) / 2, by default.
@@ -41,7 +41,7 @@ def warp_polar(
         (B, C, height, width). Differentiable in src, center and max_radius ("nearest": in src).
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if src is neither floating point nor uint8, or another argument is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -52,9 +52,8 @@ def warp_polar(
                 [2., 1.],
                 [2., 2.]])
     """
-    check_image(src, "src")
+    check_source(src, mode, padding_mode, "src")
     check_choice(mapping, ["linear", "log"], "mapping")
-    check_sampling(mode, padding_mode)
     batch, height, width = src.size(0), src.size(2), src.size(3)
     precision = position_dtype(src.dtype)
     one = torch.ones([batch], dtype=precision, device=src.device)

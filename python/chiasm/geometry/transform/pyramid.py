@@ -7,41 +7,58 @@ from typing import List
 
 from torch import Tensor
 
-from ...primitives.core.checks import check_image
+from ...primitives.core.checks import check_choice, check_image, check_pixels
 from ...primitives.core.window_sizes import as_ratio
 from ...primitives.filters.padding import check_border
+from ...primitives.resampling.pyramids import blurred_and_thinned, spread_and_blurred
 from ...primitives.resampling.resizing import blurred_and_resized, resized_and_blurred
 
 
 def pyrdown(
-    input: Tensor, border_type: str = "reflect", align_corners: bool = False, factor: float = 2.0
+    input: Tensor,
+    border_type: str = "reflect",
+    align_corners: bool = False,
+    factor: float = 2.0,
+    sampling: str = "bilinear",
 ) -> Tensor:
     """Blur with the binomial kernel (1, 4, 6, 4, 1) / 16 along both axes, then shrink.
 
-    Shrinking is bilinear, as in Kornia: half of an even size takes the mean of two by two blurred pixels.
-    ``cv2.pyrDown`` takes every other blurred pixel instead, which differs by half a pixel, and rounds odd
-    sizes up.
+    Shrinking is bilinear, as in Kornia: half of an even size takes the mean of two by two blurred pixels. Or
+    it takes every other blurred pixel, from the first on, which differs by half a pixel: this is
+    ``cv2.pyrDown``, of bytes to the bit. Bytes are rounded halves up.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point, or with sampling "alternate" also uint8.
         border_type: "reflect" (edge pixel not repeated), "replicate", "circular" or "constant" (zeros).
-        align_corners: as in :func:`resize`.
-        factor: by how much to shrink.
+        align_corners: as in :func:`resize`; not used with sampling "alternate".
+        factor: by how much to shrink, 2 with sampling "alternate".
+        sampling: "bilinear", or "alternate" for every other pixel.
 
     Returns:
-        (B, C, floor(H / factor), floor(W / factor)).
+        (B, C, floor(H / factor), floor(W / factor)); with sampling "alternate" (B, C, ceil(H / 2), ceil(W /
+        2)).
 
     Raises:
-        TypeError: if input is not floating point.
-        ValueError: if input is not 4-D, factor is not positive, no pixel is left, or the border is not as
-            above.
+        TypeError: if input is not of a type as above.
+        ValueError: if input is not 4-D, factor is not positive, no pixel is left, or the border or the
+            sampling is not as above.
 
     Example:
         >>> pyrdown(torch.ones(1, 1, 8, 9))[0, 0, 0]
         tensor([1., 1., 1., 1.])
+        >>> pyrdown(torch.arange(0, 90, 10, dtype=torch.uint8).expand(1, 1, 9, 9), sampling="alternate")[
+        ...     0, 0, 0
+        ... ]
+        tensor([ 8, 20, 40, 60, 73], dtype=torch.uint8)
     """
-    check_image(input, "input")
     check_border(border_type)
+    check_choice(sampling, ["bilinear", "alternate"], "sampling")
+    if sampling == "alternate":
+        check_pixels(input, "input")
+        if factor != 2.0:
+            raise ValueError(f"factor: expected 2 with sampling 'alternate', got {factor}")
+        return blurred_and_thinned(input, border_type)
+    check_image(input, "input")
     if factor <= 0.0:
         raise ValueError(f"factor: expected a positive number, got {factor}")
     over, under = as_ratio(factor)
@@ -51,30 +68,47 @@ def pyrdown(
     return blurred_and_resized(input, size[0], size[1], align_corners, _binomial(), border_type)
 
 
-def pyrup(input: Tensor, border_type: str = "reflect", align_corners: bool = False) -> Tensor:
+def pyrup(
+    input: Tensor,
+    border_type: str = "reflect",
+    align_corners: bool = False,
+    sampling: str = "bilinear",
+) -> Tensor:
     """Enlarge to twice the size, then blur with the binomial kernel (1, 4, 6, 4, 1) / 16 along both axes.
 
-    Enlarging is bilinear, as in Kornia. ``cv2.pyrUp`` puts zeros between the pixels and blurs with four times
-    the kernel.
+    Enlarging is bilinear, as in Kornia. Or it puts zeros between the pixels, behind each one, and blurs with
+    four times the kernel: this is ``cv2.pyrUp``, of bytes to the bit. Bytes are rounded halves up.
 
     Args:
-        input: (B, C, H, W), floating point.
-        border_type: "reflect" (edge pixel not repeated), "replicate", "circular" or "constant" (zeros).
-        align_corners: as in :func:`resize`.
+        input: (B, C, H, W), floating point, or with sampling "alternate" also uint8.
+        border_type: "reflect" (edge pixel not repeated), "replicate", "circular" or "constant" (zeros); with
+            sampling "alternate" only "reflect", of the enlarged image.
+        align_corners: as in :func:`resize`; not used with sampling "alternate".
+        sampling: "bilinear", or "alternate" for zeros between the pixels.
 
     Returns:
         (B, C, 2 H, 2 W).
 
     Raises:
-        TypeError: if input is not floating point.
-        ValueError: if input is not 4-D or the border is not as above.
+        TypeError: if input is not of a type as above.
+        ValueError: if input is not 4-D or the border or the sampling is not as above.
 
     Example:
         >>> pyrup(torch.ones(1, 1, 4, 5)).shape
         torch.Size([1, 1, 8, 10])
+        >>> pyrup(torch.tensor([[[[8, 16]]]], dtype=torch.uint8), sampling="alternate")[0, 0, 0]
+        tensor([10, 12, 15, 16], dtype=torch.uint8)
     """
-    check_image(input, "input")
     check_border(border_type)
+    check_choice(sampling, ["bilinear", "alternate"], "sampling")
+    if sampling == "alternate":
+        check_pixels(input, "input")
+        if border_type != "reflect":
+            raise ValueError(
+                f"border_type: expected 'reflect' with sampling 'alternate', got '{border_type}'"
+            )
+        return spread_and_blurred(input)
+    check_image(input, "input")
     return resized_and_blurred(
         input, 2 * input.size(2), 2 * input.size(3), align_corners, _binomial(), border_type
     )

@@ -2,11 +2,12 @@
 
 from typing import Optional
 
+import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating, check_image, check_rank
+from ...primitives.core.checks import check_floating, check_rank
 from ...primitives.resampling.warping import (
-    check_sampling,
+    check_source,
     from_normalized,
     position_dtype,
     sample_image,
@@ -25,17 +26,21 @@ def remap(
 ) -> Tensor:
     """Read an image at given positions: out(p) = image(map_x(p), map_y(p)).
 
-    With align_corners=True this is ``cv2.remap(image, map_x, map_y, interpolation)`` with constant border 0
-    (OpenCV rounds positions to 1/32 pixel).
+    With align_corners=True this is ``cv2.remap(image, map_x, map_y, interpolation)`` with constant border 0.
+    Of bytes, "bilinear" positions are rounded to 1/32 pixel, halves to even, and values halves up: OpenCV's
+    8-bit form of version 4.6, to the bit. Version 5 does not round positions; smooth images are within
+    a level of theirs. Positions that are computed, without align_corners, may differ in their last digits
+    between engines, so that one that lies in the middle of two such steps may be rounded to either.
 
     Args:
-        image: (B, C, H, W), floating point.
-        map_x: (B, h, w), columns of image.
+        image: (B, C, H, W), floating point or uint8.
+        map_x: (B, h, w), columns of image, floating point.
         map_y: (B, h, w), rows of image.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
-            OpenCV).
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or, not of bytes, "bicubic" (a = -0.75,
+            as torch and OpenCV).
         padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels'
-            centres, or the outer edges unless align_corners is True) or "fill" (black here, as "zeros").
+            centres, or the outer edges unless align_corners is True) or, not of bytes, "fill" (black here, as
+            "zeros").
         align_corners: True for pixel centres at integers. None is False, as in Kornia: then positions in
             pixels are read at x * W / (W - 1) - 1/2, so that identity maps are **not** the identity.
         normalized_coordinates: the maps are in [-1, 1], from corner pixel to corner pixel with align_corners,
@@ -45,7 +50,7 @@ def remap(
         (B, C, h, w). Differentiable in image and the maps ("nearest": in image).
 
     Raises:
-        TypeError: if an argument is not floating point.
+        TypeError: if an argument is not of a type as above.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -53,14 +58,15 @@ def remap(
         >>> remap(x, torch.tensor([[[0.25, 2.5]]]), torch.zeros(1, 1, 2), align_corners=True)
         tensor([[[[0.2500, 2.5000]]]])
     """
-    check_image(image, "image")
+    check_source(image, mode, padding_mode, "image")
     check_rank(map_x, 3, "(B, h, w)", "map_x")
     check_rank(map_y, 3, "(B, h, w)", "map_y")
     check_floating(map_x, "map_x")
     check_floating(map_y, "map_y")
-    check_sampling(mode, padding_mode)
     corners = align_corners is not None and align_corners
     precision = position_dtype(image.dtype)
+    if image.dtype == torch.uint8 and corners and not normalized_coordinates:
+        precision = torch.promote_types(torch.float32, map_x.dtype)  # they are rounded as they are
     x, y = map_x.to(precision), map_y.to(precision)
     if normalized_coordinates:
         x, y = from_normalized(x, image.size(3), corners), from_normalized(y, image.size(2), corners)

@@ -5,9 +5,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_image
 from ...primitives.linalg.matrices import inverse3x3
-from ...primitives.resampling.warping import check_matrix, check_sampling, sample_projective
+from ...primitives.resampling.warping import check_matrix, check_source, sample_projective
 
 
 def warp_perspective(
@@ -25,12 +24,13 @@ def warp_perspective(
     border 0 (OpenCV rounds positions to 1/32 pixel for 8-bit images).
 
     Args:
-        src: (B, C, H, W), floating point.
+        src: (B, C, H, W), floating point or uint8. Bytes are read as by :func:`warp_affine`.
         M: (B, 3, 3), or (1, 3, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
-            OpenCV).
-        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or, not of bytes, "bicubic" (a = -0.75,
+            as torch and OpenCV).
+        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or, not of bytes,
+            "fill".
         align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when
             False. It makes no other difference, since M is in pixels.
         fill_value: (C,) colour for "fill"; black by default.
@@ -39,7 +39,7 @@ def warp_perspective(
         (B, C, height, width). Differentiable in src and M ("nearest": in src).
 
     Raises:
-        TypeError: if src or M is not floating point.
+        TypeError: if src is neither floating point nor uint8, or M is not floating point.
         ValueError: if a shape or a choice is not as above.
 
     Example:
@@ -48,9 +48,8 @@ def warp_perspective(
         >>> warp_perspective(x, shift, (2, 4))[0, 0, 0]
         tensor([0., 0., 1., 2.])
     """
-    check_image(src, "src")
+    check_source(src, mode, padding_mode, "src")
     check_matrix(M, 3, 3, "M")
-    check_sampling(mode, padding_mode)
     return sample_projective(
         src, pixels_to_source(M), dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value
     )

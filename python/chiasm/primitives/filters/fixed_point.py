@@ -1,7 +1,8 @@
-"""Linear filters on bytes in fixed point: taps are 1, or multiples of 1/256, so that sums are whole numbers
-below 2^24. float32 holds them, so every engine gives the same bytes, in whatever order it adds."""
+"""Linear filters on bytes in fixed point: taps are multiples of 1/256 or of another power of two, so that
+sums are whole numbers below 2^24. float32 holds them, so every engine gives the same bytes, in whatever order
+it adds."""
 
-from typing import List
+from typing import List, Tuple
 
 import torch
 import torch.nn.functional as F
@@ -10,7 +11,8 @@ from torch import Tensor
 from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
-from .correlation import box_sums
+from ..numbers.rounding import known_or
+from .correlation import box_sums, correlated2d
 from .padding import padded
 from .stencil import separable
 
@@ -89,3 +91,39 @@ def box_bytes(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
 def _box_bytes_kernel(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
     rows, step = as_rows(x)
     return from_rows(kernels.box_bytes(rows, ky, kx, step, border_type), x)
+
+
+def whole_taps(taps: Tensor) -> Tuple[Tensor, Tensor]:
+    """Taps (N, kh, kw) as whole numbers, and the power of two (N,) that those of a window are multiples of:
+    the least of 2^-23 to 2^23 with which sums of bytes are below 2^24. NaN becomes 0.
+
+    >>> whole_taps(torch.tensor([[[0.5, 0.3]]], dtype=torch.float64))
+    (tensor([[[32768., 19661.]]]), tensor([1.5259e-05]))
+    """
+    wanted = known_or(taps.to(torch.float64), 0.0)
+    count = taps.size(1) * taps.size(2)
+    # Chosen, not computed: engines' logarithms differ in the last digits.
+    steps = torch.tensor([2.0**k for k in range(-23, 24)], dtype=torch.float64, device=taps.device)
+    # rounded, each is half a step larger at most
+    largest = 255.0 * (wanted.abs().sum([1, 2])[:, None] / steps + 0.5 * count)
+    step = torch.where(largest < 16777216.0, steps, torch.full_like(steps, 2.0**23)).amin(1)
+    whole = torch.round(wanted / step[:, None, None])
+    return whole.to(torch.float32), step.to(torch.float32)
+
+
+@primitive
+def correlated_bytes(x: Tensor, taps: Tensor, scale: Tensor, border_type: str) -> Tensor:
+    """Correlate uint8 (B, C, H, W) with ``whole_taps`` (B or 1, kh, kw) and (B or 1,); rounded halves to even
+    and saturated."""
+    return bytes_of_sums(correlated2d(x.to(torch.float32), taps, border_type), scale)
+
+
+def bytes_of_sums(sums: Tensor, scale: Tensor) -> Tensor:
+    """Sums (B, C, H, W) times powers of two (B or 1,) to the nearest byte, halves to even."""
+    return torch.round(sums * scale[:, None, None, None]).clamp(0.0, 255.0).to(torch.uint8)
+
+
+@correlated_bytes.lowering("native", when=kernels.available)
+def _correlated_bytes_kernel(x: Tensor, taps: Tensor, scale: Tensor, border_type: str) -> Tensor:
+    rows, step = as_rows(x)
+    return from_rows(kernels.correlate_bytes(rows, taps, scale, step, border_type), x)

@@ -66,6 +66,23 @@ _declare(
     [*_ROWS, "1 <= ky <= 65536", "1 <= kx <= 65536", "ky * kx <= 65536"],
 )
 _declare(
+    """correlate_bytes(uint8[N, H, L] x, float32[R, KY, KX] taps, float32[R] scale, int step, Border border)
+    -> uint8[N, H, L]""",
+    "correlate_bytes.cpp",
+    """scale times the correlation with a window of whole numbers, one for N / R planes, rounded halves to
+    even and saturated: exact where the sums are below 2^24. Of an even size the pixel is the one before the
+    middle. Neighbours in a row are step values apart. A constant border is 0.""",
+    [
+        *_ROWS,
+        "1 <= R",
+        "N % R == 0",
+        "1 <= KY <= INT32_MAX",
+        "1 <= KX <= INT32_MAX",
+        "KY * KX <= INT32_MAX",
+        "KX * step <= INT32_MAX",
+    ],
+)
+_declare(
     """bilateral(T[B, C, H, W] x, T[BG, D, H, W] guide, T[BS, KY, KX] space_weights, T[BR] range_coefficient,
     Border border, bool euclidean)
     -> T[B, C, H, W]""",
@@ -395,7 +412,53 @@ _declare(
     ],
 )
 
-_declare("hflip(T[..., H, W] x) -> T[..., H, W]", "flips.cpp", "Each row from its end to its beginning.")
+_declare(
+    "mirrored(P[N, H, L] x, int step, bool along, bool down) -> P[N, H, L]",
+    "flips.cpp",
+    """Each row's pixels from the last to the first (along), and the last row first (down). Neighbours in a
+    row are step values apart.""",
+    _ROWS,
+)
+_declare(
+    """pyramid_down_bytes(uint8[N, H, L] x, int step, Border border)
+    -> uint8[N, (H + 1) // 2, (L // step + 1) // 2 * step]""",
+    "pyramids.cpp",
+    """Every other pixel along both axes, from the first on, of the correlation with (1, 4, 6, 4, 1) / 16
+    along both, rounded halves up. Neighbours in a row are step values apart. A constant border is 0.""",
+    _ROWS,
+)
+_declare(
+    "pyramid_up_bytes(uint8[N, H, L] x, int step) -> uint8[N, 2 * H, 2 * L]",
+    "pyramids.cpp",
+    """The image with a zero behind each pixel along both axes, correlated with (1, 4, 6, 4, 1) / 8 along both
+    and reflected at its edges, rounded halves up. Neighbours in a row are step values apart.""",
+    [*_ROWS, "2 * H <= INT32_MAX", "2 * L <= INT32_MAX"],
+)
+_BYTES_READ = [
+    *_ROWS,
+    "1 <= B",
+    "N % B == 0",
+    "mode != 'bicubic'",
+    "H <= 2**24",
+    "L // step <= 2**24",
+    "H * L <= INT32_MAX",
+]
+_declare(
+    """remap_bytes(uint8[N, H, L] image, T[B, HO, WO] x, T[B, HO, WO] y, int step, Interpolation mode, Padding
+    padding, bool align_corners) -> uint8[N, HO, WO * step]""",
+    "warp_bytes.cpp",
+    """The images at pixel positions x and y, N / B of them at the same: bilinear ones are rounded to 1/32
+    pixel, and the sums halves up. Pixels have step values. With align_corners a reflection is at the corner
+    pixels' centres, else at the outer edges.""",
+    [*_BYTES_READ, "WO * step <= INT32_MAX"],
+)
+_declare(
+    """warp_bytes(uint8[N, H, L] image, float64[B, 3, 3] matrix, int height, int width, int step,
+    Interpolation mode, Padding padding, bool align_corners) -> uint8[N, height, width * step]""",
+    "warp_bytes.cpp",
+    "remap_bytes at the positions that a matrix maps the output's pixels to.",
+    [*_BYTES_READ, "0 <= height <= INT32_MAX", "0 <= width <= 2**24", "width * step <= INT32_MAX"],
+)
 
 # Features
 

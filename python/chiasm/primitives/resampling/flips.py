@@ -1,16 +1,35 @@
 """Mirror images."""
 
+from typing import List
+
+import torch
 from torch import Tensor
 
+from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
 
 
 @primitive
-def reversed_rows(x: Tensor) -> Tensor:
-    """(*, H, W) with each row from its end to its beginning."""
-    return x.flip([-1])
+def mirrored(x: Tensor, along: bool, down: bool) -> Tensor:
+    """(*, H, W) with each row from its end to its beginning (along), and the last row first (down)."""
+    dims: List[int] = []
+    if along:
+        dims.append(-1)
+    if down:
+        dims.append(-2)
+    if x.dtype != torch.uint16:
+        return x.flip(dims)
+    for dim in dims:  # of which PyTorch has no flip
+        x = x.index_select(dim, x.size(dim) - 1 - torch.arange(x.size(dim), device=x.device))
+    return x
 
 
 # Compiled tensor code loads and stores the pixels one by one.
-reversed_rows.lowering("native", when=kernels.has_kernel)(kernels.hflip)
+@mirrored.lowering("native", when=kernels.has_pixel_kernel)
+def _mirrored_kernel(x: Tensor, along: bool, down: bool) -> Tensor:
+    if x.dim() == 4:
+        rows, step = as_rows(x)
+        return from_rows(kernels.mirrored(rows, step, along, down), x)
+    planes = x.reshape(-1, x.size(-2), x.size(-1))
+    return kernels.mirrored(planes, 1, along, down).reshape(x.shape)

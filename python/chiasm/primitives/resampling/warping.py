@@ -5,7 +5,8 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..core.checks import check_choice, check_floating
+from ..core.checks import check_choice, check_floating, check_pixels
+from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
 from ..filters.stencil import join_channels, split_channels
 from ..kernels import operators as kernels
@@ -18,6 +19,17 @@ def check_sampling(mode: str, padding_mode: str) -> None:
     check_choice(padding_mode, ["zeros", "border", "reflection", "fill"], "padding_mode")
 
 
+def check_source(src: Tensor, mode: str, padding_mode: str, name: str) -> None:
+    """Raise unless ``src`` is an image (B, C, H, W), floating point or uint8, that can be read so."""
+    check_pixels(src, name)
+    check_sampling(mode, padding_mode)
+    if src.dtype == torch.uint8 and (mode == "bicubic" or padding_mode == "fill"):
+        raise ValueError(
+            f"{name}: expected modes 'bilinear' or 'nearest' and no padding_mode 'fill' for bytes, got"
+            f" '{mode}' and '{padding_mode}'"
+        )
+
+
 def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
     """Raise unless ``value`` is a floating-point (B, rows, columns) tensor."""
     check_floating(value, name)
@@ -26,8 +38,12 @@ def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
 
 
 def position_dtype(dtype: torch.dtype) -> torch.dtype:
-    """The dtype of positions in images of ``dtype``: half precision would be off by whole pixels."""
-    if dtype == torch.float64:
+    """The dtype of positions in images of ``dtype``: half precision would be off by whole pixels.
+
+    Of bytes float64, because positions are rounded to fractions of a pixel, and engines compute them with
+    different errors.
+    """
+    if dtype == torch.float64 or dtype == torch.uint8:
         return torch.float64
     return torch.float32
 
@@ -78,6 +94,64 @@ def _has_kernel(src: Tensor, padding_mode: str) -> bool:
 
 
 @primitive
+def sample_bytes(
+    src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool
+) -> Tensor:
+    """``sample_image`` of bytes, "bilinear" or "nearest": positions are rounded to 1/32 pixel, halves to
+    even, and sums halves up. Weights are multiples of 1/1024, so that float32 has the sums.
+
+    These are the fixed points of OpenCV's remap of 8 bits, version 4.6 (INTER_BITS = 5).
+    """
+    steps = 1.0 if mode == "nearest" else 32.0
+    # Further away nothing changes; what is not a number stays it.
+    at_x = torch.round(x.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
+    at_y = torch.round(y.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
+    sums = sample_floating(src.to(torch.float32), at_x, at_y, mode, padding_mode, align_corners, None)
+    return torch.floor(sums + 0.5).to(torch.uint8)
+
+
+@sample_bytes.lowering("native", when=kernels.available)
+def _sample_bytes_kernel(
+    src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool
+) -> Tensor:
+    rows, step = as_rows(src)
+    if x.dtype != torch.float32 or y.dtype != torch.float32:
+        x, y = x.to(torch.float64), y.to(torch.float64)
+    x, y = torch.broadcast_tensors(x, y)
+    return from_rows(
+        kernels.remap_bytes(rows, x.contiguous(), y.contiguous(), step, mode, padding_mode, align_corners),
+        src,
+    )
+
+
+def sample_floating(
+    src: Tensor,
+    x: Tensor,
+    y: Tensor,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
+) -> Tensor:
+    """``sample_image`` of floating-point numbers."""
+    height, width = src.size(2), src.size(3)
+    if mode == "bicubic":
+        index, weight = cubic_taps(x, y, height, width, padding_mode, align_corners)
+    else:
+        if padding_mode == "border":
+            x = x.clamp(0, width - 1)
+            y = y.clamp(0, height - 1)
+        elif padding_mode == "reflection":
+            x = reflect_positions(x, width, align_corners)
+            y = reflect_positions(y, height, align_corners)
+        if mode == "bilinear":
+            index, weight = bilinear_taps(x, y, height, width)
+        else:
+            index, weight = nearest_taps(x, y, height, width)
+    return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
+
+
+@primitive
 def sample_image(
     src: Tensor,
     x: Tensor,
@@ -94,21 +168,9 @@ def sample_image(
             by default.
         align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
     """
-    height, width = src.size(2), src.size(3)
-    if mode == "bicubic":
-        index, weight = cubic_taps(x, y, height, width, padding_mode, align_corners)
-    else:
-        if padding_mode == "border":
-            x = x.clamp(0, width - 1)
-            y = y.clamp(0, height - 1)
-        elif padding_mode == "reflection":
-            x = reflect_positions(x, width, align_corners)
-            y = reflect_positions(y, height, align_corners)
-        if mode == "bilinear":
-            index, weight = bilinear_taps(x, y, height, width)
-        else:
-            index, weight = nearest_taps(x, y, height, width)
-    return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
+    if src.dtype == torch.uint8:
+        return sample_bytes(src, x, y, mode, padding_mode, align_corners)
+    return sample_floating(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
 @sample_image.lowering(
@@ -168,6 +230,35 @@ def _sample_projective_kernel(
     return kernels.warp_perspective(src, matrix, height, width, mode, padding_mode, align_corners)
 
 
+@sample_projective.lowering(
+    "native", when=lambda src, *_: kernels.available(src) and src.dtype == torch.uint8
+)
+def _warp_bytes_kernel(
+    src: Tensor,
+    matrix: Tensor,
+    height: int,
+    width: int,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
+) -> Tensor:
+    rows, step = as_rows(src)
+    return from_rows(
+        kernels.warp_bytes(
+            rows,
+            matrix.to(torch.float64).contiguous(),
+            height,
+            width,
+            step,
+            mode,
+            padding_mode,
+            align_corners,
+        ),
+        src,
+    )
+
+
 @primitive
 def sample_affine(
     src: Tensor,
@@ -188,7 +279,10 @@ def sample_affine(
     return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-@sample_affine.lowering("native", when=_samples)
+@sample_affine.lowering(
+    "native",
+    when=lambda src, *rest: _samples(src, *rest) or (kernels.available(src) and src.dtype == torch.uint8),
+)
 def _sample_affine_kernel(
     src: Tensor,
     matrix: Tensor,
@@ -201,16 +295,8 @@ def _sample_affine_kernel(
 ) -> Tensor:
     precision = position_dtype(src.dtype)
     last = torch.tensor([0.0, 0.0, 1.0], dtype=precision, device=src.device).expand(matrix.size(0), 1, 3)
-    return _sample_projective_kernel(
-        src,
-        torch.cat([matrix.to(precision), last], 1),
-        height,
-        width,
-        mode,
-        padding_mode,
-        align_corners,
-        fill_value,
-    )
+    whole = torch.cat([matrix.to(precision), last], 1)
+    return sample_projective(src, whole, height, width, mode, padding_mode, align_corners, fill_value)
 
 
 def weigh_image(

@@ -1,0 +1,335 @@
+// Images of bytes read at positions, in planes and in frames. Bilinear positions are rounded to 1/32 pixel,
+// so that weights are whole multiples of 1/1024 and sums are exact.
+#include <cstring>
+#include <type_traits>
+
+#include "positions.h"
+
+namespace chiasm::kernels {
+namespace {
+
+constexpr int64_t kRows = 32;
+constexpr int32_t kFurthest = 1 << 24;  // pixels: beyond, positions are no further away
+
+// The images that are read. A pixel has `step` values, and `wide` bytes can be loaded from the place of one
+// that is called inside.
+struct Source {
+  int64_t height, width, step, wide;
+  Padding padding;
+  bool align_corners;
+  int64_t row() const { return width * step; }
+};
+
+// Mirrors a position in 1/scale pixel at the corner pixels' centres or at the outer edges.
+inline int32_t folded(int32_t at, int64_t size, int32_t scale, bool align_corners) {
+  // in halves of it, because the edge may lie between two
+  const int64_t low = align_corners ? 0 : scale, period = 4 * scale * (align_corners ? size - 1 : size);
+  if (period == 0) return 0;
+  const int64_t turned = ((2 * int64_t{at} + low) % period + period) % period;
+  const int64_t inside = (std::min(turned, period - turned) - low) / 2;
+  return static_cast<int32_t>(std::clamp<int64_t>(inside, 0, scale * (size - 1)));
+}
+
+// Positions along an axis as whole multiples of 1/scale pixel, halves to the even one, moved into the image
+// where the padding says so. What is not a number is outside. Runs have room for whole vectors.
+inline void quantise(const double* x, int64_t n, int64_t size, int32_t scale, Padding padding,
+                     bool align_corners, int32_t* out) {
+  const double last = static_cast<double>(scale * (size - 1)), all = scale;
+  const bool zeros = padding == Padding::kZeros, edge = padding == Padding::kBorder;
+  const double least = zeros  ? -all
+                       : edge ? 0
+                              : -all * kFurthest,
+               greatest = zeros  ? last + all
+                          : edge ? last
+                                 : all * kFurthest;
+  const Lanes<double> d;
+  const auto low = hn::Set(d, least), high = hn::Set(d, greatest), empty = hn::Set(d, -all),
+             steps = hn::Set(d, all);
+  for (int64_t i = 0; i < n; i += kLanes<double>) {
+    const auto at = hn::Mul(hn::LoadU(d, x + i), steps);
+    const auto limited = hn::IfThenElse(hn::Eq(at, at), smaller(larger(at, low), high), empty);
+    hn::StoreU(truncated(d, hn::Round(limited)), Integers<Lanes<double>>(), out + i);
+  }
+  if (padding != Padding::kReflection) return;
+  for (int64_t i = 0; i < n; ++i)
+    if (x[i] == x[i] && (out[i] < 0 || out[i] > last)) out[i] = folded(out[i], size, scale, align_corners);
+}
+
+// A run of positions: where the pixels that are read begin, and whether they are inside.
+struct Places {
+  int32_t x[kRun], y[kRun], index[kRun];
+  uint8_t inside[kRun];
+
+  // The run's end from i on of positions that are inside, or that are not.
+  int64_t end(int64_t i, int64_t n) const {
+    const void* const other = std::memchr(inside + i, inside[i] ? 0 : 1, static_cast<size_t>(n - i));
+    return other == nullptr ? n : static_cast<const uint8_t*>(other) - inside;
+  }
+
+  // The places of a vector of pixels. Inside are columns and lines before those, and places before `limit`.
+  HWY_INLINE void put(int64_t i, hn::Vec<Lanes<int32_t>> column, hn::Vec<Lanes<int32_t>> line,
+                      int64_t columns, int64_t lines, int64_t limit, const Source& s) {
+    const Lanes<int32_t> d;
+    const hn::Rebind<uint8_t, Lanes<int32_t>> bytes;
+    const auto whole = [=](int64_t value) { return hn::Set(d, static_cast<int32_t>(value)); };
+    const auto none = hn::Set(d, -1);
+    const auto near = hn::And(hn::And(hn::Gt(column, none), hn::Lt(column, whole(columns))),
+                              hn::And(hn::Gt(line, none), hn::Lt(line, whole(lines))));
+    const auto place =
+        hn::IfThenElseZero(near, hn::Add(hn::Mul(line, whole(s.row())), hn::Mul(column, whole(s.step))));
+    const auto in = hn::And(near, hn::Lt(place, whole(limit)));
+    hn::StoreU(place, d, index + i);
+    hn::StoreU(hn::DemoteTo(bytes, hn::IfThenElseZero(in, whole(1))), bytes, inside + i);
+  }
+};
+
+struct Nearest : Places {
+  void find(const double* at_x, const double* at_y, int64_t n, const Source& s) {
+    quantise(at_x, n, s.width, 1, s.padding, s.align_corners, x);
+    quantise(at_y, n, s.height, 1, s.padding, s.align_corners, y);
+    for (int64_t i = 0; i < n; i += kLanes<int32_t>) {
+      const Lanes<int32_t> d;
+      put(i, hn::LoadU(d, x + i), hn::LoadU(d, y + i), s.width, s.height, s.height * s.row(), s);
+    }
+  }
+
+  template <int kStep>
+  void read(const uint8_t* image, const Source& s, int64_t n, uint8_t* out) const {
+    const auto step = static_cast<size_t>(kStep > 0 ? kStep : s.step);
+    for (int64_t i = 0; i < n; ++i, out += step)
+      if (inside[i])
+        std::memcpy(out, image + index[i], step);
+      else
+        std::memset(out, 0, step);
+  }
+};
+
+constexpr int32_t kScale = 32;
+
+struct Bilinear : Places {
+  // Of the second pixel across, in 1/64 * 2^15 as products of 16 bits need it, and down, in 1/32; room for
+  // vectors that run over the end.
+  int16_t across[kRun + 64], down[kRun + 64];
+
+  void find(const double* at_x, const double* at_y, int64_t n, const Source& s) {
+    quantise(at_x, n, s.width, kScale, s.padding, s.align_corners, x);
+    quantise(at_y, n, s.height, kScale, s.padding, s.align_corners, y);
+    const Lanes<int32_t> d;
+    const hn::Rebind<int16_t, Lanes<int32_t>> words;
+    const auto rest = hn::Set(d, kScale - 1);
+    for (int64_t i = 0; i < n; i += kLanes<int32_t>) {
+      const auto at = hn::LoadU(d, x + i), line = hn::LoadU(d, y + i);
+      // not from where that many bytes cannot be loaded in the row below
+      put(i, hn::ShiftRight<5>(at), hn::ShiftRight<5>(line), s.width - 1, s.height - 1,
+          (s.height - 1) * s.row() - s.wide + 1, s);
+      hn::StoreU(hn::DemoteTo(words, hn::ShiftLeft<9>(hn::And(at, rest))), words, across + i);
+      hn::StoreU(hn::DemoteTo(words, hn::And(line, rest)), words, down + i);
+    }
+  }
+
+  template <int kStep>
+  void read(const uint8_t* image, const Source& s, int64_t n, uint8_t* out) const {
+    for (int64_t i = 0; i < n;) {
+      const int64_t last = end(i, n);
+      if constexpr (kStep > 0)
+        if (inside[i]) i = read_inside<kStep>(image, s.row(), i, last, out);
+      for (; i < last; ++i) read_one<kStep>(image, s, i, out + i * s.step);
+    }
+  }
+
+ private:
+  // Any position. Pixels outside are 0.
+  template <int kStep>
+  void read_one(const uint8_t* image, const Source& s, int64_t i, uint8_t* out) const {
+    const int64_t step = kStep > 0 ? kStep : s.step;
+    const int64_t column = x[i] >> 5, line = y[i] >> 5;
+    const int32_t right = x[i] & 31, below = y[i] & 31;
+    if (column < -1 || column >= s.width || line < -1 || line >= s.height) {
+      std::memset(out, 0, static_cast<size_t>(step));
+      return;
+    }
+    for (int64_t c = 0; c < step; ++c) {
+      const auto pixel = [&](int64_t v, int64_t u) -> int32_t {
+        return v < 0 || v >= s.height || u < 0 || u >= s.width ? 0 : image[v * s.row() + u * step + c];
+      };
+      const auto across_row = [&](int64_t v) {
+        return pixel(v, column) * (32 - right) + pixel(v, column + 1) * right;
+      };
+      const int32_t sum = across_row(line) * (32 - below) + across_row(line + 1) * below;
+      out[c] = static_cast<uint8_t>((sum + 512) >> 10);
+    }
+  }
+
+  // Positions from i to last whose pixels are inside; returns those done. Of 32 a + f (b - a), down and then
+  // across, the second product of 18 bits is needed over 32 alone: the high half of one with f * 2^9.
+  template <class D>
+  HWY_INLINE static hn::Vec<D> down_of(D, hn::Vec<D> a, hn::Vec<D> b, hn::Vec<D> weight) {
+    return hn::Add(hn::ShiftLeft<5>(a), hn::Mul(hn::Sub(b, a), weight));
+  }
+  template <class D>
+  HWY_INLINE static hn::Vec<D> across_of(D d, hn::Vec<D> a, hn::Vec<D> b, hn::Vec<D> weight) {
+    const auto part = hn::MulHigh(hn::ShiftLeft<2>(hn::Sub(b, a)), weight);
+    return hn::ShiftRight<5>(hn::Add(hn::Add(a, part), hn::Set(d, int16_t{16})));
+  }
+
+  template <int kStep>
+  int64_t read_inside(const uint8_t* image, int64_t row, int64_t i, int64_t last, uint8_t* out) const {
+    if constexpr (kStep == 1)
+      return read_plane(image, row, i, last, out);
+    else
+      return read_frame<kStep>(image, row, i, last, out);
+  }
+
+  // Eight bytes for each pixel, in which the next one is.
+  template <int kStep>
+  int64_t read_frame(const uint8_t* image, int64_t row, int64_t i, int64_t last, uint8_t* out) const {
+    using Part = hn::FixedTag<uint8_t, 8>;
+    const hn::CappedTag<int16_t, 16> d;
+    const hn::Rebind<uint8_t, decltype(d)> bytes;
+    constexpr auto kPixels = static_cast<int64_t>(hn::MaxLanes(d) / 8);
+    alignas(32) uint8_t order[32];  // the pixel's weight, eight times
+    for (size_t k = 0; k < 32; ++k) order[k] = static_cast<uint8_t>(k / 16 * 2 + k % 2);
+    const hn::Repartition<uint8_t, decltype(d)> weights_bytes;
+    const auto indices = hn::Load(weights_bytes, order);
+    const auto weight = [=](const int16_t* p) {
+      const auto all = hn::LoadDup128(weights_bytes, reinterpret_cast<const uint8_t*>(p));
+      return hn::BitCast(d, hn::TableLookupBytes(all, indices));
+    };
+    const auto load = [=](const uint8_t* from, const int32_t* places) {
+      return hn::PromoteTo(
+          d, combined<Part>(bytes, [=](int64_t k) { return hn::LoadU(Part(), from + places[k / 8]); }));
+    };
+    // Four bytes are stored: one more position makes up for what is too much.
+    for (; i + kPixels + 1 <= last; i += kPixels) {
+      const auto tall = down_of(d, load(image, index + i), load(image + row, index + i), weight(down + i));
+      const auto value = across_of(d, tall, hn::ShiftRightLanes<kStep>(d, tall), weight(across + i));
+      alignas(16) uint8_t pixels[hn::MaxLanes(bytes)];
+      hn::Store(hn::DemoteTo(bytes, value), bytes, pixels);
+      for (int64_t k = 0; k < kPixels; ++k) std::memcpy(out + (i + k) * kStep, pixels + 8 * k, 4);
+    }
+    return i;
+  }
+
+  // Two bytes for each pixel, in an integer.
+  int64_t read_plane(const uint8_t* image, int64_t row, int64_t i, int64_t last, uint8_t* out) const {
+    const Lanes<int32_t> integers;
+    const hn::RebindToUnsigned<decltype(integers)> d;
+    const hn::Repartition<int16_t, decltype(d)> words;
+    constexpr int64_t kPixels = kLanes<int32_t>;
+    const auto load = [=, this](const uint8_t* from, int64_t at) {
+      const auto four =
+          hn::GatherOffset(d, reinterpret_cast<const uint32_t*>(from), hn::LoadU(integers, index + at));
+      const auto byte = hn::Set(d, uint32_t{255});
+      return hn::BitCast(
+          words, hn::Or(hn::And(four, byte), hn::ShiftLeft<8>(hn::And(four, hn::ShiftLeft<8>(byte)))));
+    };
+    const auto weight = [=](const int16_t* p) {
+      return hn::BitCast(d, hn::PromoteTo(integers, hn::LoadU(hn::Rebind<int16_t, decltype(integers)>(), p)));
+    };
+    for (; i + kPixels <= last; i += kPixels) {
+      const auto both = weight(down + i);
+      const auto tall = down_of(words, load(image, i), load(image + row, i),
+                                hn::BitCast(words, hn::Or(both, hn::ShiftLeft<16>(both))));
+      const auto next = hn::BitCast(words, hn::ShiftRight<16>(hn::BitCast(d, tall)));
+      const auto value = across_of(words, tall, next, hn::BitCast(words, weight(across + i)));
+      const auto level = hn::And(hn::BitCast(d, value), hn::Set(d, uint32_t{255}));
+      const hn::Rebind<uint8_t, decltype(d)> bytes;
+      hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(integers, level)), bytes, out + i);
+    }
+    return i;
+  }
+};
+
+// Reads `each` images at positions(item, row, column, n, x, y), for each item.
+template <class Taps, int kStep, class Positions>
+void read_by(const uint8_t* images, int64_t items, int64_t each, const Source& source, int64_t out_height,
+             int64_t out_width, uint8_t* out, const Positions& positions) {
+  const int64_t blocks_y = (out_height + kRows - 1) / kRows, blocks_x = (out_width + kRun - 1) / kRun,
+                size = source.height * source.row();
+#pragma omp parallel for
+  for (int64_t block = 0; block < items * blocks_y * blocks_x; ++block) {
+    const int64_t left = block % blocks_x * kRun, top = block / blocks_x % blocks_y * kRows,
+                  item = block / blocks_x / blocks_y;
+    const int64_t n = std::min(kRun, out_width - left), bottom = std::min(top + kRows, out_height);
+    const uint8_t* const first = images + item * each * size;
+    Taps rows[2];
+    const auto find = [&](int64_t row) {
+      double x[kRun], y[kRun];
+      positions(item, row, left, n, x, y);
+      rows[row % 2].find(x, y, n, source);
+    };
+    find(top);
+    for (int64_t row = top; row < bottom; ++row) {
+      if (row + 1 < bottom) {
+        // Memory is asked for a row ahead, because hardware does not foresee it.
+        find(row + 1);
+        for (int64_t i = 0; i < n; i += 8) hwy::Prefetch(first + rows[(row + 1) % 2].index[i]);
+      }
+      for (int64_t k = item * each; k < (item + 1) * each; ++k)
+        rows[row % 2].template read<kStep>(images + k * size, source, n,
+                                           out + ((k * out_height + row) * out_width + left) * source.step);
+    }
+  }
+}
+
+template <class Positions>
+void read_at(const uint8_t* images, int64_t n, int64_t items, Source source, int64_t out_height,
+             int64_t out_width, Interpolation mode, uint8_t* out, const Positions& positions) {
+  const auto by = [&](auto step) {
+    constexpr int kStep = decltype(step)::value;
+    source.wide = kStep == 1 ? 4 : 8;
+    if (mode == Interpolation::kNearest)
+      read_by<Nearest, kStep>(images, items, n / items, source, out_height, out_width, out, positions);
+    else
+      read_by<Bilinear, kStep>(images, items, n / items, source, out_height, out_width, out, positions);
+  };
+  switch (source.step) {
+    case 1: return by(std::integral_constant<int, 1>());
+    case 3: return by(std::integral_constant<int, 3>());
+    case 4: return by(std::integral_constant<int, 4>());
+    default: return by(std::integral_constant<int, 0>());
+  }
+}
+
+}  // namespace
+
+template <class T>
+void remap_bytes(const uint8_t* image, int64_t n, int64_t height, int64_t width, const T* x, int64_t items,
+                 int64_t out_height, int64_t out_width, const T* y, int64_t step, Interpolation mode,
+                 Padding padding, bool align_corners, uint8_t* out) {
+  read_at(image, n, items, {height, width / step, step, 0, padding, align_corners}, out_height, out_width,
+          mode, out,
+          [=](int64_t item, int64_t row, int64_t column, int64_t count, double* to_x, double* to_y) {
+            const int64_t start = (item * out_height + row) * out_width + column;
+            std::copy_n(x + start, count, to_x);
+            std::copy_n(y + start, count, to_y);
+          });
+}
+
+void warp_bytes(const uint8_t* image, int64_t n, int64_t height, int64_t width, const double* matrix,
+                int64_t items, int64_t out_height, int64_t out_width, int64_t step, Interpolation mode,
+                Padding padding, bool align_corners, uint8_t* out) {
+  read_at(image, n, items, {height, width / step, step, 0, padding, align_corners}, out_height, out_width,
+          mode, out, [=](int64_t item, int64_t row, int64_t column, int64_t count, double* x, double* y) {
+            // In the order of the definition, so that it has the same positions.
+            const double *const m = matrix + 9 * item, v = static_cast<double>(row);
+            const double a = m[0], b = m[1] * v, c = m[2], d = m[3], e = m[4] * v, f = m[5], g = m[6],
+                         h = m[7] * v, k = m[8];
+            const auto first = static_cast<int32_t>(column), n = static_cast<int32_t>(count);
+            for (int32_t i = 0; i < n; ++i) {
+              x[i] = a * (first + i) + b + c;
+              y[i] = d * (first + i) + e + f;
+            }
+            if (g == 0 && m[7] == 0 && k == 1) return;
+            for (int32_t i = 0; i < n; ++i) {
+              const double depth = g * (first + i) + h + k;
+              const double divisor = std::abs(depth) > 1e-8 ? depth : 1e-8;
+              x[i] /= divisor;
+              y[i] /= divisor;
+            }
+          });
+}
+
+CHIASM_INSTANTIATE(remap_bytes)
+
+}  // namespace chiasm::kernels
