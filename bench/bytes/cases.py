@@ -107,10 +107,21 @@ _EXACT = _resize(cv2.INTER_LINEAR_EXACT)
 CASES = (
     Case("color.rgb_to_grayscale.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2GRAY)),
     Case("color.bgr_to_grayscale.frames", plain(cv2.cvtColor, cv2.COLOR_BGR2GRAY)),
-    Case(
-        "color.rgb_to_ycbcr.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2YCrCb), allowed=1, apart=_ycrcb_apart
-    ),
+    Case("color.bgr_to_rgb.frames", plain(cv2.cvtColor, cv2.COLOR_BGR2RGB)),
+    Case("color.rgb_to_rgba.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2RGBA)),
+    Case("color.bgr_to_rgba.frames", plain(cv2.cvtColor, cv2.COLOR_BGR2RGBA)),
+    Case("color.rgb_to_ycbcr.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2YCrCb), apart=_ycrcb_apart),
+    Case("color.rgb_to_yuv.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2YUV)),
+    Case("color.yuv_to_rgb.frames", plain(cv2.cvtColor, cv2.COLOR_YUV2RGB)),
+    Case("color.rgb_to_xyz.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2XYZ)),
+    Case("color.xyz_to_rgb.frames", plain(cv2.cvtColor, cv2.COLOR_XYZ2RGB)),
     Case("color.rgb_to_hsv.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2HSV), allowed=1, apart=_hsv_apart),
+    Case("color.hsv_to_rgb.frames", plain(cv2.cvtColor, cv2.COLOR_HSV2RGB), allowed=1),
+    Case("color.rgb_to_hls.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2HLS), allowed=1, apart=_hsv_apart),
+    Case("color.hls_to_rgb.frames", plain(cv2.cvtColor, cv2.COLOR_HLS2RGB), allowed=1),
+    # OpenCV's tables are coarser.
+    Case("color.rgb_to_lab.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2Lab), allowed=3),
+    Case("color.lab_to_rgb.frames", plain(cv2.cvtColor, cv2.COLOR_Lab2RGB), allowed=4),
     Case("enhance.invert.frames", plain(cv2.bitwise_not)),
     Case("enhance.threshold.binary.frames", _threshold(cv2.THRESH_BINARY), others=_LIMITS),
     Case("enhance.threshold.binary_inv.frames", _threshold(cv2.THRESH_BINARY_INV), others=_LIMITS),

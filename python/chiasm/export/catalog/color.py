@@ -14,6 +14,11 @@ _ZERO_FACTORS = (
 _LOGARITHM = "powers in ONNX go by logarithms, and ONNX Runtime's logarithm of infinity is finite"
 
 
+#: What moves channels, moves them of bytes and of 16 bits; alpha is opaque.
+_DEEP = Frames(("uint8", "uint16"))
+_OPAQUE = Frames(config={"alpha_val": 255.0}, ranges={"alpha_val": None}, reference="OpenCV mixChannels")
+
+
 def _rgb(name="image"):
     return image(name, channels=3, color="RGB")
 
@@ -49,6 +54,7 @@ add(
         [image("image", channels=1, color="GRAY")],
         _output(),
         reference=_OPENCV.format("COLOR_GRAY2RGB"),
+        frames=_DEEP,
     )
 )
 
@@ -59,10 +65,18 @@ _RGBA = image("image", channels=4, color="RGBA")
 _ALPHA = TensorSpec("alpha_val", ("B", 1, "H", "W"), range=(0.0, 1.0), description="alpha of each pixel")
 _BYTES = TensorSpec("image", ("B", 3, "H", "W"), "uint8", "NCHW", "RGB", (0, 255), "image batch")
 
-add(Spec("color.bgr_to_rgb", [_BGR], _output(), reference=_OPENCV.format("COLOR_BGR2RGB")))
-add(Spec("color.rgb_to_bgr", [_rgb()], _output("BGR"), reference=_OPENCV.format("COLOR_RGB2BGR")))
-add(Spec("color.rgb_to_rgba", [_rgb(), _ALPHA], _output("RGBA"), reference="NumPy concatenate"))
-add(Spec("color.bgr_to_rgba", [_BGR, _ALPHA], _output("RGBA"), reference="NumPy concatenate"))
+add(Spec("color.bgr_to_rgb", [_BGR], _output(), reference=_OPENCV.format("COLOR_BGR2RGB"), frames=_DEEP))
+add(
+    Spec(
+        "color.rgb_to_bgr", [_rgb()], _output("BGR"), reference=_OPENCV.format("COLOR_RGB2BGR"), frames=_DEEP
+    )
+)
+add(
+    Spec(
+        "color.rgb_to_rgba", [_rgb(), _ALPHA], _output("RGBA"), reference="NumPy concatenate", frames=_OPAQUE
+    )
+)
+add(Spec("color.bgr_to_rgba", [_BGR, _ALPHA], _output("RGBA"), reference="NumPy concatenate", frames=_OPAQUE))
 add(
     Spec(
         "color.rgba_to_rgb",
@@ -76,9 +90,16 @@ add(
         # the gradient of the background is a sum over all pixels, whose order each backend chooses
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
         reference="Pillow alpha_composite",
+        frames=Frames(
+            _DEEP.dtypes, ranges={"background_color": None}, reference=_OPENCV.format("COLOR_RGBA2RGB")
+        ),
     )
 )
-add(Spec("color.rgba_to_bgr", [_RGBA], _output("BGR"), reference=_OPENCV.format("COLOR_RGBA2BGR")))
+add(
+    Spec(
+        "color.rgba_to_bgr", [_RGBA], _output("BGR"), reference=_OPENCV.format("COLOR_RGBA2BGR"), frames=_DEEP
+    )
+)
 add(
     Spec(
         "color.rgb_to_rgb255",
@@ -135,6 +156,7 @@ def _hue(name):
 
 for _space in ("hls", "hsl", "hsv"):
     _color = _space.upper()
+    _frames = None if _space == "hsl" else Frames(reference="OpenCV cvtColor; exact numbers in float64")
     if _space != "hsv":
         add(
             Spec(
@@ -142,6 +164,7 @@ for _space in ("hls", "hsl", "hsv"):
                 [_rgb()],
                 _output(_color, "hue in [0, 2 pi], the others in [0, 1]"),
                 reference=_OPENCV.format("COLOR_RGB2HLS"),
+                frames=_frames,
             )
         )
     add(
@@ -151,6 +174,7 @@ for _space in ("hls", "hsl", "hsv"):
             _output(),
             sample=_hue("image"),
             reference=_OPENCV.format("COLOR_HSV2RGB, COLOR_HLS2RGB") + "; colorsys",
+            frames=_frames,
         )
     )
 
@@ -177,13 +201,22 @@ add(
         reference="scikit-image; IEC 61966-2-1 in NumPy float64",
     )
 )
-add(Spec("color.rgb_to_xyz", [_rgb()], _output("XYZ"), reference=_OPENCV.format("COLOR_RGB2XYZ")))
+add(
+    Spec(
+        "color.rgb_to_xyz",
+        [_rgb()],
+        _output("XYZ"),
+        reference=_OPENCV.format("COLOR_RGB2XYZ"),
+        frames=Frames(),
+    )
+)
 add(
     Spec(
         "color.xyz_to_rgb",
         [image("image", channels=3, color="XYZ")],
         _output(),
         reference=_OPENCV.format("COLOR_XYZ2RGB"),
+        frames=Frames(),
     )
 )
 add(
@@ -196,6 +229,7 @@ add(
         gradient_tolerances={"float32": Tolerance(5e-3, 1e-3)},
         special_values=_LOGARITHM,
         reference="scikit-image rgb2lab; OpenCV cvtColor(COLOR_RGB2Lab)",
+        frames=Frames(),
     )
 )
 add(
@@ -230,6 +264,7 @@ add(
         _output(),
         sample=_sample_cie("lab"),
         reference="scikit-image lab2rgb; OpenCV cvtColor(COLOR_Lab2RGB)",
+        frames=Frames(),
     )
 )
 add(
@@ -269,9 +304,18 @@ add(
         [image("image", channels=3, color="YCbCr")],
         _output(),
         reference=_OPENCV.format("COLOR_YCrCb2RGB"),
+        frames=Frames(),
     )
 )
-add(Spec("color.rgb_to_yuv", [_rgb()], _output("YUV", _YUV), reference="scikit-image rgb2yuv"))
+add(
+    Spec(
+        "color.rgb_to_yuv",
+        [_rgb()],
+        _output("YUV", _YUV),
+        reference="scikit-image rgb2yuv",
+        frames=Frames(reference="OpenCV cvtColor(COLOR_RGB2YUV)"),
+    )
+)
 add(
     Spec(
         "color.yuv_to_rgb",
@@ -279,6 +323,7 @@ add(
         _output(),
         special_values=_ZERO_FACTORS,
         reference="scikit-image yuv2rgb",
+        frames=Frames(reference="OpenCV cvtColor(COLOR_YUV2RGB)"),
     )
 )
 add(

@@ -24,6 +24,7 @@ add(
         _OUTPUT,
         gradient_tolerances=_SUMS,
         reference="(data - mean) / std in NumPy float64",
+        frames=Frames(ranges={"mean": (90.0, 130.0), "std": (50.0, 70.0)}),
     )
 )
 
@@ -64,6 +65,7 @@ add(
         _OUTPUT,
         gradient_tolerances=_SUMS,
         reference="OpenCV addWeighted",
+        frames=Frames(ranges={"gamma": (-50.0, 50.0)}),
     )
 )
 
@@ -266,6 +268,7 @@ add(
         _OUTPUT,
         gradients=(),
         reference="Pillow ImageOps.equalize",
+        frames=Frames(),
     )
 )
 
@@ -288,6 +291,7 @@ add(
         config={"cutoff": (1.0, 2.5)},
         gradients=(),
         reference="Pillow ImageOps.autocontrast",
+        frames=Frames(),
     )
 )
 
@@ -299,6 +303,7 @@ add(
         config={"n_bins": 64, "min": 0.0, "max": 1.0},
         gradients=(),
         reference="OpenCV calcHist",
+        frames=Frames(config={"n_bins": 256, "max": 256.0}),
     )
 )
 
@@ -331,6 +336,7 @@ add(
         symbols=STENCIL,
         gradients=(),
         reference="OpenCV createCLAHE",
+        frames=Frames(),
     )
 )
 

@@ -365,6 +365,7 @@ add(
         symbols=STENCIL,
         gradients=("input",),
         reference="OpenCV inRange",
+        frames=Frames(ranges={"lower": (0.0, 80.0), "upper": (170.0, 255.0)}),
     )
 )
 
@@ -389,6 +390,7 @@ for _suffix, _differentiable in (("", False), ("_differentiable", True)):
             symbols=STENCIL,
             sample=_two_classes,
             reference="scikit-image threshold_otsu, OpenCV THRESH_OTSU",
+            frames=None if _differentiable else Frames(reference="OpenCV THRESH_OTSU"),
         ),
         fn="filters.otsu_threshold",
     )
