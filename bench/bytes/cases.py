@@ -72,6 +72,18 @@ def _threshold(kind: int) -> Callable[..., np.ndarray]:
     return plain(cv2.threshold, 99.0, 201.0, kind)
 
 
+_LOW, _HIGH = np.float32([20, 30, 40]), np.float32([200, 190, 180])
+
+
+def _in_range(into: Into, m: np.ndarray, x: list[np.ndarray], other: np.ndarray) -> np.ndarray:
+    inside = into("inside", cv2.inRange, m, _LOW, _HIGH)
+    return into("out", cv2.copyTo, m, inside)
+
+
+def _weighted(into: Into, m: np.ndarray, x: list[np.ndarray], other: np.ndarray) -> np.ndarray:
+    return into("out", cv2.addWeighted, m, 0.3, m, 0.6, 5.0)
+
+
 _LIMIT, _LIMITS = _numbers(thresh=99.0), _numbers(thresh=99.0, maxval=201.0)
 _BRIGHTENED = np.clip(_LEVELS + 20, 0, 255)
 _SOLARIZED = np.where(_BRIGHTENED < 128, _BRIGHTENED, 255 - _BRIGHTENED)
@@ -122,6 +134,10 @@ CASES = (
     # OpenCV's tables are coarser.
     Case("color.rgb_to_lab.frames", plain(cv2.cvtColor, cv2.COLOR_RGB2Lab), allowed=3),
     Case("color.lab_to_rgb.frames", plain(cv2.cvtColor, cv2.COLOR_Lab2RGB), allowed=4),
+    Case(
+        "enhance.add_weighted.frames", _weighted, others=_numbers(alpha=0.3, beta=0.6, gamma=5.0), allowed=1
+    ),
+    Case("filters.in_range.frames", _in_range, others=lambda b, h, w: {"lower": _LOW, "upper": _HIGH}),
     Case("enhance.invert.frames", plain(cv2.bitwise_not)),
     Case("enhance.threshold.binary.frames", _threshold(cv2.THRESH_BINARY), others=_LIMITS),
     Case("enhance.threshold.binary_inv.frames", _threshold(cv2.THRESH_BINARY_INV), others=_LIMITS),

@@ -105,7 +105,10 @@ def test_ranges_are_opencvs(lower: list[float], upper: list[float]) -> None:
 @pytest.mark.parametrize(("alpha", "beta", "gamma"), [(0.5, 0.5, 0.0), (0.3, 0.9, -20.0), (-1.0, 2.0, 7.25)])
 def test_weighted_sums_are_rounded_once(alpha: float, beta: float, gamma: float) -> None:
     first, second = frame(61, 83), frame(61, 83, seed=1)
-    expected = np.clip(np.rint(first * alpha + second * beta + gamma), 0, 255)
+    a, b, c = np.float32([alpha, beta, gamma])
+    total = first.astype(np.float32) * a + second.astype(np.float32) * b + c
+    assert total.dtype == np.float32
+    expected = np.clip(np.rint(total), 0, 255)
     theirs = cv2.addWeighted(first, alpha, second, beta, gamma).astype(int)
     for x, y in zip(both_layouts(first), both_layouts(second), strict=True):
         result = as_frame(add_weighted(x, alpha, y, beta, gamma))

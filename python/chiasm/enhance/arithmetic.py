@@ -20,8 +20,8 @@ def add_weighted(
 ) -> Tensor:
     """alpha * src1 + beta * src2 + gamma, as OpenCV's ``addWeighted`` (without saturation).
 
-    Of bytes the sum is computed in float64, rounded halves to even and saturated: within a level of OpenCV's,
-    which computes in float32.
+    Of bytes the sum is computed in float32, each of its four steps rounded, and the result is rounded halves
+    to even and saturated: within a level of OpenCV's, which fuses some steps.
 
     Args:
         src1: (B, *), floating point or uint8.
@@ -49,7 +49,7 @@ def add_weighted(
     if src1.shape != src2.shape:
         raise ValueError(f"src2: expected src1's shape {list(src1.shape)}, got {list(src2.shape)}")
     if src1.dtype == torch.uint8:
-        x, y = src1.to(torch.float64), src2.to(torch.float64)
+        x, y = src1.to(torch.float32), src2.to(torch.float32)
         total = x * per_sample(alpha, x, "alpha") + y * per_sample(beta, x, "beta")
         total = total + per_sample(gamma, x, "gamma")
         return known_or(torch.round(total), 0.0).clamp(0.0, 255.0).to(torch.uint8)

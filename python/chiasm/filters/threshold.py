@@ -44,20 +44,24 @@ def in_range(
     check_pixels(input, "input")
     if input.dtype == torch.uint8:
         # Bounds may be between two bytes, and beyond them.
-        levels = in_planes(input).to(torch.float32)
-        low, high = _bound(lower, levels, "lower"), _bound(upper, levels, "upper")
-        inside = ((levels >= low) & (levels <= high)).to(torch.float32).amin(1, keepdim=True)
-        return (inside * 255.0 if return_mask else levels * inside).to(torch.uint8)
-    low, high = _bound(lower, input, "lower"), _bound(upper, input, "upper")
+        level = torch.arange(256, device=input.device).to(torch.float32)
+        low, high = _bound(lower, input, torch.float32, "lower"), _bound(upper, input, torch.float32, "upper")
+        tables = ((level >= low) & (level <= high)).to(torch.uint8) * 255
+        planes = in_planes(input)
+        rows = tables.expand(input.size(0), input.size(1), 1, 256).reshape(-1, 256)
+        inside = table_entries(planes.reshape(rows.size(0), -1), rows).reshape(planes.shape)
+        mask = inside.to(torch.float32).amin(1, keepdim=True).to(torch.uint8)
+        return mask if return_mask else planes & mask
+    low, high = _bound(lower, input, input.dtype, "lower"), _bound(upper, input, input.dtype, "upper")
     mask = ((input >= low) & (input <= high)).to(input.dtype).amin(1, keepdim=True)
     return mask if return_mask else input * mask
 
 
-def _bound(bound: Union[List[float], Tensor], input: Tensor, name: str) -> Tensor:
+def _bound(bound: Union[List[float], Tensor], input: Tensor, dtype: torch.dtype, name: str) -> Tensor:
     if isinstance(bound, Tensor):
-        b = bound.to(input.dtype)
+        b = bound.to(dtype)
     else:
-        b = torch.tensor(bound, dtype=input.dtype, device=input.device)
+        b = torch.tensor(bound, dtype=dtype, device=input.device)
     if (b.dim() != 1 and b.dim() != 2) or b.size(-1) != input.size(1):
         raise ValueError(
             f"{name}: expected shape (C,) or (B, C) with input's {input.size(1)} channels, got"

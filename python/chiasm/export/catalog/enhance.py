@@ -24,7 +24,6 @@ add(
         _OUTPUT,
         gradient_tolerances=_SUMS,
         reference="(data - mean) / std in NumPy float64",
-        frames=Frames(ranges={"mean": (90.0, 130.0), "std": (50.0, 70.0)}),
     )
 )
 

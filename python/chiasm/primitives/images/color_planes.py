@@ -252,11 +252,11 @@ def _entries(table: Tensor, index: Tensor) -> Tensor:
 
 def _limited_sums(channels: List[Tensor], weights: List[int], shift: int, entries: int) -> List[Tensor]:
     """In float64, which holds the sums."""
-    first, second, third = [channel.to(torch.float64) for channel in channels]
+    wide = [channel.to(torch.float64) for channel in channels]
     sums: List[Tensor] = []
     for i in range(3):
-        total = first * float(weights[4 * i]) + second * float(weights[4 * i + 1])
-        total = total + third * float(weights[4 * i + 2]) + float(weights[4 * i + 3])
+        total = wide[0] * float(weights[4 * i]) + wide[1] * float(weights[4 * i + 1])
+        total = total + wide[2] * float(weights[4 * i + 2]) + float(weights[4 * i + 3])
         sums.append(torch.floor(total * (1.0 / float(2**shift))).clamp(0, entries - 1))
     return sums
 
