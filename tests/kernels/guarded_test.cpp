@@ -496,7 +496,11 @@ TEST_F(GuardedBytes, PixelsStayInside) {
   };
   const Tensor grey = kernel_calls::of<int32_t>({1, 4}, {9798, 19235, 3735, 16384}),
                colours =
-                   kernel_calls::of<int32_t>({3, 4}, {4899, 9617, 1868, 8192, -2763, -5424, 8187, 2105344});
+                   kernel_calls::of<int32_t>({3, 4}, {4899, 9617, 1868, 8192, -2763, -5424, 8187, 2105344}),
+               longer = kernel_calls::of<int32_t>({3, 4}, {40000, -33000, 12, 77, -39999, 1, 2, 3}),
+               orders[] = {kernel_calls::of<int32_t>({3}, {2, 1, 0}),
+                           kernel_calls::of<int32_t>({4}, {0, 1, 2, -1}),
+                           kernel_calls::of<int32_t>({2}, {9, 0})};
   watch(
       [&] {
         for (const Size& s : kSizes)
@@ -538,7 +542,22 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             for (const int32_t interleaved : {0, 1}) {
               run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, colours, int64_t{14}, interleaved);
-              run(aoti_torch_cpu_hsv_pixels, pixels, interleaved);
+              run(aoti_torch_cpu_mix_pixels, pixels, longer, int64_t{14}, interleaved);
+              run(aoti_torch_cpu_luma_chroma_pixels, pixels, int64_t{4899}, int64_t{9617}, int64_t{1868},
+                  int64_t{8061}, int64_t{14369}, interleaved);
+              for (const int64_t lasts : {1, 200})
+                run(aoti_torch_cpu_curve_pixels, pixels, wholes<int32_t>({3, 256}, 0, 500), longer,
+                    wholes<int32_t>({300}, 0, 900), longer, wholes<int32_t>({lasts}, 0, 255), int64_t{3},
+                    int64_t{9}, interleaved);
+              for (const int32_t lightness : {0, 1}) {
+                run(aoti_torch_cpu_hue_pixels, pixels, lightness, interleaved);
+                run(aoti_torch_cpu_from_hue_pixels, pixels, lightness, interleaved);
+              }
+            }
+            for (const Tensor& order : orders) {
+              run(aoti_torch_cpu_arrange_pixels, row, order, step, 7.0);
+              run(aoti_torch_cpu_arrange_pixels, wholes<uint16_t>({2, s.width * step}, 0, 65535), order, step,
+                  7.0);
             }
           }
       },

@@ -49,7 +49,7 @@ def integers(high: int, *shape: int) -> Tensor:
     return torch.randint(0, high, shape, generator=torch.Generator().manual_seed(sum(shape)))
 
 
-def whole_taps(count: int) -> Tensor:
+def signed_taps(count: int) -> Tensor:
     """Three taps of 1/2^22 for each of so many pixels, some negative."""
     return (integers(3000000, count, 3) - 500000).to(torch.float64)
 
@@ -62,6 +62,10 @@ def matrices(dtype: torch.dtype, n: int) -> Tensor:
 
 def images(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
     return numbers(dtype, 2, 3, 12, 17), numbers(dtype, 1, 1, 9, 8)
+
+
+#: Rows of weights of three channels, and of what is added.
+MATRIX = [5, 3, -2, 7, -4, 9, 1, 100, 1, 1, 1, -300]
 
 
 def bytes_and_words() -> tuple[Tensor, ...]:
@@ -374,11 +378,43 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_scales": lambda t: [
         ([x, 2.0 * x], [TAPS, [0.2, 0.6, 0.2]], name) for x in images(t) for name in BORDERS
     ],
-    "color_planes.hsv_of_bytes": lambda t: [(x,) for x in bytes_and_words()[:2]],
+    "color_planes.arranged": lambda t: [
+        (x, order, 7.0)
+        for x in (*bytes_and_words(), images(t)[0])
+        for order in ([1, 0], [0, 1, 1], [2, 1, 0, -1])
+    ],
+    "color_planes.hue_of_bytes": lambda t: [
+        (x, lightness) for x in bytes_and_words()[:2] for lightness in (False, True)
+    ],
+    "color_planes.bytes_of_hue": lambda t: [
+        (x, lightness) for x in bytes_and_words()[:2] for lightness in (False, True)
+    ],
+    "color_planes.curved": lambda t: [
+        (
+            x,
+            integers(500, 3, 256).to(torch.int32),
+            MATRIX,
+            3,
+            integers(900, 999).to(torch.int32),
+            MATRIX,
+            2,
+            integers(256, 77).to(torch.int32),
+        )
+        for x in bytes_and_words()[:2]
+    ],
+    "color_planes.luma_chroma": lambda t: [
+        (x, [4899, 9617, 1868], *factors)
+        for x in bytes_and_words()[:2]
+        for factors in ((9241, 11682), (0, 32767))
+    ],
     "color_planes.mix_bytes": lambda t: [
         (x, weights, 14)
         for x in bytes_and_words()[:2]
-        for weights in ([4899, 9617, 1868, 8192], [9, 8, 7, 6, -5000, 4, 9000, 2, 1, 0, 100, 200])
+        for weights in (
+            [4899, 9617, 1868, 8192],
+            [9, 8, 7, 6, -5000, 4, 9000, 2, 1, 0, 100, 200],
+            [33292, 0, 9, 0] * 3,
+        )
     ],
     "fixed_point.box_bytes": lambda t: [
         (x, *size, name)
@@ -411,7 +447,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for corners in (False, True)
     ],
     "resizing.resampled_bytes": lambda t: [
-        (x, integers(9, 7, 3), whole_taps(7), integers(13, 30, 3), whole_taps(30))
+        (x, integers(9, 7, 3), signed_taps(7), integers(13, 30, 3), signed_taps(30))
         for x in bytes_and_words()[:2]
     ],
     "resizing.resized_nearest": lambda t: [(x, 5, 30) for x in (*bytes_and_words(), *images(t))],

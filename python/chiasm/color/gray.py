@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_rgb, check_values
-from ..primitives.images.color_planes import check_channels, mix_bytes, mix_channels, rgb_planes
+from ..primitives.images.color_planes import arranged, check_channels, mix_bytes, mix_channels, rgb_planes
 
 
 def rgb_to_grayscale(image: Tensor, rgb_weights: Optional[Tensor] = None) -> Tensor:
@@ -87,5 +87,4 @@ def grayscale_to_rgb(image: Tensor) -> Tensor:
         tensor([0.5000, 0.5000, 0.5000])
     """
     check_channels(image, 1, "image")
-    grey = image.select(-3, 0)
-    return torch.stack([grey, grey, grey], -3)
+    return arranged(image, [0, 0, 0], 0.0)

@@ -5,7 +5,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.images.color_planes import rgb_planes
+from ..primitives.core.checks import check_rgb, check_values
+from ..primitives.images.color_planes import bytes_of_hue, hue_of_bytes, rgb_planes
 from .hue import from_hue, radians, sixths_of
 
 
@@ -13,24 +14,29 @@ def rgb_to_hls(image: Tensor, eps: float = 1e-8) -> Tensor:
     """Hue in radians [0, 2 pi), lightness (max + min) / 2 and saturation in [0, 1].
 
     G. H. Joblove, D. Greenberg, Color spaces for computer graphics, SIGGRAPH 1978. Grey pixels have hue and
-    saturation 0. OpenCV's float32 hue is in degrees; its uint8 form is hue in degrees / 2 (here H * 90 / pi),
-    L * 255, S * 255, rounded.
+    saturation 0. OpenCV's float32 hue is in degrees. Of bytes, the hue is in degrees / 2, 0 to 179, the
+    others are 0 to 255. Each is rounded to the nearest byte, halves to even, of the lightness up: OpenCV's
+    8-bit form, which is within one level.
 
     Args:
-        image: RGB image (*, 3, H, W) in [0, 1], floating point.
-        eps: added to what the saturation is divided by.
+        image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
+        eps: added to what the saturation is divided by; not used for bytes.
 
     Returns:
         (*, 3, H, W): hue, lightness, saturation.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> rgb_to_hls(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([0.0000, 0.5000, 1.0000])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        return hue_of_bytes(image, True)
     hue, lightness, saturation = _hue_lightness_saturation(image, eps)
     return torch.stack([hue, lightness, saturation], -3)
 
@@ -60,23 +66,29 @@ def rgb_to_hsl(image: Tensor, eps: float = 1e-8) -> Tensor:
 def hls_to_rgb(image: Tensor) -> Tensor:
     """RGB in [0, 1] from hue in radians, lightness and saturation.
 
-    G. H. Joblove, D. Greenberg, Color spaces for computer graphics, SIGGRAPH 1978.
+    G. H. Joblove, D. Greenberg, Color spaces for computer graphics, SIGGRAPH 1978. Of bytes, the hue is in
+    degrees / 2 and the others are 0 to 255, as OpenCV has them; the same is exact and then rounded, halves
+    up.
 
     Args:
         image: HLS image (*, 3, H, W), floating point: hue in radians (any number of turns), lightness and
-            saturation in [0, 1].
+            saturation in [0, 1]; or uint8.
 
     Returns:
         (*, 3, H, W): red, green, blue.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> hls_to_rgb(torch.tensor([0.0, 0.5, 1.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([1., 0., 0.])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        return bytes_of_hue(image, True)
     hue, lightness, saturation = rgb_planes(image, "image")
     return _rgb(hue, lightness, saturation)
 

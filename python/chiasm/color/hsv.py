@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_rgb, check_values
-from ..primitives.images.color_planes import hsv_of_bytes, rgb_planes
+from ..primitives.images.color_planes import bytes_of_hue, hue_of_bytes, rgb_planes
 from .hue import from_hue, radians, sixths_of
 
 
@@ -35,7 +35,7 @@ def rgb_to_hsv(image: Tensor, eps: float = 1e-8) -> Tensor:
     check_rgb(image, "image")
     check_values(image, "image")
     if image.dtype == torch.uint8:
-        return hsv_of_bytes(image)
+        return hue_of_bytes(image, False)
     sixths, value, chroma = sixths_value_chroma(image)
     return torch.stack([radians(sixths), saturation_of(value, chroma, eps), value], -3)
 
@@ -58,22 +58,28 @@ def hsv_to_rgb(image: Tensor) -> Tensor:
     """RGB in [0, 1] from hue in radians, saturation and value.
 
     A. R. Smith, Color gamut transform pairs, SIGGRAPH 1978, written without cases: every channel is
-    V - V S clamp(d, 0, 1) with d = 2 - |h - 3|, |h - 2| - 1, |h - 4| - 1 for R, G, B and h = 3 H / pi mod 6.
+    V - V S clamp(d, 0, 1) with d = 2 - |h - 3|, |h - 2| - 1, |h - 4| - 1 for R, G, B and h = 3 H / pi mod
+    6. Of bytes, the hue is in degrees / 2 and the others are 0 to 255, as OpenCV has them; the same is
+    exact and then rounded, halves up: within one level of OpenCV's.
 
     Args:
         image: HSV image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and
-            value in [0, 1].
+            value in [0, 1]; or uint8.
 
     Returns:
         (*, 3, H, W): red, green, blue.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> hsv_to_rgb(torch.tensor([0.0, 1.0, 0.5]).reshape(1, 3, 1, 1)).flatten()
         tensor([0.5000, 0.0000, 0.0000])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        return bytes_of_hue(image, False)
     hue, saturation, value = rgb_planes(image, "image")
     return from_hue(hue, value, value * saturation)

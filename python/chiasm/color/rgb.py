@@ -3,6 +3,7 @@
 from torch import Tensor
 
 from ..primitives.core.checks import check_rgb
+from ..primitives.images.color_planes import arranged
 
 
 def bgr_to_rgb(image: Tensor) -> Tensor:
@@ -22,7 +23,7 @@ def bgr_to_rgb(image: Tensor) -> Tensor:
         tensor([2., 1., 0.])
     """
     check_rgb(image, "image")
-    return image.flip([-3])
+    return arranged(image, [2, 1, 0], 0.0)
 
 
 def rgb_to_bgr(image: Tensor) -> Tensor:

@@ -1,12 +1,13 @@
 """The alpha channel."""
 
-from typing import Optional, Union
+from typing import List, Optional, Union
 
 import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_rgb
-from ..primitives.images.color_planes import check_channels
+from ..primitives.core.pixels import check_pixel_value
+from ..primitives.images.color_planes import arranged, check_channels
 
 
 def rgb_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
@@ -14,22 +15,21 @@ def rgb_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
 
     Args:
         image: RGB image (*, 3, H, W), any dtype.
-        alpha_val: one value for all pixels, or a tensor (*, 1, H, W).
+        alpha_val: one value for all pixels, of an image of bytes or of 16 bits one that its type has, or a
+            tensor (*, 1, H, W).
 
     Returns:
         (*, 4, H, W): red, green, blue, alpha.
 
     Raises:
-        ValueError: if image is not (*, 3, H, W) or alpha_val does not fit it.
+        ValueError: if image is not (*, 3, H, W), or alpha_val does not fit it or its type.
 
     Example:
         >>> rgb_to_rgba(torch.zeros(1, 3, 1, 1), 0.5).flatten()
         tensor([0.0000, 0.0000, 0.0000, 0.5000])
     """
     check_rgb(image, "image")
-    return torch.stack(
-        [image.select(-3, 0), image.select(-3, 1), image.select(-3, 2), _alpha(image, alpha_val)], -3
-    )
+    return _with_alpha(image, [0, 1, 2], alpha_val)
 
 
 def bgr_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
@@ -37,22 +37,21 @@ def bgr_to_rgba(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
 
     Args:
         image: BGR image (*, 3, H, W), any dtype.
-        alpha_val: one value for all pixels, or a tensor (*, 1, H, W).
+        alpha_val: one value for all pixels, of an image of bytes or of 16 bits one that its type has, or a
+            tensor (*, 1, H, W).
 
     Returns:
         (*, 4, H, W): red, green, blue, alpha.
 
     Raises:
-        ValueError: if image is not (*, 3, H, W) or alpha_val does not fit it.
+        ValueError: if image is not (*, 3, H, W), or alpha_val does not fit it or its type.
 
     Example:
         >>> bgr_to_rgba(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1), 0.5).flatten()
         tensor([0.0000, 0.0000, 1.0000, 0.5000])
     """
     check_rgb(image, "image")
-    return torch.stack(
-        [image.select(-3, 2), image.select(-3, 1), image.select(-3, 0), _alpha(image, alpha_val)], -3
-    )
+    return _with_alpha(image, [2, 1, 0], alpha_val)
 
 
 def rgba_to_rgb(image: Tensor, background_color: Optional[Tensor] = None) -> Tensor:
@@ -78,7 +77,7 @@ def rgba_to_rgb(image: Tensor, background_color: Optional[Tensor] = None) -> Ten
     """
     check_channels(image, 4, "image")
     if background_color is None:
-        return torch.stack([image.select(-3, 0), image.select(-3, 1), image.select(-3, 2)], -3)
+        return arranged(image, [0, 1, 2], 0.0)
     check_floating(image, "image")
     if background_color.dim() != 1 or background_color.size(0) != 3:
         raise ValueError(f"background_color: expected shape (3,), got {list(background_color.shape)}")
@@ -104,19 +103,18 @@ def rgba_to_bgr(image: Tensor) -> Tensor:
         tensor([2., 1., 0.])
     """
     check_channels(image, 4, "image")
-    return torch.stack([image.select(-3, 2), image.select(-3, 1), image.select(-3, 0)], -3)
+    return arranged(image, [2, 1, 0], 0.0)
 
 
-def _alpha(image: Tensor, alpha_val: Union[float, Tensor]) -> Tensor:
-    """The alpha plane (*, H, W)."""
-    plane = image.select(-3, 0)
-    if isinstance(alpha_val, Tensor):
-        check_channels(alpha_val, 1, "alpha_val")
-        alpha = alpha_val.select(-3, 0).to(image.dtype)
-        if alpha.shape != plane.shape:
-            raise ValueError(
-                f"alpha_val: expected (*, 1, H, W) of the image {list(image.shape)}, got"
-                f" {list(alpha_val.shape)}"
-            )
-        return alpha
-    return torch.full_like(plane, alpha_val)
+def _with_alpha(image: Tensor, order: List[int], alpha_val: Union[float, Tensor]) -> Tensor:
+    """The three channels in an order, and alpha."""
+    if not isinstance(alpha_val, Tensor):
+        check_pixel_value(alpha_val, image, "alpha_val")
+        return arranged(image, order + [3], alpha_val)
+    check_channels(alpha_val, 1, "alpha_val")
+    alpha = alpha_val.select(-3, 0).to(image.dtype)
+    if alpha.shape != image.select(-3, 0).shape:
+        raise ValueError(
+            f"alpha_val: expected (*, 1, H, W) of the image {list(image.shape)}, got {list(alpha_val.shape)}"
+        )
+    return torch.stack([image.select(-3, i) for i in order] + [alpha], -3)

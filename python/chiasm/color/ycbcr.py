@@ -4,7 +4,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_rgb, check_values
-from ..primitives.images.color_planes import mix_bytes, mix_channels, rgb_planes
+from ..primitives.images.color_planes import luma_chroma, mix_bytes, mix_channels, rgb_planes
 
 
 def rgb_to_y(image: Tensor) -> Tensor:
@@ -31,8 +31,8 @@ def rgb_to_ycbcr(image: Tensor) -> Tensor:
     """Luma and the two chroma differences, full range.
 
     ITU-R BT.601 with OpenCV's constants: Cb = 0.564 (B - Y) + 0.5, Cr = 0.713 (R - Y) + 0.5. OpenCV's order
-    is Y, Cr, Cb. Of bytes, the chroma is around 128, the weights are multiples of 1/2^14, and the sums are
-    rounded halves up: within one level of OpenCV's, which computes the chroma of a rounded Y.
+    is Y, Cr, Cb. Of bytes, the chroma is around 128 and that of the rounded Y, all factors are multiples of
+    1/2^14, and each value is rounded halves up, as in OpenCV, to the bit.
 
     Args:
         image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
@@ -51,13 +51,7 @@ def rgb_to_ycbcr(image: Tensor) -> Tensor:
     check_rgb(image, "image")
     check_values(image, "image")
     if image.dtype == torch.uint8:
-        # The rows below times 2^14, whose sums are those of white and of grey; 128 and a half are added.
-        luma, blue, red = (
-            [4899, 9617, 1868, 8192],
-            [-2763, -5424, 8187, 2105344],
-            [8189, -6857, -1332, 2105344],
-        )
-        return mix_bytes(image, luma + blue + red, 14)
+        return luma_chroma(image, [4899, 9617, 1868], 9241, 11682)
     # Each row is the definition with Y written out.
     rows = [0.299, 0.587, 0.114, -0.168636, -0.331068, 0.499704, 0.499813, -0.418531, -0.081282]
     return mix_channels(image, rows, 0.5, "image")
@@ -68,22 +62,29 @@ def ycbcr_to_rgb(image: Tensor) -> Tensor:
     the chroma less 0.5.
 
     ITU-R BT.601 with OpenCV's rounded constants, so that the round trip is good to 1e-3 and not better. The
-    result is not clipped.
+    result is not clipped. Of bytes, the chroma is around 128, the factors are multiples of 1/2^14, and the
+    sums are rounded halves up and saturated, as in OpenCV, to the bit.
 
     Args:
-        image: YCbCr image (*, 3, H, W) in [0, 1], floating point.
+        image: YCbCr image (*, 3, H, W), floating point in [0, 1], or uint8.
 
     Returns:
         (*, 3, H, W): red, green, blue.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> ycbcr_to_rgb(torch.tensor([1.0, 0.5, 0.5]).reshape(1, 3, 1, 1)).flatten()
         tensor([1., 1., 1.])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        # The factors times 2^14; of each row 128 times its chroma's is taken away and a half added.
+        red_row, green_row = [16384, 0, 22987, -2934144], [16384, -5636, -11698, 2226944]
+        return mix_bytes(image, red_row + green_row + [16384, 29049, 0, -3710080], 14)
     luma, blue, red = rgb_planes(image, "image")
     cb, cr = blue - 0.5, red - 0.5
     return torch.stack([luma + 1.403 * cr, luma - 0.714 * cr - 0.344 * cb, luma + 1.773 * cb], -3)

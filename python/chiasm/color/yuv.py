@@ -5,8 +5,8 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating
-from ..primitives.images.color_planes import check_channels, mix_channels
+from ..primitives.core.checks import check_floating, check_rgb, check_values
+from ..primitives.images.color_planes import check_channels, luma_chroma, mix_bytes, mix_channels
 from ..primitives.resampling.decimation import every_second
 from ..primitives.resampling.taps import nearest_index
 
@@ -15,23 +15,29 @@ def rgb_to_yuv(image: Tensor) -> Tensor:
     """Luma and the chroma differences of PAL.
 
     ITU-R BT.470-6: U = 0.436 (B - Y) / (1 - 0.114), V = 0.615 (R - Y) / (1 - 0.299). Kornia's and OpenCV's
-    matrices are this one rounded to three digits. OpenCV's float32 form has 0.5 added to U and V; its uint8
-    form is 255 times that, with the chroma around 128, rounded.
+    matrices are this one rounded to three digits. OpenCV's float32 form has 0.5 added to U and V.
+    Of bytes, the chroma is around 128 and that of the rounded Y: 0.492 (B - Y) and 0.877 (R - Y),
+    saturated. All factors are multiples of 1/2^14, and each value is rounded halves up, as in OpenCV, to
+    the bit.
 
     Args:
-        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+        image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
 
     Returns:
-        (*, 3, H, W): Y in [0, 1], U in [-0.436, 0.436], V in [-0.615, 0.615].
+        (*, 3, H, W): Y in [0, 1], U in [-0.436, 0.436], V in [-0.615, 0.615], or all as bytes.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> rgb_to_yuv(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([ 0.2990, -0.1471,  0.6150])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        return luma_chroma(image, [4899, 9617, 1868], 8061, 14369)
     rows = [
         0.299,
         0.587,
@@ -49,15 +55,19 @@ def rgb_to_yuv(image: Tensor) -> Tensor:
 def yuv_to_rgb(image: Tensor) -> Tensor:
     """RGB from PAL's Y'UV, the inverse of ``rgb_to_yuv``; the result is not clipped.
 
+    Of bytes, R = Y + 1.14 V', G = Y - 0.395 U' - 0.581 V', B = Y + 2.032 U' with the chroma less 128. The
+    factors are multiples of 1/2^14, and the sums are rounded halves up and saturated, as in OpenCV, to the
+    bit.
+
     Args:
         image: YUV image (*, 3, H, W), floating point: Y in [0, 1], U in [-0.436, 0.436], V in [-0.615,
-            0.615].
+            0.615]; or uint8.
 
     Returns:
         (*, 3, H, W): red, green, blue.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
@@ -66,6 +76,12 @@ def yuv_to_rgb(image: Tensor) -> Tensor:
         ... ).abs()
         tensor([1., 0., 0.])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        # The factors times 2^14; of each row 128 times its chroma's is taken away and a half added.
+        red, green = [16384, 0, 18678, -2382592], [16384, -6472, -9519, 2055040]
+        return mix_bytes(image, red + green + [16384, 33292, 0, -4253184], 14)
     rows = [
         1.0,
         0.0,
@@ -99,6 +115,7 @@ def rgb_to_yuv420(image: Tensor) -> Tuple[Tensor, Tensor]:
         >>> [list(part.shape) for part in rgb_to_yuv420(torch.ones(1, 3, 4, 6))]
         [[1, 1, 4, 6], [1, 2, 2, 3]]
     """
+    check_floating(image, "image")
     yuv = rgb_to_yuv(image)
     return yuv.select(-3, 0).unsqueeze(-3), _halved(_halved(_chroma(yuv), -2), -1)
 
@@ -122,6 +139,7 @@ def rgb_to_yuv422(image: Tensor) -> Tuple[Tensor, Tensor]:
         >>> [list(part.shape) for part in rgb_to_yuv422(torch.ones(1, 3, 4, 6))]
         [[1, 1, 4, 6], [1, 2, 4, 3]]
     """
+    check_floating(image, "image")
     yuv = rgb_to_yuv(image)
     return yuv.select(-3, 0).unsqueeze(-3), _halved(_chroma(yuv), -1)
 

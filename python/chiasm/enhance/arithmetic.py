@@ -8,6 +8,7 @@ from torch import Tensor
 from ..primitives.core.broadcasting import per_sample
 from ..primitives.core.checks import check_floating, check_rgb, check_values
 from ..primitives.images.tables import levels, table_entries
+from ..primitives.numbers.rounding import known_or
 
 
 def add_weighted(
@@ -19,8 +20,11 @@ def add_weighted(
 ) -> Tensor:
     """alpha * src1 + beta * src2 + gamma, as OpenCV's ``addWeighted`` (without saturation).
 
+    Of bytes the sum is computed in float32, each of its four steps rounded, and the result is rounded halves
+    to even and saturated: within a level of OpenCV's, which fuses some steps.
+
     Args:
-        src1: (B, *), floating point.
+        src1: (B, *), floating point or uint8.
         alpha: weight of src1: a number, a scalar tensor, (B,), one a sample, or a tensor that broadcasts
             against src1.
         src2: like src1.
@@ -31,17 +35,24 @@ def add_weighted(
         Tensor of src1's shape and dtype.
 
     Raises:
-        TypeError: if src1 or src2 is not floating point.
+        TypeError: if src1 or src2 is neither floating point nor uint8, or one is of bytes alone.
         ValueError: if the shapes of src1 and src2 differ, or that of alpha, beta or gamma is not as above.
 
     Example:
         >>> add_weighted(torch.ones(1, 2), 0.5, torch.ones(1, 2), 0.25, 1.0)
         tensor([[1.7500, 1.7500]])
     """
-    check_floating(src1, "src1")
-    check_floating(src2, "src2")
+    check_values(src1, "src1")
+    check_values(src2, "src2")
+    if (src1.dtype == torch.uint8) != (src2.dtype == torch.uint8):
+        raise TypeError(f"src2: expected src1's dtype {src1.dtype}, got {src2.dtype}")
     if src1.shape != src2.shape:
         raise ValueError(f"src2: expected src1's shape {list(src1.shape)}, got {list(src2.shape)}")
+    if src1.dtype == torch.uint8:
+        x, y = src1.to(torch.float32), src2.to(torch.float32)
+        total = x * per_sample(alpha, x, "alpha") + y * per_sample(beta, x, "beta")
+        total = total + per_sample(gamma, x, "gamma")
+        return known_or(torch.round(total), 0.0).clamp(0.0, 255.0).to(torch.uint8)
     weighted = src1 * per_sample(alpha, src1, "alpha") + src2 * per_sample(beta, src1, "beta")
     return weighted + per_sample(gamma, src1, "gamma")
 

@@ -9,7 +9,8 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.checks import check_floating, check_rank, check_values
+from ..primitives.core.layout import in_planes
 from ..primitives.images.histograms import (
     clahe_histograms,
     clahe_interpolate,
@@ -49,7 +50,11 @@ def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, in
     check_rank(image, 4, "(B, C, H, W)", "image")
     tiles_x, tiles_y = tile_grid_size
     _check_grid(image, tiles_y, tiles_x, "image", "tile_grid_size")
-    return _equalized(image.flatten(0, 1), clip_limit, tiles_y, tiles_x).to(torch.uint8).reshape(image.shape)
+    return (
+        _equalized(in_planes(image).flatten(0, 1), clip_limit, tiles_y, tiles_x)
+        .to(torch.uint8)
+        .reshape(image.shape)
+    )
 
 
 def equalize_clahe(
@@ -61,23 +66,23 @@ def equalize_clahe(
     """Equalise the histogram of each tile, no level counting more than the limit, and blend the tiles'
     curves.
 
-    On 256 levels it equals OpenCV's ``createCLAHE``, where Kornia's differs in borders and rounding; other
-    values are rounded to the nearest level, and there is no gradient.
+    On 256 levels, and of bytes, it equals OpenCV's ``createCLAHE``, where Kornia's differs in borders and
+    rounding; other values are rounded to the nearest level, and there is no gradient.
 
     Args:
-        input: (*, H, W) in [0, 1], floating point, H and W greater than the number of tiles; each plane by
-            itself.
+        input: (*, H, W), floating point in [0, 1], or uint8, H and W greater than the number of tiles; each
+            plane by itself.
         clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not
             limit.
         grid_size: number of tiles (down, across).
         slow_and_differentiable: share each pixel between its two nearest levels and round nothing, for a
-            curve that has gradients.
+            curve that has gradients; not of bytes.
 
     Returns:
-        Tensor of the input's shape and dtype: multiples of 1 / 255 unless slow_and_differentiable.
+        Tensor of the input's shape and dtype: multiples of 1 / 255 unless slow_and_differentiable, or bytes.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8, or is uint8 and slow_and_differentiable.
         ValueError: if input has fewer than two dimensions or is not larger than the grid, or the grid is not
             positive.
 
@@ -85,11 +90,16 @@ def equalize_clahe(
         >>> equalize_clahe(torch.rand(1, 3, 20, 30)).shape
         torch.Size([1, 3, 20, 30])
     """
-    check_floating(input, "input")
+    if slow_and_differentiable:
+        check_floating(input, "input")
+    check_values(input, "input")
     if input.dim() < 2:
         raise ValueError(f"input: expected shape (*, H, W), got {list(input.shape)}")
     tiles_y, tiles_x = grid_size
     _check_grid(input, tiles_y, tiles_x, "input", "grid_size")
+    if input.dtype == torch.uint8:
+        bytes = in_planes(input).reshape([-1, input.size(-2), input.size(-1)])
+        return _equalized(bytes, clip_limit, tiles_y, tiles_x).to(torch.uint8).reshape(input.shape)
     planes = input.reshape([-1, input.size(-2), input.size(-1)])
     if slow_and_differentiable:
         return _equalized_softly(planes, clip_limit, tiles_y, tiles_x).reshape(input.shape)

@@ -5,23 +5,25 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_image, check_rank
-from ..primitives.images.histograms import bincount, lut, quantize_u8, running_sum, whole_quotient
+from ..primitives.core.checks import check_floating, check_pixels, check_rank
+from ..primitives.images.histograms import bincount, level_rows, lut, running_sum, whole_quotient
+from ..primitives.images.tables import table_entries
 
 
 def equalize(input: Tensor) -> Tensor:
     """Spread the levels of each channel evenly, as Pillow's ``ImageOps.equalize``.
 
-    The input is rounded to the nearest of 256 levels. There is no gradient.
+    The input is rounded to the nearest of 256 levels. There is no gradient. Of bytes the result is Pillow's
+    to the bit.
 
     Args:
-        input: (B, C, H, W) in [0, 1], floating point.
+        input: (B, C, H, W), floating point in [0, 1], or uint8.
 
     Returns:
-        (B, C, H, W): multiples of 1 / 255.
+        (B, C, H, W): multiples of 1 / 255, or bytes.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D.
 
     Example:
@@ -29,7 +31,7 @@ def equalize(input: Tensor) -> Tensor:
         >>> equalize(x)[0, 0, -1, -1]
         tensor(1.)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     return _equalized(input)
 
 
@@ -62,22 +64,22 @@ def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0)
     float arithmetic gives one level less at some whole numbers). There is no gradient.
 
     Args:
-        image: (B, C, H, W) in [0, 1], floating point.
+        image: (B, C, H, W), floating point in [0, 1], or uint8.
         cutoff: percentage of the pixels to disregard at either end of the histogram, or (dark end, bright
             end).
 
     Returns:
-        (B, C, H, W): multiples of 1 / 255. A channel of one level stays as it is.
+        (B, C, H, W): multiples of 1 / 255, or bytes. A channel of one level stays as it is.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not 4-D or a cutoff is negative or their sum 100 or more.
 
     Example:
         >>> autocontrast(torch.tensor([51.0, 102.0]).reshape(1, 1, 1, 2) / 255).flatten()
         tensor([0., 1.])
     """
-    check_image(image, "image")
+    check_pixels(image, "image")
     if isinstance(cutoff, (float, int)):
         low, high = cutoff * 1.0, cutoff * 1.0
     else:
@@ -87,7 +89,7 @@ def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0)
             f"cutoff: expected percentages that are not negative and sum to less than 100, got ({low},"
             f" {high})"
         )
-    levels = quantize_u8(image).flatten(2).flatten(0, 1)
+    levels = level_rows(image)
     counts = bincount(levels, 256)
     upto = running_sum(counts)
     pixels = upto[:, 255:].to(torch.float64)
@@ -101,7 +103,7 @@ def autocontrast(image: Tensor, cutoff: Union[float, Tuple[float, float]] = 0.0)
 
 
 def _equalized(x: Tensor) -> Tensor:
-    levels = quantize_u8(x).flatten(2).flatten(0, 1)
+    levels = level_rows(x)
     counts = bincount(levels, 256)
     upto = running_sum(counts)
     level = torch.arange(256, device=x.device)
@@ -112,4 +114,6 @@ def _equalized(x: Tensor) -> Tensor:
 
 
 def _applied(table: Tensor, levels: Tensor, like: Tensor) -> Tensor:
+    if like.dtype == torch.uint8:
+        return table_entries(levels, table.to(torch.uint8)).reshape(like.shape)
     return lut(table.to(like.dtype) / 255.0, levels).reshape(like.shape)

@@ -5,7 +5,8 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating
+from ..primitives.core.checks import check_floating, check_values
+from ..primitives.core.layout import in_planes
 from ..primitives.numbers.reductions import greatest, least
 
 
@@ -13,15 +14,15 @@ def normalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor
     """(data - mean) / std, per channel.
 
     Args:
-        data: (B, C, *), floating point.
+        data: (B, C, *), floating point, or uint8, of which mean and std are in levels.
         mean: a number, or a scalar tensor, (1,), (C,) or (B, C).
         std: like mean; not zero.
 
     Returns:
-        Tensor of data's shape and dtype.
+        Tensor of data's shape and dtype, of bytes of float32.
 
     Raises:
-        TypeError: if data is not floating point.
+        TypeError: if data is neither floating point nor uint8.
         ValueError: if data has fewer than two dimensions, or mean or std more than two.
 
     Example:
@@ -29,9 +30,11 @@ def normalize(data: Tensor, mean: Union[float, Tensor], std: Union[float, Tensor
         >>> normalize(x, torch.tensor([0.0, 1.0]), torch.tensor([2.0, 1.0])).flatten()
         tensor([0.5000, 0.0000])
     """
-    check_floating(data, "data")
+    check_values(data, "data")
     if data.dim() < 2:
         raise ValueError(f"data: expected shape (B, C, *), got {list(data.shape)}")
+    if data.dtype == torch.uint8:
+        data = in_planes(data).to(torch.float32)
     return (data - _per_channel(mean, data, "mean")) / _per_channel(std, data, "std")
 
 

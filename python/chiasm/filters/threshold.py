@@ -6,11 +6,18 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_image, check_pixels, odd_pair
+from ..primitives.core.checks import (
+    check_choice,
+    check_pixels,
+    check_values,
+    odd_pair,
+)
+from ..primitives.core.layout import in_planes
 from ..primitives.filters.correlation import box_sums
 from ..primitives.filters.fixed_point import box_bytes, fixed_taps, separable_bytes
 from ..primitives.filters.stencil import separable_shared
-from ..primitives.images.histograms import aminmax, partial_sums, row_histograms
+from ..primitives.images.histograms import aminmax, bincount, partial_sums, row_histograms
+from ..primitives.images.tables import table_entries
 from ..primitives.numbers.rounding import to_index
 from .gaussian import gaussian_taps
 
@@ -25,32 +32,42 @@ def in_range(
     0.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), floating point or uint8.
         lower, upper: C numbers, or tensors (C,) or (B, C); pixels equal to a bound are inside.
-        return_mask: return 1 inside and 0 outside instead.
+        return_mask: return 1, of bytes 255, inside and 0 outside instead.
 
     Returns:
         (B, C, H, W), or the mask (B, 1, H, W) in input's dtype.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if a shape is not as above.
 
     Example:
         >>> in_range(torch.arange(5.0).reshape(1, 1, 1, 5), [1.0], [3.0]).flatten()
         tensor([0., 1., 2., 3., 0.])
     """
-    check_image(input, "input")
-    low, high = _bound(lower, input, "lower"), _bound(upper, input, "upper")
+    check_pixels(input, "input")
+    if input.dtype == torch.uint8:
+        # Bounds may be between two bytes, and beyond them.
+        level = torch.arange(256, device=input.device).to(torch.float32)
+        low, high = _bound(lower, input, torch.float32, "lower"), _bound(upper, input, torch.float32, "upper")
+        tables = ((level >= low) & (level <= high)).to(torch.uint8) * 255
+        planes = in_planes(input)
+        rows = tables.expand(input.size(0), input.size(1), 1, 256).reshape(-1, 256)
+        inside = table_entries(planes.reshape(rows.size(0), -1), rows).reshape(planes.shape)
+        mask = inside.to(torch.float32).amin(1, keepdim=True).to(torch.uint8)
+        return mask if return_mask else planes & mask
+    low, high = _bound(lower, input, input.dtype, "lower"), _bound(upper, input, input.dtype, "upper")
     mask = ((input >= low) & (input <= high)).to(input.dtype).amin(1, keepdim=True)
     return mask if return_mask else input * mask
 
 
-def _bound(bound: Union[List[float], Tensor], input: Tensor, name: str) -> Tensor:
+def _bound(bound: Union[List[float], Tensor], input: Tensor, dtype: torch.dtype, name: str) -> Tensor:
     if isinstance(bound, Tensor):
-        b = bound.to(input.dtype)
+        b = bound.to(dtype)
     else:
-        b = torch.tensor(bound, dtype=input.dtype, device=input.device)
+        b = torch.tensor(bound, dtype=dtype, device=input.device)
     if (b.dim() != 1 and b.dim() != 2) or b.size(-1) != input.size(1):
         raise ValueError(
             f"{name}: expected shape (C,) or (B, C) with input's {input.size(1)} channels, got"
@@ -178,32 +195,42 @@ def otsu_threshold(
     values and the threshold is the middle of a bin, the first of several that are equally good. What is in
     later bins is above it; the bin itself is not. So on a plane that uses the whole range of 8-bit levels,
     OpenCV's THRESH_OTSU separates the same pixels.
+    The bins of bytes are the 256 levels, and the threshold is one of them: OpenCV's.
 
     Args:
-        x: (*, H, W), floating point; each plane has its own threshold, but for fewer than 2^31 pixels.
-        nbins: number of bins, at least 2.
+        x: (*, H, W), floating point or uint8; each plane has its own threshold, but for fewer than 2^31
+            pixels.
+        nbins: number of bins, at least 2, of bytes 256.
         slow_and_differentiable: split each value between the nearest two bins, and average the bins' middles
             with weights softmax(nbins * variance / greatest variance). The threshold then has a gradient, is
-            near the exact one, and is what x is compared with.
+            near the exact one, and is what x is compared with. Not for bytes.
         return_mask: return whether x is above the threshold instead of x itself.
 
     Returns:
         (*, H, W), x or bool, and the thresholds (*,). A plane of one value is its own threshold.
 
     Raises:
-        TypeError: if x is not floating point.
-        ValueError: if x has fewer than 2 dimensions, or nbins is below 2.
+        TypeError: if x is neither floating point nor uint8.
+        ValueError: if x has fewer than 2 dimensions, nbins is below 2, or nbins or slow_and_differentiable
+            is not one for bytes.
 
     Example:
         >>> x = torch.tensor([[0.0, 0.1, 0.2, 0.8, 0.9, 1.0]])
         >>> otsu_threshold(x, nbins=10)
         (tensor([[0.0000, 0.0000, 0.0000, 0.8000, 0.9000, 1.0000]]), tensor(0.2500))
     """
-    check_floating(x, "x")
+    check_values(x, "x")
     if x.dim() < 2:
         raise ValueError(f"x: expected shape (*, H, W), got {list(x.shape)}")
     if nbins < 2:
         raise ValueError(f"nbins: expected at least 2, got {nbins}")
+    if x.dtype == torch.uint8:
+        if nbins != 256 or slow_and_differentiable:
+            raise ValueError(
+                f"nbins, slow_and_differentiable: expected 256 and False for bytes, got {nbins} and"
+                f" {slow_and_differentiable}"
+            )
+        return _otsu_of_bytes(x, return_mask)
     planes = x.reshape(-1, x.size(-2) * x.size(-1))
     low, high = aminmax(planes)
     # A plane of one value has a span of 0: its threshold is that value, and nothing is above it.
@@ -234,6 +261,24 @@ def otsu_threshold(
     above = above.reshape(x.shape)
     kept = above if return_mask else torch.where(above, x, torch.zeros_like(x))
     return kept, threshold.reshape(x.shape[:-2])
+
+
+def _otsu_of_bytes(x: Tensor, return_mask: bool) -> Tuple[Tensor, Tensor]:
+    rows = in_planes(x).reshape(-1, x.size(-2) * x.size(-1))
+    counts = bincount(rows, 256).to(torch.float64)
+    variance = _between_classes(counts)
+    level = torch.arange(256, device=x.device)
+    best = variance.amax(1, keepdim=True)
+    inner = level[:255]
+    first = torch.where(variance >= best, inner, torch.full_like(inner, 255)).amin(1, keepdim=True)
+    only = torch.where(counts > 0, level, torch.zeros_like(level)).amax(1, keepdim=True)
+    threshold = torch.where(best > 0, first, only)
+    white = torch.full_like(level, 255) if return_mask else level
+    kept = torch.where(level > threshold, white, torch.zeros_like(level)).to(torch.uint8)
+    made = table_entries(rows, kept).reshape(x.shape)
+    if return_mask:
+        made = made.to(torch.bool)
+    return made, threshold.to(torch.uint8).reshape(x.shape[:-2])
 
 
 def _between_classes(counts: Tensor) -> Tensor:

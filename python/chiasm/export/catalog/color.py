@@ -1,5 +1,7 @@
 """Colour conversions."""
 
+from dataclasses import replace
+
 import numpy as np
 import torch
 
@@ -14,6 +16,11 @@ _ZERO_FACTORS = (
     " finite"
 )
 _LOGARITHM = "powers in ONNX go by logarithms, and ONNX Runtime's logarithm of infinity is finite"
+
+
+#: What moves channels, moves them of bytes and of 16 bits; alpha is opaque.
+_DEEP = Frames(("uint8", "uint16"))
+_OPAQUE = Frames(config={"alpha_val": 255.0}, ranges={"alpha_val": None}, reference="OpenCV mixChannels")
 
 
 def _rgb(name="image"):
@@ -69,6 +76,7 @@ add(
         _output(),
         peer=cvt_color("COLOR_GRAY2RGB"),
         reference=_OPENCV.format("COLOR_GRAY2RGB"),
+        frames=_DEEP,
     )
 )
 
@@ -86,6 +94,7 @@ add(
         _output(),
         peer=cvt_color("COLOR_BGR2RGB"),
         reference=_OPENCV.format("COLOR_BGR2RGB"),
+        frames=Frames(_DEEP.dtypes, peer=cvt_color("COLOR_BGR2RGB")),
     )
 )
 add(
@@ -95,6 +104,7 @@ add(
         _output("BGR"),
         peer=cvt_color("COLOR_RGB2BGR"),
         reference=_OPENCV.format("COLOR_RGB2BGR"),
+        frames=Frames(_DEEP.dtypes, peer=cvt_color("COLOR_RGB2BGR")),
     )
 )
 add(
@@ -104,6 +114,7 @@ add(
         _output("RGBA"),
         peer=Peer("numpy", lambda np, x, alpha: np.concatenate([x, alpha]), "samples"),
         reference="NumPy concatenate",
+        frames=replace(_OPAQUE, peer=cvt_color("COLOR_RGB2RGBA")),
     )
 )
 add(
@@ -113,6 +124,7 @@ add(
         _output("RGBA"),
         peer=Peer("numpy", lambda np, x, alpha: np.concatenate([x[::-1], alpha]), "samples"),
         reference="NumPy concatenate",
+        frames=replace(_OPAQUE, peer=cvt_color("COLOR_BGR2RGBA")),
     )
 )
 add(
@@ -128,6 +140,12 @@ add(
         # the gradient of the background is a sum over all pixels, whose order each backend chooses
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
         reference="Pillow alpha_composite",
+        frames=Frames(
+            _DEEP.dtypes,
+            ranges={"background_color": None},
+            reference=_OPENCV.format("COLOR_RGBA2RGB"),
+            peer=cvt_color("COLOR_RGBA2RGB"),
+        ),
     )
 )
 add(
@@ -137,6 +155,7 @@ add(
         _output("BGR"),
         peer=cvt_color("COLOR_RGBA2BGR"),
         reference=_OPENCV.format("COLOR_RGBA2BGR"),
+        frames=Frames(_DEEP.dtypes, peer=cvt_color("COLOR_RGBA2BGR")),
     )
 )
 add(
@@ -205,8 +224,15 @@ def _hue(name):
     return sample
 
 
+_EXACT = "OpenCV cvtColor; exact numbers in float64"
 for _space in ("hls", "hsl", "hsv"):
     _color = _space.upper()
+    _frames, _frames_back = (
+        None
+        if _space == "hsl"
+        else Frames(reference=_EXACT, peer=cvt_color(f"COLOR_{way}", atol=1, share=2e-3))
+        for way in (f"RGB2{_color}", f"{_color}2RGB")
+    )
     if _space != "hsv":
         add(
             Spec(
@@ -215,6 +241,7 @@ for _space in ("hls", "hsl", "hsv"):
                 _output(_color, "hue in [0, 2 pi], the others in [0, 1]"),
                 peer=cvt_color("COLOR_RGB2HLS", after=_in_radians, atol=1e-4) if _space == "hls" else None,
                 reference=_OPENCV.format("COLOR_RGB2HLS"),
+                frames=_frames,
             )
         )
     add(
@@ -227,6 +254,7 @@ for _space in ("hls", "hsl", "hsv"):
                 None if _space == "hsl" else cvt_color(f"COLOR_{_color}2RGB", before=_in_degrees, atol=1e-4)
             ),
             reference=_OPENCV.format("COLOR_HSV2RGB, COLOR_HLS2RGB") + "; colorsys",
+            frames=_frames_back,
         )
     )
 
@@ -260,6 +288,7 @@ add(
         _output("XYZ"),
         peer=cvt_color("COLOR_RGB2XYZ"),
         reference=_OPENCV.format("COLOR_RGB2XYZ"),
+        frames=Frames(peer=cvt_color("COLOR_RGB2XYZ")),
     )
 )
 add(
@@ -269,6 +298,7 @@ add(
         _output(),
         peer=cvt_color("COLOR_XYZ2RGB"),
         reference=_OPENCV.format("COLOR_XYZ2RGB"),
+        frames=Frames(peer=cvt_color("COLOR_XYZ2RGB")),
     )
 )
 add(
@@ -282,6 +312,7 @@ add(
         special_values=_LOGARITHM,
         peer=cvt_color("COLOR_RGB2Lab", atol=0.5),
         reference="scikit-image rgb2lab; OpenCV cvtColor(COLOR_RGB2Lab)",
+        frames=Frames(peer=cvt_color("COLOR_RGB2Lab", atol=3)),
     )
 )
 add(
@@ -318,6 +349,7 @@ add(
         sample=_sample_cie("lab"),
         peer=cvt_color("COLOR_Lab2RGB", atol=1e-3),
         reference="scikit-image lab2rgb; OpenCV cvtColor(COLOR_Lab2RGB)",
+        frames=Frames(peer=cvt_color("COLOR_Lab2RGB", atol=4, share=0.1)),
     )
 )
 add(
@@ -358,7 +390,7 @@ add(
         _output("YCbCr"),
         peer=cvt_color("COLOR_RGB2YCrCb", after=_red_difference_last),
         reference=_OPENCV.format("COLOR_RGB2YCrCb"),
-        frames=Frames(peer=cvt_color("COLOR_RGB2YCrCb", after=_red_difference_last, atol=1)),
+        frames=Frames(peer=cvt_color("COLOR_RGB2YCrCb", after=_red_difference_last)),
     )
 )
 add(
@@ -368,6 +400,7 @@ add(
         _output(),
         peer=cvt_color("COLOR_YCrCb2RGB", before=lambda x: (_red_difference_last(x),), atol=1e-3),
         reference=_OPENCV.format("COLOR_YCrCb2RGB"),
+        frames=Frames(peer=cvt_color("COLOR_YCrCb2RGB", before=lambda x: (_red_difference_last(x),))),
     )
 )
 add(
@@ -377,6 +410,7 @@ add(
         _output("YUV", _YUV),
         peer=Peer("skimage.color", lambda color, x: color.rgb2yuv(x)),
         reference="scikit-image rgb2yuv",
+        frames=Frames(reference="OpenCV cvtColor(COLOR_RGB2YUV)", peer=cvt_color("COLOR_RGB2YUV")),
     )
 )
 add(
@@ -387,6 +421,7 @@ add(
         special_values=_ZERO_FACTORS,
         peer=Peer("skimage.color", lambda color, x: color.yuv2rgb(x), atol=1e-4),
         reference="scikit-image yuv2rgb",
+        frames=Frames(reference="OpenCV cvtColor(COLOR_YUV2RGB)", peer=cvt_color("COLOR_YUV2RGB")),
     )
 )
 add(

@@ -120,6 +120,12 @@ add(
         gradient_tolerances=_SUMS,
         peer=opencv(lambda cv2, a, alpha, b, beta, gamma: cv2.addWeighted(a, alpha, b, beta, gamma)),
         reference="OpenCV addWeighted",
+        frames=Frames(
+            ranges={"gamma": (-50.0, 50.0)},
+            peer=opencv(
+                lambda cv2, a, alpha, b, beta, gamma: cv2.addWeighted(a, alpha, b, beta, gamma), atol=1
+            ),
+        ),
     )
 )
 
@@ -363,6 +369,7 @@ add(
         _OUTPUT,
         gradients=(),
         reference="Pillow ImageOps.equalize",
+        frames=Frames(peer=opencv(lambda cv2, x: cv2.equalizeHist(x), "planes")),
     )
 )
 
@@ -385,6 +392,7 @@ add(
         config={"cutoff": (1.0, 2.5)},
         gradients=(),
         reference="Pillow ImageOps.autocontrast",
+        frames=Frames(),
     )
 )
 
@@ -396,6 +404,7 @@ add(
         config={"n_bins": 64, "min": 0.0, "max": 1.0},
         gradients=(),
         reference="OpenCV calcHist",
+        frames=Frames(config={"n_bins": 256, "max": 256.0}),
     )
 )
 
@@ -429,6 +438,7 @@ add(
         symbols=STENCIL,
         gradients=(),
         reference="OpenCV createCLAHE",
+        frames=Frames(),
     )
 )
 

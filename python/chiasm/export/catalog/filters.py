@@ -281,7 +281,12 @@ add(
         gradient_tolerances=SUMMED,
         peer=opencv(lambda cv2, x, kx, ky: cv2.sepFilter2D(x, -1, kx, ky, borderType=cv2.BORDER_REFLECT_101)),
         reference="OpenCV sepFilter2D, SciPy correlate1d",
-        frames=Frames(),
+        frames=Frames(
+            peer=opencv(
+                lambda cv2, x, kx, ky: cv2.sepFilter2D(x, -1, kx, ky, borderType=cv2.BORDER_REFLECT_101),
+                atol=1,
+            )
+        ),
     )
 )
 
@@ -499,6 +504,10 @@ add(
         symbols=STENCIL,
         gradients=("input",),
         reference="OpenCV inRange",
+        frames=Frames(
+            ranges={"lower": (0.0, 80.0), "upper": (170.0, 255.0)},
+            peer=opencv(lambda cv2, x, low, high: cv2.copyTo(x, cv2.inRange(x, low, high)), sizes={"C": 3}),
+        ),
     )
 )
 
@@ -523,6 +532,7 @@ for _suffix, _differentiable in (("", False), ("_differentiable", True)):
             symbols=STENCIL,
             sample=_two_classes,
             reference="scikit-image threshold_otsu, OpenCV THRESH_OTSU",
+            frames=None if _differentiable else Frames(reference="OpenCV THRESH_OTSU"),
         ),
         fn="filters.otsu_threshold",
     )

@@ -28,6 +28,16 @@ def pixel_range(x: Tensor) -> Tuple[int, int]:
     return (0, 65535) if x.dtype == torch.uint16 else (-32768, 32767)
 
 
+def check_pixel_value(value: float, like: Tensor, name: str) -> None:
+    """Raise ValueError unless the type of the pixels of ``like`` has the number ``value``; floating-point
+    types have all."""
+    if like.is_floating_point():
+        return
+    least, largest = pixel_range(like)
+    if value < least or value > largest or value != round(value):
+        raise ValueError(f"{name}: expected a number of dtype {like.dtype}, got {value}")
+
+
 def saturated(value: Tensor, like: Tensor) -> Tensor:
     """int32 as the pixels of ``like``, the nearest that their type has.
 

@@ -37,6 +37,34 @@ def channels_of(image: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
 
 
 @primitive
+def arranged(image: Tensor, order: List[int], fill: float) -> Tensor:
+    """(*, n, H, W): the channels of (*, C, H, W) by their numbers, and where a number is no channel's, a
+    plane of ``fill``.
+
+    >>> arranged(torch.arange(3).reshape(3, 1, 1), [2, 1, 0, -1], 9.0).flatten()
+    tensor([2, 1, 0, 9])
+    """
+    planes: List[Tensor] = []
+    for i in order:
+        if 0 <= i < image.size(-3):
+            planes.append(image.select(-3, i))
+        else:
+            planes.append(torch.full_like(image.select(-3, 0), fill))
+    return torch.stack(planes, -3)
+
+
+# Compiled tensor code takes the values of a frame one by one.
+@arranged.lowering(
+    "native",
+    when=lambda image, *_: kernels.has_pixel_kernel(image) and image.dim() == 4 and interleaved(image),
+)
+def _arranged_pixels(image: Tensor, order: List[int], fill: float) -> Tensor:
+    pixels, _ = _as_pixels(image)
+    numbers = torch.tensor(order, dtype=torch.int32)
+    return _from_pixels(kernels.arrange_pixels(pixels, numbers, image.size(1), fill), image, len(order))
+
+
+@primitive
 def mix_channels(image: Tensor, matrix: List[float], offset: float, name: str) -> Tensor:
     """(*, n, H, W): the channels of (*, 3, H, W) times a matrix n x 3 (row by row).
 
@@ -101,29 +129,155 @@ def _from_pixels(values: Tensor, like: Tensor, channels: int) -> Tensor:
 
 
 @primitive
-def hsv_of_bytes(image: Tensor) -> Tensor:
-    """Hue in degrees / 2, saturation and value, 0 to 255, of bytes (*, 3, H, W); rounded halves to even.
+def luma_chroma(image: Tensor, weights: List[int], first: int, second: int) -> Tensor:
+    """Of bytes (*, 3, H, W) in the order red, green, blue: luma Y by ``weights`` that add up to 2^14, and
+    of that 128 + ``first`` (blue - Y) and 128 + ``second`` (red - Y), the factors in 1/2^14; each rounded
+    halves up and saturated.
+
+    >>> luma_chroma(
+    ...     torch.tensor([255, 0, 0], dtype=torch.uint8).reshape(3, 1, 1), [8192, 8192, 0], 8192, 8192
+    ... )[:, 0, 0]
+    tensor([128,  64, 192], dtype=torch.uint8)
+    """
+    red, green, blue = [image.select(-3, i).to(torch.float32) for i in range(3)]
+    total = red * float(weights[0]) + green * float(weights[1]) + blue * float(weights[2])
+    luma = torch.floor((total + 8192.0) * (1.0 / 16384.0))
+    planes = [luma]
+    for channel, factor in [(blue, first), (red, second)]:
+        scaled = (channel - luma) * float(factor) + 2105344.0  # 128 and a half
+        planes.append(torch.floor(scaled * (1.0 / 16384.0)).clamp(0.0, 255.0))
+    return torch.stack(planes, -3).to(torch.uint8)
+
+
+@luma_chroma.lowering("native", when=_is_image)
+def _luma_chroma_kernel(image: Tensor, weights: List[int], first: int, second: int) -> Tensor:
+    pixels, is_frame = _as_pixels(image)
+    mixed = kernels.luma_chroma_pixels(pixels, weights[0], weights[1], weights[2], first, second, is_frame)
+    return _from_pixels(mixed, image, 3)
+
+
+@primitive
+def hue_of_bytes(image: Tensor, lightness: bool) -> Tensor:
+    """Hue in degrees / 2 of bytes (*, 3, H, W), and with it saturation and value, or lightness and
+    saturation, 0 to 255. Lightnesses are rounded halves up, all else halves to even.
 
     Quotients are of whole numbers below 2^16: those that are no halves are further from them than float32
     rounds.
     """
     red, green, blue = [image.select(-3, i).to(torch.float32) for i in range(3)]
     value = torch.maximum(torch.maximum(red, green), blue)
-    chroma = value - torch.minimum(torch.minimum(red, green), blue)
+    least = torch.minimum(torch.minimum(red, green), blue)
+    chroma = value - least
     turn = torch.where(
         value == red,
         green - blue,
         torch.where(value == green, blue - red + 2.0 * chroma, red - green + 4.0 * chroma),
     )
     hue = torch.round(30.0 * turn / chroma.clamp(min=1.0))
-    saturation = torch.round(255.0 * chroma / value.clamp(min=1.0))
-    return torch.stack([torch.where(hue < 0.0, hue + 180.0, hue), saturation, value], -3).to(torch.uint8)
+    hue = torch.where(hue < 0.0, hue + 180.0, hue)
+    total = value + least
+    most = torch.minimum(total, 510.0 - total) if lightness else value
+    saturation = torch.round(255.0 * chroma / most.clamp(min=1.0))
+    if lightness:
+        return torch.stack([hue, torch.floor((total + 1.0) * 0.5), saturation], -3).to(torch.uint8)
+    return torch.stack([hue, saturation, value], -3).to(torch.uint8)
 
 
-@hsv_of_bytes.lowering("native", when=_is_image)
-def _hsv_kernel(image: Tensor) -> Tensor:
+@hue_of_bytes.lowering("native", when=_is_image)
+def _hue_kernel(image: Tensor, lightness: bool) -> Tensor:
     pixels, is_frame = _as_pixels(image)
-    return _from_pixels(kernels.hsv_pixels(pixels, is_frame), image, 3)
+    return _from_pixels(kernels.hue_pixels(pixels, lightness, is_frame), image, 3)
+
+
+@primitive
+def bytes_of_hue(image: Tensor, lightness: bool) -> Tensor:
+    """Bytes of red, green and blue of what ``hue_of_bytes`` makes, rounded halves up. A hue of 180 and more
+    is a turn further.
+
+    A channel is a whole number below 2^21 over 30 * 255, or over 15 * 255. To that number a half is added, so
+    that a product with the reciprocal, and 2^-23 of it for what float32 rounds, falls short of no whole
+    quotient.
+    """
+    hue, second, third = [image.select(-3, i).to(torch.float32) for i in range(3)]
+    hue = torch.where(hue >= 180.0, hue - 180.0, hue)
+    planes: List[Tensor] = []
+    # How far the hue is from a channel's, in 1/30 of a sixth of a turn, from 0 to 30 more than a sixth.
+    for part in [60.0 - (hue - 90.0).abs(), (hue - 60.0).abs() - 30.0, (hue - 120.0).abs() - 30.0]:
+        away = part.clamp(0.0, 30.0)
+        if lightness:
+            room = third * torch.minimum(second, 255.0 - second)
+            planes.append((second * 3825.0 + room * (15.0 - away) + 1912.5) * (1.0 / 3825.0))
+        else:
+            planes.append((third * (7650.0 - second * away) + 3825.5) * (1.0 / 7650.0))
+    return torch.floor(torch.stack(planes, -3)).to(torch.uint8)
+
+
+@bytes_of_hue.lowering("native", when=_is_image)
+def _from_hue_kernel(image: Tensor, lightness: bool) -> Tensor:
+    pixels, is_frame = _as_pixels(image)
+    return _from_pixels(kernels.from_hue_pixels(pixels, lightness, is_frame), image, 3)
+
+
+@primitive
+def curved(
+    image: Tensor,
+    first: Tensor,
+    before: List[int],
+    shift_before: int,
+    middle: Tensor,
+    after: List[int],
+    shift_after: int,
+    last: Tensor,
+) -> Tensor:
+    """Bytes (*, 3, H, W) through tables of int32: each channel by its own of ``first`` (3, 256), mixed by
+    ``before``, each by ``middle``, mixed by ``after``, and each by ``last``, whose entries are bytes.
+
+    A mixture is the sum of a row's first three weights times the channels and of its fourth, below 2^31, over
+    2^shift, rounded down, and limited to the entries of the next table.
+
+    >>> same, two = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0], torch.arange(256, dtype=torch.int32)
+    >>> x = torch.tensor([7, 8, 9], dtype=torch.uint8).reshape(3, 1, 1)
+    >>> curved(x, two.repeat(3, 1), same, 0, two * 2, same, 1, 255 - two).flatten()
+    tensor([248, 247, 246], dtype=torch.uint8)
+    """
+    channels = [_entries(first[i], image.select(-3, i)) for i in range(3)]
+    channels = [_entries(middle, i) for i in _limited_sums(channels, before, shift_before, middle.size(0))]
+    channels = [_entries(last, i) for i in _limited_sums(channels, after, shift_after, last.size(0))]
+    return torch.stack(channels, -3).to(torch.uint8)
+
+
+def _entries(table: Tensor, index: Tensor) -> Tensor:
+    return table.index_select(0, index.to(torch.int64).reshape(-1)).reshape(index.shape)
+
+
+def _limited_sums(channels: List[Tensor], weights: List[int], shift: int, entries: int) -> List[Tensor]:
+    """In float64, which holds the sums."""
+    wide = [channel.to(torch.float64) for channel in channels]
+    sums: List[Tensor] = []
+    for i in range(3):
+        total = wide[0] * float(weights[4 * i]) + wide[1] * float(weights[4 * i + 1])
+        total = total + wide[2] * float(weights[4 * i + 2]) + float(weights[4 * i + 3])
+        sums.append(torch.floor(total * (1.0 / float(2**shift))).clamp(0, entries - 1))
+    return sums
+
+
+@curved.lowering("native", when=_is_image)
+def _curve_kernel(
+    image: Tensor,
+    first: Tensor,
+    before: List[int],
+    shift_before: int,
+    middle: Tensor,
+    after: List[int],
+    shift_after: int,
+    last: Tensor,
+) -> Tensor:
+    pixels, is_frame = _as_pixels(image)
+    rows = [torch.tensor(weights, dtype=torch.int32).reshape(3, 4) for weights in (before, after)]
+    made = kernels.curve_pixels(
+        pixels, first, rows[0], middle, rows[1], last, shift_before, shift_after, is_frame
+    )
+    return _from_pixels(made, image, 3)
 
 
 # ONNX Runtime has this kernel for float32 alone.

@@ -250,6 +250,13 @@ for _name, _doc in (
         ["1 <= channels", "L % channels == 0"],
     )
 _declare(
+    "arrange_pixels(P[N, L] x, int32[O] order, int channels, float fill) -> P[N, L // channels * O]",
+    "pixels.cpp",
+    """Pixels of O channels, each the channel of that number of pixels whose channels lie next to each
+    other, or where there is no such number the fill.""",
+    ["1 <= O", "1 <= channels", "L % channels == 0"],
+)
+_declare(
     "mix_pixels(uint8[N, L] x, int32[O, 4] weights, int shift, bool interleaved) -> uint8[N, L // 3 * O]",
     "pixels.cpp",
     """Linear mixtures of three channels, in planes or interleaved: the sum of a row's first three weights
@@ -259,11 +266,53 @@ _declare(
 )
 
 _declare(
-    "hsv_pixels(uint8[N, L] x, bool interleaved) -> uint8[N, L]",
+    """luma_chroma_pixels(uint8[N, L] x, int red, int green, int blue, int first, int second, bool
+    interleaved) -> uint8[N, L]""",
     "pixels.cpp",
-    """Hue in degrees / 2, saturation and value, 0 to 255, of red, green and blue, in planes or interleaved;
-    rounded halves to even.""",
+    """Luma Y, the sum of red, green and blue by their weights, and of that 128 + first (blue - Y) and 128 +
+    second (red - Y), in planes or interleaved. Weights and factors are in 1/2^14, each value is rounded
+    halves up and saturated.""",
+    [
+        "L % 3 == 0",
+        "0 <= red <= 32767",
+        "0 <= green <= 32767",
+        "0 <= blue <= 32767",
+        "red + green + blue == 16384",
+        "0 <= first <= 32767",
+        "0 <= second <= 32767",
+    ],
+)
+_declare(
+    "hue_pixels(uint8[N, L] x, bool lightness, bool interleaved) -> uint8[N, L]",
+    "pixels.cpp",
+    """Hue in degrees / 2 of red, green and blue, and with it saturation and value, or lightness and
+    saturation, 0 to 255, in planes or interleaved. Lightnesses are rounded halves up, all else halves to
+    even.""",
     ["L % 3 == 0"],
+)
+_declare(
+    "from_hue_pixels(uint8[N, L] x, bool lightness, bool interleaved) -> uint8[N, L]",
+    "pixels.cpp",
+    """Red, green and blue of what hue_pixels makes, rounded halves up, in planes or interleaved. A hue of 180
+    and more is a turn further.""",
+    ["L % 3 == 0"],
+)
+
+_declare(
+    """curve_pixels(uint8[N, L] x, int32[3, 256] first, int32[3, 4] before, int32[K] middle, int32[3, 4]
+    after, int32[M] last, int shift_before, int shift_after, bool interleaved) -> uint8[N, L]""",
+    "pixels.cpp",
+    """Three channels, in planes or interleaved, through tables: each by its own of the first, mixed, each
+    by the middle table, mixed, and each by the last. A mixture is the sum of a row's first three weights
+    times the channels and of its fourth, in 32 bits, over 2^shift, rounded down, and limited to the table's
+    entries. The last table's are from 0 to 255.""",
+    [
+        "L % 3 == 0",
+        "1 <= K <= INT32_MAX",
+        "1 <= M <= INT32_MAX",
+        "0 <= shift_before <= 31",
+        "0 <= shift_after <= 31",
+    ],
 )
 
 # Levels and histograms
