@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from ..peer import Peer, opencv
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image
@@ -106,6 +107,11 @@ add(
 
 # --- sums and differences -----------------------------------------------------------------------------------
 
+
+def _weighted(cv2, first, alpha, second, beta, gamma):
+    return cv2.addWeighted(first, alpha, second, beta, gamma)
+
+
 add(
     Spec(
         "enhance.add_weighted",
@@ -118,7 +124,7 @@ add(
         ],
         _OUTPUT,
         gradient_tolerances=_SUMS,
-        peer=opencv(lambda cv2, a, alpha, b, beta, gamma: cv2.addWeighted(a, alpha, b, beta, gamma)),
+        peer=opencv(_weighted),
         reference="OpenCV addWeighted",
         frames=Frames(
             ranges={"gamma": (-50.0, 50.0)},
@@ -369,7 +375,14 @@ add(
         _OUTPUT,
         gradients=(),
         reference="Pillow ImageOps.equalize",
-        frames=Frames(peer=opencv(lambda cv2, x: cv2.equalizeHist(x), "planes")),
+        frames=Frames(
+            peer=Peer(
+                "PIL.ImageOps",
+                lambda ops, x: ops.equalize(x),
+                "planes",
+                before=lambda x: (Image.fromarray(x),),
+            )
+        ),
     )
 )
 

@@ -506,7 +506,11 @@ add(
         reference="OpenCV inRange",
         frames=Frames(
             ranges={"lower": (0.0, 80.0), "upper": (170.0, 255.0)},
-            peer=opencv(lambda cv2, x, low, high: cv2.copyTo(x, cv2.inRange(x, low, high)), sizes={"C": 3}),
+            peer=opencv(
+                lambda cv2, x, low, high: cv2.copyTo(x, cv2.inRange(x, low, high)),
+                before=lambda x, low, high: (x, np.ceil(low), np.floor(high)),
+                sizes={"C": 3},
+            ),
         ),
     )
 )
