@@ -141,7 +141,7 @@ WRONG = [
     (
         lambda: calibration.undistort_image(torch.zeros(2, 3, 4, 4), K3, torch.zeros(4)),
         ValueError,
-        "K, dist: expected the leading",
+        "K: expected the leading",
     ),
 ]
 

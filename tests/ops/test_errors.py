@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from chiasm import color, enhance, feature, filters, losses, metrics, morphology, pipelines
-from chiasm.geometry import conversions, homography, subpix, transform
+from chiasm.geometry import conversions, epipolar, homography, subpix, transform
 from chiasm.primitives.core.target import exporting
 
 X = torch.zeros(1, 3, 8, 8)
@@ -322,6 +322,55 @@ WRONG = [
         "max_keypoints: expected a positive number, got 0",
     ),
     (lambda: feature.harris_keypoints(X[:, :1], 4, threshold=-1.0), ValueError, "threshold: expected"),
+    (
+        lambda: enhance.sharpness(X, torch.ones(1, 1, 8, 1)),
+        ValueError,
+        r"factor: expected a number, or a tensor .* broadcasts against \[1, 3, 6, 6\], got \[1, 1, 8, 1\]",
+    ),
+    (
+        lambda: enhance.adjust_saturation(X, torch.ones(1, 3, 1, 1)),
+        ValueError,
+        r"factor: expected one for the three channels, got shape \[1, 3, 1, 1\]",
+    ),
+    (
+        lambda: filters.get_gabor_kernel2d(3, torch.ones(2), 0.0, torch.ones(3)),
+        ValueError,
+        r"lambd: expected a shape that broadcasts with sigma's \[2, 1\], got \[3, 1\]",
+    ),
+    (
+        lambda: filters.get_motion_kernel3d(3, EYE[0], torch.ones(2)),
+        ValueError,
+        r"direction: expected leading dimensions that broadcast with angle's \[3, 3\], got \[2, 1\]",
+    ),
+    (
+        lambda: filters.gaussian(3, torch.ones(1, 2)),
+        ValueError,
+        r"sigma: expected shape \(B,\) or \(B, 1\), got \[1, 2\]",
+    ),
+    (
+        lambda: conversions.pol2cart(torch.ones(2), torch.ones(3)),
+        ValueError,
+        r"phi: expected a shape that broadcasts with rho's \[2\], got \[3\]",
+    ),
+    (
+        lambda: epipolar.sampson_epipolar_distance(X[0, ..., :2], X[0, ..., :2], X[0, :2, :3, :3]),
+        ValueError,
+        r"Fm: expected leading dimensions that broadcast with pts1's \[3, 8, 2\], got \[2, 3, 3\]",
+    ),
+    (
+        lambda: epipolar.triangulate_points(
+            EYE.new_zeros(3, 4), X[:, 0, :3, :4], EYE[0, :, :2], EYE[0, :, :2]
+        ),
+        ValueError,
+        r"points2: expected with P2 the dimensions of points1 with P1, \[3\], got \[1, 3\]",
+    ),
+    (
+        lambda: epipolar.motion_from_essential_choose_solution(
+            EYE[0], EYE[0], EYE[0], EYE[..., :2], EYE[..., :2]
+        ),
+        ValueError,
+        r"x1: expected no more dimensions than E_mat \[3, 3\], got \[1, 3, 2\]",
+    ),
     (lambda: metrics.ssim(X, X, 4), ValueError, "window_size: expected a positive odd size, got 4"),
     (lambda: metrics.ssim(X, X[0], 5), ValueError, "img2: expected shape"),
     (lambda: losses.ssim_loss(X, X, 5, reduction="max"), ValueError, "reduction: expected one of"),
@@ -348,6 +397,11 @@ def test_message(call: Callable[[], object], error: type[Exception], message: st
 def test_script_raises_the_same_message() -> None:
     with pytest.raises(torch.jit.Error, match="input: expected a floating-point or uint8 tensor"):
         torch.jit.script(filters.sobel)(BYTES.int())
+
+
+def test_script_names_shapes_that_do_not_broadcast() -> None:
+    with pytest.raises(torch.jit.Error, match="phi: expected a shape that broadcasts with rho's"):
+        torch.jit.script(conversions.pol2cart)(torch.ones(2), torch.ones(3))
 
 
 def test_unknown_target() -> None:

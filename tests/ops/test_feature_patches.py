@@ -123,7 +123,7 @@ WRONG = [
         ValueError,
         "laf: expected img's batch of 1",
     ),
-    (lambda: feature.get_laf_descriptors(IMAGE, FRAME[0], nn.Flatten()), ValueError, "laf: expected shape"),
+    (lambda: feature.get_laf_descriptors(IMAGE, FRAME[0], nn.Flatten()), ValueError, "lafs: expected shape"),
 ]
 
 

@@ -237,6 +237,11 @@ def _check_pair(imagey: Tensor, imageuv: Tensor) -> None:
     check_floating(imagey, "imagey")
     check_channels(imageuv, 2, "imageuv")
     check_floating(imageuv, "imageuv")
+    if imageuv.shape[:-3] != imagey.shape[:-3]:
+        raise ValueError(
+            f"imageuv: expected the leading dimensions of imagey {list(imagey.shape)}, got"
+            f" {list(imageuv.shape)}"
+        )
 
 
 def _check_half(imagey: Tensor, imageuv: Tensor, dim: int) -> None:

@@ -107,4 +107,8 @@ def adjust_saturation_raw(image: Tensor, factor: Union[float, Tensor]) -> Tensor
 def _plane_factor(factor: Union[float, Tensor], image: Tensor) -> Tensor:
     """The factor, to broadcast against one plane."""
     every = per_sample(factor, image, "factor")
-    return every.squeeze(-3) if every.dim() == image.dim() else every
+    if every.dim() != image.dim():
+        return every
+    if every.size(-3) != 1:
+        raise ValueError(f"factor: expected one for the three channels, got shape {list(every.shape)}")
+    return every.squeeze(-3)

@@ -54,7 +54,7 @@ def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
     rows = input[:, :, :height] + input[:, :, 1 : height + 1] + input[:, :, 2:]
     centre = input[:, :, 1 : height + 1, 1 : width + 1]
     smooth = (rows[..., :width] + rows[..., 1 : width + 1] + rows[..., 2:] + 4.0 * centre) / 13.0
-    inner = smooth + (centre - smooth) * per_sample(factor, input, "factor")
+    inner = smooth + (centre - smooth) * per_sample(factor, smooth, "factor")
     middle = input[:, :, 1 : height + 1]
     wide = torch.cat([middle[..., :1], inner, middle[..., width + 1 :]], 3)
     return torch.cat([input[:, :, :1], wide, input[:, :, height + 1 :]], 2).clamp(0.0, 1.0)

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from ..geometry.conversions.angles import angle_to_rotation_matrix, rad2deg
-from ..primitives.core.checks import check_floating, check_image
+from ..primitives.core.checks import check_broadcastable, check_floating, check_image
 from ..primitives.geometry.angles import angle_of
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.taps import larger, smaller
@@ -149,7 +149,7 @@ def scale_laf(laf: Tensor, scale_coef: Union[float, Tensor]) -> Tensor:
 
     Raises:
         TypeError: if laf is not floating point.
-        ValueError: if laf is not (B, N, 2, 3).
+        ValueError: if a shape is not as above.
 
     Example:
         >>> scale_laf(torch.tensor([[[[3.0, 0.0, 7.0], [0.0, 3.0, 5.0]]]]), 2.0)
@@ -157,10 +157,12 @@ def scale_laf(laf: Tensor, scale_coef: Union[float, Tensor]) -> Tensor:
                   [0., 6., 5.]]]])
     """
     check_laf(laf, "laf")
+    matrix = laf[..., :2]
     if isinstance(scale_coef, Tensor):
-        scaled = laf[..., :2] * scale_coef.to(laf.dtype)
+        check_broadcastable(scale_coef, matrix, "scale_coef", "laf[..., :2]")
+        scaled = matrix * scale_coef.to(laf.dtype)
     else:
-        scaled = laf[..., :2] * scale_coef
+        scaled = matrix * scale_coef
     return torch.cat([scaled, laf[..., 2:]], -1)
 
 

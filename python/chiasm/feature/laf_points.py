@@ -193,6 +193,7 @@ def laf_is_inside_image(laf: Tensor, images: Tensor, border: int = 0) -> Tensor:
         >>> laf_is_inside_image(frames, torch.zeros(1, 1, 9, 9))
         tensor([[False,  True]])
     """
+    check_laf(laf, "laf")
     check_image(images, "images")
     points = laf_to_boundary_points(laf, 12)
     x, y = points[..., 0], points[..., 1]

@@ -167,6 +167,7 @@ def get_laf_descriptors(
 def patches_of(img: Tensor, lafs: Tensor, PS: int, grayscale: bool) -> Tensor:
     """(B * N, C, PS, PS): patches from a pyramid, of an image that is made grey first if it is to be."""
     check_image(img, "img")
+    check_laf(lafs, "lafs")
     if grayscale and img.size(1) == 3:
         img = rgb_to_grayscale(img)
     # Stored: each pixel of a patch is interpolated once, and read by all derivatives there.

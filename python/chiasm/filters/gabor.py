@@ -6,7 +6,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import odd_pair
+from ..primitives.core.checks import check_all_broadcastable, odd_pair
 from .correlation import filter2d
 from .gaussian_kernels import as_column
 
@@ -42,7 +42,7 @@ def get_gabor_kernel2d(
 
     Raises:
         TypeError: if a tensor is not floating point.
-        ValueError: if the kernel size is not odd and positive.
+        ValueError: if the kernel size is not odd and positive, or a shape not as above.
 
     Example:
         >>> get_gabor_kernel2d((1, 3), 1.0, 0.0, 4.0)
@@ -53,11 +53,15 @@ def get_gabor_kernel2d(
     for value in (sigma, theta, lambd, gamma, psi):
         if isinstance(value, Tensor):
             kind, device = value.dtype, value.device
-    s = as_column(sigma, kind, "sigma")[:, None].to(device)
-    angle = as_column(theta, kind, "theta")[:, None].to(device)
-    wavelength = as_column(lambd, kind, "lambd")[:, None].to(device)
-    aspect = as_column(gamma, kind, "gamma")[:, None].to(device)
-    phase = as_column(psi, kind, "psi")[:, None].to(device)
+    columns = [
+        as_column(sigma, kind, "sigma").to(device),
+        as_column(theta, kind, "theta").to(device),
+        as_column(lambd, kind, "lambd").to(device),
+        as_column(gamma, kind, "gamma").to(device),
+        as_column(psi, kind, "psi").to(device),
+    ]
+    check_all_broadcastable(columns, ["sigma", "theta", "lambd", "gamma", "psi"])
+    s, angle, wavelength, aspect, phase = [column[:, None] for column in columns]
     x = (torch.arange(kx, device=device).to(kind) - kx // 2)[None, None, :]
     y = (torch.arange(ky, device=device).to(kind) - ky // 2)[None, :, None]
     u = -(x * torch.cos(angle) + y * torch.sin(angle))

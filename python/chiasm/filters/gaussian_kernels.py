@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating
+from ..primitives.core.checks import check_broadcastable, check_floating
 from .gaussian import get_gaussian_kernel1d
 
 
@@ -32,7 +32,7 @@ def gaussian(
 
     Raises:
         TypeError: if a tensor is not floating point.
-        ValueError: if window_size is not positive.
+        ValueError: if window_size is not positive, or a shape is not as above.
 
     Example:
         >>> gaussian(3, 1.0, 0.0)
@@ -45,7 +45,9 @@ def gaussian(
     if mean is None:
         x = x - window_size // 2
     else:
-        x = x - as_column(mean, s.dtype, "mean").to(s.device)
+        middle = as_column(mean, s.dtype, "mean").to(s.device)
+        check_broadcastable(middle, s, "mean", "sigma")
+        x = x - middle
     if window_size % 2 == 0:
         x = x + 0.5
     weight = torch.exp(-(x * x) / (2.0 * s * s))
@@ -74,7 +76,8 @@ def get_gaussian_erf_kernel1d(
 
     Raises:
         TypeError: if a tensor is not floating point.
-        ValueError: if kernel_size is not positive, or even without force_even.
+        ValueError: if kernel_size is not positive, or even without force_even, or sigma's shape is not as
+            above.
 
     Example:
         >>> get_gaussian_erf_kernel1d(3, 1.0)
@@ -110,7 +113,7 @@ def get_gaussian_discrete_kernel1d(
 
     Raises:
         TypeError: if a tensor is not floating point.
-        ValueError: if kernel_size is not odd and positive.
+        ValueError: if kernel_size is not odd and positive, or sigma's shape is not as above.
 
     Example:
         >>> get_gaussian_discrete_kernel1d(3, 1.0)
@@ -224,9 +227,11 @@ def get_gaussian_kernel3d(
 
 
 def as_column(value: Union[float, Tensor], dtype: torch.dtype, name: str) -> Tensor:
-    """A float as (1, 1) of ``dtype``, a floating-point tensor of any shape as (B, 1)."""
+    """A float as (1, 1) of ``dtype``, a floating-point tensor (B,), (B, 1) or a scalar as (B, 1)."""
     if isinstance(value, Tensor):
         check_floating(value, name)
+        if value.dim() > 2 or (value.dim() == 2 and value.size(1) != 1):
+            raise ValueError(f"{name}: expected shape (B,) or (B, 1), got {list(value.shape)}")
         return value.reshape(-1, 1)
     return torch.full([1, 1], value, dtype=dtype)
 

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from ..geometry.conversions import axis_angle_to_rotation_matrix
-from ..primitives.core.checks import check_choice, check_floating
+from ..primitives.core.checks import check_broadcastable, check_choice, check_floating
 from .correlation import filter2d, filter3d
 from .gaussian_kernels import as_column
 
@@ -37,7 +37,7 @@ def get_motion_kernel2d(
 
     Raises:
         TypeError: if a tensor is not floating point.
-        ValueError: if kernel_size or mode is not as above.
+        ValueError: if a shape, kernel_size or mode is not as above.
 
     Example:
         >>> get_motion_kernel2d(3, 90.0)[0]
@@ -46,8 +46,9 @@ def get_motion_kernel2d(
                 [0.0000, 0.3333, 0.0000]])
     """
     _check(kernel_size, mode)
-    turn = as_column(angle, dtype, "angle")[:, :, None] * (math.pi / 180.0)
-    line = _line(kernel_size, direction, turn.dtype)
+    turn = as_column(angle, dtype, "angle")
+    line = _line(kernel_size, direction, turn)
+    turn = turn[:, :, None] * (math.pi / 180.0)
     grid = torch.arange(kernel_size, device=turn.device).to(turn.dtype) - kernel_size // 2
     x, y = grid[None, None, :], grid[None, :, None]
     c, s = torch.cos(turn), torch.sin(turn)
@@ -96,7 +97,7 @@ def get_motion_kernel3d(
         turn = angle
     else:
         turn = torch.tensor([[angle[0], angle[1], angle[2]]], dtype=dtype)
-    line = _line(kernel_size, direction, turn.dtype)
+    line = _line(kernel_size, direction, turn)
     rotation = axis_angle_to_rotation_matrix(turn * (math.pi / 180.0))[..., None, None, None]
     grid = torch.arange(kernel_size, device=turn.device).to(turn.dtype) - kernel_size // 2
     x, y, z = grid[None, None, None, :], grid[None, None, :, None], grid[None, :, None, None]
@@ -187,10 +188,12 @@ def _check(kernel_size: int, mode: str) -> None:
     check_choice(mode, ["nearest", "bilinear"], "mode")
 
 
-def _line(size: int, direction: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
+def _line(size: int, direction: Union[float, Tensor], angle: Tensor) -> Tensor:
     """Weights (B, 1, 1, size) that change linearly from one end to the other."""
-    start = 0.5 * (as_column(direction, dtype, "direction").to(dtype).clamp(-1.0, 1.0) + 1.0)
-    step = torch.arange(size, device=start.device).to(dtype) / (size - 1)
+    slope = as_column(direction, angle.dtype, "direction").to(angle.dtype)
+    check_broadcastable(slope, angle, "direction", "angle", 1, 1)
+    start = 0.5 * (slope.clamp(-1.0, 1.0) + 1.0)
+    step = torch.arange(size, device=start.device).to(angle.dtype) / (size - 1)
     return (start + (1.0 - 2.0 * start) * step)[:, None, None]
 
 

@@ -145,11 +145,12 @@ def undistort_image(image: Tensor, K: Tensor, dist: Tensor) -> Tensor:
     if image.dim() < 3:
         raise ValueError(f"image: expected shape (*, C, H, W), got {list(image.shape)}")
     _check_lens(K, dist)
-    if K.dim() != image.dim() - 1 or dist.dim() != image.dim() - 2:
-        raise ValueError(
-            f"K, dist: expected the leading dimensions of image, {list(image.shape[:-3])}, got"
-            f" {list(K.shape)}, {list(dist.shape)}"
-        )
+    for value, name, own in ((K, "K", 2), (dist, "dist", 1)):
+        if value.dim() - own != image.dim() - 3:
+            raise ValueError(
+                f"{name}: expected the leading dimensions of image {list(image.shape)}, got"
+                f" {list(value.shape)}"
+            )
     channels, height, width = image.size(-3), image.size(-2), image.size(-1)
     # Positions in half precision would be off by whole pixels.
     precision = torch.float64 if image.dtype == torch.float64 else torch.float32

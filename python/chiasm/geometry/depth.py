@@ -8,7 +8,14 @@ import torch
 from torch import Tensor, nn
 
 from ..filters.gradient import spatial_gradient
-from ..primitives.core.checks import check_floating, check_image, check_last, check_matrix, check_rank
+from ..primitives.core.checks import (
+    check_broadcastable,
+    check_floating,
+    check_image,
+    check_last,
+    check_matrix,
+    check_rank,
+)
 from ..primitives.geometry.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
 from ..primitives.linalg.matrices import cross
 from ..primitives.resampling.warping import check_sampling, sample_image, stretched
@@ -43,6 +50,7 @@ def depth_from_disparity(
 
     Raises:
         TypeError: if disparity is not floating point.
+        ValueError: if the shape of baseline or focal is not as above.
 
     Example:
         >>> depth_from_disparity(torch.tensor([10.0, 20.0]), 0.5, 400.0)
@@ -51,10 +59,12 @@ def depth_from_disparity(
     check_floating(disparity, "disparity")
     # Two branches each, because TorchScript narrows a union by isinstance only.
     if isinstance(baseline, Tensor):
+        check_broadcastable(baseline, disparity, "baseline", "disparity")
         inverse = baseline / (disparity + 1e-8)
     else:
         inverse = baseline / (disparity + 1e-8)
     if isinstance(focal, Tensor):
+        check_broadcastable(focal, inverse, "focal", "disparity")
         return inverse * focal
     else:
         return inverse * focal

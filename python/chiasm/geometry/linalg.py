@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating
+from ..primitives.core.checks import check_broadcastable, check_floating
 from ..primitives.linalg.matrices import small_matmul
 
 __all__ = [
@@ -117,6 +117,7 @@ def point_line_distance(point: Tensor, line: Tensor, eps: float = 1e-9) -> Tenso
         raise ValueError(f"point: expected shape (*, 2) or (*, 3), got {list(point.shape)}")
     if line.dim() < 1 or line.size(-1) != 3:
         raise ValueError(f"line: expected shape (*, 3), got {list(line.shape)}")
+    check_broadcastable(line, point, "line", "point", 1, 1)
     normal = line[..., :2]
     along = batched_dot_product(point[..., :2], normal)
     away = along + line[..., 2]

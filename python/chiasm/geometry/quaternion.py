@@ -5,7 +5,7 @@ from typing import Optional, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_last
+from ..primitives.core.checks import check_broadcastable, check_floating, check_last
 from ..primitives.linalg.matrices import cross, largest_eigenvector
 from .conversions.rotations import axis_angle_to_quaternion, normalize_quaternion, quaternion_to_axis_angle
 
@@ -39,6 +39,7 @@ def quaternion_multiply(q1: Tensor, q2: Tensor) -> Tensor:
     """
     check_last(q1, 4, "q1")
     check_last(q2, 4, "q2")
+    check_broadcastable(q2, q1, "q2", "q1", 1, 1)
     w1, x1, y1, z1 = q1[..., 0], q1[..., 1], q1[..., 2], q1[..., 3]
     w2, x2, y2, z2 = q2[..., 0], q2[..., 1], q2[..., 2], q2[..., 3]
     parts = [
@@ -114,6 +115,7 @@ def quaternion_rotate(quaternion: Tensor, points: Tensor) -> Tensor:
     """
     check_last(quaternion, 4, "quaternion")
     check_last(points, 3, "points")
+    check_broadcastable(points, quaternion, "points", "quaternion", 1, 1)
     w, v = quaternion[..., :1], quaternion[..., 1:]
     twice = 2.0 * cross(v, points)
     return points + w * twice + cross(v, twice)
@@ -128,13 +130,13 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
     Args:
         q1: (*, 4) in the order w, x, y, z, floating point; it is scaled to unit length.
         q2: (*, 4), of q1's shape; it is scaled to unit length.
-        t: (*) or a number: 0 is q1, 1 is q2 (or -q2, the same rotation).
+        t: (*), floating point, or a number: 0 is q1, 1 is q2 (or -q2, the same rotation).
 
     Returns:
         (*, 4), of unit length.
 
     Raises:
-        TypeError, ValueError: if q1 or q2 is not a floating-point (*, 4) tensor.
+        TypeError, ValueError: if a tensor is not floating point or not of the shape above.
 
     Example:
         >>> quaternion_slerp(torch.tensor([1.0, 0.0, 0.0, 0.0]), torch.tensor([0.0, 1.0, 0.0, 0.0]), 0.5)
@@ -144,7 +146,12 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
     check_last(q2, 4, "q2")
     start, end = normalize_quaternion(q1), normalize_quaternion(q2)
     way = quaternion_to_axis_angle(quaternion_multiply(quaternion_conjugate(start), end))
-    part = t[..., None] * way if isinstance(t, Tensor) else t * way
+    if isinstance(t, Tensor):
+        check_floating(t, "t")
+        check_broadcastable(t, way, "t", "q1", 0, 1)
+        part = t[..., None] * way
+    else:
+        part = t * way
     return quaternion_multiply(start, axis_angle_to_quaternion(part))
 
 

@@ -11,6 +11,7 @@ from ..feature.laf import get_laf_center
 from ..feature.matching import match_smnn
 from ..feature.shape import orient_laf
 from ..geometry.ransac.homography import ransac_homography
+from ..primitives.core.checks import check_image
 
 
 def two_view_homography(
@@ -61,6 +62,8 @@ def two_view_homography(
         >>> homography[0, 0, 2].round()
         tensor(4.)
     """
+    check_image(image1, "image1")
+    check_image(image2, "image2")
     lafs1, _, valid1 = detect_keypoints(
         image1,
         max_keypoints,

@@ -228,7 +228,7 @@ def _check_function(fn: Any, spec: Spec) -> None:
             f"{spec.name}: fn takes {only[0].name!r} by position only: inputs are passed by name, so remove"
             " the / from its arguments"
         )
-    inputs = [t.name for t in spec.inputs]
+    inputs = [name for t in spec.inputs for name in t.sizes or (t.name,)]
     try:
         signature.bind(
             *(inputs if is_module else ()), **({} if is_module else dict.fromkeys(inputs)), **spec.config

@@ -12,6 +12,7 @@ from typing import Any
 import torch
 from torch import nn
 
+from chiasm.primitives.core.checks import check_rank
 from chiasm.primitives.core.layout import in_frames
 
 from ..errors import ExportError
@@ -28,10 +29,12 @@ def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ())
     """
     passed = {t.name: f"{t.name}={t.name}" for t in spec.inputs}
     results = ["{}.clone()" if c else "{}" for c in copied] or ["{}"] * len(spec.outputs)
+    checks = []
     if spec.interleaved:
         for tensor in spec.inputs:
             if tensor.layout == "NHWC":
                 passed[tensor.name] += ".permute(0, 3, 1, 2)"
+                checks.append(f"_check_rank({tensor.name}, 4, '(B, H, W, C)', '{tensor.name}')")
         results = [
             f"_in_frames({result})" if t.layout == "NHWC" else result
             for t, result in zip(spec.outputs, results, strict=True)
@@ -39,7 +42,7 @@ def bind_spec(fn: Callable | nn.Module, spec: Spec, copied: Sequence[bool] = ())
     for tensor in spec.inputs:
         if tensor.sizes:
             passed[tensor.name] = _sizes(tensor)
-    return bind(fn, passed, spec.config, spec.name, results)
+    return bind(fn, passed, spec.config, spec.name, results, checks)
 
 
 def _sizes(tensor: TensorSpec) -> str:
@@ -56,11 +59,12 @@ def bind(
     config: dict[str, Any],
     name: str,
     results: Sequence[str] = (),
+    checks: Sequence[str] = (),
 ) -> nn.Module:
     """An nn.Module whose `forward(arguments...)` calls `fn` with them and with `config`.
 
-    `arguments` has for each what `fn` gets of it, as text ("x=x"; a module takes them by position), and
-    `results` what is returned of each result `{}`.
+    `arguments` has for each what `fn` gets of it, as text ("x=x"; a module takes them by position),
+    `results` what is returned of each result `{}`, and `checks` the statements before the call.
     All of it is source text because torch.jit.script reads that, and because the arguments' names become the
     tensors' names in ONNX.
     """
@@ -75,11 +79,11 @@ def bind(
     # The class carries the op's name, so that TorchScript's and ONNX's graphs do.
     class_name = "Op_" + "".join(c if c.isalnum() else "_" for c in name)
     call = f"{callee}({', '.join(passed)})"
-    lines = [f"return {call}"]
+    lines = [*checks, f"return {call}"]
     if any(result != "{}" for result in results):
         names = [f"_result{i}" for i in range(len(results))]
         returned = [result.format(name) for name, result in zip(names, results, strict=True)]
-        lines = [f"{', '.join(names)} = {call}", f"return {', '.join(returned)}"]
+        lines = [*checks, f"{', '.join(names)} = {call}", f"return {', '.join(returned)}"]
     body = "".join(f"        {line}\n" for line in lines)
     source = f"class {class_name}(nn.Module):\n    def forward(self, {typed}):\n{body}"
     # TorchScript keeps this name in the file, so it must be the same in every export of the same op.
@@ -89,6 +93,7 @@ def bind(
         "nn": nn,
         "Tensor": torch.Tensor,
         "_op": fn,
+        "_check_rank": check_rank,
         "_in_frames": in_frames,
         "__name__": "chiasm_op",
     }

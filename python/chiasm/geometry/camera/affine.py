@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last
+from ...primitives.core.checks import check_broadcastable, check_last
 
 
 def distort_points_affine(projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor:
@@ -25,6 +25,9 @@ def distort_points_affine(projected_points_in_camera_z1_plane: Tensor, params: T
     """
     check_last(projected_points_in_camera_z1_plane, 2, "projected_points_in_camera_z1_plane")
     check_last(params, 4, "params")
+    check_broadcastable(
+        params, projected_points_in_camera_z1_plane, "params", "projected_points_in_camera_z1_plane", 1, 1
+    )
     return projected_points_in_camera_z1_plane * params[..., 0:2] + params[..., 2:4]
 
 
@@ -47,6 +50,7 @@ def undistort_points_affine(distorted_points_in_camera: Tensor, params: Tensor) 
     """
     check_last(distorted_points_in_camera, 2, "distorted_points_in_camera")
     check_last(params, 4, "params")
+    check_broadcastable(params, distorted_points_in_camera, "params", "distorted_points_in_camera", 1, 1)
     return (distorted_points_in_camera - params[..., 2:4]) / params[..., 0:2]
 
 
@@ -70,6 +74,9 @@ def dx_distort_points_affine(projected_points_in_camera_z1_plane: Tensor, params
     """
     check_last(projected_points_in_camera_z1_plane, 2, "projected_points_in_camera_z1_plane")
     check_last(params, 4, "params")
+    check_broadcastable(
+        params, projected_points_in_camera_z1_plane, "params", "projected_points_in_camera_z1_plane", 1, 1
+    )
     one = torch.ones_like(projected_points_in_camera_z1_plane[..., 0])
     fx, fy = one * params[..., 0], one * params[..., 1]
     zero = torch.zeros_like(fx)

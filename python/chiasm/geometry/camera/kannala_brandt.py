@@ -10,7 +10,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last
+from ...primitives.core.checks import check_broadcastable, check_last
 
 
 def distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor, params: Tensor) -> Tensor:
@@ -35,6 +35,7 @@ def distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor, p
     xy = projected_points_in_camera_z1_plane
     check_last(xy, 2, "projected_points_in_camera_z1_plane")
     check_last(params, 8, "params")
+    check_broadcastable(params, xy, "params", "projected_points_in_camera_z1_plane", 1, 1)
     ratio, _ = _ratio_and_slope((xy * xy).sum(-1), params)
     return xy * ratio[..., None] * params[..., 0:2] + params[..., 2:4]
 
@@ -68,6 +69,7 @@ def undistort_points_kannala_brandt(
     """
     check_last(distorted_points_in_camera, 2, "distorted_points_in_camera")
     check_last(params, 8, "params")
+    check_broadcastable(params, distorted_points_in_camera, "params", "distorted_points_in_camera", 1, 1)
     if num_iters < 1:
         raise ValueError(f"num_iters: expected at least 1, got {num_iters}")
     xy = (distorted_points_in_camera - params[..., 2:4]) / params[..., 0:2]
@@ -111,6 +113,7 @@ def dx_distort_points_kannala_brandt(projected_points_in_camera_z1_plane: Tensor
     xy = projected_points_in_camera_z1_plane
     check_last(xy, 2, "projected_points_in_camera_z1_plane")
     check_last(params, 8, "params")
+    check_broadcastable(params, xy, "params", "projected_points_in_camera_z1_plane", 1, 1)
     x, y = xy[..., 0], xy[..., 1]
     ratio, slope = _ratio_and_slope((xy * xy).sum(-1), params)
     fx, fy = params[..., 0], params[..., 1]

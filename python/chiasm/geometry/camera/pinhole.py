@@ -7,7 +7,7 @@ from typing import Optional
 import torch
 from torch import Tensor, nn
 
-from ...primitives.core.checks import check_last, check_matrix, check_rank
+from ...primitives.core.checks import check_broadcastable, check_last, check_matrix, check_rank
 from ...primitives.core.modules import hold
 from ...primitives.geometry.intrinsics import (
     check_depth,
@@ -46,6 +46,7 @@ def project_points(point_3d: Tensor, camera_matrix: Tensor) -> Tensor:
     """
     check_last(point_3d, 3, "point_3d")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    check_broadcastable(camera_matrix, point_3d, "camera_matrix", "point_3d", 2, 1)
     return to_pixels(over_depth(point_3d, 1e-8), camera_matrix)
 
 
@@ -74,6 +75,9 @@ def unproject_points(
     check_last(point_2d, 2, "point_2d")
     check_last(depth, 1, "depth")
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
+    check_broadcastable(depth, point_2d, "depth", "point_2d", 1, 1)
+    check_broadcastable(camera_matrix, point_2d, "camera_matrix", "point_2d", 2, 1)
+    check_broadcastable(camera_matrix, depth, "camera_matrix", "depth", 2, 1)
     ray = with_one(from_pixels(point_2d, camera_matrix))
     if normalize:
         ray = ray / (ray * ray).sum(-1, keepdim=True).sqrt()

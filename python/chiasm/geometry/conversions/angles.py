@@ -6,7 +6,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating
+from ...primitives.core.checks import check_all_broadcastable, check_floating
 from ...primitives.geometry.angles import angle_of
 
 
@@ -69,6 +69,7 @@ def angle_to_rotation_matrix(angle: Tensor) -> Tensor:
         tensor([[-0.,  1.],
                 [-1., -0.]])
     """
+    check_floating(angle, "angle")
     radians = deg2rad(angle)
     cosine, sine = torch.cos(radians), torch.sin(radians)
     return torch.stack([torch.stack([cosine, sine], -1), torch.stack([-sine, cosine], -1)], -2)
@@ -89,6 +90,7 @@ def cart2pol(x: Tensor, y: Tensor, eps: float = 1e-8) -> Tuple[Tensor, Tensor]:
 
     Raises:
         TypeError: if x or y is not floating point.
+        ValueError: if the shapes do not broadcast.
 
     Example:
         >>> cart2pol(torch.tensor(0.0), torch.tensor(2.0))
@@ -96,6 +98,7 @@ def cart2pol(x: Tensor, y: Tensor, eps: float = 1e-8) -> Tuple[Tensor, Tensor]:
     """
     check_floating(x, "x")
     check_floating(y, "y")
+    check_all_broadcastable([x, y], ["x", "y"])
     squared = x * x + y * y
     tiny = squared < eps * eps
     rho = torch.where(
@@ -109,13 +112,14 @@ def pol2cart(rho: Tensor, phi: Tensor) -> Tuple[Tensor, Tensor]:
 
     Args:
         rho: (*), distance from the origin, floating point.
-        phi: (*), angle from the x axis towards the y axis in radians.
+        phi: (*), angle from the x axis towards the y axis in radians; of rho's shape or broadcast with it.
 
     Returns:
         x and y.
 
     Raises:
         TypeError: if rho or phi is not floating point.
+        ValueError: if the shapes do not broadcast.
 
     Example:
         >>> pol2cart(torch.tensor(2.0), torch.tensor(0.0))
@@ -123,4 +127,5 @@ def pol2cart(rho: Tensor, phi: Tensor) -> Tuple[Tensor, Tensor]:
     """
     check_floating(rho, "rho")
     check_floating(phi, "phi")
+    check_all_broadcastable([rho, phi], ["rho", "phi"])
     return rho * torch.cos(phi), rho * torch.sin(phi)

@@ -6,7 +6,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating
+from ...primitives.core.checks import check_all_broadcastable, check_floating
 from ...primitives.geometry.angles import angle_of
 
 
@@ -27,6 +27,7 @@ def euler_from_quaternion(w: Tensor, x: Tensor, y: Tensor, z: Tensor) -> Tuple[T
 
     Raises:
         TypeError: if a part is not floating point.
+        ValueError: if the shapes do not broadcast.
 
     Example:
         >>> half = torch.tensor(0.5).sqrt()
@@ -35,6 +36,7 @@ def euler_from_quaternion(w: Tensor, x: Tensor, y: Tensor, z: Tensor) -> Tuple[T
     """
     for part, name in ((w, "w"), (x, "x"), (y, "y"), (z, "z")):
         check_floating(part, name)
+    check_all_broadcastable([w, x, y, z], ["w", "x", "y", "z"])
     # R's last row is (-sin pitch, cos pitch sin roll, cos pitch cos roll).
     sine, a, b = 2.0 * (w * y - z * x), 2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)
     squared = a * a + b * b
@@ -62,6 +64,7 @@ def quaternion_from_euler(roll: Tensor, pitch: Tensor, yaw: Tensor) -> Tuple[Ten
 
     Raises:
         TypeError: if an angle is not floating point.
+        ValueError: if the shapes do not broadcast.
 
     Example:
         >>> zero = torch.tensor(0.0)
@@ -70,6 +73,7 @@ def quaternion_from_euler(roll: Tensor, pitch: Tensor, yaw: Tensor) -> Tuple[Ten
     """
     for part, name in ((roll, "roll"), (pitch, "pitch"), (yaw, "yaw")):
         check_floating(part, name)
+    check_all_broadcastable([roll, pitch, yaw], ["roll", "pitch", "yaw"])
     cr, cp, cy = torch.cos(0.5 * roll), torch.cos(0.5 * pitch), torch.cos(0.5 * yaw)
     sr, sp, sy = torch.sin(0.5 * roll), torch.sin(0.5 * pitch), torch.sin(0.5 * yaw)
     w = cy * cp * cr + sy * sp * sr

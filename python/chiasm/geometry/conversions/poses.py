@@ -9,7 +9,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_matrix
+from ...primitives.core.checks import check_last, check_matrix
 from ...primitives.linalg.matrices import small_matmul
 from .homogeneous import convert_affinematrix_to_homography3d
 from .rotations import quaternion_to_rotation_matrix, require_rotation, rotation_matrix_to_quaternion
@@ -202,6 +202,7 @@ def ARKitQTVecs_to_ColmapQTVecs(qvec: Tensor, tvec: Tensor) -> Tuple[Tensor, Ten
         >>> ARKitQTVecs_to_ColmapQTVecs(torch.tensor([1.0, 0.0, 0.0, 0.0]), torch.ones(3, 1))[1][:, 0]
         tensor([-1.,  1.,  1.])
     """
+    _check_vectors(qvec, tvec)
     R, t = camtoworld_graphics_to_vision_Rt(quaternion_to_rotation_matrix(qvec), tvec)
     R, t = camtoworld_to_worldtocam_Rt(R, t)
     return rotation_matrix_to_quaternion(R), t
@@ -224,6 +225,7 @@ def ColmapQTVecs_to_ARKitQTVecs(qvec: Tensor, tvec: Tensor) -> Tuple[Tensor, Ten
         >>> ColmapQTVecs_to_ARKitQTVecs(torch.tensor([0.0, 1.0, 0.0, 0.0]), torch.ones(3, 1))[1][:, 0]
         tensor([-1.,  1.,  1.])
     """
+    _check_vectors(qvec, tvec)
     R, t = worldtocam_to_camtoworld_Rt(quaternion_to_rotation_matrix(qvec), tvec)
     R, t = camtoworld_vision_to_graphics_Rt(R, t)
     return rotation_matrix_to_quaternion(R), t
@@ -232,6 +234,11 @@ def ColmapQTVecs_to_ARKitQTVecs(qvec: Tensor, tvec: Tensor) -> Tuple[Tensor, Ten
 def _check_pose(R: Tensor, t: Tensor) -> None:
     check_matrix(R, 3, 3, "R")
     check_matrix(t, 3, 1, "t")
+
+
+def _check_vectors(qvec: Tensor, tvec: Tensor) -> None:
+    check_last(qvec, 4, "qvec")
+    check_matrix(tvec, 3, 1, "tvec")
 
 
 def _turned(matrix: Tensor) -> Tensor:

@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.core.checks import check_broadcastable, check_last, check_matrix
 from ...primitives.geometry.intrinsics import with_one
 from ...primitives.linalg.matrices import cofactors, inverse3x3, small_matmul
 from ...primitives.linalg.qr import null_vector, pointed
@@ -214,6 +214,9 @@ def motion_from_essential_choose_solution(
     check_matrix(K2, 3, 3, "K2")
     check_last(x1, 2, "x1")
     check_last(x2, 2, "x2")
+    check_broadcastable(x2, x1, "x2", "x1", 1, 1)
+    _check_view(E_mat, K1, x1, "K1", "x1")
+    _check_view(E_mat, K2, x2, "K2", "x2")
     Rs, Ts = motion_from_essential(E_mat)
     # On the planes z = 1, where the triangulation is better conditioned than with pixels.
     p1, p2 = _rays(x1, K1)[..., None, :, :], _rays(x2, K2)[..., None, :, :]
@@ -279,6 +282,15 @@ def _parts(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
         axis,
         u * pointed(u[..., None])[..., 0, :],
     )
+
+
+def _check_view(E_mat: Tensor, K: Tensor, x: Tensor, K_name: str, x_name: str) -> None:
+    if x.dim() > E_mat.dim():
+        raise ValueError(
+            f"{x_name}: expected no more dimensions than E_mat {list(E_mat.shape)}, got {list(x.shape)}"
+        )
+    check_broadcastable(x, E_mat, x_name, "E_mat", 2, 2)
+    check_broadcastable(K, x, K_name, x_name, 2, 2)
 
 
 def _rays(x: Tensor, K: Tensor) -> Tensor:

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.core.checks import check_broadcastable, check_last, check_matrix
 from ...primitives.geometry.intrinsics import homogeneous, over_depth
 from ...primitives.linalg.matrices import cross, small_matmul
 
@@ -57,9 +57,8 @@ def compute_correspond_epilines(points: Tensor, F_mat: Tensor) -> Tensor:
     """
     x = homogeneous(points, "points")
     check_matrix(F_mat, 3, 3, "F_mat")
-    line = small_matmul(x, F_mat.transpose(-2, -1))
-    squared = line[..., 0:1] * line[..., 0:1] + line[..., 1:2] * line[..., 1:2]
-    return line / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))
+    check_broadcastable(F_mat, x, "F_mat", "points", 2, 2)
+    return _epilines(x, F_mat)
 
 
 def get_perpendicular(lines: Tensor, points: Tensor) -> Tensor:
@@ -81,6 +80,7 @@ def get_perpendicular(lines: Tensor, points: Tensor) -> Tensor:
     """
     check_last(lines, 3, "lines")
     x = homogeneous(points, "points")
+    check_broadcastable(points, lines, "points", "lines", 1, 1)
     # All perpendiculars meet at infinity, in the direction of the lines' normal.
     normal = torch.cat([lines[..., 0:2], torch.zeros_like(lines[..., 2:3])], -1)
     return cross(x, normal)
@@ -104,7 +104,25 @@ def get_closest_point_on_epipolar_line(pts1: Tensor, pts2: Tensor, Fm: Tensor) -
         >>> get_closest_point_on_epipolar_line(torch.tensor([[1.0, 2.0]]), torch.tensor([[7.0, 3.0]]), F)
         tensor([[7., 2.]])
     """
-    line = compute_correspond_epilines(pts1, Fm)
-    x = over_depth(homogeneous(pts2, "pts2"), 1e-8)
+    x1 = homogeneous(pts1, "pts1")
+    x2 = homogeneous(pts2, "pts2")
+    check_correspondences(pts1, pts2, Fm)
+    line = _epilines(x1, Fm)
+    x = over_depth(x2, 1e-8)
     normal = line[..., 0:2]
     return x - ((x * normal).sum(-1, keepdim=True) + line[..., 2:3]) * normal
+
+
+def check_correspondences(pts1: Tensor, pts2: Tensor, Fm: Tensor) -> None:
+    """Raise unless ``Fm`` are fundamental matrices that go with points, which go with each other."""
+    check_matrix(Fm, 3, 3, "Fm")
+    check_broadcastable(pts2, pts1, "pts2", "pts1", 1, 1)
+    check_broadcastable(Fm, pts1, "Fm", "pts1", 2, 2)
+    check_broadcastable(Fm, pts2, "Fm", "pts2", 2, 2)
+
+
+def _epilines(x: Tensor, Fm: Tensor) -> Tensor:
+    """Lines Fm x of homogeneous points, (a, b) of unit length."""
+    line = small_matmul(x, Fm.transpose(-2, -1))
+    squared = line[..., 0:1] * line[..., 0:1] + line[..., 1:2] * line[..., 1:2]
+    return line / torch.sqrt(torch.where(squared == 0, torch.ones_like(squared), squared))

@@ -8,9 +8,9 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_matrix
 from ...primitives.geometry.intrinsics import homogeneous
 from ...primitives.linalg.matrices import small_matmul
+from .lines import check_correspondences
 
 
 def sampson_epipolar_distance(
@@ -116,7 +116,7 @@ def _terms(pts1: Tensor, pts2: Tensor, Fm: Tensor) -> Tuple[Tensor, Tensor, Tens
     """x2^T F x1, and the squared lengths of the epipolar lines' normals in the first and the second image."""
     x1 = _finite(homogeneous(pts1, "pts1"))
     x2 = _finite(homogeneous(pts2, "pts2"))
-    check_matrix(Fm, 3, 3, "Fm")
+    check_correspondences(pts1, pts2, Fm)
     line2 = small_matmul(x1, Fm.transpose(-2, -1))
     line1 = small_matmul(x2, Fm)
     first = line1[..., 0] * line1[..., 0] + line1[..., 1] * line1[..., 1]

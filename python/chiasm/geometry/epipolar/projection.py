@@ -5,7 +5,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_image, check_matrix
+from ...primitives.core.checks import check_broadcastable, check_image, check_matrix
 from ...primitives.linalg.matrices import cross, small_matmul
 from ...primitives.linalg.qr import pointed
 from .lines import cross_product_matrix
@@ -57,7 +57,8 @@ def scale_intrinsics(camera_matrix: Tensor, scale_factor: Union[float, Tensor]) 
         (*, 3, 3). Differentiable in both.
 
     Raises:
-        TypeError, ValueError: if camera_matrix is not a floating-point (*, 3, 3) tensor.
+        TypeError, ValueError: if camera_matrix is not a floating-point (*, 3, 3) tensor, or scale_factor not
+            of a shape that broadcasts with its leading dimensions.
 
     Example:
         >>> scale_intrinsics(torch.tensor([[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]), 0.5)
@@ -67,6 +68,7 @@ def scale_intrinsics(camera_matrix: Tensor, scale_factor: Union[float, Tensor]) 
     """
     check_matrix(camera_matrix, 3, 3, "camera_matrix")
     if isinstance(scale_factor, Tensor):
+        check_broadcastable(scale_factor, camera_matrix, "scale_factor", "camera_matrix", 0, 2)
         upper = camera_matrix[..., 0:2, :] * scale_factor[..., None, None]
     else:
         upper = camera_matrix[..., 0:2, :] * scale_factor

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice, check_last, check_matrix
+from ...primitives.core.checks import check_broadcastable, check_choice, check_last, check_matrix
 from ...primitives.linalg.qr import null_vector
 
 
@@ -39,8 +39,15 @@ def triangulate_points(
     check_last(points1, 2, "points1")
     check_last(points2, 2, "points2")
     check_choice(solver, ["eigh", "svd"], "solver")
+    check_broadcastable(points1, P1, "points1", "P1", 2, 2)
+    check_broadcastable(points2, P2, "points2", "P2", 2, 2)
     first = _equations(P1.to(torch.float64), points1.to(torch.float64))
     second = _equations(P2.to(torch.float64), points2.to(torch.float64))
+    if first.shape != second.shape:
+        raise ValueError(
+            f"points2: expected with P2 the dimensions of points1 with P1, {list(first.shape[:-2])}, got"
+            f" {list(second.shape[:-2])}"
+        )
     a = torch.cat([first, second], -2)
     x = null_vector(a)
     depth = x[..., 3:4]

@@ -9,7 +9,7 @@ from typing import Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_image, check_last
+from ...primitives.core.checks import check_broadcastable, check_image, check_last
 from ...primitives.numbers.reshaping import reshaped
 from ...primitives.resampling.warping import position_dtype
 from ..conversions.pixels import normalisation
@@ -126,6 +126,7 @@ def render_gaussian2d(
     """
     check_last(mean, 2, "mean")
     check_last(std, 2, "std")
+    check_broadcastable(std, mean, "std", "mean")
     height, width = size
     if height < 1 or width < 1:
         raise ValueError(f"size: expected positive sizes, got ({height}, {width})")

@@ -5,6 +5,8 @@ from typing import Union
 import torch
 from torch import Tensor
 
+from .checks import broadcastable
+
 
 def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
     """``value`` as a tensor of ``like``'s dtype that broadcasts against it, one entry a sample where it is
@@ -16,7 +18,7 @@ def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
     if not isinstance(value, Tensor):
         return torch.full([1], value, dtype=like.dtype, device=like.device)
     value = value.to(like.dtype)
-    if value.dim() == 0 or value.dim() == like.dim():
+    if value.dim() == 0 or (value.dim() == like.dim() and broadcastable(value, like)):
         return value
     # The batch first: in a symbolic shape it is the same symbol, and no question about its value is asked.
     if value.dim() != 1 or (value.size(0) != like.size(0) and value.size(0) != 1):

@@ -74,6 +74,43 @@ def check_same_shape(value: Tensor, other: Tensor, name: str, other_name: str) -
         )
 
 
+def broadcastable(value: Tensor, other: Tensor, own: int = 0, others: int = 0) -> bool:
+    """Whether two shapes broadcast but for their last dimensions, ``own`` of ``value`` and ``others`` of
+    ``other``.
+
+    >>> (
+    ...     broadcastable(torch.zeros(2, 1, 3), torch.zeros(4, 3)),
+    ...     broadcastable(torch.zeros(2), torch.zeros(3)),
+    ... )
+    (True, False)
+    """
+    for i in range(min(value.dim() - own, other.dim() - others)):
+        # Of symbols what broadcasting itself asks, equality first: the trace of a graph learns nothing new.
+        a, b = value.size(-1 - own - i), other.size(-1 - others - i)
+        if a != b and a != 1 and b != 1:
+            return False
+    return True
+
+
+def check_broadcastable(
+    value: Tensor, other: Tensor, name: str, other_name: str, own: int = 0, others: int = 0
+) -> None:
+    """Raise ValueError unless the shapes broadcast but for their last dimensions, as ``broadcastable`` says
+    it."""
+    if not broadcastable(value, other, own, others):
+        part = "a shape that broadcasts" if own == 0 else "leading dimensions that broadcast"
+        raise ValueError(
+            f"{name}: expected {part} with {other_name}'s {list(other.shape)}, got {list(value.shape)}"
+        )
+
+
+def check_all_broadcastable(values: List[Tensor], names: List[str]) -> None:
+    """Raise ValueError unless the shapes of all ``values`` broadcast."""
+    for i in range(len(values)):
+        for j in range(i):
+            check_broadcastable(values[i], values[j], names[i], names[j])
+
+
 def check_choice(value: str, choices: List[str], name: str) -> None:
     """Raise ValueError unless ``value`` is one of ``choices``."""
     if value not in choices:

@@ -1,0 +1,55 @@
+"""An op refuses a wrong tensor in words: the argument, what was expected and what came. The wrong tensors of
+every op follow from its spec."""
+
+import inspect
+import re
+from collections.abc import Iterator
+
+import pytest
+import torch
+from torch import Tensor
+
+from chiasm.export import samples
+from chiasm.export.catalog import Entry, catalog
+from chiasm.export.spec import TensorSpec
+from chiasm.export.tracing.module import bind_spec
+
+ENTRIES = catalog()
+SIZES = {"B": 2, "C": 3, "H": 12, "W": 9, "N": 5, "OH": 6, "OW": 7}
+
+
+def wrong(tensor: TensorSpec, right: Tensor) -> Iterator[tuple[str, Tensor]]:
+    """What differs from `right` in one way that the spec rules out, each with its name."""
+    fixed = [i for i, size in enumerate(tensor.shape) if isinstance(size, int) and size > 1]
+    if fixed:
+        yield "size", torch.cat([right, right], fixed[-1])
+    if not tensor.sizes:  # the shape of such a tensor is a value
+        yield "rank", right.reshape(right.shape + (1, 1, 1)).expand(*right.shape, 2, 2, 2)
+    if tensor.dtype == "T":
+        yield "dtype", right.to(torch.complex64)
+
+
+def argument_names(entry: Entry) -> list[str]:
+    """What a message may be about: the op's arguments, and the inputs that stand for one."""
+    function = entry.function()
+    called = function.forward if isinstance(function, torch.nn.Module) else function
+    return [*inspect.signature(called).parameters, *(t.name for t in entry.spec.inputs)]
+
+
+@pytest.mark.parametrize("entry", ENTRIES.values(), ids=ENTRIES)
+def test_wrong_tensor_is_named(entry: Entry) -> None:
+    spec = entry.spec
+    module = bind_spec(entry.function(), spec)
+    inputs = samples.make(spec, samples.fit(spec, SIZES), spec.variants()[0])
+    message = re.compile(rf"({'|'.join(argument_names(entry))}): expected .*got .*", re.DOTALL)
+    unclear = []
+    for tensor in spec.inputs:
+        for kind, value in wrong(tensor, inputs[tensor.name]):
+            try:
+                module(**(inputs | {tensor.name: value}))
+            except (TypeError, ValueError) as error:
+                if not message.fullmatch(str(error)):
+                    unclear.append(f"{tensor.name}, {kind}: {error}")
+            except Exception as error:
+                unclear.append(f"{tensor.name}, {kind}: {type(error).__name__}: {error}")
+    assert not unclear
