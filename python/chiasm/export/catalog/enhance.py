@@ -254,7 +254,6 @@ add(
         symbols=STENCIL,
         gradient_tolerances=_SUMS,
         reference="Pillow ImageEnhance.Sharpness",
-        frames=Frames(),
     )
 )
 
