@@ -101,6 +101,16 @@ def test_sums_of_bytes_are_exact_whatever_the_taps() -> None:
             np.testing.assert_array_equal(as_frame(filter2d(x, torch.from_numpy(taps))), expected)
 
 
+def test_taps_that_are_no_numbers_are_limited() -> None:
+    image = frame(9, 8)
+    for x in both_layouts(image):
+        taps = torch.tensor([[torch.nan, torch.inf, 0.0], [0.0, torch.nan, 0.0]])
+        np.testing.assert_array_equal(as_frame(filter2d(x, taps)), (image > 0) * 255)
+        np.testing.assert_array_equal(as_frame(filter2d(x, -taps)), 0 * image)
+        flat = 0 * x + 7
+        assert torch.equal(sharpness(flat, torch.inf), flat)
+
+
 def test_each_sample_has_its_taps() -> None:
     image = frame(20, 30)
     x = both_layouts(image)[0].expand(2, -1, -1, -1)

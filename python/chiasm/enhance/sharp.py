@@ -8,6 +8,7 @@ from torch import Tensor
 from ..primitives.core.broadcasting import per_sample
 from ..primitives.core.checks import check_pixels
 from ..primitives.filters.fixed_point import correlated_bytes, whole_taps
+from ..primitives.numbers.rounding import known_or
 
 
 def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
@@ -46,7 +47,7 @@ def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
         smooth = correlated_bytes(input, taps, scale, "replicate").to(torch.float32)
         centre = input.to(torch.float32)
         # The product alone, for together with a sum engines round it differently.
-        added = torch.floor((centre - smooth) * per_sample(factor, centre, "factor"))
+        added = torch.floor(known_or((centre - smooth) * per_sample(factor, centre, "factor"), 0.0))
         inner = (smooth + added).clamp(0.0, 255.0).to(torch.uint8)[:, :, 1 : height + 1, 1 : width + 1]
         middle = input[:, :, 1 : height + 1]
         wide = torch.cat([middle[..., :1], inner, middle[..., width + 1 :]], 3)

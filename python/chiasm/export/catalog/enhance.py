@@ -362,7 +362,6 @@ add(
         gradient_tolerances=_SUMS,
         peer=opencv(_sharpened, "planes", edge=1),
         reference="Pillow ImageEnhance.Sharpness",
-        frames=Frames(),
     )
 )
 

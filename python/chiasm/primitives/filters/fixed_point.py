@@ -95,12 +95,13 @@ def _box_bytes_kernel(x: Tensor, ky: int, kx: int, border_type: str) -> Tensor:
 
 def whole_taps(taps: Tensor) -> Tuple[Tensor, Tensor]:
     """Taps (N, kh, kw) as whole numbers, and the power of two (N,) that those of a window are multiples of:
-    the least of 2^-23 to 2^23 with which sums of bytes are below 2^24. NaN becomes 0.
+    the least of 2^-23 to 2^23 with which sums of bytes are below 2^24. NaN becomes 0, and what is beyond 2^31
+    is 2^31.
 
     >>> whole_taps(torch.tensor([[[0.5, 0.3]]], dtype=torch.float64))
     (tensor([[[32768., 19661.]]]), tensor([1.5259e-05]))
     """
-    wanted = known_or(taps.to(torch.float64), 0.0)
+    wanted = known_or(taps.to(torch.float64), 0.0).clamp(-2147483648.0, 2147483648.0)
     count = taps.size(1) * taps.size(2)
     # Chosen, not computed: engines' logarithms differ in the last digits.
     steps = torch.tensor([2.0**k for k in range(-23, 24)], dtype=torch.float64, device=taps.device)
