@@ -32,7 +32,11 @@ WRONG = [
     ),
     (lambda: color.rgb_to_hsv(X[0, 0]), ValueError, "image: expected shape"),
     (lambda: color.bgr_to_rgb(X[:, :1]), ValueError, "image: expected shape"),
-    (lambda: enhance.normalize(BYTES, EYE[0, 0], EYE[0, 0]), TypeError, "data: expected a floating-point"),
+    (
+        lambda: enhance.normalize(BYTES.int(), EYE[0, 0], EYE[0, 0]),
+        TypeError,
+        "data: expected a floating-point",
+    ),
     (lambda: enhance.normalize(X, EYE, EYE[0, 0]), ValueError, "mean: expected"),
     (lambda: enhance.normalize(X, EYE[0, 0], EYE), ValueError, "std: expected"),
     (

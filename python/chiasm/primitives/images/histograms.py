@@ -36,8 +36,8 @@ quantize_u8.lowering("native", when=kernels.has_kernel)(kernels.quantize_u8)
 def level_rows(image: Tensor) -> Tensor:
     """The levels of each channel of (B, C, *), in [0, 1] or bytes, as the rows of (B * C, N).
 
-    >>> level_rows(torch.tensor([[[0.0, 1.0]]])), level_rows(torch.tensor([[[7, 8]]],
-    dtype=torch.uint8)).dtype (tensor([[  0, 255]], dtype=torch.int32), torch.uint8)
+    >>> level_rows(torch.tensor([[[0.0, 1.0]]]))
+    tensor([[  0, 255]], dtype=torch.int32)
     """
     levels = in_planes(image) if image.dtype == torch.uint8 else quantize_u8(image)
     return levels.flatten(2).flatten(0, 1)
