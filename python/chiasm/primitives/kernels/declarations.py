@@ -258,7 +258,7 @@ _declare(
 )
 _declare(
     "mix_pixels(uint8[N, L] x, int32[O, 4] weights, int shift, bool interleaved) -> uint8[N, L // 3 * O]",
-    "pixels.cpp",
+    "colour_bytes.cpp",
     """Linear mixtures of three channels, in planes or interleaved: the sum of a row's first three weights
     times the channels and of its fourth, over 2^shift, rounded down and saturated. Sums below 2^24 are
     exact.""",
@@ -268,7 +268,7 @@ _declare(
 _declare(
     """luma_chroma_pixels(uint8[N, L] x, int red, int green, int blue, int first, int second, bool
     interleaved) -> uint8[N, L]""",
-    "pixels.cpp",
+    "colour_bytes.cpp",
     """Luma Y, the sum of red, green and blue by their weights, and of that 128 + first (blue - Y) and 128 +
     second (red - Y), in planes or interleaved. Weights and factors are in 1/2^14, each value is rounded
     halves up and saturated.""",
@@ -284,7 +284,7 @@ _declare(
 )
 _declare(
     "hue_pixels(uint8[N, L] x, bool lightness, bool interleaved) -> uint8[N, L]",
-    "pixels.cpp",
+    "colour_bytes.cpp",
     """Hue in degrees / 2 of red, green and blue, and with it saturation and value, or lightness and
     saturation, 0 to 255, in planes or interleaved. Lightnesses are rounded halves up, all else halves to
     even.""",
@@ -292,7 +292,7 @@ _declare(
 )
 _declare(
     "from_hue_pixels(uint8[N, L] x, bool lightness, bool interleaved) -> uint8[N, L]",
-    "pixels.cpp",
+    "colour_bytes.cpp",
     """Red, green and blue of what hue_pixels makes, rounded halves up, in planes or interleaved. A hue of 180
     and more is a turn further.""",
     ["L % 3 == 0"],
@@ -301,7 +301,7 @@ _declare(
 _declare(
     """curve_pixels(uint8[N, L] x, int32[3, 256] first, int32[3, 4] before, int32[K] middle, int32[3, 4]
     after, int32[M] last, int shift_before, int shift_after, bool interleaved) -> uint8[N, L]""",
-    "pixels.cpp",
+    "colour_bytes.cpp",
     """Three channels, in planes or interleaved, through tables: each by its own of the first, mixed, each
     by the middle table, mixed, and each by the last. A mixture is the sum of a row's first three weights
     times the channels and of its fourth, in 32 bits, over 2^shift, rounded down, and limited to the table's

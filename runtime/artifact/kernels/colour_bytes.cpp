@@ -1,0 +1,464 @@
+// Colours of bytes: mixed channels, luma and chroma, hues, and curves before and after mixing.
+#include <array>
+
+#include "interleaving.h"
+
+namespace chiasm::kernels {
+namespace {
+
+// One channel of what is mixed: weights of the three channels, and what is added before the shift.
+struct Mix {
+  int32_t weights[3], offset;
+};
+
+// Bytes as numbers.
+template <class D>
+HWY_INLINE hn::Vec<D> number(D numbers, const uint8_t* x) {
+  const hn::Rebind<uint8_t, D> bytes;
+  return hn::ConvertTo(numbers, hn::PromoteTo(Integers<D>(), hn::LoadU(bytes, x)));
+}
+
+// Numbers from 0 to 255 that have been rounded, and others saturated.
+template <class D>
+HWY_INLINE void store_levels(D, hn::Vec<Integers<D>> levels, uint8_t* out) {
+  const hn::Rebind<uint8_t, D> bytes;
+  hn::StoreU(hn::DemoteTo(bytes, levels), bytes, out);
+}
+
+// kRows sums of three planes of n bytes, `plane` bytes apart. Products of weights and bytes are whole numbers
+// that float32 holds, and a product of float32 is one instruction where that of int32 is two.
+template <int kRows>
+void mix_planes(const uint8_t* x, int64_t plane, const Mix* mixes, float scale, int64_t n, uint8_t* out,
+                int64_t out_plane) {
+  std::array<std::array<float, 4>, kRows> rows;
+  for (int r = 0; r < kRows; ++r) {
+    for (size_t c = 0; c < 3; ++c) rows[r][c] = static_cast<float>(mixes[r].weights[c]);
+    rows[r][3] = static_cast<float>(mixes[r].offset);
+  }
+  for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    for (int v = 0; v < vectors; ++v) {
+      const uint8_t* const p = x + k + v * lanes;
+      const auto a = number(d, p), b = number(d, p + plane), c = number(d, p + 2 * plane);
+      for (int r = 0; r < kRows; ++r) {
+        const auto weight = [&](size_t i) { return hn::Set(d, rows[r][i]); };
+        const auto sum = hn::Add(hn::Add(hn::Mul(a, weight(0)), hn::Mul(b, weight(1))),
+                                 hn::Add(hn::Mul(c, weight(2)), weight(3)));
+        // Below 0 everything becomes 0, so that to truncate is to round down.
+        store_levels(d, hn::ConvertTo(Integers<decltype(d)>(), hn::Mul(sum, hn::Set(d, scale))),
+                     out + r * out_plane + k + v * lanes);
+      }
+    }
+  });
+}
+
+// The same where no weight is below 0 and their high and their low bytes have sums of 16 bits: both are
+// weighted apart, twice as many values in a vector.
+bool fits_words(const Mix& mix, int64_t shift) {
+  int32_t high = 0, low = 0;
+  for (const int32_t weight : mix.weights) {
+    if (weight < 0) return false;
+    high += weight >> 8;
+    low += weight & 255;
+  }
+  return mix.offset >= 0 && mix.offset % 256 == 0 && shift >= 9 && low <= 257 &&
+         int64_t{high} * 255 + mix.offset / 256 + 255 <= UINT16_MAX;
+}
+
+void mix_words(const uint8_t* x, int64_t plane, const Mix& mix, int64_t shift, int64_t n, uint8_t* out) {
+  const std::array<int32_t, 3> weights{mix.weights[0], mix.weights[1], mix.weights[2]};
+  const int32_t offset = mix.offset / 256;
+  const int more = static_cast<int>(shift) - 8;
+  for_lanes<uint16_t, 2>(n, [=](auto d, auto vectors, int64_t k) {
+    const hn::Rebind<uint8_t, decltype(d)> bytes;
+    const hn::RebindToSigned<decltype(d)> integers;
+    const auto word = [=](int32_t value) { return hn::Set(d, static_cast<uint16_t>(value)); };
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    for (int v = 0; v < vectors; ++v) {
+      auto high = word(offset), low = hn::Zero(d);
+      for (size_t c = 0; c < 3; ++c) {
+        const auto value =
+            hn::PromoteTo(d, hn::LoadU(bytes, x + static_cast<int64_t>(c) * plane + k + v * lanes));
+        high = hn::Add(high, hn::Mul(value, word(weights[c] >> 8)));
+        low = hn::Add(low, hn::Mul(value, word(weights[c] & 255)));
+      }
+      const auto level = hn::ShiftRightSame(hn::Add(high, hn::ShiftRight<8>(low)), more);
+      hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(integers, level)), bytes, out + k + v * lanes);
+    }
+  });
+}
+
+// Bytes as 16-bit numbers, those of even pixels and those of odd ones, and back.
+template <class D>
+struct Halves {
+  using Words = hn::Repartition<int16_t, D>;
+  hn::Vec<Words> even, odd;
+
+  static HWY_INLINE Halves of(D, hn::Vec<D> bytes) {
+    const hn::Repartition<uint16_t, D> unsigneds;
+    const auto both = hn::BitCast(unsigneds, bytes);
+    const Words words;
+    return {hn::BitCast(words, hn::And(both, hn::Set(unsigneds, uint16_t{255}))),
+            hn::BitCast(words, hn::ShiftRight<8>(both))};
+  }
+
+  HWY_INLINE hn::Vec<D> saturated(D d) const {
+    const Words words;
+    const auto level = [=](hn::Vec<Words> x) {
+      return hn::Min(hn::Max(x, hn::Zero(words)), hn::Set(words, int16_t{255}));
+    };
+    return hn::BitCast(d, hn::Or(level(even), hn::ShiftLeft<8>(level(odd))));
+  }
+};
+
+// Sums of four products for every pixel, of 16-bit numbers that stand in pairs, so that a sum of two products to 32
+// bits takes them.
+template <class D>
+struct Pairs {
+  using Words = hn::Repartition<int16_t, D>;
+  using Integers = hn::Repartition<int32_t, D>;
+  hn::Vec<Words> first[4], second[4];
+
+  HWY_INLINE Pairs(D, const Halves<D>& a, const Halves<D>& b, const Halves<D>& c, const Halves<D>& again) {
+    join(a, b, first);
+    join(c, again, second);
+  }
+
+  static HWY_INLINE void join(const Halves<D>& a, const Halves<D>& b, hn::Vec<Words>* to) {
+    const Words words;
+    to[0] = hn::InterleaveLower(words, a.even, b.even);
+    to[1] = hn::InterleaveUpper(words, a.even, b.even);
+    to[2] = hn::InterleaveLower(words, a.odd, b.odd);
+    to[3] = hn::InterleaveUpper(words, a.odd, b.odd);
+  }
+
+  // By two weights of each pair, plus an offset, over 2^by.
+  HWY_INLINE Halves<D> sums(hn::Vec<Words> by_first, hn::Vec<Words> by_second, hn::Vec<Integers> offset,
+                            int by) const {
+    const Words words;
+    const Integers integers;
+    const auto sum = [&](int q) {
+      auto even = hn::Zero(integers), odd = even;
+      even = hn::ReorderWidenMulAccumulate(integers, first[q], by_first, even, odd);
+      even = hn::ReorderWidenMulAccumulate(integers, second[q], by_second, even, odd);
+      return hn::ShiftRightSame(hn::Add(hn::RearrangeToOddPlusEven(even, odd), offset), by);
+    };
+    return {hn::ReorderDemote2To(words, sum(0), sum(1)), hn::ReorderDemote2To(words, sum(2), sum(3))};
+  }
+};
+
+// Weights of 16 bits of the first, second, third channel, and of one of them again, which has room for a
+// weight that is longer.
+struct WordMix {
+  std::array<std::array<int16_t, 4>, 3> weights;
+  std::array<int32_t, 3> offsets;
+  int64_t again;
+};
+
+// Whether the weights are of 16 bits, but for those of one channel, which are of 17.
+bool split_weights(const Mix* mixes, int64_t rows, WordMix& words) {
+  words.again = 2;
+  for (int64_t r = 0; r < rows; ++r)
+    for (int64_t c = 0; c < 3; ++c)
+      if (mixes[r].weights[c] != std::clamp<int32_t>(mixes[r].weights[c], INT16_MIN, INT16_MAX))
+        words.again = c;
+  for (int64_t r = 0; r < rows; ++r) {
+    auto& split = words.weights[static_cast<size_t>(r)];
+    split[3] = 0;
+    for (int64_t c = 0; c < 3; ++c) {
+      const int32_t weight = mixes[r].weights[c], part = std::clamp<int32_t>(weight, INT16_MIN, INT16_MAX),
+                    rest = weight - part;
+      split[static_cast<size_t>(c)] = static_cast<int16_t>(part);
+      if (rest == 0) continue;
+      if (c != words.again || rest != std::clamp<int32_t>(rest, INT16_MIN, INT16_MAX)) return false;
+      split[3] = static_cast<int16_t>(rest);
+    }
+    words.offsets[static_cast<size_t>(r)] = mixes[r].offset;
+  }
+  return true;
+}
+
+// Two weights for all pairs.
+template <class D>
+HWY_INLINE hn::Vec<D> pair(D words, int16_t first, int16_t second) {
+  const hn::Repartition<int32_t, D> integers;
+  return hn::BitCast(words, hn::Set(integers, int32_t{static_cast<uint16_t>(first)} | second * 65536));
+}
+
+// kRows sums of three planes, in products of 16 bits.
+template <int kRows>
+void mix_pairs(const uint8_t* x, int64_t plane, const WordMix& mix, int64_t shift, int64_t n, uint8_t* out,
+               int64_t out_plane) {
+  const int by = static_cast<int>(shift);
+  for_lanes<uint8_t>(n, [=](auto d, auto, int64_t k) {
+    using D = decltype(d);
+    const uint8_t* const p = x + k;
+    if constexpr (hn::MaxLanes(d) == 1) {
+      for (size_t r = 0; r < kRows; ++r) {
+        int32_t sum = mix.offsets[r] + mix.weights[r][3] * p[mix.again * plane];
+        for (size_t c = 0; c < 3; ++c) sum += mix.weights[r][c] * p[static_cast<int64_t>(c) * plane];
+        out[static_cast<int64_t>(r) * out_plane + k] = static_cast<uint8_t>(std::clamp(sum >> by, 0, 255));
+      }
+    } else {
+      const hn::Repartition<int16_t, D> words;
+      const hn::Repartition<int32_t, D> integers;
+      const auto halves = [=](int64_t channel) {
+        return Halves<D>::of(d, hn::LoadU(d, p + channel * plane));
+      };
+      const Pairs<D> pairs(d, halves(0), halves(1), halves(2), halves(mix.again));
+      for (size_t r = 0; r < kRows; ++r) {
+        const auto& w = mix.weights[r];
+        const auto sums = pairs.sums(pair(words, w[0], w[1]), pair(words, w[2], w[3]),
+                                     hn::Set(integers, mix.offsets[r]), by);
+        hn::StoreU(sums.saturated(d), d, out + static_cast<int64_t>(r) * out_plane + k);
+      }
+    }
+  });
+}
+
+// A luma, and how far two channels are above it times factors, around 128; all in 1/2^14, rounded halves up.
+struct LumaChroma {
+  int16_t weights[3], first, second;
+};
+
+void luma_chroma_planes(const uint8_t* x, int64_t plane, const LumaChroma& mix, int64_t n, uint8_t* out,
+                        int64_t out_plane) {
+  for_lanes<uint8_t>(n, [=](auto d, auto, int64_t k) {
+    using D = decltype(d);
+    const uint8_t* const p = x + k;
+    uint8_t* const to = out + k;
+    if constexpr (hn::MaxLanes(d) == 1) {
+      const int32_t r = p[0], g = p[plane], b = p[2 * plane];
+      const int32_t luma = (mix.weights[0] * r + mix.weights[1] * g + mix.weights[2] * b + 8192) >> 14;
+      const auto level = [](int32_t value) { return static_cast<uint8_t>(std::clamp(value, 0, 255)); };
+      to[0] = level(luma);
+      to[out_plane] = level(128 + ((mix.first * (b - luma) + 8192) >> 14));
+      to[2 * out_plane] = level(128 + ((mix.second * (r - luma) + 8192) >> 14));
+    } else {
+      const hn::Repartition<int16_t, D> words;
+      const hn::Repartition<int32_t, D> integers;
+      const auto halves = [=](int64_t channel) {
+        return Halves<D>::of(d, hn::LoadU(d, p + channel * plane));
+      };
+      const auto red = halves(0), green = halves(1), blue = halves(2);
+      const auto none = hn::Zero(words);
+      const auto luma = Pairs<D>(d, red, green, blue, {none, none})
+                            .sums(pair(words, mix.weights[0], mix.weights[1]), pair(words, mix.weights[2], 0),
+                                  hn::Set(integers, 8192), 14);
+      hn::StoreU(luma.saturated(d), d, to);
+      const auto store = [=](const Halves<D>& channel, int16_t factor, uint8_t* where) {
+        const auto around = [=](auto value, auto level) {
+          const auto above = hn::Sub(value, level);
+          // (2 above * factor + 2^14) / 2^15
+          const auto scaled = hn::MulFixedPoint15(hn::Add(above, above), hn::Set(words, factor));
+          return hn::Add(scaled, hn::Set(words, int16_t{128}));
+        };
+        const Halves<D> made{around(channel.even, luma.even), around(channel.odd, luma.odd)};
+        hn::StoreU(made.saturated(d), d, where);
+      };
+      store(blue, mix.first, to + out_plane);
+      store(red, mix.second, to + 2 * out_plane);
+    }
+  });
+}
+
+// Calls body(planes, plane, count, out, out_plane) for runs of pixels of images of three channels: planes of
+// `count` bytes, `plane` bytes apart, of which `out` gets `rows` planes. Interleaved pixels are taken apart,
+// and three planes put together, in L1.
+template <class Body>
+void for_planes(const uint8_t* x, int64_t n, int64_t pixels, int64_t rows, bool interleaved, uint8_t* out,
+                const Body& body) {
+  for_pixels(n, pixels, [&](int64_t image, int64_t first, int64_t count) {
+    const uint8_t* const from = x + image * 3 * pixels;
+    uint8_t* const to = out + image * rows * pixels;
+    if (!interleaved) return body(from + first, pixels, count, to + first, pixels);
+    alignas(kLine) std::array<uint8_t, 3 * kPart> planes, made;
+    split_run<uint8_t, 3>(from + 3 * first, count, kPart, planes.data());
+    if (rows == 1) return body(planes.data(), kPart, count, to + first, pixels);
+    body(planes.data(), kPart, count, made.data(), kPart);
+    join_run<uint8_t, 3>(made.data(), count, kPart, to + 3 * first);
+  });
+}
+
+// Hue in degrees / 2, and with it saturation and value, or lightness and saturation, 0 to 255: rounded halves to
+// even, of lightnesses up. Quotients are of whole numbers below 2^16: those that are no halves are further from
+// them than float32 rounds.
+template <bool kLightness>
+void hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
+  for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    const auto whole = [=](float value) { return hn::Set(d, value); };
+    const Integers<decltype(d)> integers;
+    for (int v = 0; v < vectors; ++v) {
+      const uint8_t* const p = x + k + v * lanes;
+      uint8_t* const to = out + k + v * lanes;
+      const auto r = number(d, p), g = number(d, p + plane), b = number(d, p + 2 * plane);
+      const auto value = hn::Max(hn::Max(r, g), b), least = hn::Min(hn::Min(r, g), b);
+      const auto chroma = hn::Sub(value, least);
+      const auto is_red = hn::Eq(value, r), is_green = hn::Eq(value, g);
+      const auto turn =
+          hn::IfThenElse(is_red, hn::Sub(g, b),
+                         hn::Add(hn::IfThenElse(is_green, hn::Sub(b, r), hn::Sub(r, g)),
+                                 hn::Mul(chroma, hn::IfThenElse(is_green, whole(2), whole(4)))));
+      const auto hue = hn::Div(hn::Mul(whole(30), turn), hn::Max(chroma, whole(1)));
+      const auto degrees = hn::NearestInt(hue);
+      const auto turned = hn::Add(degrees, hn::Set(integers, 180));
+      store_levels(d, hn::IfThenElse(hn::Lt(degrees, hn::Zero(integers)), turned, degrees), to);
+      const auto sum = hn::Add(value, least);
+      const auto most = kLightness ? hn::Min(sum, hn::Sub(whole(510), sum)) : value;
+      const auto saturation = hn::NearestInt(hn::Div(hn::Mul(whole(255), chroma), hn::Max(most, whole(1))));
+      const auto level =
+          hn::ConvertTo(integers, kLightness ? hn::Mul(hn::Add(sum, whole(1)), whole(0.5)) : value);
+      store_levels(d, kLightness ? level : saturation, to + out_plane);
+      store_levels(d, kLightness ? saturation : level, to + 2 * out_plane);
+    }
+  });
+}
+
+// The reverse: red, green, blue, rounded halves up. A channel is a whole number below 2^21 over 30 * 255, or over
+// 15 * 255; to that number a half is added, so that a product with the reciprocal, and 2^-23 of it for what
+// float32 rounds, falls short of no whole quotient.
+template <bool kLightness>
+void from_hue_planes(const uint8_t* x, int64_t plane, int64_t n, uint8_t* out, int64_t out_plane) {
+  for_lanes<float, 2>(n, [=](auto d, auto vectors, int64_t k) {
+    const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+    const auto whole = [=](float value) { return hn::Set(d, value); };
+    for (int v = 0; v < vectors; ++v) {
+      const uint8_t* const p = x + k + v * lanes;
+      uint8_t* const to = out + k + v * lanes;
+      const auto second = number(d, p + plane), third = number(d, p + 2 * plane);
+      auto hue = number(d, p);
+      hue = hn::IfThenElse(hn::Ge(hue, whole(180)), hn::Sub(hue, whole(180)), hue);
+      // How far the hue is from a channel's, in 1/30 of a sixth of a turn, from 0 to 30 more than a sixth.
+      const auto from = [=](float at) { return hn::Abs(hn::Sub(hue, whole(at))); };
+      const auto limited = [=](auto part) { return hn::Min(hn::Max(part, hn::Zero(d)), whole(30)); };
+      const hn::Vec<decltype(d)> parts[] = {limited(hn::Sub(whole(60), from(90))),
+                                            limited(hn::Sub(from(60), whole(30))),
+                                            limited(hn::Sub(from(120), whole(30)))};
+      for (int64_t c = 0; c < 3; ++c) {
+        hn::Vec<decltype(d)> level;
+        if constexpr (kLightness) {
+          const auto room = hn::Mul(third, hn::Min(second, hn::Sub(whole(255), second)));
+          level = hn::Mul(hn::Add(hn::Add(hn::Mul(second, whole(3825)), whole(1912.5f)),
+                                  hn::Mul(room, hn::Sub(whole(15), parts[c]))),
+                          whole(1.0f / 3825));
+        } else {
+          const auto part = hn::Sub(whole(7650), hn::Mul(second, parts[c]));
+          level = hn::Mul(hn::Add(hn::Mul(third, part), whole(3825.5f)), whole(1.0f / 7650));
+        }
+        store_levels(d, hn::ConvertTo(Integers<decltype(d)>(), level), to + c * out_plane);
+      }
+    }
+  });
+}
+
+// What becomes of a pixel between three tables, in whole numbers.
+struct Curves {
+  const int32_t *first, *before, *middle, *after, *last;
+  int64_t middles, lasts;
+  int shift_before, shift_after;
+};
+
+// kLast: whether there is a last table; without it numbers from 0 to 255 are the bytes.
+template <bool kLast>
+void curve_planes(const uint8_t* x, int64_t plane, const Curves& curves, int64_t n, uint8_t* out,
+                  int64_t out_plane) {
+  for_lanes<int32_t>(n, [=](auto d, auto, int64_t k) {
+    const hn::Rebind<uint8_t, decltype(d)> bytes;
+    hn::Vec<decltype(d)> channels[3], mixed[3];
+    for (int64_t c = 0; c < 3; ++c)
+      channels[c] =
+          hn::GatherIndex(d, curves.first + 256 * c, hn::PromoteTo(d, hn::LoadU(bytes, x + c * plane + k)));
+    const auto mix = [&](const int32_t* weights, int shift, int64_t entries) {
+      for (int64_t r = 0; r < 3; ++r) {
+        const auto product = [&](int64_t c) { return hn::Mul(channels[c], hn::Set(d, weights[4 * r + c])); };
+        const auto sum =
+            hn::Add(hn::Add(product(0), product(1)), hn::Add(product(2), hn::Set(d, weights[4 * r + 3])));
+        const auto last = hn::Set(d, static_cast<int32_t>(entries - 1));
+        mixed[r] = hn::Min(hn::Max(hn::ShiftRightSame(sum, shift), hn::Zero(d)), last);
+      }
+    };
+    mix(curves.before, curves.shift_before, curves.middles);
+    for (int64_t c = 0; c < 3; ++c) channels[c] = hn::GatherIndex(d, curves.middle, mixed[c]);
+    mix(curves.after, curves.shift_after, curves.lasts);
+    for (int64_t c = 0; c < 3; ++c) {
+      if constexpr (kLast) mixed[c] = hn::GatherIndex(d, curves.last, mixed[c]);
+      hn::StoreU(hn::DemoteTo(bytes, mixed[c]), bytes, out + c * out_plane + k);
+    }
+  });
+}
+
+}  // namespace
+
+void mix_pixels(const uint8_t* x, int64_t n, int64_t values, const int32_t* weights, int64_t rows,
+                int64_t shift, bool interleaved, uint8_t* out) {
+  const float scale = 1.0f / static_cast<float>(int64_t{1} << shift);
+  std::array<Mix, 3> mixes{};
+  for (int64_t row = 0; row < rows; ++row) {
+    Mix& mix = mixes[static_cast<size_t>(row)];
+    std::copy_n(weights + 4 * row, 3, mix.weights);
+    mix.offset = weights[4 * row + 3];
+  }
+  const bool words = rows == 1 && fits_words(mixes[0], shift);
+  WordMix split{};
+  const bool pairs = split_weights(mixes.data(), rows, split);
+  for_planes(x, n, values / 3, rows, interleaved, out,
+             [&](const uint8_t* from, int64_t plane, int64_t count, uint8_t* to, int64_t out_plane) {
+               if (words)
+                 mix_words(from, plane, mixes[0], shift, count, to);
+               else if (pairs)
+                 (rows == 1 ? mix_pairs<1> : mix_pairs<3>)(from, plane, split, shift, count, to, out_plane);
+               else
+                 (rows == 1 ? mix_planes<1> : mix_planes<3>)(from, plane, mixes.data(), scale, count, to,
+                                                             out_plane);
+             });
+}
+
+void luma_chroma_pixels(const uint8_t* x, int64_t n, int64_t values, int64_t red, int64_t green, int64_t blue,
+                        int64_t first, int64_t second, bool interleaved, uint8_t* out) {
+  const auto word = [](int64_t value) { return static_cast<int16_t>(value); };
+  const LumaChroma mix{{word(red), word(green), word(blue)}, word(first), word(second)};
+  for_planes(x, n, values / 3, 3, interleaved, out,
+             [&](const uint8_t* from, int64_t plane, int64_t count, uint8_t* to, int64_t out_plane) {
+               luma_chroma_planes(from, plane, mix, count, to, out_plane);
+             });
+}
+
+void hue_pixels(const uint8_t* x, int64_t n, int64_t values, bool lightness, bool interleaved, uint8_t* out) {
+  for_planes(x, n, values / 3, 3, interleaved, out,
+             [&](const uint8_t* from, int64_t plane, int64_t count, uint8_t* to, int64_t out_plane) {
+               (lightness ? hue_planes<true> : hue_planes<false>)(from, plane, count, to, out_plane);
+             });
+}
+
+void from_hue_pixels(const uint8_t* x, int64_t n, int64_t values, bool lightness, bool interleaved,
+                     uint8_t* out) {
+  for_planes(x, n, values / 3, 3, interleaved, out,
+             [&](const uint8_t* from, int64_t plane, int64_t count, uint8_t* to, int64_t out_plane) {
+               (lightness ? from_hue_planes<true> : from_hue_planes<false>)(from, plane, count, to,
+                                                                            out_plane);
+             });
+}
+
+void curve_pixels(const uint8_t* x, int64_t n, int64_t values, const int32_t* first, const int32_t* before,
+                  const int32_t* middle, int64_t middles, const int32_t* after, const int32_t* last,
+                  int64_t lasts, int64_t shift_before, int64_t shift_after, bool interleaved, uint8_t* out) {
+  const Curves curves{first,
+                      before,
+                      middle,
+                      after,
+                      last,
+                      middles,
+                      lasts,
+                      static_cast<int>(shift_before),
+                      static_cast<int>(shift_after)};
+  bool straight = lasts == 256;
+  for (int32_t i = 0; straight && i < 256; ++i) straight = last[i] == i;
+  for_planes(x, n, values / 3, 3, interleaved, out,
+             [&](const uint8_t* from, int64_t plane, int64_t count, uint8_t* to, int64_t out_plane) {
+               (straight ? curve_planes<false> : curve_planes<true>)(from, plane, curves, count, to,
+                                                                     out_plane);
+             });
+}
+
+}  // namespace chiasm::kernels

@@ -1,0 +1,70 @@
+// Runs of pixels whose channels lie next to each other, and of planes.
+#pragma once
+
+#include "rows.h"
+
+namespace chiasm::kernels {
+
+// Values of one step: parts of an image that stay in L1, so that threads share one image.
+constexpr int64_t kPart = 4096;
+
+// Calls body(image, first, count) for runs of pixels of n images.
+template <class Body>
+void for_pixels(int64_t n, int64_t pixels, const Body& body) {
+  const int64_t parts = (pixels + kPart - 1) / kPart;
+#pragma omp parallel for
+  for (int64_t i = 0; i < n * parts; ++i) {
+    const int64_t first = i % parts * kPart;
+    body(i / parts, first, std::min(kPart, pixels - first));
+  }
+}
+
+template <int kChannels, class D, class T>
+HWY_INLINE void load_pixels(D d, const T* p, hn::Vec<D>* channels) {
+  if constexpr (kChannels == 1)
+    channels[0] = hn::LoadU(d, p);
+  else if constexpr (kChannels == 2)
+    hn::LoadInterleaved2(d, p, channels[0], channels[1]);
+  else if constexpr (kChannels == 3)
+    hn::LoadInterleaved3(d, p, channels[0], channels[1], channels[2]);
+  else
+    hn::LoadInterleaved4(d, p, channels[0], channels[1], channels[2], channels[3]);
+}
+
+template <int kChannels, class D, class T>
+HWY_INLINE void store_pixels(D d, const hn::Vec<D>* channels, T* p) {
+  if constexpr (kChannels == 2)
+    hn::StoreInterleaved2(channels[0], channels[1], d, p);
+  else if constexpr (kChannels == 3)
+    hn::StoreInterleaved3(channels[0], channels[1], channels[2], d, p);
+  else
+    hn::StoreInterleaved4(channels[0], channels[1], channels[2], channels[3], d, p);
+}
+
+template <class T, int kChannels>
+void split_run(const T* x, int64_t n, int64_t plane, T* out) {
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    if constexpr (hn::MaxLanes(d) == 1) {
+      for (int c = 0; c < kChannels; ++c) out[c * plane + k] = x[kChannels * k + c];
+    } else {
+      hn::Vec<decltype(d)> channels[kChannels];
+      load_pixels<kChannels>(d, x + kChannels * k, channels);
+      for (int c = 0; c < kChannels; ++c) hn::StoreU(channels[c], d, out + c * plane + k);
+    }
+  });
+}
+
+template <class T, int kChannels>
+void join_run(const T* x, int64_t n, int64_t plane, T* out) {
+  for_lanes<T>(n, [=](auto d, auto, int64_t k) {
+    if constexpr (hn::MaxLanes(d) == 1) {
+      for (int c = 0; c < kChannels; ++c) out[kChannels * k + c] = x[c * plane + k];
+    } else {
+      hn::Vec<decltype(d)> channels[kChannels];
+      for (int c = 0; c < kChannels; ++c) channels[c] = hn::LoadU(d, x + c * plane + k);
+      store_pixels<kChannels>(d, channels, out + kChannels * k);
+    }
+  });
+}
+
+}  // namespace chiasm::kernels

@@ -1,0 +1,302 @@
+// Colours of bytes, interleaved and in planes: against OpenCV, or their definition.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "bytes.h"
+
+using namespace chiasm::kernels;
+
+namespace {
+
+TEST_F(Bytes, PixelsAreSplitAndJoinedAsOpenCvDoes) {
+  for (const int channels : {1, 2, 3, 4, 5})
+    for (const int pixels : {1, 15, 33, 4096 + 70}) {
+      const cv::Mat image = frame(1, pixels, channels);
+      const auto values = static_cast<size_t>(pixels * channels);
+      std::vector<uint8_t> planes(values), back(values);
+      split_pixels(image.data, 1, pixels * channels, channels, planes.data());
+      std::vector<cv::Mat> expected;
+      cv::split(image, expected);
+      for (int c = 0; c < channels; ++c)
+        EXPECT_TRUE(std::equal(planes.begin() + c * pixels, planes.begin() + (c + 1) * pixels,
+                               expected[size_t(c)].data))
+            << pixels << " x " << channels;
+      join_pixels(planes.data(), 1, pixels * channels, channels, back.data());
+      EXPECT_TRUE(std::equal(back.begin(), back.end(), image.data)) << pixels << " x " << channels;
+    }
+}
+
+// Luma of B, G, R in 1/2^15, and a half.
+const std::vector<int32_t> kGrey = {3735, 19235, 9798, 1 << 14};
+
+TEST_F(Bytes, MixedPixelsMatchOpenCvGrey) {
+  for (const Size& size : kSizes)
+    for (const bool interleaved : {true, false}) {
+      const cv::Mat image = frame(size.height, size.width, 3);
+      cv::Mat expected;
+      cv::cvtColor(image, expected, cv::COLOR_BGR2GRAY);
+      const int64_t values = image.total() * 3;
+      std::vector<uint8_t> planes(static_cast<size_t>(values)), out(static_cast<size_t>(values / 3));
+      split_pixels(image.data, 1, values, 3, planes.data());
+      mix_pixels(interleaved ? image.data : planes.data(), 1, values, kGrey.data(), 1, 15, interleaved,
+                 out.data());
+      for (size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i], expected.data[i]);
+    }
+}
+
+// The image by a kernel of interleaved pixels, and of planes: both must give the same.
+template <class Kernel>
+cv::Mat converted(const cv::Mat& image, const Kernel& kernel) {
+  const auto values = static_cast<int64_t>(image.total() * 3);
+  cv::Mat out(image.size(), CV_8UC3), joined(image.size(), CV_8UC3);
+  std::vector<uint8_t> planes(static_cast<size_t>(values)), made(planes.size());
+  kernel(image.data, values, true, out.data);
+  split_pixels(image.data, 1, values, 3, planes.data());
+  kernel(planes.data(), values, false, made.data());
+  join_pixels(made.data(), 1, values, 3, joined.data);
+  EXPECT_EQ(cv::norm(out, joined, cv::NORM_INF), 0);
+  return out;
+}
+
+cv::Mat opencv(const cv::Mat& image, int code) {
+  cv::Mat made;
+  cv::cvtColor(image, made, code);
+  return made;
+}
+
+// Rows of weights, and a half.
+cv::Mat mixed(const cv::Mat& image, const std::vector<int32_t>& weights, int64_t shift) {
+  return converted(image, [&](const uint8_t* x, int64_t values, bool interleaved, uint8_t* out) {
+    mix_pixels(x, 1, values, weights.data(), 3, shift, interleaved, out);
+  });
+}
+
+TEST_F(Bytes, MixedPixelsMatchOpenCvColours) {
+  const int32_t half = 1 << 13, grey = 128;
+  for (const Size& size : kSizes) {
+    const cv::Mat image = frame(size.height, size.width, 3);
+    const auto expect = [&](const std::vector<int32_t>& weights, int64_t shift, int code) {
+      EXPECT_EQ(cv::norm(mixed(image, weights, shift), opencv(image, code), cv::NORM_INF), 0) << code;
+    };
+    expect({1689, 1465, 739, 2048, 871, 2929, 296, 2048, 79, 488, 3892, 2048}, 12, cv::COLOR_RGB2XYZ);
+    expect({13273, -6296, -2042, 2048, -3970, 7684, 170, 2048, 228, -836, 4331, 2048}, 12, cv::COLOR_XYZ2RGB);
+    // A weight of more than 16 bits.
+    expect({16384, 0, 18678, half - grey * 18678, 16384, -6472, -9519, half + grey * (6472 + 9519), 16384,
+            33292, 0, half - grey * 33292},
+           14, cv::COLOR_YUV2RGB);
+    // Cr before Cb.
+    expect({16384, 22987, 0, half - grey * 22987, 16384, -11698, -5636, half + grey * (11698 + 5636), 16384,
+            0, 29049, half - grey * 29049},
+           14, cv::COLOR_YCrCb2RGB);
+  }
+}
+
+// Weights that no 16 bits hold, and those that do.
+TEST_F(Bytes, MixedPixelsAreTheirSums) {
+  const std::vector<std::vector<int32_t>> all = {
+      {40000, -33000, 12, 77, -39999, 1, 2, 3, 4, 5, 6, 7},
+      {-32768, 32767, 65534, 9, 100, 200, -65536, 1 << 20, 0, 0, 1, 0},
+      {255, 0, 0, 0, 0, -255, 0, 65025, 1, 1, 1, 1}};
+  for (const auto& weights : all)
+    for (const Size& size : kSizes)
+      for (const int64_t shift : {0, 9, 16}) {
+        const cv::Mat image = frame(size.height, size.width, 3), made = mixed(image, weights, shift);
+        for (size_t i = 0; i < image.total(); ++i)
+          for (size_t r = 0; r < 3; ++r) {
+            int64_t sum = weights[4 * r + 3];
+            for (size_t c = 0; c < 3; ++c) sum += int64_t{weights[4 * r + c]} * image.data[3 * i + c];
+            ASSERT_EQ(made.data[3 * i + r], std::clamp<int64_t>(sum >> shift, 0, 255)) << shift;
+          }
+      }
+}
+
+TEST_F(Bytes, LumaAndChromaMatchOpenCv) {
+  for (const Size& size : kSizes) {
+    const cv::Mat image = frame(size.height, size.width, 3);
+    const auto made = [&](int64_t first, int64_t second) {
+      return converted(image, [=](const uint8_t* x, int64_t values, bool interleaved, uint8_t* out) {
+        luma_chroma_pixels(x, 1, values, 4899, 9617, 1868, first, second, interleaved, out);
+      });
+    };
+    EXPECT_EQ(cv::norm(made(8061, 14369), opencv(image, cv::COLOR_RGB2YUV), cv::NORM_INF), 0);
+    cv::Mat swapped(image.size(), image.type());
+    cv::mixChannels({made(9241, 11682)}, {swapped}, {0, 0, 1, 2, 2, 1});
+    EXPECT_EQ(cv::norm(swapped, opencv(image, cv::COLOR_RGB2YCrCb), cv::NORM_INF), 0);
+  }
+}
+
+// Within a level of OpenCV, whose quotients are of tables; of hues the distance around the circle counts.
+TEST_F(Bytes, HuesMatchOpenCv) {
+  const cv::Mat image = frame(70, 333, 3);
+  for (const bool lightness : {false, true}) {
+    const cv::Mat out =
+        converted(image, [=](const uint8_t* x, int64_t values, bool interleaved, uint8_t* to) {
+          hue_pixels(x, 1, values, lightness, interleaved, to);
+        });
+    const cv::Mat expected = opencv(image, lightness ? cv::COLOR_RGB2HLS : cv::COLOR_RGB2HSV);
+    for (size_t i = 0; i < 3 * image.total(); ++i) {
+      const int difference = std::abs(out.data[i] - expected.data[i]);
+      ASSERT_LE(i % 3 == 0 ? std::min(difference, 180 - difference) : difference, 1) << i;
+    }
+  }
+}
+
+TEST_F(Bytes, ColoursOfHuesAreTheDefinition) {
+  const cv::Mat image = frame(70, 333, 3);
+  for (const bool lightness : {false, true}) {
+    const cv::Mat out =
+        converted(image, [=](const uint8_t* x, int64_t values, bool interleaved, uint8_t* to) {
+          from_hue_pixels(x, 1, values, lightness, interleaved, to);
+        });
+    const cv::Mat expected = opencv(image, lightness ? cv::COLOR_HLS2RGB : cv::COLOR_HSV2RGB);
+    EXPECT_LE(cv::norm(out, expected, cv::NORM_INF), 1);
+    for (size_t i = 0; i < image.total(); ++i) {
+      const uint8_t* const p = image.data + 3 * i;
+      const double second = p[1], third = p[2];
+      const double chroma =
+          lightness ? 2 * third * std::min(second, 255 - second) / 255 : third * second / 255;
+      const double value = lightness ? second + chroma / 2 : third;
+      for (size_t c = 0; c < 3; ++c) {
+        const double from = std::fmod(p[0] / 30.0 + (c == 0 ? 5 : c == 1 ? 3 : 1), 6.0);
+        const double level = value - chroma * std::clamp(std::min(from, 4 - from), 0.0, 1.0);
+        ASSERT_LE(std::abs(out.data[3 * i + c] - level), 0.5 + 1e-9);
+      }
+    }
+  }
+}
+
+// Tables and weights as L*a*b* has them.
+struct Curve {
+  std::vector<int32_t> first, middle, last;
+  std::vector<int32_t> before{1777, 1541, 778, 512, 871, 2929, 296, 512, 73, 448, 3575, 512};
+  std::vector<int32_t> after{0, 18931, 0, -9000, 32000, -32000, 0, 1 << 20, 0, 12800, -12800, 1 << 20};
+  explicit Curve(std::mt19937& engine, int64_t lasts) {
+    for (int i = 0; i < 3 * 256; ++i) first.push_back(static_cast<int32_t>(engine() % 4081));
+    for (int i = 0; i <= 16320; ++i) middle.push_back(static_cast<int32_t>(engine() % 32768));
+    for (int64_t i = 0; i < lasts; ++i)
+      last.push_back(static_cast<int32_t>(lasts == 256 ? i : engine() % 256));
+  }
+  void operator()(const uint8_t* x, int64_t values, bool interleaved, uint8_t* out) const {
+    curve_pixels(x, 1, values, first.data(), before.data(), middle.data(), int64_t(middle.size()),
+                 after.data(), last.data(), int64_t(last.size()), 10, 21, interleaved, out);
+  }
+};
+
+TEST_F(Bytes, CurvesGiveTheirEntries) {
+  for (const int64_t lasts : {256, 100})
+    for (const Size& size : kSizes) {
+      const Curve curve(engine_, lasts);
+      const cv::Mat image = frame(size.height, size.width, 3), made = converted(image, curve);
+      for (size_t i = 0; i < image.total(); ++i) {
+        int64_t values[3], mixed[3];
+        for (size_t c = 0; c < 3; ++c) values[c] = curve.first[256 * c + image.data[3 * i + c]];
+        const auto mix = [&](const std::vector<int32_t>& w, int shift, const std::vector<int32_t>& table) {
+          for (size_t r = 0; r < 3; ++r)
+            mixed[r] = std::clamp<int64_t>(
+                (w[4 * r] * values[0] + w[4 * r + 1] * values[1] + w[4 * r + 2] * values[2] + w[4 * r + 3]) >>
+                    shift,
+                0, int64_t(table.size()) - 1);
+          for (size_t r = 0; r < 3; ++r) values[r] = table[size_t(mixed[r])];
+        };
+        mix(curve.before, 10, curve.middle);
+        mix(curve.after, 21, curve.last);
+        for (size_t c = 0; c < 3; ++c) ASSERT_EQ(made.data[3 * i + c], values[c]) << i;
+      }
+    }
+}
+
+template <class T>
+void expect_arranged(const std::vector<T>& x, int64_t channels, const std::vector<int32_t>& order, T fill) {
+  const auto values = static_cast<int64_t>(x.size()), made = static_cast<int64_t>(order.size());
+  std::vector<T> out(x.size() / static_cast<size_t>(channels) * order.size());
+  arrange_pixels(x.data(), 1, values, order.data(), made, channels, double(fill), out.data());
+  for (int64_t i = 0; i < values / channels; ++i)
+    for (int64_t c = 0; c < made; ++c) {
+      const int32_t from = order[size_t(c)];
+      ASSERT_EQ(out[size_t(i * made + c)],
+                from < 0 || from >= channels ? fill : x[size_t(i * channels + from)])
+          << channels << " to " << made << ", pixel " << i;
+    }
+}
+
+TEST_F(Bytes, PixelsAreArranged) {
+  const std::vector<std::vector<int32_t>> orders = {
+      {2, 1, 0}, {0, 1, 2, -1}, {2, 1, 0, 7}, {0, 0, 0}, {0, 0, 0, 9},
+      {1},       {3, 3, 3, 3},  {-1, 0},      {0, 1, 2}, {4, 3, 2, 1, 0}};
+  for (const int64_t channels : {1, 2, 3, 4, 5})
+    for (const int64_t pixels : {1, 15, 33, 4096 + 70})
+      for (const auto& order : orders) {
+        std::vector<uint8_t> bytes(static_cast<size_t>(pixels * channels));
+        for (auto& value : bytes) value = static_cast<uint8_t>(engine_());
+        std::vector<uint16_t> words(bytes.begin(), bytes.end());
+        for (auto& value : words) value = static_cast<uint16_t>(value * 257);
+        std::vector<float> numbers(bytes.begin(), bytes.end());
+        expect_arranged<uint8_t>(bytes, channels, order, 200);
+        expect_arranged<uint16_t>(words, channels, order, 65535);
+        expect_arranged<float>(numbers, channels, order, 0.5f);
+      }
+}
+
+KERNEL_CALL_BENCHMARK(split_pixels_3, [] {
+  return
+      [frame = Frame()]() mutable { split_pixels(frame.x.data(), 1, 1080 * 1920 * 3, 3, frame.out.data()); };
+});
+KERNEL_CALL_BENCHMARK(join_pixels_3, [] {
+  return
+      [frame = Frame()]() mutable { join_pixels(frame.x.data(), 1, 1080 * 1920 * 3, 3, frame.out.data()); };
+});
+KERNEL_CALL_BENCHMARK(mix_pixels_grey, [] {
+  return [frame = Frame()]() mutable {
+    mix_pixels(frame.x.data(), 1, 1080 * 1920 * 3, kGrey.data(), 1, 15, true, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(mix_pixels_colours, [] {
+  static const std::vector<int32_t> weights = {16384,  0,       22987, -2934144, 16384, -5636,
+                                               -11698, 2226944, 16384, 29049,    0,     -3710080};
+  return [frame = Frame()]() mutable {
+    mix_pixels(frame.x.data(), 1, 1080 * 1920 * 3, weights.data(), 3, 14, true, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(luma_chroma_pixels, [] {
+  return [frame = Frame()]() mutable {
+    luma_chroma_pixels(frame.x.data(), 1, 1080 * 1920 * 3, 4899, 9617, 1868, 9241, 11682, true,
+                       frame.out.data());
+  };
+});
+template <bool kLightness>
+void hue(Frame& frame) {
+  hue_pixels(frame.x.data(), 1, 1080 * 1920 * 3, kLightness, true, frame.out.data());
+}
+template <bool kLightness>
+void from_hue(Frame& frame) {
+  from_hue_pixels(frame.x.data(), 1, 1080 * 1920 * 3, kLightness, true, frame.out.data());
+}
+KERNEL_CALL_BENCHMARK(hue_pixels, [] { return [frame = Frame()]() mutable { hue<false>(frame); }; });
+KERNEL_CALL_BENCHMARK(hue_pixels_lightness, [] { return [frame = Frame()]() mutable { hue<true>(frame); }; });
+KERNEL_CALL_BENCHMARK(from_hue_pixels,
+                      [] { return [frame = Frame()]() mutable { from_hue<false>(frame); }; });
+KERNEL_CALL_BENCHMARK(from_hue_pixels_lightness,
+                      [] { return [frame = Frame()]() mutable { from_hue<true>(frame); }; });
+KERNEL_CALL_BENCHMARK(curve_pixels, [] {
+  std::mt19937 engine;
+  return [frame = Frame(), curve = Curve(engine, 8193)]() mutable {
+    curve(frame.x.data(), 1080 * 1920 * 3, true, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(arrange_pixels_3_to_3, [] {
+  static const std::vector<int32_t> order = {2, 1, 0};
+  return [frame = Frame()]() mutable {
+    arrange_pixels(frame.x.data(), 1, 1080 * 1920 * 3, order.data(), 3, 3, 0.0, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(arrange_pixels_3_to_4, [] {
+  static const std::vector<int32_t> order = {0, 1, 2, 3};
+  return [frame = Frame(), out = std::vector<uint8_t>(1080 * 1920 * 4)]() mutable {
+    arrange_pixels(frame.x.data(), 1, 1080 * 1920 * 3, order.data(), 4, 3, 255.0, out.data());
+  };
+});
+
+}  // namespace

@@ -1,0 +1,266 @@
+// Sizes, pyramids, mirror images and warps of bytes: against OpenCV, or their definition.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "bytes.h"
+
+using namespace chiasm::kernels;
+
+namespace {
+
+TEST_F(Bytes, ResizingMatchesOpenCvsExactForm) {
+  for (const Size& size : kSizes)
+    for (const Size& to : {Size{1, 1}, Size{7, 5}, Size{20, 61}, Size{40, 11}, Size{64, 140}})
+      for (const int channels : {1, 2, 3, 4}) {
+        const cv::Mat image = frame(size.height, size.width, channels);
+        cv::Mat out(to.height, to.width, image.type()), expected;
+        cv::resize(image, expected, out.size(), 0, 0, cv::INTER_LINEAR_EXACT);
+        resize_bytes(image.data, 1, size.height, size.width * channels, to.height, to.width, channels, false,
+                     out.data);
+        EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0)
+            << image.size() << " to " << out.size() << " x " << channels;
+        cv::resize(image, expected, out.size(), 0, 0, cv::INTER_NEAREST);
+        resize_nearest(image.data, 1, size.height, size.width * channels, to.height, to.width, channels,
+                       out.data);
+        EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0)
+            << image.size() << " to " << out.size() << " x " << channels;
+      }
+}
+
+// By a loop over the definition, with taps that overshoot and numbers of pixels that are not there.
+TEST_F(Bytes, ResamplingMatchesItsDefinition) {
+  std::mt19937 engine(3);
+  const auto draw = [&](int64_t low, int64_t high) {
+    return std::uniform_int_distribution<int64_t>(low, high)(engine);
+  };
+  const auto sum = [](const std::vector<int64_t>& index, const std::vector<int32_t>& taps, int64_t i,
+                      int64_t size, const auto& value) {
+    double total = 0;
+    for (int64_t k = 0; k < 5; ++k) {
+      const auto at = static_cast<size_t>(5 * i + k);
+      total += value(std::clamp<int64_t>(index[at], 0, size - 1)) * static_cast<double>(taps[at]);
+    }
+    return std::clamp(std::floor(total / 4194304.0 + 0.5), 0.0, 255.0);
+  };
+  for (const Size& size : kSizes)
+    for (const Size& to : {Size{1, 1}, Size{7, 5}, Size{40, 61}})
+      for (const int channels : {1, 2, 3, 4}) {
+        const cv::Mat image = frame(size.height, size.width, channels);
+        std::vector<int64_t> rows(static_cast<size_t>(5 * to.height)),
+            columns(static_cast<size_t>(5 * to.width));
+        std::vector<int32_t> down(rows.size()), across(columns.size());
+        for (int64_t& i : rows) i = draw(-2, size.height + 1);
+        for (int64_t& i : columns) i = draw(-2, size.width + 1);
+        for (int32_t& tap : down) tap = static_cast<int32_t>(draw(-500000, 1500000));
+        for (int32_t& tap : across) tap = static_cast<int32_t>(draw(-500000, 1500000));
+        std::vector<uint8_t> out(static_cast<size_t>(to.height * to.width * channels));
+        resample_bytes(image.data, 1, size.height, size.width * channels, rows.data(), to.height, 5,
+                       down.data(), columns.data(), to.width, 5, across.data(), channels, out.data());
+        const auto byte = [&](int64_t y, int64_t x, int c) {
+          return static_cast<double>(image.data[(y * size.width + x) * channels + c]);
+        };
+        for (int64_t y = 0; y < to.height; ++y)
+          for (int64_t x = 0; x < to.width; ++x)
+            for (int c = 0; c < channels; ++c)
+              ASSERT_EQ(out[static_cast<size_t>((y * to.width + x) * channels + c)],
+                        sum(rows, down, y, size.height,
+                            [&](int64_t row) {
+                              return sum(columns, across, x, size.width,
+                                         [&](int64_t column) { return byte(row, column, c); });
+                            }))
+                  << image.size() << " x " << channels << ", " << x << " " << y;
+      }
+}
+
+TEST_F(Bytes, MirrorImagesMatchOpenCv) {
+  for (const Size& size : kSizes)
+    for (const int channels : {1, 2, 3, 4, 6, 20})
+      for (const bool along : {false, true})
+        for (const bool down : {false, true}) {
+          const cv::Mat image = frame(size.height, size.width, channels);
+          cv::Mat expected = image.clone(), out(image.size(), image.type());
+          if (along || down) cv::flip(image, expected, along && down ? -1 : along ? 1 : 0);
+          mirrored(image.data, 1, size.height, size.width * channels, channels, along, down, out.data);
+          EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " x " << channels;
+        }
+  const std::vector<double> values = {1, 2, 3, 4, 5, 6, 7, 8, 9}, wanted = {7, 8, 9, 4, 5, 6, 1, 2, 3};
+  std::vector<double> out(values.size());
+  mirrored(values.data(), 1, 1, 9, 3, true, false, out.data());
+  EXPECT_EQ(out, wanted);
+}
+
+TEST_F(Bytes, LevelsOfPyramidsMatchOpenCv) {
+  for (const Size& size : kSizes)
+    for (const int channels : {1, 2, 3, 4, 9}) {
+      const cv::Mat image = frame(size.height, size.width, channels);
+      for (const Border border : {Border::kReflect, Border::kReplicate}) {
+        cv::Mat expected;
+        cv::pyrDown(image, expected, {}, cv_border(border));
+        cv::Mat out(expected.size(), expected.type());
+        pyramid_down_bytes(image.data, 1, size.height, size.width * channels, channels, border, out.data);
+        EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " x " << channels;
+      }
+      cv::Mat expected;
+      cv::pyrUp(image, expected);
+      cv::Mat out(expected.size(), expected.type());
+      pyramid_up_bytes(image.data, 1, size.height, size.width * channels, channels, out.data);
+      EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " x " << channels;
+    }
+}
+
+// A value of `image` at a position, by the definition: 1/32 pixel, or the nearest.
+uint8_t value_at(const cv::Mat& image, double x, double y, int c, bool nearest, Padding padding,
+                 bool align_corners) {
+  const auto place = [&](double at, int size) {
+    const double scale = nearest ? 1 : 32;
+    double p = std::nearbyint(std::clamp(at, -1e5, 1e5) * scale) / scale;
+    if (padding == Padding::kBorder) p = std::clamp(p, 0.0, size - 1.0);
+    if (padding == Padding::kReflection) {
+      const double low = align_corners ? 0 : -0.5, span = align_corners ? size - 1 : size;
+      if (span == 0) return 0.0;
+      p = std::fmod(std::abs(p - low), 2 * span);
+      p = std::clamp(std::min(p, 2 * span - p) + low, 0.0, size - 1.0);
+    }
+    return p;
+  };
+  const double px = place(x, image.cols), py = place(y, image.rows);
+  const int left = int(std::floor(px)), top = int(std::floor(py));
+  double sum = 0;
+  for (int v = top; v < top + 2; ++v)
+    for (int u = left; u < left + 2; ++u)
+      if (v >= 0 && v < image.rows && u >= 0 && u < image.cols)
+        sum +=
+            (1 - std::abs(px - u)) * (1 - std::abs(py - v)) * image.ptr<uint8_t>(v)[u * image.channels() + c];
+  return static_cast<uint8_t>(std::floor(sum + 0.5));
+}
+
+constexpr Padding kPaddings[] = {Padding::kZeros, Padding::kBorder, Padding::kReflection};
+constexpr Interpolation kModes[] = {Interpolation::kNearest, Interpolation::kBilinear};
+
+template <class At>
+void expect_read(const cv::Mat& image, const cv::Mat& out, Interpolation mode, Padding padding,
+                 bool align_corners, const At& at) {
+  for (int v = 0; v < out.rows; ++v)
+    for (int u = 0; u < out.cols; ++u)
+      for (int c = 0; c < image.channels(); ++c) {
+        const auto [x, y] = at(u, v);
+        ASSERT_EQ(out.ptr<uint8_t>(v)[u * image.channels() + c],
+                  value_at(image, x, y, c, mode == Interpolation::kNearest, padding, align_corners))
+            << image.size() << " x " << image.channels() << " at " << x << ", " << y << ", padding "
+            << int(padding);
+      }
+}
+
+TEST_F(Bytes, RemappedPixelsMatchTheDefinitionAndOpenCv) {
+  for (const Size& size : kSizes)
+    for (const int channels : {1, 2, 3, 4})
+      for (const Interpolation mode : kModes)
+        for (const Padding padding : kPaddings)
+          for (const bool align_corners : {true, false}) {
+            const cv::Mat image = frame(size.height, size.width, channels);
+            cv::Mat x(9, 300, CV_32F), y(9, 300, CV_32F), out(9, 300, image.type());
+            cv::RNG rng(3);
+            rng.fill(x, cv::RNG::UNIFORM, -0.1 * size.width - 2, 1.1 * size.width + 2);
+            rng.fill(y, cv::RNG::UNIFORM, -0.1 * size.height - 2, 1.1 * size.height + 2);
+            remap_bytes(image.data, 1, size.height, size.width * channels, x.ptr<float>(), 1, 9, 300,
+                        y.ptr<float>(), channels, mode, padding, align_corners, out.data);
+            expect_read(image, out, mode, padding, align_corners, [&](int u, int v) {
+              return std::pair<double, double>{x.at<float>(v, u), y.at<float>(v, u)};
+            });
+            cv::Mat expected;
+            cv::remap(image, expected, x, y,
+                      mode == Interpolation::kNearest ? cv::INTER_NEAREST : cv::INTER_LINEAR,
+                      padding == Padding::kZeros    ? cv::BORDER_CONSTANT
+                      : padding == Padding::kBorder ? cv::BORDER_REPLICATE
+                      : align_corners               ? cv::BORDER_REFLECT_101
+                                                    : cv::BORDER_REFLECT);
+            EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " x " << channels;
+          }
+}
+
+// In 1/1024, so that every processor has the same positions.
+TEST_F(Bytes, WarpedPixelsMatchTheDefinition) {
+  const std::vector<double> affine = {717. / 1024, -300. / 1024, 3, 90. / 1024, 1.25, -5, 0, 0, 1},
+                            perspective = {1.5, 0.25, -3, -0.125, 1.5, 2, 0.0625, 0.03125, 1};
+  for (const auto& m : {affine, perspective})
+    for (const Size& size : kSizes)
+      for (const int channels : {1, 2, 3, 4})
+        for (const Interpolation mode : kModes)
+          for (const Padding padding : kPaddings) {
+            const cv::Mat image = frame(size.height, size.width, channels);
+            cv::Mat out(40, 280, image.type());
+            warp_bytes(image.data, 1, size.height, size.width * channels, m.data(), 1, out.rows, out.cols,
+                       channels, mode, padding, true, out.data);
+            expect_read(image, out, mode, padding, true, [&](int u, int v) {
+              const double scale = 1 / (m[6] * u + (m[7] * v + m[8]));
+              return std::pair{(m[0] * u + (m[1] * v + m[2])) * scale,
+                               (m[3] * u + (m[4] * v + m[5])) * scale};
+            });
+          }
+}
+
+template <int kHeight, int kWidth>
+void resized(Frame& frame) {
+  frame.out.resize(kHeight * kWidth * 3);
+  resize_bytes(frame.x.data(), 1, 1080, 1920 * 3, kHeight, kWidth, 3, false, frame.out.data());
+}
+KERNEL_CALL_BENCHMARK(resize_bytes_half,
+                      [] { return [frame = Frame()]() mutable { resized<540, 960>(frame); }; });
+KERNEL_CALL_BENCHMARK(resize_bytes_up,
+                      [] { return [frame = Frame()]() mutable { resized<1620, 2880>(frame); }; });
+// Halves, by the nine taps of a cubic filter.
+KERNEL_CALL_BENCHMARK(resample_bytes_half, [] {
+  std::vector<int64_t> rows, columns;
+  for (int64_t y = 0; y < 540; ++y)
+    for (int64_t k = -4; k < 5; ++k) rows.push_back(2 * y + k);
+  for (int64_t x = 0; x < 960; ++x)
+    for (int64_t k = -4; k < 5; ++k) columns.push_back(2 * x + k);
+  return [frame = Frame(), rows, columns, down = std::vector<int32_t>(rows.size(), 466034),
+          across = std::vector<int32_t>(columns.size(), 466034)]() mutable {
+    resample_bytes(frame.x.data(), 1, 1080, 1920 * 3, rows.data(), 540, 9, down.data(), columns.data(), 960,
+                   9, across.data(), 3, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(mirrored_along, [] {
+  return [frame = Frame()]() mutable {
+    mirrored(frame.x.data(), 1, 1080, 1920 * 3, 3, true, false, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(pyramid_down_bytes, [] {
+  return [frame = Frame()]() mutable {
+    pyramid_down_bytes(frame.x.data(), 1, 1080, 1920 * 3, 3, Border::kReflect, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(pyramid_up_bytes, [] {
+  return
+      [frame = Frame()]() mutable { pyramid_up_bytes(frame.x.data(), 1, 540, 960 * 3, 3, frame.out.data()); };
+});
+template <int kStep>
+void turned(Frame& frame) {
+  static const double matrix[] = {0.9, -0.3, 200, 0.3, 0.9, -200, 0, 0, 1};
+  warp_bytes(frame.x.data(), 1, 1080, 1920 * kStep, matrix, 1, 1080, 1920, kStep, Interpolation::kBilinear,
+             Padding::kZeros, true, frame.out.data());
+}
+KERNEL_CALL_BENCHMARK(warp_bytes_1, [] { return [frame = Frame()]() mutable { turned<1>(frame); }; });
+KERNEL_CALL_BENCHMARK(warp_bytes_3, [] { return [frame = Frame()]() mutable { turned<3>(frame); }; });
+KERNEL_CALL_BENCHMARK(remap_bytes_3, [] {
+  std::vector<float> x(1080 * 1920), y(x.size());
+  for (size_t i = 0; i < x.size(); ++i) {
+    x[i] = 0.9f * float(i % 1920) - 0.3f * float(i / 1920) + 200;
+    y[i] = 0.3f * float(i % 1920) + 0.9f * float(i / 1920) - 200;
+  }
+  return [frame = Frame(), x, y]() mutable {
+    remap_bytes(frame.x.data(), 1, 1080, 1920 * 3, x.data(), 1, 1080, 1920, y.data(), 3,
+                Interpolation::kBilinear, Padding::kZeros, true, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(resize_nearest_half, [] {
+  return [frame = Frame()]() mutable {
+    resize_nearest(frame.x.data(), 1, 1080, 1920 * 3, 540, 960, 3, frame.out.data());
+  };
+});
+
+}  // namespace
