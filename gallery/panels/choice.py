@@ -4,23 +4,102 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from .compared import COMPARED
-from .frames import FRAMES
-from .geometry import GEOMETRY
-from .images import gradient, images, kernels, keypoints, labels, picture
-from .matches import MATCHES
+from chiasm.export.spec import Spec
+
+from . import (
+    compared,
+    curves,
+    frames,
+    images,
+    matches,
+    patches,
+    photographed,
+    pieces,
+    planar,
+    scores,
+    solid,
+    statistics,
+    tensors,
+    views,
+    warps,
+)
 from .model import Panel, Shown, numbers
-from .patches import PATCHES
-from .pieces import PIECES
-from .scores import SCORES
-from .solid import volumes
-from .statistics import histogram, joint_density, matrices, whitening
+
+#: What draws the pictures that specs name.
+PICTURES: dict[str, Callable[[Shown], list[Panel]]] = {
+    "SIFT descriptors": patches.glyphs,
+    "areas under a curve": scores.areas,
+    "boxes": planar.plane_boxes,
+    "boxes in space": solid.space_boxes,
+    "classes": compared.each_class,
+    "clusters": pieces.posterised,
+    "comparison": compared.compared,
+    "confusion matrix": scores.confusion,
+    "dense descriptors": patches.dense,
+    "depth images": solid.depth_images,
+    "derivatives": images.gradient,
+    "detected keypoints": frames.detected,
+    "detections": scores.precisions,
+    "drift": scores.drift,
+    "ellipses of patches": patches.shapes,
+    "epipolar lines": views.two_views,
+    "epipolar lines on photographs": photographed.stereo_views,
+    "fitted lines and planes": curves.fit,
+    "fitted maps": planar.fitted,
+    "heat maps": warps.rendered,
+    "histogram": statistics.histogram,
+    "image output": images.picture,
+    "images": images.images,
+    "images with values": compared.series,
+    "joint density": statistics.joint_density,
+    "kernels": images.kernels,
+    "keypoints": images.keypoints,
+    "labels": images.labels,
+    "local affine frames": frames.frames,
+    "maps of space": solid.space_maps,
+    "maps of the plane": planar.plane_maps,
+    "matches": matches.matches,
+    "matrices": statistics.matrices,
+    "mean colours": patches.means,
+    "mean rotation": curves.mean_rotation,
+    "orientations": patches.orientations,
+    "overlaps": scores.overlaps,
+    "pairs of planes": compared.pairs(compared.planes),
+    "pairs of signals": compared.pairs(compared.signals),
+    "patches": patches.extracted,
+    "point clouds": solid.depth_clouds,
+    "polynomials": curves.polynomials,
+    "pose errors": scores.pose_errors,
+    "proposed keypoints": frames.proposed,
+    "quadrilaterals": planar.quadrilaterals,
+    "ranking": scores.ranking,
+    "registered views": matches.two_views,
+    "reordered descriptor": patches.layouts,
+    "rows of descriptors": patches.rows,
+    "tensors": tensors.tensors,
+    "terrain": pieces.terrain,
+    "values of classes": scores.class_values,
+    "volumes": solid.volumes,
+    "warps": warps.warps,
+    "whitening": statistics.whitening,
+    "windows": pieces.windows,
+}
+
+
+def picture_of(spec: Spec) -> str:
+    """The name of an op's picture: what its spec says, else images where it makes some."""
+    name = spec.picture or ("images" if any(t.layout for t in spec.outputs) else "tensors")
+    if name not in PICTURES:
+        raise ValueError(
+            f"spec {spec.name!r}: the gallery has no picture {name!r}: add it to PICTURES in"
+            " gallery/panels/choice.py, or name one of those there"
+        )
+    return name
 
 
 def panels(shown: Shown) -> list[Panel]:
     """Inputs first."""
-    parts = sorted(name for name in SPECIAL if shown.spec.name.startswith(name))
-    return SPECIAL[parts[-1]](shown) if parts else images(shown)
+    return PICTURES[picture_of(shown.spec)](shown)
 
 
 def caption(shown: Shown, made: list[Panel]) -> str:
@@ -38,31 +117,3 @@ def caption(shown: Shown, made: list[Panel]) -> str:
         for note, names in labels.items()
     ]
     return "; ".join(s for s in said if s)
-
-
-#: By the beginning of an op's name: what has no image to show, or another than its layout says.
-SPECIAL: dict[str, Callable[[Shown], list[Panel]]] = {
-    "contrib.connected_components": labels,
-    "contrib.interp": picture,
-    "enhance.count_histogram": histogram,
-    "enhance.histogram": histogram,
-    "enhance.histogram2d": joint_density,
-    "enhance.image_histogram2d": histogram,
-    "enhance.linear_transform": whitening,
-    "enhance.zca_mean": matrices,
-    "enhance.zca_whiten": whitening,
-    "feature.dog_response": volumes,
-    "feature.dog_response_single": images,
-    "feature.harris_keypoints": keypoints,
-    "filters.gaussian": kernels,
-    "filters.gaussian_blur2d": picture,
-    "filters.get_": kernels,
-    "filters.spatial_gradient": gradient,
-    **GEOMETRY,
-    **PIECES,
-    **FRAMES,
-    **PATCHES,
-    **MATCHES,
-    **COMPARED,
-    **SCORES,
-}

@@ -131,17 +131,3 @@ def each_class(shown: Shown) -> list[Panel]:
         Panel(f"class {i}", (plane.numpy()[..., None] * np.full(3, 255)).astype(np.uint8))
         for i, plane in enumerate(shown.first[0])
     ]
-
-
-COMPARED: dict[str, Callable[[Shown], list[Panel]]] = {
-    "losses": compared,
-    "losses.mutual_information_loss": pairs(signals),
-    "losses.mutual_information_loss_2d": pairs(planes),
-    "losses.mutual_information_loss_3d": compared,
-    "losses.normalized_mutual_information_loss": pairs(signals),
-    "losses.normalized_mutual_information_loss_2d": pairs(planes),
-    "losses.normalized_mutual_information_loss_3d": compared,
-    "losses.one_hot": each_class,
-    "losses.total_variation": series,
-    "metrics": compared,
-}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import torch
 
@@ -150,27 +148,3 @@ def proposed(shown: Shown) -> list[Panel]:
     for (x, y), score in zip(places, (scores / scores.max()).clip(0), strict=True):
         ring(sheet, np.array([[1 + 5 * score, 0, x], [0, 1 + 5 * score, y]]), NO, 1.2)
     return [*given, Panel("coordinates", sheet.pixels(), "rings grow with scores")]
-
-
-NAMES = (
-    "ellipse_to_laf",
-    "laf_",
-    "get_laf_center",
-    "get_laf_orientation",
-    "get_laf_scale",
-    "make_upright",
-    "rotate_laf",
-    "scale_laf",
-    "set_laf",
-    "adapt_laf",
-    "orient_laf",
-)
-FRAMES: dict[str, Callable[[Shown], list[Panel]]] = {
-    **{
-        f"feature.{name}": frames
-        for name in (*NAMES, "normalize_laf", "denormalize_laf", "perspective_transform_lafs")
-    },
-    "feature.detect_keypoints": detected,
-    "feature.index_proposal": proposed,
-    "feature.multi_scale_index_proposal": proposed,
-}

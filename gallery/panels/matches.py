@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import torch
 
@@ -81,9 +79,3 @@ def two_views(shown: Shown) -> list[Panel]:
         Panel("image2, taken back by the homography", bytes_of(moved)),
         Panel("image1 in red, the other in cyan", bytes_of(onto), "grey where both agree"),
     ]
-
-
-MATCHES: dict[str, Callable[[Shown], list[Panel]]] = {
-    "feature.match_": matches,
-    "pipelines.two_view": two_views,
-}

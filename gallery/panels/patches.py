@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from gallery import plots
@@ -159,16 +157,3 @@ def dense(shown: Shown) -> list[Panel]:
         *input_panels(shown),
         Panel("descriptors", seen, "their first three principal components are shown as red, green and blue"),
     ]
-
-
-PATCHES: dict[str, Callable[[Shown], list[Panel]]] = {
-    "feature.affine_shape": shapes,
-    "feature.convert_sift": layouts,
-    "feature.dense_sift": dense,
-    "feature.dominant_orientation": orientations,
-    "feature.extract_patches": extracted,
-    "feature.get_laf_descriptors": glyphs,
-    "feature.mean_patch": means,
-    "feature.mkd_describe": rows,
-    "feature.sift_describe": glyphs,
-}

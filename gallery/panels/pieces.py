@@ -99,11 +99,3 @@ def terrain(shown: Shown) -> list[Panel]:
         pixels = np.stack([np.interp(level, STOPS, HEIGHTS[:, k]) for k in range(3)], -1).astype(np.uint8)
         made.append(Panel(f"texture, roughness {rough[i]:.1g}" if rough else "texture", pixels))
     return [Panel(random.label, random.image, given=True), *made]
-
-
-PIECES = {
-    "contrib.combine_tensor_patches": windows,
-    "contrib.diamond_square": terrain,
-    "contrib.extract_tensor_patches": windows,
-    "contrib.kmeans": posterised,
-}

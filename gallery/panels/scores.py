@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from PIL import Image
 
@@ -211,16 +209,3 @@ def drift(shown: Shown) -> list[Panel]:
             levels(shown.first.numpy(), np.broadcast_to(np.array(SERIES[1]), (len(true), 3)), (HALF[0], 190)),
         ),
     ]
-
-
-SCORES: dict[str, Callable[[Shown], list[Panel]]] = {
-    "metrics.accuracy": ranking,
-    "metrics.angle_error": pose_errors,
-    "metrics.auc": areas,
-    "metrics.confusion_matrix": confusion,
-    "metrics.mean_average_precision": precisions,
-    "metrics.mean_iou": class_values,
-    "metrics.mean_iou_bbox": overlaps,
-    "metrics.pose_errors": pose_errors,
-    "metrics.translation_ate": drift,
-}

@@ -96,7 +96,8 @@ class Spec:
     sample: makes inputs from (generator, sizes, dtype) where independent uniform values would not do.
     reference: what the values are tested against, in words. peer: the same op in another library, which is
     called: tests compare values with it, the benchmark times. also: other settings that are tested like
-    `config`, whose entries they replace, but are not deployed.
+    `config`, whose entries they replace, but are not deployed. picture: how the gallery shows the op, where
+    its tensors' layouts do not say it: a name in PICTURES of gallery/panels/choice.py.
     frames: what makes the op's form for frames, if it has one (`as_frames`). interleaved: True for that form:
     the tensors of layout "NHWC" are images (B, C, H, W) to the op.
     """
@@ -122,6 +123,7 @@ class Spec:
     takes_gradients: bool = False
     frames: Frames | None = None
     interleaved: bool = False
+    picture: str = ""
 
     def as_frames(self) -> Spec:
         """The spec of the op's form for frames.

@@ -42,6 +42,7 @@ add(
         gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
         peer=Peer("numpy", lambda np, x, xp, fp: np.interp(x, xp, fp), "batch"),
         reference="numpy.interp",
+        picture="image output",
     )
 )
 
@@ -119,6 +120,7 @@ add(
         sample=_shapes,
         peer=_COMPONENTS,
         reference="SciPy label up to the names of the labels",
+        picture="labels",
     )
 )
 
@@ -138,6 +140,7 @@ add(
         sample=_shapes,
         peer=_COMPONENTS,
         reference="SciPy label up to the names of the labels",
+        picture="labels",
     )
 )
 
@@ -175,6 +178,7 @@ add(
 
 _PATCHES = TensorSpec("patches", description="the windows, row after row")
 _PATCHED = {
+    "picture": "windows",
     "config": {"window_size": (4, 3), "stride": (2, 3), "padding": (1, 2)},
     "symbols": STENCIL,
     "reference": "NumPy sliding_window_view",
@@ -205,6 +209,7 @@ add(
             "unpadding": (1, 0, 2, 1),
         },
         reference="a loop in NumPy",
+        picture="windows",
     )
 )
 
@@ -237,6 +242,7 @@ add(
         gradients=("x",),
         sample=_sample_points,
         reference="scikit-learn KMeans",
+        picture="clusters",
     )
 )
 
@@ -249,6 +255,7 @@ add(
         symbols=STENCIL,
         gradients=(),
         reference="the recursion in Python",
+        picture="terrain",
     ),
     fn="contrib.diamond_square",
 )
@@ -269,6 +276,7 @@ add(
         symbols=STENCIL,
         gradients=(),
         reference="the recursion in Python",
+        picture="terrain",
     ),
     fn="contrib.diamond_square",
 )

@@ -417,6 +417,7 @@ add(
         gradients=(),
         reference="OpenCV calcHist",
         frames=Frames(config={"n_bins": 256, "max": 256.0}),
+        picture="histogram",
     )
 )
 
@@ -486,6 +487,7 @@ add(
         symbols={"K": (2, 4096)},
         gradient_tolerances=_DENSITY_SUMS,
         reference="the definition in NumPy float64; SciPy gaussian_kde",
+        picture="histogram",
     )
 )
 
@@ -503,6 +505,7 @@ add(
         symbols={"K": (2, 4096)},
         gradient_tolerances=_DENSITY_SUMS,
         reference="the definition in NumPy float64",
+        picture="joint density",
     )
 )
 
@@ -520,6 +523,7 @@ for _kernel in ("triangular", "gaussian", "uniform", "epanechnikov"):
             tolerances={"float32": Tolerance(1e-3, 1e-4)},
             gradients=() if _kernel == "uniform" else None,
             reference="the definition in NumPy float64",
+            picture="histogram",
         ),
         fn="enhance.image_histogram2d",
     )
@@ -538,6 +542,7 @@ add(
         gradient_tolerances=_SUMS,
         peer=Peer("numpy", lambda np, x, matrix, mean: (x - mean) @ matrix, "batch"),
         reference="NumPy matrix product",
+        picture="whitening",
     )
 )
 
@@ -570,6 +575,7 @@ add(
         tolerances=_WHITENING,
         sample=_sample_features,
         reference="NumPy eigh",
+        picture="matrices",
     )
 )
 
@@ -583,6 +589,7 @@ add(
         tolerances=_WHITENING,
         sample=_sample_features,
         reference="NumPy eigh",
+        picture="whitening",
     )
 )
 

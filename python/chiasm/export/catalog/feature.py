@@ -27,6 +27,7 @@ add(
         symbols=STENCIL,
         gradients=(),
         reference="NumPy argsort of the response's local maxima",
+        picture="keypoints",
     )
 )
 
@@ -67,6 +68,7 @@ add(
         [TensorSpec("output", layout="NCDHW", description="coarser minus finer levels")],
         symbols={"D": (3, 4096)},
         reference="NumPy diff",
+        picture="volumes",
     )
 )
 add(

@@ -44,6 +44,7 @@ _add(
     "a loop in NumPy; OpenCV SIFT",
     sample=_sample_patches,
     gradient_tolerances=_ROOT,
+    picture="SIFT descriptors",
 )
 _add(
     "sift_describe.plain",
@@ -52,6 +53,7 @@ _add(
     "a loop in NumPy; OpenCV SIFT",
     config={"rootsift": False},
     sample=_sample_patches,
+    picture="SIFT descriptors",
 )
 _add(
     "dense_sift",
@@ -60,12 +62,14 @@ _add(
     "sift_describe's histograms in NumPy",
     config={"rootsift": False, "stride": 3, "spatial_bin_size": 3},
     symbols={"H": (16, 32768), "W": (16, 32768)},
+    picture="dense descriptors",
 )
 _add(
     "mean_patch",
     [TensorSpec("patches", ("N", "C", 16, 16), layout="NCHW", range=(0.0, 1.0))],
     TensorSpec("descriptors", description="means"),
     "NumPy",
+    picture="mean colours",
 )
 _add(
     "convert_sift_descriptor_layout",
@@ -73,6 +77,7 @@ _add(
     TensorSpec("output", description="reordered"),
     "NumPy transposition",
     config={"source": "opencv", "target": "kornia"},
+    picture="reordered descriptor",
 )
 _add(
     "dominant_orientation",
@@ -80,6 +85,7 @@ _add(
     TensorSpec("angles", description="radians"),
     "a loop in NumPy; turned patches",
     sample=_sample_patches,
+    picture="orientations",
 )
 _add(
     "affine_shape",
@@ -87,6 +93,7 @@ _add(
     TensorSpec("ellipses", description="a, b, c"),
     "NumPy; stretched blobs",
     sample=_sample_patches,
+    picture="ellipses of patches",
 )
 
 
@@ -101,6 +108,7 @@ def _sample_learned(generator, sizes, dtype):
 
 
 _KERNELS = {
+    "picture": "rows of descriptors",
     "reference": "the kernel summed over pairs of pixels in NumPy",
     "gradient_tolerances": {"float32": Tolerance(5e-3, 1e-3)},
 }
@@ -123,7 +131,12 @@ _REGIONS = [
     TensorSpec("laf", ("B", "N", 2, 3), description="local affine frames"),
 ]
 _OUT = TensorSpec("output", description="local affine frames")
-_LARGE = {"symbols": {"H": (16, 32768), "W": (16, 32768)}, "sample": _sample_regions, "config": {"PS": 16}}
+_LARGE = {
+    "symbols": {"H": (16, 32768), "W": (16, 32768)},
+    "sample": _sample_regions,
+    "config": {"PS": 16},
+    "picture": "local affine frames",
+}
 _add("orient_laf", _REGIONS, _OUT, "its parts", tolerances={"float32": Tolerance(1e-3, 1e-4)}, **_LARGE)
 _add(
     "adapt_laf_shape",
@@ -145,4 +158,5 @@ _add(
     config={"patch_size": 16, "rootsift": False},
     tolerances={"float32": Tolerance(1e-3, 1e-3)},
     gradient_tolerances=_ROOT,
+    picture="SIFT descriptors",
 )

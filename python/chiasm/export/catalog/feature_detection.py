@@ -59,6 +59,7 @@ for _response, _threshold, _reference in (
             tolerances={"float32": Tolerance(5e-3, 1e-3)},
             sample=_sample_blobs,
             reference=_reference,
+            picture="detected keypoints",
         ),
         fn="feature.detect_keypoints",
     )
@@ -68,7 +69,11 @@ _PROPOSALS = [
     TensorSpec("scores", description="the largest response of each window"),
 ]
 #: Symbols: more than one window each way, since an export takes a single one for a constant.
-_PEAKS = {"reference": "a loop in NumPy", "tolerances": {"float32": Tolerance(2e-4, 1e-4)}}
+_PEAKS = {
+    "reference": "a loop in NumPy",
+    "tolerances": {"float32": Tolerance(2e-4, 1e-4)},
+    "picture": "proposed keypoints",
+}
 add(
     Spec(
         "feature.index_proposal",

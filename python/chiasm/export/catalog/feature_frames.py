@@ -55,7 +55,7 @@ def _add(name, inputs, outputs, reference, **rest):
             inputs,
             [TensorSpec(o) if isinstance(o, str) else o for o in outputs],
             reference=reference,
-            **rest,
+            **{"picture": "local affine frames", **rest},
         )
     )
 
@@ -235,6 +235,7 @@ _add(
 _PATCHES = {
     "outputs": [TensorSpec("patches", description="(B, N, C, PS, PS)")],
     "config": {"PS": 16},
+    "picture": "patches",
     # weights amplify the rounding of positions by the contrast, and the gradient by a frame is a sum over its
     # patch
     "tolerances": {"float32": Tolerance(1e-3, 1e-3)},

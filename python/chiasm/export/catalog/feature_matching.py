@@ -82,6 +82,7 @@ def _add(name, inputs, measure, reference, sample=_sample, **rest):
             gradients=("desc1", "desc2"),
             sample=sample,
             reference=reference,
+            picture="matches",
             **rest,
         ),
         fn=f"feature.{name.partition('.')[0]}",

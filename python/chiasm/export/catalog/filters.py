@@ -76,6 +76,7 @@ add(
         ),
         reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
         frames=Frames(peer=_GAUSSIAN),
+        picture="image output",
     )
 )
 
@@ -96,6 +97,7 @@ add(
         frames=Frames(
             peer=opencv(lambda cv2, x: cv2.GaussianBlur(x, (5, 5), 1.1, borderType=cv2.BORDER_REFLECT_101))
         ),
+        picture="image output",
     ),
     fn="filters.gaussian_blur2d",
 )
@@ -135,6 +137,7 @@ add(
         KERNELS,
         config={"window_size": 5},
         reference="SciPy stats.norm.pdf",
+        picture="kernels",
     )
 )
 
@@ -165,6 +168,7 @@ for _name, _size, _axes, _reference, _peer in (
             config={"kernel_size": _size},
             peer=_peer,
             reference=_reference,
+            picture="kernels",
         )
     )
 
@@ -181,6 +185,7 @@ add(
         KERNELS,
         config={"kernel_size": 5, "mode": "bilinear"},
         reference="SciPy affine_transform(order=1)",
+        picture="kernels",
     )
 )
 
@@ -192,6 +197,7 @@ add(
         config={"kernel_size": 5, "mode": "nearest"},
         gradients=("direction",),
         reference="SciPy affine_transform(order=0)",
+        picture="kernels",
     )
 )
 
@@ -212,6 +218,7 @@ add(
         KERNELS,
         config={"kernel_size": (5, 9)},
         reference="OpenCV getGaborKernel",
+        picture="kernels",
     )
 )
 
@@ -422,6 +429,7 @@ add(
         also=({"mode": "diff", "normalized": False}, {"order": 2}, {"mode": "diff", "order": 2}),
         reference="OpenCV Sobel(BORDER_REPLICATE)",
         frames=Frames(config={"normalized": False}, peer=opencv(_derivatives(1, "CV_16S"), "planes")),
+        picture="derivatives",
     )
 )
 
@@ -433,6 +441,7 @@ add(
         config={"mode": "diff", "order": 1},
         symbols=DEEP,
         reference="NumPy gradient, SciPy ndimage.correlate",
+        picture="derivatives",
     )
 )
 

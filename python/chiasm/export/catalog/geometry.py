@@ -75,6 +75,7 @@ for _name, _config in {
             peer=_PEERS[_name],
             reference="torch.nn.functional.interpolate; OpenCV resize; Pillow where antialiased",
             frames=_FRAMES.get(_name),
+            picture="warps",
         ),
         fn="geometry.transform.resize",
     )
@@ -128,6 +129,7 @@ for _mode in ("bilinear", "nearest"):
                     if (_mode, _padding) in _WARPED_FRAMES
                     else None
                 ),
+                picture="warps",
             ),
             fn="geometry.transform.warp_perspective",
         )
@@ -157,5 +159,6 @@ add(
         tolerances={"float32": Tolerance(1e-3, 1e-3)},
         sample=_sample_points,
         reference="OpenCV findHomography; NumPy SVD in float64",
+        picture="fitted maps",
     )
 )

@@ -294,6 +294,7 @@ add(
         gradient_tolerances={"float32": Tolerance(5e-2, 2e-3)},
         sample=_sample_undistort_image,
         reference="OpenCV undistort",
+        picture="depth images",
     )
 )
 
@@ -352,6 +353,7 @@ add(
         [TensorSpec("depth", layout="NCHW")],
         gradient_tolerances=_SUMS,
         reference="definition",
+        picture="depth images",
     )
 )
 add(
@@ -385,6 +387,7 @@ for _unit in (False, True):
             gradient_tolerances=_SUMS,
             reference="definition",
             sample=lambda g, s, dtype: _cast(dtype, depth=_depth(g, s), camera_matrix=_image_camera(g, s)),
+            picture="point clouds",
         ),
         fn="geometry.depth.depth_to_3d",
     )
@@ -396,6 +399,7 @@ add(
         gradient_tolerances=_SUMS,
         reference="definition",
         sample=lambda g, s, dtype: _cast(dtype, depth=_depth(g, s)[:, 0], camera_matrix=_image_camera(g, s)),
+        picture="point clouds",
     )
 )
 add(
@@ -424,6 +428,7 @@ add(
         gradient_tolerances={"float32": Tolerance(1e-2, 1e-2)},
         reference="definition, in NumPy with OpenCV Sobel",
         sample=lambda g, s, dtype: _cast(dtype, depth=_depth(g, s), camera_matrix=_image_camera(g, s)),
+        picture="depth images",
     )
 )
 add(
@@ -450,6 +455,7 @@ add(
             depth_src=_depth(g, s),
             patch_dst=_uniform(g, (s["B"], s["C"], s["H"], s["W"])),
         ),
+        picture="depth images",
     )
 )
 add(
@@ -472,5 +478,6 @@ add(
             src_trans_dst=_motion(g, s["B"]),
             camera_matrix=_image_camera(g, s),
         ),
+        picture="depth images",
     )
 )

@@ -223,6 +223,7 @@ for _suffix, _n, _source, _target in (("", 3, (480, 640), (360, 800)), ("3d", 4,
             tolerances={
                 "float32": Tolerance(1e-3, 1e-4)
             },  # sums of products with sizes, some of which cancel
+            picture="maps of space" if _suffix else "maps of the plane",
         )
 
 # --- poses --------------------------------------------------------------------------------------------------

@@ -119,6 +119,7 @@ for _name, _reference in {
             gradient_tolerances=_LOOSE,
             sample=_from_scene(noise=0.02, pts1="x1", pts2="x2", Fm="F"),
             reference=_reference,
+            picture="epipolar lines",
         )
     )
 add(
@@ -379,6 +380,7 @@ add(
         gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
         sample=_from_scene(points1="x1", points2="x2", weights="weights"),
         reference="OpenCV findFundamentalMat; NumPy SVD in float64",
+        picture="epipolar lines on photographs",
     )
 )
 add(
@@ -392,6 +394,7 @@ add(
         sample=_from_scene(count=7, batch="N", points1="x1", points2="x2"),
         reference="OpenCV findFundamentalMat",
         vectorize=False,  # torch 2.13's AOTInductor computes wrong numbers in the SIMD loop of this gradient
+        picture="epipolar lines",
     )
 )
 add(
@@ -404,6 +407,7 @@ add(
         tolerances=_LOOSE,
         sample=_from_scene(points1="r1", points2="r2", weights="weights"),
         reference="OpenCV findEssentialMat",
+        picture="epipolar lines",
     ),
     fn="geometry.epipolar.find_essential_5point",
 )
@@ -476,6 +480,7 @@ for _name in ("oneway_transfer_error", "symmetric_transfer_error", "sampson_homo
             gradient_tolerances={"float32": Tolerance(20.0, 1e-2)},  # by H: sums of squares of pixels
             sample=_sampler_of_pairs("pts1", "pts2", 3.0, H="H"),
             reference="OpenCV perspectiveTransform; definition",
+            picture="fitted maps",
         )
     )
 add(
@@ -487,6 +492,7 @@ add(
         gradient_tolerances={"float32": Tolerance(2.0, 1e-2)},
         sample=_sampler_of_segments(3.0, H="H"),
         reference="definition",
+        picture="fitted maps",
     )
 )
 add(
@@ -500,6 +506,7 @@ add(
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
         sample=_sampler_of_pairs("points1", "points2", 0.05, weights="weights"),
         reference="NumPy SVD in float64",
+        picture="fitted maps",
     )
 )
 add(
@@ -512,6 +519,7 @@ add(
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
         sample=_sampler_of_segments(0.01),
         reference="NumPy SVD in float64",
+        picture="fitted maps",
     )
 )
 add(
@@ -525,6 +533,7 @@ add(
         gradient_tolerances={"float32": Tolerance(2e-2, 1e-2)},
         sample=_sampler_of_segments(0.01, weights="weights"),
         reference="NumPy SVD in float64",
+        picture="fitted maps",
     )
 )
 
@@ -545,5 +554,6 @@ add(
         gradients=(),
         sample=_sample_fours,
         reference="definition",
+        picture="quadrilaterals",
     )
 )

@@ -124,6 +124,7 @@ for _name, _degree in {"quadratic": 2, "cubic": 3, "quartic": 4}.items():
             dtypes=("float32", "float64"),
             sample=_sample_roots(_degree),
             reference="NumPy roots",
+            picture="polynomials",
         )
     )
 
@@ -204,5 +205,6 @@ add(
         tolerances={"float32": Tolerance(1e-4, 1e-4)},
         sample=_sample_affine,
         reference="NumPy lstsq",
+        picture="fitted maps",
     )
 )

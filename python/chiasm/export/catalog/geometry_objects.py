@@ -87,6 +87,7 @@ add(
         ],
         sample=_clusters,
         reference="NumPy eigh in float64",
+        picture="mean rotation",
     )
 )
 
@@ -143,16 +144,18 @@ _STARTS2, _STARTS3 = (
         "depth",
     ),
 )
-for _name, _arguments in (("bbox_generator", _STARTS2), ("bbox_generator3d", _STARTS3)):
+_PICTURES = {"": "boxes", "3d": "boxes in space"}
+for _suffix, _arguments in (("", _STARTS2), ("3d", _STARTS3)):
     add(
         Spec(
-            f"geometry.bbox.{_name}",
+            f"geometry.bbox.bbox_generator{_suffix}",
             [
                 TensorSpec(argument, ("B",), range=(1.0, 50.0), description="in pixels")
                 for argument in _arguments
             ],
             [TensorSpec("boxes")],
             reference="definition in NumPy",
+            picture=_PICTURES[_suffix],
         )
     )
 
@@ -182,6 +185,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
             gradients=(),
             sample=_sample,
             reference="definition in NumPy",
+            picture=_PICTURES[_suffix],
         )
     )
     add(
@@ -191,6 +195,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
             _shape_outputs,
             sample=_sample,
             reference="definition in NumPy",
+            picture=_PICTURES[_suffix],
         )
     )
     add(
@@ -201,6 +206,7 @@ for _suffix, (_corners, _axes) in _CORNERS.items():
             gradients=(),
             sample=_sample,
             reference="definition in NumPy",
+            picture=_PICTURES[_suffix],
         )
     )
 
@@ -231,6 +237,7 @@ for _mode in ("xyxy", "xywh"):
             tolerances={"float32": Tolerance(1e-3, 1e-4)},
             sample=_transforms,
             reference="OpenCV perspectiveTransform",
+            picture="boxes",
         ),
         fn="geometry.bbox.transform_bbox",
     )
@@ -259,6 +266,7 @@ add(
         gradients=(),
         sample=_scored,
         reference="a loop in NumPy",
+        picture="boxes",
     )
 )
 
@@ -301,6 +309,7 @@ for _name, _extent, _outputs in (
             tolerances={"float32": Tolerance(1e-4, 1e-4)},
             sample=_scattered(_extent),
             reference="NumPy SVD in float64",
+            picture="fitted lines and planes",
         ),
         fn=f"geometry.{_name}",
     )

@@ -129,6 +129,7 @@ add(
         gradient_tolerances={"float32": Tolerance(0.1, 1e-2)},
         sample=_sampler_of_scenes(7, "P"),
         reference="OpenCV findFundamentalMat with RANSAC",
+        picture="epipolar lines on photographs",
     )
 )
 add(

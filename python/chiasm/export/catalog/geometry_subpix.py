@@ -108,7 +108,14 @@ _add(
 
 _MEAN = TensorSpec("mean", ("N", 2), range=(-1.0, 1.0), description="x and y in [-1, 1]")
 _STD = TensorSpec("std", ("N", 2), range=(0.1, 0.5), description="along x and y")
-_add("render_gaussian2d.fixed", [_MEAN, _STD], ["output"], "SciPy norm", config={"size": (24, 31)})
+_add(
+    "render_gaussian2d.fixed",
+    [_MEAN, _STD],
+    ["output"],
+    "SciPy norm",
+    config={"size": (24, 31)},
+    picture="heat maps",
+)
 add(
     Spec(
         "geometry.subpix.render_gaussian2d.like",
@@ -119,6 +126,7 @@ add(
         ],
         symbols={"OH": (1, 32768), "OW": (1, 32768)},
         reference="SciPy norm",
+        picture="heat maps",
     ),
     fn="geometry.subpix.heatmaps.render_gaussian2d",
 )

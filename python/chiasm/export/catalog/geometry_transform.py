@@ -105,7 +105,7 @@ def _add(name, inputs, reference, fn=None, makers=None, outputs=_OUTPUT, **rest)
             outputs,
             sample=_with(inputs, **(makers or {})),
             reference=reference,
-            **rest,
+            **{"picture": "warps", **rest},
         ),
         fn=fn and f"geometry.transform.{fn}",
     )
@@ -126,6 +126,7 @@ _PIXELS = {
     "tolerances": {"float32": Tolerance(1e-4, 1e-5)},
     "gradient_tolerances": {"float32": Tolerance(1e-3, 1e-4)},
     "outputs": _MATRIX,
+    "picture": "maps of the plane",
 }
 
 _add(
@@ -164,6 +165,7 @@ _add(
     "definition",
     fn="projection_from_Rt",
     outputs=_MATRIX,
+    picture="tensors",
 )
 _add(
     "get_perspective_transform",
@@ -178,6 +180,7 @@ _add(
     outputs=_MATRIX,
     tolerances={"float32": Tolerance(1e-3, 1e-4)},
     gradient_tolerances={"float32": Tolerance(1e-2, 1e-3)},
+    picture="maps of the plane",
 )
 
 # --- warps --------------------------------------------------------------------------------------------------
@@ -339,6 +342,7 @@ _add(
     makers={"src_homo_dst": "normalized"},
     outputs=[TensorSpec("points")],
     gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
+    picture="tensors",
 )
 
 for _mapping in ("linear", "log"):
@@ -543,6 +547,7 @@ for _name, _config in {
             config={"size": (9, 11), **_config},
             sample=_sample_whole_boxes,
             reference="NumPy slices and torch.nn.functional.interpolate",
+            picture="warps",
         ),
         fn="geometry.transform.crop_by_indices",
     )

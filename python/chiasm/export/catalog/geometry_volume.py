@@ -17,6 +17,7 @@ _WARP = {
 _PIXELS = {
     "tolerances": {"float32": Tolerance(1e-4, 1e-5)},
     "gradient_tolerances": {"float32": Tolerance(1e-3, 1e-4)},
+    "picture": "maps of space",
 }
 _CORNERS = torch.tensor(
     [[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=torch.float64
@@ -82,7 +83,7 @@ def _add(name, inputs, reference, fn, makers=None, outputs=_OUTPUT, **rest):
             outputs,
             sample=_with(inputs, makers or {}),
             reference=reference,
-            **rest,
+            **{"picture": "warps", **rest},
         ),
         fn=f"geometry.transform.{fn}",
     )
@@ -147,6 +148,7 @@ _add(
     outputs=_MATRIX,
     tolerances={"float32": Tolerance(1e-3, 1e-3)},
     gradient_tolerances={"float32": Tolerance(1e-2, 2e-3)},
+    picture="maps of space",
 )
 
 # --- warps --------------------------------------------------------------------------------------------------
@@ -217,6 +219,7 @@ _add(
     outputs=[TensorSpec("points")],
     symbols=_SIZES,
     gradient_tolerances={"float32": Tolerance(5e-3, 5e-4)},
+    picture="tensors",
 )
 _add(
     "center_crop3d",
@@ -306,6 +309,7 @@ _add(
     "warp_points_tps",
     outputs=[TensorSpec("points")],
     gradient_tolerances={"float32": Tolerance(1e-3, 1e-3)},
+    picture="tensors",
 )
 _add(
     "warp_image_tps",

@@ -27,6 +27,7 @@ add(
         config={"window_size": 11, "max_val": 1.0},
         symbols={"H": (16, 32768), "W": (16, 32768)},
         reference="scikit-image structural_similarity (gaussian weights)",
+        picture="comparison",
     )
 )
 
@@ -45,6 +46,7 @@ add(
         config={"window_size": 5, "max_val": 1.0},
         symbols={"D": (8, 4096), **STENCIL},
         reference="scikit-image structural_similarity (gaussian weights)",
+        picture="comparison",
     )
 )
 
@@ -55,6 +57,7 @@ add(
         _LOSS,
         symbols={"H": (34, 32768), "W": (34, 32768)},
         reference="the paper's formula in NumPy float64 with SciPy's correlate1d",
+        picture="comparison",
     )
 )
 
@@ -65,11 +68,20 @@ add(
         _LOSS,
         config={"max_val": 1.0},
         reference="scikit-image peak_signal_noise_ratio",
+        picture="comparison",
     )
 )
 
 for _name in ("charbonnier", "welsch", "cauchy", "geman_mcclure"):
-    add(Spec(f"losses.{_name}_loss", _PAIR, _LOSS, reference="the formula in NumPy float64"))
+    add(
+        Spec(
+            f"losses.{_name}_loss",
+            _PAIR,
+            _LOSS,
+            reference="the formula in NumPy float64",
+            picture="comparison",
+        )
+    )
     add(
         Spec(
             f"losses.{_name}_loss.mean",
@@ -77,6 +89,7 @@ for _name in ("charbonnier", "welsch", "cauchy", "geman_mcclure"):
             _LOSS,
             config={"reduction": "mean"},
             reference="the formula in NumPy float64",
+            picture="comparison",
         ),
         fn=f"losses.{_name}_loss",
     )
@@ -88,6 +101,7 @@ add(
         _LOSS,
         symbols=STENCIL,
         reference="torchmetrics total_variation",
+        picture="images with values",
     )
 )
 add(
@@ -98,6 +112,7 @@ add(
         config={"reduction": "mean"},
         symbols=STENCIL,
         reference="the formula in NumPy float64",
+        picture="images with values",
     ),
     fn="losses.total_variation",
 )
@@ -109,6 +124,7 @@ add(
         _LOSS,
         symbols=STENCIL,
         reference="the paper's formula in NumPy float64",
+        picture="comparison",
     )
 )
 
@@ -133,6 +149,7 @@ for _name in ("kl", "js"):
             symbols={"N": (1, 1024)},
             sample=_heatmaps,
             reference="SciPy rel_entr" if _name == "kl" else "SciPy jensenshannon",
+            picture="comparison",
         )
     )
 
@@ -154,10 +171,10 @@ def _signals(kind, masked):
     return sample
 
 
-for _kind, _shape, _limits in (
-    ("", ("B", "N"), {"N": (2, 1 << 20)}),
-    ("_2d", ("B", "C", "H", "W"), STENCIL),
-    ("_3d", ("B", "D", "H", "W"), {"D": (2, 4096), **STENCIL}),
+for _kind, _shape, _limits, _picture in (
+    ("", ("B", "N"), {"N": (2, 1 << 20)}, "pairs of signals"),
+    ("_2d", ("B", "C", "H", "W"), STENCIL, "pairs of planes"),
+    ("_3d", ("B", "D", "H", "W"), {"D": (2, 4096), **STENCIL}, "comparison"),
 ):
     for _name in (f"mutual_information_loss{_kind}", f"normalized_mutual_information_loss{_kind}"):
         for _masked in (False, True):
@@ -182,6 +199,7 @@ for _kind, _shape, _limits in (
                         "scikit-learn mutual_info_score where values are bins' centres; the definition in"
                         " NumPy float64"
                     ),
+                    picture=_picture,
                 ),
                 fn=f"losses.{_name}",
             )
@@ -223,6 +241,7 @@ def _add_segmentation(name, variant, reference, weight=False, ignored=0.2, **con
             gradients=("pred",),
             sample=_segmentation(ignored, **({"weight": True} if weight else {})),
             reference=reference,
+            picture="comparison",
         ),
         fn=f"losses.{name}",
     )
@@ -271,6 +290,7 @@ add(
         reference=(
             "the paper's formula in NumPy float64; torch binary_cross_entropy_with_logits for gamma = 0"
         ),
+        picture="comparison",
     )
 )
 add(
@@ -282,6 +302,7 @@ add(
         gradients=("pred",),
         sample=_binary,
         reference=_DEFINITION,
+        picture="comparison",
     ),
     fn="losses.binary_focal_loss_with_logits",
 )
@@ -296,6 +317,7 @@ add(
         _LOSS,
         gradients=("pred",),
         reference="the definition by Jaccard indices of sets in NumPy float64",
+        picture="comparison",
     )
 )
 
@@ -334,6 +356,7 @@ for _kind, _axes, _config in (("", ("H", "W"), {}), ("3d", ("D", "H", "W"), {"k"
                 gradients=("pred",),
                 sample=_probabilities(_channels, _axes),
                 reference="the paper's formula in NumPy float64 with SciPy's convolve",
+                picture="comparison",
             ),
             fn=f"losses.hausdorff_er_loss{_kind}",
         )
@@ -345,5 +368,6 @@ add(
         [TensorSpec("output")],
         config={"num_classes": 5, "eps": 1e-6},
         reference="torch one_hot",
+        picture="classes",
     )
 )

@@ -10,6 +10,7 @@ add(
         [TensorSpec("psnr", description="decibels")],
         config={"max_val": 1.0},
         reference="scikit-image peak_signal_noise_ratio",
+        picture="comparison",
     )
 )
 
@@ -23,6 +24,7 @@ add(
         # In flat parts variances are what rounding leaves, 1e-7 of the values' squares, over (0.03)^2.
         tolerances={"float32": Tolerance(2e-4, 1e-4)},
         reference="scikit-image structural_similarity (gaussian weights)",
+        picture="comparison",
     )
 )
 
@@ -41,5 +43,6 @@ add(
         config={"window_size": 5},
         symbols={"D": (8, 4096), "H": (8, 32768), "W": (8, 32768)},
         reference="scikit-image structural_similarity (gaussian weights)",
+        picture="comparison",
     )
 )

@@ -39,6 +39,7 @@ add(
         gradients=(),
         sample=_sample_accuracy,
         reference="scikit-learn top_k_accuracy_score, torchmetrics accuracy",
+        picture="ranking",
     )
 )
 
@@ -62,6 +63,7 @@ add(
         [TensorSpec("counts", description=_MATRIX)],
         {"num_classes": 6},
         reference=_SCIKIT,
+        picture="confusion matrix",
     ),
     fn="metrics.confusion_matrix",
 )
@@ -72,6 +74,7 @@ add(
         [TensorSpec("shares", description=f"{_MATRIX}, as part of how often j is found")],
         {"num_classes": 6, "normalized": True},
         reference=_SCIKIT,
+        picture="confusion matrix",
     ),
     fn="metrics.confusion_matrix",
 )
@@ -82,6 +85,7 @@ add(
         [TensorSpec("iou", description="of each class")],
         {"num_classes": 6},
         reference="scikit-learn jaccard_score, torchmetrics",
+        picture="values of classes",
     )
 )
 
@@ -111,6 +115,7 @@ add(
         symbols={"N": (1, 1 << 15), "M": (1, 1 << 15)},
         sample=_sample_boxes,
         reference="areas of polygons by OpenCV",
+        picture="overlaps",
     )
 )
 
@@ -160,6 +165,7 @@ for _variant, _inputs in (("labels", _DETECTED), ("masks", _DETECTED + _MASKS)):
             gradients=(),
             sample=_sample_detections,
             reference="the rules of Pascal VOC as a loop in NumPy; scikit-learn precision_recall_curve",
+            picture="detections",
         ),
         fn="metrics.mean_average_precision",
     )
@@ -175,6 +181,7 @@ add(
         ],
         [TensorSpec("error", description="in pixels")],
         reference="NumPy hypot",
+        picture="comparison",
     )
 )
 
@@ -191,12 +198,25 @@ for _name, _output, _reference in (
 ):
     add(
         Spec(
-            f"metrics.{_name}", _DISPARITIES, [TensorSpec("error", description=_output)], reference=_reference
+            f"metrics.{_name}",
+            _DISPARITIES,
+            [TensorSpec("error", description=_output)],
+            reference=_reference,
+            picture="comparison",
         )
     )
 for _name in ("mean_bad_pixel_error", "kitti_d1_error"):
     _share = TensorSpec("share", description="of the pixels that are bad")
-    add(Spec(f"metrics.{_name}", _DISPARITIES, [_share], gradients=(), reference="a loop in Python"))
+    add(
+        Spec(
+            f"metrics.{_name}",
+            _DISPARITIES,
+            [_share],
+            gradients=(),
+            reference="a loop in Python",
+            picture="comparison",
+        )
+    )
 
 # --- poses --------------------------------------------------------------------------------------------------
 
@@ -230,6 +250,7 @@ add(
         [TensorSpec("angle", description="in degrees")],
         sample=_sample_rotations,
         reference="SciPy Rotation.magnitude",
+        picture="pose errors",
     )
 )
 add(
@@ -241,6 +262,7 @@ add(
         ],
         [TensorSpec("angle", description="in degrees")],
         reference="angles that vectors are made of",
+        picture="pose errors",
     )
 )
 add(
@@ -256,6 +278,7 @@ add(
         ],
         sample=_sample_poses,
         reference="SciPy Rotation.magnitude, NumPy arccos",
+        picture="pose errors",
     )
 )
 add(
@@ -267,6 +290,7 @@ add(
         ],
         [TensorSpec("distance")],
         reference="NumPy norm",
+        picture="drift",
     )
 )
 add(
@@ -276,5 +300,6 @@ add(
         [TensorSpec("areas", description="one for each threshold, in parts of it")],
         config={"thresholds": [1.0, 3.0, 5.0, 10.0]},
         reference="scikit-learn auc of the curve",
+        picture="areas under a curve",
     )
 )

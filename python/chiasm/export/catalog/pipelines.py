@@ -83,5 +83,6 @@ add(
         tolerances={"float32": Tolerance(2e-2, 1e-3)},
         sample=_sample_views,
         reference="OpenCV SIFT, BFMatcher, findHomography",
+        picture="registered views",
     )
 )
