@@ -76,7 +76,6 @@ add(
         ),
         reference="OpenCV GaussianBlur(BORDER_REFLECT_101)",
         frames=Frames(peer=_GAUSSIAN),
-        picture="image output",
     )
 )
 
@@ -97,7 +96,6 @@ add(
         frames=Frames(
             peer=opencv(lambda cv2, x: cv2.GaussianBlur(x, (5, 5), 1.1, borderType=cv2.BORDER_REFLECT_101))
         ),
-        picture="image output",
     ),
     fn="filters.gaussian_blur2d",
 )
