@@ -230,7 +230,7 @@ for _space in ("hls", "hsl", "hsv"):
     _frames, _frames_back = (
         None
         if _space == "hsl"
-        else Frames(reference=_EXACT, peer=cvt_color(f"COLOR_{way}", atol=1, share=2e-3))
+        else Frames(reference=_EXACT, peer=cvt_color(f"COLOR_{way}", atol=1, share=5e-3))
         for way in (f"RGB2{_color}", f"{_color}2RGB")
     )
     if _space != "hsv":

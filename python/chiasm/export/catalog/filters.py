@@ -450,7 +450,7 @@ def _scikit(operator: str, scale: float) -> Peer:
         lambda filters, x: getattr(filters, operator)(x),
         "planes",
         edge=1,
-        atol=1e-3,
+        atol=2e-3,
         after=lambda magnitude: magnitude * scale,
     )
 
