@@ -538,6 +538,17 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             for (int64_t border = 0; border < kBorders; ++border)
               run(aoti_torch_cpu_pyramid_down_bytes, x, step, border);
             run(aoti_torch_cpu_pyramid_up_bytes, x, step);
+            const Tensor other = bytes({2, s.height * s.width * step}), mask = bytes({2, s.height * s.width}),
+                         low = wholes<int32_t>({2, step}, -5, 130),
+                         high = wholes<int32_t>({2, step}, 100, 256);
+            run(aoti_torch_cpu_subtract_pixels, row, other);
+            run(aoti_torch_cpu_weighted_bytes, row, other,
+                kernel_calls::of<float>({1, 3}, {0.75f, -0.5f, 9.0f}));
+            for (const int32_t interleaved : {0, 1}) {
+              run(aoti_torch_cpu_range_mask, row, low, high, interleaved);
+              run(aoti_torch_cpu_masked_pixels, row, mask, interleaved);
+            }
+            run(aoti_torch_cpu_sobel_derivatives, x);
             const Tensor pixels = bytes({2, s.height * s.width * 3});
             for (const int32_t interleaved : {0, 1}) {
               run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);

@@ -54,6 +54,13 @@ def signed_taps(count: int) -> Tensor:
     return (integers(3000000, count, 3) - 500000).to(torch.float64)
 
 
+def turned(x: Tensor) -> Tensor:
+    """The image with its rows from the right to the left, in its own layout."""
+    layout = torch.contiguous_format if x.is_contiguous() else torch.channels_last
+    columns = torch.arange(x.size(-1) - 1, -1, -1)
+    return x.index_select(-1, columns).contiguous(memory_format=layout)
+
+
 def matrices(dtype: torch.dtype, n: int) -> Tensor:
     """(2, n, n), symmetric and positive definite."""
     m = numbers(dtype, 2, n, n) - 0.5
@@ -445,6 +452,31 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in bytes_and_words()[:2]
         for size in ((5, 30), (1, 1))
         for corners in (False, True)
+    ],
+    "derivatives.derivatives_of_bytes": lambda t: [
+        (x, mode) for x in bytes_and_words()[:2] for mode in ("sobel", "diff")
+    ],
+    "masks.range_mask": lambda t: [
+        (x, low - 20.0, low + high)
+        for x in bytes_and_words()[:2]
+        for low, high in (
+            (90.5 * numbers(torch.float32, 3, 1, 1), 150.0),
+            (90.0 * numbers(torch.float32, 2, 3, 1, 1), torch.full([2, 3, 1, 1], 200.0)),
+            (torch.full([3, 1, 1], 300.0), 9.0),
+        )
+    ],
+    "masks.masked_pixels": lambda t: [
+        (x, 255 * integers(2, 2, 1, *x.shape[2:]).to(torch.uint8)) for x in bytes_and_words()[:2]
+    ],
+    "pixels.difference": lambda t: [(x, turned(x)) for x in bytes_and_words()],
+    "pixels.weighted_sum": lambda t: [
+        (x, turned(x), *weights)
+        for x in bytes_and_words()[:2]
+        for weights in (
+            (torch.tensor([0.3]), torch.tensor(0.9), torch.tensor([-4.5])),
+            tuple(numbers(torch.float32, 3, 2, 1, 1, 1) * 3.0 - 1.0),
+            (torch.tensor([1.0]), numbers(torch.float32, *x.shape), torch.tensor([0.0])),
+        )
     ],
     "resizing.resampled_bytes": lambda t: [
         (x, integers(9, 7, 3), signed_taps(7), integers(13, 30, 3), signed_taps(30))

@@ -7,8 +7,8 @@ from torch import Tensor
 
 from ..primitives.core.broadcasting import per_sample
 from ..primitives.core.checks import check_floating, check_rgb, check_values
+from ..primitives.core.pixels import weighted_sum
 from ..primitives.images.tables import levels, table_entries
-from ..primitives.numbers.rounding import known_or
 
 
 def add_weighted(
@@ -49,10 +49,14 @@ def add_weighted(
     if src1.shape != src2.shape:
         raise ValueError(f"src2: expected src1's shape {list(src1.shape)}, got {list(src2.shape)}")
     if src1.dtype == torch.uint8:
-        x, y = src1.to(torch.float32), src2.to(torch.float32)
-        total = x * per_sample(alpha, x, "alpha") + y * per_sample(beta, x, "beta")
-        total = total + per_sample(gamma, x, "gamma")
-        return known_or(torch.round(total), 0.0).clamp(0.0, 255.0).to(torch.uint8)
+        like = torch.empty([1], dtype=torch.float32, device=src1.device).expand(src1.shape)
+        return weighted_sum(
+            src1,
+            src2,
+            per_sample(alpha, like, "alpha"),
+            per_sample(beta, like, "beta"),
+            per_sample(gamma, like, "gamma"),
+        )
     weighted = src1 * per_sample(alpha, src1, "alpha") + src2 * per_sample(beta, src1, "beta")
     return weighted + per_sample(gamma, src1, "gamma")
 

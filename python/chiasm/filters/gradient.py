@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_pixels
 from ..primitives.core.layout import in_planes
-from ..primitives.filters.derivatives import gradient, sobel_magnitude
+from ..primitives.filters.derivatives import derivatives_of_bytes, gradient, sobel_magnitude
 from ..primitives.filters.padding import stencil
 
 
@@ -49,8 +49,7 @@ def spatial_gradient(input: Tensor, mode: str = "sobel", order: int = 1, normali
             raise ValueError(f"order: expected 1 on bytes, got {order}")
         if normalized:
             raise ValueError("normalized: expected False on bytes, got True")
-        exact = in_planes(input).to(torch.float32)
-        return gradient(exact, (1, 1), (1, 1), "replicate", mode, False).to(torch.int16)
+        return derivatives_of_bytes(input, mode)
     if order == 1:
         return gradient(input, (1, 1), (1, 1), "replicate", mode, normalized)
     radius = 2 if mode == "sobel" else 1

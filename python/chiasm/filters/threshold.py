@@ -17,6 +17,7 @@ from ..primitives.filters.correlation import box_sums
 from ..primitives.filters.fixed_point import box_bytes, fixed_taps, separable_bytes
 from ..primitives.filters.stencil import separable_shared
 from ..primitives.images.histograms import aminmax, bincount, partial_sums, row_histograms
+from ..primitives.images.masks import masked_pixels, range_mask
 from ..primitives.images.tables import table_entries
 from ..primitives.numbers.rounding import to_index
 from .gaussian import gaussian_taps
@@ -49,15 +50,9 @@ def in_range(
     """
     check_pixels(input, "input")
     if input.dtype == torch.uint8:
-        # Bounds may be between two bytes, and beyond them.
-        level = torch.arange(256, device=input.device).to(torch.float32)
         low, high = _bound(lower, input, torch.float32, "lower"), _bound(upper, input, torch.float32, "upper")
-        tables = ((level >= low) & (level <= high)).to(torch.uint8) * 255
-        planes = in_planes(input)
-        rows = tables.expand(input.size(0), input.size(1), 1, 256).reshape(-1, 256)
-        inside = table_entries(planes.reshape(rows.size(0), -1), rows).reshape(planes.shape)
-        mask = inside.to(torch.float32).amin(1, keepdim=True).to(torch.uint8)
-        return mask if return_mask else planes & mask
+        mask = range_mask(input, low, high)
+        return mask if return_mask else masked_pixels(input, mask)
     low, high = _bound(lower, input, input.dtype, "lower"), _bound(upper, input, input.dtype, "upper")
     mask = ((input >= low) & (input <= high)).to(input.dtype).amin(1, keepdim=True)
     return mask if return_mask else input * mask

@@ -6,6 +6,11 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
+from ..kernels import operators as kernels
+from ..numbers.rounding import known_or
+from .layout import as_rows, from_rows, interleaved
+from .lowering import primitive
+
 
 def narrow(x: Tensor, *_: object) -> bool:
     """Whether x is of whole numbers of 8 or 16 bits. Only lowerings ask."""
@@ -48,6 +53,7 @@ def saturated(value: Tensor, like: Tensor) -> Tensor:
     return value.clamp(low, high).to(like.dtype)
 
 
+@primitive
 def difference(high: Tensor, low: Tensor) -> Tensor:
     """high - low, of whole numbers the nearest that their type has.
 
@@ -59,3 +65,42 @@ def difference(high: Tensor, low: Tensor) -> Tensor:
     # In float32, which holds both: compiled loops have twice the lanes that int64 constants leave them.
     least, largest = pixel_range(high)
     return (high.to(torch.float32) - low.to(torch.float32)).clamp(least, largest).to(high.dtype)
+
+
+def _alike(x: Tensor, y: Tensor, *_: object) -> bool:
+    """Whether kernels take two images as they lie, value by value."""
+    return kernels.available(x) and narrow(x) and x.dim() == 4 and interleaved(x) == interleaved(y)
+
+
+@difference.lowering("native", when=_alike)
+def _difference_kernel(high: Tensor, low: Tensor) -> Tensor:
+    rows, _ = as_rows(high)
+    made = kernels.subtract_pixels(rows.flatten(1), as_rows(low)[0].flatten(1))
+    return from_rows(made.unflatten(1, rows.shape[1:]), high)
+
+
+@primitive
+def weighted_sum(x: Tensor, y: Tensor, alpha: Tensor, beta: Tensor, gamma: Tensor) -> Tensor:
+    """Bytes: x * alpha + y * beta + gamma in float32, each step rounded, then to the nearest byte, halves to
+    even. NaN becomes 0. Weights are float32 and broadcast against x.
+
+    >>> x = torch.tensor([[10, 200]], dtype=torch.uint8)
+    >>> weighted_sum(x, x, torch.tensor(1.0), torch.tensor(0.5), torch.tensor(-7.0))
+    tensor([[  8, 255]], dtype=torch.uint8)
+    """
+    total = x.to(torch.float32) * alpha + y.to(torch.float32) * beta
+    return known_or(torch.round(total + gamma), 0.0).clamp(0.0, 255.0).to(torch.uint8)
+
+
+def _weights_of_samples(x: Tensor, y: Tensor, *weights: Tensor) -> bool:
+    """`_alike`, and each weight is one number, or one for each sample."""
+    ones = [size for weight in weights for size in weight.shape[1:]]
+    return _alike(x, y) and all(isinstance(size, int) and size == 1 for size in ones)
+
+
+@weighted_sum.lowering("native", when=_weights_of_samples)
+def _weighted_sum_kernel(x: Tensor, y: Tensor, alpha: Tensor, beta: Tensor, gamma: Tensor) -> Tensor:
+    rows, _ = as_rows(x)
+    weights = torch.stack([w.reshape(-1).expand(x.size(0)) for w in (alpha, beta, gamma)], 1)
+    made = kernels.weighted_bytes(rows.flatten(1), as_rows(y)[0].flatten(1), weights)
+    return from_rows(made.unflatten(1, rows.shape[1:]), x)

@@ -6,6 +6,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from ..core.layout import in_planes
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
 from .padding import stencil
@@ -75,3 +76,17 @@ def gradient(p: Tensor, mode: str, normalized: bool) -> Tensor:
     """(B, C, 2, H, W): d/dx and d/dy, of margins of one pixel."""
     dx, dy = first_derivatives(p, mode, normalized)
     return torch.stack([dx, dy], 2)
+
+
+@primitive
+def derivatives_of_bytes(x: Tensor, mode: str) -> Tensor:
+    """(B, C, 2, H, W) of int16: d/dx and d/dy of bytes (B, C, H, W) without a scale, whole numbers that
+    float32 holds; the border is replicated."""
+    exact = in_planes(x).to(torch.float32)
+    return gradient(exact, (1, 1), (1, 1), "replicate", mode, False).to(torch.int16)
+
+
+@derivatives_of_bytes.lowering("native", when=lambda x, mode: kernels.available(x) and mode == "sobel")
+def _sobel_derivatives_kernel(x: Tensor, mode: str) -> Tensor:
+    planes = in_planes(x).flatten(0, 1)
+    return kernels.sobel_derivatives(planes).unflatten(0, [x.size(0), x.size(1)])

@@ -59,9 +59,9 @@ def arranged(image: Tensor, order: List[int], fill: float) -> Tensor:
     when=lambda image, *_: kernels.has_pixel_kernel(image) and image.dim() == 4 and interleaved(image),
 )
 def _arranged_pixels(image: Tensor, order: List[int], fill: float) -> Tensor:
-    pixels, _ = _as_pixels(image)
+    pixels, _ = as_pixels(image)
     numbers = torch.tensor(order, dtype=torch.int32)
-    return _from_pixels(kernels.arrange_pixels(pixels, numbers, image.size(1), fill), image, len(order))
+    return from_pixels(kernels.arrange_pixels(pixels, numbers, image.size(1), fill), image, len(order))
 
 
 @primitive
@@ -110,18 +110,18 @@ def _is_image(image: Tensor, *_: object) -> bool:
 @mix_bytes.lowering("native", when=_is_image)
 def _mix_bytes_kernel(image: Tensor, weights: List[int], shift: int) -> Tensor:
     rows = torch.tensor(weights, dtype=torch.int32).reshape(-1, 4)
-    pixels, is_frame = _as_pixels(image)
-    return _from_pixels(kernels.mix_pixels(pixels, rows, shift, is_frame), image, rows.size(0))
+    pixels, is_frame = as_pixels(image)
+    return from_pixels(kernels.mix_pixels(pixels, rows, shift, is_frame), image, rows.size(0))
 
 
-def _as_pixels(image: Tensor) -> Tuple[Tensor, bool]:
+def as_pixels(image: Tensor) -> Tuple[Tensor, bool]:
     """(B, C, H, W) as (B, all values), and whether its channels lie next to each other."""
     if interleaved(image):
         return image.permute(0, 2, 3, 1).flatten(1), True
     return image.flatten(1), False
 
 
-def _from_pixels(values: Tensor, like: Tensor, channels: int) -> Tensor:
+def from_pixels(values: Tensor, like: Tensor, channels: int) -> Tensor:
     """Images of so many channels of what a kernel made of ``like``."""
     if interleaved(like):
         return values.unflatten(1, [like.size(2), like.size(3), channels]).permute(0, 3, 1, 2)
@@ -151,9 +151,9 @@ def luma_chroma(image: Tensor, weights: List[int], first: int, second: int) -> T
 
 @luma_chroma.lowering("native", when=_is_image)
 def _luma_chroma_kernel(image: Tensor, weights: List[int], first: int, second: int) -> Tensor:
-    pixels, is_frame = _as_pixels(image)
+    pixels, is_frame = as_pixels(image)
     mixed = kernels.luma_chroma_pixels(pixels, weights[0], weights[1], weights[2], first, second, is_frame)
-    return _from_pixels(mixed, image, 3)
+    return from_pixels(mixed, image, 3)
 
 
 @primitive
@@ -185,8 +185,8 @@ def hue_of_bytes(image: Tensor, lightness: bool) -> Tensor:
 
 @hue_of_bytes.lowering("native", when=_is_image)
 def _hue_kernel(image: Tensor, lightness: bool) -> Tensor:
-    pixels, is_frame = _as_pixels(image)
-    return _from_pixels(kernels.hue_pixels(pixels, lightness, is_frame), image, 3)
+    pixels, is_frame = as_pixels(image)
+    return from_pixels(kernels.hue_pixels(pixels, lightness, is_frame), image, 3)
 
 
 @primitive
@@ -214,8 +214,8 @@ def bytes_of_hue(image: Tensor, lightness: bool) -> Tensor:
 
 @bytes_of_hue.lowering("native", when=_is_image)
 def _from_hue_kernel(image: Tensor, lightness: bool) -> Tensor:
-    pixels, is_frame = _as_pixels(image)
-    return _from_pixels(kernels.from_hue_pixels(pixels, lightness, is_frame), image, 3)
+    pixels, is_frame = as_pixels(image)
+    return from_pixels(kernels.from_hue_pixels(pixels, lightness, is_frame), image, 3)
 
 
 @primitive
@@ -272,12 +272,12 @@ def _curve_kernel(
     shift_after: int,
     last: Tensor,
 ) -> Tensor:
-    pixels, is_frame = _as_pixels(image)
+    pixels, is_frame = as_pixels(image)
     rows = [torch.tensor(weights, dtype=torch.int32).reshape(3, 4) for weights in (before, after)]
     made = kernels.curve_pixels(
         pixels, first, rows[0], middle, rows[1], last, shift_before, shift_after, is_frame
     )
-    return _from_pixels(made, image, 3)
+    return from_pixels(made, image, 3)
 
 
 # ONNX Runtime has this kernel for float32 alone.

@@ -257,6 +257,36 @@ _declare(
     ["1 <= O", "1 <= channels", "L % channels == 0"],
 )
 _declare(
+    "subtract_pixels(P[N, L] x, P[N, L] y) -> P[N, L]",
+    "arithmetic.cpp",
+    "x - y, of whole numbers the nearest that their type has.",
+)
+_declare(
+    "weighted_bytes(uint8[N, L] x, uint8[N, L] y, float32[R, 3] weights) -> uint8[N, L]",
+    "arithmetic.cpp",
+    """The sum of x and y by two weights, and the third, in float32, rounded halves to even and saturated;
+    what is not a number is 0. Each set of weights serves N / R images.""",
+    ["1 <= R", "N % R == 0"],
+)
+_declare(
+    "range_mask(uint8[N, L] x, int32[R, C] low, int32[R, C] high, bool interleaved) -> uint8[N, L // C]",
+    "arithmetic.cpp",
+    "255 where each of C channels is from low to high, else 0. Each set of bounds serves N / R images.",
+    ["1 <= R", "N % R == 0", "1 <= C", "L % C == 0"],
+)
+_declare(
+    "masked_pixels(uint8[N, L] x, uint8[N, M] mask, bool interleaved) -> uint8[N, L]",
+    "arithmetic.cpp",
+    "The bits of each channel of a pixel that are set in the pixel's mask.",
+    ["1 <= M", "L % M == 0"],
+)
+_declare(
+    "sobel_derivatives(uint8[N, H, W] x) -> int16[N, 2, H, W]",
+    "arithmetic.cpp",
+    "Sobel's sums along the rows and down the columns, without a scale; the border is replicated.",
+    ["1 <= H", "1 <= W"],
+)
+_declare(
     "mix_pixels(uint8[N, L] x, int32[O, 4] weights, int shift, bool interleaved) -> uint8[N, L // 3 * O]",
     "colour_bytes.cpp",
     """Linear mixtures of three channels, in planes or interleaved: the sum of a row's first three weights

@@ -1,0 +1,186 @@
+// Arithmetic on pixels of whole numbers, value by value, and first derivatives.
+#include "interleaving.h"
+
+namespace chiasm::kernels {
+
+template <class P>
+void subtract_pixels(const P* x, int64_t n, int64_t values, const P* y, P* out) {
+  for_pixels(1, n * values, [=](int64_t, int64_t first, int64_t count) {
+    for_lanes<P>(count, [=](auto d, auto, int64_t k) {
+      const auto a = hn::LoadU(d, x + first + k), b = hn::LoadU(d, y + first + k);
+      if constexpr (std::is_floating_point_v<P>)
+        hn::StoreU(hn::Sub(a, b), d, out + first + k);
+      else
+        hn::StoreU(hn::SaturatedSub(a, b), d, out + first + k);
+    });
+  });
+}
+
+void weighted_bytes(const uint8_t* x, int64_t n, int64_t values, const uint8_t* y, const float* weights,
+                    int64_t sets, uint8_t* out) {
+  for_pixels(n, values, [=](int64_t image, int64_t first, int64_t count) {
+    const float* const w = weights + 3 * (image / (n / sets));
+    const int64_t at = image * values + first;
+    for_lanes<float, 4>(count, [=](auto d, auto vectors, int64_t k) {
+      const hn::Rebind<uint8_t, decltype(d)> bytes;
+      const hn::Rebind<int32_t, decltype(d)> integers;
+      const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+      const auto numbers = [=](const uint8_t* p) {
+        return hn::ConvertTo(d, hn::PromoteTo(integers, hn::LoadU(bytes, p)));
+      };
+      for (int v = 0; v < vectors; ++v) {
+        const int64_t i = at + k + v * lanes;
+        const auto sum = hn::Add(
+            hn::Add(hn::Mul(numbers(x + i), hn::Set(d, w[0])), hn::Mul(numbers(y + i), hn::Set(d, w[1]))),
+            hn::Set(d, w[2]));
+        const auto known = hn::IfThenElseZero(hn::Eq(sum, sum), sum);
+        const auto level = hn::Min(hn::Max(known, hn::Zero(d)), hn::Set(d, 255.0f));
+        hn::StoreU(hn::DemoteTo(bytes, hn::NearestInt(level)), bytes, out + i);
+      }
+    });
+  });
+}
+
+namespace {
+
+// Whether bytes are from low to high: 255, else 0.
+template <class D>
+hn::Vec<D> between(D d, hn::Vec<D> x, int32_t low, int32_t high) {
+  const auto least = hn::Set(d, static_cast<uint8_t>(low)), most = hn::Set(d, static_cast<uint8_t>(high));
+  return hn::VecFromMask(d, hn::And(hn::Eq(hn::Max(x, least), x), hn::Eq(hn::Min(x, most), x)));
+}
+
+template <int kChannels>
+void mask_run(const uint8_t* x, const int32_t* low, const int32_t* high, int64_t n, uint8_t* out) {
+  for_lanes<uint8_t>(n, [=](auto d, auto, int64_t k) {
+    hn::Vec<decltype(d)> channels[kChannels];
+    if constexpr (hn::MaxLanes(d) == 1) {
+      for (int c = 0; c < kChannels; ++c) channels[c] = hn::Set(d, x[kChannels * k + c]);
+    } else {
+      load_pixels<kChannels>(d, x + kChannels * k, channels);
+    }
+    auto inside = between(d, channels[0], low[0], high[0]);
+    for (int c = 1; c < kChannels; ++c) inside = hn::And(inside, between(d, channels[c], low[c], high[c]));
+    hn::StoreU(inside, d, out + k);
+  });
+}
+
+}  // namespace
+
+void range_mask(const uint8_t* x, int64_t n, int64_t values, const int32_t* low, int64_t sets,
+                int64_t channels, const int32_t* high, bool interleaved, uint8_t* out) {
+  const int64_t pixels = values / channels;
+  for_pixels(n, pixels, [=](int64_t image, int64_t first, int64_t count) {
+    const int32_t* const from = low + image / (n / sets) * channels;
+    const int32_t* const to = high + image / (n / sets) * channels;
+    uint8_t* const mask = out + image * pixels + first;
+    for (int64_t c = 0; c < channels; ++c)
+      if (from[c] > 255 || to[c] < 0 || from[c] > to[c])
+        return static_cast<void>(std::fill_n(mask, count, 0));
+    // Bytes are at least 0 and at most 255.
+    const auto least = [=](int64_t c) { return std::max(from[c], 0); };
+    const auto most = [=](int64_t c) { return std::min(to[c], 255); };
+    const uint8_t* const run = x + image * values + (interleaved ? channels * first : first);
+    if (interleaved && (channels == 3 || channels == 4)) {
+      const int32_t lows[] = {least(0), least(1), least(2), least(channels - 1)},
+                    highs[] = {most(0), most(1), most(2), most(channels - 1)};
+      return (channels == 3 ? mask_run<3> : mask_run<4>)(run, lows, highs, count, mask);
+    }
+    if (interleaved && channels > 1) {
+      for (int64_t k = 0; k < count; ++k) {
+        mask[k] = 255;
+        for (int64_t c = 0; c < channels; ++c) {
+          const int32_t value = run[k * channels + c];
+          if (value < from[c] || value > to[c]) mask[k] = 0;
+        }
+      }
+      return;
+    }
+    for (int64_t c = 0; c < channels; ++c) {
+      const uint8_t* const plane = run + c * pixels;
+      for_lanes<uint8_t>(count, [=](auto d, auto, int64_t k) {
+        const auto inside = between(d, hn::LoadU(d, plane + k), least(c), most(c));
+        hn::StoreU(c == 0 ? inside : hn::And(inside, hn::LoadU(d, mask + k)), d, mask + k);
+      });
+    }
+  });
+}
+
+namespace {
+
+template <int kChannels>
+void masked_run(const uint8_t* x, const uint8_t* mask, int64_t n, uint8_t* out) {
+  for_lanes<uint8_t>(n, [=](auto d, auto, int64_t k) {
+    if constexpr (hn::MaxLanes(d) == 1) {
+      for (int c = 0; c < kChannels; ++c) out[kChannels * k + c] = x[kChannels * k + c] & mask[k];
+    } else {
+      hn::Vec<decltype(d)> channels[kChannels];
+      load_pixels<kChannels>(d, x + kChannels * k, channels);
+      for (auto& channel : channels) channel = hn::And(channel, hn::LoadU(d, mask + k));
+      store_pixels<kChannels>(d, channels, out + kChannels * k);
+    }
+  });
+}
+
+}  // namespace
+
+void masked_pixels(const uint8_t* x, int64_t n, int64_t values, const uint8_t* mask, int64_t pixels,
+                   bool interleaved, uint8_t* out) {
+  const int64_t channels = values / pixels;
+  for_pixels(n, pixels, [=](int64_t image, int64_t first, int64_t count) {
+    const uint8_t* const wanted = mask + image * pixels + first;
+    const int64_t at = image * values + (interleaved ? channels * first : first);
+    if (interleaved && channels == 3) return masked_run<3>(x + at, wanted, count, out + at);
+    if (interleaved && channels == 4) return masked_run<4>(x + at, wanted, count, out + at);
+    if (interleaved && channels > 1) {
+      for (int64_t k = 0; k < count; ++k)
+        for (int64_t c = 0; c < channels; ++c) {
+          const int64_t i = at + k * channels + c;
+          out[i] = x[i] & wanted[k];
+        }
+      return;
+    }
+    for (int64_t c = 0; c < channels; ++c)
+      for_lanes<uint8_t>(count, [=](auto d, auto, int64_t k) {
+        const int64_t i = at + c * pixels + k;
+        hn::StoreU(hn::And(hn::LoadU(d, x + i), hn::LoadU(d, wanted + k)), d, out + i);
+      });
+  });
+}
+
+void sobel_derivatives(const uint8_t* x, int64_t n, int64_t height, int64_t width, int16_t* out) {
+#pragma omp parallel for
+  for (int64_t row = 0; row < n * height; ++row) {
+    const int64_t plane = row / height, y = row % height;
+    const auto at = [=](int64_t i) {
+      return x + (plane * height + std::clamp<int64_t>(i, 0, height - 1)) * width;
+    };
+    const uint8_t* const above = at(y - 1);
+    const uint8_t* const here = at(y);
+    const uint8_t* const below = at(y + 1);
+    int16_t* const across = out + (2 * plane * height + y) * width;
+    int16_t* const down = across + height * width;
+    const auto column = [=](int64_t k) {
+      const int64_t l = std::max<int64_t>(k - 1, 0), r = std::min(k + 1, width - 1);
+      across[k] = static_cast<int16_t>(above[r] - above[l] + 2 * (here[r] - here[l]) + below[r] - below[l]);
+      down[k] = static_cast<int16_t>(below[l] - above[l] + 2 * (below[k] - above[k]) + below[r] - above[r]);
+    };
+    column(0);
+    for_lanes<int16_t>(width - 2, [=](auto d, auto, int64_t k) {
+      const hn::Rebind<uint8_t, decltype(d)> bytes;
+      const auto read = [=](const uint8_t* p, int64_t i) {
+        return hn::PromoteTo(d, hn::LoadU(bytes, p + k + i));
+      };
+      const auto slope = [=](const uint8_t* p) { return hn::Sub(read(p, 2), read(p, 0)); };
+      const auto drop = [=](int64_t i) { return hn::Sub(read(below, i), read(above, i)); };
+      const auto twice = [=](auto v) { return hn::Add(v, v); };
+      hn::StoreU(hn::Add(hn::Add(slope(above), twice(slope(here))), slope(below)), d, across + k + 1);
+      hn::StoreU(hn::Add(hn::Add(drop(0), twice(drop(1))), drop(2)), d, down + k + 1);
+    });
+    column(width - 1);
+  }
+}
+
+CHIASM_INSTANTIATE(subtract_pixels)
+
+}  // namespace chiasm::kernels
