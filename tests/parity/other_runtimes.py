@@ -60,10 +60,10 @@ OPS = (
 
 
 def _old(
-    reason: str, methods: list[str], ops: str, family: str = "geometry"
+    reason: str, methods: list[str], ops: str, family: str = "geometry", dtype: str = "float32"
 ) -> dict[tuple[str, str, str], str]:
     """What ONNX Runtime 1.17 cannot do, of some ops of a family, in either form."""
-    files = [f"{method}.float32{form}.onnx" for method in methods for form in ("", ".fused")]
+    files = [f"{method}.{dtype}{form}.onnx" for method in methods for form in ("", ".fused")]
     return {("ONNX Runtime 1.17", f"{family}.{op}", file): reason for op in ops.split() for file in files}
 
 
@@ -78,6 +78,12 @@ KNOWN = {
         transform.get_shear_matrix2d transform.get_shear_matrix3d transform.rotate transform.rotate3d
         transform.scale
     """,
+    ),
+    **_old(
+        _OLD_FLOAT64,
+        ["forward"],
+        "transform.rotate.frames transform.warp_polar.linear.frames transform.warp_polar.log.frames",
+        dtype="uint8",
     ),
     **_old(
         _OLD_FUSION,
@@ -112,6 +118,11 @@ KNOWN = {
     ): _OLD_FLOAT64,
     ("OpenVINO", "color.rgb_to_grayscale", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "filters.sobel", "forward.float64.onnx"): _FLOAT32_INSIDE,
+    (
+        "OpenVINO",
+        "geometry.transform.resize.bilinear_antialias.frames",
+        "forward.uint8.onnx",
+    ): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.camera.project_points", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.epipolar.find_essential", "forward.float32.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.epipolar.find_fundamental_7point", "forward.float32.onnx"): _FLOAT32_INSIDE,
