@@ -84,7 +84,7 @@ def measured(entry: Entry, size: dict[str, int], threads: int, seconds: float) -
     tensors = inputs(spec, size, variant)
     given = [t.numpy() for t in tensors]
     outputs = room(method, given)
-    theirs = their_work(spec, tensors)
+    theirs = work(spec, tensors)
     method.run_into(given, outputs)
     difference = checked(spec, outputs, theirs)
     contenders = {
@@ -120,11 +120,6 @@ def pictures(tensor: TensorSpec, like: torch.Tensor) -> torch.Tensor:
     low, high = tensor.range or (0.0, 1.0)
     values = (pixels.to(torch.float64) / 255 * (high - low) + low).to(like.dtype)
     return values if tensor.layout == "NCHW" else values.permute(0, 2, 3, 1).contiguous()
-
-
-def their_work(spec: Spec, tensors: list[torch.Tensor]) -> Work:
-    assert spec.peer is not None
-    return work(spec.peer, tensors, [t.shape[:1] == ("B",) for t in spec.inputs], spec.interleaved)
 
 
 def checked(spec: Spec, ours: list[np.ndarray], theirs: Work) -> float:

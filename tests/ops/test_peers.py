@@ -22,10 +22,9 @@ def test_values_are_the_peers(entry: Entry) -> None:
         fitted = samples.fit(spec, sizes) | dict(peer.sizes)
         inputs = list(samples.make(spec, fitted, spec.variants()[0]).values())
         actual = [o.numpy() for o in outputs(module(entry)(*inputs))]
-        batched = [t.shape[:1] == ("B",) for t in spec.inputs]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            expected = work(peer, inputs, batched, spec.interleaved).outputs(actual)
+            expected = work(spec, inputs).outputs(actual)
         for a, e, described in zip(actual, expected, spec.outputs, strict=True):
             apart = compared(spec, a, e, described.layout)
             assert apart.share <= peer.share, f"{apart.share:.2%} of {sizes} differ, by up to {apart.most}"

@@ -122,9 +122,11 @@ class Work:
         return result
 
 
-def work(peer: Peer, inputs: Sequence[torch.Tensor], batched: Sequence[bool], interleaved: bool) -> Work:
-    """The peer's calls on an op's inputs. batched: which of them begin with the batch; interleaved: images
-    are (B, H, W, C)."""
+def work(spec: Spec, inputs: Sequence[torch.Tensor]) -> Work:
+    """The calls of the spec's peer on its inputs."""
+    peer, interleaved = spec.peer, spec.interleaved
+    assert peer is not None
+    batched = [t.shape[:1] == ("B",) for t in spec.inputs]
     library = importlib.import_module(peer.library)
     if peer.form == "tensors":
         return Work(peer, [[library, *inputs]], interleaved)

@@ -16,10 +16,7 @@ _GAUSSIAN = opencv(
 
 
 def _correlated(border: str) -> Peer:
-    return opencv(
-        lambda cv2, x, kernel: cv2.filter2D(x, -1, kernel, borderType=getattr(cv2, border)),
-        before=lambda x, kernel: (x, kernel),
-    )
+    return opencv(lambda cv2, x, kernel: cv2.filter2D(x, -1, kernel, borderType=getattr(cv2, border)))
 
 
 def _gradient_magnitude(cv2, x):

@@ -230,9 +230,11 @@ def _sample_projective_kernel(
     return kernels.warp_perspective(src, matrix, height, width, mode, padding_mode, align_corners)
 
 
-@sample_projective.lowering(
-    "native", when=lambda src, *_: kernels.available(src) and src.dtype == torch.uint8
-)
+def _of_bytes(src: Tensor, *_: object) -> bool:
+    return kernels.available(src) and src.dtype == torch.uint8
+
+
+@sample_projective.lowering("native", when=_of_bytes)
 def _warp_bytes_kernel(
     src: Tensor,
     matrix: Tensor,
@@ -279,10 +281,7 @@ def sample_affine(
     return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-@sample_affine.lowering(
-    "native",
-    when=lambda src, *rest: _samples(src, *rest) or (kernels.available(src) and src.dtype == torch.uint8),
-)
+@sample_affine.lowering("native", when=lambda src, *rest: _samples(src, *rest) or _of_bytes(src))
 def _sample_affine_kernel(
     src: Tensor,
     matrix: Tensor,
