@@ -4,15 +4,7 @@
 # usage: tools/other_runtimes.sh        Safe to run again, quick when nothing has changed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-PYTHON=${PYTHON:-.venv/bin/python}
 
 for name in ort-1.17 openvino; do
-  locked=tools/other_runtimes/$name.txt folder=.deps/$name
-  want=$(sha256sum "$locked" | cut -d' ' -f1)
-  [ "$(cat "$folder/.requirements" 2>/dev/null)" = "$want" ] && continue
-  echo "making $folder"
-  rm -rf "$folder"
-  "$PYTHON" -m venv "$folder"
-  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes -r "$locked"
-  echo "$want" > "$folder/.requirements"
+  tools/environment.sh $name tools/other_runtimes/$name.txt
 done

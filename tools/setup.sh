@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Install what chiasm needs on a Debian machine: system packages, a Python environment in .venv, ONNX Runtime's headers.
+# Install what chiasm needs on a Debian machine: system packages, a Python environment in .venv, ONNX Runtime's headers, Triton's.
 # usage: tools/setup.sh        Called by `make setup`; safe to run again, quick when nothing is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -50,4 +50,5 @@ if [ -n "$debian" ] && ! wait "$debian"; then
   exit 1
 fi
 tools/onnxruntime.sh
+tools/triton.sh headers
 say "done"

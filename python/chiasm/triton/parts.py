@@ -1,0 +1,144 @@
+"""What a repository is made of: bundles, and networks in ONNX files, with the tensors of each."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ..export.manifest import SUFFIX, BundleError, read_manifest
+
+#: A model's name is a folder's, and stands in URLs.
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
+#: TensorProto.DataType, by its number
+_ONNX_TYPES = {
+    1: "FP32",
+    2: "UINT8",
+    3: "INT8",
+    4: "UINT16",
+    5: "INT16",
+    6: "INT32",
+    7: "INT64",
+    9: "BOOL",
+    10: "FP16",
+    11: "FP64",
+    16: "BF16",
+}
+
+
+class RepositoryError(BundleError):
+    """A model repository cannot be written as it was asked for."""
+
+
+@dataclass(frozen=True)
+class Tensor:
+    """An input or output of a model, as a config.pbtxt has it: all dimensions, -1 for those that differ from
+    request to request."""
+
+    name: str
+    type: str
+    dims: tuple[int, ...]
+
+    def fits(self, other: Tensor) -> bool:
+        """Whether one may become the other."""
+        return (
+            self.type == other.type
+            and len(self.dims) == len(other.dims)
+            and all(a == b or -1 in (a, b) for a, b in zip(self.dims, other.dims, strict=True))
+        )
+
+    def __str__(self) -> str:
+        return f"'{self.name}' {self.type.lower()} {list(self.dims)}"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A model: its name in the repository, and the bundle (a folder ``*.chiasm``) or network (``*.onnx``)
+    that it runs.
+
+    Raises
+    ------
+    RepositoryError
+        Where the name is none that a model can have, or the path is neither.
+    """
+
+    name: str
+    path: Path
+
+    def __post_init__(self) -> None:
+        self.check_name(self.name)
+        if not self.is_network and not self.path.is_dir():
+            raise RepositoryError(f"{self.path}: expected a bundle (a folder NAME{SUFFIX}) or a *.onnx file")
+
+    @staticmethod
+    def check_name(name: str) -> str:
+        """The name, where a model may have it."""
+        if not _NAME.fullmatch(name):
+            raise RepositoryError(
+                f"{name!r} cannot be a model's name: expected letters, digits, '_', '.' and '-'"
+            )
+        return name
+
+    @classmethod
+    def parse(cls, text: str) -> Part:
+        """``NAME=PATH``, or ``PATH``, whose own name without the suffix is the model's."""
+        name, separator, path = text.partition("=")
+        if not separator or "/" in name:
+            name, path = "", text
+        # Whatever way leads there: `.` has a name too
+        return cls(name or re.sub(r"\.(chiasm|onnx)$", "", Path(path).resolve().name), Path(path))
+
+    @property
+    def is_network(self) -> bool:
+        return self.path.suffix == ".onnx"
+
+    @cached_property
+    def tensors(self) -> tuple[list[Tensor], list[Tensor]]:
+        """The inputs and the outputs."""
+        return _of_network(self.path) if self.is_network else _of_bundle(self.path)
+
+
+def _of_bundle(bundle: Path) -> tuple[list[Tensor], list[Tensor]]:
+    manifest = read_manifest(bundle)
+    method = manifest["methods"].get("forward")
+    if method is None:
+        raise RepositoryError(f"{bundle}: has no method 'forward'; it has {', '.join(manifest['methods'])}")
+    dtypes: list[str] = manifest["dtypes"]
+    generic = "float32" if "float32" in dtypes else (dtypes[:1] or [""])[0]  # what the runtime takes
+
+    def tensor(entry: dict[str, Any]) -> Tensor:
+        dtype: str = generic if entry["dtype"] == "T" else entry["dtype"]
+        dims = tuple(d if isinstance(d, int) else -1 for d in entry["shape"])
+        name = dtype.upper().replace("BFLOAT", "BF").replace("FLOAT", "FP")
+        return Tensor(entry["name"], name, dims or (1,))
+
+    return [tensor(t) for t in method["inputs"]], [tensor(t) for t in method["outputs"]]
+
+
+def _of_network(file: Path) -> tuple[list[Tensor], list[Tensor]]:
+    import onnx
+    from google.protobuf.message import DecodeError
+
+    try:
+        graph = onnx.load(file, load_external_data=False).graph
+    except DecodeError as error:
+        raise RepositoryError(f"{file}: not an ONNX model: {error}") from error
+    if any(each.data_location == onnx.TensorProto.EXTERNAL for each in graph.initializer):
+        raise RepositoryError(f"{file}: keeps tensors in another file: save it as one (onnx.save_model)")
+
+    def tensor(value: Any) -> Tensor:
+        kind = value.type.tensor_type
+        if not kind.HasField("shape") or kind.elem_type not in _ONNX_TYPES:
+            raise RepositoryError(f"{file}: '{value.name}' is no tensor of a known rank and type of numbers")
+        dims = tuple(d.dim_value if d.dim_value > 0 else -1 for d in kind.shape.dim)
+        if not dims:
+            raise RepositoryError(
+                f"{file}: '{value.name}' has no dimensions, which Triton's tensors must have"
+            )
+        return Tensor(value.name, _ONNX_TYPES[kind.elem_type], dims)
+
+    constants = {each.name for each in graph.initializer}
+    inputs = [tensor(value) for value in graph.input if value.name not in constants]
+    return inputs, [tensor(value) for value in graph.output]

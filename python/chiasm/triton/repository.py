@@ -1,0 +1,103 @@
+"""Writes a model repository: whole models, and nothing over what is there."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..export.manifest import SUFFIX
+from .ensembles import Ensemble, joined
+from .parts import Part, RepositoryError, Tensor
+
+_NETWORK = Path(__file__).with_name("network.py")
+
+
+def write(repository: Path, parts: Sequence[Part], ensemble: str | None = None) -> list[Path]:
+    """Write a model for each part, and one that runs them after each other.
+
+    Parameters
+    ----------
+    repository
+        The folder that ``tritonserver --model-repository`` names; made where it is not there.
+    parts
+        Bundles are copied; networks are run by ONNX Runtime in Triton's Python backend.
+    ensemble
+        The name of a model that runs all parts in their order: the outputs of each become the inputs of the
+        next that have the same name, or, of one output and one input, whatever the names.
+
+    Returns
+    -------
+    The models' folders, the ensemble's at the end.
+
+    Raises
+    ------
+    RepositoryError
+        Where a model of that name is there, or parts do not fit; nothing is written then.
+    BundleError
+        Where a bundle is damaged.
+    """
+    chain = [] if ensemble is None else [joined(Part.check_name(ensemble), parts)]
+    names = [part.name for part in parts] + [each.name for each in chain]
+    if twice := [name for name, count in Counter(names).items() if count > 1]:
+        raise RepositoryError(f"two models would be called '{twice[0]}': give other names, NAME=PATH")
+    for name in names:
+        if os.path.lexists(repository / name):
+            raise RepositoryError(
+                f"{repository / name} is there already: remove it, or give another name, NAME=PATH"
+            )
+    for part in parts:
+        _ = part.tensors  # which reads the bundle: nothing is written before all are known to be good
+    repository.mkdir(parents=True, exist_ok=True)
+    # Beside the repository, for a server may be looking: a model comes into it whole
+    with tempfile.TemporaryDirectory(prefix=".chiasm-triton-", dir=repository.resolve().parent) as scratch:
+        for part in parts:
+            _write_part(Path(scratch) / part.name, part)
+        for each in chain:
+            _write_ensemble(Path(scratch) / each.name, each)
+        for name in names:
+            os.rename(Path(scratch) / name, repository / name)
+    return [repository / name for name in names]
+
+
+def _write_part(folder: Path, part: Part) -> None:
+    version = folder / "1"
+    version.mkdir(parents=True)
+    if part.is_network:
+        shutil.copyfile(part.path, version / "model.onnx")
+        shutil.copyfile(_NETWORK, version / "model.py")
+        inputs, outputs = part.tensors
+        config = 'backend: "python"\n' + _described("input", inputs) + _described("output", outputs)
+    else:
+        shutil.copytree(part.path, version / f"{part.path.resolve().name.removesuffix(SUFFIX)}{SUFFIX}")
+        config = 'backend: "chiasm"\n'  # the rest the backend reads from the manifest
+    (folder / "config.pbtxt").write_text(config)
+
+
+def _write_ensemble(folder: Path, ensemble: Ensemble) -> None:
+    (folder / "1").mkdir(parents=True)  # Triton wants a version, which has no files
+    config = 'platform: "ensemble"\n'
+    config += _described("input", ensemble.inputs) + _described("output", ensemble.outputs)
+    config += "ensemble_scheduling {\n"
+    for step in ensemble.steps:
+        config += f"  step {{\n    model_name: {_quoted(step.model)}\n    model_version: -1\n"
+        for kind, mapping in (("input_map", step.inputs), ("output_map", step.outputs)):
+            for key, value in mapping.items():
+                config += f"    {kind} {{ key: {_quoted(key)} value: {_quoted(value)} }}\n"
+        config += "  }\n"
+    (folder / "config.pbtxt").write_text(config + "}\n")
+
+
+def _described(kind: str, tensors: Sequence[Tensor]) -> str:
+    return "".join(
+        f"{kind} {{ name: {_quoted(t.name)} data_type: TYPE_{t.type} dims: {list(t.dims)} }}\n"
+        for t in tensors
+    )
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text)

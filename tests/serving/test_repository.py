@@ -1,0 +1,166 @@
+"""`chiasm triton`: what it writes is served, and nothing that is there is touched."""
+
+from __future__ import annotations
+
+import doctest
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import onnx
+import onnxruntime
+import pytest
+import tritonclient.grpc as grpc_client
+from click.testing import CliRunner
+from onnx import TensorProto, helper, numpy_helper
+
+import chiasm.runtime
+import chiasm.triton
+from chiasm.export.cli import main
+
+from .server import BUNDLES, ROOT, Server, tensors
+
+FRAME = np.random.default_rng(13).integers(0, 256, (333, 500, 3), np.uint8)
+PREPARE, SOBEL = (BUNDLES / f"{name}.chiasm" for name in ("pipelines.preprocess", "filters.sobel"))
+
+
+def network(path: Path, channels: int = 3, dtype: int = TensorProto.FLOAT) -> Path:
+    """A convolution of stride two, on batches of images of 224 x 224."""
+    weights = np.random.default_rng(1).standard_normal((2, channels, 3, 3)).astype(np.float32)
+    graph = helper.make_graph(
+        [helper.make_node("Conv", ["images", "weights"], ["features"], strides=[2, 2])],
+        "network",
+        [helper.make_tensor_value_info("images", dtype, ["N", channels, 224, 224])],
+        [helper.make_tensor_value_info("features", dtype, ["N", 2, 111, 111])],
+        [numpy_helper.from_array(weights, "weights")],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=8)
+    onnx.save_model(model, path)
+    return path
+
+
+def run(*arguments: str | Path) -> tuple[int, str]:
+    done = CliRunner().invoke(main, ["triton", *map(str, arguments)])
+    return done.exit_code, done.output
+
+
+def in_turn(model: Path, frame: np.ndarray) -> np.ndarray:
+    """The same chain without Triton."""
+    images = chiasm.runtime.open(PREPARE).method(backend="native", num_threads=1)(frame)
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+    [features] = session.run(None, {"images": np.asarray(images)})
+    return np.asarray(chiasm.runtime.open(SOBEL).method(backend="native", num_threads=1)(features))
+
+
+def test_an_ensemble(server: Server, tmp_path: Path) -> None:
+    model = network(tmp_path / "network.onnx")
+    status, said = run(server.repository, "--ensemble", "chain", f"prepare={PREPARE}", model, SOBEL)
+    assert status == 0, said
+    for name in ("prepare", "network", "filters.sobel", "chain"):
+        assert f"wrote {server.repository / name}" in said
+    server.http.load_model("chain")  # and with it what it is made of
+    answer = server.grpc.infer("chain", tensors(grpc_client, {"frame": FRAME}))
+    expected = in_turn(model, FRAME)
+    assert answer.as_numpy("output").tobytes() == expected.tobytes()
+    small = np.zeros((4, 4, 3), np.uint8)
+    with pytest.raises(grpc_client.InferenceServerException, match="H must be from 8 to 32768"):
+        server.grpc.infer("chain", tensors(grpc_client, {"frame": small}))
+    # A network says by itself what it does not take
+    wrong = np.zeros((1, 3, 224, 100), np.float32)
+    with pytest.raises(grpc_client.InferenceServerException, match="images"):
+        server.grpc.infer("network", tensors(grpc_client, {"images": wrong}))
+    for name in ("chain", "network"):
+        server.unload(name)
+
+
+def passing(path: Path, before: str, after: str) -> Path:
+    """A network that changes nothing but the name."""
+    graph = helper.make_graph(
+        [helper.make_node("Identity", [before], [after])],
+        "passing",
+        [helper.make_tensor_value_info(before, TensorProto.FLOAT, ["N"])],
+        [helper.make_tensor_value_info(after, TensorProto.FLOAT, ["N"])],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=8)
+    onnx.save_model(model, path)
+    return path
+
+
+def test_names_that_are_taken(server: Server, tmp_path: Path) -> None:
+    """Within an ensemble a name stands for one tensor."""
+    first, second = passing(tmp_path / "a.onnx", "x", "y"), passing(tmp_path / "b.onnx", "y", "x")
+    assert run(server.repository, "--ensemble", "round", first, second)[0] == 0
+    server.http.load_model("round")
+    x = np.arange(5, dtype=np.float32)
+    answer = server.grpc.infer("round", tensors(grpc_client, {"x": x}))
+    assert np.array_equal(answer.as_numpy("x_out"), x)
+    server.unload("round")
+    between = passing(tmp_path / "first.onnx", "first.y", "y")
+    status, said = run(tmp_path / "models", "--ensemble", "round", between, f"last={first}")
+    assert status == 1 and "'first.y' is a tensor of its own and one between two parts" in said
+
+
+def test_nothing_is_overwritten(tmp_path: Path) -> None:
+    repository = tmp_path / "models"
+    assert run(repository, f"edges={SOBEL}")[0] == 0
+    before = {path: path.read_bytes() for path in repository.rglob("*") if path.is_file()}
+    status, said = run(repository, f"new={SOBEL}", f"edges={PREPARE}")
+    assert status == 1 and f"{repository / 'edges'} is there already" in said
+    (repository / "dangling").symlink_to("nowhere")
+    assert run(repository, f"dangling={SOBEL}")[0] == 1
+    assert before == {path: path.read_bytes() for path in repository.rglob("*") if path.is_file()}
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["models"]
+
+
+def test_refusals(tmp_path: Path) -> None:
+    repository = tmp_path / "models"
+    damaged = tmp_path / "damaged.chiasm"
+    damaged.mkdir()
+    (damaged / "manifest.json").write_text("{")
+    no_model = tmp_path / "no.onnx"
+    no_model.write_bytes(b"\xff" * 100)
+    four = network(tmp_path / "four.onnx", channels=4)
+    for arguments, words in (
+        ([tmp_path / "nothing.chiasm"], "expected a bundle (a folder NAME.chiasm) or a *.onnx file"),
+        ([damaged], "manifest.json: not JSON"),
+        ([no_model], "no.onnx"),
+        ([tmp_path / "nothing.onnx"], "nothing.onnx: No such file"),
+        ([f"a/b={SOBEL}"], "expected a bundle"),
+        ([f"..={SOBEL}"], "'..' cannot be a model's name"),
+        ([f"a b={SOBEL}"], "'a b' cannot be a model's name"),
+        ([SOBEL, SOBEL], "two models would be called 'filters.sobel'"),
+        ([f"same={PREPARE}", SOBEL, "--ensemble", "same"], "two models would be called 'same'"),
+        ([SOBEL, "--ensemble", "one"], "expected two parts or more, got 1"),
+        ([SOBEL, PREPARE, "--ensemble", "../x"], "'../x' cannot be a model's name"),
+        (
+            [f"a={PREPARE}", f"b={four}", "--ensemble", "c"],
+            "output 'output' fp32 [1, 3, 224, 224] cannot become input 'images' fp32 [-1, 4, 224, 224]",
+        ),
+        ([f"a={SOBEL}", f"b={PREPARE}", "--ensemble", "c"], "cannot become input 'frame' uint8 [-1, -1, 3]"),
+    ):
+        status, said = run(repository, *arguments)
+        assert status == 1 and words in said and "Traceback" not in said, said
+    assert not repository.exists()
+    assert run(repository)[0] == 2
+
+
+def test_a_repository_that_is_a_file(tmp_path: Path) -> None:
+    (tmp_path / "models").write_text("")
+    assert run(tmp_path / "models", SOBEL)[0] == 2
+
+
+def test_the_docstring(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    result = doctest.testmod(chiasm.triton)
+    assert result.attempted and not result.failed
+
+
+def test_nothing_heavy_is_imported() -> None:
+    code = (
+        "import sys, chiasm.triton; print({'torch', 'onnx', 'onnxruntime', 'tritonclient'} & {*sys.modules})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"
