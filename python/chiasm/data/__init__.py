@@ -1,0 +1,17 @@
+"""Run a bundle over a data set: on Ray, Spark, Daft, in processes or in a plain loop, with the same numbers.
+
+A `Map` is a description of the work that can be pickled and sent to a worker. There it opens the bundle by
+itself. It takes a batch of rows, as NumPy arrays or as Arrow, and gives the batch with the op's outputs.
+
+    from chiasm.data import Map
+    preprocess = Map("bundles/pipelines.preprocess.chiasm", columns={"frame": "image"})
+    images = preprocess({"image": [open("photo.jpg", "rb").read()]})["output"]
+
+docs/scale.md says which engine is for what. This module needs the standard library alone: NumPy, Pillow and
+pyarrow are imported when a batch comes that needs them.
+"""
+
+from .errors import DataError
+from .mapping import Map
+
+__all__ = ["DataError", "Map"]

@@ -1,0 +1,279 @@
+# pyarrow and Ray are optional, and not in .venv:
+# pyright: reportMissingImports=false
+"""Columns of a batch as rows that the runtime can read where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..export.text import one_line
+from .errors import DataError
+
+#: What a row may be: an array, the bytes of an image file, or None where there is nothing.
+Row = Any
+
+
+@dataclass(frozen=True)
+class Column:
+    """The rows of a column.
+
+    `stack` is all of them as one array (rows, ...), where they lie together and none is missing; `shape` is a
+    row's shape where the type says it, also of no rows; `encoded` that the type says they are image files.
+    """
+
+    length: int
+    row: Callable[[int], Row]
+    stack: np.ndarray | None = None
+    shape: tuple[int, ...] | None = None
+    encoded: bool = False
+
+
+def from_numpy(name: str, values: Any) -> Column:
+    """A column of a NumPy batch: an array (rows, ...), or an object array or a list of rows."""
+    if isinstance(values, (list, tuple)):
+        return Column(len(values), lambda i: _plain_row(name, values[i]))
+    if not isinstance(values, np.ndarray) or values.ndim == 0 or isinstance(values, np.ma.MaskedArray):
+        raise DataError(
+            f"column {name!r}: expected an array (rows, ...) or a list of rows, got {type(values).__name__}"
+        )
+    if values.dtype.kind in "OS":
+        if values.ndim != 1:
+            raise DataError(
+                f"column {name!r}: expected one object a row, got an array of shape {values.shape}"
+            )
+        return Column(len(values), lambda i: _plain_row(name, values[i]))
+    if values.dtype.kind not in "biuf":
+        raise DataError(f"column {name!r}: expected numbers or the bytes of images, got {values.dtype}")
+    return _stacked(values)
+
+
+def from_arrow(name: str, array: Any) -> Column:
+    """A column of an Arrow batch. Numbers are views of Arrow's memory.
+
+    Rows of one shape: ``arrow.fixed_shape_tensor``, Ray's tensors, fixed-size lists and plain numbers. Rows
+    of several shapes: Ray's variable-shaped tensors, structs of a list `data` and a list `shape`, and lists,
+    which are rows of one dimension. Binary rows are image files.
+    """
+    import pyarrow as pa
+
+    kind, shape = array.type, None
+    if isinstance(kind, pa.BaseExtensionType):
+        order = getattr(kind, "permutation", None)
+        if order is not None and list(order) != sorted(order):
+            raise DataError(
+                f"column {name!r}: its tensors are permuted ({order}): write them in row-major order"
+            )
+        shape = getattr(kind, "shape", None)
+        array, kind = array.storage, array.storage.type
+    if pa.types.is_binary(kind) or pa.types.is_large_binary(kind) or pa.types.is_binary_view(kind):
+        return Column(len(array), lambda i: array[i].as_buffer() if array[i].is_valid else None, encoded=True)
+    if pa.types.is_struct(kind) and {"data", "shape"} <= {field.name for field in kind}:
+        return _shaped(name, array)
+    if pa.types.is_list(kind) or pa.types.is_large_list(kind):
+        return _lists(name, array, shape)
+    sizes: list[int] = []
+    values, first = array, 0
+    while pa.types.is_fixed_size_list(values.type):
+        # .values is of the whole buffer, whatever part of it this array is
+        sizes.append(values.type.list_size)
+        first = (first + values.offset) * values.type.list_size
+        values = values.values
+    if not _is_number(values.type):
+        raise DataError(
+            f"column {name!r}: expected numbers, tensors or the bytes of images, got {array.type}"
+        )
+    if sizes:
+        values = values.slice(first, len(array) * int(np.prod(sizes, dtype=np.int64)))
+    shape = tuple(shape if shape is not None else sizes)
+    if not array.null_count and not values.null_count:
+        return _stacked(_numbers(name, values).reshape(len(array), *shape))
+    valid = array.is_valid().to_numpy(zero_copy_only=False)
+    if sizes and values.null_count:
+        inside = values.is_valid().to_numpy(zero_copy_only=False)
+        valid = valid & inside.reshape(len(array), -1).all(1)
+    stack = _numbers(name, values.fill_null(False if pa.types.is_boolean(values.type) else 0)).reshape(
+        len(array), *shape
+    )
+    return Column(len(array), lambda i: stack[i, ...] if valid[i] else None, None, shape)
+
+
+def _lists(name: str, array: Any, shape: Sequence[int] | None) -> Column:
+    """Rows of one dimension; or, of a shape that the type says, Ray's tensors."""
+    if not _is_number(array.type.value_type):
+        raise DataError(
+            f"column {name!r}: expected lists of numbers, got {array.type}: give their shape too, in a struct"
+            " of `data` and `shape`"
+        )
+    flat, offsets = _numbers(name, array.values), array.offsets.to_numpy()
+    if shape is None:
+        return Column(len(array), lambda i: flat[offsets[i] : offsets[i + 1]] if array[i].is_valid else None)
+    size = int(np.prod(shape, dtype=np.int64))
+    if array.null_count or (np.diff(offsets) != size).any():
+        raise DataError(f"column {name!r}: its tensors of shape {tuple(shape)} have missing or short rows")
+    return _stacked(flat[offsets[0] : offsets[-1]].reshape(len(array), *shape))
+
+
+def empty_batch(schema: Any) -> Any:
+    """A record batch of no rows. (pyarrow's own does not know tensors.)"""
+    import pyarrow as pa
+
+    def empty(kind: Any) -> Any:
+        if isinstance(kind, pa.BaseExtensionType):
+            return pa.ExtensionArray.from_storage(kind, empty(kind.storage_type))
+        return pa.array([], kind)
+
+    return pa.RecordBatch.from_arrays([empty(field.type) for field in schema], schema=schema)
+
+
+def _stacked(values: np.ndarray) -> Column:
+    return Column(len(values), lambda i: values[i, ...], values, values.shape[1:])
+
+
+def _shaped(name: str, array: Any) -> Column:
+    data, shapes = array.field("data"), array.field("shape")
+    flat, offsets = _numbers(name, data.values), data.offsets.to_numpy()
+
+    def row(i: int) -> Row:
+        if not (array[i].is_valid and data[i].is_valid and shapes[i].is_valid):
+            return None
+        values, shape = flat[offsets[i] : offsets[i + 1]], shapes[i].as_py()
+        if any(d is None or d < 0 for d in shape) or int(np.prod(shape, dtype=object)) != len(values):
+            raise DataError(f"column {name!r}: {len(values)} values, but its shape is {shape}")
+        return values.reshape(shape)
+
+    return Column(len(array), row)
+
+
+def _is_number(kind: Any) -> bool:
+    import pyarrow as pa
+
+    return pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)
+
+
+def _numbers(name: str, array: Any) -> np.ndarray:
+    import pyarrow as pa
+
+    if array.null_count:
+        raise DataError(f"column {name!r}: a number inside a row is null")
+    return array.to_numpy(zero_copy_only=not pa.types.is_boolean(array.type))
+
+
+def _plain_row(name: str, value: Any) -> Row:
+    if value is None or isinstance(value, (np.ndarray, bytes, bytearray, memoryview)):
+        return value
+    try:
+        array = np.asarray(value)
+    except (ValueError, TypeError, OverflowError) as error:
+        raise DataError(
+            f"column {name!r}: expected an array, got {type(value).__name__}: {one_line(error)}"
+        ) from error
+    if array.dtype.kind not in "biuf":
+        raise DataError(
+            f"column {name!r}: expected an array or the bytes of an image, got {type(value).__name__}"
+        )
+    return array
+
+
+class Rows:
+    """The rows of an output: one array where the shape of a row is known, else an array for each row.
+
+    `dims` are a row's sizes, None for those that are not known.
+    `nullable`: rows that failed are to be null. Then the result is of structs or objects, whether any failed
+    or none, because a fixed-size list that is null cannot be read back from parquet (pyarrow 25).
+    """
+
+    def __init__(self, count: int, dims: Sequence[int | None], dtype: str, nullable: bool) -> None:
+        sizes = tuple(d for d in dims if d is not None)
+        self.shape = sizes if len(sizes) == len(dims) else None
+        self.rank, self.dtype, self.nullable = len(dims), np.dtype(dtype), nullable
+        self.stack = None if self.shape is None else np.empty((count, *self.shape), dtype)
+        self.rows: list[np.ndarray | None] = [] if self.stack is not None else [None] * count
+
+    def place(self, index: int, full: Sequence[int], row: Sequence[int]) -> np.ndarray:
+        """Memory for a row, in the shape that the op writes."""
+        if self.stack is not None:
+            return self.stack[index : index + 1].reshape(full)
+        made = np.empty(full, self.dtype)
+        self.rows[index] = made.reshape(row)
+        return made
+
+    def drop(self, index: int) -> None:
+        """A row that failed. What a failed run wrote, or was in memory before, goes to nobody."""
+        if self.stack is not None:
+            self.stack[index] = 0
+        else:
+            self.rows[index] = None
+
+    def to_numpy(self, valid: np.ndarray) -> np.ndarray:
+        """(rows, ...), or an object array of rows where they have no shape in common or may be None."""
+        if self.stack is not None and not self.nullable:
+            return self.stack
+        missing = None if self.nullable else np.empty((0,) * self.rank, self.dtype)
+        objects = np.empty(len(valid), object)
+        for i, ok in enumerate(valid):
+            objects[i] = missing if not ok else self.rows[i] if self.stack is None else self.stack[i]
+        return objects
+
+    def to_arrow(self, valid: np.ndarray, plain: bool) -> Any:
+        """Fixed-shape tensors, or structs of `data` and `shape`. `plain`: lists in place of tensors, and the
+        next larger numbers that have a sign in place of those that have none: what Spark knows."""
+        import pyarrow as pa
+
+        if self.stack is not None and self.stack.ndim == 1:
+            mask = ~valid if self.nullable else None
+            return pa.array(_storable(self.stack, plain), mask=mask)
+        if self.stack is None or self.nullable:
+            return self._structs(valid, plain)
+        values = pa.array(_storable(self.stack.reshape(-1), plain))
+        shape = self.stack.shape[1:]
+        count, size = len(valid), int(np.prod(shape))
+        if plain:
+            offsets = _offsets(np.full(count, size, np.int64))
+            return pa.Array.from_buffers(pa.list_(values.type), count, [None, offsets], children=[values])
+        storage = pa.Array.from_buffers(pa.list_(values.type, size), count, [None], children=[values])
+        return pa.ExtensionArray.from_storage(pa.fixed_shape_tensor(values.type, shape), storage)
+
+    def _structs(self, valid: np.ndarray, plain: bool) -> Any:
+        import pyarrow as pa
+
+        every = self.rows if self.stack is None else self.stack
+        rows = [row for row, ok in zip(every, valid) if ok and row is not None]
+        flat = np.concatenate([row.reshape(-1) for row in rows]) if rows else np.empty(0, self.dtype)
+        values = pa.array(_storable(flat, plain))
+        dims = pa.array(np.array([d for row in rows for d in row.shape], np.int32))
+        lengths, ranks = np.zeros(len(valid), np.int64), np.zeros(len(valid), np.int64)
+        lengths[valid], ranks[valid] = [row.size for row in rows], [row.ndim for row in rows]
+        data = pa.Array.from_buffers(
+            pa.list_(values.type), len(valid), [None, _offsets(lengths)], children=[values]
+        )
+        shapes = pa.Array.from_buffers(
+            pa.list_(dims.type), len(valid), [None, _offsets(ranks)], children=[dims]
+        )
+        mask = None if valid.all() else pa.py_buffer(np.packbits(valid, bitorder="little"))
+        kind = pa.struct({"data": data.type, "shape": shapes.type})
+        return pa.Array.from_buffers(kind, len(valid), [mask], children=[data, shapes])
+
+
+#: Types that Spark lacks, and what holds their values.
+_SPARK = {"uint8": "int16", "uint16": "int32", "float16": "float32"}
+
+
+def _storable(array: np.ndarray, plain: bool) -> np.ndarray:
+    if array.dtype == bool:  # Arrow's are bits
+        array = array.view(np.uint8)
+    return array.astype(_SPARK.get(array.dtype.name, array.dtype), copy=False) if plain else array
+
+
+def _offsets(lengths: np.ndarray) -> Any:
+    import pyarrow as pa
+
+    ends = np.concatenate([[0], np.cumsum(lengths)])
+    if ends[-1] > np.iinfo(np.int32).max:
+        raise DataError(
+            f"{ends[-1]} values in a column of a batch, Arrow's lists hold 2147483647: use smaller batches"
+        )
+    return pa.py_buffer(ends.astype(np.int32))

@@ -1,0 +1,226 @@
+# pyarrow and Ray are optional, and not in .venv:
+# pyright: reportMissingImports=false
+"""Run all shards of an input, in processes of this machine or as tasks of a Ray cluster, and go on where an
+earlier run ended."""
+
+from __future__ import annotations
+
+import ctypes
+import fcntl
+import hashlib
+import json
+import multiprocessing
+import os
+import re
+import signal
+import socket
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ..export.text import one_line
+from .errors import DataError
+from .mapping import Map
+from .shards import Shard, write
+
+#: What an output folder was made of, so that a restart with anything else is refused.
+JOB = "_chiasm_map.json"
+#: Of prctl: the signal for a process whose parent dies.
+_PR_SET_PDEATHSIG = 1
+
+#: Called when something has changed: the shard that is done, if one is, and its failure, if it failed; the
+#: rows and the bad rows that are done since the last call.
+Report = Callable[[Shard | None, str | None, int, int], None]
+
+
+@contextmanager
+def output_folder(folder: Path, job: dict[str, Any]) -> Iterator[None]:
+    """Hold the output folder for this process alone. It is empty, or was begun with the same job.
+
+    What a process that was killed has left half is removed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    job = json.loads(json.dumps(job))
+    with open(folder / ".lock", "w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise DataError(f"{folder}: another `chiasm map` is writing to it") from None
+        file = folder / JOB
+        try:
+            began = json.loads(file.read_bytes())
+        except FileNotFoundError:
+            if others := sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")):
+                raise DataError(
+                    f"{folder}: expected an empty folder, or one that `chiasm map` began; it has"
+                    f" {others[0]!r}"
+                ) from None
+            scratch = folder / f".{JOB}.tmp"
+            scratch.write_text(json.dumps(job, indent=1))
+            scratch.rename(file)
+            began = job
+        except ValueError as error:
+            raise DataError(f"{file}: damaged ({one_line(error)}): choose another folder") from error
+        if began != job:
+            differs = [k for k in job if not isinstance(began, dict) or began.get(k) != job[k]]
+            raise DataError(
+                f"{folder}: it was begun with another {' and another '.join(differs) or 'job'}: choose"
+                " another folder, or remove this one"
+            )
+        _clean(folder)
+        try:
+            yield
+        finally:
+            _clean(folder)
+
+
+def _clean(folder: Path) -> None:
+    for left in folder.glob(".part-*.tmp"):
+        left.unlink(missing_ok=True)
+
+
+def fingerprint(mapping: Map, files: str, rows: int) -> dict[str, Any]:
+    """What decides the bytes of the shards."""
+    from importlib.metadata import version
+
+    from chiasm import __version__
+
+    constants = {name: array.tolist() for name, array in mapping.constants.items()}
+    options = hashlib.sha256(json.dumps([mapping.columns, constants], sort_keys=True).encode()).hexdigest()
+    return {
+        "bundle": mapping.parcel.sha256,
+        "INPUT": files,
+        "--column or --set": options,
+        "--rows": rows,
+        "version of chiasm, pyarrow or Pillow": [__version__, version("pyarrow"), version("pillow")],
+    }
+
+
+def in_processes(shards: list[Shard], mapping: Map, folder: Path, jobs: int, report: Report) -> None:
+    """Write shards in `jobs` processes. A killed worker ends the run with a DataError; an interrupt ends the
+    workers first."""
+    # Spawned, not forked: whatever threads this process has do not survive a fork
+    context = multiprocessing.get_context("spawn")
+    jobs = min(jobs, len(shards))
+    # Rows and bad rows of each worker, without a lock, which one that is killed would hold for ever
+    counts = context.RawArray("q", 2 * jobs)
+    seen = [0, 0]
+    given = mapping, folder, counts
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker, initargs=(os.getpid(), given))
+    # Workers inherit that they take no notice of an interrupt, which is for this process to handle
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        pending = {pool.submit(_write, shard): shard for shard in shards}
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    try:
+        while pending:
+            done, _ = wait(pending, 0.25, FIRST_COMPLETED)
+            for future in done:
+                report(pending.pop(future), _failure(future.result), 0, 0)
+            now = [sum(counts[::2]), sum(counts[1::2])]
+            report(None, None, now[0] - seen[0], now[1] - seen[1])
+            seen = now
+    except BaseException:
+        workers = multiprocessing.active_children()
+        for worker in workers:
+            worker.kill()
+        for worker in workers:
+            worker.join()
+        pool.shutdown(cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+def _failure(result: Callable[[], Any]) -> str | None:
+    """What went wrong with a shard; what is wrong with all of them is raised."""
+    try:
+        result()
+    except BrokenProcessPool:
+        raise DataError(
+            "a worker was killed, perhaps because memory was short: finished shards are kept; the same"
+            " command goes on from there (with fewer at once: --jobs 1)"
+        ) from None
+    except Exception as error:  # one shard's failure, of whatever kind, does not stop the others
+        return one_line(error) or type(error).__name__
+    return None
+
+
+def _worker(parent: int, given: tuple[Map, Path, Any]) -> None:
+    """A worker lives no longer than its parent."""
+    global _work
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)  # it died before
+    _work = given
+
+
+_work: tuple[Map, Path, Any]
+
+
+def _write(shard: Shard) -> None:
+    mapping, folder, counts = _work
+    # Workers are numbered one after the other as they are started
+    slot = 2 * (int(multiprocessing.current_process().name.rpartition("-")[2]) % (len(counts) // 2))
+
+    def count(rows: int, bad: int) -> None:
+        counts[slot] += rows
+        counts[slot + 1] += bad
+
+    write(shard, mapping, folder, count)
+
+
+def on_ray(shards: list[Shard], mapping: Map, folder: Path, address: str, jobs: int, report: Report) -> None:
+    """Write shards as tasks of a Ray cluster, a CPU each: "local" starts one here of `jobs` CPUs. Input and
+    output must be the same folders on every node. Ray runs the task of a killed worker again."""
+    try:
+        import ray
+    except ImportError:
+        raise DataError("Ray is not installed: pip install 'chiasm[ray]'") from None
+
+    if found := re.fullmatch(r"(?:ray://)?\[?([^\[\]/]+)\]?:(\d{1,5})", address):
+        try:  # Ray itself tries for minutes
+            socket.create_connection((found[1], int(found[2])), timeout=5).close()
+        except (OSError, OverflowError) as error:
+            raise DataError(f"--ray: no cluster at {address!r}: {one_line(error)}") from None
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # a cluster that is started here reports to nobody
+    local = {"num_cpus": jobs, "include_dashboard": False} if address == "local" else {}
+    try:
+        ray.init(address, logging_level="ERROR", log_to_driver=False, **local)
+    except (ConnectionError, RuntimeError, ValueError) as error:
+        raise DataError(f"--ray: no cluster at {address!r}: {one_line(error, 200)}") from error
+    running: dict[Any, Shard] = {}
+    try:
+        task = ray.remote(num_cpus=1, max_retries=5)(_write_on_ray)
+        shared = ray.put(mapping)
+        waiting = iter(shards)
+        # Enough to keep every node busy: what is submitted is held by the cluster, not by this process
+        most = 2 * max(1, int(ray.cluster_resources().get("CPU", 1)))
+        while True:
+            while len(running) < most and (shard := next(waiting, None)) is not None:
+                running[task.remote(shard, shared, str(folder))] = shard
+            if not running:
+                return
+            done, _ = ray.wait(list(running), timeout=0.5)
+            for reference in done:
+                shard = running.pop(reference)
+                rows = bad = 0
+                failure = None
+                try:
+                    rows, bad = ray.get(reference)
+                except ray.exceptions.RayTaskError as error:
+                    failure = one_line(error.cause)
+                except ray.exceptions.RayError as error:
+                    failure = f"{shard}: {one_line(error)}"
+                report(shard, failure, rows, bad)
+    finally:
+        for reference in running:
+            ray.cancel(reference, force=True)
+        ray.shutdown()
+
+
+def _write_on_ray(shard: Shard, mapping: Map, folder: str) -> tuple[int, int]:
+    return write(shard, mapping, Path(folder), lambda rows, bad: None)

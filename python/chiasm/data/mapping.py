@@ -1,0 +1,321 @@
+# pyarrow and Ray are optional, and not in .venv:
+# pyright: reportMissingImports=false
+"""`Map`: a bundle as a function of batches."""
+
+from __future__ import annotations
+
+import ast
+import os
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..export.text import one_line
+from .errors import DataError
+from .parcel import Parcel
+
+if TYPE_CHECKING:
+    from .columns import Column, Rows
+
+_ERRORS = ("raise", "null", "column")
+#: The column that says what is wrong with a row.
+ERROR = "error"
+
+
+class Map:
+    """A bundle's method as a function of batches of rows, to be sent to workers.
+
+    A row is one sample: of an image (B, C, H, W) a row holds (C, H, W), of a frame (H, W, C) all of it. A
+    batch is a dict of NumPy arrays, or an Arrow record batch or table; the result is of the same kind. It has
+    an output's rows in place of the columns that the op reads; all other columns pass through as they are.
+
+    Where the manifest says that samples are independent, rows of one shape run as one batch; else each row
+    runs for itself. Arrow's numbers are read where they are. Bytes are decoded where the op takes an image:
+    JPEG, PNG and whatever else Pillow reads, turned as EXIF says, in the colour order that the op asks for.
+
+    In Arrow an output is a fixed-shape tensor where the manifest, the constants and the columns' types tell
+    the shape of a row; else a struct of the lists `data` (row-major) and `shape`. In NumPy it is an array
+    (rows, ...), or an object array with an array for each row. Outputs of no dimensions are plain numbers,
+    boolean ones in Arrow, whose booleans are bits, uint8.
+
+    A pickle of a Map holds the bundle's files. The first use in a process writes them once a node, into
+    $CHIASM_CACHE (~/.cache/chiasm), compares what is there, and loads the method, on one thread, as native
+    code where there is some for this node's CPU.
+
+    Parameters
+    ----------
+    bundle
+        The folder ``NAME.chiasm``.
+    columns
+        For inputs of the op, the column that holds them, by default that of the same name; or, in place of a
+        name, a constant: a number, lists or an array, which every row gets: ``{"frame": "image",
+        "sigma": [[1.5, 1.5]]}``.
+    outputs
+        The outputs that are wanted, and the column for each: ``{"output": "embedding"}``. By default all, by
+        their own names.
+    method
+        One of the bundle's methods.
+    errors
+        What a row that the op cannot take, or an image that cannot be read, does. "raise": a DataError names
+        the row. "column": a column "error" says why, and is null for the other rows; the outputs of that row
+        are zeros where rows have one shape, else null (in NumPy empty arrays, because Ray takes no None among
+        arrays). "null": they are null, and outputs are structs (object arrays) always, because Arrow cannot
+        read null tensors back from parquet.
+    id
+        A column that errors name the row by, besides its index in the batch.
+    backend, dtype, num_threads
+        As in `chiasm.runtime.Bundle.method`.
+
+    Raises
+    ------
+    DataError
+        Where an argument does not fit the bundle.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from chiasm.data import Map
+    >>> edges = Map("build/bundles/filters.sobel.chiasm", columns={"input": "image"})
+    >>> batch = {"id": np.arange(4), "image": np.zeros((4, 3, 32, 48), np.float32)}
+    >>> result = edges(batch)
+    >>> list(result), result["output"].shape
+    (['id', 'output'], (4, 3, 32, 48))
+    """
+
+    def __init__(
+        self,
+        bundle: str | os.PathLike[str],
+        columns: Mapping[str, Any] | None = None,
+        outputs: Mapping[str, str] | None = None,
+        method: str = "forward",
+        errors: str = "raise",
+        id: str | None = None,
+        backend: str = "auto",
+        dtype: str | None = None,
+        num_threads: int = 1,
+    ) -> None:
+        import chiasm.runtime
+
+        try:
+            opened = chiasm.runtime.open(bundle)
+            inputs, results = opened.signature(method)
+        except chiasm.runtime.ChiasmError as error:
+            raise DataError(str(error)) from error
+        if errors not in _ERRORS:
+            raise DataError(f"errors: expected one of {', '.join(_ERRORS)}, got {errors!r}")
+        given = dict(columns or {})
+        _known("columns", given, [t.name for t in inputs], opened.name)
+        sources = {t.name: given.get(t.name, t.name) for t in inputs}
+        self.columns = {name: source for name, source in sources.items() if isinstance(source, str)}
+        self.constants = {name: source for name, source in sources.items() if name not in self.columns}
+        if not self.columns:
+            raise DataError("columns: every input is a constant, so that no row differs from another")
+        self.outputs = dict(outputs if outputs is not None else {t.name: t.name for t in results})
+        _known("outputs", self.outputs, [t.name for t in results], opened.name)
+        made = [*self.outputs.values(), *([ERROR] if errors == "column" else [])]
+        if not self.outputs or len(set(made)) < len(made):
+            raise DataError(f"outputs: expected a column of its own for each output, got {made}")
+        self.method, self.errors, self.id = method, errors, id
+        self.backend, self.dtype, self.num_threads = backend, dtype, num_threads
+        self.parcel = Parcel.of(Path(bundle))
+
+    def __repr__(self) -> str:
+        return f"<chiasm map {self.parcel.name} {self.method}: {self.columns} -> {self.outputs}>"
+
+    def __call__(self, batch: Any) -> Any:
+        """Map a batch, or an iterator of Arrow record batches, as Spark's ``mapInArrow`` calls it.
+
+        Of an iterator the results come one by one, and their tensors are plain lists, since Spark knows no
+        tensors: the row-major values, in a struct with their shape where shapes differ.
+
+        Raises
+        ------
+        DataError
+            Where the batch lacks a column or, with errors="raise", a row cannot be mapped.
+        """
+        if isinstance(batch, Mapping):
+            return self._numpy(batch)
+        if hasattr(batch, "to_batches") or hasattr(batch, "to_struct_array"):  # a table, a record batch
+            return self._table(batch) if hasattr(batch, "to_batches") else self._record_batch(batch)
+        if isinstance(batch, Iterator):
+            return (self._record_batch(part, plain=True) for part in batch)
+        raise DataError(
+            "batch: expected a dict of arrays or an Arrow record batch or table, got"
+            f" {type(batch).__module__}.{type(batch).__name__}"
+        )
+
+    def _numpy(self, batch: Mapping[str, Any]) -> dict[str, Any]:
+        import numpy as np
+
+        from .columns import from_numpy
+
+        columns = {name: from_numpy(name, self._find(batch, name)) for name in self._read()}
+        kept = {name: values for name, values in batch.items() if name not in columns}
+        rows, errors = self.run(columns, self._name_of(batch))
+        valid = np.array([e is None for e in errors], bool)
+        result = {name: output.to_numpy(valid) for name, output in rows.items()}
+        if self.errors == "column":
+            result[ERROR] = np.array(errors, object)
+        return {**kept, **self._fresh(kept, result)}
+
+    def _record_batch(self, batch: Any, plain: bool = False, first: int = 0) -> Any:
+        import pyarrow as pa
+
+        from .columns import from_arrow
+
+        names = batch.schema.names
+        columns = {name: from_arrow(name, self._find(batch, name)) for name in self._read()}
+        rows, errors = self.run(columns, self._name_of(batch), first)
+        kept = {n: batch.schema.field(i) for i, n in enumerate(names) if n not in columns}
+        result = self._fresh(kept, self.to_arrow(rows, errors, plain))
+        arrays = [*(batch.column(name) for name in kept), *result.values()]
+        fields = [*kept.values(), *(pa.field(name, array.type) for name, array in result.items())]
+        return pa.RecordBatch.from_arrays(arrays, schema=pa.schema(fields, batch.schema.metadata))
+
+    def _table(self, table: Any) -> Any:
+        import pyarrow as pa
+
+        from .columns import empty_batch
+
+        first, parts = 0, []
+        for batch in table.to_batches() or [empty_batch(table.schema)]:
+            parts.append(self._record_batch(batch, first=first))
+            first += batch.num_rows
+        return pa.Table.from_batches(parts)
+
+    def to_arrow(
+        self, rows: Mapping[str, Rows], errors: list[str | None], plain: bool = False
+    ) -> dict[str, Any]:
+        """What `run` gives, as Arrow arrays by column."""
+        import numpy as np
+        import pyarrow as pa
+
+        valid = np.array([e is None for e in errors], bool)
+        result = {name: output.to_arrow(valid, plain) for name, output in rows.items()}
+        if self.errors == "column":
+            result[ERROR] = pa.array(errors, pa.string())
+        return result
+
+    def _read(self) -> list[str]:
+        """The columns that the op reads, each once."""
+        return list(dict.fromkeys(self.columns.values()))
+
+    @staticmethod
+    def _find(batch: Any, name: str) -> Any:
+        has = list(batch) if isinstance(batch, Mapping) else batch.schema.names
+        if has.count(name) != 1:
+            what = "has no" if name not in has else "has more than one"
+            raise DataError(
+                f"the batch {what} column {name!r}: it has {', '.join(map(repr, has))}; name another by"
+                " columns={INPUT: COLUMN}"
+            )
+        return batch[name] if isinstance(batch, Mapping) else batch.column(has.index(name))
+
+    def _name_of(self, batch: Any) -> Callable[[int], str]:
+        if self.id is None:
+            return lambda i: ""
+        ids = self._find(batch, self.id)
+        return lambda i: f" ({self.id} {one_line(ids[i], 200)!r})"
+
+    @staticmethod
+    def _fresh(kept: Mapping[str, Any], made: dict[str, Any]) -> dict[str, Any]:
+        if twice := [name for name in made if name in kept]:
+            raise DataError(
+                f"the batch has a column {twice[0]!r} already: drop it, or name the output's by"
+                " outputs={OUTPUT: COLUMN}"
+            )
+        return made
+
+    def open(self) -> Opened:
+        """The method, loaded once in this process; a DataError where it cannot run here."""
+        key = (self.parcel.sha256, self.method, self.backend, self.dtype, self.num_threads)
+        with _lock:
+            if key not in _opened:
+                _opened[key] = _open(self)
+            return _opened[key]
+
+    def run(
+        self, columns: Mapping[str, Column], name_of: Callable[[int], str] = lambda i: "", first: int = 0
+    ) -> tuple[dict[str, Rows], list[str | None]]:
+        """Map rows that are not an Arrow or NumPy batch: the columns are by name.
+
+        Returns the outputs' rows by column, and for each row what is wrong with it, or None.
+        """
+        from .running import run
+
+        lengths = {name: column.length for name, column in columns.items()}
+        if len(set(lengths.values())) > 1:
+            raise DataError(f"the columns have different numbers of rows: {lengths}")
+        return run(self, self.open(), columns, name_of, first)
+
+
+@dataclass
+class Opened:
+    """A method of a bundle in this process."""
+
+    method: Any
+    #: The symbol that counts samples, where they are independent, and its limit.
+    samples: str | None
+    most: int
+    #: Symbols that are the first dimension of a batch: a row lacks that.
+    leading: set[str] = field(default_factory=set)
+
+
+_opened: dict[tuple[Any, ...], Opened] = {}
+_lock = threading.Lock()
+
+
+def _open(wanted: Map) -> Opened:
+    import hashlib
+
+    import chiasm.runtime
+
+    try:
+        bundle = chiasm.runtime.open(wanted.parcel.folder())
+        # The text that the runtime has read, whatever has happened to the file since it was compared
+        if hashlib.sha256(bundle._handle.manifest.encode()).hexdigest() != wanted.parcel.sha256:
+            raise DataError(f"{wanted.parcel.name}: this node's copy was changed while it was opened")
+        method = bundle.method(
+            wanted.method, backend=wanted.backend, dtype=wanted.dtype, num_threads=wanted.num_threads
+        )
+    except chiasm.runtime.ChiasmError as error:
+        raise DataError(f"{wanted.parcel.name}: {error}") from error
+    samples = bundle.info["methods"][wanted.method].get("samples")
+    most = bundle.info["symbols"][samples]["max"] if samples else 1
+    leading = {samples} if samples else set()
+    leading |= {t.shape[0] for t in method.inputs if t.layout.startswith("N")}
+    return Opened(method, samples, most, leading)
+
+
+def evaluate(expression: str, symbols: Mapping[str, int]) -> int | None:
+    """The size that a dimension's expression stands for; None where it has a symbol without a value."""
+
+    def value(node: ast.expr) -> int:
+        if isinstance(node, ast.Constant):
+            return int(node.value)  # pyright: ignore[reportArgumentType]
+        if isinstance(node, ast.Name):
+            return symbols[node.id]
+        if isinstance(node, ast.UnaryOp):
+            return -value(node.operand)
+        assert isinstance(node, ast.BinOp)
+        a, b = value(node.left), value(node.right)
+        if isinstance(node.op, ast.FloorDiv):
+            return a // b
+        return a * b if isinstance(node.op, ast.Mult) else a - b if isinstance(node.op, ast.Sub) else a + b
+
+    try:
+        return value(ast.parse(expression.strip(), mode="eval").body)
+    except (KeyError, ZeroDivisionError):
+        return None
+
+
+def _known(what: str, given: Mapping[str, Any], names: list[str], bundle: str) -> None:
+    for name in given:
+        if name not in names:
+            raise DataError(
+                f"{what}: {bundle} has no {what[:-1]} {name!r}: it has {', '.join(names)}".replace(
+                    "no column", "no input"
+                )
+            )

@@ -1,0 +1,206 @@
+# pyarrow and Ray are optional, and not in .venv:
+# pyright: reportMissingImports=false
+"""The inputs of `chiasm map`, cut into shards: what one worker does at a time, and writes as one file."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tarfile
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..export.text import one_line
+from .errors import DataError
+from .mapping import ERROR, Map
+
+IMAGES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
+#: So many rows are in memory at once, and are a row group of the file.
+BATCH = 32
+ID = "id"
+
+
+@dataclass(frozen=True)
+class Shard:
+    """A part of the input: image files below a folder, a tar, or a row group of a parquet file."""
+
+    number: int
+    kind: str  # "images", "tar" or "parquet"
+    root: str
+    names: tuple[str, ...]
+    row_group: int = 0
+
+    @property
+    def file(self) -> str:
+        """The name of the file that its rows are written to."""
+        return f"part-{self.number:06}.parquet"
+
+    def __str__(self) -> str:
+        group = f", row group {self.row_group}" if self.kind == "parquet" else ""
+        first, *others = self.names
+        more = f" and {len(others)} more" if others else ""
+        return f"{Path(self.root) / first}{more}{group}"
+
+
+def plan(source: Path, rows: int) -> tuple[list[Shard], str]:
+    """The shards of an input, always the same for the same files, and a hash of the files' names and sizes.
+
+    `source` is a folder of images, or of tars, or of parquet files, looked through with its subfolders; or
+    one file of them. Images go `rows` to a shard.
+    """
+    if source.is_dir():
+        root, found = source, sorted(_files(source))
+    else:
+        root, found = source.parent, [(source.name, source.stat().st_size)]
+    by_kind = {
+        "images": [name for name, _ in found if name.lower().endswith(IMAGES)],
+        "tar": [name for name, _ in found if name.endswith(".tar")],
+        "parquet": [name for name, _ in found if name.endswith(".parquet")],
+    }
+    kinds = [kind for kind, names in by_kind.items() if names]
+    if len(kinds) != 1:
+        what = " and ".join(f"{len(by_kind[k])} {k}" for k in kinds) or "none of them"
+        raise DataError(
+            f"{source}: expected images ({' '.join(IMAGES)}), tars (.tar) or parquet files (.parquet), of one"
+            f" kind; got {what}"
+        )
+    [kind] = kinds
+    names, top = by_kind[kind], str(root.resolve())
+    if kind == "images":
+        parts = [(tuple(names[i : i + rows]), 0) for i in range(0, len(names), rows)]
+    elif kind == "tar":
+        parts = [((name,), 0) for name in names]
+    else:
+        parts = [((name,), group) for name in names for group in range(_row_groups(root / name))]
+    chosen = set(names)
+    text = "".join(f"{size} {name}\0" for name, size in found if name in chosen)
+    shards = [Shard(i, kind, top, part, group) for i, (part, group) in enumerate(parts)]
+    if not shards:
+        raise DataError(f"{source}: it has no rows")
+    return shards, hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()
+
+
+def _files(folder: Path) -> Iterator[tuple[str, int]]:
+    def fail(error: OSError) -> None:
+        raise error
+
+    for path, folders, names in os.walk(folder, onerror=fail):
+        folders[:] = [f for f in folders if not f.startswith(".")]
+        for name in names:
+            if not name.startswith("."):
+                full = Path(path) / name
+                with suppress(FileNotFoundError):  # a link to nothing
+                    yield str(full.relative_to(folder)), full.stat().st_size
+
+
+def empty_table(shard: Shard) -> Any:
+    """A table of no rows with the columns of a parquet file."""
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
+    return pa.Table.from_batches([], parquet.read_schema(Path(shard.root) / shard.names[0]))
+
+
+def _row_groups(file: Path) -> int:
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
+    try:
+        return parquet.read_metadata(file).num_row_groups
+    except pa.ArrowException as error:
+        raise DataError(f"{file}: not a parquet file that can be read: {one_line(error)}") from error
+
+
+def write(shard: Shard, mapping: Map, folder: Path, count: Callable[[int, int], None]) -> tuple[int, int]:
+    """Map a shard and write its file; returns its rows, and how many of them are bad.
+
+    The file appears under its name when all of it is on the disk. `count` is called with the rows and the bad
+    ones of each batch, as they are done.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
+    target = folder / shard.file
+    scratch = folder / f".{shard.file}.{os.uname().nodename}-{os.getpid()}.tmp"
+    rows = bad = 0
+    writer = None
+    try:
+        with open(scratch, "wb") as file:
+            for batch in _mapped(shard, mapping):
+                if writer is None:
+                    schema = batch.schema.with_metadata(
+                        {
+                            **(batch.schema.metadata or {}),
+                            "chiasm.bundle": mapping.parcel.name,
+                            "chiasm.manifest_sha256": mapping.parcel.sha256,
+                        }
+                    )
+                    # Pixels hold few values twice: a dictionary of them only takes time
+                    writer = parquet.ParquetWriter(file, schema, use_dictionary=False)
+                writer.write_batch(batch.replace_schema_metadata(writer.schema.metadata))
+                wrong = batch.num_rows - batch.column(ERROR).null_count
+                rows, bad = rows + batch.num_rows, bad + wrong
+                count(batch.num_rows, wrong)
+            if writer is not None:
+                writer.close()
+            file.flush()
+            os.fsync(file.fileno())
+        scratch.rename(target)
+    except (pa.ArrowException, tarfile.TarError, EOFError, DataError) as error:
+        raise DataError(f"{shard}: {one_line(error)}") from error
+    finally:
+        scratch.unlink(missing_ok=True)
+    return rows, bad
+
+
+def _mapped(shard: Shard, mapping: Map) -> Iterator[Any]:
+    """The result as record batches of at most BATCH rows; of an empty shard one, of no rows."""
+    if shard.kind == "parquet":
+        import pyarrow.parquet as parquet
+
+        from .columns import empty_batch
+
+        with parquet.ParquetFile(Path(shard.root) / shard.names[0]) as file:
+            empty = True
+            for batch in file.iter_batches(BATCH, row_groups=[shard.row_group]):
+                empty = False
+                yield mapping(batch)
+            if empty:
+                yield mapping(empty_batch(file.schema_arrow))
+        return
+    if shard.kind == "images":
+        members = ((name, lambda name=name: (Path(shard.root) / name).read_bytes()) for name in shard.names)
+    else:
+        members = _members(Path(shard.root) / shard.names[0])
+    some, batch = False, []
+    for member in members:
+        batch.append(member)
+        if len(batch) == BATCH:
+            yield _map_files(mapping, batch)
+            some, batch = True, []
+    if batch or not some:
+        yield _map_files(mapping, batch)
+
+
+def _members(path: Path) -> Iterator[tuple[str, Callable[[], bytes]]]:
+    with tarfile.open(path, "r|") as archive:
+        for member in archive:
+            if member.isfile() and member.name.lower().endswith(IMAGES):
+                data = archive.extractfile(member)
+                read = data.read() if data else b""
+                yield member.name, lambda read=read: read
+
+
+def _map_files(mapping: Map, files: list[tuple[str, Callable[[], bytes]]]) -> Any:
+    import pyarrow as pa
+
+    from .columns import Column
+
+    [source] = mapping.columns.values()
+    rows, errors = mapping.run({source: Column(len(files), lambda i: files[i][1](), encoded=True)})
+    # What is no UTF-8 in a file's name stands as \xNN
+    names = [name.encode(errors="surrogateescape").decode(errors="backslashreplace") for name, _ in files]
+    return pa.record_batch({ID: pa.array(names, pa.string()), **mapping.to_arrow(rows, errors)})

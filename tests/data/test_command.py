@@ -1,0 +1,217 @@
+"""`chiasm map`, as a user types it: in processes, killed, interrupted, and started again."""
+
+import hashlib
+import io
+import os
+import signal
+import subprocess
+import sys
+import tarfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as parquet
+import pytest
+
+import chiasm.runtime
+
+from .conftest import BLUR, COUNT, EDGES, PREPROCESS, SOBEL, encoded, same_rows
+
+
+def start(*arguments: object) -> subprocess.Popen:
+    command = [sys.executable, "-m", "chiasm.export", "map", *map(str, arguments)]
+    return subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        # A shell has what it starts in the background ignore interrupts
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+
+
+def chiasm_map(*arguments: object) -> tuple[int, str]:
+    process = start(*arguments)
+    text, _ = process.communicate(timeout=100)
+    assert "Traceback" not in text
+    return process.returncode, text
+
+
+def shards(folder: Path) -> dict[str, str]:
+    return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(folder.glob("part-*.parquet"))}
+
+
+def left_over(folder: Path) -> list[str]:
+    return [p.name for p in folder.iterdir() if p.suffix == ".tmp"]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(photos: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("undisturbed")
+    code, text = chiasm_map(PREPROCESS, photos, folder, "--rows", 4, "-j", 2)
+    assert code == 0 and f"{COUNT} rows" in text and "2 of them bad" in text, text
+    return folder
+
+
+def test_a_folder_of_images(undisturbed: Path, expected: dict[str, np.ndarray | None]) -> None:
+    table = parquet.read_table(undisturbed)
+    same_rows(table, expected)
+    assert table.schema.field("output").type == pa.fixed_shape_tensor(pa.float32(), [3, 224, 224])
+    assert table.schema.metadata[b"chiasm.bundle"] == b"pipelines.preprocess.chiasm"
+    manifest = hashlib.sha256((PREPROCESS / "manifest.json").read_bytes()).hexdigest()
+    assert table.schema.metadata[b"chiasm.manifest_sha256"].decode() == manifest
+
+
+def children(pid: int) -> list[int]:
+    """The workers of a process: those of its children that run multiprocessing's main."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        try:
+            status, command = (path / "stat").read_text(), (path / "cmdline").read_bytes()
+        except OSError:
+            continue
+        if int(status.rpartition(")")[2].split()[1]) == pid and b"spawn_main" in command:
+            found.append(int(path.name))
+    return found
+
+
+def begun(photos: Path, folder: Path) -> subprocess.Popen:
+    """A run that has written a shard, and not all of them."""
+    process = start(PREPROCESS, photos, folder, "--rows", 4, "-j", 2)
+    deadline = time.monotonic() + 60
+    while not shards(folder):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.005)
+    return process
+
+
+@pytest.mark.parametrize("end", ["driver", "worker", "interrupt"])
+def test_what_is_ended_goes_on(photos: Path, undisturbed: Path, tmp_path: Path, end: str) -> None:
+    out = tmp_path / "out"
+    process = begun(photos, out)
+    workers = children(process.pid)
+    # stopped, so that it cannot finish before it is hit
+    for pid in (process.pid, *workers):
+        os.kill(pid, signal.SIGSTOP)
+    assert workers and len(shards(out)) < COUNT // 4
+    if end == "driver":
+        process.kill()
+    elif end == "worker":
+        os.kill(workers[0], signal.SIGKILL)
+    else:
+        process.send_signal(signal.SIGINT)
+    for pid in (process.pid, *workers):
+        os.kill(pid, signal.SIGCONT)
+    text, _ = process.communicate(timeout=60)
+    assert "Traceback" not in text
+    if end == "worker":
+        assert process.returncode == 1 and "a worker was killed" in text
+    if end == "interrupt":
+        assert process.returncode == 130 and "interrupted" in text
+    deadline = time.monotonic() + 20
+    while any(Path(f"/proc/{pid}").exists() for pid in workers):  # no worker outlives its driver
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    if end != "driver":
+        assert left_over(out) == []
+    finished = shards(out)
+    assert finished.items() <= shards(undisturbed).items() and len(finished) < COUNT // 4
+    kept = {name: (out / name).stat().st_mtime_ns for name in finished}
+    code, text = chiasm_map(PREPROCESS, photos, out, "--rows", 4, "-j", 1)
+    assert code == 0 and "by an earlier run" in text, text
+    assert shards(out) == shards(undisturbed) and left_over(out) == []
+    assert kept == {name: (out / name).stat().st_mtime_ns for name in finished}
+
+
+def test_tars(photos: Path, expected: dict[str, np.ndarray | None], tmp_path: Path) -> None:
+    paths = sorted(photos.iterdir())
+    (tmp_path / "in").mkdir()
+    for k, part in enumerate((paths[:40], paths[40:])):
+        with tarfile.open(tmp_path / "in" / f"train-{k}.tar", "w") as archive:
+            for path in part:
+                archive.add(path, path.name)
+                label = tarfile.TarInfo(path.with_suffix(".cls").name)
+                label.size = 1
+                archive.addfile(label, io.BytesIO(b"7"))
+    code, text = chiasm_map(PREPROCESS, tmp_path / "in", tmp_path / "out", "-j", 1)
+    assert code == 0, text
+    same_rows(parquet.read_table(tmp_path / "out"), expected)
+    # one that is cut off fails as a whole, and the others do not
+    whole = (tmp_path / "in" / "train-1.tar").read_bytes()
+    (tmp_path / "in" / "train-1.tar").write_bytes(whole[: len(whole) // 2])
+    code, text = chiasm_map(PREPROCESS, tmp_path / "in", tmp_path / "cut", "-j", 1)
+    assert code == 1 and "1 of 2 shards failed" in text and "train-1.tar" in text, text
+    assert list(shards(tmp_path / "cut")) == ["part-000000.parquet"] and left_over(tmp_path / "cut") == []
+
+
+def test_parquet(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    images = rng.random((70, 3, 16, 24), np.float32)
+    column = pa.FixedShapeTensorArray.from_numpy_ndarray(images)
+    table = pa.table({"key": pa.array(range(70)), "image": column})
+    parquet.write_table(table, tmp_path / "table.parquet", row_group_size=40)
+    code, text = chiasm_map(
+        BLUR,
+        tmp_path / "table.parquet",
+        tmp_path / "out",
+        "-c",
+        "input=image",
+        "-s",
+        "sigma=[[1.5, 1.5]]",
+        "-j",
+        1,
+    )
+    assert code == 0 and len(shards(tmp_path / "out")) == 2, text
+    result = parquet.read_table(tmp_path / "out")
+    assert result.column_names == ["key", "output", "error"] and result["key"].to_pylist() == list(range(70))
+    blur = chiasm.runtime.open(BLUR).method("forward", num_threads=1)
+    want = blur(images, np.full((70, 2), 1.5, np.float32))
+    np.testing.assert_array_equal(result["output"].combine_chunks().to_numpy_ndarray(), want)
+
+
+def test_refusals(photos: Path, undisturbed: Path, tmp_path: Path) -> None:
+    empty, mixed, broken = tmp_path / "empty", tmp_path / "mixed", tmp_path / "broken.parquet"
+    for folder in (empty, mixed, tmp_path / "full"):
+        folder.mkdir()
+    (mixed / "a.jpg").write_bytes(encoded(np.random.default_rng(0), 32, 32))
+    (mixed / "a.tar").write_text("")
+    broken.write_text("no parquet")
+    parquet.write_table(pa.table({"text": pa.array([], pa.string())}), tmp_path / "none.parquet")
+    (tmp_path / "full" / "mine.txt").write_text("")
+    out = tmp_path / "out"
+    for code, message, *arguments in (
+        (1, "expected images", PREPROCESS, empty, out),
+        (1, "1 images and 1 tar", PREPROCESS, mixed, out),
+        (1, "broken.parquet: not a parquet", PREPROCESS, broken, out),
+        (1, "no column 'frame'", PREPROCESS, tmp_path / "none.parquet", out),
+        (1, "expected numbers, tensors", PREPROCESS, tmp_path / "none.parquet", out, "-c", "frame=text"),
+        (1, "'mine.txt'", PREPROCESS, photos, tmp_path / "full"),
+        (1, "inside INPUT", PREPROCESS, photos, photos / "out"),
+        (1, "another bundle", EDGES, photos, undisturbed, "--rows", 4),
+        (1, "another --rows", PREPROCESS, photos, undisturbed, "--rows", 5),
+        (1, "no input 'x'", PREPROCESS, photos, out, "-s", "x=1"),
+        (1, "have no columns", PREPROCESS, photos, out, "-c", "frame=image"),
+        (1, "--set sigma=", BLUR, photos, out),
+        (1, "neither JSON", BLUR, photos, out, "-s", "sigma=wide"),
+        (2, "NAME=VALUE", BLUR, photos, out, "-s", "sigma"),
+        (2, "does not exist", SOBEL, tmp_path / "nothing", out),
+        (1, "no manifest.json", photos, photos, out),
+        (1, "no cluster at '127.0.0.1:1'", PREPROCESS, photos, out, "--ray", "127.0.0.1:1"),
+    ):
+        got, text = chiasm_map(*arguments)
+        errors = [line for line in text.splitlines() if line.startswith("Error: ")]
+        assert got == code and len(errors) == 1 and message in errors[0], (arguments, text)
+        assert not list(out.glob("part-*"))
+    code, text = chiasm_map("--help")
+    assert code == 0 and "Examples:" in text
+
+
+def test_two_runs_do_not_share_a_folder(photos: Path, tmp_path: Path) -> None:
+    first = begun(photos, tmp_path)
+    os.kill(first.pid, signal.SIGSTOP)
+    code, text = chiasm_map(PREPROCESS, photos, tmp_path, "--rows", 4)
+    os.kill(first.pid, signal.SIGCONT)
+    assert code == 1 and "another `chiasm map` is writing" in text
+    assert first.wait(60) == 0
