@@ -137,15 +137,15 @@ void Signature::check_common(const chiasm_tensor& tensor, const TensorRule& rule
   }
 }
 
-// An input that may be a frame alone, as a batch. All frames of a call lack the same dimensions; `first` is
-// the one that decides.
+// An input that may be a frame alone, as a batch. All frames of a call are alone, or none is; `first` is the
+// one that decides whether outputs of one channel lack its dimension.
 chiasm_tensor Signature::as_batch(const chiasm_tensor& tensor, size_t n, bool first, Call& call) const {
   const TensorRule& rule = inputs_[n];
   if (!rule.frames) return tensor;
   const int32_t missing = 4 - tensor.ndim;
   if (missing < 0 || missing > 2) return tensor;
   if (first) call.missing = missing;
-  if (missing != call.missing) {
+  if ((missing == 0) != (call.missing == 0)) {
     refuse_shape(tensor, rule, "input", call, n,
                  ": frames alone and batches of frames do not go together in a call");
   }

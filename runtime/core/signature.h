@@ -12,7 +12,8 @@ namespace chiasm::core {
  *
  *  The tensors are in the layout that engines see: dense row-major, strides NULL. Where the signature has
  *  batches of frames (layout "NHWC"), the caller may pass a frame alone: (H, W, C), or (H, W) of one channel.
- *  Engines see a batch of one, and the caller gets outputs without the dimensions that the inputs lacked.
+ *  Engines see a batch of one, and the caller gets outputs without the dimensions that the first of them
+ *  lacked.
  */
 struct Call {
   chiasm_tensor inputs[kMaxTensors];
@@ -21,7 +22,7 @@ struct Call {
   size_t output_bytes[kMaxTensors];
   int64_t symbols[kMaxSymbols];
   int64_t frame_shapes[kMaxTensors][4]; /**< of inputs that came as frames alone */
-  int32_t missing = 0;                  /**< how many dimensions these frames lack */
+  int32_t missing = 0;                  /**< how many dimensions the first of them lacks */
 
   /** What the caller sees of output n: of frames alone a frame alone. */
   chiasm_tensor seen_output(size_t n) const;

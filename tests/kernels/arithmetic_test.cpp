@@ -98,6 +98,38 @@ TEST_F(Bytes, DerivativesMatchOpenCv) {
 }
 
 constexpr int64_t kValues = 1080 * 1920 * 3;
+TEST_F(Bytes, ScaledBytesAreProductsAndSums) {
+  for (const int channels : {1, 2, 3, 4, 5, 7})
+    for (const Size& size : {Size{1, 1}, Size{3, 11}, Size{2, 4096 + 37}}) {
+      const cv::Mat image = frame(2 * size.height, size.width, channels);
+      const int64_t pixels = size.height * size.width, values = pixels * channels;
+      std::vector<uint8_t> planes(static_cast<size_t>(2 * values));
+      split_pixels(image.data, 2, values, channels, planes.data());
+      const std::vector<int32_t> order = {channels - 1, 0, channels, -1};
+      const std::vector<float> by = {0.25f, -3, 1.0f / 255, 0.1f, 5, 7, 1, -2};
+      std::vector<float> out(static_cast<size_t>(2 * 4 * pixels)), again(out.size());
+      scaled_bytes(image.data, 2, values, order.data(), 4, by.data(), channels, true, out.data());
+      scaled_bytes(planes.data(), 2, values, order.data(), 4, by.data(), channels, false, again.data());
+      EXPECT_EQ(out, again);
+      for (int64_t i = 0; i < 2; ++i)
+        for (int64_t k = 0; k < pixels; ++k) {
+          const uint8_t* const p = image.data + i * values + k * channels;
+          const auto made = [&](int64_t plane) { return out[size_t((4 * i + plane) * pixels + k)]; };
+          ASSERT_EQ(made(0), 0.25f * float(p[channels - 1]) - 3);
+          ASSERT_NEAR(made(1), float(p[0]) / 255 + 0.1f, 2e-7);
+          ASSERT_EQ(made(2), 7);
+          ASSERT_EQ(made(3), -2);
+        }
+    }
+}
+
+KERNEL_CALL_BENCHMARK(scaled_bytes, [] {
+  return [frame = Frame(), out = std::vector<float>(1080 * 1920 * 3)]() mutable {
+    static const int32_t order[] = {2, 1, 0};
+    static const float by[] = {0.017f, -2, 0.017f, -2, 0.017f, -2};
+    scaled_bytes(frame.x.data(), 1, 1080 * 1920 * 3, order, 3, by, 3, true, out.data());
+  };
+});
 KERNEL_CALL_BENCHMARK(subtract_pixels, [] {
   return [frame = Frame(), other = Frame()]() mutable {
     subtract_pixels(frame.x.data(), 1, kValues, other.x.data(), frame.out.data());

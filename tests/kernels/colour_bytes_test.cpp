@@ -240,6 +240,79 @@ TEST_F(Bytes, PixelsAreArranged) {
       }
 }
 
+// Factors in 1/2^20, and black: OpenCV's.
+const std::vector<int32_t> kVideo = {1220542, 1673527, -409993, -852492, 2116026, 16};
+
+// What the kernel makes of n images, each with its own chroma, by the equations in 64 bits.
+void expect_subsampled(const cv::Mat& luma, const cv::Mat& chroma, int n, bool swapped) {
+  const int height = luma.rows / n, rows = chroma.rows / n, width = luma.cols, columns = chroma.cols;
+  const size_t plane = luma.total() / size_t(n);
+  std::vector<uint8_t> out(3 * luma.total()), planes(out.size());
+  for (const bool interleaved : {false, true})
+    subsampled_pixels(luma.data, n, height, width, chroma.data, rows, 2 * columns, kVideo.data(), swapped,
+                      interleaved, (interleaved ? out : planes).data());
+  for (int i = 0; i < n; ++i)
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const auto* pair = chroma.ptr<uint8_t>(i * rows + y * rows / height) + 2 * (x * columns / width);
+        const int64_t u = pair[swapped] - 128, v = pair[!swapped] - 128,
+                      bright = std::max(luma.at<uint8_t>(i * height + y, x) - 16, 0) * int64_t{1220542};
+        const int64_t sums[] = {bright + 1673527 * v, bright - 409993 * u - 852492 * v, bright + 2116026 * u};
+        const size_t image = size_t(i) * 3 * plane, pixel = size_t(y * width + x);
+        for (size_t c = 0; c < 3; ++c) {
+          const auto level = std::clamp<int64_t>((sums[c] + (1 << 19)) >> 20, 0, 255);
+          ASSERT_EQ(out[image + 3 * pixel + c], level) << width << " of " << columns << ", " << x;
+          ASSERT_EQ(planes[image + c * plane + pixel], level) << width << " of " << columns << ", " << x;
+        }
+      }
+}
+
+TEST_F(Bytes, SubsampledPixelsAreTheirSums) {
+  for (const Size& size : {Size{1, 1}, Size{2, 2}, Size{5, 7}, Size{4, 33}, Size{3, 70}, Size{2, 4096 + 71}})
+    for (const bool swapped : {false, true}) {
+      const cv::Mat luma = frame(2 * size.height, size.width, 1);
+      const int half_rows = (size.height + 1) / 2, half_columns = (size.width + 1) / 2;
+      for (const Size& part : {Size{half_rows, half_columns}, Size{size.height, half_columns},
+                               Size{size.height, size.width}, Size{1, 1}, Size{2 * size.height, 3}})
+        expect_subsampled(luma, frame(2 * part.height, part.width, 2), 2, swapped);
+    }
+}
+
+TEST_F(Bytes, SubsampledPixelsMatchOpenCv) {
+  for (const Size& size : {Size{2, 2}, Size{16, 34}, Size{36, 130}})
+    for (const bool swapped : {false, true}) {
+      const cv::Mat luma = frame(size.height, size.width, 1),
+                    chroma = frame(size.height / 2, size.width / 2, 2);
+      cv::Mat expected, out(size.height, size.width, CV_8UC3);
+      cv::cvtColorTwoPlane(luma, chroma, expected, swapped ? cv::COLOR_YUV2RGB_NV21 : cv::COLOR_YUV2RGB_NV12);
+      subsampled_pixels(luma.data, 1, size.height, size.width, chroma.data, size.height / 2, size.width,
+                        kVideo.data(), swapped, true, out.data);
+      EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0);
+    }
+}
+
+TEST_F(Bytes, PackedPixelsMatchOpenCv) {
+  for (const Size& size : {Size{1, 2}, Size{3, 4}, Size{5, 34}, Size{2, 4096 + 70}, Size{36, 130}})
+    for (const bool luma_first : {false, true}) {
+      const cv::Mat image = frame(size.height, size.width, 2);
+      cv::Mat out(size.height, size.width, CV_8UC3);
+      packed_pixels(image.data, 1, size.height, 2 * size.width, kVideo.data(), luma_first, out.data);
+      const cv::Mat expected = opencv(image, luma_first ? cv::COLOR_YUV2RGB_YUYV : cv::COLOR_YUV2RGB_UYVY);
+      EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0);
+    }
+}
+
+KERNEL_CALL_BENCHMARK(subsampled_pixels, [] {
+  return [frame = Frame()]() mutable {
+    subsampled_pixels(frame.x.data(), 1, 1080, 1920, frame.x.data() + 1080 * 1920, 540, 1920, kVideo.data(),
+                      false, true, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(packed_pixels, [] {
+  return [frame = Frame()]() mutable {
+    packed_pixels(frame.x.data(), 1, 1080, 3840, kVideo.data(), true, frame.out.data());
+  };
+});
 KERNEL_CALL_BENCHMARK(split_pixels_3, [] {
   return
       [frame = Frame()]() mutable { split_pixels(frame.x.data(), 1, 1080 * 1920 * 3, 3, frame.out.data()); };

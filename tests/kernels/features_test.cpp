@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -119,6 +120,63 @@ TYPED_TEST(FeatureKernels, TwoSmallestAreTheFirstOfTheSorted) {
     }
 }
 
+TYPED_TEST(FeatureKernels, KeptBoxesMatchPlainLoops) {
+  using T = TypeParam;
+  for (const int64_t n : {0, 1, 2, 40, 300})
+    for (const int64_t groups : {1, 4})
+      for (const T threshold : {T(0), T(0.25), T(0.5)})
+        for (const int64_t most : {int64_t{0}, int64_t{5}, n}) {
+          // Whole numbers, so that all products are exact; some boxes are empty, or turned.
+          auto boxes = this->random(2 * n * 4, 0, 40);
+          for (size_t i = 0; i < boxes.size(); ++i)
+            boxes[i] = std::round(boxes[i]) + (i % 4 >= 2 && i % 28 != 2 ? T(15) : T(0));
+          if (n > 2) boxes[5] = std::numeric_limits<T>::quiet_NaN();
+          std::vector<int64_t> group(static_cast<size_t>(2 * n));
+          for (size_t i = 0; i < group.size(); ++i)
+            group[i] = static_cast<int64_t>(i * 7 % static_cast<size_t>(groups)) * 10000000000 - 5;
+          const auto kept = std::make_unique<bool[]>(static_cast<size_t>(2 * n));
+          kept_boxes(boxes.data(), 2, n, group.data(), threshold, most, kept.get());
+          for (int64_t image = 0; image < 2; ++image) {
+            int64_t chosen = 0;
+            for (int64_t i = 0; i < n; ++i) {
+              const T* const a = boxes.data() + 4 * (image * n + i);
+              bool expected = chosen < most;
+              for (int64_t j = 0; expected && j < i; ++j) {
+                if (!kept[size_t(image * n + j)] ||
+                    group[size_t(image * n + i)] != group[size_t(image * n + j)])
+                  continue;
+                const T* const b = boxes.data() + 4 * (image * n + j);
+                const auto side = [&](int64_t k) {
+                  return std::max<double>(0, double(std::min(a[k + 2], b[k + 2])) - std::max(a[k], b[k]));
+                };
+                const bool known = std::none_of(a, a + 4, [](T x) { return std::isnan(x); }) &&
+                                   std::none_of(b, b + 4, [](T x) { return std::isnan(x); });
+                const auto area = [](const T* x) { return (double(x[2]) - x[0]) * (double(x[3]) - x[1]); };
+                const double common = side(0) * side(1);
+                if (known && common > threshold * (area(a) + area(b) - common)) expected = false;
+              }
+              chosen += expected;
+              ASSERT_EQ(kept[size_t(image * n + i)], expected) << i << " of " << n;
+            }
+          }
+        }
+}
+
+// As a detector gives them: clusters around 300 things.
+KERNEL_CALL_BENCHMARK(kept_boxes, [] {
+  constexpr int64_t kCount = 8400;
+  std::mt19937 engine(1);
+  std::uniform_real_distribution<float> draw(0, 1);
+  std::vector<float> boxes;
+  for (int64_t i = 0; i < kCount; ++i) {
+    const auto thing = static_cast<float>(i * 37 % 300);
+    const float x = 2 * thing + 9 * draw(engine), y = std::fmod(thing * 71, 600.0f) + 9 * draw(engine);
+    boxes.insert(boxes.end(), {x, y, x + 40, y + 60});
+  }
+  return [boxes, groups = std::vector<int64_t>(kCount), kept = std::make_unique<bool[]>(kCount)]() {
+    kept_boxes(boxes.data(), 1, kCount, groups.data(), 0.45f, 300, kept.get());
+  };
+});
 KERNEL_CALL_BENCHMARK(two_smallest, [] {
   return [x = kernel_benchmarks::random(2000 * 2000), out = std::vector<int64_t>(2 * 2000)]() mutable {
     two_smallest(x.data(), 1, 2000, 2000, false, out.data());

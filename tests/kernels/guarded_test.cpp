@@ -167,9 +167,9 @@ class GuardedKernels : public ::testing::Test {
       return reinterpret_cast<void (*)()>(call) == reinterpret_cast<void (*)()>(other);
     };
     return is(aoti_torch_cpu_bilateral) || is(aoti_torch_cpu_orientation_histograms) ||
-           is(aoti_torch_cpu_resize) || is(aoti_torch_cpu_resize_blurred) || is(aoti_torch_cpu_integral) ||
-           is(aoti_torch_cpu_cdist_squared) || is(aoti_torch_cpu_two_smallest) ||
-           is(aoti_torch_cpu_grown_distances);
+           is(aoti_torch_cpu_resize) || is(aoti_torch_cpu_resampled) || is(aoti_torch_cpu_resize_blurred) ||
+           is(aoti_torch_cpu_integral) || is(aoti_torch_cpu_cdist_squared) ||
+           is(aoti_torch_cpu_two_smallest) || is(aoti_torch_cpu_grown_distances);
   }
 
   static Handle bare(const Tensor& tensor) { return tensor.get(); }
@@ -303,6 +303,10 @@ TYPED_TEST(GuardedKernels, ResizingStaysInside) {
           for (int32_t corners = 0; corners < 2; ++corners)
             for (int32_t antialias = 0; antialias < 2; ++antialias)
               this->run(aoti_torch_cpu_resize, x, to.height, to.width, filter, corners, antialias);
+        this->run(aoti_torch_cpu_resampled, x, this->template wholes<int64_t>({to.height, 3}, -2, s.height),
+                  this->numbers({to.height, 3}),
+                  this->template wholes<int64_t>({to.width, 2}, INT64_MIN, INT64_MAX),
+                  this->numbers({to.width, 2}));
         for (const int64_t border : {0, 1, 3})
           for (int32_t before = 0; before < 2; ++before)
             this->run(aoti_torch_cpu_resize_blurred, x, this->numbers({5}), to.height, to.width, int32_t{0},
@@ -341,6 +345,9 @@ TYPED_TEST(GuardedKernels, FeaturesStayInside) {
   this->watch([&] {
     for (const Size& s : kSizes) {
       const Tensor margins = kernel_calls::of<int64_t>({4}, {0, 1, 2, 0});
+      for (const int64_t most : {0, 3, 1000})
+        this->run(aoti_torch_cpu_kept_boxes, this->numbers({2, s.height * s.width, 4}, 0, 9),
+                  this->template wholes<int64_t>({2, s.height * s.width}, -1, 1), 0.25, most);
       const Tensor places =
           this->run(aoti_torch_cpu_scale_space_nms, this->numbers({2, 4, s.height, s.width}, -1, 1), margins,
                     int32_t{1}, int64_t{9});
@@ -498,6 +505,7 @@ TEST_F(GuardedBytes, PixelsStayInside) {
                colours =
                    kernel_calls::of<int32_t>({3, 4}, {4899, 9617, 1868, 8192, -2763, -5424, 8187, 2105344}),
                longer = kernel_calls::of<int32_t>({3, 4}, {40000, -33000, 12, 77, -39999, 1, 2, 3}),
+               video = kernel_calls::of<int32_t>({6}, {1220542, 1673527, -409993, -852492, 2116026, 16}),
                orders[] = {kernel_calls::of<int32_t>({3}, {2, 1, 0}),
                            kernel_calls::of<int32_t>({4}, {0, 1, 2, -1}),
                            kernel_calls::of<int32_t>({2}, {9, 0})};
@@ -521,12 +529,21 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             run(aoti_torch_cpu_join_pixels, row, step);
             run(aoti_torch_cpu_lut_bytes, bytes({1, 256}), row);
             for (const Size& to : {Size{1, 1}, Size{5, 17}, Size{s.height * 2, s.width * 2}, Size{7, 40}}) {
+              run(aoti_torch_cpu_area_bytes, x, to.height, to.width, step);
               run(aoti_torch_cpu_resize_bytes, x, to.height, to.width, step, int32_t{0});
               run(aoti_torch_cpu_resize_bytes, x, to.height, to.width, step, int32_t{1});
               run(aoti_torch_cpu_resize_nearest, x, to.height, to.width, step);
               run(aoti_torch_cpu_resize_nearest, numbers({2, s.height, s.width * step}), to.height, to.width,
                   step);
             }
+            const Tensor places = wholes<int64_t>({3, 8}, -9, 40),
+                         anywhere = wholes<int64_t>({3, 8}, INT64_MIN, INT64_MAX),
+                         which = kernel_calls::of<int64_t>({3}, {1, 0, 1});
+            for (const Tensor* boxes : {&places, &anywhere})
+              run(aoti_torch_cpu_placed_bytes, x, which, *boxes, int64_t{7}, int64_t{33}, step, int64_t{9});
+            for (const int32_t interleaved : {0, 1})
+              run(aoti_torch_cpu_scaled_bytes, row, kernel_calls::of<int32_t>({3}, {0, 9, -1}),
+                  kernel_calls::of<float>({3, 2}, {0.5f, 1, -2, 3, 4, 5}), step, interleaved);
             for (const int64_t taps : {1, 6})
               run(aoti_torch_cpu_resample_bytes, x, numbers_of(s.height, 7, taps), weights(7, taps),
                   numbers_of(s.width, 9, taps), weights(9, taps), step);
@@ -549,6 +566,13 @@ TEST_F(GuardedBytes, PixelsStayInside) {
               run(aoti_torch_cpu_masked_pixels, row, mask, interleaved);
             }
             run(aoti_torch_cpu_sobel_derivatives, x);
+            for (const int32_t flag : {0, 1}) {
+              for (const Size& part : {Size{s.height, s.width}, Size{(s.height + 1) / 2, (s.width + 1) / 2}})
+                for (const int32_t interleaved : {0, 1})
+                  run(aoti_torch_cpu_subsampled_pixels, bytes({2, s.height, s.width}),
+                      bytes({2, part.height, 2 * part.width}), video, flag, interleaved);
+              run(aoti_torch_cpu_packed_pixels, bytes({2, s.height, 4 * s.width}), video, flag);
+            }
             const Tensor pixels = bytes({2, s.height * s.width * 3});
             for (const int32_t interleaved : {0, 1}) {
               run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);

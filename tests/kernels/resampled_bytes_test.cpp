@@ -30,6 +30,63 @@ TEST_F(Bytes, ResizingMatchesOpenCvsExactForm) {
       }
 }
 
+// By a loop over the pixels of an image repeated so often that every window is whole.
+TEST_F(Bytes, AreasAreMeansOfWhatTheyCover) {
+  for (const int channels : {1, 2, 3, 4, 5})
+    for (const Size& size : {Size{1, 1}, Size{12, 12}, Size{7, 5}, Size{6, 70}, Size{34, 4}})
+      for (const Size& to : {Size{1, 1}, Size{2, 2}, Size{3, 6}, Size{6, 35}, Size{4, 4}, Size{9, 11}}) {
+        const cv::Mat image = frame(2 * size.height, size.width, channels);
+        std::vector<uint8_t> out(static_cast<size_t>(2 * to.height * to.width * channels));
+        area_bytes(image.data, 2, size.height, size.width * channels, to.height, to.width, channels,
+                   out.data());
+        const int64_t area = int64_t{size.height} * size.width;
+        size_t at = 0;
+        for (int i = 0; i < 2; ++i)
+          for (int y = 0; y < to.height; ++y)
+            for (int x = 0; x < to.width; ++x)
+              for (int c = 0; c < channels; ++c) {
+                int64_t sum = 0;
+                for (int k = y * size.height; k < (y + 1) * size.height; ++k)
+                  for (int j = x * size.width; j < (x + 1) * size.width; ++j)
+                    sum += image.ptr<uint8_t>(i * size.height + k / to.height)[j / to.width * channels + c];
+                ASSERT_EQ(out[at++], (2 * sum + area) / (2 * area)) << image.size() << " to " << to.height;
+              }
+      }
+}
+
+// Parts of the image that `read` holds, by OpenCV, in outputs of 20 x 33 with 9 beside them.
+TEST_F(Bytes, PlacedPixelsMatchOpenCv) {
+  const cv::Rect reads[] = {{0, 0, 40, 30},
+                            {5, 7, 20, 11},
+                            {39, 29, 1, 1},
+                            {-8, -3, 30, 20},
+                            {30, 20, 25, 40}},
+                 to_all[] = {
+                     {0, 0, 33, 20}, {3, 4, 20, 10}, {-5, -6, 60, 50}, {32, 19, 5, 1}, {10, 2, 1, 17}};
+  for (const int channels : {1, 2, 3, 4}) {
+    const cv::Mat images[] = {frame(30, 40, channels), frame(30, 40, channels)};
+    cv::Mat both, bordered;
+    cv::vconcat(images[0], images[1], both);
+    cv::copyMakeBorder(images[1], bordered, 40, 40, 40, 40, cv::BORDER_REPLICATE);
+    for (const cv::Rect& read : reads)
+      for (const cv::Rect& to : to_all) {
+        const int64_t numbers[] = {1, 0},
+                      boxes[] = {read.x, read.y, read.width, read.height, to.x, to.y, to.width, to.height,
+                                 0,      0,      40,         30,          0,    0,    0,        7};
+        std::vector<uint8_t> out(static_cast<size_t>(2 * 20 * 33 * channels));
+        placed_bytes(both.data, 2, 30, 40 * channels, numbers, 2, boxes, 20, 33, channels, 9, out.data());
+        cv::Mat part, large(20 + 200, 33 + 200, CV_8UC(channels), cv::Scalar::all(9));
+        cv::resize(bordered({read.x + 40, read.y + 40, read.width, read.height}), part, to.size(), 0, 0,
+                   cv::INTER_LINEAR_EXACT);
+        part.copyTo(large({to.x + 100, to.y + 100, to.width, to.height}));
+        const cv::Mat made(20, 33, CV_8UC(channels), out.data());
+        EXPECT_EQ(cv::norm(made, large({100, 100, 33, 20}), cv::NORM_INF), 0) << read << " to " << to;
+        // A box of no size leaves the output empty.
+        EXPECT_TRUE(std::all_of(out.begin() + 20 * 33 * channels, out.end(), [](int v) { return v == 9; }));
+      }
+  }
+}
+
 // By a loop over the definition, with taps that overshoot and numbers of pixels that are not there.
 TEST_F(Bytes, ResamplingMatchesItsDefinition) {
   std::mt19937 engine(3);
@@ -211,6 +268,22 @@ KERNEL_CALL_BENCHMARK(resize_bytes_half,
                       [] { return [frame = Frame()]() mutable { resized<540, 960>(frame); }; });
 KERNEL_CALL_BENCHMARK(resize_bytes_up,
                       [] { return [frame = Frame()]() mutable { resized<1620, 2880>(frame); }; });
+KERNEL_CALL_BENCHMARK(area_bytes_half, [] {
+  return [frame = Frame()]() mutable {
+    area_bytes(frame.x.data(), 1, 1080, 1920 * 3, 540, 960, 3, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(area_bytes, [] {
+  return [frame = Frame()]() mutable {
+    area_bytes(frame.x.data(), 1, 1080, 1920 * 3, 417, 733, 3, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(placed_bytes, [] {
+  return [frame = Frame()]() mutable {
+    const int64_t first = 0, box[] = {0, 0, 1920, 1080, 0, 140, 640, 360};
+    placed_bytes(frame.x.data(), 1, 1080, 1920 * 3, &first, 1, box, 640, 640, 3, 114, frame.out.data());
+  };
+});
 // Halves, by the nine taps of a cubic filter.
 KERNEL_CALL_BENCHMARK(resample_bytes_half, [] {
   std::vector<int64_t> rows, columns;

@@ -279,6 +279,44 @@ TYPED_TEST(Resampling, ResizeMatchesOpenCv) {
       }
 }
 
+TYPED_TEST(Resampling, ResampledIsSumsByTables) {
+  using T = TypeParam;
+  for (const int64_t width : {1, 5, 70})
+    for (const int64_t new_width : {1, 9, 40}) {
+      const int64_t height = 7, new_height = 5, planes = 3, each = 4;
+      const auto x = this->random(planes * height * width), down = this->random(new_height * each, -1, 1),
+                 across = this->random(new_width * each, -1, 1);
+      std::uniform_int_distribution<int64_t> draw(-2, 80);  // some are not there
+      std::vector<int64_t> rows(down.size()), columns(across.size());
+      for (int64_t& row : rows) row = draw(this->engine_) % 9;
+      for (int64_t& column : columns) column = draw(this->engine_);
+      std::vector<T> out(static_cast<size_t>(planes * new_height * new_width));
+      resampled(x.data(), {1, planes, height, width}, rows.data(), new_height, each, down.data(),
+                columns.data(), new_width, each, across.data(), out.data());
+      for (int64_t p = 0; p < planes; ++p)
+        for (int64_t j = 0; j < new_height; ++j)
+          for (int64_t i = 0; i < new_width; ++i) {
+            double sum = 0;
+            for (int64_t m = 0; m < each; ++m)
+              for (int64_t k = 0; k < each; ++k) {
+                const int64_t row = std::clamp<int64_t>(rows[size_t(j * each + m)], 0, height - 1),
+                              column = std::clamp<int64_t>(columns[size_t(i * each + k)], 0, width - 1);
+                sum += double(down[size_t(j * each + m)]) * across[size_t(i * each + k)] *
+                       x[size_t((p * height + row) * width + column)];
+              }
+            ASSERT_NEAR(out[size_t((p * new_height + j) * new_width + i)], sum, 1e-5);
+          }
+    }
+}
+
+KERNEL_BENCHMARK(resampled, [](const float* x, Planes p, float* out) {
+  std::vector<int64_t> rows, columns;
+  for (int64_t y = 0; y < p.height / 2; ++y) rows.insert(rows.end(), {2 * y, 2 * y + 1});
+  for (int64_t i = 0; i < p.width / 2; ++i) columns.insert(columns.end(), {2 * i, 2 * i + 1});
+  const std::vector<float> down(rows.size(), 0.5f), across(columns.size(), 0.5f);
+  resampled(x, {1, p.count, p.height, p.width}, rows.data(), p.height / 2, 2, down.data(), columns.data(),
+            p.width / 2, 2, across.data(), out);
+});
 KERNEL_BENCHMARK(resize_half, [](const float* x, Planes p, float* out) {
   resize(x, {1, p.count, p.height, p.width}, p.height / 2, p.width / 2, Interpolation::kBilinear, false,
          false, out);

@@ -61,6 +61,31 @@ def test_antialias_equals_pillow(size: tuple[int, int], interpolation: str, flag
     np.testing.assert_allclose(resize(x, size, interpolation, antialias=True)[0, 0], expected, atol=1e-5)
 
 
+@pytest.mark.parametrize("size", SIZES)
+def test_lanczos_equals_pillow(size: tuple[int, int]) -> None:
+    x = photo(1, 1, 37, 53)
+    expected = np.asarray(Image.fromarray(x[0, 0].numpy()).resize(size[::-1], Image.Resampling.LANCZOS))
+    np.testing.assert_allclose(resize(x, size, "lanczos", antialias=True)[0, 0], expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("size", [(37, 53), (36, 52), (20, 30), (10, 13), (5, 53), (1, 1)])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_area_equals_opencv_where_it_reduces(size: tuple[int, int], channels: int) -> None:
+    x = photo(2, channels, 37, 53)
+    for b in range(2):
+        expected = chw(cv2.resize(hwc(x, b), size[::-1], interpolation=cv2.INTER_AREA))
+        np.testing.assert_allclose(resize(x, size, "area")[b], expected, atol=2e-5)
+
+
+@pytest.mark.parametrize("size", [(74, 106), (40, 60), (37, 100)])
+def test_area_is_a_mean_where_it_enlarges(size: tuple[int, int]) -> None:
+    """Every pixel repeated as often as to make both sizes whole numbers, and blocks' means of that."""
+    x = photo(1, 2, 37, 53, torch.float64)
+    whole = x.repeat_interleave(size[0], 2).repeat_interleave(size[1], 3)
+    expected = F.avg_pool2d(whole, (37, 53))
+    torch.testing.assert_close(resize(x, size, "area"), expected, rtol=0, atol=1e-11)
+
+
 @pytest.mark.parametrize(
     ("side", "expected"), [("short", (20, 30)), ("long", (13, 20)), ("vert", (20, 30)), ("horz", (13, 20))]
 )

@@ -186,6 +186,44 @@ TEST_P(OnBackend, AMatOfBytesGoesInAndComesOut) {
   EXPECT_THROW(blur.run({view(large(cv::Rect(3, 4, 50, 60)))}), Error);  // there are gaps between its rows
 }
 
+TEST_P(OnBackend, ABufferOfACameraIsItsParts) {
+  const Method nv12 = open("color.nv12_to_rgb.frames").method("forward", options());
+  const Method yuyv = open("color.yuyv_to_rgb.frames").method("forward", options());
+  cv::Mat buffer(48 * 3 / 2, 66, CV_8UC1), expected;
+  cv::randu(buffer, 0, 256);
+  cv::cvtColor(buffer, expected, cv::COLOR_YUV2RGB_NV12);
+  // One channel and two: each part lacks other dimensions of a batch of frames.
+  const cv::Mat luma = buffer.rowRange(0, 48), chroma = buffer.rowRange(48, 72).reshape(2);
+  const Outputs outputs = nv12.run({view(luma), view(chroma)});
+  EXPECT_EQ(outputs[0].shape(), (Shape{48, 66, 3}));
+  EXPECT_EQ(cv::norm(to_mat(outputs[0]), expected, cv::NORM_INF), 0);
+
+  cv::Mat packed(30, 46, CV_8UC2), out(30, 46, CV_8UC3);
+  cv::randu(packed, 0, 256);
+  cv::cvtColor(packed, expected, cv::COLOR_YUV2RGB_YUYV);
+  yuyv.run_into({view(packed.reshape(4))}, {view(out)});
+  EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0);
+}
+
+TEST_P(OnBackend, ALetterboxIsResizeAndBorder) {
+  const Method letterbox = open("pipelines.letterbox").method("forward", options());
+  cv::Mat frame(121, 203, CV_8UC3), resized, bordered, blob;
+  cv::randu(frame, 0, 256);
+  cv::resize(frame, resized, cv::Size(640, 381), 0, 0, cv::INTER_LINEAR_EXACT);
+  cv::copyMakeBorder(resized, bordered, 129, 130, 0, 0, cv::BORDER_CONSTANT, cv::Scalar::all(114));
+  const Outputs outputs = letterbox.run({view(frame)});
+  std::vector<cv::Mat> planes;
+  cv::split(bordered, planes);
+  for (size_t c = 0; c < 3; ++c) {
+    planes[2 - c].convertTo(blob, CV_32F, 1.0 / 255);
+    const cv::Mat actual(640, 640, CV_32F, outputs[0].data<float>() + c * 640 * 640);
+    EXPECT_LT(cv::norm(actual, blob, cv::NORM_INF), 1e-6);
+  }
+  const float* const to_frame = outputs[1].data<float>();
+  EXPECT_NEAR(to_frame[0] * 640 + to_frame[2], 203, 1e-3);
+  EXPECT_NEAR(to_frame[4] * (129 + 381) + to_frame[5], 121, 1e-3);
+}
+
 TEST_P(OnBackend, EdgesOfAFrameWithoutACopy) {
   const Method method = open("pipelines.edges").method("forward", options());
   cv::Mat frame(121, 163, CV_8UC3), gray, blurred, gx, gy, magnitude, expected;

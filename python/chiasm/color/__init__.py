@@ -1,6 +1,7 @@
 """Colour spaces."""
 
 from ..primitives.core.modules import lazy_modules
+from .camera import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, uyvy_to_rgb, yuyv_to_rgb
 from .colormap import apply_colormap
 from .gray import bgr_to_grayscale, grayscale_to_rgb, rgb_to_grayscale
 from .hls import hls_to_rgb, hsl_to_rgb, rgb_to_hls, rgb_to_hsl
@@ -34,10 +35,13 @@ __all__ = [
     "hls_to_rgb",
     "hsl_to_rgb",
     "hsv_to_rgb",
+    "i420_to_rgb",
     "lab_to_rgb",
     "linear_rgb_to_rgb",
     "luv_to_rgb",
     "normals_to_rgb255",
+    "nv12_to_rgb",
+    "nv21_to_rgb",
     "planar_yuv_to_rgb",
     "raw_to_rgb",
     "raw_to_rgb_2x2_downscaled",
@@ -63,11 +67,13 @@ __all__ = [
     "rgba_to_bgr",
     "rgba_to_rgb",
     "sepia",
+    "uyvy_to_rgb",
     "xyz_to_rgb",
     "ycbcr_to_rgb",
     "yuv420_to_rgb",
     "yuv422_to_rgb",
     "yuv_to_rgb",
+    "yuyv_to_rgb",
 ]
 
 __getattr__, __dir__ = lazy_modules(__name__, globals())

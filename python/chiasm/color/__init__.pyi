@@ -4,6 +4,11 @@ from typing import Optional, Tuple, Union
 
 from torch import Tensor, nn
 
+from .camera import i420_to_rgb as i420_to_rgb
+from .camera import nv12_to_rgb as nv12_to_rgb
+from .camera import nv21_to_rgb as nv21_to_rgb
+from .camera import uyvy_to_rgb as uyvy_to_rgb
+from .camera import yuyv_to_rgb as yuyv_to_rgb
 from .colormap import apply_colormap as apply_colormap
 from .gray import bgr_to_grayscale as bgr_to_grayscale
 from .gray import grayscale_to_rgb as grayscale_to_rgb
@@ -101,6 +106,15 @@ class HsvToRgb(nn.Module):
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
+class I420ToRgb(nn.Module):
+    """`i420_to_rgb` as a module: RGB of three planes, as video codecs give them (4:2:0; YV12 is the same
+    with V before U). Otherwise as ``nv12_to_rgb``."""
+
+    standard: str
+    def __init__(self, standard: str = "bt601") -> None: ...
+    def forward(self, y: Tensor, u: Tensor, v: Tensor) -> Tensor: ...
+    def __call__(self, y: Tensor, u: Tensor, v: Tensor) -> Tensor: ...
+
 class LabToRgb(nn.Module):
     """`lab_to_rgb` as a module: sRGB from CIE 1976 L*a*b* for D65 white, the inverse of
     ``rgb_to_lab``."""
@@ -132,6 +146,24 @@ class NormalsToRgb255(nn.Module):
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
+
+class Nv12ToRgb(nn.Module):
+    """`nv12_to_rgb` as a module: RGB of luma and of pairs U, V, as hardware decoders and V4L2 cameras
+    give them (4:2:0)."""
+
+    standard: str
+    def __init__(self, standard: str = "bt601") -> None: ...
+    def forward(self, y: Tensor, uv: Tensor) -> Tensor: ...
+    def __call__(self, y: Tensor, uv: Tensor) -> Tensor: ...
+
+class Nv21ToRgb(nn.Module):
+    """`nv21_to_rgb` as a module: RGB of luma and of pairs V, U, as Android's cameras give them (4:2:0).
+    Otherwise as ``nv12_to_rgb``."""
+
+    standard: str
+    def __init__(self, standard: str = "bt601") -> None: ...
+    def forward(self, y: Tensor, vu: Tensor) -> Tensor: ...
+    def __call__(self, y: Tensor, vu: Tensor) -> Tensor: ...
 
 class PlanarYuvToRgb(nn.Module):
     """`planar_yuv_to_rgb` as a module: RGB from luma and chroma of any resolution, by the nearest chroma
@@ -321,6 +353,15 @@ class Sepia(nn.Module):
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
 
+class UyvyToRgb(nn.Module):
+    """`uyvy_to_rgb` as a module: RGB of packed pixels U, Y, V, Y, as frame grabbers give them (4:2:2).
+    Otherwise as ``yuyv_to_rgb``."""
+
+    standard: str
+    def __init__(self, standard: str = "bt601") -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
 class XyzToRgb(nn.Module):
     """`xyz_to_rgb` as a module: RGB from CIE XYZ, the inverse of ``rgb_to_xyz``; the result is not
     clipped."""
@@ -356,6 +397,15 @@ class YuvToRgb(nn.Module):
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
+class YuyvToRgb(nn.Module):
+    """`yuyv_to_rgb` as a module: RGB of packed pixels Y, U, Y, V, as USB cameras give them (4:2:2; YUY2
+    is the same)."""
+
+    standard: str
+    def __init__(self, standard: str = "bt601") -> None: ...
+    def forward(self, image: Tensor) -> Tensor: ...
+    def __call__(self, image: Tensor) -> Tensor: ...
+
 __all__ = [
     "ApplyColormap",
     "BgrToGrayscale",
@@ -365,10 +415,13 @@ __all__ = [
     "HlsToRgb",
     "HslToRgb",
     "HsvToRgb",
+    "I420ToRgb",
     "LabToRgb",
     "LinearRgbToRgb",
     "LuvToRgb",
     "NormalsToRgb255",
+    "Nv12ToRgb",
+    "Nv21ToRgb",
     "PlanarYuvToRgb",
     "RawToRgb",
     "RawToRgb2x2Downscaled",
@@ -394,11 +447,13 @@ __all__ = [
     "RgbaToBgr",
     "RgbaToRgb",
     "Sepia",
+    "UyvyToRgb",
     "XyzToRgb",
     "YcbcrToRgb",
     "Yuv420ToRgb",
     "Yuv422ToRgb",
     "YuvToRgb",
+    "YuyvToRgb",
     "apply_colormap",
     "bgr_to_grayscale",
     "bgr_to_rgb",
@@ -407,10 +462,13 @@ __all__ = [
     "hls_to_rgb",
     "hsl_to_rgb",
     "hsv_to_rgb",
+    "i420_to_rgb",
     "lab_to_rgb",
     "linear_rgb_to_rgb",
     "luv_to_rgb",
     "normals_to_rgb255",
+    "nv12_to_rgb",
+    "nv21_to_rgb",
     "planar_yuv_to_rgb",
     "raw_to_rgb",
     "raw_to_rgb_2x2_downscaled",
@@ -436,9 +494,11 @@ __all__ = [
     "rgba_to_bgr",
     "rgba_to_rgb",
     "sepia",
+    "uyvy_to_rgb",
     "xyz_to_rgb",
     "ycbcr_to_rgb",
     "yuv420_to_rgb",
     "yuv422_to_rgb",
     "yuv_to_rgb",
+    "yuyv_to_rgb",
 ]

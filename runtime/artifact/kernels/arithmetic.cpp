@@ -23,15 +23,11 @@ void weighted_bytes(const uint8_t* x, int64_t n, int64_t values, const uint8_t* 
     const int64_t at = image * values + first;
     for_lanes<float, 4>(count, [=](auto d, auto vectors, int64_t k) {
       const hn::Rebind<uint8_t, decltype(d)> bytes;
-      const hn::Rebind<int32_t, decltype(d)> integers;
       const auto lanes = static_cast<int64_t>(hn::Lanes(d));
-      const auto numbers = [=](const uint8_t* p) {
-        return hn::ConvertTo(d, hn::PromoteTo(integers, hn::LoadU(bytes, p)));
-      };
       for (int v = 0; v < vectors; ++v) {
         const int64_t i = at + k + v * lanes;
         const auto sum = hn::Add(
-            hn::Add(hn::Mul(numbers(x + i), hn::Set(d, w[0])), hn::Mul(numbers(y + i), hn::Set(d, w[1]))),
+            hn::Add(hn::Mul(number(d, x + i), hn::Set(d, w[0])), hn::Mul(number(d, y + i), hn::Set(d, w[1]))),
             hn::Set(d, w[2]));
         const auto known = hn::IfThenElseZero(hn::Eq(sum, sum), sum);
         const auto level = hn::Min(hn::Max(known, hn::Zero(d)), hn::Set(d, 255.0f));
@@ -39,6 +35,41 @@ void weighted_bytes(const uint8_t* x, int64_t n, int64_t values, const uint8_t* 
       }
     });
   });
+}
+
+void scaled_bytes(const uint8_t* x, int64_t n, int64_t values, const int32_t* order, int64_t planes,
+                  const float* by, int64_t channels, bool interleaved, float* out) {
+  const int64_t pixels = values / channels, most = kPart / channels;
+  const int64_t parts = (pixels + most - 1) / most;
+#pragma omp parallel for
+  for (int64_t i = 0; i < n * parts; ++i) {
+    const int64_t image = i / parts, first = i % parts * most, count = std::min(most, pixels - first);
+    uint8_t apart[kPart];
+    const uint8_t* from = x + image * values + first;
+    int64_t plane = pixels;
+    if (interleaved) {
+      split_channels(x + image * values + first * channels, count, channels, count, apart);
+      from = apart;
+      plane = count;
+    }
+    for (int64_t o = 0; o < planes; ++o) {
+      float* const to = out + (image * planes + o) * pixels + first;
+      const float factor = by[2 * o], added = by[2 * o + 1];
+      if (order[o] < 0 || order[o] >= channels) {
+        std::fill_n(to, count, 0.0f * factor + added);
+        continue;
+      }
+      const uint8_t* const channel = from + order[o] * plane;
+      for_lanes<float, 4>(count, [=](auto d, auto vectors, int64_t k) {
+        const auto lanes = static_cast<int64_t>(hn::Lanes(d));
+        for (int v = 0; v < vectors; ++v) {
+          const int64_t at = k + v * lanes;
+          const auto product = hn::Mul(number(d, channel + at), hn::Set(d, factor));
+          hn::StoreU(hn::Add(product, hn::Set(d, added)), d, to + at);
+        }
+      });
+    }
+  }
 }
 
 namespace {

@@ -11,13 +11,6 @@ struct Mix {
   int32_t weights[3], offset;
 };
 
-// Bytes as numbers.
-template <class D>
-HWY_INLINE hn::Vec<D> number(D numbers, const uint8_t* x) {
-  const hn::Rebind<uint8_t, D> bytes;
-  return hn::ConvertTo(numbers, hn::PromoteTo(Integers<D>(), hn::LoadU(bytes, x)));
-}
-
 // Numbers from 0 to 255 that have been rounded, and others saturated.
 template <class D>
 HWY_INLINE void store_levels(D, hn::Vec<Integers<D>> levels, uint8_t* out) {

@@ -19,6 +19,13 @@ void for_pixels(int64_t n, int64_t pixels, const Body& body) {
   }
 }
 
+// Bytes as numbers.
+template <class D>
+HWY_INLINE hn::Vec<D> number(D numbers, const uint8_t* x) {
+  const hn::Rebind<uint8_t, D> bytes;
+  return hn::ConvertTo(numbers, hn::PromoteTo(Integers<D>(), hn::LoadU(bytes, x)));
+}
+
 template <int kChannels, class D, class T>
 HWY_INLINE void load_pixels(D d, const T* p, hn::Vec<D>* channels) {
   if constexpr (kChannels == 1)
@@ -52,6 +59,18 @@ void split_run(const T* x, int64_t n, int64_t plane, T* out) {
       for (int c = 0; c < kChannels; ++c) hn::StoreU(channels[c], d, out + c * plane + k);
     }
   });
+}
+
+template <class T>
+void split_channels(const T* x, int64_t n, int64_t channels, int64_t plane, T* out) {
+  switch (channels) {
+    case 2: return split_run<T, 2>(x, n, plane, out);
+    case 3: return split_run<T, 3>(x, n, plane, out);
+    case 4: return split_run<T, 4>(x, n, plane, out);
+    default: break;
+  }
+  for (int64_t c = 0; c < channels; ++c)
+    for (int64_t k = 0; k < n; ++k) out[c * plane + k] = x[k * channels + c];
 }
 
 template <class T, int kChannels>

@@ -61,14 +61,7 @@ void split_pixels(const P* x, int64_t n, int64_t values, int64_t channels, P* ou
   for_pixels(n, plane, [&](int64_t image, int64_t first, int64_t count) {
     const P* const from = x + image * values + first * channels;
     P* const to = out + image * values + first;
-    switch (channels) {
-      case 2: return split_run<P, 2>(from, count, plane, to);
-      case 3: return split_run<P, 3>(from, count, plane, to);
-      case 4: return split_run<P, 4>(from, count, plane, to);
-      default: break;
-    }
-    for (int64_t c = 0; c < channels; ++c)
-      for (int64_t k = 0; k < count; ++k) to[c * plane + k] = from[k * channels + c];
+    split_channels(from, count, channels, plane, to);
   });
 }
 

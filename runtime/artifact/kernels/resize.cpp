@@ -287,7 +287,22 @@ void resize_blurred(const T* x, Images images, const T* blur, int64_t length, in
   resample(x, images.planes(), taps(images.height, height), taps(images.width, width), out);
 }
 
+template <class T>
+void resampled(const T* x, Images images, const int64_t* rows, int64_t height, int64_t most_down,
+               const T* down, const int64_t* columns, int64_t width, int64_t most_across, const T* across,
+               T* out) {
+  const auto taps = [](const int64_t* index, const T* weights, int64_t count, int64_t each, int64_t size) {
+    Taps<T> made(count, each);
+    for (int64_t i = 0; i < count * each; ++i)
+      made.put(0, i, std::clamp<int64_t>(index[i], 0, size - 1), weights[i]);
+    return made;
+  };
+  resample(x, images.planes(), taps(rows, down, height, most_down, images.height),
+           taps(columns, across, width, most_across, images.width), out);
+}
+
 CHIASM_INSTANTIATE(resize)
+CHIASM_INSTANTIATE(resampled)
 CHIASM_INSTANTIATE(resize_blurred)
 
 }  // namespace chiasm::kernels

@@ -13,30 +13,50 @@ namespace {
 using Word = uint16_t;
 using Eight = hn::FixedTag<Word, 8>;
 
-// Where each position along an axis is: pixel `first` and the next one, which has `weight` of 256.
+// Along an axis, which pixels of an image are resized, and to which pixels of the output: `count` from
+// `begin` to `length` from `to`. Either may reach beyond its end.
+struct Window {
+  int64_t begin, count, to, length;
+};
+
+// Where each position along an axis is: pixel `first` and the next one, which has `weight` of 256; of those
+// pixels of the output, from `start` on, that are a window's.
 struct Axis {
+  int64_t start = 0;
   std::vector<int64_t> first;
   std::vector<int32_t> weight;
 
-  Axis(int64_t in, int64_t out, bool align_corners)
-      : first(static_cast<size_t>(out)), weight(static_cast<size_t>(out)) {
-    const int64_t denominator = align_corners ? std::max<int64_t>(out - 1, 1) : 2 * out;
-    for (int64_t i = 0; i < out; ++i) {
-      const int64_t numerator = std::max<int64_t>(align_corners ? i * (in - 1) : (2 * i + 1) * in - out, 0);
-      const int64_t whole = std::min(numerator / denominator, in - 1), rest = numerator - whole * denominator;
-      first[static_cast<size_t>(i)] = whole;
-      weight[static_cast<size_t>(i)] =
-          whole == in - 1 ? 0 : static_cast<int32_t>((512 * rest + denominator) / (2 * denominator));
+  Axis(int64_t in, int64_t out, bool align_corners) : Axis(in, {0, in, 0, out}, out, align_corners) {}
+
+  Axis(int64_t in, const Window& window, int64_t out, bool align_corners) {
+    const int64_t count = window.count, length = window.length;
+    if (count < 1 || length < 1) return;
+    start = std::clamp<int64_t>(window.to, 0, out);
+    const int64_t end = std::clamp<int64_t>(window.to + length, 0, out),
+                  denominator = align_corners ? std::max<int64_t>(length - 1, 1) : 2 * length;
+    first.reserve(static_cast<size_t>(end - start));
+    weight.reserve(first.capacity());
+    for (int64_t i = start - window.to; i < end - window.to; ++i) {
+      const int64_t numerator =
+          std::max<int64_t>(align_corners ? i * (count - 1) : (2 * i + 1) * count - length, 0);
+      const int64_t whole = std::min(numerator / denominator, count - 1),
+                    rest = numerator - whole * denominator, at = window.begin + whole;
+      first.push_back(std::clamp<int64_t>(at, 0, in - 1));
+      // The window's last pixel has no next one, and beyond the image all are the one at its edge.
+      const bool alone = whole == count - 1 || at < 0 || at >= in - 1;
+      weight.push_back(alone ? 0 : static_cast<int32_t>((512 * rest + denominator) / (2 * denominator)));
     }
   }
+
+  int64_t size() const { return static_cast<int64_t>(first.size()); }
 };
 
 // A row's resampling: for each pixel of the output, where the two pixels begin that it is made of, and for
 // pixels of three or four bytes their weights, byte by byte.
 class Across {
  public:
-  Across(int64_t in, int64_t out, int64_t step, bool align_corners)
-      : axis_(in, out, align_corners), in_(in), out_(out), step_(step) {
+  Across(Axis axis, int64_t in, int64_t step)
+      : axis_(std::move(axis)), in_(in), out_(axis_.size()), step_(step) {
     for (auto& first : axis_.first) {
       // The last pixel has no next one: it is read with the one before.
       const auto i = static_cast<size_t>(&first - axis_.first.data());
@@ -47,8 +67,8 @@ class Across {
       if (step * first + 8 <= step * in) wide_ = static_cast<int64_t>(i) + 1;
     }
     if (step != 3 && step != 4) return;
-    weights_.resize(static_cast<size_t>(8 * out));
-    for (int64_t x = 0; x < out; ++x)
+    weights_.resize(static_cast<size_t>(8 * out_));
+    for (int64_t x = 0; x < out_; ++x)
       for (int64_t k = 0; k < 2 * step; ++k) {
         const int32_t second = axis_.weight[static_cast<size_t>(x)];
         weights_[static_cast<size_t>(8 * x + k)] = static_cast<Word>(k < step ? 256 - second : second);
@@ -57,6 +77,8 @@ class Across {
 
   // Room for a row: vectors of eight run over its end.
   int64_t room() const { return whole_lines<Word>(out_ * step_ + 8); }
+  int64_t start() const { return axis_.start; }
+  int64_t size() const { return out_; }
 
   void operator()(const uint8_t* row, Word* out) const {
     int64_t x = 0;
@@ -114,12 +136,27 @@ void blend(const Word* upper, const Word* lower, int32_t second, int64_t n, uint
   });
 }
 
-// Two resampled rows of an image, by their numbers.
+// An image row by row: two resampled rows are kept, by their numbers.
 class KeptRows {
  public:
-  KeptRows(const uint8_t* image, int64_t width, const Across& across, Word* memory)
-      : image_(image), width_(width), across_(across), rows_{memory, memory + across.room()} {}
+  KeptRows(const uint8_t* image, int64_t height, int64_t width, const Across& across, Word* memory)
+      : image_(image),
+        height_(height),
+        width_(width),
+        across_(across),
+        rows_{memory, memory + across.room()} {}
 
+  // What is at a position down the image, of n values.
+  void blended(const Axis& down, int64_t position, int64_t n, uint8_t* out) {
+    const auto at = static_cast<size_t>(position);
+    const int64_t first = down.first[at], next = std::min(first + 1, height_ - 1);
+    const int32_t weight = down.weight[at];
+    const Word* const upper = get(first, next);
+    const Word* const lower = weight == 0 ? upper : get(next, first);
+    blend(upper, lower, weight, n, out);
+  }
+
+ private:
   // Row y; the row `other` stays.
   const Word* get(int64_t y, int64_t other) {
     for (size_t i = 0; i < 2; ++i)
@@ -130,9 +167,8 @@ class KeptRows {
     return rows_[i];
   }
 
- private:
   const uint8_t* const image_;
-  const int64_t width_;
+  const int64_t height_, width_;
   const Across& across_;
   std::array<Word*, 2> rows_;
   std::array<int64_t, 2> known_{-1, -1};
@@ -140,26 +176,65 @@ class KeptRows {
 
 constexpr int64_t kRows = 32;
 
+// Numbers of windows are limited to it, so that positions are whole numbers of 64 bits.
+constexpr int64_t kFarthest = int64_t{1} << 24;
+
 }  // namespace
 
 void resize_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t width, int64_t new_height,
                   int64_t new_width, int64_t step, bool align_corners, uint8_t* out) {
   const Axis down(height, new_height, align_corners);
-  const Across across(width / step, new_width, step, align_corners);
+  const Across across(Axis(width / step, new_width, align_corners), width / step, step);
   const int64_t blocks = (new_height + kRows - 1) / kRows, values = new_width * step;
   const auto memory = new_lines<Word>(2 * across.room() * omp_get_max_threads());
 #pragma omp parallel for
   for (int64_t i = 0; i < n * blocks; ++i) {
     const int64_t top = i % blocks * kRows, image = i / blocks;
-    KeptRows rows(x + image * height * width, width, across,
+    KeptRows rows(x + image * height * width, height, width, across,
                   memory.get() + 2 * across.room() * omp_get_thread_num());
+    for (int64_t y = top; y < std::min(top + kRows, new_height); ++y)
+      rows.blended(down, y, values, out + (image * new_height + y) * values);
+  }
+}
+
+void placed_bytes(const uint8_t* x, int64_t /*n*/, int64_t height, int64_t width, const int64_t* images,
+                  int64_t m, const int64_t* boxes, int64_t new_height, int64_t new_width, int64_t step,
+                  int64_t pad, uint8_t* out) {
+  std::vector<Axis> downs;
+  std::vector<Across> acrosses;
+  downs.reserve(static_cast<size_t>(m));
+  acrosses.reserve(static_cast<size_t>(m));
+  int64_t room = 0;
+  for (int64_t i = 0; i < m; ++i) {
+    const auto window = [&](int64_t axis) {
+      const auto entry = [&](int64_t k) {
+        return std::clamp<int64_t>(boxes[8 * i + axis + k], -kFarthest, kFarthest);
+      };
+      return Window{entry(0), entry(2), entry(4), entry(6)};
+    };
+    downs.emplace_back(height, window(1), new_height, false);
+    acrosses.emplace_back(Axis(width / step, window(0), new_width, false), width / step, step);
+    room = std::max(room, acrosses.back().room());
+  }
+  const int64_t blocks = (new_height + kRows - 1) / kRows, values = new_width * step;
+  const auto memory = new_lines<Word>(2 * room * omp_get_max_threads());
+#pragma omp parallel for
+  for (int64_t i = 0; i < m * blocks; ++i) {
+    const int64_t top = i % blocks * kRows, item = i / blocks;
+    const Axis& down = downs[static_cast<size_t>(item)];
+    const Across& across = acrosses[static_cast<size_t>(item)];
+    KeptRows rows(x + images[item] * height * width, height, width, across,
+                  memory.get() + 2 * room * omp_get_thread_num());
     for (int64_t y = top; y < std::min(top + kRows, new_height); ++y) {
-      const auto at = static_cast<size_t>(y);
-      const int64_t first = down.first[at], next = std::min(first + 1, height - 1);
-      const int32_t weight = down.weight[at];
-      const Word* const upper = rows.get(first, next);
-      const Word* const lower = weight == 0 ? upper : rows.get(next, first);
-      blend(upper, lower, weight, values, out + (image * new_height + y) * values);
+      uint8_t* const row = out + (item * new_height + y) * values;
+      const int64_t left = across.start() * step, count = across.size() * step;
+      if (y < down.start || y >= down.start + down.size() || count == 0) {
+        std::memset(row, static_cast<int>(pad), static_cast<size_t>(values));
+        continue;
+      }
+      std::memset(row, static_cast<int>(pad), static_cast<size_t>(left));
+      rows.blended(down, y - down.start, count, row + left);
+      std::memset(row + left + count, static_cast<int>(pad), static_cast<size_t>(values - left - count));
     }
   }
 }

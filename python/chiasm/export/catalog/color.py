@@ -465,6 +465,57 @@ add(
     )
 )
 
+_LUMA = TensorSpec("y", ("B", 1, "H", "W"), "uint8", "NCHW", "GRAY", (0, 255), "luma, image batch")
+_CHROMA = {"UH": (1, 32768), "UW": (1, 32768)}
+
+
+def _chroma(name: str, channels: int) -> TensorSpec:
+    description = f"chroma {name.upper()} around 128, of any resolution, image batch"
+    return TensorSpec(name, ("B", channels, "UH", "UW"), "uint8", "NCHW", "UV", (0, 255), description)
+
+
+def _two_planes(code: str) -> Peer:
+    return opencv(
+        lambda cv2, y, pairs: cv2.cvtColorTwoPlane(y, pairs, getattr(cv2, code)),
+        sizes={"H": 16, "W": 22, "UH": 8, "UW": 11},
+    )
+
+
+for _name, _parts, _peer in (
+    ("nv12", [_chroma("uv", 2)], _two_planes("COLOR_YUV2RGB_NV12")),
+    ("nv21", [_chroma("vu", 2)], _two_planes("COLOR_YUV2RGB_NV21")),
+    ("i420", [_chroma("u", 1), _chroma("v", 1)], None),
+):
+    add(
+        Spec(
+            f"color.{_name}_to_rgb",
+            [_LUMA, *_parts],
+            _output(),
+            symbols=_CHROMA,
+            peer=_peer,
+            also=({"standard": "bt709"}, {"standard": "jpeg"}) if _peer is None else (),
+            reference="OpenCV cvtColorTwoPlane; ITU-R BT.601 and BT.709 in NumPy float64",
+            frames=Frames(peer=_peer),
+        )
+    )
+for _name in ("yuyv", "uyvy"):
+    _code = f"COLOR_YUV2RGB_{_name.upper()}"
+    _peer = cvt_color(_code, before=lambda x: (x.reshape(x.shape[0], 2 * x.shape[1], 2),))
+    add(
+        Spec(
+            f"color.{_name}_to_rgb",
+            [
+                TensorSpec(
+                    "image", ("B", 4, "H", "W"), "uint8", "NCHW", "", (0, 255), "pairs of pixels, image batch"
+                )
+            ],
+            _output(),
+            peer=_peer,
+            reference=f"OpenCV cvtColor({_code})",
+            frames=Frames(peer=_peer),
+        )
+    )
+
 # --- raw ----------------------------------------------------------------------------------------------------
 
 _RAW = image("image", channels=1, color="BAYER", description="raw images, red in the top left corner")

@@ -45,10 +45,18 @@ _PEERS = {
     "nearest": _resized("INTER_NEAREST"),
     "bilinear_antialias": _pillow("BILINEAR"),
     "bicubic_antialias": _pillow("BICUBIC"),
+    "lanczos_antialias": _pillow("LANCZOS"),
+    # it reduces: where OpenCV enlarges by areas, it interpolates
+    "area": _resized("INTER_AREA", sizes={"C": 3, "OH": 5, "OW": 4}),
 }
 _FRAMES = {
     "bilinear_antialias": Frames(reference="Pillow resize", peer=_pillow_frames("BILINEAR")),
     "bicubic_antialias": Frames(reference="Pillow resize", peer=_pillow_frames("BICUBIC")),
+    "lanczos_antialias": Frames(reference="Pillow resize", peer=_pillow_frames("LANCZOS")),
+    "area": Frames(
+        reference="OpenCV resize(INTER_AREA)",
+        peer=_resized("INTER_AREA", sizes={"C": 3, "OH": 5, "OW": 4}, atol=1),
+    ),
     "bilinear": Frames(reference="OpenCV resize(INTER_LINEAR_EXACT)", peer=_resized("INTER_LINEAR_EXACT")),
     "nearest": Frames(
         ("uint8", "int16", "uint16", "float32"),
@@ -64,6 +72,8 @@ for _name, _config in {
     "nearest": {"interpolation": "nearest"},
     "bilinear_antialias": {"interpolation": "bilinear", "antialias": True},
     "bicubic_antialias": {"interpolation": "bicubic", "antialias": True},
+    "lanczos_antialias": {"interpolation": "lanczos", "antialias": True},
+    "area": {"interpolation": "area"},
 }.items():
     add(
         Spec(

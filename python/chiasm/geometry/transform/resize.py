@@ -5,7 +5,13 @@ from typing import Optional, Tuple, Union
 from torch import Tensor
 
 from ...primitives.core.checks import check_choice, check_pixels
-from ...primitives.resampling.resizing import resized, resized_bytes, resized_bytes_antialias, resized_nearest
+from ...primitives.resampling.resizing import (
+    area_bytes,
+    resized,
+    resized_bytes,
+    resized_bytes_antialias,
+    resized_nearest,
+)
 from ...primitives.resampling.taps import larger, smaller
 
 
@@ -23,21 +29,24 @@ def resize(
     Without antialias, "bicubic" has a = -0.75 (torch, OpenCV), with antialias -0.5 (torch, Pillow). "nearest"
     takes pixel floor(i * in / out) in exact arithmetic, where torch rounds the ratio to float32.
 
+    "area" is the mean over what a pixel of the output covers, as OpenCV's INTER_AREA where it reduces.
+
     Of bytes, "bilinear" without antialias has weights in 1/256 and is rounded halves up: OpenCV's
     INTER_LINEAR_EXACT, to the bit. With antialias, weights are in 1/2^22 and the result is rounded halves up
     after either axis: Pillow's ``Image.resize`` of the rows and then of the columns, to the bit. (Pillow
-    takes the columns first where that is faster.) "bicubic" without antialias is for floating point.
+    takes the columns first where that is faster.) "area" is the exact mean rounded halves up, at most one
+    level from OpenCV's. "bicubic" without antialias is for floating point.
 
     Args:
         input: (B, C, H, W), floating point or uint8; for "nearest" also int16 or uint16.
         size: (height, width) of the output, or one number for ``side``, the other side keeping the aspect
             ratio. Either may come from another tensor's shape, which makes the output size dynamic in
             exported graphs.
-        interpolation: "nearest", "bilinear" or "bicubic".
+        interpolation: "nearest", "bilinear", "bicubic", "area", or with antialias "lanczos" (three lobes).
         align_corners: let the centres of the corner pixels coincide instead of the outer edges. None is
-            False.
+            False. "area" has outer edges alone.
         side: what a single size is the length of: "short", "long", "vert" or "horz".
-        antialias: stretch the filter by the reduction factor (not for "nearest").
+        antialias: stretch the filter by the reduction factor (not for "nearest"; "area" always does).
 
     Returns:
         (B, C, height, width).
@@ -53,10 +62,12 @@ def resize(
         torch.Size([1, 3, 2, 3])
     """
     check_pixels(input, "input", interpolation == "nearest")
-    check_choice(interpolation, ["nearest", "bilinear", "bicubic"], "interpolation")
+    check_choice(interpolation, ["nearest", "bilinear", "bicubic", "area", "lanczos"], "interpolation")
     check_choice(side, ["short", "long", "vert", "horz"], "side")
-    if antialias and interpolation == "nearest":
-        raise ValueError("antialias: expected False for interpolation 'nearest', got True")
+    if antialias and (interpolation == "nearest" or interpolation == "area"):
+        raise ValueError(f"antialias: expected False for interpolation '{interpolation}', got True")
+    if not antialias and interpolation == "lanczos":
+        raise ValueError("antialias: expected True for interpolation 'lanczos', got False")
     in_height, in_width = input.size(2), input.size(3)
     if isinstance(size, int):
         base = in_width
@@ -72,9 +83,14 @@ def resize(
     if height < 1 or width < 1:
         raise ValueError(f"size: expected positive sizes, got ({height}, {width})")
     corners = align_corners is not None and align_corners
+    if corners and interpolation == "area":
+        raise ValueError("align_corners: expected False for interpolation 'area', got True")
+    antialias = antialias or interpolation == "area"
     if not input.is_floating_point():
         if interpolation == "nearest":
             return resized_nearest(input, height, width)
+        if interpolation == "area":
+            return area_bytes(input, height, width)
         if antialias:
             return resized_bytes_antialias(input, height, width, interpolation, corners)
         if interpolation == "bicubic":

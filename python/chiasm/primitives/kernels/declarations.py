@@ -269,6 +269,14 @@ _declare(
     ["1 <= R", "N % R == 0"],
 )
 _declare(
+    """scaled_bytes(uint8[N, L] x, int32[O] order, float32[O, 2] by, int channels, bool interleaved)
+    -> float32[N, O, L // channels]""",
+    "arithmetic.cpp",
+    """Planes of numbers: the channel of that number of pixels, which is 0 where there is none, times one
+    number, plus another.""",
+    ["1 <= channels <= 256", "L % channels == 0"],
+)
+_declare(
     "range_mask(uint8[N, L] x, int32[R, C] low, int32[R, C] high, bool interleaved) -> uint8[N, L // C]",
     "arithmetic.cpp",
     "255 where each of C channels is from low to high, else 0. Each set of bounds serves N / R images.",
@@ -295,6 +303,22 @@ _declare(
     ["L % 3 == 0", "O in (1, 3)", "0 <= shift <= 23"],
 )
 
+_declare(
+    """subsampled_pixels(uint8[N, H, W] luma, uint8[N, R, L] chroma, int32[6] weights, bool swapped, bool
+    interleaved) -> uint8[N, H * W * 3]""",
+    "subsampled.cpp",
+    """Red, green and blue, in planes or interleaved, of luma and of the nearest pair of chroma, each less
+    128: U and V, swapped V and U. The weights are in 1/2^20: of luma; of V in red; of U and of V in green; of
+    U in blue; the last is the luma of black. Values are rounded halves up and saturated.""",
+    ["1 <= R", "2 <= L", "L % 2 == 0"],
+)
+_declare(
+    "packed_pixels(uint8[N, H, L] x, int32[6] weights, bool luma_first) -> uint8[N, H * (L // 2) * 3]",
+    "subsampled.cpp",
+    """The same, interleaved, of pairs of pixels: luma, chroma, luma, chroma, or each chroma before its
+    luma.""",
+    ["L % 4 == 0"],
+)
 _declare(
     """luma_chroma_pixels(uint8[N, L] x, int red, int green, int blue, int first, int second, bool
     interleaved) -> uint8[N, L]""",
@@ -449,6 +473,24 @@ _declare(
     ["1 <= step", "W % step == 0", "1 <= height <= 2**24", "1 <= width <= 2**24", "H <= 2**24", "W <= 2**24"],
 )
 _declare(
+    """placed_bytes(uint8[N, H, W] x, int64[M] images, int64[M, 8] boxes, int height, int width, int step, int
+    pad) -> uint8[M, height, width * step]""",
+    "resize_bytes.cpp",
+    """Parts of images, resized as by resize_bytes, each in an output of its own, which is pad beside it. A
+    box has left, top, width and height of what is read of the image of that number, and the same of where it
+    comes to. Beyond an image are the pixels at its edge.""",
+    [
+        "1 <= step",
+        "W % step == 0",
+        "1 <= height <= 2**24",
+        "1 <= width <= 2**24",
+        "H <= 2**24",
+        "W <= 2**24",
+        "0 <= images < N",
+        "0 <= pad <= 255",
+    ],
+)
+_declare(
     """resample_bytes(uint8[N, H, L] x, int64[J, M] rows, int32[J, M] down, int64[I, K] columns,
     int32[I, K] across, int step)
     -> uint8[N, J, I * step]""",
@@ -457,6 +499,29 @@ _declare(
     rows rows[j] by down[j]. Taps are multiples of 1/2^22; either sum is rounded, halves up, and saturated.
     Numbers of what is not there are those of the nearest. Neighbours in a row are step values apart.""",
     ["1 <= H", "1 <= L <= INT32_MAX", "1 <= step", "L % step == 0", "1 <= M", "1 <= K"],
+)
+_declare(
+    """resampled(T[B, C, H, W] x, int64[J, M] rows, T[J, M] down, int64[I, K] columns, T[I, K] across)
+    -> T[B, C, J, I]""",
+    "resize.cpp",
+    """Pixel i of a row is the sum of its pixels columns[i] by the weights across[i], and row j the sum of
+    such rows rows[j] by down[j]. Numbers of what is not there are those of the nearest, and what has a weight
+    of 0 is not read.""",
+    ["1 <= J <= INT32_MAX", "1 <= I <= INT32_MAX", "1 <= M", "1 <= K"],
+)
+_declare(
+    """area_bytes(uint8[N, H, L] x, int height, int width, int step) -> uint8[N, height, width * step]""",
+    "area_bytes.cpp",
+    """The mean over what each pixel of the output covers, rounded halves up. Neighbours in a row are step
+    values apart.""",
+    [
+        "1 <= step",
+        "L % step == 0",
+        "1 <= height <= 2**24",
+        "1 <= width <= 2**24",
+        "H <= 2**24",
+        "1 <= L <= 2**24",
+    ],
 )
 _declare(
     "resize_nearest(P[N, H, W] x, int height, int width, int step) -> P[N, height, width * step]",
@@ -576,6 +641,14 @@ _declare(
     cost. A cost is the sum of the squared distances in the second image, or with epipolar of Sampson's, each
     at most its bound. points are rows x, y, 1, then u, v, 1, then the bound.""",
     ["1 <= count <= INT32_MAX"],
+)
+
+_declare(
+    "kept_boxes(T[B, N, 4] boxes, int64[B, N] groups, float threshold, int most) -> bool[B, N]",
+    "boxes.cpp",
+    """Which boxes, left, top, right and bottom, are overlapped by none of their group that is kept before
+    them by more than a threshold of the union, and are among the first `most` that are kept.""",
+    ["N <= INT32_MAX"],
 )
 
 # Matrices and polynomials

@@ -14,6 +14,7 @@ from ..kernels import operators as kernels
 from ..numbers.reshaping import reshaped
 from .taps import (
     antialias_table,
+    area_table,
     cubic_weights,
     exact_positions,
     nearest_index,
@@ -26,11 +27,14 @@ from .taps import (
 def resized(
     x: Tensor, height: int, width: int, interpolation: str, align_corners: bool, antialias: bool
 ) -> Tensor:
-    """(B, C, H, W) as (B, C, height, width); ``interpolation`` is "nearest", "bilinear" or "bicubic"."""
+    """(B, C, H, W) as (B, C, height, width); ``interpolation`` is "nearest", "bilinear" or "bicubic", with
+    ``antialias`` also "lanczos" or "area"."""
     if antialias:
-        radius = 1 if interpolation == "bilinear" else 2
-        columns = _antialias_axis(x, width, align_corners, radius, 3)
-        return _antialias_axis(columns, height, align_corners, radius, 2)
+        sides = [x.size(2), x.size(3)]
+        (rows, down), (columns, across) = [
+            _filter_table(i, o, align_corners, interpolation, x) for i, o in zip(sides, [height, width])
+        ]
+        return resampled(x, rows, down, columns, across)
     if interpolation == "nearest":
         return resized_nearest(x, height, width)
     if interpolation == "bilinear":
@@ -38,7 +42,32 @@ def resized(
     return _bicubic_axis(_bicubic_axis(x, width, align_corners, 3), height, align_corners, 2)
 
 
-resized.lowering("native", when=kernels.has_kernel)(kernels.resize)
+def _has_resize(x: Tensor, height: int, width: int, interpolation: str, *_: object) -> bool:
+    return kernels.has_kernel(x) and interpolation not in ("area", "lanczos")
+
+
+resized.lowering("native", when=_has_resize)(kernels.resize)
+
+
+@primitive
+def resampled(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
+    """(B, C, H, W) along the rows and then down the columns: pixel i of a row is the sum of its pixels
+    ``columns[i]`` by the weights ``across[i]``, row j the sum of such rows ``rows[j]`` by ``down[j]``."""
+    return _sums(_sums(x, columns, across, 3), rows, down, 2)
+
+
+resampled.lowering("native", when=kernels.has_kernel)(kernels.resampled)
+
+
+def _filter_table(
+    in_size: int, out_size: int, align_corners: bool, shape: str, x: Tensor
+) -> Tuple[Tensor, Tensor]:
+    """Indices and weights (out_size, taps), in a type for x, of a filter as wide as the reduction."""
+    if shape == "area":
+        index, parts = area_table(in_size, out_size, x.device)
+        return index, (parts / in_size).to(x.dtype)
+    index, weight = antialias_table(in_size, out_size, align_corners, shape, weight_dtype(x), x.device)
+    return index, weight.to(x.dtype)
 
 
 @primitive
@@ -70,14 +99,18 @@ def resampled_bytes(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, acro
 
 
 def _summed(x: Tensor, index: Tensor, taps: Tensor, dim: int) -> Tensor:
-    picked = x.index_select(dim, index.reshape(-1)).to(torch.float64)
+    sums = _sums(x.to(torch.float64), index, taps, dim)
+    return torch.floor(sums / 4194304.0 + 0.5).clamp(0.0, 255.0).to(torch.uint8)
+
+
+def _sums(x: Tensor, index: Tensor, taps: Tensor, dim: int) -> Tensor:
+    """Along an axis the sums of the pixels ``index`` (n, taps) by their ``taps``."""
+    picked = x.index_select(dim, index.reshape(-1))
     if dim == 2:
         stacked = reshaped(picked, [x.size(0), x.size(1), index.size(0), index.size(1), x.size(3)])
-        sums = (stacked * taps[:, :, None]).sum(3)
-    else:
-        stacked = reshaped(picked, [x.size(0), x.size(1), x.size(2), index.size(0), index.size(1)])
-        sums = (stacked * taps).sum(4)
-    return torch.floor(sums / 4194304.0 + 0.5).clamp(0.0, 255.0).to(torch.uint8)
+        return (stacked * taps[:, :, None]).sum(3)
+    stacked = reshaped(picked, [x.size(0), x.size(1), x.size(2), index.size(0), index.size(1)])
+    return (stacked * taps).sum(4)
 
 
 @resampled_bytes.lowering("native", when=kernels.available)
@@ -87,14 +120,34 @@ def _resampled_bytes_kernel(x: Tensor, rows: Tensor, down: Tensor, columns: Tens
     return from_rows(kernels.resample_bytes(pixels, rows, down, columns, across, step), x)
 
 
+@primitive
+def area_bytes(x: Tensor, height: int, width: int) -> Tensor:
+    """Bytes (B, C, height, width): the mean over what each pixel covers of (B, C, H, W), rounded halves up.
+    The sums are whole numbers that float64 holds.
+
+    >>> area_bytes(torch.tensor([[1, 2, 5], [2, 2, 5]], dtype=torch.uint8)[None, None], 1, 2)
+    tensor([[[[2, 4]]]], dtype=torch.uint8)
+    """
+    rows, down = area_table(x.size(2), height, x.device)
+    columns, across = area_table(x.size(3), width, x.device)
+    sums = _sums(_sums(x.to(torch.float64), columns, across, 3), rows, down, 2)
+    area = torch.ones([1], dtype=torch.float64, device=x.device) * x.size(2) * x.size(3)
+    return torch.floor((2.0 * sums + area) / (2.0 * area)).to(torch.uint8)
+
+
+@area_bytes.lowering("native", when=kernels.available)
+def _area_kernel(x: Tensor, height: int, width: int) -> Tensor:
+    rows, step = as_rows(x)
+    return from_rows(kernels.area_bytes(rows, height, width, step), x)
+
+
 def resized_bytes_antialias(
     x: Tensor, height: int, width: int, interpolation: str, align_corners: bool
 ) -> Tensor:
-    """Bytes (B, C, H, W) as (B, C, height, width), "bilinear" or "bicubic", by a filter that is as wide as
-    the reduction."""
-    radius = 1 if interpolation == "bilinear" else 2
-    rows, down = antialias_table(x.size(2), height, align_corners, radius, torch.float64, x.device)
-    columns, across = antialias_table(x.size(3), width, align_corners, radius, torch.float64, x.device)
+    """Bytes (B, C, H, W) as (B, C, height, width), "bilinear", "bicubic" or "lanczos", by a filter that is as
+    wide as the reduction."""
+    rows, down = antialias_table(x.size(2), height, align_corners, interpolation, torch.float64, x.device)
+    columns, across = antialias_table(x.size(3), width, align_corners, interpolation, torch.float64, x.device)
     return resampled_bytes(x, rows, torch.round(down * 4194304.0), columns, torch.round(across * 4194304.0))
 
 
@@ -154,17 +207,6 @@ def _bicubic_axis(x: Tensor, out_size: int, align_corners: bool, dim: int) -> Te
     for k in range(1, 4):
         out = out + x.index_select(dim, (whole + (k - 1)).clamp(0, in_size - 1)) * weights[k]
     return out
-
-
-def _antialias_axis(x: Tensor, out_size: int, align_corners: bool, radius: int, dim: int) -> Tensor:
-    index, weight = antialias_table(x.size(dim), out_size, align_corners, radius, weight_dtype(x), x.device)
-    taps = index.size(1)
-    weight = weight.to(x.dtype)
-    picked = x.index_select(dim, index.reshape(-1))
-    if dim == 2:
-        stacked = reshaped(picked, [x.size(0), x.size(1), out_size, taps, x.size(3)])
-        return (stacked * weight[:, :, None]).sum(3)
-    return (reshaped(picked, [x.size(0), x.size(1), x.size(2), out_size, taps]) * weight).sum(4)
 
 
 def _in_one_pass(

@@ -1,5 +1,6 @@
 """Where resampling reads: tables per axis for resizing, taps per pixel for warping."""
 
+import math
 from typing import List, Tuple
 
 import torch
@@ -88,15 +89,42 @@ def cubic_kernel(distance: Tensor, a: float) -> Tensor:
     return torch.where(d < 1.0, near, torch.where(d < 2.0, far, torch.zeros_like(d)))
 
 
-def antialias_table(
-    in_size: int, out_size: int, align_corners: bool, radius: int, dtype: torch.dtype, device: torch.device
-) -> Tuple[Tensor, Tensor]:
-    """Indices and weights (out_size, taps) of a filter of half-width ``radius`` stretched by the reduction
-    factor.
+def lanczos_kernel(distance: Tensor) -> Tensor:
+    """sinc(x) sinc(x / 3) of a nonnegative distance, zero from 3 on.
 
-    Radius 1 is the triangle, 2 is Keys' cubic with a = -0.5; weights are cut at the image's border and
-    normalised, as Pillow's ``Image.resize`` does.
+    K. Turkowski, Filters for Common Resampling Tasks, Graphics Gems I, 1990.
     """
+    lobes = _sinc(distance) * _sinc(distance / 3.0)
+    return torch.where(distance < 3.0, lobes, torch.zeros_like(lobes))
+
+
+def _sinc(x: Tensor) -> Tensor:
+    """``torch.sinc``, which is exported to ONNX with a pi of float32, also of float64 (torch 2.13)."""
+    zero = x == 0.0
+    turned = torch.where(zero, torch.ones_like(x), x * math.pi)
+    return torch.where(zero, torch.ones_like(x), torch.sin(turned) / turned)
+
+
+def area_table(in_size: int, out_size: int, device: torch.device) -> Tuple[Tensor, Tensor]:
+    """The pixels (out_size, taps) that each of ``out_size`` covers, and how much of each, in parts of
+    1 / out_size: whole numbers in float64, which add up to ``in_size``."""
+    begin = torch.arange(out_size, device=device)[:, None] * in_size
+    first = torch.floor(begin.to(torch.float64) / out_size).to(torch.int64)
+    pixel = first + torch.arange((in_size + out_size - 1) // out_size + 1, device=device)
+    end = torch.minimum((pixel + 1) * out_size, begin + in_size)
+    covered = (end - torch.maximum(pixel * out_size, begin)).clamp(min=0)
+    return pixel.clamp(max=in_size - 1), covered.to(torch.float64)
+
+
+def antialias_table(
+    in_size: int, out_size: int, align_corners: bool, shape: str, dtype: torch.dtype, device: torch.device
+) -> Tuple[Tensor, Tensor]:
+    """Indices and weights (out_size, taps) of a filter stretched by the reduction factor.
+
+    "bilinear" is the triangle, "bicubic" Keys' cubic with a = -0.5, "lanczos" has three lobes; weights are
+    cut at the image's border and normalised, as Pillow's ``Image.resize`` does.
+    """
+    radius = 1 if shape == "bilinear" else (2 if shape == "bicubic" else 3)
     one = torch.ones([1], dtype=dtype, device=device)
     if align_corners:
         factor = one * (in_size - 1) / larger(out_size - 1, 1)
@@ -112,8 +140,10 @@ def antialias_table(
     distance = (pixel + 0.5 - centre[:, None]).abs() / stretch
     if radius == 1:
         weight = (1.0 - distance).clamp(min=0.0)
-    else:
+    elif radius == 2:
         weight = cubic_kernel(distance, -0.5)
+    else:
+        weight = lanczos_kernel(distance)
     weight = torch.where(pixel < in_size, weight, torch.zeros_like(weight))
     index = pixel.to(torch.int64).clamp(max=in_size - 1)
     return index, weight / weight.sum(1, keepdim=True)

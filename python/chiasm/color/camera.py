@@ -1,0 +1,179 @@
+"""What cameras and video decoders give: luma and chroma in bytes, the chroma at a part of the resolution.
+
+A buffer of NV12 holds H x W luma and then (H + 1) // 2 x (W + 1) // 2 pairs of chroma; one of I420 has two
+planes instead of the pairs. Each op takes the parts, which share the buffer's memory, without a copy.
+"""
+
+from typing import List
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_choice
+from ..primitives.images.color_planes import check_channels
+from ..primitives.images.subsampled import packed_to_rgb, subsampled_to_rgb
+
+
+def nv12_to_rgb(y: Tensor, uv: Tensor, standard: str = "bt601") -> Tensor:
+    """RGB of luma and of pairs U, V, as hardware decoders and V4L2 cameras give them (4:2:0).
+
+    ITU-R BT.601-7 and BT.709-6. A pixel has the nearest pair of chroma, so pairs of any resolution are taken:
+    those of NV16 (4:2:2) and NV24 (4:4:4) too. The factors are multiples of 1/2^20, and sums are rounded
+    halves up and saturated. For "bt601" they are OpenCV's, and the result is cvtColorTwoPlane's to the bit.
+
+    Args:
+        y: luma (B, 1, H, W), uint8.
+        uv: chroma (B, 2, h, w), uint8: U and V around 128. As a frame (B, h, w, 2) it comes permuted.
+        standard: "bt601" (standard definition, webcams) or "bt709" (high definition), in which black is 16
+            and white 235; or "jpeg": BT.601's colours in the full range from 0 to 255.
+
+    Returns:
+        (B, 3, H, W), uint8: red, green, blue.
+
+    Raises:
+        TypeError: if a part is not uint8.
+        ValueError: if a shape is not as above, or standard is none of these.
+
+    Example:
+        >>> y = torch.full((1, 1, 4, 6), 235, dtype=torch.uint8)
+        >>> nv12_to_rgb(y, torch.full((1, 2, 2, 3), 128, dtype=torch.uint8))[0, :, 0, 0]
+        tensor([255, 255, 255], dtype=torch.uint8)
+    """
+    _check_part(y, 1, "y")
+    _check_part(uv, 2, "uv")
+    _check_batch(uv, y, "uv")
+    return subsampled_to_rgb(y, uv, _weights(standard), False)
+
+
+def nv21_to_rgb(y: Tensor, vu: Tensor, standard: str = "bt601") -> Tensor:
+    """RGB of luma and of pairs V, U, as Android's cameras give them (4:2:0). Otherwise as ``nv12_to_rgb``.
+
+    Args:
+        y: luma (B, 1, H, W), uint8.
+        vu: chroma (B, 2, h, w), uint8: V and U around 128.
+        standard: "bt601", "bt709" or "jpeg".
+
+    Returns:
+        (B, 3, H, W), uint8: red, green, blue.
+
+    Raises:
+        TypeError: if a part is not uint8.
+        ValueError: if a shape is not as above, or standard is none of these.
+
+    Example:
+        >>> y = torch.full((1, 1, 4, 6), 16, dtype=torch.uint8)
+        >>> nv21_to_rgb(y, torch.full((1, 2, 2, 3), 128, dtype=torch.uint8))[0, :, 0, 0]
+        tensor([0, 0, 0], dtype=torch.uint8)
+    """
+    _check_part(y, 1, "y")
+    _check_part(vu, 2, "vu")
+    _check_batch(vu, y, "vu")
+    return subsampled_to_rgb(y, vu, _weights(standard), True)
+
+
+def i420_to_rgb(y: Tensor, u: Tensor, v: Tensor, standard: str = "bt601") -> Tensor:
+    """RGB of three planes, as video codecs give them (4:2:0; YV12 is the same with V before U). Otherwise as
+    ``nv12_to_rgb``.
+
+    Args:
+        y: luma (B, 1, H, W), uint8.
+        u: chroma (B, 1, h, w), uint8, around 128.
+        v: chroma (B, 1, h, w), uint8, around 128.
+        standard: "bt601", "bt709" or "jpeg".
+
+    Returns:
+        (B, 3, H, W), uint8: red, green, blue.
+
+    Raises:
+        TypeError: if a part is not uint8.
+        ValueError: if a shape is not as above, or standard is none of these.
+
+    Example:
+        >>> y, grey = torch.full((1, 1, 4, 6), 235, dtype=torch.uint8), torch.full((1, 1, 2, 3), 128)
+        >>> i420_to_rgb(y, grey.to(torch.uint8), grey.to(torch.uint8))[0, :, 0, 0]
+        tensor([255, 255, 255], dtype=torch.uint8)
+    """
+    _check_part(y, 1, "y")
+    _check_part(u, 1, "u")
+    _check_part(v, 1, "v")
+    _check_batch(u, y, "u")
+    if v.shape != u.shape:
+        raise ValueError(f"v: expected the shape {list(u.shape)} of u, got {list(v.shape)}")
+    # Bytes that are joined would be left to libtorch by AOTInductor.
+    first = torch.arange(2, device=y.device).reshape(2, 1, 1) == 0
+    return subsampled_to_rgb(y, torch.where(first, u, v), _weights(standard), False)
+
+
+def yuyv_to_rgb(image: Tensor, standard: str = "bt601") -> Tensor:
+    """RGB of packed pixels Y, U, Y, V, as USB cameras give them (4:2:2; YUY2 is the same).
+
+    The factors and rounding are those of ``nv12_to_rgb``; for "bt601" the result is that of OpenCV's
+    COLOR_YUV2RGB_YUYV, to the bit. OpenCV has a buffer in two channels and W columns: ``mat.reshape(4)`` is
+    this op's, of the same memory.
+
+    Args:
+        image: two neighbouring pixels each, (B, 4, H, W / 2), uint8.
+        standard: "bt601", "bt709" or "jpeg", as in ``nv12_to_rgb``.
+
+    Returns:
+        (B, 3, H, W), uint8: red, green, blue.
+
+    Raises:
+        TypeError: if image is not uint8.
+        ValueError: if image is not (B, 4, H, W / 2), or standard is none of these.
+
+    Example:
+        >>> yuyv_to_rgb(torch.full((1, 4, 2, 3), 128, dtype=torch.uint8)).shape
+        torch.Size([1, 3, 2, 6])
+    """
+    _check_part(image, 4, "image")
+    return packed_to_rgb(image, _weights(standard), True)
+
+
+def uyvy_to_rgb(image: Tensor, standard: str = "bt601") -> Tensor:
+    """RGB of packed pixels U, Y, V, Y, as frame grabbers give them (4:2:2). Otherwise as ``yuyv_to_rgb``.
+
+    Args:
+        image: two neighbouring pixels each, (B, 4, H, W / 2), uint8.
+        standard: "bt601", "bt709" or "jpeg", as in ``nv12_to_rgb``.
+
+    Returns:
+        (B, 3, H, W), uint8: red, green, blue.
+
+    Raises:
+        TypeError: if image is not uint8.
+        ValueError: if image is not (B, 4, H, W / 2), or standard is none of these.
+
+    Example:
+        >>> uyvy_to_rgb(torch.full((1, 4, 2, 3), 128, dtype=torch.uint8)).shape
+        torch.Size([1, 3, 2, 6])
+    """
+    _check_part(image, 4, "image")
+    return packed_to_rgb(image, _weights(standard), False)
+
+
+def _check_part(part: Tensor, channels: int, name: str) -> None:
+    if part.dtype != torch.uint8:
+        raise TypeError(f"{name}: expected dtype uint8, got {part.dtype}")
+    if part.dim() != 4:
+        raise ValueError(f"{name}: expected shape (B, {channels}, H, W), got {list(part.shape)}")
+    check_channels(part, channels, name)
+
+
+def _check_batch(part: Tensor, y: Tensor, name: str) -> None:
+    if part.size(0) != y.size(0):
+        raise ValueError(f"{name}: expected the batch size {y.size(0)} of y, got {part.size(0)}")
+
+
+def _weights(standard: str) -> List[int]:
+    """Factors in 1/2^20, as `subsampled_to_rgb` takes them."""
+    check_choice(standard, ["bt601", "bt709", "jpeg"], "standard")
+    if standard == "bt601":
+        # OpenCV's: the standard's, 1.164, 1.596, -0.391, -0.813, 2.018, to three digits
+        return [1220542, 1673527, -409993, -852492, 2116026, 16]
+    if standard == "bt709":
+        # With the luma of red 0.2126 and of blue 0.0722: 255 / 219, and 255 / 224 times 2 (1 - 0.2126) for
+        # red, 2 (1 - 0.0722) for blue, and for green what these leave.
+        return [1220945, 1879825, -223607, -558796, 2215014, 16]
+    # With the luma of red 0.299 and of blue 0.114
+    return [1048576, 1470104, -360853, -748826, 1858077, 0]

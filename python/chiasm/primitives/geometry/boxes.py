@@ -1,0 +1,69 @@
+"""Boxes x1, y1, x2, y2: how much two of them overlap, and which of some are kept."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ..core.loops import until_stable
+from ..core.lowering import primitive
+from ..kernels import operators as kernels
+
+
+def box_areas(boxes: Tensor) -> Tensor:
+    """The areas (...) of boxes (..., 4); negative where just one side is.
+
+    >>> box_areas(torch.tensor([1.0, 1.0, 3.0, 4.0]))
+    tensor(6.)
+    """
+    return (boxes[..., 2] - boxes[..., 0]) * (boxes[..., 3] - boxes[..., 1])
+
+
+def intersections(a: Tensor, b: Tensor) -> Tensor:
+    """The areas (...) that boxes (..., 4) have in common; they broadcast.
+
+    >>> intersections(torch.tensor([0.0, 0.0, 2.0, 2.0]), torch.tensor([1.0, 0.0, 3.0, 2.0]))
+    tensor(2.)
+    """
+    sides = (torch.minimum(a[..., 2:], b[..., 2:]) - torch.maximum(a[..., :2], b[..., :2])).clamp(min=0.0)
+    return sides[..., 0] * sides[..., 1]
+
+
+def intersections_and_unions(a: Tensor, b: Tensor) -> Tuple[Tensor, Tensor]:
+    """The areas (...) that boxes (..., 4) have in common, and those that they cover together."""
+    common = intersections(a, b)
+    return common, box_areas(a) + box_areas(b) - common
+
+
+def boxes_at(boxes: Tensor, index: Tensor) -> Tensor:
+    """Of boxes (B, N, 4) those with the numbers (B, M): (B, M, 4)."""
+    return boxes.gather(1, index[:, :, None].expand(-1, -1, 4))
+
+
+@primitive
+def kept_boxes(boxes: Tensor, groups: Tensor, threshold: float, most: int) -> Tensor:
+    """(B, N), bool: which of the boxes (B, N, 4), x1, y1, x2, y2, are overlapped by none of their group that
+    is kept before them by more than ``threshold`` of the union, and are among the first ``most`` that are
+    kept.
+
+    All pairs are compared at once, and the decisions repeated until none changes.
+
+    >>> boxes = torch.tensor([[[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.9], [5.0, 0.0, 6.0, 1.0]]])
+    >>> kept_boxes(boxes, torch.zeros(1, 3, dtype=torch.int64), 0.5, 3)
+    tensor([[ True, False,  True]])
+    """
+    common, union = intersections_and_unions(boxes[:, :, None], boxes[:, None])
+    overlap = common > threshold * union
+    position = torch.arange(boxes.size(1), device=boxes.device)
+    drops = overlap & (groups[:, :, None] == groups[:, None]) & (position[:, None] < position)
+    kept = _undropped(torch.ones_like(groups, dtype=torch.bool), boxes.size(1), drops)
+    return kept & (kept.to(torch.int64).cumsum(1) <= most)
+
+
+@until_stable
+def _undropped(kept: Tensor, k: Tensor, drops: Tensor) -> Tensor:
+    """Which boxes are dropped by none of those kept; drops[b, i, j] says that i drops j."""
+    return ~(drops & kept[:, :, None]).any(1)
+
+
+kept_boxes.lowering("native", when=kernels.has_kernel)(kernels.kept_boxes)

@@ -1,0 +1,75 @@
+"""Luma and chroma in bytes, the chroma at a part of the resolution, to RGB: the formats of cameras."""
+
+from typing import List
+
+import torch
+from torch import Tensor
+
+from ..core.layout import in_frames, in_planes, interleaved
+from ..core.lowering import primitive
+from ..kernels import operators as kernels
+from ..resampling.taps import nearest_index
+from .color_planes import from_pixels
+
+
+@primitive
+def subsampled_to_rgb(luma: Tensor, chroma: Tensor, weights: List[int], swapped: bool) -> Tensor:
+    """Bytes (B, 3, H, W) of luma (B, 1, H, W) and chroma (B, 2, h, w), of which a pixel has the nearest: U
+    and V, ``swapped`` V and U.
+
+    ``weights``, in 1/2^20: of luma; of V in red; of U and of V in green; of U in blue; and the luma of black.
+    Values are rounded halves up and saturated.
+
+    >>> subsampled_to_rgb(
+    ...     torch.full((1, 1, 2, 2), 90, dtype=torch.uint8),
+    ...     torch.tensor([128, 138], dtype=torch.uint8).reshape(1, 2, 1, 1),
+    ...     [2**20, 2**20, 0, -(2**20), 0, 10],
+    ...     False,
+    ... )[0, :, 1, 1]
+    tensor([90, 70, 80], dtype=torch.uint8)
+    """
+    rows = nearest_index(chroma.size(-2), luma.size(-2), chroma.device)
+    columns = nearest_index(chroma.size(-1), luma.size(-1), chroma.device)
+    # In float64, which holds the sums.
+    around = chroma.index_select(-2, rows).index_select(-1, columns).to(torch.float64) - 128.0
+    bright = (luma[:, 0].to(torch.float64) - float(weights[5])).clamp(min=0.0) * float(weights[0])
+    u, v = around[:, 1 if swapped else 0], around[:, 0 if swapped else 1]
+    parts = [v * float(weights[1]), u * float(weights[2]) + v * float(weights[3]), u * float(weights[4])]
+    sums = torch.stack([bright + part for part in parts], 1)
+    return torch.floor((sums + 524288.0) * (1.0 / 1048576.0)).clamp(0.0, 255.0).to(torch.uint8)
+
+
+@subsampled_to_rgb.lowering("native", when=lambda luma, *_: kernels.available(luma))
+def _subsampled_kernel(luma: Tensor, chroma: Tensor, weights: List[int], swapped: bool) -> Tensor:
+    pairs = chroma.permute(0, 2, 3, 1)
+    if not interleaved(chroma):
+        pairs = kernels.join_pixels(chroma.contiguous().flatten(1), 2).unflatten(1, pairs.shape[1:])
+    numbers = torch.tensor(weights, dtype=torch.int32)
+    made = kernels.subsampled_pixels(luma[:, 0], pairs.flatten(2), numbers, swapped, interleaved(luma))
+    return from_pixels(made, luma, 3)
+
+
+@primitive
+def packed_to_rgb(image: Tensor, weights: List[int], luma_first: bool) -> Tensor:
+    """Bytes (B, 3, H, 2 W) of pairs of pixels (B, 4, H, W): luma, chroma, luma, chroma, or with chroma first;
+    weights as in `subsampled_to_rgb`.
+
+    >>> packed_to_rgb(
+    ...     torch.tensor([90, 128, 91, 138], dtype=torch.uint8).reshape(1, 4, 1, 1),
+    ...     [2**20, 2**20, 0, 0, 0, 10],
+    ...     True,
+    ... )[0, 0]
+    tensor([[90, 91]], dtype=torch.uint8)
+    """
+    first = 0 if luma_first else 1
+    luma = torch.stack([image[:, first], image[:, first + 2]], -1).flatten(2).unsqueeze(1)
+    chroma = torch.stack([image[:, 1 - first], image[:, 3 - first]], 1)
+    return subsampled_to_rgb(luma, chroma, weights, False)
+
+
+@packed_to_rgb.lowering("native", when=lambda image, *_: kernels.available(image))
+def _packed_kernel(image: Tensor, weights: List[int], luma_first: bool) -> Tensor:
+    rows = in_frames(image).flatten(2)
+    made = kernels.packed_pixels(rows, torch.tensor(weights, dtype=torch.int32), luma_first)
+    pixels = made.unflatten(1, [image.size(2), 2 * image.size(3), 3]).permute(0, 3, 1, 2)
+    return pixels if interleaved(image) else in_planes(pixels)

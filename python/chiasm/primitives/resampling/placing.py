@@ -1,0 +1,103 @@
+"""Parts of images of bytes, resized and placed in images of one size: letterboxes and crops."""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..core.layout import as_rows, interleaved
+from ..core.lowering import primitive
+from ..filters.fixed_point import rounded_sums
+from ..images.color_planes import as_pixels
+from ..kernels import operators as kernels
+
+
+@primitive
+def placed_bytes(x: Tensor, images: Tensor, boxes: Tensor, height: int, width: int, pad: int) -> Tensor:
+    """Bytes (M, C, height, width): each a part of the image of bytes (B, C, H, W) with a number of ``images``
+    (M,), int64, resized as `resized_bytes` does, and ``pad`` beside it.
+
+    ``boxes`` (M, 8), int64: left, top, width and height of what is read, and the same of where it comes to.
+    Either may reach beyond an image: read are then the pixels at its edge.
+
+    >>> x = torch.tensor([[1, 2], [3, 4]], dtype=torch.uint8)[None, None]
+    >>> placed_bytes(
+    ...     x, torch.zeros(1, dtype=torch.int64), torch.tensor([[1, 0, 1, 2, 0, 1, 3, 2]]), 3, 4, 9
+    ... )
+    tensor([[[[9, 9, 9, 9],
+              [2, 2, 2, 9],
+              [4, 4, 4, 9]]]], dtype=torch.uint8)
+    """
+    limited = boxes.clamp(-16777216, 16777216)  # so that positions are whole numbers that float64 holds
+    top, bottom, down, rows = _window(x.size(2), height, limited[:, 1::2])
+    left, right, across, columns = _window(x.size(3), width, limited[:, 0::2])
+    image = x.index_select(0, images).to(torch.float32)
+    down, across = down[:, None, :, None], across[:, None, None]
+    tall = [images.size(0), x.size(1), height, x.size(3)]
+    both = _picked(image, top, 2, tall) * (256.0 - down) + _picked(image, bottom, 2, tall) * down
+    whole = [images.size(0), x.size(1), height, width]
+    sums = _picked(both, left, 3, whole) * (256.0 - across) + _picked(both, right, 3, whole) * across
+    inside = rows[:, None, :, None] & columns[:, None, None]
+    return torch.where(inside, rounded_sums(sums), torch.full_like(x[:1, :1, :1, :1], pad))
+
+
+def _picked(x: Tensor, index: Tensor, dim: int, shape: List[int]) -> Tensor:
+    spread = index[:, None, :, None] if dim == 2 else index[:, None, None]
+    return x.gather(dim, spread.expand(shape))
+
+
+def _window(in_size: int, out_size: int, box: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """For each pixel of the outputs (M, out_size): its two neighbours, the second's weight in 1/256, and
+    whether it is in the window (M, 4): begin and size of what is read, and of where it comes to."""
+    begin, count, to, length = [box[:, i : i + 1].to(torch.float64) for i in range(4)]
+    some = (count >= 1.0) & (length >= 1.0)
+    count, length = count.clamp(min=1.0), length.clamp(min=1.0)
+    i = torch.arange(out_size, device=box.device).to(torch.float64) - to
+    numerator = ((2.0 * i + 1.0) * count - length).clamp(min=0.0)
+    denominator = 2.0 * length
+    whole = torch.minimum(torch.floor(numerator / denominator), count - 1.0)
+    rest = numerator - whole * denominator
+    weight = torch.floor((512.0 * rest + denominator) / (2.0 * denominator))
+    weight = torch.where(whole == count - 1.0, torch.zeros_like(weight), weight)
+    first = (begin + whole).clamp(0, in_size - 1).to(torch.int64)
+    second = (begin + whole + 1.0).clamp(0, in_size - 1).to(torch.int64)
+    weight = torch.where(first == second, torch.zeros_like(weight), weight)
+    return first, second, weight.to(torch.float32), some & (i >= 0.0) & (i < length)
+
+
+@placed_bytes.lowering("native", when=kernels.available)
+def _placed_kernel(x: Tensor, images: Tensor, boxes: Tensor, height: int, width: int, pad: int) -> Tensor:
+    if not interleaved(x):
+        # A plane is an image of its own there.
+        planes = torch.arange(x.size(1), device=x.device)
+        numbers = (images[:, None] * x.size(1) + planes).flatten()
+        each = boxes[:, None].expand(-1, x.size(1), -1).flatten(0, 1)
+        made = kernels.placed_bytes(x.flatten(0, 1), numbers, each, height, width, 1, pad)
+        return made.unflatten(0, [images.size(0), x.size(1)])
+    rows, step = as_rows(x)
+    made = kernels.placed_bytes(rows, images, boxes, height, width, step, pad)
+    return made.unflatten(2, [width, step]).permute(0, 3, 1, 2)
+
+
+@primitive
+def scaled_bytes(x: Tensor, order: List[int], scale: List[float], offset: List[float]) -> Tensor:
+    """(B, n, H, W), float32: of bytes (B, C, H, W) the channels by their numbers, times a number each, plus
+    another.
+
+    >>> x = torch.tensor([10, 20, 30], dtype=torch.uint8).reshape(1, 3, 1, 1)
+    >>> scaled_bytes(x, [2, 0], [0.5, 2.0], [0.0, 1.0]).flatten()
+    tensor([15., 21.])
+    """
+    planes: List[Tensor] = []
+    for i, channel in enumerate(order):
+        planes.append(x.select(-3, channel).to(torch.float32) * scale[i] + offset[i])
+    return torch.stack(planes, -3)
+
+
+@scaled_bytes.lowering("native", when=kernels.available)
+def _scaled_kernel(x: Tensor, order: List[int], scale: List[float], offset: List[float]) -> Tensor:
+    pixels, is_frame = as_pixels(x)
+    numbers = torch.tensor(order, dtype=torch.int32)
+    by = torch.tensor([scale, offset], dtype=torch.float32).t().contiguous()
+    made = kernels.scaled_bytes(pixels, numbers, by, x.size(1), is_frame)
+    return made.unflatten(2, [x.size(2), x.size(3)])
