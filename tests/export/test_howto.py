@@ -143,3 +143,49 @@ for target, operator in (("native", "chiasm.invert.default"), ("onnx", "aten.rsu
         graph = torch.export.export(Inverted(), (x,)).graph
     assert [str(node.target) for node in graph.nodes if node.op == "call_function"] == [operator], graph
 """
+
+
+#: A network that finds red squares of 32 x 32: of each cell how red it is, and as its box the cell.
+RED_SQUARES = """
+class RedSquares(nn.Module):
+    def __init__(self) -> None:
+        super().__init__()
+        self.redness = nn.Conv2d(3, 1, 32, stride=32)
+        with torch.no_grad():
+            self.redness.weight.copy_(torch.tensor([1.0, -1.0, -1.0])[None, :, None, None] / 1024)
+            self.redness.bias.zero_()
+
+    def forward(self, image: Tensor) -> Tensor:
+        red = self.redness(image)
+        centre = torch.arange(10, device=image.device) * 32.0 + 16
+        across = centre.expand_as(red)
+        down = centre[:, None].expand_as(red)
+        side = torch.full_like(red, 32.0)
+        output = torch.cat([across, down, side, side, red.clamp(0.0, 1.0)], 1).flatten(2)
+        return output.repeat(1, 1, 10)  # a thousand places
+
+
+frame = np.zeros((384, 480, 3), np.uint8)  # two thirds of it are the network's input
+squares = [(48, 96, 224), (240, 192, 255)]
+for left, top, red in squares:
+    frame[top : top + 48, left : left + 48, 2] = red
+bundle = export_detector(RedSquares(), {folder!r})
+found = detect(bundle, frame)
+with torch.no_grad():
+    expected = Detector(RedSquares())(torch.from_numpy(frame)[None])
+assert [round(score * 255) for _, score, _ in found] == [255, 224], found
+for (box, score, label), (left, top, red) in zip(found, squares[::-1]):
+    np.testing.assert_allclose(box, [left, top, left + 48, top + 48], atol=1e-3)
+np.testing.assert_allclose([b for b, _, _ in found], expected[0][0, :2].numpy(), atol=1e-3)
+for opened in ("torch", "onnx"):
+    results = runtime.open(bundle).method("forward", backend=opened)(frame[None])
+    for actual, wanted in zip(results, expected):
+        np.testing.assert_allclose(actual, wanted.numpy(), atol=1e-3)
+"""
+
+
+def test_a_detector_is_deployed(tmp_path: Path) -> None:
+    source = "\n".join(blocks("detector.md")) + RED_SQUARES.replace("{folder!r}", repr(str(tmp_path)))
+    (tmp_path / "detector.py").write_text(source)
+    run(sys.executable, tmp_path / "detector.py", cwd=ROOT)
+    run(sys.executable, "-m", "chiasm.export", "verify", tmp_path / "my.detector.chiasm", cwd=ROOT)

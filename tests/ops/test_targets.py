@@ -29,7 +29,7 @@ from chiasm.primitives.filters.stencil import join_channels
 from chiasm.primitives.linalg.qr import frobenius_norm, qr
 
 #: What is no op: it reads bundles, runs them or makes them.
-NO_OPS = ("export", "onnx", "runtime")
+NO_OPS = ("data", "export", "onnx", "runtime", "triton")
 for module in pkgutil.walk_packages(chiasm.__path__, "chiasm."):
     if module.name.split(".")[1] not in NO_OPS:
         importlib.import_module(module.name)
@@ -72,6 +72,8 @@ def images(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
 
 
 #: Rows of weights of three channels, and of what is added.
+#: As of luma and chroma in 1/2^20.
+WEIGHTS = [1220542, 1673527, -409993, -852492, 2116026, 16]
 MATRIX = [5, 3, -2, 7, -4, 9, 1, 100, 1, 1, 1, -300]
 
 
@@ -351,12 +353,42 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     ],
     "reshaping.reshaped": lambda t: [(numbers(t, 4, 6).t(), [3, 8])],
     "resizing.blurred_and_resized": lambda t: in_borders(t, 6, 7, False, FIVE, border),
-    "resizing.resized": lambda t: [
-        (x, 7, 20, mode, corners, antialias)
-        for x in images(t)
-        for mode in ("nearest", "bilinear", "bicubic")
-        for corners in (True, False)
-        for antialias in (True, False)
+    "resizing.resized": lambda t: (
+        [
+            (x, 7, 20, mode, corners, antialias)
+            for x in images(t)
+            for mode in ("nearest", "bilinear", "bicubic")
+            for corners in (True, False)
+            for antialias in (True, False)
+        ]
+        + [
+            (x, *size, mode, False, True)
+            for x in images(t)
+            for size in ((7, 20), (4, 3))
+            for mode in ("area", "lanczos")
+        ]
+    ),
+    "subsampled.subsampled_to_rgb": lambda t: [
+        (luma[:, :1], chroma[:, :2, :5, :4].contiguous(memory_format=layout), WEIGHTS, swapped)
+        for luma, chroma, layout in zip(
+            bytes_and_words()[:2],
+            bytes_and_words()[:2],
+            (torch.channels_last, torch.contiguous_format),
+        )
+        for swapped in (False, True)
+    ],
+    "subsampled.packed_to_rgb": lambda t: [
+        (torch.cat([x, x[:, :1]], 1).contiguous(memory_format=layout), WEIGHTS, first)
+        for x in bytes_and_words()[:1]
+        for layout in (torch.channels_last, torch.contiguous_format)
+        for first in (False, True)
+    ],
+    "placing.placed_bytes": lambda t: [
+        (x, torch.tensor([1, 0, 1]), integers(20, 3, 8), 9, 20, 7) for x in bytes_and_words()[:2]
+    ],
+    "placing.scaled_bytes": lambda t: [(x, [2, 0], [0.5, 2.0], [-1.0, 3.0]) for x in bytes_and_words()[:2]],
+    "boxes.kept_boxes": lambda t: [
+        (torch.cat([numbers(t, 2, 9, 2), 1 + numbers(t, 2, 9, 3)[..., :2]], -1), integers(2, 2, 9), 0.4, 5)
     ],
     "resizing.resized_and_blurred": lambda t: in_borders(t, 24, 30, False, FIVE, border),
     "canny.canny_hysteresis": lambda t: [(numbers(t, 2, 1, 12, 17), 0.4, 0.8, 100)],
@@ -481,6 +513,12 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "resizing.resampled_bytes": lambda t: [
         (x, integers(9, 7, 3), signed_taps(7), integers(13, 30, 3), signed_taps(30))
         for x in bytes_and_words()[:2]
+    ],
+    "resizing.resampled": lambda t: [
+        (x, integers(9, 7, 3), numbers(t, 7, 3), integers(8, 30, 3), numbers(t, 30, 3)) for x in images(t)
+    ],
+    "resizing.area_bytes": lambda t: [
+        (x, *size) for x in bytes_and_words()[:2] for size in ((4, 17), (5, 6), (30, 40))
     ],
     "resizing.resized_nearest": lambda t: [(x, 5, 30) for x in (*bytes_and_words(), *images(t))],
     "tables.table_entries": lambda t: [

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_image, check_same_shape
-from .reduction import reduced
+from ..primitives.numbers.loss_reduction import reduced
 
 
 def kl_div_loss_2d(pred: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:

@@ -6,8 +6,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_same_shape
+from ..primitives.numbers.loss_reduction import considered, reduced_where, where_considered
 from .labels import check_prediction, class_planes, class_weights
-from .reduction import considered, reduced_where, where_considered
 
 
 def focal_loss(

@@ -7,10 +7,10 @@ from torch import Tensor
 
 from ..primitives.core.checks import check_image, check_reduction
 from ..primitives.filters.padding import stencil, stencil3d
+from ..primitives.numbers.loss_reduction import reduced
 from ..primitives.numbers.reductions import greatest, least
 from ..primitives.resampling.volumes import check_volume
 from .labels import check_labels, class_planes
-from .reduction import reduced
 
 
 def hausdorff_er_loss(

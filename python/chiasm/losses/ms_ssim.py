@@ -8,7 +8,7 @@ from torch import Tensor
 from ..filters.gaussian import gaussian_taps
 from ..primitives.core.checks import check_image, check_reduction, check_same_shape
 from ..primitives.filters.stencil import separable_scales, separable_shared
-from .reduction import reduced
+from ..primitives.numbers.loss_reduction import reduced
 
 
 def ms_ssim_loss(

@@ -6,8 +6,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice
+from ..primitives.numbers.loss_reduction import considered, where_considered
 from .labels import check_prediction, class_planes, class_weights
-from .reduction import considered, where_considered
 
 
 def dice_loss(

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_same_shape
-from .reduction import reduced
+from ..primitives.numbers.loss_reduction import reduced
 
 
 def charbonnier_loss(img1: Tensor, img2: Tensor, reduction: str = "none") -> Tensor:

@@ -4,7 +4,7 @@ from torch import Tensor
 
 from ..metrics.ssim import ssim, ssim3d
 from ..primitives.core.checks import check_reduction
-from .reduction import reduced
+from ..primitives.numbers.loss_reduction import reduced
 
 
 def ssim_loss(

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank
+from ..primitives.geometry.boxes import intersections
 from ..primitives.numbers.ranking import stable_topk
 from .classification import check_integer
 
@@ -158,10 +159,7 @@ def _average_precision(detected: Tensor, hit: Tensor, total: Tensor) -> Tensor:
 
 def _pairwise_iou(a: Tensor, b: Tensor) -> Tensor:
     """(*, N, M) of corners (*, N, 4) and (*, M, 4)."""
-    low = torch.maximum(a[..., :, None, :2], b[..., None, :, :2])
-    high = torch.minimum(a[..., :, None, 2:], b[..., None, :, 2:])
-    common = (high - low).clamp(min=0.0)
-    intersection = common[..., 0] * common[..., 1]
+    intersection = intersections(a[..., :, None, :], b[..., None, :, :])
     union = _area(a)[..., :, None] + _area(b)[..., None, :] - intersection
     empty = union <= 0
     return torch.where(

@@ -77,6 +77,12 @@ NOT_DEPLOYED = {
         "how many boxes are left depends on the data (it scripts): `geometry.bbox.nms_fixed`, which returns"
         " all and a mask, is deployed for it"
     ),
+    "ops.batched_nms": (
+        "how many boxes are left depends on the data (it scripts): `ops.batched_nms_fixed`, with a fixed"
+        " number of slots, is deployed for it"
+    ),
+    "ops.nms": "it is `geometry.bbox.nms`",
+    "ops.remove_small_boxes": "how many boxes are left depends on the data (it scripts)",
 }
 
 
@@ -98,6 +104,13 @@ NO_GRADIENT = {
             "minutes to compile: the same detector is deployed with its gradient for hessian and dog"
         )
         for name in ("harris", "gftt")
+    },
+    **{
+        f"ops.{name}": (
+            "its weight of the aspect ratio is a constant to the gradient, as its authors have it, so that it"
+            " is no gradient of the value"
+        )
+        for name in ("complete_box_iou", "complete_box_iou_loss")
     },
     "filters.non_local_means": "the graph would be 121 copies of the loop's body",
     "geometry.epipolar.find_essential": "the graph would be a copy of each of the loops' steps",

@@ -1,7 +1,9 @@
 """Pipelines: several ops in one bundle, from camera frame to result."""
 
+import numpy as np
 import torch
 
+from ..peer import opencv
 from ..spec import Spec, TensorSpec, Tolerance, frame
 from . import STENCIL, add
 from .feature_detection import blobs
@@ -41,6 +43,60 @@ add(
             "uint8": Tolerance(1, 0)
         },  # a float result on the border between two integers may round either way
         reference="OpenCV cvtColor, GaussianBlur, Sobel, magnitude",
+    )
+)
+
+
+_FRAMES = TensorSpec("frame", ("B", "H", "W", 3), "uint8", "NHWC", "BGR", (0, 255), "frames")
+_INPUT = TensorSpec("output", layout="NCHW", color="RGB", description="input of a network")
+_TO_FRAME = TensorSpec("to_frame", description="from coordinates in the output to those in the frame")
+
+
+def _opencv_letterbox(cv2, frame):
+    """As the authors of YOLO do it; `chiasm` may be a level away, by INTER_LINEAR_EXACT."""
+    height, width = frame.shape[:2]
+    ratio = min(640 / height, 640 / width)
+    new_width, new_height = max(round(width * ratio), 1), max(round(height * ratio), 1)
+    left, top = (640 - new_width) // 2, (640 - new_height) // 2
+    inner = cv2.resize(frame, (new_width, new_height), interpolation=cv2.INTER_LINEAR)
+    below, beside = 640 - new_height - top, 640 - new_width - left
+    whole = cv2.copyMakeBorder(inner, top, below, left, beside, cv2.BORDER_CONSTANT, value=(114, 114, 114))
+    across, down = width / new_width, height / new_height
+    to_frame = np.array([[across, 0, -left * across], [0, down, -top * down], [0, 0, 1]], np.float32)
+    return cv2.dnn.blobFromImage(whole, 1 / 255, swapRB=True)[0], to_frame
+
+
+add(
+    Spec(
+        "pipelines.letterbox",
+        [_FRAMES],
+        [_INPUT, _TO_FRAME],
+        peer=opencv(_opencv_letterbox, "samples", atol=1.001 / 255),
+        reference="OpenCV resize, copyMakeBorder, blobFromImage",
+    )
+)
+add(Spec("pipelines.center_crop", [_FRAMES], [_INPUT, _TO_FRAME], reference="OpenCV resize and slices"))
+
+
+def _sample_boxes(generator, sizes, dtype):
+    """Some reach beyond the frame."""
+    height, width = sizes["H"], sizes["W"]
+    corners = torch.rand((sizes["N"], 2, 2), generator=generator) * 1.2 - 0.1
+    boxes = torch.cat([corners.amin(1), corners.amax(1)], 1) * torch.tensor([width, height, width, height])
+    frame = torch.randint(0, 256, (height, width, 3), generator=generator)
+    return {"frame": frame.to(torch.uint8), "boxes": boxes.to(torch.float32)}
+
+
+add(
+    Spec(
+        "pipelines.crop_boxes",
+        [frame(), TensorSpec("boxes", ("N", 4), "float32", description="x1, y1, x2, y2 in pixels")],
+        [_INPUT],
+        config={"size": (64, 48)},
+        symbols={"N": (1, 1 << 16)},
+        gradients=(),
+        sample=_sample_boxes,
+        reference="OpenCV resize of slices",
     )
 )
 

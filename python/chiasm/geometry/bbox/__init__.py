@@ -1,5 +1,6 @@
 """Boxes in images and volumes."""
 
+from ...ops.suppression import nms
 from .boxes import (
     bbox_generator,
     bbox_generator3d,
@@ -13,7 +14,7 @@ from .boxes import (
     validate_bbox,
     validate_bbox3d,
 )
-from .suppression import nms, nms_fixed
+from .suppression import nms_fixed
 
 __all__ = [
     "bbox_generator",

@@ -1,0 +1,172 @@
+"""Boxes of detectors."""
+
+import torch
+
+from ..peer import Peer
+from ..spec import Spec, TensorSpec
+from . import NO_GRADIENT, add
+
+
+def _torchvision(name: str, *settings) -> Peer:
+    return Peer("torchvision.ops", lambda ops, *inputs: getattr(ops, name)(*inputs, *settings), "tensors")
+
+
+def _boxes(*names: str):
+    """Makes boxes of positive size for each input."""
+
+    def sample(generator, sizes, dtype):
+        def some(count):
+            corner = torch.rand((count, 2), generator=generator, dtype=torch.float64) * 30
+            size = 2 + 10 * torch.rand((count, 2), generator=generator, dtype=torch.float64)
+            return torch.cat([corner, corner + size], 1).to(dtype)
+
+        counts = [sizes["N"], sizes.get("M", sizes["N"])]
+        return {name: some(count) for name, count in zip(names, counts)}
+
+    return sample
+
+
+_BOXES = TensorSpec("boxes", ("N", 4), description="x1, y1, x2, y2")
+_MANY = {"N": (1, 1 << 20)}
+
+for _name, _config, _settings in (
+    ("box_area", {}, ()),
+    ("box_convert", {"in_fmt": "cxcywh", "out_fmt": "xyxy"}, ("cxcywh", "xyxy")),
+    ("clip_boxes_to_image", {"size": (20, 30)}, ((20, 30),)),
+):
+    add(
+        Spec(
+            f"ops.{_name}",
+            [_BOXES],
+            config=_config,
+            symbols=_MANY,
+            sample=_boxes("boxes"),
+            peer=_torchvision(_name, *_settings),
+            reference=f"torchvision.ops.{_name}",
+            picture="tensors",
+        )
+    )
+for _name in ("box_iou", "generalized_box_iou", "distance_box_iou", "complete_box_iou"):
+    add(
+        Spec(
+            f"ops.{_name}",
+            [
+                TensorSpec("boxes1", ("N", 4), description="x1, y1, x2, y2"),
+                TensorSpec("boxes2", ("M", 4), description="x1, y1, x2, y2"),
+            ],
+            symbols={"N": (1, 1 << 16), "M": (1, 1 << 16)},
+            gradients=() if f"ops.{_name}" in NO_GRADIENT else None,
+            sample=_boxes("boxes1", "boxes2"),
+            peer=_torchvision(_name),
+            reference=f"torchvision.ops.{_name}",
+            picture="tensors",
+        )
+    )
+for _name in ("generalized_box_iou_loss", "distance_box_iou_loss", "complete_box_iou_loss"):
+    add(
+        Spec(
+            f"ops.{_name}",
+            [
+                TensorSpec("boxes1", ("N", 4), description="x1, y1, x2, y2"),
+                TensorSpec("boxes2", ("N", 4), description="the targets"),
+            ],
+            config={"reduction": "none"},
+            gradients=() if f"ops.{_name}" in NO_GRADIENT else None,
+            symbols=_MANY,
+            sample=_boxes("boxes1", "boxes2"),
+            peer=_torchvision(_name, "none"),
+            reference=f"torchvision.ops.{_name}",
+            picture="tensors",
+        )
+    )
+
+
+def _clusters(generator, sizes):
+    """Boxes around a third as many places, as centre, width and height."""
+    batch, count = sizes["B"], sizes["N"]
+    places = 100 * torch.rand((batch, count // 3 + 1, 2), generator=generator, dtype=torch.float64)
+    centres = places.repeat_interleave(3, 1)[:, :count]
+    return torch.cat([centres, 8 + 16 * torch.rand((batch, count, 2), generator=generator)], 2)
+
+
+def _scored(generator, sizes, dtype):
+    centred = _clusters(generator, sizes)
+    corners = torch.cat([centred[..., :2] - centred[..., 2:] / 2, centred[..., :2] + centred[..., 2:] / 2], 2)
+    shape = (sizes["B"], sizes["N"])
+    return {
+        "boxes": corners.to(dtype),
+        "scores": torch.rand(shape, generator=generator).to(dtype),
+        "idxs": torch.randint(0, 3, shape, generator=generator),
+    }
+
+
+add(
+    Spec(
+        "ops.batched_nms_fixed",
+        [
+            TensorSpec("boxes", ("B", "N", 4), description="x1, y1, x2, y2"),
+            TensorSpec("scores", ("B", "N"), range=(0.0, 1.0), description="scores"),
+            TensorSpec("idxs", ("B", "N"), "int64", description="classes"),
+        ],
+        [
+            TensorSpec("indices", description="of the boxes kept, by falling score"),
+            TensorSpec("kept", description="which slots hold a box"),
+        ],
+        config={"iou_threshold": 0.45, "max_output": 300, "score_threshold": 0.25},
+        symbols={"B": (1, 64), "N": (1, 1 << 14)},  # elsewhere than in native code all pairs are compared
+        gradients=(),
+        sample=_scored,
+        reference="torchvision.ops.batched_nms",
+        picture="tensors",
+    )
+)
+
+_DETECTIONS = [
+    TensorSpec("boxes", description="x1, y1, x2, y2 in pixels of the input"),
+    TensorSpec("scores", description="by falling score"),
+    TensorSpec("labels", description="classes"),
+    TensorSpec("found", description="which slots hold an object"),
+]
+
+
+def _yolo(places_last: bool):
+    def sample(generator, sizes, dtype):
+        boxes = _clusters(generator, sizes)
+        scores = torch.rand((sizes["B"], sizes["N"], sizes["C"] - 4), generator=generator) ** 2
+        output = torch.cat([boxes, scores], 2).to(dtype)
+        return {"output": output.transpose(1, 2).contiguous() if places_last else output}
+
+    return sample
+
+
+# Two classes at least: of one, which size it is decides how a graph is traced.
+for _name, _shape, _least in (("yolov8", ("B", "C", "N"), 6), ("yolov5", ("B", "N", "C"), 7)):
+    add(
+        Spec(
+            f"ops.decode_{_name}",
+            [TensorSpec("output", _shape, description="of the network")],
+            _DETECTIONS,
+            symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (_least, 1024)},
+            gradients=(),
+            sample=_yolo(places_last=_name == "yolov8"),
+            reference="torchvision.ops.batched_nms of NumPy's scores",
+            picture="tensors",
+        )
+    )
+add(
+    Spec(
+        "ops.decode_detr",
+        [
+            TensorSpec("logits", ("B", "N", "C"), range=(-3.0, 3.0), description="of classes for each query"),
+            TensorSpec(
+                "pred_boxes", ("B", "N", 4), range=(0.1, 0.9), description="centre and size, in [0, 1]"
+            ),
+        ],
+        _DETECTIONS,
+        config={"size": (640, 640)},
+        symbols={"B": (1, 256), "N": (300, 1 << 16), "C": (1, 1024)},
+        gradients=(),
+        reference="NumPy argsort",
+        picture="tensors",
+    )
+)

@@ -1,0 +1,38 @@
+"""Boxes of detectors: torchvision.ops' functions of boxes, suppression in fixed slots, decoders."""
+
+from ..primitives.core.modules import lazy_modules
+from .boxes import (
+    box_area,
+    box_convert,
+    box_iou,
+    clip_boxes_to_image,
+    complete_box_iou,
+    distance_box_iou,
+    generalized_box_iou,
+    remove_small_boxes,
+)
+from .decoding import decode_detr, decode_yolov5, decode_yolov8
+from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
+from .suppression import batched_nms, batched_nms_fixed, nms
+
+__all__ = [
+    "batched_nms",
+    "batched_nms_fixed",
+    "box_area",
+    "box_convert",
+    "box_iou",
+    "clip_boxes_to_image",
+    "complete_box_iou",
+    "complete_box_iou_loss",
+    "decode_detr",
+    "decode_yolov5",
+    "decode_yolov8",
+    "distance_box_iou",
+    "distance_box_iou_loss",
+    "generalized_box_iou",
+    "generalized_box_iou_loss",
+    "nms",
+    "remove_small_boxes",
+]
+
+__getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -1,0 +1,230 @@
+# Written by `make stubs` from the signatures of the functions; do not edit.
+
+from typing import Tuple
+
+from torch import Tensor, nn
+
+from .boxes import box_area as box_area
+from .boxes import box_convert as box_convert
+from .boxes import box_iou as box_iou
+from .boxes import clip_boxes_to_image as clip_boxes_to_image
+from .boxes import complete_box_iou as complete_box_iou
+from .boxes import distance_box_iou as distance_box_iou
+from .boxes import generalized_box_iou as generalized_box_iou
+from .boxes import remove_small_boxes as remove_small_boxes
+from .decoding import decode_detr as decode_detr
+from .decoding import decode_yolov5 as decode_yolov5
+from .decoding import decode_yolov8 as decode_yolov8
+from .losses import complete_box_iou_loss as complete_box_iou_loss
+from .losses import distance_box_iou_loss as distance_box_iou_loss
+from .losses import generalized_box_iou_loss as generalized_box_iou_loss
+from .suppression import batched_nms as batched_nms
+from .suppression import batched_nms_fixed as batched_nms_fixed
+from .suppression import nms as nms
+
+class BatchedNms(nn.Module):
+    """`batched_nms` as a module: Non-maximum suppression, each class for itself."""
+
+    iou_threshold: float
+    def __init__(self, iou_threshold: float) -> None: ...
+    def forward(self, boxes: Tensor, scores: Tensor, idxs: Tensor) -> Tensor: ...
+    def __call__(self, boxes: Tensor, scores: Tensor, idxs: Tensor) -> Tensor: ...
+
+class BatchedNmsFixed(nn.Module):
+    """`batched_nms_fixed` as a module: `batched_nms` of a batch of images, with a fixed number of slots
+    for what is kept."""
+
+    iou_threshold: float
+    max_output: int
+    score_threshold: float
+    def __init__(self, iou_threshold: float, max_output: int, score_threshold: float = 0.0) -> None: ...
+    def forward(self, boxes: Tensor, scores: Tensor, idxs: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, boxes: Tensor, scores: Tensor, idxs: Tensor) -> Tuple[Tensor, Tensor]: ...
+
+class BoxArea(nn.Module):
+    """`box_area` as a module: The areas of boxes."""
+    def __init__(self) -> None: ...
+    def forward(self, boxes: Tensor) -> Tensor: ...
+    def __call__(self, boxes: Tensor) -> Tensor: ...
+
+class BoxConvert(nn.Module):
+    """`box_convert` as a module: Boxes in another format."""
+
+    in_fmt: str
+    out_fmt: str
+    def __init__(self, in_fmt: str, out_fmt: str) -> None: ...
+    def forward(self, boxes: Tensor) -> Tensor: ...
+    def __call__(self, boxes: Tensor) -> Tensor: ...
+
+class BoxIou(nn.Module):
+    """`box_iou` as a module: Intersection over union of each box of one set with each of another."""
+    def __init__(self) -> None: ...
+    def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+    def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class ClipBoxesToImage(nn.Module):
+    """`clip_boxes_to_image` as a module: Boxes with their corners moved into an image."""
+
+    size: Tuple[int, int]
+    def __init__(self, size: Tuple[int, int]) -> None: ...
+    def forward(self, boxes: Tensor) -> Tensor: ...
+    def __call__(self, boxes: Tensor) -> Tensor: ...
+
+class CompleteBoxIou(nn.Module):
+    """`complete_box_iou` as a module: ``distance_box_iou`` less a penalty for another aspect ratio,
+    whose weight has no gradient."""
+
+    eps: float
+    def __init__(self, eps: float = 1e-07) -> None: ...
+    def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+    def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class CompleteBoxIouLoss(nn.Module):
+    """`complete_box_iou_loss` as a module: ``distance_box_iou_loss`` plus a penalty for another aspect
+    ratio, whose weight has no gradient."""
+
+    reduction: str
+    eps: float
+    def __init__(self, reduction: str = "none", eps: float = 1e-07) -> None: ...
+    def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+    def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class DecodeDetr(nn.Module):
+    """`decode_detr` as a module: The objects that RT-DETR or Deformable DETR has found: the highest of
+    all scores of classes."""
+
+    size: Tuple[int, int]
+    score_threshold: float
+    max_output: int
+    def __init__(
+        self, size: Tuple[int, int], score_threshold: float = 0.5, max_output: int = 300
+    ) -> None: ...
+    def forward(self, logits: Tensor, pred_boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(self, logits: Tensor, pred_boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
+class DecodeYolov5(nn.Module):
+    """`decode_yolov5` as a module: The objects that YOLO v5, v6 or v7 has found. Otherwise as
+    ``decode_yolov8``."""
+
+    score_threshold: float
+    iou_threshold: float
+    max_output: int
+    candidates: int
+    def __init__(
+        self,
+        score_threshold: float = 0.25,
+        iou_threshold: float = 0.45,
+        max_output: int = 300,
+        candidates: int = 1000,
+    ) -> None: ...
+    def forward(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
+class DecodeYolov8(nn.Module):
+    """`decode_yolov8` as a module: The objects that YOLO v8, v9 or v11 has found: the best class of each
+    place, thresholds, suppression."""
+
+    score_threshold: float
+    iou_threshold: float
+    max_output: int
+    candidates: int
+    def __init__(
+        self,
+        score_threshold: float = 0.25,
+        iou_threshold: float = 0.45,
+        max_output: int = 300,
+        candidates: int = 1000,
+    ) -> None: ...
+    def forward(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
+class DistanceBoxIou(nn.Module):
+    """`distance_box_iou` as a module: ``box_iou`` less the squared distance of the centres over that of
+    the corners around both."""
+
+    eps: float
+    def __init__(self, eps: float = 1e-07) -> None: ...
+    def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+    def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class DistanceBoxIouLoss(nn.Module):
+    """`distance_box_iou_loss` as a module: 1 less the intersection over union of each box with its
+    target, plus the squared distance of their centres over that of the corners around both."""
+
+    reduction: str
+    eps: float
+    def __init__(self, reduction: str = "none", eps: float = 1e-07) -> None: ...
+    def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+    def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class GeneralizedBoxIou(nn.Module):
+    """`generalized_box_iou` as a module: ``box_iou`` less the part of the smallest box around both that
+    neither covers."""
+    def __init__(self) -> None: ...
+    def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+    def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class GeneralizedBoxIouLoss(nn.Module):
+    """`generalized_box_iou_loss` as a module: 1 less the generalised intersection over union of each box
+    with its target."""
+
+    reduction: str
+    eps: float
+    def __init__(self, reduction: str = "none", eps: float = 1e-07) -> None: ...
+    def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+    def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class Nms(nn.Module):
+    """`nms` as a module: Non-maximum suppression: from the highest score on, drop every box that
+    overlaps one that was kept."""
+
+    iou_threshold: float
+    def __init__(self, iou_threshold: float) -> None: ...
+    def forward(self, boxes: Tensor, scores: Tensor) -> Tensor: ...
+    def __call__(self, boxes: Tensor, scores: Tensor) -> Tensor: ...
+
+class RemoveSmallBoxes(nn.Module):
+    """`remove_small_boxes` as a module: The numbers of the boxes of which both sides are at least
+    ``min_size``."""
+
+    min_size: float
+    def __init__(self, min_size: float) -> None: ...
+    def forward(self, boxes: Tensor) -> Tensor: ...
+    def __call__(self, boxes: Tensor) -> Tensor: ...
+
+__all__ = [
+    "BatchedNms",
+    "BatchedNmsFixed",
+    "BoxArea",
+    "BoxConvert",
+    "BoxIou",
+    "ClipBoxesToImage",
+    "CompleteBoxIou",
+    "CompleteBoxIouLoss",
+    "DecodeDetr",
+    "DecodeYolov5",
+    "DecodeYolov8",
+    "DistanceBoxIou",
+    "DistanceBoxIouLoss",
+    "GeneralizedBoxIou",
+    "GeneralizedBoxIouLoss",
+    "Nms",
+    "RemoveSmallBoxes",
+    "batched_nms",
+    "batched_nms_fixed",
+    "box_area",
+    "box_convert",
+    "box_iou",
+    "clip_boxes_to_image",
+    "complete_box_iou",
+    "complete_box_iou_loss",
+    "decode_detr",
+    "decode_yolov5",
+    "decode_yolov8",
+    "distance_box_iou",
+    "distance_box_iou_loss",
+    "generalized_box_iou",
+    "generalized_box_iou_loss",
+    "nms",
+    "remove_small_boxes",
+]

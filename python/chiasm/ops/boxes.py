@@ -1,0 +1,261 @@
+"""Boxes x1, y1, x2, y2: areas, formats, and how much two of them overlap."""
+
+import math
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank
+from ..primitives.geometry.boxes import box_areas, intersections_and_unions
+
+
+def box_area(boxes: Tensor) -> Tensor:
+    """The areas of boxes.
+
+    Args:
+        boxes: (N, 4) as x1, y1, x2, y2, floating point.
+
+    Returns:
+        (N,); negative where just one side is.
+
+    Raises:
+        TypeError: if boxes is not floating point.
+        ValueError: if boxes is not (N, 4).
+
+    Example:
+        >>> box_area(torch.tensor([[1.0, 1.0, 3.0, 4.0]]))
+        tensor([6.])
+    """
+    _check_boxes(boxes, "boxes")
+    return box_areas(boxes)
+
+
+def box_convert(boxes: Tensor, in_fmt: str, out_fmt: str) -> Tensor:
+    """Boxes in another format.
+
+    Args:
+        boxes: (..., 4), floating point.
+        in_fmt: "xyxy", two corners; "xywh", the top left corner, width and height; or "cxcywh", the centre,
+            width and height.
+        out_fmt: likewise.
+
+    Returns:
+        (..., 4).
+
+    Raises:
+        TypeError: if boxes is not floating point.
+        ValueError: if the last dimension is not 4, or a format is none of these.
+
+    Example:
+        >>> box_convert(torch.tensor([[1.0, 1.0, 3.0, 4.0]]), "xyxy", "cxcywh")
+        tensor([[2.0000, 2.5000, 2.0000, 3.0000]])
+    """
+    check_last(boxes, 4, "boxes")
+    check_floating(boxes, "boxes")
+    for name, form in [("in_fmt", in_fmt), ("out_fmt", out_fmt)]:
+        check_choice(form, ["xyxy", "xywh", "cxcywh"], name)
+    if in_fmt == out_fmt:
+        return boxes.clone()
+    first, second = boxes[..., :2], boxes[..., 2:]
+    if in_fmt == "xywh":
+        second = first + second
+    elif in_fmt == "cxcywh":
+        half = second * 0.5
+        first, second = first - half, first + half
+    if out_fmt == "xywh":
+        second = second - first
+    elif out_fmt == "cxcywh":
+        first, second = (first + second) * 0.5, second - first
+    return torch.cat([first, second], -1)
+
+
+def clip_boxes_to_image(boxes: Tensor, size: Tuple[int, int]) -> Tensor:
+    """Boxes with their corners moved into an image.
+
+    Args:
+        boxes: (..., 4) as x1, y1, x2, y2, floating point.
+        size: height and width of the image.
+
+    Returns:
+        (..., 4).
+
+    Raises:
+        TypeError: if boxes is not floating point.
+        ValueError: if the last dimension is not 4.
+
+    Example:
+        >>> clip_boxes_to_image(torch.tensor([[-1.0, 2.0, 9.0, 3.0]]), (4, 6))
+        tensor([[0., 2., 6., 3.]])
+    """
+    check_last(boxes, 4, "boxes")
+    check_floating(boxes, "boxes")
+    height, width = size
+    across, down = boxes[..., 0::2].clamp(0, width), boxes[..., 1::2].clamp(0, height)
+    return torch.stack([across, down], -1).flatten(-2)
+
+
+def remove_small_boxes(boxes: Tensor, min_size: float) -> Tensor:
+    """The numbers of the boxes of which both sides are at least ``min_size``.
+
+    How many they are depends on the data, so it cannot be exported.
+
+    Args:
+        boxes: (N, 4) as x1, y1, x2, y2, floating point.
+        min_size: the least side.
+
+    Returns:
+        (K,), int64.
+
+    Raises:
+        TypeError: if boxes is not floating point.
+        ValueError: if boxes is not (N, 4).
+
+    Example:
+        >>> remove_small_boxes(torch.tensor([[0.0, 0.0, 1.0, 5.0], [0.0, 0.0, 2.0, 5.0]]), 2.0)
+        tensor([1])
+    """
+    _check_boxes(boxes, "boxes")
+    sides = boxes[:, 2:] - boxes[:, :2]
+    return torch.where((sides >= min_size).all(1))[0]
+
+
+def box_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
+    """Intersection over union of each box of one set with each of another.
+
+    Args:
+        boxes1: (N, 4) as x1, y1, x2, y2, floating point.
+        boxes2: (M, 4).
+
+    Returns:
+        (N, M), in [0, 1]; NaN where both boxes are empty.
+
+    Raises:
+        TypeError: if boxes1 or boxes2 is not floating point.
+        ValueError: if boxes1 is not (N, 4) or boxes2 not (M, 4).
+
+    Example:
+        >>> box_iou(torch.tensor([[0.0, 0.0, 2.0, 2.0]]), torch.tensor([[1.0, 0.0, 3.0, 2.0]]))
+        tensor([[0.3333]])
+    """
+    intersection, union = _pairs(boxes1, boxes2)
+    return intersection / union
+
+
+def generalized_box_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
+    """``box_iou`` less the part of the smallest box around both that neither covers.
+
+    H. Rezatofighi et al., Generalized Intersection over Union, CVPR 2019.
+
+    Args:
+        boxes1: (N, 4) as x1, y1, x2, y2, floating point.
+        boxes2: (M, 4).
+
+    Returns:
+        (N, M), in [-1, 1].
+
+    Raises:
+        TypeError: if boxes1 or boxes2 is not floating point.
+        ValueError: if boxes1 is not (N, 4) or boxes2 not (M, 4).
+
+    Example:
+        >>> generalized_box_iou(torch.tensor([[0.0, 0.0, 1.0, 1.0]]), torch.tensor([[1.0, 0.0, 3.0, 1.0]]))
+        tensor([[0.]])
+    """
+    intersection, union = _pairs(boxes1, boxes2)
+    hull = _hulls(boxes1, boxes2)
+    area = hull[..., 0] * hull[..., 1]
+    return intersection / union - (area - union) / area
+
+
+def distance_box_iou(boxes1: Tensor, boxes2: Tensor, eps: float = 1e-7) -> Tensor:
+    """``box_iou`` less the squared distance of the centres over that of the corners around both.
+
+    Z. Zheng et al., Distance-IoU Loss, AAAI 2020.
+
+    Args:
+        boxes1: (N, 4) as x1, y1, x2, y2, floating point.
+        boxes2: (M, 4).
+        eps: is added to what the distance is divided by.
+
+    Returns:
+        (N, M), in [-1, 1].
+
+    Raises:
+        TypeError: if boxes1 or boxes2 is not floating point.
+        ValueError: if boxes1 is not (N, 4) or boxes2 not (M, 4).
+
+    Example:
+        >>> distance_box_iou(torch.tensor([[0.0, 0.0, 2.0, 2.0]]), torch.tensor([[0.0, 0.0, 2.0, 2.0]]))
+        tensor([[1.]])
+    """
+    intersection, union = _pairs(boxes1, boxes2)
+    sides = _hulls(boxes1, boxes2)
+    return intersection / union - centre_distance(boxes1[:, None], boxes2, sides, eps)
+
+
+def complete_box_iou(boxes1: Tensor, boxes2: Tensor, eps: float = 1e-7) -> Tensor:
+    """``distance_box_iou`` less a penalty for another aspect ratio, whose weight has no gradient.
+
+    Z. Zheng et al., Distance-IoU Loss, AAAI 2020, equations 10 to 12.
+
+    Args:
+        boxes1: (N, 4) as x1, y1, x2, y2, floating point.
+        boxes2: (M, 4).
+        eps: is added to what is divided by.
+
+    Returns:
+        (N, M).
+
+    Raises:
+        TypeError: if boxes1 or boxes2 is not floating point.
+        ValueError: if boxes1 is not (N, 4) or boxes2 not (M, 4).
+
+    Example:
+        >>> complete_box_iou(torch.tensor([[0.0, 0.0, 2.0, 2.0]]), torch.tensor([[0.0, 0.0, 2.0, 2.0]]))
+        tensor([[1.]])
+    """
+    intersection, union = _pairs(boxes1, boxes2)
+    iou = intersection / union
+    distance = centre_distance(boxes1[:, None], boxes2, _hulls(boxes1, boxes2), eps)
+    return iou - distance - aspect_penalty(boxes1[:, None], boxes2, iou, eps)
+
+
+def hull_sides(boxes1: Tensor, boxes2: Tensor) -> Tensor:
+    """The sides (..., 2) of the smallest box around two (..., 4), which broadcast."""
+    low = torch.minimum(boxes1[..., :2], boxes2[..., :2])
+    return torch.maximum(boxes1[..., 2:], boxes2[..., 2:]) - low
+
+
+def centre_distance(boxes1: Tensor, boxes2: Tensor, sides: Tensor, eps: float) -> Tensor:
+    """The squared distance of two boxes' centres over that of the corners around both, of such ``sides``."""
+    apart = (boxes1[..., :2] + boxes1[..., 2:]) * 0.5 - (boxes2[..., :2] + boxes2[..., 2:]) * 0.5
+    return (apart[..., 0] ** 2 + apart[..., 1] ** 2) / (sides[..., 0] ** 2 + sides[..., 1] ** 2 + eps)
+
+
+def aspect_penalty(boxes1: Tensor, boxes2: Tensor, iou: Tensor, eps: float) -> Tensor:
+    """The squared difference of the angles of two boxes' diagonals, times (2 / pi)^2, with a weight that
+    grows with their overlap and has no gradient."""
+    sides1, sides2 = boxes1[..., 2:] - boxes1[..., :2], boxes2[..., 2:] - boxes2[..., :2]
+    angle1 = torch.atan(sides1[..., 0] / sides1[..., 1])
+    angle2 = torch.atan(sides2[..., 0] / sides2[..., 1])
+    apart = (4.0 / (math.pi * math.pi)) * (angle1 - angle2) ** 2
+    return (apart / (1.0 - iou + apart + eps)).detach() * apart
+
+
+def _check_boxes(boxes: Tensor, name: str) -> None:
+    check_rank(boxes, 2, "(N, 4)", name)
+    check_last(boxes, 4, name)
+    check_floating(boxes, name)
+
+
+def _pairs(boxes1: Tensor, boxes2: Tensor) -> Tuple[Tensor, Tensor]:
+    """Intersections and unions (N, M)."""
+    _check_boxes(boxes1, "boxes1")
+    _check_boxes(boxes2, "boxes2")
+    return intersections_and_unions(boxes1[:, None], boxes2)
+
+
+def _hulls(boxes1: Tensor, boxes2: Tensor) -> Tensor:
+    """Sides (N, M, 2) of the smallest box around each two, at least 0."""
+    return hull_sides(boxes1[:, None], boxes2).clamp(min=0.0)

@@ -1,0 +1,115 @@
+"""Losses of predicted boxes, each beside its own target."""
+
+from typing import Tuple
+
+from torch import Tensor
+
+from ..primitives.core.checks import check_floating, check_last, check_same_shape
+from ..primitives.geometry.boxes import intersections_and_unions
+from ..primitives.numbers.loss_reduction import reduced
+from .boxes import aspect_penalty, centre_distance, hull_sides
+
+
+def generalized_box_iou_loss(
+    boxes1: Tensor, boxes2: Tensor, reduction: str = "none", eps: float = 1e-7
+) -> Tensor:
+    """1 less the generalised intersection over union of each box with its target.
+
+    H. Rezatofighi et al., Generalized Intersection over Union, CVPR 2019.
+
+    Args:
+        boxes1: (..., 4) as x1, y1, x2, y2, floating point.
+        boxes2: (..., 4), the targets.
+        reduction: "none", "mean" or "sum".
+        eps: is added to what is divided by.
+
+    Returns:
+        (...), or a number.
+
+    Raises:
+        TypeError: if boxes1 or boxes2 is not floating point.
+        ValueError: if a last dimension is not 4, the shapes differ, or reduction is none of these.
+
+    Example:
+        >>> boxes = torch.tensor([[0.0, 0.0, 2.0, 2.0]])
+        >>> generalized_box_iou_loss(boxes, torch.tensor([[2.0, 0.0, 6.0, 2.0]]))
+        tensor([1.])
+    """
+    intersection, union = _overlap(boxes1, boxes2)
+    hull = hull_sides(boxes1, boxes2)
+    area = hull[..., 0] * hull[..., 1]
+    return reduced(1.0 - intersection / (union + eps) + (area - union) / (area + eps), reduction)
+
+
+def distance_box_iou_loss(
+    boxes1: Tensor, boxes2: Tensor, reduction: str = "none", eps: float = 1e-7
+) -> Tensor:
+    """1 less the intersection over union of each box with its target, plus the squared distance of their
+    centres over that of the corners around both.
+
+    Z. Zheng et al., Distance-IoU Loss, AAAI 2020.
+
+    Args:
+        boxes1: (..., 4) as x1, y1, x2, y2, floating point.
+        boxes2: (..., 4), the targets.
+        reduction: "none", "mean" or "sum".
+        eps: is added to what is divided by.
+
+    Returns:
+        (...), or a number.
+
+    Raises:
+        TypeError: if boxes1 or boxes2 is not floating point.
+        ValueError: if a last dimension is not 4, the shapes differ, or reduction is none of these.
+
+    Example:
+        >>> boxes = torch.tensor([[0.0, 0.0, 2.0, 2.0]])
+        >>> distance_box_iou_loss(boxes, boxes).abs()
+        tensor([0.])
+    """
+    return reduced(_distance_loss(boxes1, boxes2, eps)[0], reduction)
+
+
+def complete_box_iou_loss(
+    boxes1: Tensor, boxes2: Tensor, reduction: str = "none", eps: float = 1e-7
+) -> Tensor:
+    """``distance_box_iou_loss`` plus a penalty for another aspect ratio, whose weight has no gradient.
+
+    Z. Zheng et al., Distance-IoU Loss, AAAI 2020, equations 10 to 12.
+
+    Args:
+        boxes1: (..., 4) as x1, y1, x2, y2, floating point.
+        boxes2: (..., 4), the targets.
+        reduction: "none", "mean" or "sum".
+        eps: is added to what is divided by.
+
+    Returns:
+        (...), or a number.
+
+    Raises:
+        TypeError: if boxes1 or boxes2 is not floating point.
+        ValueError: if a last dimension is not 4, the shapes differ, or reduction is none of these.
+
+    Example:
+        >>> boxes = torch.tensor([[0.0, 0.0, 2.0, 2.0]])
+        >>> complete_box_iou_loss(boxes, boxes).abs()
+        tensor([0.])
+    """
+    loss, iou = _distance_loss(boxes1, boxes2, eps)
+    return reduced(loss + aspect_penalty(boxes1, boxes2, iou, eps), reduction)
+
+
+def _overlap(boxes1: Tensor, boxes2: Tensor) -> Tuple[Tensor, Tensor]:
+    """Intersections and unions, of box and target."""
+    check_last(boxes1, 4, "boxes1")
+    check_floating(boxes1, "boxes1")
+    check_floating(boxes2, "boxes2")
+    check_same_shape(boxes2, boxes1, "boxes2", "boxes1")
+    return intersections_and_unions(boxes1, boxes2)
+
+
+def _distance_loss(boxes1: Tensor, boxes2: Tensor, eps: float) -> Tuple[Tensor, Tensor]:
+    """The loss by the distance of centres, and the intersection over union."""
+    intersection, union = _overlap(boxes1, boxes2)
+    iou = intersection / (union + eps)
+    return 1.0 - iou + centre_distance(boxes1, boxes2, hull_sides(boxes1, boxes2), eps), iou

@@ -1,0 +1,151 @@
+"""Non-maximum suppression of boxes, of one class or of several."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_floating, check_last, check_rank
+from ..primitives.geometry.boxes import boxes_at, kept_boxes
+from ..primitives.numbers.ranking import stable_topk
+
+
+def nms(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tensor:
+    """Non-maximum suppression: from the highest score on, drop every box that overlaps one that was kept.
+
+    How many are left depends on the data, so it cannot be exported: `batched_nms_fixed` and
+    `geometry.bbox.nms_fixed` can.
+
+    Args:
+        boxes: (N, 4) as x1, y1, x2, y2, floating point.
+        scores: (N,).
+        iou_threshold: boxes are dropped whose intersection with a kept one is more than this part of the
+            union.
+
+    Returns:
+        (K,), int64: indices of the boxes kept, by falling score; of equal scores the first comes first.
+
+    Raises:
+        TypeError, ValueError: if boxes is not a floating-point (N, 4) tensor or scores is not (N,).
+
+    Example:
+        >>> nms(
+        ...     torch.tensor([[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.9], [5.0, 0.0, 6.0, 1.0]]),
+        ...     torch.tensor([0.5, 0.9, 0.7]),
+        ...     0.5,
+        ... )
+        tensor([1, 2])
+    """
+    return batched_nms(boxes, scores, one_class(scores), iou_threshold)
+
+
+def batched_nms(boxes: Tensor, scores: Tensor, idxs: Tensor, iou_threshold: float) -> Tensor:
+    """Non-maximum suppression, each class for itself.
+
+    How many are left depends on the data, so it cannot be exported: `batched_nms_fixed` can.
+
+    Args:
+        boxes: (N, 4) as x1, y1, x2, y2, floating point.
+        scores: (N,), floating point.
+        idxs: (N,), int64: the class of each box. Boxes of other classes do not suppress each other.
+        iou_threshold: boxes are dropped whose intersection with a kept one is more than this part of the
+            union.
+
+    Returns:
+        (K,), int64: indices of the boxes kept, by falling score; of equal scores the first comes first.
+
+    Raises:
+        TypeError: if boxes or scores is not floating point, or idxs not int64.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> boxes = torch.tensor([[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.9], [0.0, 0.0, 2.0, 2.1]])
+        >>> batched_nms(boxes, torch.tensor([0.5, 0.9, 0.7]), torch.tensor([0, 0, 1]), 0.5)
+        tensor([1, 2])
+    """
+    order, kept = ranked(boxes, scores, idxs, iou_threshold)
+    return order[kept]
+
+
+def batched_nms_fixed(
+    boxes: Tensor,
+    scores: Tensor,
+    idxs: Tensor,
+    iou_threshold: float,
+    max_output: int,
+    score_threshold: float = 0.0,
+) -> Tuple[Tensor, Tensor]:
+    """`batched_nms` of a batch of images, with a fixed number of slots for what is kept.
+
+    Native code compares each box with those of its class that are kept, in a memory that grows with N.
+    Elsewhere all pairs are compared at once, N * N bytes.
+
+    Args:
+        boxes: (B, N, 4) as x1, y1, x2, y2, floating point.
+        scores: (B, N), floating point.
+        idxs: (B, N), int64: the class of each box.
+        iou_threshold: boxes are dropped whose intersection with a kept one of their class is more than this
+            part of the union.
+        max_output: the number K of slots: of the boxes kept the first K by falling score.
+        score_threshold: boxes whose score is not above it are dropped first.
+
+    Returns:
+        (B, K), int64, the indices of the boxes kept, by falling score, of equal scores the first first, 0 in
+        slots that are empty; and (B, K), bool, which slots hold one.
+
+    Raises:
+        TypeError: if boxes or scores is not floating point, or idxs not int64.
+        ValueError: if a shape is not as above, or max_output is not positive.
+
+    Example:
+        >>> boxes = torch.tensor([[[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.9], [5.0, 0.0, 6.0, 1.0]]])
+        >>> scores, idxs = torch.tensor([[0.5, 0.9, 0.7]]), torch.zeros(1, 3, dtype=torch.int64)
+        >>> batched_nms_fixed(boxes, scores, idxs, 0.5, 4)
+        (tensor([[1, 2, 0, 0]]), tensor([[ True,  True, False, False]]))
+    """
+    check_rank(boxes, 3, "(B, N, 4)", "boxes")
+    if max_output < 1:
+        raise ValueError(f"max_output: expected a positive number, got {max_output}")
+    values, order, kept = _ranked(boxes, scores, idxs, iou_threshold, max_output)
+    kept = kept & (values > score_threshold)
+    # What is kept comes to its slot, everything else to one more, which is cut off.
+    count = kept.to(torch.int64).cumsum(1)
+    slot = torch.where(kept, count - 1, torch.full_like(count, max_output))
+    room = torch.zeros([boxes.size(0), max_output + 1], dtype=torch.int64, device=boxes.device)
+    filled = torch.arange(max_output, device=boxes.device) < count[:, -1:]
+    picked = room.scatter(1, slot, order)[:, :max_output]
+    return torch.where(filled, picked, torch.zeros_like(picked)), filled
+
+
+def one_class(scores: Tensor) -> Tensor:
+    """The same class for every box."""
+    return torch.zeros(scores.shape, dtype=torch.int64, device=scores.device)
+
+
+def ranked(boxes: Tensor, scores: Tensor, idxs: Tensor, threshold: float) -> Tuple[Tensor, Tensor]:
+    """Of one image the order (N,) by falling score, and which boxes are kept."""
+    check_rank(boxes, 2, "(N, 4)", "boxes")
+    for name, each in [("scores", scores), ("idxs", idxs)]:
+        if each.dim() != 1 or each.size(0) != boxes.size(0):
+            raise ValueError(
+                f"{name}: expected shape (N,) for boxes {list(boxes.shape)}, got {list(each.shape)}"
+            )
+    _, order, kept = _ranked(boxes[None], scores[None], idxs[None], threshold, boxes.size(0))
+    return order[0], kept[0]
+
+
+def _ranked(
+    boxes: Tensor, scores: Tensor, idxs: Tensor, threshold: float, most: int
+) -> Tuple[Tensor, Tensor, Tensor]:
+    """The scores (B, N) by falling score, the order of the boxes, and which of them are kept."""
+    check_last(boxes, 4, "boxes")
+    check_floating(boxes, "boxes")
+    check_floating(scores, "scores")
+    if idxs.dtype != torch.int64:
+        raise TypeError(f"idxs: expected dtype int64, got {idxs.dtype}")
+    if scores.shape != boxes.shape[:2]:
+        raise ValueError(f"scores: expected shape {list(boxes.shape[:2])}, got {list(scores.shape)}")
+    if idxs.shape != boxes.shape[:2]:
+        raise ValueError(f"idxs: expected shape {list(boxes.shape[:2])}, got {list(idxs.shape)}")
+    values, order = stable_topk(scores, scores.size(1))
+    return values, order, kept_boxes(boxes_at(boxes, order), idxs.gather(1, order), threshold, most)

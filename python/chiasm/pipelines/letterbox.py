@@ -1,0 +1,224 @@
+"""Frames of any size as the input of a network of one size: letterboxes, centre crops, and boxes cut out."""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank
+from ..primitives.resampling.placing import placed_bytes, scaled_bytes
+
+Numbers = Tuple[float, float, float]
+
+
+def letterbox(
+    frame: Tensor,
+    size: Tuple[int, int] = (640, 640),
+    value: int = 114,
+    anchor: str = "center",
+    mean: Numbers = (0.0, 0.0, 0.0),
+    std: Numbers = (1.0, 1.0, 1.0),
+    color: str = "bgr",
+) -> Tuple[Tensor, Tensor]:
+    """Frames as the input of a detector: resized into ``size`` with their aspect kept, the rest filled, RGB,
+    in [0, 1], normalised.
+
+    The side that is left over is round(ratio * side), halves to even, and half of the rest lies before the
+    image, rounded down: the recipe of YOLO's authors (resize, copyMakeBorder). Pixels are resized
+    bilinearly by weights in 1/256 and rounded, as OpenCV's INTER_LINEAR_EXACT does.
+
+    Args:
+        frame: (B, H, W, 3), uint8.
+        size: height and width of the result.
+        value: of the bytes beside the image, 0 to 255.
+        anchor: where the image is: "center", or "top_left".
+        mean: of red, green and blue, of values in [0, 1].
+        std: of red, green and blue, likewise.
+        color: the order of a frame's channels: "bgr" as OpenCV has them, or "rgb".
+
+    Returns:
+        (B, 3, height, width), float32, and (B, 3, 3), float32: from coordinates in the result to those in the
+        frame, in pixels, whose corner (0, 0) is the outer corner of the first pixel. It takes
+        ``geometry.bbox.transform_bbox`` and ``geometry.linalg.transform_points``.
+
+    Raises:
+        TypeError: if frame is not uint8.
+        ValueError: if frame is not (B, H, W, 3), a size is not positive, value is no byte, a standard
+            deviation is not above 0, or a choice is not as above.
+
+    Example:
+        >>> image, to_frame = letterbox(torch.zeros(1, 720, 1280, 3, dtype=torch.uint8))
+        >>> image.shape, to_frame[0, 1]
+        (torch.Size([1, 3, 640, 640]), tensor([   0.,    2., -280.]))
+    """
+    _check_frame(frame, size, value)
+    check_choice(anchor, ["center", "top_left"], "anchor")
+    height, width = _sides(frame)
+    target_height, target_width = float(size[0]), float(size[1])
+    ratio = torch.minimum(target_height / height, target_width / width)
+    resized_height = torch.round(height * ratio).clamp(min=1.0)
+    resized_width = torch.round(width * ratio).clamp(min=1.0)
+    top, left = torch.zeros_like(height), torch.zeros_like(width)
+    if anchor == "center":
+        top = torch.floor((target_height - resized_height) * 0.5)
+        left = torch.floor((target_width - resized_width) * 0.5)
+    boxes = _whole_frames(frame, [left, top, resized_width, resized_height])
+    images = torch.arange(frame.size(0), device=frame.device)
+    return _network_input(frame, images, boxes, size, value, mean, std, color), _to_frame(boxes)
+
+
+def center_crop(
+    frame: Tensor,
+    size: Tuple[int, int] = (224, 224),
+    shortest: int = 256,
+    mean: Numbers = (0.485, 0.456, 0.406),
+    std: Numbers = (0.229, 0.224, 0.225),
+    color: str = "bgr",
+) -> Tuple[Tensor, Tensor]:
+    """Frames as the input of a classifier: resized so that the shorter side is ``shortest``, and of that the
+    centre; RGB, in [0, 1], normalised, ImageNet's numbers by default.
+
+    The longer side becomes shortest * longer / shorter, rounded down, and the crop begins at half of what is
+    left over, halves to even, as in torchvision's Resize and CenterCrop. Pixels are resized as in
+    ``letterbox``; beyond a frame that is smaller than the crop is black.
+
+    Args:
+        frame: (B, H, W, 3), uint8.
+        size: height and width of the result.
+        shortest: of the resized frame's sides, in pixels.
+        mean: of red, green and blue, of values in [0, 1].
+        std: of red, green and blue, likewise.
+        color: the order of a frame's channels: "bgr" or "rgb".
+
+    Returns:
+        (B, 3, height, width), float32, and (B, 3, 3), float32: to the frame, as in ``letterbox``.
+
+    Raises:
+        TypeError: if frame is not uint8.
+        ValueError: if frame is not (B, H, W, 3), a size is not positive, a standard deviation is not above 0,
+            or color is neither.
+
+    Example:
+        >>> center_crop(torch.zeros(2, 480, 640, 3, dtype=torch.uint8))[0].shape
+        torch.Size([2, 3, 224, 224])
+    """
+    _check_frame(frame, size, 0)
+    if shortest < 1:
+        raise ValueError(f"shortest: expected a positive number, got {shortest}")
+    height, width = _sides(frame)
+    shorter = torch.minimum(height, width)
+    resized_height = torch.floor(height * float(shortest) / shorter)
+    resized_width = torch.floor(width * float(shortest) / shorter)
+    top = torch.round((float(size[0]) - resized_height) * 0.5)
+    left = torch.round((float(size[1]) - resized_width) * 0.5)
+    boxes = _whole_frames(frame, [left, top, resized_width, resized_height])
+    images = torch.arange(frame.size(0), device=frame.device)
+    return _network_input(frame, images, boxes, size, 0, mean, std, color), _to_frame(boxes)
+
+
+def crop_boxes(
+    frame: Tensor,
+    boxes: Tensor,
+    size: Tuple[int, int] = (224, 224),
+    mean: Numbers = (0.485, 0.456, 0.406),
+    std: Numbers = (0.229, 0.224, 0.225),
+    color: str = "bgr",
+) -> Tensor:
+    """Boxes of one frame as a batch for the next network: each cut out and resized to ``size`` (aspect not
+    kept); RGB, in [0, 1], normalised, ImageNet's numbers by default.
+
+    Corners are rounded to pixels, halves to even; a box holds at least one pixel, and beyond the frame are
+    the pixels at its edge. Pixels are resized as in ``letterbox``.
+
+    Args:
+        frame: (H, W, 3), uint8.
+        boxes: (N, 4), floating point: x1, y1, x2, y2 in pixels. What is not finite is 0.
+        size: height and width of the result.
+        mean: of red, green and blue, of values in [0, 1].
+        std: of red, green and blue, likewise.
+        color: the order of a frame's channels: "bgr" or "rgb".
+
+    Returns:
+        (N, 3, height, width), float32.
+
+    Raises:
+        TypeError: if frame is not uint8 or boxes is not floating point.
+        ValueError: if frame is not (H, W, 3), boxes is not (N, 4), a size is not positive, a standard
+            deviation is not above 0, or color is neither.
+
+    Example:
+        >>> frame = torch.zeros(480, 640, 3, dtype=torch.uint8)
+        >>> crop_boxes(frame, torch.tensor([[10.0, 20.0, 110.0, 220.0]])).shape
+        torch.Size([1, 3, 224, 224])
+    """
+    check_rank(frame, 3, "(H, W, 3)", "frame")
+    _check_frame(frame[None], size, 0)
+    check_rank(boxes, 2, "(N, 4)", "boxes")
+    check_last(boxes, 4, "boxes")
+    check_floating(boxes, "boxes")
+    known = torch.where(boxes.abs() < float("inf"), boxes, torch.zeros_like(boxes))
+    corners = torch.round(known.to(torch.float64)).clamp(-16777216.0, 16777216.0).to(torch.int64)
+    first = corners[:, :2]
+    extent = (corners[:, 2:] - first).clamp(min=1)
+    target = torch.tensor([[0, 0, size[1], size[0]]], device=frame.device).expand(boxes.size(0), -1)
+    images = torch.zeros_like(corners[:, 0])
+    placed = torch.cat([first, extent, target], 1)
+    return _network_input(frame[None], images, placed, size, 0, mean, std, color)
+
+
+def _check_frame(frame: Tensor, size: Tuple[int, int], value: int) -> None:
+    if frame.dtype != torch.uint8:
+        raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
+    if frame.dim() != 4 or frame.size(3) != 3:
+        raise ValueError(f"frame: expected shape (B, H, W, 3), got {list(frame.shape)}")
+    if size[0] < 1 or size[1] < 1:
+        raise ValueError(f"size: expected positive numbers, got ({size[0]}, {size[1]})")
+    if value < 0 or value > 255:
+        raise ValueError(f"value: expected a number from 0 to 255, got {value}")
+
+
+def _sides(frame: Tensor) -> Tuple[Tensor, Tensor]:
+    """Height and width as numbers of tensors: what is computed of them fixes no size."""
+    one = torch.ones([1], dtype=torch.float64, device=frame.device)
+    return one * frame.size(1), one * frame.size(2)
+
+
+def _whole_frames(frame: Tensor, to: List[Tensor]) -> Tensor:
+    """Boxes (B, 8), as `placed_bytes` takes them: all of each frame, which comes to left, top, width and
+    height."""
+    height, width = _sides(frame)
+    zero = torch.zeros_like(height)
+    box = torch.cat([zero, zero, width, height] + to)
+    return box.to(torch.int64)[None].expand(frame.size(0), -1)
+
+
+def _network_input(
+    frame: Tensor,
+    images: Tensor,
+    boxes: Tensor,
+    size: Tuple[int, int],
+    value: int,
+    mean: Numbers,
+    std: Numbers,
+    color: str,
+) -> Tensor:
+    check_choice(color, ["bgr", "rgb"], "color")
+    scale: List[float] = []
+    offset: List[float] = []
+    for m, s in zip(mean, std):
+        if s <= 0.0:
+            raise ValueError(f"std: expected numbers above 0, got {std}")
+        scale.append(1.0 / (255.0 * s))
+        offset.append(-m / s)
+    placed = placed_bytes(frame.permute(0, 3, 1, 2), images, boxes, size[0], size[1], value)
+    return scaled_bytes(placed, [2, 1, 0] if color == "bgr" else [0, 1, 2], scale, offset)
+
+
+def _to_frame(boxes: Tensor) -> Tensor:
+    """(B, 3, 3): from where boxes come to, back to what is read."""
+    numbers = boxes.to(torch.float64)
+    across, down = numbers[:, 2] / numbers[:, 6], numbers[:, 3] / numbers[:, 7]
+    zero, one = torch.zeros_like(across), torch.ones_like(across)
+    left, top = numbers[:, 0] - numbers[:, 4] * across, numbers[:, 1] - numbers[:, 5] * down
+    rows = torch.stack([across, zero, left, zero, down, top, zero, zero, one], 1)
+    return rows.reshape(-1, 3, 3).to(torch.float32)
