@@ -13,7 +13,7 @@ FIRST ?= 0
 MINUTES ?= 60
 # The inputs of an export: the exporter and the ops, not what reads bundles.
 SOURCES := $(shell find python/chiasm runtime/artifact \
-  \( -path python/chiasm/artifact -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
+  \( -path python/chiasm/artifact -o -path python/chiasm/data -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -path python/chiasm/triton -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 # Of the past, and damaged on purpose, are not laid out.
@@ -21,7 +21,7 @@ CPP := $(shell find bench examples gallery include runtime studies tests \( -pat
   -o \( -name '*.c' -o -name '*.h' -o -name '*.cpp' -o -name '*.hpp' \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery study \
-  test test-all test-quick test-ops test-export test-runtime test-aarch64 test-parity \
+  test test-all test-quick test-ops test-export test-runtime test-aarch64 test-parity test-serving test-data \
   test-studies test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage docs linalg-accuracy other-runtimes bench lint format stubs lock clean
 
 help: ## list the targets
@@ -62,7 +62,7 @@ gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gall
 	$(PY) -m gallery.pages
 
 test: build ## every test
-	@$(MAKE) lint test-bundles test-ops test-export test-runtime test-aarch64 test-parity test-special-values other-runtimes test-studies test-install test-sanitizers test-fuzz
+	@$(MAKE) lint test-bundles test-ops test-export test-runtime test-aarch64 test-parity test-special-values other-runtimes test-serving test-data test-studies test-install test-sanitizers test-fuzz
 	@echo "make test: all passed"
 
 test-all: build bundles ## every test on the whole catalog (hours)
@@ -116,6 +116,18 @@ other-runtimes: build test-bundles ## the ONNX artifacts in an old ONNX Runtime 
 	tools/other_runtimes.sh
 	$(PY) tests/parity/other_runtimes.py
 
+test-serving: build test-bundles ## bundles in Triton Inference Server, asked by its client (where cargo was there for its headers)
+	@if [ ! -e build/release/lib/triton/chiasm/libtriton_chiasm.so ]; then
+	  echo "test-serving: left out, because the Triton backend was not built: tools/triton.sh headers says why"
+	  exit 0
+	fi
+	tools/triton.sh server
+	[ ! -e .deps/triton ] || $(PY) -m pytest -q --durations=10 tests/serving
+
+test-data: build test-bundles ## bundles over data sets: in processes, on Ray, Spark and Daft
+	tools/data.sh
+	.deps/data/bin/python -m pytest -q --durations=5 tests/data
+
 test-studies: build ## the use cases at a small size, and the examples, in Python and in C++
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/studies tests/examples
 
@@ -153,8 +165,10 @@ fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, t
 test-install: setup ## `pip install .` into an empty folder, used from outside (ctest covers cmake --install)
 	tests/consumer/pip_install.sh
 
-bench: build ## WHAT=speed (the default), images, geometry, peers or matching: measure against peers -> docs/benchmarks*.md
+bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving or ray: measure against peers -> docs/benchmarks*.md
 	@[ "$(WHAT)" != images ] || tools/kornia.sh
+	[ "$(WHAT)" != serving ] || tools/triton.sh server
+	[ "$(WHAT)" != ray ] || tools/data.sh
 	$(PY) -m bench $(or $(WHAT),speed)
 
 lint: build ## layout, style and types of the sources: ruff, clang-format, clang-tidy, pyright
@@ -179,6 +193,11 @@ lock: setup ## requirements.in -> requirements.txt, pinned with hashes
 	  $(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
 	    tools/other_runtimes/$$name.in -o tools/other_runtimes/$$name.txt
 	done
+	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
+	  tools/triton/environment.in -o tools/triton/environment.txt
+	$(PY) -m uv pip compile -q --upgrade --no-deps --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
+	  tools/triton/server.in -o tools/triton/server.txt
+	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/data.in -o tools/data.txt
 	$(PY) -m uv pip compile -q --upgrade --no-deps --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/kornia.in -o tools/kornia.txt
 
 clean: ## remove what was built (not .venv)

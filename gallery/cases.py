@@ -43,7 +43,8 @@ def write_cases(entry: Entry, bundle: Path, scenes: list[Scene], folder: Path) -
                 | {k: described[k] for k in ("name", "layout", "color")}
             )
         cases.append(case)
-    (folder / "cases.json").write_text(json.dumps({"name": spec.name, "bundle": str(bundle), "cases": cases}))
+    about = {"name": spec.name, "bundle": str(bundle), "dtype": spec.variants()[0] or "", "cases": cases}
+    (folder / "cases.json").write_text(json.dumps(about))
     return cases
 
 

@@ -16,6 +16,8 @@ from .photographs import photograph
 from .values import count, places, values
 
 #: Colour spaces that an eager conversion makes of RGB.
+#: Formats of cameras.
+CAMERAS = tuple(f"color.{name}_to_rgb" for name in ("nv12", "nv21", "i420", "yuyv", "uyvy"))
 SPACES = ("HLS", "HSL", "HSV", "LAB", "LUV", "XYZ", "YCbCr", "YUV")
 FRAMES = 9
 
@@ -84,7 +86,7 @@ def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
         made = rarer(made)
     if tensor.range == (0, 255):
         made = made * 255.0
-    if tensor.dtype == "uint8":
+    if "uint8" in (tensor.dtype, spec.variants()[0] if tensor.dtype == "T" else ""):
         made = (made if tensor.range == (0, 255) else made * 255.0).round().to(torch.uint8)
     if tensor.layout == "HWC":
         made = made[0].permute(1, 2, 0)
@@ -96,6 +98,8 @@ def picture(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
 def in_color(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
     """The photographs in the input's channels."""
     gray = color.rgb_to_grayscale(rgb)
+    if spec.name.startswith(CAMERAS):
+        return camera(spec.name.split(".")[1], tensor.name, rgb)
     if tensor.name == "alpha_val":
         return ramp(rgb)
     if tensor.name == "seed":  # what is left of h-domes
@@ -118,7 +122,23 @@ def in_color(spec: Spec, tensor: TensorSpec, rgb: torch.Tensor) -> torch.Tensor:
         return torch.cat([rgb, ramp(rgb)], 1)
     if tensor.color == "BGR":
         return rgb.flip(1)
-    return gray if 1 in tensor.shape[1:2] else rgb
+    channels = tensor.shape[-1:] if tensor.layout == "NHWC" else tensor.shape[1:2]
+    return gray if 1 in channels else rgb
+
+
+def camera(name: str, part: str, rgb: torch.Tensor) -> torch.Tensor:
+    """What a camera gives of the photographs: luma from 16 to 235 and chroma from 16 to 240, over 255."""
+    luma, blue, red = color.rgb_to_ycbcr(rgb[..., : rgb.shape[-1] // 2 * 2]).split(1, 1)
+    luma = (16 + 219 * luma) / 255
+    u, v = ((128 + 224 * (chroma - 0.5)) / 255 for chroma in (blue, red))
+    if part == "image":
+        u, v = (functional.avg_pool2d(chroma, (1, 2)) for chroma in (u, v))
+        pair = [luma[..., 0::2], u, luma[..., 1::2], v]
+        return torch.cat(pair if name.startswith("yuyv") else [u, pair[0], v, pair[2]], 1)
+    if part == "y":
+        return luma
+    halves = {"u": functional.avg_pool2d(u, 2), "v": functional.avg_pool2d(v, 2)}
+    return torch.cat([halves[letter] for letter in part], 1)
 
 
 def hills(rgb: torch.Tensor) -> torch.Tensor:

@@ -6,11 +6,14 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 mkdir -p build/tidy
 headers=$(find .clang-tidy runtime include \( -name .clang-tidy -o -name '*.h' -o -name '*.hpp' \) -print0 | sort -z | xargs -0 sha256sum | sha256sum | cut -d' ' -f1)
+folders=(runtime/{base,core,backends,ort,python})
+# Not built where its headers are not
+! grep -q /runtime/triton/ build/release/compile_commands.json || folders+=(runtime/triton)
 pending=()
 while IFS= read -r source; do
   key=build/tidy/$(sha256sum <<<"$source $headers $(sha256sum <"$source")" | cut -d' ' -f1)
   [ -e "$key" ] || pending+=("$source" "$key")
-done < <(find runtime/{base,core,backends,ort,python} -name '*.cpp' | .venv/bin/python tests/changes.py 3)
+done < <(find "${folders[@]}" -name '*.cpp' | .venv/bin/python tests/changes.py 3)
 [ ${#pending[@]} -gt 0 ] || exit 0
 printf '%s\n' "${pending[@]}" | xargs -P "$(nproc)" -n 2 bash -c '
   output=$(clang-tidy -p build/release --quiet "$0" 2>&1) && touch "$1" && exit 0

@@ -42,6 +42,8 @@ auto with_type(chiasm::DType dtype, const Body& body) {
   switch (dtype) {
     case chiasm::DType::Bool:
     case chiasm::DType::UInt8: return body(uint8_t{});
+    case chiasm::DType::Int16: return body(int16_t{});
+    case chiasm::DType::UInt16: return body(uint16_t{});
     case chiasm::DType::Int32: return body(int32_t{});
     case chiasm::DType::Int64: return body(int64_t{});
     case chiasm::DType::Float32: return body(float{});
@@ -123,6 +125,9 @@ json run_chiasm(const json& cases, const std::string& folder, const std::string&
   chiasm::LoadOptions options;
   options.backend = backend;
   options.fused = false;  // onnx on its own operators: native code has its own column
+  // Empty where the op is of one type
+  if (const auto dtype = cases.at("dtype").get<std::string>(); !dtype.empty())
+    options = options.with_dtype(dtype_named(dtype));
   auto method = bundle.method("forward", options);
   json report{{"load_ms", milliseconds_since(start)}, {"cases", json::array()}};
   bool first = true;

@@ -13,6 +13,7 @@ __version__ = "0.1.0"
 _SUBMODULES = (
     "color",
     "contrib",
+    "data",
     "enhance",
     "export",
     "feature",
@@ -23,9 +24,11 @@ _SUBMODULES = (
     "metrics",
     "morphology",
     "onnx",
+    "ops",
     "pipelines",
     "primitives",
     "runtime",
+    "triton",
 )
 
 

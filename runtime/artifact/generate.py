@@ -354,25 +354,28 @@ def page() -> str:
         "",
     ]
     out += [
-        (
+        *_paragraph(
             "The loops in C++ that compiled ops call where compiled tensor code is measurably slower"
-            " (`runtime/artifact/kernels`). [architecture.md](architecture.md) tells how"
+            " (`runtime/artifact/kernels`). [architecture.md](architecture.md) tells how an op comes to one,"
+            " and how to add one. T is float32 or float64, I is uint8 or int32, P (of a pixel) is uint8,"
+            " int16, uint16, float32 or float64. H and W are 1 to 2^31 - 1. A call that does not fit its"
+            " declaration is an error that names the argument, what was expected, and what came."
         ),
-        (
-            "an op comes to one, and how to add one. T is float32 or float64, I is uint8 or int32, P (of a"
-            " pixel) is uint8, int16, uint16, float32 or float64. H and W are"
-        ),
-        "1 to 2^31 - 1. A call that does not fit its declaration is an error that names the argument, what"
-        " was expected, and what came.",
         "",
     ]
     for e in ENUMERATIONS:
         out += [f"* **{e.name}**: {', '.join(f'`{value}`' for value in e.values)}. {e.doc}"]
     for k in KERNELS.values():
-        out += ["", f"## {k.name}", "", "```", k.schema, "```", "", f"{k.doc}"]
-        out += ["", f"Where {', '.join(f'`{text}`' for text in k.where)}."] if k.where else []
+        out += ["", f"## {k.name}", "", "```", k.schema, "```", "", *_paragraph(k.doc)]
+        if k.where:
+            out += ["", *_paragraph(f"Where {', '.join(f'`{text}`' for text in k.where)}.")]
         out += ["", f"Source: [{k.source}](../runtime/artifact/kernels/{k.source})"]
     return "\n".join([*out, ""])
+
+
+def _paragraph(text: str) -> List[str]:
+    """Lines of Markdown."""
+    return textwrap.wrap(text, 110, break_long_words=False, break_on_hyphens=False)
 
 
 def check_sources() -> None:

@@ -90,7 +90,7 @@ def test_precompiled_headers_change_no_byte(tmp_path: Path, monkeypatch: pytest.
             samples.make(SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32"),
             "native",
         )
-        with closing(to_native(lambda: program, SPEC, "x86-64-v3", "chiasm 1\n")) as made:
+        with closing(to_native(lambda target: program, SPEC, "x86-64-v3", "chiasm 1\n")) as made:
             return made.artifact().data
 
     assert code("with", True) == code("without", False)

@@ -16,6 +16,8 @@ from torch import Tensor, nn
 
 from chiasm.export import Spec, TensorSpec, export, image
 from chiasm.export.manifest import read_manifest
+from chiasm.export.verify import verify
+from chiasm.filters import box_blur
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -114,6 +116,11 @@ def joined(a: Tensor, b: Tensor) -> Tensor:
     return torch.cat([a, b])
 
 
+def blurred(a: Tensor, b: Tensor) -> Tensor:
+    """Bytes that are joined, and a kernel of our own."""
+    return box_blur(torch.cat([a, b]), 3)
+
+
 def test_an_artifact_says_what_it_needs_libtorch_for(tmp_path: Path) -> None:
     """Bytes that are joined are left to libtorch by AOTInductor."""
     spec = Spec(
@@ -121,6 +128,11 @@ def test_an_artifact_says_what_it_needs_libtorch_for(tmp_path: Path) -> None:
         [TensorSpec("a", ("N",), "uint8", range=(0, 255)), TensorSpec("b", ("N",), "uint8", range=(0, 255))],
     )
     bundle = export(joined, spec, tmp_path, formats=["native"])
+    # Such code has no kernels of our own either, which libtorch does not know
+    shape = ("B", "C", "H", "W")
+    images = [TensorSpec(name, shape, "uint8", range=(0, 255)) for name in ("a", "b")]
+    rows = verify(export(blurred, Spec("test.blurred", images), tmp_path, formats=["native"]))
+    assert [(row.backend, row.passed) for row in rows] == [("torch", True)]
     [artifact] = read_manifest(bundle)["methods"]["forward"]["artifacts"]
     assert artifact["needs"] == ["libtorch"] and "aoti_torch_cpu_cat" in artifact["why"]
     parts, _ = _documents(bundle)

@@ -29,6 +29,7 @@ COMPLETE = (
     "image",
     "feature",
     "losses",
+    "ops",
     "metrics",
     "contrib",
     "pipelines",

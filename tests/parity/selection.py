@@ -73,7 +73,10 @@ def lot(name: str) -> bytes:
 def chosen() -> tuple[dict[str, str], list[str]]:
     """The ops to compile, each with the reason; and those to export without."""
     entries = catalog()
-    folders = [ROOT / "tests" / name for name in ("export", "parity", "runtime", "robustness", "consumer")]
+    folders = [
+        ROOT / "tests" / name
+        for name in ("data", "export", "parity", "runtime", "robustness", "consumer", "serving")
+    ]
     files = [p for folder in folders for p in folder.rglob("*") if p.suffix in (".py", ".cpp", ".sh", ".c")]
     # They run no native code, or their own
     apart = (

@@ -24,9 +24,12 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Column, Table
 
-from .command import Group
-from .errors import ExportError, one_line, plain
+from ..data.command import map_command
+from ..triton.command import triton
+from .command import Group, jobs_option
+from .errors import ExportError
 from .manifest import FORMATS, METHODS, SUFFIX, read_manifest
+from .text import one_line, plain
 
 console = Console(emoji=False)
 #: Of prctl: the signal for a process whose parent dies.
@@ -44,6 +47,7 @@ def main() -> None:
       chiasm info bundles/filters.sobel.chiasm
       chiasm verify bundles/filters.sobel.chiasm
       chiasm run bundles/filters.sobel.chiasm photo.jpg edges.png
+      chiasm map bundles/pipelines.edges.chiasm photos edges
     """
 
 
@@ -101,14 +105,7 @@ def list_ops(patterns: tuple[str, ...]) -> None:
     default=METHODS,
     help="`--method forward` leaves the gradients out, which take most of the time. [default: both]",
 )
-@click.option(
-    "-j",
-    "--jobs",
-    type=click.IntRange(1),
-    default=len(os.sched_getaffinity(0)),
-    show_default="one a core",
-    help="Ops to export at once.",
-)
+@jobs_option("Ops to export at once.")
 def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
     """Export ops of the catalog to bundles. (Your own: `chiasm.export.export` in Python.)
 
@@ -437,6 +434,10 @@ def run(bundle: Path, source: Path, target: Path, backend: str, settings: tuple[
     if twice := [name for i, (name, _) in enumerate(given) if name in dict(given[:i])]:
         raise click.UsageError(f"--set: {twice[0]} is given twice")
     click.echo(one_line(run_on_image(bundle, source, target, backend, dict(given))))
+
+
+main.add_command(map_command)
+main.add_command(triton)
 
 
 def _setting(text: str) -> tuple[str, str]:

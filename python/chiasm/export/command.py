@@ -8,15 +8,25 @@ import gc
 import os
 import signal
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import click
 
-from .errors import ExportError, one_line, plain
+from .errors import ExportError
 from .manifest import BundleError
+from .text import one_line, plain
 
 #: Set, it lets an unexpected exception through.
 TRACEBACK = "CHIASM_TRACEBACK"
+
+
+def jobs_option(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """The option `--jobs`: how much is done at once, which is what `text` says."""
+    cores = len(os.sched_getaffinity(0))
+    return click.option(
+        "-j", "--jobs", type=click.IntRange(1), default=cores, show_default="one a core", help=text
+    )
 
 
 class Group(click.Group):
@@ -50,8 +60,8 @@ class Group(click.Group):
         except (click.ClickException, click.exceptions.Exit):
             raise
         except Exception as error:
-            # The runtime's, which cannot be imported where the runtime is not
-            if type(error).__name__ == "ChiasmError":
+            # The runtime's, which cannot be imported where the runtime is not, and chiasm.data's
+            if type(error).__name__ in ("ChiasmError", "DataError"):
                 _fail(one_line(error), 1)
             if os.environ.get(TRACEBACK):
                 raise

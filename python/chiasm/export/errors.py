@@ -10,6 +10,8 @@ import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
+from .text import plain
+
 _EXPORT = str(Path(__file__).resolve().parent)
 _PACKAGES = (
     "torch",
@@ -38,10 +40,6 @@ _ENGINE_ROOTS = (
     ),
 )
 _LIBRARY = sysconfig.get_paths()["stdlib"]
-#: Terminals' colours and cursor movements, and other characters that would not stand in a line.
-_CONTROL = re.compile(
-    r"\x1b\[[0-9;?]*[ -/]*[@-~]|\x1b\][^\x07\x1b]*(?:\x07|\x1b\\)|\x1b.|[\x00-\x08\x0b-\x1f\x7f-\x9f]"
-)
 #: What an engine says, and what to do about it.
 _REMEDIES = (
     (
@@ -88,17 +86,6 @@ _LIMITS = (
 
 class ExportError(RuntimeError):
     """An op could not be exported: the message says to which format, at which line or operator, and why."""
-
-
-def plain(text: str) -> str:
-    """Text without what would move a terminal's cursor or change its colours."""
-    return _CONTROL.sub("", text)
-
-
-def one_line(text: object, most: int = 600) -> str:
-    """The same in one line, cut where it is very long."""
-    line = " ".join(plain(str(text)).split())
-    return line if len(line) <= most else f"{line[:most]} ..."
 
 
 def explain(

@@ -18,11 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, UnidentifiedImageError
 
-from .errors import one_line
 from .manifest import BundleError, read_manifest
+from .text import one_line
 
+#: The EXIF tag.
+_ORIENTATION = 0x0112
 _LAYOUTS = ("NCHW", "HWC", "HW")
 
 
@@ -49,7 +51,7 @@ def run_on_image(bundle: Path, source: Path, target: Path, backend: str, setting
         (
             to_array(t, picture, manifest["dtypes"])
             if t in takes_image and t["name"] not in settings
-            else _setting(t, settings, manifest["dtypes"])
+            else setting(t, settings, manifest["dtypes"])
         )
         for t in method["inputs"]
     ]
@@ -78,12 +80,16 @@ def check_target(path: Path) -> None:
         )
 
 
-def read_image(path: Path) -> np.ndarray:
-    """An RGB array (H, W, 3), or a grey one (H, W, 1) of 16 bits: uint8 or uint16."""
+def read_image(path: Path | str, data: bytes | None = None, color: str = "RGB") -> np.ndarray:
+    """An array (H, W, 3) in the colour order, "RGB" or "BGR", or a grey one (H, W, 1) of 16 bits: uint8 or
+    uint16. Of `data`, the bytes of an image file, `path` is the name that errors say."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # large images: what is far too large is an error
-            with Image.open(path) as image:
+            data = Path(path).read_bytes() if data is None else data
+            with Image.open(io.BytesIO(data)) as image:
+                # By default a decoder gets 64 KiB at a time, and a JPEG of 140 KB takes it twice as long
+                image.decodermaxblock = len(data)
                 if image.mode in ("I", "F"):
                     raise BundleError(
                         f"{path}: pixels of 32 bits ({image.mode}): convert the image to 8 or 16 bits, or use"
@@ -92,11 +98,16 @@ def read_image(path: Path) -> np.ndarray:
                 turned = _turned(image)
                 if turned.mode.startswith("I;16"):
                     return np.asarray(turned).astype(np.uint16)[..., None]
-                return np.asarray(turned.convert("RGB"))
+                turned = turned if turned.mode == "RGB" else turned.convert("RGB")
+                # Pillow writes either order as fast; NumPy turns one into the other in the time of a decoder
+                pixels = np.frombuffer(turned.tobytes("raw", color), np.uint8)
+                return pixels.reshape(turned.height, turned.width, 3)
     except Image.DecompressionBombError as error:
         raise BundleError(
             f"{path}: too many pixels for an image file that is to be trusted: {one_line(error)}"
         ) from error
+    except UnidentifiedImageError as error:  # its text has an address in memory
+        raise BundleError(f"{path}: not an image that can be read: of no format that is known") from error
     except (
         OSError,
         SyntaxError,
@@ -111,10 +122,16 @@ def read_image(path: Path) -> np.ndarray:
         ) from error
 
 
+def is_turned(image: Image.Image) -> bool:
+    """Whether EXIF says that an image is not stored as it is to be seen."""
+    return image.getexif().get(_ORIENTATION, 1) != 1
+
+
 def _turned(image: Image.Image) -> Image.Image:
     image.load()
     try:
-        return ImageOps.exif_transpose(image)
+        # Without an orientation a copy is the whole cost of this
+        return ImageOps.exif_transpose(image) if is_turned(image) else image
     except Exception:  # an EXIF entry that cannot be read says nothing, as for OpenCV
         return image
 
@@ -156,7 +173,8 @@ def _dtype(tensor: dict[str, Any], dtypes: list[str]) -> str:
     return wanted
 
 
-def _setting(tensor: dict[str, Any], settings: dict[str, str], dtypes: list[str]) -> np.ndarray:
+def setting(tensor: dict[str, Any], settings: dict[str, str], dtypes: list[str]) -> np.ndarray:
+    """The array that NAME=VALUE gives for an input: JSON, or HEIGHTxWIDTH for one whose size alone counts."""
     name, dtype = tensor["name"], _dtype(tensor, dtypes)
     if name not in settings:
         raise BundleError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -118,7 +119,9 @@ class Method:
 def _copied(program: ExportedProgram) -> ExportedProgram:
     """A copy whose nodes have the names that the signature calls them by: copied, `input` becomes `input_1`,
     since Python has an `input`."""
-    result = deepcopy(program)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of PyTorch about PyTorch
+        result = deepcopy(program)
     for module, copy in zip(program.graph_module.modules(), result.graph_module.modules(), strict=True):
         if isinstance(module, GraphModule) and isinstance(copy, GraphModule):
             for node, other in zip(module.graph.nodes, copy.graph.nodes, strict=True):

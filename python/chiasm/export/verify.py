@@ -12,8 +12,8 @@ import torch
 from chiasm.onnx import register
 
 from .bundle import read_golden
-from .errors import one_line
 from .manifest import BundleError, read_file, read_manifest
+from .text import one_line
 
 
 @dataclass(frozen=True)

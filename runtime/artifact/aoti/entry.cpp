@@ -22,8 +22,16 @@
 #include "base/dtype.h"
 #include "tensor.h"
 
+namespace __gnu_cxx {
+void __freeres();
+}
+
 namespace chiasm::artifact {
 namespace {
+
+// libstdc++, of which every artifact has its own, sets 72 KB aside for exceptions when memory is short, and
+// forgets them when it is closed: a server that loads and unloads models all day would lose them each time.
+__attribute__((destructor)) void give_back_reserve() { __gnu_cxx::__freeres(); }
 
 // Plain memory: a thread_local with a destructor would pin the library in the process.
 thread_local char last_error[1024];

@@ -19,7 +19,7 @@ import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 import torch
@@ -114,7 +114,7 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
     for isa in job.isas:
         job.progress(f"{method.title} {isa}")
         code = to_native(
-            partial(method.program, "native"),
+            method.program,
             job.spec,
             isa,
             signature,
@@ -139,7 +139,7 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
 
 
 def to_native(
-    program: Callable[[], ExportedProgram],
+    program: Callable[[str], ExportedProgram],
     spec: Spec,
     isa: str,
     signature: str,
@@ -148,12 +148,13 @@ def to_native(
     """Begin to compile for a CPU of level `isa`, or fetch the same compilation from the cache. The code
     carries `signature`.
 
-    `program` gives a program that may be changed; it is asked for another one where an op turns out to need
-    libtorch. `after` is other code in the making, whose compilers are waited for before others start.
+    `program` gives the program for a target ("native"), which may be changed; where an op turns out to need
+    libtorch it is asked for one without kernels of our own ("vjp"), which nothing has there. `after` is other
+    code in the making, whose compilers are waited for before others start.
     """
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
-    source = program()
+    source = program("native")
     entry = cache_folder() / "native" / f"{_key(source, spec, isa, signature)}.pt2"
     if entry.exists():
         return NativeCode(spec, isa, entry, None, program)
@@ -168,7 +169,7 @@ class NativeCode:
     isa: str
     entry: Path
     build: Build | None
-    program: Callable[[], ExportedProgram]
+    program: Callable[[str], ExportedProgram]
 
     def artifact(self) -> NativeArtifact:
         """The code, which is in the cache from then on."""
@@ -198,7 +199,7 @@ class NativeCode:
         if not missing:
             return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
         with closing(Build(at_once=True)) as whole:
-            package = _inductor(self.program(), self.spec, self.isa, {}, whole)
+            package = _inductor(self.program("vjp"), self.spec, self.isa, {}, whole)
         return NativeArtifact(_repack(package), needs_libtorch=True, why=f"libtorch's {', '.join(missing)}")
 
     def close(self) -> None:

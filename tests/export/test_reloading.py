@@ -1,0 +1,31 @@
+"""A native artifact leaves nothing behind when it is closed: not libstdc++'s reserve for exceptions either,
+of which each has its own."""
+
+import ctypes
+from pathlib import Path
+
+import chiasm.runtime
+
+BUNDLE = Path(__file__).resolve().parents[2] / "build" / "bundles" / "filters.sobel.chiasm"
+LOADS = 50
+
+
+class Allocated(ctypes.Structure):
+    """glibc's `struct mallinfo2`, of which the eighth number is the bytes in use."""
+
+    _fields_ = (("numbers", ctypes.c_size_t * 10),)
+
+
+def test_loading_again_and_again() -> None:
+    libc = ctypes.CDLL(None)
+    libc.mallinfo2.restype = Allocated
+    bundle = chiasm.runtime.open(BUNDLE)
+
+    def load() -> None:
+        for _ in range(LOADS):
+            assert bundle.method(backend="native").backend == "native"
+
+    load()
+    before = libc.mallinfo2().numbers[7]
+    load()
+    assert libc.mallinfo2().numbers[7] - before < LOADS * 1000
