@@ -14,7 +14,7 @@ import pytest
 
 from chiasm.export.formats import onnx_function
 
-from .test_onnx_merging import classifier
+from .test_onnx_merging import classifier, detector
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCKS = [
@@ -22,13 +22,19 @@ BLOCKS = [
     for b in re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "onnx.md").read_text(), re.DOTALL)
     if "needs the plug-in" not in b
 ]
-PRINTED = ("(1, 3, 480, 640)", "", "['pipelines_preprocess', 'Conv', 'Relu']")
+PRINTED = (
+    "(1, 3, 480, 640)",
+    "",
+    "['frame'] ['scores', 'labels', 'found', 'boxes_out']",
+    "['pipelines_preprocess', 'Conv', 'Relu']",
+)
 
 
 @pytest.fixture
 def bundles(light: Callable[[str], Path]) -> Path:
     """The folder that holds the bundles of the examples."""
-    light("filters.sobel")
+    for name in ("filters.sobel", "pipelines.letterbox", "ops.decode_yolov8", "geometry.bbox.transform_bbox.xyxy"):
+        light(name)
     return light("pipelines.preprocess").parent
 
 
@@ -37,6 +43,7 @@ def test_the_documents_examples(bundles: Path, index: int, tmp_path: Path) -> No
     assert len(BLOCKS) == len(PRINTED)
     (tmp_path / "bundles").symlink_to(bundles)
     onnx.save(classifier(13, 7), tmp_path / "classifier.onnx")
+    onnx.save(detector(), tmp_path / "detector.onnx")
     (tmp_path / "example.py").write_text(BLOCKS[index])
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "example.py"], cwd=tmp_path, capture_output=True, text=True

@@ -1,5 +1,5 @@
-"""Bundles in front of existing models: one node more, the same numbers, and clear words where they do not
-fit."""
+"""Bundles before and after existing models: one node more, the same numbers, and clear words where they do
+not fit."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -46,6 +46,34 @@ def classifier(
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", opset)], ir_version=ir)
     model.metadata_props.add(key="author", value="somebody else")
     return model
+
+
+CELLS = RANDOM.standard_normal((6, 3, 8, 8)).astype(np.float32) / 10
+OFFSETS = np.array([80, 80, 60, 60, 0, 0], np.float32)
+
+
+def detector() -> onnx.ModelProto:
+    """A network with the output of YOLO v8: of each cell of 8 x 8 pixels a box and two scores."""
+    constants = {
+        "weight": CELLS,
+        "scale": np.float32(30),
+        "shift": OFFSETS[:, None],
+        "shape": np.array([0, 6, -1]),
+    }
+    nodes = [
+        helper.make_node("Conv", ["images", "weight"], ["convolved"], strides=[8, 8]),
+        helper.make_node("Reshape", ["convolved", "shape"], ["rows"]),
+        helper.make_node("Mul", ["rows", "scale"], ["scaled"]),
+        helper.make_node("Add", ["scaled", "shift"], ["output0"]),
+    ]
+    graph = helper.make_graph(
+        nodes,
+        "detector",
+        [helper.make_tensor_value_info("images", TensorProto.FLOAT, ["N", 3, 640, 640])],
+        [helper.make_tensor_value_info("output0", TensorProto.FLOAT, ["N", 6, 6400])],
+        [numpy_helper.from_array(np.asarray(value), name) for name, value in constants.items()],
+    )
+    return helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=8)
 
 
 def negative(kind: int = TensorProto.FLOAT) -> onnx.ModelProto:
@@ -248,3 +276,74 @@ def test_functions_and_domains_that_cannot_share_a_model(
     )
     with pytest.raises(ValueError, match=r"imports opset 13 and has functions.*opset 18 or later"):
         chiasm.onnx.prepend(light(SPEC.name), old)
+
+
+def test_a_chain_from_frame_to_boxes(light: Callable[[str], Path], photo: np.ndarray) -> None:
+    """Letterbox, network, decoder, and the map back, which comes from the letterbox past the network."""
+    model = chiasm.onnx.prepend(light("pipelines.letterbox"), detector(), connect={"output": "images"})
+    model = chiasm.onnx.append(model, light("ops.decode_yolov8"))
+    assert [v.name for v in model.graph.output] == ["boxes", "scores", "labels", "found"]
+    link = {"pipelines_letterbox_to_frame": "trans_mat", "boxes": "boxes"}
+    model = chiasm.onnx.append(model, light("geometry.bbox.transform_bbox.xyxy"), connect=link)
+    assert [v.name for v in model.graph.input] == ["frame"]
+    assert [v.name for v in model.graph.output] == ["scores", "labels", "found", "boxes_out"]
+    assert [f.name for f in model.functions] == [
+        "pipelines_letterbox",
+        "ops_decode_yolov8",
+        "geometry_bbox_transform_bbox_xyxy",
+    ]
+
+    from chiasm.geometry.bbox import transform_bbox
+    from chiasm.ops import decode_yolov8
+    from chiasm.pipelines import letterbox
+
+    image, to_frame = letterbox(torch.from_numpy(photo)[None])
+    raw = F.conv2d(image, torch.from_numpy(CELLS), stride=8).flatten(2) * 30
+    boxes, *others = decode_yolov8(raw + torch.from_numpy(OFFSETS)[:, None])
+    got = run(model, frame=photo[None])
+    assert others[2].sum() > 3
+    for actual, expected in zip(got, [*others, transform_bbox(to_frame, boxes)]):
+        np.testing.assert_allclose(actual, expected.numpy(), atol=1e-3, rtol=1e-4)
+
+
+def test_inputs_of_an_appended_bundle_that_nothing_gives(light: Callable[[str], Path]) -> None:
+    model = chiasm.onnx.append(negative(), light(SPEC.name), connect={"low": "input"})
+    assert [v.name for v in model.graph.input] == ["x", "gain"]
+    assert sizes(model.graph.output[0]) == ["B", "C", "", "W"]  # one row less than H
+    x, gain = RANDOM.random((2, 3, 9, 8), np.float32), np.array([1.0, 2.0], np.float32)
+    [got] = run(model, x=x, gain=gain)
+    np.testing.assert_allclose(got, (np.diff(-x, axis=2) * gain[:, None, None, None]) ** 2, rtol=1e-5)
+
+
+def test_one_bundle_before_and_after(light: Callable[[str], Path]) -> None:
+    """One function, called twice; the second's output has a name of its own."""
+    sobel = light("filters.sobel")
+    model = chiasm.onnx.append(chiasm.onnx.prepend(sobel, negative()), sobel)
+    assert [n.op_type for n in model.graph.node] == ["filters_sobel", "Neg", "filters_sobel"]
+    assert len(model.functions) == 1 and len({n.name for n in model.graph.node if n.domain == "chiasm"}) == 2
+    x = RANDOM.random((1, 3, 20, 24), np.float32)
+    from chiasm.filters import sobel as eager
+
+    expected = eager(-eager(torch.from_numpy(x))).numpy()
+    np.testing.assert_allclose(run(model, input=x)[0], expected, atol=1e-5)
+    double = chiasm.onnx.append(negative(TensorProto.DOUBLE), sobel)
+    assert double.graph.output[0].type.tensor_type.elem_type == TensorProto.DOUBLE
+
+
+def test_what_does_not_fit_after_a_model_is_said(light: Callable[[str], Path]) -> None:
+    sobel, decode = light("filters.sobel"), light("geometry.bbox.transform_bbox.xyxy")
+    with pytest.raises(
+        ValueError,
+        match=r"input 'input' is float32 .*output 'scores' is float32 \(N, 8\): the numbers of dim",
+    ):
+        chiasm.onnx.append(classifier(), sobel)
+    with pytest.raises(ValueError, match=r"outputs scores, .* the inputs .*: say which goes where: connect="):
+        chiasm.onnx.append(classifier(), decode)
+    with pytest.raises(ValueError, match=r"no value 'low': its outputs are scores"):
+        chiasm.onnx.append(classifier(), sobel, connect={"low": "input"})
+    with pytest.raises(ValueError, match=r"no input 'image': it has input"):
+        chiasm.onnx.append(classifier(), sobel, connect={"scores": "image"})
+    with pytest.raises(ValueError, match="an input of the bundle is named twice"):
+        chiasm.onnx.append(classifier(), sobel, connect={"scores": "input", "pooled": "input"})
+    with pytest.raises(ValueError, match=r"the dtypes differ"):
+        chiasm.onnx.append(negative(TensorProto.DOUBLE), sobel, dtype="float32")

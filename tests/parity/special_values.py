@@ -1,9 +1,9 @@
 """NaN, infinities, zeros and extreme numbers into every op on every backend.
 
-    python tests/parity/special_values.py                          of every bundle in build/bundles python
-    tests/parity/special_values.py PATTERN...               of these ops python tests/parity/special_values.py
-    --seconds 60             what fits into that time, of each op some cases python
-    tests/parity/special_values.py --bundles FOLDER OP --case "input=nan, all"
+    python tests/parity/special_values.py               of every bundle in build/bundles
+    python tests/parity/special_values.py PATTERN...    of these ops
+    --seconds 60                                        what fits into that time, of each op some cases
+    --bundles FOLDER OP --case "input=nan, all"         one case
 
 Each value of special_cases.py is put into each input: into all of it, one element, a row. The calls are made
 in child processes. None may end by a signal, take longer than 10 s of the processor, or take more than 4

@@ -19,6 +19,7 @@ from chiasm.export import signing
 from .server import BUNDLES, Server, tensors, write_model
 
 CYCLES = 200
+ROUNDS = 5
 MOST_GROWTH = 5 << 20
 #: What is freed goes back to the system, so that what the process has is what is in use.
 FRUGAL = {
@@ -49,14 +50,17 @@ def test_loading_and_unloading_frees_everything(tmp_path: Path) -> None:
             assert infer(server) == expected
             server.unload("edges")
 
-        for _ in range(75):  # until the server's own pools are full
-            cycle()
-        before = server.memory()
-        for _ in range(CYCLES):
-            cycle()
-        for kind, bytes in server.memory().items():
-            growth = bytes - before[kind]
-            assert growth < MOST_GROWTH, f"{kind} grew by {growth / 1e6:.1f} MB in {CYCLES} cycles"
+        # What the server keeps for itself grows for a while, on some machines longer than on others. What is
+        # lost in each cycle grows for ever.
+        grown: list[dict[str, int]] = []
+        for _ in range(ROUNDS):
+            before = server.memory()
+            for _ in range(CYCLES):
+                cycle()
+            grown.append({kind: bytes - before[kind] for kind, bytes in server.memory().items()})
+            if all(growth < MOST_GROWTH for growth in grown[-1].values()):
+                return
+        pytest.fail(f"{CYCLES} cycles, again and again, grew the server by {grown} bytes")
 
 
 def test_unloading_with_requests_on_the_way(server: Server) -> None:

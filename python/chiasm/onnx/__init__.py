@@ -6,7 +6,7 @@ is registered with the session, it runs the bundle's native code instead.
 
 * `session` opens a bundle in ONNX Runtime, `register` adds the plug-in to session options of your own,
   `library` says where it is.
-* `prepend` puts a bundle in front of an existing model.
+* `prepend` puts a bundle in front of an existing model, `append` one after it.
 * `Node` is a bundle within a torch network, `export` writes such a network as ONNX, `embed` completes a model
   that was exported otherwise.
 
@@ -23,14 +23,14 @@ Example:
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .merging import embed, prepend
+from .merging import append, embed, prepend
 from .plugin import library, register
 from .sessions import session
 
 if TYPE_CHECKING:
     from .network import Node, export
 
-__all__ = ["Node", "embed", "export", "library", "prepend", "register", "session"]
+__all__ = ["Node", "append", "embed", "export", "library", "prepend", "register", "session"]
 
 
 def __getattr__(name: str) -> Any:

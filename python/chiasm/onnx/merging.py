@@ -1,4 +1,4 @@
-"""A bundle in front of an existing model, as one node of it."""
+"""A bundle before or after an existing model, as one node of it."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def prepend(
         >>> [node.op_type for node in merged.graph.node], [i.name for i in merged.graph.input]
         (['pipelines_preprocess', 'GlobalAveragePool'], ['frame'])
     """
-    given = model if isinstance(model, onnx.ModelProto) else onnx.load(os.fspath(model))
+    given = _loaded(model)
     initialized = {t.name for t in given.graph.initializer}
     wanted = {v.name: v for v in given.graph.input if v.name not in initialized}
     opened = Method.open(bundle, method, dtype)
@@ -72,25 +72,99 @@ def prepend(
     merged = at_least(given, opset(fused_model(opened).functions[0]) or 0, str(opened.folder))
     taken = names(merged.graph)
     outputs = {v.name: v for v in source.output}
-    sizes = _fit(
-        opened, [(outputs[ours], wanted[theirs]) for ours, theirs in pairs.items()], _symbols(merged.graph)
-    )
+    links = [(outputs[ours], wanted[theirs]) for ours, theirs in pairs.items()]
+    sizes = _fit(opened, links, ("output", "input"), _symbols(merged.graph))
 
     function = add_function(merged, opened)
-    inputs = [_named(v, function.name, taken, sizes) for v in source.input]
-    results = [pairs.get(v.name) or _free(f"{function.name}_{v.name}", taken) for v in source.output]
-    node = helper.make_node(
-        function.name,
-        [v.name for v in inputs],
-        results,
-        name=_free(function.name, {n.name for n in nodes(merged.graph)}),
-        domain=DOMAIN,
-    )
-    merged.graph.node.insert(0, node)
+    inputs = [_renamed(v, _name(v.name, function.name, taken), sizes) for v in source.input]
+    # What the model does not take has a name and a type too, by which `append` takes it.
+    others = {
+        v.name: _renamed(v, _free(f"{function.name}_{v.name}", taken), sizes)
+        for v in source.output
+        if v.name not in pairs
+    }
+    results = [pairs.get(v.name) or others[v.name].name for v in source.output]
+    merged.graph.node.insert(0, _call(function.name, [v.name for v in inputs], results, merged))
     kept = [v for v in merged.graph.input if v.name not in pairs.values()]
     replaced = [v for v in merged.graph.input if v.name in pairs.values()]
     del merged.graph.input[:]
     merged.graph.input.extend([*inputs, *kept])
+    merged.graph.value_info.extend([*replaced, *others.values()])
+    _check(merged, given)
+    return merged
+
+
+def append(
+    model: onnx.ModelProto | BundlePath,
+    bundle: BundlePath,
+    *,
+    method: str = "forward",
+    dtype: str | None = None,
+    connect: dict[str, str] | None = None,
+) -> onnx.ModelProto:
+    """Put a bundle after a model: a detector's decoder, say.
+
+    The bundle becomes the last node, its function comes along, and the result runs in any ONNX Runtime;
+    register the bundle with the session (`register`) to have its native code used. The connected outputs of
+    the model are replaced by the bundle's; inputs of the bundle that are not connected become inputs of the
+    whole. A name is kept where the model has not used it, else the function's goes before it
+    (``ops_decode_yolov8_scores``). Bundles are chained by one call each.
+
+    Args:
+        model: the model or its file; it is not changed.
+        bundle: the folder ``NAME.chiasm``.
+        method: one of the bundle's methods.
+        dtype: for a bundle of several dtypes, the one to take; by default that of the model's output.
+        connect: from names of the model's outputs to names of the bundle's inputs. May be left out where both
+            have only one. Any other value of the model can be named too, such as another output of a bundle
+            in front of it (``pipelines_letterbox_to_frame``).
+
+    Returns:
+        The merged model. Its opset is the higher of the two.
+
+    Raises:
+        BundleError: the bundle is damaged, or has no such method or dtype.
+        ValueError: the two do not fit together; the message names what was expected and what came.
+
+    Example:
+        >>> import chiasm.onnx, onnx
+        >>> model = onnx.parser.parse_model(
+        ...     '<ir_version: 8, opset_import: ["": 18]> '
+        ...     "denoiser (float[N, 3, H, W] noisy) => (float[N, 3, H, W] clean) { clean = Relu(noisy) }"
+        ... )
+        >>> merged = chiasm.onnx.append(model, "build/bundles/filters.sobel.chiasm")
+        >>> [node.op_type for node in merged.graph.node], [o.name for o in merged.graph.output]
+        (['Relu', 'filters_sobel'], ['output'])
+    """
+    given = _loaded(model)
+    opened = Method.open(bundle, method, dtype)
+    offered = {v.name: v for v in [*given.graph.input, *given.graph.value_info, *given.graph.output]}
+    pairs = _pairs_after(opened, given.graph, connect)
+    if dtype is None:
+        opened = _method_of_dtype(opened, [offered[name] for name in pairs if name in offered])
+
+    source = fused_model(opened).graph
+    merged = at_least(given, opset(fused_model(opened).functions[0]) or 0, str(opened.folder))
+    taken = names(merged.graph)
+    wanted = {v.name: v for v in source.input}
+    links = [(wanted[ours], offered[theirs]) for theirs, ours in pairs.items() if theirs in offered]
+    sizes = _fit(opened, links, ("input", "output"), _symbols(merged.graph))
+
+    function = add_function(merged, opened)
+    connected = {ours: theirs for theirs, ours in pairs.items()}
+    others = {
+        v.name: _renamed(v, _name(v.name, function.name, taken), sizes)
+        for v in source.input
+        if v.name not in connected
+    }
+    inputs = [connected.get(v.name) or others[v.name].name for v in source.input]
+    outputs = [_renamed(v, _name(v.name, function.name, taken), sizes) for v in source.output]
+    merged.graph.node.append(_call(function.name, inputs, [v.name for v in outputs], merged))
+    kept = [v for v in merged.graph.output if v.name not in pairs]
+    replaced = [v for v in merged.graph.output if v.name in pairs]
+    del merged.graph.output[:]
+    merged.graph.output.extend([*kept, *outputs])
+    merged.graph.input.extend(others.values())
     merged.graph.value_info.extend(replaced)
     _check(merged, given)
     return merged
@@ -171,9 +245,19 @@ def _called(model: onnx.ModelProto, bundle: BundlePath, dtype: str | None) -> li
     return [Method.open(bundle, m, dtype if manifest["dtypes"] else None) for m in called]
 
 
+def _loaded(model: onnx.ModelProto | BundlePath) -> onnx.ModelProto:
+    return model if isinstance(model, onnx.ModelProto) else onnx.load(os.fspath(model))
+
+
+def _call(function: str, inputs: list[str], outputs: list[str], merged: onnx.ModelProto) -> onnx.NodeProto:
+    name = _free(function, {n.name for n in nodes(merged.graph)})
+    return helper.make_node(function, inputs, outputs, name=name, domain=DOMAIN)
+
+
 def _pairs(
     opened: Method, wanted: dict[str, onnx.ValueInfoProto], connect: dict[str, str] | None
 ) -> dict[str, str]:
+    """From the bundle's outputs to the model's inputs."""
     ours = [t["name"] for t in opened.outputs]
     if connect is None:
         if len(ours) != 1 or len(wanted) != 1:
@@ -182,8 +266,7 @@ def _pairs(
                 f" {', '.join(wanted) or '(none)'}: say which goes where: connect={{OUTPUT: INPUT}}"
             )
         connect = {ours[0]: next(iter(wanted))}
-    if not connect:
-        raise ValueError("connect: expected at least one pair, got none")
+    _check_pairs(connect, "an input of the model")
     for output, target in connect.items():
         if output not in ours:
             raise ValueError(f"connect: {opened.folder} has no output {output!r}: it has {', '.join(ours)}")
@@ -191,9 +274,36 @@ def _pairs(
             raise ValueError(
                 f"connect: the model has no input {target!r}: it has {', '.join(wanted) or '(none)'}"
             )
-    if len(set(connect.values())) != len(connect):
-        raise ValueError(f"connect: an input of the model is named twice: {connect}")
     return dict(connect)
+
+
+def _pairs_after(opened: Method, graph: onnx.GraphProto, connect: dict[str, str] | None) -> dict[str, str]:
+    """From the model's values to the bundle's inputs."""
+    ours, offered = [t["name"] for t in opened.inputs], [v.name for v in graph.output]
+    if connect is None:
+        if len(ours) != 1 or len(offered) != 1:
+            raise ValueError(
+                f"the model has the outputs {', '.join(offered)}, {opened.folder} the inputs"
+                f" {', '.join(ours)}: say which goes where: connect={{OUTPUT: INPUT}}"
+            )
+        connect = {offered[0]: ours[0]}
+    _check_pairs(connect, "an input of the bundle")
+    known = {v.name for v in graph.input} | {name for node in graph.node for name in node.output if name}
+    for value, target in connect.items():
+        if value not in known:
+            raise ValueError(
+                f"connect: the model has no value {value!r}: its outputs are {', '.join(offered)}"
+            )
+        if target not in ours:
+            raise ValueError(f"connect: {opened.folder} has no input {target!r}: it has {', '.join(ours)}")
+    return dict(connect)
+
+
+def _check_pairs(connect: dict[str, str], target: str) -> None:
+    if not connect:
+        raise ValueError("connect: expected at least one pair, got none")
+    if len(set(connect.values())) != len(connect):
+        raise ValueError(f"connect: {target} is named twice: {connect}")
 
 
 def _method_of_dtype(opened: Method, targets: list[onnx.ValueInfoProto]) -> Method:
@@ -211,7 +321,10 @@ def _dtype_name(value: onnx.ValueInfoProto) -> str:
 
 
 def _fit(
-    opened: Method, links: list[tuple[onnx.ValueInfoProto, onnx.ValueInfoProto]], taken: set[str]
+    opened: Method,
+    links: list[tuple[onnx.ValueInfoProto, onnx.ValueInfoProto]],
+    kinds: tuple[str, str],
+    taken: set[str],
 ) -> dict[str, int | str]:
     """What the bundle's symbolic sizes become in the merged model: a number or a symbol of the model, or a
     name of their own."""
@@ -219,8 +332,8 @@ def _fit(
     limits = opened.manifest["symbols"]
     for ours, theirs in links:
         story = (
-            f"{opened.folder}: output {ours.name!r} is {_text(ours)}, the model's input {theirs.name!r} is"
-            f" {_text(theirs)}"
+            f"{opened.folder}: {kinds[0]} {ours.name!r} is {_text(ours)}, the model's {kinds[1]}"
+            f" {theirs.name!r} is {_text(theirs)}"
         )
         if _dtype_name(ours) != _dtype_name(theirs):
             raise ValueError(f"{story}: the dtypes differ")
@@ -266,21 +379,25 @@ def _symbols(graph: onnx.GraphProto) -> set[str]:
     }
 
 
-def _named(
-    value: onnx.ValueInfoProto, function: str, taken: set[str], sizes: dict[str, int | str]
-) -> onnx.ValueInfoProto:
-    """An input of the bundle as an input of the merged model."""
+def _renamed(value: onnx.ValueInfoProto, name: str, sizes: dict[str, int | str]) -> onnx.ValueInfoProto:
+    """A value of the bundle as one of the merged model; a size that is computed from symbols is left open."""
     result = onnx.ValueInfoProto()
     result.CopyFrom(value)
-    result.name = value.name if value.name not in taken else _free(f"{function}_{value.name}", taken)
-    taken.add(result.name)
+    result.name = name
     for dim in result.type.tensor_type.shape.dim:
-        size = sizes.get(dim.dim_param) if dim.dim_param else None
+        size = sizes.get(dim.dim_param, "")
         if isinstance(size, int):
             dim.dim_value = size
         elif size:
             dim.dim_param = size
+        else:
+            dim.ClearField("dim_param")
     return result
+
+
+def _name(name: str, function: str, taken: set[str]) -> str:
+    """`name`, where the model has not used it, else the function's before it."""
+    return _free(f"{function}_{name}" if name in taken else name, taken)
 
 
 def _free(name: str, taken: set[str]) -> str:
