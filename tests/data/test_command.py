@@ -34,7 +34,7 @@ def start(*arguments: object) -> subprocess.Popen:
 
 def chiasm_map(*arguments: object) -> tuple[int, str]:
     process = start(*arguments)
-    text, _ = process.communicate(timeout=100)
+    text, _ = process.communicate(timeout=300)
     assert "Traceback" not in text
     return process.returncode, text
 
@@ -80,7 +80,7 @@ def children(pid: int) -> list[int]:
 def begun(photos: Path, folder: Path) -> subprocess.Popen:
     """A run that has written a shard, and not all of them."""
     process = start(PREPROCESS, photos, folder, "--rows", 4, "-j", 2)
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 180
     while not shards(folder):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.005)
@@ -104,13 +104,13 @@ def test_what_is_ended_goes_on(photos: Path, undisturbed: Path, tmp_path: Path, 
         process.send_signal(signal.SIGINT)
     for pid in (process.pid, *workers):
         os.kill(pid, signal.SIGCONT)
-    text, _ = process.communicate(timeout=60)
+    text, _ = process.communicate(timeout=180)
     assert "Traceback" not in text
     if end == "worker":
         assert process.returncode == 1 and "a worker was killed" in text
     if end == "interrupt":
         assert process.returncode == 130 and "interrupted" in text
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + 60
     while any(Path(f"/proc/{pid}").exists() for pid in workers):  # no worker outlives its driver
         assert time.monotonic() < deadline
         time.sleep(0.02)

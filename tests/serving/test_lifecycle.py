@@ -81,7 +81,7 @@ def test_unloading_with_requests_on_the_way(server: Server) -> None:
             send("edges", tensors(grpc_client, {"frame": FRAME}), note)
         server.unload("edges")
         for _ in range(count):
-            assert done.acquire(timeout=30), f"{len(answers)} of {count} answers came"
+            assert done.acquire(timeout=120), f"{len(answers)} of {count} answers came"
         good = [a for a in answers if isinstance(a, bytes)]
         assert good and all(a == expected for a in good)
         for error in answers:
