@@ -91,7 +91,7 @@ class Server:
         self.grpc = grpc_client.InferenceServerClient(f"127.0.0.1:{self.grpc_port}")
 
     def _wait(self) -> None:
-        for _ in range(300):
+        for _ in range(1200):
             assert self.process.poll() is None, self.log()
             try:
                 if urllib.request.urlopen(self.url("v2/health/ready"), timeout=5).status == 200:
