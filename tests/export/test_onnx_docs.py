@@ -33,7 +33,12 @@ PRINTED = (
 @pytest.fixture
 def bundles(light: Callable[[str], Path]) -> Path:
     """The folder that holds the bundles of the examples."""
-    for name in ("filters.sobel", "pipelines.letterbox", "ops.decode_yolov8", "geometry.bbox.transform_bbox.xyxy"):
+    for name in (
+        "filters.sobel",
+        "pipelines.letterbox",
+        "ops.decode_yolov8",
+        "geometry.bbox.transform_bbox.xyxy",
+    ):
         light(name)
     return light("pipelines.preprocess").parent
 

@@ -10,6 +10,7 @@ import pytest
 import torch
 from torch import Tensor
 
+from chiasm import pipelines
 from chiasm.geometry.bbox import transform_bbox
 from chiasm.pipelines import center_crop, crop_boxes, letterbox
 
@@ -73,6 +74,37 @@ def test_letterbox_is_within_a_level_of_inter_linear(height: int, width: int) ->
         0, :, top : top + new_height, left : left + new_width
     ]
     assert np.abs(actual.numpy() - normalised(inner)).max() < 1.001 / 255
+
+
+@pytest.mark.parametrize("form", ["nv12", "nv21", "i420", "yuyv"])
+def test_formats_of_cameras(form: str) -> None:
+    """OpenCV converts, and is a letterbox of its own."""
+    buffer = np.random.default_rng(3).integers(0, 256, (90, 80), np.uint8)  # 60 rows of luma, then chroma
+    y, chroma = torch.from_numpy(buffer[:60]).reshape(1, 60, 80, 1), torch.from_numpy(buffer[60:])
+    if form in ("nv12", "nv21"):
+        parts = [y, chroma.reshape(1, 30, 40, 2)]
+        bgr = cv2.cvtColor(buffer, getattr(cv2, f"COLOR_YUV2BGR_{form.upper()}"))
+    elif form == "i420":
+        u, v = chroma.flatten().reshape(2, 1, 30, 40, 1)
+        parts, bgr = [y, u, v], cv2.cvtColor(buffer, cv2.COLOR_YUV2BGR_I420)
+    else:
+        parts = [torch.from_numpy(buffer).reshape(1, 90, 20, 4)]
+        bgr = cv2.cvtColor(buffer.reshape(90, 40, 2), cv2.COLOR_YUV2BGR_YUYV)
+    expected, to_frame = letterbox(torch.from_numpy(bgr)[None], (64, 48), 7, "top_left", MEAN, STD)
+    actual = getattr(pipelines, f"letterbox_{form}")(*parts, (64, 48), 7, "top_left", MEAN, STD)
+    assert torch.equal(actual[0], expected) and torch.equal(actual[1], to_frame)
+
+
+def test_wrong_parts_of_a_camera_frame() -> None:
+    y, uv = torch.zeros(1, 8, 8, 1, dtype=torch.uint8), torch.zeros(1, 4, 4, 2, dtype=torch.uint8)
+    with pytest.raises(ValueError, match=r"uv: expected"):
+        pipelines.letterbox_nv12(y, uv[..., :1])
+    with pytest.raises(ValueError, match=r"y: expected"):
+        pipelines.letterbox_nv12(y[0], uv)
+    with pytest.raises(TypeError, match=r"uv: expected"):
+        pipelines.letterbox_nv12(y, uv.float())
+    with pytest.raises(ValueError, match="anchor"):
+        pipelines.letterbox_nv12(y, uv, anchor="left")
 
 
 def test_boxes_there_and_back() -> None:

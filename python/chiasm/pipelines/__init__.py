@@ -1,7 +1,19 @@
 """Ready compositions of ops: of frames, and of two views of one thing."""
 
+from .camera_letterbox import letterbox_i420, letterbox_nv12, letterbox_nv21, letterbox_yuyv
 from .frames import edges, preprocess
 from .letterbox import center_crop, crop_boxes, letterbox
 from .two_views import two_view_homography
 
-__all__ = ["center_crop", "crop_boxes", "edges", "letterbox", "preprocess", "two_view_homography"]
+__all__ = [
+    "center_crop",
+    "crop_boxes",
+    "edges",
+    "letterbox",
+    "letterbox_i420",
+    "letterbox_nv12",
+    "letterbox_nv21",
+    "letterbox_yuyv",
+    "preprocess",
+    "two_view_homography",
+]

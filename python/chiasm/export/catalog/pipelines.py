@@ -75,6 +75,50 @@ add(
         reference="OpenCV resize, copyMakeBorder, blobFromImage",
     )
 )
+
+
+def _luma(name: str = "y", channels: int = 1, sizes: tuple = ("H", "W"), description: str = "luma"):
+    return TensorSpec(name, ("B", *sizes, channels), "uint8", "NHWC", "", (0, 255), description)
+
+
+def _chroma(name: str, channels: int):
+    return _luma(name, channels, ("UH", "UW"), f"chroma {name.upper()} around 128, of any resolution")
+
+
+def _opencv_camera_letterbox(code: str):
+    """Conversion, then as `_opencv_letterbox`, of the parts of one frame."""
+
+    def call(cv2, y, *pairs):
+        frame = (
+            cv2.cvtColorTwoPlane(y, *pairs, getattr(cv2, code))
+            if pairs
+            else cv2.cvtColor(y.reshape(y.shape[0], -1, 2), getattr(cv2, code))
+        )
+        return _opencv_letterbox(cv2, frame)
+
+    return opencv(call, "samples", atol=1.001 / 255, sizes={"H": 120, "W": 160, "UH": 60, "UW": 80})
+
+
+for _name, _parts, _peer in (
+    ("nv12", [_luma(), _chroma("uv", 2)], _opencv_camera_letterbox("COLOR_YUV2BGR_NV12")),
+    ("nv21", [_luma(), _chroma("vu", 2)], _opencv_camera_letterbox("COLOR_YUV2BGR_NV21")),
+    ("i420", [_luma(), _chroma("u", 1), _chroma("v", 1)], None),
+    (
+        "yuyv",
+        [_luma("frame", 4, ("H", "W"), "pairs of pixels: luma, U, luma, V")],
+        _opencv_camera_letterbox("COLOR_YUV2BGR_YUYV"),
+    ),
+):
+    add(
+        Spec(
+            f"pipelines.letterbox_{_name}",
+            _parts,
+            [_INPUT, _TO_FRAME],
+            symbols={} if _name == "yuyv" else {"UH": (1, 32768), "UW": (1, 32768)},
+            peer=_peer,
+            reference="OpenCV cvtColor, resize, copyMakeBorder, blobFromImage",
+        )
+    )
 add(Spec("pipelines.center_crop", [_FRAMES], [_INPUT, _TO_FRAME], reference="OpenCV resize and slices"))
 
 
