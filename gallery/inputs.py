@@ -15,9 +15,12 @@ from .judged import judged
 from .photographs import photograph
 from .values import count, places, values
 
+#: What takes the formats of cameras.
+CAMERAS = (
+    *(f"color.{name}_to_rgb" for name in ("nv12", "nv21", "i420", "yuyv", "uyvy")),
+    *(f"pipelines.letterbox_{name}" for name in ("nv12", "nv21", "i420", "yuyv")),
+)
 #: Colour spaces that an eager conversion makes of RGB.
-#: Formats of cameras.
-CAMERAS = tuple(f"color.{name}_to_rgb" for name in ("nv12", "nv21", "i420", "yuyv", "uyvy"))
 SPACES = ("HLS", "HSL", "HSV", "LAB", "LUV", "XYZ", "YCbCr", "YUV")
 FRAMES = 9
 
@@ -131,10 +134,10 @@ def camera(name: str, part: str, rgb: torch.Tensor) -> torch.Tensor:
     luma, blue, red = color.rgb_to_ycbcr(rgb[..., : rgb.shape[-1] // 2 * 2]).split(1, 1)
     luma = (16 + 219 * luma) / 255
     u, v = ((128 + 224 * (chroma - 0.5)) / 255 for chroma in (blue, red))
-    if part == "image":
+    if part in ("image", "frame"):
         u, v = (functional.avg_pool2d(chroma, (1, 2)) for chroma in (u, v))
         pair = [luma[..., 0::2], u, luma[..., 1::2], v]
-        return torch.cat(pair if name.startswith("yuyv") else [u, pair[0], v, pair[2]], 1)
+        return torch.cat(pair if "yuyv" in name else [u, pair[0], v, pair[2]], 1)
     if part == "y":
         return luma
     halves = {"u": functional.avg_pool2d(u, 2), "v": functional.avg_pool2d(v, 2)}
