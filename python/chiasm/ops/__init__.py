@@ -1,4 +1,4 @@
-"""Boxes of detectors: torchvision.ops' functions of boxes, suppression in fixed slots, decoders."""
+"""What comes after a network: torchvision.ops' functions of boxes, suppression in fixed slots, decoders."""
 
 from ..primitives.core.modules import lazy_modules
 from .boxes import (
@@ -12,6 +12,7 @@ from .boxes import (
     remove_small_boxes,
 )
 from .decoding import decode_detr, decode_yolov5, decode_yolov8
+from .keypoints import decode_heatmaps, decode_simcc
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
 from .suppression import batched_nms, batched_nms_fixed, nms
 
@@ -25,6 +26,8 @@ __all__ = [
     "complete_box_iou",
     "complete_box_iou_loss",
     "decode_detr",
+    "decode_heatmaps",
+    "decode_simcc",
     "decode_yolov5",
     "decode_yolov8",
     "distance_box_iou",

@@ -15,6 +15,8 @@ from .boxes import remove_small_boxes as remove_small_boxes
 from .decoding import decode_detr as decode_detr
 from .decoding import decode_yolov5 as decode_yolov5
 from .decoding import decode_yolov8 as decode_yolov8
+from .keypoints import decode_heatmaps as decode_heatmaps
+from .keypoints import decode_simcc as decode_simcc
 from .losses import complete_box_iou_loss as complete_box_iou_loss
 from .losses import distance_box_iou_loss as distance_box_iou_loss
 from .losses import generalized_box_iou_loss as generalized_box_iou_loss
@@ -101,6 +103,25 @@ class DecodeDetr(nn.Module):
     ) -> None: ...
     def forward(self, logits: Tensor, pred_boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
     def __call__(self, logits: Tensor, pred_boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
+class DecodeHeatmaps(nn.Module):
+    """`decode_heatmaps` as a module: The position of the largest value of each heat map, to a fraction
+    of a pixel."""
+
+    refinement: str
+    kernel_size: int
+    def __init__(self, refinement: str = "none", kernel_size: int = 11) -> None: ...
+    def forward(self, heatmaps: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, heatmaps: Tensor) -> Tuple[Tensor, Tensor]: ...
+
+class DecodeSimcc(nn.Module):
+    """`decode_simcc` as a module: The position of the largest value of each key point's distributions
+    along x and along y."""
+
+    split_ratio: float
+    def __init__(self, split_ratio: float = 2.0) -> None: ...
+    def forward(self, simcc_x: Tensor, simcc_y: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, simcc_x: Tensor, simcc_y: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 class DecodeYolov5(nn.Module):
     """`decode_yolov5` as a module: The objects that YOLO v5, v6 or v7 has found. Otherwise as
@@ -202,6 +223,8 @@ __all__ = [
     "CompleteBoxIou",
     "CompleteBoxIouLoss",
     "DecodeDetr",
+    "DecodeHeatmaps",
+    "DecodeSimcc",
     "DecodeYolov5",
     "DecodeYolov8",
     "DistanceBoxIou",
@@ -219,6 +242,8 @@ __all__ = [
     "complete_box_iou",
     "complete_box_iou_loss",
     "decode_detr",
+    "decode_heatmaps",
+    "decode_simcc",
     "decode_yolov5",
     "decode_yolov8",
     "distance_box_iou",

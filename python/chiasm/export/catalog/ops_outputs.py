@@ -1,0 +1,61 @@
+"""What networks give: key points."""
+
+import torch
+
+from ..spec import Spec, TensorSpec, Tolerance
+from . import STENCIL, add
+
+# --- key points ---------------------------------------------------------------------------------------------
+
+
+def _heatmaps(generator, sizes, dtype):
+    """A Gaussian each, and a little noise, which has no part in where the largest value is."""
+    shape = (sizes["B"], sizes["K"])
+    height, width = sizes["H"], sizes["W"]
+
+    def profile(length):
+        centre = 1.5 + (length - 4) * torch.rand(shape, generator=generator, dtype=torch.float64)
+        return torch.exp(-((torch.arange(length) - centre[..., None]) ** 2) / 8)
+
+    maps = profile(height)[..., :, None] * profile(width)[..., None, :]
+    noise = torch.rand((*shape, height, width), generator=generator, dtype=torch.float64)
+    return {"heatmaps": (maps + 1e-3 * noise).to(dtype)}
+
+
+add(
+    Spec(
+        "ops.decode_heatmaps",
+        [TensorSpec("heatmaps", ("B", "K", "H", "W"), description="one of each key point")],
+        [
+            TensorSpec("points", description="x and y in pixels of the maps"),
+            TensorSpec("scores", description="the largest values"),
+        ],
+        config={"refinement": "dark"},
+        also=({"refinement": "quarter"}, {"refinement": "none"}),
+        symbols={"K": (1, 1024)} | STENCIL,
+        # a Newton step by differences of logarithms
+        tolerances={"float32": Tolerance(1e-3, 1e-5)},
+        gradients=(),
+        sample=_heatmaps,
+        reference="the papers' equations in NumPy loops; the centres of Gaussians",
+        picture="tensors",
+    )
+)
+add(
+    Spec(
+        "ops.decode_simcc",
+        [
+            TensorSpec("simcc_x", ("B", "K", "W"), description="places from left to right"),
+            TensorSpec("simcc_y", ("B", "K", "H"), description="places from top to bottom"),
+        ],
+        [
+            TensorSpec("points", description="x and y in pixels"),
+            TensorSpec("scores", description="the lesser of the largest values along x and y"),
+        ],
+        config={"split_ratio": 2.0},
+        symbols={"K": (1, 1024)},
+        gradients=(),
+        reference="NumPy argmax",
+        picture="tensors",
+    )
+)
