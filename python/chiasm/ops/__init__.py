@@ -11,6 +11,7 @@ from .boxes import (
     generalized_box_iou,
     remove_small_boxes,
 )
+from .ctc import ctc_beam_decode, ctc_greedy_decode
 from .decoding import decode_detr, decode_yolov5, decode_yolov8
 from .keypoints import decode_heatmaps, decode_simcc
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
@@ -25,6 +26,8 @@ __all__ = [
     "clip_boxes_to_image",
     "complete_box_iou",
     "complete_box_iou_loss",
+    "ctc_beam_decode",
+    "ctc_greedy_decode",
     "decode_detr",
     "decode_heatmaps",
     "decode_simcc",

@@ -12,6 +12,8 @@ from .boxes import complete_box_iou as complete_box_iou
 from .boxes import distance_box_iou as distance_box_iou
 from .boxes import generalized_box_iou as generalized_box_iou
 from .boxes import remove_small_boxes as remove_small_boxes
+from .ctc import ctc_beam_decode as ctc_beam_decode
+from .ctc import ctc_greedy_decode as ctc_greedy_decode
 from .decoding import decode_detr as decode_detr
 from .decoding import decode_yolov5 as decode_yolov5
 from .decoding import decode_yolov8 as decode_yolov8
@@ -90,6 +92,25 @@ class CompleteBoxIouLoss(nn.Module):
     def __init__(self, reduction: str = "none", eps: float = 1e-07) -> None: ...
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class CtcBeamDecode(nn.Module):
+    """`ctc_beam_decode` as a module: The most likely sequences of labels, over all their alignments, by
+    prefix beam search."""
+
+    beam: int
+    blank: int
+    def __init__(self, beam: int = 10, blank: int = 0) -> None: ...
+    def forward(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+    def __call__(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+
+class CtcGreedyDecode(nn.Module):
+    """`ctc_greedy_decode` as a module: The labels of the most likely alignment: the best class of each
+    step, repetitions once, without blanks."""
+
+    blank: int
+    def __init__(self, blank: int = 0) -> None: ...
+    def forward(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+    def __call__(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class DecodeDetr(nn.Module):
     """`decode_detr` as a module: The objects that RT-DETR or Deformable DETR has found: the highest of
@@ -222,6 +243,8 @@ __all__ = [
     "ClipBoxesToImage",
     "CompleteBoxIou",
     "CompleteBoxIouLoss",
+    "CtcBeamDecode",
+    "CtcGreedyDecode",
     "DecodeDetr",
     "DecodeHeatmaps",
     "DecodeSimcc",
@@ -241,6 +264,8 @@ __all__ = [
     "clip_boxes_to_image",
     "complete_box_iou",
     "complete_box_iou_loss",
+    "ctc_beam_decode",
+    "ctc_greedy_decode",
     "decode_detr",
     "decode_heatmaps",
     "decode_simcc",

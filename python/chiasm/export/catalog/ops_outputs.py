@@ -1,4 +1,4 @@
-"""What networks give: key points."""
+"""What networks give: key points and label sequences."""
 
 import torch
 
@@ -59,3 +59,42 @@ add(
         picture="tensors",
     )
 )
+
+# --- label sequences ----------------------------------------------------------------------------------------
+
+
+def _steps(generator, sizes, dtype):
+    """Classes that last for some steps, with blanks between."""
+    shape = (sizes["B"], sizes["T"], sizes["C"])
+    logits = torch.randn(shape, generator=generator, dtype=torch.float64)
+    said = torch.randint(0, sizes["C"], shape[:2], generator=generator)
+    said = said[:, torch.arange(sizes["T"]) // 3 * 3]
+    logits = logits + 4 * torch.nn.functional.one_hot(said, sizes["C"])
+    lengths = torch.randint(1, sizes["T"] + 1, shape[:1], generator=generator)
+    return {"log_probs": logits.log_softmax(-1).to(dtype), "lengths": lengths}
+
+
+for _name, _config, _reference in (
+    ("greedy", {"blank": 0}, "itertools.groupby of NumPy argmax"),
+    ("beam", {"beam": 8, "blank": 0}, "sums over all alignments; torch.nn.functional.ctc_loss"),
+):
+    add(
+        Spec(
+            f"ops.ctc_{_name}_decode",
+            [
+                TensorSpec("log_probs", ("B", "T", "C"), description="logarithms of probabilities"),
+                TensorSpec("lengths", ("B",), "int64", description="how many steps count"),
+            ],
+            [
+                TensorSpec("labels", description="blanks after the last"),
+                TensorSpec("label_lengths", description="how many labels there are"),
+                TensorSpec("scores", description="logarithms of probabilities"),
+            ],
+            config=_config,
+            symbols={"T": (2, 1 << 14), "C": (2, 1 << 16)},
+            gradients=(),
+            sample=_steps,
+            reference=_reference,
+            picture="tensors",
+        )
+    )
