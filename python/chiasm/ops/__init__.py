@@ -15,7 +15,9 @@ from .ctc import ctc_beam_decode, ctc_greedy_decode
 from .decoding import decode_detr, decode_yolov5, decode_yolov8
 from .keypoints import decode_heatmaps, decode_simcc
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
+from .ssd import decode_ssd
 from .suppression import batched_nms, batched_nms_fixed, nms
+from .tiles import merge, merge_detections, tile
 
 __all__ = [
     "batched_nms",
@@ -31,14 +33,18 @@ __all__ = [
     "decode_detr",
     "decode_heatmaps",
     "decode_simcc",
+    "decode_ssd",
     "decode_yolov5",
     "decode_yolov8",
     "distance_box_iou",
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "merge",
+    "merge_detections",
     "nms",
     "remove_small_boxes",
+    "tile",
 ]
 
 __getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -1,6 +1,6 @@
 # Written by `make stubs` from the signatures of the functions; do not edit.
 
-from typing import Tuple
+from typing import Tuple, Union
 
 from torch import Tensor, nn
 
@@ -22,9 +22,13 @@ from .keypoints import decode_simcc as decode_simcc
 from .losses import complete_box_iou_loss as complete_box_iou_loss
 from .losses import distance_box_iou_loss as distance_box_iou_loss
 from .losses import generalized_box_iou_loss as generalized_box_iou_loss
+from .ssd import decode_ssd as decode_ssd
 from .suppression import batched_nms as batched_nms
 from .suppression import batched_nms_fixed as batched_nms_fixed
 from .suppression import nms as nms
+from .tiles import merge as merge
+from .tiles import merge_detections as merge_detections
+from .tiles import tile as tile
 
 class BatchedNms(nn.Module):
     """`batched_nms` as a module: Non-maximum suppression, each class for itself."""
@@ -144,6 +148,30 @@ class DecodeSimcc(nn.Module):
     def forward(self, simcc_x: Tensor, simcc_y: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, simcc_x: Tensor, simcc_y: Tensor) -> Tuple[Tensor, Tensor]: ...
 
+class DecodeSsd(nn.Module):
+    """`decode_ssd` as a module: The objects that SSD has found: softmax, every class of every anchor,
+    boxes about anchors, suppression."""
+
+    size: Tuple[int, int]
+    score_threshold: float
+    iou_threshold: float
+    max_output: int
+    candidates: int
+    def __init__(
+        self,
+        size: Tuple[int, int],
+        score_threshold: float = 0.01,
+        iou_threshold: float = 0.45,
+        max_output: int = 200,
+        candidates: int = 1000,
+    ) -> None: ...
+    def forward(
+        self, logits: Tensor, deltas: Tensor, anchors: Tensor
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(
+        self, logits: Tensor, deltas: Tensor, anchors: Tensor
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
 class DecodeYolov5(nn.Module):
     """`decode_yolov5` as a module: The objects that YOLO v5, v6 or v7 has found. Otherwise as
     ``decode_yolov8``."""
@@ -216,6 +244,30 @@ class GeneralizedBoxIouLoss(nn.Module):
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
+class Merge(nn.Module):
+    """`merge` as a module: Put an image together from its tiles, as ``tile`` cuts them, seams
+    blended."""
+
+    image_size: Tuple[int, int]
+    overlap: Union[int, Tuple[int, int]]
+    def __init__(self, image_size: Tuple[int, int], overlap: Union[int, Tuple[int, int]] = 0) -> None: ...
+    def forward(self, tiles: Tensor) -> Tensor: ...
+    def __call__(self, tiles: Tensor) -> Tensor: ...
+
+class MergeDetections(nn.Module):
+    """`merge_detections` as a module: The objects of a large image, from those that a detector has found
+    in each of its tiles."""
+
+    iou_threshold: float
+    max_output: int
+    def __init__(self, iou_threshold: float = 0.45, max_output: int = 300) -> None: ...
+    def forward(
+        self, boxes: Tensor, scores: Tensor, labels: Tensor, found: Tensor, origins: Tensor
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(
+        self, boxes: Tensor, scores: Tensor, labels: Tensor, found: Tensor, origins: Tensor
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
 class Nms(nn.Module):
     """`nms` as a module: Non-maximum suppression: from the highest score on, drop every box that
     overlaps one that was kept."""
@@ -234,6 +286,17 @@ class RemoveSmallBoxes(nn.Module):
     def forward(self, boxes: Tensor) -> Tensor: ...
     def __call__(self, boxes: Tensor) -> Tensor: ...
 
+class Tile(nn.Module):
+    """`tile` as a module: Cut an image into tiles of one size, row after row, which cover it."""
+
+    size: Union[int, Tuple[int, int]]
+    overlap: Union[int, Tuple[int, int]]
+    def __init__(
+        self, size: Union[int, Tuple[int, int]], overlap: Union[int, Tuple[int, int]] = 0
+    ) -> None: ...
+    def forward(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+
 __all__ = [
     "BatchedNms",
     "BatchedNmsFixed",
@@ -248,14 +311,18 @@ __all__ = [
     "DecodeDetr",
     "DecodeHeatmaps",
     "DecodeSimcc",
+    "DecodeSsd",
     "DecodeYolov5",
     "DecodeYolov8",
     "DistanceBoxIou",
     "DistanceBoxIouLoss",
     "GeneralizedBoxIou",
     "GeneralizedBoxIouLoss",
+    "Merge",
+    "MergeDetections",
     "Nms",
     "RemoveSmallBoxes",
+    "Tile",
     "batched_nms",
     "batched_nms_fixed",
     "box_area",
@@ -269,12 +336,16 @@ __all__ = [
     "decode_detr",
     "decode_heatmaps",
     "decode_simcc",
+    "decode_ssd",
     "decode_yolov5",
     "decode_yolov8",
     "distance_box_iou",
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "merge",
+    "merge_detections",
     "nms",
     "remove_small_boxes",
+    "tile",
 ]

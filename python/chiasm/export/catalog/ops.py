@@ -1,4 +1,4 @@
-"""Boxes of detectors."""
+"""Boxes of detectors, and what networks give as boxes."""
 
 import torch
 
@@ -81,7 +81,7 @@ for _name in ("generalized_box_iou_loss", "distance_box_iou_loss", "complete_box
     )
 
 
-def _clusters(generator, sizes):
+def clusters(generator, sizes):
     """Boxes around a third as many places, as centre, width and height."""
     batch, count = sizes["B"], sizes["N"]
     places = 100 * torch.rand((batch, count // 3 + 1, 2), generator=generator, dtype=torch.float64)
@@ -90,7 +90,7 @@ def _clusters(generator, sizes):
 
 
 def _scored(generator, sizes, dtype):
-    centred = _clusters(generator, sizes)
+    centred = clusters(generator, sizes)
     corners = torch.cat([centred[..., :2] - centred[..., 2:] / 2, centred[..., :2] + centred[..., 2:] / 2], 2)
     shape = (sizes["B"], sizes["N"])
     return {
@@ -121,7 +121,7 @@ add(
     )
 )
 
-_DETECTIONS = [
+DETECTIONS = [
     TensorSpec("boxes", description="x1, y1, x2, y2 in pixels of the input"),
     TensorSpec("scores", description="by falling score"),
     TensorSpec("labels", description="classes"),
@@ -131,7 +131,7 @@ _DETECTIONS = [
 
 def _yolo(places_last: bool):
     def sample(generator, sizes, dtype):
-        boxes = _clusters(generator, sizes)
+        boxes = clusters(generator, sizes)
         scores = torch.rand((sizes["B"], sizes["N"], sizes["C"] - 4), generator=generator) ** 2
         output = torch.cat([boxes, scores], 2).to(dtype)
         return {"output": output.transpose(1, 2).contiguous() if places_last else output}
@@ -145,7 +145,7 @@ for _name, _shape, _least in (("yolov8", ("B", "C", "N"), 6), ("yolov5", ("B", "
         Spec(
             f"ops.decode_{_name}",
             [TensorSpec("output", _shape, description="of the network")],
-            _DETECTIONS,
+            DETECTIONS,
             symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (_least, 1024)},
             gradients=(),
             sample=_yolo(places_last=_name == "yolov8"),
@@ -162,11 +162,40 @@ add(
                 "pred_boxes", ("B", "N", 4), range=(0.1, 0.9), description="centre and size, in [0, 1]"
             ),
         ],
-        _DETECTIONS,
+        DETECTIONS,
         config={"size": (640, 640)},
         symbols={"B": (1, 256), "N": (300, 1 << 16), "C": (1, 1024)},
         gradients=(),
         reference="NumPy argsort",
+        picture="tensors",
+    )
+)
+
+
+def _anchored(generator, sizes, dtype):
+    batch, count = sizes["B"], sizes["N"]
+    centred = clusters(generator, {"B": 1, "N": count})[0]
+    anchors = torch.cat([centred[:, :2] - centred[:, 2:] / 2, centred[:, :2] + centred[:, 2:] / 2], 1)
+    logits = torch.randn((batch, count, sizes["C"]), generator=generator, dtype=torch.float64)
+    deltas = torch.randn((batch, count, 4), generator=generator, dtype=torch.float64)
+    made = {"logits": 2 * logits, "deltas": deltas, "anchors": anchors}
+    return {name: each.to(dtype) for name, each in made.items()}
+
+
+add(
+    Spec(
+        "ops.decode_ssd",
+        [
+            TensorSpec("logits", ("B", "N", "C"), description="of classes, the background first"),
+            TensorSpec("deltas", ("B", "N", 4), description="of boxes, against anchors"),
+            TensorSpec("anchors", ("N", 4), description="x1, y1, x2, y2 in pixels"),
+        ],
+        DETECTIONS,
+        config={"size": (300, 300)},
+        symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (2, 1024)},
+        gradients=(),
+        sample=_anchored,
+        reference="torchvision.models.detection.ssd",
         picture="tensors",
     )
 )

@@ -1,9 +1,10 @@
-"""What networks give: key points and label sequences."""
+"""What networks give: key points, label sequences, tiles of large images."""
 
 import torch
 
-from ..spec import Spec, TensorSpec, Tolerance
+from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
+from .ops import DETECTIONS, clusters
 
 # --- key points ---------------------------------------------------------------------------------------------
 
@@ -98,3 +99,64 @@ for _name, _config, _reference in (
             picture="tensors",
         )
     )
+
+# --- tiles of large images ----------------------------------------------------------------------------------
+
+add(
+    Spec(
+        "ops.tile",
+        [image("image")],
+        [
+            TensorSpec("tiles", description="row after row"),
+            TensorSpec("positions", description="x and y of their upper left pixels"),
+        ],
+        config={"size": (7, 6), "overlap": (3, 2)},
+        symbols=STENCIL,
+        reference="NumPy slices",
+        picture="windows",
+    )
+)
+add(
+    Spec(
+        "ops.merge",
+        [TensorSpec("tiles", ("B", 20, "C", 7, 6), description="4 x 5 tiles of an image of 17 x 21")],
+        [TensorSpec("output", layout="NCHW", description="the image")],
+        config={"image_size": (17, 21), "overlap": (3, 2)},
+        reference="a loop in NumPy",
+        picture="windows",
+    )
+)
+
+
+def _tiled(generator, sizes, dtype):
+    batch, tiles, count = sizes["B"], sizes["M"], sizes["N"]
+    centred = clusters(generator, {"B": batch, "N": tiles * count}).reshape(batch, tiles, count, 4)
+    boxes = torch.cat([centred[..., :2] - centred[..., 2:] / 2, centred[..., :2] + centred[..., 2:] / 2], 3)
+    shape = (batch, tiles, count)
+    return {
+        "boxes": boxes.to(dtype),
+        "scores": torch.rand(shape, generator=generator).to(dtype),
+        "labels": torch.randint(0, 3, shape, generator=generator),
+        "found": torch.rand(shape, generator=generator) < 0.7,
+        "origins": torch.randint(0, 400, (tiles, 2), generator=generator),
+    }
+
+
+add(
+    Spec(
+        "ops.merge_detections",
+        [
+            TensorSpec("boxes", ("B", "M", "N", 4), description="x1, y1, x2, y2 in pixels of the tiles"),
+            TensorSpec("scores", ("B", "M", "N"), description="scores"),
+            TensorSpec("labels", ("B", "M", "N"), "int64", description="classes"),
+            TensorSpec("found", ("B", "M", "N"), "bool", description="which slots hold an object"),
+            TensorSpec("origins", ("M", 2), "int64", description="where the tiles begin, x and y"),
+        ],
+        DETECTIONS,
+        symbols={"B": (1, 64), "M": (1, 1024), "N": (1, 1024)},
+        gradients=(),
+        sample=_tiled,
+        reference="torchvision.ops.batched_nms",
+        picture="tensors",
+    )
+)
