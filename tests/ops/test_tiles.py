@@ -129,9 +129,9 @@ NOTHING = (
 
 
 def merged(place: int, value: Tensor, origins: Tensor | None = None, most: int = 3) -> Tensor:
-    arguments = [value if i == place else each for i, each in enumerate(NOTHING)]
-    arguments.append(torch.zeros(2, 2) if origins is None else origins)
-    return ops.merge_detections(*arguments, max_output=most)[0]
+    boxes, scores, labels, found = (value if i == place else each for i, each in enumerate(NOTHING))
+    where = torch.zeros(2, 2) if origins is None else origins
+    return ops.merge_detections(boxes, scores, labels, found, where, max_output=most)[0]
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from .keypoints import decode_heatmaps, decode_simcc
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
 from .ssd import decode_ssd
 from .suppression import batched_nms, batched_nms_fixed, nms
+from .text_boxes import decode_db
 from .tiles import merge, merge_detections, tile
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "complete_box_iou_loss",
     "ctc_beam_decode",
     "ctc_greedy_decode",
+    "decode_db",
     "decode_detr",
     "decode_heatmaps",
     "decode_simcc",

@@ -26,6 +26,7 @@ from .ssd import decode_ssd as decode_ssd
 from .suppression import batched_nms as batched_nms
 from .suppression import batched_nms_fixed as batched_nms_fixed
 from .suppression import nms as nms
+from .text_boxes import decode_db as decode_db
 from .tiles import merge as merge
 from .tiles import merge_detections as merge_detections
 from .tiles import tile as tile
@@ -115,6 +116,26 @@ class CtcGreedyDecode(nn.Module):
     def __init__(self, blank: int = 0) -> None: ...
     def forward(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
     def __call__(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+
+class DecodeDb(nn.Module):
+    """`decode_db` as a module: The boxes of the text lines that a DB network has found: rectangles of
+    least area around 8-connected shapes, made larger."""
+
+    threshold: float
+    box_threshold: float
+    unclip_ratio: float
+    max_candidates: int
+    min_size: float
+    def __init__(
+        self,
+        threshold: float = 0.3,
+        box_threshold: float = 0.6,
+        unclip_ratio: float = 1.5,
+        max_candidates: int = 100,
+        min_size: float = 3.0,
+    ) -> None: ...
+    def forward(self, probability: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+    def __call__(self, probability: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class DecodeDetr(nn.Module):
     """`decode_detr` as a module: The objects that RT-DETR or Deformable DETR has found: the highest of
@@ -308,6 +329,7 @@ __all__ = [
     "CompleteBoxIouLoss",
     "CtcBeamDecode",
     "CtcGreedyDecode",
+    "DecodeDb",
     "DecodeDetr",
     "DecodeHeatmaps",
     "DecodeSimcc",
@@ -333,6 +355,7 @@ __all__ = [
     "complete_box_iou_loss",
     "ctc_beam_decode",
     "ctc_greedy_decode",
+    "decode_db",
     "decode_detr",
     "decode_heatmaps",
     "decode_simcc",

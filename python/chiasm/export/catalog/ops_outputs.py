@@ -1,4 +1,4 @@
-"""What networks give: key points, label sequences, tiles of large images."""
+"""What networks give: key points, label sequences, tiles of large images, text boxes."""
 
 import torch
 
@@ -157,6 +157,45 @@ add(
         gradients=(),
         sample=_tiled,
         reference="torchvision.ops.batched_nms",
+        picture="tensors",
+    )
+)
+
+# --- text boxes ---------------------------------------------------------------------------------------------
+
+
+def _lines(generator, sizes, dtype):
+    """Turned bars on a noisy ground."""
+    height, width = sizes["H"], sizes["W"]
+    y, x = torch.meshgrid(torch.arange(height) + 0.0, torch.arange(width) + 0.0, indexing="ij")
+    shape = (4, sizes["B"], 1, 1, 1)
+    maps = 0.2 * torch.rand((sizes["B"], 1, height, width), generator=generator)
+    for _ in range(4):
+        across, down, turn, long = torch.rand(shape, generator=generator)
+        angle = 3.2 * turn
+        dx, dy = x - across * width, y - down * height
+        along = (dx * torch.cos(angle) + dy * torch.sin(angle)).abs()
+        beside = (dy * torch.cos(angle) - dx * torch.sin(angle)).abs()
+        is_line = (along < 4 + 0.3 * width * long) & (beside < 3)
+        maps = torch.where(is_line, 0.75 + maps, maps)
+    return {"probability": maps.to(dtype)}
+
+
+add(
+    Spec(
+        "ops.decode_db",
+        [TensorSpec("probability", ("B", 1, "H", "W"), range=(0.0, 1.0), description="that a pixel is text")],
+        [
+            TensorSpec("corners", description="x and y in pixels, clockwise"),
+            TensorSpec("scores", description="by falling score"),
+            TensorSpec("found", description="which slots hold a box"),
+        ],
+        symbols={"B": (1, 256)} | STENCIL,
+        # a corner may be at 0 but for what has been taken off from positions in the image
+        tolerances={"float32": Tolerance(1e-4, 1e-5)},
+        gradients=(),
+        sample=_lines,
+        reference="OpenCV findContours and minAreaRect",
         picture="tensors",
     )
 )
