@@ -132,7 +132,8 @@ def _extended(state: Tensor, k: Tensor, log_probs: Tensor, lengths: Tensor, beam
     is_used = total > -float("inf")
     parent = (labels[:, :, None] == shorter[:, None]).all(3)
     parent = parent & (is_used[:, :, None] & (is_used & has_last)[:, None])
-    has_parent, which = parent.any(1), parent.to(torch.int64).argmax(1)
+    number = torch.arange(beam, device=state.device)[:, None].expand(beam, beam)
+    has_parent, which = parent.any(1), torch.where(parent, number, torch.zeros_like(number)).sum(1)
     place = which * classes + last
     inherited = torch.where(has_parent, longer.gather(1, place), nothing)
     spare = torch.full_like(place, beam * classes)

@@ -129,8 +129,8 @@ def _row_ends(slot: Tensor, roots: Tensor, most: int) -> Tuple[Tensor, Tensor]:
     place = (shape - 1) * height + row[:, None]
     spare = torch.full_like(place, most * height)
     nowhere = torch.full([slot.size(0), most * height + 1], -1, dtype=torch.int64, device=slot.device)
-    first_x = (roots % width)[..., None]
-    first_y = torch.div(roots, width, rounding_mode="floor")[..., None]
+    first_y = (roots // width)[..., None]
+    first_x = roots[..., None] - first_y * width
     columns = column.flatten(1)
     sides = [
         nowhere.scatter(1, torch.where((shape > 0) & is_end, place, spare).flatten(1), columns)

@@ -1,5 +1,7 @@
 """Boxes of detectors, and what networks give as boxes."""
 
+from types import SimpleNamespace
+
 import torch
 
 from ..peer import Peer
@@ -182,6 +184,31 @@ def _anchored(generator, sizes, dtype):
     return {name: each.to(dtype) for name, each in made.items()}
 
 
+def _torchvisions_ssd(ssd, logits, deltas, anchors):
+    # The method alone, of settings: the class has a network besides.
+    settings = SimpleNamespace(
+        box_coder=ssd.det_utils.BoxCoder((10.0, 10.0, 5.0, 5.0)),
+        score_thresh=0.01,
+        nms_thresh=0.45,
+        detections_per_img=200,
+        topk_candidates=400,
+    )
+    outputs = {"cls_logits": logits, "bbox_regression": deltas}
+    count = len(logits)
+    return ssd.SSD.postprocess_detections(settings, outputs, [anchors] * count, [(300, 300)] * count)
+
+
+def _in_slots(found):
+    """torchvision's detections of each image, in 200 slots."""
+
+    def padded(each):
+        return torch.cat([each, each.new_zeros((200 - len(each), *each.shape[1:]))])
+
+    parts = [[each[name] for each in found] for name in ("boxes", "scores", "labels")]
+    parts.append([torch.ones_like(each["labels"], dtype=torch.bool) for each in found])
+    return tuple(torch.stack([padded(each) for each in part]) for part in parts)
+
+
 add(
     Spec(
         "ops.decode_ssd",
@@ -195,6 +222,14 @@ add(
         symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (2, 1024)},
         gradients=(),
         sample=_anchored,
+        # Of more classes, or fewer, other candidates are left out.
+        peer=Peer(
+            "torchvision.models.detection.ssd",
+            _torchvisions_ssd,
+            "tensors",
+            after=_in_slots,
+            sizes={"C": 6},
+        ),
         reference="torchvision.models.detection.ssd",
         picture="tensors",
     )
