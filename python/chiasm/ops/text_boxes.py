@@ -101,13 +101,14 @@ def _largest_shapes(mask: Tensor, most: int) -> Tuple[Tensor, Tensor, Tensor]:
     inside = labels > 0
     root = (labels - 1).clamp(min=0)
     # A small image may have fewer pixels than there are slots.
+    # In 32 bits, in which compiled code can add.
     none = torch.zeros(
-        [mask.size(0), mask.size(2) * mask.size(3) + most], dtype=torch.int64, device=mask.device
+        [mask.size(0), mask.size(2) * mask.size(3) + most], dtype=torch.int32, device=mask.device
     )
-    pixels = none.scatter_add(1, root, inside.to(torch.int64))
+    pixels = none.scatter_add(1, root, inside.to(torch.int32))
     count, roots = stable_topk(pixels.to(torch.float64), most)
-    number = torch.arange(1, most + 1, device=mask.device).expand_as(roots)
-    slot = none.scatter(1, roots, number).gather(1, root)
+    number = torch.arange(1, most + 1, dtype=torch.int32, device=mask.device).expand_as(roots)
+    slot = none.scatter(1, roots, number).gather(1, root).to(torch.int64)
     slot = torch.where(inside, slot, torch.zeros_like(slot))
     used = count > 0
     return slot.reshape(mask[:, 0].shape), torch.where(used, roots, torch.zeros_like(roots)), used

@@ -123,7 +123,7 @@ add(
     )
 )
 
-DETECTIONS = [
+_DETECTIONS = [
     TensorSpec("boxes", description="x1, y1, x2, y2 in pixels of the input"),
     TensorSpec("scores", description="by falling score"),
     TensorSpec("labels", description="classes"),
@@ -147,7 +147,7 @@ for _name, _shape, _least in (("yolov8", ("B", "C", "N"), 6), ("yolov5", ("B", "
         Spec(
             f"ops.decode_{_name}",
             [TensorSpec("output", _shape, description="of the network")],
-            DETECTIONS,
+            _DETECTIONS,
             symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (_least, 1024)},
             gradients=(),
             sample=_yolo(places_last=_name == "yolov8"),
@@ -164,7 +164,7 @@ add(
                 "pred_boxes", ("B", "N", 4), range=(0.1, 0.9), description="centre and size, in [0, 1]"
             ),
         ],
-        DETECTIONS,
+        _DETECTIONS,
         config={"size": (640, 640)},
         symbols={"B": (1, 256), "N": (300, 1 << 16), "C": (1, 1024)},
         gradients=(),
@@ -217,9 +217,9 @@ add(
             TensorSpec("deltas", ("B", "N", 4), description="of boxes, against anchors"),
             TensorSpec("anchors", ("N", 4), description="x1, y1, x2, y2 in pixels"),
         ],
-        DETECTIONS,
+        _DETECTIONS,
         config={"size": (300, 300)},
-        symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (2, 1024)},
+        symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (3, 1024)},
         gradients=(),
         sample=_anchored,
         # Of more classes, or fewer, other candidates are left out.

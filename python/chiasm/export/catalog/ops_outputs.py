@@ -4,7 +4,7 @@ import torch
 
 from ..spec import Spec, TensorSpec, Tolerance, image
 from . import STENCIL, add
-from .ops import DETECTIONS, clusters
+from .ops import clusters
 
 # --- key points ---------------------------------------------------------------------------------------------
 
@@ -152,7 +152,13 @@ add(
             TensorSpec("found", ("B", "M", "N"), "bool", description="which slots hold an object"),
             TensorSpec("origins", ("M", 2), "int64", description="where the tiles begin, x and y"),
         ],
-        DETECTIONS,
+        # Inputs have the names that the other decoders' outputs have.
+        [
+            TensorSpec("merged_boxes", description="x1, y1, x2, y2 in pixels of the image"),
+            TensorSpec("merged_scores", description="by falling score"),
+            TensorSpec("merged_labels", description="classes"),
+            TensorSpec("kept", description="which slots hold an object"),
+        ],
         symbols={"B": (1, 64), "M": (1, 1024), "N": (1, 1024)},
         gradients=(),
         sample=_tiled,
