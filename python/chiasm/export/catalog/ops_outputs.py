@@ -110,8 +110,9 @@ add(
             TensorSpec("tiles", description="row after row"),
             TensorSpec("positions", description="x and y of their upper left pixels"),
         ],
-        config={"size": (7, 6), "overlap": (3, 2)},
-        symbols=STENCIL,
+        config={"size": (8, 5), "overlap": (3, 2)},
+        # One tile is another graph than several; and no size is one of the sizes that are traced.
+        symbols={"H": (9, 32768), "W": (9, 32768)},
         reference="NumPy slices",
         picture="windows",
     )
@@ -119,7 +120,7 @@ add(
 add(
     Spec(
         "ops.merge",
-        [TensorSpec("tiles", ("B", 20, "C", 7, 6), description="4 x 5 tiles of an image of 17 x 21")],
+        [TensorSpec("tiles", ("B", 21, "C", 8, 5), description="3 x 7 tiles of an image of 17 x 21")],
         [TensorSpec("output", layout="NCHW", description="the image")],
         config={"image_size": (17, 21), "overlap": (3, 2)},
         reference="a loop in NumPy",
