@@ -20,7 +20,7 @@ def windows(shown: Shown) -> list[Panel]:
     (given,) = shown.inputs.values()
     made = shown.first
     patches, image = (made, given) if made.dim() == 5 else (given, made)
-    right = columns(shown, image.shape[3])
+    right = columns(shown, image.shape[3], patches.shape[4])
     sheet = Panel(
         next(n for n, t in (shown.inputs | shown.outputs).items() if t is patches),
         apart(patches[0].numpy(), right),
@@ -36,10 +36,12 @@ def windows(shown: Shown) -> list[Panel]:
     return [whole, sheet] if image is given else [sheet, whole]
 
 
-def columns(shown: Shown, width: int) -> int:
+def columns(shown: Shown, width: int, window: int) -> int:
     """How many windows there are in a row."""
     config = shown.spec.config
-    window, stride = config["window_size"][1], config["stride"][1]
+    if "overlap" in config:  # tiles, which cover the image
+        return int(np.ceil((width - window) / (window - config["overlap"][1]))) + 1
+    stride = config["stride"][1]
     padding = (
         2 * config["padding"][1] if "padding" in config else sum(config.get("unpadding", (0, 0, 0, 0))[2:])
     )

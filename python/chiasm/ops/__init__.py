@@ -1,4 +1,4 @@
-"""Boxes of detectors: torchvision.ops' functions of boxes, suppression in fixed slots, decoders."""
+"""What comes after a network: torchvision.ops' functions of boxes, suppression in fixed slots, decoders."""
 
 from ..primitives.core.modules import lazy_modules
 from .boxes import (
@@ -11,9 +11,14 @@ from .boxes import (
     generalized_box_iou,
     remove_small_boxes,
 )
+from .ctc import ctc_beam_decode, ctc_greedy_decode
 from .decoding import decode_detr, decode_yolov5, decode_yolov8
+from .keypoints import decode_heatmaps, decode_simcc
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
+from .ssd import decode_ssd
 from .suppression import batched_nms, batched_nms_fixed, nms
+from .text_boxes import decode_db
+from .tiles import merge, merge_detections, tile
 
 __all__ = [
     "batched_nms",
@@ -24,15 +29,24 @@ __all__ = [
     "clip_boxes_to_image",
     "complete_box_iou",
     "complete_box_iou_loss",
+    "ctc_beam_decode",
+    "ctc_greedy_decode",
+    "decode_db",
     "decode_detr",
+    "decode_heatmaps",
+    "decode_simcc",
+    "decode_ssd",
     "decode_yolov5",
     "decode_yolov8",
     "distance_box_iou",
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "merge",
+    "merge_detections",
     "nms",
     "remove_small_boxes",
+    "tile",
 ]
 
 __getattr__, __dir__ = lazy_modules(__name__, globals())

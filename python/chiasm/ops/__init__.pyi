@@ -1,6 +1,6 @@
 # Written by `make stubs` from the signatures of the functions; do not edit.
 
-from typing import Tuple
+from typing import Tuple, Union
 
 from torch import Tensor, nn
 
@@ -12,15 +12,24 @@ from .boxes import complete_box_iou as complete_box_iou
 from .boxes import distance_box_iou as distance_box_iou
 from .boxes import generalized_box_iou as generalized_box_iou
 from .boxes import remove_small_boxes as remove_small_boxes
+from .ctc import ctc_beam_decode as ctc_beam_decode
+from .ctc import ctc_greedy_decode as ctc_greedy_decode
 from .decoding import decode_detr as decode_detr
 from .decoding import decode_yolov5 as decode_yolov5
 from .decoding import decode_yolov8 as decode_yolov8
+from .keypoints import decode_heatmaps as decode_heatmaps
+from .keypoints import decode_simcc as decode_simcc
 from .losses import complete_box_iou_loss as complete_box_iou_loss
 from .losses import distance_box_iou_loss as distance_box_iou_loss
 from .losses import generalized_box_iou_loss as generalized_box_iou_loss
+from .ssd import decode_ssd as decode_ssd
 from .suppression import batched_nms as batched_nms
 from .suppression import batched_nms_fixed as batched_nms_fixed
 from .suppression import nms as nms
+from .text_boxes import decode_db as decode_db
+from .tiles import merge as merge
+from .tiles import merge_detections as merge_detections
+from .tiles import tile as tile
 
 class BatchedNms(nn.Module):
     """`batched_nms` as a module: Non-maximum suppression, each class for itself."""
@@ -89,6 +98,45 @@ class CompleteBoxIouLoss(nn.Module):
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
+class CtcBeamDecode(nn.Module):
+    """`ctc_beam_decode` as a module: The most likely sequences of labels, over all their alignments, by
+    prefix beam search."""
+
+    beam: int
+    blank: int
+    def __init__(self, beam: int = 10, blank: int = 0) -> None: ...
+    def forward(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+    def __call__(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+
+class CtcGreedyDecode(nn.Module):
+    """`ctc_greedy_decode` as a module: The labels of the most likely alignment: the best class of each
+    step, repetitions once, without blanks."""
+
+    blank: int
+    def __init__(self, blank: int = 0) -> None: ...
+    def forward(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+    def __call__(self, log_probs: Tensor, lengths: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+
+class DecodeDb(nn.Module):
+    """`decode_db` as a module: The boxes of the text lines that a DB network has found: rectangles of
+    least area around 8-connected shapes, made larger."""
+
+    threshold: float
+    box_threshold: float
+    unclip_ratio: float
+    max_candidates: int
+    min_size: float
+    def __init__(
+        self,
+        threshold: float = 0.3,
+        box_threshold: float = 0.6,
+        unclip_ratio: float = 1.5,
+        max_candidates: int = 100,
+        min_size: float = 3.0,
+    ) -> None: ...
+    def forward(self, probability: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+    def __call__(self, probability: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+
 class DecodeDetr(nn.Module):
     """`decode_detr` as a module: The objects that RT-DETR or Deformable DETR has found: the highest of
     all scores of classes."""
@@ -101,6 +149,49 @@ class DecodeDetr(nn.Module):
     ) -> None: ...
     def forward(self, logits: Tensor, pred_boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
     def __call__(self, logits: Tensor, pred_boxes: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
+class DecodeHeatmaps(nn.Module):
+    """`decode_heatmaps` as a module: The position of the largest value of each heat map, to a fraction
+    of a pixel."""
+
+    refinement: str
+    kernel_size: int
+    def __init__(self, refinement: str = "none", kernel_size: int = 11) -> None: ...
+    def forward(self, heatmaps: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, heatmaps: Tensor) -> Tuple[Tensor, Tensor]: ...
+
+class DecodeSimcc(nn.Module):
+    """`decode_simcc` as a module: The position of the largest value of each key point's distributions
+    along x and along y."""
+
+    split_ratio: float
+    def __init__(self, split_ratio: float = 2.0) -> None: ...
+    def forward(self, simcc_x: Tensor, simcc_y: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, simcc_x: Tensor, simcc_y: Tensor) -> Tuple[Tensor, Tensor]: ...
+
+class DecodeSsd(nn.Module):
+    """`decode_ssd` as a module: The objects that SSD has found: softmax, every class of every anchor,
+    boxes about anchors, suppression."""
+
+    size: Tuple[int, int]
+    score_threshold: float
+    iou_threshold: float
+    max_output: int
+    candidates: int
+    def __init__(
+        self,
+        size: Tuple[int, int],
+        score_threshold: float = 0.01,
+        iou_threshold: float = 0.45,
+        max_output: int = 200,
+        candidates: int = 1000,
+    ) -> None: ...
+    def forward(
+        self, logits: Tensor, deltas: Tensor, anchors: Tensor
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(
+        self, logits: Tensor, deltas: Tensor, anchors: Tensor
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
 class DecodeYolov5(nn.Module):
     """`decode_yolov5` as a module: The objects that YOLO v5, v6 or v7 has found. Otherwise as
@@ -174,6 +265,30 @@ class GeneralizedBoxIouLoss(nn.Module):
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
+class Merge(nn.Module):
+    """`merge` as a module: Put an image together from its tiles, as ``tile`` cuts them, seams
+    blended."""
+
+    image_size: Tuple[int, int]
+    overlap: Union[int, Tuple[int, int]]
+    def __init__(self, image_size: Tuple[int, int], overlap: Union[int, Tuple[int, int]] = 0) -> None: ...
+    def forward(self, tiles: Tensor) -> Tensor: ...
+    def __call__(self, tiles: Tensor) -> Tensor: ...
+
+class MergeDetections(nn.Module):
+    """`merge_detections` as a module: The objects of a large image, from those that a detector has found
+    in each of its tiles."""
+
+    iou_threshold: float
+    max_output: int
+    def __init__(self, iou_threshold: float = 0.45, max_output: int = 300) -> None: ...
+    def forward(
+        self, boxes: Tensor, scores: Tensor, labels: Tensor, found: Tensor, origins: Tensor
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(
+        self, boxes: Tensor, scores: Tensor, labels: Tensor, found: Tensor, origins: Tensor
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
 class Nms(nn.Module):
     """`nms` as a module: Non-maximum suppression: from the highest score on, drop every box that
     overlaps one that was kept."""
@@ -192,6 +307,17 @@ class RemoveSmallBoxes(nn.Module):
     def forward(self, boxes: Tensor) -> Tensor: ...
     def __call__(self, boxes: Tensor) -> Tensor: ...
 
+class Tile(nn.Module):
+    """`tile` as a module: Cut an image into tiles of one size, row after row, which cover it."""
+
+    size: Union[int, Tuple[int, int]]
+    overlap: Union[int, Tuple[int, int]]
+    def __init__(
+        self, size: Union[int, Tuple[int, int]], overlap: Union[int, Tuple[int, int]] = 0
+    ) -> None: ...
+    def forward(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+
 __all__ = [
     "BatchedNms",
     "BatchedNmsFixed",
@@ -201,15 +327,24 @@ __all__ = [
     "ClipBoxesToImage",
     "CompleteBoxIou",
     "CompleteBoxIouLoss",
+    "CtcBeamDecode",
+    "CtcGreedyDecode",
+    "DecodeDb",
     "DecodeDetr",
+    "DecodeHeatmaps",
+    "DecodeSimcc",
+    "DecodeSsd",
     "DecodeYolov5",
     "DecodeYolov8",
     "DistanceBoxIou",
     "DistanceBoxIouLoss",
     "GeneralizedBoxIou",
     "GeneralizedBoxIouLoss",
+    "Merge",
+    "MergeDetections",
     "Nms",
     "RemoveSmallBoxes",
+    "Tile",
     "batched_nms",
     "batched_nms_fixed",
     "box_area",
@@ -218,13 +353,22 @@ __all__ = [
     "clip_boxes_to_image",
     "complete_box_iou",
     "complete_box_iou_loss",
+    "ctc_beam_decode",
+    "ctc_greedy_decode",
+    "decode_db",
     "decode_detr",
+    "decode_heatmaps",
+    "decode_simcc",
+    "decode_ssd",
     "decode_yolov5",
     "decode_yolov8",
     "distance_box_iou",
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "merge",
+    "merge_detections",
     "nms",
     "remove_small_boxes",
+    "tile",
 ]

@@ -51,7 +51,7 @@ def decode_yolov8(
     _check_output(output, 2, "(B, 4 + C, N)", 5)
     boxes, classes = output[:, :4].transpose(1, 2), output[:, 4:]
     best = classes.amax(1)
-    values, places = stable_topk(best, _fewer(candidates, best.size(1)))
+    values, places = stable_topk(best, fewer(candidates, best.size(1)))
     scores = classes.gather(2, places[:, None].expand(-1, classes.size(1), -1)).transpose(1, 2)
     return _selected(boxes, scores, values, places, score_threshold, iou_threshold, max_output)
 
@@ -91,7 +91,7 @@ def decode_yolov5(
     _check_output(output, 1, "(B, N, 5 + C)", 6)
     classes = output[..., 5:] * output[..., 4:5]
     best = classes.amax(2)
-    values, places = stable_topk(best, _fewer(candidates, best.size(1)))
+    values, places = stable_topk(best, fewer(candidates, best.size(1)))
     scores = classes.gather(1, places[..., None].expand(-1, -1, classes.size(2)))
     return _selected(output[..., :4], scores, values, places, score_threshold, iou_threshold, max_output)
 
@@ -143,7 +143,7 @@ def decode_detr(
     picked = box_convert(boxes_at(pred_boxes, queries), "cxcywh", "xyxy")
     height, width = float(size[0]), float(size[1])
     sides = torch.tensor([width, height, width, height], dtype=pred_boxes.dtype, device=pred_boxes.device)
-    return _where_found(picked * sides, scores, labels, scores > score_threshold)
+    return where_found(picked * sides, scores, labels, scores > score_threshold)
 
 
 def _check_output(output: Tensor, places: int, layout: str, least: int) -> None:
@@ -153,7 +153,8 @@ def _check_output(output: Tensor, places: int, layout: str, least: int) -> None:
         raise ValueError(f"output: expected shape {layout} with C at least 1, got {list(output.shape)}")
 
 
-def _fewer(candidates: int, places: int) -> int:
+def fewer(candidates: int, places: int) -> int:
+    """How many of the places boxes are compared at."""
     if candidates < 1:
         raise ValueError(f"candidates: expected a positive number, got {candidates}")
     return min(candidates, places)
@@ -174,10 +175,11 @@ def _selected(
     chosen = boxes_at(box_convert(boxes, "cxcywh", "xyxy"), places)
     labels = scores.argmax(2)
     slots, found = batched_nms_fixed(chosen, values, labels, iou_threshold, max_output, score_threshold)
-    return _where_found(boxes_at(chosen, slots), values.gather(1, slots), labels.gather(1, slots), found)
+    return where_found(boxes_at(chosen, slots), values.gather(1, slots), labels.gather(1, slots), found)
 
 
-def _where_found(boxes: Tensor, scores: Tensor, labels: Tensor, found: Tensor) -> Detections:
+def where_found(boxes: Tensor, scores: Tensor, labels: Tensor, found: Tensor) -> Detections:
+    """The same, with 0 in slots that are empty."""
     return (
         torch.where(found[..., None], boxes, torch.zeros_like(boxes)),
         torch.where(found, scores, torch.zeros_like(scores)),

@@ -1,4 +1,6 @@
-"""Boxes of detectors."""
+"""Boxes of detectors, and what networks give as boxes."""
+
+from types import SimpleNamespace
 
 import torch
 
@@ -81,7 +83,7 @@ for _name in ("generalized_box_iou_loss", "distance_box_iou_loss", "complete_box
     )
 
 
-def _clusters(generator, sizes):
+def clusters(generator, sizes):
     """Boxes around a third as many places, as centre, width and height."""
     batch, count = sizes["B"], sizes["N"]
     places = 100 * torch.rand((batch, count // 3 + 1, 2), generator=generator, dtype=torch.float64)
@@ -90,7 +92,7 @@ def _clusters(generator, sizes):
 
 
 def _scored(generator, sizes, dtype):
-    centred = _clusters(generator, sizes)
+    centred = clusters(generator, sizes)
     corners = torch.cat([centred[..., :2] - centred[..., 2:] / 2, centred[..., :2] + centred[..., 2:] / 2], 2)
     shape = (sizes["B"], sizes["N"])
     return {
@@ -131,7 +133,7 @@ _DETECTIONS = [
 
 def _yolo(places_last: bool):
     def sample(generator, sizes, dtype):
-        boxes = _clusters(generator, sizes)
+        boxes = clusters(generator, sizes)
         scores = torch.rand((sizes["B"], sizes["N"], sizes["C"] - 4), generator=generator) ** 2
         output = torch.cat([boxes, scores], 2).to(dtype)
         return {"output": output.transpose(1, 2).contiguous() if places_last else output}
@@ -167,6 +169,68 @@ add(
         symbols={"B": (1, 256), "N": (300, 1 << 16), "C": (1, 1024)},
         gradients=(),
         reference="NumPy argsort",
+        picture="tensors",
+    )
+)
+
+
+def _anchored(generator, sizes, dtype):
+    batch, count = sizes["B"], sizes["N"]
+    centred = clusters(generator, {"B": 1, "N": count})[0]
+    anchors = torch.cat([centred[:, :2] - centred[:, 2:] / 2, centred[:, :2] + centred[:, 2:] / 2], 1)
+    logits = torch.randn((batch, count, sizes["C"]), generator=generator, dtype=torch.float64)
+    deltas = torch.randn((batch, count, 4), generator=generator, dtype=torch.float64)
+    made = {"logits": 2 * logits, "deltas": deltas, "anchors": anchors}
+    return {name: each.to(dtype) for name, each in made.items()}
+
+
+def _torchvisions_ssd(ssd, logits, deltas, anchors):
+    # The method alone, of settings: the class has a network besides.
+    settings = SimpleNamespace(
+        box_coder=ssd.det_utils.BoxCoder((10.0, 10.0, 5.0, 5.0)),
+        score_thresh=0.01,
+        nms_thresh=0.45,
+        detections_per_img=200,
+        topk_candidates=400,
+    )
+    outputs = {"cls_logits": logits, "bbox_regression": deltas}
+    count = len(logits)
+    return ssd.SSD.postprocess_detections(settings, outputs, [anchors] * count, [(300, 300)] * count)
+
+
+def _in_slots(found):
+    """torchvision's detections of each image, in 200 slots."""
+
+    def padded(each):
+        return torch.cat([each, each.new_zeros((200 - len(each), *each.shape[1:]))])
+
+    parts = [[each[name] for each in found] for name in ("boxes", "scores", "labels")]
+    parts.append([torch.ones_like(each["labels"], dtype=torch.bool) for each in found])
+    return tuple(torch.stack([padded(each) for each in part]) for part in parts)
+
+
+add(
+    Spec(
+        "ops.decode_ssd",
+        [
+            TensorSpec("logits", ("B", "N", "C"), description="of classes, the background first"),
+            TensorSpec("deltas", ("B", "N", 4), description="of boxes, against anchors"),
+            TensorSpec("anchors", ("N", 4), description="x1, y1, x2, y2 in pixels"),
+        ],
+        _DETECTIONS,
+        config={"size": (300, 300)},
+        symbols={"B": (1, 256), "N": (1000, 1 << 16), "C": (3, 1024)},
+        gradients=(),
+        sample=_anchored,
+        # Of more classes, or fewer, other candidates are left out.
+        peer=Peer(
+            "torchvision.models.detection.ssd",
+            _torchvisions_ssd,
+            "tensors",
+            after=_in_slots,
+            sizes={"C": 6},
+        ),
+        reference="torchvision.models.detection.ssd",
         picture="tensors",
     )
 )
