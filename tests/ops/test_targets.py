@@ -334,7 +334,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (numbers(t, 2, 3), numbers(t, 2, 2), [0, 1, 1, 2, 2, 3], 4)
     ],
     "power.power": lambda t: [
-        (numbers(t, 50) + 0.01, exponent) for exponent in (1.0 / 3.0, 2.4, 1.0 / 2.4, 0.7)
+        (x, exponent)
+        for exponent in (1.0 / 3.0, 2.4, 1.0 / 2.4, 0.7)
+        for x in (numbers(t, 50) + 0.01, torch.tensor([1e-37, 1e-4, 1e12, 1e38, float("inf")]).to(t))
     ],
     "power.power_each": lambda t: [
         (numbers(t, 2, 50) - 0.1, torch.tensor(0.7, dtype=t)),

@@ -24,7 +24,7 @@ def _by_roots(x: Tensor, exponent: float) -> Tensor:
     if exponent == 1.0 / 3.0:
         return _cube_root(x)
     if exponent == 2.4:
-        return torch.pow(x * _inverse_root(x, 5, 1277937320.0), 3)
+        return torch.pow((x * _inverse_root(x, 5, 1277937320.0)).abs(), 3)
     root = _cube_root(x)
     return root * torch.sqrt(torch.sqrt(root))
 
@@ -56,7 +56,8 @@ def _inverse_root(x: Tensor, n: int, origin: float) -> Tensor:
     bits = x.view(torch.int32).to(torch.float32)
     z = (origin - bits * (1.0 / n)).to(torch.int32).view(torch.float32)
     for _ in range(3):
-        z = z * (1.0 + 1.0 / n) - torch.pow(z, n + 1) * (x * (1.0 / n))
+        half = torch.pow(z, (n + 1) // 2)
+        z = z * (1.0 + 1.0 / n) - half * (half * (x * (1.0 / n)))
     return z
 
 
