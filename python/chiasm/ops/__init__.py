@@ -13,6 +13,8 @@ from .boxes import (
 )
 from .decoding import decode_detr, decode_yolov5, decode_yolov8
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
+from .roi_align import ps_roi_align, roi_align
+from .roi_pool import ps_roi_pool, roi_pool
 from .suppression import batched_nms, batched_nms_fixed, nms
 
 __all__ = [
@@ -32,7 +34,11 @@ __all__ = [
     "generalized_box_iou",
     "generalized_box_iou_loss",
     "nms",
+    "ps_roi_align",
+    "ps_roi_pool",
     "remove_small_boxes",
+    "roi_align",
+    "roi_pool",
 ]
 
 __getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -1,6 +1,6 @@
 # Written by `make stubs` from the signatures of the functions; do not edit.
 
-from typing import Tuple
+from typing import Tuple, Union
 
 from torch import Tensor, nn
 
@@ -18,6 +18,10 @@ from .decoding import decode_yolov8 as decode_yolov8
 from .losses import complete_box_iou_loss as complete_box_iou_loss
 from .losses import distance_box_iou_loss as distance_box_iou_loss
 from .losses import generalized_box_iou_loss as generalized_box_iou_loss
+from .roi_align import ps_roi_align as ps_roi_align
+from .roi_align import roi_align as roi_align
+from .roi_pool import ps_roi_pool as ps_roi_pool
+from .roi_pool import roi_pool as roi_pool
 from .suppression import batched_nms as batched_nms
 from .suppression import batched_nms_fixed as batched_nms_fixed
 from .suppression import nms as nms
@@ -183,6 +187,29 @@ class Nms(nn.Module):
     def forward(self, boxes: Tensor, scores: Tensor) -> Tensor: ...
     def __call__(self, boxes: Tensor, scores: Tensor) -> Tensor: ...
 
+class PsRoiAlign(nn.Module):
+    """`ps_roi_align` as a module: The means of points in the bins of boxes, each read bilinearly, each
+    bin of channels of its own."""
+
+    output_size: Union[int, Tuple[int, int]]
+    spatial_scale: float
+    sampling_ratio: int
+    def __init__(
+        self, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0, sampling_ratio: int = -1
+    ) -> None: ...
+    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+
+class PsRoiPool(nn.Module):
+    """`ps_roi_pool` as a module: The means of the pixels in the bins of boxes, each bin of channels of
+    its own."""
+
+    output_size: Union[int, Tuple[int, int]]
+    spatial_scale: float
+    def __init__(self, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0) -> None: ...
+    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+
 class RemoveSmallBoxes(nn.Module):
     """`remove_small_boxes` as a module: The numbers of the boxes of which both sides are at least
     ``min_size``."""
@@ -191,6 +218,32 @@ class RemoveSmallBoxes(nn.Module):
     def __init__(self, min_size: float) -> None: ...
     def forward(self, boxes: Tensor) -> Tensor: ...
     def __call__(self, boxes: Tensor) -> Tensor: ...
+
+class RoiAlign(nn.Module):
+    """`roi_align` as a module: The means of points in the bins of boxes, each read bilinearly."""
+
+    output_size: Union[int, Tuple[int, int]]
+    spatial_scale: float
+    sampling_ratio: int
+    aligned: bool
+    def __init__(
+        self,
+        output_size: Union[int, Tuple[int, int]],
+        spatial_scale: float = 1.0,
+        sampling_ratio: int = -1,
+        aligned: bool = False,
+    ) -> None: ...
+    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+
+class RoiPool(nn.Module):
+    """`roi_pool` as a module: The maxima of the pixels in the bins of boxes."""
+
+    output_size: Union[int, Tuple[int, int]]
+    spatial_scale: float
+    def __init__(self, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0) -> None: ...
+    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
 
 __all__ = [
     "BatchedNms",
@@ -209,7 +262,11 @@ __all__ = [
     "GeneralizedBoxIou",
     "GeneralizedBoxIouLoss",
     "Nms",
+    "PsRoiAlign",
+    "PsRoiPool",
     "RemoveSmallBoxes",
+    "RoiAlign",
+    "RoiPool",
     "batched_nms",
     "batched_nms_fixed",
     "box_area",
@@ -226,5 +283,9 @@ __all__ = [
     "generalized_box_iou",
     "generalized_box_iou_loss",
     "nms",
+    "ps_roi_align",
+    "ps_roi_pool",
     "remove_small_boxes",
+    "roi_align",
+    "roi_pool",
 ]

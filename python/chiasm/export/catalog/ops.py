@@ -1,9 +1,11 @@
 """Boxes of detectors."""
 
+from functools import partial
+
 import torch
 
 from ..peer import Peer
-from ..spec import Spec, TensorSpec
+from ..spec import Spec, TensorSpec, image
 from . import NO_GRADIENT, add
 
 
@@ -170,3 +172,73 @@ add(
         picture="tensors",
     )
 )
+
+
+def _regions(generator, sizes, dtype):
+    """Boxes that reach out of images."""
+    count = sizes["N"]
+    corner = torch.rand((count, 2), generator=generator, dtype=torch.float64) * 30 - 5
+    extent = 2 + 20 * torch.rand((count, 2), generator=generator, dtype=torch.float64)
+    image = torch.randint(0, sizes["B"], (count, 1), generator=generator)
+    return torch.cat([image, corner, corner + extent], 1).to(dtype)
+
+
+def _with_regions(generator, sizes, dtype, channels=None):
+    shape = (sizes["B"], channels or sizes["C"], sizes["H"], sizes["W"])
+    image = torch.randn(shape, generator=generator, dtype=torch.float64).to(dtype)
+    return {"input": image, "boxes": _regions(generator, sizes, dtype)}
+
+
+_REGIONS = TensorSpec("boxes", ("N", 5), description="image number, x1, y1, x2, y2")
+_POOLED = [TensorSpec("output", description="a row and a column for each bin")]
+_REGION_SYMBOLS = {"B": (1, 64), "N": (1, 1 << 14)}
+
+add(
+    Spec(
+        "ops.roi_align",
+        [image(), _REGIONS],
+        _POOLED,
+        config={"output_size": (7, 5), "spatial_scale": 0.5, "sampling_ratio": 2, "aligned": True},
+        also=({"sampling_ratio": -1}, {"sampling_ratio": 3, "aligned": False}),
+        symbols=_REGION_SYMBOLS,
+        gradients=("input",),
+        sample=_with_regions,
+        peer=_torchvision("roi_align", (7, 5), 0.5, 2, True),
+        reference="torchvision.ops.roi_align",
+        picture="tensors",
+    )
+)
+add(
+    Spec(
+        "ops.roi_pool",
+        [image(), _REGIONS],
+        _POOLED,
+        config={"output_size": (7, 5), "spatial_scale": 0.5},
+        symbols=_REGION_SYMBOLS,
+        gradients=("input",),
+        sample=_with_regions,
+        peer=_torchvision("roi_pool", (7, 5), 0.5),
+        reference="torchvision.ops.roi_pool",
+        picture="tensors",
+    )
+)
+for _name, _config, _settings, _also in (
+    ("ps_roi_align", {"sampling_ratio": 2}, (2,), ({"sampling_ratio": -1},)),
+    ("ps_roi_pool", {}, (), ()),
+):
+    add(
+        Spec(
+            f"ops.{_name}",
+            # Of a number of channels that is a symbol no exporter knows that it is a multiple of the bins.
+            [image(channels=18), _REGIONS],
+            _POOLED,
+            config={"output_size": (3, 3), "spatial_scale": 0.5, **_config},
+            also=_also,
+            symbols=_REGION_SYMBOLS,
+            gradients=("input",),
+            sample=partial(_with_regions, channels=18),
+            peer=_torchvision(_name, (3, 3), 0.5, *_settings),
+            reference=f"torchvision.ops.{_name}",
+            picture="tensors",
+        )
+    )
