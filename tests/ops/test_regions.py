@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 import torch
@@ -67,7 +68,7 @@ def test_pool_is_torchvisions(dtype: torch.dtype, shape: tuple[int, int, int, in
                 )
 
 
-FUNCTIONS = {
+FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "roi_align": (3, 0.7, 2, False),
     "roi_align adaptive": (3, 0.7, -1, True),
     "roi_pool": (3, 0.7),

@@ -13,6 +13,7 @@ from .boxes import (
 )
 from .decoding import decode_detr, decode_yolov5, decode_yolov8
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
+from .masks import masks_from_prototypes, masks_to_boxes, paste_masks
 from .roi_align import ps_roi_align, roi_align
 from .roi_pool import ps_roi_pool, roi_pool
 from .suppression import batched_nms, batched_nms_fixed, nms
@@ -33,7 +34,10 @@ __all__ = [
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "masks_from_prototypes",
+    "masks_to_boxes",
     "nms",
+    "paste_masks",
     "ps_roi_align",
     "ps_roi_pool",
     "remove_small_boxes",

@@ -18,6 +18,9 @@ from .decoding import decode_yolov8 as decode_yolov8
 from .losses import complete_box_iou_loss as complete_box_iou_loss
 from .losses import distance_box_iou_loss as distance_box_iou_loss
 from .losses import generalized_box_iou_loss as generalized_box_iou_loss
+from .masks import masks_from_prototypes as masks_from_prototypes
+from .masks import masks_to_boxes as masks_to_boxes
+from .masks import paste_masks as paste_masks
 from .roi_align import ps_roi_align as ps_roi_align
 from .roi_align import roi_align as roi_align
 from .roi_pool import ps_roi_pool as ps_roi_pool
@@ -178,6 +181,22 @@ class GeneralizedBoxIouLoss(nn.Module):
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
+class MasksFromPrototypes(nn.Module):
+    """`masks_from_prototypes` as a module: Masks of detections, put together from an image's prototypes:
+    YOLACT's, and those of YOLO's segmentation."""
+
+    size: Tuple[int, int]
+    def __init__(self, size: Tuple[int, int]) -> None: ...
+    def forward(self, prototypes: Tensor, coefficients: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, prototypes: Tensor, coefficients: Tensor, boxes: Tensor) -> Tensor: ...
+
+class MasksToBoxes(nn.Module):
+    """`masks_to_boxes` as a module: The smallest boxes around masks, by the numbers of the pixels in
+    their corners."""
+    def __init__(self) -> None: ...
+    def forward(self, masks: Tensor) -> Tensor: ...
+    def __call__(self, masks: Tensor) -> Tensor: ...
+
 class Nms(nn.Module):
     """`nms` as a module: Non-maximum suppression: from the highest score on, drop every box that
     overlaps one that was kept."""
@@ -186,6 +205,15 @@ class Nms(nn.Module):
     def __init__(self, iou_threshold: float) -> None: ...
     def forward(self, boxes: Tensor, scores: Tensor) -> Tensor: ...
     def __call__(self, boxes: Tensor, scores: Tensor) -> Tensor: ...
+
+class PasteMasks(nn.Module):
+    """`paste_masks` as a module: Masks that were predicted for boxes, in the image: Mask R-CNN's last
+    step."""
+
+    size: Tuple[int, int]
+    def __init__(self, size: Tuple[int, int]) -> None: ...
+    def forward(self, masks: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, masks: Tensor, boxes: Tensor) -> Tensor: ...
 
 class PsRoiAlign(nn.Module):
     """`ps_roi_align` as a module: The means of points in the bins of boxes, each read bilinearly, each
@@ -261,7 +289,10 @@ __all__ = [
     "DistanceBoxIouLoss",
     "GeneralizedBoxIou",
     "GeneralizedBoxIouLoss",
+    "MasksFromPrototypes",
+    "MasksToBoxes",
     "Nms",
+    "PasteMasks",
     "PsRoiAlign",
     "PsRoiPool",
     "RemoveSmallBoxes",
@@ -282,7 +313,10 @@ __all__ = [
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "masks_from_prototypes",
+    "masks_to_boxes",
     "nms",
+    "paste_masks",
     "ps_roi_align",
     "ps_roi_pool",
     "remove_small_boxes",

@@ -5,7 +5,7 @@ from functools import partial
 import torch
 
 from ..peer import Peer
-from ..spec import Spec, TensorSpec, image
+from ..spec import Spec, TensorSpec, image, like
 from . import NO_GRADIENT, add
 
 
@@ -242,3 +242,80 @@ for _name, _config, _settings, _also in (
             picture="tensors",
         )
     )
+
+
+def _filled_masks(generator, sizes, dtype):
+    """Of which none is empty: torchvision refuses those."""
+    masks = torch.rand((sizes["N"], sizes["H"], sizes["W"]), generator=generator) < 0.05
+    masks[:, sizes["H"] // 2, sizes["W"] // 2] = True
+    return {"masks": masks}
+
+
+def _prototypes(generator, sizes, dtype):
+    batch, count = sizes["B"], sizes["N"]
+
+    def normal(*shape):
+        return torch.randn(shape, generator=generator, dtype=torch.float64).to(dtype)
+
+    boxes = _regions(generator, {"B": 1, "N": batch * count}, dtype)[:, 1:].unflatten(0, [batch, count])
+    return {
+        "prototypes": normal(batch, sizes["P"], sizes["H"], sizes["W"]),
+        "coefficients": normal(batch, count, sizes["P"]),
+        "boxes": boxes,
+        "like": torch.zeros(sizes["OH"], sizes["OW"], dtype=torch.uint8),
+    }
+
+
+def _pasted(generator, sizes, dtype):
+    masks = torch.rand((sizes["N"], 1, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64)
+    return {
+        "masks": masks.to(dtype),
+        "boxes": _regions(generator, {"B": 1, "N": sizes["N"]}, dtype)[:, 1:].contiguous(),
+        "like": torch.zeros(sizes["OH"], sizes["OW"], dtype=torch.uint8),
+    }
+
+
+add(
+    Spec(
+        "ops.masks_to_boxes",
+        [TensorSpec("masks", ("N", "H", "W"), "bool", description="of instances")],
+        [TensorSpec("boxes", description="x1, y1, x2, y2")],
+        symbols=_MANY,
+        gradients=(),
+        sample=_filled_masks,
+        peer=_torchvision("masks_to_boxes"),
+        reference="torchvision.ops.masks_to_boxes",
+        picture="tensors",
+    )
+)
+add(
+    Spec(
+        "ops.masks_from_prototypes",
+        [
+            TensorSpec("prototypes", ("B", "P", "H", "W"), description="of an image"),
+            TensorSpec("coefficients", ("B", "N", "P"), description="of each detection"),
+            TensorSpec("boxes", ("B", "N", 4), description="x1, y1, x2, y2 in pixels of the result"),
+            like("size"),
+        ],
+        [TensorSpec("masks", description="0 to 1, 0 outside of the boxes")],
+        symbols={"B": (1, 64), "N": (1, 1 << 12), "P": (2, 256), "OH": (1, 32768), "OW": (1, 32768)},
+        gradients=("prototypes", "coefficients"),
+        sample=_prototypes,
+        reference="NumPy and torch.nn.functional.interpolate",
+        picture="tensors",
+    )
+)
+add(
+    Spec(
+        "ops.paste_masks",
+        [
+            TensorSpec("masks", ("N", 1, "H", "W"), description="each of its box"),
+            TensorSpec("boxes", ("N", 4), description="x1, y1, x2, y2 in pixels of the image"),
+            like("size"),
+        ],
+        symbols={"N": (1, 1 << 12), "OH": (1, 32768), "OW": (1, 32768)},
+        sample=_pasted,
+        reference="torch.nn.functional.grid_sample",
+        picture="tensors",
+    )
+)
