@@ -44,7 +44,8 @@ def test_prototypes() -> None:
     boxes = np.concatenate([corner, corner + random.uniform(0, 30, (2, 5, 2))], 2)
     boxes[0, 0] = [3.0, 4.0, 20.0, 25.0]
     boxes[0, 1] = [9.0, 9.0, 9.0, 20.0]
-    actual = ops.masks_from_prototypes(*map(torch.from_numpy, (prototypes, coefficients, boxes)), (36, 48))
+    p, c, k = map(torch.from_numpy, (prototypes, coefficients, boxes))
+    actual = ops.masks_from_prototypes(p, c, k, (36, 48))
     for b in range(2):
         for n in range(5):
             mixed = sum(coefficients[b, n, p] * prototypes[b, p] for p in range(4))

@@ -13,6 +13,8 @@ from torch.autograd import gradcheck
 
 from chiasm import ops
 
+# torchvision takes pairs here, and its annotations say one number.
+SIZES: list[Any] = [(3, 3), (2, 3), (1, 1)]
 SHAPES = [(2, 18, 11, 13, 40), (1, 18, 1, 1, 9), (3, 18, 40, 7, 60), (2, 18, 6, 5, 0)]
 
 
@@ -30,7 +32,7 @@ def regions(count: int, batch: int, seed: int = 0) -> Tensor:
     return torch.cat([number, corner, corner + size], 1)
 
 
-def tolerance(dtype: torch.dtype) -> dict[str, float]:
+def tolerance(dtype: torch.dtype) -> dict[str, Any]:
     return {"rtol": 1e-11, "atol": 1e-12} if dtype == torch.float64 else {"rtol": 1e-4, "atol": 2e-5}
 
 
@@ -41,7 +43,7 @@ def test_align_is_torchvisions(
     dtype: torch.dtype, shape: tuple[int, int, int, int, int], sampling_ratio: int
 ) -> None:
     x, boxes = images(*shape[:4]).to(dtype), regions(shape[4], shape[0]).to(dtype)
-    for size in ((3, 3), (2, 3), (1, 1)):
+    for size in SIZES:
         for scale in (1.0, 0.37):
             for aligned in (False, True):
                 settings = (size, scale, sampling_ratio, aligned)
@@ -58,7 +60,7 @@ def test_pool_is_torchvisions(dtype: torch.dtype, shape: tuple[int, int, int, in
     x, boxes = images(*shape[:4]).to(dtype), regions(shape[4], shape[0]).to(dtype)
     halves = torch.cat([boxes[:, :1], (boxes[:, 1:] * 2).round() / 2], 1)
     for each in (boxes, halves):
-        for size in ((3, 3), (2, 3), (1, 1)):
+        for size in SIZES:
             for scale in (1.0, 0.37):
                 expected = torchvision.ops.roi_pool(x, each, size, scale)
                 assert torch.equal(ops.roi_pool(x, each, size, scale), expected)

@@ -16,6 +16,7 @@ from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_bo
 from .masks import masks_from_prototypes, masks_to_boxes, paste_masks
 from .roi_align import ps_roi_align, roi_align
 from .roi_pool import ps_roi_pool, roi_pool
+from .soft_suppression import soft_nms
 from .suppression import batched_nms, batched_nms_fixed, nms
 
 __all__ = [
@@ -43,6 +44,7 @@ __all__ = [
     "remove_small_boxes",
     "roi_align",
     "roi_pool",
+    "soft_nms",
 ]
 
 __getattr__, __dir__ = lazy_modules(__name__, globals())

@@ -25,6 +25,7 @@ from .roi_align import ps_roi_align as ps_roi_align
 from .roi_align import roi_align as roi_align
 from .roi_pool import ps_roi_pool as ps_roi_pool
 from .roi_pool import roi_pool as roi_pool
+from .soft_suppression import soft_nms as soft_nms
 from .suppression import batched_nms as batched_nms
 from .suppression import batched_nms_fixed as batched_nms_fixed
 from .suppression import nms as nms
@@ -273,6 +274,26 @@ class RoiPool(nn.Module):
     def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
 
+class SoftNms(nn.Module):
+    """`soft_nms` as a module: Soft non-maximum suppression of a batch of images, with a fixed number of
+    slots for what is kept."""
+
+    max_output: int
+    method: str
+    sigma: float
+    iou_threshold: float
+    score_threshold: float
+    def __init__(
+        self,
+        max_output: int,
+        method: str = "gaussian",
+        sigma: float = 0.5,
+        iou_threshold: float = 0.3,
+        score_threshold: float = 0.001,
+    ) -> None: ...
+    def forward(self, boxes: Tensor, scores: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+    def __call__(self, boxes: Tensor, scores: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+
 __all__ = [
     "BatchedNms",
     "BatchedNmsFixed",
@@ -298,6 +319,7 @@ __all__ = [
     "RemoveSmallBoxes",
     "RoiAlign",
     "RoiPool",
+    "SoftNms",
     "batched_nms",
     "batched_nms_fixed",
     "box_area",
@@ -322,4 +344,5 @@ __all__ = [
     "remove_small_boxes",
     "roi_align",
     "roi_pool",
+    "soft_nms",
 ]

@@ -319,3 +319,31 @@ add(
         picture="tensors",
     )
 )
+
+
+def _scored_boxes(generator, sizes, dtype):
+    made = _scored(generator, sizes, dtype)
+    return {"boxes": made["boxes"], "scores": made["scores"]}
+
+
+add(
+    Spec(
+        "ops.soft_nms",
+        [
+            TensorSpec("boxes", ("B", "N", 4), description="x1, y1, x2, y2"),
+            TensorSpec("scores", ("B", "N"), range=(0.0, 1.0), description="scores"),
+        ],
+        [
+            TensorSpec("indices", description="of the boxes kept, by falling score"),
+            TensorSpec("scores_left", description="what is left of their scores"),
+            TensorSpec("kept", description="which slots hold a box"),
+        ],
+        config={"max_output": 50},
+        also=({"method": "linear"},),
+        symbols={"B": (1, 64), "N": (1, 1 << 16)},
+        gradients=(),
+        sample=_scored_boxes,
+        reference="a loop in NumPy, and cv2.dnn.softNMSBoxes",
+        picture="tensors",
+    )
+)
