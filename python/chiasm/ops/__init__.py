@@ -16,6 +16,7 @@ from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_bo
 from .masks import masks_from_prototypes, masks_to_boxes, paste_masks
 from .roi_align import ps_roi_align, roi_align
 from .roi_pool import ps_roi_pool, roi_pool
+from .rotated import rotated_iou, rotated_nms_fixed
 from .soft_suppression import soft_nms
 from .suppression import batched_nms, batched_nms_fixed, nms
 
@@ -44,6 +45,8 @@ __all__ = [
     "remove_small_boxes",
     "roi_align",
     "roi_pool",
+    "rotated_iou",
+    "rotated_nms_fixed",
     "soft_nms",
 ]
 

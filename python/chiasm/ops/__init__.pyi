@@ -25,6 +25,8 @@ from .roi_align import ps_roi_align as ps_roi_align
 from .roi_align import roi_align as roi_align
 from .roi_pool import ps_roi_pool as ps_roi_pool
 from .roi_pool import roi_pool as roi_pool
+from .rotated import rotated_iou as rotated_iou
+from .rotated import rotated_nms_fixed as rotated_nms_fixed
 from .soft_suppression import soft_nms as soft_nms
 from .suppression import batched_nms as batched_nms
 from .suppression import batched_nms_fixed as batched_nms_fixed
@@ -274,6 +276,23 @@ class RoiPool(nn.Module):
     def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
 
+class RotatedIou(nn.Module):
+    """`rotated_iou` as a module: Intersection over union of each rotated box of one set with each of
+    another."""
+    def __init__(self) -> None: ...
+    def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+    def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class RotatedNmsFixed(nn.Module):
+    """`rotated_nms_fixed` as a module: `batched_nms_fixed` of rotated boxes."""
+
+    iou_threshold: float
+    max_output: int
+    score_threshold: float
+    def __init__(self, iou_threshold: float, max_output: int, score_threshold: float = 0.0) -> None: ...
+    def forward(self, boxes: Tensor, scores: Tensor, idxs: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, boxes: Tensor, scores: Tensor, idxs: Tensor) -> Tuple[Tensor, Tensor]: ...
+
 class SoftNms(nn.Module):
     """`soft_nms` as a module: Soft non-maximum suppression of a batch of images, with a fixed number of
     slots for what is kept."""
@@ -319,6 +338,8 @@ __all__ = [
     "RemoveSmallBoxes",
     "RoiAlign",
     "RoiPool",
+    "RotatedIou",
+    "RotatedNmsFixed",
     "SoftNms",
     "batched_nms",
     "batched_nms_fixed",
@@ -344,5 +365,7 @@ __all__ = [
     "remove_small_boxes",
     "roi_align",
     "roi_pool",
+    "rotated_iou",
+    "rotated_nms_fixed",
     "soft_nms",
 ]

@@ -347,3 +347,61 @@ add(
         picture="tensors",
     )
 )
+
+
+def _rotated(generator, shape):
+    """Boxes cx, cy, width, height, angle, float64."""
+    low = torch.tensor([0.0, 0.0, 4.0, 4.0, -180.0], dtype=torch.float64)
+    range = torch.tensor([30.0, 30.0, 20.0, 20.0, 360.0], dtype=torch.float64)
+    return low + range * torch.rand((*shape, 5), generator=generator, dtype=torch.float64)
+
+
+def _rotated_pairs(generator, sizes, dtype):
+    return {
+        "boxes1": _rotated(generator, (sizes["N"],)).to(dtype),
+        "boxes2": _rotated(generator, (sizes["M"],)).to(dtype),
+    }
+
+
+def _rotated_scored(generator, sizes, dtype):
+    shape = (sizes["B"], sizes["N"])
+    return {
+        "boxes": _rotated(generator, shape).to(dtype),
+        "scores": torch.rand(shape, generator=generator).to(dtype),
+        "idxs": torch.randint(0, 3, shape, generator=generator),
+    }
+
+
+add(
+    Spec(
+        "ops.rotated_iou",
+        [
+            TensorSpec("boxes1", ("N", 5), description="cx, cy, width, height, angle in degrees"),
+            TensorSpec("boxes2", ("M", 5), description="cx, cy, width, height, angle in degrees"),
+        ],
+        symbols={"N": (1, 1 << 14), "M": (1, 1 << 14)},
+        sample=_rotated_pairs,
+        reference="scipy.spatial.HalfspaceIntersection, and cv2.rotatedRectangleIntersection",
+        picture="tensors",
+    )
+)
+add(
+    Spec(
+        "ops.rotated_nms_fixed",
+        [
+            TensorSpec("boxes", ("B", "N", 5), description="cx, cy, width, height, angle in degrees"),
+            TensorSpec("scores", ("B", "N"), range=(0.0, 1.0), description="scores"),
+            TensorSpec("idxs", ("B", "N"), "int64", description="classes"),
+        ],
+        [
+            TensorSpec("indices", description="of the boxes kept, by falling score"),
+            TensorSpec("kept", description="which slots hold a box"),
+        ],
+        config={"iou_threshold": 0.3, "max_output": 50, "score_threshold": 0.25},
+        symbols={"B": (1, 64), "N": (1, 1 << 16)},
+        gradients=(),
+        sample=_rotated_scored,
+        reference="cv2.dnn.NMSBoxesRotated",
+        picture="tensors",
+    )
+)
