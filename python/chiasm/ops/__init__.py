@@ -12,6 +12,7 @@ from .boxes import (
     remove_small_boxes,
 )
 from .decoding import decode_detr, decode_yolov5, decode_yolov8
+from .deformable import deform_conv2d
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
 from .masks import masks_from_prototypes, masks_to_boxes, paste_masks
 from .roi_align import ps_roi_align, roi_align
@@ -32,6 +33,7 @@ __all__ = [
     "decode_detr",
     "decode_yolov5",
     "decode_yolov8",
+    "deform_conv2d",
     "distance_box_iou",
     "distance_box_iou_loss",
     "generalized_box_iou",

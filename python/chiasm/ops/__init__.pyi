@@ -1,6 +1,6 @@
 # Written by `make stubs` from the signatures of the functions; do not edit.
 
-from typing import Tuple, Union
+from typing import Optional, Tuple, Union
 
 from torch import Tensor, nn
 
@@ -15,6 +15,7 @@ from .boxes import remove_small_boxes as remove_small_boxes
 from .decoding import decode_detr as decode_detr
 from .decoding import decode_yolov5 as decode_yolov5
 from .decoding import decode_yolov8 as decode_yolov8
+from .deformable import deform_conv2d as deform_conv2d
 from .losses import complete_box_iou_loss as complete_box_iou_loss
 from .losses import distance_box_iou_loss as distance_box_iou_loss
 from .losses import generalized_box_iou_loss as generalized_box_iou_loss
@@ -147,6 +148,26 @@ class DecodeYolov8(nn.Module):
     ) -> None: ...
     def forward(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
     def __call__(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
+class DeformConv2d(nn.Module):
+    """`deform_conv2d` as a module: Correlation with taps that are moved by offsets and, with a mask,
+    weighed at each place."""
+
+    bias: Optional[Tensor]
+    stride: Tuple[int, int]
+    padding: Tuple[int, int]
+    dilation: Tuple[int, int]
+    mask: Optional[Tensor]
+    def __init__(
+        self,
+        bias: Optional[Tensor] = None,
+        stride: Tuple[int, int] = ...,
+        padding: Tuple[int, int] = ...,
+        dilation: Tuple[int, int] = ...,
+        mask: Optional[Tensor] = None,
+    ) -> None: ...
+    def forward(self, input: Tensor, offset: Tensor, weight: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, offset: Tensor, weight: Tensor) -> Tensor: ...
 
 class DistanceBoxIou(nn.Module):
     """`distance_box_iou` as a module: ``box_iou`` less the squared distance of the centres over that of
@@ -325,6 +346,7 @@ __all__ = [
     "DecodeDetr",
     "DecodeYolov5",
     "DecodeYolov8",
+    "DeformConv2d",
     "DistanceBoxIou",
     "DistanceBoxIouLoss",
     "GeneralizedBoxIou",
@@ -352,6 +374,7 @@ __all__ = [
     "decode_detr",
     "decode_yolov5",
     "decode_yolov8",
+    "deform_conv2d",
     "distance_box_iou",
     "distance_box_iou_loss",
     "generalized_box_iou",

@@ -34,7 +34,7 @@ def masks_to_boxes(masks: Tensor) -> Tensor:
     check_rank(masks, 3, "(N, H, W)", "masks")
     if masks.size(1) < 1 or masks.size(2) < 1:
         raise ValueError(f"masks: expected H and W of at least 1, got {list(masks.shape)}")
-    inside = masks != 0
+    inside = masks.to(torch.bool)
     left, right = _first_and_last(inside.any(1))
     top, bottom = _first_and_last(inside.any(2))
     return torch.stack([left, top, right, bottom], 1).to(torch.float32)

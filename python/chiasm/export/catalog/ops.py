@@ -405,3 +405,45 @@ add(
         picture="tensors",
     )
 )
+
+
+def _deformed(generator, sizes, dtype):
+    def normal(*shape):
+        return torch.randn(shape, generator=generator, dtype=torch.float64).to(dtype)
+
+    batch, height, width = sizes["B"], sizes["H"], sizes["W"]
+    return {
+        "input": normal(batch, 4, height, width),
+        "offset": 2 * normal(batch, 36, height, width),
+        "weight": normal(6, 2, 3, 3),
+        "bias": normal(6),
+        "mask": torch.sigmoid(normal(batch, 18, height, width)),
+    }
+
+
+add(
+    Spec(
+        "ops.deform_conv2d",
+        [
+            image(channels=4),
+            TensorSpec("offset", ("B", 36, "H", "W"), description="rows and columns that taps are moved by"),
+            TensorSpec("weight", (6, 2, 3, 3), description="of the taps"),
+            TensorSpec("bias", (6,), description="is added"),
+            TensorSpec("mask", ("B", 18, "H", "W"), description="what each tap is multiplied by"),
+        ],
+        [TensorSpec("output", layout="NCHW")],
+        config={"padding": (1, 1)},
+        sample=_deformed,
+        peer=Peer(
+            "torchvision.ops",
+            lambda ops, x, offset, weight, bias, mask: ops.deform_conv2d(
+                x, offset, weight, bias, padding=(1, 1), mask=mask
+            ),
+            "tensors",
+            atol=2e-5,
+            rtol=1e-4,
+        ),
+        reference="torchvision.ops.deform_conv2d",
+        picture="tensors",
+    )
+)

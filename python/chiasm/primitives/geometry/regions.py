@@ -59,9 +59,10 @@ def whole(x: Tensor) -> Tensor:
     >>> whole(torch.tensor([-0.5, 0.5, 1.5, 0.49999997]))
     tensor([-1.,  1.,  2.,  0.])
     """
-    cut = torch.trunc(x)
+    size = x.abs()
+    below = torch.floor(size)
     # The difference is exact, where adding a half would round.
-    return torch.where((x - cut).abs() >= 0.5, cut + torch.sign(x), cut)
+    return torch.where(size - below >= 0.5, below + 1.0, below) * torch.sign(x)
 
 
 @primitive

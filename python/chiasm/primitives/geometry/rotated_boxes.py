@@ -1,5 +1,6 @@
 """Boxes cx, cy, width, height, angle in degrees, as OpenCV's RotatedRect: what two of them have in common."""
 
+import math
 from typing import Tuple
 
 import torch
@@ -18,7 +19,7 @@ def rotated_intersections(a: Tensor, b: Tensor) -> Tensor:
     >>> rotated_intersections(square, torch.tensor([1.0, 1.0, 2.0, 2.0, 90.0]))
     tensor(1.)
     """
-    turn, frame = torch.deg2rad(a[..., 4] - b[..., 4]), torch.deg2rad(b[..., 4])
+    turn, frame = (a[..., 4] - b[..., 4]) * (math.pi / 180.0), b[..., 4] * (math.pi / 180.0)
     across, down = a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]
     x = across * torch.cos(frame) + down * torch.sin(frame)
     y = down * torch.cos(frame) - across * torch.sin(frame)
