@@ -257,11 +257,11 @@ def _prototypes(generator, sizes, dtype):
     def normal(*shape):
         return torch.randn(shape, generator=generator, dtype=torch.float64).to(dtype)
 
-    boxes = _regions(generator, {"B": 1, "N": batch * count}, dtype)[:, 1:].unflatten(0, [batch, count])
+    boxes = _regions(generator, {"B": 1, "N": batch * count}, dtype)[:, 1:].contiguous()
     return {
         "prototypes": normal(batch, sizes["P"], sizes["H"], sizes["W"]),
         "coefficients": normal(batch, count, sizes["P"]),
-        "boxes": boxes,
+        "boxes": boxes.unflatten(0, [batch, count]),
         "like": torch.zeros(sizes["OH"], sizes["OW"], dtype=torch.uint8),
     }
 

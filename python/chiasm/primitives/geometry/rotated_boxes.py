@@ -23,9 +23,9 @@ def rotated_intersections(a: Tensor, b: Tensor) -> Tensor:
     across, down = a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]
     x = across * torch.cos(frame) + down * torch.sin(frame)
     y = down * torch.cos(frame) - across * torch.sin(frame)
-    # The corners, in turn.
-    signs = torch.tensor([[-0.5, 0.5, 0.5, -0.5], [-0.5, -0.5, 0.5, 0.5]], dtype=a.dtype, device=a.device)
-    wide, high = a[..., 2:3] * signs[0], a[..., 3:4] * signs[1]
+    # The corners, in turn; no constant tensor, which a loop's body could not have.
+    wide, high = a[..., 2:3] * 0.5, a[..., 3:4] * 0.5
+    wide, high = torch.cat([-wide, wide, wide, -wide], -1), torch.cat([-high, -high, high, high], -1)
     cos, sin = torch.cos(turn)[..., None], torch.sin(turn)[..., None]
     x, y = x[..., None] + wide * cos - high * sin, y[..., None] + wide * sin + high * cos
     half_width, half_height = b[..., 2:3] * 0.5, b[..., 3:4] * 0.5
