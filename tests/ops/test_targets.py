@@ -544,6 +544,15 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         sampled(t, torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7)
         + bytes_sampled(torch.eye(3, dtype=t)[None] + 0.1 * numbers(t, 2, 3, 3), 6, 7)
     ),
+    "regions.window_maxima": lambda t: [
+        (
+            numbers(t, 2, height, 5),
+            torch.tensor([0, 1, 1]),
+            torch.tensor([0, height // 3, height - 1]),
+            torch.tensor([height, height - height // 4, height]),
+        )
+        for height in (1, 2, 12, 17)
+    ],
     "rounding.known_or": lambda t: [(torch.tensor([0.5, torch.nan, torch.inf, -torch.inf], dtype=t), -2.0)],
     "thinning.thinned": lambda t: [(x - 0.2, 1000, zhang) for x in images(t) for zhang in (True, False)],
     "windows.windows": lambda t: [

@@ -13,8 +13,14 @@ from .boxes import (
 )
 from .ctc import ctc_beam_decode, ctc_greedy_decode
 from .decoding import decode_detr, decode_yolov5, decode_yolov8
+from .deformable import deform_conv2d
 from .keypoints import decode_heatmaps, decode_simcc
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
+from .masks import masks_from_prototypes, masks_to_boxes, paste_masks
+from .roi_align import ps_roi_align, roi_align
+from .roi_pool import ps_roi_pool, roi_pool
+from .rotated import rotated_iou, rotated_nms_fixed
+from .soft_suppression import soft_nms
 from .ssd import decode_ssd
 from .suppression import batched_nms, batched_nms_fixed, nms
 from .text_boxes import decode_db
@@ -38,14 +44,25 @@ __all__ = [
     "decode_ssd",
     "decode_yolov5",
     "decode_yolov8",
+    "deform_conv2d",
     "distance_box_iou",
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "masks_from_prototypes",
+    "masks_to_boxes",
     "merge",
     "merge_detections",
     "nms",
+    "paste_masks",
+    "ps_roi_align",
+    "ps_roi_pool",
     "remove_small_boxes",
+    "roi_align",
+    "roi_pool",
+    "rotated_iou",
+    "rotated_nms_fixed",
+    "soft_nms",
     "tile",
 ]
 

@@ -1,6 +1,6 @@
 # Written by `make stubs` from the signatures of the functions; do not edit.
 
-from typing import Tuple, Union
+from typing import Optional, Tuple, Union
 
 from torch import Tensor, nn
 
@@ -17,11 +17,22 @@ from .ctc import ctc_greedy_decode as ctc_greedy_decode
 from .decoding import decode_detr as decode_detr
 from .decoding import decode_yolov5 as decode_yolov5
 from .decoding import decode_yolov8 as decode_yolov8
+from .deformable import deform_conv2d as deform_conv2d
 from .keypoints import decode_heatmaps as decode_heatmaps
 from .keypoints import decode_simcc as decode_simcc
 from .losses import complete_box_iou_loss as complete_box_iou_loss
 from .losses import distance_box_iou_loss as distance_box_iou_loss
 from .losses import generalized_box_iou_loss as generalized_box_iou_loss
+from .masks import masks_from_prototypes as masks_from_prototypes
+from .masks import masks_to_boxes as masks_to_boxes
+from .masks import paste_masks as paste_masks
+from .roi_align import ps_roi_align as ps_roi_align
+from .roi_align import roi_align as roi_align
+from .roi_pool import ps_roi_pool as ps_roi_pool
+from .roi_pool import roi_pool as roi_pool
+from .rotated import rotated_iou as rotated_iou
+from .rotated import rotated_nms_fixed as rotated_nms_fixed
+from .soft_suppression import soft_nms as soft_nms
 from .ssd import decode_ssd as decode_ssd
 from .suppression import batched_nms as batched_nms
 from .suppression import batched_nms_fixed as batched_nms_fixed
@@ -229,6 +240,26 @@ class DecodeYolov8(nn.Module):
     def forward(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
     def __call__(self, output: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
 
+class DeformConv2d(nn.Module):
+    """`deform_conv2d` as a module: Correlation with taps that are moved by offsets and, with a mask,
+    weighed at each place."""
+
+    bias: Optional[Tensor]
+    stride: Tuple[int, int]
+    padding: Tuple[int, int]
+    dilation: Tuple[int, int]
+    mask: Optional[Tensor]
+    def __init__(
+        self,
+        bias: Optional[Tensor] = None,
+        stride: Tuple[int, int] = ...,
+        padding: Tuple[int, int] = ...,
+        dilation: Tuple[int, int] = ...,
+        mask: Optional[Tensor] = None,
+    ) -> None: ...
+    def forward(self, input: Tensor, offset: Tensor, weight: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, offset: Tensor, weight: Tensor) -> Tensor: ...
+
 class DistanceBoxIou(nn.Module):
     """`distance_box_iou` as a module: ``box_iou`` less the squared distance of the centres over that of
     the corners around both."""
@@ -265,6 +296,22 @@ class GeneralizedBoxIouLoss(nn.Module):
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
+class MasksFromPrototypes(nn.Module):
+    """`masks_from_prototypes` as a module: Masks of detections, put together from an image's prototypes:
+    YOLACT's, and those of YOLO's segmentation."""
+
+    size: Tuple[int, int]
+    def __init__(self, size: Tuple[int, int]) -> None: ...
+    def forward(self, prototypes: Tensor, coefficients: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, prototypes: Tensor, coefficients: Tensor, boxes: Tensor) -> Tensor: ...
+
+class MasksToBoxes(nn.Module):
+    """`masks_to_boxes` as a module: The smallest boxes around masks, by the numbers of the pixels in
+    their corners."""
+    def __init__(self) -> None: ...
+    def forward(self, masks: Tensor) -> Tensor: ...
+    def __call__(self, masks: Tensor) -> Tensor: ...
+
 class Merge(nn.Module):
     """`merge` as a module: Put an image together from its tiles, as ``tile`` cuts them, seams
     blended."""
@@ -298,6 +345,38 @@ class Nms(nn.Module):
     def forward(self, boxes: Tensor, scores: Tensor) -> Tensor: ...
     def __call__(self, boxes: Tensor, scores: Tensor) -> Tensor: ...
 
+class PasteMasks(nn.Module):
+    """`paste_masks` as a module: Masks that were predicted for boxes, in the image: Mask R-CNN's last
+    step."""
+
+    size: Tuple[int, int]
+    def __init__(self, size: Tuple[int, int]) -> None: ...
+    def forward(self, masks: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, masks: Tensor, boxes: Tensor) -> Tensor: ...
+
+class PsRoiAlign(nn.Module):
+    """`ps_roi_align` as a module: The means of points in the bins of boxes, each read bilinearly, each
+    bin of channels of its own."""
+
+    output_size: Union[int, Tuple[int, int]]
+    spatial_scale: float
+    sampling_ratio: int
+    def __init__(
+        self, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0, sampling_ratio: int = -1
+    ) -> None: ...
+    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+
+class PsRoiPool(nn.Module):
+    """`ps_roi_pool` as a module: The means of the pixels in the bins of boxes, each bin of channels of
+    its own."""
+
+    output_size: Union[int, Tuple[int, int]]
+    spatial_scale: float
+    def __init__(self, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0) -> None: ...
+    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+
 class RemoveSmallBoxes(nn.Module):
     """`remove_small_boxes` as a module: The numbers of the boxes of which both sides are at least
     ``min_size``."""
@@ -306,6 +385,69 @@ class RemoveSmallBoxes(nn.Module):
     def __init__(self, min_size: float) -> None: ...
     def forward(self, boxes: Tensor) -> Tensor: ...
     def __call__(self, boxes: Tensor) -> Tensor: ...
+
+class RoiAlign(nn.Module):
+    """`roi_align` as a module: The means of points in the bins of boxes, each read bilinearly."""
+
+    output_size: Union[int, Tuple[int, int]]
+    spatial_scale: float
+    sampling_ratio: int
+    aligned: bool
+    def __init__(
+        self,
+        output_size: Union[int, Tuple[int, int]],
+        spatial_scale: float = 1.0,
+        sampling_ratio: int = -1,
+        aligned: bool = False,
+    ) -> None: ...
+    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+
+class RoiPool(nn.Module):
+    """`roi_pool` as a module: The maxima of the pixels in the bins of boxes."""
+
+    output_size: Union[int, Tuple[int, int]]
+    spatial_scale: float
+    def __init__(self, output_size: Union[int, Tuple[int, int]], spatial_scale: float = 1.0) -> None: ...
+    def forward(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+    def __call__(self, input: Tensor, boxes: Tensor) -> Tensor: ...
+
+class RotatedIou(nn.Module):
+    """`rotated_iou` as a module: Intersection over union of each rotated box of one set with each of
+    another."""
+    def __init__(self) -> None: ...
+    def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+    def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class RotatedNmsFixed(nn.Module):
+    """`rotated_nms_fixed` as a module: `batched_nms_fixed` of rotated boxes."""
+
+    iou_threshold: float
+    max_output: int
+    score_threshold: float
+    def __init__(self, iou_threshold: float, max_output: int, score_threshold: float = 0.0) -> None: ...
+    def forward(self, boxes: Tensor, scores: Tensor, idxs: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, boxes: Tensor, scores: Tensor, idxs: Tensor) -> Tuple[Tensor, Tensor]: ...
+
+class SoftNms(nn.Module):
+    """`soft_nms` as a module: Soft non-maximum suppression of a batch of images, with a fixed number of
+    slots for what is kept."""
+
+    max_output: int
+    method: str
+    sigma: float
+    iou_threshold: float
+    score_threshold: float
+    def __init__(
+        self,
+        max_output: int,
+        method: str = "gaussian",
+        sigma: float = 0.5,
+        iou_threshold: float = 0.3,
+        score_threshold: float = 0.001,
+    ) -> None: ...
+    def forward(self, boxes: Tensor, scores: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
+    def __call__(self, boxes: Tensor, scores: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
 class Tile(nn.Module):
     """`tile` as a module: Cut an image into tiles of one size, row after row, which cover it."""
@@ -336,14 +478,25 @@ __all__ = [
     "DecodeSsd",
     "DecodeYolov5",
     "DecodeYolov8",
+    "DeformConv2d",
     "DistanceBoxIou",
     "DistanceBoxIouLoss",
     "GeneralizedBoxIou",
     "GeneralizedBoxIouLoss",
+    "MasksFromPrototypes",
+    "MasksToBoxes",
     "Merge",
     "MergeDetections",
     "Nms",
+    "PasteMasks",
+    "PsRoiAlign",
+    "PsRoiPool",
     "RemoveSmallBoxes",
+    "RoiAlign",
+    "RoiPool",
+    "RotatedIou",
+    "RotatedNmsFixed",
+    "SoftNms",
     "Tile",
     "batched_nms",
     "batched_nms_fixed",
@@ -362,13 +515,24 @@ __all__ = [
     "decode_ssd",
     "decode_yolov5",
     "decode_yolov8",
+    "deform_conv2d",
     "distance_box_iou",
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "masks_from_prototypes",
+    "masks_to_boxes",
     "merge",
     "merge_detections",
     "nms",
+    "paste_masks",
+    "ps_roi_align",
+    "ps_roi_pool",
     "remove_small_boxes",
+    "roi_align",
+    "roi_pool",
+    "rotated_iou",
+    "rotated_nms_fixed",
+    "soft_nms",
     "tile",
 ]

@@ -9,7 +9,7 @@ from ..spec import Spec, TensorSpec
 from . import NO_GRADIENT, add
 
 
-def _torchvision(name: str, *settings) -> Peer:
+def torchvision(name: str, *settings) -> Peer:
     return Peer("torchvision.ops", lambda ops, *inputs: getattr(ops, name)(*inputs, *settings), "tensors")
 
 
@@ -43,7 +43,7 @@ for _name, _config, _settings in (
             config=_config,
             symbols=_MANY,
             sample=_boxes("boxes"),
-            peer=_torchvision(_name, *_settings),
+            peer=torchvision(_name, *_settings),
             reference=f"torchvision.ops.{_name}",
             picture="tensors",
         )
@@ -59,7 +59,7 @@ for _name in ("box_iou", "generalized_box_iou", "distance_box_iou", "complete_bo
             symbols={"N": (1, 1 << 16), "M": (1, 1 << 16)},
             gradients=() if f"ops.{_name}" in NO_GRADIENT else None,
             sample=_boxes("boxes1", "boxes2"),
-            peer=_torchvision(_name),
+            peer=torchvision(_name),
             reference=f"torchvision.ops.{_name}",
             picture="tensors",
         )
@@ -76,7 +76,7 @@ for _name in ("generalized_box_iou_loss", "distance_box_iou_loss", "complete_box
             gradients=() if f"ops.{_name}" in NO_GRADIENT else None,
             symbols=_MANY,
             sample=_boxes("boxes1", "boxes2"),
-            peer=_torchvision(_name, "none"),
+            peer=torchvision(_name, "none"),
             reference=f"torchvision.ops.{_name}",
             picture="tensors",
         )
@@ -91,7 +91,7 @@ def clusters(generator, sizes):
     return torch.cat([centres, 8 + 16 * torch.rand((batch, count, 2), generator=generator)], 2)
 
 
-def _scored(generator, sizes, dtype):
+def scored(generator, sizes, dtype):
     centred = clusters(generator, sizes)
     corners = torch.cat([centred[..., :2] - centred[..., 2:] / 2, centred[..., :2] + centred[..., 2:] / 2], 2)
     shape = (sizes["B"], sizes["N"])
@@ -117,7 +117,7 @@ add(
         config={"iou_threshold": 0.45, "max_output": 300, "score_threshold": 0.25},
         symbols={"B": (1, 64), "N": (1, 1 << 14)},  # elsewhere than in native code all pairs are compared
         gradients=(),
-        sample=_scored,
+        sample=scored,
         reference="torchvision.ops.batched_nms",
         picture="tensors",
     )

@@ -1,0 +1,218 @@
+"""Regions read at points between pixels: bilinear means over the bins of boxes."""
+
+from typing import List, Tuple, Union
+
+import torch
+from torch import Tensor
+
+from ..primitives.geometry.regions import (
+    bin_counts,
+    check_bin_channels,
+    check_regions,
+    image_numbers,
+    scaled_sides,
+)
+from ..primitives.linalg.matrices import small_matmul
+from ..primitives.numbers.rounding import known_or, to_index
+
+
+def roi_align(
+    input: Tensor,
+    boxes: Tensor,
+    output_size: Union[int, Tuple[int, int]],
+    spatial_scale: float = 1.0,
+    sampling_ratio: int = -1,
+    aligned: bool = False,
+) -> Tensor:
+    """The means of points in the bins of boxes, each read bilinearly.
+
+    K. He et al., Mask R-CNN, ICCV 2017. A point up to a pixel outside of the centres of the outer pixels
+    reads the nearest; further outside it is 0, but counts. Gradients are by the input alone, as in
+    torchvision.
+
+    With a positive ``sampling_ratio`` points are gathered: C * K * PH * PW * sampling_ratio^2 values. Else
+    how many there are depends on the box; their weights become matrices, whose products take K * PH * (B * H
+    + C * W) values. Of these each pixel of every image is a part: the input is to be finite.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        boxes: (K, 5) as image number, x1, y1, x2, y2, floating point. A number of no image is moved to the
+            nearest.
+        output_size: the rows and columns PH and PW of bins, or one number for both.
+        spatial_scale: what the boxes' coordinates are multiplied by for the input's pixels.
+        sampling_ratio: points of a bin along each axis; if not positive, as many as are less than a pixel
+            apart.
+        aligned: True where pixel centres are halves, so that half a pixel is taken off; then boxes may be
+            smaller than a pixel.
+
+    Returns:
+        (K, C, PH, PW).
+
+    Raises:
+        TypeError: if input or boxes is not floating point.
+        ValueError: if input is not (B, C, H, W), boxes not (K, 5), or output_size not positive.
+
+    Example:
+        >>> image = torch.arange(16.0).reshape(1, 1, 4, 4)
+        >>> roi_align(image, torch.tensor([[0.0, 0.0, 0.0, 4.0, 4.0]]), 2, sampling_ratio=2, aligned=True)
+        tensor([[[[ 2.5000,  4.5000],
+                  [10.5000, 12.5000]]]])
+    """
+    check_regions(input, boxes)
+    rows, columns = bin_counts(output_size)
+    across, down = scaled_sides(input, boxes, spatial_scale)
+    shift, least = (0.5, float("-inf")) if aligned else (0.0, 1.0)
+    image = image_numbers(input, boxes)
+    height, width = input.size(2), input.size(3)
+    if sampling_ratio > 0:
+        y, x = (
+            _points(down, rows, sampling_ratio, shift, least),
+            _points(across, columns, sampling_ratio, shift, least),
+        )
+        flat = input.transpose(0, 1).reshape(input.size(1), input.size(0) * height * width)
+        plane = image[:, None, None, None, None].expand(-1, rows, 1, columns, 1)
+        return _gathered(flat, plane, y, x, height, width)
+    y, x = _weights(down, rows, shift, least, height), _weights(across, columns, shift, least, width)
+    y, x = y.to(input.dtype), x.to(input.dtype)
+    # Of all images one below the other each box reads its own.
+    own = _own_image(y, image, input.size(0)).flatten(0, 1)
+    stacked = input.transpose(1, 2).reshape(input.size(0) * height, input.size(1) * width)
+    read = small_matmul(own, stacked).reshape(boxes.size(0), rows * input.size(1), width)
+    read = small_matmul(read, x.transpose(1, 2))
+    return read.reshape(boxes.size(0), rows, input.size(1), columns).transpose(1, 2)
+
+
+def ps_roi_align(
+    input: Tensor,
+    boxes: Tensor,
+    output_size: Union[int, Tuple[int, int]],
+    spatial_scale: float = 1.0,
+    sampling_ratio: int = -1,
+) -> Tensor:
+    """The means of points in the bins of boxes, each read bilinearly, each bin of channels of its own.
+
+    Z. Li et al., Light-Head R-CNN, 2017. Channel (c * PH + i) * PW + j is channel c of bin (i, j). Pixel
+    centres are halves, as in ``roi_align`` with ``aligned``, which also says what is read outside, and what
+    memory it takes. Gradients are by the input.
+
+    Args:
+        input: (B, C * PH * PW, H, W), floating point.
+        boxes: (K, 5) as image number, x1, y1, x2, y2, floating point. A number of no image is moved to the
+            nearest.
+        output_size: the rows and columns PH and PW of bins, or one number for both.
+        spatial_scale: what the boxes' coordinates are multiplied by for the input's pixels.
+        sampling_ratio: points of a bin along each axis; if not positive, as many as are less than a pixel
+            apart, of a box without area none: it is 0, where torchvision has NaN.
+
+    Returns:
+        (K, C, PH, PW).
+
+    Raises:
+        TypeError: if input or boxes is not floating point.
+        ValueError: if input is not (B, C * PH * PW, H, W), boxes not (K, 5), or output_size not positive.
+
+    Example:
+        >>> image = torch.arange(4.0)[None, :, None, None].expand(1, 4, 5, 5)
+        >>> ps_roi_align(image, torch.tensor([[0.0, 1.0, 1.0, 4.0, 4.0]]), 2, sampling_ratio=2)
+        tensor([[[[0., 1.],
+                  [2., 3.]]]])
+    """
+    check_regions(input, boxes)
+    rows, columns = bin_counts(output_size)
+    check_bin_channels(input, rows, columns)
+    across, down = scaled_sides(input, boxes, spatial_scale)
+    image, least = image_numbers(input, boxes), float("-inf")
+    batch, height, width = input.size(0), input.size(2), input.size(3)
+    channels = input.size(1) // (rows * columns)
+    planes = input.unflatten(1, [channels, rows, columns])
+    if sampling_ratio > 0:
+        y, x = (
+            _points(down, rows, sampling_ratio, 0.5, least),
+            _points(across, columns, sampling_ratio, 0.5, least),
+        )
+        flat = planes.transpose(0, 1).reshape(channels, batch * rows * columns * height * width)
+        place = torch.arange(rows * columns, device=input.device).reshape(rows, 1, columns, 1)
+        plane = image[:, None, None, None, None] * (rows * columns) + place
+        return _gathered(flat, plane, y, x, height, width)
+    y, x = _weights(down, rows, 0.5, least, height), _weights(across, columns, 0.5, least, width)
+    y, x = y.to(input.dtype), x.to(input.dtype)
+    own = _own_image(y, image, batch).transpose(0, 1)
+    stacked = planes.permute(2, 0, 4, 1, 3, 5).reshape(rows, batch * height, channels * columns * width)
+    read = small_matmul(own, stacked).reshape(rows, boxes.size(0), channels, columns, width)
+    return (read * x[None, :, None]).sum(-1).permute(1, 2, 0, 3)
+
+
+def _bins(sides: Tensor, bins: int, shift: float, least: float) -> Tuple[Tensor, Tensor]:
+    """Where boxes whose sides are (K, 2) begin, and the size of a bin: (K, 1) each."""
+    first = sides[:, :1] - shift
+    return first, (sides[:, 1:] - shift - first).clamp(min=least) / bins
+
+
+def _points(sides: Tensor, bins: int, per_bin: int, shift: float, least: float) -> Tensor:
+    """Positions (K, bins, per_bin) along an axis."""
+    first, size = _bins(sides, bins, shift, least)
+    number = torch.arange(bins, device=sides.device).to(sides.dtype)
+    inner = torch.arange(per_bin, device=sides.device).to(sides.dtype) + 0.5
+    return (first + number * size)[:, :, None] + (inner * size / per_bin)[:, None]
+
+
+def _taps(position: Tensor, size: int) -> Tuple[List[Tensor], List[Tensor]]:
+    """The two pixels of an axis around each position, and their weights."""
+    inside = (position >= -1.0) & (position <= size)
+    at = position.clamp(0, size - 1)
+    low = to_index(at, size)
+    part = at - low
+    zero = torch.zeros_like(at)
+    weights = [torch.where(inside, 1.0 - part, zero), torch.where(inside, part, zero)]
+    return [low, (low + 1).clamp(max=size - 1)], weights
+
+
+def _gathered(flat: Tensor, plane: Tensor, y: Tensor, x: Tensor, height: int, width: int) -> Tensor:
+    """The means (K, C, PH, PW) of points y (K, PH, n) and x (K, PW, n) in planes of numbers (K, PH, 1, PW,
+    1); flat is (C, planes * height * width)."""
+    channels = flat.size(0)
+    row, down = _taps(y, height)
+    column, across = _taps(x, width)
+    shape = [channels, y.size(0), y.size(1), y.size(2), x.size(1), x.size(2)]
+    total = torch.zeros([1], dtype=flat.dtype, device=flat.device)
+    for i in range(2):
+        start = (plane * height + row[i][:, :, :, None, None]) * width
+        for j in range(2):
+            index = (start + column[j][:, None, None]).reshape(1, -1).expand(channels, -1)
+            weight = (down[i][:, :, :, None, None] * across[j][:, None, None]).to(flat.dtype)
+            total = total + flat.gather(1, index).reshape(shape) * weight
+    return total.mean(5).mean(3).transpose(0, 1)
+
+
+def _weights(sides: Tensor, bins: int, shift: float, least: float, size: int) -> Tensor:
+    """What each pixel of an axis weighs in each bin, (K, bins, size), where points are less than a pixel
+    apart.
+
+    Of the points of a bin only some are near enough to a pixel: the first of them follows from the distance
+    of the points, which is more than a half unless there is just one.
+    """
+    first, extent = _bins(sides, bins, shift, least)
+    count = torch.ceil(extent)
+    step = extent / count.clamp(min=1.0)
+    number = torch.arange(bins, device=sides.device).to(sides.dtype)
+    begin = (first + number * extent)[:, :, None]
+    pixel = torch.arange(size, device=sides.device).to(sides.dtype)
+    # A step of nothing is that of a single point, the first.
+    reach = (pixel - 1.0 - begin) / torch.where(step > 0, step, torch.ones_like(step))[:, :, None]
+    nearest = torch.floor(known_or(reach, 0.0) - 0.5).clamp(min=0.0)
+    nearest = torch.where((count > 1.0)[:, :, None], nearest, torch.zeros_like(nearest))
+    total = torch.zeros_like(nearest)
+    # Within a pixel of a centre lie at most 4, and 2 more for rounding.
+    for k in range(6):
+        point = nearest + k
+        position = begin + (point + 0.5) * extent[:, :, None] / count.clamp(min=1.0)[:, :, None]
+        inside = (position >= -1.0) & (position <= size) & (point < count[:, :, None])
+        near = (1.0 - (position.clamp(0, size - 1) - pixel).abs()).clamp(min=0.0)
+        total = total + torch.where(inside, near, torch.zeros_like(near))
+    return total / count.clamp(min=1.0)[:, :, None]
+
+
+def _own_image(weights: Tensor, image: Tensor, images: int) -> Tensor:
+    """Weights (K, bins, H) of rows as those of the rows of all images, (K, bins, images * H)."""
+    is_own = (image[:, None] == torch.arange(images, device=image.device)).to(weights.dtype)
+    return (weights[:, :, None] * is_own[:, None, :, None]).flatten(2)

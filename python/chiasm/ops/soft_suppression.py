@@ -1,0 +1,104 @@
+"""Soft non-maximum suppression: overlapped boxes lose score instead of being dropped."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank
+from ..primitives.core.loops import until_stable
+from ..primitives.geometry.boxes import boxes_at, intersections_and_unions
+from ..primitives.numbers.slots import above_or_nothing, empty_slots, filled_slots, highest, taken
+
+
+def soft_nms(
+    boxes: Tensor,
+    scores: Tensor,
+    max_output: int,
+    method: str = "gaussian",
+    sigma: float = 0.5,
+    iou_threshold: float = 0.3,
+    score_threshold: float = 0.001,
+) -> Tuple[Tensor, Tensor, Tensor]:
+    """Soft non-maximum suppression of a batch of images, with a fixed number of slots for what is kept.
+
+    N. Bodla et al., Soft-NMS, ICCV 2017. Again and again the box of the highest score is taken, of equals the
+    first, and the scores of those left are multiplied by a factor of their overlap o with it, intersection
+    over union: "gaussian" exp(-o^2 / sigma), "linear" 1 - o where o is at least ``iou_threshold``. Computed
+    in float64, a step for each slot that is filled; native code too takes memory that grows with N + K.
+
+    Args:
+        boxes: (B, N, 4) as x1, y1, x2, y2, floating point.
+        scores: (B, N), floating point.
+        max_output: the number K of slots.
+        method: "gaussian" or "linear".
+        sigma: how much overlap "gaussian" forgives, positive.
+        iou_threshold: the least overlap that "linear" minds.
+        score_threshold: boxes are dropped whose score is not above it, or no longer.
+
+    Returns:
+        (B, K), int64, the indices of the boxes kept, by falling score, 0 in slots that are empty; (B, K), the
+        scores that they are left with, 0 in slots that are empty; and (B, K), bool, which slots hold one.
+
+    Raises:
+        TypeError: if boxes or scores is not floating point.
+        ValueError: if a shape is not as above, max_output or sigma is not positive, or method none of these.
+
+    Example:
+        >>> boxes = torch.tensor([[[0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 2.0, 1.0], [5.0, 0.0, 6.0, 1.0]]])
+        >>> index, scores, kept = soft_nms(boxes, torch.tensor([[0.9, 0.8, 0.7]]), 4, "linear")
+        >>> index, scores
+        (tensor([[0, 2, 1, 0]]), tensor([[0.9000, 0.7000, 0.4000, 0.0000]]))
+    """
+    check_rank(boxes, 3, "(B, N, 4)", "boxes")
+    check_last(boxes, 4, "boxes")
+    check_floating(scores, "scores")
+    if scores.shape != boxes.shape[:2]:
+        raise ValueError(f"scores: expected shape {list(boxes.shape[:2])}, got {list(scores.shape)}")
+    check_choice(method, ["gaussian", "linear"], "method")
+    if max_output < 1:
+        raise ValueError(f"max_output: expected a positive number, got {max_output}")
+    if not sigma > 0.0:
+        raise ValueError(f"sigma: expected a positive number, got {sigma}")
+    count = scores.size(1)
+    state = empty_slots(scores, max_output, score_threshold)
+    if count > 0:
+        inputs = boxes.detach().to(torch.float64)
+        state = _taken(
+            state,
+            max_output,
+            inputs,
+            method == "gaussian",
+            sigma,
+            iou_threshold,
+            score_threshold,
+            max_output,
+        )
+    index, kept = filled_slots(state, count, max_output)
+    left = torch.where(kept, state[:, count + max_output :], torch.zeros_like(state[:, :max_output]))
+    return index, left.to(scores.dtype), kept
+
+
+@until_stable
+def _taken(
+    state: Tensor,
+    k: Tensor,
+    boxes: Tensor,
+    gaussian: bool,
+    sigma: float,
+    iou_threshold: float,
+    score_threshold: float,
+    slots: int,
+) -> Tensor:
+    """The state of slots after the k-th is filled."""
+    count = boxes.size(1)
+    best, score = highest(state, count)
+    common, union = intersections_and_unions(boxes_at(boxes, best), boxes)
+    overlap = torch.where(union > 0.0, common / union, torch.zeros_like(union))
+    if gaussian:
+        factor = torch.exp(-overlap * overlap / sigma)
+    else:
+        factor = torch.where(overlap >= iou_threshold, 1.0 - overlap, torch.ones_like(overlap))
+    # What is no longer there stays so: minus infinity times 0 would be NaN, which is not above anything.
+    values = above_or_nothing(state[:, :count] * factor, score_threshold)
+    return taken(state, values, best, score, k, slots)

@@ -1,0 +1,56 @@
+"""Things taken one after the other, the highest score first, into a fixed number of slots.
+
+The state of such a loop is one tensor (B, N + 2 K), float64: the scores of N things, of those no longer there
+minus infinity; and for each of K slots the number of the thing in it, -1 where it is empty, and its score.
+"""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+
+def empty_slots(scores: Tensor, slots: int, threshold: float) -> Tensor:
+    """The first state: scores (B, N) not above the threshold, or not a number, are those of nothing.
+
+    >>> empty_slots(torch.tensor([[0.5, 0.1]]), 1, 0.2)
+    tensor([[ 0.5000,    -inf, -1.0000,  0.0000]], dtype=torch.float64)
+    """
+    values = above_or_nothing(scores.detach().to(torch.float64), threshold)
+    index = torch.full([scores.size(0), slots], -1.0, dtype=torch.float64, device=scores.device)
+    return torch.cat([values, index, torch.zeros_like(index)], 1)
+
+
+def above_or_nothing(values: Tensor, threshold: float) -> Tensor:
+    """What is above the threshold, and minus infinity for what is not.
+
+    >>> above_or_nothing(torch.tensor([1.0, 3.0, torch.nan]), 2.0)
+    tensor([-inf, 3., -inf])
+    """
+    return torch.where(values > threshold, values, torch.full_like(values, float("-inf")))
+
+
+def highest(state: Tensor, count: int) -> Tuple[Tensor, Tensor]:
+    """Which of ``count`` things is next, (B, 1), int64, of equals the first, and its score, (B, 1)."""
+    values = state[:, :count]
+    best = values.argmax(1, keepdim=True)
+    return best, values.gather(1, best)
+
+
+def taken(state: Tensor, values: Tensor, best: Tensor, score: Tensor, k: Tensor, slots: int) -> Tensor:
+    """The state with the thing ``best`` in slot k, and the others' scores replaced by ``values`` (B, N);
+    nothing changes where a score says that there is nothing left."""
+    count = values.size(1)
+    is_there = score > float("-inf")
+    place = torch.arange(count, device=state.device)
+    rest = torch.where(place == best, torch.full_like(values, float("-inf")), values)
+    here = torch.arange(slots, device=state.device) == k
+    index = torch.where(here, best.to(state.dtype), state[:, count : count + slots])
+    scores = torch.where(here, score, state[:, count + slots :])
+    return torch.where(is_there, torch.cat([rest, index, scores], 1), state)
+
+
+def filled_slots(state: Tensor, count: int, slots: int) -> Tuple[Tensor, Tensor]:
+    """The numbers of the things in the slots (B, slots), int64, 0 in empty ones, and which are not empty."""
+    index = state[:, count : count + slots]
+    return index.clamp(min=0.0).to(torch.int64), index >= 0.0
