@@ -199,7 +199,7 @@ def _rotated_pairs(generator, sizes, dtype):
     }
 
 
-def _rotatedscored(generator, sizes, dtype):
+def _rotated_scored(generator, sizes, dtype):
     shape = (sizes["B"], sizes["N"])
     return {
         "boxes": _rotated(generator, shape).to(dtype),
