@@ -245,6 +245,23 @@ def passed_on(input: Tensor, matrix: Tensor) -> Tuple[Tensor, Tensor]:
     return input.clone(), torch.cat([matrix, torch.zeros_like(matrix[:1])], 0)
 
 
+def test_samples_that_are_parts_of_other_tensors(tmp_path: Path) -> None:
+    """Native code was compiled for a sample's strides, and read other numbers than it was given."""
+
+    def sums(boxes: Tensor) -> Tensor:
+        return boxes.sum(1)
+
+    spec = Spec(
+        "test.sums",
+        [TensorSpec("boxes", ("N", 4))],
+        gradients=(),
+        sample=lambda generator, sizes, dtype: {"boxes": torch.rand(sizes["N"], 5, dtype=dtype)[:, 1:]},
+    )
+    made = export(sums, spec, tmp_path, formats=["native"])
+    boxes = np.arange(24, dtype=np.float32).reshape(6, 4)
+    np.testing.assert_array_equal(chiasm.runtime.open(made).method()(boxes), boxes.sum(1))
+
+
 def test_gradients_that_are_cotangents_or_parts_of_them(tmp_path: Path) -> None:
     spec = Spec(
         "test.passed_on",

@@ -42,7 +42,8 @@ def make(spec: Spec, sizes: dict[str, int], variant: str | None, seed: int = 0) 
     dtype = dtype_of("T", variant) if variant else torch.float32
     if spec.sample is not None:
         made = spec.sample(generator, sizes, dtype)
-        return {t.name: made[t.name] for t in spec.inputs}
+        # Native code is compiled for the strides of what it is traced with, and is given whole tensors.
+        return {t.name: made[t.name].contiguous() for t in spec.inputs}
     return {t.name: uniform(generator, t, sizes, variant) for t in spec.inputs}
 
 

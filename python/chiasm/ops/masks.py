@@ -6,7 +6,6 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_rank
-from ..primitives.core.materialise import materialised
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.resizing import resized
 from ..primitives.resampling.warping import position_dtype, sample_image
@@ -88,8 +87,7 @@ def masks_from_prototypes(
     height, width = size
     _check_size(height, width)
     mixed = small_matmul(coefficients, prototypes.flatten(2))
-    # Stored first: native code that computes both in one loop leaves out three masks of four.
-    masks = torch.sigmoid(materialised(mixed, 1)).unflatten(2, [prototypes.size(2), prototypes.size(3)])
+    masks = torch.sigmoid(mixed).unflatten(2, [prototypes.size(2), prototypes.size(3)])
     large = resized(masks, height, width, "bilinear", False, False)
     column = torch.arange(width, device=boxes.device).to(boxes.dtype)
     row = torch.arange(height, device=boxes.device).to(boxes.dtype)

@@ -93,7 +93,7 @@ def _prototypes(generator, sizes, dtype):
     def normal(*shape):
         return torch.randn(shape, generator=generator, dtype=torch.float64).to(dtype)
 
-    boxes = _regions(generator, {"B": 1, "N": batch * count}, dtype)[:, 1:].contiguous()
+    boxes = _regions(generator, {"B": 1, "N": batch * count}, dtype)[:, 1:]
     return {
         "prototypes": normal(batch, sizes["P"], sizes["H"], sizes["W"]),
         "coefficients": normal(batch, count, sizes["P"]),
@@ -106,7 +106,7 @@ def _pasted(generator, sizes, dtype):
     masks = torch.rand((sizes["N"], 1, sizes["H"], sizes["W"]), generator=generator, dtype=torch.float64)
     return {
         "masks": masks.to(dtype),
-        "boxes": _regions(generator, {"B": 1, "N": sizes["N"]}, dtype)[:, 1:].contiguous(),
+        "boxes": _regions(generator, {"B": 1, "N": sizes["N"]}, dtype)[:, 1:],
         "like": torch.zeros(sizes["OH"], sizes["OW"], dtype=torch.uint8),
     }
 
