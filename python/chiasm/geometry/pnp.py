@@ -84,7 +84,9 @@ def _derived(pose: Tensor, X: Tensor, x: Tensor, K: Tensor, w: Tensor) -> Tensor
     moved = pose
     for _ in range(2):
         moved = _gauss_newton(moved, X, x, K, w)
-    return pose + (moved - moved.detach())
+    change = moved - moved.detach()
+    # Nothing but a derivative; of a step that is not a number neither.
+    return pose + torch.where(change == 0, change, torch.zeros_like(change))
 
 
 @repeated

@@ -87,6 +87,7 @@ add(
         [TensorSpec("output", layout="NCHW", description="corner response")],
         symbols=STENCIL,
         without_nan=True,
+        special_values="differences of infinities are NaN",
         reference="OpenCV FastFeatureDetector",
     )
 )

@@ -73,6 +73,7 @@ _PEAKS = {
     "reference": "a loop in NumPy",
     "tolerances": {"float32": Tolerance(2e-4, 1e-4)},
     "picture": "proposed keypoints",
+    "special_values": "ONNX Runtime passes NaN over in maxima, and differences of infinities are NaN",
 }
 add(
     Spec(

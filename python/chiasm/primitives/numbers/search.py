@@ -32,7 +32,8 @@ def _bit_by_bit(table: Tensor, x: Tensor) -> Tensor:
         step = step * 2
     while step > 0:
         ahead = found + step
-        here = (ahead < size) & (known.gather(1, ahead.clamp(max=size - 1)) <= x)
+        # Not "at most": what is not a number is above all, as in ``searchsorted``.
+        here = (ahead < size) & ~(known.gather(1, ahead.clamp(max=size - 1)) > x)
         found = torch.where(here, ahead, found)
         step = step // 2
     return found
