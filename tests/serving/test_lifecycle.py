@@ -89,19 +89,35 @@ def test_unloading_with_requests_on_the_way(server: Server) -> None:
 
 
 def test_shutdown_with_requests_on_the_way(tmp_path: Path) -> None:
-    """The server's own exit status: 0 (checked where it is closed)."""
+    """The server's own exit status: 0 (checked where it is closed).
+
+    By HTTP: Triton's own gRPC endpoint crashes now and then where requests are cancelled while it ends.
+    """
     answers: list[Any] = []
     with Server(tmp_path, "--model-control-mode=explicit") as server:
         server.serve("edges", "pipelines.edges")
         expected = right()
         assert infer(server) == expected
-        for _ in range(50):
-            server.grpc.async_infer(
-                "edges",
-                tensors(grpc_client, {"frame": FRAME}),
-                lambda result, error: answers.append(error or result.as_numpy("output").tobytes()),
-            )
-    assert all(a == expected for a in answers if isinstance(a, bytes))
+
+        def ask() -> None:
+            with http_client.InferenceServerClient(f"127.0.0.1:{server.http_port}") as client:
+                for _ in range(25):
+                    try:
+                        result = client.infer("edges", tensors(http_client, {"frame": FRAME}))
+                    except (http_client.InferenceServerException, OSError) as error:
+                        answers.append(error)
+                        return
+                    answers.append(np.asarray(result.as_numpy("output")).tobytes())
+
+        clients = [threading.Thread(target=ask) for _ in range(4)]
+        for client in clients:
+            client.start()
+        while len(answers) < 4:
+            assert any(client.is_alive() for client in clients)
+    for client in clients:
+        client.join()
+    good = [a for a in answers if isinstance(a, bytes)]
+    assert len(good) >= 4 and all(a == expected for a in good)
     assert "Segmentation" not in server.log() and "Signal (11)" not in server.log()
 
 
