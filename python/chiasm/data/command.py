@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from ..export.command import jobs_option
+from ..export.command import jobs_option, pairs
 
 
 @click.command("map")
@@ -88,7 +88,7 @@ def map_command(
     shards, files = plan(source, rows)
     if output.resolve().is_relative_to(source.resolve()) and source.is_dir():
         raise DataError(f"OUTPUT {output}: it is inside INPUT {source}: choose a folder beside it")
-    mapping = _mapping(bundle, _pairs("--column", columns), _pairs("--set", settings), shards[0].kind)
+    mapping = _mapping(bundle, pairs("--column", columns), pairs("--set", settings), shards[0].kind)
     mapping.open()  # what cannot run here, or does not fit the columns, is known now
     if shards[0].kind == "parquet":
         mapping(empty_table(shards[0]))
@@ -129,16 +129,6 @@ def map_command(
         f"{len(shards)} shards in {output}/{before}: {done} rows in {time.monotonic() - started:.0f} s,"
         f" {bad} of them bad (column `error` says why)"
     )
-
-
-def _pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
-    pairs: dict[str, str] = {}
-    for text in texts:
-        name, separator, value = text.partition("=")
-        if not separator or not name or name in pairs:
-            raise click.UsageError(f"{option}: expected NAME=VALUE, once for each name, got {text!r}")
-        pairs[name] = value
-    return pairs
 
 
 def _mapping(bundle: Path, columns: dict[str, str], settings: dict[str, str], kind: str):

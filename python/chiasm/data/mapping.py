@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import ast
 import os
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -287,28 +286,6 @@ def _open(wanted: Map) -> Opened:
     leading = {samples} if samples else set()
     leading |= {t.shape[0] for t in method.inputs if t.layout.startswith("N")}
     return Opened(method, samples, most, leading)
-
-
-def evaluate(expression: str, symbols: Mapping[str, int]) -> int | None:
-    """The size that a dimension's expression stands for; None where it has a symbol without a value."""
-
-    def value(node: ast.expr) -> int:
-        if isinstance(node, ast.Constant):
-            return int(node.value)  # pyright: ignore[reportArgumentType]
-        if isinstance(node, ast.Name):
-            return symbols[node.id]
-        if isinstance(node, ast.UnaryOp):
-            return -value(node.operand)
-        assert isinstance(node, ast.BinOp)
-        a, b = value(node.left), value(node.right)
-        if isinstance(node.op, ast.FloorDiv):
-            return a // b
-        return a * b if isinstance(node.op, ast.Mult) else a - b if isinstance(node.op, ast.Sub) else a + b
-
-    try:
-        return value(ast.parse(expression.strip(), mode="eval").body)
-    except (KeyError, ZeroDivisionError):
-        return None
 
 
 def _known(what: str, given: Mapping[str, Any], names: list[str], bundle: str) -> None:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..export.sizes import evaluate
 from ..export.text import one_line
 from .columns import Column, Rows
 from .errors import DataError
-from .mapping import Opened, evaluate
+from .mapping import Opened
 
 if TYPE_CHECKING:
     from .mapping import Map
@@ -151,9 +152,17 @@ def _row_shapes(
     shapes: list[list[int | None]] = []
     for t in opened.method.outputs:
         dims = t.shape[1:] if _is_single(t, extended) else t.shape
-        sizes = [evaluate(d, known) for d in dims]
-        shapes.append([None if size is None or size < 0 else size for size in sizes])
+        shapes.append([_size(d, known) for d in dims])
     return shapes
+
+
+def _size(dim: str, known: Mapping[str, int]) -> int | None:
+    """The size of a dimension; None where it has a symbol without a value, or is none."""
+    try:
+        size = evaluate(dim, known)
+    except (ValueError, ZeroDivisionError):
+        return None
+    return None if size < 0 else size
 
 
 def _decoded(tensor: Any, data: Any) -> np.ndarray:

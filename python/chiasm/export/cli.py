@@ -26,7 +26,7 @@ from rich.table import Column, Table
 
 from ..data.command import map_command
 from ..triton.command import triton
-from .command import Group, jobs_option
+from .command import Group, jobs_option, pairs
 from .errors import ExportError
 from .manifest import FORMATS, METHODS, SUFFIX, read_manifest
 from .text import one_line, plain
@@ -430,21 +430,11 @@ def run(bundle: Path, source: Path, target: Path, backend: str, settings: tuple[
     """
     from .images import run_on_image
 
-    given = [_setting(s) for s in settings]
-    if twice := [name for i, (name, _) in enumerate(given) if name in dict(given[:i])]:
-        raise click.UsageError(f"--set: {twice[0]} is given twice")
-    click.echo(one_line(run_on_image(bundle, source, target, backend, dict(given))))
+    click.echo(one_line(run_on_image(bundle, source, target, backend, pairs("--set", settings))))
 
 
 main.add_command(map_command)
 main.add_command(triton)
-
-
-def _setting(text: str) -> tuple[str, str]:
-    name, separator, value = text.partition("=")
-    if not separator or not name:
-        raise click.UsageError(f"--set: expected NAME=VALUE, got {text!r}")
-    return name, value
 
 
 def _shown(text: str) -> str:

@@ -29,6 +29,19 @@ def jobs_option(text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]
     )
 
 
+def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
+    """The values of an option NAME=VALUE that may be given again, by name."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, separator, value = text.partition("=")
+        if not separator or not name:
+            raise click.UsageError(f"{option}: expected NAME=VALUE, got {text!r}")
+        if name in found:
+            raise click.UsageError(f"{option}: {name} is given twice")
+        found[name] = value
+    return found
+
+
 class Group(click.Group):
     """Commands whose exceptions become one line on stderr: exit status 2 where the command was typed wrong,
     130 where it was interrupted, else 1."""

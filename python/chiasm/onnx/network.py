@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ast
 import io
-import operator
 import os
 from collections.abc import Sequence
 from typing import Any
@@ -16,18 +14,13 @@ from torch import Tensor, nn
 
 from chiasm.export.formats.onnx_function import DOMAIN, domain_version, function_name
 from chiasm.export.manifest import BundleError
+from chiasm.export.sizes import evaluate
 
 from .functions import nodes
 from .merging import embed_methods
 from .methods import Method
 
 Size = int | torch.SymInt
-_OPERATORS = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.FloorDiv: operator.floordiv,
-}
 
 
 class Node(nn.Module):
@@ -145,13 +138,13 @@ class Node(nn.Module):
                         f"{where}: input {spec['name']!r}: expected shape"
                         f" ({', '.join(map(str, spec['shape']))}), got {tuple(tensor.shape)}"
                     )
-        return [
-            [
-                d if isinstance(d, int) else _evaluate(ast.parse(d, mode="eval").body, symbols)
-                for d in t["shape"]
+        try:
+            return [
+                [d if isinstance(d, int) else evaluate(d, symbols) for d in t["shape"]]
+                for t in self.opened.outputs
             ]
-            for t in self.opened.outputs
-        ]
+        except ValueError as error:
+            raise BundleError(f"an output's size is {error}") from error
 
 
 def export(
@@ -195,18 +188,3 @@ def export(
     if path is not None:
         onnx.save(whole, os.fspath(path))
     return whole
-
-
-def _evaluate(e: ast.expr, symbols: dict[str, Size]) -> Size:
-    """The manifest's grammar: integers, symbols, + - * // ( )."""
-    if isinstance(e, ast.Constant) and isinstance(e.value, int):
-        return e.value
-    if isinstance(e, ast.Name) and e.id in symbols:
-        return symbols[e.id]
-    if isinstance(e, ast.UnaryOp) and isinstance(e.op, ast.USub):
-        return -_evaluate(e.operand, symbols)
-    if isinstance(e, ast.BinOp) and type(e.op) in _OPERATORS:
-        return _OPERATORS[type(e.op)](_evaluate(e.left, symbols), _evaluate(e.right, symbols))
-    raise BundleError(
-        f"an output's size is {ast.unparse(e)!r}, which is not made of integers, symbols, + - * //"
-    )

@@ -6,7 +6,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank
+from ..primitives.core.checks import check_choice, check_last, check_rank
 from ..primitives.geometry.boxes import box_areas, intersections_and_unions
 
 
@@ -52,7 +52,6 @@ def box_convert(boxes: Tensor, in_fmt: str, out_fmt: str) -> Tensor:
         tensor([[2.0000, 2.5000, 2.0000, 3.0000]])
     """
     check_last(boxes, 4, "boxes")
-    check_floating(boxes, "boxes")
     for name, form in [("in_fmt", in_fmt), ("out_fmt", out_fmt)]:
         check_choice(form, ["xyxy", "xywh", "cxcywh"], name)
     if in_fmt == out_fmt:
@@ -89,7 +88,6 @@ def clip_boxes_to_image(boxes: Tensor, size: Tuple[int, int]) -> Tensor:
         tensor([[0., 2., 6., 3.]])
     """
     check_last(boxes, 4, "boxes")
-    check_floating(boxes, "boxes")
     height, width = size
     across, down = boxes[..., 0::2].clamp(0, width), boxes[..., 1::2].clamp(0, height)
     return torch.stack([across, down], -1).flatten(-2)
@@ -246,7 +244,6 @@ def aspect_penalty(boxes1: Tensor, boxes2: Tensor, iou: Tensor, eps: float) -> T
 def _check_boxes(boxes: Tensor, name: str) -> None:
     check_rank(boxes, 2, "(N, 4)", name)
     check_last(boxes, 4, name)
-    check_floating(boxes, name)
 
 
 def _pairs(boxes1: Tensor, boxes2: Tensor) -> Tuple[Tensor, Tensor]:

@@ -8,6 +8,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_floating, check_rank
 from ..primitives.core.loops import repeated
 from ..primitives.numbers.ranking import stable_topk
+from ..primitives.numbers.slots import chosen_first
 
 
 def ctc_greedy_decode(log_probs: Tensor, lengths: Tensor, blank: int = 0) -> Tuple[Tensor, Tensor, Tensor]:
@@ -42,11 +43,7 @@ def ctc_greedy_decode(log_probs: Tensor, lengths: Tensor, blank: int = 0) -> Tup
     before = best.gather(1, (time - 1).clamp(min=0).expand_as(best))
     begins = (best != before) | (time == 0)
     emitted = counts & begins & (best != blank)
-    # Each label comes to its slot, everything else to one more, which is cut off.
-    count = emitted.to(torch.int64).cumsum(1)
-    slot = torch.where(emitted, count - 1, torch.full_like(count, steps))
-    room = torch.full([best.size(0), steps + 1], blank, dtype=torch.int64, device=best.device)
-    labels = room.scatter(1, slot, best)[:, :steps]
+    labels = chosen_first(best, emitted, steps, blank)
     scores = torch.where(counts, values[..., 0], torch.zeros_like(values[..., 0])).sum(1)
     return labels, emitted.to(torch.int64).sum(1), scores
 

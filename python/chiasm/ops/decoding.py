@@ -173,9 +173,20 @@ def _selected(
     # Converted first: exported, a part of a tensor and the boxes picked of it would be one operator, which
     # OpenVINO refuses.
     chosen = boxes_at(box_convert(boxes, "cxcywh", "xyxy"), places)
-    labels = scores.argmax(2)
-    slots, found = batched_nms_fixed(chosen, values, labels, iou_threshold, max_output, score_threshold)
-    return where_found(boxes_at(chosen, slots), values.gather(1, slots), labels.gather(1, slots), found)
+    return suppressed(chosen, values, scores.argmax(2), iou_threshold, max_output, score_threshold)
+
+
+def suppressed(
+    boxes: Tensor,
+    scores: Tensor,
+    labels: Tensor,
+    iou_threshold: float,
+    max_output: int,
+    score_threshold: float,
+) -> Detections:
+    """What `batched_nms_fixed` keeps of boxes (B, N, 4), scores and labels (B, N)."""
+    slots, found = batched_nms_fixed(boxes, scores, labels, iou_threshold, max_output, score_threshold)
+    return where_found(boxes_at(boxes, slots), scores.gather(1, slots), labels.gather(1, slots), found)
 
 
 def where_found(boxes: Tensor, scores: Tensor, labels: Tensor, found: Tensor) -> Detections:

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.window_sizes import positive_pair
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.resizing import resized
 from ..primitives.resampling.warping import position_dtype, sample_image
@@ -84,8 +85,7 @@ def masks_from_prototypes(
             f" {list(boxes.shape)}"
         )
     check_floating(boxes, "boxes")
-    height, width = size
-    _check_size(height, width)
+    height, width = positive_pair(size, "size")
     mixed = small_matmul(coefficients, prototypes.flatten(2))
     masks = torch.sigmoid(mixed).unflatten(2, [prototypes.size(2), prototypes.size(3)])
     large = resized(masks, height, width, "bilinear", False, False)
@@ -130,18 +130,12 @@ def paste_masks(masks: Tensor, boxes: Tensor, size: Tuple[int, int]) -> Tensor:
             f"boxes: expected shape (N, 4) for masks {list(masks.shape)}, got {list(boxes.shape)}"
         )
     check_floating(boxes, "boxes")
-    height, width = size
-    _check_size(height, width)
+    height, width = positive_pair(size, "size")
     corners = boxes.to(position_dtype(masks.dtype))
     x = _in_mask(corners[:, 0:1], corners[:, 2:3], width, masks.size(3))
     y = _in_mask(corners[:, 1:2], corners[:, 3:4], height, masks.size(2))
     x, y = torch.broadcast_tensors(x[:, None], y[:, :, None])
     return sample_image(masks, x, y, "bilinear", "zeros", False, None)
-
-
-def _check_size(height: int, width: int) -> None:
-    if height < 1 or width < 1:
-        raise ValueError(f"size: expected positive sizes, got ({height}, {width})")
 
 
 def _first_and_last(present: Tensor) -> Tuple[Tensor, Tensor]:

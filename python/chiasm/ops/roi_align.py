@@ -5,8 +5,8 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
+from ..primitives.core.window_sizes import positive_pair
 from ..primitives.geometry.regions import (
-    bin_counts,
     check_bin_channels,
     check_regions,
     image_numbers,
@@ -59,7 +59,7 @@ def roi_align(
                   [10.5000, 12.5000]]]])
     """
     check_regions(input, boxes)
-    rows, columns = bin_counts(output_size)
+    rows, columns = positive_pair(output_size, "output_size")
     across, down = scaled_sides(input, boxes, spatial_scale)
     shift, least = (0.5, float("-inf")) if aligned else (0.0, 1.0)
     image = image_numbers(input, boxes)
@@ -118,7 +118,7 @@ def ps_roi_align(
                   [2., 3.]]]])
     """
     check_regions(input, boxes)
-    rows, columns = bin_counts(output_size)
+    rows, columns = positive_pair(output_size, "output_size")
     check_bin_channels(input, rows, columns)
     across, down = scaled_sides(input, boxes, spatial_scale)
     image, least = image_numbers(input, boxes), float("-inf")

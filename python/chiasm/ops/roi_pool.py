@@ -5,9 +5,9 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
+from ..primitives.core.window_sizes import positive_pair
 from ..primitives.filters.integral import integral
 from ..primitives.geometry.regions import (
-    bin_counts,
     check_bin_channels,
     check_regions,
     image_numbers,
@@ -49,7 +49,7 @@ def roi_pool(
                   [13., 15.]]]])
     """
     check_regions(input, boxes)
-    bin_rows, bin_columns = bin_counts(output_size)
+    bin_rows, bin_columns = positive_pair(output_size, "output_size")
     count, channels, height, width = boxes.size(0), input.size(1), input.size(2), input.size(3)
     across, down = scaled_sides(input, boxes, spatial_scale)
     left, right = _whole_bins(across, bin_columns, 1.0)
@@ -105,7 +105,7 @@ def ps_roi_pool(
                   [2., 3.]]]])
     """
     check_regions(input, boxes)
-    bin_rows, bin_columns = bin_counts(output_size)
+    bin_rows, bin_columns = positive_pair(output_size, "output_size")
     check_bin_channels(input, bin_rows, bin_columns)
     count, height, width = boxes.size(0), input.size(2), input.size(3)
     channels = input.size(1) // (bin_rows * bin_columns)

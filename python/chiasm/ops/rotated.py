@@ -9,6 +9,7 @@ from ..primitives.core.checks import check_floating, check_rank
 from ..primitives.core.loops import until_stable
 from ..primitives.geometry.rotated_boxes import rotated_overlaps
 from ..primitives.numbers.slots import empty_slots, filled_slots, highest, taken
+from .suppression import check_candidates, check_slots
 
 
 def rotated_iou(boxes1: Tensor, boxes2: Tensor) -> Tensor:
@@ -77,15 +78,8 @@ def rotated_nms_fixed(
         (tensor([[1, 0]]), tensor([[ True, False]]))
     """
     _check_rotated(boxes, 3, "(B, N, 5)", "boxes")
-    check_floating(scores, "scores")
-    if idxs.dtype != torch.int64:
-        raise TypeError(f"idxs: expected dtype int64, got {idxs.dtype}")
-    if scores.shape != boxes.shape[:2]:
-        raise ValueError(f"scores: expected shape {list(boxes.shape[:2])}, got {list(scores.shape)}")
-    if idxs.shape != boxes.shape[:2]:
-        raise ValueError(f"idxs: expected shape {list(boxes.shape[:2])}, got {list(idxs.shape)}")
-    if max_output < 1:
-        raise ValueError(f"max_output: expected a positive number, got {max_output}")
+    check_candidates(boxes, scores, idxs)
+    check_slots(max_output)
     state = empty_slots(scores, max_output, score_threshold)
     if scores.size(1) > 0:
         exact = boxes.detach().to(torch.float64)

@@ -9,6 +9,7 @@ from ..primitives.core.checks import check_choice, check_floating, check_last, c
 from ..primitives.core.loops import until_stable
 from ..primitives.geometry.boxes import boxes_at, intersections_and_unions
 from ..primitives.numbers.slots import above_or_nothing, empty_slots, filled_slots, highest, taken
+from .suppression import check_slots
 
 
 def soft_nms(
@@ -56,8 +57,7 @@ def soft_nms(
     if scores.shape != boxes.shape[:2]:
         raise ValueError(f"scores: expected shape {list(boxes.shape[:2])}, got {list(scores.shape)}")
     check_choice(method, ["gaussian", "linear"], "method")
-    if max_output < 1:
-        raise ValueError(f"max_output: expected a positive number, got {max_output}")
+    check_slots(max_output)
     if not sigma > 0.0:
         raise ValueError(f"sigma: expected a positive number, got {sigma}")
     count = scores.size(1)

@@ -11,8 +11,7 @@ from ..primitives.geometry.boxes import boxes_at
 from ..primitives.numbers.ranking import stable_topk
 from ..primitives.numbers.reshaping import reshaped
 from .boxes import clip_boxes_to_image
-from .decoding import Detections, fewer, where_found
-from .suppression import batched_nms_fixed
+from .decoding import Detections, fewer, suppressed
 
 
 def decode_ssd(
@@ -84,8 +83,7 @@ def decode_ssd(
     labels = places - place * classes + 1
     chosen = _about(boxes_at(anchors[None].expand(batch, -1, -1), place), boxes_at(deltas, place))
     chosen = clip_boxes_to_image(chosen, size)
-    slots, found = batched_nms_fixed(chosen, values, labels, iou_threshold, max_output, score_threshold)
-    return where_found(boxes_at(chosen, slots), values.gather(1, slots), labels.gather(1, slots), found)
+    return suppressed(chosen, values, labels, iou_threshold, max_output, score_threshold)
 
 
 def _about(anchors: Tensor, deltas: Tensor) -> Tensor:

@@ -8,6 +8,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_floating, check_last, check_rank
 from ..primitives.geometry.boxes import boxes_at, kept_boxes
 from ..primitives.numbers.ranking import stable_topk
+from ..primitives.numbers.slots import chosen_first
 
 
 def nms(boxes: Tensor, scores: Tensor, iou_threshold: float) -> Tensor:
@@ -104,17 +105,11 @@ def batched_nms_fixed(
         (tensor([[1, 2, 0, 0]]), tensor([[ True,  True, False, False]]))
     """
     check_rank(boxes, 3, "(B, N, 4)", "boxes")
-    if max_output < 1:
-        raise ValueError(f"max_output: expected a positive number, got {max_output}")
+    check_slots(max_output)
     values, order, kept = _ranked(boxes, scores, idxs, iou_threshold, max_output)
     kept = kept & (values > score_threshold)
-    # What is kept comes to its slot, everything else to one more, which is cut off.
-    count = kept.to(torch.int64).cumsum(1)
-    slot = torch.where(kept, count - 1, torch.full_like(count, max_output))
-    room = torch.zeros([boxes.size(0), max_output + 1], dtype=torch.int64, device=boxes.device)
-    filled = torch.arange(max_output, device=boxes.device) < count[:, -1:]
-    picked = room.scatter(1, slot, order)[:, :max_output]
-    return torch.where(filled, picked, torch.zeros_like(picked)), filled
+    filled = torch.arange(max_output, device=boxes.device) < kept.to(torch.int64).sum(1, keepdim=True)
+    return chosen_first(order, kept, max_output, 0), filled
 
 
 def one_class(scores: Tensor) -> Tensor:
@@ -139,13 +134,22 @@ def _ranked(
 ) -> Tuple[Tensor, Tensor, Tensor]:
     """The scores (B, N) by falling score, the order of the boxes, and which of them are kept."""
     check_last(boxes, 4, "boxes")
-    check_floating(boxes, "boxes")
+    check_candidates(boxes, scores, idxs)
+    values, order = stable_topk(scores, scores.size(1))
+    return values, order, kept_boxes(boxes_at(boxes, order), idxs.gather(1, order), threshold, most)
+
+
+def check_slots(max_output: int) -> None:
+    """Raise ValueError unless there is a slot."""
+    if max_output < 1:
+        raise ValueError(f"max_output: expected a positive number, got {max_output}")
+
+
+def check_candidates(boxes: Tensor, scores: Tensor, idxs: Tensor) -> None:
+    """Raise unless each box of (B, N, ...) has a score and a class."""
     check_floating(scores, "scores")
     if idxs.dtype != torch.int64:
         raise TypeError(f"idxs: expected dtype int64, got {idxs.dtype}")
-    if scores.shape != boxes.shape[:2]:
-        raise ValueError(f"scores: expected shape {list(boxes.shape[:2])}, got {list(scores.shape)}")
-    if idxs.shape != boxes.shape[:2]:
-        raise ValueError(f"idxs: expected shape {list(boxes.shape[:2])}, got {list(idxs.shape)}")
-    values, order = stable_topk(scores, scores.size(1))
-    return values, order, kept_boxes(boxes_at(boxes, order), idxs.gather(1, order), threshold, most)
+    for name, each in [("scores", scores), ("idxs", idxs)]:
+        if each.shape != boxes.shape[:2]:
+            raise ValueError(f"{name}: expected shape {list(boxes.shape[:2])}, got {list(each.shape)}")

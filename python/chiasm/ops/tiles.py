@@ -8,10 +8,8 @@ from torch import Tensor
 from ..primitives.core.checks import check_floating, check_pixels, check_rank
 from ..primitives.core.materialise import stored_index
 from ..primitives.core.window_sizes import positive_pair
-from ..primitives.geometry.boxes import boxes_at
 from ..primitives.numbers.reshaping import reshaped
-from .decoding import Detections, where_found
-from .suppression import batched_nms_fixed
+from .decoding import Detections, suppressed
 
 
 def tile(
@@ -170,8 +168,7 @@ def merge_detections(
     flat = reshaped(moved, [batch, count, 4])
     present = torch.where(found, scores, torch.full_like(scores, -float("inf")))
     values, classes = reshaped(present, [batch, count]), reshaped(labels, [batch, count])
-    slots, kept = batched_nms_fixed(flat, values, classes, iou_threshold, max_output, -float("inf"))
-    return where_found(boxes_at(flat, slots), values.gather(1, slots), classes.gather(1, slots), kept)
+    return suppressed(flat, values, classes, iou_threshold, max_output, -float("inf"))
 
 
 def _overlaps(overlap: Union[int, Tuple[int, int]], rows: int, columns: int) -> Tuple[int, int]:

@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank
+from ..primitives.core.checks import check_choice, check_last, check_rank
 from ..primitives.resampling.placing import placed_bytes, scaled_bytes
 
 Numbers = Tuple[float, float, float]
@@ -155,7 +155,6 @@ def crop_boxes(
     _check_frame(frame[None], size, 0)
     check_rank(boxes, 2, "(N, 4)", "boxes")
     check_last(boxes, 4, "boxes")
-    check_floating(boxes, "boxes")
     known = torch.where(boxes.abs() < float("inf"), boxes, torch.zeros_like(boxes))
     corners = torch.round(known.to(torch.float64)).clamp(-16777216.0, 16777216.0).to(torch.int64)
     first = corners[:, :2]

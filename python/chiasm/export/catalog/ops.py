@@ -91,9 +91,13 @@ def clusters(generator, sizes):
     return torch.cat([centres, 8 + 16 * torch.rand((batch, count, 2), generator=generator)], 2)
 
 
+def _corners(centred):
+    centre, half = centred[..., :2], centred[..., 2:] / 2
+    return torch.cat([centre - half, centre + half], -1)
+
+
 def scored(generator, sizes, dtype):
-    centred = clusters(generator, sizes)
-    corners = torch.cat([centred[..., :2] - centred[..., 2:] / 2, centred[..., :2] + centred[..., 2:] / 2], 2)
+    corners = _corners(clusters(generator, sizes))
     shape = (sizes["B"], sizes["N"])
     return {
         "boxes": corners.to(dtype),
@@ -176,8 +180,7 @@ add(
 
 def _anchored(generator, sizes, dtype):
     batch, count = sizes["B"], sizes["N"]
-    centred = clusters(generator, {"B": 1, "N": count})[0]
-    anchors = torch.cat([centred[:, :2] - centred[:, 2:] / 2, centred[:, :2] + centred[:, 2:] / 2], 1)
+    anchors = _corners(clusters(generator, {"B": 1, "N": count})[0])
     logits = torch.randn((batch, count, sizes["C"]), generator=generator, dtype=torch.float64)
     deltas = torch.randn((batch, count, 4), generator=generator, dtype=torch.float64)
     made = {"logits": 2 * logits, "deltas": deltas, "anchors": anchors}

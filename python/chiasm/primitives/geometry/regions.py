@@ -1,6 +1,6 @@
 """Regions of images, each a row of image number, x1, y1, x2, y2: their bins, and what is read in them."""
 
-from typing import List, Tuple, Union
+from typing import List, Tuple
 
 import torch
 from torch import Tensor
@@ -9,21 +9,6 @@ from ..core.checks import check_floating, check_image
 from ..core.lowering import primitive
 from ..numbers.rounding import to_index
 from ..resampling.warping import position_dtype
-
-
-def bin_counts(output_size: Union[int, Tuple[int, int]]) -> Tuple[int, int]:
-    """``output_size`` as rows and columns; raise ValueError unless both are positive.
-
-    >>> bin_counts(3)
-    (3, 3)
-    """
-    if isinstance(output_size, int):
-        rows, columns = output_size, output_size
-    else:
-        rows, columns = output_size
-    if rows < 1 or columns < 1:
-        raise ValueError(f"output_size: expected positive sizes, got ({rows}, {columns})")
-    return rows, columns
 
 
 def check_regions(input: Tensor, boxes: Tensor) -> None:

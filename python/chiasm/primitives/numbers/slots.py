@@ -1,13 +1,28 @@
-"""Things taken one after the other, the highest score first, into a fixed number of slots.
+"""A fixed number of slots for things whose number depends on data.
 
-The state of such a loop is one tensor (B, N + 2 K), float64: the scores of N things, of those no longer there
-minus infinity; and for each of K slots the number of the thing in it, -1 where it is empty, and its score.
+Things may be taken one after the other, the highest score first. The state of such a loop is one tensor
+(B, N + 2 K), float64: the scores of N things, of those no longer there minus infinity; and for each of K
+slots the number of the thing in it, -1 where it is empty, and its score.
 """
 
 from typing import Tuple
 
 import torch
 from torch import Tensor
+
+
+def chosen_first(values: Tensor, chosen: Tensor, slots: int, empty: int) -> Tensor:
+    """(B, slots), int64: of values (B, N) those that are chosen, at most ``slots``, in their order, and
+    ``empty`` in the slots left.
+
+    >>> chosen_first(torch.tensor([[7, 8, 9]]), torch.tensor([[True, False, True]]), 4, 0)
+    tensor([[7, 9, 0, 0]])
+    """
+    # What is chosen comes to its slot, everything else to one more, which is cut off.
+    count = chosen.to(torch.int64).cumsum(1)
+    slot = torch.where(chosen, count - 1, torch.full_like(count, slots))
+    room = torch.full([values.size(0), slots + 1], empty, dtype=torch.int64, device=values.device)
+    return room.scatter(1, slot, values)[:, :slots]
 
 
 def empty_slots(scores: Tensor, slots: int, threshold: float) -> Tensor:

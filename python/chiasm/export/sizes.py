@@ -1,0 +1,45 @@
+"""The sizes of tensors in a manifest: integers, symbols, + - * // ( )."""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Mapping
+from typing import TypeVar
+
+_OPERATORS = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.FloorDiv: operator.floordiv,
+}
+#: An int, or a torch.SymInt.
+Size = TypeVar("Size")
+
+
+def evaluate(expression: str, symbols: Mapping[str, Size]) -> Size | int:
+    """The size that an expression stands for.
+
+    Raises
+    ------
+    ValueError
+        Where it is none, or has a symbol without a value.
+
+    Examples
+    --------
+    >>> evaluate("(H - 2) // 2", {"H": 9})
+    3
+    """
+
+    def value(e: ast.expr) -> Size | int:
+        if isinstance(e, ast.Constant) and isinstance(e.value, int):
+            return e.value
+        if isinstance(e, ast.Name) and e.id in symbols:
+            return symbols[e.id]
+        if isinstance(e, ast.UnaryOp) and isinstance(e.op, ast.USub):
+            return _OPERATORS[ast.Sub](0, value(e.operand))
+        if isinstance(e, ast.BinOp) and type(e.op) in _OPERATORS:
+            return _OPERATORS[type(e.op)](value(e.left), value(e.right))
+        raise ValueError(f"{ast.unparse(e)!r}, which is not made of integers, symbols, + - * //")
+
+    return value(ast.parse(expression.strip(), mode="eval").body)
