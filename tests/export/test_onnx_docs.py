@@ -12,6 +12,7 @@ from pathlib import Path
 import onnx
 import pytest
 
+from chiasm.export import sizes
 from chiasm.export.formats import onnx_function
 
 from .test_onnx_merging import classifier, detector
@@ -69,3 +70,8 @@ def test_docstrings(bundles: Path, name: str, tmp_path: Path, monkeypatch: pytes
 def test_docstrings_of_the_exporters_part() -> None:
     result = doctest.testmod(onnx_function)
     assert result.attempted == 2 and result.failed == 0
+
+
+def test_docstrings_of_sizes() -> None:
+    result = doctest.testmod(sizes)
+    assert result.attempted == 1 and result.failed == 0
