@@ -1,20 +1,31 @@
 """Random changes of images for training, as functions of seeds, which export like every op."""
 
+from .affine import RandomAffine, RandomShear, RandomTranslate, random_affine
 from .base import (
     AugmentationBase2D,
     AugmentationBase3D,
     GeometricAugmentationBase2D,
     IntensityAugmentationBase2D,
 )
+from .crop import RandomResizedCrop, random_resized_crop
 from .flip import RandomHorizontalFlip, RandomVerticalFlip, random_horizontal_flip, random_vertical_flip
+from .rotation import RandomRotation, random_rotation
 
 __all__ = [
     "AugmentationBase2D",
     "AugmentationBase3D",
     "GeometricAugmentationBase2D",
     "IntensityAugmentationBase2D",
+    "RandomAffine",
     "RandomHorizontalFlip",
+    "RandomResizedCrop",
+    "RandomRotation",
+    "RandomShear",
+    "RandomTranslate",
     "RandomVerticalFlip",
+    "random_affine",
     "random_horizontal_flip",
+    "random_resized_crop",
+    "random_rotation",
     "random_vertical_flip",
 ]
