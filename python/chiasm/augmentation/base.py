@@ -59,6 +59,16 @@ class AugmentationBase(nn.Module):
         """The batch changed by parameters, but for samples that "batch_prob" leaves out."""
         return input
 
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        """Labels of pixels (B, C, H, W), moved with their images; no new ones come up."""
+        return input
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        """A result of images of ``shape`` taken back to where its things were."""
+        return input
+
     def draw(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         """``generate_parameters``, with what the constructor says of whole batches."""
         if self.same_on_batch:

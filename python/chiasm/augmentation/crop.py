@@ -20,8 +20,9 @@ def _draw(
     aspect = torch.exp(between(u[:, 12:22], math.log(ratio[0]), math.log(ratio[1])))
     wide, high = torch.round(torch.sqrt(area * aspect)), torch.round(torch.sqrt(area / aspect))
     # Where none fits: the largest box of an allowed ratio, in the middle.
-    w = torch.ones_like(wide[:, 0]) * min(float(width), max(1.0, float(round(height * ratio[1]))))
-    h = torch.ones_like(w) * min(float(height), max(1.0, float(round(width / ratio[0]))))
+    one = torch.ones_like(wide[:, 0])
+    w = torch.minimum(one * width, torch.clamp(torch.round(one * height * ratio[1]), min=1.0))
+    h = torch.minimum(one * height, torch.clamp(torch.round(one * width / ratio[0]), min=1.0))
     fits = (wide >= 1.0) & (wide <= width) & (high >= 1.0) & (high <= height)
     for i in range(9, -1, -1):  # the first that fits is the last to be taken
         w = torch.where(fits[:, i], wide[:, i], w)

@@ -72,6 +72,14 @@ class RandomHorizontalFlip(GeometricAugmentationBase2D):
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return select(params, mirrored(input, True, False), input)
 
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return self.apply_transform(input, params)
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return self.apply_transform(input, params)
+
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return _mirror(params, shape[3], 0)
 
@@ -81,6 +89,14 @@ class RandomVerticalFlip(GeometricAugmentationBase2D):
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return select(params, mirrored(input, False, True), input)
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return self.apply_transform(input, params)
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return self.apply_transform(input, params)
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return _mirror(params, shape[2], 1)
