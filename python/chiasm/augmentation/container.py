@@ -44,6 +44,10 @@ class AugmentationSequential(nn.Module):
         tensor([[[ 7.,  0., 10.,  4.]]])
     """
 
+    #: Of the last call, for each step.
+    _params: List[Dict[str, Tensor]]
+    _shapes: List[List[int]]
+
     def __init__(
         self,
         *args: nn.Module,
@@ -57,7 +61,7 @@ class AugmentationSequential(nn.Module):
             for step in self.steps:
                 step.same_on_batch = same_on_batch
         self.data_keys, self.keepdim = [_key(k) for k in data_keys], keepdim
-        self._params: List[Dict[str, Tensor]] = []
+        self._params, self._shapes = [], []
 
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:
         """The images changed as ``seed`` (B,), int64, says."""
