@@ -136,7 +136,7 @@ class AugmentationSequential(nn.Module):
             matrix = step.compute_transformation(given, shape)
             total = matrix if total is None else matrix @ total
         if total is None:
-            raise ValueError("transform_matrix: expected a call before")
+            raise AttributeError("transform_matrix: expected a call before")
         return total
 
     __jit_unused_properties__ = ("transform_matrix",)

@@ -109,6 +109,13 @@ class RandomResizedCrop(Warp):
         size: (height, width) of the result, or a number for both.
         scale, ratio, resample, align_corners: as in ``random_resized_crop``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomResizedCrop((4, 6), scale=(0.3, 1.0))
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 4, 6])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
     """
 
     def __init__(

@@ -67,7 +67,12 @@ def _mirror(params: Dict[str, Tensor], size: int, axis: int) -> Tensor:
 
 
 class RandomHorizontalFlip(GeometricAugmentationBase2D):
-    """``random_horizontal_flip`` as a module; see ``AugmentationBase`` for its arguments."""
+    """``random_horizontal_flip`` as a module; see ``AugmentationBase`` for its arguments.
+
+    Example:
+        >>> RandomHorizontalFlip(p=1.0)(torch.tensor([[[[1.0, 2.0]]]]))
+        tensor([[[[2., 1.]]]])
+    """
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return select(params, mirrored(input, True, False), input)
@@ -85,7 +90,15 @@ class RandomHorizontalFlip(GeometricAugmentationBase2D):
 
 
 class RandomVerticalFlip(GeometricAugmentationBase2D):
-    """``random_vertical_flip`` as a module; see ``AugmentationBase`` for its arguments."""
+    """``random_vertical_flip`` as a module; see ``AugmentationBase`` for its arguments.
+
+    Example:
+        >>> augment = RandomVerticalFlip(p=1.0)
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 8, 10])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
+    """
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return select(params, mirrored(input, False, True), input)

@@ -80,6 +80,13 @@ class RandomPerspective(Warp):
     Args:
         distortion_scale, resample, align_corners, sampling_method: as in ``random_perspective``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomPerspective(0.5)
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 8, 10])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
     """
 
     def __init__(
