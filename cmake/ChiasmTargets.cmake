@@ -8,15 +8,15 @@ function(chiasm_compile_settings target)
     CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON CXX_EXTENSIONS OFF
     C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
     POSITION_INDEPENDENT_CODE ON)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic "-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=")
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -ffunction-sections -fdata-sections "-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=")
 endfunction()
 
 # chiasm_export_only(TARGET SYMBOL): the library exports SYMBOL and nothing else, not even what a static library or a
-# template of the standard library would add.
+# template of the standard library would add; and holds nothing that this does not need.
 function(chiasm_export_only target symbol)
   set(map "${CMAKE_CURRENT_BINARY_DIR}/${target}.map")
   file(CONFIGURE OUTPUT "${map}" CONTENT "{ global: ${symbol}; local: *; };\n" @ONLY)
-  target_link_options(${target} PRIVATE "-Wl,--version-script=${map}" -Wl,--enable-new-dtags)
+  target_link_options(${target} PRIVATE "-Wl,--version-script=${map}" -Wl,--enable-new-dtags -Wl,--gc-sections)
   set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS "${map}")
 endfunction()
 

@@ -177,7 +177,8 @@ def open(path: str | os.PathLike[str]) -> Bundle:
     Parameters
     ----------
     path
-        The folder ``NAME.chiasm``.
+        The folder ``NAME.chiasm``; or an op's name, e.g. ``"filters.sobel"``, of a bundle that a Python
+        package has brought (``chiasm list --installed`` shows them). A folder of that name comes first.
 
     Raises
     ------
@@ -190,7 +191,22 @@ def open(path: str | os.PathLike[str]) -> Bundle:
     >>> chiasm.runtime.open("build/bundles/filters.sobel.chiasm").name
     'filters.sobel'
     """
-    return Bundle(path)
+    name = os.fspath(path)
+    if os.path.exists(name):
+        return Bundle(name)
+    from .. import packs  # importlib.metadata takes longer to import than all of this
+
+    if not packs.is_name(name):
+        return Bundle(name)
+    installed = packs.find(name)
+    if installed is None:
+        error = ChiasmError(
+            f"{name}: there is no such folder, and no installed bundle of that name (`chiasm list --installed`"
+            " shows them)"
+        )
+        error.code = Code.NOT_FOUND
+        raise error
+    return Bundle(installed)
 
 
 def backends() -> list[BackendInfo]:
