@@ -24,6 +24,8 @@ _BACKENDS = {
     "torch": 'pip install "chiasm[torch]"',
     "onnx": "it belongs to chiasm itself, where ONNX Runtime's headers were at hand when it was built",
 }
+#: The Python packages that hold the engines of backends.
+_ENGINES = {"torch": "torch", "onnx": "onnxruntime"}
 #: The instruction sets that artifacts are compiled for, the fastest first, and what a CPU without one lacks.
 _INSTRUCTION_SETS = {"x86-64-v4": "AVX-512", "x86-64-v3": "AVX2, FMA and BMI2"}
 
@@ -80,6 +82,8 @@ def _plugins() -> Iterator[str]:
         backend = found.get(name)
         if backend is None:
             yield f"backend    {name}: there is no plug-in libchiasm_{name}.so: {_BACKENDS[name]}"
+        elif not backend.available and (engine := _ENGINES.get(name)) and find_spec(engine) is None:
+            yield f'backend    {name}: {engine} is not installed: pip install "chiasm[{name}]"'
         elif backend.available:
             yield f"backend    {name}: {backend.engine_version}" + (", with CUDA" if backend.has_cuda else "")
         else:

@@ -196,17 +196,13 @@ def open(path: str | os.PathLike[str]) -> Bundle:
         return Bundle(name)
     from .. import packs  # importlib.metadata takes longer to import than all of this
 
-    if not packs.is_name(name):
-        return Bundle(name)
-    installed = packs.find(name)
-    if installed is None:
-        error = ChiasmError(
-            f"{name}: there is no such folder, and no installed bundle of that name (`chiasm list --installed`"
-            " shows them)"
-        )
-        error.code = Code.NOT_FOUND
-        raise error
-    return Bundle(installed)
+    installed = packs.find(name) if packs.is_name(name) else None
+    try:
+        return Bundle(installed or name)
+    except RuntimeError as error:
+        if installed is None:
+            error.args = (f"{error}; nor is it the name of an installed one: `chiasm list --installed`",)
+        raise
 
 
 def backends() -> list[BackendInfo]:
