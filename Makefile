@@ -162,10 +162,10 @@ test-fuzz: setup ## libFuzzer over every reader, whole bundles and the C interfa
 fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, two at a time, a line a minute
 	tests/fuzz/run.sh $(or $(SECONDS),3600)
 
-test-install: setup ## the wheels and a pack of bundles, installed and used from outside (ctest covers cmake --install)
+test-install: build ## the wheels and a pack of bundles, installed and used from outside (ctest covers cmake --install)
 	tests/consumer/pip_install.sh
 
-wheels: setup ## chiasm, chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
+wheels: build ## chiasm, chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
 	tools/wheels.sh
 
 dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are kept)

@@ -32,9 +32,6 @@ portable() {
   PATH="$tool:$PATH" "$tool/python" -m auditwheel repair --wheel-dir "$DIST" "$@" "$fresh"/*.whl > /dev/null
 }
 
-torch=(--config-settings=cmake.define.TorchWheel_DIR="$(.venv/bin/python -c '
-from importlib.util import find_spec
-print(find_spec("torch").submodule_search_locations[0])')")
 for what in "$@"; do
   case $what in
     runtime)
@@ -44,13 +41,21 @@ for what in "$@"; do
       done
       ;;
     export) # static libraries, which auditwheel does not look into: they were compiled with this machine's glibc
-      build "${PYTHONS%% *}" ./packaging/export "${torch[@]}"
+      [ -e python/chiasm/artifact/symbols.map ] || { echo "wheels.sh: chiasm-export needs what make build makes" >&2 && exit 1; }
+      staged=build/chiasm-export
+      rm -rf $staged
+      mkdir -p $staged/chiasm
+      cp packaging/export/pyproject.toml LICENSE $staged
+      # Without the precompiled headers, 280 MB for this source tree alone
+      (cd python/chiasm && find artifact \( -name '*.a' -o -path 'artifact/include/*' -type f -o -name symbols.map \) -exec cp --parents {} "../../$staged/chiasm" \;)
+      build "${PYTHONS%% *}" ./$staged
       glibc=$(ldd --version | sed -nE '1s/.* ([0-9]+)\.([0-9]+)$/\1_\2/p')
       "$tool/python" -m wheel tags --remove --platform-tag "manylinux_${glibc}_$(uname -m)" "$fresh"/*.whl >/dev/null
       mv "$fresh"/*.whl "$DIST"
       ;;
     torch)
-      build "${PYTHONS%% *}" ./packaging/torch "${torch[@]}"
+      torch=$(.venv/bin/python -c 'from importlib.util import find_spec; print(find_spec("torch").submodule_search_locations[0])')
+      build "${PYTHONS%% *}" ./packaging/torch --config-settings=cmake.define.TorchWheel_DIR="$torch"
       portable --exclude 'libtorch*.so' --exclude 'libc10*.so'
       ;;
     *) echo "wheels.sh: expected runtime, export or torch, got '$what'" >&2 && exit 2 ;;
