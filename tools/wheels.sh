@@ -29,7 +29,7 @@ build() {
 
 # portable [AUDITWHEEL_OPTION...]: from $fresh to $DIST
 portable() {
-  PATH="$tool:$PATH" "$tool/python" -m auditwheel repair --wheel-dir "$DIST" "$@" "$fresh"/*.whl > /dev/null
+  PATH="$tool:$PATH" "$tool/python" -m auditwheel repair --wheel-dir "$DIST" "$@" "$fresh"/*.whl >"$fresh/log" 2>&1 || { cat "$fresh/log" && exit 1; }
 }
 
 for what in "$@"; do

@@ -51,6 +51,15 @@ for arguments in (["verify", "x"], ["export", "filters.sobel"], []):
     done = subprocess.run([command, *arguments], capture_output=True, text=True)
     assert done.returncode == 1 and done.stderr.count("\n") == 1, done
     assert 'pip install "chiasm[cli]"' in done.stderr
+done = subprocess.run([command, "doctor"], capture_output=True, text=True, check=True)
+print(done.stdout)
+for line in (
+    "backend    native: native code",
+    'backend    torch: there is no plug-in libchiasm_torch.so: pip install "chiasm[torch]"',
+    'backend    onnx: onnxruntime is not installed: pip install "chiasm[onnx]"',
+    "bundles    chiasm-bundles-some 0.1.0: 2 in ",
+):
+    assert line in done.stdout, line
 done = subprocess.run([command, "list", "--installed"], capture_output=True, text=True, check=True)
 assert [line.split()[0] for line in done.stdout.splitlines()] == ["color.rgb_to_hsv", "filters.sobel"]
 
