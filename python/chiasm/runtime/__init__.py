@@ -196,11 +196,12 @@ def open(path: str | os.PathLike[str]) -> Bundle:
         return Bundle(name)
     from .. import packs  # importlib.metadata takes longer to import than all of this
 
-    installed = packs.find(name) if packs.is_name(name) else None
+    named = packs.is_name(name)
+    installed = packs.find(name) if named else None
     try:
         return Bundle(installed or name)
     except RuntimeError as error:
-        if installed is None:
+        if named and installed is None:
             error.args = (f"{error}; nor is it the name of an installed one: `chiasm list --installed`",)
         raise
 
