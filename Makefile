@@ -162,8 +162,9 @@ test-fuzz: setup ## libFuzzer over every reader, whole bundles and the C interfa
 fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, two at a time, a line a minute
 	tests/fuzz/run.sh $(or $(SECONDS),3600)
 
-test-install: build ## the wheels and a pack of bundles, installed and used from outside (ctest covers cmake --install)
+test-install: build ## wheels, a pack of bundles and Debian packages, used from outside (ctest covers cmake --install)
 	tests/consumer/pip_install.sh
+	tests/consumer/deb.sh build/release build/pip/bundles/filters.sobel.chiasm
 
 wheels: build ## chiasm, chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
 	tools/wheels.sh

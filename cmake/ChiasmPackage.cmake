@@ -11,34 +11,35 @@ set(CPACK_COMPONENTS_ALL runtime development)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 
-set(about "Computer-vision ops are exported to bundles, folders with compiled code or ONNX graphs.")
+set(about "Computer-vision ops are exported to bundles, which are folders with compiled\ncode or ONNX graphs.")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libchiasm0)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${PROJECT_BINARY_DIR}/debian/shlibs;${PROJECT_BINARY_DIR}/debian/triggers")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "runs bundles of computer-vision ops\n${about}\nThis package has the library that runs them, and its backends.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libchiasm-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libchiasm0 (= ${PROJECT_VERSION}-1)")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libchiasm0 (= ${PROJECT_VERSION})")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "runs bundles of computer-vision ops: headers\n${about}\nThis package has what C and C++ programs are built with.")
 
 # What Debian asks of a package: whose it is, and what has changed, in its own form.
 set(folder "${PROJECT_BINARY_DIR}/debian")
-file(WRITE "${folder}/copyright" "Copyright: the authors of chiasm
+file(WRITE "${folder}/copyright" "Copyright (C) 2026 the authors of chiasm
 License: Apache-2.0, whose text is in /usr/share/common-licenses/Apache-2.0
 ")
-file(WRITE "${folder}/changelog.Debian" "chiasm (${PROJECT_VERSION}-1) unstable; urgency=medium
+file(WRITE "${folder}/shlibs" "libchiasm ${PROJECT_VERSION_MAJOR} libchiasm0 (>= ${PROJECT_VERSION})\n")
+file(WRITE "${folder}/triggers" "activate-noawait ldconfig\n")
+file(WRITE "${folder}/changelog" "chiasm (${PROJECT_VERSION}) unstable; urgency=medium
 
   * CHANGELOG.md of the sources says what has changed.
 
  -- ${CPACK_PACKAGE_CONTACT}  Thu, 01 Jan 2026 00:00:00 +0000
 ")
-execute_process(COMMAND gzip -9nf "${folder}/changelog.Debian" COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND gzip -9nf "${folder}/changelog" COMMAND_ERROR_IS_FATAL ANY)
 foreach(component IN ITEMS runtime development)
   string(TOUPPER ${component} name)
-  install(FILES "${folder}/copyright" "${folder}/changelog.Debian.gz" COMPONENT ${component}
+  install(FILES "${folder}/copyright" "${folder}/changelog.gz" COMPONENT ${component}
     DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/${CPACK_DEBIAN_${name}_PACKAGE_NAME}")
 endforeach()
 

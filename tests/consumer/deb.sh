@@ -2,10 +2,9 @@
 # The Debian packages of a build tree: lintian has nothing to say, and a program is built and run with what they hold, unpacked.
 # usage: tests/consumer/deb.sh BUILD_TREE [BUNDLE]
 set -euo pipefail
-cd "$(dirname "$0")"
-here=$PWD tree=$(realpath "$1") bundle=${2:+$(realpath "$2")}
+here=$(realpath "$(dirname "$0")") tree=$(realpath "$1") bundle=${2:+$(realpath "$2")}
 work=$tree/tests/deb
-rm -rf "$work" "$tree/packages"
+rm -rf "$work" "$tree/packages" "$tree/_CPack_Packages"
 mkdir -p "$work"
 (cd "$tree" && cpack -G DEB >"$work/cpack.log" 2>&1) || { cat "$work/cpack.log" && exit 1; }
 packages=("$tree"/packages/libchiasm0_*.deb "$tree"/packages/libchiasm-dev_*.deb)
@@ -14,7 +13,11 @@ for package in "${packages[@]}"; do
   dpkg-deb --extract "$package" "$work/root"
 done
 if command -v lintian >/dev/null; then
-  lintian --allow-root --fail-on error,warning --suppress-tags "$(paste -sd, "$here/lintian_suppressed")" "${packages[@]}"
+  # The tree was not configured for a folder of Debian's multiarch (-DCMAKE_INSTALL_PREFIX=/usr would), and nothing is linked with
+  # libchiasm_ort.so: it is opened by its path. CMake calls ldconfig beside the trigger that Debian wants.
+  lintian --allow-root --fail-on error,warning --suppress-tags \
+    pkg-config-unavailable-for-cross-compilation,sharedobject-in-library-directory-missing-soname,maintscript-calls-ldconfig \
+    "${packages[@]}"
 else
   echo "lintian is not installed: left out"
 fi

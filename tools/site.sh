@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Make the site, build/site/html, of the Markdown pages that are there and of a page for each op of the catalog. A link that leads nowhere is
+# an error.
+# usage: tools/site.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+tools/environment.sh site tools/site/site.txt
+
+source=build/site/source
+rm -rf build/site
+mkdir -p $source
+cp tools/site/index.md $source
+# What pages are, and what they lead to
+for name in ./*.md LICENSE Makefile bench cmake docs examples gallery include packaging python runtime studies tests tools; do
+  ln -s "$PWD/$name" "$source/$(basename "$name")"
+done
+PYTHONPATH=python .venv/bin/python tools/site/reference.py $source/reference
+.deps/site/bin/python -m sphinx -q -W --keep-going -j auto -c tools/site $source build/site/html
+echo "build/site/html/index.html"
