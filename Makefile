@@ -22,7 +22,7 @@ CPP := $(shell find bench examples gallery include runtime studies tests \( -pat
 
 .PHONY: help setup build bundles test-bundles demo gallery study \
   test test-all test-quick test-ops test-export test-runtime test-aarch64 test-parity test-serving test-data \
-  test-studies test-sanitizers test-fuzz fuzz test-install wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs linalg-accuracy other-runtimes bench lint format stubs lock clean
+  test-studies test-sanitizers test-fuzz fuzz test-install wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs site linalg-accuracy other-runtimes bench lint format stubs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -108,6 +108,9 @@ coverage: ## docs/coverage.md from the catalog and the last full matrix
 
 docs: ## docs/kernels.md from the kernels' declarations
 	@python3 -B runtime/artifact/generate.py docs docs/kernels.md
+
+site: setup ## the pages and a reference of every op as HTML -> build/site/html; warnings and links to nowhere are errors
+	tools/site.sh
 
 linalg-accuracy: setup ## measure the linear algebra against NumPy -> docs/linalg.md
 	$(PY) tests/ops/linalg_accuracy.py
@@ -207,6 +210,7 @@ lock: setup ## requirements.in -> requirements.txt, pinned with hashes
 	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/data.in -o tools/data.txt
 	$(PY) -m uv pip compile -q --upgrade --no-deps --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/kornia.in -o tools/kornia.txt
 	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.10 --no-emit-index-url --no-header tools/wheels.in -o tools/wheels.txt
+	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/site/site.in -o tools/site/site.txt
 
 clean: ## remove what was built (not .venv)
 	rm -rf build python/chiasm/*.so python/chiasm/artifact

@@ -11,9 +11,8 @@ rm -rf build/site
 mkdir -p $source
 cp tools/site/index.md $source
 # What pages are, and what they lead to
-for name in ./*.md LICENSE Makefile bench cmake docs examples gallery include packaging python runtime studies tests tools; do
-  ln -s "$PWD/$name" "$source/$(basename "$name")"
-done
+tar c --exclude=python/chiasm/artifact --exclude='*.so' --exclude=__pycache__ --exclude=corpus --exclude=frozen ./*.md LICENSE Makefile bench cmake docs \
+  examples gallery include packaging python runtime studies tests tools | tar x -C $source
 PYTHONPATH=python .venv/bin/python tools/site/reference.py $source/reference
-.deps/site/bin/python -m sphinx -q -W --keep-going -j auto -c tools/site $source build/site/html
+.deps/site/bin/python -m sphinx -q -W --keep-going -c tools/site $source build/site/html
 echo "build/site/html/index.html"

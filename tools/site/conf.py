@@ -12,3 +12,5 @@ html_title = "chiasm"
 html_show_sourcelink = False
 html_copy_source = False
 myst_heading_anchors = 4
+# Diagrams stand as their text; Pygments does not know their language, nor how Triton writes protobuf
+suppress_warnings = ["misc.highlighting_failure"]

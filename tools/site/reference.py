@@ -15,10 +15,12 @@ def page(name: str, spec: Spec, function) -> str:
     """The page of one op."""
     doc = inspect.cleandoc(function.__doc__ or "")
     place = function.__module__.removeprefix("chiasm.")
+    # Not in the tree of pages, which furo draws on every page
     parts = [
+        "---\norphan: true\n---",
         f"# {name}",
         spec.summary or doc.partition("\n")[0],
-        f"```python\nfrom chiasm.{place} import {function.__name__}\n\n{function.__name__}{signature(function)}\n```",
+        f"```python\n# chiasm.{place}\n{function.__name__}{signature(function)}\n```",
         "```text\n" + doc.replace("```", "'''") + "\n```",
         "## As a bundle",
         f"`chiasm export {name}`; version {spec.version}.",
@@ -79,8 +81,8 @@ def main(folder: Path) -> None:
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(page(name, entry.spec, entry.function()))
     for family, names in families.items():
-        index = "\n".join([f"# {family}", "", "```{toctree}", ":maxdepth: 1", "", *names, "```", ""])
-        (folder / family / "index.md").write_text(index)
+        links = [f"* [{name}]({name}.md)" for name in names]
+        (folder / family / "index.md").write_text("\n".join([f"# {family}", "", *links, ""]))
     lines = [f"{family}/index" for family in families]
     text = "\n".join(["# Reference", "", "```{toctree}", ":maxdepth: 1", "", *lines, "```", ""])
     (folder / "index.md").write_text(text)
