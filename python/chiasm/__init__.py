@@ -14,6 +14,7 @@ _SUBMODULES = (
     "color",
     "contrib",
     "data",
+    "doctor",
     "enhance",
     "export",
     "feature",
