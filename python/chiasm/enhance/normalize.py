@@ -5,7 +5,7 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_values
+from ..primitives.core.checks import check_floating, check_number, check_values
 from ..primitives.core.layout import in_planes
 from ..primitives.numbers.reductions import greatest, least
 
@@ -95,6 +95,7 @@ def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0,
 
 def _per_channel(value: Union[float, Tensor], data: Tensor, name: str) -> Tensor:
     if not isinstance(value, Tensor):
+        check_number(value, name)
         return torch.full([1], value, dtype=data.dtype, device=data.device)
     if value.dim() > 2:
         raise ValueError(

@@ -12,7 +12,13 @@ import torch
 from torch import Tensor
 
 from ..geometry.conversions.angles import angle_to_rotation_matrix, rad2deg
-from ..primitives.core.checks import check_broadcastable, check_floating, check_image
+from ..primitives.core.checks import (
+    check_broadcastable,
+    check_floating,
+    check_image,
+    check_number,
+    check_tensor,
+)
 from ..primitives.geometry.angles import angle_of
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.taps import larger, smaller
@@ -162,6 +168,7 @@ def scale_laf(laf: Tensor, scale_coef: Union[float, Tensor]) -> Tensor:
         check_broadcastable(scale_coef, matrix, "scale_coef", "laf[..., :2]")
         scaled = matrix * scale_coef.to(laf.dtype)
     else:
+        check_number(scale_coef, "scale_coef")
         scaled = matrix * scale_coef
     return torch.cat([scaled, laf[..., 2:]], -1)
 
@@ -230,11 +237,13 @@ def laf_from_center_scale_ori(
     if ori is None:
         angle = torch.zeros_like(xy[..., 0])
     else:
+        check_tensor(ori, "ori")
         if ori.dim() != 3 or ori.size(2) != 1:
             raise ValueError(f"ori: expected shape (B, N, 1), got {list(ori.shape)}")
         angle = ori[..., 0].to(xy.dtype).expand_as(xy[..., 0])
     matrix = angle_to_rotation_matrix(angle)
     if scale is not None:
+        check_tensor(scale, "scale")
         if scale.dim() != 4 or scale.size(2) != 1 or scale.size(3) != 1:
             raise ValueError(f"scale: expected shape (B, N, 1, 1), got {list(scale.shape)}")
         matrix = matrix * scale.to(xy.dtype)

@@ -15,6 +15,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.core.checks import check_tensor
 from ..primitives.features.matching import two_smallest
 from .laf import check_laf, get_laf_center
 from .pairing import batched, dissimilarities, distances_to, is_mutual, points_back, ratios_to, result_rows
@@ -196,6 +197,7 @@ def match_smnn_batched(
         >>> match_smnn_batched(first, second, mask2=torch.tensor([[True, False]]))[2]
         tensor([[False, False]])
     """
+    check_tensor(desc1, "desc1")
     if desc1.dim() != 3:
         raise ValueError(f"desc1: expected shape (B, N1, D), got {list(desc1.shape)}")
     return match_smnn(desc1, desc2, th, dm, mask1, mask2)

@@ -6,7 +6,7 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_pixels, odd_pair
+from ..primitives.core.checks import check_number, check_pixels, check_sigmas, odd_pair
 from ..primitives.core.materialise import materialised
 from ..primitives.filters.correlation import correlated2d
 from ..primitives.filters.fixed_point import fixed_taps, separable_bytes
@@ -35,7 +35,8 @@ def get_gaussian_kernel1d(
         (B, kernel_size), with B = 1 for a float sigma.
 
     Raises:
-        ValueError: if kernel_size is not positive, or even without force_even.
+        ValueError: if kernel_size is not positive, or even without force_even, or sigma a number that is not
+            positive.
 
     Example:
         >>> get_gaussian_kernel1d(3, 1.0).sum()
@@ -46,6 +47,9 @@ def get_gaussian_kernel1d(
     if isinstance(sigma, Tensor):
         s = sigma.reshape(-1, 1)
     else:
+        check_number(sigma, "sigma")
+        if sigma <= 0.0:
+            raise ValueError(f"sigma: expected a positive number, got {sigma}")
         s = torch.full([1, 1], sigma, dtype=dtype)
     x = torch.arange(kernel_size, device=s.device).to(s.dtype) - (kernel_size - 1) * 0.5
     weight = torch.exp(-(x * x) / (2.0 * s * s))
@@ -67,8 +71,8 @@ def gaussian_blur2d(
     Args:
         input: (B, C, H, W), floating point or uint8.
         kernel_size: odd number of taps, one for both axes or (rows, columns).
-        sigma: standard deviations in pixels, (y, x) or a tensor (B, 2) with one pair per sample (or (1, 2)
-            for all).
+        sigma: standard deviations in pixels, positive: (y, x), or a tensor (B, 2) with one pair per sample
+            (or (1, 2) for all), whose values are not looked at: 0 gives NaN.
         border_type: "reflect" (edge pixel not repeated; needs H > rows // 2, W > columns // 2), "replicate",
             "circular" or "constant" (zeros).
         separable: two 1-D passes (fast) instead of one 2-D pass; the result is the same up to rounding.
@@ -78,7 +82,7 @@ def gaussian_blur2d(
 
     Raises:
         TypeError: if input is neither floating point nor uint8.
-        ValueError: if a shape, the kernel size or the border is not as above.
+        ValueError: if a shape, the kernel size, sigma or the border is not as above.
 
     Example:
         >>> gaussian_blur2d(torch.ones(1, 1, 5, 5), 3, (1.0, 1.0)).shape
@@ -92,6 +96,7 @@ def gaussian_blur2d(
         )
         return separable_bytes(input, fixed_taps(exact_y), fixed_taps(exact_x), border_type)
     if separable and not isinstance(sigma, Tensor):
+        check_sigmas(sigma, "sigma")
         return separable_shared(input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type)
     kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input, "sigma")
     if separable:
@@ -121,6 +126,7 @@ def gaussian_kernels(
         return materialised(get_gaussian_kernel1d(ky, s[:, 0]), 1), materialised(
             get_gaussian_kernel1d(kx, s[:, 1]), 1
         )
+    check_sigmas(sigma, name)
     kernel_y = torch.tensor([gaussian_taps(ky, sigma[0])], dtype=like.dtype, device=like.device)
     kernel_x = torch.tensor([gaussian_taps(kx, sigma[1])], dtype=like.dtype, device=like.device)
     return kernel_y, kernel_x

@@ -5,7 +5,13 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_broadcastable, check_floating
+from ..primitives.core.checks import (
+    check_broadcastable,
+    check_floating,
+    check_number,
+    check_sigmas,
+    check_triple,
+)
 from .gaussian import get_gaussian_kernel1d
 
 
@@ -40,7 +46,7 @@ def gaussian(
     """
     if window_size < 1:
         raise ValueError(f"window_size: expected a positive size, got {window_size}")
-    s = as_column(sigma, dtype, "sigma")
+    s = _deviation(sigma, dtype)
     x = _positions(window_size, s, 0.0)
     if mean is None:
         x = x - window_size // 2
@@ -85,7 +91,7 @@ def get_gaussian_erf_kernel1d(
     """
     if kernel_size < 1 or (kernel_size % 2 == 0 and not force_even):
         raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
-    s = as_column(sigma, dtype, "sigma")
+    s = _deviation(sigma, dtype)
     # The edges of the pixels, in units of sqrt(2) sigma; each tap is what lies between two.
     x = _positions(kernel_size, s, (kernel_size - 1) * 0.5)
     t = 0.7071067811865476 / s
@@ -121,7 +127,7 @@ def get_gaussian_discrete_kernel1d(
     """
     if kernel_size < 1 or kernel_size % 2 == 0:
         raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
-    s = as_column(sigma, dtype, "sigma")
+    s = _deviation(sigma, dtype)
     t = s * s
     radius = kernel_size // 2
     # r(n) = I_n / I_(n-1) = t / (2 n + t r(n+1)), from an order so high that the start is forgotten; the
@@ -179,6 +185,7 @@ def get_gaussian_kernel2d(
     if isinstance(sigma, Tensor):
         s = _check_sigmas(sigma, 2)
     else:
+        check_sigmas(sigma, "sigma")
         s = torch.tensor([[sigma[0], sigma[1]]], dtype=dtype)
     along_y = get_gaussian_kernel1d(ky, s[:, 0], force_even)
     return along_y[:, :, None] * get_gaussian_kernel1d(kx, s[:, 1], force_even)[:, None, :]
@@ -218,12 +225,24 @@ def get_gaussian_kernel3d(
     if isinstance(sigma, Tensor):
         s = _check_sigmas(sigma, 3)
     else:
+        check_triple(sigma, "sigma")
+        if sigma[0] <= 0.0 or sigma[1] <= 0.0 or sigma[2] <= 0.0:
+            raise ValueError(f"sigma: expected positive numbers, got ({sigma[0]}, {sigma[1]}, {sigma[2]})")
         s = torch.tensor([[sigma[0], sigma[1], sigma[2]]], dtype=dtype)
     plane = (
         get_gaussian_kernel1d(ky, s[:, 1], force_even)[:, :, None]
         * get_gaussian_kernel1d(kx, s[:, 2], force_even)[:, None, :]
     )
     return get_gaussian_kernel1d(kz, s[:, 0], force_even)[:, :, None, None] * plane[:, None]
+
+
+def _deviation(sigma: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
+    """``as_column`` of a number that must be positive."""
+    if not isinstance(sigma, Tensor):
+        check_number(sigma, "sigma")
+        if sigma <= 0.0:
+            raise ValueError(f"sigma: expected a positive number, got {sigma}")
+    return as_column(sigma, dtype, "sigma")
 
 
 def as_column(value: Union[float, Tensor], dtype: torch.dtype, name: str) -> Tensor:
@@ -233,6 +252,7 @@ def as_column(value: Union[float, Tensor], dtype: torch.dtype, name: str) -> Ten
         if value.dim() > 2 or (value.dim() == 2 and value.size(1) != 1):
             raise ValueError(f"{name}: expected shape (B,) or (B, 1), got {list(value.shape)}")
         return value.reshape(-1, 1)
+    check_number(value, name)
     return torch.full([1, 1], value, dtype=dtype)
 
 

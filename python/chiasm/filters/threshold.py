@@ -6,12 +6,7 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import (
-    check_choice,
-    check_pixels,
-    check_values,
-    odd_pair,
-)
+from ..primitives.core.checks import check_choice, check_number, check_pixels, check_values, odd_pair
 from ..primitives.core.layout import in_planes
 from ..primitives.filters.correlation import box_sums
 from ..primitives.filters.fixed_point import box_bytes, fixed_taps, separable_bytes
@@ -62,6 +57,8 @@ def _bound(bound: Union[List[float], Tensor], input: Tensor, dtype: torch.dtype,
     if isinstance(bound, Tensor):
         b = bound.to(dtype)
     else:
+        for each in bound:
+            check_number(each, name)
         b = torch.tensor(bound, dtype=dtype, device=input.device)
     if (b.dim() != 1 and b.dim() != 2) or b.size(-1) != input.size(1):
         raise ValueError(

@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_matrix, check_rank
+from ..primitives.core.checks import check_choice, check_floating, check_matrix, check_rank, check_tensor
 from ..primitives.core.loops import repeated
 from ..primitives.geometry.intrinsics import with_one
 from ..primitives.linalg.direct_linear import hartley, projective_equations
@@ -113,6 +113,7 @@ def find_homography_dlt_iterated(
     """
     if n_iter < 1:
         raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
+    check_tensor(weights, "weights")
     H = find_homography_dlt(points1, points2, weights)
     return _weighted_again(H, n_iter - 1, points1, points2, soft_inl_th)
 
@@ -197,6 +198,7 @@ def find_homography_lines_dlt_iterated(
     """
     if n_iter < 1:
         raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
+    check_tensor(weights, "weights")
     H = find_homography_lines_dlt(ls1, ls2, weights)
     return _lines_weighted_again(H, n_iter - 1, ls1, ls2, soft_inl_th)
 
@@ -263,6 +265,7 @@ def _denormalised(normal: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
 def _weights(weights: Optional[Tensor], like: Tensor) -> Tensor:
     if weights is None:
         return torch.ones_like(like[..., 0])
+    check_tensor(weights, "weights")
     if weights.dim() != 2:
         raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
     return weights.to(torch.float64)

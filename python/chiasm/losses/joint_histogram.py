@@ -6,7 +6,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_same_shape
+from ..primitives.core.checks import check_choice, check_floating, check_same_shape, check_tensor
 from ..primitives.numbers.reductions import greatest, least
 from ..primitives.numbers.rounding import to_index
 
@@ -67,6 +67,7 @@ def entropies(
 def _mask(mask: Optional[Tensor], signal: Tensor, name: str) -> Tensor:
     if mask is None:
         return torch.ones_like(signal, dtype=torch.bool)
+    check_tensor(mask, name)
     if mask.dtype != torch.bool:
         raise TypeError(f"{name}: expected dtype torch.bool, got {mask.dtype}")
     if mask.shape != signal.shape:

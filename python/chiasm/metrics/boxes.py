@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank
+from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank, check_tensor
 from ..primitives.geometry.boxes import intersections
 from ..primitives.numbers.ranking import stable_topk
 from .classification import check_integer
@@ -182,6 +182,7 @@ def _check_boxes(value: Tensor, rank: int, layout: str, name: str) -> None:
 
 
 def _check_like(value: Tensor, boxes: Tensor, name: str) -> None:
+    check_tensor(value, name)
     if value.dim() != 2 or value.size(0) != boxes.size(0) or value.size(1) != boxes.size(1):
         raise ValueError(f"{name}: expected shape {list(boxes.shape[:2])}, got {list(value.shape)}")
 

@@ -5,7 +5,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.checks import check_floating, check_rank, check_tensor
 from ..primitives.images.histograms import bincount
 
 
@@ -123,6 +123,7 @@ def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) 
 
 def check_integer(value: Tensor, name: str) -> None:
     """Raise TypeError unless ``value`` has an integer dtype."""
+    check_tensor(value, name)
     if value.is_floating_point() or value.is_complex():
         raise TypeError(f"{name}: expected an integer tensor, got dtype {value.dtype}")
 

@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_pixels
+from ..primitives.core.checks import check_choice, check_pixels, check_tensor
 from ..primitives.core.pixels import pixel_range
 from ..primitives.filters.minmax import morphology, morphology_gradient
 
@@ -57,6 +57,7 @@ def _window(
     """The element's heights, -max_val where it has no pixel, and its origin."""
     check_pixels(tensor, "tensor", True)
     check_choice(border_type, ["geodesic", "reflect", "replicate", "circular", "constant"], "border_type")
+    check_tensor(kernel, "kernel")
     if kernel.dim() != 2:
         raise ValueError(f"kernel: expected shape (kh, kw), got {list(kernel.shape)}")
     kh, kw = kernel.size(0), kernel.size(1)

@@ -7,7 +7,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor, nn
 
-from ...primitives.core.checks import check_pixels
+from ...primitives.core.checks import check_pair, check_pixels, check_tensor
 from ...primitives.core.modules import hold
 from ...primitives.resampling.warping import check_matrix, check_sampling, check_source, sample_affine
 from .matrices import (
@@ -67,6 +67,7 @@ def warp_affine(
     """
     check_source(src, mode, padding_mode, "src")
     check_matrix(M, 2, 3, "M")
+    check_pair(dsize, "dsize")
     inverse = inverse_affine(M.to(torch.float64))
     return sample_affine(src, inverse, dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value)
 
@@ -168,6 +169,7 @@ def scale(
     """
     check_pixels(tensor, "tensor")
     factor = scale_factor
+    check_tensor(factor, "scale_factor")
     if factor.dim() == 1:
         factor = factor[:, None].expand(-1, 2)
     check_vectors(factor, 2, "scale_factor")

@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor, nn
 
-from ...primitives.core.checks import check_image, check_last
+from ...primitives.core.checks import check_image, check_last, check_pair
 from ...primitives.resampling.warping import (
     check_matrix,
     check_sampling,
@@ -88,6 +88,7 @@ def homography_warp(
     check_image(patch_src, "patch_src")
     check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
     check_sampling(mode, padding_mode)
+    check_pair(dsize, "dsize")
     if not normalized_homography:
         return sample_projective(
             patch_src,

@@ -5,7 +5,7 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from .checks import broadcastable
+from .checks import broadcastable, check_number
 
 
 def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
@@ -16,6 +16,7 @@ def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
     torch.Size([2, 1, 1, 1])
     """
     if not isinstance(value, Tensor):
+        check_number(value, name)
         return torch.full([1], value, dtype=like.dtype, device=like.device)
     value = value.to(like.dtype)
     if value.dim() == 0 or (value.dim() == like.dim() and broadcastable(value, like)):
