@@ -26,7 +26,7 @@ def check_pair(value: Tuple[int, int], name: str) -> None:
         _check_length(value, 2, name)
 
 
-def check_triple(value: Tuple[int, int, int], name: str) -> None:
+def check_triple(value: Tuple[float, float, float], name: str) -> None:
     """Raise unless ``value`` has three numbers, which TorchScript knows."""
     if not torch.jit.is_scripting():
         _check_length(value, 3, name)
