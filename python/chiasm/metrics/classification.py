@@ -98,7 +98,8 @@ def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) 
         target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is
             counted.
         num_classes: how many classes there are, at least 2.
-        eps: added to the union: a class that neither has gets 0.
+        eps: added to the intersection and to the union: a class that neither has gets 1. Leave such classes
+            out of a mean: ``iou[confusion_matrix(...).sum((1, 2)) > 0]``, say.
 
     Returns:
         (B, num_classes), float32, in [0, 1].
@@ -118,7 +119,7 @@ def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) 
     diagonal = torch.arange(num_classes, device=pred.device)
     common = torch.where(diagonal[:, None] == diagonal, counts, torch.zeros_like(counts)).sum(1)
     union = counts.sum(1) + counts.sum(2) - common
-    return (common.to(torch.float64) / (union.to(torch.float64) + eps)).to(torch.float32)
+    return ((common.to(torch.float64) + eps) / (union.to(torch.float64) + eps)).to(torch.float32)
 
 
 def check_integer(value: Tensor, name: str) -> None:
