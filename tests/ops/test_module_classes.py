@@ -52,9 +52,10 @@ def test_module_scripts_and_equals_the_function(entry: Entry) -> None:
     given = given_to(entry)
     made = getattr(importlib.import_module(family(entry)), class_name(function.__name__))
     tensors = list(inspect.signature(made.forward).parameters)[1:]
-    module = made(**entry.spec.config, **{n: v for n, v in given.items() if n not in tensors})
+    settings = entry.spec.config | {n: v for n, v in given.items() if n not in tensors}
+    module = made(**{made.form.names.get(n, n): v for n, v in settings.items()})
     forward = [given[n] for n in tensors]
-    expected = function(**given, **entry.spec.config)
+    expected = function(**{**made.form.defaults, **given, **entry.spec.config})
     assert_same(module(*forward), expected, 0.0)
     assert_same(torch.jit.script(module)(*forward), expected, 1e-5)
 

@@ -4,7 +4,10 @@ import math
 
 import pytest
 import torch
+import torch.nn.functional as F
 
+from chiasm import color, contrib, enhance, filters
+from chiasm.geometry import transform
 from chiasm.geometry.camera import StereoCamera
 from chiasm.geometry.conversions import axis_angle_to_quaternion, quaternion_log_to_exp
 from chiasm.geometry.linalg import transform_points
@@ -57,3 +60,35 @@ def test_disparities_with_the_channel_last() -> None:
     torch.testing.assert_close(points[..., 2], depth)
     torch.testing.assert_close(points[..., 0], x)
     assert points.equal(camera(disparity))
+
+
+def test_classes_take_keywords_and_defaults_of_their_own() -> None:
+    image = torch.rand(2, 3, 8, 9)
+    assert enhance.AdjustContrast(contrast_factor=0.5)(image).equal(enhance.adjust_contrast(image, 0.5))
+    assert enhance.AdjustHue(hue_factor=0.1)(image).equal(enhance.adjust_hue(image, 0.1))
+    normalize = enhance.Normalize((0.1, 0.2, 0.3), (1.0, 2.0, 4.0))
+    expected = (image - torch.tensor([0.1, 0.2, 0.3])[:, None, None]) / torch.tensor([1.0, 2.0, 4.0])[
+        :, None, None
+    ]
+    torch.testing.assert_close(torch.jit.script(normalize)(image), expected)
+    wide = F.interpolate(image, scale_factor=2.0, mode="bilinear", align_corners=True)
+    torch.testing.assert_close(transform.Rescale(2.0)(image), wide)
+    patches = contrib.extract_tensor_patches(image, 4, 2, 1)
+    joined = contrib.CombineTensorPatches((8, 9), 4, 2, 1, True)(
+        contrib.extract_tensor_patches(image, 4, 2, 1, True)
+    )
+    assert patches.shape[1] == 16 and joined.shape == image.shape
+
+
+def test_kornias_spellings_are_the_same_classes() -> None:
+    for package, names in {
+        filters: {
+            "BlurPool2D": "BlurPool2d",
+            "MaxBlurPool2D": "MaxBlurPool2d",
+            "MotionBlur3D": "MotionBlur3d",
+        },
+        enhance: {"JPEGCodecDifferentiable": "JpegCodecDifferentiable"},
+        color: {"ApplyColorMap": "ApplyColormap"},
+    }.items():
+        for name, own in names.items():
+            assert getattr(package, name) is getattr(package, own) and name in dir(package)

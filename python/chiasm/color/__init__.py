@@ -1,6 +1,6 @@
 """Colour spaces."""
 
-from ..primitives.core.modules import lazy_modules
+from ..primitives.core.modules import ModuleForm, lazy_modules
 from .camera import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, uyvy_to_rgb, yuyv_to_rgb
 from .colormap import apply_colormap
 from .gray import bgr_to_grayscale, grayscale_to_rgb, rgb_to_grayscale
@@ -76,4 +76,6 @@ __all__ = [
     "yuyv_to_rgb",
 ]
 
-__getattr__, __dir__ = lazy_modules(__name__, globals())
+_FORMS = {"apply_colormap": ModuleForm(also=["ApplyColorMap"])}  # as Kornia spells it
+
+__getattr__, __dir__ = lazy_modules(__name__, globals(), _FORMS)

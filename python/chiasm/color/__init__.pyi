@@ -60,6 +60,8 @@ class ApplyColormap(nn.Module):
     def forward(self, input_tensor: Tensor) -> Tensor: ...
     def __call__(self, input_tensor: Tensor) -> Tensor: ...
 
+ApplyColorMap = ApplyColormap
+
 class BgrToGrayscale(nn.Module):
     """`bgr_to_grayscale` as a module: Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B, of an image
     whose channels are B, G, R."""
@@ -407,6 +409,7 @@ class YuyvToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 __all__ = [
+    "ApplyColorMap",
     "ApplyColormap",
     "BgrToGrayscale",
     "BgrToRgb",

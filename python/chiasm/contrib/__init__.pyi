@@ -22,16 +22,16 @@ class CombineTensorPatches(nn.Module):
     original_size: Union[int, Tuple[int, int]]
     window_size: Union[int, Tuple[int, int]]
     stride: Union[int, Tuple[int, int]]
-    allow_auto_unpadding: bool
     unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]]
+    allow_auto_unpadding: bool
     eps: Optional[float]
     def __init__(
         self,
         original_size: Union[int, Tuple[int, int]],
         window_size: Union[int, Tuple[int, int]],
         stride: Union[int, Tuple[int, int]],
-        allow_auto_unpadding: bool = False,
         unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
+        allow_auto_unpadding: bool = False,
         eps: Optional[float] = None,
     ) -> None: ...
     def forward(self, patches: Tensor) -> Tensor: ...

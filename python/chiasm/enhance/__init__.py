@@ -1,6 +1,6 @@
 """Intensity transforms."""
 
-from ..primitives.core.modules import lazy_modules
+from ..primitives.core.modules import ModuleForm, lazy_modules
 from .adjust import (
     adjust_brightness,
     adjust_brightness_accumulative,
@@ -64,4 +64,16 @@ __all__ = [
     "zca_whiten",
 ]
 
-__getattr__, __dir__ = lazy_modules(__name__, globals())
+# As Kornia's classes name them.
+_FORMS = {
+    "adjust_brightness": ModuleForm(names={"factor": "brightness_factor"}),
+    "adjust_brightness_accumulative": ModuleForm(names={"factor": "brightness_factor"}),
+    "adjust_contrast": ModuleForm(names={"factor": "contrast_factor"}),
+    "adjust_contrast_with_mean_subtraction": ModuleForm(names={"factor": "contrast_factor"}),
+    "adjust_hue": ModuleForm(names={"factor": "hue_factor"}),
+    "adjust_saturation": ModuleForm(names={"factor": "saturation_factor"}),
+    "adjust_saturation_with_gray_subtraction": ModuleForm(names={"factor": "saturation_factor"}),
+    "jpeg_codec_differentiable": ModuleForm(also=["JPEGCodecDifferentiable"]),
+}
+
+__getattr__, __dir__ = lazy_modules(__name__, globals(), _FORMS)

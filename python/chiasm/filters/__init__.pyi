@@ -115,6 +115,8 @@ class BlurPool2d(nn.Module):
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
 
+BlurPool2D = BlurPool2d
+
 class BoxBlur(nn.Module):
     """`box_blur` as a module: Mean of each pixel's window."""
 
@@ -228,6 +230,8 @@ class EdgeAwareBlurPool2d(nn.Module):
     ) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
+
+EdgeAwareBlurPool2D = EdgeAwareBlurPool2d
 
 class FftConv(nn.Module):
     """`fft_conv` as a module: ``filter2d`` under the name of Kornia's Fourier form."""
@@ -727,6 +731,8 @@ class MaxBlurPool2d(nn.Module):
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
 
+MaxBlurPool2D = MaxBlurPool2d
+
 class MedianBlur(nn.Module):
     """`median_blur` as a module: Replace each pixel by the median of its neighbourhood."""
 
@@ -773,6 +779,8 @@ class MotionBlur3d(nn.Module):
     ) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
+
+MotionBlur3D = MotionBlur3d
 
 class NonLocalMeans(nn.Module):
     """`non_local_means` as a module: Average over the pixels of a search window, weighted by how alike
@@ -911,6 +919,7 @@ class UnsharpMask(nn.Module):
 __all__ = [
     "AdaptiveThreshold",
     "BilateralBlur",
+    "BlurPool2D",
     "BlurPool2d",
     "BoxBlur",
     "Canny",
@@ -919,6 +928,7 @@ __all__ = [
     "Correlate2d",
     "Correlate3d",
     "DifferenceOfGaussians",
+    "EdgeAwareBlurPool2D",
     "EdgeAwareBlurPool2d",
     "FftConv",
     "Filter2d",
@@ -951,9 +961,11 @@ __all__ = [
     "JointBilateralBlur",
     "Laplacian",
     "Laplacian1d",
+    "MaxBlurPool2D",
     "MaxBlurPool2d",
     "MedianBlur",
     "MotionBlur",
+    "MotionBlur3D",
     "MotionBlur3d",
     "NonLocalMeans",
     "OtsuThreshold",

@@ -23,17 +23,17 @@ class ConvQuadInterp3d(nn.Module):
     n_iters: int
     strict_maxima_bonus: Optional[float]
     max_subpixel_shift: float
-    precomputed_nms_mask: Optional[Tensor]
     dilation_radius: int
     allow_scale_steps: bool
+    precomputed_nms_mask: Optional[Tensor]
     def __init__(
         self,
         n_iters: int = 5,
         strict_maxima_bonus: Optional[float] = None,
         max_subpixel_shift: float = 0.6,
-        precomputed_nms_mask: Optional[Tensor] = None,
         dilation_radius: int = 1,
         allow_scale_steps: bool = True,
+        precomputed_nms_mask: Optional[Tensor] = None,
     ) -> None: ...
     def forward(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
@@ -96,16 +96,16 @@ class IterativeQuadInterp3d(nn.Module):
     strict_maxima_bonus: Optional[float]
     max_subpixel_shift: float
     allow_scale_steps: bool
-    precomputed_nms_mask: Optional[Tensor]
     max_candidates: Optional[int]
+    precomputed_nms_mask: Optional[Tensor]
     def __init__(
         self,
         n_iters: int = 5,
         strict_maxima_bonus: Optional[float] = None,
         max_subpixel_shift: float = 0.6,
         allow_scale_steps: bool = True,
-        precomputed_nms_mask: Optional[Tensor] = None,
         max_candidates: Optional[int] = None,
+        precomputed_nms_mask: Optional[Tensor] = None,
     ) -> None: ...
     def forward(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
