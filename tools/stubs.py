@@ -13,7 +13,9 @@ import re
 import subprocess
 import sys
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from torch import Tensor
 
@@ -66,7 +68,7 @@ def _ruff(text: str, *arguments: str) -> str:
     return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
 
 
-def _class(made: type, function: object) -> list[str]:
+def _class(made: Any, function: Callable[..., Any]) -> list[str]:
     """A class with its constructor, its attributes and its `forward`."""
     signature = inspect.signature(function)
     form = made.form

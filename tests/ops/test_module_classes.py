@@ -26,8 +26,9 @@ def family(entry: Entry) -> str:
     )
 
 
-# Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py
-OWN_CLASS = {"geometry.transform.affine"}
+# Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py; its KMeans is fitted:
+# test_switching.py
+OWN_CLASS = {"contrib.kmeans", "geometry.transform.affine"}
 # A form for frames is of the same class.
 OPS = {name: entry for name, entry in catalog().items() if not entry.spec.interleaved}
 WITH_TWIN = {name: entry for name, entry in OPS.items() if family(entry) and name not in OWN_CLASS}

@@ -2,12 +2,15 @@
 
 import math
 
+import numpy as np
 import pytest
+import scipy.cluster.vq
+import scipy.spatial.distance
 import torch
 import torch.nn.functional as F
 
-from chiasm import color, contrib, enhance, filters
-from chiasm.geometry import transform
+from chiasm import color, contrib, enhance, feature, filters, losses
+from chiasm.geometry import subpix, transform
 from chiasm.geometry.camera import StereoCamera
 from chiasm.geometry.conversions import axis_angle_to_quaternion, quaternion_log_to_exp
 from chiasm.geometry.linalg import transform_points
@@ -92,3 +95,81 @@ def test_kornias_spellings_are_the_same_classes() -> None:
     }.items():
         for name, own in names.items():
             assert getattr(package, name) is getattr(package, own) and name in dir(package)
+
+
+def test_enumerations_are_the_strings() -> None:
+    image = torch.rand(1, 3, 8, 8)
+    assert color.rgb_to_raw(image, color.CFA.GB).equal(color.rgb_to_raw(image, "gb"))
+    assert torch.jit.script(color.RgbToRaw(color.CFA.GB))(image).equal(color.rgb_to_raw(image, "gb"))
+    grey = image[:, :1]
+    for kind in enhance.ThresholdType:
+        assert enhance.threshold(grey, 0.5, 1.0, kind).equal(enhance.threshold(grey, 0.5, 1.0, kind.value))
+    for name in color.ColorMapType:
+        assert color.apply_colormap(grey, name).equal(color.apply_colormap(grey, name.value))
+    a, b = torch.rand(2, 64), torch.rand(2, 64)
+    for kernel in losses.MIKernel:
+        loss = losses.MILossFromRef(a, kernel_function=kernel)
+        assert torch.jit.script(loss)(b).equal(
+            losses.mutual_information_loss(b, a, kernel_function=kernel.value)
+        )
+    mask = torch.rand(2, 64) > 0.3
+    expected = losses.normalized_mutual_information_loss(b, a, mask, mask)
+    assert losses.NMILossFromRef(a, mask)(b, mask).equal(expected)
+
+
+def test_whitening_that_is_fitted() -> None:
+    x = torch.randn(60, 2, 3, dtype=torch.float64) @ torch.rand(3, 3, dtype=torch.float64)
+    white = enhance.ZCAWhitening(compute_inv=True).fit(x)
+    torch.testing.assert_close(white(x), enhance.zca_whiten(x))
+    covariance = np.cov(white(x).flatten(1).numpy().T)
+    np.testing.assert_allclose(covariance, np.eye(6), atol=1e-3)
+    torch.testing.assert_close(white.inverse_transform(white(x)), x)
+    with pytest.raises(RuntimeError, match="nothing is fitted yet"):
+        enhance.ZCAWhitening()(x)
+
+
+def test_clusters_that_are_fitted() -> None:
+    generator = torch.Generator().manual_seed(0)
+    x = torch.randn(90, 2, generator=generator) + torch.tensor([[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]]).repeat(
+        30, 1
+    )
+    first = x[:3].clone()
+    model = contrib.KMeans(3, first, tolerance=1e-9, max_iterations=50)
+    model.fit(x)
+    expected = scipy.cluster.vq.kmeans2(x.double().numpy(), first.double().numpy(), 50, minit="matrix")
+    np.testing.assert_allclose(model.cluster_centers, expected[0], rtol=1e-5)
+    assert model.cluster_assignments.tolist() == expected[1].tolist() == model.predict(x).tolist()
+    drawn = contrib.KMeans(3, None, seed=4)
+    drawn.fit(x)
+    assert drawn.cluster_centers.shape == (3, 2)
+
+
+def test_matches_alone() -> None:
+    generator = torch.Generator().manual_seed(0)
+    a, b = torch.rand(9, 4, generator=generator), torch.rand(7, 4, generator=generator)
+    far = scipy.spatial.distance.cdist(a, b)
+    pairs = [[i, j] for i, j in enumerate(far.argmin(1)) if far[:, j].argmin() == i]
+    distances, indices = feature.DescriptorMatcher("mnn")(a, b)
+    assert indices.tolist() == pairs
+    np.testing.assert_allclose(distances[:, 0], [far[i, j] for i, j in pairs], rtol=1e-5)
+
+
+def test_modules_of_patches_and_frames() -> None:
+    image, lafs = torch.rand(2, 1, 40, 44), torch.eye(2, 3).expand(2, 3, 2, 3) * 6
+    lafs = lafs + torch.tensor([[0.0, 0.0, 20.0], [0.0, 0.0, 21.0]])
+    assert feature.LAFOrienter(24)(lafs, image).equal(feature.orient_laf(lafs, image, 24))
+    shape = feature.LAFAffineShapeEstimator(24, preserve_orientation=False)
+    assert shape(lafs, image).equal(feature.adapt_laf_shape(lafs, image, 24))
+    turned = feature.LAFAffineShapeEstimator(24)(feature.rotate_laf(lafs, torch.full((2, 3, 1), 30.0)), image)
+    torch.testing.assert_close(feature.get_laf_orientation(turned), torch.full((2, 3, 1), 30.0))
+    describe = feature.LAFDescriptor(patch_descriptor_module=feature.SIFTDescriptor(24), patch_size=24)
+    for module in (feature.LAFOrienter(24), feature.LAFAffineShapeEstimator(24), describe):
+        given = (image, lafs) if module is describe else (lafs, image)
+        torch.testing.assert_close(torch.jit.script(module)(*given), module(*given))
+    sigmas = torch.tensor([1.0, 2.0])
+    assert feature.CornerHarris(0.04)(image, sigmas).equal(
+        feature.harris_response(image, 0.04, sigmas=sigmas)
+    )
+    assert feature.BlobHessian()(image, sigmas).equal(feature.hessian_response(image, sigmas=sigmas))
+    peaks = subpix.NonMaximaSuppression2d((3, 3))
+    assert torch.jit.script(peaks)(image, True).equal(subpix.nms2d(image, (3, 3), True))

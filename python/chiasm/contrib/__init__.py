@@ -5,10 +5,11 @@ from .connected_components import connected_components, connected_components_uni
 from .diamond_square import diamond_square
 from .distance_transform import distance_transform, distance_transform_edt
 from .histogram import histogram_matching, interp
-from .kmeans import kmeans
+from .kmeans import KMeans, kmeans
 from .patches import combine_tensor_patches, extract_tensor_patches
 
 __all__ = [
+    "KMeans",
     "combine_tensor_patches",
     "connected_components",
     "connected_components_union_find",

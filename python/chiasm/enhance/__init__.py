@@ -19,12 +19,16 @@ from .equalization import autocontrast, equalize, equalize3d
 from .hue import adjust_hue, adjust_hue_raw, adjust_saturation, adjust_saturation_raw
 from .integral import integral_image, integral_tensor
 from .jpeg import jpeg_codec_differentiable
+from .names import ThresholdType
 from .normalize import denormalize, normalize, normalize_min_max
 from .sharp import sharpness
 from .tone import posterize, solarize, threshold
 from .whitening import linear_transform, zca_mean, zca_whiten
+from .zca import ZCAWhitening
 
 __all__ = [
+    "ThresholdType",
+    "ZCAWhitening",
     "add_weighted",
     "adjust_brightness",
     "adjust_brightness_accumulative",

@@ -31,6 +31,7 @@ from .hue import adjust_saturation_raw as adjust_saturation_raw
 from .integral import integral_image as integral_image
 from .integral import integral_tensor as integral_tensor
 from .jpeg import jpeg_codec_differentiable as jpeg_codec_differentiable
+from .names import ThresholdType as ThresholdType
 from .normalize import denormalize as denormalize
 from .normalize import normalize as normalize
 from .normalize import normalize_min_max as normalize_min_max
@@ -41,6 +42,7 @@ from .tone import threshold as threshold
 from .whitening import linear_transform as linear_transform
 from .whitening import zca_mean as zca_mean
 from .whitening import zca_whiten as zca_whiten
+from .zca import ZCAWhitening as ZCAWhitening
 
 class AddWeighted(nn.Module):
     """`add_weighted` as a module: alpha * src1 + beta * src2 + gamma, as OpenCV's ``addWeighted``
@@ -456,6 +458,8 @@ __all__ = [
     "ShiftRgb",
     "Solarize",
     "Threshold",
+    "ThresholdType",
+    "ZCAWhitening",
     "ZcaMean",
     "ZcaWhiten",
     "add_weighted",

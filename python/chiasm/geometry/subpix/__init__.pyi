@@ -8,6 +8,8 @@ from .heatmaps import render_gaussian2d as render_gaussian2d
 from .heatmaps import spatial_expectation2d as spatial_expectation2d
 from .heatmaps import spatial_soft_argmax2d as spatial_soft_argmax2d
 from .heatmaps import spatial_softmax2d as spatial_softmax2d
+from .modules import NonMaximaSuppression2d as NonMaximaSuppression2d
+from .modules import NonMaximaSuppression3d as NonMaximaSuppression3d
 from .quadratic import conv_quad_interp3d as conv_quad_interp3d
 from .quadratic import iterative_quad_interp3d as iterative_quad_interp3d
 from .suppression import nms2d as nms2d
@@ -182,6 +184,8 @@ __all__ = [
     "Nms2d",
     "Nms3d",
     "Nms3dMinmax",
+    "NonMaximaSuppression2d",
+    "NonMaximaSuppression3d",
     "RenderGaussian2d",
     "SpatialExpectation2d",
     "SpatialSoftArgmax2d",
