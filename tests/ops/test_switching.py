@@ -1,6 +1,7 @@
 """What one who comes from Kornia relies on: layouts, dtypes and ranges."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ import scipy.cluster.vq
 import scipy.spatial.distance
 import torch
 import torch.nn.functional as F
+import torchvision.ops
+from torch import Tensor
 
-from chiasm import color, contrib, enhance, feature, filters, losses
+from chiasm import color, contrib, enhance, feature, filters, losses, metrics
 from chiasm.geometry import subpix, transform
 from chiasm.geometry.camera import StereoCamera
 from chiasm.geometry.conversions import axis_angle_to_quaternion, quaternion_log_to_exp
@@ -173,3 +176,71 @@ def test_modules_of_patches_and_frames() -> None:
     assert feature.BlobHessian()(image, sigmas).equal(feature.hessian_response(image, sigmas=sigmas))
     peaks = subpix.NonMaximaSuppression2d((3, 3))
     assert torch.jit.script(peaks)(image, True).equal(subpix.nms2d(image, (3, 3), True))
+
+
+def channels(x: Tensor) -> int:
+    return 1 if x.dim() == 2 else x.size(-3)
+
+
+UNBATCHED = {
+    "resize": lambda x: transform.resize(x, (4, 5)),
+    "rescale": lambda x: transform.rescale(x, 0.5),
+    "rotate": lambda x: transform.rotate(x, torch.tensor(30.0)),
+    "translate": lambda x: transform.translate(x, torch.tensor([1.0, 2.0])),
+    "scale": lambda x: transform.scale(x, torch.tensor(1.5)),
+    "shear": lambda x: transform.shear(x, torch.tensor([0.1, 0.0])),
+    "affine": lambda x: transform.affine(x, torch.eye(2, 3)[None]),
+    "sharpness": lambda x: enhance.sharpness(x, 0.5),
+    "equalize": enhance.equalize,
+    "normalize_min_max": enhance.normalize_min_max,
+    "connected_components": lambda x: contrib.connected_components(x - 0.5),
+    "in_range": lambda x: filters.in_range(x, [0.2] * channels(x), [0.7] * channels(x)),
+}
+
+
+@pytest.mark.parametrize("call", UNBATCHED.values(), ids=UNBATCHED)
+def test_images_without_a_batch(call: Callable[[Tensor], Tensor]) -> None:
+    image = torch.rand(3, 8, 9)
+    assert call(image).equal(call(image[None])[0])
+    assert call(image[1]).equal(call(image[1:2][None])[0, 0])
+
+
+def test_one_image_by_many_matrices() -> None:
+    image, angles = torch.rand(1, 3, 8, 9), torch.tensor([0.0, 30.0, -50.0])
+    many = transform.rotate(image, angles)
+    assert many.equal(transform.rotate(image.expand(3, -1, -1, -1), angles))
+    matrix = torch.eye(3).repeat(3, 1, 1)
+    matrix[:, 0, 2] = torch.tensor([0.0, 1.0, 2.0])
+    for warp in (transform.warp_perspective, transform.homography_warp, transform.crop_by_transform_mat):
+        assert warp(image, matrix, (8, 9)).equal(warp(image.expand(3, -1, -1, -1), matrix, (8, 9)))
+        with pytest.raises(ValueError, match="expected one, or one for each image"):
+            warp(image.expand(2, -1, -1, -1), matrix, (8, 9))
+
+
+def test_shapes_that_broadcast() -> None:
+    image = torch.rand(2, 3, 8, 9)
+    bound = torch.tensor([0.1, 0.2, 0.3])
+    wanted = filters.in_range(image, bound, bound + 0.5)
+    for low in (bound[:, None, None], bound[None, :, None, None].expand(2, -1, -1, -1)):
+        assert filters.in_range(image, low, low + 0.5).equal(wanted)
+    pred, weight = torch.randn(2, 3, 8, 9), torch.tensor([1.0, 2.0, 4.0])
+    torch.testing.assert_close(
+        losses.binary_focal_loss_with_logits(pred, image, None, 0.0, pos_weight=weight[:, None, None]),
+        F.binary_cross_entropy_with_logits(pred, image, reduction="none", pos_weight=weight[:, None, None]),
+    )
+    mask = torch.rand(8, 9) > 0.3
+    loss = losses.mutual_information_loss_2d
+    assert loss(image, pred, mask).equal(loss(image, pred, mask.expand(2, 3, 8, 9)))
+    lafs = torch.eye(2, 3).expand(2, 5, 2, 3)
+    turned = feature.rotate_laf(lafs, torch.full((2, 5, 1), 20.0))
+    assert feature.rotate_laf(lafs, torch.tensor(20.0)).equal(turned)
+    with pytest.raises(ValueError, match=r"sigma: expected shape \(4, 2\) or \(1, 2\), got \[2, 2\]"):
+        filters.gaussian_blur2d(torch.rand(4, 1, 8, 8), 3, torch.ones(2, 2))
+    assert losses.total_variation(torch.tensor([[0, 1], [0, 3]])).item() == 6.0
+
+
+def test_boxes_by_centre_and_size() -> None:
+    centres = torch.rand(5, 4) * 10 + 1
+    corners = torchvision.ops.box_convert(centres, "cxcywh", "xyxy")
+    expected = torchvision.ops.box_iou(corners, corners)
+    torch.testing.assert_close(metrics.mean_iou_bbox(centres, centres, "cxcywh"), expected)

@@ -98,7 +98,7 @@ def set_laf_orientation(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
 
     Args:
         LAF: (B, N, 2, 3), floating point.
-        angles_degrees: (B, N, 1), what ``get_laf_orientation`` will say.
+        angles_degrees: (B, N, 1), what ``get_laf_orientation`` will say; (N, 1) or a scalar for all.
 
     Returns:
         (B, N, 2, 3), of the same shapes and centres.
@@ -112,7 +112,7 @@ def set_laf_orientation(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
         >>> get_laf_orientation(set_laf_orientation(frame, torch.full([1, 1, 1], 30.0))).round()
         tensor([[[30.]]])
     """
-    _check_angles(LAF, angles_degrees)
+    angles_degrees = _angles(LAF, angles_degrees)
     return rotate_laf(LAF, angles_degrees - get_laf_orientation(LAF))
 
 
@@ -123,7 +123,7 @@ def rotate_laf(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
     Args:
         LAF: (B, N, 2, 3), floating point.
         angles_degrees: (B, N, 1), counter-clockwise as seen on the screen where A is a multiple of the
-            identity.
+            identity; (N, 1) or a scalar for all.
 
     Returns:
         (B, N, 2, 3).
@@ -138,7 +138,7 @@ def rotate_laf(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
         tensor([[[[ 0,  3,  7],
                   [-3,  0,  5]]]])
     """
-    _check_angles(LAF, angles_degrees)
+    angles_degrees = _angles(LAF, angles_degrees)
     rotation = angle_to_rotation_matrix(angles_degrees[..., 0].to(LAF.dtype))
     return torch.cat([small_matmul(LAF[..., :2], rotation), LAF[..., 2:]], -1)
 
@@ -308,11 +308,18 @@ def determinants(laf: Tensor) -> Tensor:
     return a[..., 0, 0] * a[..., 1, 1] - a[..., 0, 1] * a[..., 1, 0]
 
 
-def _check_angles(laf: Tensor, angles: Tensor) -> None:
+def _angles(laf: Tensor, angles: Tensor) -> Tensor:
+    """(B, N, 1), or what broadcasts with it, of that, (N, 1) or a scalar."""
     check_laf(laf, "LAF")
     check_floating(angles, "angles_degrees")
+    if angles.dim() == 0:
+        angles = angles.reshape(1, 1, 1)
+    elif angles.dim() == 2:
+        angles = angles.unsqueeze(0)
     if angles.dim() != 3 or angles.size(2) != 1:
         raise ValueError(f"angles_degrees: expected shape (B, N, 1), got {list(angles.shape)}")
+    check_broadcastable(angles, laf[..., 0, 0:1], "angles_degrees", "LAF[..., 0, 0:1]")
+    return angles
 
 
 def _extent(laf: Tensor, images: Tensor) -> Tensor:

@@ -92,13 +92,13 @@ def gaussian_blur2d(
     ky, kx = odd_pair(kernel_size, "kernel_size")
     if input.dtype == torch.uint8:
         exact_y, exact_x = gaussian_kernels(
-            ky, kx, sigma, torch.empty(0, dtype=torch.float64, device=input.device), "sigma"
+            ky, kx, sigma, input.size(0), torch.empty(0, dtype=torch.float64, device=input.device), "sigma"
         )
         return separable_bytes(input, fixed_taps(exact_y), fixed_taps(exact_x), border_type)
     if separable and not isinstance(sigma, Tensor):
         check_sigmas(sigma, "sigma")
         return separable_shared(input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type)
-    kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input, "sigma")
+    kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma, input.size(0), input, "sigma")
     if separable:
         return separable_per_sample(input, kernel_y, kernel_x, border_type)
     kernel = materialised(kernel_y[:, :, None] * kernel_x[:, None, :], 1)
@@ -115,12 +115,15 @@ def gaussian_taps(kernel_size: int, sigma: float) -> List[float]:
 
 
 def gaussian_kernels(
-    ky: int, kx: int, sigma: Union[Tuple[float, float], Tensor], like: Tensor, name: str
+    ky: int, kx: int, sigma: Union[Tuple[float, float], Tensor], batch: int, like: Tensor, name: str
 ) -> Tuple[Tensor, Tensor]:
-    """Kernels (B or 1, ky) and (B or 1, kx) in the dtype and on the device of ``like``."""
+    """Kernels (B or 1, ky) and (B or 1, kx), for a batch of so many, in the dtype and on the device of
+    ``like``."""
     if isinstance(sigma, Tensor):
         if sigma.dim() != 2 or sigma.size(1) != 2:
             raise ValueError(f"{name}: expected shape (B, 2), got {list(sigma.shape)}")
+        if sigma.size(0) != batch and sigma.size(0) != 1:
+            raise ValueError(f"{name}: expected shape ({batch}, 2) or (1, 2), got {list(sigma.shape)}")
         s = sigma.to(like.dtype)
         # Stored, lest every pixel evaluate the exponentials of its taps again.
         return materialised(get_gaussian_kernel1d(ky, s[:, 0]), 1), materialised(

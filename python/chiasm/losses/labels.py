@@ -83,6 +83,8 @@ def class_weights(weight: Optional[Tensor], pred: Tensor, name: str) -> Tensor:
     if weight is None:
         return torch.ones([pred.size(1)], dtype=pred.dtype, device=pred.device)
     check_tensor(weight, name)
+    while weight.dim() > 1 and weight.size(-1) == 1:
+        weight = weight.squeeze(-1)  # (C, 1, 1), as PyTorch's own losses take them
     if weight.dim() != 1 or weight.size(0) != pred.size(1):
         raise ValueError(
             f"{name}: expected shape ({pred.size(1)},), one number for each class, got {list(weight.shape)}"

@@ -71,8 +71,8 @@ NOT_DEPLOYED = {
         " `LAFDescriptor` exports with any"
     ),
     "feature.only_matches": (
-        "how many matches are left depends on the data (it scripts): the matchers, which return a row for each"
-        " descriptor and a mask, are deployed for it"
+        "how many matches are left depends on the data (it scripts): the matchers, which return a row for"
+        " each descriptor and a mask, are deployed for it"
     ),
     "geometry.epipolar.find_essential": (
         "the first output of `find_essential_5point`, which is deployed under its name"

@@ -5,6 +5,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
+from ...primitives.core.broadcasting import one_for_each
 from ...primitives.core.checks import check_choice, check_image, check_pair, check_tensor
 from ...primitives.numbers.rounding import to_index
 from ...primitives.resampling.taps import bounded_taps
@@ -203,6 +204,7 @@ def crop_by_transform_mat(
     check_matrix(transform, 3, 3, "transform")
     check_sampling(mode, padding_mode)
     check_pair(out_size, "out_size")
+    input_tensor = one_for_each(input_tensor, transform, "input_tensor", "transform")
     matrix = transform.expand(input_tensor.size(0), 3, 3)
     return sample_projective(
         input_tensor,
