@@ -12,9 +12,9 @@ import torch.nn.functional as F
 import torchvision.ops
 from torch import Tensor
 
-from chiasm import color, contrib, enhance, feature, filters, losses, metrics
-from chiasm.geometry import subpix, transform
-from chiasm.geometry.camera import StereoCamera
+from chiasm import color, contrib, enhance, feature, filters, losses, metrics, morphology
+from chiasm.geometry import homography, subpix, transform
+from chiasm.geometry.camera import PinholeCamera, StereoCamera
 from chiasm.geometry.conversions import axis_angle_to_quaternion, quaternion_log_to_exp
 from chiasm.geometry.linalg import transform_points
 
@@ -244,3 +244,35 @@ def test_boxes_by_centre_and_size() -> None:
     corners = torchvision.ops.box_convert(centres, "cxcywh", "xyxy")
     expected = torchvision.ops.box_iou(corners, corners)
     torch.testing.assert_close(metrics.mean_iou_bbox(centres, centres, "cxcywh"), expected)
+
+
+def test_keywords_of_kernels_engines_and_cameras() -> None:
+    sized = {
+        filters.get_gaussian_kernel1d: (5, 1.0),
+        filters.get_gaussian_erf_kernel1d: (5, 1.0),
+        filters.get_gaussian_discrete_kernel1d: (5, 1.0),
+        filters.gaussian: (5, 1.0),
+        filters.get_gaussian_kernel2d: (5, (1.0, 2.0)),
+        filters.get_gaussian_kernel3d: (5, (1.0, 2.0, 3.0)),
+    }
+    for kernel, given in sized.items():
+        found = kernel(*given, device=torch.device("meta"), dtype=torch.float64)
+        assert found.device.type == "meta" and found.dtype == torch.float64
+    image, element = torch.rand(1, 1, 9, 9), torch.ones(3, 3)
+    for name in ("dilation", "erosion", "opening", "closing", "gradient", "top_hat", "bottom_hat"):
+        op = getattr(morphology, name)
+        assert op(image, element, engine="unfold").equal(op(image, element))
+        with pytest.raises(ValueError, match="engine: expected one of"):
+            op(image, element, engine="fast")
+    camera = PinholeCamera.from_parameters(10.0, 11.0, 4.0, 3.0, 6, 8, 1.0, 2.0, 3.0)
+    assert [camera.tx.item(), camera.ty.item(), camera.tz.item()] == [1.0, 2.0, 3.0]
+    other = camera.clone()
+    other.extrinsics[:, 0, 3] = 7.0
+    assert camera.tx.item() == 1.0 and camera.device() == torch.device("cpu")
+
+
+def test_segments_without_a_batch() -> None:
+    corner = torch.tensor([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    segments = torch.stack([corner, corner.roll(1, 0)], 1)
+    H = homography.find_homography_lines_dlt(segments, 2.0 * segments)
+    torch.testing.assert_close(H, torch.diag(torch.tensor([2.0, 2.0, 1.0]))[None])

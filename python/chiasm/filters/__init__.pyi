@@ -324,12 +324,14 @@ class Gaussian(nn.Module):
     sigma: Union[float, Tensor]
     mean: Union[float, Tensor, None]
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         window_size: int,
         sigma: Union[float, Tensor],
         mean: Union[float, Tensor, None] = None,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
@@ -435,7 +437,14 @@ class GetGaussianDiscreteKernel1d(nn.Module):
     kernel_size: int
     sigma: Union[float, Tensor]
     dtype: torch.dtype
-    def __init__(self, kernel_size: int, sigma: Union[float, Tensor], dtype: torch.dtype = ...) -> None: ...
+    device: Optional[torch.device]
+    def __init__(
+        self,
+        kernel_size: int,
+        sigma: Union[float, Tensor],
+        dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
+    ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
 
@@ -447,12 +456,14 @@ class GetGaussianErfKernel1d(nn.Module):
     sigma: Union[float, Tensor]
     force_even: bool
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         kernel_size: int,
         sigma: Union[float, Tensor],
         force_even: bool = False,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
@@ -464,12 +475,14 @@ class GetGaussianKernel1d(nn.Module):
     sigma: Union[float, Tensor]
     force_even: bool
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         kernel_size: int,
         sigma: Union[float, Tensor],
         force_even: bool = False,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
@@ -481,12 +494,14 @@ class GetGaussianKernel2d(nn.Module):
     sigma: Union[Tuple[float, float], Tensor]
     force_even: bool
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         kernel_size: Union[int, Tuple[int, int]],
         sigma: Union[Tuple[float, float], Tensor],
         force_even: bool = False,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
@@ -498,12 +513,14 @@ class GetGaussianKernel3d(nn.Module):
     sigma: Union[Tuple[float, float, float], Tensor]
     force_even: bool
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         kernel_size: Union[int, Tuple[int, int, int]],
         sigma: Union[Tuple[float, float, float], Tensor],
         force_even: bool = False,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...

@@ -1,7 +1,7 @@
 """Gaussian smoothing."""
 
 import math
-from typing import List, Tuple, Union
+from typing import List, Optional, Tuple, Union
 
 import torch
 from torch import Tensor
@@ -19,6 +19,7 @@ def get_gaussian_kernel1d(
     sigma: Union[float, Tensor],
     force_even: bool = False,
     dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """Sampled Gaussian that sums to 1.
 
@@ -30,6 +31,7 @@ def get_gaussian_kernel1d(
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
         force_even: allow an even kernel_size.
         dtype: dtype of the kernel when sigma is a float.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, kernel_size), with B = 1 for a float sigma.
@@ -53,7 +55,8 @@ def get_gaussian_kernel1d(
         s = torch.full([1, 1], sigma, dtype=dtype)
     x = torch.arange(kernel_size, device=s.device).to(s.dtype) - (kernel_size - 1) * 0.5
     weight = torch.exp(-(x * x) / (2.0 * s * s))
-    return weight / weight.sum(1, keepdim=True)
+    kernel = weight / weight.sum(1, keepdim=True)
+    return kernel if device is None else kernel.to(device)
 
 
 def gaussian_blur2d(

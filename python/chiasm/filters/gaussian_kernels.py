@@ -20,6 +20,7 @@ def gaussian(
     sigma: Union[float, Tensor],
     mean: Optional[Union[float, Tensor]] = None,
     dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """Sampled Gaussian that sums to 1, around any mean.
 
@@ -32,6 +33,7 @@ def gaussian(
         mean: position of the maximum, a float or a tensor (B,) or (B, 1); of an even window half a pixel
             less. The middle, window_size // 2, by default.
         dtype: dtype of the result when sigma is a float.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, window_size), with B = 1 for floats.
@@ -57,7 +59,8 @@ def gaussian(
     if window_size % 2 == 0:
         x = x + 0.5
     weight = torch.exp(-(x * x) / (2.0 * s * s))
-    return weight / weight.sum(1, keepdim=True)
+    kernel = weight / weight.sum(1, keepdim=True)
+    return kernel if device is None else kernel.to(device)
 
 
 def get_gaussian_erf_kernel1d(
@@ -65,6 +68,7 @@ def get_gaussian_erf_kernel1d(
     sigma: Union[float, Tensor],
     force_even: bool = False,
     dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """Gaussian integrated over each pixel, normalised to sum 1.
 
@@ -76,6 +80,7 @@ def get_gaussian_erf_kernel1d(
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
         force_even: allow an even kernel_size.
         dtype: dtype of the kernel when sigma is a float.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, kernel_size), with B = 1 for a float sigma.
@@ -96,11 +101,15 @@ def get_gaussian_erf_kernel1d(
     x = _positions(kernel_size, s, (kernel_size - 1) * 0.5)
     t = 0.7071067811865476 / s
     weight = torch.erf((x + 0.5) * t) - torch.erf((x - 0.5) * t)
-    return weight / weight.sum(1, keepdim=True)
+    kernel = weight / weight.sum(1, keepdim=True)
+    return kernel if device is None else kernel.to(device)
 
 
 def get_gaussian_discrete_kernel1d(
-    kernel_size: int, sigma: Union[float, Tensor], dtype: torch.dtype = torch.float32
+    kernel_size: int,
+    sigma: Union[float, Tensor],
+    dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """The Gaussian's discrete analog exp(-t) I_n(t), t = sigma^2, with modified Bessel functions, normalised
     to sum 1.
@@ -113,6 +122,7 @@ def get_gaussian_discrete_kernel1d(
         kernel_size: number of taps, odd.
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
         dtype: dtype of the kernel when sigma is a float.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, kernel_size), with B = 1 for a float sigma.
@@ -148,7 +158,8 @@ def get_gaussian_discrete_kernel1d(
         half.append(weight)
     taps = [half[radius - n] for n in range(radius)] + half
     kernel = torch.cat(taps, 1)
-    return kernel / kernel.sum(1, keepdim=True)
+    kernel = kernel / kernel.sum(1, keepdim=True)
+    return kernel if device is None else kernel.to(device)
 
 
 def get_gaussian_kernel2d(
@@ -156,6 +167,7 @@ def get_gaussian_kernel2d(
     sigma: Union[Tuple[float, float], Tensor],
     force_even: bool = False,
     dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """Outer product of two sampled Gaussians, which sums to 1.
 
@@ -166,6 +178,7 @@ def get_gaussian_kernel2d(
         sigma: standard deviations in pixels, (y, x) or a tensor (B, 2).
         force_even: allow even sizes.
         dtype: dtype of the kernel when sigma is floats.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, rows, columns), with B = 1 for floats.
@@ -188,7 +201,8 @@ def get_gaussian_kernel2d(
         check_sigmas(sigma, "sigma")
         s = torch.tensor([[sigma[0], sigma[1]]], dtype=dtype)
     along_y = get_gaussian_kernel1d(ky, s[:, 0], force_even)
-    return along_y[:, :, None] * get_gaussian_kernel1d(kx, s[:, 1], force_even)[:, None, :]
+    kernel = along_y[:, :, None] * get_gaussian_kernel1d(kx, s[:, 1], force_even)[:, None, :]
+    return kernel if device is None else kernel.to(device)
 
 
 def get_gaussian_kernel3d(
@@ -196,6 +210,7 @@ def get_gaussian_kernel3d(
     sigma: Union[Tuple[float, float, float], Tensor],
     force_even: bool = False,
     dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """Outer product of three sampled Gaussians, which sums to 1.
 
@@ -206,6 +221,7 @@ def get_gaussian_kernel3d(
         sigma: standard deviations in voxels, (z, y, x) or a tensor (B, 3).
         force_even: allow even sizes.
         dtype: dtype of the kernel when sigma is floats.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, depth, rows, columns), with B = 1 for floats.
@@ -233,7 +249,8 @@ def get_gaussian_kernel3d(
         get_gaussian_kernel1d(ky, s[:, 1], force_even)[:, :, None]
         * get_gaussian_kernel1d(kx, s[:, 2], force_even)[:, None, :]
     )
-    return get_gaussian_kernel1d(kz, s[:, 0], force_even)[:, :, None, None] * plane[:, None]
+    kernel = get_gaussian_kernel1d(kz, s[:, 0], force_even)[:, :, None, None] * plane[:, None]
+    return kernel if device is None else kernel.to(device)
 
 
 def _deviation(sigma: Union[float, Tensor], dtype: torch.dtype) -> Tensor:

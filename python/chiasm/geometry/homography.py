@@ -133,7 +133,8 @@ def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor
     float64.
 
     Args:
-        ls1, ls2: (B, N, 2, 2), N >= 4, the segments' two end points, floating point.
+        ls1, ls2: (B, N, 2, 2), or (N, 2, 2) for a batch of one, N >= 4, the segments' two end points,
+            floating point.
         weights: (B, N), not negative; ones by default.
 
     Returns:
@@ -149,6 +150,12 @@ def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor
         >>> find_homography_lines_dlt(segments, 2.0 * segments)[0].round(decimals=3).diagonal()
         tensor([2., 2., 1.])
     """
+    check_tensor(ls1, "ls1")
+    check_tensor(ls2, "ls2")
+    if ls1.dim() == 3:
+        ls1 = ls1.unsqueeze(0)
+    if ls2.dim() == 3:
+        ls2 = ls2.unsqueeze(0)
     check_segments(ls1, "ls1")
     check_segments(ls2, "ls2")
     if ls1.size(1) < 4:

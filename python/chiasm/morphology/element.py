@@ -10,6 +10,11 @@ from ..primitives.core.pixels import pixel_range
 from ..primitives.filters.minmax import morphology, morphology_gradient
 
 
+def check_engine(engine: str) -> None:
+    """Raise ValueError unless ``engine`` is one of Kornia's ways to compute the same."""
+    check_choice(engine, ["auto", "unfold", "convolution", "shift"], "engine")
+
+
 def extreme(
     tensor: Tensor,
     kernel: Tensor,

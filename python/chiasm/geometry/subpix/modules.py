@@ -16,7 +16,7 @@ class NonMaximaSuppression2d(nn.Module):
 
     def __init__(self, kernel_size: Union[int, Tuple[int, int]]) -> None:
         super().__init__()
-        self.kernel_size = (kernel_size, kernel_size) if isinstance(kernel_size, int) else tuple(kernel_size)
+        self.kernel_size = kernel_size
 
     def forward(self, x: Tensor, mask_only: bool = False) -> Tensor:
         return nms2d(x, self.kernel_size, mask_only)
@@ -31,7 +31,7 @@ class NonMaximaSuppression3d(nn.Module):
 
     def __init__(self, kernel_size: Union[int, Tuple[int, int, int]]) -> None:
         super().__init__()
-        self.kernel_size = (kernel_size,) * 3 if isinstance(kernel_size, int) else tuple(kernel_size)
+        self.kernel_size = kernel_size
 
     def forward(self, x: Tensor, mask_only: bool = False) -> Tensor:
         return nms3d(x, self.kernel_size, mask_only)
