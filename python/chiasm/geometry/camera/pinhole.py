@@ -298,7 +298,7 @@ class PinholeCamera(nn.Module):
     @torch.jit.unused
     def device(self) -> torch.device:
         """Where the matrices are."""
-        return self.intrinsics.device
+        return self.camera_matrix.device
 
     @torch.jit.unused
     def clone(self) -> "PinholeCamera":
