@@ -9,7 +9,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank, check_values
+from ..primitives.core.checks import check_floating, check_rank, check_tensor, check_values
 from ..primitives.core.layout import in_planes
 from ..primitives.images.histograms import (
     clahe_histograms,
@@ -45,6 +45,7 @@ def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, in
         >>> clahe(torch.full((1, 1, 16, 16), 7, dtype=torch.uint8)).shape
         torch.Size([1, 1, 16, 16])
     """
+    check_tensor(image, "image")
     if image.dtype != torch.uint8:
         raise TypeError(f"image: expected dtype torch.uint8, got {image.dtype}")
     check_rank(image, 4, "(B, C, H, W)", "image")

@@ -72,6 +72,10 @@ NOT_DEPLOYED = {
         "takes a module: `feature.get_laf_descriptors.sift`, with SIFT in its place, is deployed for it, and"
         " `LAFDescriptor` exports with any"
     ),
+    "feature.only_matches": (
+        "how many matches are left depends on the data (it scripts): the matchers, which return a row for"
+        " each descriptor and a mask, are deployed for it"
+    ),
     "geometry.epipolar.find_essential": (
         "the first output of `find_essential_5point`, which is deployed under its name"
     ),
