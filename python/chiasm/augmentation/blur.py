@@ -12,8 +12,7 @@ from ..filters.gaussian import gaussian_blur2d
 from ..filters.median import median_blur
 from ..filters.motion import get_motion_kernel2d
 from ..primitives.core.checks import check_image
-from ..primitives.random import uniform
-from .decisions import applied, between, check_bounds, check_chance, each, whole_between
+from .decisions import applied, between, check_bounds, check_chance, drawn, each, whole_between
 
 
 def random_box_blur(
@@ -46,7 +45,7 @@ def random_box_blur(
     """
     check_image(input, "input")
     check_chance(p)
-    return applied(box_blur(input, kernel_size, border_type), input, uniform(seed, 1, 0)[:, 0], p)
+    return applied(box_blur(input, kernel_size, border_type), input, drawn(seed, 1, input)[:, 0], p)
 
 
 def random_gaussian_blur(
@@ -83,7 +82,7 @@ def random_gaussian_blur(
     check_image(input, "input")
     check_bounds(sigma, 0.0, math.inf, "sigma")
     check_chance(p)
-    u = uniform(seed, 2, 0)
+    u = drawn(seed, 2, input)
     if sigma[0] == sigma[1]:
         blurred = gaussian_blur2d(input, kernel_size, sigma, border_type, separable)
     else:
@@ -123,7 +122,7 @@ def random_median_blur(
     """
     check_image(input, "input")
     check_chance(p)
-    return applied(median_blur(input, kernel_size, border_type), input, uniform(seed, 1, 0)[:, 0], p)
+    return applied(median_blur(input, kernel_size, border_type), input, drawn(seed, 1, input)[:, 0], p)
 
 
 def random_motion_blur(
@@ -171,7 +170,7 @@ def random_motion_blur(
     check_bounds(angle, -math.inf, math.inf, "angle")
     check_bounds(direction, -1.0, 1.0, "direction")
     check_chance(p)
-    u = uniform(seed, 4, 0)
+    u = drawn(seed, 4, input)
     turn, slope = between(u[:, 1], angle, input), between(u[:, 2], direction, input)
     length = least + 2 * whole_between(u[:, 3], (0, (greatest - least) // 2))
     kernel = get_motion_kernel2d(greatest, turn, slope, mode)

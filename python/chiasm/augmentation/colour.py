@@ -11,10 +11,7 @@ from ..enhance.adjust import adjust_brightness, adjust_contrast, adjust_gamma
 from ..enhance.arithmetic import shift_rgb
 from ..enhance.hue import adjust_hue, adjust_saturation
 from ..primitives.core.checks import check_image, check_rgb
-from ..primitives.random import uniform
-from .decisions import applied, between, check_bounds, check_chance
-
-_TURN = 2.0 * math.pi
+from .decisions import applied, between, check_bounds, check_chance, drawn
 
 
 def random_brightness(
@@ -47,7 +44,7 @@ def random_brightness(
     check_image(input, "input")
     check_bounds(brightness, 0.0, 2.0, "brightness")
     check_chance(p)
-    u = uniform(seed, 2, 0)
+    u = drawn(seed, 2, input)
     factor = between(u[:, 1], brightness, input)
     return applied(adjust_brightness(input, factor - 1.0, clip_output), input, u[:, 0], p)
 
@@ -82,7 +79,7 @@ def random_contrast(
     check_image(input, "input")
     check_bounds(contrast, 0.0, math.inf, "contrast")
     check_chance(p)
-    u = uniform(seed, 2, 0)
+    u = drawn(seed, 2, input)
     factor = between(u[:, 1], contrast, input)
     return applied(adjust_contrast(input, factor, clip_output), input, u[:, 0], p)
 
@@ -113,7 +110,7 @@ def random_saturation(
     check_image(input, "input")
     check_bounds(saturation, 0.0, math.inf, "saturation")
     check_chance(p)
-    u = uniform(seed, 2, 0)
+    u = drawn(seed, 2, input)
     return applied(adjust_saturation(input, between(u[:, 1], saturation, input)), input, u[:, 0], p)
 
 
@@ -141,8 +138,8 @@ def random_hue(input: Tensor, seed: Tensor, hue: Tuple[float, float] = (0.0, 0.0
     check_image(input, "input")
     check_bounds(hue, -0.5, 0.5, "hue")
     check_chance(p)
-    u = uniform(seed, 2, 0)
-    return applied(adjust_hue(input, between(u[:, 1], hue, input) * _TURN), input, u[:, 0], p)
+    u = drawn(seed, 2, input)
+    return applied(adjust_hue(input, between(u[:, 1], hue, input) * (2.0 * math.pi)), input, u[:, 0], p)
 
 
 def random_gamma(
@@ -176,7 +173,7 @@ def random_gamma(
     check_bounds(gamma, 0.0, math.inf, "gamma")
     check_bounds(gain, 0.0, math.inf, "gain")
     check_chance(p)
-    u = uniform(seed, 3, 0)
+    u = drawn(seed, 3, input)
     curved = adjust_gamma(input, between(u[:, 1], gamma, input), between(u[:, 2], gain, input))
     return applied(curved, input, u[:, 0], p)
 
@@ -208,7 +205,7 @@ def random_grayscale(
     check_image(input, "input")
     check_chance(p)
     grey = rgb_to_grayscale(input, rgb_weights).expand(-1, 3, -1, -1)
-    return applied(grey, input, uniform(seed, 1, 0)[:, 0], p)
+    return applied(grey, input, drawn(seed, 1, input)[:, 0], p)
 
 
 def random_rgb_shift(
@@ -246,7 +243,7 @@ def random_rgb_shift(
     check_bounds(g_shift_limit, -math.inf, math.inf, "g_shift_limit")
     check_bounds(b_shift_limit, -math.inf, math.inf, "b_shift_limit")
     check_chance(p)
-    u = uniform(seed, 4, 0)
+    u = drawn(seed, 4, input)
     red, green, blue = (
         between(u[:, 1], r_shift_limit, input),
         between(u[:, 2], g_shift_limit, input),

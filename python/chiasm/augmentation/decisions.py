@@ -6,17 +6,25 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.random.draws import check_seed, uniform
 
-def between(drawn: Tensor, bounds: Tuple[float, float], like: Tensor) -> Tensor:
+
+def drawn(seed: Tensor, count: int, input: Tensor) -> Tensor:
+    """Uniform numbers in [0, 1), float32: (B, count) of seeds (B,), one for each sample of the input."""
+    check_seed(seed, input.size(0))
+    return uniform(seed, count)
+
+
+def between(u: Tensor, bounds: Tuple[float, float], like: Tensor) -> Tensor:
     """Uniform numbers of [0, 1) moved to the bounds, in the dtype of ``like``.
 
     >>> between(torch.tensor([0.0, 0.5]), (1.0, 3.0), torch.zeros(1))
     tensor([1., 2.])
     """
-    return (drawn * (bounds[1] - bounds[0]) + bounds[0]).to(like.dtype)
+    return (u * (bounds[1] - bounds[0]) + bounds[0]).to(like.dtype)
 
 
-def whole_between(drawn: Tensor, bounds: Tuple[int, int]) -> Tensor:
+def whole_between(u: Tensor, bounds: Tuple[int, int]) -> Tensor:
     """Uniform numbers of [0, 1) as whole numbers, the bounds among them.
 
     >>> whole_between(torch.tensor([0.0, 0.5, 0.99]), (3, 5))
@@ -24,7 +32,7 @@ def whole_between(drawn: Tensor, bounds: Tuple[int, int]) -> Tensor:
     """
     # The product may round up to the number of choices.
     count = bounds[1] - bounds[0] + 1
-    return torch.floor(drawn * count).to(torch.int64).clamp(max=count - 1) + bounds[0]
+    return torch.floor(u * count).to(torch.int64).clamp(max=count - 1) + bounds[0]
 
 
 def each(value: Tensor, like: Tensor) -> Tensor:

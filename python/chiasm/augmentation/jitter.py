@@ -15,10 +15,7 @@ from ..color.hsv import saturation_of, sixths_value_chroma
 from ..color.hue import from_sixths
 from ..enhance.hue import adjust_hue
 from ..primitives.core.checks import check_image, check_rgb
-from ..primitives.random import uniform
-from .decisions import applied, between, check_bounds, check_chance, each, ranks
-
-BRIGHTNESS, CONTRAST, SATURATION, HUE = 0, 1, 2, 3
+from .decisions import applied, between, check_bounds, check_chance, drawn, each, ranks
 
 
 def random_color_jitter(
@@ -35,8 +32,8 @@ def random_color_jitter(
 
     ``adjust_brightness_accumulative``, ``adjust_contrast_with_mean_subtraction``,
     ``adjust_saturation_with_gray_subtraction`` and ``adjust_hue``, each by a factor uniform in its bounds.
-    The 24 orders are equally likely. Hue is computed at each of four places; where its bounds are (0, 0), or
-    an order is given, not so.
+    The 24 orders are equally likely. What changes is computed at each of four places, the first three in one
+    go; where an order is given, once.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1].
@@ -68,43 +65,45 @@ def random_color_jitter(
     check_bounds(saturation, 0.0, math.inf, "saturation")
     check_bounds(hue, -0.5, 0.5, "hue")
     check_chance(p)
-    u = uniform(seed, 9, 0)
+    u = drawn(seed, 9, input)
     factors = [
         each(between(u[:, 1], brightness, input), input),
         each(between(u[:, 2], contrast, input), input),
         each(between(u[:, 3], saturation, input), input),
     ]
     angle = between(u[:, 4], hue, input) * (2.0 * math.pi)
-    turns = hue[0] != 0.0 or hue[1] != 0.0
+    changing = [
+        _changes(brightness, 1.0),
+        _changes(contrast, 1.0),
+        _changes(saturation, 1.0),
+        _changes(hue, 0.0),
+    ]
     place = _places(u[:, 5:], order)
     x = input
     for i in range(4):
-        x = _jittered(x, place == i, factors, angle, turns, _at(order, i))
+        x = _jittered(x, place == i, factors, angle, _possible(order, i, changing))
     return applied(x, input, u[:, 0], p)
 
 
-def _jittered(
-    x: Tensor, here: Tensor, factors: List[Tensor], angle: Tensor, turns: bool, only: int
-) -> Tensor:
-    """One place of the order: what stands here of each sample, (B, 4); ``only`` is what stands here of all,
-    or -1."""
-    if only == HUE:
-        return adjust_hue(x, angle) if turns else x
-    # All three are blends with something: black, the mean grey, each pixel's grey.
-    one, black = torch.ones_like(factors[0]), torch.zeros_like(factors[0])
-    factor = torch.where(each(here[:, BRIGHTNESS], x), factors[0], one)
-    factor = torch.where(each(here[:, CONTRAST], x), factors[1], factor)
-    factor = torch.where(each(here[:, SATURATION], x), factors[2], factor)
-    other = black
-    if only != BRIGHTNESS:
-        grey = rgb_to_grayscale(x)
-        if only != SATURATION:
-            mean = grey.mean([1, 2, 3], keepdim=True)
-            other = torch.where(each(here[:, CONTRAST], x), mean, other)
-        other = torch.where(each(here[:, SATURATION], x), grey, other)
-    blended = (other + (x - other) * factor).clamp(0.0, 1.0)
-    if turns and only == -1:
-        return torch.where(each(here[:, HUE], x), adjust_hue(x, angle), blended)
+def _jittered(x: Tensor, here: Tensor, factors: List[Tensor], angle: Tensor, possible: List[bool]) -> Tensor:
+    """One place of the order: ``here`` (B, 4) says which change of each sample stands here, ``possible``
+    which of any sample may."""
+    if possible[0] or possible[1] or possible[2]:
+        # All three are blends with something: black, the mean grey, each pixel's grey.
+        other, factor = torch.zeros_like(factors[0]), torch.ones_like(factors[0])
+        for i in range(3):
+            factor = torch.where(each(here[:, i], x), factors[i], factor)
+        if possible[1] or possible[2]:
+            grey = rgb_to_grayscale(x)
+            if possible[1]:
+                other = torch.where(each(here[:, 1], x), grey.mean([1, 2, 3], keepdim=True), other)
+            if possible[2]:
+                other = torch.where(each(here[:, 2], x), grey, other)
+        blended = (other + (x - other) * factor).clamp(0.0, 1.0)
+    else:
+        blended = x
+    if possible[3]:
+        return torch.where(each(here[:, 3], x), adjust_hue(x, angle), blended)
     return blended
 
 
@@ -122,8 +121,8 @@ def random_color_jiggle(
     multiplied by, and saturation and hue in HSV.
 
     ``adjust_brightness`` by b - 1, ``adjust_contrast``, ``adjust_saturation`` and ``adjust_hue``, each number
-    uniform in its bounds. The 24 orders are equally likely. HSV is computed at each of four places; where
-    saturation and hue change nothing, or an order is given, not so.
+    uniform in its bounds. The 24 orders are equally likely. What changes is computed at each of four places,
+    the first two in one go and the last two; where an order is given, once.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1].
@@ -155,16 +154,21 @@ def random_color_jiggle(
     check_bounds(saturation, 0.0, math.inf, "saturation")
     check_bounds(hue, -0.5, 0.5, "hue")
     check_chance(p)
-    u = uniform(seed, 9, 0)
+    u = drawn(seed, 9, input)
     added = each(between(u[:, 1], brightness, input) - 1.0, input)
     factor = each(between(u[:, 2], contrast, input), input)
     richer = between(u[:, 3], saturation, input)
     angle = between(u[:, 4], hue, input)
-    colours = hue[0] != 0.0 or hue[1] != 0.0 or saturation[0] != 1.0 or saturation[1] != 1.0
+    changing = [
+        _changes(brightness, 1.0),
+        _changes(contrast, 1.0),
+        _changes(saturation, 1.0),
+        _changes(hue, 0.0),
+    ]
     place = _places(u[:, 5:], order)
     x = input
     for i in range(4):
-        x = _jiggled(x, place == i, added, factor, richer, angle, colours, _at(order, i))
+        x = _jiggled(x, place == i, added, factor, richer, angle, _possible(order, i, changing))
     return applied(x, input, u[:, 0], p)
 
 
@@ -175,26 +179,24 @@ def _jiggled(
     factor: Tensor,
     richer: Tensor,
     angle: Tensor,
-    colours: bool,
-    only: int,
+    possible: List[bool],
 ) -> Tensor:
-    """One place of the order: what stands here of each sample, (B, 4); ``only`` is what stands here of all,
-    or -1."""
+    """One place of the order: ``here`` (B, 4) says which change of each sample stands here, ``possible``
+    which of any sample may."""
     plain = x
-    if only != HUE and only != SATURATION:
-        sum = torch.where(each(here[:, BRIGHTNESS], x), added, torch.zeros_like(added))
-        product = torch.where(each(here[:, CONTRAST], x), factor, torch.ones_like(factor))
+    if possible[0] or possible[1]:
+        sum = torch.where(each(here[:, 0], x), added, torch.zeros_like(added))
+        product = torch.where(each(here[:, 1], x), factor, torch.ones_like(factor))
         plain = (x * product + sum).clamp(0.0, 1.0)
-    if not colours or only == BRIGHTNESS or only == CONTRAST:
+    if not possible[2] and not possible[3]:
         return plain
     sixths, value, chroma = sixths_value_chroma(x)
-    richness = each(torch.where(here[:, SATURATION], richer, torch.ones_like(richer)), value)
-    turn = each(torch.where(here[:, HUE], angle, torch.zeros_like(angle)), value) * 6.0
+    turn = each(torch.where(here[:, 3], angle, torch.zeros_like(angle)), value) * 6.0
     # Of hue alone the spread as it is, lest a quotient and a product round it.
-    saturated = value * (saturation_of(value, chroma, 1e-8) * richness).clamp(0.0, 1.0)
-    chroma = torch.where(each(here[:, SATURATION], value), saturated, chroma)
+    saturated = value * (saturation_of(value, chroma, 1e-8) * each(richer, value)).clamp(0.0, 1.0)
+    chroma = torch.where(each(here[:, 2], value), saturated, chroma)
     coloured = from_sixths(sixths + turn, value, chroma)
-    return torch.where(each(here[:, SATURATION] | here[:, HUE], x), coloured, plain)
+    return torch.where(each(here[:, 2] | here[:, 3], x), coloured, plain)
 
 
 def _places(keys: Tensor, order: Optional[List[int]]) -> Tensor:
@@ -206,5 +208,10 @@ def _places(keys: Tensor, order: Optional[List[int]]) -> Tensor:
     return torch.argsort(torch.tensor(order, device=keys.device)).expand(keys.shape)
 
 
-def _at(order: Optional[List[int]], place: int) -> int:
-    return -1 if order is None else order[place]
+def _possible(order: Optional[List[int]], place: int, changing: List[bool]) -> List[bool]:
+    """Of the four changes those that may stand at a place, and change anything."""
+    return [changing[i] and (order is None or order[place] == i) for i in range(4)]
+
+
+def _changes(bounds: Tuple[float, float], nothing: float) -> bool:
+    return bounds[0] != nothing or bounds[1] != nothing

@@ -11,8 +11,7 @@ from ..enhance.normalize import denormalize, normalize, normalize_min_max
 from ..enhance.sharp import sharpness as sharpened
 from ..enhance.tone import posterize, solarize
 from ..primitives.core.checks import check_image
-from ..primitives.random import uniform
-from .decisions import applied, between, check_bounds, check_chance, whole_between
+from .decisions import applied, between, check_bounds, check_chance, drawn, whole_between
 
 
 def random_auto_contrast(input: Tensor, seed: Tensor, clip_output: bool = True, p: float = 1.0) -> Tensor:
@@ -40,7 +39,7 @@ def random_auto_contrast(input: Tensor, seed: Tensor, clip_output: bool = True, 
     stretched = normalize_min_max(input)
     if clip_output:
         stretched = stretched.clamp(0.0, 1.0)
-    return applied(stretched, input, uniform(seed, 1, 0)[:, 0], p)
+    return applied(stretched, input, drawn(seed, 1, input)[:, 0], p)
 
 
 def random_equalize(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
@@ -65,7 +64,7 @@ def random_equalize(input: Tensor, seed: Tensor, p: float = 0.5) -> Tensor:
     """
     check_image(input, "input")
     check_chance(p)
-    return applied(equalize(input), input, uniform(seed, 1, 0)[:, 0], p)
+    return applied(equalize(input), input, drawn(seed, 1, input)[:, 0], p)
 
 
 def random_clahe(
@@ -101,15 +100,13 @@ def random_clahe(
     check_image(input, "input")
     check_bounds(clip_limit, 0.0, math.inf, "clip_limit")
     check_chance(p)
-    u = uniform(seed, 2, 0)
+    u = drawn(seed, 2, input)
     limit = between(u[:, 1], clip_limit, u)
     equalized = equalize_clahe(input, limit, grid_size, slow_and_differentiable)
     return applied(equalized, input, u[:, 0], p)
 
 
-def random_invert(
-    input: Tensor, seed: Tensor, max_val: Union[float, Tensor] = 1.0, p: float = 0.5
-) -> Tensor:
+def random_invert(input: Tensor, seed: Tensor, max_val: Union[float, Tensor] = 1.0, p: float = 0.5) -> Tensor:
     """The negative: ``max_val - input``.
 
     Args:
@@ -132,7 +129,7 @@ def random_invert(
     check_image(input, "input")
     check_chance(p)
     white = max_val.to(input.dtype) if isinstance(max_val, Tensor) else input.new_full([1], max_val)
-    return applied(white - input, input, uniform(seed, 1, 0)[:, 0], p)
+    return applied(white - input, input, drawn(seed, 1, input)[:, 0], p)
 
 
 def random_posterize(input: Tensor, seed: Tensor, bits: Tuple[int, int] = (3, 8), p: float = 0.5) -> Tensor:
@@ -160,7 +157,7 @@ def random_posterize(input: Tensor, seed: Tensor, bits: Tuple[int, int] = (3, 8)
     if bits[0] < 0 or bits[1] > 8 or bits[0] > bits[1]:
         raise ValueError(f"bits: expected (least, greatest) within [0, 8], got ({bits[0]}, {bits[1]})")
     check_chance(p)
-    u = uniform(seed, 2, 0)
+    u = drawn(seed, 2, input)
     return applied(posterize(input, whole_between(u[:, 1], bits)), input, u[:, 0], p)
 
 
@@ -196,7 +193,7 @@ def random_solarize(
     check_bounds(thresholds, 0.0, 1.0, "thresholds")
     check_bounds(additions, -0.5, 0.5, "additions")
     check_chance(p)
-    u = uniform(seed, 3, 0)
+    u = drawn(seed, 3, input)
     solarized = solarize(input, between(u[:, 1], thresholds, input), between(u[:, 2], additions, input))
     return applied(solarized, input, u[:, 0], p)
 
@@ -229,7 +226,7 @@ def random_sharpness(
     check_image(input, "input")
     check_bounds(sharpness, 0.0, math.inf, "sharpness")
     check_chance(p)
-    u = uniform(seed, 2, 0)
+    u = drawn(seed, 2, input)
     return applied(sharpened(input, between(u[:, 1], sharpness, input)), input, u[:, 0], p)
 
 
@@ -257,7 +254,7 @@ def random_normalize(input: Tensor, seed: Tensor, mean: Tensor, std: Tensor, p: 
     """
     check_image(input, "input")
     check_chance(p)
-    return applied(normalize(input, mean, std), input, uniform(seed, 1, 0)[:, 0], p)
+    return applied(normalize(input, mean, std), input, drawn(seed, 1, input)[:, 0], p)
 
 
 def random_denormalize(input: Tensor, seed: Tensor, mean: Tensor, std: Tensor, p: float = 1.0) -> Tensor:
@@ -284,4 +281,4 @@ def random_denormalize(input: Tensor, seed: Tensor, mean: Tensor, std: Tensor, p
     """
     check_image(input, "input")
     check_chance(p)
-    return applied(denormalize(input, mean, std), input, uniform(seed, 1, 0)[:, 0], p)
+    return applied(denormalize(input, mean, std), input, drawn(seed, 1, input)[:, 0], p)

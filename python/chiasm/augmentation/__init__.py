@@ -1,0 +1,32 @@
+"""Augmentation: random changes of images that follow from one seed a sample."""
+
+from .blur import random_box_blur, random_gaussian_blur, random_median_blur, random_motion_blur
+from .colour import (
+    random_brightness,
+    random_contrast,
+    random_gamma,
+    random_grayscale,
+    random_hue,
+    random_rgb_shift,
+    random_saturation,
+)
+from .distort import random_photometric_distort
+from .jitter import random_color_jiggle, random_color_jitter
+from .levels import (
+    random_auto_contrast,
+    random_clahe,
+    random_denormalize,
+    random_equalize,
+    random_invert,
+    random_normalize,
+    random_posterize,
+    random_sharpness,
+    random_solarize,
+)
+from .noise import (
+    random_channel_dropout,
+    random_channel_shuffle,
+    random_gaussian_noise,
+    random_jpeg,
+    random_salt_and_pepper_noise,
+)
