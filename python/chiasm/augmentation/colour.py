@@ -3,7 +3,6 @@
 import math
 from typing import Optional, Tuple
 
-import torch
 from torch import Tensor
 
 from ..color.gray import rgb_to_grayscale

@@ -141,9 +141,8 @@ def random_channel_shuffle(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
     """
     check_image(input, "input")
     check_chance(p)
-    return applied(
-        shuffled(input, ranks(uniform(seed, input.size(1), 1))), input, drawn(seed, 1, input)[:, 0], p
-    )
+    u = drawn(seed, 1, input)
+    return applied(shuffled(input, ranks(uniform(seed, input.size(1), 1))), input, u[:, 0], p)
 
 
 def shuffled(input: Tensor, order: Tensor) -> Tensor:
