@@ -1,7 +1,6 @@
 """Augmentations of intensities: values by other libraries given the drawn numbers, and the numbers'
 distributions."""
 
-import io
 import math
 from collections.abc import Callable
 
@@ -9,7 +8,6 @@ import cv2
 import numpy as np
 import pytest
 import torch
-from PIL import Image
 from scipy import stats
 from torch import Tensor
 from torchvision.transforms.v2 import functional as tv
@@ -192,17 +190,11 @@ def test_normalize_and_back() -> None:
     torch.testing.assert_close(A.random_denormalize(y, SEED, mean, std), x, rtol=0, atol=1e-12)
 
 
-def test_jpeg_is_near_pillows() -> None:
-    y, x = np.mgrid[:32, :48]
-    smooth = np.stack([x * 3, y * 4, 255 - x * 2], -1).astype(np.uint8)
-    u = uniform(SEED, 2)
-    images = torch.from_numpy(smooth).permute(2, 0, 1).expand(8, 3, 32, 48) / 255.0
-    made = A.random_jpeg(images, SEED, (30.0, 95.0))
-    for b in range(len(SEED)):
-        coded = io.BytesIO()
-        Image.fromarray(smooth).save(coded, "JPEG", quality=round(at(u[b, 1], 30, 95)), subsampling="4:2:0")
-        decoded = np.asarray(Image.open(coded)) / 255.0
-        assert np.abs(made[b].permute(1, 2, 0).numpy() - decoded).mean() < 0.01
+def test_jpeg_of_the_drawn_quality() -> None:
+    """test_jpeg.py holds the codec to Pillow's."""
+    x, quality = images(), uniform(SEED, 2)[:, 1] * 65.0 + 30.0
+    expected = enhance.jpeg_codec_differentiable(x, quality.double())
+    torch.testing.assert_close(A.random_jpeg(x, SEED, (30.0, 95.0)), expected, rtol=0, atol=1e-9)
 
 
 # --- distributions ------------------------------------------------------------------------------------------

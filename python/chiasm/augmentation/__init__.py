@@ -23,6 +23,7 @@ from .levels import (
     random_sharpness,
     random_solarize,
 )
+from .mix import random_cut_mix, random_jigsaw, random_mix_up, random_transplantation
 from .noise import (
     random_channel_dropout,
     random_channel_shuffle,
