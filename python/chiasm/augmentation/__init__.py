@@ -31,3 +31,4 @@ from .noise import (
     random_jpeg,
     random_salt_and_pepper_noise,
 )
+from .policies import aug_mix, auto_augment, rand_augment, trivial_augment

@@ -43,3 +43,35 @@ add(
         reference="the definition as loops in NumPy; chi-square of the drawn label",
     )
 )
+add(
+    Spec(
+        "augmentation.random_jigsaw",
+        # the sides are multiples of the tiles
+        [TensorSpec("input", ("B", "C", 24, 32), layout="NCHW", range=(0.0, 1.0)), SEED],
+        [_MIXED],
+        config={"grid": (3, 4), "p": 0.7},
+        reference="the definition as loops in NumPy; chi-square of the orders",
+    )
+)
+
+# --- policies -----------------------------------------------------------------------------------------------
+
+_SIDES = {"H": (8, 32768), "W": (8, 32768)}
+
+for _name, _config in (
+    ("rand_augment", {"n": 2, "m": 9}),
+    ("trivial_augment", {}),
+    ("auto_augment", {"policy": "imagenet"}),
+    ("aug_mix", {"mixture_width": 2, "chain_depth": 1}),
+):
+    add(
+        Spec(
+            f"augmentation.{_name}",
+            [image(channels=3, color="RGB"), SEED],
+            [_MIXED],
+            config=_config,
+            symbols=_SIDES,
+            gradients=(),
+            reference="torchvision's operations, as drawn",
+        )
+    )
