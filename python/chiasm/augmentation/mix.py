@@ -186,8 +186,9 @@ def random_transplantation(
 ) -> Tuple[Tensor, Tensor]:
     """Copy what has one label in another image of the batch, to the same place, in image and mask.
 
-    For segmentation, after D. Dwibedi et al., Cut, paste and learn, ICCV 2017. The label is one of those that the partner's mask has, all equally likely. The partners are a
-    permutation of the batch, in which an image may be its own.
+    For segmentation, after D. Dwibedi et al., Cut, paste and learn, ICCV 2017. The label is one of those that
+    the partner's mask has, all equally likely. The partners are a permutation of the batch, in which an image
+    may be its own.
 
     Args:
         input: (B, C, H, W), floating point.

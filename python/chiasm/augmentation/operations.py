@@ -1,7 +1,7 @@
 """The operations of AutoAugment and what followed it, one of them for each sample.
 
-E. Cubuk et al., AutoAugment: learning augmentation policies from data, CVPR 2019, table 6. All are computed of
-all samples and one is selected: the five that move pixels as one warp and the three that blend with something
+E. Cubuk et al., AutoAugment: learning augmentation policies from data, CVPR 2019, table 6. All are computed
+of all samples and one is selected: the five that move pixels as one warp and the three that blend with something
 grey as one blend, so that 14 operations cost eight passes.
 """
 
@@ -52,8 +52,8 @@ def amounts(
     """What an operation takes, in its units, from a level in [0, 1] and a sign of -1 or 1: all are (B,).
 
     ``reach`` has what the level 1 changes: tangent of a shear, translation (with ``relative`` as a share of
-    the side), angle in degrees, factor of a blend, number of bits. Translations are whole pixels, rounded
-    towards zero.
+    the side), angle in degrees, factor of a blend, number of bits; and last the number of bits at level 0.
+    Translations are whole pixels, rounded towards zero.
     """
     signed = level * sign
     zero = torch.zeros_like(level)
@@ -64,7 +64,7 @@ def amounts(
     amount = torch.where(operation == 4, torch.trunc(signed * down), amount)
     amount = torch.where(operation == 5, signed * reach[2], amount)
     amount = torch.where((operation >= 6) & (operation <= 9), 1.0 + signed * reach[3], amount)
-    amount = torch.where(operation == 10, 8.0 - torch.round(level * reach[4]), amount)
+    amount = torch.where(operation == 10, reach[5] - torch.round(level * reach[4]), amount)
     return torch.where(operation == 11, 1.0 - level, amount)
 
 

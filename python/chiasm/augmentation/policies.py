@@ -49,7 +49,9 @@ def rand_augment(input: Tensor, seed: Tensor, n: int = 2, m: int = 9, mode: str 
     level = torch.full_like(sign[:, 0], m / 30.0)
     x = input
     for i in range(n):
-        x = _step(x, operation[:, i], level, sign[:, i], [0.3, 150.0 / 331.0, 30.0, 0.9, 4.0], True, mode)
+        x = _step(
+            x, operation[:, i], level, sign[:, i], [0.3, 150.0 / 331.0, 30.0, 0.9, 4.0, 8.0], True, mode
+        )
     return x
 
 
@@ -81,7 +83,7 @@ def trivial_augment(input: Tensor, seed: Tensor, mode: str = "bilinear") -> Tens
     sign = torch.where(drawn(seed, 1, input)[:, 0] < 0.5, -1.0, 1.0)
     operation = integers(seed, 14, 1, 1)[:, 0]
     level = integers(seed, 31, 1, 2)[:, 0].to(torch.float32) / 30.0
-    return _step(input, operation, level, sign, [0.99, 32.0, 135.0, 0.99, 6.0], False, mode)
+    return _step(input, operation, level, sign, [0.99, 32.0, 135.0, 0.99, 6.0, 8.0], False, mode)
 
 
 def auto_augment(input: Tensor, seed: Tensor, policy: str = "imagenet", mode: str = "bilinear") -> Tensor:
@@ -120,7 +122,7 @@ def auto_augment(input: Tensor, seed: Tensor, policy: str = "imagenet", mode: st
         operation = pair[:, i, 0].to(torch.int64)
         operation = torch.where(u[:, i] < pair[:, i, 1], operation, torch.zeros_like(operation))
         level = pair[:, i, 2] / 9.0
-        x = _step(x, operation, level, sign[:, i], [0.3, 150.0 / 331.0, 30.0, 0.9, 4.0], True, mode)
+        x = _step(x, operation, level, sign[:, i], [0.3, 150.0 / 331.0, 30.0, 0.9, 4.0, 8.0], True, mode)
     return x
 
 
@@ -138,7 +140,7 @@ def aug_mix(
 
     D. Hendrycks et al., AugMix: a simple data processing method to improve robustness and uncertainty, ICLR
     2020, with torchvision's ranges: shears of up to 0.3, translations of up to a third of the side, 30
-    degrees, Posterize, Solarize, AutoContrast, Equalize, and with all_ops factors of 1 +- 0.9. The chains'
+    degrees, Posterize to 4 bits and less, Solarize, AutoContrast, Equalize, and with all_ops factors of 1 +- 0.9. The chains'
     weights are Dirichlet(alpha), the image's is Beta(alpha, alpha). All operations are computed at each place
     of each chain, and one selected: nine times by default.
 
@@ -193,7 +195,7 @@ def aug_mix(
             here = operation[:, k]
             if chain_depth < 0:
                 here = torch.where(length[:, i] > j, here, torch.zeros_like(here))
-            x = _step(x, here, level[:, k], sign[:, k], [0.3, 1.0 / 3.0, 30.0, 0.9, 4.0], True, mode)
+            x = _step(x, here, level[:, k], sign[:, k], [0.3, 1.0 / 3.0, 30.0, 0.9, 4.0, 4.0], True, mode)
         mixed = mixed + x * each(weight[:, i] * (1.0 - own), x)
     return mixed
 
