@@ -23,6 +23,15 @@ from .levels import (
     random_sharpness,
     random_solarize,
 )
+from .light import (
+    random_gaussian_illumination,
+    random_linear_corner_illumination,
+    random_linear_illumination,
+    random_planckian_jitter,
+    random_plasma_brightness,
+    random_plasma_contrast,
+    random_plasma_shadow,
+)
 from .mix import random_cut_mix, random_jigsaw, random_mix_up, random_transplantation
 from .noise import (
     random_channel_dropout,
@@ -32,3 +41,4 @@ from .noise import (
     random_salt_and_pepper_noise,
 )
 from .policies import aug_mix, auto_augment, rand_augment, trivial_augment
+from .weather import random_rain, random_snow

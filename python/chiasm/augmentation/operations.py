@@ -1,8 +1,8 @@
 """The operations of AutoAugment and what followed it, one of them for each sample.
 
 E. Cubuk et al., AutoAugment: learning augmentation policies from data, CVPR 2019, table 6. All are computed
-of all samples and one is selected: the five that move pixels as one warp and the three that blend with something
-grey as one blend, so that 14 operations cost eight passes.
+of all samples and one is selected: the five that move pixels as one warp and the three that blend with
+something grey as one blend, so that 14 operations cost eight passes.
 """
 
 import math

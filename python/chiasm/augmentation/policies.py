@@ -140,9 +140,9 @@ def aug_mix(
 
     D. Hendrycks et al., AugMix: a simple data processing method to improve robustness and uncertainty, ICLR
     2020, with torchvision's ranges: shears of up to 0.3, translations of up to a third of the side, 30
-    degrees, Posterize to 4 bits and less, Solarize, AutoContrast, Equalize, and with all_ops factors of 1 +- 0.9. The chains'
-    weights are Dirichlet(alpha), the image's is Beta(alpha, alpha). All operations are computed at each place
-    of each chain, and one selected: nine times by default.
+    degrees, Posterize to 4 bits and less, Solarize, AutoContrast, Equalize, and with all_ops factors of 1 +-
+    0.9. The chains' weights are Dirichlet(alpha), the image's is Beta(alpha, alpha). All operations are
+    computed at each place of each chain, and one selected: nine times by default.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1], H and W at least 3.

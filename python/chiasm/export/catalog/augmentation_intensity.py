@@ -127,3 +127,26 @@ _add(
     gradients=(),
     symbols={"H": (8, 32768), "W": (8, 32768)},
 )
+
+# --- light and weather --------------------------------------------------------------------------------------
+
+_add("random_linear_illumination", {"p": 0.7}, "the definition in NumPy, of the drawn numbers")
+_add("random_linear_corner_illumination", {"p": 0.7}, "the definition in NumPy, of the drawn numbers")
+_add("random_gaussian_illumination", {"p": 0.7}, "the definition in NumPy, of the drawn numbers")
+# as contrib.diamond_square: the graph of a gradient would be a copy of each of the loop's steps
+_add("random_plasma_brightness", {"p": 0.7}, "the definition, of the plasma", gradients=())
+_add("random_plasma_contrast", {"p": 0.7}, "the definition, of the plasma", gradients=())
+_add("random_plasma_shadow", {"p": 0.7}, "the definition, of the plasma", gradients=())
+_add("random_planckian_jitter", {"p": 0.7}, "published chromaticities", colour=True, also=({"mode": "CIED"},))
+_add(
+    "random_snow",
+    {"snow_coefficient": (0.3, 0.7), "brightness": (1.5, 2.5), "p": 0.7},
+    "OpenCV's HLS",
+    colour=True,
+    gradients=(),
+)
+_add(
+    "random_rain",
+    {"number_of_drops": (5, 20), "drop_height": (3, 9), "drop_width": (-3, 3), "p": 0.7},
+    "the definition as loops in NumPy",
+)
