@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..contrib.diamond_square import diamond_square
 from ..primitives.core.checks import check_image, check_rgb
-from ..primitives.random.draws import integers, uniform_like
+from ..primitives.random.draws import check_seed, integers, uniform_like
 from .decisions import applied, between, check_bounds, check_chance, drawn, each
 from .planckian import planckian_gains
 
@@ -43,6 +43,7 @@ def random_linear_illumination(
         tensor(0.2000)
     """
     check_image(input, "input")
+    check_seed(seed, input.size(0))
     side = integers(seed, 4, 1, 1)[:, 0]
     down, across = _ramps(input, side >= 2, side % 2 == 1)
     return _lit(input, seed, torch.where(each(side % 2 == 0, down), down, across), gain, sign, p)
@@ -78,6 +79,7 @@ def random_linear_corner_illumination(
         tensor(0.1000)
     """
     check_image(input, "input")
+    check_seed(seed, input.size(0))
     corner = integers(seed, 4, 1, 1)[:, 0]
     down, across = _ramps(input, corner >= 2, corner % 2 == 1)
     return _lit(input, seed, (down + across) * 0.5, gain, sign, p)
@@ -261,9 +263,9 @@ def random_planckian_jitter(input: Tensor, seed: Tensor, mode: str = "blackbody"
     """Light of another colour: red and blue are multiplied by those of a radiator whose green is 1.
 
     S. Zini et al., Planckian jitter: countering the color-crippling effects of color jitter on
-    self-supervised training, ICLR 2023. "blackbody" is Planck's law seen with the colour matching functions of C. Wyman, P.
-    Sloan, P. Shirley, Simple analytic approximations to the CIE XYZ color matching functions, JCGT 2(2),
-    2013; "CIED" daylight by CIE 15. Both in linear sRGB.
+    self-supervised training, ICLR 2023. "blackbody" is Planck's law seen with the colour matching functions
+    of C. Wyman, P. Sloan, P. Shirley, Simple analytic approximations to the CIE XYZ color matching functions,
+    JCGT 2(2), 2013; "CIED" is daylight by CIE 15. Both in linear sRGB.
 
     Args:
         input: RGB (B, 3, H, W), floating point in [0, 1].
