@@ -1,4 +1,4 @@
-"""Random light and weather, by definitions in NumPy, OpenCV and published colours, given the drawn numbers."""
+"""Random light and weather, by definitions in NumPy, OpenCV and published colours, given the draws."""
 
 import cv2
 import numpy as np
@@ -176,6 +176,7 @@ def test_settings_that_are_refused() -> None:
         (A.random_rain, {"drop_width": (-6, 4)}, "drop_width: expected"),
         (A.random_rain, {"number_of_drops": (5, 4)}, "number_of_drops: expected"),
         (A.random_snow, {"brightness": (0.5, 2.0)}, "brightness: expected"),
+        (A.random_planckian_jitter, {"select_from": [25]}, "select_from: expected numbers in 0 to 24"),
         (A.random_planckian_jitter, {"mode": "neon"}, "mode: expected one of"),
         (A.random_linear_illumination, {"gain": (0.0, 2.0)}, "gain: expected"),
         (A.random_plasma_shadow, {"shade_intensity": (0.0, 0.5)}, "shade_intensity: expected"),

@@ -1,6 +1,7 @@
 """Augmentation: random changes of images that follow from one seed a sample."""
 
 from .blur import random_box_blur, random_gaussian_blur, random_median_blur, random_motion_blur
+from .classes import CLASSES
 from .colour import (
     random_brightness,
     random_contrast,
@@ -42,3 +43,54 @@ from .noise import (
 )
 from .policies import aug_mix, auto_augment, rand_augment, trivial_augment
 from .weather import random_rain, random_snow
+
+__all__ = [
+    "aug_mix",
+    "auto_augment",
+    "rand_augment",
+    "random_auto_contrast",
+    "random_box_blur",
+    "random_brightness",
+    "random_channel_dropout",
+    "random_channel_shuffle",
+    "random_clahe",
+    "random_color_jiggle",
+    "random_color_jitter",
+    "random_contrast",
+    "random_cut_mix",
+    "random_denormalize",
+    "random_equalize",
+    "random_gamma",
+    "random_gaussian_blur",
+    "random_gaussian_illumination",
+    "random_gaussian_noise",
+    "random_grayscale",
+    "random_hue",
+    "random_invert",
+    "random_jigsaw",
+    "random_jpeg",
+    "random_linear_corner_illumination",
+    "random_linear_illumination",
+    "random_median_blur",
+    "random_mix_up",
+    "random_motion_blur",
+    "random_normalize",
+    "random_photometric_distort",
+    "random_planckian_jitter",
+    "random_plasma_brightness",
+    "random_plasma_contrast",
+    "random_plasma_shadow",
+    "random_posterize",
+    "random_rain",
+    "random_rgb_shift",
+    "random_salt_and_pepper_noise",
+    "random_saturation",
+    "random_sharpness",
+    "random_snow",
+    "random_solarize",
+    "random_transplantation",
+    "trivial_augment",
+]
+
+globals().update(CLASSES)
+__all__ += [*CLASSES]

@@ -132,7 +132,7 @@ def random_motion_blur(
     angle: Tuple[float, float],
     direction: Tuple[float, float],
     border_type: str = "constant",
-    mode: str = "nearest",
+    resample: str = "nearest",
     p: float = 0.5,
 ) -> Tensor:
     """Blur as if the camera had moved along a line: ``motion_blur`` by a length, an angle and a direction of
@@ -146,7 +146,7 @@ def random_motion_blur(
         angle: (least, greatest) in degrees, counterclockwise.
         direction: (least, greatest), within [-1, 1], see ``get_motion_kernel2d``.
         border_type: "reflect", "replicate", "circular" or "constant" (zeros).
-        mode: how the line is resampled, "nearest" or "bilinear".
+        resample: how the line is resampled, "nearest" or "bilinear".
         p: probability that a sample is changed.
 
     Returns:
@@ -173,9 +173,9 @@ def random_motion_blur(
     u = drawn(seed, 4, input)
     turn, slope = between(u[:, 1], angle, input), between(u[:, 2], direction, input)
     length = least + 2 * whole_between(u[:, 3], (0, (greatest - least) // 2))
-    kernel = get_motion_kernel2d(greatest, turn, slope, mode)
+    kernel = get_motion_kernel2d(greatest, turn, slope, resample)
     for size in range(least, greatest, 2):
         around: List[int] = [(greatest - size) // 2] * 4
-        shorter = torch.nn.functional.pad(get_motion_kernel2d(size, turn, slope, mode), around)
+        shorter = torch.nn.functional.pad(get_motion_kernel2d(size, turn, slope, resample), around)
         kernel = torch.where(each(length == size, kernel), shorter, kernel)
     return applied(filter2d(input, kernel, border_type), input, u[:, 0], p)

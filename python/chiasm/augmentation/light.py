@@ -1,6 +1,6 @@
 """Random light: gradients of illumination, plasma, the colour of a black body."""
 
-from typing import Tuple
+from typing import List, Optional, Tuple
 
 import torch
 from torch import Tensor
@@ -259,7 +259,13 @@ def _plasma(input: Tensor, seed: Tensor, roughness: Tuple[float, float]) -> Tupl
     return diamond_square(random, between(u[:, 1], roughness, input), 1.0, (0.0, 1.0)), u
 
 
-def random_planckian_jitter(input: Tensor, seed: Tensor, mode: str = "blackbody", p: float = 0.5) -> Tensor:
+def random_planckian_jitter(
+    input: Tensor,
+    seed: Tensor,
+    mode: str = "blackbody",
+    select_from: Optional[List[int]] = None,
+    p: float = 0.5,
+) -> Tensor:
     """Light of another colour: red and blue are multiplied by those of a radiator whose green is 1.
 
     S. Zini et al., Planckian jitter: countering the color-crippling effects of color jitter on
@@ -272,6 +278,7 @@ def random_planckian_jitter(input: Tensor, seed: Tensor, mode: str = "blackbody"
         seed: (B,), int64, one a sample.
         mode: "blackbody", 3000 to 15000 K, or "CIED", 4000 to 15000 K; each in steps of 500 K, all equally
             likely.
+        select_from: numbers of the steps to choose from, the first is 0; None means all.
         p: probability that a sample is changed.
 
     Returns:
@@ -290,5 +297,9 @@ def random_planckian_jitter(input: Tensor, seed: Tensor, mode: str = "blackbody"
     check_chance(p)
     u = drawn(seed, 1, input)
     table = planckian_gains(mode, input.device)
+    if select_from is not None:
+        if len(select_from) == 0 or min(select_from) < 0 or max(select_from) >= table.size(0):
+            raise ValueError(f"select_from: expected numbers in 0 to {table.size(0) - 1}, got {select_from}")
+        table = table.index_select(0, torch.tensor(select_from, device=input.device))
     gains = table.index_select(0, integers(seed, table.size(0), 1, 1)[:, 0]).to(input.dtype)
     return applied((input * gains[:, :, None, None]).clamp(0.0, 1.0), input, u[:, 0], p)
