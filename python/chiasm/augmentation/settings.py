@@ -22,7 +22,7 @@ def about(center: float, least: float, greatest: float) -> Reader:
             return numbers[0], numbers[1]
         if numbers[0] < 0.0:
             raise ValueError(f"{name}: expected a number that is not negative, got {value}")
-        return max(center - numbers[0], least), min(center + numbers[0], greatest)
+        return float(max(center - numbers[0], least)), float(min(center + numbers[0], greatest))
 
     return read
 

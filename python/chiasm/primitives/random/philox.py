@@ -13,7 +13,6 @@ from typing import List, Tuple
 from torch import Tensor
 
 
-
 def philox4x32(counter: List[Tensor], key: List[Tensor], rounds: int = 10) -> List[Tensor]:
     """Four random words for each counter.
 
