@@ -1,5 +1,11 @@
-"""Augmentation: random changes of images that follow from one seed a sample."""
+"""Random changes of images for training, as functions of seeds, which export like every op."""
 
+from .base import (
+    AugmentationBase2D,
+    AugmentationBase3D,
+    GeometricAugmentationBase2D,
+    IntensityAugmentationBase2D,
+)
 from .blur import random_box_blur, random_gaussian_blur, random_median_blur, random_motion_blur
 from .classes import CLASSES
 from .colour import (
@@ -12,6 +18,7 @@ from .colour import (
     random_saturation,
 )
 from .distort import random_photometric_distort
+from .flip import RandomHorizontalFlip, RandomVerticalFlip, random_horizontal_flip, random_vertical_flip
 from .jitter import random_color_jiggle, random_color_jitter
 from .levels import (
     random_auto_contrast,
@@ -45,6 +52,18 @@ from .policies import aug_mix, auto_augment, rand_augment, trivial_augment
 from .weather import random_rain, random_snow
 
 __all__ = [
+    "AugmentationBase2D",
+    "AugmentationBase3D",
+    "GeometricAugmentationBase2D",
+    "IntensityAugmentationBase2D",
+    "RandomHorizontalFlip",
+    "RandomVerticalFlip",
+    "random_horizontal_flip",
+    "random_vertical_flip",
+]
+
+globals().update(CLASSES)
+__all__ += [
     "aug_mix",
     "auto_augment",
     "rand_augment",
@@ -90,7 +109,5 @@ __all__ = [
     "random_solarize",
     "random_transplantation",
     "trivial_augment",
+    *CLASSES,
 ]
-
-globals().update(CLASSES)
-__all__ += [*CLASSES]

@@ -1,19 +1,21 @@
 """The classes of the augmentations that change values, with Kornia's constructors.
 
-A class draws seeds from PyTorch's generator, or is given them; then it is the function, in eager Python and
-in TorchScript. They are written as source text, as module classes are (``primitives/core/modules.py``).
+Each is its function: given the seeds, in eager Python and in TorchScript. They are written as source text, as
+module classes are (``primitives/core/modules.py``).
 """
 
 import inspect
 import math
 from typing import Any, Callable, Dict, List, Optional, Tuple, Type
 
-import torch
 from torch import Tensor, nn
 
 from ..primitives.core.modules import hold
 from ..primitives.core.source import made_from
+from ..primitives.random.draws import uniform
 from . import blur, colour, distort, jitter, levels, light, mix, noise, policies, weather
+from .base import IntensityAugmentationBase2D, draw_seeds, select
+from .decisions import check_chance
 from .settings import Reader, about, bits, fixed, list_of_whole, number, plain, vector, whole, word
 
 Setting = Tuple[str, Any, Reader]
@@ -22,86 +24,88 @@ _NEEDED = inspect.Parameter.empty
 _INFINITE = math.inf
 
 
-def as_batch(input: Tensor) -> Tensor:
-    """(H, W) and (C, H, W) as (1, C, H, W)."""
-    if input.dim() == 2:
-        return input[None, None]
-    return input[None] if input.dim() == 3 else input
-
-
-def as_given(output: Tensor, input: Tensor, keepdim: bool) -> Tensor:
-    """A batch of the input's number of dimensions, with keepdim."""
-    if keepdim and input.dim() == 2:
-        return output[0, 0]
-    return output[0] if keepdim and input.dim() == 3 else output
-
-
-def seeds_for(batch: Tensor, seed: Optional[Tensor], same_on_batch: bool) -> Tensor:
-    """(B,): those given, or else drawn from PyTorch's generator; the first one for all with same_on_batch."""
-    seeds = torch.randint(0, 9223372036854775807, [batch.size(0)], dtype=torch.int64, device=batch.device)
-    if seed is not None:
-        seeds = seed
-    return seeds[:1].expand(batch.size(0)) if same_on_batch else seeds
-
-
 def _class(
     name: str, function: Callable[..., Any], settings: List[Setting], tail: str, extra: str = ""
 ) -> Type[nn.Module]:
     """``tail`` orders what is common to all: ``p`` with its default, ``same_on_batch``, ``keepdim``, and any
     of the settings that come after them; ``extra`` is a tensor that the function takes after the input."""
     scope: Dict[str, Any] = {
-        "nn": nn,
+        "Base": MixAugmentationBase if extra else IntensityAugmentationBase2D,
         "Tensor": Tensor,
-        "Optional": Optional,
+        "List": List,
+        "Dict": Dict,
         "Result": inspect.signature(function).return_annotation,
         "function": function,
-        "as_batch": as_batch,
-        "as_given": as_given,
-        "seeds_for": seeds_for,
+        "select": select,
         "store": _store,
+        "uniform": uniform,
     }
-    common: Dict[str, Any] = {"same_on_batch": False, "keepdim": False}
-    rank = {setting[0]: setting for setting in settings}
+    named = {setting[0]: setting for setting in settings}
     words = [w.partition("=") for w in tail.split()]
     late = [w[0] for w in words]
-    common |= {w[0]: float(w[2]) for w in words if w[0] == "p"}
+    defaults: Dict[str, Any] = {"same_on_batch": False, "keepdim": False}
+    defaults.update({w[0]: float(w[2]) for w in words if w[0] == "p"})
     order = [s[0] for s in settings if s[0] not in late] + late
+    common = [each for each in order if each not in named]
     header: List[str] = []
-    body: List[str] = ["super().__init__()"]
+    body: List[str] = []
+    # Of the distortion p is the chance of each of its changes, none of the whole.
+    whole_chance = function is not distort.random_photometric_distort
+    start = ["p=1.0"] if "p" not in common or not whole_chance else []
+    start += [f"{each}={each}" for each in common if each != "p" or whole_chance]
+    body.append(f"super().__init__({', '.join(start)})")
+    if not whole_chance:
+        body.append("self.chance = float(p)")
     for each in order:
-        default, read = (rank[each][1], rank[each][2]) if each in rank else (common[each], plain)
-        read = number if each == "p" else read
-        scope[f"default_{each}"], scope[f"read_{each}"] = default, read
+        default = named[each][1] if each in named else defaults[each]
+        scope[f"default_{each}"] = default
         header.append(each if default is _NEEDED else f"{each}=default_{each}")
-        body.append(f"store(self, {each!r}, read_{each}({each!r}, {each}))")
-    for each in ("same_on_batch", "keepdim"):
-        if each not in late:
-            body.append(f"self.{each} = False")
-    taken = inspect.signature(function).parameters
-    passed = ", ".join(f"{each}=self.{each}" for each in order if each in taken)
-    given = f"{extra}, " if extra else ""
-    call = f"function(batch, {given}seeds_for(batch, seed, self.same_on_batch), {passed})"
-    result = call if extra else f"as_given({call}, input, self.keepdim)"
-    typed = f"input: Tensor, {extra}: Tensor" if extra else "input: Tensor"
-    lines = [f"class {name}(nn.Module):", f"    def __init__({', '.join(['self', *header])}):"]
+        if each in named:
+            scope[f"read_{each}"] = named[each][2]
+            body.append(f"store(self, {each!r}, read_{each}({each!r}, {each}))")
+    passed = [f"{each}=self.{each}" for each in named if each in inspect.signature(function).parameters]
+    if not whole_chance:
+        passed.append("p=self.chance")
+    lines = [f"class {name}(Base):", f"    def __init__({', '.join(['self', *header])}):"]
     lines += [f"        {line}" for line in body]
-    lines += [
-        f"    def forward(self, {typed}, seed: Optional[Tensor] = None) -> Result:",
-        "        batch = as_batch(input)",
-        f"        return {result}",
-        "",
-    ]
-    made = made_from("\n".join(lines), f"<chiasm augmentation {name}>", name, scope)
-    about_it = (inspect.getdoc(function) or "").partition("\nExample:")[0]
-    made.__doc__ = (
-        f"`{function.__name__}` as a module, which draws the seeds if none are given.\n\n{about_it}"
-    )
+    if extra:
+        lines += [
+            f"    def forward(self, input: Tensor, {extra}: Tensor, seed: Tensor) -> Result:",
+            f"        return function(input, {extra}, seed, {', '.join([*passed, 'p=self.p'])})",
+        ]
+    else:
+        if "p" in common and whole_chance:
+            passed.append("p=1.0")  # the choice is made once, by what the base has drawn
+        lines += [
+            "    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:",
+            '        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p, "draws": seed}',
+            "    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:",
+            '        draws = params["draws"]',
+            f"        changed = function({', '.join(['input', 'draws', *passed])})",
+            "        return select(params, changed, input)",
+        ]
+    made = made_from("\n".join(lines) + "\n", f"<chiasm augmentation {name}>", name, scope)
+    text = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
+    made.__doc__ = f"`{function.__name__}` as a module, which draws the seeds if none are given.\n\n{text}"
     made.__module__ = __name__.rpartition(".")[0]
-    made.extra_repr = lambda self: ", ".join(
-        f"{each}={'Tensor' if isinstance(getattr(self, each), Tensor) else getattr(self, each)!r}"
-        for each in order
-    )
     return made
+
+
+class MixAugmentationBase(nn.Module):
+    """Random mixes of a batch's images, with their labels: ``forward(input, label, seed)``, of which a call
+    draws the seeds if none are given."""
+
+    def __init__(self, p: float = 1.0, same_on_batch: bool = False, keepdim: bool = False) -> None:
+        super().__init__()
+        check_chance(p)
+        if same_on_batch:
+            raise ValueError("same_on_batch: expected False, for partners are drawn by seeds that differ")
+        self.p, self.same_on_batch, self.keepdim = float(p), same_on_batch, keepdim
+
+    def __call__(self, input: Tensor, label: Tensor, seed: Optional[Tensor] = None) -> Any:
+        if seed is None:
+            seed = draw_seeds(input.size(0)).to(input.device)
+        return super().__call__(input, label, seed)
 
 
 def _store(module: nn.Module, name: str, value: Any) -> None:
