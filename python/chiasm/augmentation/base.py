@@ -1,15 +1,12 @@
 """What every augmentation is: parameters drawn from seeds, and an image changed by parameters."""
 
-from typing import Any, Dict, List, Optional, Tuple, Union
+from typing import Any, ClassVar, Dict, List, Optional, Tuple, Union
 
 import torch
 from torch import Tensor, nn
 
 from ..primitives.core.checks import check_pixels
 from ..primitives.random.draws import check_seed, uniform
-
-#: The stream that whether a whole batch is left alone is drawn from.
-BATCH_STREAM = 1 << 20
 
 Range = Union[float, Tuple[float, float], List[float], Tensor]
 Size = Union[int, Tuple[int, int]]
@@ -32,9 +29,12 @@ class AugmentationBase(nn.Module):
         keepdim: True gives an image without a batch back without one.
     """
 
-    __jit_unused_properties__ = ["transform_matrix"]
+    __jit_unused_properties__: ClassVar[List[str]] = ["transform_matrix"]
     #: Dimensions of a batch.
     rank = 4
+    #: Of the last call.
+    _params: Dict[str, Tensor]
+    _shape: List[int]
 
     def __init__(
         self, p: float = 0.5, p_batch: float = 1.0, same_on_batch: bool = False, keepdim: bool = False
@@ -49,7 +49,7 @@ class AugmentationBase(nn.Module):
             same_on_batch,
             keepdim,
         )
-        self._params: Dict[str, Tensor] = {}
+        self._params, self._shape = {}, []
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         """The parameters of each sample, and "batch_prob", (B,): whether it is changed."""
@@ -65,7 +65,8 @@ class AugmentationBase(nn.Module):
             seed = seed[:1].expand(seed.size(0))
         params = self.generate_parameters(seed, shape)
         if self.p_batch < 1.0:
-            drawn = uniform(seed[:1], 1, BATCH_STREAM)[:, 0] < self.p_batch
+            # A stream that no augmentation draws from.
+            drawn = uniform(seed[:1], 1, 1048576)[:, 0] < self.p_batch
             params["batch_prob"] = params["batch_prob"] & drawn
         return params
 
