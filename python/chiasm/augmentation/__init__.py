@@ -8,17 +8,21 @@ from .base import (
     GeometricAugmentationBase2D,
     IntensityAugmentationBase2D,
 )
+from .container import AugmentationSequential
 from .crop import RandomResizedCrop, random_resized_crop
 from .flip import RandomHorizontalFlip, RandomVerticalFlip, random_horizontal_flip, random_vertical_flip
+from .perspective import RandomPerspective, random_perspective
 from .rotation import RandomRotation, random_rotation
 
 __all__ = [
     "AugmentationBase2D",
     "AugmentationBase3D",
+    "AugmentationSequential",
     "GeometricAugmentationBase2D",
     "IntensityAugmentationBase2D",
     "RandomAffine",
     "RandomHorizontalFlip",
+    "RandomPerspective",
     "RandomResizedCrop",
     "RandomRotation",
     "RandomShear",
@@ -26,6 +30,7 @@ __all__ = [
     "RandomVerticalFlip",
     "random_affine",
     "random_horizontal_flip",
+    "random_perspective",
     "random_resized_crop",
     "random_rotation",
     "random_vertical_flip",

@@ -110,6 +110,13 @@ class RandomAffine(Warp):
             numbers, the ranges along x and y; none by default.
         resample, align_corners, padding_mode: as in ``random_affine``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomAffine(15.0, translate=(0.1, 0.1), scale=(0.8, 1.2))
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 8, 10])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
     """
 
     def __init__(
@@ -168,6 +175,13 @@ class RandomShear(RandomAffine):
         shear: as in ``RandomAffine``.
         resample, align_corners, padding_mode: as in ``random_affine``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomShear(10.0)
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 8, 10])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
     """
 
     def __init__(
@@ -192,6 +206,13 @@ class RandomTranslate(Warp):
         translate_x, translate_y: ranges, as parts of the width and the height; 0 by default.
         resample, align_corners, padding_mode: as in ``random_affine``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomTranslate((-0.1, 0.1), (-0.2, 0.2))
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 8, 10])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
     """
 
     def __init__(

@@ -59,6 +59,16 @@ class AugmentationBase(nn.Module):
         """The batch changed by parameters, but for samples that "batch_prob" leaves out."""
         return input
 
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        """Labels of pixels (B, C, H, W), moved with their images; no new ones come up."""
+        return input
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        """A result of images of ``shape`` taken back to where its things were."""
+        return input
+
     def draw(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         """``generate_parameters``, with what the constructor says of whole batches."""
         if self.same_on_batch:
@@ -112,6 +122,8 @@ class AugmentationBase(nn.Module):
     @property
     def transform_matrix(self) -> Tensor:
         """Where the last call took pixels (x, y, 1): (B, 3, 3) in float64."""
+        if not self._shape:
+            raise AttributeError("transform_matrix: expected a call before")
         return self.compute_transformation(self._params, self._shape)
 
     def extra_repr(self) -> str:
@@ -121,19 +133,44 @@ class AugmentationBase(nn.Module):
 
 
 class AugmentationBase2D(AugmentationBase):
-    """Random changes of images (B, C, H, W)."""
+    """Random changes of images (B, C, H, W).
+
+    Example:
+        >>> AugmentationBase2D(p=1.0)(torch.rand(2, 3, 4, 4)).shape  # a base, which changes nothing
+        torch.Size([2, 3, 4, 4])
+    """
 
 
 class IntensityAugmentationBase2D(AugmentationBase2D):
-    """Random changes of values: what an image shows stays where it is."""
+    """Random changes of values: what an image shows stays where it is.
+
+    Example:
+        >>> class Darker(IntensityAugmentationBase2D):
+        ...     def apply_transform(self, input, params):
+        ...         return select(params, input / 2, input)
+        >>> Darker(p=1.0)(torch.ones(1, 1, 1, 2))
+        tensor([[[[0.5000, 0.5000]]]])
+    """
 
 
 class GeometricAugmentationBase2D(AugmentationBase2D):
-    """Random changes of where things are. A subclass gives ``compute_transformation``."""
+    """Random changes of where things are. A subclass gives ``compute_transformation``.
+
+    Example:
+        >>> GeometricAugmentationBase2D().compute_transformation(
+        ...     {"batch_prob": torch.ones(2)}, [2, 3, 4, 4]
+        ... ).shape
+        torch.Size([2, 3, 3])
+    """
 
 
 class AugmentationBase3D(AugmentationBase):
-    """Random changes of volumes (B, C, D, H, W)."""
+    """Random changes of volumes (B, C, D, H, W).
+
+    Example:
+        >>> AugmentationBase3D(keepdim=True)(torch.rand(3, 4, 4, 4)).shape  # a base, which changes nothing
+        torch.Size([3, 4, 4, 4])
+    """
 
     rank = 5
 

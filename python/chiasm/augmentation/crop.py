@@ -20,8 +20,9 @@ def _draw(
     aspect = torch.exp(between(u[:, 12:22], math.log(ratio[0]), math.log(ratio[1])))
     wide, high = torch.round(torch.sqrt(area * aspect)), torch.round(torch.sqrt(area / aspect))
     # Where none fits: the largest box of an allowed ratio, in the middle.
-    w = torch.ones_like(wide[:, 0]) * min(float(width), max(1.0, float(round(height * ratio[1]))))
-    h = torch.ones_like(w) * min(float(height), max(1.0, float(round(width / ratio[0]))))
+    one = torch.ones_like(wide[:, 0])
+    w = torch.minimum(one * width, torch.clamp(torch.round(one * height * ratio[1]), min=1.0))
+    h = torch.minimum(one * height, torch.clamp(torch.round(one * width / ratio[0]), min=1.0))
     fits = (wide >= 1.0) & (wide <= width) & (high >= 1.0) & (high <= height)
     for i in range(9, -1, -1):  # the first that fits is the last to be taken
         w = torch.where(fits[:, i], wide[:, i], w)
@@ -108,6 +109,13 @@ class RandomResizedCrop(Warp):
         size: (height, width) of the result, or a number for both.
         scale, ratio, resample, align_corners: as in ``random_resized_crop``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomResizedCrop((4, 6), scale=(0.3, 1.0))
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 4, 6])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
     """
 
     def __init__(

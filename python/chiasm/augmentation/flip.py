@@ -67,20 +67,49 @@ def _mirror(params: Dict[str, Tensor], size: int, axis: int) -> Tensor:
 
 
 class RandomHorizontalFlip(GeometricAugmentationBase2D):
-    """``random_horizontal_flip`` as a module; see ``AugmentationBase`` for its arguments."""
+    """``random_horizontal_flip`` as a module; see ``AugmentationBase`` for its arguments.
+
+    Example:
+        >>> RandomHorizontalFlip(p=1.0)(torch.tensor([[[[1.0, 2.0]]]]))
+        tensor([[[[2., 1.]]]])
+    """
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return select(params, mirrored(input, True, False), input)
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return self.apply_transform(input, params)
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return self.apply_transform(input, params)
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return _mirror(params, shape[3], 0)
 
 
 class RandomVerticalFlip(GeometricAugmentationBase2D):
-    """``random_vertical_flip`` as a module; see ``AugmentationBase`` for its arguments."""
+    """``random_vertical_flip`` as a module; see ``AugmentationBase`` for its arguments.
+
+    Example:
+        >>> augment = RandomVerticalFlip(p=1.0)
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 8, 10])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
+    """
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return select(params, mirrored(input, False, True), input)
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return self.apply_transform(input, params)
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return self.apply_transform(input, params)
 
     def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
         return _mirror(params, shape[2], 1)

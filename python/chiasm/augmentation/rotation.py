@@ -67,6 +67,13 @@ class RandomRotation(Warp):
         degrees: the range of angles, counterclockwise as seen; a number goes to both sides of 0.
         resample, align_corners: as in ``random_rotation``.
         same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomRotation(30.0)
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 8, 10])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
     """
 
     def __init__(

@@ -75,16 +75,23 @@ class Warp(GeometricAugmentationBase2D):
         return shape[2:4]
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return self.sampled(input, params, self.resample)
+
+    def sampled(self, input: Tensor, params: Dict[str, Tensor], resample: str) -> Tensor:
+        """The images, sampled in a way of one's own."""
         shape = list(input.shape)
         height, width = self.output_size(shape)
         matrix = self.compute_transformation(params, shape)
         return warped(
-            input,
-            matrix,
-            height,
-            width,
-            self.resample,
-            self.padding_mode,
-            self.align_corners,
-            self.affine,
+            input, matrix, height, width, resample, self.padding_mode, self.align_corners, self.affine
         )
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return self.sampled(input, params, "nearest")
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        back = inverse3x3(self.compute_transformation(params, shape))
+        mode, padding, corners = self.resample, self.padding_mode, self.align_corners
+        return warped(input, back, shape[2], shape[3], mode, padding, corners, self.affine)
