@@ -24,6 +24,7 @@ def test_examples(name: str) -> None:
 
 def test_public_functions_have_examples() -> None:
     packages = [
+        "augmentation",
         "color",
         "contrib",
         "enhance",

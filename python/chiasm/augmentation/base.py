@@ -1,0 +1,241 @@
+"""What every augmentation is: parameters drawn from seeds, and an image changed by parameters."""
+
+from typing import Any, ClassVar, Dict, List, Optional, Tuple, Union
+
+import torch
+from torch import Tensor, nn
+
+from ..primitives.core.checks import check_pixels
+from ..primitives.random.draws import check_seed, uniform
+
+Range = Union[float, Tuple[float, float], List[float], Tensor]
+Size = Union[int, Tuple[int, int]]
+
+
+class AugmentationBase(nn.Module):
+    """Random changes of a batch, one 64-bit seed a sample.
+
+    ``forward(input, seed)`` is a function of its arguments: it scripts and exports. A call of the module,
+    ``augmentation(input)``, draws the seeds from PyTorch's generator, and notes the parameters that follow
+    from them, so that ``augmentation(other, params=augmentation._params)`` does the same again.
+
+    A subclass says which parameters follow from seeds (``generate_parameters``), and what they do to an
+    image (``apply_transform``).
+
+    Args:
+        p: the probability that a sample is changed, each on its own.
+        p_batch: the probability that any sample of a batch is; the first sample's seed decides.
+        same_on_batch: True draws all from the first sample's seed.
+        keepdim: True gives an image without a batch back without one.
+    """
+
+    __jit_unused_properties__: ClassVar[List[str]] = ["transform_matrix"]
+    #: Dimensions of a batch.
+    rank = 4
+    #: Of the last call.
+    _params: Dict[str, Tensor]
+    _shape: List[int]
+
+    def __init__(
+        self, p: float = 0.5, p_batch: float = 1.0, same_on_batch: bool = False, keepdim: bool = False
+    ) -> None:
+        super().__init__()
+        for name, value in (("p", p), ("p_batch", p_batch)):
+            if not 0.0 <= value <= 1.0:
+                raise ValueError(f"{name}: expected a probability, 0 to 1, got {value}")
+        self.p, self.p_batch, self.same_on_batch, self.keepdim = (
+            float(p),
+            float(p_batch),
+            same_on_batch,
+            keepdim,
+        )
+        self._params, self._shape = {}, []
+
+    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
+        """The parameters of each sample, and "batch_prob", (B,): whether it is changed."""
+        return {"batch_prob": uniform(seed, 1)[:, 0] < self.p}
+
+    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        """The batch changed by parameters, but for samples that "batch_prob" leaves out."""
+        return input
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        """Labels of pixels (B, C, H, W), moved with their images; no new ones come up."""
+        return input
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        """A result of images of ``shape`` taken back to where its things were."""
+        return input
+
+    def draw(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
+        """``generate_parameters``, with what the constructor says of whole batches."""
+        if self.same_on_batch:
+            seed = seed[:1].expand(seed.size(0))
+        params = self.generate_parameters(seed, shape)
+        if self.p_batch < 1.0:
+            # A stream that no augmentation draws from.
+            drawn = uniform(seed[:1], 1, 1048576)[:, 0] < self.p_batch
+            params["batch_prob"] = params["batch_prob"] & drawn
+        return params
+
+    def forward(self, input: Tensor, seed: Tensor, params: Optional[Dict[str, Tensor]] = None) -> Tensor:
+        """The batch changed as ``seed`` (B,), int64, says, or ``params`` where they are given."""
+        if params is None:
+            check_seed(seed, input.size(0))
+            params = self.draw(seed, list(input.shape))
+        return self.apply_transform(input, params)
+
+    def __call__(
+        self,
+        input: Tensor,
+        params: Optional[Dict[str, Tensor]] = None,
+        seed: Optional[Tensor] = None,
+        generator: Optional[torch.Generator] = None,
+    ) -> Tensor:
+        """The batch, or one image without a batch, changed; ``_params`` keeps by which parameters.
+
+        Args:
+            input: a batch, or one sample of it.
+            params: the parameters of an earlier call, or one's own; they are not drawn then.
+            seed: (B,), int64: what they are drawn from.
+            generator: where seeds are drawn from that are not given; PyTorch's own by default.
+        """
+        batch = input[None] if input.dim() == self.rank - 1 else input
+        if seed is None:
+            seed = draw_seeds(batch.size(0), generator).to(batch.device)
+        if params is None:
+            check_seed(seed, batch.size(0))
+            params = self.draw(seed, list(batch.shape))
+            params["seed"] = seed
+        elif "batch_prob" not in params:
+            params = {**params, "batch_prob": torch.ones_like(seed, dtype=torch.bool)}
+        self._params, self._shape = params, list(batch.shape)
+        out = super().__call__(batch, seed, params)
+        return out[0] if self.keepdim and input.dim() < batch.dim() else out
+
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        """Where pixels go, homographies (B, 3, 3) in float64; the identity of samples that stay."""
+        return identity(params["batch_prob"], len(shape) - 1)
+
+    @property
+    def transform_matrix(self) -> Tensor:
+        """Where the last call took pixels (x, y, 1): (B, 3, 3) in float64."""
+        if not self._shape:
+            raise AttributeError("transform_matrix: expected a call before")
+        return self.compute_transformation(self._params, self._shape)
+
+    def extra_repr(self) -> str:
+        hidden = ("training", "_shape")
+        shown = {k: v for k, v in vars(self).items() if not k.startswith("_") and k not in hidden}
+        return ", ".join(f"{k}={v!r}" for k, v in shown.items())
+
+
+class AugmentationBase2D(AugmentationBase):
+    """Random changes of images (B, C, H, W).
+
+    Example:
+        >>> AugmentationBase2D(p=1.0)(torch.rand(2, 3, 4, 4)).shape  # a base, which changes nothing
+        torch.Size([2, 3, 4, 4])
+    """
+
+
+class IntensityAugmentationBase2D(AugmentationBase2D):
+    """Random changes of values: what an image shows stays where it is.
+
+    Example:
+        >>> class Darker(IntensityAugmentationBase2D):
+        ...     def apply_transform(self, input, params):
+        ...         return select(params, input / 2, input)
+        >>> Darker(p=1.0)(torch.ones(1, 1, 1, 2))
+        tensor([[[[0.5000, 0.5000]]]])
+    """
+
+
+class GeometricAugmentationBase2D(AugmentationBase2D):
+    """Random changes of where things are. A subclass gives ``compute_transformation``.
+
+    Example:
+        >>> GeometricAugmentationBase2D().compute_transformation(
+        ...     {"batch_prob": torch.ones(2)}, [2, 3, 4, 4]
+        ... ).shape
+        torch.Size([2, 3, 3])
+    """
+
+
+class AugmentationBase3D(AugmentationBase):
+    """Random changes of volumes (B, C, D, H, W).
+
+    Example:
+        >>> AugmentationBase3D(keepdim=True)(torch.rand(3, 4, 4, 4)).shape  # a base, which changes nothing
+        torch.Size([3, 4, 4, 4])
+    """
+
+    rank = 5
+
+
+def draw_seeds(count: int, generator: Optional[torch.Generator] = None) -> Tensor:
+    """So many seeds (count,) from PyTorch's generator."""
+    return torch.randint(-(2**63), 2**63 - 1, (count,), generator=generator, dtype=torch.int64)
+
+
+def check_batch(input: Tensor, seed: Tensor) -> None:
+    """Raise unless these are images (B, C, H, W), floating point or uint8, and as many seeds."""
+    check_pixels(input, "input")
+    check_seed(seed, input.size(0))
+
+
+def identity(like: Tensor, size: int) -> Tensor:
+    """(B, size, size) in float64, of as many as there are in ``like``."""
+    eye = torch.eye(size, dtype=torch.float64, device=like.device)
+    return eye.expand(like.size(0), size, size)
+
+
+def select(params: Dict[str, Tensor], changed: Tensor, input: Tensor) -> Tensor:
+    """Of each sample what "batch_prob" says: changed, or as it was."""
+    chosen = params["batch_prob"].reshape([-1] + [1] * (input.dim() - 1))
+    return torch.where(chosen, changed, input)
+
+
+def as_range(
+    value: Any, name: str, center: float = 0.0, least: Optional[float] = None
+) -> Tuple[float, float]:
+    """A constructor's range: a number is a range of so much to both sides of ``center``, not below ``least``.
+
+    >>> as_range(30, "degrees"), as_range((1, 2), "scale"), as_range(2.0, "brightness", 1.0, 0.0)
+    ((-30.0, 30.0), (1.0, 2.0), (0.0, 3.0))
+    """
+    numbers = [float(v) for v in (value.flatten() if isinstance(value, Tensor) else pair(value))]
+    if len(numbers) == 1:
+        if numbers[0] < 0.0:
+            raise ValueError(f"{name}: expected a number of at least 0, or a range, got {value}")
+        numbers = [center - numbers[0], center + numbers[0]]
+        if least is not None:
+            numbers[0] = max(numbers[0], least)
+    if len(numbers) != 2 or numbers[0] > numbers[1]:
+        raise ValueError(f"{name}: expected a number, or a range (low, high), got {value}")
+    return numbers[0], numbers[1]
+
+
+def pair(value: Any) -> List[Any]:
+    """A number, or a sequence of them, as a list."""
+    return list(value) if isinstance(value, (tuple, list)) else [value]
+
+
+def as_size(value: Size, name: str) -> Tuple[int, int]:
+    """(height, width), of a number both."""
+    numbers = [int(v) for v in pair(value)]
+    numbers = numbers * 2 if len(numbers) == 1 else numbers
+    if len(numbers) != 2 or min(numbers) < 1:
+        raise ValueError(f"{name}: expected a positive number, or (height, width), got {value}")
+    return numbers[0], numbers[1]
+
+
+def as_mode(value: Any, name: str = "resample") -> str:
+    """The name of a way to sample: "bilinear", "nearest" or "bicubic"; enums go by their names."""
+    names = {0: "nearest", 1: "bilinear", 2: "bicubic"}
+    found = names.get(value, "") if isinstance(value, int) else str(getattr(value, "name", value)).lower()
+    if found not in names.values():
+        raise ValueError(f"{name}: expected 'bilinear', 'nearest' or 'bicubic', got {value!r}")
+    return found

@@ -1,0 +1,180 @@
+"""Sequences of augmentations, over images and what belongs to them."""
+
+from typing import Any, Dict, List, Optional, Sequence
+
+import torch
+from torch import Tensor, nn
+
+from ..primitives.random.draws import check_seed, split
+from .base import AugmentationBase, draw_seeds
+
+_KEYS = ("input", "image", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints")
+
+
+class Fixed(AugmentationBase):
+    """A module that draws nothing, as a step of a sequence."""
+
+    def __init__(self, module: nn.Module) -> None:
+        super().__init__(1.0)
+        self.module = module
+
+    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return self.module(input)
+
+
+class AugmentationSequential(nn.Module):
+    """Augmentations one after the other, each with its own seeds, which follow from each sample's one.
+
+    ``forward(input, seed)`` of images scripts and exports, as one bundle of the whole pipeline. A call takes
+    what ``data_keys`` names, draws the seeds, and moves masks, boxes and key points with their images.
+
+    Args:
+        args: augmentations, and modules that take an image alone (``enhance.Normalize``).
+        data_keys: what a call takes: "input" (or "image"), first, and of "mask" (B, C, H, W), "bbox" (B, N,
+            4, 2) with the centres of corner pixels, "bbox_xyxy" and "bbox_xywh" (B, N, 4) with the edges of
+            boxes, and "keypoints" (B, N, 2) any number.
+        same_on_batch: True or False overrules the augmentations'.
+        keepdim: True gives an image without a batch back without one.
+
+    Example:
+        >>> from chiasm.augmentation import RandomHorizontalFlip
+        >>> augment = AugmentationSequential(RandomHorizontalFlip(p=1.0), data_keys=["input", "bbox_xyxy"])
+        >>> image, boxes = augment(torch.rand(1, 3, 4, 10), torch.tensor([[[0.0, 0.0, 3.0, 4.0]]]))
+        >>> boxes
+        tensor([[[ 7.,  0., 10.,  4.]]])
+    """
+
+    #: Of the last call, for each step.
+    _params: List[Dict[str, Tensor]]
+    _shapes: List[List[int]]
+
+    def __init__(
+        self,
+        *args: nn.Module,
+        data_keys: Sequence[str] = ("input",),
+        same_on_batch: Optional[bool] = None,
+        keepdim: bool = False,
+    ) -> None:
+        super().__init__()
+        self.steps = nn.ModuleList([a if isinstance(a, AugmentationBase) else Fixed(a) for a in args])
+        if same_on_batch is not None:
+            for step in self.steps:
+                step.same_on_batch = same_on_batch
+        self.data_keys, self.keepdim = [_key(k) for k in data_keys], keepdim
+        self._params, self._shapes = [], []
+
+    def forward(self, input: Tensor, seed: Tensor) -> Tensor:
+        """The images changed as ``seed`` (B,), int64, says."""
+        check_seed(seed, input.size(0))
+        for i, step in enumerate(self.steps):
+            input = step.forward(input, split(seed, i))
+        return input
+
+    def __call__(
+        self,
+        *args: Tensor,
+        params: Optional[List[Dict[str, Tensor]]] = None,
+        data_keys: Optional[Sequence[str]] = None,
+        seed: Optional[Tensor] = None,
+        generator: Optional[torch.Generator] = None,
+    ) -> Any:
+        """What ``data_keys`` names, changed: one tensor, or a list of as many.
+
+        Args:
+            args: the tensors. An exported or scripted sequence takes images and seeds.
+            params: those of an earlier call, its ``_params``.
+            data_keys: as in the constructor, for this call.
+            seed: (B,), int64: what all is drawn from.
+            generator: where seeds are drawn from that are not given; PyTorch's own by default.
+        """
+        if len(args) == 2 and self.data_keys == ["input"] and data_keys is None and seed is None:
+            return super().__call__(args[0], args[1])  # forward's own arguments, images and seeds
+        keys = self._keys(data_keys, len(args))
+        alone = args[0].dim() == 3
+        data = [a[None] if alone else a for a in args]
+        if seed is None:
+            seed = draw_seeds(data[0].size(0), generator).to(data[0].device)
+        self._params, self._shapes = [], []
+        for i, step in enumerate(self.steps):
+            self._shapes.append(list(data[0].shape))
+            image = step(data[0], params=None if params is None else params[i], seed=split(seed, i))
+            self._params.append(step._params)
+            matrix = step.compute_transformation(step._params, self._shapes[i])
+            data = [image] + [
+                step.transform_mask(d, step._params) if key == "mask" else _moved(key, d, matrix)
+                for key, d in zip(keys[1:], data[1:])
+            ]
+        data = [d[0] for d in data] if alone and self.keepdim else data
+        return data[0] if len(data) == 1 else data
+
+    def inverse(
+        self,
+        *args: Tensor,
+        params: Optional[List[Dict[str, Tensor]]] = None,
+        data_keys: Optional[Sequence[str]] = None,
+    ) -> Any:
+        """Results of the last call (or of ``params``) back where their things were; values stay as they are.
+
+        What was moved out of an image does not come back.
+        """
+        keys = self._keys(data_keys, len(args))
+        params = self._params if params is None else params
+        data = list(args)
+        for step, given, shape in list(zip(self.steps, params, self._shapes))[::-1]:
+            matrix = torch.linalg.inv(step.compute_transformation(given, shape))
+            data = [
+                step.inverse_transform(d, given, shape) if k in ("input", "mask") else _moved(k, d, matrix)
+                for k, d in zip(keys, data)
+            ]
+        return data[0] if len(data) == 1 else data
+
+    @property
+    def transform_matrix(self) -> Tensor:
+        """Where the last call took pixels (x, y, 1): (B, 3, 3) in float64."""
+        total = None
+        for step, given, shape in zip(self.steps, self._params, self._shapes):
+            matrix = step.compute_transformation(given, shape)
+            total = matrix if total is None else matrix @ total
+        if total is None:
+            raise AttributeError("transform_matrix: expected a call before")
+        return total
+
+    __jit_unused_properties__ = ("transform_matrix",)
+
+    def _keys(self, data_keys: Optional[Sequence[str]], count: int) -> List[str]:
+        keys = self.data_keys if data_keys is None else [_key(k) for k in data_keys]
+        if len(keys) != count:
+            raise ValueError(f"args: expected {len(keys)} tensors, for data_keys {keys}, got {count}")
+        return keys
+
+
+def _key(value: Any) -> str:
+    """A data key's name; enums go by theirs."""
+    name = str(getattr(value, "name", value)).lower()
+    if name not in _KEYS:
+        raise ValueError(f"data_keys: expected some of {list(_KEYS)}, got {value!r}")
+    return "input" if name == "image" else name
+
+
+def _moved(key: str, data: Tensor, matrix: Tensor) -> Tensor:
+    """Boxes or points, taken along by homographies (B, 3, 3)."""
+    if key in ("keypoints", "bbox"):
+        flat = data.reshape(data.size(0), -1, 2)
+        return _points(flat, matrix).reshape(data.shape).to(data.dtype)
+    first, second = data[..., :2].to(torch.float64), data[..., 2:].to(torch.float64)
+    # Corner pixels' centres: of edges, the last pixel's is one less.
+    last = (second if key == "bbox_xyxy" else first + second) - 1.0
+    x, y = torch.stack([first[..., 0], last[..., 0]], -1), torch.stack([first[..., 1], last[..., 1]], -1)
+    corners = torch.stack([x[..., [0, 1, 1, 0]], y[..., [0, 0, 1, 1]]], -1)
+    moved = _points(corners.reshape(data.size(0), -1, 2), matrix).reshape(corners.shape)
+    low, high = moved.amin(-2), moved.amax(-2) + 1.0
+    return torch.cat([low, high if key == "bbox_xyxy" else high - low], -1).to(data.dtype)
+
+
+def _points(points: Tensor, matrix: Tensor) -> Tensor:
+    """Points (B, N, 2) through homographies (B, 3, 3), in float64."""
+    homogeneous = torch.cat(
+        [points.to(torch.float64), torch.ones_like(points[..., :1], dtype=torch.float64)], -1
+    )
+    moved = homogeneous @ matrix.transpose(-1, -2)
+    return moved[..., :2] / moved[..., 2:]

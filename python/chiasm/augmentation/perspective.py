@@ -1,0 +1,112 @@
+"""Random perspective."""
+
+from typing import Any, Dict, List
+
+import torch
+from torch import Tensor
+
+from ..geometry.transform.matrices import get_perspective_transform
+from ..primitives.core.checks import check_choice
+from ..primitives.random.draws import uniform
+from .base import check_batch
+from .warps import Warp, chosen, warped
+
+
+def _draw(seed: Tensor, shape: List[int], scale: float, method: str, p: float) -> Dict[str, Tensor]:
+    u = uniform(seed, 9)
+    offset = u[:, 1:].to(torch.float64).reshape(-1, 4, 2)
+    unit = torch.tensor(
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], dtype=torch.float64, device=seed.device
+    )
+    size = torch.ones(2, dtype=torch.float64, device=seed.device)
+    size = torch.stack([size[0] * shape[3], size[1] * shape[2]])
+    start = (unit * (size - 1.0)).expand(seed.size(0), 4, 2)
+    # Towards the middle, or to any side.
+    moved = offset * 2.0 - 1.0 if method == "area_preserving" else offset * (1.0 - 2.0 * unit)
+    return {
+        "batch_prob": u[:, 0] < p,
+        "start_points": start,
+        "end_points": start + moved * (size * (0.5 * scale)),
+    }
+
+
+def _matrix(params: Dict[str, Tensor]) -> Tensor:
+    start, end = params["start_points"].to(torch.float64), params["end_points"].to(torch.float64)
+    return chosen(get_perspective_transform(start, end), params)
+
+
+def random_perspective(
+    input: Tensor,
+    seed: Tensor,
+    distortion_scale: float = 0.5,
+    resample: str = "bilinear",
+    align_corners: bool = False,
+    p: float = 0.5,
+    sampling_method: str = "basic",
+) -> Tensor:
+    """Show some images as if seen from aside: each corner moves on its own.
+
+    Args:
+        input: (B, C, H, W), floating point or uint8.
+        seed: (B,), int64.
+        distortion_scale: up to which part of half the width and half the height corners move, 0 to 1.
+        resample: "bilinear", "nearest" or, not of bytes, "bicubic".
+        align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
+        p: the probability of each image.
+        sampling_method: "basic" moves corners towards the middle, "area_preserving" to any side.
+
+    Returns:
+        (B, C, H, W). Differentiable in input.
+
+    Raises:
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> x = torch.arange(9.0).reshape(1, 1, 3, 3)
+        >>> random_perspective(x, torch.tensor([0]), 0.0, p=1.0).round().equal(x)
+        True
+    """
+    check_batch(input, seed)
+    check_choice(sampling_method, ["basic", "area_preserving"], "sampling_method")
+    params = _draw(seed, list(input.shape), distortion_scale, sampling_method, p)
+    height, width = input.size(2), input.size(3)
+    return warped(input, _matrix(params), height, width, resample, "zeros", align_corners, False)
+
+
+class RandomPerspective(Warp):
+    """``random_perspective`` as a module.
+
+    Args:
+        distortion_scale, resample, align_corners, sampling_method: as in ``random_perspective``.
+        same_on_batch, p, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomPerspective(0.5)
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 8, 10])
+        >>> augment.transform_matrix.shape
+        torch.Size([2, 3, 3])
+    """
+
+    def __init__(
+        self,
+        distortion_scale: Any = 0.5,
+        resample: Any = "bilinear",
+        same_on_batch: bool = False,
+        align_corners: bool = False,
+        p: float = 0.5,
+        keepdim: bool = False,
+        sampling_method: str = "basic",
+    ) -> None:
+        super().__init__(resample, "zeros", align_corners, p, same_on_batch, keepdim, affine=False)
+        check_choice(sampling_method, ["basic", "area_preserving"], "sampling_method")
+        self.distortion_scale, self.sampling_method = float(distortion_scale), sampling_method
+        if not 0.0 <= self.distortion_scale <= 1.0:
+            raise ValueError(f"distortion_scale: expected 0 to 1, got {distortion_scale}")
+
+    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
+        return _draw(seed, shape, self.distortion_scale, self.sampling_method, self.p)
+
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return _matrix(params)

@@ -1,0 +1,97 @@
+"""Random draws: what each sample of a batch draws follows from its own seed alone.
+
+A draw is named by a seed and a stream. Whoever draws twice from the same seed takes other streams. Numbers of
+a draw do not depend on how many are drawn: the first two of five are those of two.
+"""
+
+import math
+
+import torch
+from torch import Tensor
+
+from .philox import key_of, philox4x32, seed_of
+
+
+def check_seed(seed: Tensor, batch: int, name: str = "seed") -> None:
+    """Raise unless ``seed`` is an int64 tensor (batch,)."""
+    if seed.dtype != torch.int64:
+        raise TypeError(f"{name}: expected an int64 tensor, got dtype {seed.dtype}")
+    if seed.dim() != 1 or seed.size(0) != batch:
+        raise ValueError(f"{name}: expected shape ({batch},), one seed a sample, got {list(seed.shape)}")
+
+
+def split(seed: Tensor, index: int) -> Tensor:
+    """Seeds of a sequence's op number ``index``, other ones for each: (B,) of (B,).
+
+    >>> split(torch.tensor([7]), 0).equal(split(torch.tensor([7]), 1))
+    False
+    """
+    word = torch.zeros_like(seed)
+    # Draws have 0 in the third word of the counter.
+    drawn = philox4x32([word + index, word, word + 1, word], key_of(seed))
+    return seed_of(drawn[0], drawn[1])
+
+
+def words(seed: Tensor, count: int, stream: int = 0) -> Tensor:
+    """Random words, 0 to 2^32 - 1: int64, (B, count) of seeds (B,)."""
+    block = torch.arange((count + 3) // 4, device=seed.device)[None, :]
+    zero = torch.zeros_like(block)
+    drawn = philox4x32([block, zero + stream, zero, zero], [k[:, None] for k in key_of(seed)])
+    return torch.stack(drawn, -1).reshape(seed.size(0), -1)[:, :count]
+
+
+def uniform(seed: Tensor, count: int, stream: int = 0) -> Tensor:
+    """Multiples of 2^-24 in [0, 1), float32: (B, count) of seeds (B,).
+
+    >>> uniform(torch.tensor([0, 1]), 2).shape
+    torch.Size([2, 2])
+    """
+    return (words(seed, count, stream) >> 8).to(torch.float32) * 5.9604644775390625e-08
+
+
+def uniform_like(input: Tensor, seed: Tensor, stream: int = 0) -> Tensor:
+    """``uniform`` for every value of a batch (B, ...), float32."""
+    return uniform(seed, input[0].numel(), stream).reshape(input.shape)
+
+
+def between(u: Tensor, low: float, high: float) -> Tensor:
+    """Uniform numbers in [0, 1) as numbers in [low, high)."""
+    return u * (high - low) + low
+
+
+def normal(seed: Tensor, count: int, stream: int = 0) -> Tensor:
+    """Standard normal numbers, float32: (B, count) of seeds (B,). None is further than 5.8 from 0.
+
+    G. Box, M. Muller, A note on the generation of random normal deviates, Annals of Mathematical Statistics
+    29(2), 1958.
+    """
+    pair = uniform(seed, (count + 1) // 2 * 2, stream).reshape(seed.size(0), -1, 2)
+    radius = torch.sqrt(-2.0 * torch.log(1.0 - pair[:, :, 0]))
+    angle = pair[:, :, 1] * (2.0 * math.pi)
+    drawn = torch.stack([radius * torch.cos(angle), radius * torch.sin(angle)], -1)
+    return drawn.reshape(seed.size(0), -1)[:, :count]
+
+
+def normal_like(input: Tensor, seed: Tensor, stream: int = 0) -> Tensor:
+    """``normal`` for every value of a batch (B, ...), float32."""
+    return normal(seed, input[0].numel(), stream).reshape(input.shape)
+
+
+def integers(seed: Tensor, high: int, count: int, stream: int = 0) -> Tensor:
+    """Whole numbers in 0 to high - 1 (of at most 2^31), int64: (B, count) of seeds (B,).
+
+    Their probabilities differ by less than high / 2^32 of themselves.
+    """
+    return (words(seed, count, stream) * high) >> 32
+
+
+def permutation(seed: Tensor, count: int, stream: int = 0) -> Tensor:
+    """Random orders of 0 to count - 1, int64: (B, count) of seeds (B,).
+
+    The ranks of random words, by comparing all pairs: for small counts, and no engine needs to sort.
+
+    >>> permutation(torch.tensor([3]), 5).sort().values
+    tensor([[0, 1, 2, 3, 4]])
+    """
+    drawn = words(seed, count, stream) * count + torch.arange(count, device=seed.device)  # all differ
+    return (drawn[:, None, :] < drawn[:, :, None]).to(torch.int64).sum(-1)

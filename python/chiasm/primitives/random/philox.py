@@ -1,0 +1,57 @@
+"""Philox-4x32-10: a random number generator without a state.
+
+J. Salmon, M. Moraes, R. Dror, D. Shaw, Parallel random numbers: as easy as 1, 2, 3, SC 2011. A bijection of
+128-bit counters for each 64-bit key: the numbers at two counters are as good as independent, so that every
+sample, pixel and op computes its own, in whatever order and on whatever engine.
+
+Words of 32 bits lie in int64 tensors, which every engine has; products are made of halves, so that none
+overflows.
+"""
+
+from typing import List, Tuple
+
+from torch import Tensor
+
+
+def philox4x32(counter: List[Tensor], key: List[Tensor], rounds: int = 10) -> List[Tensor]:
+    """Four random words for each counter.
+
+    Args:
+        counter: four int64 tensors of words in 0 to 2^32 - 1 that broadcast with each other and the key.
+        key: two such tensors.
+        rounds: 10 pass all statistical tests known to the authors, 7 the most of them.
+
+    Returns:
+        Four int64 tensors of words.
+
+    >>> import torch
+    >>> zero = torch.zeros(1, dtype=torch.int64)
+    >>> [f"{int(word):08x}" for word in philox4x32([zero, zero, zero, zero], [zero, zero])]
+    ['6627e8d5', 'e169c58d', 'bc57ac4c', '9b00dbd8']
+    """
+    c0, c1, c2, c3 = counter[0], counter[1], counter[2], counter[3]
+    k0, k1 = key[0], key[1]
+    for i in range(rounds):
+        if i > 0:  # Weyl sequences: the golden ratio and the square root of 3, minus 1
+            k0, k1 = (k0 + 0x9E3779B9) & 0xFFFFFFFF, (k1 + 0xBB67AE85) & 0xFFFFFFFF
+        high0, low0 = _product(c0, 0xD2511F53)
+        high2, low2 = _product(c2, 0xCD9E8D57)
+        c0, c1, c2, c3 = high2 ^ c1 ^ k0, low2, high0 ^ c3 ^ k1, low0
+    return [c0, c1, c2, c3]
+
+
+def _product(word: Tensor, factor: int) -> Tuple[Tensor, Tensor]:
+    """The high and the low word of a product of two words."""
+    low = (word & 0xFFFF) * factor
+    high = (word >> 16) * factor + (low >> 16)  # below 2^49
+    return high >> 16, ((high & 0xFFFF) << 16) + (low & 0xFFFF)
+
+
+def key_of(seed: Tensor) -> List[Tensor]:
+    """The two words of 64-bit seeds."""
+    return [seed & 0xFFFFFFFF, (seed >> 32) & 0xFFFFFFFF]
+
+
+def seed_of(low: Tensor, high: Tensor) -> Tensor:
+    """The 64-bit seeds of two words each."""
+    return (high - ((high >> 31) << 32)) * 4294967296 + low
