@@ -1,6 +1,9 @@
 """Geometric augmentations: given their parameters, other libraries' values; and how parameters are drawn."""
 
+import doctest
 import math
+from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -19,7 +22,7 @@ def photos(batch: int = 5, height: int = 21, width: int = 30, dtype: torch.dtype
     return torch.rand(batch, 3, height, width, generator=torch.Generator().manual_seed(1)).to(dtype)
 
 
-def augmentations() -> dict[str, nn.Module]:
+def augmentations() -> dict[str, Any]:
     return {
         "hflip": augmentation.RandomHorizontalFlip(),
         "vflip": augmentation.RandomVerticalFlip(),
@@ -103,7 +106,7 @@ def test_the_share_of_samples(p: float) -> None:
 
 
 def test_a_batch_as_a_whole() -> None:
-    augment = augmentation.RandomHorizontalFlip(p=1.0, p_batch=0.5)
+    augment: Any = augmentation.RandomHorizontalFlip(p=1.0, p_batch=0.5)
     drawn = [augment.draw(SEEDS[i : i + 3], [3, 1, 2, 2])["batch_prob"] for i in range(90)]
     assert all(bool(d.all()) or not bool(d.any()) for d in drawn)
     assert stats.binomtest(int(sum(d[0] for d in drawn)), 90, 0.5).pvalue > 0.01
@@ -111,7 +114,11 @@ def test_a_batch_as_a_whole() -> None:
 
 def test_flips_are_numpy_s() -> None:
     images = photos()
-    for augment, axis in ((augmentation.RandomHorizontalFlip(), 3), (augmentation.RandomVerticalFlip(), 2)):
+    pairs: list[tuple[Any, int]] = [
+        (augmentation.RandomHorizontalFlip(), 3),
+        (augmentation.RandomVerticalFlip(), 2),
+    ]
+    for augment, axis in pairs:
         out = augment(images, seed=SEEDS[:5])
         for i, flipped in enumerate(augment._params["batch_prob"]):
             expected = np.flip(images.numpy(), axis)[i] if flipped else images[i].numpy()
@@ -131,7 +138,8 @@ def test_warps_are_opencv_s(name: str) -> None:
 
 
 def test_a_rotation_is_torchvision_s() -> None:
-    augment, image = augmentation.RandomRotation(180.0, p=1.0), photos(1)
+    image = photos(1)
+    augment: Any = augmentation.RandomRotation(180.0, p=1.0)
     out = augment(image, params={"degrees": torch.tensor([33.0])})
     expected = vision.rotate(image, 33.0, vision.InterpolationMode.BILINEAR)
     inside = vision.rotate(torch.ones_like(image), 33.0, vision.InterpolationMode.BILINEAR) > 0.999
@@ -139,7 +147,8 @@ def test_a_rotation_is_torchvision_s() -> None:
 
 
 def test_an_affine_map_is_torchvision_s() -> None:
-    augment, image = augmentation.RandomAffine(180.0), photos(1)
+    image = photos(1)
+    augment: Any = augmentation.RandomAffine(180.0)
     params = {
         "angle": torch.tensor([20.0]),
         "translations": torch.tensor([[3.0, -2.0]]),
@@ -149,14 +158,14 @@ def test_an_affine_map_is_torchvision_s() -> None:
         "center": torch.tensor([[14.5, 10.0]]),
     }
     out = augment(image, params=params)
-    args = (20.0, [3, -2], 1.3, [0.0, 0.0], vision.InterpolationMode.BILINEAR)
+    args = (20.0, [3.0, -2.0], 1.3, [0.0, 0.0], vision.InterpolationMode.BILINEAR)
     inside = vision.affine(torch.ones_like(image), *args) > 0.999
     torch.testing.assert_close(out[inside], vision.affine(image, *args)[inside], atol=1e-4, rtol=0)
 
 
 @pytest.mark.parametrize("align_corners", [True, False])
 def test_a_resized_crop_is_a_crop_resized(align_corners: bool) -> None:
-    augment = augmentation.RandomResizedCrop((24, 33), (0.2, 0.9), align_corners=align_corners)
+    augment: Any = augmentation.RandomResizedCrop((24, 33), (0.2, 0.9), align_corners=align_corners)
     images = photos(20, dtype=torch.float64)
     out = augment(images, seed=SEEDS[:20])
     for image, cropped, box in zip(images, out, augment._params["box"].int().tolist(), strict=True):
@@ -210,7 +219,7 @@ def test_what_belongs_to_an_image_moves_with_it() -> None:
     image = torch.zeros(8, 1, 60, 80)
     image[:, :, 20:40, 30:60] = 1.0
     corners = torch.tensor([[30.0, 20.0], [59.0, 20.0], [59.0, 39.0], [30.0, 39.0]]).expand(8, 4, 2)
-    augment = augmentation.AugmentationSequential(
+    augment: Any = augmentation.AugmentationSequential(
         augmentation.RandomHorizontalFlip(),
         augmentation.RandomAffine(0.0, (0.1, 0.1), (0.8, 1.2)),
         augmentation.RandomVerticalFlip(),
@@ -239,7 +248,9 @@ def test_what_belongs_to_an_image_moves_with_it() -> None:
 
 
 def test_a_sequence_draws_for_each_step() -> None:
-    augment = augmentation.AugmentationSequential(*[augmentation.RandomHorizontalFlip() for _ in range(2)])
+    augment: Any = augmentation.AugmentationSequential(
+        *[augmentation.RandomHorizontalFlip() for _ in range(2)]
+    )
     images, seed = photos(40), SEEDS[:40]
     out = augment(images, seed=seed)
     first, second = (p["batch_prob"] for p in augment._params)
@@ -273,3 +284,10 @@ def test_what_is_refused() -> None:
         augmentation.AugmentationSequential(data_keys=["boxes"])
     with pytest.raises(ValueError, match="args: expected 1 tensors"):
         augmentation.AugmentationSequential()(photos(), SEEDS[:5], SEEDS[:5])
+
+
+def test_the_page() -> None:
+    page = Path(__file__).resolve().parents[2] / "docs" / "augmentation.md"
+    tested = doctest.testfile(str(page), module_relative=False)
+    assert tested.attempted > 8
+    assert tested.failed == 0

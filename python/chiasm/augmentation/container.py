@@ -1,6 +1,6 @@
 """Sequences of augmentations, over images and what belongs to them."""
 
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Optional, Sequence, cast
 
 import torch
 from torch import Tensor, nn
@@ -56,10 +56,11 @@ class AugmentationSequential(nn.Module):
         keepdim: bool = False,
     ) -> None:
         super().__init__()
-        self.steps = nn.ModuleList([a if isinstance(a, AugmentationBase) else Fixed(a) for a in args])
+        steps = [a if isinstance(a, AugmentationBase) else Fixed(a) for a in args]
         if same_on_batch is not None:
-            for step in self.steps:
+            for step in steps:
                 step.same_on_batch = same_on_batch
+        self.steps = nn.ModuleList(steps)
         self.data_keys, self.keepdim = [_key(k) for k in data_keys], keepdim
         self._params, self._shapes = [], []
 
@@ -95,7 +96,7 @@ class AugmentationSequential(nn.Module):
         if seed is None:
             seed = draw_seeds(data[0].size(0), generator).to(data[0].device)
         self._params, self._shapes = [], []
-        for i, step in enumerate(self.steps):
+        for i, step in enumerate(self._typed()):
             self._shapes.append(list(data[0].shape))
             image = step(data[0], params=None if params is None else params[i], seed=split(seed, i))
             self._params.append(step._params)
@@ -120,7 +121,7 @@ class AugmentationSequential(nn.Module):
         keys = self._keys(data_keys, len(args))
         params = self._params if params is None else params
         data = list(args)
-        for step, given, shape in list(zip(self.steps, params, self._shapes))[::-1]:
+        for step, given, shape in list(zip(self._typed(), params, self._shapes))[::-1]:
             matrix = torch.linalg.inv(step.compute_transformation(given, shape))
             data = [
                 step.inverse_transform(d, given, shape) if k in ("input", "mask") else _moved(k, d, matrix)
@@ -132,7 +133,7 @@ class AugmentationSequential(nn.Module):
     def transform_matrix(self) -> Tensor:
         """Where the last call took pixels (x, y, 1): (B, 3, 3) in float64."""
         total = None
-        for step, given, shape in zip(self.steps, self._params, self._shapes):
+        for step, given, shape in zip(self._typed(), self._params, self._shapes):
             matrix = step.compute_transformation(given, shape)
             total = matrix if total is None else matrix @ total
         if total is None:
@@ -140,6 +141,10 @@ class AugmentationSequential(nn.Module):
         return total
 
     __jit_unused_properties__ = ("transform_matrix",)
+
+    def _typed(self) -> List[AugmentationBase]:
+        """The steps; of a ModuleList a type checker knows modules only."""
+        return cast("List[AugmentationBase]", list(self.steps))
 
     def _keys(self, data_keys: Optional[Sequence[str]], count: int) -> List[str]:
         keys = self.data_keys if data_keys is None else [_key(k) for k in data_keys]
