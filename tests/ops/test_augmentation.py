@@ -32,6 +32,7 @@ def augmentations() -> dict[str, Any]:
         "translate": augmentation.RandomTranslate((-0.1, 0.2), (0.0, 0.3)),
         "perspective": augmentation.RandomPerspective(0.6),
         "area_preserving": augmentation.RandomPerspective(0.6, sampling_method="area_preserving"),
+        "erasing": augmentation.RandomErasing(value=0.25),
         "resized_crop": augmentation.RandomResizedCrop((9, 11), p=0.5),
     }
 
@@ -174,6 +175,20 @@ def test_a_resized_crop_is_a_crop_resized(align_corners: bool) -> None:
         expected = nn.functional.interpolate(part, (24, 33), mode="bilinear", align_corners=align_corners)[0]
         cut = slice(None) if align_corners else slice(4, -4)  # at its edges, pixels beyond the box count
         torch.testing.assert_close(cropped[:, cut, cut], expected[:, cut, cut], atol=1e-9, rtol=0)
+
+
+def test_erasing_is_torchvision_s() -> None:
+    augment: Any = augmentation.RandomErasing((0.1, 0.3), value=0.25, p=1.0)
+    images = photos()
+    out = augment(images, seed=SEEDS[:5])
+    names = ("ys", "xs", "heights", "widths")
+    for i in range(5):
+        box = [int(augment._params[name][i]) for name in names]
+        assert torch.equal(out[i], vision.erase(images[i], *box, torch.tensor(0.25)))
+    drawn = augment.draw(SEEDS, [2000, 3, 1000, 1000])
+    area = drawn["widths"] * drawn["heights"] / 1e6
+    assert stats.kstest(area.numpy(), stats.uniform(0.1, 0.2).cdf).pvalue > 0.005
+    assert stats.kstest((drawn["ys"] / (1001 - drawn["heights"])).numpy(), "uniform").pvalue > 0.005
 
 
 def test_parameters_are_uniform() -> None:

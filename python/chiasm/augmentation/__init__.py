@@ -10,6 +10,7 @@ from .base import (
 )
 from .container import AugmentationSequential
 from .crop import RandomResizedCrop, random_resized_crop
+from .erasing import RandomErasing, random_erasing
 from .flip import RandomHorizontalFlip, RandomVerticalFlip, random_horizontal_flip, random_vertical_flip
 from .perspective import RandomPerspective, random_perspective
 from .rotation import RandomRotation, random_rotation
@@ -21,6 +22,7 @@ __all__ = [
     "GeometricAugmentationBase2D",
     "IntensityAugmentationBase2D",
     "RandomAffine",
+    "RandomErasing",
     "RandomHorizontalFlip",
     "RandomPerspective",
     "RandomResizedCrop",
@@ -29,6 +31,7 @@ __all__ = [
     "RandomTranslate",
     "RandomVerticalFlip",
     "random_affine",
+    "random_erasing",
     "random_horizontal_flip",
     "random_perspective",
     "random_resized_crop",

@@ -48,3 +48,4 @@ add(
         config={"size": (32, 40), "scale": (0.3, 1.0)},
     )
 )
+add(_spec("random_erasing", "torchvision's erase"))
