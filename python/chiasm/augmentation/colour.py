@@ -106,6 +106,7 @@ def random_saturation(
         >>> random_saturation(red, torch.tensor([7]), (0.5, 0.5)).flatten()
         tensor([0.8000, 0.6000, 0.6000])
     """
+    check_rgb(input, "input")
     check_image(input, "input")
     check_bounds(saturation, 0.0, math.inf, "saturation")
     check_chance(p)
@@ -134,6 +135,7 @@ def random_hue(input: Tensor, seed: Tensor, hue: Tuple[float, float] = (0.0, 0.0
         >>> random_hue(red, torch.tensor([7]), (0.5, 0.5)).flatten()
         tensor([0., 1., 1.])
     """
+    check_rgb(input, "input")
     check_image(input, "input")
     check_bounds(hue, -0.5, 0.5, "hue")
     check_chance(p)
@@ -237,6 +239,7 @@ def random_rgb_shift(
         >>> random_rgb_shift(grey, seed, (0.1, 0.1), (0.0, 0.0), (-0.2, -0.2), 1.0).flatten()
         tensor([0.6000, 0.5000, 0.3000])
     """
+    check_rgb(input, "input")
     check_image(input, "input")
     check_bounds(r_shift_limit, -math.inf, math.inf, "r_shift_limit")
     check_bounds(g_shift_limit, -math.inf, math.inf, "g_shift_limit")

@@ -9,7 +9,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_image, check_tensor
 from ..primitives.random.draws import uniform
 from ..primitives.random.philox import key_of, philox4x32
 from .decisions import between, check_bounds, check_chance, drawn, each, ranks
@@ -211,6 +211,7 @@ def random_transplantation(
         tensor([[[0, 3]]])
     """
     check_image(input, "input")
+    check_tensor(mask, "mask")
     if mask.dtype != torch.int64:
         raise TypeError(f"mask: expected an int64 tensor, got dtype {mask.dtype}")
     if mask.dim() != 3 or mask.size(0) != input.size(0) or mask.shape[1:] != input.shape[2:]:
@@ -237,6 +238,7 @@ def random_transplantation(
 
 
 def _check_label(label: Tensor, input: Tensor) -> None:
+    check_tensor(label, "label")
     if label.dim() != 1 or label.size(0) != input.size(0):
         raise ValueError(f"label: expected shape ({input.size(0)},), got {list(label.shape)}")
 
