@@ -184,7 +184,9 @@ def test_erasing_is_torchvision_s() -> None:
     names = ("ys", "xs", "heights", "widths")
     for i in range(5):
         box = [int(augment._params[name][i]) for name in names]
-        assert torch.equal(out[i], vision.erase(images[i], *box, torch.tensor(0.25)))
+        assert torch.equal(
+            out[i], vision.erase(images[i], box[0], box[1], box[2], box[3], torch.tensor(0.25))
+        )
     drawn = augment.draw(SEEDS, [2000, 3, 1000, 1000])
     area = drawn["widths"] * drawn["heights"] / 1e6
     assert stats.kstest(area.numpy(), stats.uniform(0.1, 0.2).cdf).pvalue > 0.005
