@@ -1,8 +1,9 @@
 """Augmentations that mix the images of a batch, and policies."""
 
-from ..spec import Spec, TensorSpec, image
+from chiasm.export.spec import Spec, TensorSpec, image
+
 from . import add
-from .augmentation_intensity import SEED
+from .intensity import SEED
 
 _LABEL = TensorSpec("label", ("B",), "int64", range=(0, 999), description="the number of each image's class")
 _MIXED = TensorSpec("output", layout="NCHW")

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from ..spec import Spec, TensorSpec, image
+from chiasm.export.spec import Spec, TensorSpec, image
+
 from . import STENCIL, add
 
 SEED = TensorSpec("seed", ("B",), "int64", range=(0, (1 << 31) - 1), description="one seed a sample")
