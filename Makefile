@@ -13,7 +13,7 @@ FIRST ?= 0
 MINUTES ?= 60
 # The inputs of an export: the exporter and the ops, not what reads bundles.
 SOURCES := $(shell find python/chiasm runtime/artifact \
-  \( -path python/chiasm/artifact -o -path python/chiasm/data -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -path python/chiasm/triton -o -name __pycache__ -o -name verify.py -o -name cli.py -o -name images.py \) -prune \
+  \( -path python/chiasm/artifact -o -path python/chiasm/data -o -path python/chiasm/onnx -o -path python/chiasm/runtime -o -path python/chiasm/triton -o -name __pycache__ -o -name verify.py -o -name comparison.py -o -name pack.py -o -name packs.py -o -name doctor.py -o -name extras.py -o -name __main__.py -o -name cli.py -o -name images.py \) -prune \
   -o \( -name '*.py' -o -name '*.cpp' -o -name '*.h' -o -name '*.json' -o -name regex \) -print)
 
 # Of the past, and damaged on purpose, are not laid out.
@@ -22,7 +22,7 @@ CPP := $(shell find bench examples gallery include runtime studies tests \( -pat
 
 .PHONY: help setup build bundles test-bundles demo gallery study \
   test test-all test-quick test-ops test-export test-runtime test-aarch64 test-parity test-serving test-data \
-  test-studies test-sanitizers test-fuzz fuzz test-install sanitize-artifacts attack soak test-special-values special-values parity coverage docs linalg-accuracy other-runtimes bench lint format stubs lock clean
+  test-studies test-sanitizers test-fuzz fuzz test-install wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs site linalg-accuracy other-runtimes bench lint format stubs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -109,6 +109,9 @@ coverage: ## docs/coverage.md from the catalog and the last full matrix
 docs: ## docs/kernels.md from the kernels' declarations
 	@python3 -B runtime/artifact/generate.py docs docs/kernels.md
 
+site: setup ## the pages and a reference of every op as HTML -> build/site/html; warnings and links to nowhere are errors
+	tools/site.sh
+
 linalg-accuracy: setup ## measure the linear algebra against NumPy -> docs/linalg.md
 	$(PY) tests/ops/linalg_accuracy.py
 
@@ -162,8 +165,15 @@ test-fuzz: setup ## libFuzzer over every reader, whole bundles and the C interfa
 fuzz: setup ## the same for hours: SECONDS=3600 for each of the eight fuzzers, two at a time, a line a minute
 	tests/fuzz/run.sh $(or $(SECONDS),3600)
 
-test-install: setup ## `pip install .` into an empty folder, used from outside (ctest covers cmake --install)
+test-install: build ## wheels, a pack of bundles and Debian packages, used from outside (ctest covers cmake --install)
 	tests/consumer/pip_install.sh
+	tests/consumer/deb.sh build/release build/pip/bundles/filters.sobel.chiasm
+
+wheels: build ## chiasm, chiasm-export and chiasm-torch -> dist; PYTHONS="python3.10 python3.12": chiasm for more Pythons
+	tools/wheels.sh
+
+dist: wheels bundles ## the wheels, and the whole catalog as a wheel for each family -> dist (hours; compilations are kept)
+	tools/packs.sh $(BUNDLES)
 
 bench: build ## WHAT=speed (the default), images, geometry, peers, matching, serving or ray: measure against peers -> docs/benchmarks*.md
 	@[ "$(WHAT)" != images ] || tools/kornia.sh
@@ -199,6 +209,8 @@ lock: setup ## requirements.in -> requirements.txt, pinned with hashes
 	  tools/triton/server.in -o tools/triton/server.txt
 	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/data.in -o tools/data.txt
 	$(PY) -m uv pip compile -q --upgrade --no-deps --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/kornia.in -o tools/kornia.txt
+	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.10 --no-emit-index-url --no-header tools/wheels.in -o tools/wheels.txt
+	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/site/site.in -o tools/site/site.txt
 
 clean: ## remove what was built (not .venv)
 	rm -rf build python/chiasm/*.so python/chiasm/artifact

@@ -8,25 +8,29 @@ function(chiasm_compile_settings target)
     CXX_STANDARD 17 CXX_STANDARD_REQUIRED ON CXX_EXTENSIONS OFF
     C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
     POSITION_INDEPENDENT_CODE ON)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic "-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=")
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -ffunction-sections -fdata-sections "-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=")
 endfunction()
 
 # chiasm_export_only(TARGET SYMBOL): the library exports SYMBOL and nothing else, not even what a static library or a
-# template of the standard library would add.
+# template of the standard library would add; and holds nothing that this does not need.
 function(chiasm_export_only target symbol)
   set(map "${CMAKE_CURRENT_BINARY_DIR}/${target}.map")
   file(CONFIGURE OUTPUT "${map}" CONTENT "{ global: ${symbol}; local: *; };\n" @ONLY)
-  target_link_options(${target} PRIVATE "-Wl,--version-script=${map}" -Wl,--enable-new-dtags)
+  target_link_options(${target} PRIVATE "-Wl,--version-script=${map}" -Wl,--enable-new-dtags -Wl,--gc-sections)
   set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS "${map}")
 endfunction()
 
-# chiasm_add_backend(NAME SOURCES...): the plug-in libchiasm_NAME.so (target chiasm_NAME), in the folder chiasm/ beside libchiasm,
+# chiasm_add_backend(NAME SOURCES... [COMPONENT NAME]): the plug-in libchiasm_NAME.so (target chiasm_NAME), in the folder chiasm/ beside libchiasm,
 # in the build tree as where it is installed. It must open without its engine: see runtime/core/backend.h.
 function(chiasm_add_backend name)
-  add_library(chiasm_${name} MODULE ${ARGN})
+  cmake_parse_arguments(arg "" "COMPONENT" "" ${ARGN})
+  if(NOT arg_COMPONENT)
+    set(arg_COMPONENT runtime)
+  endif()
+  add_library(chiasm_${name} MODULE ${arg_UNPARSED_ARGUMENTS})
   chiasm_compile_settings(chiasm_${name})
   chiasm_export_only(chiasm_${name} chiasm_backend_entry)
   target_link_libraries(chiasm_${name} PRIVATE chiasm_base)
   set_target_properties(chiasm_${name} PROPERTIES LIBRARY_OUTPUT_DIRECTORY "${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/chiasm")
-  install(TARGETS chiasm_${name} LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/chiasm")
+  install(TARGETS chiasm_${name} LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/chiasm" COMPONENT ${arg_COMPONENT})
 endfunction()

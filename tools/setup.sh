@@ -7,7 +7,7 @@ PYTHON=${PYTHON:-python3}
 
 packages=(g++ make cmake ninja-build pkg-config ca-certificates python3-venv binutils
   libopencv-dev libgtest-dev libgmock-dev libeigen3-dev nlohmann-json3-dev libsodium-dev minisign libdlpack-dev
-  libhwy-dev libbenchmark-dev clang clang-format clang-tidy libclang-rt-dev g++-aarch64-linux-gnu qemu-user)
+  libhwy-dev libbenchmark-dev lintian clang clang-format clang-tidy libclang-rt-dev g++-aarch64-linux-gnu qemu-user)
 
 say() { printf '\033[1msetup:\033[0m %s\n' "$*"; }
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }

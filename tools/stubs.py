@@ -13,11 +13,13 @@ import re
 import subprocess
 import sys
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from torch import Tensor
 
-from chiasm.primitives.core.modules import class_name
+from chiasm.primitives.core.modules import class_name, settings_of
 
 PACKAGE = Path(__file__).resolve().parents[1] / "python" / "chiasm"
 HEAD = "# Written by `make stubs` from the signatures of the functions; do not edit.\n"
@@ -50,7 +52,10 @@ def stub(family: Path) -> str:
     classes = [class_name(function) for function in public if class_name(function) not in package.__all__]
     for function in public:
         if class_name(function) in classes:
-            lines += _class(getattr(package, class_name(function)), getattr(package, function))
+            made = getattr(package, class_name(function))
+            lines += _class(made, getattr(package, function))
+            lines += [f"{other} = {made.__name__}" for other in made.form.also]
+            classes += made.form.also
     lines += ["", f"__all__ = {[*package.__all__, *sorted(classes)]!r}", ""]
     file = str(family.with_suffix(".pyi"))
     rules = ("--select", "I,F401,RUF022", "--fix")
@@ -63,12 +68,13 @@ def _ruff(text: str, *arguments: str) -> str:
     return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
 
 
-def _class(made: type, function: object) -> list[str]:
+def _class(made: Any, function: Callable[..., Any]) -> list[str]:
     """A class with its constructor, its attributes and its `forward`."""
     signature = inspect.signature(function)
-    attributes = [p for p in inspect.signature(made.__init__).parameters if p != "self"]
-    settings = [signature.parameters[p] for p in attributes]
-    tensors = [p for p in signature.parameters.values() if p not in settings]
+    form = made.form
+    settings = settings_of(function, form)
+    named = [p.replace(name=form.names.get(p.name, p.name)) for p in settings]
+    tensors = [p for p in signature.parameters.values() if p.name not in {s.name for s in settings}]
     assert all(p.annotation is Tensor for p in tensors), function
     returned = _annotation(signature.return_annotation)
     first = (inspect.getdoc(function) or "").split("\n\n")[0]
@@ -78,7 +84,7 @@ def _class(made: type, function: object) -> list[str]:
         f"class {made.__name__}(nn.Module):",
         *_docstring(f"`{function.__name__}` as a module: {' '.join(first.split())}"),
         *(f"    {p.name}: {_annotation(p.annotation)}" for p in settings),
-        f"    def __init__({', '.join(['self', *map(_parameter, settings)])}) -> None: ...",
+        f"    def __init__({', '.join(['self', *map(_parameter, named)])}) -> None: ...",
         f"    def forward({arguments}) -> {returned}: ...",
         f"    def __call__({arguments}) -> {returned}: ...",
     ]

@@ -15,6 +15,7 @@ _SUBMODULES = (
     "color",
     "contrib",
     "data",
+    "doctor",
     "enhance",
     "export",
     "feature",

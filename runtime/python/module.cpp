@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/cpu.h"
 #include "core/minisign.h"
 #include "core/status.h"
 #include "error.h"
@@ -272,6 +273,15 @@ void set_trust(const std::string& policy, const std::vector<std::string>& keys) 
 std::string get_trust() { return kPolicies[static_cast<int32_t>(chiasm::trust_policy())]; }
 
 // What chiasm.export signs with; a program that runs bundles has set_trust.
+/** What artifacts this CPU runs, the fastest first. */
+std::vector<std::string> instruction_sets() {
+  std::vector<std::string> found;
+  for (const core::Isa isa : {core::Isa::x86_64_v4, core::Isa::x86_64_v3}) {
+    if (core::cpu_supports(isa)) found.emplace_back(core::kIsaNames[static_cast<int>(isa)]);
+  }
+  return found;
+}
+
 py::bytes sign(const std::string& message, const std::string& secret_key) {
   std::array<unsigned char, 64> key;
   if (secret_key.size() != key.size()) throw Error(CHIASM_INVALID_ARGUMENT, "secret_key: expected 64 bytes");
@@ -450,6 +460,7 @@ shapes and dtypes of `output_shapes`, and overlap neither the inputs nor each ot
   m.def("get_num_threads", &chiasm::get_num_threads);
   m.def("set_trust", &chiasm::python::set_trust, arg("policy"), arg("keys"));
   m.def("get_trust", &get_trust);
+  m.def("instruction_sets", &instruction_sets);
   m.def("sign", &sign, arg("message"), arg("secret_key"));
   m.def("verify_signature", &verify_signature, arg("message"), arg("signature"), arg("key"), arg("origin"));
 }

@@ -31,7 +31,7 @@ def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_help_teaches() -> None:
     code, text = chiasm("--help")
     assert code == 0 and "A first round" in text
-    for command in ("list", "export", "info", "verify", "run", "triton"):
+    for command in ("list", "doctor", "export", "info", "verify", "run", "pack", "triton"):
         assert command in text
         assert chiasm(command, "--help")[0] == 0
 

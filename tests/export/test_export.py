@@ -24,13 +24,13 @@ from torch import Tensor, nn
 import chiasm.runtime
 from chiasm.export import ExportError, Spec, TensorSpec, export, frame, image, samples
 from chiasm.export.catalog import catalog
+from chiasm.export.comparison import onnx_session
 from chiasm.export.formats.native import _key
 from chiasm.export.job import with_cotangents
 from chiasm.export.manifest import BundleError, read_manifest, schema
 from chiasm.export.tracing.gradient import trace_vjp, vjp_module, vjp_signature
 from chiasm.export.tracing.graph import output_specs, trace
 from chiasm.export.tracing.module import bind_spec
-from chiasm.export.verify import onnx_session
 from chiasm.filters import GaussianBlur2d, Sobel
 from chiasm.primitives.geometry.consensus import model_costs
 

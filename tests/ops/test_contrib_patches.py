@@ -137,7 +137,7 @@ def test_gradients() -> None:
 @pytest.mark.parametrize("padding", [1, (1, 2), (1, 0, 2, 3)])
 def test_modules_script_whatever_the_padding(padding: object) -> None:
     cut = ExtractTensorPatches((4, 3), 2, padding, True)
-    join = CombineTensorPatches((8, 9), (4, 3), 2, True, padding)
+    join = CombineTensorPatches((8, 9), (4, 3), 2, padding, True)
     for module in (torch.nn.Sequential(cut, join), torch.jit.script(torch.nn.Sequential(cut, join))):
         torch.testing.assert_close(module(X + 1.0), X + 1.0)
 

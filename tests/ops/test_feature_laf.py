@@ -203,12 +203,12 @@ WRONG = [
     ),
     (lambda: feature.get_laf_scale(FRAME.int()), TypeError, "LAF: expected a floating-point tensor"),
     (
-        lambda: feature.rotate_laf(FRAME, torch.zeros(1, 2)),
+        lambda: feature.rotate_laf(FRAME, torch.zeros(1, 1, 2)),
         ValueError,
-        r"angles_degrees: expected shape \(B, N, 1\), got \[1, 2\]",
+        r"angles_degrees: expected shape \(B, N, 1\), got \[1, 1, 2\]",
     ),
     (
-        lambda: feature.set_laf_orientation(FRAME, torch.zeros(1, 2)),
+        lambda: feature.set_laf_orientation(FRAME, torch.zeros(1)),
         ValueError,
         "angles_degrees: expected shape",
     ),

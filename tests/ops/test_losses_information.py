@@ -157,7 +157,7 @@ WRONG = [
     ),
     (lambda: losses.mutual_information_loss(X, X, X), TypeError, "input_mask: expected dtype torch.bool"),
     (
-        lambda: losses.mutual_information_loss(X, X, MASK, MASK[:1]),
+        lambda: losses.mutual_information_loss(X, X, MASK, MASK[..., :1]),
         ValueError,
         "target_mask: expected the signals' shape",
     ),

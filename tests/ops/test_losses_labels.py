@@ -170,14 +170,14 @@ def test_tversky_equals_the_formula(shape: tuple[int, ...]) -> None:
 def test_focal_equals_the_formula(shape: tuple[int, ...], alpha: float | None, gamma: float) -> None:
     pred, target, weight = segmentation(shape)
     p = scipy.special.softmax(pred.numpy(), 1)
-    expected = np.zeros(target.shape)
+    expected = np.zeros(pred.shape)
     for at in np.ndindex(*target.shape):
         label = target[at].item()
         if label != IGNORED:
-            own = p[(at[0], label, *at[1:])]
+            plane = (at[0], label, *at[1:])
             balance = 1.0 if alpha is None else alpha if label > 0 else 1 - alpha
-            expected[at] = -balance * weight[label].item() * (1 - own) ** gamma * np.log(own)
-    count = (target != IGNORED).sum().item()
+            expected[plane] = -balance * weight[label].item() * (1 - p[plane]) ** gamma * np.log(p[plane])
+    count = (target != IGNORED).sum().item() * pred.size(1)
     np.testing.assert_allclose(
         losses.focal_loss(pred, target, alpha, gamma, weight=weight), expected, rtol=1e-8, atol=1e-12
     )
@@ -196,17 +196,17 @@ def test_focal_equals_the_formula(shape: tuple[int, ...], alpha: float | None, g
 def test_focal_without_focus_is_cross_entropy(shape: tuple[int, ...]) -> None:
     pred, target, _ = segmentation(shape)
     torch.testing.assert_close(
-        losses.focal_loss(pred, target, None, 0.0), F.cross_entropy(pred, target, reduction="none")
+        losses.focal_loss(pred, target, None, 0.0).sum(1), F.cross_entropy(pred, target, reduction="none")
     )
     torch.testing.assert_close(
-        losses.focal_loss(pred, target, None, 0.0, "mean"), F.cross_entropy(pred, target)
+        losses.focal_loss(pred, target, None, 0.0, "mean") * pred.size(1), F.cross_entropy(pred, target)
     )
 
 
 def test_focal_of_two_classes_is_binary() -> None:
     pred, target, _ = segmentation((3, 2, 11, 7))
     binary = losses.binary_focal_loss_with_logits(pred[:, 1] - pred[:, 0], target, 0.3, 1.7)
-    torch.testing.assert_close(losses.focal_loss(pred, target, 0.3, 1.7), binary)
+    torch.testing.assert_close(losses.focal_loss(pred, target, 0.3, 1.7).sum(1), binary)
 
 
 @sizes

@@ -26,8 +26,9 @@ def family(entry: Entry) -> str:
     )
 
 
-# Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py
-OWN_CLASS = {"geometry.transform.affine"}
+# Kornia's Affine takes angles and factors, not a matrix: test_geometry_modules.py; its KMeans is fitted:
+# test_switching.py
+OWN_CLASS = {"contrib.kmeans", "geometry.transform.affine"}
 # A form for frames is of the same class.
 OPS = {name: entry for name, entry in catalog().items() if not entry.spec.interleaved}
 WITH_TWIN = {name: entry for name, entry in OPS.items() if family(entry) and name not in OWN_CLASS}
@@ -52,9 +53,10 @@ def test_module_scripts_and_equals_the_function(entry: Entry) -> None:
     given = given_to(entry)
     made = getattr(importlib.import_module(family(entry)), class_name(function.__name__))
     tensors = list(inspect.signature(made.forward).parameters)[1:]
-    module = made(**entry.spec.config, **{n: v for n, v in given.items() if n not in tensors})
+    settings = entry.spec.config | {n: v for n, v in given.items() if n not in tensors}
+    module = made(**{made.form.names.get(n, n): v for n, v in settings.items()})
     forward = [given[n] for n in tensors]
-    expected = function(**given, **entry.spec.config)
+    expected = function(**{**made.form.defaults, **given, **entry.spec.config})
     assert_same(module(*forward), expected, 0.0)
     assert_same(torch.jit.script(module)(*forward), expected, 1e-5)
 

@@ -50,6 +50,24 @@ def test_interior_equals_opencv(cfa: str) -> None:
 
 
 @every_cfa
+@pytest.mark.parametrize("dtype", [torch.uint8, torch.uint16])
+def test_interior_of_whole_numbers_is_opencvs(cfa: str, dtype: torch.dtype) -> None:
+    largest = torch.iinfo(dtype).max
+    raw = np.random.default_rng(5).integers(0, largest, (2, 37, 54), endpoint=True)
+    raw = raw.astype(np.uint8 if dtype == torch.uint8 else np.uint16)
+    actual = color.raw_to_rgb(torch.from_numpy(raw)[:, None], cfa)
+    assert actual.dtype == dtype
+    for b in range(2):
+        expected = cv2.cvtColor(raw[b], CFA[cfa][0])
+        np.testing.assert_array_equal(hwc(actual, b)[1:-1, 1:-1], expected[1:-1, 1:-1])
+    known = color.rgb_to_raw(actual, cfa)
+    np.testing.assert_array_equal(known[:, 0], raw)
+    halves = color.raw_to_rgb_2x2_downscaled(torch.from_numpy(raw)[:, None], cfa)
+    exact = color.raw_to_rgb_2x2_downscaled(torch.from_numpy(raw.astype(np.float64))[:, None], cfa)
+    np.testing.assert_array_equal(halves.numpy(), np.floor(exact.numpy() + 0.5))
+
+
+@every_cfa
 @pytest.mark.parametrize("size", SIZES)
 def test_everywhere_equals_scipy(cfa: str, size: tuple[int, int]) -> None:
     """Normalised convolution of each colour's samples, mirrored at the border."""
@@ -105,7 +123,11 @@ WRONG = [
         ValueError,
         "cfa: expected one of .*'bg', 'gb', 'rg', 'gr'.*, got 'rggb'",
     ),
-    (lambda: color.raw_to_rgb(RAW.int(), "bg"), TypeError, "image: expected a floating-point"),
+    (
+        lambda: color.raw_to_rgb(RAW.int(), "bg"),
+        TypeError,
+        "image: expected a floating-point, uint8 or uint16",
+    ),
     (
         lambda: color.raw_to_rgb(RAW.expand(1, 3, 4, 4), "bg"),
         ValueError,

@@ -145,7 +145,6 @@ WRONG = [
         lambda: ImageRegistrator().register(IMAGE, IMAGE[:, :, :8]),
         r"dst_img: expected src_img's shape \[1, 1, 16, 16\]",
     ),
-    (lambda: Similarity(False, False, False), "rotation, scale, shift: expected one"),
 ]
 
 

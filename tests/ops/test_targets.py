@@ -29,7 +29,7 @@ from chiasm.primitives.filters.stencil import join_channels
 from chiasm.primitives.linalg.qr import frobenius_norm, qr
 
 #: What is no op: it reads bundles, runs them or makes them.
-NO_OPS = ("data", "export", "onnx", "runtime", "triton")
+NO_OPS = ("__main__", "data", "doctor", "export", "extras", "onnx", "packs", "runtime", "triton")
 for module in pkgutil.walk_packages(chiasm.__path__, "chiasm."):
     if module.name.split(".")[1] not in NO_OPS:
         importlib.import_module(module.name)
@@ -685,7 +685,9 @@ ASKING = {
 }
 ROOT = Path(chiasm.__file__).parent
 MODULES = [
-    p for p in sorted(ROOT.rglob("*.py")) if p.relative_to(ROOT).parts[0] not in (*NO_OPS, "primitives")
+    p
+    for p in sorted(ROOT.rglob("*.py"))
+    if p.relative_to(ROOT).parts[0].removesuffix(".py") not in (*NO_OPS, "primitives")
 ]
 
 

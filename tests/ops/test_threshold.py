@@ -151,7 +151,7 @@ def test_differentiable_otsu_has_a_gradient() -> None:
 
 
 WRONG = [
-    (lambda: in_range(X[0], [0.0], [1.0]), ValueError, r"input: expected shape \(B, C, H, W\)"),
+    (lambda: in_range(X[None], [0.0], [1.0]), ValueError, r"input: expected shape \(B, C, H, W\)"),
     (lambda: in_range(X.int(), [0.0] * 3, [1.0] * 3), TypeError, "input: expected a floating-point"),
     (
         lambda: in_range(X, [0.0], [1.0] * 3),

@@ -96,16 +96,24 @@ def test_without_corners_equals_grid_sample(mode: str, padding: str) -> None:
         warp_affine3d(X, MATRICES, size, mode, padding, False), expected, rtol=0, atol=1e-9
     )
     perspective = np.stack([mapped(np.linalg.inv(full(m)), voxels(size)) for m in HOMOGRAPHIES])
-    expected = by_grid_sample(perspective, mode, padding)
+    grid = torch.from_numpy((perspective * 2 + 1) / EXTENT - 1)  # the same voxels, from face to face
+    expected = F.grid_sample(X, grid, mode, padding, False)
     torch.testing.assert_close(
         warp_perspective3d(X, HOMOGRAPHIES, size, mode, padding, False), expected, rtol=0, atol=1e-9
     )
 
 
 @pytest.mark.parametrize("align", [True, False])
+def test_the_identity_leaves_a_volume(align: bool) -> None:
+    same, size = torch.eye(4, dtype=D)[None], (X.size(2), X.size(3), X.size(4))
+    for warp in (warp_perspective3d, homography_warp3d):
+        torch.testing.assert_close(warp(X[:1], same, size, align_corners=align), X[:1], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("align", [True, False])
 def test_homography_warp_equals_grid_sample(align: bool) -> None:
     h = torch.eye(4, dtype=D) + 0.1 * (HOMOGRAPHIES - torch.eye(4, dtype=D))
-    grid = F.affine_grid(torch.eye(4, dtype=D)[None, :3].expand(2, 3, 4), [2, 1, 7, 10, 16], True)
+    grid = F.affine_grid(torch.eye(4, dtype=D)[None, :3].expand(2, 3, 4), [2, 1, 7, 10, 16], align)
     warped = warp_grid3d(grid, h)
     for b in range(2):
         np.testing.assert_allclose(warped[b], mapped(h[b].numpy(), grid[b].numpy()), atol=1e-12)

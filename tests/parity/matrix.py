@@ -31,12 +31,12 @@ from rich.table import Column, Table
 import chiasm.runtime
 from chiasm.export import samples
 from chiasm.export.catalog import Entry, catalog
+from chiasm.export.comparison import compare, onnx_session
 from chiasm.export.job import run_eager, with_cotangents
 from chiasm.export.manifest import read_manifest
 from chiasm.export.spec import TensorSpec
 from chiasm.export.tracing.gradient import vjp_module
 from chiasm.export.tracing.module import bind_spec
-from chiasm.export.verify import compare, onnx_session
 
 ROOT = Path(__file__).resolve().parents[2]
 BUNDLES = ROOT / "build" / "bundles"

@@ -47,6 +47,7 @@ DEATHS = 6
 _ROUNDING = "with such numbers among others the result is what rounding left of these"
 _NO_MODEL = "of such points there is no model, or any"
 _DOCUMENTED = "documented for values well below 1e4, which stands for what a structuring element leaves out"
+_SINGULAR = "a matrix that such numbers make singular has an inverse by rounding alone"
 _OVERFLOW = "squares of such numbers overflow"
 NOT_COMPARED = {
     "contrib.kmeans": _ROUNDING,
@@ -63,6 +64,16 @@ NOT_COMPARED = {
     "geometry.homography.find_homography_dlt_iterated": _NO_MODEL,
     "geometry.homography.find_homography_lines_dlt": _NO_MODEL,
     "geometry.ransac.ransac_essential": _NO_MODEL,
+    **{
+        f"geometry.transform.{name}": _SINGULAR
+        for name in (
+            "crop_and_resize3d",
+            "crop_by_boxes3d",
+            "crop_by_transform_mat3d",
+            "get_tps_transform",
+            "warp_perspective3d",
+        )
+    },
     **{
         f"morphology.{name}": _DOCUMENTED
         for name in (

@@ -52,6 +52,7 @@ import torch  # noqa: E402
 
 from chiasm.export import export, samples  # noqa: E402
 from chiasm.export.catalog import catalog  # noqa: E402
+from chiasm.export.comparison import compare  # noqa: E402
 from chiasm.export.errors import ExportError  # noqa: E402
 from chiasm.export.formats import native  # noqa: E402
 from chiasm.export.job import run_eager, with_cotangents  # noqa: E402
@@ -59,7 +60,6 @@ from chiasm.export.manifest import read_manifest  # noqa: E402
 from chiasm.export.spec import TensorSpec  # noqa: E402
 from chiasm.export.tracing.gradient import vjp_module  # noqa: E402
 from chiasm.export.tracing.module import bind_spec  # noqa: E402
-from chiasm.export.verify import compare  # noqa: E402
 
 native.LIBRARIES = ROOT / "build" / "asan-ubsan" / "artifact"
 

@@ -1,5 +1,6 @@
 """Random changes of images for training, as functions of seeds, which export like every op."""
 
+from . import values
 from .affine import RandomAffine, RandomShear, RandomTranslate, random_affine
 from .base import (
     AugmentationBase2D,
@@ -37,3 +38,7 @@ __all__ = [
     "random_rotation",
     "random_vertical_flip",
 ]
+
+# Functions and classes that change values, or mix images.
+globals().update(values.PUBLIC)
+__all__ += [*values.PUBLIC]

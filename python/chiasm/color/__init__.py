@@ -1,6 +1,6 @@
 """Colour spaces."""
 
-from ..primitives.core.modules import lazy_modules
+from ..primitives.core.modules import ModuleForm, lazy_modules
 from .camera import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, uyvy_to_rgb, yuyv_to_rgb
 from .colormap import apply_colormap
 from .gray import bgr_to_grayscale, grayscale_to_rgb, rgb_to_grayscale
@@ -9,6 +9,7 @@ from .hsv import hsv_to_rgb, rgb_to_hsv
 from .lab import lab_to_rgb, rgb_to_lab
 from .linear import linear_rgb_to_rgb, rgb_to_linear_rgb
 from .luv import luv_to_rgb, rgb_to_luv
+from .names import CFA, ColorMapType
 from .raw import raw_to_rgb, raw_to_rgb_2x2_downscaled, rgb_to_raw
 from .rgb import bgr_to_rgb, rgb_to_bgr
 from .rgb255 import normals_to_rgb255, rgb255_to_normals, rgb255_to_rgb, rgb_to_rgb255
@@ -27,6 +28,8 @@ from .yuv import (
 )
 
 __all__ = [
+    "CFA",
+    "ColorMapType",
     "apply_colormap",
     "bgr_to_grayscale",
     "bgr_to_rgb",
@@ -76,4 +79,6 @@ __all__ = [
     "yuyv_to_rgb",
 ]
 
-__getattr__, __dir__ = lazy_modules(__name__, globals())
+_FORMS = {"apply_colormap": ModuleForm(also=["ApplyColorMap"])}  # as Kornia spells it
+
+__getattr__, __dir__ = lazy_modules(__name__, globals(), _FORMS)

@@ -25,6 +25,8 @@ from .linear import linear_rgb_to_rgb as linear_rgb_to_rgb
 from .linear import rgb_to_linear_rgb as rgb_to_linear_rgb
 from .luv import luv_to_rgb as luv_to_rgb
 from .luv import rgb_to_luv as rgb_to_luv
+from .names import CFA as CFA
+from .names import ColorMapType as ColorMapType
 from .raw import raw_to_rgb as raw_to_rgb
 from .raw import raw_to_rgb_2x2_downscaled as raw_to_rgb_2x2_downscaled
 from .raw import rgb_to_raw as rgb_to_raw
@@ -59,6 +61,8 @@ class ApplyColormap(nn.Module):
     def __init__(self, colormap: str) -> None: ...
     def forward(self, input_tensor: Tensor) -> Tensor: ...
     def __call__(self, input_tensor: Tensor) -> Tensor: ...
+
+ApplyColorMap = ApplyColormap
 
 class BgrToGrayscale(nn.Module):
     """`bgr_to_grayscale` as a module: Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B, of an image
@@ -407,10 +411,13 @@ class YuyvToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 __all__ = [
+    "CFA",
+    "ApplyColorMap",
     "ApplyColormap",
     "BgrToGrayscale",
     "BgrToRgb",
     "BgrToRgba",
+    "ColorMapType",
     "GrayscaleToRgb",
     "HlsToRgb",
     "HslToRgb",

@@ -9,7 +9,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice
+from ..primitives.core.checks import check_choice, check_tensor
 from ..primitives.images.color_planes import check_channels
 from ..primitives.images.subsampled import packed_to_rgb, subsampled_to_rgb
 
@@ -153,6 +153,7 @@ def uyvy_to_rgb(image: Tensor, standard: str = "bt601") -> Tensor:
 
 
 def _check_part(part: Tensor, channels: int, name: str) -> None:
+    check_tensor(part, name)
     if part.dtype != torch.uint8:
         raise TypeError(f"{name}: expected dtype uint8, got {part.dtype}")
     if part.dim() != 4:

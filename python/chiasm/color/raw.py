@@ -10,10 +10,10 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating
+from ..primitives.core.checks import check_choice
 from ..primitives.core.materialise import materialised
 from ..primitives.filters.padding import padded
-from ..primitives.images.color_planes import check_channels, rgb_planes
+from ..primitives.images.color_planes import channels_of, check_channels
 from ..primitives.resampling.decimation import every_second
 
 
@@ -21,11 +21,12 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
     """RGB of a Bayer raw image by bilinear interpolation.
 
     B. E. Bayer, US patent 3971065, 1976. Known samples are kept, a missing one is the mean of the nearest two
-    or four of its colour; the border is mirrored (reflect), where OpenCV copies its neighbours' colours.
-    Unlike Kornia's, it takes odd sizes.
+    or four of its colour, of whole numbers rounded halves up: OpenCV's ``cvtColor`` to the bit, but for the
+    border, which is mirrored (reflect), where OpenCV copies its neighbours' colours. Unlike Kornia's, it
+    takes odd sizes.
 
     Args:
-        image: raw image (*, 1, H, W), floating point, H and W at least 2.
+        image: raw image (*, 1, H, W), floating point, uint8 or uint16, H and W at least 2.
         cfa: "bg", "gb", "rg" or "gr": the second and third pixel of the second row, as in OpenCV. The top
             left 2 x 2 pixels are then RGGB, GRBG, BGGR or GBRG.
 
@@ -33,7 +34,7 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
         (*, 3, H, W): red, green, blue.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is of another dtype.
         ValueError: if image is not (*, 1, H, W), or cfa is none of these.
 
     Example:
@@ -41,11 +42,11 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
         torch.Size([1, 3, 4, 6])
     """
     check_channels(image, 1, "image")
-    check_floating(image, "image")
+    _check_samples(image)
     red_row, red_column = _red(cfa)
     height, width = image.size(-2), image.size(-1)
     # Mirroring keeps every sample's colour. Stored: the middle reads it nine times.
-    flat = image.reshape(-1, 1, height, width)
+    flat = _numbers(image).reshape(-1, 1, height, width)
     p = padded(flat, (1, 1), (1, 1), "reflect")[:, 0]
     centre = p[:, 1 : height + 1, 1 : width + 1]
     beside = (p[:, 1 : height + 1, 0:width] + p[:, 1 : height + 1, 2 : width + 2]) * 0.5
@@ -62,21 +63,22 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
     red = torch.where(reds, torch.where(columns, centre, beside), torch.where(columns, above, corners))
     blue = torch.where(reds, torch.where(columns, corners, above), torch.where(columns, beside, centre))
     green = torch.where(torch.logical_xor(reds, columns), centre, (beside + above) * 0.5)
-    return torch.stack([red, green, blue], 1).reshape(list(image.shape[:-3]) + [3, height, width])
+    rgb = torch.stack([red, green, blue], 1).reshape(list(image.shape[:-3]) + [3, height, width])
+    return _rounded(rgb, image)
 
 
 def rgb_to_raw(image: Tensor, cfa: str) -> Tensor:
     """The one colour of each pixel that a Bayer sensor would have seen.
 
     Args:
-        image: RGB image (*, 3, H, W), floating point.
+        image: RGB image (*, 3, H, W), floating point, uint8 or uint16.
         cfa: "bg", "gb", "rg" or "gr", as in ``raw_to_rgb``.
 
     Returns:
         (*, 1, H, W).
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is of another dtype.
         ValueError: if image is not (*, 3, H, W), or cfa is none of these.
 
     Example:
@@ -84,27 +86,31 @@ def rgb_to_raw(image: Tensor, cfa: str) -> Tensor:
         tensor([[0., 1.],
                 [1., 2.]])
     """
-    red, green, blue = rgb_planes(image, "image")
+    check_channels(image, 3, "image")
+    _check_samples(image)
+    red, green, blue = channels_of(_numbers(image))
     red_row, red_column = _red(cfa)
     rows = _parity(image.size(-2), red_row, image.device)[:, None]
     columns = _parity(image.size(-1), red_column, image.device)
-    return torch.where(torch.logical_xor(rows, columns), green, torch.where(rows, red, blue)).unsqueeze(-3)
+    raw = torch.where(torch.logical_xor(rows, columns), green, torch.where(rows, red, blue))
+    return raw.unsqueeze(-3).to(image.dtype)
 
 
 def raw_to_rgb_2x2_downscaled(image: Tensor, cfa: str) -> Tensor:
-    """RGB at half the width and height: one pixel of each 2 x 2 samples, green being the mean of its two.
+    """RGB at half the width and height: one pixel of each 2 x 2 samples, green being the mean of its two, of
+    whole numbers rounded halves up.
 
     Unlike Kornia's, it takes odd sizes: the last row or column is then left out.
 
     Args:
-        image: raw image (*, 1, H, W), floating point, H and W at least 2.
+        image: raw image (*, 1, H, W), floating point, uint8 or uint16, H and W at least 2.
         cfa: "bg", "gb", "rg" or "gr", as in ``raw_to_rgb``.
 
     Returns:
         (*, 3, H // 2, W // 2): red, green, blue.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is of another dtype.
         ValueError: if image is not (*, 1, H, W), or cfa is none of these.
 
     Example:
@@ -112,16 +118,30 @@ def raw_to_rgb_2x2_downscaled(image: Tensor, cfa: str) -> Tensor:
         tensor([0.0000, 1.5000, 3.0000])
     """
     check_channels(image, 1, "image")
-    check_floating(image, "image")
+    _check_samples(image)
     red_row, red_column = _red(cfa)
     height, width = image.size(-2) // 2, image.size(-1) // 2
-    plane = image.select(-3, 0)
+    plane = _numbers(image).select(-3, 0)
     samples: List[Tensor] = []
     for row in [red_row, 1 - red_row]:
         rows = every_second(plane, -2, row, height)
         for column in [red_column, 1 - red_column]:
             samples.append(every_second(rows, -1, column, width))
-    return torch.stack([samples[0], (samples[1] + samples[2]) * 0.5, samples[3]], -3)
+    return _rounded(torch.stack([samples[0], (samples[1] + samples[2]) * 0.5, samples[3]], -3), image)
+
+
+def _check_samples(image: Tensor) -> None:
+    if not image.is_floating_point() and image.dtype != torch.uint8 and image.dtype != torch.uint16:
+        raise TypeError(f"image: expected a floating-point, uint8 or uint16 tensor, got dtype {image.dtype}")
+
+
+def _numbers(image: Tensor) -> Tensor:
+    """Whole numbers as float32, which holds them, and the quarters that are means of four."""
+    return image if image.is_floating_point() else image.to(torch.float32)
+
+
+def _rounded(rgb: Tensor, image: Tensor) -> Tensor:
+    return rgb if image.is_floating_point() else torch.floor(rgb + 0.5).to(image.dtype)
 
 
 def _red(cfa: str) -> Tuple[int, int]:

@@ -5,7 +5,7 @@ from typing import List, Optional, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rgb
+from ..primitives.core.checks import check_floating, check_number, check_rgb, check_tensor
 from ..primitives.core.pixels import check_pixel_value
 from ..primitives.images.color_planes import arranged, check_channels
 
@@ -79,6 +79,7 @@ def rgba_to_rgb(image: Tensor, background_color: Optional[Tensor] = None) -> Ten
     if background_color is None:
         return arranged(image, [0, 1, 2], 0.0)
     check_floating(image, "image")
+    check_tensor(background_color, "background_color")
     if background_color.dim() != 1 or background_color.size(0) != 3:
         raise ValueError(f"background_color: expected shape (3,), got {list(background_color.shape)}")
     back = background_color.to(image.dtype)
@@ -110,6 +111,7 @@ def _with_alpha(image: Tensor, order: List[int], alpha_val: Union[float, Tensor]
     """The three channels in an order, and alpha."""
     if not isinstance(alpha_val, Tensor):
         check_pixel_value(alpha_val, image, "alpha_val")
+        check_number(alpha_val, "alpha_val")
         return arranged(image, order + [3], alpha_val)
     check_channels(alpha_val, 1, "alpha_val")
     alpha = alpha_val.select(-3, 0).to(image.dtype)

@@ -1,14 +1,15 @@
 """Ops that fit no other family."""
 
-from ..primitives.core.modules import lazy_modules
+from ..primitives.core.modules import ModuleForm, lazy_modules
 from .connected_components import connected_components, connected_components_union_find
 from .diamond_square import diamond_square
 from .distance_transform import distance_transform, distance_transform_edt
 from .histogram import histogram_matching, interp
-from .kmeans import kmeans
+from .kmeans import KMeans, kmeans
 from .patches import combine_tensor_patches, extract_tensor_patches
 
 __all__ = [
+    "KMeans",
     "combine_tensor_patches",
     "connected_components",
     "connected_components_union_find",
@@ -21,4 +22,6 @@ __all__ = [
     "kmeans",
 ]
 
-__getattr__, __dir__ = lazy_modules(__name__, globals())
+_FORMS = {"combine_tensor_patches": ModuleForm(last=["allow_auto_unpadding", "eps"])}  # Kornia's order
+
+__getattr__, __dir__ = lazy_modules(__name__, globals(), _FORMS)

@@ -11,6 +11,7 @@ from .distance_transform import distance_transform as distance_transform
 from .distance_transform import distance_transform_edt as distance_transform_edt
 from .histogram import histogram_matching as histogram_matching
 from .histogram import interp as interp
+from .kmeans import KMeans as KMeans
 from .kmeans import kmeans as kmeans
 from .patches import combine_tensor_patches as combine_tensor_patches
 from .patches import extract_tensor_patches as extract_tensor_patches
@@ -22,16 +23,16 @@ class CombineTensorPatches(nn.Module):
     original_size: Union[int, Tuple[int, int]]
     window_size: Union[int, Tuple[int, int]]
     stride: Union[int, Tuple[int, int]]
-    allow_auto_unpadding: bool
     unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]]
+    allow_auto_unpadding: bool
     eps: Optional[float]
     def __init__(
         self,
         original_size: Union[int, Tuple[int, int]],
         window_size: Union[int, Tuple[int, int]],
         stride: Union[int, Tuple[int, int]],
-        allow_auto_unpadding: bool = False,
         unpadding: Union[int, Tuple[int, int], Tuple[int, int, int, int]] = 0,
+        allow_auto_unpadding: bool = False,
         eps: Optional[float] = None,
     ) -> None: ...
     def forward(self, patches: Tensor) -> Tensor: ...
@@ -117,15 +118,6 @@ class Interp(nn.Module):
     def __init__(self) -> None: ...
     def forward(self, x: Tensor, xp: Tensor, fp: Tensor) -> Tensor: ...
     def __call__(self, x: Tensor, xp: Tensor, fp: Tensor) -> Tensor: ...
-
-class KMeans(nn.Module):
-    """`kmeans` as a module: Lloyd's algorithm with a fixed number of iterations: each point goes to the
-    nearest centre, each centre to the mean of its points."""
-
-    num_iterations: int
-    def __init__(self, num_iterations: int) -> None: ...
-    def forward(self, x: Tensor, centers: Tensor) -> Tuple[Tensor, Tensor]: ...
-    def __call__(self, x: Tensor, centers: Tensor) -> Tuple[Tensor, Tensor]: ...
 
 __all__ = [
     "CombineTensorPatches",

@@ -2,6 +2,7 @@
 
 from torch import Tensor
 
+from ..primitives.core.broadcasting import in_batch, like_given
 from ..primitives.core.checks import check_image
 from ..primitives.features.connected_components import numbered_components
 
@@ -14,7 +15,8 @@ def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
     done in fewer than ten of the iterations. The loop ends when nothing changes.
 
     Args:
-        image: (B, C, H, W), floating point; pixels above 0 are set. Every plane is numbered on its own.
+        image: (B, C, H, W), (C, H, W) or (H, W), floating point; pixels above 0 are set. Every plane is
+            numbered on its own.
         num_iterations: the most iterations.
 
     Returns:
@@ -30,6 +32,10 @@ def connected_components(image: Tensor, num_iterations: int = 100) -> Tensor:
         tensor([[1, 0, 3],
                 [1, 0, 3]])
     """
+    return like_given(_connected_components_of_batch(in_batch(image, "image"), num_iterations), image)
+
+
+def _connected_components_of_batch(image: Tensor, num_iterations: int) -> Tensor:
     check_image(image, "image")
     if num_iterations < 0:
         raise ValueError(f"num_iterations: expected at least 0, got {num_iterations}")

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..enhance.normalize import normalize_min_max
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_image, check_number
 from ..primitives.images.diamond_square import midpoint_displacement
 
 
@@ -66,6 +66,7 @@ def diamond_square(
 
 def _per_sample(value: Union[float, Tensor], random: Tensor, name: str) -> Tensor:
     if not isinstance(value, Tensor):
+        check_number(value, name)
         return torch.full([1, 1, 1, 1], value, dtype=random.dtype, device=random.device)
     if value.dim() > 1 or (value.dim() == 1 and value.size(0) != 1 and value.size(0) != random.size(0)):
         raise ValueError(

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.checks import check_floating, check_rank, check_tensor
 from ..primitives.images.histograms import bincount, lut, quantize_u8, running_sum
 from ..primitives.numbers.search import interpolate
 
@@ -32,6 +32,7 @@ def interp(x: Tensor, xp: Tensor, fp: Tensor) -> Tensor:
     check_rank(xp, 1, "(N,)", "xp")
     if xp.size(0) < 1:
         raise ValueError("xp: expected at least one entry, got none")
+    check_tensor(fp, "fp")
     if fp.shape != xp.shape:
         raise ValueError(f"fp: expected xp's shape {list(xp.shape)}, got {list(fp.shape)}")
     return interpolate(x.reshape(1, -1), xp.to(x.dtype)[None], fp.to(x.dtype)[None]).reshape(x.shape)

@@ -1,9 +1,9 @@
 """Clusters of points."""
 
-from typing import Tuple
+from typing import Optional, Tuple
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from ..primitives.core.checks import check_floating, check_rank
 from ..primitives.core.loops import repeated
@@ -66,3 +66,84 @@ def _moved(centers: Tensor, k: Tensor, points: Tensor) -> Tensor:
     has = (_nearest(points, centers)[None] == number[:, None]).to(points.dtype)
     count = has.sum(1, keepdim=True)
     return torch.where(count > 0, small_matmul(has, points) / count.clamp(min=1.0), centers)
+
+
+class KMeans(nn.Module):
+    """``kmeans`` that chooses its first centres, and keeps what it found; in eager Python.
+
+    Args:
+        num_clusters: how many clusters, at least 1.
+        cluster_centers: (num_clusters, D), the first centres; None draws as many different points.
+        tolerance: the centres are found where their squared movement adds up to less in one iteration.
+        max_iterations: the most iterations; 0 for as many as it takes.
+        seed: of the draw.
+
+    >>> model = KMeans(2, None, seed=0)
+    >>> model.fit(torch.tensor([[0.0], [1.0], [8.0], [10.0]]))
+    >>> sorted(model.cluster_centers.flatten().tolist()), model.cluster_assignments.shape
+    ([0.5, 9.0], torch.Size([4]))
+    """
+
+    def __init__(
+        self,
+        num_clusters: int,
+        cluster_centers: Optional[Tensor] = None,
+        tolerance: float = 1e-3,
+        max_iterations: int = 0,
+        seed: Optional[int] = None,
+    ) -> None:
+        super().__init__()
+        if num_clusters < 1:
+            raise ValueError(f"num_clusters: expected a positive number, got {num_clusters}")
+        if cluster_centers is not None and cluster_centers.size(0) != num_clusters:
+            raise ValueError(
+                f"cluster_centers: expected {num_clusters} of them, got {list(cluster_centers.shape)}"
+            )
+        if max_iterations < 0:
+            raise ValueError(f"max_iterations: expected zero or more, got {max_iterations}")
+        self.num_clusters, self.tolerance, self.max_iterations = num_clusters, tolerance, max_iterations
+        self.seed, self.first = seed, cluster_centers
+        self._centers: Optional[Tensor] = None
+        self._assignments: Optional[Tensor] = None
+
+    @property
+    def cluster_centers(self) -> Tensor:
+        """(num_clusters, D), the centres found, or those given where nothing has been fitted."""
+        found = self.first if self._centers is None else self._centers
+        if found is None:
+            raise RuntimeError("KMeans: nothing is fitted yet: call fit() first")
+        return found
+
+    @property
+    def cluster_assignments(self) -> Tensor:
+        """(N,), the centre of each point that was fitted."""
+        if self._assignments is None:
+            raise RuntimeError("KMeans: nothing is fitted yet: call fit() first")
+        return self._assignments
+
+    def fit(self, X: Tensor) -> None:
+        """Find the centres of points (N, D)."""
+        check_rank(X, 2, "(N, D)", "X")
+        if self.first is None:
+            if X.size(0) < self.num_clusters:
+                raise ValueError(f"X: expected at least {self.num_clusters} points, got {X.size(0)}")
+            generator = torch.Generator()
+            if self.seed is None:
+                generator.seed()
+            else:
+                generator.manual_seed(self.seed)
+            centers = X[torch.randperm(X.size(0), generator=generator)[: self.num_clusters].to(X.device)]
+        else:
+            centers = self.first
+        done = 0
+        while True:
+            moved, self._assignments = kmeans(X, centers, 1)
+            shift = float(((moved - centers) ** 2).sum())
+            centers, done = moved, done + 1
+            if shift < self.tolerance or done == self.max_iterations:
+                break
+        self._centers, self._assignments = kmeans(X, centers, 0)
+
+    def predict(self, x: Tensor) -> Tensor:
+        """(N,), the nearest centre of each point (N, D)."""
+        return kmeans(x, self.cluster_centers.to(x.dtype), 0)[1]

@@ -1,6 +1,6 @@
 """Intensity transforms."""
 
-from ..primitives.core.modules import lazy_modules
+from ..primitives.core.modules import ModuleForm, lazy_modules
 from .adjust import (
     adjust_brightness,
     adjust_brightness_accumulative,
@@ -19,12 +19,16 @@ from .equalization import autocontrast, equalize, equalize3d
 from .hue import adjust_hue, adjust_hue_raw, adjust_saturation, adjust_saturation_raw
 from .integral import integral_image, integral_tensor
 from .jpeg import jpeg_codec_differentiable
+from .names import ThresholdType
 from .normalize import denormalize, normalize, normalize_min_max
 from .sharp import sharpness
 from .tone import posterize, solarize, threshold
 from .whitening import linear_transform, zca_mean, zca_whiten
+from .zca import ZCAWhitening
 
 __all__ = [
+    "ThresholdType",
+    "ZCAWhitening",
     "add_weighted",
     "adjust_brightness",
     "adjust_brightness_accumulative",
@@ -64,4 +68,16 @@ __all__ = [
     "zca_whiten",
 ]
 
-__getattr__, __dir__ = lazy_modules(__name__, globals())
+# As Kornia's classes name them.
+_FORMS = {
+    "adjust_brightness": ModuleForm(names={"factor": "brightness_factor"}),
+    "adjust_brightness_accumulative": ModuleForm(names={"factor": "brightness_factor"}),
+    "adjust_contrast": ModuleForm(names={"factor": "contrast_factor"}),
+    "adjust_contrast_with_mean_subtraction": ModuleForm(names={"factor": "contrast_factor"}),
+    "adjust_hue": ModuleForm(names={"factor": "hue_factor"}),
+    "adjust_saturation": ModuleForm(names={"factor": "saturation_factor"}),
+    "adjust_saturation_with_gray_subtraction": ModuleForm(names={"factor": "saturation_factor"}),
+    "jpeg_codec_differentiable": ModuleForm(also=["JPEGCodecDifferentiable"]),
+}
+
+__getattr__, __dir__ = lazy_modules(__name__, globals(), _FORMS)

@@ -31,6 +31,7 @@ from .hue import adjust_saturation_raw as adjust_saturation_raw
 from .integral import integral_image as integral_image
 from .integral import integral_tensor as integral_tensor
 from .jpeg import jpeg_codec_differentiable as jpeg_codec_differentiable
+from .names import ThresholdType as ThresholdType
 from .normalize import denormalize as denormalize
 from .normalize import normalize as normalize
 from .normalize import normalize_min_max as normalize_min_max
@@ -41,6 +42,7 @@ from .tone import threshold as threshold
 from .whitening import linear_transform as linear_transform
 from .whitening import zca_mean as zca_mean
 from .whitening import zca_whiten as zca_whiten
+from .zca import ZCAWhitening as ZCAWhitening
 
 class AddWeighted(nn.Module):
     """`add_weighted` as a module: alpha * src1 + beta * src2 + gamma, as OpenCV's ``addWeighted``
@@ -60,7 +62,7 @@ class AdjustBrightness(nn.Module):
 
     factor: Union[float, Tensor]
     clip_output: bool
-    def __init__(self, factor: Union[float, Tensor], clip_output: bool = True) -> None: ...
+    def __init__(self, brightness_factor: Union[float, Tensor], clip_output: bool = True) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
@@ -70,7 +72,7 @@ class AdjustBrightnessAccumulative(nn.Module):
 
     factor: Union[float, Tensor]
     clip_output: bool
-    def __init__(self, factor: Union[float, Tensor], clip_output: bool = True) -> None: ...
+    def __init__(self, brightness_factor: Union[float, Tensor], clip_output: bool = True) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
@@ -79,7 +81,7 @@ class AdjustContrast(nn.Module):
 
     factor: Union[float, Tensor]
     clip_output: bool
-    def __init__(self, factor: Union[float, Tensor], clip_output: bool = True) -> None: ...
+    def __init__(self, contrast_factor: Union[float, Tensor], clip_output: bool = True) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
@@ -88,7 +90,7 @@ class AdjustContrastWithMeanSubtraction(nn.Module):
     grey, as Pillow's ``ImageEnhance.Contrast`` does (which rounds the mean)."""
 
     factor: Union[float, Tensor]
-    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def __init__(self, contrast_factor: Union[float, Tensor]) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
@@ -105,7 +107,7 @@ class AdjustHue(nn.Module):
     """`adjust_hue` as a module: Turn the hue of every colour."""
 
     factor: Union[float, Tensor]
-    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def __init__(self, hue_factor: Union[float, Tensor]) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
@@ -134,7 +136,7 @@ class AdjustSaturation(nn.Module):
     [0, 1]."""
 
     factor: Union[float, Tensor]
-    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def __init__(self, saturation_factor: Union[float, Tensor]) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
@@ -152,7 +154,7 @@ class AdjustSaturationWithGraySubtraction(nn.Module):
     towards it, as Pillow's ``ImageEnhance.Color`` does."""
 
     factor: Union[float, Tensor]
-    def __init__(self, factor: Union[float, Tensor]) -> None: ...
+    def __init__(self, saturation_factor: Union[float, Tensor]) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
@@ -315,6 +317,8 @@ class JpegCodecDifferentiable(nn.Module):
     def forward(self, input: Tensor, jpeg_quality: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor, jpeg_quality: Tensor) -> Tensor: ...
 
+JPEGCodecDifferentiable = JpegCodecDifferentiable
+
 class LinearTransform(nn.Module):
     """`linear_transform` as a module: (inp - mean_vector) @ transform_matrix, each sample flattened to a
     row of features and brought back into shape."""
@@ -444,6 +448,7 @@ __all__ = [
     "IntegralImage",
     "IntegralTensor",
     "Invert",
+    "JPEGCodecDifferentiable",
     "JpegCodecDifferentiable",
     "LinearTransform",
     "Normalize",
@@ -453,6 +458,8 @@ __all__ = [
     "ShiftRgb",
     "Solarize",
     "Threshold",
+    "ThresholdType",
+    "ZCAWhitening",
     "ZcaMean",
     "ZcaWhiten",
     "add_weighted",

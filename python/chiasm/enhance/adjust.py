@@ -7,7 +7,7 @@ from torch import Tensor
 
 from ..color.gray import rgb_to_grayscale
 from ..primitives.core.broadcasting import per_sample
-from ..primitives.core.checks import check_floating, check_rgb, check_values
+from ..primitives.core.checks import check_floating, check_number, check_rgb, check_values
 from ..primitives.filters.stencil import join_channels, split_channels
 from ..primitives.images.tables import levels, looked_up
 from ..primitives.numbers.power import power_each
@@ -51,7 +51,7 @@ def adjust_brightness_accumulative(
     Args:
         image: (B, *), floating point in [0, 1], or uint8.
         factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a
-            sample.
+            sample, whose values are not looked at.
         clip_output: limit the result to [0, 1]; bytes saturate in any case.
 
     Returns:
@@ -81,7 +81,7 @@ def adjust_contrast(image: Tensor, factor: Union[float, Tensor], clip_output: bo
     Args:
         image: (B, *), floating point in [0, 1], or uint8.
         factor: not negative; 0 gives black, 1 changes nothing. A number, a scalar tensor or (B,), one a
-            sample.
+            sample, whose values are not looked at.
         clip_output: limit the result to [0, 1]; bytes saturate in any case.
 
     Returns:
@@ -89,12 +89,13 @@ def adjust_contrast(image: Tensor, factor: Union[float, Tensor], clip_output: bo
 
     Raises:
         TypeError: if image is neither floating point nor uint8.
-        ValueError: if factor's shape is not as above.
+        ValueError: if factor's shape is not as above, or a number below 0.
 
     Example:
         >>> adjust_contrast(torch.tensor([[0.25, 0.75]]), 0.5)
         tensor([[0.1250, 0.3750]])
     """
+    _check_not_negative(factor, "factor")
     return adjust_brightness_accumulative(image, factor, clip_output)
 
 
@@ -172,13 +173,15 @@ def adjust_gamma(input: Tensor, gamma: Union[float, Tensor], gain: Union[float, 
 
     Raises:
         TypeError: if input is neither floating point nor uint8.
-        ValueError: if the shape of gamma or gain is not as above.
+        ValueError: if the shape of gamma or gain is not as above, or one is a number below 0.
 
     Example:
         >>> adjust_gamma(torch.tensor([[0.25, 1.0]]), 0.5)
         tensor([[0.5000, 1.0000]])
     """
     check_values(input, "input")
+    _check_not_negative(gamma, "gamma")
+    _check_not_negative(gain, "gain")
     if input.dtype == torch.uint8:
         x = levels(input, 1.0)
         # From 1e4 on every level but white is black; engines differ in powers of NaN and infinity.
@@ -241,6 +244,13 @@ def adjust_sigmoid(image: Tensor, cutoff: float = 0.5, gain: float = 10.0, inv: 
     check_floating(image, "image")
     slope = -gain if inv else gain
     return torch.sigmoid((image - cutoff) * slope)
+
+
+def _check_not_negative(value: Union[float, Tensor], name: str) -> None:
+    if not isinstance(value, Tensor):
+        check_number(value, name)
+        if value < 0.0:
+            raise ValueError(f"{name}: expected a number that is not negative, got {value}")
 
 
 def _clipped(image: Tensor, clip_output: bool) -> Tensor:

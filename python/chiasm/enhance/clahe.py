@@ -4,12 +4,12 @@ K. Zuiderveld, Contrast limited adaptive histogram equalization, Graphics Gems I
 ``createCLAHE`` computes it.
 """
 
-from typing import List, Tuple
+from typing import List, Tuple, Union
 
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank, check_values
+from ..primitives.core.checks import check_floating, check_rank, check_tensor, check_values
 from ..primitives.core.layout import in_planes
 from ..primitives.images.histograms import (
     clahe_histograms,
@@ -45,6 +45,7 @@ def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, in
         >>> clahe(torch.full((1, 1, 16, 16), 7, dtype=torch.uint8)).shape
         torch.Size([1, 1, 16, 16])
     """
+    check_tensor(image, "image")
     if image.dtype != torch.uint8:
         raise TypeError(f"image: expected dtype torch.uint8, got {image.dtype}")
     check_rank(image, 4, "(B, C, H, W)", "image")
@@ -59,7 +60,7 @@ def clahe(image: Tensor, clip_limit: float = 40.0, tile_grid_size: Tuple[int, in
 
 def equalize_clahe(
     input: Tensor,
-    clip_limit: float = 40.0,
+    clip_limit: Union[float, Tensor] = 40.0,
     grid_size: Tuple[int, int] = (8, 8),
     slow_and_differentiable: bool = False,
 ) -> Tensor:
@@ -73,7 +74,7 @@ def equalize_clahe(
         input: (*, H, W), floating point in [0, 1], or uint8, H and W greater than the number of tiles; each
             plane by itself.
         clip_limit: how much a level may occur, as a multiple of its share in a tile; 0 or less does not
-            limit.
+            limit. A number, or a tensor (B,) of positive ones, one for each entry of the first dimension.
         grid_size: number of tiles (down, across).
         slow_and_differentiable: share each pixel between its two nearest levels and round nothing, for a
             curve that has gradients; not of bytes.
@@ -97,6 +98,13 @@ def equalize_clahe(
         raise ValueError(f"input: expected shape (*, H, W), got {list(input.shape)}")
     tiles_y, tiles_x = grid_size
     _check_grid(input, tiles_y, tiles_x, "input", "grid_size")
+    if isinstance(clip_limit, Tensor):
+        if clip_limit.dim() != 1 or input.dim() < 3 or clip_limit.size(0) != input.size(0):
+            raise ValueError(
+                f"clip_limit: expected a number, or shape ({input.size(0)},), got {list(clip_limit.shape)}"
+            )
+        # one for each plane
+        clip_limit = clip_limit[:, None].expand(input.size(0), input[0].flatten(0, -3).size(0)).reshape(-1)
     if input.dtype == torch.uint8:
         bytes = in_planes(input).reshape([-1, input.size(-2), input.size(-1)])
         return _equalized(bytes, clip_limit, tiles_y, tiles_x).to(torch.uint8).reshape(input.shape)
@@ -122,11 +130,17 @@ def _padded_size(size: int, other: int, tiles: int, other_tiles: int) -> int:
     return size + (tiles - size % tiles) * smaller(size % tiles + other % other_tiles, 1)
 
 
-def _limit(clip_limit: float, pixels: int, device: torch.device) -> Tensor:
-    """The most that a level may count in a tile, a whole number, (1,)."""
-    return torch.floor(
-        torch.full([1], clip_limit, dtype=torch.float64, device=device) * pixels / 256.0
-    ).clamp(min=1.0)
+def _limit(clip_limit: Union[float, Tensor], pixels: int, device: torch.device) -> Tensor:
+    """The most that a level may count in a tile, a whole number, (1,) or (P, 1, 1)."""
+    if isinstance(clip_limit, Tensor):
+        limit = clip_limit.to(torch.float64)[:, None, None]
+    else:
+        limit = torch.full([1], clip_limit, dtype=torch.float64, device=device)
+    return torch.floor(limit * pixels / 256.0).clamp(min=1.0)
+
+
+def _limits(clip_limit: Union[float, Tensor]) -> bool:
+    return True if isinstance(clip_limit, Tensor) else clip_limit > 0.0
 
 
 def _blend(size: int, tile: int, tiles: int, device: torch.device) -> Tuple[Tensor, Tensor, Tensor]:
@@ -142,7 +156,7 @@ def _blend(size: int, tile: int, tiles: int, device: torch.device) -> Tuple[Tens
     return lower, upper, position - first
 
 
-def _equalized(levels: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) -> Tensor:
+def _equalized(levels: Tensor, clip_limit: Union[float, Tensor], tiles_y: int, tiles_x: int) -> Tensor:
     """(P, H, W) levels to (P, H, W) levels."""
     height, width = levels.size(1), levels.size(2)
     high = _padded_size(height, width, tiles_y, tiles_x)
@@ -151,7 +165,7 @@ def _equalized(levels: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) ->
     pixels = tile_y * tile_x
     device = levels.device
     counts = clahe_histograms(levels, tile_y, tile_x, tiles_y, tiles_x)
-    if clip_limit > 0.0:
+    if _limits(clip_limit):
         counts = _clipped(counts, _limit(clip_limit, pixels, device).to(torch.int32))
     # float32 products, rounded to even, as OpenCV has them whatever the image's dtype
     scale = torch.div(torch.full([1], 255.0, device=device), torch.ones([1], device=device) * pixels)
@@ -175,7 +189,7 @@ def _clipped(counts: Tensor, limit: Tensor) -> Tensor:
     return torch.minimum(counts, limit) + share + extra.to(torch.int32)
 
 
-def _equalized_softly(x: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) -> Tensor:
+def _equalized_softly(x: Tensor, clip_limit: Union[float, Tensor], tiles_y: int, tiles_x: int) -> Tensor:
     """(P, H, W) values to (P, H, W) values: ``_equalized`` with every step made continuous."""
     height, width = x.size(1), x.size(2)
     high = _padded_size(height, width, tiles_y, tiles_x)
@@ -194,7 +208,7 @@ def _equalized_softly(x: Tensor, clip_limit: float, tiles_y: int, tiles_x: int) 
     counts = torch.zeros([x.size(0), tiles_y * tiles_x * 256], dtype=x.dtype, device=device)
     counts = counts.scatter_add(1, index, 1.0 - share_padded).scatter_add(1, index + 1, share_padded)
     counts = counts.unflatten(1, [tiles_y * tiles_x, 256])
-    if clip_limit > 0.0:
+    if _limits(clip_limit):
         limit = _limit(clip_limit, pixels, device).to(x.dtype)
         excess = (counts - limit).clamp(min=0.0).sum(-1, keepdim=True)
         counts = torch.minimum(counts, limit) + excess / 256.0

@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_rank
+from ..primitives.core.checks import check_choice, check_floating, check_rank, check_tensor
 from ..primitives.linalg.matrices import small_matmul
 
 
@@ -147,6 +147,7 @@ def _weights(x: Tensor, bins: Tensor, bandwidth: Tensor, name: str) -> Tensor:
     check_rank(x, 2, "(B, N)", name)
     check_floating(x, name)
     check_rank(bins, 1, "(K,)", "bins")
+    check_tensor(bandwidth, "bandwidth")
     if bandwidth.dim() > 1 or bandwidth.numel() != 1:
         raise ValueError(f"bandwidth: expected a scalar tensor or (1,), got {list(bandwidth.shape)}")
     u = (x[:, :, None] - bins.to(x.dtype)) / bandwidth.to(x.dtype)

@@ -5,6 +5,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
+from ..primitives.core.broadcasting import in_batch, like_given
 from ..primitives.core.checks import check_floating, check_pixels, check_rank
 from ..primitives.images.histograms import bincount, level_rows, lut, running_sum, whole_quotient
 from ..primitives.images.tables import table_entries
@@ -17,7 +18,7 @@ def equalize(input: Tensor) -> Tensor:
     to the bit.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1], or uint8.
+        input: (B, C, H, W), (C, H, W) or (H, W), floating point in [0, 1], or uint8.
 
     Returns:
         (B, C, H, W): multiples of 1 / 255, or bytes.
@@ -31,6 +32,10 @@ def equalize(input: Tensor) -> Tensor:
         >>> equalize(x)[0, 0, -1, -1]
         tensor(1.)
     """
+    return like_given(_equalize_of_batch(in_batch(input, "input")), input)
+
+
+def _equalize_of_batch(input: Tensor) -> Tensor:
     check_pixels(input, "input")
     return _equalized(input)
 

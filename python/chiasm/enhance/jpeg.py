@@ -6,6 +6,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
+from ..primitives.core.broadcasting import in_batch, like_given
 from ..primitives.core.checks import check_floating, check_rgb
 from ..primitives.core.materialise import materialised
 from ..primitives.linalg.matrices import small_matmul
@@ -42,6 +43,20 @@ def jpeg_codec_differentiable(
         >>> jpeg_codec_differentiable(torch.full((1, 3, 20, 30), 0.5), torch.tensor([90.0])).shape
         torch.Size([1, 3, 20, 30])
     """
+    return like_given(
+        _jpeg_codec_differentiable_of_batch(
+            in_batch(input, "input"), jpeg_quality, quantization_table_y, quantization_table_c
+        ),
+        input,
+    )
+
+
+def _jpeg_codec_differentiable_of_batch(
+    input: Tensor,
+    jpeg_quality: Tensor,
+    quantization_table_y: Optional[Tensor],
+    quantization_table_c: Optional[Tensor],
+) -> Tensor:
     check_rgb(input, "input")
     check_floating(input, "input")
     check_floating(jpeg_quality, "jpeg_quality")

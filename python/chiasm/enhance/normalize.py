@@ -5,7 +5,7 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_values
+from ..primitives.core.checks import check_floating, check_number, check_values
 from ..primitives.core.layout import in_planes
 from ..primitives.numbers.reductions import greatest, least
 
@@ -70,7 +70,7 @@ def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0,
     the channel.
 
     Args:
-        input: (*, C, H, W), floating point.
+        input: (*, H, W), floating point.
         min_val: the new least value.
         max_val: the new greatest value.
         eps: keeps the division defined where all values of a channel are equal.
@@ -87,14 +87,15 @@ def normalize_min_max(input: Tensor, min_val: float = 0.0, max_val: float = 1.0,
         tensor([[[0.0000, 0.5000, 1.0000]]])
     """
     check_floating(input, "input")
-    if input.dim() < 3:
-        raise ValueError(f"input: expected shape (*, C, H, W), got {list(input.shape)}")
+    if input.dim() < 2:
+        raise ValueError(f"input: expected shape (*, H, W), got {list(input.shape)}")
     low, high = least(input, [-2, -1]), greatest(input, [-2, -1])
     return (input - low) * ((max_val - min_val) / (high - low + eps)) + min_val
 
 
 def _per_channel(value: Union[float, Tensor], data: Tensor, name: str) -> Tensor:
     if not isinstance(value, Tensor):
+        check_number(value, name)
         return torch.full([1], value, dtype=data.dtype, device=data.device)
     if value.dim() > 2:
         raise ValueError(

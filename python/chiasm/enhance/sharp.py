@@ -5,7 +5,7 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.broadcasting import per_sample
+from ..primitives.core.broadcasting import in_batch, like_given, per_sample
 from ..primitives.core.checks import check_pixels
 from ..primitives.filters.fixed_point import correlated_bytes, whole_taps
 from ..primitives.numbers.rounding import known_or
@@ -19,7 +19,7 @@ def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
     level of it, where the product with the factor is nearly whole.
 
     Args:
-        input: (B, C, H, W), floating point in [0, 1] or uint8, H and W at least 3.
+        input: (B, C, H, W), (C, H, W) or (H, W), floating point in [0, 1] or uint8, H and W at least 3.
         factor: not negative; 0 gives the smoothed image, 1 changes nothing. A number, a scalar tensor or
             (B,), one a sample.
 
@@ -36,6 +36,10 @@ def sharpness(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
         >>> sharpness(x, 2.0)[0, 0, 1]
         tensor([0.0000, 0.8077, 0.0000])
     """
+    return like_given(_sharpness_of_batch(in_batch(input, "input"), factor), input)
+
+
+def _sharpness_of_batch(input: Tensor, factor: Union[float, Tensor]) -> Tensor:
     check_pixels(input, "input")
     if input.size(2) < 3 or input.size(3) < 3:
         raise ValueError(f"input: expected H and W of at least 3, got {list(input.shape)}")

@@ -40,6 +40,8 @@ def posterize(input: Tensor, bits: Union[int, Tensor]) -> Tensor:
             raise TypeError(f"bits: expected an integer tensor, got dtype {bits.dtype}")
         step = steps.index_select(0, bits.reshape(-1).clamp(0, 8).to(torch.int64))
     else:
+        if not isinstance(bits, int):
+            raise TypeError(f"bits: expected a whole number or a tensor, got {type(bits).__name__}")
         if bits < 0 or bits > 8:
             raise ValueError(f"bits: expected 0 to 8, got {bits}")
         step = steps[bits : bits + 1]

@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.checks import check_floating, check_rank, check_tensor
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.linalg.matrix_roots import spd_square_roots
 
@@ -39,6 +39,7 @@ def linear_transform(inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor,
         raise ValueError(
             f"transform_matrix: expected shape ({features}, {features}), got {list(transform_matrix.shape)}"
         )
+    check_tensor(mean_vector, "mean_vector")
     if mean_vector.numel() != features:
         raise ValueError(f"mean_vector: expected shape (1, {features}), got {list(mean_vector.shape)}")
     moved = small_matmul(rows - mean_vector.to(inp.dtype).reshape(1, -1), transform_matrix.to(inp.dtype))

@@ -24,11 +24,14 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Column, Table
 
+from .. import __version__
 from ..data.command import map_command
+from ..doctor import report
+from ..packs import SUFFIX, listing
 from ..triton.command import triton
 from .command import Group, jobs_option, pairs
 from .errors import ExportError
-from .manifest import FORMATS, METHODS, SUFFIX, read_manifest
+from .manifest import FORMATS, METHODS, read_manifest
 from .text import one_line, plain
 
 console = Console(emoji=False)
@@ -48,20 +51,29 @@ def main() -> None:
       chiasm verify bundles/filters.sobel.chiasm
       chiasm run bundles/filters.sobel.chiasm photo.jpg edges.png
       chiasm map bundles/pipelines.edges.chiasm photos edges
+    `chiasm doctor` says what this machine can run. For C and C++, an installed chiasm also has
+    `--cmakedir`, `--includedir` and `--libdir`.
     """
 
 
 @main.command("list")
 @click.argument("patterns", nargs=-1)
-def list_ops(patterns: tuple[str, ...]) -> None:
+@click.option("--installed", is_flag=True, help="List the bundles that Python packages have brought.")
+def list_ops(patterns: tuple[str, ...], installed: bool) -> None:
     """List the ops that can be exported.
 
     PATTERNS are names, or shell patterns; without one, everything is listed.
 
     \b
-    Example:
+    Examples:
       chiasm list 'filters.*' color.rgb_to_hsv
+      chiasm list --installed
     """
+    if installed:
+        for line in listing():
+            if not patterns or any(fnmatch(line.partition(" ")[0], pattern) for pattern in patterns):
+                click.echo(line)
+        return
     table = Table(Column("op", no_wrap=True), "inputs", "what it does", box=None, header_style="dim")
     for name, entry in _select(patterns, everything=True).items():
         inputs = ", ".join(f"{t.name} ({', '.join(map(str, t.shape))})" for t in entry.spec.inputs)
@@ -295,6 +307,51 @@ def info(bundle: Path, as_json: bool) -> None:
                 highlight=False,
                 soft_wrap=True,
             )
+
+
+@main.command()
+def doctor() -> None:
+    """Show what this machine can run: its CPU, backends and packages; and for what is not there, why and what
+    to do.
+
+    \b
+    Example:
+      chiasm doctor
+    """
+    click.echo("\n".join(report()))
+
+
+@main.command()
+@click.argument("name")
+@click.argument(
+    "bundles", nargs=-1, required=True, type=click.Path(path_type=Path, exists=True, file_okay=False)
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("dist"),
+    show_default=True,
+    help="Folder that gets the wheel.",
+)
+@click.option("--version", default=__version__, show_default=True, help="The wheel's version.")
+def pack(name: str, bundles: tuple[Path, ...], output: Path, version: str) -> None:
+    """Write bundles as a Python wheel, chiasm-bundles-NAME.
+
+    Where it is installed, `chiasm.runtime.open` takes an op's name. The same bundles give the same bytes; a
+    wheel that is there and holds them is left as it is. $SOURCE_DATE_EPOCH is the time of its files.
+
+    \b
+    Example:
+      chiasm pack filters bundles/filters.*.chiasm -o dist
+    """
+    from .pack import pack as write
+
+    wheel, written = write(name, bundles, output, version)
+    click.echo(
+        f"{'wrote' if written else 'unchanged'} {wheel}: {len(bundles)} bundles,"
+        f" {wheel.stat().st_size / 1e6:.1f} MB"
+    )
 
 
 @main.command()

@@ -13,6 +13,7 @@ from typing import Any
 
 import click
 
+from ..extras import advice
 from .errors import ExportError
 from .manifest import BundleError
 from .text import one_line, plain
@@ -73,6 +74,8 @@ class Group(click.Group):
         except (click.ClickException, click.exceptions.Exit):
             raise
         except Exception as error:
+            if isinstance(error, ImportError) and (what := advice(error)):
+                _fail(what, 1)
             # The runtime's, which cannot be imported where the runtime is not, and chiasm.data's
             if type(error).__name__ in ("ChiasmError", "DataError"):
                 _fail(one_line(error), 1)

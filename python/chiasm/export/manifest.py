@@ -12,7 +12,8 @@ from typing import Any
 
 import jsonschema
 
-SUFFIX = ".chiasm"
+from ..packs import SUFFIX as SUFFIX
+
 SCHEMA_VERSION = 3
 FORMATS = ("torchscript", "onnx", "native")
 METHODS = ("forward", "vjp")

@@ -34,21 +34,49 @@ from .local import (
     PassLAF,
     ScaleSpaceDetector,
 )
-from .matching import match_fginn, match_mnn, match_nn, match_smnn, match_smnn_batched, match_snn
+from .matching import (
+    match_fginn,
+    match_mnn,
+    match_nn,
+    match_smnn,
+    match_smnn_batched,
+    match_snn,
+    only_matches,
+)
 from .mkd import MKDDescriptor, mkd_describe
+from .patch_modules import (
+    DescriptorMatcher,
+    LAFAffineShapeEstimator,
+    LAFOrienter,
+    PatchAffineShapeEstimator,
+    PatchDominantGradientOrientation,
+    SIFTDescriptor,
+)
 from .patches import LAFDescriptor, extract_patches_from_pyramid, extract_patches_simple, get_laf_descriptors
 from .proposal import index_proposal, multi_scale_index_proposal
+from .response_modules import BlobDoG, BlobDoGSingle, BlobHessian, CornerGFTT, CornerHarris
 from .responses import dog_response, dog_response_single, gftt_response, hessian_response
 from .shape import adapt_laf_shape, affine_shape, dominant_orientation, orient_laf
 from .sift import convert_sift_descriptor_layout, dense_sift, mean_patch, sift_describe
 
 __all__ = [
+    "BlobDoG",
+    "BlobDoGSingle",
+    "BlobHessian",
+    "CornerGFTT",
+    "CornerHarris",
+    "DescriptorMatcher",
     "GeometryAwareDescriptorMatcher",
+    "LAFAffineShapeEstimator",
     "LAFDescriptor",
+    "LAFOrienter",
     "LocalFeature",
     "LocalFeatureMatcher",
     "MKDDescriptor",
     "PassLAF",
+    "PatchAffineShapeEstimator",
+    "PatchDominantGradientOrientation",
+    "SIFTDescriptor",
     "ScaleSpaceDetector",
     "adapt_laf_shape",
     "affine_shape",
@@ -91,6 +119,7 @@ __all__ = [
     "mkd_describe",
     "multi_scale_index_proposal",
     "normalize_laf",
+    "only_matches",
     "orient_laf",
     "perspective_transform_lafs",
     "rotate_laf",

@@ -39,14 +39,26 @@ from .matching import match_nn as match_nn
 from .matching import match_smnn as match_smnn
 from .matching import match_smnn_batched as match_smnn_batched
 from .matching import match_snn as match_snn
+from .matching import only_matches as only_matches
 from .mkd import MKDDescriptor as MKDDescriptor
 from .mkd import mkd_describe as mkd_describe
+from .patch_modules import DescriptorMatcher as DescriptorMatcher
+from .patch_modules import LAFAffineShapeEstimator as LAFAffineShapeEstimator
+from .patch_modules import LAFOrienter as LAFOrienter
+from .patch_modules import PatchAffineShapeEstimator as PatchAffineShapeEstimator
+from .patch_modules import PatchDominantGradientOrientation as PatchDominantGradientOrientation
+from .patch_modules import SIFTDescriptor as SIFTDescriptor
 from .patches import LAFDescriptor as LAFDescriptor
 from .patches import extract_patches_from_pyramid as extract_patches_from_pyramid
 from .patches import extract_patches_simple as extract_patches_simple
 from .patches import get_laf_descriptors as get_laf_descriptors
 from .proposal import index_proposal as index_proposal
 from .proposal import multi_scale_index_proposal as multi_scale_index_proposal
+from .response_modules import BlobDoG as BlobDoG
+from .response_modules import BlobDoGSingle as BlobDoGSingle
+from .response_modules import BlobHessian as BlobHessian
+from .response_modules import CornerGFTT as CornerGFTT
+from .response_modules import CornerHarris as CornerHarris
 from .responses import dog_response as dog_response
 from .responses import dog_response_single as dog_response_single
 from .responses import gftt_response as gftt_response
@@ -554,6 +566,13 @@ class NormalizeLaf(nn.Module):
     def forward(self, LAF: Tensor, images: Tensor) -> Tensor: ...
     def __call__(self, LAF: Tensor, images: Tensor) -> Tensor: ...
 
+class OnlyMatches(nn.Module):
+    """`only_matches` as a module: What Kornia's functions return of two sets of descriptors: the rows
+    that hold a match."""
+    def __init__(self) -> None: ...
+    def forward(self, distances: Tensor, indices: Tensor, valid: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, distances: Tensor, indices: Tensor, valid: Tensor) -> Tuple[Tensor, Tensor]: ...
+
 class OrientLaf(nn.Module):
     """`orient_laf` as a module: Turn frames so that the dominant gradient of their patches points along
     x."""
@@ -607,9 +626,15 @@ class SiftDescribe(nn.Module):
 __all__ = [
     "AdaptLafShape",
     "AffineShape",
+    "BlobDoG",
+    "BlobDoGSingle",
+    "BlobHessian",
     "ConvertSiftDescriptorLayout",
+    "CornerGFTT",
+    "CornerHarris",
     "DenormalizeLaf",
     "DenseSift",
+    "DescriptorMatcher",
     "DetectKeypoints",
     "DogResponse",
     "DogResponseSingle",
@@ -628,7 +653,9 @@ __all__ = [
     "HarrisResponse",
     "HessianResponse",
     "IndexProposal",
+    "LAFAffineShapeEstimator",
     "LAFDescriptor",
+    "LAFOrienter",
     "LafFromCenterScaleOri",
     "LafFromThreePoints",
     "LafIsFilled",
@@ -651,10 +678,14 @@ __all__ = [
     "MkdDescribe",
     "MultiScaleIndexProposal",
     "NormalizeLaf",
+    "OnlyMatches",
     "OrientLaf",
     "PassLAF",
+    "PatchAffineShapeEstimator",
+    "PatchDominantGradientOrientation",
     "PerspectiveTransformLafs",
     "RotateLaf",
+    "SIFTDescriptor",
     "ScaleLaf",
     "ScaleSpaceDetector",
     "SetLafOrientation",
@@ -700,6 +731,7 @@ __all__ = [
     "mkd_describe",
     "multi_scale_index_proposal",
     "normalize_laf",
+    "only_matches",
     "orient_laf",
     "perspective_transform_lafs",
     "rotate_laf",

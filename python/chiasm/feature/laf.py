@@ -12,7 +12,13 @@ import torch
 from torch import Tensor
 
 from ..geometry.conversions.angles import angle_to_rotation_matrix, rad2deg
-from ..primitives.core.checks import check_broadcastable, check_floating, check_image
+from ..primitives.core.checks import (
+    check_broadcastable,
+    check_floating,
+    check_image,
+    check_number,
+    check_tensor,
+)
 from ..primitives.geometry.angles import angle_of
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.taps import larger, smaller
@@ -92,7 +98,7 @@ def set_laf_orientation(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
 
     Args:
         LAF: (B, N, 2, 3), floating point.
-        angles_degrees: (B, N, 1), what ``get_laf_orientation`` will say.
+        angles_degrees: (B, N, 1), what ``get_laf_orientation`` will say; (N, 1) or a scalar for all.
 
     Returns:
         (B, N, 2, 3), of the same shapes and centres.
@@ -106,7 +112,7 @@ def set_laf_orientation(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
         >>> get_laf_orientation(set_laf_orientation(frame, torch.full([1, 1, 1], 30.0))).round()
         tensor([[[30.]]])
     """
-    _check_angles(LAF, angles_degrees)
+    angles_degrees = _angles(LAF, angles_degrees)
     return rotate_laf(LAF, angles_degrees - get_laf_orientation(LAF))
 
 
@@ -117,7 +123,7 @@ def rotate_laf(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
     Args:
         LAF: (B, N, 2, 3), floating point.
         angles_degrees: (B, N, 1), counter-clockwise as seen on the screen where A is a multiple of the
-            identity.
+            identity; (N, 1) or a scalar for all.
 
     Returns:
         (B, N, 2, 3).
@@ -132,7 +138,7 @@ def rotate_laf(LAF: Tensor, angles_degrees: Tensor) -> Tensor:
         tensor([[[[ 0,  3,  7],
                   [-3,  0,  5]]]])
     """
-    _check_angles(LAF, angles_degrees)
+    angles_degrees = _angles(LAF, angles_degrees)
     rotation = angle_to_rotation_matrix(angles_degrees[..., 0].to(LAF.dtype))
     return torch.cat([small_matmul(LAF[..., :2], rotation), LAF[..., 2:]], -1)
 
@@ -162,6 +168,7 @@ def scale_laf(laf: Tensor, scale_coef: Union[float, Tensor]) -> Tensor:
         check_broadcastable(scale_coef, matrix, "scale_coef", "laf[..., :2]")
         scaled = matrix * scale_coef.to(laf.dtype)
     else:
+        check_number(scale_coef, "scale_coef")
         scaled = matrix * scale_coef
     return torch.cat([scaled, laf[..., 2:]], -1)
 
@@ -230,11 +237,13 @@ def laf_from_center_scale_ori(
     if ori is None:
         angle = torch.zeros_like(xy[..., 0])
     else:
+        check_tensor(ori, "ori")
         if ori.dim() != 3 or ori.size(2) != 1:
             raise ValueError(f"ori: expected shape (B, N, 1), got {list(ori.shape)}")
         angle = ori[..., 0].to(xy.dtype).expand_as(xy[..., 0])
     matrix = angle_to_rotation_matrix(angle)
     if scale is not None:
+        check_tensor(scale, "scale")
         if scale.dim() != 4 or scale.size(2) != 1 or scale.size(3) != 1:
             raise ValueError(f"scale: expected shape (B, N, 1, 1), got {list(scale.shape)}")
         matrix = matrix * scale.to(xy.dtype)
@@ -299,11 +308,18 @@ def determinants(laf: Tensor) -> Tensor:
     return a[..., 0, 0] * a[..., 1, 1] - a[..., 0, 1] * a[..., 1, 0]
 
 
-def _check_angles(laf: Tensor, angles: Tensor) -> None:
+def _angles(laf: Tensor, angles: Tensor) -> Tensor:
+    """(B, N, 1), or what broadcasts with it, of that, (N, 1) or a scalar."""
     check_laf(laf, "LAF")
     check_floating(angles, "angles_degrees")
+    if angles.dim() == 0:
+        angles = angles.reshape(1, 1, 1)
+    elif angles.dim() == 2:
+        angles = angles.unsqueeze(0)
     if angles.dim() != 3 or angles.size(2) != 1:
         raise ValueError(f"angles_degrees: expected shape (B, N, 1), got {list(angles.shape)}")
+    check_broadcastable(angles, laf[..., 0, 0:1], "angles_degrees", "LAF[..., 0, 0:1]")
+    return angles
 
 
 def _extent(laf: Tensor, images: Tensor) -> Tensor:

@@ -146,7 +146,7 @@ class GeometryAwareDescriptorMatcher(nn.Module):
              [1, 0]]])
     """
 
-    def __init__(self, match_mode: str = "smnn", th: float = 0.8) -> None:
+    def __init__(self, match_mode: str = "fginn", th: float = 0.8) -> None:
         super().__init__()
         check_choice(match_mode, _MODES, "match_mode")
         self.match_mode = match_mode

@@ -1,7 +1,8 @@
 """Matching of descriptors by their Euclidean distances.
 
 Every function returns one row for each descriptor of the first set, and a mask, where Kornia returns the
-matches alone, whose number depends on the data: ``distances[valid]`` and ``indices[valid]`` are Kornia's.
+matches alone, whose number depends on the data: ``only_matches(*match_nn(desc1, desc2))`` is what Kornia
+returns, and ``DescriptorMatcher`` calls it.
 Rows without a match have distance 0 and indices -1. What Kornia calls a distance is kept: with a ratio test
 it is the ratio. Of descriptors at the same distance the first one is the nearest, so that every backend finds
 the same.
@@ -15,9 +16,36 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.core.checks import check_tensor
 from ..primitives.features.matching import two_smallest
 from .laf import check_laf, get_laf_center
 from .pairing import batched, dissimilarities, distances_to, is_mutual, points_back, ratios_to, result_rows
+
+
+def only_matches(distances: Tensor, indices: Tensor, valid: Tensor) -> Tuple[Tensor, Tensor]:
+    """What Kornia's functions return of two sets of descriptors: the rows that hold a match.
+
+    For eager code: how many rows are left depends on the data (it scripts).
+
+    Args:
+        distances: (N1, 1).
+        indices: (N1, 2).
+        valid: (N1,), bool; all three as ``match_nn`` and the other functions return them.
+
+    Returns:
+        distances (M, 1) and indices (M, 2).
+
+    Raises:
+        ValueError: if there is a batch, whose pairs have different numbers of matches.
+
+    Example:
+        >>> found = match_snn(torch.tensor([[0.0], [5.0]]), torch.tensor([[4.0], [1.0], [6.0]]))
+        >>> only_matches(*found)
+        (tensor([[0.2500]]), tensor([[0, 1]]))
+    """
+    if valid.dim() != 1:
+        raise ValueError(f"valid: expected shape (N1,), without a batch, got {list(valid.shape)}")
+    return distances[valid], indices[valid]
 
 
 def match_nn(
@@ -196,6 +224,7 @@ def match_smnn_batched(
         >>> match_smnn_batched(first, second, mask2=torch.tensor([[True, False]]))[2]
         tensor([[False, False]])
     """
+    check_tensor(desc1, "desc1")
     if desc1.dim() != 3:
         raise ValueError(f"desc1: expected shape (B, N1, D), got {list(desc1.shape)}")
     return match_smnn(desc1, desc2, th, dm, mask1, mask2)

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 
 from ..filters.gradient import spatial_gradient
-from ..primitives.core.checks import check_choice, check_floating
+from ..primitives.core.checks import check_choice, check_floating, check_tensor
 from ..primitives.core.modules import hold
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.numbers.power import power as positive_power
@@ -176,6 +176,7 @@ def von_mises_coefficients(kappa: float, frequencies: int) -> List[float]:
 
 
 def _check_learned(value: Tensor, name: str, layout: str, rank: int, vectors: Tensor) -> None:
+    check_tensor(value, name)
     if value.dim() != rank or value.size(0) != vectors.size(1):
         raise ValueError(
             f"{name}: expected shape {layout} with D = {vectors.size(1)}, got {list(value.shape)}"

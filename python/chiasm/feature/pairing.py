@@ -9,7 +9,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating
+from ..primitives.core.checks import check_floating, check_tensor
 from ..primitives.features.matching import cdist_squared, two_smallest
 
 
@@ -58,6 +58,7 @@ def dissimilarities(
 
 def _checked(mask: Tensor, desc: Tensor, name: str) -> Tensor:
     """(B, N)."""
+    check_tensor(mask, name)
     if mask.dtype != torch.bool:
         raise TypeError(f"{name}: expected dtype torch.bool, got {mask.dtype}")
     if mask.dim() > 2 or mask.size(-1) != desc.size(1):

@@ -109,7 +109,7 @@ class LAFDescriptor(nn.Module):
     """Descriptors of frames: patches, and what a module makes of patches (M, C, PS, PS).
 
     Args:
-        patch_descriptor: takes (M, C, PS, PS), returns (M, D): ``SiftDescribe``, a network.
+        patch_descriptor_module: takes (M, C, PS, PS), returns (M, D): ``SiftDescribe``, a network.
         patch_size: side PS of the patches.
         grayscale_descriptor: whether to make images of three channels grey first.
 
@@ -119,10 +119,10 @@ class LAFDescriptor(nn.Module):
     """
 
     def __init__(
-        self, patch_descriptor: nn.Module, patch_size: int = 32, grayscale_descriptor: bool = True
+        self, patch_descriptor_module: nn.Module, patch_size: int = 32, grayscale_descriptor: bool = True
     ) -> None:
         super().__init__()
-        self.descriptor = patch_descriptor
+        self.descriptor = patch_descriptor_module
         self.patch_size = patch_size
         self.grayscale_descriptor = grayscale_descriptor
 

@@ -168,13 +168,19 @@ def adapt_laf_shape(laf: Tensor, img: Tensor, PS: int = 32, iterations: int = 1)
             .unflatten(0, [laf.size(0), laf.size(1)])
             .to(laf.dtype)
         )
-        shape = ellipse_to_laf(torch.cat([torch.zeros_like(moments[..., :2]), moments], -1))
-        area = determinants(shape)
-        proper = area > 0
-        root = torch.sqrt(torch.where(proper, area, torch.ones_like(area))).to(laf.dtype)[..., None, None]
-        adapted = torch.cat([small_matmul(laf[..., :2], shape[..., :2] / root), laf[..., 2:]], -1)
-        laf = torch.where(proper[..., None, None], adapted, laf)
+        laf = reshaped_by(laf, moments)
     return laf
+
+
+def reshaped_by(laf: Tensor, moments: Tensor) -> Tensor:
+    """Frames (B, N, 2, 3) of the shape of ellipses (B, N, 3), of the same areas; those without an ellipse
+    stay."""
+    shape = ellipse_to_laf(torch.cat([torch.zeros_like(moments[..., :2]), moments], -1))
+    area = determinants(shape)
+    proper = area > 0
+    root = torch.sqrt(torch.where(proper, area, torch.ones_like(area))).to(laf.dtype)[..., None, None]
+    adapted = torch.cat([small_matmul(laf[..., :2], shape[..., :2] / root), laf[..., 2:]], -1)
+    return torch.where(proper[..., None, None], adapted, laf)
 
 
 def _shifted(histogram: Tensor, by: int) -> Tensor:

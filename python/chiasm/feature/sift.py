@@ -9,7 +9,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_image
+from ..primitives.core.checks import check_choice, check_image, check_tensor
 from ..primitives.features.orientations import directed, orientation_histograms, polar_gradient
 from .gradients import check_patches, gaussian_window, unit
 
@@ -155,6 +155,7 @@ def convert_sift_descriptor_layout(
         tensor([0, 7, 6, 5, 4, 3, 2, 1])
     """
     cells = num_spatial_bins * num_spatial_bins
+    check_tensor(descriptors, "descriptors")
     if descriptors.dim() < 1 or descriptors.size(-1) != num_ang_bins * cells:
         raise ValueError(
             f"descriptors: expected shape (*, {num_ang_bins * cells}), got {list(descriptors.shape)}"

@@ -6,6 +6,7 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_taps
 from ..filters.gradient import spatial_gradient
+from ..primitives.core.checks import check_tensor
 from ..primitives.filters.stencil import separable_each
 
 
@@ -27,6 +28,7 @@ def normalised_by_scale(response: Tensor, sigmas: Optional[Tensor]) -> Tensor:
     """
     if sigmas is None:
         return response
+    check_tensor(sigmas, "sigmas")
     if sigmas.dim() != 1:
         raise ValueError(f"sigmas: expected shape (B,), got {list(sigmas.shape)}")
     s = sigmas.to(response.dtype)[:, None, None, None]

@@ -1,6 +1,6 @@
 """Smoothing and derivatives."""
 
-from ..primitives.core.modules import lazy_modules
+from ..primitives.core.modules import ModuleForm, lazy_modules
 from .bilateral import bilateral_blur, joint_bilateral_blur
 from .box import box_blur, laplacian
 from .canny import canny
@@ -109,4 +109,12 @@ __all__ = [
     "unsharp_mask",
 ]
 
-__getattr__, __dir__ = lazy_modules(__name__, globals())
+# As Kornia spells them.
+_FORMS = {
+    "blur_pool2d": ModuleForm(also=["BlurPool2D"]),
+    "edge_aware_blur_pool2d": ModuleForm(also=["EdgeAwareBlurPool2D"]),
+    "max_blur_pool2d": ModuleForm(also=["MaxBlurPool2D"]),
+    "motion_blur3d": ModuleForm(also=["MotionBlur3D"]),
+}
+
+__getattr__, __dir__ = lazy_modules(__name__, globals(), _FORMS)

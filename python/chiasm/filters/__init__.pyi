@@ -115,6 +115,8 @@ class BlurPool2d(nn.Module):
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
 
+BlurPool2D = BlurPool2d
+
 class BoxBlur(nn.Module):
     """`box_blur` as a module: Mean of each pixel's window."""
 
@@ -229,6 +231,8 @@ class EdgeAwareBlurPool2d(nn.Module):
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
 
+EdgeAwareBlurPool2D = EdgeAwareBlurPool2d
+
 class FftConv(nn.Module):
     """`fft_conv` as a module: ``filter2d`` under the name of Kornia's Fourier form."""
 
@@ -320,12 +324,14 @@ class Gaussian(nn.Module):
     sigma: Union[float, Tensor]
     mean: Union[float, Tensor, None]
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         window_size: int,
         sigma: Union[float, Tensor],
         mean: Union[float, Tensor, None] = None,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
@@ -431,7 +437,14 @@ class GetGaussianDiscreteKernel1d(nn.Module):
     kernel_size: int
     sigma: Union[float, Tensor]
     dtype: torch.dtype
-    def __init__(self, kernel_size: int, sigma: Union[float, Tensor], dtype: torch.dtype = ...) -> None: ...
+    device: Optional[torch.device]
+    def __init__(
+        self,
+        kernel_size: int,
+        sigma: Union[float, Tensor],
+        dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
+    ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
 
@@ -443,12 +456,14 @@ class GetGaussianErfKernel1d(nn.Module):
     sigma: Union[float, Tensor]
     force_even: bool
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         kernel_size: int,
         sigma: Union[float, Tensor],
         force_even: bool = False,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
@@ -460,12 +475,14 @@ class GetGaussianKernel1d(nn.Module):
     sigma: Union[float, Tensor]
     force_even: bool
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         kernel_size: int,
         sigma: Union[float, Tensor],
         force_even: bool = False,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
@@ -477,12 +494,14 @@ class GetGaussianKernel2d(nn.Module):
     sigma: Union[Tuple[float, float], Tensor]
     force_even: bool
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         kernel_size: Union[int, Tuple[int, int]],
         sigma: Union[Tuple[float, float], Tensor],
         force_even: bool = False,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
@@ -494,12 +513,14 @@ class GetGaussianKernel3d(nn.Module):
     sigma: Union[Tuple[float, float, float], Tensor]
     force_even: bool
     dtype: torch.dtype
+    device: Optional[torch.device]
     def __init__(
         self,
         kernel_size: Union[int, Tuple[int, int, int]],
         sigma: Union[Tuple[float, float, float], Tensor],
         force_even: bool = False,
         dtype: torch.dtype = ...,
+        device: Optional[torch.device] = None,
     ) -> None: ...
     def forward(self) -> Tensor: ...
     def __call__(self) -> Tensor: ...
@@ -727,6 +748,8 @@ class MaxBlurPool2d(nn.Module):
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
 
+MaxBlurPool2D = MaxBlurPool2d
+
 class MedianBlur(nn.Module):
     """`median_blur` as a module: Replace each pixel by the median of its neighbourhood."""
 
@@ -773,6 +796,8 @@ class MotionBlur3d(nn.Module):
     ) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
     def __call__(self, input: Tensor) -> Tensor: ...
+
+MotionBlur3D = MotionBlur3d
 
 class NonLocalMeans(nn.Module):
     """`non_local_means` as a module: Average over the pixels of a search window, weighted by how alike
@@ -911,6 +936,7 @@ class UnsharpMask(nn.Module):
 __all__ = [
     "AdaptiveThreshold",
     "BilateralBlur",
+    "BlurPool2D",
     "BlurPool2d",
     "BoxBlur",
     "Canny",
@@ -919,6 +945,7 @@ __all__ = [
     "Correlate2d",
     "Correlate3d",
     "DifferenceOfGaussians",
+    "EdgeAwareBlurPool2D",
     "EdgeAwareBlurPool2d",
     "FftConv",
     "Filter2d",
@@ -951,9 +978,11 @@ __all__ = [
     "JointBilateralBlur",
     "Laplacian",
     "Laplacian1d",
+    "MaxBlurPool2D",
     "MaxBlurPool2d",
     "MedianBlur",
     "MotionBlur",
+    "MotionBlur3D",
     "MotionBlur3d",
     "NonLocalMeans",
     "OtsuThreshold",

@@ -105,7 +105,7 @@ def _weighted_mean(
 ) -> Tensor:
     check_choice(color_distance_type, ["l1", "l2"], "color_distance_type")
     ky, kx = odd_pair(kernel_size, "kernel_size")
-    kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma_space, input, "sigma_space")
+    kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma_space, input.size(0), input, "sigma_space")
     if isinstance(sigma_color, Tensor):
         color = sigma_color.to(input.dtype).reshape(-1, 1, 1, 1)
     else:

@@ -6,7 +6,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_all_broadcastable, odd_pair
+from ..primitives.core.checks import check_all_broadcastable, check_tensor, odd_pair
 from .correlation import filter2d
 from .gaussian_kernels import as_column
 
@@ -102,5 +102,6 @@ def gabor(
         ... ]
         tensor(True)
     """
+    check_tensor(input, "input")
     kernel = get_gabor_kernel2d(kernel_size, sigma, theta, lambd, gamma, psi, input.dtype)
     return filter2d(input, kernel.to(input.device), border_type)

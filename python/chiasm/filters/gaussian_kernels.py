@@ -5,7 +5,13 @@ from typing import List, Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_broadcastable, check_floating
+from ..primitives.core.checks import (
+    check_broadcastable,
+    check_floating,
+    check_number,
+    check_sigmas,
+    check_triple,
+)
 from .gaussian import get_gaussian_kernel1d
 
 
@@ -14,6 +20,7 @@ def gaussian(
     sigma: Union[float, Tensor],
     mean: Optional[Union[float, Tensor]] = None,
     dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """Sampled Gaussian that sums to 1, around any mean.
 
@@ -26,6 +33,7 @@ def gaussian(
         mean: position of the maximum, a float or a tensor (B,) or (B, 1); of an even window half a pixel
             less. The middle, window_size // 2, by default.
         dtype: dtype of the result when sigma is a float.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, window_size), with B = 1 for floats.
@@ -40,7 +48,7 @@ def gaussian(
     """
     if window_size < 1:
         raise ValueError(f"window_size: expected a positive size, got {window_size}")
-    s = as_column(sigma, dtype, "sigma")
+    s = _deviation(sigma, dtype)
     x = _positions(window_size, s, 0.0)
     if mean is None:
         x = x - window_size // 2
@@ -51,7 +59,8 @@ def gaussian(
     if window_size % 2 == 0:
         x = x + 0.5
     weight = torch.exp(-(x * x) / (2.0 * s * s))
-    return weight / weight.sum(1, keepdim=True)
+    kernel = weight / weight.sum(1, keepdim=True)
+    return kernel if device is None else kernel.to(device)
 
 
 def get_gaussian_erf_kernel1d(
@@ -59,6 +68,7 @@ def get_gaussian_erf_kernel1d(
     sigma: Union[float, Tensor],
     force_even: bool = False,
     dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """Gaussian integrated over each pixel, normalised to sum 1.
 
@@ -70,6 +80,7 @@ def get_gaussian_erf_kernel1d(
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
         force_even: allow an even kernel_size.
         dtype: dtype of the kernel when sigma is a float.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, kernel_size), with B = 1 for a float sigma.
@@ -85,16 +96,20 @@ def get_gaussian_erf_kernel1d(
     """
     if kernel_size < 1 or (kernel_size % 2 == 0 and not force_even):
         raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
-    s = as_column(sigma, dtype, "sigma")
+    s = _deviation(sigma, dtype)
     # The edges of the pixels, in units of sqrt(2) sigma; each tap is what lies between two.
     x = _positions(kernel_size, s, (kernel_size - 1) * 0.5)
     t = 0.7071067811865476 / s
     weight = torch.erf((x + 0.5) * t) - torch.erf((x - 0.5) * t)
-    return weight / weight.sum(1, keepdim=True)
+    kernel = weight / weight.sum(1, keepdim=True)
+    return kernel if device is None else kernel.to(device)
 
 
 def get_gaussian_discrete_kernel1d(
-    kernel_size: int, sigma: Union[float, Tensor], dtype: torch.dtype = torch.float32
+    kernel_size: int,
+    sigma: Union[float, Tensor],
+    dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """The Gaussian's discrete analog exp(-t) I_n(t), t = sigma^2, with modified Bessel functions, normalised
     to sum 1.
@@ -107,6 +122,7 @@ def get_gaussian_discrete_kernel1d(
         kernel_size: number of taps, odd.
         sigma: standard deviation in pixels; a float, or a tensor (B,) or (B, 1).
         dtype: dtype of the kernel when sigma is a float.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, kernel_size), with B = 1 for a float sigma.
@@ -121,7 +137,7 @@ def get_gaussian_discrete_kernel1d(
     """
     if kernel_size < 1 or kernel_size % 2 == 0:
         raise ValueError(f"kernel_size: expected a positive odd size, got {kernel_size}")
-    s = as_column(sigma, dtype, "sigma")
+    s = _deviation(sigma, dtype)
     t = s * s
     radius = kernel_size // 2
     # r(n) = I_n / I_(n-1) = t / (2 n + t r(n+1)), from an order so high that the start is forgotten; the
@@ -142,7 +158,8 @@ def get_gaussian_discrete_kernel1d(
         half.append(weight)
     taps = [half[radius - n] for n in range(radius)] + half
     kernel = torch.cat(taps, 1)
-    return kernel / kernel.sum(1, keepdim=True)
+    kernel = kernel / kernel.sum(1, keepdim=True)
+    return kernel if device is None else kernel.to(device)
 
 
 def get_gaussian_kernel2d(
@@ -150,6 +167,7 @@ def get_gaussian_kernel2d(
     sigma: Union[Tuple[float, float], Tensor],
     force_even: bool = False,
     dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """Outer product of two sampled Gaussians, which sums to 1.
 
@@ -160,6 +178,7 @@ def get_gaussian_kernel2d(
         sigma: standard deviations in pixels, (y, x) or a tensor (B, 2).
         force_even: allow even sizes.
         dtype: dtype of the kernel when sigma is floats.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, rows, columns), with B = 1 for floats.
@@ -179,9 +198,11 @@ def get_gaussian_kernel2d(
     if isinstance(sigma, Tensor):
         s = _check_sigmas(sigma, 2)
     else:
+        check_sigmas(sigma, "sigma")
         s = torch.tensor([[sigma[0], sigma[1]]], dtype=dtype)
     along_y = get_gaussian_kernel1d(ky, s[:, 0], force_even)
-    return along_y[:, :, None] * get_gaussian_kernel1d(kx, s[:, 1], force_even)[:, None, :]
+    kernel = along_y[:, :, None] * get_gaussian_kernel1d(kx, s[:, 1], force_even)[:, None, :]
+    return kernel if device is None else kernel.to(device)
 
 
 def get_gaussian_kernel3d(
@@ -189,6 +210,7 @@ def get_gaussian_kernel3d(
     sigma: Union[Tuple[float, float, float], Tensor],
     force_even: bool = False,
     dtype: torch.dtype = torch.float32,
+    device: Optional[torch.device] = None,
 ) -> Tensor:
     """Outer product of three sampled Gaussians, which sums to 1.
 
@@ -199,6 +221,7 @@ def get_gaussian_kernel3d(
         sigma: standard deviations in voxels, (z, y, x) or a tensor (B, 3).
         force_even: allow even sizes.
         dtype: dtype of the kernel when sigma is floats.
+        device: of the result, by default that of sigma.
 
     Returns:
         (B, depth, rows, columns), with B = 1 for floats.
@@ -218,12 +241,25 @@ def get_gaussian_kernel3d(
     if isinstance(sigma, Tensor):
         s = _check_sigmas(sigma, 3)
     else:
+        check_triple(sigma, "sigma")
+        if sigma[0] <= 0.0 or sigma[1] <= 0.0 or sigma[2] <= 0.0:
+            raise ValueError(f"sigma: expected positive numbers, got ({sigma[0]}, {sigma[1]}, {sigma[2]})")
         s = torch.tensor([[sigma[0], sigma[1], sigma[2]]], dtype=dtype)
     plane = (
         get_gaussian_kernel1d(ky, s[:, 1], force_even)[:, :, None]
         * get_gaussian_kernel1d(kx, s[:, 2], force_even)[:, None, :]
     )
-    return get_gaussian_kernel1d(kz, s[:, 0], force_even)[:, :, None, None] * plane[:, None]
+    kernel = get_gaussian_kernel1d(kz, s[:, 0], force_even)[:, :, None, None] * plane[:, None]
+    return kernel if device is None else kernel.to(device)
+
+
+def _deviation(sigma: Union[float, Tensor], dtype: torch.dtype) -> Tensor:
+    """``as_column`` of a number that must be positive."""
+    if not isinstance(sigma, Tensor):
+        check_number(sigma, "sigma")
+        if sigma <= 0.0:
+            raise ValueError(f"sigma: expected a positive number, got {sigma}")
+    return as_column(sigma, dtype, "sigma")
 
 
 def as_column(value: Union[float, Tensor], dtype: torch.dtype, name: str) -> Tensor:
@@ -233,6 +269,7 @@ def as_column(value: Union[float, Tensor], dtype: torch.dtype, name: str) -> Ten
         if value.dim() > 2 or (value.dim() == 2 and value.size(1) != 1):
             raise ValueError(f"{name}: expected shape (B,) or (B, 1), got {list(value.shape)}")
         return value.reshape(-1, 1)
+    check_number(value, name)
     return torch.full([1, 1], value, dtype=dtype)
 
 

@@ -7,7 +7,13 @@ import torch
 from torch import Tensor
 
 from ..geometry.conversions import axis_angle_to_rotation_matrix
-from ..primitives.core.checks import check_broadcastable, check_choice, check_floating
+from ..primitives.core.checks import (
+    check_broadcastable,
+    check_choice,
+    check_floating,
+    check_tensor,
+    check_triple,
+)
 from .correlation import filter2d, filter3d
 from .gaussian_kernels import as_column
 
@@ -96,6 +102,7 @@ def get_motion_kernel3d(
         check_floating(angle, "angle")
         turn = angle
     else:
+        check_triple(angle, "angle")
         turn = torch.tensor([[angle[0], angle[1], angle[2]]], dtype=dtype)
     line = _line(kernel_size, direction, turn)
     rotation = axis_angle_to_rotation_matrix(turn * (math.pi / 180.0))[..., None, None, None]
@@ -143,6 +150,7 @@ def motion_blur(
         >>> motion_blur(torch.eye(5)[None, None], 5, 135.0, 0.0, "constant")[0, 0, 2, 2]
         tensor(1.)
     """
+    check_tensor(input, "input")
     kernel = get_motion_kernel2d(kernel_size, angle, direction, mode, input.dtype)
     return filter2d(input, kernel.to(input.device), border_type)
 
@@ -178,6 +186,7 @@ def motion_blur3d(
         >>> motion_blur3d(torch.ones(1, 1, 3, 4, 5), 3, (10.0, 20.0, 30.0), 0.5).shape
         torch.Size([1, 1, 3, 4, 5])
     """
+    check_tensor(input, "input")
     kernel = get_motion_kernel3d(kernel_size, angle, direction, mode, input.dtype)
     return filter3d(input, kernel.to(input.device), border_type)
 

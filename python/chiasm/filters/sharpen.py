@@ -5,7 +5,7 @@ from typing import Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image, check_pixels, odd_pair
+from ..primitives.core.checks import check_image, check_pixels, check_sigmas, odd_pair
 from ..primitives.filters.correlation import separable_plus
 from ..primitives.filters.stencil import separable_shared
 from .gaussian import gaussian_blur2d, gaussian_taps
@@ -47,6 +47,7 @@ def unsharp_mask(
         return (2.0 * input.to(torch.float32) - blurred).clamp(0.0, 255.0).to(torch.uint8)
     if isinstance(sigma, Tensor):
         return input + (input - gaussian_blur2d(input, kernel_size, sigma, border_type))
+    check_sigmas(sigma, "sigma")
     ky, kx = odd_pair(kernel_size, "kernel_size")
     return separable_plus(
         input, gaussian_taps(ky, sigma[0]), gaussian_taps(kx, sigma[1]), border_type, -1.0, 2.0

@@ -6,12 +6,8 @@ from typing import List, Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import (
-    check_choice,
-    check_pixels,
-    check_values,
-    odd_pair,
-)
+from ..primitives.core.broadcasting import in_batch, like_given
+from ..primitives.core.checks import check_choice, check_number, check_pixels, check_values, odd_pair
 from ..primitives.core.layout import in_planes
 from ..primitives.filters.correlation import box_sums
 from ..primitives.filters.fixed_point import box_bytes, fixed_taps, separable_bytes
@@ -33,7 +29,7 @@ def in_range(
     0.
 
     Args:
-        input: (B, C, H, W), floating point or uint8.
+        input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
         lower, upper: C numbers, or tensors (C,) or (B, C); pixels equal to a bound are inside.
         return_mask: return 1, of bytes 255, inside and 0 outside instead.
 
@@ -48,6 +44,12 @@ def in_range(
         >>> in_range(torch.arange(5.0).reshape(1, 1, 1, 5), [1.0], [3.0]).flatten()
         tensor([0., 1., 2., 3., 0.])
     """
+    return like_given(_in_range_of_batch(in_batch(input, "input"), lower, upper, return_mask), input)
+
+
+def _in_range_of_batch(
+    input: Tensor, lower: Union[List[float], Tensor], upper: Union[List[float], Tensor], return_mask: bool
+) -> Tensor:
     check_pixels(input, "input")
     if input.dtype == torch.uint8:
         low, high = _bound(lower, input, torch.float32, "lower"), _bound(upper, input, torch.float32, "upper")
@@ -62,7 +64,11 @@ def _bound(bound: Union[List[float], Tensor], input: Tensor, dtype: torch.dtype,
     if isinstance(bound, Tensor):
         b = bound.to(dtype)
     else:
+        for each in bound:
+            check_number(each, name)
         b = torch.tensor(bound, dtype=dtype, device=input.device)
+    if b.dim() > 2 and b.size(-1) == 1 and b.size(-2) == 1:
+        b = b.squeeze(-1).squeeze(-1)  # (C, 1, 1) and (B, C, 1, 1)
     if (b.dim() != 1 and b.dim() != 2) or b.size(-1) != input.size(1):
         raise ValueError(
             f"{name}: expected shape (C,) or (B, C) with input's {input.size(1)} channels, got"

@@ -9,7 +9,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_last, check_matrix, check_rank
+from ..primitives.core.checks import check_floating, check_last, check_matrix, check_rank, check_tensor
 from ..primitives.core.materialise import materialised
 from ..primitives.geometry.intrinsics import from_pixels, to_pixels, with_one
 from ..primitives.geometry.lens import coefficients, distort, tilt_matrices, under_homography, undistort
@@ -265,5 +265,7 @@ def check_views(
             f"img_points: expected as many points as world_points, {world_points.size(1)}, got"
             f" {img_points.size(1)}"
         )
+    if weights is not None:
+        check_tensor(weights, "weights")
     if weights is not None and weights.dim() != 2:
         raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")

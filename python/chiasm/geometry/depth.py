@@ -14,6 +14,7 @@ from ..primitives.core.checks import (
     check_image,
     check_last,
     check_matrix,
+    check_number,
     check_rank,
 )
 from ..primitives.geometry.intrinsics import check_depth, check_intrinsics, from_pixels, with_one
@@ -62,11 +63,13 @@ def depth_from_disparity(
         check_broadcastable(baseline, disparity, "baseline", "disparity")
         inverse = baseline / (disparity + 1e-8)
     else:
+        check_number(baseline, "baseline")
         inverse = baseline / (disparity + 1e-8)
     if isinstance(focal, Tensor):
         check_broadcastable(focal, inverse, "focal", "disparity")
         return inverse * focal
     else:
+        check_number(focal, "focal")
         return inverse * focal
 
 

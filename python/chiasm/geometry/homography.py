@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_matrix, check_rank
+from ..primitives.core.checks import check_choice, check_floating, check_matrix, check_rank, check_tensor
 from ..primitives.core.loops import repeated
 from ..primitives.geometry.intrinsics import with_one
 from ..primitives.linalg.direct_linear import hartley, projective_equations
@@ -113,6 +113,7 @@ def find_homography_dlt_iterated(
     """
     if n_iter < 1:
         raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
+    check_tensor(weights, "weights")
     H = find_homography_dlt(points1, points2, weights)
     return _weighted_again(H, n_iter - 1, points1, points2, soft_inl_th)
 
@@ -132,7 +133,8 @@ def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor
     float64.
 
     Args:
-        ls1, ls2: (B, N, 2, 2), N >= 4, the segments' two end points, floating point.
+        ls1, ls2: (B, N, 2, 2), or (N, 2, 2) for a batch of one, N >= 4, the segments' two end points,
+            floating point.
         weights: (B, N), not negative; ones by default.
 
     Returns:
@@ -148,6 +150,12 @@ def find_homography_lines_dlt(ls1: Tensor, ls2: Tensor, weights: Optional[Tensor
         >>> find_homography_lines_dlt(segments, 2.0 * segments)[0].round(decimals=3).diagonal()
         tensor([2., 2., 1.])
     """
+    check_tensor(ls1, "ls1")
+    check_tensor(ls2, "ls2")
+    if ls1.dim() == 3:
+        ls1 = ls1.unsqueeze(0)
+    if ls2.dim() == 3:
+        ls2 = ls2.unsqueeze(0)
     check_segments(ls1, "ls1")
     check_segments(ls2, "ls2")
     if ls1.size(1) < 4:
@@ -197,6 +205,7 @@ def find_homography_lines_dlt_iterated(
     """
     if n_iter < 1:
         raise ValueError(f"n_iter: expected at least 1, got {n_iter}")
+    check_tensor(weights, "weights")
     H = find_homography_lines_dlt(ls1, ls2, weights)
     return _lines_weighted_again(H, n_iter - 1, ls1, ls2, soft_inl_th)
 
@@ -263,6 +272,7 @@ def _denormalised(normal: Tensor, t1: Tensor, t2: Tensor) -> Tensor:
 def _weights(weights: Optional[Tensor], like: Tensor) -> Tensor:
     if weights is None:
         return torch.ones_like(like[..., 0])
+    check_tensor(weights, "weights")
     if weights.dim() != 2:
         raise ValueError(f"weights: expected shape (B, N), got {list(weights.shape)}")
     return weights.to(torch.float64)

@@ -139,8 +139,8 @@ def transform_points(trans_01: Tensor, points_1: Tensor) -> Tensor:
             B.
 
     Returns:
-        The points' shape, with the batch broadcast. What is sent to infinity (the last coordinate at most
-        1e-8 in magnitude) is not divided by it.
+        The points' shape and dtype, with the batch broadcast; computed in the wider dtype of both. What is
+        sent to infinity (the last coordinate at most 1e-8 in magnitude) is not divided by it.
 
     Raises:
         TypeError: if trans_01 or points_1 is not floating point.
@@ -175,7 +175,7 @@ def transform_points(trans_01: Tensor, points_1: Tensor) -> Tensor:
         moved = moved + points_1[..., k : k + 1] * m[..., k]
     w = moved[..., d:]
     far = w.abs() <= 1e-8
-    return moved[..., :d] / torch.where(far, torch.ones_like(w), w)
+    return (moved[..., :d] / torch.where(far, torch.ones_like(w), w)).to(points_1.dtype)
 
 
 def compose_transformations(trans_01: Tensor, trans_12: Tensor) -> Tensor:

@@ -5,7 +5,7 @@ from typing import Optional, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_broadcastable, check_floating, check_last
+from ..primitives.core.checks import check_broadcastable, check_floating, check_last, check_number
 from ..primitives.linalg.matrices import cross, largest_eigenvector
 from .conversions.rotations import axis_angle_to_quaternion, normalize_quaternion, quaternion_to_axis_angle
 
@@ -151,6 +151,7 @@ def quaternion_slerp(q1: Tensor, q2: Tensor, t: Union[float, Tensor]) -> Tensor:
         check_broadcastable(t, way, "t", "q1", 0, 1)
         part = t[..., None] * way
     else:
+        check_number(t, "t")
         part = t * way
     return quaternion_multiply(start, axis_angle_to_quaternion(part))
 

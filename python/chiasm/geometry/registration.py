@@ -69,9 +69,6 @@ class Similarity(nn.Module):
     Shape:
         forward() and forward_inverse(): (B, 3, 3), B being 1 unless ``reset_model`` was told otherwise.
 
-    Raises:
-        ValueError: if nothing is to be learned.
-
     Example:
         >>> [name for name, p in Similarity(scale=False).named_parameters() if p.requires_grad]
         ['rot', 'shift']
@@ -79,8 +76,6 @@ class Similarity(nn.Module):
 
     def __init__(self, rotation: bool = True, scale: bool = True, shift: bool = True) -> None:
         super().__init__()
-        if not (rotation or scale or shift):
-            raise ValueError("rotation, scale, shift: expected one of them to be True")
         self.learned = (rotation, scale, shift)
         self.rot, self.scale, self.shift = (
             nn.Parameter(torch.zeros(1)),

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_matrix, check_rank
+from ..primitives.core.checks import check_floating, check_matrix, check_rank, check_tensor
 from ..primitives.geometry.intrinsics import over_depth, with_one
 from ..primitives.linalg.matrices import cross, inverse3x3, small_matmul
 
@@ -176,6 +176,7 @@ def _check(pts1: Tensor, pts2: Tensor, H: Tensor) -> None:
 
 
 def _check_points(value: Tensor, name: str) -> None:
+    check_tensor(value, name)
     if value.dim() != 3 or value.size(2) not in (2, 3):
         raise ValueError(f"{name}: expected shape (B, N, 2) or (B, N, 3), got {list(value.shape)}")
     check_floating(value, name)

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating
+from ..primitives.core.checks import check_floating, check_tensor
 from ..primitives.numbers.rounding import known_or
 
 
@@ -27,6 +27,7 @@ def image_to_tensor(image: Tensor) -> Tensor:
         >>> image_to_tensor(torch.full((4, 6, 3), 255, dtype=torch.uint8)).shape
         torch.Size([1, 3, 4, 6])
     """
+    check_tensor(image, "image")
     if image.dtype != torch.uint8:
         raise TypeError(f"image: expected dtype torch.uint8, got {image.dtype}")
     if image.dim() != 3 and image.dim() != 4:

@@ -5,6 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.core.checks import check_tensor
 from ..primitives.images.histograms import whole_quotient
 from ..primitives.numbers.rounding import known_or
 
@@ -65,7 +66,9 @@ def draw_line(image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor:
                 [0., 1., 1., 0.],
                 [0., 0., 0., 1.]])
     """
+    check_tensor(p1, "p1")
     start = p1.unsqueeze(0) if p1.dim() == 1 else p1
+    check_tensor(p2, "p2")
     end = p2.unsqueeze(0) if p2.dim() == 1 else p2
     _check_points(image, start, "p1")
     _check_points(image, end, "p2")
@@ -127,6 +130,7 @@ def _minor_offset(step: Tensor, minor: Tensor, major: Tensor) -> Tensor:
 def _painted(image: Tensor, x: Tensor, y: Tensor, color: Tensor) -> Tensor:
     """The image with the pixels x, y (B, K) in one colour."""
     height, width = image.size(-2), image.size(-1)
+    check_tensor(color, "color")
     if color.dim() != 1 or (color.size(0) != 1 and color.size(0) != image.size(-3)):
         raise ValueError(
             f"color: expected shape (C,) or (1,) for C = {image.size(-3)}, got {list(color.shape)}"
@@ -143,6 +147,8 @@ def _painted(image: Tensor, x: Tensor, y: Tensor, color: Tensor) -> Tensor:
 
 
 def _check_points(image: Tensor, points: Tensor, name: str) -> None:
+    check_tensor(image, "image")
+    check_tensor(points, name)
     if image.dim() != 3 and image.dim() != 4:
         raise ValueError(f"image: expected shape (C, H, W) or (B, C, H, W), got {list(image.shape)}")
     if image.dim() == 3 and (points.dim() != 2 or points.size(-1) != 2):

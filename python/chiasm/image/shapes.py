@@ -6,7 +6,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_rank
+from ..primitives.core.checks import check_rank, check_tensor
 from ..primitives.images.drawing import rectangles_over, spans_over
 from ..primitives.numbers.rounding import known_or
 from .draw import whole_pixels
@@ -47,6 +47,7 @@ def draw_rectangle(
     """
     check_rank(image, 4, "(B, C, H, W)", "image")
     batch = image.size(0)
+    check_tensor(rectangle, "rectangle")
     if rectangle.dim() != 3 or rectangle.size(2) != 4 or rectangle.size(0) != batch:
         raise ValueError(
             f"rectangle: expected shape (B, N, 4) for images {list(image.shape)}, got {list(rectangle.shape)}"
@@ -65,6 +66,7 @@ def _per_rectangle(color: Optional[Tensor], image: Tensor, count: int) -> Tensor
     batch, channels = image.size(0), image.size(1)
     if color is None:
         return torch.zeros([batch, channels, count], dtype=image.dtype, device=image.device)
+    check_tensor(color, "color")
     known = color.to(image.dtype)
     if known.dim() == 1 and (known.size(0) == 1 or known.size(0) == channels):
         return known[None, :, None].expand(batch, channels, count)
@@ -108,10 +110,12 @@ def draw_convex_polygon(images: Tensor, polygons: Tensor, colors: Tensor) -> Ten
     """
     check_rank(images, 4, "(B, C, H, W)", "images")
     batch, channels, height = images.size(0), images.size(1), images.size(2)
+    check_tensor(polygons, "polygons")
     if polygons.dim() != 3 or polygons.size(2) != 2 or polygons.size(0) != batch:
         raise ValueError(
             f"polygons: expected shape (B, N, 2) for images {list(images.shape)}, got {list(polygons.shape)}"
         )
+    check_tensor(colors, "colors")
     paint = colors.to(images.dtype)
     if paint.dim() == 1 and (paint.size(0) == 1 or paint.size(0) == channels):
         paint = paint.unsqueeze(0)

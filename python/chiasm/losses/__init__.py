@@ -18,11 +18,27 @@ from .mutual_information import (
 )
 from .overlap import dice_loss, tversky_loss
 from .psnr import psnr_loss
+from .references import (
+    MIKernel,
+    MILossFromRef,
+    MILossFromRef2D,
+    MILossFromRef3D,
+    NMILossFromRef,
+    NMILossFromRef2D,
+    NMILossFromRef3D,
+)
 from .robust import cauchy_loss, charbonnier_loss, geman_mcclure_loss, welsch_loss
 from .ssim import ssim3d_loss, ssim_loss
 from .total_variation import total_variation
 
 __all__ = [
+    "MIKernel",
+    "MILossFromRef",
+    "MILossFromRef2D",
+    "MILossFromRef3D",
+    "NMILossFromRef",
+    "NMILossFromRef2D",
+    "NMILossFromRef3D",
     "binary_focal_loss_with_logits",
     "cauchy_loss",
     "charbonnier_loss",

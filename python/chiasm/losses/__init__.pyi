@@ -25,6 +25,13 @@ from .mutual_information import normalized_mutual_information_loss_3d as normali
 from .overlap import dice_loss as dice_loss
 from .overlap import tversky_loss as tversky_loss
 from .psnr import psnr_loss as psnr_loss
+from .references import MIKernel as MIKernel
+from .references import MILossFromRef as MILossFromRef
+from .references import MILossFromRef2D as MILossFromRef2D
+from .references import MILossFromRef3D as MILossFromRef3D
+from .references import NMILossFromRef as NMILossFromRef
+from .references import NMILossFromRef2D as NMILossFromRef2D
+from .references import NMILossFromRef3D as NMILossFromRef3D
 from .robust import cauchy_loss as cauchy_loss
 from .robust import charbonnier_loss as charbonnier_loss
 from .robust import geman_mcclure_loss as geman_mcclure_loss
@@ -440,10 +447,17 @@ __all__ = [
     "KlDivLoss2d",
     "LovaszHingeLoss",
     "LovaszSoftmaxLoss",
+    "MIKernel",
+    "MILossFromRef",
+    "MILossFromRef2D",
+    "MILossFromRef3D",
     "MS_SSIMLoss",
     "MutualInformationLoss",
     "MutualInformationLoss2d",
     "MutualInformationLoss3d",
+    "NMILossFromRef",
+    "NMILossFromRef2D",
+    "NMILossFromRef3D",
     "NormalizedMutualInformationLoss",
     "NormalizedMutualInformationLoss2d",
     "NormalizedMutualInformationLoss3d",

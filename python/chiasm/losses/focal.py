@@ -30,12 +30,14 @@ def focal_loss(
         alpha: weight of the classes from 1 on; class 0, the background, has 1 - alpha. None for no such
             weights.
         gamma: how much less a pixel counts that is classified well; 0 makes it a cross entropy.
-        reduction: "none", "sum" or "mean", which is that of the pixels that are not ignored.
+        reduction: "none", "sum" or "mean", which is that of all classes' entries of the pixels that are not
+            ignored: C times it is the mean of the pixels.
         weight: (C,), by which the pixels of a class are weighted; by default ones.
         ignore_index: label of pixels that are left out; None for none.
 
     Returns:
-        (B, *), 0 where ignored; or a scalar.
+        (B, C, *), the loss in the plane of a pixel's own class and 0 in the others, and where ignored; or a
+        scalar.
 
     Raises:
         TypeError: if pred is not floating point or target not of integers.
@@ -43,13 +45,14 @@ def focal_loss(
 
     Example:
         >>> focal_loss(torch.tensor([[[0.0, 3.0], [0.0, 0.0]]]), torch.tensor([[1, 0]]), 0.5)
-        tensor([[8.6643e-02, 5.4642e-05]])
+        tensor([[[0.0000e+00, 5.4642e-05],
+                 [8.6643e-02, 0.0000e+00]]])
     """
     check_prediction(pred, target, 2)
     if pred.size(1) < 2:
         raise ValueError(f"pred: expected at least 2 classes, got {list(pred.shape)}")
     counts = considered(target, ignore_index)
-    logits = where_considered(pred, counts)[0]
+    logits, every = where_considered(pred, counts)
     planes = class_planes(target, pred.size(1))
     own = torch.where(planes, logits, torch.zeros_like(logits)).sum(1)
     # The odds of the class against all others give p_t and 1 - p_t without cancellation, however sure the
@@ -65,7 +68,8 @@ def focal_loss(
         shape = [-1] + [1] * (target.dim() - 1)
         weights = class_weights(weight, pred, "weight").reshape(shape)
         loss = loss * (planes.to(pred.dtype) * weights).sum(1)
-    return reduced_where(loss, counts, reduction)
+    each = torch.where(planes, loss[:, None], torch.zeros_like(logits))
+    return reduced_where(each, every.expand_as(each), reduction)
 
 
 def binary_focal_loss_with_logits(

@@ -6,7 +6,13 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_same_shape
+from ..primitives.core.checks import (
+    broadcastable,
+    check_choice,
+    check_floating,
+    check_same_shape,
+    check_tensor,
+)
 from ..primitives.numbers.reductions import greatest, least
 from ..primitives.numbers.rounding import to_index
 
@@ -67,11 +73,12 @@ def entropies(
 def _mask(mask: Optional[Tensor], signal: Tensor, name: str) -> Tensor:
     if mask is None:
         return torch.ones_like(signal, dtype=torch.bool)
+    check_tensor(mask, name)
     if mask.dtype != torch.bool:
         raise TypeError(f"{name}: expected dtype torch.bool, got {mask.dtype}")
-    if mask.shape != signal.shape:
+    if mask.dim() > signal.dim() or mask.size(-1) != signal.size(-1) or not broadcastable(mask, signal):
         raise ValueError(f"{name}: expected the signals' shape {list(signal.shape)}, got {list(mask.shape)}")
-    return mask
+    return mask.expand(signal.shape)
 
 
 def _shares(

@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating
+from ..primitives.core.checks import check_floating, check_tensor
 
 
 def one_hot(
@@ -37,6 +37,7 @@ def one_hot(
                  [0., 0.],
                  [1., 0.]]])
     """
+    check_tensor(labels, "labels")
     if labels.dim() < 1:
         raise ValueError("labels: expected shape (B, *), got a scalar")
     if num_classes < 1:
@@ -57,6 +58,7 @@ def class_planes(labels: Tensor, num_classes: int) -> Tensor:
 
 def check_labels(value: Tensor, name: str) -> None:
     """Raise TypeError unless ``value`` are integers."""
+    check_tensor(value, name)
     if value.is_floating_point() or value.dtype == torch.bool or value.is_complex():
         raise TypeError(f"{name}: expected integer labels, got dtype {value.dtype}")
 
@@ -80,6 +82,9 @@ def class_weights(weight: Optional[Tensor], pred: Tensor, name: str) -> Tensor:
     """The classes' weights in pred's dtype, ones by default; raise ValueError unless they are (C,)."""
     if weight is None:
         return torch.ones([pred.size(1)], dtype=pred.dtype, device=pred.device)
+    check_tensor(weight, name)
+    while weight.dim() > 1 and weight.size(-1) == 1:
+        weight = weight.squeeze(-1)  # (C, 1, 1), as PyTorch's own losses take them
     if weight.dim() != 1 or weight.size(0) != pred.size(1):
         raise ValueError(
             f"{name}: expected shape ({pred.size(1)},), one number for each class, got {list(weight.shape)}"

@@ -5,6 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.core.checks import check_tensor
 from .joint_histogram import entropies
 
 
@@ -283,6 +284,7 @@ def normalized_mutual_information_loss_3d(
 
 
 def _flat(x: Tensor, dims: int, name: str) -> Tensor:
+    check_tensor(x, name)
     if x.dim() < dims:
         raise ValueError(f"{name}: expected at least {dims} dimensions, got {list(x.shape)}")
     return x.flatten(-dims)

@@ -1,8 +1,9 @@
 """How much an image varies."""
 
+import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating
+from ..primitives.core.checks import check_choice, check_tensor
 
 
 def total_variation(img: Tensor, reduction: str = "sum") -> Tensor:
@@ -13,7 +14,7 @@ def total_variation(img: Tensor, reduction: str = "sum") -> Tensor:
     1992.
 
     Args:
-        img: (*, H, W), floating point.
+        img: (*, H, W), floating point; whole numbers are taken as float32.
         reduction: "sum", or "mean": the mean difference down the columns plus that along the rows, for which
             H and W are at least 2.
 
@@ -21,14 +22,16 @@ def total_variation(img: Tensor, reduction: str = "sum") -> Tensor:
         (*), a number for each plane.
 
     Raises:
-        TypeError: if img is not floating point.
+        TypeError: if img is no tensor.
         ValueError: if img has fewer than two dimensions or too few pixels, or reduction is unknown.
 
     Example:
         >>> total_variation(torch.tensor([[0.0, 1.0], [0.0, 3.0]]))
         tensor(6.)
     """
-    check_floating(img, "img")
+    check_tensor(img, "img")
+    if not img.is_floating_point():
+        img = img.to(torch.float32)
     check_choice(reduction, ["sum", "mean"], "reduction")
     if img.dim() < 2:
         raise ValueError(f"img: expected shape (*, H, W), got {list(img.shape)}")

@@ -1,6 +1,7 @@
 """Image quality, and how far results are from the truth."""
 
 from ..primitives.core.modules import lazy_modules
+from .average_meter import AverageMeter
 from .boxes import mean_average_precision, mean_iou_bbox
 from .classification import accuracy, confusion_matrix, mean_iou
 from .disparity import (
@@ -10,11 +11,13 @@ from .disparity import (
     root_mean_squared_disparity_error,
 )
 from .flow import aepe
+from .flow import average_endpoint_error as average_endpoint_error
 from .pose import angle_error_mat, angle_error_vec, auc_from_errors, pose_errors, translation_ate
 from .psnr import psnr
 from .ssim import ssim, ssim3d
 
 __all__ = [
+    "AverageMeter",
     "accuracy",
     "aepe",
     "angle_error_mat",

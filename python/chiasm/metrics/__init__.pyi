@@ -4,6 +4,7 @@ from typing import List, Optional, Tuple
 
 from torch import Tensor, nn
 
+from .average_meter import AverageMeter as AverageMeter
 from .boxes import mean_average_precision as mean_average_precision
 from .boxes import mean_iou_bbox as mean_iou_bbox
 from .classification import accuracy as accuracy
@@ -14,6 +15,7 @@ from .disparity import mean_absolute_disparity_error as mean_absolute_disparity_
 from .disparity import mean_bad_pixel_error as mean_bad_pixel_error
 from .disparity import root_mean_squared_disparity_error as root_mean_squared_disparity_error
 from .flow import aepe as aepe
+from .flow import average_endpoint_error as average_endpoint_error
 from .pose import angle_error_mat as angle_error_mat
 from .pose import angle_error_vec as angle_error_vec
 from .pose import auc_from_errors as auc_from_errors
@@ -232,6 +234,7 @@ __all__ = [
     "AngleErrorMat",
     "AngleErrorVec",
     "AucFromErrors",
+    "AverageMeter",
     "ConfusionMatrix",
     "KittiD1Error",
     "MeanAbsoluteDisparityError",

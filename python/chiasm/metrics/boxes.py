@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank
+from ..primitives.core.checks import check_choice, check_floating, check_last, check_rank, check_tensor
 from ..primitives.geometry.boxes import intersections
 from ..primitives.numbers.ranking import stable_topk
 from .classification import check_integer
@@ -35,11 +35,13 @@ def mean_iou_bbox(boxes_1: Tensor, boxes_2: Tensor, box_format: str = "xyxy") ->
         ... )
         tensor([[0.3333, 0.0000]])
     """
-    check_choice(box_format, ["xyxy", "xywh"], "box_format")
+    check_choice(box_format, ["xyxy", "xywh", "cxcywh"], "box_format")
     _check_boxes(boxes_1, 2, "(N, 4)", "boxes_1")
     _check_boxes(boxes_2, 2, "(M, 4)", "boxes_2")
     if box_format == "xywh":
         return _pairwise_iou(_corners(boxes_1), _corners(boxes_2))
+    if box_format == "cxcywh":
+        return _pairwise_iou(_around(boxes_1), _around(boxes_2))
     return _pairwise_iou(boxes_1, boxes_2)
 
 
@@ -176,12 +178,18 @@ def _corners(boxes: Tensor) -> Tensor:
     return torch.cat([boxes[..., :2], boxes[..., :2] + boxes[..., 2:]], -1)
 
 
+def _around(boxes: Tensor) -> Tensor:
+    half = 0.5 * boxes[..., 2:]
+    return torch.cat([boxes[..., :2] - half, boxes[..., :2] + half], -1)
+
+
 def _check_boxes(value: Tensor, rank: int, layout: str, name: str) -> None:
     check_rank(value, rank, layout, name)
     check_last(value, 4, name)
 
 
 def _check_like(value: Tensor, boxes: Tensor, name: str) -> None:
+    check_tensor(value, name)
     if value.dim() != 2 or value.size(0) != boxes.size(0) or value.size(1) != boxes.size(1):
         raise ValueError(f"{name}: expected shape {list(boxes.shape[:2])}, got {list(value.shape)}")
 

@@ -5,7 +5,7 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.checks import check_floating, check_rank, check_tensor
 from ..primitives.images.histograms import bincount
 
 
@@ -98,7 +98,8 @@ def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) 
         target: the true ones, of pred's shape. Where either is outside 0 to num_classes - 1 nothing is
             counted.
         num_classes: how many classes there are, at least 2.
-        eps: added to the union: a class that neither has gets 0.
+        eps: added to the intersection and to the union: a class that neither has gets 1. Leave such classes
+            out of a mean: ``iou[confusion_matrix(...).sum((1, 2)) > 0]``, say.
 
     Returns:
         (B, num_classes), float32, in [0, 1].
@@ -118,11 +119,12 @@ def mean_iou(pred: Tensor, target: Tensor, num_classes: int, eps: float = 1e-6) 
     diagonal = torch.arange(num_classes, device=pred.device)
     common = torch.where(diagonal[:, None] == diagonal, counts, torch.zeros_like(counts)).sum(1)
     union = counts.sum(1) + counts.sum(2) - common
-    return (common.to(torch.float64) / (union.to(torch.float64) + eps)).to(torch.float32)
+    return ((common.to(torch.float64) + eps) / (union.to(torch.float64) + eps)).to(torch.float32)
 
 
 def check_integer(value: Tensor, name: str) -> None:
     """Raise TypeError unless ``value`` has an integer dtype."""
+    check_tensor(value, name)
     if value.is_floating_point() or value.is_complex():
         raise TypeError(f"{name}: expected an integer tensor, got dtype {value.dtype}")
 

@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_reduction
+from ..primitives.core.checks import check_reduction, check_tensor
 from .reductions import check_pair, reduced_valid, safe_sqrt
 
 
@@ -158,6 +158,7 @@ def _errors(input: Tensor, target: Tensor, valid_mask: Optional[Tensor]) -> Tupl
     check_pair(input, target)
     if valid_mask is None:
         return (input - target).abs(), target
+    check_tensor(valid_mask, "valid_mask")
     if valid_mask.shape != input.shape:
         raise ValueError(
             f"valid_mask: expected input's shape {list(input.shape)}, got {list(valid_mask.shape)}"

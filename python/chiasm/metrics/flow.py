@@ -31,3 +31,6 @@ def aepe(input: Tensor, target: Tensor, reduction: str = "mean") -> Tensor:
     check_pair(input, target)
     check_reduction(reduction)
     return reduced_valid(vector_length(input - target), None, reduction)
+
+
+average_endpoint_error = aepe

@@ -6,7 +6,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_last, check_matrix
+from ..primitives.core.checks import check_floating, check_last, check_matrix, check_tensor
 from ..primitives.geometry.angles import angle_of
 from ..primitives.linalg.matrices import cross
 from .reductions import vector_length
@@ -180,6 +180,7 @@ def auc_from_errors(
 
 
 def _check_pose(value: Tensor, name: str) -> None:
+    check_tensor(value, name)
     if value.dim() < 2 or value.size(-1) != 4 or (value.size(-2) != 3 and value.size(-2) != 4):
         raise ValueError(f"{name}: expected shape (*, 3, 4) or (*, 4, 4), got {list(value.shape)}")
     check_floating(value, name)

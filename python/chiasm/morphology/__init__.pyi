@@ -26,6 +26,7 @@ class BottomHat(nn.Module):
     border_type: str
     border_value: float
     max_val: float
+    engine: str
     def __init__(
         self,
         structuring_element: Optional[Tensor] = None,
@@ -33,6 +34,7 @@ class BottomHat(nn.Module):
         border_type: str = "geodesic",
         border_value: float = 0.0,
         max_val: float = 10000.0,
+        engine: str = "auto",
     ) -> None: ...
     def forward(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
@@ -46,6 +48,7 @@ class Closing(nn.Module):
     border_type: str
     border_value: float
     max_val: float
+    engine: str
     def __init__(
         self,
         structuring_element: Optional[Tensor] = None,
@@ -53,6 +56,7 @@ class Closing(nn.Module):
         border_type: str = "geodesic",
         border_value: float = 0.0,
         max_val: float = 10000.0,
+        engine: str = "auto",
     ) -> None: ...
     def forward(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
@@ -66,6 +70,7 @@ class Dilation(nn.Module):
     border_type: str
     border_value: float
     max_val: float
+    engine: str
     def __init__(
         self,
         structuring_element: Optional[Tensor] = None,
@@ -73,6 +78,7 @@ class Dilation(nn.Module):
         border_type: str = "geodesic",
         border_value: float = 0.0,
         max_val: float = 10000.0,
+        engine: str = "auto",
     ) -> None: ...
     def forward(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
@@ -86,6 +92,7 @@ class Erosion(nn.Module):
     border_type: str
     border_value: float
     max_val: float
+    engine: str
     def __init__(
         self,
         structuring_element: Optional[Tensor] = None,
@@ -93,6 +100,7 @@ class Erosion(nn.Module):
         border_type: str = "geodesic",
         border_value: float = 0.0,
         max_val: float = 10000.0,
+        engine: str = "auto",
     ) -> None: ...
     def forward(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
@@ -105,6 +113,7 @@ class Gradient(nn.Module):
     border_type: str
     border_value: float
     max_val: float
+    engine: str
     def __init__(
         self,
         structuring_element: Optional[Tensor] = None,
@@ -112,6 +121,7 @@ class Gradient(nn.Module):
         border_type: str = "geodesic",
         border_value: float = 0.0,
         max_val: float = 10000.0,
+        engine: str = "auto",
     ) -> None: ...
     def forward(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
@@ -154,6 +164,7 @@ class Opening(nn.Module):
     border_type: str
     border_value: float
     max_val: float
+    engine: str
     def __init__(
         self,
         structuring_element: Optional[Tensor] = None,
@@ -161,6 +172,7 @@ class Opening(nn.Module):
         border_type: str = "geodesic",
         border_value: float = 0.0,
         max_val: float = 10000.0,
+        engine: str = "auto",
     ) -> None: ...
     def forward(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
@@ -203,6 +215,7 @@ class TopHat(nn.Module):
     border_type: str
     border_value: float
     max_val: float
+    engine: str
     def __init__(
         self,
         structuring_element: Optional[Tensor] = None,
@@ -210,6 +223,7 @@ class TopHat(nn.Module):
         border_type: str = "geodesic",
         border_value: float = 0.0,
         max_val: float = 10000.0,
+        engine: str = "auto",
     ) -> None: ...
     def forward(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor, kernel: Tensor) -> Tensor: ...

@@ -4,7 +4,7 @@ from typing import List, Optional
 
 from torch import Tensor
 
-from .element import extreme
+from .element import check_engine, extreme
 
 
 def dilation(
@@ -15,6 +15,7 @@ def dilation(
     border_type: str = "geodesic",
     border_value: float = 0.0,
     max_val: float = 1e4,
+    engine: str = "auto",
 ) -> Tensor:
     """Dilate: out(p) = max over the kernel's nonzero offsets b of tensor(p - b) + height(b).
 
@@ -31,6 +32,8 @@ def dilation(
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
         max_val: stands for infinity. For whole numbers their type's ends do.
+        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
+            "shift".
 
     Returns:
         (B, C, H, W), of tensor's dtype.
@@ -45,4 +48,5 @@ def dilation(
         >>> dilation(x, torch.ones(1, 3))[0, 0, 1]
         tensor([0., 1., 1., 1., 0.])
     """
+    check_engine(engine)
     return extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, True)

@@ -5,9 +5,14 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_pixels
+from ..primitives.core.checks import check_choice, check_pixels, check_tensor
 from ..primitives.core.pixels import pixel_range
 from ..primitives.filters.minmax import morphology, morphology_gradient
+
+
+def check_engine(engine: str) -> None:
+    """Raise ValueError unless ``engine`` is one of Kornia's ways to compute the same."""
+    check_choice(engine, ["auto", "unfold", "convolution", "shift"], "engine")
 
 
 def extreme(
@@ -57,6 +62,7 @@ def _window(
     """The element's heights, -max_val where it has no pixel, and its origin."""
     check_pixels(tensor, "tensor", True)
     check_choice(border_type, ["geodesic", "reflect", "replicate", "circular", "constant"], "border_type")
+    check_tensor(kernel, "kernel")
     if kernel.dim() != 2:
         raise ValueError(f"kernel: expected shape (kh, kw), got {list(kernel.shape)}")
     kh, kw = kernel.size(0), kernel.size(1)

@@ -5,7 +5,7 @@ from typing import Optional
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_image, check_tensor
 from ..primitives.filters.padding import stencil
 
 
@@ -33,12 +33,14 @@ def hit_or_miss(input: Tensor, hit: Tensor, miss: Optional[Tensor] = None) -> Te
         tensor([[[[0., 0., 0., 0., 1.]]]])
     """
     check_image(input, "input")
+    check_tensor(hit, "hit")
     if hit.dim() != 2:
         raise ValueError(f"hit: expected shape (kh, kw), got {list(hit.shape)}")
     kh, kw = hit.size(0), hit.size(1)
     wanted = hit != 0
     unwanted = ~wanted
     if miss is not None:
+        check_tensor(miss, "miss")
         if miss.dim() != 2 or miss.size(0) != kh or miss.size(1) != kw:
             raise ValueError(f"miss: expected hit's shape ({kh}, {kw}), got {list(miss.shape)}")
         unwanted = miss != 0

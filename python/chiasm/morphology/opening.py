@@ -5,7 +5,7 @@ from typing import List, Optional
 from torch import Tensor
 
 from ..primitives.core.pixels import difference
-from .element import extreme, extreme_range
+from .element import check_engine, extreme, extreme_range
 
 
 def opening(
@@ -16,6 +16,7 @@ def opening(
     border_type: str = "geodesic",
     border_value: float = 0.0,
     max_val: float = 1e4,
+    engine: str = "auto",
 ) -> Tensor:
     """Open: dilate the erosion, which removes what is brighter and smaller than the element.
 
@@ -33,6 +34,8 @@ def opening(
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
         max_val: stands for infinity. For whole numbers their type's ends do.
+        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
+            "shift".
 
     Returns:
         (B, C, H, W), of tensor's dtype.
@@ -45,6 +48,7 @@ def opening(
         >>> opening(torch.tensor([[[[0.0, 1.0, 0.0, 1.0, 1.0]]]]), torch.ones(1, 2))
         tensor([[[[0., 0., 0., 1., 1.]]]])
     """
+    check_engine(engine)
     low = extreme(tensor, kernel, structuring_element, origin, border_type, border_value, max_val, False)
     return extreme(low, kernel, structuring_element, origin, border_type, border_value, max_val, True, True)
 
@@ -57,6 +61,7 @@ def closing(
     border_type: str = "geodesic",
     border_value: float = 0.0,
     max_val: float = 1e4,
+    engine: str = "auto",
 ) -> Tensor:
     """Close: erode the dilation, which removes what is darker and smaller than the element.
 
@@ -74,6 +79,8 @@ def closing(
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
         max_val: stands for infinity. For whole numbers their type's ends do.
+        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
+            "shift".
 
     Returns:
         (B, C, H, W), of tensor's dtype.
@@ -86,6 +93,7 @@ def closing(
         >>> closing(torch.tensor([[[[1.0, 0.0, 1.0, 0.0, 0.0]]]]), torch.ones(1, 2))
         tensor([[[[1., 1., 1., 0., 0.]]]])
     """
+    check_engine(engine)
     high = extreme(
         tensor, kernel, structuring_element, origin, border_type, border_value, max_val, True, True
     )
@@ -100,6 +108,7 @@ def top_hat(
     border_type: str = "geodesic",
     border_value: float = 0.0,
     max_val: float = 1e4,
+    engine: str = "auto",
 ) -> Tensor:
     """What the opening takes away: tensor - opening.
 
@@ -115,6 +124,8 @@ def top_hat(
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
         max_val: stands for infinity. For whole numbers their type's ends do.
+        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
+            "shift".
 
     Returns:
         (B, C, H, W), of tensor's dtype: of whole numbers the nearest that it has.
@@ -127,6 +138,7 @@ def top_hat(
         >>> top_hat(torch.tensor([[[[0.0, 1.0, 0.0, 1.0, 1.0]]]]), torch.ones(1, 2))
         tensor([[[[0., 1., 0., 0., 0.]]]])
     """
+    check_engine(engine)
     low = opening(tensor, kernel, structuring_element, origin, border_type, border_value, max_val)
     return difference(tensor, low)
 
@@ -139,6 +151,7 @@ def bottom_hat(
     border_type: str = "geodesic",
     border_value: float = 0.0,
     max_val: float = 1e4,
+    engine: str = "auto",
 ) -> Tensor:
     """What the closing fills: closing - tensor.
 
@@ -154,6 +167,8 @@ def bottom_hat(
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
         max_val: stands for infinity. For whole numbers their type's ends do.
+        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
+            "shift".
 
     Returns:
         (B, C, H, W), of tensor's dtype: of whole numbers the nearest that it has.
@@ -166,6 +181,7 @@ def bottom_hat(
         >>> bottom_hat(torch.tensor([[[[1.0, 0.0, 1.0, 0.0, 0.0]]]]), torch.ones(1, 2))
         tensor([[[[0., 1., 0., 0., 0.]]]])
     """
+    check_engine(engine)
     high = closing(tensor, kernel, structuring_element, origin, border_type, border_value, max_val)
     return difference(high, tensor)
 
@@ -178,6 +194,7 @@ def gradient(
     border_type: str = "geodesic",
     border_value: float = 0.0,
     max_val: float = 1e4,
+    engine: str = "auto",
 ) -> Tensor:
     """Dilation minus erosion: bright along edges.
 
@@ -193,6 +210,8 @@ def gradient(
         border_type: "geodesic" (the outside never wins), "reflect", "replicate", "circular" or "constant".
         border_value: the outside's value for "constant".
         max_val: stands for infinity. For whole numbers their type's ends do.
+        engine: not used, here so that Kornia's calls work: "auto", "unfold", "convolution" or
+            "shift".
 
     Returns:
         (B, C, H, W), of tensor's dtype: of whole numbers the nearest that it has.
@@ -205,4 +224,5 @@ def gradient(
         >>> gradient(torch.tensor([[[[0.0, 0.0, 1.0, 1.0, 1.0]]]]), torch.ones(1, 3))
         tensor([[[[0., 1., 1., 0., 0.]]]])
     """
+    check_engine(engine)
     return extreme_range(tensor, kernel, structuring_element, origin, border_type, border_value, max_val)

@@ -23,9 +23,16 @@ Example:
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .merging import append, embed, prepend
-from .plugin import library, register
-from .sessions import session
+from ..extras import advice
+
+try:
+    from .merging import append, embed, prepend
+    from .plugin import library, register
+    from .sessions import session
+except ModuleNotFoundError as error:
+    if advice(error) is None:
+        raise
+    raise ImportError(f"chiasm.onnx: {advice(error)}", name=error.name) from None
 
 if TYPE_CHECKING:
     from .network import Node, export

@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.checks import check_floating, check_rank, check_tensor
 from ..primitives.core.loops import repeated
 from ..primitives.numbers.ranking import stable_topk
 from ..primitives.numbers.slots import chosen_first
@@ -172,6 +172,7 @@ def _log_sum(a: Tensor, b: Tensor) -> Tensor:
 def _check(log_probs: Tensor, lengths: Tensor, blank: int) -> None:
     check_rank(log_probs, 3, "(B, T, C)", "log_probs")
     check_floating(log_probs, "log_probs")
+    check_tensor(lengths, "lengths")
     if lengths.dim() != 1 or lengths.size(0) != log_probs.size(0):
         raise ValueError(
             f"lengths: expected shape (B,) for log_probs {list(log_probs.shape)}, got {list(lengths.shape)}"

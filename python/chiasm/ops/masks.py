@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rank
+from ..primitives.core.checks import check_floating, check_rank, check_tensor
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.linalg.matrices import small_matmul
 from ..primitives.resampling.resizing import resized
@@ -73,12 +73,14 @@ def masks_from_prototypes(
     check_rank(prototypes, 4, "(B, P, h, w)", "prototypes")
     check_floating(prototypes, "prototypes")
     batch, count = prototypes.size(0), prototypes.size(1)
+    check_tensor(coefficients, "coefficients")
     if coefficients.dim() != 3 or coefficients.size(0) != batch or coefficients.size(2) != count:
         raise ValueError(
             f"coefficients: expected shape (B, N, P) for prototypes {list(prototypes.shape)}, got"
             f" {list(coefficients.shape)}"
         )
     check_floating(coefficients, "coefficients")
+    check_tensor(boxes, "boxes")
     if boxes.dim() != 3 or boxes.shape[:2] != coefficients.shape[:2] or boxes.size(2) != 4:
         raise ValueError(
             f"boxes: expected shape (B, N, 4) for coefficients {list(coefficients.shape)}, got"
@@ -125,6 +127,7 @@ def paste_masks(masks: Tensor, boxes: Tensor, size: Tuple[int, int]) -> Tensor:
     check_floating(masks, "masks")
     if masks.size(1) != 1:
         raise ValueError(f"masks: expected shape (N, 1, M, M), got {list(masks.shape)}")
+    check_tensor(boxes, "boxes")
     if boxes.dim() != 2 or boxes.size(0) != masks.size(0) or boxes.size(1) != 4:
         raise ValueError(
             f"boxes: expected shape (N, 4) for masks {list(masks.shape)}, got {list(boxes.shape)}"

@@ -5,7 +5,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_last, check_rank
+from ..primitives.core.checks import check_floating, check_last, check_rank, check_tensor
 from ..primitives.geometry.boxes import boxes_at, kept_boxes
 from ..primitives.numbers.ranking import stable_topk
 from ..primitives.numbers.slots import chosen_first
@@ -114,6 +114,7 @@ def batched_nms_fixed(
 
 def one_class(scores: Tensor) -> Tensor:
     """The same class for every box."""
+    check_tensor(scores, "scores")
     return torch.zeros(scores.shape, dtype=torch.int64, device=scores.device)
 
 
@@ -148,6 +149,7 @@ def check_slots(max_output: int) -> None:
 def check_candidates(boxes: Tensor, scores: Tensor, idxs: Tensor) -> None:
     """Raise unless each box of (B, N, ...) has a score and a class."""
     check_floating(scores, "scores")
+    check_tensor(idxs, "idxs")
     if idxs.dtype != torch.int64:
         raise TypeError(f"idxs: expected dtype int64, got {idxs.dtype}")
     for name, each in [("scores", scores), ("idxs", idxs)]:

@@ -5,7 +5,7 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_pixels, check_rank
+from ..primitives.core.checks import check_floating, check_pixels, check_rank, check_tensor
 from ..primitives.core.materialise import stored_index
 from ..primitives.core.window_sizes import positive_pair
 from ..primitives.numbers.reshaping import reshaped
@@ -151,12 +151,14 @@ def merge_detections(
     check_floating(boxes, "boxes")
     check_floating(scores, "scores")
     for name, each in [("scores", scores), ("labels", labels), ("found", found)]:
+        check_tensor(each, name)
         if each.shape != boxes.shape[:3]:
             raise ValueError(f"{name}: expected shape {list(boxes.shape[:3])}, got {list(each.shape)}")
     if labels.dtype != torch.int64:
         raise TypeError(f"labels: expected dtype int64, got {labels.dtype}")
     if found.dtype != torch.bool:
         raise TypeError(f"found: expected dtype bool, got {found.dtype}")
+    check_tensor(origins, "origins")
     if origins.dim() != 2 or origins.size(0) != boxes.size(1) or origins.size(1) != 2:
         raise ValueError(
             f"origins: expected shape (T, 2) for boxes {list(boxes.shape)}, got {list(origins.shape)}"

@@ -1,5 +1,6 @@
 """Ready compositions of ops: of frames, and of two views of one thing."""
 
+from .. import primitives as _primitives  # noqa: F401  (says so where there is no torch)
 from .camera_letterbox import letterbox_i420, letterbox_nv12, letterbox_nv21, letterbox_yuyv
 from .frames import edges, preprocess
 from .letterbox import center_crop, crop_boxes, letterbox

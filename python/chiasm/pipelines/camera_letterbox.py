@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from ..color.camera import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, yuyv_to_rgb
+from ..primitives.core.checks import check_tensor
 from .letterbox import Numbers, letterbox
 
 
@@ -160,6 +161,7 @@ def letterbox_yuyv(
         >>> letterbox_yuyv(torch.zeros(1, 480, 320, 4, dtype=torch.uint8))[0].shape
         torch.Size([1, 3, 640, 640])
     """
+    check_tensor(frame, "frame")
     if frame.dtype != torch.uint8:
         raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
     rgb = yuyv_to_rgb(_planes(frame, 4, "frame"), standard)
@@ -168,6 +170,7 @@ def letterbox_yuyv(
 
 def _planes(part: Tensor, channels: int, name: str) -> Tensor:
     """A part of frames as the ops of images take it."""
+    check_tensor(part, name)
     if part.dim() != 4 or part.size(3) != channels:
         raise ValueError(f"{name}: expected shape (B, H, W, {channels}), got {list(part.shape)}")
     return part.permute(0, 3, 1, 2)

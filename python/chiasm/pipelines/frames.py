@@ -7,6 +7,7 @@ from torch import Tensor
 
 from ..filters.gaussian import gaussian_blur2d
 from ..filters.gradient import sobel
+from ..primitives.core.checks import check_tensor
 from ..primitives.filters.stencil import join_channels
 from ..primitives.images.frames import frame_to_grey, resize_frame
 
@@ -72,6 +73,7 @@ def edges(frame: Tensor) -> Tensor:
 
 
 def _check(frame: Tensor) -> None:
+    check_tensor(frame, "frame")
     if frame.dtype != torch.uint8:
         raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
     if frame.dim() != 3 or frame.size(2) != 3:

@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_last, check_rank
+from ..primitives.core.checks import check_choice, check_last, check_rank, check_tensor
 from ..primitives.resampling.placing import placed_bytes, scaled_bytes
 
 Numbers = Tuple[float, float, float]
@@ -166,6 +166,7 @@ def crop_boxes(
 
 
 def _check_frame(frame: Tensor, size: Tuple[int, int], value: int) -> None:
+    check_tensor(frame, "frame")
     if frame.dtype != torch.uint8:
         raise TypeError(f"frame: expected dtype torch.uint8, got {frame.dtype}")
     if frame.dim() != 4 or frame.size(3) != 3:

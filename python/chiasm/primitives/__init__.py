@@ -5,3 +5,14 @@ definition, and lowerings beside it. ``padding.stencil`` makes of a stencil on a
 whole one, ``loops.repeated`` and ``loops.until_stable`` make of a step a loop. tests/ops/test_targets.py
 holds every lowering to its definition, and all other modules to asking for no target.
 """
+
+try:
+    import torch as _torch  # noqa: F401
+except ModuleNotFoundError as error:
+    if error.name != "torch":
+        raise
+    raise ImportError(
+        'the ops of chiasm need PyTorch, which is not installed: pip install "chiasm[export]" (bundles run'
+        " without it: chiasm.runtime)",
+        name="torch",
+    ) from None

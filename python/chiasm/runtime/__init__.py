@@ -177,7 +177,8 @@ def open(path: str | os.PathLike[str]) -> Bundle:
     Parameters
     ----------
     path
-        The folder ``NAME.chiasm``.
+        The folder ``NAME.chiasm``; or an op's name, e.g. ``"filters.sobel"``, of a bundle that a Python
+        package has brought (``chiasm list --installed`` shows them). A folder of that name comes first.
 
     Raises
     ------
@@ -190,7 +191,19 @@ def open(path: str | os.PathLike[str]) -> Bundle:
     >>> chiasm.runtime.open("build/bundles/filters.sobel.chiasm").name
     'filters.sobel'
     """
-    return Bundle(path)
+    name = os.fspath(path)
+    if os.path.exists(name):
+        return Bundle(name)
+    from .. import packs  # importlib.metadata takes longer to import than all of this
+
+    named = packs.is_name(name)
+    installed = packs.find(name) if named else None
+    try:
+        return Bundle(installed or name)
+    except RuntimeError as error:
+        if named and installed is None:
+            error.args = (f"{error}; nor is it the name of an installed one: `chiasm list --installed`",)
+        raise
 
 
 def backends() -> list[BackendInfo]:

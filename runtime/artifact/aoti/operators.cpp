@@ -3,36 +3,13 @@
 #include <torch/csrc/inductor/aoti_torch/generated/c_shim_cpu.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
+#include "sorting.h"
 #include "tensor.h"
 
 using namespace chiasm::artifact;
 
 namespace {
-
-// NaN sorts as the largest value, as in PyTorch; equal values keep their order, so that every backend picks
-// the same ones.
-template <class T>
-void topk_rows(const T* values, int64_t rows, int64_t n, int64_t k, bool largest, T* top, int64_t* index) {
-  std::vector<int64_t> order(n);
-  for (int64_t row = 0; row < rows; ++row, values += n, top += k, index += k) {
-    const auto before = [&](int64_t a, int64_t b) {
-      const T x = values[a], y = values[b];
-      const bool x_nan = x != x, y_nan = y != y;
-      if (x_nan != y_nan) return largest == x_nan;
-      if (!x_nan && x != y) return largest ? x > y : x < y;
-      return a < b;
-    };
-    std::iota(order.begin(), order.end(), 0);
-    std::partial_sort(order.begin(), order.begin() + k, order.end(), before);
-    for (int64_t i = 0; i < k; ++i) {
-      index[i] = order[i];
-      top[i] = values[order[i]];
-    }
-  }
-}
 
 // Running sums along the middle one of (outer, n, inner), kept in double as PyTorch's are for floats;
 // integers wrap around, also signed ones.

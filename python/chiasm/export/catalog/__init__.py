@@ -16,6 +16,8 @@ from ..spec import Spec
 #: Least sizes for ops that look at neighbours: compiled code treats the borders apart from the middle, and
 #: needs one.
 STENCIL = {"H": (8, 32768), "W": (8, 32768)}
+#: A reason for `special_values`: 0 times infinity is NaN.
+ZERO_WEIGHTS = "some forms multiply by weights that are 0, which others leave out: NaN of what is not finite"
 
 
 #: Public functions without a spec, and why; docs/coverage.md repeats it.
@@ -69,6 +71,10 @@ NOT_DEPLOYED = {
     "feature.get_laf_descriptors": (
         "takes a module: `feature.get_laf_descriptors.sift`, with SIFT in its place, is deployed for it, and"
         " `LAFDescriptor` exports with any"
+    ),
+    "feature.only_matches": (
+        "how many matches are left depends on the data (it scripts): the matchers, which return a row for"
+        " each descriptor and a mask, are deployed for it"
     ),
     "geometry.epipolar.find_essential": (
         "the first output of `find_essential_5point`, which is deployed under its name"

@@ -528,6 +528,7 @@ add(
         config={"cfa": "bg"},
         symbols={"H": (2, 32768), "W": (2, 32768)},
         reference="OpenCV cvtColor(COLOR_BayerBG2RGB); SciPy convolve",
+        frames=Frames(("uint8", "uint16"), peer=cvt_color("COLOR_BayerBG2RGB", edge=1)),
     )
 )
 add(
@@ -538,9 +539,19 @@ add(
         config={"cfa": "bg"},
         symbols={"H": (4, 32768), "W": (4, 32768)},
         reference="NumPy slices",
+        frames=Frames(("uint8", "uint16")),
     )
 )
-add(Spec("color.rgb_to_raw", [_rgb()], _output("BAYER"), config={"cfa": "bg"}, reference="NumPy slices"))
+add(
+    Spec(
+        "color.rgb_to_raw",
+        [_rgb()],
+        _output("BAYER"),
+        config={"cfa": "bg"},
+        reference="NumPy slices",
+        frames=Frames(("uint8", "uint16")),
+    )
+)
 
 # --- false colours ------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ import math
 import torch
 
 from ..spec import Spec, TensorSpec, Tolerance, image
-from . import add
+from . import ZERO_WEIGHTS, add
 
 _FRAMES = ("B", "N", 2, 3)
 #: Positions in pixels: differences are relative to the image's size.
@@ -260,6 +260,6 @@ _add(
     [image("img"), _laf()],
     reference="SciPy map_coordinates on levels made by NumPy",
     sample=_sample_regions,
-    special_values="native code multiplies pixels by weights that are 0",
+    special_values=ZERO_WEIGHTS,
     **_PATCHES,
 )

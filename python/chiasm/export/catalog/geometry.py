@@ -5,7 +5,7 @@ from PIL import Image
 
 from ..peer import Peer, opencv, warped
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
-from . import add
+from . import ZERO_WEIGHTS, add
 
 # --- resize -------------------------------------------------------------------------------------------------
 
@@ -85,6 +85,7 @@ for _name, _config in {
             peer=_PEERS[_name],
             reference="torch.nn.functional.interpolate; OpenCV resize; Pillow where antialiased",
             frames=_FRAMES.get(_name),
+            special_values="" if _name == "nearest" else ZERO_WEIGHTS,
             picture="warps",
         ),
         fn="geometry.transform.resize",

@@ -3,7 +3,7 @@
 import torch
 
 from ..spec import Spec, TensorSpec, Tolerance
-from . import add
+from . import ZERO_WEIGHTS, add
 from .geometry import _homography
 from .rigid import rotations
 
@@ -123,6 +123,7 @@ for _name, _degree in {"quadratic": 2, "cubic": 3, "quartic": 4}.items():
             [TensorSpec("roots", description="real roots in descending order, then zeros")],
             dtypes=("float32", "float64"),
             sample=_sample_roots(_degree),
+            special_values="of an infinite coefficient there are no roots, or any",
             reference="NumPy roots",
             picture="polynomials",
         )
@@ -135,6 +136,7 @@ add(
             TensorSpec("a", ("N", 4), range=(-1, 1), description="coefficients of x, y, z, 1"),
             TensorSpec("b", ("N", 4), range=(-1, 1), description="coefficients of x, y, z, 1"),
         ],
+        special_values=ZERO_WEIGHTS,
         reference="NumPy: the product of values",
     )
 )
@@ -150,6 +152,7 @@ add(
             ),
             TensorSpec("b", ("N", 4), range=(-1, 1), description="coefficients of x, y, z, 1"),
         ],
+        special_values=ZERO_WEIGHTS,
         reference="NumPy: the product of values",
     )
 )
@@ -163,6 +166,7 @@ add(
             )
         ],
         symbols={"K": (1, 1 << 20)},
+        special_values=ZERO_WEIGHTS,
         reference="NumPy poly1d",
     )
 )

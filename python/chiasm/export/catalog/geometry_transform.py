@@ -4,7 +4,7 @@ import torch
 
 from ..peer import BORDERS, NEAR_BYTES, WAYS, Peer, opencv, warped
 from ..spec import Frames, Spec, TensorSpec, Tolerance, image, like
-from . import STENCIL, add
+from . import STENCIL, ZERO_WEIGHTS, add
 
 _SIZES = {"OH": (1, 32768), "OW": (1, 32768)}
 _OUTPUT = [TensorSpec("output", layout="NCHW")]
@@ -408,6 +408,7 @@ _add(
     fn="rescale",
     config={"factor": (1.5, 0.7), "antialias": True},
     symbols=STENCIL,
+    special_values=ZERO_WEIGHTS,
 )
 _add(
     "resize_to_be_divisible",
@@ -416,6 +417,7 @@ _add(
     fn="resize_to_be_divisible",
     config={"divisible_factor": 8},
     symbols=STENCIL,
+    special_values=ZERO_WEIGHTS,
 )
 _add(
     "pyrdown.by_2",
@@ -423,6 +425,7 @@ _add(
     "OpenCV GaussianBlur and torch.nn.functional.interpolate",
     fn="pyrdown",
     symbols=STENCIL,
+    special_values=ZERO_WEIGHTS,
     frames=Frames(
         config={"sampling": "alternate"},
         reference="OpenCV pyrDown",
@@ -436,6 +439,7 @@ _add(
     fn="pyrdown",
     config={"border_type": "replicate", "align_corners": True, "factor": 1.5},
     symbols=STENCIL,
+    special_values=ZERO_WEIGHTS,
 )
 _add(
     "pyrup",
@@ -443,6 +447,7 @@ _add(
     "OpenCV GaussianBlur and torch.nn.functional.interpolate",
     fn="pyrup",
     symbols=STENCIL,
+    special_values=ZERO_WEIGHTS,
     frames=Frames(
         config={"sampling": "alternate"}, reference="OpenCV pyrUp", peer=opencv(lambda cv2, x: cv2.pyrUp(x))
     ),
@@ -456,6 +461,7 @@ _add(
     fn="build_pyramid",
     config={"max_level": 3},
     symbols=_HALVES,
+    special_values=ZERO_WEIGHTS,
     outputs=_LEVELS,
 )
 _add(
@@ -465,6 +471,7 @@ _add(
     fn="build_laplacian_pyramid",
     config={"max_level": 3},
     symbols=_HALVES,
+    special_values=ZERO_WEIGHTS,
     outputs=_LEVELS,
 )
 

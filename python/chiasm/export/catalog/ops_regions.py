@@ -6,7 +6,7 @@ import torch
 
 from ..peer import Peer
 from ..spec import Spec, TensorSpec, image, like
-from . import add
+from . import ZERO_WEIGHTS, add
 from .ops import scored, torchvision
 
 
@@ -53,6 +53,7 @@ add(
         symbols=_REGION_SYMBOLS,
         gradients=("input",),
         sample=_with_regions,
+        special_values="ONNX Runtime passes NaN over in maxima",
         peer=torchvision("roi_pool", (7, 5), 0.5),
         reference="torchvision.ops.roi_pool",
         picture="tensors",
@@ -137,6 +138,7 @@ add(
         symbols={"B": (1, 64), "N": (1, 1 << 12), "P": (2, 256), "OH": (1, 32768), "OW": (1, 32768)},
         gradients=("prototypes", "coefficients"),
         sample=_prototypes,
+        special_values="sums of infinities are NaN or are not, by their order",
         reference="NumPy and torch.nn.functional.interpolate",
         picture="tensors",
     )
@@ -270,6 +272,7 @@ add(
         [TensorSpec("output", layout="NCHW")],
         config={"padding": (1, 1)},
         sample=_deformed,
+        special_values=ZERO_WEIGHTS,
         peer=Peer(
             "torchvision.ops",
             lambda ops, x, offset, weight, bias, mask: ops.deform_conv2d(

@@ -257,8 +257,8 @@ def _libraries_hash(isa: str) -> str:
     ]
     if missing := [str(f) for f in libraries if not f.exists()]:
         raise ExportError(
-            f"the native format needs {missing[0]}, with which chiasm was not built: torch was not found."
-            " Build it where torch is installed: make build, or pip install --no-build-isolation"
+            f"the native format needs {missing[0]}, which is not there: pip install chiasm-export, or in a"
+            " source tree make build"
         )
     return _hash(sources + libraries + [f for f in (LIBRARIES / "include").rglob("*") if f.is_file()])
 

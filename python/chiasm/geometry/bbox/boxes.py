@@ -9,7 +9,14 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice, check_floating, check_last, check_matrix, check_rank
+from ...primitives.core.checks import (
+    check_choice,
+    check_floating,
+    check_last,
+    check_matrix,
+    check_rank,
+    check_tensor,
+)
 from ...primitives.linalg.matrices import small_matmul
 from ...primitives.numbers.reductions import greatest, least
 from ..conversions.homogeneous import convert_points_from_homogeneous, convert_points_to_homogeneous
@@ -315,12 +322,14 @@ def _agree(a: Tensor, b: Tensor) -> Tensor:
 
 
 def _column(value: Tensor, name: str) -> Tensor:
+    check_tensor(value, name)
     if value.dim() > 1:
         raise ValueError(f"{name}: expected shape (B,) or a scalar, got {list(value.shape)}")
     return value.reshape(-1)
 
 
 def _check_corners(boxes: Tensor, corners: int, axes: int) -> None:
+    check_tensor(boxes, "boxes")
     if boxes.dim() != 3 or boxes.size(1) != corners or boxes.size(2) != axes:
         raise ValueError(f"boxes: expected shape (B, {corners}, {axes}), got {list(boxes.shape)}")
 

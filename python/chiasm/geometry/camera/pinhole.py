@@ -235,6 +235,21 @@ class PinholeCamera(nn.Module):
         return self.intrinsics[:, 1, 2]
 
     @property
+    def tx(self) -> Tensor:
+        """(B,), where the world's origin is along x in the cameras' frames."""
+        return self.extrinsics[:, 0, 3]
+
+    @property
+    def ty(self) -> Tensor:
+        """(B,), the same along y."""
+        return self.extrinsics[:, 1, 3]
+
+    @property
+    def tz(self) -> Tensor:
+        """(B,), the same along z."""
+        return self.extrinsics[:, 2, 3]
+
+    @property
     def camera_matrix(self) -> Tensor:
         """(B, 3, 3), K."""
         return self.intrinsics[:, :3, :3]
@@ -279,6 +294,17 @@ class PinholeCamera(nn.Module):
         """The cameras of images scaled by factors (B,), or (1,) for all: see :func:`scale_intrinsics`."""
         scaled = scale_intrinsics(self.camera_matrix, scale_factor)
         return PinholeCamera(scaled, self.extrinsics, self.height * scale_factor, self.width * scale_factor)
+
+    @torch.jit.unused
+    def device(self) -> torch.device:
+        """Where the matrices are."""
+        return self.camera_matrix.device
+
+    @torch.jit.unused
+    def clone(self) -> "PinholeCamera":
+        """Cameras with tensors of their own."""
+        parts = (self.intrinsics, self.extrinsics, self.height, self.width)
+        return PinholeCamera(*[part.clone() for part in parts])
 
     def forward(self, point_3d: Tensor) -> Tensor:
         return self.project(point_3d)

@@ -101,8 +101,10 @@ class StereoCamera(nn.Module):
 
     @torch.jit.export
     def reproject_disparity_to_3D(self, disparity_tensor: Tensor) -> Tensor:
-        """Points (B, H, W, 3) in the left cameras' frames of disparities (B, 1, H, W): left column less right
-        column, in pixels."""
+        """Points (B, H, W, 3) in the left cameras' frames of disparities: left column less right column, in
+        pixels, (B, 1, H, W), or (B, H, W, 1) as Kornia has them (H more than 1)."""
+        if disparity_tensor.dim() == 4 and disparity_tensor.size(1) != 1 and disparity_tensor.size(3) == 1:
+            disparity_tensor = disparity_tensor.permute(0, 3, 1, 2)
         return reproject_disparity_to_3d(disparity_tensor, self.Q)
 
     def forward(self, disparity_tensor: Tensor) -> Tensor:

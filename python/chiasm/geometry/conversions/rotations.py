@@ -53,14 +53,22 @@ def axis_angle_to_quaternion(axis_angle: Tensor) -> Tensor:
         tensor([1., 0., 0., 0.])
     """
     check_last(axis_angle, 3, "axis_angle")
-    q = 0.25 * (axis_angle * axis_angle).sum(-1, keepdim=True)
+    return _exponential(0.5 * axis_angle)
+
+
+def _exponential(v: Tensor) -> Tensor:
+    """(cos |v|, v sin |v| / |v|) of vectors (*, 3)."""
+    # The squares of large vectors are those of their directions, lest they overflow.
+    largest = v.detach().abs().amax(-1, keepdim=True)
+    scale = torch.where(largest > 50.0, largest, torch.ones_like(largest))
+    u = v / scale
+    q = (u * u).sum(-1, keepdim=True)
     small = q < 1e-4
-    half = torch.sqrt(torch.where(small, torch.ones_like(q), q))
-    ratio = torch.where(
-        small, 0.5 - q / 12.0 + q * q / 240.0 - q * q * q / 10080.0, 0.5 * torch.sin(half) / half
-    )
-    real = torch.where(small, 1.0 - q / 2.0 + q * q / 24.0 - q * q * q / 720.0, torch.cos(half))
-    return torch.cat([real, axis_angle * ratio], -1)
+    length = scale * torch.sqrt(torch.where(small, torch.ones_like(q), q))
+    s = torch.where(small, q, torch.zeros_like(q))
+    ratio = torch.where(small, 1.0 - s / 6.0 + s * s / 120.0 - s * s * s / 5040.0, torch.sin(length) / length)
+    real = torch.where(small, 1.0 - s / 2.0 + s * s / 24.0 - s * s * s / 720.0, torch.cos(length))
+    return torch.cat([real, v * ratio], -1)
 
 
 def quaternion_to_axis_angle(quaternion: Tensor) -> Tensor:
@@ -218,7 +226,7 @@ def quaternion_log_to_exp(quaternion: Tensor, eps: float = 1e-8) -> Tensor:
         tensor([-0., 1., 0., 0.])
     """
     check_last(quaternion, 3, "quaternion")
-    return axis_angle_to_quaternion(2.0 * quaternion)
+    return _exponential(quaternion)
 
 
 def quaternion_exp_to_log(quaternion: Tensor, eps: float = 1e-8) -> Tensor:

@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_broadcastable, check_last, check_matrix
+from ...primitives.core.checks import check_broadcastable, check_last, check_matrix, check_tensor
 from ...primitives.geometry.intrinsics import with_one
 from ...primitives.linalg.matrices import cofactors, inverse3x3, small_matmul
 from ...primitives.linalg.qr import null_vector, pointed
@@ -285,6 +285,8 @@ def _parts(E_mat: Tensor) -> Tuple[Tensor, Tensor, Tensor]:
 
 
 def _check_view(E_mat: Tensor, K: Tensor, x: Tensor, K_name: str, x_name: str) -> None:
+    check_tensor(E_mat, "E_mat")
+    check_tensor(x, x_name)
     if x.dim() > E_mat.dim():
         raise ValueError(
             f"{x_name}: expected no more dimensions than E_mat {list(E_mat.shape)}, got {list(x.shape)}"

@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice, check_floating, check_matrix
+from ...primitives.core.checks import check_choice, check_floating, check_matrix, check_tensor
 from ...primitives.linalg.direct_linear import hartley, normal_matrix
 from ...primitives.linalg.matrices import inverse3x3, small_matmul, smallest_eigenvector
 from ...primitives.linalg.qr import null_vector, pointed
@@ -49,6 +49,7 @@ def find_fundamental(
         return find_fundamental_7point(points1, points2)[0]
     _check_pair(points1, points2, 8)
     w = torch.ones_like(points1[..., 0]) if weights is None else weights
+    check_tensor(w, "weights")
     if w.dim() != 2:
         raise ValueError(f"weights: expected shape (B, N), got {list(w.shape)}")
     w = w.to(torch.float64)

@@ -5,7 +5,13 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_broadcastable, check_image, check_matrix
+from ...primitives.core.checks import (
+    check_broadcastable,
+    check_image,
+    check_matrix,
+    check_number,
+    check_tensor,
+)
 from ...primitives.linalg.matrices import cross, small_matmul
 from ...primitives.linalg.qr import pointed
 from .lines import cross_product_matrix
@@ -71,6 +77,7 @@ def scale_intrinsics(camera_matrix: Tensor, scale_factor: Union[float, Tensor]) 
         check_broadcastable(scale_factor, camera_matrix, "scale_factor", "camera_matrix", 0, 2)
         upper = camera_matrix[..., 0:2, :] * scale_factor[..., None, None]
     else:
+        check_number(scale_factor, "scale_factor")
         upper = camera_matrix[..., 0:2, :] * scale_factor
     return torch.cat([upper, camera_matrix[..., 2:3, :]], -2)
 
@@ -210,6 +217,7 @@ def depth_from_point(R: Tensor, t: Tensor, X: Tensor) -> Tensor:
     """
     check_matrix(R, 3, 3, "R")
     check_matrix(t, 3, 1, "t")
+    check_tensor(X, "X")
     if X.dim() < 2 or X.size(-1) != 3:
         raise ValueError(f"X: expected shape (*, N, 3), got {list(X.shape)}")
     return (X * R[..., 2:3, :]).sum(-1) + t[..., 2, :]

@@ -17,7 +17,8 @@ def triangulate_points(
     Args:
         P1, P2: (*, 3, 4), projection matrices, floating point.
         points1, points2: (*, N, 2), pixels.
-        solver: "eigh" or "svd". Both name the same computation here: the null vector by a QR factorisation.
+        solver: "eigh", "svd" or "cofactor". All name the same computation here: the null vector by a QR
+            factorisation.
 
     Returns:
         (*, N, 3). What is at infinity comes out far away. Differentiable in all tensors.
@@ -38,7 +39,7 @@ def triangulate_points(
     check_matrix(P2, 3, 4, "P2")
     check_last(points1, 2, "points1")
     check_last(points2, 2, "points2")
-    check_choice(solver, ["eigh", "svd"], "solver")
+    check_choice(solver, ["eigh", "svd", "cofactor"], "solver")
     check_broadcastable(points1, P1, "points1", "P1", 2, 2)
     check_broadcastable(points2, P2, "points2", "P2", 2, 2)
     first = _equations(P1.to(torch.float64), points1.to(torch.float64))

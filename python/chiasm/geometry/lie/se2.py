@@ -7,7 +7,7 @@ J. Sola, J. Deray, D. Atchuthan, A micro Lie theory for state estimation in robo
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.core.checks import check_last, check_matrix, check_tensor
 from ...primitives.geometry.stumpff import stumpff
 from ...primitives.linalg.matrices import small_matmul
 from .so2 import so2_exp, so2_hat, so2_log
@@ -164,6 +164,7 @@ def se2_right_jacobian(v: Tensor) -> Tensor:
         >>> se2_right_jacobian(torch.zeros(3)).diagonal()
         tensor([1., 1., 1.])
     """
+    check_tensor(v, "v")
     return se2_left_jacobian(-v)
 
 

@@ -7,7 +7,7 @@ T. D. Barfoot, State Estimation for Robotics, 2017, chapter 7 (whose tangents ar
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.core.checks import check_last, check_matrix, check_tensor
 from ...primitives.geometry.stumpff import stumpff
 from ...primitives.linalg.matrices import small_matmul
 from .so3 import so3_exp, so3_hat, so3_left_jacobian, so3_log, so3_vee
@@ -169,6 +169,7 @@ def se3_right_jacobian(v: Tensor) -> Tensor:
         >>> se3_right_jacobian(torch.zeros(6)).diagonal()
         tensor([1., 1., 1., 1., 1., 1.])
     """
+    check_tensor(v, "v")
     return se3_left_jacobian(-v)
 
 

@@ -4,7 +4,7 @@ in radians."""
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_last, check_matrix
+from ...primitives.core.checks import check_last, check_matrix, check_tensor
 from ...primitives.geometry.stumpff import stumpff
 from ...primitives.linalg.matrices import small_matmul
 from ..conversions.rotations import (
@@ -158,4 +158,5 @@ def so3_right_jacobian(v: Tensor) -> Tensor:
         >>> so3_right_jacobian(torch.zeros(3)).diagonal()
         tensor([1., 1., 1.])
     """
+    check_tensor(v, "v")
     return so3_left_jacobian(-v)

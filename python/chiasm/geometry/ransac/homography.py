@@ -5,6 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
+from ...primitives.core.checks import check_tensor
 from ...primitives.core.loops import repeated
 from ...primitives.geometry.consensus import (
     best_model,
@@ -74,6 +75,7 @@ def ransac_homography(
     """
     check_arguments(points1, points2, uniforms, 4, 4, inl_th, refinements)
     if mask is not None:
+        check_tensor(mask, "mask")
         if mask.dtype != torch.bool:
             raise TypeError(f"mask: expected dtype torch.bool, got {mask.dtype}")
         if mask.dim() != 2 or mask.size(0) != points1.size(0) or mask.size(1) != points1.size(1):

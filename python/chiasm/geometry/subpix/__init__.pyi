@@ -8,6 +8,8 @@ from .heatmaps import render_gaussian2d as render_gaussian2d
 from .heatmaps import spatial_expectation2d as spatial_expectation2d
 from .heatmaps import spatial_soft_argmax2d as spatial_soft_argmax2d
 from .heatmaps import spatial_softmax2d as spatial_softmax2d
+from .modules import NonMaximaSuppression2d as NonMaximaSuppression2d
+from .modules import NonMaximaSuppression3d as NonMaximaSuppression3d
 from .quadratic import conv_quad_interp3d as conv_quad_interp3d
 from .quadratic import iterative_quad_interp3d as iterative_quad_interp3d
 from .suppression import nms2d as nms2d
@@ -23,17 +25,17 @@ class ConvQuadInterp3d(nn.Module):
     n_iters: int
     strict_maxima_bonus: Optional[float]
     max_subpixel_shift: float
-    precomputed_nms_mask: Optional[Tensor]
     dilation_radius: int
     allow_scale_steps: bool
+    precomputed_nms_mask: Optional[Tensor]
     def __init__(
         self,
         n_iters: int = 5,
         strict_maxima_bonus: Optional[float] = None,
         max_subpixel_shift: float = 0.6,
-        precomputed_nms_mask: Optional[Tensor] = None,
         dilation_radius: int = 1,
         allow_scale_steps: bool = True,
+        precomputed_nms_mask: Optional[Tensor] = None,
     ) -> None: ...
     def forward(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
@@ -96,16 +98,16 @@ class IterativeQuadInterp3d(nn.Module):
     strict_maxima_bonus: Optional[float]
     max_subpixel_shift: float
     allow_scale_steps: bool
-    precomputed_nms_mask: Optional[Tensor]
     max_candidates: Optional[int]
+    precomputed_nms_mask: Optional[Tensor]
     def __init__(
         self,
         n_iters: int = 5,
         strict_maxima_bonus: Optional[float] = None,
         max_subpixel_shift: float = 0.6,
         allow_scale_steps: bool = True,
-        precomputed_nms_mask: Optional[Tensor] = None,
         max_candidates: Optional[int] = None,
+        precomputed_nms_mask: Optional[Tensor] = None,
     ) -> None: ...
     def forward(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
     def __call__(self, input: Tensor) -> Tuple[Tensor, Tensor]: ...
@@ -182,6 +184,8 @@ __all__ = [
     "Nms2d",
     "Nms3d",
     "Nms3dMinmax",
+    "NonMaximaSuppression2d",
+    "NonMaximaSuppression3d",
     "RenderGaussian2d",
     "SpatialExpectation2d",
     "SpatialSoftArgmax2d",

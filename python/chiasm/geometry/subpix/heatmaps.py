@@ -9,7 +9,7 @@ from typing import Optional, Tuple, Union
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_broadcastable, check_image, check_last
+from ...primitives.core.checks import check_broadcastable, check_image, check_last, check_number
 from ...primitives.numbers.reshaping import reshaped
 from ...primitives.resampling.warping import position_dtype
 from ..conversions.pixels import normalisation
@@ -152,6 +152,7 @@ def inverse_temperature(temperature: Optional[Union[Tensor, float]], like: Tenso
                 f"temperature: expected one positive number, got shape {list(temperature.shape)}"
             )
         return 1.0 / temperature.to(like.dtype).reshape([])
+    check_number(temperature, "temperature")
     if temperature <= 0.0:
         raise ValueError(f"temperature: expected one positive number, got {temperature}")
     return torch.full([], 1.0 / temperature, dtype=like.dtype, device=like.device)

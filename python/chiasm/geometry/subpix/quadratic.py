@@ -14,6 +14,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from ...primitives.core.checks import check_tensor
 from ...primitives.core.materialise import materialised
 from ...primitives.features.extrema import largest
 from ...primitives.numbers.ranking import stable_topk
@@ -126,6 +127,7 @@ def _checked_mask(input: Tensor, n_iters: int, mask: Optional[Tensor]) -> Tensor
         raise ValueError(f"n_iters: expected a positive number, got {n_iters}")
     if mask is None:
         return nms3d(input, 3, True)
+    check_tensor(mask, "precomputed_nms_mask")
     if mask.dtype != torch.bool:
         raise TypeError(f"precomputed_nms_mask: expected dtype torch.bool, got {mask.dtype}")
     if mask.shape != input.shape:

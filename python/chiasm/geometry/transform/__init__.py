@@ -1,6 +1,6 @@
 """Geometric image transforms."""
 
-from ...primitives.core.modules import lazy_modules
+from ...primitives.core.modules import ModuleForm, lazy_modules
 from .affine import Affine, affine, rotate, scale, shear, translate, warp_affine
 from .crop import center_crop, crop_and_resize, crop_by_boxes, crop_by_indices, crop_by_transform_mat
 from .crop3d import center_crop3d, crop_and_resize3d, crop_by_boxes3d
@@ -95,7 +95,13 @@ __all__ = [
     "warp_polar",
 ]
 
-# As Kornia's: modules that move every image in the same way.
-_HELD = {"rotate": ["angle"], "scale": ["scale_factor"], "shear": ["shear"], "translate": ["translation"]}
+# As Kornia's: modules that move every image in the same way, and defaults that are not the functions'.
+_FORMS = {
+    "rescale": ModuleForm(defaults={"align_corners": True}),
+    "rotate": ModuleForm(held=["angle"]),
+    "scale": ModuleForm(held=["scale_factor"]),
+    "shear": ModuleForm(held=["shear"], defaults={"align_corners": True}),
+    "translate": ModuleForm(held=["translation"]),
+}
 
-__getattr__, __dir__ = lazy_modules(__name__, globals(), _HELD)
+__getattr__, __dir__ = lazy_modules(__name__, globals(), _FORMS)

@@ -489,7 +489,7 @@ class Rescale(nn.Module):
         self,
         factor: Union[float, Tuple[float, float]],
         interpolation: str = "bilinear",
-        align_corners: Optional[bool] = None,
+        align_corners: Optional[bool] = True,
         antialias: bool = False,
     ) -> None: ...
     def forward(self, input: Tensor) -> Tensor: ...
@@ -603,7 +603,7 @@ class Shear(nn.Module):
     padding_mode: str
     align_corners: bool
     def __init__(
-        self, shear: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = False
+        self, shear: Tensor, mode: str = "bilinear", padding_mode: str = "zeros", align_corners: bool = True
     ) -> None: ...
     def forward(self, tensor: Tensor) -> Tensor: ...
     def __call__(self, tensor: Tensor) -> Tensor: ...

@@ -7,7 +7,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor, nn
 
-from ...primitives.core.checks import check_pixels
+from ...primitives.core.broadcasting import in_batch, like_given, one_for_each
+from ...primitives.core.checks import check_pair, check_pixels, check_tensor
 from ...primitives.core.modules import hold
 from ...primitives.resampling.warping import check_matrix, check_sampling, check_source, sample_affine
 from .matrices import (
@@ -67,6 +68,8 @@ def warp_affine(
     """
     check_source(src, mode, padding_mode, "src")
     check_matrix(M, 2, 3, "M")
+    check_pair(dsize, "dsize")
+    src = one_for_each(src, M, "src", "M")
     inverse = inverse_affine(M.to(torch.float64))
     return sample_affine(src, inverse, dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value)
 
@@ -81,7 +84,7 @@ def affine(
     """``warp_affine`` to the image's own size.
 
     Args:
-        tensor: (B, C, H, W), floating point or uint8.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
         matrix: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping source pixels (x, y) to output
             pixels.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -98,6 +101,14 @@ def affine(
         >>> affine(torch.arange(4.0).expand(1, 1, 2, 4), half)[0, 0, 0]
         tensor([0., 2., 0., 0.])
     """
+    return like_given(
+        _affine_of_batch(in_batch(tensor, "tensor"), matrix, mode, padding_mode, align_corners), tensor
+    )
+
+
+def _affine_of_batch(
+    tensor: Tensor, matrix: Tensor, mode: str, padding_mode: str, align_corners: bool
+) -> Tensor:
     check_pixels(tensor, "tensor")
     check_matrix(matrix, 2, 3, "matrix")
     return warp_affine(tensor, matrix, (tensor.size(2), tensor.size(3)), mode, padding_mode, align_corners)
@@ -114,8 +125,8 @@ def rotate(
     """Rotate images counterclockwise.
 
     Args:
-        tensor: (B, C, H, W), floating point or uint8.
-        angle: (B,) in degrees, or (1,) for all images.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        angle: (B,) in degrees, or (1,) or a scalar for all images.
         center: as many (x, y) in pixels as there are angles; the middle of the image, ((W - 1) / 2, (H - 1) /
             2), by default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -132,7 +143,17 @@ def rotate(
         tensor([[2., 4.],
                 [1., 3.]])
     """
+    return like_given(
+        _rotate_of_batch(in_batch(tensor, "tensor"), angle, center, mode, padding_mode, align_corners), tensor
+    )
+
+
+def _rotate_of_batch(
+    tensor: Tensor, angle: Tensor, center: Optional[Tensor], mode: str, padding_mode: str, align_corners: bool
+) -> Tensor:
     check_pixels(tensor, "tensor")
+    check_tensor(angle, "angle")
+    angle = angle.reshape(1) if angle.dim() == 0 else angle
     check_numbers(angle, "angle")
     factor = torch.ones_like(angle)[:, None].expand(-1, 2)
     return _about(tensor, angle, factor, center, mode, padding_mode, align_corners)
@@ -149,8 +170,8 @@ def scale(
     """Enlarge or shrink what an image shows; its size stays.
 
     Args:
-        tensor: (B, C, H, W), floating point or uint8.
-        scale_factor: (B,), or (B, 2) with factors along x and y; B may be 1, for all images.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        scale_factor: (B,), or (B, 2) with factors along x and y; B may be 1, for all images, as a scalar is.
         center: as many (x, y) in pixels as there are factors: what stays in place; the middle of the image by
             default.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
@@ -166,8 +187,25 @@ def scale(
         >>> scale(torch.arange(5.0).expand(1, 1, 3, 5), torch.tensor([2.0]))[0, 0, 0]
         tensor([1.0000, 1.5000, 2.0000, 2.5000, 3.0000])
     """
+    return like_given(
+        _scale_of_batch(in_batch(tensor, "tensor"), scale_factor, center, mode, padding_mode, align_corners),
+        tensor,
+    )
+
+
+def _scale_of_batch(
+    tensor: Tensor,
+    scale_factor: Tensor,
+    center: Optional[Tensor],
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+) -> Tensor:
     check_pixels(tensor, "tensor")
     factor = scale_factor
+    check_tensor(factor, "scale_factor")
+    if factor.dim() == 0:
+        factor = factor.reshape(1)
     if factor.dim() == 1:
         factor = factor[:, None].expand(-1, 2)
     check_vectors(factor, 2, "scale_factor")
@@ -203,9 +241,9 @@ def shear(
     """Shear images by the matrix [[1, shear_x, 0], [shear_y, 1, 0]] from source to destination pixels.
 
     Args:
-        tensor: (B, C, H, W), floating point or uint8.
-        shear: (B, 2), or (1, 2) for all images: pixels along x per pixel of y, and along y per pixel of x;
-            their product is not 1.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        shear: (B, 2), or (1, 2) or (2,) for all images: pixels along x per pixel of y, and along y per pixel
+            of x; their product is not 1.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -220,7 +258,17 @@ def shear(
         tensor([[0., 1., 2., 3.],
                 [0., 0., 1., 2.]])
     """
+    return like_given(
+        _shear_of_batch(in_batch(tensor, "tensor"), shear, mode, padding_mode, align_corners), tensor
+    )
+
+
+def _shear_of_batch(
+    tensor: Tensor, shear: Tensor, mode: str, padding_mode: str, align_corners: bool
+) -> Tensor:
     check_pixels(tensor, "tensor")
+    check_tensor(shear, "shear")
+    shear = shear.unsqueeze(0) if shear.dim() == 1 else shear
     check_vectors(shear, 2, "shear")
     one, zero = torch.ones_like(shear[:, 0]), torch.zeros_like(shear[:, 0])
     matrix = from_rows([[one, shear[:, 0], zero], [shear[:, 1], one, zero]])
@@ -237,8 +285,8 @@ def translate(
     """Move images.
 
     Args:
-        tensor: (B, C, H, W), floating point or uint8.
-        translation: (B, 2), or (1, 2) for all images: by how many pixels to the right and down.
+        tensor: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8.
+        translation: (B, 2), or (1, 2) or (2,) for all images: by how many pixels to the right and down.
         mode, padding_mode, align_corners: as in :func:`warp_affine`.
 
     Returns:
@@ -252,7 +300,18 @@ def translate(
         >>> translate(torch.arange(4.0).expand(1, 1, 2, 4), torch.tensor([[1.0, 0.0]]))[0, 0, 0]
         tensor([0., 0., 1., 2.])
     """
+    return like_given(
+        _translate_of_batch(in_batch(tensor, "tensor"), translation, mode, padding_mode, align_corners),
+        tensor,
+    )
+
+
+def _translate_of_batch(
+    tensor: Tensor, translation: Tensor, mode: str, padding_mode: str, align_corners: bool
+) -> Tensor:
     check_pixels(tensor, "tensor")
+    check_tensor(translation, "translation")
+    translation = translation.unsqueeze(0) if translation.dim() == 1 else translation
     check_vectors(translation, 2, "translation")
     one, zero = torch.ones_like(translation[:, 0]), torch.zeros_like(translation[:, 0])
     matrix = from_rows([[one, zero, translation[:, 0]], [zero, one, translation[:, 1]]])

@@ -5,7 +5,8 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice, check_image
+from ...primitives.core.broadcasting import one_for_each
+from ...primitives.core.checks import check_choice, check_image, check_pair, check_tensor
 from ...primitives.numbers.rounding import to_index
 from ...primitives.resampling.taps import bounded_taps
 from ...primitives.resampling.warping import (
@@ -53,6 +54,7 @@ def center_crop(
     """
     check_image(input_tensor, "input_tensor")
     check_sampling(mode, padding_mode)
+    check_pair(size, "size")
     height, width = size
     column, row = pixel_axes(height, width, position_dtype(input_tensor.dtype), input_tensor.device)
     # Twice the offset is a whole number: halving it is exact.
@@ -99,6 +101,7 @@ def crop_and_resize(
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], dtype=torch.float64, device=boxes.device
     )
     span = torch.ones_like(corners[:1])
+    check_pair(size, "size")
     span = torch.cat([span[:, :1] * (size[1] - 1), span[:, 1:] * (size[0] - 1)], 1)
     target = (corners * span)[None].expand(boxes.size(0), 4, 2)
     matrix = get_perspective_transform(boxes.to(torch.float64), target)
@@ -200,6 +203,8 @@ def crop_by_transform_mat(
     check_image(input_tensor, "input_tensor")
     check_matrix(transform, 3, 3, "transform")
     check_sampling(mode, padding_mode)
+    check_pair(out_size, "out_size")
+    input_tensor = one_for_each(input_tensor, transform, "input_tensor", "transform")
     matrix = transform.expand(input_tensor.size(0), 3, 3)
     return sample_projective(
         input_tensor,
@@ -253,6 +258,7 @@ def crop_by_indices(
     check_image(input_tensor, "input_tensor")
     check_choice(interpolation, ["nearest", "bilinear", "bicubic"], "interpolation")
     check_choice(shape_compensation, ["resize", "pad"], "shape_compensation")
+    check_tensor(src_box, "src_box")
     if src_box.dim() != 3 or src_box.size(1) != 4 or src_box.size(2) != 2:
         raise ValueError(f"src_box: expected shape (B, 4, 2), got {list(src_box.shape)}")
     if antialias:

@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from ...primitives.core.checks import check_rank
+from ...primitives.core.checks import check_rank, check_tensor
 from ...primitives.resampling.flips import mirrored
 
 
@@ -70,5 +70,6 @@ def rot180(input: Tensor) -> Tensor:
 
 
 def _check_planes(input: Tensor) -> None:
+    check_tensor(input, "input")
     if input.dim() < 2:
         check_rank(input, 2, "(*, H, W)", "input")

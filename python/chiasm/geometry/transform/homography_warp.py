@@ -5,7 +5,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor, nn
 
-from ...primitives.core.checks import check_image, check_last
+from ...primitives.core.broadcasting import one_for_each
+from ...primitives.core.checks import check_image, check_last, check_pair
 from ...primitives.resampling.warping import (
     check_matrix,
     check_sampling,
@@ -88,6 +89,8 @@ def homography_warp(
     check_image(patch_src, "patch_src")
     check_matrix(src_homo_dst, 3, 3, "src_homo_dst")
     check_sampling(mode, padding_mode)
+    check_pair(dsize, "dsize")
+    patch_src = one_for_each(patch_src, src_homo_dst, "patch_src", "src_homo_dst")
     if not normalized_homography:
         return sample_projective(
             patch_src,

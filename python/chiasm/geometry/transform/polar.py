@@ -6,7 +6,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_choice
+from ...primitives.core.checks import check_choice, check_pair
 from ...primitives.resampling.warping import check_source, pixel_axes, position_dtype, sample_image
 from .matrices import check_numbers, check_vectors
 
@@ -67,6 +67,7 @@ def warp_polar(
     else:
         check_numbers(max_radius, "max_radius")
         radius = max_radius.to(precision)
+    check_pair(dsize, "dsize")
     column, row = pixel_axes(dsize[0], dsize[1], precision, src.device)
     angle = row * (2.0 * math.pi) / dsize[0]
     if mapping == "log":

@@ -4,6 +4,7 @@ from typing import Optional, Tuple, Union
 
 from torch import Tensor
 
+from ...primitives.core.broadcasting import in_batch, like_given
 from ...primitives.core.checks import check_image
 from ...primitives.core.window_sizes import as_ratio
 from .resize import resize
@@ -19,7 +20,7 @@ def rescale(
     """Resize images by a factor; sizes are rounded down.
 
     Args:
-        input: (B, C, H, W), floating point.
+        input: (B, C, H, W), (C, H, W) or (H, W), floating point.
         factor: positive, one for both axes or (vertical, horizontal). It is taken as the nearest ratio of
             numbers up to 65536, so that 0.3 of 10 pixels are 3.
         interpolation, align_corners, antialias: as in :func:`resize`.
@@ -36,6 +37,18 @@ def rescale(
         >>> rescale(torch.ones(1, 3, 10, 13), (2.0, 0.3)).shape
         torch.Size([1, 3, 20, 3])
     """
+    return like_given(
+        _rescale_of_batch(in_batch(input, "input"), factor, interpolation, align_corners, antialias), input
+    )
+
+
+def _rescale_of_batch(
+    input: Tensor,
+    factor: Union[float, Tuple[float, float]],
+    interpolation: str,
+    align_corners: Optional[bool],
+    antialias: bool,
+) -> Tensor:
     check_image(input, "input")
     if isinstance(factor, float):
         down, across = factor, factor

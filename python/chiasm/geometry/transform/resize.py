@@ -4,6 +4,7 @@ from typing import Optional, Tuple, Union
 
 from torch import Tensor
 
+from ...primitives.core.broadcasting import in_batch, like_given
 from ...primitives.core.checks import check_choice, check_pixels
 from ...primitives.resampling.resizing import (
     area_bytes,
@@ -38,7 +39,7 @@ def resize(
     level from OpenCV's. "bicubic" without antialias is for floating point.
 
     Args:
-        input: (B, C, H, W), floating point or uint8; for "nearest" also int16 or uint16.
+        input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8; for "nearest" also int16 or uint16.
         size: (height, width) of the output, or one number for ``side``, the other side keeping the aspect
             ratio. Either may come from another tensor's shape, which makes the output size dynamic in
             exported graphs.
@@ -61,6 +62,19 @@ def resize(
         >>> resize(torch.ones(1, 3, 4, 6), 2).shape
         torch.Size([1, 3, 2, 3])
     """
+    return like_given(
+        _resize_of_batch(in_batch(input, "input"), size, interpolation, align_corners, side, antialias), input
+    )
+
+
+def _resize_of_batch(
+    input: Tensor,
+    size: Union[int, Tuple[int, int]],
+    interpolation: str,
+    align_corners: Optional[bool],
+    side: str,
+    antialias: bool,
+) -> Tensor:
     check_pixels(input, "input", interpolation == "nearest")
     check_choice(interpolation, ["nearest", "bilinear", "bicubic", "area", "lanczos"], "interpolation")
     check_choice(side, ["short", "long", "vert", "horz"], "side")

@@ -1,5 +1,5 @@
-"""Warps of volumes. With align_corners=False they follow Kornia's, which normalise positions by size - 1 all
-the same."""
+"""Warps of volumes. Where the identity leaves a volume as it is (``warp_affine3d``), align_corners=False
+stretches positions as Kornia does; elsewhere voxels' centres lie at integers."""
 
 from typing import Optional, Tuple
 
@@ -67,17 +67,18 @@ def _warped(
     mode: str,
     padding_mode: str,
     align_corners: bool,
-    both: bool,
+    affine: bool,
 ) -> Tensor:
-    """Warp by (B, 4, 4) in float64; ``both``: without align_corners the output's positions are stretched
-    too."""
+    """Warp by (B, 4, 4) in float64; ``affine``: without align_corners positions are those of
+    ``warp_affine3d``."""
     precision = position_dtype(src.dtype)
     m = inverse(matrix).to(precision)
     column, row, plane = voxel_axes(dsize, precision, src.device)
-    if both and not align_corners:
+    stretch = affine and not align_corners
+    if stretch:
         column, row, plane = _shrunk(column, dsize[2]), _shrunk(row, dsize[1]), _shrunk(plane, dsize[0])
     x, y, z = _mapped(column, row, plane, m)
-    if not align_corners:
+    if stretch:
         x, y, z = stretched(x, src.size(4)), stretched(y, src.size(3)), stretched(z, src.size(2))
     return sample_volume(src, x, y, z, mode, padding_mode, align_corners)
 
@@ -198,8 +199,8 @@ def warp_perspective3d(
         dsize: (depth, height, width) of the output; may come from another tensor's shape.
         flags: "bilinear" (of eight voxels) or "nearest" (halves go to the even neighbour).
         border_mode: what lies outside: "zeros", "border" or "reflection", as in :func:`warp_affine3d`.
-        align_corners: when False, src position x is read at x W / (W - 1) - 1/2, which is what Kornia's
-            normalisation followed by ``grid_sample(align_corners=False)`` does.
+        align_corners: where "reflection" mirrors: at the corner voxels' centres, or at the outer faces. (As
+            :func:`warp_perspective`; without it Kornia's moves an image that the identity should leave.)
 
     Returns:
         (B, C, depth, height, width). Differentiable in src and M ("nearest": in src).
@@ -261,8 +262,9 @@ def homography_warp3d(
         src_homo_dst: (B, 4, 4), between coordinates in [-1, 1].
         dsize: (depth, height, width) of the output; may come from another tensor's shape.
         mode, padding_mode: as ``flags`` and ``padding_mode`` in :func:`warp_affine3d`.
-        align_corners: coordinates -1 and 1 of patch_src are the corner voxels' centres, or the outer faces
-            when False. Those of the output are its corner voxels' centres in either case, as in Kornia.
+        align_corners: coordinates -1 and 1, of patch_src and of the output, are the corner voxels' centres,
+            or the outer faces when False. (Of the output Kornia takes the centres in either case, so that the
+            identity moves the image.)
         normalized_coordinates: when False, src_homo_dst leads from output voxels to patch_src's voxels.
 
     Returns:
@@ -285,9 +287,9 @@ def homography_warp3d(
     precision = position_dtype(patch_src.dtype)
     m = src_homo_dst.to(precision)
     if normalized_coordinates:
-        column = normalized_axis(dsize[2], True, precision, patch_src.device)[None, None, None, :]
-        row = normalized_axis(dsize[1], True, precision, patch_src.device)[None, None, :, None]
-        plane = normalized_axis(dsize[0], True, precision, patch_src.device)[None, :, None, None]
+        column = normalized_axis(dsize[2], align_corners, precision, patch_src.device)[None, None, None, :]
+        row = normalized_axis(dsize[1], align_corners, precision, patch_src.device)[None, None, :, None]
+        plane = normalized_axis(dsize[0], align_corners, precision, patch_src.device)[None, :, None, None]
         x, y, z = _mapped(column, row, plane, m)
         x, y = (
             from_normalized(x, patch_src.size(4), align_corners),

@@ -5,6 +5,8 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
+from ...primitives.core.broadcasting import one_for_each
+from ...primitives.core.checks import check_pair
 from ...primitives.linalg.matrices import inverse3x3
 from ...primitives.resampling.warping import check_matrix, check_source, sample_projective
 
@@ -50,6 +52,8 @@ def warp_perspective(
     """
     check_source(src, mode, padding_mode, "src")
     check_matrix(M, 3, 3, "M")
+    check_pair(dsize, "dsize")
+    src = one_for_each(src, M, "src", "M")
     return sample_projective(
         src, pixels_to_source(M), dsize[0], dsize[1], mode, padding_mode, align_corners, fill_value
     )

@@ -5,7 +5,7 @@ from typing import Union
 import torch
 from torch import Tensor
 
-from .checks import broadcastable
+from .checks import broadcastable, check_number, check_tensor
 
 
 def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
@@ -16,6 +16,7 @@ def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
     torch.Size([2, 1, 1, 1])
     """
     if not isinstance(value, Tensor):
+        check_number(value, name)
         return torch.full([1], value, dtype=like.dtype, device=like.device)
     value = value.to(like.dtype)
     if value.dim() == 0 or (value.dim() == like.dim() and broadcastable(value, like)):
@@ -29,3 +30,48 @@ def per_sample(value: Union[float, Tensor], like: Tensor, name: str) -> Tensor:
     for _ in range(like.dim() - 1):
         value = value.unsqueeze(-1)
     return value
+
+
+def in_batch(x: Tensor, name: str) -> Tensor:
+    """An image (C, H, W) or (H, W) as a batch of one; anything else as it is.
+
+    >>> in_batch(torch.zeros(4, 5), "image").shape
+    torch.Size([1, 1, 4, 5])
+    """
+    check_tensor(x, name)
+    if x.dim() == 3:
+        return x.unsqueeze(0)
+    if x.dim() == 2:
+        return x.unsqueeze(0).unsqueeze(0)
+    return x
+
+
+def like_given(x: Tensor, given: Tensor) -> Tensor:
+    """What an op made of ``in_batch(given)``, with the dimensions that ``given`` has.
+
+    >>> like_given(torch.zeros(1, 1, 4, 5), torch.zeros(8, 10)).shape
+    torch.Size([4, 5])
+    """
+    if given.dim() == 3:
+        return x.squeeze(0)
+    if given.dim() == 2:
+        return x.squeeze(0).squeeze(0)
+    return x
+
+
+def one_for_each(src: Tensor, matrix: Tensor, name: str, matrix_name: str) -> Tensor:
+    """Images (B, C, H, W), or one image as often as there are matrices; raise ValueError where there are
+    neither one nor as many of either.
+
+    >>> one_for_each(torch.zeros(1, 3, 4, 5), torch.zeros(7, 2, 3), "src", "M").shape
+    torch.Size([7, 3, 4, 5])
+    """
+    # Of symbols equality first, as in ``broadcastable``.
+    if matrix.size(0) == src.size(0) or matrix.size(0) == 1:
+        return src
+    if src.size(0) != 1:
+        raise ValueError(
+            f"{matrix_name}: expected one, or one for each image of {name} {list(src.shape)}, got"
+            f" {list(matrix.shape)}"
+        )
+    return src.expand(matrix.size(0), -1, -1, -1)

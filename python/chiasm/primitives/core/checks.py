@@ -1,25 +1,74 @@
 """Input checks: one message that names the argument, what was expected and what came. None looks at data."""
 
+from collections.abc import Sequence
+from numbers import Real
 from typing import List, Tuple, Union
 
 import torch
 from torch import Tensor
 
 
+def check_tensor(value: Tensor, name: str) -> None:
+    """Raise TypeError unless ``value`` is a tensor; TorchScript knows that it is, and leaves this out."""
+    if not isinstance(value, Tensor):
+        raise TypeError(f"{name}: expected a tensor, got {type(value).__name__}")
+
+
+def check_number(value: float, name: str) -> None:
+    """Raise TypeError unless ``value`` is a number, as what is no tensor must be where either is taken."""
+    if not torch.jit.is_scripting():
+        _check_number(value, name)
+
+
+def check_pair(value: Tuple[int, int], name: str) -> None:
+    """Raise unless ``value`` has two numbers, which TorchScript knows."""
+    if not torch.jit.is_scripting():
+        _check_length(value, 2, name)
+
+
+def check_triple(value: Tuple[float, float, float], name: str) -> None:
+    """Raise unless ``value`` has three numbers, which TorchScript knows."""
+    if not torch.jit.is_scripting():
+        _check_length(value, 3, name)
+
+
+def check_sigmas(sigma: Tuple[float, float], name: str) -> None:
+    """Raise unless ``sigma`` holds two positive numbers."""
+    if not torch.jit.is_scripting():
+        _check_length(sigma, 2, name)
+    if sigma[0] <= 0.0 or sigma[1] <= 0.0:
+        raise ValueError(f"{name}: expected positive numbers, got ({sigma[0]}, {sigma[1]})")
+
+
+def _check_number(value: object, name: str) -> None:
+    if not isinstance(value, (Real, torch.SymInt, torch.SymFloat)):
+        raise TypeError(f"{name}: expected a number or a tensor, got {type(value).__name__}")
+
+
+def _check_length(value: object, length: int, name: str) -> None:
+    if not isinstance(value, Sequence):
+        raise TypeError(f"{name}: expected {length} numbers, got {type(value).__name__}")
+    if len(value) != length:
+        raise ValueError(f"{name}: expected {length} numbers, got {len(value)}")
+
+
 def check_floating(value: Tensor, name: str) -> None:
     """Raise TypeError unless ``value`` has a floating-point dtype."""
+    check_tensor(value, name)
     if not value.is_floating_point():
         raise TypeError(f"{name}: expected a floating-point tensor, got dtype {value.dtype}")
 
 
 def check_values(value: Tensor, name: str) -> None:
     """Raise TypeError unless ``value`` has a floating-point dtype or is of bytes."""
+    check_tensor(value, name)
     if not value.is_floating_point() and value.dtype != torch.uint8:
         raise TypeError(f"{name}: expected a floating-point or uint8 tensor, got dtype {value.dtype}")
 
 
 def check_rank(value: Tensor, rank: int, layout: str, name: str) -> None:
     """Raise ValueError unless ``value`` has ``rank`` dimensions; ``layout`` is how the message shows them."""
+    check_tensor(value, name)
     if value.dim() != rank:
         raise ValueError(
             f"{name}: expected shape {layout}, got {value.dim()} dimensions: {list(value.shape)}"
@@ -48,12 +97,14 @@ def check_pixels(value: Tensor, name: str, deep: bool = False) -> None:
 
 def check_rgb(value: Tensor, name: str) -> None:
     """Raise unless ``value`` is a (*, 3, H, W) tensor."""
+    check_tensor(value, name)
     if value.dim() < 3 or value.size(-3) != 3:
         raise ValueError(f"{name}: expected shape (*, 3, H, W), got {list(value.shape)}")
 
 
 def check_last(value: Tensor, size: int, name: str) -> None:
     """Raise unless ``value`` is a floating-point (*, ``size``) tensor."""
+    check_tensor(value, name)
     if value.dim() < 1 or value.size(-1) != size:
         raise ValueError(f"{name}: expected shape (*, {size}), got {list(value.shape)}")
     check_floating(value, name)
@@ -61,6 +112,7 @@ def check_last(value: Tensor, size: int, name: str) -> None:
 
 def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
     """Raise unless ``value`` is a floating-point (*, ``rows``, ``columns``) tensor."""
+    check_tensor(value, name)
     if value.dim() < 2 or value.size(-2) != rows or value.size(-1) != columns:
         raise ValueError(f"{name}: expected shape (*, {rows}, {columns}), got {list(value.shape)}")
     check_floating(value, name)
@@ -68,6 +120,8 @@ def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
 
 def check_same_shape(value: Tensor, other: Tensor, name: str, other_name: str) -> None:
     """Raise ValueError unless ``value`` has the shape of ``other``."""
+    check_tensor(value, name)
+    check_tensor(other, other_name)
     if value.shape != other.shape:
         raise ValueError(
             f"{name}: expected {other_name}'s shape {list(other.shape)}, got {list(value.shape)}"
@@ -97,6 +151,8 @@ def check_broadcastable(
 ) -> None:
     """Raise ValueError unless the shapes broadcast but for their last dimensions, as ``broadcastable`` says
     it."""
+    check_tensor(value, name)
+    check_tensor(other, other_name)
     if not broadcastable(value, other, own, others):
         part = "a shape that broadcasts" if own == 0 else "leading dimensions that broadcast"
         raise ValueError(
@@ -131,6 +187,7 @@ def odd_pair(kernel_size: Union[int, Tuple[int, int]], name: str) -> Tuple[int, 
     if isinstance(kernel_size, int):
         ky, kx = kernel_size, kernel_size
     else:
+        check_pair(kernel_size, name)
         ky, kx = kernel_size
     if ky < 1 or kx < 1 or ky % 2 == 0 or kx % 2 == 0:
         raise ValueError(f"{name}: expected odd positive sizes, got ({ky}, {kx})")

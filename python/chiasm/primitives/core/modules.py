@@ -4,6 +4,8 @@ The class is written as source text because torch.jit.script reads source.
 """
 
 import inspect
+from dataclasses import dataclass, field
+from enum import Enum
 from typing import (
     Any,
     Callable,
@@ -19,17 +21,45 @@ from typing import (
     get_origin,
 )
 
+import torch
 from torch import Tensor, nn
 
 from .source import made_from
 
 
-def module_class(function: Callable[..., Any], held: Sequence[str] = ()) -> Type[nn.Module]:
+@dataclass(frozen=True)
+class ModuleForm:
+    """Where a module class differs from its function, so that Kornia's calls work.
+
+    held: tensors that the constructor takes. names: the constructor's keywords, by the function's. defaults:
+    the constructor's, where they differ. last: settings that come after all others. also: the class's other
+    names.
+    """
+
+    held: Sequence[str] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+    last: Sequence[str] = ()
+    also: Sequence[str] = ()
+
+
+def settings_of(function: Callable[..., Any], form: ModuleForm) -> List[inspect.Parameter]:
+    """The function's parameters that the module class's constructor takes, in its order and with its
+    defaults."""
+    found = [
+        p.replace(default=form.defaults.get(p.name, p.default))
+        for p in inspect.signature(function).parameters.values()
+        if p.annotation is not Tensor or p.default is not p.empty or p.name in form.held
+    ]
+    return sorted(found, key=lambda p: p.name in form.last)
+
+
+def module_class(function: Callable[..., Any], form: ModuleForm = ModuleForm()) -> Type[nn.Module]:
     """The class whose `forward` takes the function's tensors and whose constructor takes everything else.
 
-    Tensors are the parameters annotated `Tensor` that have no default, but for those named in `held`, which
-    the constructor takes too: then the module takes an image alone, as `nn.Sequential` wants. `hold` says
-    what becomes of them.
+    Tensors are the parameters annotated `Tensor` that have no default, but for those that the form holds,
+    which the constructor takes too: then the module takes an image alone, as `nn.Sequential` wants. `hold`
+    says what becomes of them.
 
     >>> from chiasm.filters import median_blur
     >>> blur = module_class(median_blur)(3)
@@ -39,12 +69,10 @@ def module_class(function: Callable[..., Any], held: Sequence[str] = ()) -> Type
     MedianBlur(kernel_size=3, border_type='reflect')
     """
     signature = inspect.signature(function)
-    tensors = [
-        p
-        for p in signature.parameters.values()
-        if p.annotation is Tensor and p.default is p.empty and p.name not in held
-    ]
-    settings = [p for p in signature.parameters.values() if p not in tensors]
+    settings = settings_of(function, form)
+    own = {p.name for p in settings}
+    tensors = [p for p in signature.parameters.values() if p.name not in own]
+    keyword = {p.name: form.names.get(p.name, p.name) for p in settings}
     name = class_name(function.__name__)
     scope: Dict[str, Any] = {
         "nn": nn,
@@ -56,7 +84,7 @@ def module_class(function: Callable[..., Any], held: Sequence[str] = ()) -> Type
     written: List[str] = []
     for p in settings:
         scope[f"type_{p.name}"], scope[f"default_{p.name}"] = p.annotation, p.default
-        written.append(p.name if p.default is p.empty else f"{p.name}=default_{p.name}")
+        written.append(keyword[p.name] + ("" if p.default is p.empty else f"=default_{p.name}"))
     typed = ", ".join(["self"] + [f"{p.name}: Tensor" for p in tensors])
     passed = ", ".join(
         [f"{p.name}={p.name}" for p in tensors] + [f"{p.name}=self.{p.name}" for p in settings]
@@ -66,14 +94,17 @@ def module_class(function: Callable[..., Any], held: Sequence[str] = ()) -> Type
         f"    def __init__({', '.join(['self'] + written)}):",
         "        super().__init__()",
     ]
-    lines += [f"        fitted(self, {p.name!r}, {p.name}, type_{p.name})" for p in settings]
+    lines += [f"        fitted(self, {p.name!r}, {keyword[p.name]}, type_{p.name})" for p in settings]
     lines += [f"    def forward({typed}) -> Result:", f"        return function({passed})", ""]
     source = "\n".join(lines)
     made = made_from(source, f"<chiasm module {function.__module__}.{name}>", name, scope)
     about = (inspect.getdoc(function) or "").partition("\nExample:")[0]  # the example calls the function
     made.__doc__ = f"`{function.__name__}` as a module.\n\n{about}"
     shown = [p.name for p in settings]
-    made.extra_repr = lambda self: ", ".join(f"{name}={_short(getattr(self, name))}" for name in shown)
+    made.extra_repr = lambda self: ", ".join(
+        f"{keyword[name]}={_short(getattr(self, name))}" for name in shown
+    )
+    made.form = form
     made.__module__ = function.__module__.rpartition(".")[0]
     return made
 
@@ -112,7 +143,7 @@ _SPELLED = {
 
 
 def lazy_modules(
-    package: str, functions: Dict[str, Any], held: Optional[Mapping[str, Sequence[str]]] = None
+    package: str, functions: Dict[str, Any], forms: Optional[Mapping[str, ModuleForm]] = None
 ) -> Tuple[Callable[[str], Type[nn.Module]], Callable[[], List[str]]]:
     """A package's `__getattr__`, which makes the module class of any public function when it is asked for,
     and its `__dir__` (PEP 562), which lists them.
@@ -120,20 +151,27 @@ def lazy_modules(
     Args:
         package: the package's `__name__`.
         functions: its `globals()`, which also keep the classes that were made.
-        held: by a function's name, the tensors that its module class's constructor takes.
+        forms: by a function's name, where its module class differs from it.
     """
 
+    known = forms or {}
+    others = {name: class_name(public) for public, form in known.items() for name in form.also}
+
     def __getattr__(name: str) -> Type[nn.Module]:
+        wanted = others.get(name, name)
+        if wanted in functions:
+            return functions[wanted]
         for public in functions["__all__"]:
-            if class_name(public) == name and inspect.isfunction(functions[public]):
-                functions[name] = module_class(functions[public], (held or {}).get(public, ()))
-                return functions[name]
+            if class_name(public) == wanted and inspect.isfunction(functions[public]):
+                functions[wanted] = module_class(functions[public], known.get(public, ModuleForm()))
+                return functions[wanted]
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
     def __dir__() -> List[str]:
         return sorted(
             {
                 *functions,
+                *others,
                 *(
                     class_name(public)
                     for public in functions["__all__"]
@@ -157,14 +195,19 @@ def hold(module: nn.Module, name: str, value: Tensor) -> None:
 def _fitted(module: nn.Module, name: str, value: Any, annotation: Any) -> None:
     """Store a setting; whole numbers become floats where only floats are meant, which TorchScript tells
     apart."""
-    if isinstance(value, Tensor):
-        hold(module, name, value)
+    fitting = value if isinstance(value, Tensor) else _as(value, annotation)
+    if isinstance(fitting, Tensor):
+        hold(module, name, fitting)
     else:
-        setattr(module, name, _as(value, annotation))
+        setattr(module, name, fitting)
 
 
 def _as(value: Any, annotation: Any) -> Any:
     choices: Tuple[Any, ...] = get_args(annotation) if get_origin(annotation) is Union else (annotation,)
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, (tuple, list)) and Tensor in choices and not any(map(get_origin, choices)):
+        return torch.tensor(value)  # one number for each channel, where a tensor is meant
     if isinstance(value, int) and not isinstance(value, bool) and float in choices and int not in choices:
         return float(value)
     for choice in choices:

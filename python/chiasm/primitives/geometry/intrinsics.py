@@ -3,11 +3,12 @@
 import torch
 from torch import Tensor
 
-from ..core.checks import check_floating, check_image
+from ..core.checks import check_floating, check_image, check_tensor
 
 
 def check_intrinsics(value: Tensor, name: str) -> None:
     """Raise unless ``value`` is a floating-point (*, 3, 3) or (*, 4, 4) tensor."""
+    check_tensor(value, name)
     if value.dim() < 2 or value.size(-1) not in (3, 4) or value.size(-2) != value.size(-1):
         raise ValueError(f"{name}: expected shape (*, 3, 3) or (*, 4, 4), got {list(value.shape)}")
     check_floating(value, name)

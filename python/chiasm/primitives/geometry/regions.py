@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..core.checks import check_floating, check_image
+from ..core.checks import check_floating, check_image, check_tensor
 from ..core.lowering import primitive
 from ..numbers.rounding import to_index
 from ..resampling.warping import position_dtype
@@ -14,6 +14,7 @@ from ..resampling.warping import position_dtype
 def check_regions(input: Tensor, boxes: Tensor) -> None:
     """Raise unless ``input`` is an image batch and ``boxes`` are regions of it."""
     check_image(input, "input")
+    check_tensor(boxes, "boxes")
     if boxes.dim() != 2 or boxes.size(1) != 5:
         raise ValueError(f"boxes: expected shape (K, 5), got {list(boxes.shape)}")
     check_floating(boxes, "boxes")

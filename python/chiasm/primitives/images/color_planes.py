@@ -10,7 +10,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from ..core.checks import check_floating, check_rgb
+from ..core.checks import check_floating, check_rgb, check_tensor
 from ..core.layout import in_planes, interleaved
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
@@ -18,6 +18,7 @@ from ..kernels import operators as kernels
 
 def check_channels(image: Tensor, channels: int, name: str) -> None:
     """Raise ValueError unless ``image`` is (*, channels, H, W)."""
+    check_tensor(image, name)
     if image.dim() < 3 or image.size(-3) != channels:
         raise ValueError(f"{name}: expected shape (*, {channels}, H, W), got {list(image.shape)}")
 

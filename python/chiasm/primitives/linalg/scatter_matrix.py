@@ -5,7 +5,7 @@ from typing import Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..core.checks import check_floating, check_rank
+from ..core.checks import check_floating, check_rank, check_tensor
 
 
 def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor, Tensor]:
@@ -21,6 +21,7 @@ def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor,
     p = points.to(torch.float64)
     w = torch.ones_like(p[..., :1])
     if weights is not None:
+        check_tensor(weights, "weights")
         if weights.dim() != 2 or weights.size(1) != points.size(1):
             raise ValueError(
                 f"weights: expected shape (B, N) for points {list(points.shape)}, got {list(weights.shape)}"

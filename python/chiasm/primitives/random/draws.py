@@ -9,11 +9,13 @@ import math
 import torch
 from torch import Tensor
 
+from ..core.checks import check_tensor
 from .philox import key_of, philox4x32, seed_of
 
 
 def check_seed(seed: Tensor, batch: int, name: str = "seed") -> None:
     """Raise unless ``seed`` is an int64 tensor (batch,)."""
+    check_tensor(seed, name)
     if seed.dtype != torch.int64:
         raise TypeError(f"{name}: expected an int64 tensor, got dtype {seed.dtype}")
     if seed.dim() != 1 or seed.size(0) != batch:

@@ -5,7 +5,7 @@ from typing import List, Optional, Tuple
 import torch
 from torch import Tensor
 
-from ..core.checks import check_choice, check_floating, check_pixels
+from ..core.checks import check_choice, check_floating, check_pixels, check_tensor
 from ..core.layout import as_rows, from_rows
 from ..core.lowering import primitive
 from ..filters.stencil import join_channels, split_channels
@@ -305,6 +305,7 @@ def weigh_image(
     weight = [w.to(src.dtype) for w in weight]
     out = join_channels([gather_taps(plane, index, weight) for plane in split_channels(src)])
     if fill_value is not None:
+        check_tensor(fill_value, "fill_value")
         if fill_value.dim() != 1:
             raise ValueError(f"fill_value: expected shape (C,), got {list(fill_value.shape)}")
         covered = weight[0]

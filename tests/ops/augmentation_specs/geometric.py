@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import torch
 
-from ..spec import Spec, TensorSpec, image
+from chiasm.export.spec import Spec, TensorSpec, image
+
 from . import add
 
 _PHILOX = "Philox's published numbers"

@@ -1,0 +1,254 @@
+"""Random brightness, contrast, saturation, hue and grey of each sample."""
+
+import math
+from typing import Optional, Tuple
+
+from torch import Tensor
+
+from ..color.gray import rgb_to_grayscale
+from ..enhance.adjust import adjust_brightness, adjust_contrast, adjust_gamma
+from ..enhance.arithmetic import shift_rgb
+from ..enhance.hue import adjust_hue, adjust_saturation
+from ..primitives.core.checks import check_image, check_rgb
+from .decisions import applied, between, check_bounds, check_chance, drawn
+
+
+def random_brightness(
+    input: Tensor,
+    seed: Tensor,
+    brightness: Tuple[float, float] = (1.0, 1.0),
+    clip_output: bool = True,
+    p: float = 1.0,
+) -> Tensor:
+    """Add a number to every value: ``adjust_brightness`` by ``b - 1``, b uniform in ``brightness``.
+
+    Args:
+        input: (B, C, H, W), floating point in [0, 1].
+        seed: (B,), int64, one a sample.
+        brightness: (least, greatest), within [0, 2]; 1 changes nothing.
+        clip_output: limit the result to [0, 1].
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, C, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> random_brightness(torch.tensor([[[[0.25, 0.75]]]]), torch.tensor([7]), (1.5, 1.5))
+        tensor([[[[0.7500, 1.0000]]]])
+    """
+    check_image(input, "input")
+    check_bounds(brightness, 0.0, 2.0, "brightness")
+    check_chance(p)
+    u = drawn(seed, 2, input)
+    factor = between(u[:, 1], brightness, input)
+    return applied(adjust_brightness(input, factor - 1.0, clip_output), input, u[:, 0], p)
+
+
+def random_contrast(
+    input: Tensor,
+    seed: Tensor,
+    contrast: Tuple[float, float] = (1.0, 1.0),
+    clip_output: bool = True,
+    p: float = 1.0,
+) -> Tensor:
+    """Multiply every value by a number: ``adjust_contrast`` by a factor uniform in ``contrast``.
+
+    Args:
+        input: (B, C, H, W), floating point in [0, 1].
+        seed: (B,), int64, one a sample.
+        contrast: (least, greatest), not negative; 1 changes nothing.
+        clip_output: limit the result to [0, 1].
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, C, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> random_contrast(torch.tensor([[[[0.25, 0.75]]]]), torch.tensor([7]), (2.0, 2.0))
+        tensor([[[[0.5000, 1.0000]]]])
+    """
+    check_image(input, "input")
+    check_bounds(contrast, 0.0, math.inf, "contrast")
+    check_chance(p)
+    u = drawn(seed, 2, input)
+    factor = between(u[:, 1], contrast, input)
+    return applied(adjust_contrast(input, factor, clip_output), input, u[:, 0], p)
+
+
+def random_saturation(
+    input: Tensor, seed: Tensor, saturation: Tuple[float, float] = (1.0, 1.0), p: float = 1.0
+) -> Tensor:
+    """Multiply the saturation, in HSV: ``adjust_saturation`` by a factor uniform in ``saturation``.
+
+    Args:
+        input: RGB (B, 3, H, W), floating point in [0, 1].
+        seed: (B,), int64, one a sample.
+        saturation: (least, greatest), not negative; 0 gives grey, 1 changes nothing.
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, 3, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> red = torch.tensor([0.8, 0.4, 0.4]).reshape(1, 3, 1, 1)
+        >>> random_saturation(red, torch.tensor([7]), (0.5, 0.5)).flatten()
+        tensor([0.8000, 0.6000, 0.6000])
+    """
+    check_rgb(input, "input")
+    check_image(input, "input")
+    check_bounds(saturation, 0.0, math.inf, "saturation")
+    check_chance(p)
+    u = drawn(seed, 2, input)
+    return applied(adjust_saturation(input, between(u[:, 1], saturation, input)), input, u[:, 0], p)
+
+
+def random_hue(input: Tensor, seed: Tensor, hue: Tuple[float, float] = (0.0, 0.0), p: float = 1.0) -> Tensor:
+    """Turn the hue: ``adjust_hue`` by an angle uniform in ``hue``.
+
+    Args:
+        input: RGB (B, 3, H, W), floating point in [0, 1].
+        seed: (B,), int64, one a sample.
+        hue: (least, greatest), in turns, within [-0.5, 0.5]; 0 changes nothing.
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, 3, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> red = torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)
+        >>> random_hue(red, torch.tensor([7]), (0.5, 0.5)).flatten()
+        tensor([0., 1., 1.])
+    """
+    check_rgb(input, "input")
+    check_image(input, "input")
+    check_bounds(hue, -0.5, 0.5, "hue")
+    check_chance(p)
+    u = drawn(seed, 2, input)
+    return applied(adjust_hue(input, between(u[:, 1], hue, input) * (2.0 * math.pi)), input, u[:, 0], p)
+
+
+def random_gamma(
+    input: Tensor,
+    seed: Tensor,
+    gamma: Tuple[float, float] = (1.0, 1.0),
+    gain: Tuple[float, float] = (1.0, 1.0),
+    p: float = 1.0,
+) -> Tensor:
+    """A power law: ``adjust_gamma`` with an exponent uniform in ``gamma`` and a factor uniform in ``gain``.
+
+    Args:
+        input: (B, C, H, W), floating point in [0, 1].
+        seed: (B,), int64, one a sample.
+        gamma: (least, greatest), not negative; 1 changes nothing.
+        gain: (least, greatest), not negative.
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, C, H, W), of the input's dtype; a changed sample is limited to [0, 1].
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> random_gamma(torch.tensor([[[[0.25, 1.0]]]]), torch.tensor([7]), (0.5, 0.5))
+        tensor([[[[0.5000, 1.0000]]]])
+    """
+    check_image(input, "input")
+    check_bounds(gamma, 0.0, math.inf, "gamma")
+    check_bounds(gain, 0.0, math.inf, "gain")
+    check_chance(p)
+    u = drawn(seed, 3, input)
+    curved = adjust_gamma(input, between(u[:, 1], gamma, input), between(u[:, 2], gain, input))
+    return applied(curved, input, u[:, 0], p)
+
+
+def random_grayscale(
+    input: Tensor, seed: Tensor, rgb_weights: Optional[Tensor] = None, p: float = 0.1
+) -> Tensor:
+    """Grey, in all three channels: ``rgb_to_grayscale``.
+
+    Args:
+        input: RGB (B, 3, H, W), floating point.
+        seed: (B,), int64, one a sample.
+        rgb_weights: (3,), weights of red, green and blue, by default the luma's of ITU-R BT.601.
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, 3, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> red = torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)
+        >>> random_grayscale(red, torch.tensor([7]), p=1.0).flatten()
+        tensor([0.2990, 0.2990, 0.2990])
+    """
+    check_rgb(input, "input")
+    check_image(input, "input")
+    check_chance(p)
+    grey = rgb_to_grayscale(input, rgb_weights).expand(-1, 3, -1, -1)
+    return applied(grey, input, drawn(seed, 1, input)[:, 0], p)
+
+
+def random_rgb_shift(
+    input: Tensor,
+    seed: Tensor,
+    r_shift_limit: Tuple[float, float] = (-0.5, 0.5),
+    g_shift_limit: Tuple[float, float] = (-0.5, 0.5),
+    b_shift_limit: Tuple[float, float] = (-0.5, 0.5),
+    p: float = 0.5,
+) -> Tensor:
+    """Add a number of its own to each channel: ``shift_rgb``.
+
+    Args:
+        input: RGB (B, 3, H, W), floating point in [0, 1].
+        seed: (B,), int64, one a sample.
+        r_shift_limit: (least, greatest) of what red is added, uniform.
+        g_shift_limit: the same for green.
+        b_shift_limit: the same for blue.
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, 3, H, W), of the input's dtype; a changed sample is limited to [0, 1].
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> grey, seed = torch.full((1, 3, 1, 1), 0.5), torch.tensor([7])
+        >>> random_rgb_shift(grey, seed, (0.1, 0.1), (0.0, 0.0), (-0.2, -0.2), 1.0).flatten()
+        tensor([0.6000, 0.5000, 0.3000])
+    """
+    check_rgb(input, "input")
+    check_image(input, "input")
+    check_bounds(r_shift_limit, -math.inf, math.inf, "r_shift_limit")
+    check_bounds(g_shift_limit, -math.inf, math.inf, "g_shift_limit")
+    check_bounds(b_shift_limit, -math.inf, math.inf, "b_shift_limit")
+    check_chance(p)
+    u = drawn(seed, 4, input)
+    red, green, blue = (
+        between(u[:, 1], r_shift_limit, input),
+        between(u[:, 2], g_shift_limit, input),
+        between(u[:, 3], b_shift_limit, input),
+    )
+    return applied(shift_rgb(input, red, green, blue), input, u[:, 0], p)

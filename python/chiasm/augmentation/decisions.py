@@ -1,0 +1,80 @@
+"""What the augmentations of intensities share: numbers from draws, and the choice between changed and
+unchanged samples."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.random.draws import check_seed, uniform
+
+
+def drawn(seed: Tensor, count: int, input: Tensor) -> Tensor:
+    """Uniform numbers in [0, 1), float32: (B, count) of seeds (B,), one for each sample of the input."""
+    check_seed(seed, input.size(0))
+    return uniform(seed, count)
+
+
+def between(u: Tensor, bounds: Tuple[float, float], like: Tensor) -> Tensor:
+    """Uniform numbers of [0, 1) moved to the bounds, in the dtype of ``like``.
+
+    >>> between(torch.tensor([0.0, 0.5]), (1.0, 3.0), torch.zeros(1))
+    tensor([1., 2.])
+    """
+    return (u * (bounds[1] - bounds[0]) + bounds[0]).to(like.dtype)
+
+
+def whole_between(u: Tensor, bounds: Tuple[int, int]) -> Tensor:
+    """Uniform numbers of [0, 1) as whole numbers, the bounds among them.
+
+    >>> whole_between(torch.tensor([0.0, 0.5, 0.99]), (3, 5))
+    tensor([3, 4, 5])
+    """
+    # The product may round up to the number of choices.
+    count = bounds[1] - bounds[0] + 1
+    return torch.floor(u * count).to(torch.int64).clamp(max=count - 1) + bounds[0]
+
+
+def each(value: Tensor, like: Tensor) -> Tensor:
+    """(B,) as (B, 1, ...), to broadcast against ``like``.
+
+    >>> each(torch.zeros(2), torch.zeros(2, 3, 4, 5)).shape
+    torch.Size([2, 1, 1, 1])
+    """
+    for _ in range(like.dim() - 1):
+        value = value.unsqueeze(-1)
+    return value
+
+
+def applied(changed: Tensor, input: Tensor, chance: Tensor, p: float) -> Tensor:
+    """``changed`` where a sample's ``chance``, uniform in [0, 1), is below ``p``, else ``input``."""
+    if p >= 1.0:
+        return changed
+    return torch.where(each(chance < p, input), changed, input)
+
+
+def ranks(keys: Tensor) -> Tensor:
+    """For each of the last dimension's numbers how many of them come before it: of independent draws a
+    uniform permutation. Of equal ones the first comes first.
+
+    >>> ranks(torch.tensor([[0.5, 0.1, 0.9]]))
+    tensor([[1, 0, 2]])
+    """
+    position = torch.arange(keys.size(-1), device=keys.device)
+    mine, other = keys.unsqueeze(-1), keys.unsqueeze(-2)
+    before = (other < mine) | ((other == mine) & (position < position[:, None]))
+    return before.to(torch.int64).sum(-1)
+
+
+def check_bounds(bounds: Tuple[float, float], least: float, greatest: float, name: str) -> None:
+    """Raise ValueError unless the bounds are in order and within [least, greatest]."""
+    if not (bounds[0] >= least and bounds[0] <= bounds[1] and bounds[1] <= greatest):
+        raise ValueError(
+            f"{name}: expected (least, greatest) within [{least}, {greatest}], got ({bounds[0]}, {bounds[1]})"
+        )
+
+
+def check_chance(p: float) -> None:
+    """Raise ValueError unless ``p`` is a probability."""
+    if not (p >= 0.0 and p <= 1.0):
+        raise ValueError(f"p: expected a probability, 0 to 1, got {p}")

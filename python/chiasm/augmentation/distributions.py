@@ -1,0 +1,50 @@
+"""Distributions that need rejection, in a number of steps that is known before."""
+
+import math
+
+import torch
+from torch import Tensor
+
+from ..primitives.random.draws import normal, uniform
+
+# A try is accepted with a probability of at least 0.95, so that of eight all fail once in 10^10 times.
+
+
+def gamma(seed: Tensor, alpha: float, count: int, stream: int) -> Tensor:
+    """Gamma-distributed numbers of scale 1, float32: (B, count) of seeds (B,).
+
+    G. Marsaglia, W. Tsang, A simple method for generating gamma variables, ACM TOMS 26(3), 2000. Takes the
+    streams ``stream`` to ``stream + 2``.
+    """
+    # Below 1 by way of alpha + 1, their section 6.
+    raised = alpha + 1.0 if alpha < 1.0 else alpha
+    d = raised - 1.0 / 3.0
+    c = 1.0 / math.sqrt(9.0 * d)
+    batch = seed.size(0)
+    x = normal(seed, 8 * count, stream).reshape(batch, 8, count)
+    u = 1.0 - uniform(seed, 8 * count, stream + 1).reshape(batch, 8, count)
+    root = 1.0 + c * x
+    v = root * root * root
+    safe = v.clamp(min=1e-30)
+    accepted = (v > 0.0) & (torch.log(u) < 0.5 * x * x + d - d * v + d * torch.log(safe))
+    drawn = torch.ones_like(v[:, 0])
+    for i in range(8):
+        drawn = torch.where(accepted[:, 7 - i], v[:, 7 - i], drawn)
+    if alpha < 1.0:
+        boost = 1.0 - uniform(seed, count, stream + 2)
+        drawn = drawn * torch.exp(torch.log(boost) / alpha)
+    return d * drawn
+
+
+def beta(seed: Tensor, alpha: float, count: int, stream: int) -> Tensor:
+    """Beta(alpha, alpha)-distributed numbers, float32: (B, count) of seeds (B,).
+
+    Takes the streams ``stream`` to ``stream + 2``.
+    """
+    if alpha == 1.0:
+        return uniform(seed, count, stream)
+    pair = gamma(seed, alpha, 2 * count, stream).reshape(seed.size(0), count, 2)
+    # Both can be 0 where alpha is small: then either end is as likely.
+    total = pair.sum(-1)
+    share = pair[:, :, 0] / torch.where(total > 0.0, total, torch.ones_like(total))
+    return torch.where(total > 0.0, share, torch.round(uniform(seed, count, stream + 1)))

@@ -1,0 +1,247 @@
+"""Images that are mixed with others of the batch, and their labels.
+
+What a sample becomes hangs on the whole batch here: its partner is drawn by a permutation that follows from
+all seeds, which should differ.
+"""
+
+from typing import List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_image, check_tensor
+from ..primitives.random.draws import uniform
+from ..primitives.random.philox import key_of, philox4x32
+from .decisions import between, check_bounds, check_chance, drawn, each, ranks
+from .distributions import beta as beta_numbers
+
+
+def random_mix_up(
+    input: Tensor, label: Tensor, seed: Tensor, lambda_val: Tuple[float, float] = (0.0, 1.0), p: float = 1.0
+) -> Tuple[Tensor, Tensor]:
+    """Blend each image with another one of the batch.
+
+    H. Zhang et al., mixup: beyond empirical risk minimization, ICLR 2018. With l uniform in ``lambda_val``,
+    an image becomes ``(1 - l) * image + l * partner``. The partners are a permutation of the batch, in which
+    an image may be its own.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        label: (B,), the number of each image's class.
+        seed: (B,), int64, one a sample, all different.
+        lambda_val: (least, greatest) share of the partner, within [0, 1].
+        p: probability that a sample is changed; if not, its share is 0.
+
+    Returns:
+        (B, C, H, W), of the input's dtype, and (B, 3), of the input's dtype: label, partner's label, share of
+        the partner.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> x, label = torch.zeros(1, 1, 1, 1), torch.tensor([4])
+        >>> random_mix_up(x, label, torch.tensor([7]), (0.25, 0.25))[1]
+        tensor([[4.0000, 4.0000, 0.2500]])
+    """
+    check_image(input, "input")
+    _check_label(label, input)
+    check_bounds(lambda_val, 0.0, 1.0, "lambda_val")
+    check_chance(p)
+    u = drawn(seed, 3, input)
+    partner = ranks(u[:, 2])
+    share = between(u[:, 1], lambda_val, input)
+    share = torch.where(u[:, 0] < p, share, torch.zeros_like(share))
+    weight = each(share, input)
+    mixed = input * (1.0 - weight) + input.index_select(0, partner) * weight
+    return mixed, _labels(label, partner, share)
+
+
+def random_cut_mix(
+    input: Tensor,
+    label: Tensor,
+    seed: Tensor,
+    num_mix: int = 1,
+    cut_size: Tuple[float, float] = (0.0, 1.0),
+    beta: float = 1.0,
+    use_correct_lambda: bool = False,
+    p: float = 1.0,
+) -> Tuple[Tensor, Tensor]:
+    """Paste a rectangle of another image of the batch at the same place.
+
+    S. Yun et al., CutMix: regularization strategy to train strong classifiers with localizable features, ICCV
+    2019. With l by Beta(beta, beta), limited to ``cut_size``, the rectangle is ``sqrt(1 - l)`` times as high
+    and wide as the image, rounded down, and lies wholly within it, all places equally likely.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        label: (B,), the number of each image's class.
+        seed: (B,), int64, one a sample, all different.
+        num_mix: how many rectangles, each of a partner of its own.
+        cut_size: (least, greatest) of l, within [0, 1].
+        beta: of the distribution, positive.
+        use_correct_lambda: give the share of the image that is left, as the paper does, not that of the
+            rectangle.
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, C, H, W), of the input's dtype, and (num_mix, B, 3), of the input's dtype: label, partner's label,
+        the rectangle's share of the area or, with use_correct_lambda, one minus that.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> x, label = torch.zeros(1, 1, 4, 4), torch.tensor([5])
+        >>> random_cut_mix(x, label, torch.tensor([7]), cut_size=(0.75, 0.75))[1]
+        tensor([[[5.0000, 5.0000, 0.2500]]])
+    """
+    check_image(input, "input")
+    _check_label(label, input)
+    if num_mix < 1:
+        raise ValueError(f"num_mix: expected at least 1, got {num_mix}")
+    if not beta > 0.0:
+        raise ValueError(f"beta: expected a positive number, got {beta}")
+    check_bounds(cut_size, 0.0, 1.0, "cut_size")
+    check_chance(p)
+    height, width = input.size(2), input.size(3)
+    u = drawn(seed, 1 + 3 * num_mix, input)
+    kept = beta_numbers(seed, beta, num_mix, 1).clamp(cut_size[0], cut_size[1])
+    side = torch.where(u[:, :1] < p, torch.sqrt(1.0 - kept), torch.zeros_like(kept))
+    rows = torch.arange(height, device=input.device)
+    columns = torch.arange(width, device=input.device)
+    mixed = input
+    labels: List[Tensor] = []
+    for i in range(num_mix):
+        partner = ranks(u[:, 1 + 3 * i])
+        down, within_rows = _span(side[:, i], u[:, 2 + 3 * i], rows, height)
+        across, within_columns = _span(side[:, i], u[:, 3 + 3 * i], columns, width)
+        inside = (within_rows[:, :, None] & within_columns[:, None, :])[:, None]
+        mixed = torch.where(inside, input.index_select(0, partner), mixed)
+        share = (down * across).to(input.dtype) / (height * width)
+        labels.append(_labels(label, partner, 1.0 - share if use_correct_lambda else share))
+    return mixed, torch.stack(labels)
+
+
+def _span(side: Tensor, u: Tensor, positions: Tensor, size: int) -> Tuple[Tensor, Tensor]:
+    """The length (B,) of an interval that is a share of an axis, and which positions it has, (B, size)."""
+    length = torch.floor(side * size).to(torch.int64)
+    first = torch.minimum(torch.floor(u * (size - length + 1)).to(torch.int64), size - length)
+    within = (positions >= first[:, None]) & (positions < (first + length)[:, None])
+    return length, within
+
+
+def random_jigsaw(
+    input: Tensor, seed: Tensor, grid: Tuple[int, int] = (4, 4), ensure_perm: bool = True, p: float = 0.5
+) -> Tensor:
+    """Cut each image into tiles and put these into a random order, all orders equally likely.
+
+    Args:
+        input: (B, C, H, W), floating point, H and W multiples of the numbers of tiles.
+        seed: (B,), int64, one a sample. Other samples play no role.
+        grid: number of tiles (down, across).
+        ensure_perm: where the order is the old one, move each tile to the place before.
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, C, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> x = torch.arange(2.0).reshape(1, 1, 1, 2)
+        >>> random_jigsaw(x, torch.tensor([7]), (1, 2), p=1.0)
+        tensor([[[[1., 0.]]]])
+    """
+    check_image(input, "input")
+    check_chance(p)
+    down, across = grid
+    if down < 1 or across < 1 or input.size(2) % down != 0 or input.size(3) % across != 0:
+        raise ValueError(
+            f"grid: expected numbers that divide the image {input.size(2)} x {input.size(3)}, got ({down},"
+            f" {across})"
+        )
+    count = down * across
+    u = drawn(seed, 1, input)
+    order = ranks(uniform(seed, count, 1))
+    place = torch.arange(count, device=input.device)
+    if ensure_perm:
+        same = (order == place).to(torch.int64).sum(1, keepdim=True) == count
+        order = torch.where(same, order.roll(-1, 1), order)
+    order = torch.where((u < p), order, place)
+    batch, channels, high, wide = input.size(0), input.size(1), input.size(2) // down, input.size(3) // across
+    tiles = input.reshape(batch, channels, down, high, across, wide).permute(0, 2, 4, 1, 3, 5).flatten(0, 2)
+    first = torch.arange(batch, device=input.device)[:, None] * count
+    moved = tiles.index_select(0, (first + order).flatten())
+    moved = moved.reshape(batch, down, across, channels, high, wide).permute(0, 3, 1, 4, 2, 5)
+    return moved.reshape(input.shape)
+
+
+def random_transplantation(
+    input: Tensor, mask: Tensor, seed: Tensor, excluded_labels: List[int], p: float = 0.5
+) -> Tuple[Tensor, Tensor]:
+    """Copy what has one label in another image of the batch, to the same place, in image and mask.
+
+    For segmentation, after D. Dwibedi et al., Cut, paste and learn, ICCV 2017. The label is one of those that
+    the partner's mask has, all equally likely. The partners are a permutation of the batch, in which an image
+    may be its own.
+
+    Args:
+        input: (B, C, H, W), floating point.
+        mask: (B, H, W), int64, a label for each pixel.
+        seed: (B,), int64, one a sample, all different.
+        excluded_labels: labels that are not copied.
+        p: probability that a sample is changed.
+
+    Returns:
+        (B, C, H, W), of the input's dtype, and (B, H, W), int64. Where the partner has only labels that are
+        excluded, nothing changes.
+
+    Raises:
+        TypeError: if input is not floating point, or mask or seed not int64.
+        ValueError: if a shape or p is not as above.
+
+    Example:
+        >>> x, mask = torch.zeros(1, 1, 1, 2), torch.tensor([[[0, 3]]])
+        >>> random_transplantation(x, mask, torch.tensor([7]), [0], 1.0)[1]
+        tensor([[[0, 3]]])
+    """
+    check_image(input, "input")
+    check_tensor(mask, "mask")
+    if mask.dtype != torch.int64:
+        raise TypeError(f"mask: expected an int64 tensor, got dtype {mask.dtype}")
+    if mask.dim() != 3 or mask.size(0) != input.size(0) or mask.shape[1:] != input.shape[2:]:
+        raise ValueError(
+            f"mask: expected shape (B, H, W) of input's {list(input.shape)}, got {list(mask.shape)}"
+        )
+    check_chance(p)
+    u = drawn(seed, 2, input)
+    partner = ranks(u[:, 1])
+    donor = mask.index_select(0, partner)
+    flat = donor.flatten(1)
+    # A random number of each label, by the label: the greatest one's label is drawn uniformly from those that
+    # are there, whatever they are and how many pixels each has.
+    low, high = flat & 0xFFFFFFFF, (flat >> 32) & 0xFFFFFFFF
+    one = torch.ones_like(flat)
+    key = philox4x32([low, high, one, one * 2], [k[:, None] for k in key_of(seed)])[0]
+    for label in excluded_labels:
+        key = torch.where(flat == label, -one, key)
+    chosen = flat.gather(1, key.argmax(1, keepdim=True))
+    copied = (flat == chosen) & (key >= 0) & (u[:, :1] < p)
+    copied = copied.reshape(mask.shape)
+    mixed = torch.where(copied[:, None], input.index_select(0, partner), input)
+    return mixed, torch.where(copied, donor, mask)
+
+
+def _check_label(label: Tensor, input: Tensor) -> None:
+    check_tensor(label, "label")
+    if label.dim() != 1 or label.size(0) != input.size(0):
+        raise ValueError(f"label: expected shape ({input.size(0)},), got {list(label.shape)}")
+
+
+def _labels(label: Tensor, partner: Tensor, share: Tensor) -> Tensor:
+    return torch.stack([label.to(share.dtype), label.index_select(0, partner).to(share.dtype), share], -1)

@@ -1,0 +1,213 @@
+"""Policies: random sequences of operations, of each sample its own."""
+
+from typing import List
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_choice, check_image, check_rgb
+from ..primitives.random.draws import integers
+from .decisions import drawn, each
+from .distributions import beta, gamma
+from .operations import amounts, operated
+from .policy_tables import policy_table
+
+
+def rand_augment(input: Tensor, seed: Tensor, n: int = 2, m: int = 9, mode: str = "bilinear") -> Tensor:
+    """RandAugment: n operations, each one of 14 with equal probability, all of the same strength.
+
+    E. Cubuk et al., RandAugment: practical automated data augmentation with a reduced search space, CVPR
+    workshops 2020, with torchvision's ranges: shears of up to 0.3, translations of up to 150/331 of the side,
+    30 degrees, factors of 1 +- 0.9, 4 bits less, all in either direction, and Identity, Solarize,
+    AutoContrast and Equalize. All operations are computed at each of n places, and one selected.
+
+    Args:
+        input: RGB (B, 3, H, W), floating point in [0, 1], H and W at least 3.
+        seed: (B,), int64, one a sample.
+        n: how many operations, one after the other.
+        m: strength, 0 to 30.
+        mode: how pixels that move are resampled, "bilinear" or "nearest".
+
+    Returns:
+        (B, 3, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> rand_augment(torch.rand(2, 3, 8, 9), torch.tensor([7, 8])).shape
+        torch.Size([2, 3, 8, 9])
+    """
+    _check(input, mode)
+    if n < 1:
+        raise ValueError(f"n: expected at least 1, got {n}")
+    if m < 0 or m > 30:
+        raise ValueError(f"m: expected 0 to 30, got {m}")
+    sign = torch.where(drawn(seed, n, input) < 0.5, -1.0, 1.0)
+    operation = integers(seed, 14, n, 1)
+    level = torch.full_like(sign[:, 0], m / 30.0)
+    x = input
+    for i in range(n):
+        x = _step(
+            x, operation[:, i], level, sign[:, i], [0.3, 150.0 / 331.0, 30.0, 0.9, 4.0, 8.0], True, mode
+        )
+    return x
+
+
+def trivial_augment(input: Tensor, seed: Tensor, mode: str = "bilinear") -> Tensor:
+    """TrivialAugment in its wide form: one of 14 operations, of one of 31 strengths, all equally likely.
+
+    S. Mueller, F. Hutter, TrivialAugment: tuning-free yet state-of-the-art data augmentation, ICCV 2021:
+    shears of up to 0.99, translations of up to 32 pixels, 135 degrees, factors of 1 +- 0.99, 6 bits less, all
+    in either direction, and Identity, Solarize, AutoContrast and Equalize. All operations are computed, and
+    one selected.
+
+    Args:
+        input: RGB (B, 3, H, W), floating point in [0, 1], H and W at least 3.
+        seed: (B,), int64, one a sample.
+        mode: how pixels that move are resampled, "bilinear" or "nearest".
+
+    Returns:
+        (B, 3, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or mode is not as above.
+
+    Example:
+        >>> trivial_augment(torch.rand(2, 3, 8, 9), torch.tensor([7, 8])).shape
+        torch.Size([2, 3, 8, 9])
+    """
+    _check(input, mode)
+    sign = torch.where(drawn(seed, 1, input)[:, 0] < 0.5, -1.0, 1.0)
+    operation = integers(seed, 14, 1, 1)[:, 0]
+    level = integers(seed, 31, 1, 2)[:, 0].to(torch.float32) / 30.0
+    return _step(input, operation, level, sign, [0.99, 32.0, 135.0, 0.99, 6.0, 8.0], False, mode)
+
+
+def auto_augment(input: Tensor, seed: Tensor, policy: str = "imagenet", mode: str = "bilinear") -> Tensor:
+    """AutoAugment: one of 25 pairs of operations with equal probability, each with a probability and a
+    strength of its own.
+
+    E. Cubuk et al., AutoAugment: learning augmentation policies from data, CVPR 2019, tables 7 to 9, with
+    torchvision's ranges, which are those of ``rand_augment``. All operations are computed at both places, and
+    one selected.
+
+    Args:
+        input: RGB (B, 3, H, W), floating point in [0, 1], H and W at least 3.
+        seed: (B,), int64, one a sample.
+        policy: the data set for which it was found: "imagenet", "cifar10" or "svhn".
+        mode: how pixels that move are resampled, "bilinear" or "nearest".
+
+    Returns:
+        (B, 3, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a choice is not as above.
+
+    Example:
+        >>> auto_augment(torch.rand(2, 3, 8, 9), torch.tensor([7, 8])).shape
+        torch.Size([2, 3, 8, 9])
+    """
+    _check(input, mode)
+    check_choice(policy, ["imagenet", "cifar10", "svhn"], "policy")
+    u = drawn(seed, 4, input)
+    table = torch.tensor(policy_table(policy), device=input.device).reshape(25, 2, 3)
+    pair = table.index_select(0, integers(seed, 25, 1, 1)[:, 0])
+    sign = torch.where(u[:, 2:] < 0.5, -1.0, 1.0)
+    x = input
+    for i in range(2):
+        operation = pair[:, i, 0].to(torch.int64)
+        operation = torch.where(u[:, i] < pair[:, i, 1], operation, torch.zeros_like(operation))
+        level = pair[:, i, 2] / 9.0
+        x = _step(x, operation, level, sign[:, i], [0.3, 150.0 / 331.0, 30.0, 0.9, 4.0, 8.0], True, mode)
+    return x
+
+
+def aug_mix(
+    input: Tensor,
+    seed: Tensor,
+    severity: int = 3,
+    mixture_width: int = 3,
+    chain_depth: int = -1,
+    alpha: float = 1.0,
+    all_ops: bool = True,
+    mode: str = "bilinear",
+) -> Tensor:
+    """AugMix: a blend of the image with a blend of chains of operations.
+
+    D. Hendrycks et al., AugMix: a simple data processing method to improve robustness and uncertainty, ICLR
+    2020, with torchvision's ranges: shears of up to 0.3, translations of up to a third of the side, 30
+    degrees, Posterize to 4 bits and less, Solarize, AutoContrast, Equalize, and with all_ops factors of 1 +-
+    0.9. The chains' weights are Dirichlet(alpha), the image's is Beta(alpha, alpha). All operations are
+    computed at each place of each chain, and one selected: nine times by default.
+
+    Args:
+        input: RGB (B, 3, H, W), floating point in [0, 1], H and W at least 3.
+        seed: (B,), int64, one a sample.
+        severity: strengths are 0 to severity - 1 tenths of a scale of 10, all equally likely; 1 to 10.
+        mixture_width: number of chains.
+        chain_depth: operations of each chain; -1 draws 1 to 3.
+        alpha: of the distributions, positive.
+        all_ops: take Brightness, Color, Contrast and Sharpness too, which overlap the tests on corruptions.
+        mode: how pixels that move are resampled, "bilinear" or "nearest".
+
+    Returns:
+        (B, 3, H, W), of the input's dtype.
+
+    Raises:
+        TypeError: if input is not floating point, or seed not int64.
+        ValueError: if a shape or a setting is not as above.
+
+    Example:
+        >>> aug_mix(torch.rand(2, 3, 8, 9), torch.tensor([7, 8])).shape
+        torch.Size([2, 3, 8, 9])
+    """
+    _check(input, mode)
+    if severity < 1 or severity > 10:
+        raise ValueError(f"severity: expected 1 to 10, got {severity}")
+    if mixture_width < 1:
+        raise ValueError(f"mixture_width: expected at least 1, got {mixture_width}")
+    if chain_depth == 0 or chain_depth < -1:
+        raise ValueError(f"chain_depth: expected -1 or at least 1, got {chain_depth}")
+    if not alpha > 0.0:
+        raise ValueError(f"alpha: expected a positive number, got {alpha}")
+    depth = 3 if chain_depth < 0 else chain_depth
+    count = mixture_width * depth
+    sign = torch.where(drawn(seed, count, input) < 0.5, -1.0, 1.0)
+    known: List[int] = [1, 2, 3, 4, 5, 10, 11, 12, 13]
+    if all_ops:
+        known = known + [6, 7, 8, 9]
+    operations = torch.tensor(known, device=input.device)
+    operation = operations.index_select(0, integers(seed, len(known), count, 1).flatten()).reshape(-1, count)
+    level = integers(seed, severity, count, 2).to(torch.float32) / 9.0
+    length = integers(seed, 3, mixture_width, 3) + 1
+    weight = gamma(seed, alpha, mixture_width, 4)
+    weight = (weight / weight.sum(1, keepdim=True)).to(input.dtype)
+    own = beta(seed, alpha, 1, 7)[:, 0].to(input.dtype)
+    mixed = input * each(own, input)
+    for i in range(mixture_width):
+        x = input
+        for j in range(depth):
+            k = i * depth + j
+            here = operation[:, k]
+            if chain_depth < 0:
+                here = torch.where(length[:, i] > j, here, torch.zeros_like(here))
+            x = _step(x, here, level[:, k], sign[:, k], [0.3, 1.0 / 3.0, 30.0, 0.9, 4.0, 4.0], True, mode)
+        mixed = mixed + x * each(weight[:, i] * (1.0 - own), x)
+    return mixed
+
+
+def _step(
+    x: Tensor, operation: Tensor, level: Tensor, sign: Tensor, reach: List[float], relative: bool, mode: str
+) -> Tensor:
+    amount = amounts(operation, level, sign, reach, x.size(2), x.size(3), relative)
+    return operated(x, operation, amount, mode)
+
+
+def _check(input: Tensor, mode: str) -> None:
+    check_rgb(input, "input")
+    check_image(input, "input")
+    check_choice(mode, ["bilinear", "nearest"], "mode")

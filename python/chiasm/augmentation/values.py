@@ -1,0 +1,102 @@
+"""All augmentations that change values or mix images: the functions and the classes, by name."""
+
+from typing import Any, Dict
+
+from .blur import random_box_blur, random_gaussian_blur, random_median_blur, random_motion_blur
+from .classes import CLASSES
+from .colour import (
+    random_brightness,
+    random_contrast,
+    random_gamma,
+    random_grayscale,
+    random_hue,
+    random_rgb_shift,
+    random_saturation,
+)
+from .distort import random_photometric_distort
+from .jitter import random_color_jiggle, random_color_jitter
+from .levels import (
+    random_auto_contrast,
+    random_clahe,
+    random_denormalize,
+    random_equalize,
+    random_invert,
+    random_normalize,
+    random_posterize,
+    random_sharpness,
+    random_solarize,
+)
+from .light import (
+    random_gaussian_illumination,
+    random_linear_corner_illumination,
+    random_linear_illumination,
+    random_planckian_jitter,
+    random_plasma_brightness,
+    random_plasma_contrast,
+    random_plasma_shadow,
+)
+from .mix import random_cut_mix, random_jigsaw, random_mix_up, random_transplantation
+from .noise import (
+    random_channel_dropout,
+    random_channel_shuffle,
+    random_gaussian_noise,
+    random_jpeg,
+    random_salt_and_pepper_noise,
+)
+from .policies import aug_mix, auto_augment, rand_augment, trivial_augment
+from .weather import random_rain, random_snow
+
+#: What the package offers of them.
+PUBLIC: Dict[str, Any] = {
+    **{
+        f.__name__: f
+        for f in [
+            aug_mix,
+            auto_augment,
+            rand_augment,
+            random_auto_contrast,
+            random_box_blur,
+            random_brightness,
+            random_channel_dropout,
+            random_channel_shuffle,
+            random_clahe,
+            random_color_jiggle,
+            random_color_jitter,
+            random_contrast,
+            random_cut_mix,
+            random_denormalize,
+            random_equalize,
+            random_gamma,
+            random_gaussian_blur,
+            random_gaussian_illumination,
+            random_gaussian_noise,
+            random_grayscale,
+            random_hue,
+            random_invert,
+            random_jigsaw,
+            random_jpeg,
+            random_linear_corner_illumination,
+            random_linear_illumination,
+            random_median_blur,
+            random_mix_up,
+            random_motion_blur,
+            random_normalize,
+            random_photometric_distort,
+            random_planckian_jitter,
+            random_plasma_brightness,
+            random_plasma_contrast,
+            random_plasma_shadow,
+            random_posterize,
+            random_rain,
+            random_rgb_shift,
+            random_salt_and_pepper_noise,
+            random_saturation,
+            random_sharpness,
+            random_snow,
+            random_solarize,
+            random_transplantation,
+            trivial_augment,
+        ]
+    },
+    **CLASSES,
+}

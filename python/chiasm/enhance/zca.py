@@ -1,0 +1,64 @@
+"""Whitening that is fitted once and applied many times."""
+
+from torch import Tensor, nn
+
+from .whitening import linear_transform, zca_mean
+
+
+class ZCAWhitening(nn.Module):
+    """``zca_mean`` of some samples, applied to others; in eager Python.
+
+    Args:
+        dim: the dimension that counts samples.
+        eps: added to the covariance's eigenvalues.
+        unbiased: divide the covariance by the number of samples minus one.
+        detach_transforms: let no gradient into what was fitted.
+        compute_inv: fit the inverse too, for ``inverse_transform``.
+
+    >>> x = torch.tensor([[0.0, 1.0], [1.0, 0.0], [-1.0, 0.0], [0.0, -1.0]])
+    >>> ZCAWhitening().fit(x)(x).std(0)
+    tensor([1.0000, 1.0000])
+    """
+
+    def __init__(
+        self,
+        dim: int = 0,
+        eps: float = 1e-6,
+        unbiased: bool = True,
+        detach_transforms: bool = True,
+        compute_inv: bool = False,
+    ) -> None:
+        super().__init__()
+        self.dim, self.eps, self.unbiased = dim, eps, unbiased
+        self.detach_transforms, self.compute_inv = detach_transforms, compute_inv
+        self.fitted = False
+        self.mean_vector: Tensor
+        self.transform_matrix: Tensor
+        self.transform_inv: Tensor
+
+    def fit(self, x: Tensor) -> "ZCAWhitening":
+        """Learn the mean and the matrix that whiten samples."""
+        matrix, mean, inverse = zca_mean(x, self.dim, self.unbiased, self.eps, self.compute_inv)
+        self.mean_vector = mean.detach() if self.detach_transforms else mean
+        self.transform_matrix = matrix.detach() if self.detach_transforms else matrix
+        if inverse is not None:
+            self.transform_inv = inverse.detach() if self.detach_transforms else inverse
+        self.fitted = True
+        return self
+
+    def forward(self, x: Tensor, include_fit: bool = False) -> Tensor:
+        """Samples whitened; with ``include_fit`` by what is fitted to them."""
+        if include_fit:
+            self.fit(x)
+        if not self.fitted:
+            raise RuntimeError("ZCAWhitening: nothing is fitted yet: call fit() first, or with include_fit")
+        return linear_transform(x, self.transform_matrix, self.mean_vector, self.dim)
+
+    def inverse_transform(self, x: Tensor) -> Tensor:
+        """Whitened samples as they were."""
+        if not self.fitted or not self.compute_inv:
+            raise RuntimeError(
+                "ZCAWhitening: no inverse is fitted: ZCAWhitening(compute_inv=True), then fit()"
+            )
+        back = -(self.mean_vector @ self.transform_matrix)
+        return linear_transform(x, self.transform_inv, back, self.dim)

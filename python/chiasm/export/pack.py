@@ -1,0 +1,128 @@
+"""Wheels of bundles: `chiasm-bundles-NAME`, which `chiasm.runtime.open` finds by the names of the ops.
+
+A wheel is written here and by no build tool, so that the same bundles give the same bytes: files by name, one
+time for all of them.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import os
+import platform
+import re
+import time
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from chiasm import __version__
+
+from ..packs import GROUP, SUFFIX
+from .errors import ExportError
+from .manifest import read_file, read_manifest
+
+#: The oldest time that a zip archive can hold, in seconds since 1970: of what says no other.
+_EPOCH = 315532800
+_NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+
+
+def pack(name: str, bundles: Sequence[Path], output: Path, version: str = __version__) -> tuple[Path, bool]:
+    """Write the wheel `chiasm-bundles-NAME` of bundles.
+
+    Returns:
+        The wheel's file, and whether it was written: False where it was there and holds the same.
+
+    Raises:
+        ExportError: the name or the version is not one of a wheel, or two bundles are of one op.
+        BundleError: a bundle is damaged.
+    """
+    if not _NAME.fullmatch(name):
+        raise ExportError(f"pack: expected a name of small letters, digits and hyphens, got {name!r}")
+    if not re.fullmatch(r"[0-9]+(\.[0-9]+)*((a|b|rc)[0-9]+)?(\.post[0-9]+)?", version):
+        raise ExportError(f"pack: expected a version like 0.1.0, got {version!r}")
+    distribution = f"chiasm_bundles_{name.replace('-', '_')}"
+    files: dict[str, bytes] = {
+        f"{distribution}/__init__.py": f'"""Bundles of chiasm: {len(bundles)} ops."""\n'.encode()
+    }
+    glibc: set[tuple[int, int]] = set()
+    for bundle in bundles:
+        manifest = read_manifest(bundle)
+        folder = f"{distribution}/{manifest['name']}{SUFFIX}"
+        if f"{folder}/manifest.json" in files:
+            raise ExportError(f"pack: {bundle}: there is another bundle of {manifest['name']}")
+        files.update(_contents(bundle, manifest, folder))
+        glibc |= _glibcs(manifest)
+    platform_tag = f"manylinux_{'_'.join(map(str, max(glibc)))}_{platform.machine()}" if glibc else "any"
+    info = f"{distribution}-{version}.dist-info"
+    files |= {
+        f"{info}/METADATA": (
+            f"Metadata-Version: 2.1\nName: {distribution.replace('_', '-')}\nVersion: {version}\n"
+            f"Summary: Ops of chiasm, exported: {name}\nRequires-Python: >=3.10\nRequires-Dist: chiasm\n"
+        ).encode(),
+        f"{info}/WHEEL": (
+            f"Wheel-Version: 1.0\nGenerator: chiasm {__version__}\n"
+            f"Root-Is-Purelib: {str(not glibc).lower()}\nTag: py3-none-{platform_tag}\n"
+        ).encode(),
+        f"{info}/entry_points.txt": f"[{GROUP}]\n{name} = {distribution}\n".encode(),
+    }
+    record = _record(files, f"{info}/RECORD")
+    target = output / f"{distribution}-{version}-py3-none-{platform_tag}.whl"
+    if _holds(target, f"{info}/RECORD", record):
+        return target, False
+    output.mkdir(parents=True, exist_ok=True)
+    _write(target, files | {f"{info}/RECORD": record})
+    return target, True
+
+
+def _contents(bundle: Path, manifest: dict, folder: str) -> dict[str, bytes]:
+    """Every file of the bundle; those that the manifest names are as it says."""
+    for method in manifest["methods"].values():
+        for artifact in method["artifacts"]:
+            read_file(bundle, artifact)
+    files = sorted(file for file in bundle.rglob("*") if file.is_file())
+    return {f"{folder}/{file.relative_to(bundle).as_posix()}": file.read_bytes() for file in files}
+
+
+def _glibcs(manifest: dict) -> set[tuple[int, int]]:
+    """The versions of glibc that the native code asks for."""
+    found = set()
+    for method in manifest["methods"].values():
+        for artifact in method["artifacts"]:
+            if "glibc" in artifact:
+                major, minor = artifact["glibc"].split(".")
+                found.add((int(major), int(minor)))
+    return found
+
+
+def _record(files: dict[str, bytes], own: str) -> bytes:
+    lines = []
+    for path, data in sorted(files.items()):
+        digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+        lines.append(f"{path},sha256={digest},{len(data)}\n")
+    return "".join([*lines, f"{own},,\n"]).encode()
+
+
+def _holds(wheel: Path, path: str, record: bytes) -> bool:
+    """Whether a wheel is there, whole, with this list of hashes."""
+    try:
+        with zipfile.ZipFile(wheel) as archive:
+            return archive.read(path) == record
+    except (FileNotFoundError, KeyError, zipfile.BadZipFile):
+        return False
+
+
+def _write(target: Path, files: dict[str, bytes]) -> None:
+    """Under another name until it is whole: an interrupted run leaves no half of a wheel."""
+    seconds = max(int(os.environ.get("SOURCE_DATE_EPOCH", _EPOCH)), _EPOCH)
+    part = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path, data in sorted(files.items()):
+                entry = zipfile.ZipInfo(path, time.gmtime(seconds)[:6])
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.external_attr = 0o100644 << 16
+                archive.writestr(entry, data)
+        os.replace(part, target)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,90 @@
+"""Responses as modules that take the scales with the image, as Kornia's detectors call them."""
+
+from typing import Optional, Union
+
+from torch import Tensor, nn
+
+from ..primitives.core.modules import hold
+from .harris import harris_response
+from .responses import dog_response, dog_response_single, gftt_response, hessian_response
+
+
+class CornerHarris(nn.Module):
+    """``harris_response`` of an image (B, C, H, W) and, if there are any, scales (B,).
+
+    Args:
+        k, grads_mode: see ``harris_response``.
+
+    >>> CornerHarris(0.04)(torch.rand(2, 1, 8, 9), torch.ones(2)).shape
+    torch.Size([2, 1, 8, 9])
+    """
+
+    def __init__(self, k: Union[float, Tensor], grads_mode: str = "sobel") -> None:
+        super().__init__()
+        if isinstance(k, Tensor):
+            hold(self, "k", k)
+        else:
+            self.k = float(k)
+        self.grads_mode = grads_mode
+
+    def forward(self, input: Tensor, sigmas: Optional[Tensor] = None) -> Tensor:
+        return harris_response(input, self.k, self.grads_mode, sigmas)
+
+
+class CornerGFTT(nn.Module):
+    """``gftt_response`` of an image (B, C, H, W) and, if there are any, scales (B,).
+
+    >>> CornerGFTT()(torch.rand(2, 1, 8, 9)).shape
+    torch.Size([2, 1, 8, 9])
+    """
+
+    def __init__(self, grads_mode: str = "sobel") -> None:
+        super().__init__()
+        self.grads_mode = grads_mode
+
+    def forward(self, input: Tensor, sigmas: Optional[Tensor] = None) -> Tensor:
+        return gftt_response(input, self.grads_mode, sigmas)
+
+
+class BlobHessian(nn.Module):
+    """``hessian_response`` of an image (B, C, H, W) and, if there are any, scales (B,).
+
+    >>> BlobHessian()(torch.rand(2, 1, 8, 9)).shape
+    torch.Size([2, 1, 8, 9])
+    """
+
+    def __init__(self, grads_mode: str = "sobel") -> None:
+        super().__init__()
+        self.grads_mode = grads_mode
+
+    def forward(self, input: Tensor, sigmas: Optional[Tensor] = None) -> Tensor:
+        return hessian_response(input, self.grads_mode, sigmas)
+
+
+class BlobDoG(nn.Module):
+    """``dog_response`` of a scale space (B, C, D, H, W); scales change nothing here.
+
+    >>> BlobDoG()(torch.rand(1, 1, 4, 8, 9)).shape
+    torch.Size([1, 1, 3, 8, 9])
+    """
+
+    def forward(self, input: Tensor, sigmas: Optional[Tensor] = None) -> Tensor:
+        return dog_response(input)
+
+
+class BlobDoGSingle(nn.Module):
+    """``dog_response_single`` of an image (B, C, H, W); scales change nothing here.
+
+    Args:
+        sigma1, sigma2: see ``dog_response_single``.
+
+    >>> BlobDoGSingle()(torch.rand(1, 1, 16, 16)).shape
+    torch.Size([1, 1, 16, 16])
+    """
+
+    def __init__(self, sigma1: float = 1.0, sigma2: float = 1.6) -> None:
+        super().__init__()
+        self.sigma1, self.sigma2 = float(sigma1), float(sigma2)
+
+    def forward(self, input: Tensor, sigmas: Optional[Tensor] = None) -> Tensor:
+        return dog_response_single(input, self.sigma1, self.sigma2)

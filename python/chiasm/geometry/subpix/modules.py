@@ -1,0 +1,37 @@
+"""Suppression of what is no maximum, as modules that say at the call whether a mask is wanted."""
+
+from typing import Tuple, Union
+
+from torch import Tensor, nn
+
+from .suppression import nms2d, nms3d
+
+
+class NonMaximaSuppression2d(nn.Module):
+    """``nms2d`` with a kernel that is given once.
+
+    >>> NonMaximaSuppression2d((3, 3))(torch.rand(1, 1, 8, 9), mask_only=True).dtype
+    torch.bool
+    """
+
+    def __init__(self, kernel_size: Union[int, Tuple[int, int]]) -> None:
+        super().__init__()
+        self.kernel_size = kernel_size
+
+    def forward(self, x: Tensor, mask_only: bool = False) -> Tensor:
+        return nms2d(x, self.kernel_size, mask_only)
+
+
+class NonMaximaSuppression3d(nn.Module):
+    """``nms3d`` with a kernel that is given once.
+
+    >>> NonMaximaSuppression3d((3, 3, 3))(torch.rand(1, 1, 5, 8, 9)).shape
+    torch.Size([1, 1, 5, 8, 9])
+    """
+
+    def __init__(self, kernel_size: Union[int, Tuple[int, int, int]]) -> None:
+        super().__init__()
+        self.kernel_size = kernel_size
+
+    def forward(self, x: Tensor, mask_only: bool = False) -> Tensor:
+        return nms3d(x, self.kernel_size, mask_only)

@@ -1,0 +1,68 @@
+"""The extras of pyproject.toml are what the sources import, and the packages of one version go together."""
+
+import ast
+import re
+import sys
+from pathlib import Path
+
+import tomllib
+
+from chiasm import __version__
+from chiasm.extras import EXTRAS, advice
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+#: Where a distribution is not named as what is imported from it.
+NAMES = {"PIL": "pillow"}
+
+
+def requirements(extra: str) -> set[str]:
+    """The distributions that an extra brings, those of the extras that it names too."""
+    found = set()
+    for text in PROJECT["optional-dependencies"][extra]:
+        name, inner = re.fullmatch(r"([A-Za-z0-9-]+)(?:\[([a-z,]+)\])?.*", text).groups()
+        if name == "chiasm":
+            found = found.union(*(requirements(e) for e in inner.split(",")))
+        else:
+            found.add(name)
+    return found
+
+
+def test_an_extra_brings_what_it_is_said_to() -> None:
+    for extra, modules in EXTRAS.items():
+        assert {NAMES.get(module, module) for module in modules} <= requirements(extra), extra
+    assert set(PROJECT["optional-dependencies"]) == {*EXTRAS, "torch"}
+    assert PROJECT["dependencies"] == ["numpy"]
+
+
+def test_every_import_is_in_an_extra() -> None:
+    known = {module for modules in EXTRAS.values() for module in modules} | {"numpy", "chiasm"}
+    # What torch and onnx bring, what a server has, and engines that a user brings
+    known |= {"sympy", "onnx_ir", "google", "triton_python_backend_utils", "pyspark", "daft"}
+    for file in (ROOT / "python" / "chiasm").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+                names = [node.module]
+            tops = {name.partition(".")[0] for name in names} - set(sys.stdlib_module_names)
+            assert tops <= known, f"{file}: {tops - known}: of which extra?"
+
+
+def test_versions_go_together() -> None:
+    major, minor, _ = __version__.split(".")
+    bound = f">={major}.{minor},<{major}.{int(minor) + 1}"
+    assert f"chiasm-export{bound}" in PROJECT["optional-dependencies"]["export"]
+    assert f"chiasm-torch{bound}" in PROJECT["optional-dependencies"]["torch"]
+    for part in ("export", "torch"):
+        text = (ROOT / "packaging" / part / "pyproject.toml").read_text()
+        assert f'"chiasm{bound}"' in tomllib.loads(text)["project"]["dependencies"][0].join('""')
+    [torch] = [r for r in PROJECT["optional-dependencies"]["export"] if r.startswith("torch")]
+    assert torch in (ROOT / "packaging" / "torch" / "pyproject.toml").read_text()
+
+
+def test_advice() -> None:
+    assert advice(ModuleNotFoundError("", name="PIL.Image")) == (
+        'this needs PIL, which is not installed: pip install "chiasm[cli]"'
+    )
+    assert advice(ModuleNotFoundError("", name="chiasm.no_such_module")) is None
+    assert advice(ImportError("some library")) is None

@@ -1,0 +1,150 @@
+"""`chiasm pack`, and the bundles that its wheels bring. tests/consumer/pip_install.sh installs one by pip."""
+
+import base64
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import chiasm.runtime
+from chiasm import packs
+from chiasm.export.cli import main
+from chiasm.export.errors import ExportError
+from chiasm.export.manifest import BundleError
+from chiasm.export.pack import pack
+
+OPS = ("color.rgb_to_grayscale", "color.rgb_to_hsv")
+
+
+@pytest.fixture
+def bundles(light: Callable[[str], Path]) -> list[Path]:
+    return [light(name) for name in OPS]
+
+
+@pytest.fixture
+def installed(bundles: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A wheel, unpacked in a folder of sys.path."""
+    wheel, _ = pack("two-colors", bundles, tmp_path / "dist")
+    site = tmp_path / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    monkeypatch.syspath_prepend(site)
+    return site
+
+
+def test_a_wheel_is_whole(bundles: list[Path], tmp_path: Path) -> None:
+    wheel, written = pack("two-colors", bundles, tmp_path)
+    assert written and wheel.name == "chiasm_bundles_two_colors-0.1.0-py3-none-any.whl"
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        lines = archive.read("chiasm_bundles_two_colors-0.1.0.dist-info/RECORD").decode().splitlines()
+        for path, digest, size in (line.split(",") for line in lines[:-1]):
+            data = archive.read(path)
+            names.remove(path)
+            assert len(data) == int(size)
+            want = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+            assert digest == f"sha256={want}"
+    assert names == {lines[-1].removesuffix(",,")}
+
+
+def test_the_same_bundles_give_the_same_bytes(
+    bundles: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, _ = pack("colors", bundles, tmp_path / "a")
+    second, _ = pack("colors", bundles[::-1], tmp_path / "b")
+    assert first.read_bytes() == second.read_bytes()
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    third, _ = pack("colors", bundles, tmp_path / "c")
+    with zipfile.ZipFile(third) as archive:
+        assert {entry.date_time for entry in archive.infolist()} == {(2023, 11, 14, 22, 13, 20)}
+
+
+def test_what_is_there_is_left_alone_and_what_is_half_is_not(bundles: list[Path], tmp_path: Path) -> None:
+    wheel, _ = pack("colors", bundles, tmp_path)
+    os.utime(wheel, ns=(1, 1))
+    assert pack("colors", bundles, tmp_path) == (wheel, False)
+    assert wheel.stat().st_mtime_ns == 1
+    assert pack("colors", bundles[:1], tmp_path) == (wheel, True)
+    whole = wheel.read_bytes()
+    wheel.write_bytes(whole[: len(whole) // 2])
+    assert pack("colors", bundles[:1], tmp_path) == (wheel, True)
+    assert wheel.read_bytes() == whole
+    assert list(tmp_path.iterdir()) == [wheel]
+
+
+def test_native_code_names_the_glibc(bundles: list[Path], tmp_path: Path) -> None:
+    bundle = tmp_path / "bundle"
+    bundle.mkdir()
+    for file in bundles[0].iterdir():
+        (bundle / file.name).write_bytes(file.read_bytes())
+    manifest = json.loads((bundle / "manifest.json").read_text())
+    artifact = dict(manifest["methods"]["forward"]["artifacts"][0])
+    for glibc in ("2.9", "2.34"):  # as numbers, not as text
+        native = artifact | {"format": "native", "backend": "native", "isa": "x86-64-v3", "glibc": glibc}
+        manifest["methods"]["forward"]["artifacts"].append(native)
+    (bundle / "manifest.json").write_text(json.dumps(manifest))
+    wheel, _ = pack("colors", [bundle], tmp_path)
+    assert wheel.name.startswith("chiasm_bundles_colors-0.1.0-py3-none-manylinux_2_34_")
+
+
+def test_refusals(bundles: list[Path], tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="'Colors'"):
+        pack("Colors", bundles, tmp_path)
+    with pytest.raises(ExportError, match="'1-2'"):
+        pack("colors", bundles, tmp_path, "1-2")
+    with pytest.raises(ExportError, match=r"another bundle of color\.rgb_to_hsv"):
+        pack("colors", [bundles[1], bundles[1]], tmp_path)
+    damaged = tmp_path / "damaged"
+    damaged.mkdir()
+    for file in bundles[0].iterdir():
+        (damaged / file.name).write_bytes(file.read_bytes())
+    next(damaged.glob("*.onnx")).write_bytes(b"no model")
+    with pytest.raises(BundleError, match="bytes, the manifest says"):
+        pack("colors", [damaged], tmp_path)
+    assert not list(tmp_path.glob("*.whl"))
+
+
+def test_open_by_name(installed: Path) -> None:
+    assert [found.distribution for found in packs.packs()] == ["chiasm-bundles-two-colors"]
+    hsv = chiasm.runtime.open("color.rgb_to_hsv")
+    assert hsv.name == "color.rgb_to_hsv"
+    grey = hsv.method(backend="onnx")(np.full((1, 3, 8, 8), 0.25, np.float32))
+    np.testing.assert_array_equal(grey[0, :, 0, 0], [0, 0, 0.25])
+    with pytest.raises(chiasm.runtime.ChiasmError, match="chiasm list --installed"):
+        chiasm.runtime.open("color.no_such_op")
+    with pytest.raises(chiasm.runtime.ChiasmError) as raised:
+        chiasm.runtime.open("no/such/path.chiasm")
+    assert "--installed" not in str(raised.value)
+
+
+def test_a_folder_of_that_name_comes_first(
+    installed: Path, bundles: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / OPS[0]).symlink_to(bundles[1])
+    monkeypatch.chdir(tmp_path)
+    assert chiasm.runtime.open(OPS[0]).name == OPS[1]
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+
+
+def test_the_command(installed: Path, bundles: list[Path], elsewhere: Path) -> None:
+    def chiasm(*arguments: str) -> str:
+        result = CliRunner().invoke(main, [*arguments])
+        assert result.exit_code == 0, result.output
+        return result.output
+
+    listed = chiasm("list", "--installed").splitlines()
+    assert listed == [f"{name}  chiasm-bundles-two-colors 0.1.0" for name in OPS]
+    assert chiasm("list", "--installed", "*hsv").splitlines() == listed[1:]
+    assert "wrote dist/chiasm_bundles_one" in chiasm("pack", "one", str(bundles[0]))
+    assert "unchanged" in chiasm("pack", "one", str(bundles[0]))

@@ -1,0 +1,105 @@
+"""Classes of the augmentations: Kornia's constructors, seeds, TorchScript."""
+
+import inspect
+
+import pytest
+import torch
+from torch import Tensor
+
+from chiasm import augmentation as A
+from chiasm.augmentation.classes import CLASSES
+
+SEED = torch.arange(20, 25)
+GIVEN = {
+    "Normalize": ([0.5, 0.4, 0.3], 0.25),
+    "Denormalize": (0.5, (0.2, 0.3, 0.4)),
+    "RandomGaussianBlur": (3, (0.1, 2.0)),
+    "RandomMotionBlur": ((3, 5), 35.0, 0.5),
+    "RandAugment": (2, 9),
+    "ColorJitter": (0.2, 0.2, 0.2, 0.1),
+    "ColorJiggle": (0.2, 0.2, 0.2, 0.1),
+    "RandomRain": ((5, 9), (3, 5), (-2, 2)),
+}
+every_class = pytest.mark.parametrize("name", CLASSES)
+
+
+def images() -> Tensor:
+    return torch.rand(5, 3, 24, 28, generator=torch.Generator().manual_seed(1))
+
+
+def call(module: torch.nn.Module, name: str, x: Tensor, *seed: Tensor) -> tuple[Tensor, ...]:
+    label = [torch.arange(5)] if name.endswith("V2") else []
+    made = module(x, *label, seed=seed[0]) if seed else module(x, *label)
+    return made if isinstance(made, tuple) else (made,)
+
+
+@every_class
+def test_scripts_and_replays(name: str) -> None:
+    made, x = CLASSES[name](*GIVEN.get(name, ())), images()
+    first = call(made, name, x, SEED)
+    for again in (call(made, name, x, SEED), call(torch.jit.script(made), name, x, SEED)):
+        for a, b in zip(first, again, strict=True):
+            torch.testing.assert_close(a, b, rtol=0, atol=1e-6)
+    torch.manual_seed(3)
+    drawn = call(made, name, x)
+    torch.manual_seed(3)
+    assert all(a.equal(b) for a, b in zip(drawn, call(made, name, x), strict=True))
+    assert repr(made).startswith(f"{name}(")
+    if not name.endswith("V2"):
+        made(x, seed=SEED)
+        assert made(x, params=made._params).equal(first[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("RandomBrightness", {"brightness": (1.0, 1.0)}),
+        ("ColorJitter", {"brightness": (0.8, 1.2), "hue": (-0.1, 0.1)}),
+        ("RandomSolarize", {"thresholds": (0.4, 0.6), "additions": (-0.1, 0.1)}),
+        ("RandomSharpness", {"sharpness": (0.0, 0.5)}),
+        ("RandomPosterize", {"bits": (3, 8)}),
+        ("RandomJPEG", {"jpeg_quality": (1.0, 100.0)}),
+        ("RandomRGBShift", {"r_shift_limit": (-0.5, 0.5)}),
+        ("RandomMotionBlur", {"angle": (-35.0, 35.0), "direction": (-0.5, 0.5)}),
+        ("RandomGaussianBlur", {"kernel_size": (3, 3)}),
+    ],
+)
+def test_numbers_become_bounds(name: str, settings: dict) -> None:
+    made = CLASSES[name](*GIVEN.get(name, ()))
+    for key, bounds in settings.items():
+        assert getattr(made, key) == pytest.approx(bounds), key
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [
+        ("ColorJitter", "brightness contrast saturation hue same_on_batch p keepdim order"),
+        ("Normalize", "mean std p keepdim"),
+        ("RandomBoxBlur", "kernel_size border_type normalized same_on_batch p keepdim"),
+        ("RandomGaussianIllumination", "gain center sigma sign p same_on_batch keepdim"),
+        ("RandomMotionBlur", "kernel_size angle direction border_type resample same_on_batch p keepdim"),
+        ("RandomSaltAndPepperNoise", "amount salt_vs_pepper p same_on_batch keepdim"),
+    ],
+)
+def test_constructors_order(name: str, parameters: str) -> None:
+    assert list(inspect.signature(CLASSES[name]).parameters) == parameters.split()
+
+
+def test_same_on_batch_and_dimensions() -> None:
+    x = images()[:1].expand(5, -1, -1, -1)
+    y = A.RandomBrightness((0.5, 1.5), same_on_batch=True)(x, seed=SEED)
+    assert y.equal(y[:1].expand_as(y))
+    assert not A.RandomBrightness((0.5, 1.5))(x, seed=SEED).equal(y)
+    assert A.RandomInvert(p=1.0)(x[0], seed=SEED[:1]).shape == (1, 3, 24, 28)
+    assert A.RandomInvert(p=1.0, keepdim=True)(x[0], seed=SEED[:1]).equal(1 - x[0])
+
+
+def test_what_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"brightness: expected a number that is not negative, got -0\.5"):
+        A.ColorJitter(-0.5)
+    with pytest.raises(ValueError, match="same_on_batch: expected False"):
+        A.RandomMixUpV2(same_on_batch=True)
+    with pytest.raises(ValueError, match="normalized: expected True"):
+        A.RandomBoxBlur(normalized=False)
+    with pytest.raises(ValueError, match="kernel_size: expected whole numbers"):
+        A.RandomMedianBlur((3.5, 3.0))

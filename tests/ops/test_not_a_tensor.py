@@ -1,0 +1,41 @@
+"""An argument that must be a tensor and is none is a TypeError that names it, of every op."""
+
+import inspect
+from typing import Any
+
+import pytest
+from test_catalog import SMALL
+from torch import Tensor
+
+from chiasm.export import samples
+from chiasm.export.catalog import Entry, catalog
+
+#: One spec of each function.
+FUNCTIONS = {entry.path: entry for entry in catalog().values() if not entry.spec.interleaved}
+
+
+def call_of(entry: Entry) -> dict[str, Any]:
+    """The arguments of a call in eager Python."""
+    made = samples.make(entry.spec, samples.fit(entry.spec, SMALL), "float32")
+    given: dict[str, Any] = dict(entry.spec.config)
+    for t in entry.spec.inputs:
+        if not t.sizes:
+            given[t.name] = made[t.name]
+        elif len(t.sizes) == 1:
+            given[t.sizes[0]] = tuple(made[t.name].shape)
+        else:
+            given |= zip(t.sizes, made[t.name].shape, strict=True)
+    return given
+
+
+@pytest.mark.parametrize("entry", FUNCTIONS.values(), ids=FUNCTIONS)
+def test_what_is_no_tensor_is_named(entry: Entry) -> None:
+    function, given = entry.function(), call_of(entry)
+    parameters = inspect.signature(function).parameters
+    required = [p.name for p in parameters.values() if p.annotation is Tensor and p.default is p.empty]
+    for name in required:
+        for wrong, kind in (([1.0, 2.0], "list"), (None, "NoneType")):
+            with pytest.raises(
+                TypeError, match=f"^{name}: expected a (tensor|number or a tensor), got {kind}"
+            ):
+                function(**given | {name: wrong})

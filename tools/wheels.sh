@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# Build chiasm's wheels into dist/: chiasm for each Python that is named, chiasm-export and chiasm-torch once. auditwheel gives each
+# the oldest glibc that its code runs with. Sources that are the same give the same bytes.
+# usage: [PYTHONS="python3.10 python3.12"] [DIST=FOLDER] tools/wheels.sh [runtime] [export] [torch]        by default all three
+set -euo pipefail
+cd "$(dirname "$0")/.."
+PYTHONS=${PYTHONS:-.venv/bin/python}
+DIST=$(realpath -m "${DIST:-dist}")
+[ $# -gt 0 ] || set -- runtime export torch
+# The times that archives hold: the last commit's, or a fixed one where there is no repository.
+export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || echo 1750000000)}
+export CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
+
+fresh=$(mktemp -d)
+trap 'rm -rf "$fresh"' EXIT
+mkdir -p "$DIST"
+
+# build PYTHON FOLDER [PIP_OPTION...]: a wheel for this machine, into $fresh
+build() {
+  local version environment
+  version=$("$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+  environment=wheels-$version
+  PYTHON=$1 tools/environment.sh "$environment" tools/wheels.txt
+  rm -f "$fresh"/*.whl
+  PATH="$PWD/.deps/$environment/bin:$PATH" ".deps/$environment/bin/python" -m pip wheel --quiet --disable-pip-version-check \
+    --no-deps --no-build-isolation --wheel-dir "$fresh" "${@:2}"
+  tool=$PWD/.deps/$environment/bin
+}
+
+# portable [AUDITWHEEL_OPTION...]: from $fresh to $DIST
+portable() {
+  PATH="$tool:$PATH" "$tool/python" -m auditwheel repair --wheel-dir "$DIST" "$@" "$fresh"/*.whl >"$fresh/log" 2>&1 || { cat "$fresh/log" && exit 1; }
+}
+
+for what in "$@"; do
+  case $what in
+    runtime)
+      for python in $PYTHONS; do
+        build "$python" .
+        portable
+      done
+      ;;
+    export) # static libraries, which auditwheel does not look into: they were compiled with this machine's glibc
+      [ -e python/chiasm/artifact/symbols.map ] || { echo "wheels.sh: chiasm-export needs what make build makes" >&2 && exit 1; }
+      staged=build/chiasm-export
+      rm -rf $staged
+      mkdir -p $staged/chiasm
+      cp packaging/export/pyproject.toml LICENSE $staged
+      # Without the precompiled headers, 280 MB for this source tree alone
+      (cd python/chiasm && find artifact \( -name '*.a' -o -path 'artifact/include/*' -type f -o -name symbols.map \) -exec cp --parents {} "../../$staged/chiasm" \;)
+      build "${PYTHONS%% *}" ./$staged
+      glibc=$(ldd --version | sed -nE '1s/.* ([0-9]+)\.([0-9]+)$/\1_\2/p')
+      "$tool/python" -m wheel tags --remove --platform-tag "manylinux_${glibc}_$(uname -m)" "$fresh"/*.whl >/dev/null
+      mv "$fresh"/*.whl "$DIST"
+      ;;
+    torch)
+      torch=$(.venv/bin/python -c 'from importlib.util import find_spec; print(find_spec("torch").submodule_search_locations[0])')
+      build "${PYTHONS%% *}" ./packaging/torch --config-settings=cmake.define.TorchWheel_DIR="$torch"
+      portable --exclude 'libtorch*.so' --exclude 'libc10*.so'
+      ;;
+    *) echo "wheels.sh: expected runtime, export or torch, got '$what'" >&2 && exit 2 ;;
+  esac
+done
+ls -sh "$DIST"/*.whl
