@@ -44,10 +44,10 @@ def bundle(pipeline: nn.Module, tmp_path_factory: pytest.TempPathFactory) -> Pat
         # A position in the middle of two steps of 1/32 pixel is rounded to either (`warp_affine`): levels.
         tolerances={"float32": Tolerance(4 * 2 / 255, 0.0)},
     )
-    return export(pipeline, spec, tmp_path_factory.mktemp("augmentation"), formats=["torchscript", "onnx"])
+    return export(pipeline, spec, tmp_path_factory.mktemp("augmentation"))
 
 
-@pytest.mark.parametrize("backend", ["onnx", "torch"])
+@pytest.mark.parametrize("backend", ["native", "onnx", "torch"])
 def test_every_backend_gives_eager_s_images(pipeline: nn.Module, bundle: Path, backend: str) -> None:
     generator = torch.Generator().manual_seed(7)
     images = torch.randint(0, 256, (3, 3, 31, 45), generator=generator, dtype=torch.uint8)

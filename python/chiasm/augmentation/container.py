@@ -67,8 +67,9 @@ class AugmentationSequential(nn.Module):
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:
         """The images changed as ``seed`` (B,), int64, says."""
         check_seed(seed, input.size(0))
+        seeds = split(seed, len(self.steps))
         for i, step in enumerate(self.steps):
-            input = step.forward(input, split(seed, i))
+            input = step.forward(input, seeds[i])
         return input
 
     def __call__(
@@ -96,9 +97,10 @@ class AugmentationSequential(nn.Module):
         if seed is None:
             seed = draw_seeds(data[0].size(0), generator).to(data[0].device)
         self._params, self._shapes = [], []
+        seeds = split(seed, len(self.steps))
         for i, step in enumerate(self._typed()):
             self._shapes.append(list(data[0].shape))
-            image = step(data[0], params=None if params is None else params[i], seed=split(seed, i))
+            image = step(data[0], params=None if params is None else params[i], seed=seeds[i])
             self._params.append(step._params)
             matrix = step.compute_transformation(step._params, self._shapes[i])
             data = [image] + [

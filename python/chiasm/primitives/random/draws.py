@@ -22,15 +22,17 @@ def check_seed(seed: Tensor, batch: int, name: str = "seed") -> None:
         raise ValueError(f"{name}: expected shape ({batch},), one seed a sample, got {list(seed.shape)}")
 
 
-def split(seed: Tensor, index: int) -> Tensor:
-    """Seeds of a sequence's op number ``index``, other ones for each: (B,) of (B,).
+def split(seed: Tensor, count: int) -> Tensor:
+    """Seeds for each of so many ops that come one after another: (count, B) of (B,).
 
-    >>> split(torch.tensor([7]), 0).equal(split(torch.tensor([7]), 1))
+    >>> one, other = split(torch.tensor([7]), 2)
+    >>> one.equal(other)
     False
     """
-    word = torch.zeros_like(seed)
+    index = torch.arange(count, device=seed.device)[:, None]
+    zero = torch.zeros_like(index)
     # Draws have 0 in the third word of the counter.
-    drawn = philox4x32([word + index, word, word + 1, word], key_of(seed))
+    drawn = philox4x32([index, zero, zero + 1, zero], key_of(seed))
     return seed_of(drawn[0], drawn[1])
 
 

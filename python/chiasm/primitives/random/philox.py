@@ -10,7 +10,10 @@ overflows.
 
 from typing import List, Tuple
 
+import torch
 from torch import Tensor
+
+from ..core.loops import repeated
 
 
 def philox4x32(counter: List[Tensor], key: List[Tensor], rounds: int = 10) -> List[Tensor]:
@@ -29,15 +32,19 @@ def philox4x32(counter: List[Tensor], key: List[Tensor], rounds: int = 10) -> Li
     >>> [f"{int(word):08x}" for word in philox4x32([zero, zero, zero, zero], [zero, zero])]
     ['6627e8d5', 'e169c58d', 'bc57ac4c', '9b00dbd8']
     """
-    c0, c1, c2, c3 = counter[0], counter[1], counter[2], counter[3]
-    k0, k1 = key[0], key[1]
-    for i in range(rounds):
-        if i > 0:  # Weyl sequences: the golden ratio and the square root of 3, minus 1
-            k0, k1 = (k0 + 0x9E3779B9) & 0xFFFFFFFF, (k1 + 0xBB67AE85) & 0xFFFFFFFF
-        high0, low0 = _product(c0, 0xD2511F53)
-        high2, low2 = _product(c2, 0xCD9E8D57)
-        c0, c1, c2, c3 = high2 ^ c1 ^ k0, low2, high0 ^ c3 ^ k1, low0
-    return [c0, c1, c2, c3]
+    state = torch.stack(torch.broadcast_tensors(counter[0], counter[1], counter[2], counter[3], key[0])[:4])
+    made = _round(state, rounds, key[0], key[1])
+    return [made[0], made[1], made[2], made[3]]
+
+
+# A loop in exported graphs: ten copies of its body, wherever words are read, take minutes to compile.
+@repeated
+def _round(state: Tensor, k: Tensor, key0: Tensor, key1: Tensor) -> Tensor:
+    # Weyl sequences: the golden ratio and the square root of 3, minus 1
+    k0, k1 = (key0 + k * 0x9E3779B9) & 0xFFFFFFFF, (key1 + k * 0xBB67AE85) & 0xFFFFFFFF
+    high0, low0 = _product(state[0], 0xD2511F53)
+    high2, low2 = _product(state[2], 0xCD9E8D57)
+    return torch.stack([high2 ^ state[1] ^ k0, low2, high0 ^ state[3] ^ k1, low0])
 
 
 def _product(word: Tensor, factor: int) -> Tuple[Tensor, Tensor]:
