@@ -8,7 +8,8 @@ from torch import Tensor
 
 from ..geometry.transform.matrices import get_affine_matrix2d
 from ..primitives.random.draws import between, uniform
-from .base import Range, as_range, check_batch, pair
+from .base import Range, check_batch, pair
+from .settings import symmetric
 from .warps import Warp, chosen, middle, warped
 
 
@@ -133,7 +134,7 @@ class RandomAffine(Warp):
         keepdim: bool = False,
     ) -> None:
         super().__init__(resample, padding_mode, align_corners, p, same_on_batch, keepdim)
-        self.degrees = as_range(degrees, "degrees")
+        self.degrees = symmetric("degrees", degrees)
         moved = [0.0, 0.0] if translate is None else [float(v) for v in translate]
         if len(moved) != 2 or min(moved) < 0.0 or max(moved) > 1.0:
             raise ValueError(f"translate: expected two numbers of 0 to 1, got {translate}")
@@ -164,8 +165,8 @@ def two_ranges(value: Any, name: str) -> Tuple[Tuple[float, float], Optional[Tup
     """A range along x, and one along y where there are four numbers."""
     numbers = value.flatten().tolist() if isinstance(value, Tensor) else pair(value)
     if len(numbers) == 4:
-        return as_range(numbers[:2], name), as_range(numbers[2:], name)
-    return as_range(value, name), None
+        return symmetric(name, numbers[:2]), symmetric(name, numbers[2:])
+    return symmetric(name, value), None
 
 
 class RandomShear(RandomAffine):
@@ -227,8 +228,8 @@ class RandomTranslate(Warp):
         keepdim: bool = False,
     ) -> None:
         super().__init__(resample, padding_mode, align_corners, p, same_on_batch, keepdim)
-        self.translate_x = as_range(0.0 if translate_x is None else translate_x, "translate_x")
-        self.translate_y = as_range(0.0 if translate_y is None else translate_y, "translate_y")
+        self.translate_x = symmetric("translate_x", 0.0 if translate_x is None else translate_x)
+        self.translate_y = symmetric("translate_y", 0.0 if translate_y is None else translate_y)
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         u = uniform(seed, 3)

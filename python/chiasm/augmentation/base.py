@@ -198,26 +198,6 @@ def select(params: Dict[str, Tensor], changed: Tensor, input: Tensor) -> Tensor:
     return torch.where(chosen, changed, input)
 
 
-def as_range(
-    value: Any, name: str, center: float = 0.0, least: Optional[float] = None
-) -> Tuple[float, float]:
-    """A constructor's range: a number is a range of so much to both sides of ``center``, not below ``least``.
-
-    >>> as_range(30, "degrees"), as_range((1, 2), "scale"), as_range(2.0, "brightness", 1.0, 0.0)
-    ((-30.0, 30.0), (1.0, 2.0), (0.0, 3.0))
-    """
-    numbers = [float(v) for v in (value.flatten() if isinstance(value, Tensor) else pair(value))]
-    if len(numbers) == 1:
-        if numbers[0] < 0.0:
-            raise ValueError(f"{name}: expected a number of at least 0, or a range, got {value}")
-        numbers = [center - numbers[0], center + numbers[0]]
-        if least is not None:
-            numbers[0] = max(numbers[0], least)
-    if len(numbers) != 2 or numbers[0] > numbers[1]:
-        raise ValueError(f"{name}: expected a number, or a range (low, high), got {value}")
-    return numbers[0], numbers[1]
-
-
 def pair(value: Any) -> List[Any]:
     """A number, or a sequence of them, as a list."""
     return list(value) if isinstance(value, (tuple, list)) else [value]

@@ -7,7 +7,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.random.draws import between, uniform, words
-from .base import Size, as_range, as_size, check_batch
+from .base import Size, as_size, check_batch
+from .settings import symmetric
 from .warps import Warp, warped
 
 
@@ -131,7 +132,7 @@ class RandomResizedCrop(Warp):
     ) -> None:
         super().__init__(resample, "border", align_corners, p, same_on_batch, keepdim)
         self.size = as_size(size, "size")
-        self.scale, self.ratio = as_range(scale, "scale"), as_range(ratio, "ratio")
+        self.scale, self.ratio = symmetric("scale", scale), symmetric("ratio", ratio)
         if self.scale[0] <= 0.0 or self.ratio[0] <= 0.0:
             raise ValueError(f"scale, ratio: expected positive ranges, got {scale} and {ratio}")
 

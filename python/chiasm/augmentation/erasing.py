@@ -8,7 +8,8 @@ from torch import Tensor
 
 from ..primitives.random.draws import between, uniform
 from ..primitives.resampling.warping import pixel_axes
-from .base import IntensityAugmentationBase2D, as_range, check_batch, select
+from .base import IntensityAugmentationBase2D, check_batch, select
+from .settings import symmetric
 
 
 def _draw(
@@ -93,7 +94,11 @@ class RandomErasing(IntensityAugmentationBase2D):
         keepdim: bool = False,
     ) -> None:
         super().__init__(p, 1.0, same_on_batch, keepdim)
-        self.scale, self.ratio, self.value = as_range(scale, "scale"), as_range(ratio, "ratio"), float(value)
+        self.scale, self.ratio, self.value = (
+            symmetric("scale", scale),
+            symmetric("ratio", ratio),
+            float(value),
+        )
         if self.scale[0] <= 0.0 or self.ratio[0] <= 0.0:
             raise ValueError(f"scale, ratio: expected positive ranges, got {scale} and {ratio}")
 

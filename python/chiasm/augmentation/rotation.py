@@ -7,7 +7,8 @@ from torch import Tensor
 
 from ..geometry.transform.matrices import get_rotation_matrix2d, homogeneous
 from ..primitives.random.draws import between, uniform
-from .base import Range, as_range, check_batch
+from .base import Range, check_batch
+from .settings import symmetric
 from .warps import Warp, chosen, middle, warped
 
 
@@ -86,7 +87,7 @@ class RandomRotation(Warp):
         keepdim: bool = False,
     ) -> None:
         super().__init__(resample, "zeros", align_corners, p, same_on_batch, keepdim)
-        self.degrees = as_range(degrees, "degrees")
+        self.degrees = symmetric("degrees", degrees)
 
     def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
         return _draw(seed, self.degrees, self.p)

@@ -18,13 +18,19 @@ def about(center: float, least: float, greatest: float) -> Reader:
 
     def read(name: str, value: Any) -> Tuple[float, float]:
         numbers = _numbers(name, value)
-        if len(numbers) == 2:
+        if len(numbers) == 2 and numbers[0] <= numbers[1]:
             return numbers[0], numbers[1]
+        if len(numbers) != 1:
+            raise ValueError(f"{name}: expected a number, or a range (low, high), got {value}")
         if numbers[0] < 0.0:
             raise ValueError(f"{name}: expected a number that is not negative, got {value}")
         return float(max(center - numbers[0], least)), float(min(center + numbers[0], greatest))
 
     return read
+
+
+#: A number stands for the range from its negative to itself.
+symmetric = about(0.0, -math.inf, math.inf)
 
 
 def fixed(name: str, value: Any) -> Tuple[float, float]:
