@@ -7,7 +7,7 @@ from sklearn.cluster import KMeans as SklearnKMeans
 from torch import Tensor
 from torch.autograd import gradcheck
 
-from chiasm.contrib import KMeans, diamond_square, kmeans
+from chiasm.contrib import diamond_square, kmeans
 
 X = torch.zeros(7, 3)
 
@@ -61,10 +61,6 @@ def test_gradient_is_of_the_means() -> None:
         grad,
         torch.tensor([1 / 9, 0.0]).double().repeat_interleave(torch.tensor([9, 6]))[:, None].expand(15, 2),
     )
-
-
-def test_module_is_spelled_as_kornias() -> None:
-    assert torch.jit.script(KMeans(2))(X, X[:2])[1].tolist() == [0] * 7
 
 
 # --- textures -----------------------------------------------------------------------------------------------

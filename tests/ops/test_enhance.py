@@ -299,7 +299,7 @@ WRONG = [
         "dim: expected dimensions of a tensor with 4, got 4",
     ),
     (lambda: enhance.integral_tensor(X, []), ValueError, "dim: expected at least one dimension"),
-    (lambda: enhance.normalize_min_max(X[0, 0]), ValueError, r"input: expected shape \(\*, C, H, W\)"),
+    (lambda: enhance.normalize_min_max(X[0, 0, 0]), ValueError, r"input: expected shape \(\*, H, W\)"),
     (lambda: enhance.denormalize(X[0, 0, 0], 0.0, 1.0), ValueError, r"data: expected shape \(B, C, \*\)"),
 ]
 

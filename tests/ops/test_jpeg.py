@@ -117,7 +117,7 @@ X = torch.zeros(2, 3, 16, 16)
 Q = torch.tensor([50.0])
 WRONG = [
     (lambda: jpeg_codec_differentiable(X[:, :1], Q), ValueError, r"input: expected shape \(\*, 3, H, W\)"),
-    (lambda: jpeg_codec_differentiable(X[0], Q), ValueError, r"input: expected shape \(B, 3, H, W\)"),
+    (lambda: jpeg_codec_differentiable(X[None], Q), ValueError, r"input: expected shape \(B, 3, H, W\)"),
     (
         lambda: jpeg_codec_differentiable(X, Q.int()),
         TypeError,

@@ -202,7 +202,7 @@ WRONG = [
     (lambda: mean_iou_bbox(BOX, BOX[0]), ValueError, r"boxes_1: expected shape \(N, 4\)"),
     (lambda: mean_iou_bbox(BOX[0], BOX[0, :, :3]), ValueError, r"boxes_2: expected shape \(\*, 4\)"),
     (lambda: mean_iou_bbox(BOX[0].int(), BOX[0]), TypeError, "boxes_1: expected a floating-point"),
-    (lambda: mean_iou_bbox(BOX[0], BOX[0], "cxcywh"), ValueError, "box_format: expected one of .*'cxcywh'"),
+    (lambda: mean_iou_bbox(BOX[0], BOX[0], "polar"), ValueError, "box_format: expected one of .*got 'polar'"),
     (
         lambda: mean_average_precision(BOX[0], LABEL, SCORE, BOX, LABEL, 2),
         ValueError,
