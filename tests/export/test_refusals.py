@@ -392,7 +392,8 @@ def test_native_code_without_the_libraries_that_it_is_linked_with(
     native._libraries_hash.cache_clear()
     try:
         with pytest.raises(
-            ExportError, match=r"needs .*libchiasm_aoti\.a, with which chiasm was not built.*make build"
+            ExportError,
+            match=r"needs .*libchiasm_aoti\.a, which is not there: pip install chiasm-export.*make build",
         ):
             export(plus, numbers(gradients=()), tmp_path, formats=("native",))
     finally:

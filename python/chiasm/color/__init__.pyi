@@ -186,7 +186,7 @@ class RawToRgb(nn.Module):
 
 class RawToRgb2x2Downscaled(nn.Module):
     """`raw_to_rgb_2x2_downscaled` as a module: RGB at half the width and height: one pixel of each 2 x 2
-    samples, green being the mean of its two."""
+    samples, green being the mean of its two, of whole numbers rounded halves up."""
 
     cfa: str
     def __init__(self, cfa: str) -> None: ...

@@ -226,12 +226,12 @@ class EqualizeClahe(nn.Module):
     """`equalize_clahe` as a module: Equalise the histogram of each tile, no level counting more than the
     limit, and blend the tiles' curves."""
 
-    clip_limit: float
+    clip_limit: Union[float, Tensor]
     grid_size: Tuple[int, int]
     slow_and_differentiable: bool
     def __init__(
         self,
-        clip_limit: float = 40.0,
+        clip_limit: Union[float, Tensor] = 40.0,
         grid_size: Tuple[int, int] = ...,
         slow_and_differentiable: bool = False,
     ) -> None: ...
