@@ -5,7 +5,7 @@ import pytest
 import torch
 from scipy import stats
 
-from chiasm.primitives.random.draws import integers, normal, permutation, split, uniform, uniform_like, words
+from chiasm.primitives.random.draws import integers, normal, ranks, split, uniform, uniform_like, words
 from chiasm.primitives.random.philox import philox4x32
 
 #: Counter, key and result of philox4x32-10: the known answers of Random123.
@@ -69,7 +69,7 @@ def test_distributions() -> None:
     assert stats.kstest(normal(seed, 101).flatten(), "norm").pvalue > 0.01
     counts = torch.bincount(integers(seed, 6, 100, 1).flatten(), minlength=6)
     assert stats.chisquare(counts).pvalue > 0.01
-    orders = permutation(torch.arange(6000), 3)
+    orders = ranks(words(torch.arange(6000), 3))
     assert torch.equal(orders.sort(1).values, torch.arange(3).expand(6000, 3))
     assert (
         stats.chisquare(torch.bincount(orders @ torch.tensor([9, 3, 1]))[[5, 7, 11, 15, 19, 21]]).pvalue

@@ -1,6 +1,5 @@
 """Random changes of images for training, as functions of seeds, which export like every op."""
 
-from . import values
 from .affine import RandomAffine, RandomShear, RandomTranslate, random_affine
 from .base import (
     AugmentationBase2D,
@@ -8,12 +7,55 @@ from .base import (
     GeometricAugmentationBase2D,
     IntensityAugmentationBase2D,
 )
+from .blur import random_box_blur, random_gaussian_blur, random_median_blur, random_motion_blur
+from .classes import CLASSES
+from .colour import (
+    random_brightness,
+    random_contrast,
+    random_gamma,
+    random_grayscale,
+    random_hue,
+    random_rgb_shift,
+    random_saturation,
+)
 from .container import AugmentationSequential
 from .crop import RandomResizedCrop, random_resized_crop
+from .distort import random_photometric_distort
 from .erasing import RandomErasing, random_erasing
 from .flip import RandomHorizontalFlip, RandomVerticalFlip, random_horizontal_flip, random_vertical_flip
+from .jitter import random_color_jiggle, random_color_jitter
+from .levels import (
+    random_auto_contrast,
+    random_clahe,
+    random_denormalize,
+    random_equalize,
+    random_invert,
+    random_normalize,
+    random_posterize,
+    random_sharpness,
+    random_solarize,
+)
+from .light import (
+    random_gaussian_illumination,
+    random_linear_corner_illumination,
+    random_linear_illumination,
+    random_planckian_jitter,
+    random_plasma_brightness,
+    random_plasma_contrast,
+    random_plasma_shadow,
+)
+from .mix import random_cut_mix, random_jigsaw, random_mix_up, random_transplantation
+from .noise import (
+    random_channel_dropout,
+    random_channel_shuffle,
+    random_gaussian_noise,
+    random_jpeg,
+    random_salt_and_pepper_noise,
+)
 from .perspective import RandomPerspective, random_perspective
+from .policies import aug_mix, auto_augment, rand_augment, trivial_augment
 from .rotation import RandomRotation, random_rotation
+from .weather import random_rain, random_snow
 
 __all__ = [
     "AugmentationBase2D",
@@ -30,15 +72,60 @@ __all__ = [
     "RandomShear",
     "RandomTranslate",
     "RandomVerticalFlip",
+    "aug_mix",
+    "auto_augment",
+    "rand_augment",
     "random_affine",
+    "random_auto_contrast",
+    "random_box_blur",
+    "random_brightness",
+    "random_channel_dropout",
+    "random_channel_shuffle",
+    "random_clahe",
+    "random_color_jiggle",
+    "random_color_jitter",
+    "random_contrast",
+    "random_cut_mix",
+    "random_denormalize",
+    "random_equalize",
     "random_erasing",
+    "random_gamma",
+    "random_gaussian_blur",
+    "random_gaussian_illumination",
+    "random_gaussian_noise",
+    "random_grayscale",
     "random_horizontal_flip",
+    "random_hue",
+    "random_invert",
+    "random_jigsaw",
+    "random_jpeg",
+    "random_linear_corner_illumination",
+    "random_linear_illumination",
+    "random_median_blur",
+    "random_mix_up",
+    "random_motion_blur",
+    "random_normalize",
     "random_perspective",
+    "random_photometric_distort",
+    "random_planckian_jitter",
+    "random_plasma_brightness",
+    "random_plasma_contrast",
+    "random_plasma_shadow",
+    "random_posterize",
+    "random_rain",
     "random_resized_crop",
+    "random_rgb_shift",
     "random_rotation",
+    "random_salt_and_pepper_noise",
+    "random_saturation",
+    "random_sharpness",
+    "random_snow",
+    "random_solarize",
+    "random_transplantation",
     "random_vertical_flip",
+    "trivial_augment",
 ]
 
-# Functions and classes that change values, or mix images.
-globals().update(values.PUBLIC)
-__all__ += [*values.PUBLIC]
+# The classes of those that change values, or mix images, are made from their functions.
+globals().update(CLASSES)
+__all__ += [*CLASSES]

@@ -7,6 +7,7 @@ from torch import Tensor, nn
 
 from ..primitives.core.checks import check_pixels
 from ..primitives.random.draws import check_seed, uniform
+from .decisions import check_chance, each
 
 Range = Union[float, Tuple[float, float], List[float], Tensor]
 Size = Union[int, Tuple[int, int]]
@@ -40,9 +41,8 @@ class AugmentationBase(nn.Module):
         self, p: float = 0.5, p_batch: float = 1.0, same_on_batch: bool = False, keepdim: bool = False
     ) -> None:
         super().__init__()
-        for name, value in (("p", p), ("p_batch", p_batch)):
-            if not 0.0 <= value <= 1.0:
-                raise ValueError(f"{name}: expected a probability, 0 to 1, got {value}")
+        check_chance(p)
+        check_chance(p_batch, "p_batch")
         self.p, self.p_batch, self.same_on_batch, self.keepdim = (
             float(p),
             float(p_batch),
@@ -194,8 +194,7 @@ def identity(like: Tensor, size: int) -> Tensor:
 
 def select(params: Dict[str, Tensor], changed: Tensor, input: Tensor) -> Tensor:
     """Of each sample what "batch_prob" says: changed, or as it was."""
-    chosen = params["batch_prob"].reshape([-1] + [1] * (input.dim() - 1))
-    return torch.where(chosen, changed, input)
+    return torch.where(each(params["batch_prob"], input), changed, input)
 
 
 def pair(value: Any) -> List[Any]:

@@ -5,6 +5,7 @@ from typing import Any, Dict, List, Optional, Sequence, cast
 import torch
 from torch import Tensor, nn
 
+from ..geometry.linalg import transform_points
 from ..primitives.random.draws import check_seed, split
 from .base import AugmentationBase, draw_seeds
 
@@ -167,21 +168,12 @@ def _moved(key: str, data: Tensor, matrix: Tensor) -> Tensor:
     """Boxes or points, taken along by homographies (B, 3, 3)."""
     if key in ("keypoints", "bbox"):
         flat = data.reshape(data.size(0), -1, 2)
-        return _points(flat, matrix).reshape(data.shape).to(data.dtype)
+        return transform_points(matrix, flat.to(torch.float64)).reshape(data.shape).to(data.dtype)
     first, second = data[..., :2].to(torch.float64), data[..., 2:].to(torch.float64)
     # Corner pixels' centres: of edges, the last pixel's is one less.
     last = (second if key == "bbox_xyxy" else first + second) - 1.0
     x, y = torch.stack([first[..., 0], last[..., 0]], -1), torch.stack([first[..., 1], last[..., 1]], -1)
     corners = torch.stack([x[..., [0, 1, 1, 0]], y[..., [0, 0, 1, 1]]], -1)
-    moved = _points(corners.reshape(data.size(0), -1, 2), matrix).reshape(corners.shape)
+    moved = transform_points(matrix, corners.reshape(data.size(0), -1, 2)).reshape(corners.shape)
     low, high = moved.amin(-2), moved.amax(-2) + 1.0
     return torch.cat([low, high if key == "bbox_xyxy" else high - low], -1).to(data.dtype)
-
-
-def _points(points: Tensor, matrix: Tensor) -> Tensor:
-    """Points (B, N, 2) through homographies (B, 3, 3), in float64."""
-    homogeneous = torch.cat(
-        [points.to(torch.float64), torch.ones_like(points[..., :1], dtype=torch.float64)], -1
-    )
-    moved = homogeneous @ matrix.transpose(-1, -2)
-    return moved[..., :2] / moved[..., 2:]

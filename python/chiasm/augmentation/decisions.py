@@ -6,6 +6,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
+from ..primitives.random import draws
 from ..primitives.random.draws import check_seed, uniform
 
 
@@ -21,7 +22,7 @@ def between(u: Tensor, bounds: Tuple[float, float], like: Tensor) -> Tensor:
     >>> between(torch.tensor([0.0, 0.5]), (1.0, 3.0), torch.zeros(1))
     tensor([1., 2.])
     """
-    return (u * (bounds[1] - bounds[0]) + bounds[0]).to(like.dtype)
+    return draws.between(u, bounds[0], bounds[1]).to(like.dtype)
 
 
 def whole_between(u: Tensor, bounds: Tuple[int, int]) -> Tensor:
@@ -53,19 +54,6 @@ def applied(changed: Tensor, input: Tensor, chance: Tensor, p: float) -> Tensor:
     return torch.where(each(chance < p, input), changed, input)
 
 
-def ranks(keys: Tensor) -> Tensor:
-    """For each of the last dimension's numbers how many of them come before it: of independent draws a
-    uniform permutation. Of equal ones the first comes first.
-
-    >>> ranks(torch.tensor([[0.5, 0.1, 0.9]]))
-    tensor([[1, 0, 2]])
-    """
-    position = torch.arange(keys.size(-1), device=keys.device)
-    mine, other = keys.unsqueeze(-1), keys.unsqueeze(-2)
-    before = (other < mine) | ((other == mine) & (position < position[:, None]))
-    return before.to(torch.int64).sum(-1)
-
-
 def check_bounds(bounds: Tuple[float, float], least: float, greatest: float, name: str) -> None:
     """Raise ValueError unless the bounds are in order and within [least, greatest]."""
     if not (bounds[0] >= least and bounds[0] <= bounds[1] and bounds[1] <= greatest):
@@ -74,7 +62,7 @@ def check_bounds(bounds: Tuple[float, float], least: float, greatest: float, nam
         )
 
 
-def check_chance(p: float) -> None:
+def check_chance(p: float, name: str = "p") -> None:
     """Raise ValueError unless ``p`` is a probability."""
     if not (p >= 0.0 and p <= 1.0):
-        raise ValueError(f"p: expected a probability, 0 to 1, got {p}")
+        raise ValueError(f"{name}: expected a probability, 0 to 1, got {p}")

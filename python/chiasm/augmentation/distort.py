@@ -13,7 +13,8 @@ from ..enhance.adjust import (
 )
 from ..enhance.hue import adjust_hue
 from ..primitives.core.checks import check_image, check_rgb
-from .decisions import applied, between, check_bounds, check_chance, drawn, each, ranks
+from ..primitives.random.draws import ranks
+from .decisions import applied, between, check_bounds, check_chance, drawn, each
 from .noise import shuffled
 
 

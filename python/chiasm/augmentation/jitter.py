@@ -15,7 +15,8 @@ from ..color.hsv import saturation_of, sixths_value_chroma
 from ..color.hue import from_sixths
 from ..enhance.hue import adjust_hue
 from ..primitives.core.checks import check_image, check_rgb
-from .decisions import applied, between, check_bounds, check_chance, drawn, each, ranks
+from ..primitives.random.draws import ranks
+from .decisions import applied, between, check_bounds, check_chance, drawn, each
 
 
 def random_color_jitter(

@@ -10,9 +10,9 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_image, check_tensor
-from ..primitives.random.draws import uniform
+from ..primitives.random.draws import ranks, uniform
 from ..primitives.random.philox import key_of, philox4x32
-from .decisions import between, check_bounds, check_chance, drawn, each, ranks
+from .decisions import between, check_bounds, check_chance, drawn, each
 from .distributions import beta as beta_numbers
 
 

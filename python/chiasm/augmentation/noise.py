@@ -7,8 +7,8 @@ from torch import Tensor
 
 from ..enhance.jpeg import jpeg_codec_differentiable
 from ..primitives.core.checks import check_image
-from ..primitives.random.draws import normal_like, uniform, uniform_like
-from .decisions import applied, between, check_bounds, check_chance, drawn, ranks
+from ..primitives.random.draws import normal_like, ranks, uniform, uniform_like
+from .decisions import applied, between, check_bounds, check_chance, drawn
 
 
 def random_gaussian_noise(

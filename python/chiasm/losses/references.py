@@ -41,6 +41,8 @@ class MILossFromRef(nn.Module):
     torch.Size([2])
     """
 
+    loss = staticmethod(mutual_information_loss)
+
     def __init__(
         self,
         reference_signal: Tensor,
@@ -59,7 +61,7 @@ class MILossFromRef(nn.Module):
         self.num_bins, self.window_radius = num_bins, float(window_radius)
 
     def forward(self, other_signal: Tensor, other_mask: Optional[Tensor] = None) -> Tensor:
-        return mutual_information_loss(
+        return self.loss(
             other_signal,
             self.reference_signal,
             other_mask,
@@ -78,16 +80,7 @@ class MILossFromRef2D(MILossFromRef):
     True
     """
 
-    def forward(self, other_signal: Tensor, other_mask: Optional[Tensor] = None) -> Tensor:
-        return mutual_information_loss_2d(
-            other_signal,
-            self.reference_signal,
-            other_mask,
-            self.mask,
-            self.kernel_function,
-            self.num_bins,
-            self.window_radius,
-        )
+    loss = staticmethod(mutual_information_loss_2d)
 
 
 class MILossFromRef3D(MILossFromRef):
@@ -98,16 +91,7 @@ class MILossFromRef3D(MILossFromRef):
     True
     """
 
-    def forward(self, other_signal: Tensor, other_mask: Optional[Tensor] = None) -> Tensor:
-        return mutual_information_loss_3d(
-            other_signal,
-            self.reference_signal,
-            other_mask,
-            self.mask,
-            self.kernel_function,
-            self.num_bins,
-            self.window_radius,
-        )
+    loss = staticmethod(mutual_information_loss_3d)
 
 
 class NMILossFromRef(MILossFromRef):
@@ -118,16 +102,7 @@ class NMILossFromRef(MILossFromRef):
     True
     """
 
-    def forward(self, other_signal: Tensor, other_mask: Optional[Tensor] = None) -> Tensor:
-        return normalized_mutual_information_loss(
-            other_signal,
-            self.reference_signal,
-            other_mask,
-            self.mask,
-            self.kernel_function,
-            self.num_bins,
-            self.window_radius,
-        )
+    loss = staticmethod(normalized_mutual_information_loss)
 
 
 class NMILossFromRef2D(MILossFromRef):
@@ -138,16 +113,7 @@ class NMILossFromRef2D(MILossFromRef):
     True
     """
 
-    def forward(self, other_signal: Tensor, other_mask: Optional[Tensor] = None) -> Tensor:
-        return normalized_mutual_information_loss_2d(
-            other_signal,
-            self.reference_signal,
-            other_mask,
-            self.mask,
-            self.kernel_function,
-            self.num_bins,
-            self.window_radius,
-        )
+    loss = staticmethod(normalized_mutual_information_loss_2d)
 
 
 class NMILossFromRef3D(MILossFromRef):
@@ -158,13 +124,4 @@ class NMILossFromRef3D(MILossFromRef):
     True
     """
 
-    def forward(self, other_signal: Tensor, other_mask: Optional[Tensor] = None) -> Tensor:
-        return normalized_mutual_information_loss_3d(
-            other_signal,
-            self.reference_signal,
-            other_mask,
-            self.mask,
-            self.kernel_function,
-            self.num_bins,
-            self.window_radius,
-        )
+    loss = staticmethod(normalized_mutual_information_loss_3d)

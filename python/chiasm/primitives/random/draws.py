@@ -89,13 +89,14 @@ def integers(seed: Tensor, high: int, count: int, stream: int = 0) -> Tensor:
     return (words(seed, count, stream) * high) >> 32
 
 
-def permutation(seed: Tensor, count: int, stream: int = 0) -> Tensor:
-    """Random orders of 0 to count - 1, int64: (B, count) of seeds (B,).
+def ranks(keys: Tensor) -> Tensor:
+    """For each of the last dimension's numbers how many of them come before it: of independent draws a
+    uniform permutation. Of equal ones the first comes first.
 
-    The ranks of random words, by comparing all pairs: for small counts, and no engine needs to sort.
-
-    >>> permutation(torch.tensor([3]), 5).sort().values
-    tensor([[0, 1, 2, 3, 4]])
+    >>> ranks(torch.tensor([[0.5, 0.1, 0.9]]))
+    tensor([[1, 0, 2]])
     """
-    drawn = words(seed, count, stream) * count + torch.arange(count, device=seed.device)  # all differ
-    return (drawn[:, None, :] < drawn[:, :, None]).to(torch.int64).sum(-1)
+    position = torch.arange(keys.size(-1), device=keys.device)
+    mine, other = keys.unsqueeze(-1), keys.unsqueeze(-2)
+    before = (other < mine) | ((other == mine) & (position < position[:, None]))
+    return before.to(torch.int64).sum(-1)
