@@ -1,8 +1,14 @@
 #include "base/fork.h"
 
+#include <fcntl.h>
 #include <pthread.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <new>
 #include <thread>
 
@@ -12,6 +18,22 @@ namespace {
 /** Longer than any call of an engine should take. A fork that has waited so long goes on, at its own risk. */
 constexpr auto kPatience = std::chrono::seconds(10);
 
+/** How often a thread has gone to sleep, where it sleeps now; -1 where it does not. 0 where nothing is known of
+ *  it, as without /proc. */
+int64_t sleeps_of(pid_t thread) noexcept {
+  char path[64], text[4096];
+  std::snprintf(path, sizeof path, "/proc/self/task/%d/status", static_cast<int>(thread));
+  const int file = ::open(path, O_RDONLY | O_CLOEXEC);
+  if (file < 0) return 0;
+  const ssize_t size = ::read(file, text, sizeof text - 1);
+  ::close(file);
+  text[std::max<ssize_t>(size, 0)] = '\0';
+  const char* state = std::strstr(text, "State:\t");
+  const char* count = std::strstr(text, "\nvoluntary_ctxt_switches:");
+  if (state == nullptr || count == nullptr) return 0;
+  return state[7] == 'S' ? std::strtoll(std::strchr(count, ':') + 1, nullptr, 10) : -1;
+}
+
 }  // namespace
 
 ForkGate::ForkGate() {
@@ -20,6 +42,7 @@ ForkGate::ForkGate() {
                      ForkGate& gate = instance();
                      for (Slot& slot : gate.slots_) slot.inside.store(0, std::memory_order_relaxed);
                      gate.generation_.fetch_add(1, std::memory_order_relaxed);
+                     gate.workers_.clear();
                      gate.open();
                    });
 }
@@ -51,11 +74,41 @@ void ForkGate::close() noexcept {
     while (slot.inside.load() != 0 && std::chrono::steady_clock::now() < limit)
       std::this_thread::sleep_for(std::chrono::microseconds(20));
   }
+  workers_mutex_.lock();
+  while (!workers_sleep() && std::chrono::steady_clock::now() < limit)
+    std::this_thread::sleep_for(std::chrono::microseconds(20));
+}
+
+bool ForkGate::workers_sleep() const noexcept {
+  // One may wake another that was looked at before, so all must sleep twice, and not have been awake between.
+  int64_t sleeps[2] = {0, 0};
+  for (int64_t& sum : sleeps) {
+    for (const pid_t worker : workers_) {
+      const int64_t count = sleeps_of(worker);
+      if (count < 0) return false;
+      sum += count;
+    }
+  }
+  return sleeps[0] == sleeps[1];
 }
 
 void ForkGate::open() noexcept {
+  workers_mutex_.unlock();
   closed_.store(false, std::memory_order_release);
   forks_.unlock();
+}
+
+ForkGate::Worker::Worker() {
+  ForkGate& gate = instance();
+  const std::lock_guard lock(gate.workers_mutex_);
+  gate.workers_.push_back(::gettid());
+}
+
+ForkGate::Worker::~Worker() {
+  ForkGate& gate = instance();
+  const std::lock_guard lock(gate.workers_mutex_);
+  gate.workers_.erase(std::remove(gate.workers_.begin(), gate.workers_.end(), ::gettid()),
+                      gate.workers_.end());
 }
 
 bool free_in_child(std::mutex& mutex) noexcept {

@@ -2,9 +2,12 @@
  *  held in it for ever. */
 #pragma once
 
+#include <sys/types.h>
+
 #include <atomic>
 #include <cstdint>
 #include <mutex>
+#include <vector>
 
 namespace chiasm::base {
 
@@ -28,6 +31,16 @@ class ForkGate final {
     std::atomic<int64_t>& slot_;
   };
 
+  /** While one lives, a fork waits also until its thread sleeps: one of an engine's own, which works for calls
+   *  that are inside and may hold the engine's locks for a moment after them. */
+  class Worker final {
+   public:
+    Worker();
+    Worker(const Worker&) = delete;
+    Worker& operator=(const Worker&) = delete;
+    ~Worker();
+  };
+
   /** How many forks lie between the process in which the gate was made and this one. */
   static uint32_t generation() noexcept { return instance().generation_.load(std::memory_order_relaxed); }
 
@@ -42,11 +55,14 @@ class ForkGate final {
   std::atomic<int64_t>& enter() noexcept;
   void close() noexcept;
   void open() noexcept;
+  bool workers_sleep() const noexcept;
 
   Slot slots_[kSlots];
   std::atomic<bool> closed_{false};
   std::atomic<uint32_t> generation_{0};
   std::mutex forks_;  // one after the other
+  std::mutex workers_mutex_;
+  std::vector<pid_t> workers_;
 };
 
 /** For a mutex that guards what has no gate, in a handler of pthread_atfork that runs in the child: makes it

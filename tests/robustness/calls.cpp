@@ -60,16 +60,6 @@ void fill(std::vector<unsigned char>& bytes, std::mt19937_64& random, const Tens
   }
 }
 
-std::string bytes_of(const Outputs& outputs) {
-  std::string bytes;
-  for (size_t i = 0; i < outputs.size(); ++i) {
-    const Tensor tensor = outputs[i];
-    bytes.append(static_cast<const char*>(tensor.data()),
-                 static_cast<size_t>(tensor.count()) * size_of(tensor.dtype()));
-  }
-  return bytes;
-}
-
 #ifdef CHIASM_TEST_PLUGIN
 
 /** A session of the fused file, as a service on ONNX Runtime has it. */
@@ -129,6 +119,16 @@ int64_t count_entries(const char* folder) {
 }
 
 }  // namespace
+
+std::string bytes_of(const Outputs& outputs) {
+  std::string bytes;
+  for (size_t i = 0; i < outputs.size(); ++i) {
+    const Tensor tensor = outputs[i];
+    bytes.append(static_cast<const char*>(tensor.data()),
+                 static_cast<size_t>(tensor.count()) * size_of(tensor.dtype()));
+  }
+  return bytes;
+}
 
 Inputs make_inputs(const MethodInfo& method, uint64_t seed, int64_t largest) {
   std::mt19937_64 random(seed);

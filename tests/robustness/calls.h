@@ -33,6 +33,9 @@ std::vector<std::string> ways_to_call();
 /** Throws Error, or Ort::Exception from a session. */
 Callable load(const std::string& way, const std::string& bundle, const std::string& method = "forward");
 
+/** The bytes of all outputs, one after the other. */
+std::string bytes_of(const Outputs& outputs);
+
 /** The folder of the test's bundles, and one of them. */
 std::string bundle_path(const std::string& name);
 

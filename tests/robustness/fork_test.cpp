@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <thread>
 
 #include "calls.h"
@@ -89,6 +90,24 @@ TEST_P(BusyFork, WhileOtherThreadsRunAndLoad) {
   stop = true;
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(trouble, "");
+}
+
+/** A method with threads of its own, of which a child has none: its pool ends there without them. */
+TEST_P(Fork, AChildClosesWhatItsParentLoaded) {
+  if (way() == "plugin") GTEST_SKIP() << "a session of the program's own is ONNX Runtime's to close";
+  const bool flat = way() == "onnx_flat";
+  LoadOptions options = LoadOptions().with_backend(flat ? "onnx" : way()).with_num_threads(3);
+  if (flat) options = options.with_option("fused", "0");
+  std::optional<Method> sobel = Bundle::open(sobel_).method("forward", options);
+  const std::string expected = bytes_of(sobel->run(image_.tensors));
+  const Ending child = in_child(seconds(30), [&] {
+    std::string wrong = ok_if(bytes_of(sobel->run(image_.tensors)) == expected, "a run");
+    sobel.reset();
+    return wrong;
+  });
+  EXPECT_TRUE(child.well()) << child.text();
+  EXPECT_EQ(child.words, "");
+  EXPECT_EQ(bytes_of(sobel->run(image_.tensors)), expected) << "in the parent, after the fork";
 }
 
 /** The first use of a backend in a child, whose parent only opened a bundle. */

@@ -5,8 +5,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <mutex>
 #include <numeric>
 #include <thread>
@@ -177,6 +179,61 @@ TEST(ForkGate, AChildFindsFreeWhatIsLockedInside) {
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) ++taken;
   }
   stop = true;
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(taken, 0);
+}
+
+/** The threads of an engine, each of which wakes the next after a call that is over: without the wait most
+ *  children would find the engine's mutex taken. */
+TEST(ForkGate, AChildFindsFreeWhatAnEnginesThreadsLockAfterACall) {
+  static std::mutex& engine = *new std::mutex;
+  struct Turn {
+    std::mutex mutex;
+    std::condition_variable changed;
+    int due = 0;
+    bool over = false;
+
+    void come(bool last) {
+      const std::lock_guard lock(mutex);
+      ++due;
+      over = last;
+      changed.notify_one();
+    }
+  };
+  std::array<Turn, 3> turns;
+  std::vector<std::thread> threads;
+  for (size_t i = 0; i < turns.size(); ++i) {
+    threads.emplace_back([&turns, i] {
+      const base::ForkGate::Worker worker;
+      for (int done = 0;; ++done) {
+        std::unique_lock wait(turns[i].mutex);
+        turns[i].changed.wait(wait, [&] { return turns[i].due > done; });
+        const bool over = turns[i].over;
+        wait.unlock();
+        if (!over) {
+          const std::lock_guard lock(engine);
+          const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(300);
+          while (std::chrono::steady_clock::now() < end) {}
+        }
+        if (i + 1 < turns.size()) turns[i + 1].come(over);
+        if (over) return;
+      }
+    });
+  }
+  int taken = 0;
+  for (int round = 0; round < 50; ++round) {
+    {
+      const base::ForkGate::Passage passage;
+      turns[0].come(false);
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
+    }
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(engine.try_lock() ? 0 : 1);
+    int status = -1;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) ++taken;
+  }
+  turns[0].come(true);
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(taken, 0);
 }

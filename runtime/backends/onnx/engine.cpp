@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
+#include <thread>
 
 #include "backends/limits.h"
 #include "backends/plugin.h"
+#include "base/fork.h"
 
 namespace chiasm::onnx {
 namespace {
@@ -71,6 +74,7 @@ Ort::Env make_environment(int32_t num_threads) {
                  "starting ONNX Runtime");
   Ort::ThreadingOptions threads;
   threads.SetGlobalIntraOpNumThreads(1 + workers).SetGlobalInterOpNumThreads(1).SetGlobalSpinControl(0);
+  threads.SetGlobalCustomCreateThreadFn(begin_thread).SetGlobalCustomJoinThreadFn(join_thread);
   Ort::Env env(threads, ORT_LOGGING_LEVEL_ERROR, "chiasm");
   env.DisableTelemetryEvents();
   constexpr int same_as_requested = 1;  // the default doubles what it holds
@@ -80,6 +84,37 @@ Ort::Env make_environment(int32_t num_threads) {
 }
 
 }  // namespace
+
+namespace {
+
+struct Thread {
+  std::thread thread;
+  uint32_t generation;
+};
+
+}  // namespace
+
+OrtCustomThreadHandle begin_thread(void* /*options*/, OrtThreadWorkerFn work, void* argument) noexcept {
+  try {
+    auto thread = std::make_unique<Thread>();
+    thread->generation = base::ForkGate::generation();
+    thread->thread = std::thread([work, argument] {
+      const base::ForkGate::Worker worker;
+      work(argument);
+    });
+    return reinterpret_cast<OrtCustomThreadHandle>(thread.release());
+  } catch (const std::exception&) {
+    return nullptr;  // ONNX Runtime says that it could not make a thread
+  }
+}
+
+void join_thread(OrtCustomThreadHandle handle) noexcept {
+  auto* thread = reinterpret_cast<Thread*>(const_cast<OrtCustomHandleType*>(handle));
+  if (thread->generation != base::ForkGate::generation())
+    return;  // of the parent's: there is no such thread here
+  thread->thread.join();
+  delete thread;
+}
 
 const std::string& open_engine() {
   static const std::string version = open_and_initialise();  // tried again at the next call if it throws

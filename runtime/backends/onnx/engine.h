@@ -20,6 +20,11 @@ const std::string& open_engine();
  *  number. */
 const Ort::Env& environment(int32_t num_threads);
 
+/** How ThreadingOptions and SessionOptions get the threads of their pools: a fork waits until these sleep, for
+ *  they hold locks of their pool for a moment after a run. */
+OrtCustomThreadHandle begin_thread(void* options, OrtThreadWorkerFn work, void* argument) noexcept;
+void join_thread(OrtCustomThreadHandle thread) noexcept;
+
 /** Whether libchiasm_ort.so is installed with this plug-in. */
 bool has_custom_op_library();
 /** The path of libchiasm_ort.so, which is installed with this plug-in; throws base::Error(CHIASM_UNAVAILABLE)

@@ -132,6 +132,8 @@ class Session {
     options.SetIntraOpNumThreads(1 + std::max(workers, 0));
     options.SetInterOpNumThreads(1);
     options.AddConfigEntry("session.intra_op.allow_spinning", "0");
+    options.SetCustomCreateThreadFn(chiasm::onnx::begin_thread);
+    options.SetCustomJoinThreadFn(chiasm::onnx::join_thread);
   }
 
   static void append_native_code(Ort::SessionOptions& options, const std::string& bundle,
