@@ -30,7 +30,7 @@ import chiasm
 from ..errors import ExportError, explain
 from ..job import Artifact, ExportJob, Method
 from ..patches.index_checks import checked_native_code
-from ..patches.inductor import fast_inductor, known_vectors, plain_minima
+from ..patches.inductor import fast_gradients, fast_inductor, known_vectors, plain_minima
 from ..patches.tracing import fast_tracing
 from ..spec import Spec, TensorSpec
 from . import compiler
@@ -119,6 +119,7 @@ def lower(job: ExportJob, method: Method) -> Iterator[Artifact]:
             isa,
             signature,
             job.compiling[-1] if job.compiling else None,
+            gradient=method.name == "vjp",
         )
         job.compiling.append(code)
 
@@ -144,21 +145,24 @@ def to_native(
     isa: str,
     signature: str,
     after: NativeCode | None = None,
+    gradient: bool = False,
 ) -> NativeCode:
     """Begin to compile for a CPU of level `isa`, or fetch the same compilation from the cache. The code
     carries `signature`.
 
     `program` gives the program for a target ("native"), which may be changed; where an op turns out to need
     libtorch it is asked for one without kernels of our own ("vjp"), which nothing has there. `after` is other
-    code in the making, whose compilers are waited for before others start.
+    code in the making, whose compilers are waited for before others start. `gradient`: whether the program is
+    one's.
     """
     if isa not in ISAS:
         raise ExportError(f"{spec.name}: isa: expected one of {sorted(ISAS)}, got {isa!r}")
     source = program("native")
-    entry = cache_folder() / "native" / f"{_key(source, spec, isa, signature)}.pt2"
+    entry = cache_folder() / "native" / f"{_key(source, spec, isa, signature, gradient)}.pt2"
     if entry.exists():
         return NativeCode(spec, isa, entry, None, program)
-    return NativeCode(spec, isa, entry, _begin(source, spec, isa, signature, after and after.build), program)
+    build = _begin(source, spec, isa, signature, after and after.build, gradient)
+    return NativeCode(spec, isa, entry, build, program)
 
 
 @dataclass
@@ -212,7 +216,7 @@ def _is_torch_free(data: bytes) -> bool:
         return "chiasm/op.so" in archive.namelist()
 
 
-def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> str:
+def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradient: bool) -> str:
     """Everything that the compiled code depends on."""
     digest = hashlib.sha256()
     for part in (
@@ -232,6 +236,7 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str) -> str:
         str(sorted(_settings(spec.vectorize, isa).items())),
         _LINK,
         str(spec.without_nan),
+        str(gradient),
         _hash([LIBRARIES / isa / "libchiasm_kernels.a"]) if _operators(program) else "",
     ):
         digest.update(part.encode() + b"\0")
@@ -302,7 +307,9 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
             )
 
 
-def _begin(program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None) -> Build:
+def _begin(
+    program: ExportedProgram, spec: Spec, isa: str, signature: str, after: Build | None, gradient: bool
+) -> Build:
     _check_vector_isa(spec, isa)
     _select_by_tensors(program)
     # AOTInductor has no setting for link flags; the names of op libraries reach the linker's command line as
@@ -321,7 +328,7 @@ def _begin(program: ExportedProgram, spec: Spec, isa: str, signature: str, after
     build = Build(LIBRARIES / "include", LIBRARIES / isa, after=after)
     try:
         build.objects.append(str(_compile_signature(signature, build.folder)))
-        _inductor(program, spec, isa, options, build)
+        _inductor(program, spec, isa, options, build, gradient)
     except BaseException:
         build.close()
         raise
@@ -420,7 +427,9 @@ def _settings(vectorize: bool, isa: str) -> dict[str, object]:
     }
 
 
-def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, build: Build) -> bytes:
+def _inductor(
+    program: ExportedProgram, spec: Spec, isa: str, options: dict, build: Build, gradient: bool = False
+) -> bytes:
     """AOTInductor's package, whose C++ `build` compiles."""
     from torch._inductor import aoti_compile_and_package
 
@@ -437,6 +446,7 @@ def _inductor(program: ExportedProgram, spec: Spec, isa: str, options: dict, bui
             fast_tracing(),
             known_vectors(),
             fast_inductor(build.run),
+            fast_gradients() if gradient else nullcontext(),
             minima,
             checks,
             warnings.catch_warnings(),

@@ -53,6 +53,13 @@ PATCHES: Mapping[str, Patch] = {
         " does as well",
         "d89165e1cc27",
     ),
+    "torch._inductor.ir:Pointwise.make_loader": Patch(
+        "evaluates what is used twice twice, and so on: minutes for a gradient of 180 operations",
+        "c60d89ceeb98",
+    ),
+    "torch._inductor.ir:is_contiguous_for_memory_format_or_false": Patch(
+        "takes planes to be stacked for interleaved: they are written so, and separated again", "ef05bf3b858e"
+    ),
     "torch._inductor.cpp_builder:run_compile_cmd": Patch(
         "compilers run beside the exporter, with precompiled headers and files of the same names in every"
         " export",

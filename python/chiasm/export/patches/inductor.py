@@ -24,6 +24,30 @@ class _Sympy:
         return sympy.expand(expression)
 
 
+class _Remembering:
+    """A loop's body, `inner(index)`, that is evaluated once an index. Inductor evaluates it again at each of
+    its uses, and so what it is made of: twice as often with every sum of two such values. It drops what came
+    double later, one operation at a time."""
+
+    def __init__(self, inner: Callable[[Any], Any]) -> None:
+        self.inner = inner
+        self.handler: Any = None  # what the operations are written to
+        self.values: dict[tuple[Any, ...], Any] = {}
+
+    def __call__(self, index: Any) -> Any:
+        from torch._inductor.virtualized import V
+
+        handler, key = V.get_ops_handler(), tuple(index)
+        if handler is not self.handler:
+            self.handler, self.values = handler, {}
+        if key not in self.values:
+            value = self.inner(index)
+            if handler is not self.handler:  # it was asked for inside a branch in the meantime
+                return value
+            self.values[key] = value
+        return self.values[key]
+
+
 #: Lanes of 32 bits in a vector of AVX2: of bytes, a loop takes as many at a time.
 _LANES = 8
 
@@ -47,6 +71,36 @@ def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]
             "torch._inductor.codegen.cpp:CppVecKernel._get_vec_load_line": load_bytes,
             "torch._inductor.sizevars:sympy": _Sympy(),
             "torch._inductor.cpp_builder:run_compile_cmd": compile_command,
+        }
+    ):
+        yield
+
+
+@contextmanager
+def fast_gradients() -> Iterator[None]:
+    """AOTInductor which evaluates a loop's body once, and stacks planes as planes. Not for forward methods: how
+    a loop is vectorised hangs on how often it counts an operation, and frames are better interleaved."""
+    from torch._inductor import ir
+
+    is_laid_out, make_loader = ir.is_contiguous_for_memory_format_or_false, ir.Pointwise.make_loader
+    bodies = dict[int, tuple[Any, _Remembering]]()
+
+    def is_only_laid_out(tensor: torch.Tensor, memory_format: torch.memory_format) -> bool:
+        # (B, 1, H, W) is both; taken for channels_last, planes were interleaved, then separated again, by
+        # loops that read through transposed tiles: code of 3.5 MB for the gradient of `adjust_hue`.
+        contiguous = is_laid_out(tensor, memory_format=torch.contiguous_format)
+        return not contiguous and is_laid_out(tensor, memory_format=memory_format)
+
+    def loader_of(loop: ir.Pointwise) -> Callable[[Any], Any]:
+        inner = make_loader(loop)
+        if inner is not loop.inner_fn:
+            return inner
+        return bodies.setdefault(id(loop), (loop, _Remembering(inner)))[1]
+
+    with replaced(
+        {
+            "torch._inductor.ir:Pointwise.make_loader": loader_of,
+            "torch._inductor.ir:is_contiguous_for_memory_format_or_false": is_only_laid_out,
         }
     ):
         yield
