@@ -10,6 +10,7 @@ from chiasm.export.spec import Spec, TensorSpec
 from chiasm.export.tracing.gradient import trace_vjp, vjp_module, vjp_signature
 from chiasm.export.tracing.graph import output_specs, trace
 from chiasm.export.tracing.module import bind
+from tests.export.native_source import written
 
 
 def components(x: Tensor) -> Tensor:
@@ -31,28 +32,52 @@ def of_a_part(x: Tensor) -> Tensor:
     return y[..., 0] * y[..., 1] * y[..., 2] + x[..., 3]
 
 
+def traced(function, spec: Spec):
+    """A function's eager vjp, its traced one, and inputs of other sizes than that was traced with."""
+    op = bind(function, {"x": "x=x"}, {}, spec.name)
+    example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), "float32")
+    outputs = output_specs(trace(op, spec, list(spec.inputs), example, "onnx"), spec, "float32")
+    tensors, _ = vjp_signature(spec, outputs)
+    pullback = vjp_module(op, spec, outputs)
+    sizes = samples.fit(spec, samples.EXAMPLE)
+    program = trace_vjp(pullback, spec, tensors, with_cotangents(op, spec, sizes, "float32", tensors))
+    other = with_cotangents(op, spec, samples.fit(spec, samples.GOLDEN), "float32", tensors)
+    return pullback, program, other
+
+
 @pytest.mark.parametrize(
     ("function", "shape"),
     [(components, ("N", 4)), (overlapping, ("N", 3, 5)), (along_rows, ("N", 4, "M")), (of_a_part, ("N", 4))],
 )
 def test_parts_are_joined(function, shape) -> None:
     spec = Spec("test.parts", [TensorSpec("x", shape, range=(-1, 1))], symbols={"N": (2, 100), "M": (2, 100)})
-    op = bind(function, {"x": "x=x"}, {}, spec.name)
-    example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), "float32")
-    outputs = output_specs(trace(op, spec, list(spec.inputs), example, "onnx"), spec, "float32")
-    tensors, _ = vjp_signature(spec, outputs)
-    pullback = vjp_module(op, spec, outputs)
-    program = trace_vjp(
-        pullback,
-        spec,
-        tensors,
-        with_cotangents(op, spec, samples.fit(spec, samples.EXAMPLE), "float32", tensors),
-    )
+    pullback, program, other = traced(function, spec)
     targets = [n.target for n in program.graph.nodes]
     assert torch.ops.aten.cat.default in targets
     assert torch.ops.aten.select_backward.default not in targets
-    other = with_cotangents(op, spec, samples.fit(spec, samples.GOLDEN), "float32", tensors)
     expected = pullback(*other.values())
     actual = program.module()(*other.values())
     for a, e in zip(actual, expected, strict=True):
         torch.testing.assert_close(a, e)
+
+
+def turned(x: Tensor) -> Tensor:
+    """Planes of which each step uses each twice."""
+    red, green, blue = x.select(-3, 0), x.select(-3, 1), x.select(-3, 2)
+    most = torch.maximum(torch.maximum(red, green), blue)
+    for _ in range(3):
+        red, green, blue = (
+            torch.where(most == red, red * green, blue),
+            torch.where(most == green, green * blue, red),
+            torch.where(most == blue, blue * red, green),
+        )
+    return torch.stack([red, green, blue], -3)
+
+
+def test_native_loops_of_planes_are_short(monkeypatch) -> None:
+    symbols = {"B": (1, 100), "H": (2, 1000), "W": (2, 1000)}
+    spec = Spec("test.planes", [TensorSpec("x", ("B", 3, "H", "W"))], symbols=symbols)
+    _, program, _ = traced(turned, spec)
+    source = written(program, spec, monkeypatch, gradient=True)
+    assert "transpose_mxn" not in source  # planes are stored as planes
+    assert len(source) < 100_000

@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Tuple
@@ -17,11 +16,10 @@ from torch import Tensor
 
 from chiasm import runtime
 from chiasm.export import Spec, TensorSpec, export, samples
-from chiasm.export.formats.compiler import Build
-from chiasm.export.formats.native import LIBRARIES, _inductor
 from chiasm.export.tracing.graph import trace
 from chiasm.export.tracing.module import bind_spec
 from chiasm.primitives.resampling.taps import bilinear_taps
+from tests.export.native_source import written
 
 SIZE = 16
 
@@ -360,36 +358,11 @@ def test_a_manifest_that_disagrees_with_the_code_is_refused(
 # --- what is proved costs nothing ---------------------------------------------------------------------------
 
 
-class _Written(Exception):
-    """Ends a compilation where its C++ is there."""
-
-
 def loops_of(fn: Callable, spec: Spec, monkeypatch: pytest.MonkeyPatch) -> str:
     """The C++ that AOTInductor writes for an op."""
-    sources: list[str] = []
-
-    def start(build: Build, words: list[str], source: str, target: Path) -> None:
-        if source.endswith(".kernel.cpp"):
-            sources.append(Path(source).read_text())
-            raise _Written
-        target.touch()
-
-    monkeypatch.setattr(Build, "_start", start)
-    op = bind_spec(fn, spec)
     example = samples.make(spec, samples.fit(spec, samples.EXAMPLE), spec.variants()[0])
-    with (
-        pytest.raises(Exception, match=r"_Written|test\.loops"),
-        closing(Build(LIBRARIES / "include")) as build,
-    ):
-        _inductor(
-            trace(op, spec, list(spec.inputs), example, "native"),
-            spec,
-            "x86-64-v3",
-            {"aot_inductor.link_libtorch": False},
-            build,
-        )
-    assert sources
-    return sources[0]
+    program = trace(bind_spec(fn, spec), spec, list(spec.inputs), example, "native")
+    return written(program, spec, monkeypatch)
 
 
 def flipped(image: Tensor, index: Tensor) -> Tensor:

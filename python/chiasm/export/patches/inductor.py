@@ -78,8 +78,8 @@ def fast_inductor(compile_command: Callable[[str, str], None]) -> Iterator[None]
 
 @contextmanager
 def fast_gradients() -> Iterator[None]:
-    """AOTInductor which evaluates a loop's body once, and stacks planes as planes. Not for forward methods: how
-    a loop is vectorised hangs on how often it counts an operation, and frames are better interleaved."""
+    """AOTInductor which evaluates a loop's body once, and stacks planes as planes. Not for forward methods:
+    how a loop is vectorised hangs on how often it counts an operation, and frames are better interleaved."""
     from torch._inductor import ir
 
     is_laid_out, make_loader = ir.is_contiguous_for_memory_format_or_false, ir.Pointwise.make_loader
