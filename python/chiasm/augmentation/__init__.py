@@ -20,6 +20,15 @@ from .colour import (
 )
 from .container import AugmentationSequential
 from .crop import RandomResizedCrop, random_resized_crop
+from .cut import CenterCrop, PadTo, RandomCrop, random_crop
+from .displacement import (
+    RandomElasticTransform,
+    RandomFisheye,
+    RandomThinPlateSpline,
+    random_elastic_transform,
+    random_fisheye,
+    random_thin_plate_spline,
+)
 from .distort import random_photometric_distort
 from .erasing import RandomErasing, random_erasing
 from .flip import RandomHorizontalFlip, RandomVerticalFlip, random_horizontal_flip, random_vertical_flip
@@ -54,6 +63,8 @@ from .noise import (
 )
 from .perspective import RandomPerspective, random_perspective
 from .policies import aug_mix, auto_augment, rand_augment, trivial_augment
+from .quarter_turns import RandomRotation90, random_rotation90
+from .resizing import LongestMaxSize, Resize, SmallestMaxSize
 from .rotation import RandomRotation, random_rotation
 from .weather import random_rain, random_snow
 
@@ -61,17 +72,27 @@ __all__ = [
     "AugmentationBase2D",
     "AugmentationBase3D",
     "AugmentationSequential",
+    "CenterCrop",
     "GeometricAugmentationBase2D",
     "IntensityAugmentationBase2D",
+    "LongestMaxSize",
+    "PadTo",
     "RandomAffine",
+    "RandomCrop",
+    "RandomElasticTransform",
     "RandomErasing",
+    "RandomFisheye",
     "RandomHorizontalFlip",
     "RandomPerspective",
     "RandomResizedCrop",
     "RandomRotation",
+    "RandomRotation90",
     "RandomShear",
+    "RandomThinPlateSpline",
     "RandomTranslate",
     "RandomVerticalFlip",
+    "Resize",
+    "SmallestMaxSize",
     "aug_mix",
     "auto_augment",
     "rand_augment",
@@ -85,10 +106,13 @@ __all__ = [
     "random_color_jiggle",
     "random_color_jitter",
     "random_contrast",
+    "random_crop",
     "random_cut_mix",
     "random_denormalize",
+    "random_elastic_transform",
     "random_equalize",
     "random_erasing",
+    "random_fisheye",
     "random_gamma",
     "random_gaussian_blur",
     "random_gaussian_illumination",
@@ -116,11 +140,13 @@ __all__ = [
     "random_resized_crop",
     "random_rgb_shift",
     "random_rotation",
+    "random_rotation90",
     "random_salt_and_pepper_noise",
     "random_saturation",
     "random_sharpness",
     "random_snow",
     "random_solarize",
+    "random_thin_plate_spline",
     "random_transplantation",
     "random_vertical_flip",
     "trivial_augment",

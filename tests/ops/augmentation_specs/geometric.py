@@ -50,3 +50,14 @@ add(
     )
 )
 add(_spec("random_erasing", "torchvision's erase"))
+add(_spec("random_crop", "torchvision's crop, numpy.pad", config={"size": (6, 7), "padding": (3, 2, 1, 0)}))
+add(_spec("random_rotation90", "torch.rot90", config={"times": (-1, 2)}))
+add(
+    _spec(
+        "random_elastic_transform",
+        "SciPy's gaussian_filter, torchvision's elastic",
+        config={"kernel_size": (5, 7), "sigma": (1.5, 2.0)},
+    )
+)
+add(_spec("random_thin_plate_spline", "the points that it moves, SciPy's map_coordinates"))
+add(_spec("random_fisheye", "cv2.remap"))

@@ -82,18 +82,7 @@ def _resize_of_batch(
         raise ValueError(f"antialias: expected False for interpolation '{interpolation}', got True")
     if not antialias and interpolation == "lanczos":
         raise ValueError("antialias: expected True for interpolation 'lanczos', got False")
-    in_height, in_width = input.size(2), input.size(3)
-    if isinstance(size, int):
-        base = in_width
-        if side == "vert":
-            base = in_height
-        elif side == "short":
-            base = smaller(in_height, in_width)
-        elif side == "long":
-            base = larger(in_height, in_width)
-        height, width = size * in_height // base, size * in_width // base
-    else:
-        height, width = size
+    height, width = size_of(input.size(2), input.size(3), size, side)
     if height < 1 or width < 1:
         raise ValueError(f"size: expected positive sizes, got ({height}, {width})")
     corners = align_corners is not None and align_corners
@@ -111,3 +100,17 @@ def _resize_of_batch(
             raise ValueError("antialias: expected True for 'bicubic' and an image of bytes, got False")
         return resized_bytes(input, height, width, corners)
     return resized(input, height, width, interpolation, corners, antialias)
+
+
+def size_of(height: int, width: int, size: Union[int, Tuple[int, int]], side: str) -> Tuple[int, int]:
+    """(height, width) of the result of ``resize``."""
+    if not isinstance(size, int):
+        return size
+    base = width
+    if side == "vert":
+        base = height
+    elif side == "short":
+        base = smaller(height, width)
+    elif side == "long":
+        base = larger(height, width)
+    return size * height // base, size * width // base

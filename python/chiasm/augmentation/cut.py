@@ -1,0 +1,264 @@
+"""Crops without resizing, at random places or fixed ones, and padding to a size."""
+
+from typing import Any, Dict, List, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_choice, check_pair
+from ..primitives.random.draws import words
+from .base import GeometricAugmentationBase2D, Size, as_size, check_batch, identity, pair
+
+
+def _inside(position: Tensor, size: int, padding_mode: str) -> Tensor:
+    """Which of ``size`` pixels is seen at a position that may lie outside."""
+    if padding_mode == "circular":
+        return torch.remainder(position, size)
+    if padding_mode == "reflect" and size > 1:  # about the middles of the pixels at the edges
+        position = torch.remainder(position, 2 * size - 2)
+        position = torch.minimum(position, 2 * size - 2 - position)
+    return position.clamp(0, size - 1)
+
+
+def cut(input: Tensor, corner: Tensor, size: Tuple[int, int], padding_mode: str, fill: float) -> Tensor:
+    """The parts (B, C, height, width) of images from corners (B, 2), int64, (x, y), which may lie outside."""
+    height, width = input.size(2), input.size(3)
+    column = corner[:, :1] + torch.arange(size[1], device=input.device)
+    row = corner[:, 1:] + torch.arange(size[0], device=input.device)
+    x = _inside(column, width, padding_mode)[:, None, None, :]
+    y = _inside(row, height, padding_mode)[:, None, :, None]
+    rows = torch.gather(input, 2, y.expand(-1, input.size(1), -1, width))
+    part = torch.gather(rows, 3, x.expand(-1, input.size(1), size[0], -1))
+    if padding_mode != "constant":
+        return part
+    seen = ((row >= 0) & (row < height))[:, None, :, None] & ((column >= 0) & (column < width))[:, None, None]
+    return torch.where(seen, part, torch.full_like(part, fill))
+
+
+def _drawn_corner(
+    seed: Tensor, shape: List[int], size: Tuple[int, int], padding: List[int], pad_if_needed: bool
+) -> Tensor:
+    """The corners (B, 2) in the images without padding."""
+    across, down = shape[3] + padding[0] + padding[2], shape[2] + padding[1] + padding[3]
+    left, top = padding[0], padding[1]
+    if pad_if_needed and across < size[1]:  # as much on either side as is missing
+        left, across = left + size[1] - across, 2 * size[1] - across
+    if pad_if_needed and down < size[0]:
+        top, down = top + size[0] - down, 2 * size[0] - down
+    if across < size[1] or down < size[0]:
+        raise ValueError(
+            f"size: expected at most ({down}, {across}), the padded image's, got ({size[0]}, {size[1]})"
+        )
+    drawn = words(seed, 2)
+    x = ((drawn[:, 0] * (across - size[1] + 1)) >> 32) - left
+    y = ((drawn[:, 1] * (down - size[0] + 1)) >> 32) - top
+    return torch.stack([x, y], -1)
+
+
+def random_crop(
+    input: Tensor,
+    seed: Tensor,
+    size: Tuple[int, int],
+    padding: Tuple[int, int, int, int] = (0, 0, 0, 0),
+    pad_if_needed: bool = False,
+    fill: float = 0.0,
+    padding_mode: str = "constant",
+) -> Tensor:
+    """Cut a box of one size out of each image, at a random place; all places are equally likely.
+
+    Args:
+        input: (B, C, H, W), floating point or uint8.
+        seed: (B,), int64.
+        size: (height, width) of the result.
+        padding: how many pixels are added (left, top, right, bottom) before.
+        pad_if_needed: whether an image that is smaller is padded, on either side by what it lacks.
+        fill: the value of added pixels, in the units of the image.
+        padding_mode: what is added: "constant", which is ``fill``, "reflect" (about the middles of the pixels
+            at the edges), "replicate" or "circular".
+
+    Returns:
+        (B, C, height, width). Differentiable in input.
+
+    Raises:
+        TypeError: if input is neither floating point nor uint8, or seed is not int64.
+        ValueError: if a shape or a choice is not as above, or the box is larger than the padded image.
+
+    Example:
+        >>> random_crop(torch.arange(9.0).reshape(1, 1, 3, 3), torch.tensor([1]), (2, 2)).shape
+        torch.Size([1, 1, 2, 2])
+    """
+    check_batch(input, seed)
+    check_pair(size, "size")
+    check_choice(padding_mode, ["constant", "reflect", "replicate", "circular"], "padding_mode")
+    margins = [padding[0], padding[1], padding[2], padding[3]]
+    corner = _drawn_corner(seed, list(input.shape), size, margins, pad_if_needed)
+    return cut(input, corner, size, padding_mode, fill)
+
+
+class Cut(GeometricAugmentationBase2D):
+    """An augmentation that cuts at whole pixels. A subclass draws the corners, "corner" (B, 2), int64.
+
+    Args:
+        size: (height, width) of the result, or a number for both.
+        padding_mode, fill: what lies outside, as in ``random_crop``.
+        p: 1, for the size of a result cannot hang on chance.
+        same_on_batch, keepdim: as in ``AugmentationBase``.
+    """
+
+    def __init__(
+        self,
+        size: Size,
+        padding_mode: str = "constant",
+        fill: float = 0.0,
+        p: float = 1.0,
+        same_on_batch: bool = False,
+        keepdim: bool = False,
+    ) -> None:
+        if p != 1.0:
+            raise ValueError(f"p: expected 1, for the size of a result cannot hang on chance, got {p}")
+        super().__init__(1.0, 1.0, same_on_batch, keepdim)
+        check_choice(padding_mode, ["constant", "reflect", "replicate", "circular"], "padding_mode")
+        self.size, self.padding_mode, self.fill = as_size(size, "size"), padding_mode, float(fill)
+
+    def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
+        """Where the parts begin, (B, 2), int64, (x, y)."""
+        return torch.zeros_like(seed)[:, None].expand(-1, 2)
+
+    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
+        return {"batch_prob": torch.ones_like(seed, dtype=torch.bool), "corner": self.corner(seed, shape)}
+
+    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return cut(input, params["corner"], self.size, self.padding_mode, self.fill)
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return cut(input, params["corner"], self.size, self.padding_mode, 0.0)
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return cut(input, -params["corner"], (shape[2], shape[3]), "constant", self.fill)
+
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        matrix = identity(params["batch_prob"], 3).clone()
+        matrix[:, :2, 2] = -params["corner"].to(torch.float64)
+        return matrix
+
+
+def _whole_mode(value: str) -> str:
+    """Kornia's two ways to cut, which differ between pixels alone."""
+    check_choice(value, ["slice", "resample"], "cropping_mode")
+    return value
+
+
+class RandomCrop(Cut):
+    """``random_crop`` as a module.
+
+    Args:
+        size: (height, width) of the result, or a number for both.
+        padding: how many pixels are added before: a number, (left and right, top and bottom), or (left, top,
+            right, bottom).
+        pad_if_needed, fill, padding_mode: as in ``random_crop``.
+        resample, align_corners, cropping_mode: for Kornia's callers; a box begins at a pixel, so that they
+            make no difference.
+        p: 1, for the size of a result cannot hang on chance.
+        same_on_batch, keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = RandomCrop((4, 6), padding=1)
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 4, 6])
+    """
+
+    def __init__(
+        self,
+        size: Size,
+        padding: Any = None,
+        pad_if_needed: bool = False,
+        fill: float = 0.0,
+        padding_mode: str = "constant",
+        resample: Any = "bilinear",
+        same_on_batch: bool = False,
+        align_corners: bool = True,
+        p: float = 1.0,
+        keepdim: bool = False,
+        cropping_mode: str = "slice",
+    ) -> None:
+        super().__init__(size, padding_mode, fill, p, same_on_batch, keepdim)
+        margins = [int(n) for n in pair(0 if padding is None else padding)]
+        if len(margins) not in (1, 2, 4) or min(margins) < 0:
+            raise ValueError(f"padding: expected 1, 2 or 4 numbers that are not negative, got {padding}")
+        self.padding, self.pad_if_needed = (margins * 4)[:4], bool(pad_if_needed)
+        self.cropping_mode = _whole_mode(cropping_mode)
+
+    def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
+        return _drawn_corner(seed, shape, self.size, self.padding, self.pad_if_needed)
+
+
+class CenterCrop(Cut):
+    """Cut the middle out of images, at whole pixels: the first of two where the middle lies between; black
+    comes in where the image is smaller.
+
+    Args:
+        size: (height, width) of the result, or a number for both.
+        align_corners, resample, cropping_mode: for Kornia's callers; a box begins at a pixel, so that they
+            make no difference.
+        p: 1, for the size of a result cannot hang on chance.
+        keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> CenterCrop(2)(torch.arange(16.0).reshape(1, 1, 4, 4))[0, 0]
+        tensor([[ 5.,  6.],
+                [ 9., 10.]])
+    """
+
+    def __init__(
+        self,
+        size: Size,
+        align_corners: bool = True,
+        resample: Any = "bilinear",
+        p: float = 1.0,
+        keepdim: bool = False,
+        cropping_mode: str = "slice",
+    ) -> None:
+        super().__init__(size, p=p, keepdim=keepdim)
+        self.cropping_mode = _whole_mode(cropping_mode)
+
+    def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
+        zero = torch.zeros_like(seed)
+        x, y = zero + (shape[3] - self.size[1]) // 2, zero + (shape[2] - self.size[0]) // 2
+        return torch.stack([x, y], -1)
+
+
+class PadTo(Cut):
+    """Bring images to a size by pixels that are added at the right and at the bottom, or cut off there.
+
+    Args:
+        size: (height, width) of the result.
+        pad_mode: what is added, as ``padding_mode`` of ``random_crop``.
+        pad_value: the value of what is added, in the units of the image.
+        keepdim: as in ``AugmentationBase``.
+        crop_if_exceeds: False refuses images that are larger.
+
+    Example:
+        >>> PadTo((2, 3), pad_value=7)(torch.ones(1, 1, 1, 2))[0, 0]
+        tensor([[1., 1., 7.],
+                [7., 7., 7.]])
+    """
+
+    def __init__(
+        self,
+        size: Tuple[int, int],
+        pad_mode: str = "constant",
+        pad_value: float = 0.0,
+        keepdim: bool = False,
+        crop_if_exceeds: bool = True,
+    ) -> None:
+        super().__init__(size, pad_mode, pad_value, keepdim=keepdim)
+        self.crop_if_exceeds = bool(crop_if_exceeds)
+
+    def corner(self, seed: Tensor, shape: List[int]) -> Tensor:
+        if not self.crop_if_exceeds and (shape[2] > self.size[0] or shape[3] > self.size[1]):
+            raise ValueError(
+                f"input: expected at most {self.size}, crop_if_exceeds is False; got ({shape[2]}, {shape[3]})"
+            )
+        return torch.zeros_like(seed)[:, None].expand(-1, 2)

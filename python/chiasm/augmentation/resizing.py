@@ -1,0 +1,120 @@
+"""Resizing as a step of a sequence: masks, boxes and key points go along."""
+
+from typing import Any, Dict, List
+
+import torch
+from torch import Tensor
+
+from ..geometry.transform.resize import resize, size_of
+from .base import GeometricAugmentationBase2D, Size, as_mode, as_size, identity
+
+
+class Resize(GeometricAugmentationBase2D):
+    """``geometry.transform.resize`` as a step of a sequence.
+
+    Args:
+        size: (height, width) of the result, or one number for ``side``; the other keeps the ratio.
+        side: what one number is the length of: "short", "long", "vert" or "horz".
+        resample: "bilinear", "nearest" or, not of bytes, "bicubic".
+        align_corners: whether the middles of the corner pixels go to such, else the edges to edges. "nearest"
+            takes edges.
+        antialias: whether the filter is as wide as what a pixel of the result covers.
+        p: 1, for the size of a result cannot hang on chance.
+        keepdim: as in ``AugmentationBase``.
+
+    Example:
+        >>> augment = Resize((4, 5))
+        >>> augment(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 4, 5])
+    """
+
+    def __init__(
+        self,
+        size: Size,
+        side: str = "short",
+        resample: Any = "bilinear",
+        align_corners: bool = True,
+        antialias: bool = False,
+        p: float = 1.0,
+        keepdim: bool = False,
+    ) -> None:
+        if p != 1.0:
+            raise ValueError(f"p: expected 1, for the size of a result cannot hang on chance, got {p}")
+        super().__init__(1.0, 1.0, False, keepdim)
+        if side not in ("short", "long", "vert", "horz"):
+            raise ValueError(f"side: expected 'short', 'long', 'vert' or 'horz', got {side!r}")
+        sides = as_size(size, "size")
+        # A scripted module has one type of size: two numbers, of which a single one repeats itself.
+        self.height, self.width, self.single = sides[0], sides[1], isinstance(size, int)
+        self.side, self.resample, self.antialias = side, as_mode(resample), bool(antialias)
+        self.align_corners = bool(align_corners) and self.resample != "nearest"
+
+    def output_size(self, shape: List[int]) -> List[int]:
+        """Height and width of the result."""
+        if not self.single:
+            return [self.height, self.width]
+        height, width = size_of(shape[2], shape[3], self.height, self.side)
+        return [height, width]
+
+    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        height, width = self.output_size(list(input.shape))
+        antialias = self.antialias and self.resample != "nearest"
+        return resize(input, (height, width), self.resample, self.align_corners, "short", antialias)
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        height, width = self.output_size(list(input.shape))
+        return resize(input, (height, width), "nearest")
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return resize(input, (shape[2], shape[3]), self.resample, self.align_corners)
+
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        height, width = self.output_size(shape)
+        matrix = identity(params["batch_prob"], 3).clone()
+        for axis, (before, after) in enumerate(((shape[3], width), (shape[2], height))):
+            if self.align_corners:
+                matrix[:, axis, axis] = (after - 1) / max(before - 1, 1)
+            else:
+                matrix[:, axis, axis] = after / before
+                matrix[:, axis, 2] = 0.5 * after / before - 0.5
+        return matrix
+
+
+class LongestMaxSize(Resize):
+    """Bring the longer side to a length, and the other along.
+
+    Args:
+        max_size: the longer side of the result, in pixels.
+        resample, align_corners: as in ``Resize``.
+        p: 1, for the size of a result cannot hang on chance.
+
+    Example:
+        >>> LongestMaxSize(5)(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 4, 5])
+    """
+
+    def __init__(
+        self, max_size: int, resample: Any = "bilinear", align_corners: bool = True, p: float = 1.0
+    ) -> None:
+        super().__init__(max_size, "long", resample, align_corners, p=p)
+
+
+class SmallestMaxSize(Resize):
+    """Bring the shorter side to a length, and the other along.
+
+    Args:
+        max_size: the shorter side of the result, in pixels.
+        resample, align_corners: as in ``Resize``.
+        p: 1, for the size of a result cannot hang on chance.
+
+    Example:
+        >>> SmallestMaxSize(4)(torch.rand(2, 3, 8, 10)).shape
+        torch.Size([2, 3, 4, 5])
+    """
+
+    def __init__(
+        self, max_size: int, resample: Any = "bilinear", align_corners: bool = True, p: float = 1.0
+    ) -> None:
+        super().__init__(max_size, "short", resample, align_corners, p=p)
