@@ -1,13 +1,16 @@
 """Sequences of augmentations, over images and what belongs to them."""
 
-from typing import Any, Dict, List, Optional, Sequence, cast
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union, cast
 
 import torch
 from torch import Tensor, nn
 
 from ..geometry.linalg import transform_points
-from ..primitives.random.draws import check_seed, split
-from .base import AugmentationBase, draw_seeds
+from ..primitives.random.draws import check_seed, integers, ranks, split, uniform
+from .base import AugmentationBase, draw_seeds, select
+from .crop import RandomResizedCrop
+from .cut import Cut
+from .resizing import Resize
 
 _KEYS = ("input", "image", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints")
 
@@ -23,6 +26,28 @@ class Fixed(AugmentationBase):
         return self.module(input)
 
 
+class Chosen(nn.Module):
+    """Which steps of a sequence a sample goes through: (steps, B), bool.
+
+    So many of them are drawn without replacement, each time with probabilities in proportion to the weights
+    of those that are left: those of the greatest u^(1/w). P. Efraimidis, P. Spirakis, Weighted random
+    sampling with a reservoir, Information Processing Letters 97(5), 2006.
+    """
+
+    exponents: List[float]
+
+    def __init__(self, least: int, greatest: int, weights: Sequence[float]) -> None:
+        super().__init__()
+        self.least, self.greatest = least, greatest
+        self.exponents = [1.0 / w for w in weights]
+
+    def forward(self, seed: Tensor) -> Tensor:
+        count = self.least + integers(seed, self.greatest - self.least + 1, 1, 1)
+        drawn = torch.log(1.0 - uniform(seed, len(self.exponents)))
+        keys = drawn * torch.tensor(self.exponents, dtype=drawn.dtype, device=seed.device)
+        return (ranks(-keys) < count).t()
+
+
 class AugmentationSequential(nn.Module):
     """Augmentations one after the other, each with its own seeds, which follow from each sample's one.
 
@@ -36,6 +61,9 @@ class AugmentationSequential(nn.Module):
             boxes, and "keypoints" (B, N, 2) any number.
         same_on_batch: True or False overrules the augmentations'.
         keepdim: True gives an image without a batch back without one.
+        random_apply: how many steps each sample goes through, in their order: a number, (least, greatest), or
+            (least,) for up to all; False for all.
+        random_apply_weights: how likely each step is among them, positive numbers; all alike by default.
 
     Example:
         >>> from chiasm.augmentation import RandomHorizontalFlip
@@ -55,6 +83,8 @@ class AugmentationSequential(nn.Module):
         data_keys: Sequence[str] = ("input",),
         same_on_batch: Optional[bool] = None,
         keepdim: bool = False,
+        random_apply: Union[bool, int, Tuple[int, ...]] = False,
+        random_apply_weights: Optional[Sequence[float]] = None,
     ) -> None:
         super().__init__()
         steps = [a if isinstance(a, AugmentationBase) else Fixed(a) for a in args]
@@ -62,6 +92,8 @@ class AugmentationSequential(nn.Module):
             for step in steps:
                 step.same_on_batch = same_on_batch
         self.steps = nn.ModuleList(steps)
+        self.some = random_apply is not False
+        self.chosen = _chosen(steps, random_apply, random_apply_weights)
         self.data_keys, self.keepdim = [_key(k) for k in data_keys], keepdim
         self._params, self._shapes = [], []
 
@@ -69,8 +101,13 @@ class AugmentationSequential(nn.Module):
         """The images changed as ``seed`` (B,), int64, says."""
         check_seed(seed, input.size(0))
         seeds = split(seed, len(self.steps))
+        # As many seeds more are the draw's
+        chosen = self.chosen(split(seed, len(self.steps) + 1)[-1]) if self.some else None
         for i, step in enumerate(self.steps):
+            before = input
             input = step.forward(input, seeds[i])
+            if chosen is not None:
+                input = select({"batch_prob": chosen[i]}, input, before)
         return input
 
     def __call__(
@@ -101,7 +138,13 @@ class AugmentationSequential(nn.Module):
         seeds = split(seed, len(self.steps))
         for i, step in enumerate(self._typed()):
             self._shapes.append(list(data[0].shape))
-            image = step(data[0], params=None if params is None else params[i], seed=seeds[i])
+            given = None if params is None else params[i]
+            if given is None and self.some:
+                given = {**step.draw(seeds[i], self._shapes[i]), "seed": seeds[i]}
+                given["batch_prob"] &= self.chosen(split(seed, len(self.steps) + 1)[-1])[i]
+            image = step(data[0], params=given, seed=seeds[i])
+            if self.some:
+                image = select(step._params, image, data[0])
             self._params.append(step._params)
             matrix = step.compute_transformation(step._params, self._shapes[i])
             data = [image] + [
@@ -154,6 +197,28 @@ class AugmentationSequential(nn.Module):
         if len(keys) != count:
             raise ValueError(f"args: expected {len(keys)} tensors, for data_keys {keys}, got {count}")
         return keys
+
+
+def _chosen(
+    steps: Sequence[nn.Module],
+    random_apply: Union[bool, int, Tuple[int, ...]],
+    weights: Optional[Sequence[float]],
+) -> Chosen:
+    total = len(steps)
+    if random_apply is False:
+        return Chosen(total, total, [1.0] * total)
+    if random_apply is True:
+        raise ValueError("random_apply: expected a number of steps; their order is fixed, got True")
+    if any(isinstance(step, (Cut, Resize, RandomResizedCrop)) for step in steps):
+        raise ValueError("random_apply: expected False for steps that change the size of images")
+    given = (random_apply, random_apply) if isinstance(random_apply, int) else (*random_apply, total)
+    least, greatest = int(given[0]), int(given[1])
+    if not 0 <= least <= greatest <= total:
+        raise ValueError(f"random_apply: expected 0 to {total} steps, got {random_apply}")
+    shares = [1.0] * total if weights is None else [float(w) for w in weights]
+    if len(shares) != total or min(shares, default=1.0) <= 0.0:
+        raise ValueError(f"random_apply_weights: expected {total} positive numbers, got {weights}")
+    return Chosen(least, greatest, shares)
 
 
 def _key(value: Any) -> str:
