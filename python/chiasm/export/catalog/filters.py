@@ -639,6 +639,10 @@ add(
         },
         symbols=STENCIL,
         reference="OpenCV Canny on the same gradients",
+        frames=Frames(
+            config={"low_threshold": 100.0, "high_threshold": 200.0},
+            reference="OpenCV GaussianBlur and Canny",
+        ),
     )
 )
 
