@@ -228,8 +228,10 @@ def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
 
 def _chroma(yuv: Tensor) -> Tensor:
     """U and V, which can be added up."""
-    chroma = torch.stack([yuv.select(-3, 1), yuv.select(-3, 2)], -3)
-    return chroma.to(torch.float32) if yuv.dtype == torch.uint8 else chroma
+    u, v = yuv.select(-3, 1), yuv.select(-3, 2)
+    if yuv.dtype == torch.uint8:
+        u, v = u.to(torch.float32), v.to(torch.float32)
+    return torch.stack([u, v], -3)
 
 
 def _means(chroma: Tensor, dims: List[int], like: Tensor) -> Tensor:
