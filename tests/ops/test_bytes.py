@@ -196,6 +196,38 @@ def test_resizing_is_opencvs(channels: int, height: int, width: int, size: tuple
             np.testing.assert_array_equal(result.squeeze(), expected.squeeze())
 
 
+def cubic_matrix(in_size: int, out_size: int, corners: bool) -> np.ndarray:
+    """Keys' weights, a = -3/4, of all pixels of a line for each of another, in 1/2^11."""
+    matrix = np.zeros((out_size, in_size), np.int64)
+    for i in range(out_size):
+        at = i * (in_size - 1) / max(out_size - 1, 1) if corners else (i + 0.5) * in_size / out_size - 0.5
+        first = int(np.floor(at))
+        for k in range(first - 1, first + 3):
+            d = abs(at - k)
+            weight = 1.25 * d**3 - 2.25 * d**2 + 1 if d < 1 else -0.75 * (d**3 - 5 * d**2 + 8 * d - 4)
+            matrix[i, min(max(k, 0), in_size - 1)] += round(2048 * weight)
+    return matrix
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+@pytest.mark.parametrize(("height", "width"), SIZES)
+@pytest.mark.parametrize("size", [(20, 30), (100, 33), (5, 5), (1, 1)])
+def test_bicubic_resizing_is_the_definition_and_a_level_from_opencvs(
+    channels: int, height: int, width: int, size: tuple[int, int]
+) -> None:
+    image = frame(height, width, channels)
+    image[: height // 2] = image[: height // 2] // 128 * 255
+    theirs = cv2.resize(image, size[::-1], interpolation=cv2.INTER_CUBIC).reshape(*size, channels)
+    for corners in (False, True):
+        down, across = cubic_matrix(height, size[0], corners), cubic_matrix(width, size[1], corners)
+        sums = np.einsum("ih,hwc,jw->ijc", down, image.astype(np.int64), across)
+        for x in both_layouts(image):
+            result = as_frame(resize(x, size, "bicubic", align_corners=corners))
+            np.testing.assert_array_equal(result, np.clip((sums + 2**21) >> 22, 0, 255))
+            if not corners:
+                assert np.abs(result - theirs.astype(int)).max() <= 1
+
+
 def test_resizing_with_the_corners_aligned_is_the_definition_rounded() -> None:
     image = frame(13, 17)
     expected = resize(both_layouts(image)[1].double(), (30, 40), align_corners=True)
@@ -301,7 +333,6 @@ def test_curves_are_their_formulas_rounded_to_even() -> None:
             ValueError,
             "kernel_size: expected at most 129 pixels",
         ),
-        (lambda x: resize(x, (4, 4), "bicubic"), ValueError, "antialias: expected True for 'bicubic'"),
         (lambda x: resize(x.to(torch.int16), (4, 4)), TypeError, "input: expected a floating-point or uint8"),
         (lambda x: rgb_to_grayscale(x, torch.ones(3)), TypeError, "rgb_weights: expected None"),
         (lambda x: rgb_to_grayscale(x[:, :2]), ValueError, r"image: expected shape \(\*, 3, H, W\)"),

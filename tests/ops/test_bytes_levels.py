@@ -18,6 +18,8 @@ from chiasm.enhance import (
     count_histogram,
     equalize,
     equalize_clahe,
+    integral_image,
+    integral_tensor,
     normalize,
 )
 from chiasm.filters import in_range, otsu_threshold
@@ -52,6 +54,23 @@ def test_stretched_levels_are_the_quotients_rounded_down(image: np.ndarray, cuto
         np.testing.assert_array_equal(
             as_frame(autocontrast(both_layouts(image)[0])), (image - low) * 255 // (high - low)
         )
+
+
+@pytest.mark.parametrize("image", images(), ids=range(6))
+def test_sums_from_the_corner_are_opencvs(image: np.ndarray) -> None:
+    expected = cv2.integral(image)[1:, 1:]
+    for x in both_layouts(image):
+        for sums in (integral_image(x), integral_tensor(x, [2, 3])):
+            assert sums.dtype == torch.int32
+            np.testing.assert_array_equal(sums[0].permute(1, 2, 0), expected)
+        rows = integral_tensor(x)[0].permute(1, 2, 0)
+        np.testing.assert_array_equal(rows, image.cumsum(1, dtype=np.int32))
+
+
+def test_sums_are_no_larger_than_their_type() -> None:
+    white = torch.full((1, 8421507), 255, dtype=torch.uint8)
+    last = integral_image(white)[0, -5:].tolist()
+    assert last == [min(255 * k, 2**31 - 1) for k in range(8421503, 8421508)]
 
 
 @pytest.mark.parametrize(("bins", "low", "high"), [(256, 0.0, 256.0), (37, 10.5, 200.0), (3, -5.0, 300.0)])

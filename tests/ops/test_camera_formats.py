@@ -11,7 +11,7 @@ import torch
 from test_bytes import as_frame, both_layouts, frame
 from torch import Tensor
 
-from chiasm.color import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, uyvy_to_rgb, yuyv_to_rgb
+from chiasm.color import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, rgb_to_nv12, uyvy_to_rgb, yuyv_to_rgb
 
 SIZES = [(2, 2), (36, 54), (8, 120), (64, 10), (2, 4200)]
 
@@ -91,6 +91,41 @@ def test_a_pixel_has_the_nearest_chroma(height: int, width: int, fraction: tuple
         assert rows == [k // 2 for k in range(height)] and columns == [k // 2 for k in range(width)]
 
 
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_luma_and_pairs_are_opencvs(height: int, width: int) -> None:
+    image = frame(height, width)
+    blocks = frame(height // 2, width // 2, seed=1).repeat(2, 0).repeat(2, 1)
+    for colours in (image, blocks):
+        buffer = cv2.cvtColor(colours, cv2.COLOR_RGB2YUV_I420)
+        u, v = (part.reshape(height // 2, width // 2) for part in np.split(buffer[height:].reshape(-1), 2))
+        for x in both_layouts(colours):
+            y, uv = rgb_to_nv12(x)
+            np.testing.assert_array_equal(as_frame(y)[..., 0], buffer[:height])
+            if colours is blocks:  # of which a mean is the upper left pixel
+                np.testing.assert_array_equal(as_frame(uv), np.stack([u, v], -1))
+
+
+# OpenCV's factors of BT.601, which are the definition here, have three digits.
+@pytest.mark.parametrize(("standard", "apart"), [("bt601", 1.0), ("bt709", 0.5001), ("jpeg", 0.5001)])
+@pytest.mark.parametrize(("height", "width"), [(36, 54), (37, 53), (1, 7)])
+def test_luma_and_pairs_are_their_equations(height: int, width: int, standard: str, apart: float) -> None:
+    red, blue = {"bt601": (0.299, 0.114), "bt709": (0.2126, 0.0722), "jpeg": (0.299, 0.114)}[standard]
+    image = frame(height, width)
+    image[: height // 2] = image[: height // 2] // 128 * 255
+    even = np.pad(image / 255, ((0, height % 2), (0, width % 2), (0, 0)), "edge")
+    means = even.reshape(even.shape[0] // 2, 2, even.shape[1] // 2, 2, 3).mean((1, 3))
+    luma, of_means = (x @ [red, 1 - red - blue, blue] for x in (image / 255, means))
+    pb, pr = (means[..., 2] - of_means) / (2 - 2 * blue), (means[..., 0] - of_means) / (2 - 2 * red)
+    full = standard == "jpeg"
+    pairs = np.clip(128 + np.stack([pb, pr], -1) * (255 if full else 224), 0, 255)
+    for x in both_layouts(image):
+        y, uv = rgb_to_nv12(x, standard)
+        assert (
+            np.abs(as_frame(y)[..., 0] - luma * (255 if full else 219) - (0 if full else 16)).max() <= apart
+        )
+        assert np.abs(as_frame(uv) - pairs).max() <= apart
+
+
 Y, UV = torch.zeros(1, 1, 4, 6, dtype=torch.uint8), torch.zeros(1, 2, 2, 3, dtype=torch.uint8)
 
 
@@ -103,6 +138,8 @@ Y, UV = torch.zeros(1, 1, 4, 6, dtype=torch.uint8), torch.zeros(1, 2, 2, 3, dtyp
         (lambda: i420_to_rgb(Y, UV[:, :1], UV[:, :1, :1]), ValueError, "v: expected the shape"),
         (lambda: i420_to_rgb(Y[0], UV[:, :1], UV[:, :1]), ValueError, "y: expected shape"),
         (lambda: yuyv_to_rgb(UV), ValueError, "image: expected shape"),
+        (lambda: rgb_to_nv12(UV), ValueError, "image: expected shape"),
+        (lambda: rgb_to_nv12(torch.zeros(1, 3, 4, 6)), TypeError, "image: expected dtype uint8"),
         (lambda: nv12_to_rgb(Y, UV, "bt2020"), ValueError, "standard: expected one of"),
     ],
 )

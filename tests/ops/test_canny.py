@@ -6,12 +6,13 @@ import pytest
 import torch
 from photos import photo
 from shapes import spiral
+from test_bytes import as_frame, both_layouts, frame
 from torch import Tensor
 
 from chiasm.color import rgb_to_grayscale
 from chiasm.filters import canny, gaussian_blur2d, sobel
 
-BYTES = torch.zeros(1, 3, 8, 8, dtype=torch.uint8)
+WORDS = torch.zeros(1, 3, 8, 8, dtype=torch.int16)
 
 
 def whole_numbers(shape: tuple[int, ...]) -> Tensor:
@@ -81,8 +82,43 @@ def test_gradient_is_finite_where_the_image_is_flat() -> None:
         assert torch.isfinite(x.grad).all() and not edges.requires_grad
 
 
+def bytes_of(image: Tensor) -> np.ndarray:
+    """One photograph as a frame of bytes."""
+    return torch.round(255.0 * image[0]).to(torch.uint8).permute(1, 2, 0).numpy()
+
+
+@pytest.mark.parametrize("image", [bytes_of(photo(1, 3, 201, 217)), frame(40, 53), frame(9, 8)], ids=len)
+@pytest.mark.parametrize("thresholds", [(60.0, 180.0), (20.5, 150.3), (0.0, 0.0)])
+@pytest.mark.parametrize(
+    ("size", "sigma"), [((5, 5), (1.0, 1.0)), ((3, 7), (0.8, 1.5)), ((1, 1), (1.0, 1.0))]
+)
+def test_edges_of_bytes_are_opencvs(
+    image: np.ndarray, thresholds: tuple[float, float], size: tuple[int, int], sigma: tuple[float, float]
+) -> None:
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    blurred = cv2.GaussianBlur(grey, size[::-1], sigma[1], sigmaY=sigma[0], borderType=cv2.BORDER_REFLECT_101)
+    expected = cv2.Canny(blurred, thresholds[0], thresholds[1], L2gradient=True)
+    dx, dy = (cv2.Sobel(blurred, cv2.CV_64F, i, 1 - i, borderType=cv2.BORDER_REPLICATE) for i in (1, 0))
+    assert expected.any()
+    for x in (*both_layouts(image), both_layouts(grey[..., None])[0]):
+        magnitude, edges = canny(x, *thresholds, size, sigma)
+        np.testing.assert_array_equal(as_frame(edges)[..., 0], expected)
+        assert magnitude.dtype == torch.int16
+        ridge = magnitude[0, 0].numpy()
+        np.testing.assert_array_equal(ridge[ridge > 0], np.rint(np.hypot(dx, dy))[ridge > 0])
+        assert np.all(ridge[expected > 0] > 0)
+
+
+def test_weak_edges_of_bytes_are_half_of_white() -> None:
+    x = torch.zeros(1, 1, 9, 12, dtype=torch.uint8)
+    x[..., 4:] = 20
+    x[..., 8:] = 100
+    _, edges = canny(x, 50.0, 200.0, 1, (1.0, 1.0), hysteresis=False)
+    assert edges[0, 0, 4].tolist() == [0, 0, 0, 128, 0, 0, 0, 255, 0, 0, 0, 0]
+
+
 WRONG = [
-    (lambda: canny(BYTES), TypeError, "input: expected a floating-point"),
+    (lambda: canny(WORDS), TypeError, "input: expected a floating-point or uint8 tensor"),
     (lambda: canny(torch.zeros(1, 2, 8, 8)), ValueError, r"input: expected shape .* got \[1, 2, 8, 8\]"),
     (
         lambda: canny(torch.zeros(1, 1, 8, 8), 0.3, 0.2),

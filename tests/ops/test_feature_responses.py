@@ -109,6 +109,9 @@ def test_fast_is_opencv() -> None:
     scored = cv2.FastFeatureDetector_create(12, nonmaxSuppression=True)
     for b in range(3):
         grey = x[b, 0].numpy().astype(np.uint8)
+        of_bytes = feature.fast_response(torch.from_numpy(grey)[None, None])
+        assert of_bytes.dtype == torch.uint8
+        np.testing.assert_array_equal(of_bytes[0, 0], response[b])
         found = {(round(k.pt[1]), round(k.pt[0])) for k in detector.detect(grey, None)}
         ours = {tuple(p) for p in np.argwhere(response[b] > 12).tolist() if 3 <= p[0] < 58 and 3 <= p[1] < 72}
         assert found == ours and len(found) > 20

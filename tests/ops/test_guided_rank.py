@@ -225,7 +225,7 @@ WRONG = [
     (
         lambda: joint_bilateral_blur(X, BYTES, 3, 0.1, (1.0, 1.0)),
         TypeError,
-        "guidance: expected a floating-point",
+        "guidance: expected uint8 with an input of uint8",
     ),
     (lambda: guided_blur(X[:, :, 1:], X, 3, 0.1), ValueError, "guidance: expected input's batch"),
     (lambda: guided_blur(X, X, 3, 0.1, subsample=0), ValueError, "subsample: expected at least 1, got 0"),

@@ -174,11 +174,12 @@ def sampled(dtype: torch.dtype, *of: Any) -> list[Example]:
 
 def bytes_sampled(*of: Any) -> list[Example]:
     """``sampled`` of bytes."""
+    fill = torch.tensor([200.0, 3.4, 0.0])
     return [
-        (x, *of, mode, padding, corners, None)
+        (x, *of, mode, padding, corners, fill if padding == "fill" else None)
         for x in bytes_and_words()[:2]
-        for mode in ("bilinear", "nearest")
-        for padding in ("zeros", "border", "reflection")
+        for mode in ("bilinear", "nearest", "bicubic")
+        for padding in ("zeros", "border", "reflection", "fill")
         for corners in (True, False)
     ]
 
@@ -534,10 +535,10 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         sampled(t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)
         + bytes_sampled(torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)
     ),
-    "warping.sample_bytes": lambda t: [
-        e[:-1] for e in bytes_sampled(20.0 * numbers(t, 2, 6, 7) - 2.0, 16.0 * numbers(t, 1, 6, 7) - 2.0)
-    ],
-    "warping.sample_image": lambda t: sampled(
+    "warping.sample_bytes": lambda t: bytes_sampled(
+        20.0 * numbers(t, 2, 6, 7) - 2.0, 16.0 * numbers(t, 1, 6, 7) - 2.0
+    ),
+    "warping.sample_floating": lambda t: sampled(
         t, 14.0 * numbers(t, 2, 6, 7) - 2.0, 12.0 * numbers(t, 1, 6, 7) - 2.0
     ),
     "warping.sample_projective": lambda t: (

@@ -77,7 +77,7 @@ def random_affine(
         scale: the range of factors, along both axes, or along x where there is ``scale_y``.
         scale_y: the range of factors along y; those along x by default.
         shear_x, shear_y: the ranges of shearing angles along x and y, in degrees.
-        resample: "bilinear", "nearest" or, not of bytes, "bicubic".
+        resample: "bilinear", "nearest" or "bicubic".
         padding_mode: what lies outside: "zeros", "border" or "reflection".
         align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
         p: the probability of each image.

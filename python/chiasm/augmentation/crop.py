@@ -79,7 +79,7 @@ def random_resized_crop(
         size: (height, width) of the result.
         scale: the range of the boxes' area, as parts of the image's.
         ratio: the range of width / height.
-        resample: "bilinear", "nearest" or, not of bytes, "bicubic".
+        resample: "bilinear", "nearest" or "bicubic".
         align_corners: True takes the box's corner pixels to the result's; False edges to edges, where pixels
             beyond the box, but within the image, count at its edges.
         p: the probability of each image; others are resized as a whole.

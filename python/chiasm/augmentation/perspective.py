@@ -50,7 +50,7 @@ def random_perspective(
         input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64.
         distortion_scale: up to which part of half the width and half the height corners move, 0 to 1.
-        resample: "bilinear", "nearest" or, not of bytes, "bicubic".
+        resample: "bilinear", "nearest" or "bicubic".
         align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
         p: the probability of each image.
         sampling_method: "basic" moves corners towards the middle, "area_preserving" to any side.

@@ -38,7 +38,7 @@ def random_rotation(
         input: (B, C, H, W), floating point or uint8.
         seed: (B,), int64.
         degrees: the range of angles, counterclockwise as seen.
-        resample: "bilinear", "nearest" or, not of bytes, "bicubic".
+        resample: "bilinear", "nearest" or "bicubic".
         align_corners: for Kornia's callers; what lies outside is black, so that it makes no difference.
         p: the probability of each image.
 

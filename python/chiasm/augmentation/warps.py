@@ -49,7 +49,7 @@ class Warp(GeometricAugmentationBase2D):
     """A geometric augmentation that samples images by the matrices of ``compute_transformation``.
 
     Args:
-        resample: "bilinear", "nearest" or, not of bytes, "bicubic".
+        resample: "bilinear", "nearest" or "bicubic".
         padding_mode: what lies outside: "zeros", "border" or "reflection".
         align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
         affine: whether the matrices' last row is (0, 0, 1).

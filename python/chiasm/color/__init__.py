@@ -1,7 +1,7 @@
 """Colour spaces."""
 
 from ..primitives.core.modules import ModuleForm, lazy_modules
-from .camera import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, uyvy_to_rgb, yuyv_to_rgb
+from .camera import i420_to_rgb, nv12_to_rgb, nv21_to_rgb, rgb_to_nv12, uyvy_to_rgb, yuyv_to_rgb
 from .colormap import apply_colormap
 from .gray import bgr_to_grayscale, grayscale_to_rgb, rgb_to_grayscale
 from .hls import hls_to_rgb, hsl_to_rgb, rgb_to_hls, rgb_to_hsl
@@ -58,6 +58,7 @@ __all__ = [
     "rgb_to_lab",
     "rgb_to_linear_rgb",
     "rgb_to_luv",
+    "rgb_to_nv12",
     "rgb_to_raw",
     "rgb_to_rgb255",
     "rgb_to_rgba",

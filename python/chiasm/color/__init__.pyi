@@ -7,6 +7,7 @@ from torch import Tensor, nn
 from .camera import i420_to_rgb as i420_to_rgb
 from .camera import nv12_to_rgb as nv12_to_rgb
 from .camera import nv21_to_rgb as nv21_to_rgb
+from .camera import rgb_to_nv12 as rgb_to_nv12
 from .camera import uyvy_to_rgb as uyvy_to_rgb
 from .camera import yuyv_to_rgb as yuyv_to_rgb
 from .colormap import apply_colormap as apply_colormap
@@ -99,7 +100,8 @@ class HlsToRgb(nn.Module):
     def __call__(self, image: Tensor) -> Tensor: ...
 
 class HslToRgb(nn.Module):
-    """`hsl_to_rgb` as a module: ``hls_to_rgb`` of channels in the order hue, saturation, lightness."""
+    """`hsl_to_rgb` as a module: ``hls_to_rgb`` of channels in the order hue, saturation, lightness, of
+    bytes too."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
@@ -232,7 +234,7 @@ class RgbToHls(nn.Module):
 
 class RgbToHsl(nn.Module):
     """`rgb_to_hsl` as a module: ``rgb_to_hls`` with its channels in the order hue, saturation,
-    lightness."""
+    lightness, of bytes too."""
 
     eps: float
     def __init__(self, eps: float = 1e-08) -> None: ...
@@ -268,6 +270,15 @@ class RgbToLuv(nn.Module):
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
 
+class RgbToNv12(nn.Module):
+    """`rgb_to_nv12` as a module: Luma and pairs U, V at half the width and height, as hardware encoders
+    take them (4:2:0): the inverse of ``nv12_to_rgb``."""
+
+    standard: str
+    def __init__(self, standard: str = "bt601") -> None: ...
+    def forward(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+
 class RgbToRaw(nn.Module):
     """`rgb_to_raw` as a module: The one colour of each pixel that a Bayer sensor would have seen."""
 
@@ -300,7 +311,7 @@ class RgbToXyz(nn.Module):
 
 class RgbToY(nn.Module):
     """`rgb_to_y` as a module: Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B: the first channel of
-    ``rgb_to_ycbcr``."""
+    ``rgb_to_ycbcr``, of bytes too."""
     def __init__(self) -> None: ...
     def forward(self, image: Tensor) -> Tensor: ...
     def __call__(self, image: Tensor) -> Tensor: ...
@@ -442,6 +453,7 @@ __all__ = [
     "RgbToLab",
     "RgbToLinearRgb",
     "RgbToLuv",
+    "RgbToNv12",
     "RgbToRaw",
     "RgbToRgb255",
     "RgbToRgba",
@@ -489,6 +501,7 @@ __all__ = [
     "rgb_to_lab",
     "rgb_to_linear_rgb",
     "rgb_to_luv",
+    "rgb_to_nv12",
     "rgb_to_raw",
     "rgb_to_rgb255",
     "rgb_to_rgba",

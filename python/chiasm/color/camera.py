@@ -4,14 +4,15 @@ A buffer of NV12 holds H x W luma and then (H + 1) // 2 x (W + 1) // 2 pairs of 
 planes instead of the pairs. Each op takes the parts, which share the buffer's memory, without a copy.
 """
 
-from typing import List
+from typing import List, Tuple
 
 import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_tensor
-from ..primitives.images.color_planes import check_channels
+from ..primitives.images.color_planes import channels_of, check_channels
 from ..primitives.images.subsampled import packed_to_rgb, subsampled_to_rgb
+from ..primitives.resampling.decimation import every_second
 
 
 def nv12_to_rgb(y: Tensor, uv: Tensor, standard: str = "bt601") -> Tensor:
@@ -150,6 +151,68 @@ def uyvy_to_rgb(image: Tensor, standard: str = "bt601") -> Tensor:
     """
     _check_part(image, 4, "image")
     return packed_to_rgb(image, _weights(standard), False)
+
+
+def rgb_to_nv12(image: Tensor, standard: str = "bt601") -> Tuple[Tensor, Tensor]:
+    """Luma and pairs U, V at half the width and height, as hardware encoders take them (4:2:0): the inverse
+    of ``nv12_to_rgb``.
+
+    ITU-R BT.601-7 and BT.709-6. A pair is that of the mean of 2 x 2 pixels, of which the last row or column
+    of an odd size counts twice. The factors are multiples of 1/2^20, and sums are rounded halves up. For
+    "bt601" the luma is that of OpenCV's COLOR_RGB2YUV_I420 to the bit; OpenCV takes the pair of the upper
+    left pixel.
+
+    Args:
+        image: RGB image (B, 3, H, W), uint8.
+        standard: "bt601", "bt709" or "jpeg", as in ``nv12_to_rgb``.
+
+    Returns:
+        Luma (B, 1, H, W), and U, V (B, 2, (H + 1) // 2, (W + 1) // 2) around 128, uint8. Of frames, the pairs
+        are (B, h, w, 2), which lie in memory as in a buffer of NV12.
+
+    Raises:
+        TypeError: if image is not uint8.
+        ValueError: if image is not (B, 3, H, W), or standard is none of these.
+
+    Example:
+        >>> y, uv = rgb_to_nv12(torch.full((1, 3, 4, 6), 255, dtype=torch.uint8))
+        >>> y[0, 0, 0, 0], uv[0, :, 0, 0], list(uv.shape)
+        (tensor(235, dtype=torch.uint8), tensor([128, 128], dtype=torch.uint8), [1, 2, 2, 3])
+    """
+    _check_part(image, 3, "image")
+    factors = _factors(standard)
+    # In float64, which holds the sums.
+    channels = [channel.to(torch.float64) for channel in channels_of(image)]
+    luma = _mixed(channels, factors[0:3], factors[9], 1048576.0)
+    quarters = [_pairs(_pairs(channel, -2), -1) for channel in channels]
+    pairs = [_mixed(quarters, factors[k : k + 3], 128, 4194304.0) for k in (3, 6)]
+    return luma.unsqueeze(1).to(torch.uint8), torch.stack(pairs, 1).to(torch.uint8)
+
+
+def _mixed(channels: List[Tensor], factors: List[int], zero: int, whole: float) -> Tensor:
+    """The sum of the channels by their factors over ``whole``, plus ``zero``, rounded halves up."""
+    total = channels[0] * float(factors[0]) + channels[1] * float(factors[1])
+    total = total + channels[2] * float(factors[2]) + (float(zero) + 0.5) * whole
+    return torch.floor(total / whole).clamp(0.0, 255.0)
+
+
+def _pairs(x: Tensor, dim: int) -> Tensor:
+    """Sums of two neighbours along ``dim``, of the last one of an odd number twice."""
+    half = (x.size(dim) + 1) // 2
+    return every_second(x, dim, 0, half) + every_second(x, dim, 1, half)
+
+
+def _factors(standard: str) -> List[int]:
+    """Factors of red, green and blue in luma, U and V, in 1/2^20, and the luma of black."""
+    check_choice(standard, ["bt601", "bt709", "jpeg"], "standard")
+    if standard == "bt601":
+        # OpenCV's: those of the standard to three digits
+        return [269484, 528482, 102760, -155188, -305135, 460324, 460324, -385875, -74448, 16]
+    if standard == "bt709":
+        # 219 / 255 times 0.2126, 0.7152, 0.0722; 224 / 255 times the differences to luma, over twice 0.9278
+        # and 0.7874
+        return [191455, 644067, 65019, -105533, -355018, 460551, 460551, -418321, -42230, 16]
+    return [313524, 615514, 119538, -176932, -347356, 524288, 524288, -439026, -85262, 0]
 
 
 def _check_part(part: Tensor, channels: int, name: str) -> None:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_rgb, check_values
-from ..primitives.images.color_planes import bytes_of_hue, hue_of_bytes, rgb_planes
+from ..primitives.images.color_planes import arranged, bytes_of_hue, hue_of_bytes, rgb_planes
 from .hue import from_hue, radians, sixths_of
 
 
@@ -42,23 +42,27 @@ def rgb_to_hls(image: Tensor, eps: float = 1e-8) -> Tensor:
 
 
 def rgb_to_hsl(image: Tensor, eps: float = 1e-8) -> Tensor:
-    """``rgb_to_hls`` with its channels in the order hue, saturation, lightness.
+    """``rgb_to_hls`` with its channels in the order hue, saturation, lightness, of bytes too.
 
     Args:
-        image: RGB image (*, 3, H, W) in [0, 1], floating point.
-        eps: added to what the saturation is divided by.
+        image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
+        eps: added to what the saturation is divided by; not used for bytes.
 
     Returns:
-        (*, 3, H, W): hue in radians [0, 2 pi), saturation, lightness.
+        (*, 3, H, W): hue in radians [0, 2 pi), saturation, lightness; of bytes as in ``rgb_to_hls``.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> rgb_to_hsl(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([0.0000, 1.0000, 0.5000])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        return arranged(hue_of_bytes(image, True), [0, 2, 1], 0.0)
     hue, lightness, saturation = _hue_lightness_saturation(image, eps)
     return torch.stack([hue, saturation, lightness], -3)
 
@@ -94,23 +98,27 @@ def hls_to_rgb(image: Tensor) -> Tensor:
 
 
 def hsl_to_rgb(image: Tensor) -> Tensor:
-    """``hls_to_rgb`` of channels in the order hue, saturation, lightness.
+    """``hls_to_rgb`` of channels in the order hue, saturation, lightness, of bytes too.
 
     Args:
         image: HSL image (*, 3, H, W), floating point: hue in radians (any number of turns), saturation and
-            lightness in [0, 1].
+            lightness in [0, 1]; or uint8.
 
     Returns:
         (*, 3, H, W): red, green, blue.
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> hsl_to_rgb(torch.tensor([0.0, 1.0, 0.5]).reshape(1, 3, 1, 1)).flatten()
         tensor([1., 0., 0.])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        return bytes_of_hue(arranged(image, [0, 2, 1], 0.0), True)
     hue, saturation, lightness = rgb_planes(image, "image")
     return _rgb(hue, lightness, saturation)
 

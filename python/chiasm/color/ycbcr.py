@@ -8,22 +8,27 @@ from ..primitives.images.color_planes import luma_chroma, mix_bytes, mix_channel
 
 
 def rgb_to_y(image: Tensor) -> Tensor:
-    """Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B: the first channel of ``rgb_to_ycbcr``.
+    """Luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B: the first channel of ``rgb_to_ycbcr``, of bytes
+    too.
 
     Args:
-        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+        image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
 
     Returns:
         (*, 1, H, W).
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> rgb_to_y(torch.tensor([1.0, 0.0, 0.0]).reshape(1, 3, 1, 1)).flatten()
         tensor([0.2990])
     """
+    check_rgb(image, "image")
+    check_values(image, "image")
+    if image.dtype == torch.uint8:
+        return mix_bytes(image, [4899, 9617, 1868, 8192], 14)
     return mix_channels(image, [0.299, 0.587, 0.114], 0.0, "image")
 
 

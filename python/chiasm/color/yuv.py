@@ -1,11 +1,11 @@
 """Y'UV, with chroma at full, half (4:2:2) and quarter (4:2:0) resolution."""
 
-from typing import Tuple
+from typing import List, Tuple
 
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating, check_rgb, check_values
+from ..primitives.core.checks import check_rgb, check_values
 from ..primitives.images.color_planes import check_channels, luma_chroma, mix_bytes, mix_channels
 from ..primitives.resampling.decimation import every_second
 from ..primitives.resampling.taps import nearest_index
@@ -100,48 +100,48 @@ def rgb_to_yuv420(image: Tensor) -> Tuple[Tensor, Tensor]:
     """``rgb_to_yuv`` with chroma at half the width and height, each the mean of 2 x 2 pixels.
 
     Unlike Kornia's, it takes odd sizes: the last row or column then counts twice, as in JPEG.
+    Of bytes, means are of the bytes of ``rgb_to_yuv``, and rounded halves up.
 
     Args:
-        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+        image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
 
     Returns:
         Y (*, 1, H, W), and U, V (*, 2, (H + 1) // 2, (W + 1) // 2).
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> [list(part.shape) for part in rgb_to_yuv420(torch.ones(1, 3, 4, 6))]
         [[1, 1, 4, 6], [1, 2, 2, 3]]
     """
-    check_floating(image, "image")
     yuv = rgb_to_yuv(image)
-    return yuv.select(-3, 0).unsqueeze(-3), _halved(_halved(_chroma(yuv), -2), -1)
+    return yuv.select(-3, 0).unsqueeze(-3), _means(_chroma(yuv), [-2, -1], yuv)
 
 
 def rgb_to_yuv422(image: Tensor) -> Tuple[Tensor, Tensor]:
     """``rgb_to_yuv`` with chroma at half the width, each the mean of two pixels.
 
     Unlike Kornia's, it takes an odd width: the last column then counts twice.
+    Of bytes, means are of the bytes of ``rgb_to_yuv``, and rounded halves up.
 
     Args:
-        image: RGB image (*, 3, H, W) in [0, 1], floating point.
+        image: RGB image (*, 3, H, W), floating point in [0, 1], or uint8.
 
     Returns:
         Y (*, 1, H, W), and U, V (*, 2, H, (W + 1) // 2).
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image is not (*, 3, H, W).
 
     Example:
         >>> [list(part.shape) for part in rgb_to_yuv422(torch.ones(1, 3, 4, 6))]
         [[1, 1, 4, 6], [1, 2, 4, 3]]
     """
-    check_floating(image, "image")
     yuv = rgb_to_yuv(image)
-    return yuv.select(-3, 0).unsqueeze(-3), _halved(_chroma(yuv), -1)
+    return yuv.select(-3, 0).unsqueeze(-3), _means(_chroma(yuv), [-1], yuv)
 
 
 def yuv420_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
@@ -149,14 +149,14 @@ def yuv420_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
     pixels.
 
     Args:
-        imagey: Y (*, 1, H, W) in [0, 1], floating point.
+        imagey: Y (*, 1, H, W), floating point in [0, 1], or uint8.
         imageuv: U, V (*, 2, (H + 1) // 2, (W + 1) // 2), as ``rgb_to_yuv`` scales them.
 
     Returns:
-        (*, 3, H, W): red, green, blue, not clipped.
+        (*, 3, H, W): red, green, blue, not clipped; of bytes those of ``yuv_to_rgb``.
 
     Raises:
-        TypeError: if an image is not floating point.
+        TypeError: if an image is neither floating point nor uint8, or one is of bytes alone.
         ValueError: if a shape is not as above.
 
     Example:
@@ -173,14 +173,14 @@ def yuv422_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
     """RGB from luma and chroma of half the width; each chroma sample is repeated over its two pixels.
 
     Args:
-        imagey: Y (*, 1, H, W) in [0, 1], floating point.
+        imagey: Y (*, 1, H, W), floating point in [0, 1], or uint8.
         imageuv: U, V (*, 2, H, (W + 1) // 2), as ``rgb_to_yuv`` scales them.
 
     Returns:
-        (*, 3, H, W): red, green, blue, not clipped.
+        (*, 3, H, W): red, green, blue, not clipped; of bytes those of ``yuv_to_rgb``.
 
     Raises:
-        TypeError: if an image is not floating point.
+        TypeError: if an image is neither floating point nor uint8, or one is of bytes alone.
         ValueError: if a shape is not as above.
 
     Example:
@@ -201,14 +201,14 @@ def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
     stated in a bundle.
 
     Args:
-        imagey: Y (*, 1, H, W) in [0, 1], floating point.
+        imagey: Y (*, 1, H, W), floating point in [0, 1], or uint8.
         imageuv: U, V (*, 2, h, w), as ``rgb_to_yuv`` scales them.
 
     Returns:
-        (*, 3, H, W): red, green, blue, not clipped.
+        (*, 3, H, W): red, green, blue, not clipped; of bytes those of ``yuv_to_rgb``.
 
     Raises:
-        TypeError: if an image is not floating point.
+        TypeError: if an image is neither floating point nor uint8, or one is of bytes alone.
         ValueError: if a shape is not as above.
 
     Example:
@@ -219,24 +219,39 @@ def planar_yuv_to_rgb(imagey: Tensor, imageuv: Tensor) -> Tensor:
     rows = nearest_index(imageuv.size(-2), imagey.size(-2), imageuv.device)
     columns = nearest_index(imageuv.size(-1), imagey.size(-1), imageuv.device)
     chroma = imageuv.index_select(-2, rows).index_select(-1, columns)
-    return yuv_to_rgb(torch.stack([imagey.select(-3, 0), chroma.select(-3, 0), chroma.select(-3, 1)], -3))
+    planes = [imagey.select(-3, 0), chroma.select(-3, 0), chroma.select(-3, 1)]
+    if imagey.dtype == torch.uint8:
+        # Bytes that are joined would be left to libtorch by AOTInductor.
+        return yuv_to_rgb(torch.stack([p.to(torch.float32) for p in planes], -3).to(torch.uint8))
+    return yuv_to_rgb(torch.stack(planes, -3))
 
 
 def _chroma(yuv: Tensor) -> Tensor:
-    return torch.stack([yuv.select(-3, 1), yuv.select(-3, 2)], -3)
+    """U and V, which can be added up."""
+    u, v = yuv.select(-3, 1), yuv.select(-3, 2)
+    if yuv.dtype == torch.uint8:
+        u, v = u.to(torch.float32), v.to(torch.float32)
+    return torch.stack([u, v], -3)
 
 
-def _halved(x: Tensor, dim: int) -> Tensor:
-    """Means of two neighbours along ``dim``; the last one of an odd number stays as it is."""
-    half = (x.size(dim) + 1) // 2
-    return (every_second(x, dim, 0, half) + every_second(x, dim, 1, half)) * 0.5
+def _means(chroma: Tensor, dims: List[int], like: Tensor) -> Tensor:
+    """Means of two neighbours along each of ``dims``; the last one of an odd number stays as it is."""
+    for dim in dims:
+        half = (chroma.size(dim) + 1) // 2
+        chroma = (every_second(chroma, dim, 0, half) + every_second(chroma, dim, 1, half)) * 0.5
+    return torch.floor(chroma + 0.5).to(torch.uint8) if like.dtype == torch.uint8 else chroma
 
 
 def _check_pair(imagey: Tensor, imageuv: Tensor) -> None:
     check_channels(imagey, 1, "imagey")
-    check_floating(imagey, "imagey")
+    check_values(imagey, "imagey")
     check_channels(imageuv, 2, "imageuv")
-    check_floating(imageuv, "imageuv")
+    check_values(imageuv, "imageuv")
+    if (imagey.dtype == torch.uint8) != (imageuv.dtype == torch.uint8):
+        raise TypeError(
+            f"imageuv: expected uint8 with an imagey of uint8 and no other, got {imageuv.dtype} and"
+            f" {imagey.dtype}"
+        )
     if imageuv.shape[:-3] != imagey.shape[:-3]:
         raise ValueError(
             f"imageuv: expected the leading dimensions of imagey {list(imagey.shape)}, got"

@@ -2,26 +2,29 @@
 
 from typing import List, Optional
 
+import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_floating
-from ..primitives.filters.integral import integral
+from ..primitives.core.checks import check_values
+from ..primitives.core.layout import in_planes
+from ..primitives.filters.integral import integral, whole_sums
 
 
 def integral_tensor(input: Tensor, dim: Optional[List[int]] = None) -> Tensor:
     """Cumulative sum along one or more dimensions.
 
     Unlike Kornia's, dim is a list (a tuple will do in Python), since TorchScript has no tuples of any length.
+    Sums of bytes are exact.
 
     Args:
-        input: (*), floating point.
+        input: (*), floating point or uint8.
         dim: dimensions to sum along, the last by default.
 
     Returns:
-        Tensor of the input's shape and dtype.
+        Tensor of the input's shape and dtype; of bytes int32, saturated (from 8421505 bytes of 255 on).
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if dim is empty or names a dimension that input does not have.
 
     Example:
@@ -29,32 +32,32 @@ def integral_tensor(input: Tensor, dim: Optional[List[int]] = None) -> Tensor:
         tensor([[1., 2., 3.],
                 [2., 4., 6.]])
     """
-    check_floating(input, "input")
+    check_values(input, "input")
     dims = [-1] if dim is None else dim
     if len(dims) == 0:
         raise ValueError("dim: expected at least one dimension, got none")
-    out = input
+    out = input.to(torch.float64) if input.dtype == torch.uint8 else input
     for d in dims:
         if d < -input.dim() or d >= input.dim():
             raise ValueError(f"dim: expected dimensions of a tensor with {input.dim()}, got {d}")
         out = out.cumsum(d)
-    return out
+    return whole_sums(out) if input.dtype == torch.uint8 else out
 
 
 def integral_image(image: Tensor) -> Tensor:
     """Summed-area table: each pixel becomes the sum of all values above and to the left of it, and its own.
 
     F. C. Crow, Summed-area tables for texture mapping, SIGGRAPH 1984. OpenCV's ``integral`` has a row and a
-    column of zeros before.
+    column of zeros before. Of bytes the sums are exact, as OpenCV's of CV_32S.
 
     Args:
-        image: (*, H, W), floating point.
+        image: (*, H, W), floating point or uint8.
 
     Returns:
-        Tensor of the image's shape and dtype.
+        Tensor of the image's shape and dtype; of bytes int32, saturated (from 8421505 pixels of 255 on).
 
     Raises:
-        TypeError: if image is not floating point.
+        TypeError: if image is neither floating point nor uint8.
         ValueError: if image has fewer than two dimensions.
 
     Example:
@@ -62,7 +65,9 @@ def integral_image(image: Tensor) -> Tensor:
         tensor([[1., 2., 3.],
                 [2., 4., 6.]])
     """
-    check_floating(image, "image")
+    check_values(image, "image")
     if image.dim() < 2:
         raise ValueError(f"image: expected shape (*, H, W), got {list(image.shape)}")
+    if image.dtype == torch.uint8:
+        return whole_sums(integral(in_planes(image).to(torch.float64)))
     return integral(image)

@@ -5,7 +5,8 @@ from typing import List
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_pixels
+from ..primitives.core.layout import in_planes
 from ..primitives.features.extrema import largest
 from ..primitives.filters.padding import padded
 
@@ -19,13 +20,13 @@ def fast_response(input: Tensor) -> Tensor:
     the image.
 
     Args:
-        input: (B, C, H, W), floating point, without NaN.
+        input: (B, C, H, W), floating point, without NaN, or uint8.
 
     Returns:
-        (B, C, H, W) in units of input; 0 where no nine pixels are brighter or darker.
+        (B, C, H, W) in units of input, of its dtype; 0 where no nine pixels are brighter or darker.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if input is not 4-D.
 
     Example:
@@ -34,7 +35,10 @@ def fast_response(input: Tensor) -> Tensor:
         >>> fast_response(spot)[0, 0, 4, 4]
         tensor(0.7500)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
+    if input.dtype == torch.uint8:
+        exact = in_planes(input).to(torch.float32)
+        return _score(padded(exact, (3, 3), (3, 3), "replicate")).to(torch.uint8)
     return _score(padded(input, (3, 3), (3, 3), "replicate"))
 
 

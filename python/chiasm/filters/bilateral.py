@@ -5,8 +5,8 @@ from typing import Tuple, Union
 import torch
 from torch import Tensor
 
-from ..primitives.core.checks import check_choice, check_image, odd_pair
-from ..primitives.filters.bilateral import bilateral_mean
+from ..primitives.core.checks import check_choice, check_pixels, odd_pair
+from ..primitives.filters.bilateral import bilateral_bytes, bilateral_mean
 from .gaussian import gaussian_kernels
 
 
@@ -23,9 +23,13 @@ def bilateral_blur(
     C. Tomasi, R. Manduchi, Bilateral filtering for gray and color images, ICCV 1998. OpenCV's
     ``bilateralFilter`` uses the "l1" distance, and a disc where this uses the whole rectangle.
 
+    Of bytes, the factors of space and colour are rounded to 1/2^16 each, the sums are exact, and the mean is
+    rounded halves up: at most one level from the exact mean, and from OpenCV's where the corners of the
+    rectangle have no weight.
+
     Args:
-        input: (B, C, H, W), floating point.
-        kernel_size: odd size, one for both axes or (rows, columns).
+        input: (B, C, H, W), floating point or uint8.
+        kernel_size: odd size, one for both axes or (rows, columns); of bytes at most 4096 pixels.
         sigma_color: standard deviation of the colour distance in input's units; a float, or a tensor (B,) or
             scalar.
         sigma_space: standard deviations in pixels, (y, x) or a tensor (B, 2).
@@ -36,14 +40,17 @@ def bilateral_blur(
         (B, C, H, W).
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if a shape or a choice is not as above.
 
     Example:
         >>> bilateral_blur(torch.ones(1, 3, 5, 5), 3, 0.1, (1.0, 1.0)).shape
         torch.Size([1, 3, 5, 5])
+        >>> step = torch.tensor([10, 12, 10, 200], dtype=torch.uint8).reshape(1, 1, 1, 4)
+        >>> bilateral_blur(step, (1, 3), 20.0, (9.0, 9.0), "replicate")
+        tensor([[[[ 11,  11,  11, 200]]]], dtype=torch.uint8)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     return _weighted_mean(
         input, input, kernel_size, sigma_color, sigma_space, border_type, color_distance_type
     )
@@ -60,12 +67,14 @@ def joint_bilateral_blur(
 ) -> Tensor:
     """Average over neighbours, weighted by closeness in space and in the colour of another image.
 
-    G. Petschnigg et al., Digital photography with flash and no-flash image pairs, SIGGRAPH 2004.
+    G. Petschnigg et al., Digital photography with flash and no-flash image pairs, SIGGRAPH 2004. Bytes as by
+    ``bilateral_blur``.
 
     Args:
-        input: (B, C, H, W), floating point; what is averaged.
-        guidance: (B or 1, D, H, W), floating point; what colour distances are measured in.
-        kernel_size: odd size, one for both axes or (rows, columns).
+        input: (B, C, H, W), floating point or uint8; what is averaged.
+        guidance: (B or 1, D, H, W), floating point, or uint8 as input is; what colour distances are measured
+            in.
+        kernel_size: odd size, one for both axes or (rows, columns); of bytes at most 4096 pixels.
         sigma_color: standard deviation of the colour distance in guidance's units; a float, or a tensor (B,)
             or scalar.
         sigma_space: standard deviations in pixels, (y, x) or a tensor (B, 2).
@@ -76,15 +85,20 @@ def joint_bilateral_blur(
         (B, C, H, W).
 
     Raises:
-        TypeError: if input or guidance is not floating point.
+        TypeError: if input or guidance is neither floating point nor uint8, or one is of bytes alone.
         ValueError: if a shape or a choice is not as above.
 
     Example:
         >>> joint_bilateral_blur(torch.ones(1, 3, 5, 5), torch.ones(1, 1, 5, 5), 3, 0.1, (1.0, 1.0)).shape
         torch.Size([1, 3, 5, 5])
     """
-    check_image(input, "input")
-    check_image(guidance, "guidance")
+    check_pixels(input, "input")
+    check_pixels(guidance, "guidance")
+    if (input.dtype == torch.uint8) != (guidance.dtype == torch.uint8):
+        raise TypeError(
+            f"guidance: expected uint8 with an input of uint8 and no other, got {guidance.dtype} and"
+            f" {input.dtype}"
+        )
     if guidance.size(2) != input.size(2) or guidance.size(3) != input.size(3):
         raise ValueError(
             f"guidance: expected input's height and width {list(input.shape)}, got {list(guidance.shape)}"
@@ -105,11 +119,18 @@ def _weighted_mean(
 ) -> Tensor:
     check_choice(color_distance_type, ["l1", "l2"], "color_distance_type")
     ky, kx = odd_pair(kernel_size, "kernel_size")
-    kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma_space, input.size(0), input, "sigma_space")
+    of_bytes = input.dtype == torch.uint8
+    if of_bytes and ky * kx > 4096:
+        raise ValueError(f"kernel_size: expected at most 4096 pixels for bytes, got ({ky}, {kx})")
+    like = torch.empty([0], dtype=torch.float64 if of_bytes else input.dtype, device=input.device)
+    kernel_y, kernel_x = gaussian_kernels(ky, kx, sigma_space, input.size(0), like, "sigma_space")
     if isinstance(sigma_color, Tensor):
-        color = sigma_color.to(input.dtype).reshape(-1, 1, 1, 1)
+        color = sigma_color.to(like.dtype).reshape(-1, 1, 1, 1)
     else:
-        color = torch.full([1, 1, 1, 1], sigma_color, dtype=input.dtype, device=input.device)
+        color = torch.full([1, 1, 1, 1], sigma_color, dtype=like.dtype, device=input.device)
     falloff = -0.5 / (color * color)
+    squares = color_distance_type == "l2"
+    if of_bytes:
+        return bilateral_bytes(input, guidance, kernel_y, kernel_x, falloff, squares, border_type)
     guide = input if guidance is input else guidance.to(input.dtype)  # whose neighbourhoods are then the same
-    return bilateral_mean(input, guide, kernel_y, kernel_x, falloff, color_distance_type == "l2", border_type)
+    return bilateral_mean(input, guide, kernel_y, kernel_x, falloff, squares, border_type)

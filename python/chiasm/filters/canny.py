@@ -2,10 +2,12 @@
 
 from typing import Tuple, Union
 
+import torch
 from torch import Tensor
 
 from ..color.gray import rgb_to_grayscale
-from ..primitives.core.checks import check_image
+from ..primitives.core.checks import check_pixels
+from ..primitives.core.layout import in_planes
 from ..primitives.features.canny import canny_hysteresis, canny_nms
 from .gaussian import gaussian_blur2d
 
@@ -32,22 +34,28 @@ def canny(
     Weak edges are followed by union-find, to their end: the number of steps grows with the logarithm of their
     length, and a spiral one pixel wide over a whole 1080p frame takes fewer than ten.
 
+    Of bytes, grey and blur are bytes too, and derivatives whole numbers. The edges are OpenCV's, to the bit:
+    ``cv2.Canny(cv2.GaussianBlur(grey, kernel_size, sigma), low, high, L2gradient=True)``; with kernel_size 1
+    those of an image that is not blurred.
+
     Args:
-        input: (B, 3, H, W) RGB or (B, 1, H, W) grey, floating point.
-        low_threshold: least magnitude of an edge, in units of the unnormalised Sobel operator.
+        input: (B, 3, H, W) RGB or (B, 1, H, W) grey, floating point or uint8.
+        low_threshold: least magnitude of an edge, in units of the unnormalised Sobel operator: of bytes from
+            0 to 1442, and 100 and 200 say.
         high_threshold: least magnitude of an edge's strongest pixel.
         kernel_size: odd size of the Gaussian, one for both axes or (rows, columns).
         sigma: standard deviations in pixels, (y, x) or a tensor (B, 2).
         hysteresis: keep of the weak edges those that touch strong ones, instead of all.
-        eps: added to the squared magnitude, which keeps its derivative finite.
+        eps: added to the squared magnitude, which keeps its derivative finite; of bytes it has no meaning.
         num_iterations: bound on the steps by which weak edges are followed. Not in Kornia.
 
     Returns:
         The magnitude on the ridges, 0 elsewhere, and the edges: 1, or without hysteresis 1 for strong and 0.5
-        for weak ones; both (B, 1, H, W). Only the magnitude has a gradient.
+        for weak ones; both (B, 1, H, W). Only the magnitude has a gradient. Of bytes the magnitude is int16,
+        rounded, and the edges are bytes: 255, and 128 for weak ones.
 
     Raises:
-        TypeError: if input is not floating point.
+        TypeError: if input is neither floating point nor uint8.
         ValueError: if a shape is not as above, or the thresholds are negative or in the wrong order.
 
     Example:
@@ -56,8 +64,10 @@ def canny(
         >>> step[..., 5:] = 1.5
         >>> canny(step)[1][0, 0, 4]
         tensor([0., 0., 0., 0., 1., 0., 0., 0.])
+        >>> canny((100.0 * step).to(torch.uint8), 100.0, 200.0)[1][0, 0, 4]
+        tensor([  0,   0,   0,   0, 255,   0,   0,   0], dtype=torch.uint8)
     """
-    check_image(input, "input")
+    check_pixels(input, "input")
     if input.size(1) != 1 and input.size(1) != 3:
         raise ValueError(f"input: expected shape (B, 1, H, W) or (B, 3, H, W), got {list(input.shape)}")
     if low_threshold < 0.0 or high_threshold < low_threshold:
@@ -67,12 +77,17 @@ def canny(
         )
     gray = rgb_to_grayscale(input) if input.size(1) == 3 else input
     blurred = gaussian_blur2d(gray, kernel_size, sigma)
+    if input.dtype == torch.uint8:
+        # Squared magnitudes are whole numbers below 2^24, whose roots float32 tells apart.
+        magnitude = canny_nms(in_planes(blurred).to(torch.float32), 0.0)
+        shares = _edges(magnitude, low_threshold, high_threshold, hysteresis, num_iterations)
+        return torch.round(magnitude).to(torch.int16), torch.round(255.0 * shares).to(torch.uint8)
     magnitude = canny_nms(blurred, eps)
-    detached = magnitude.detach()
+    return magnitude, _edges(magnitude.detach(), low_threshold, high_threshold, hysteresis, num_iterations)
+
+
+def _edges(magnitude: Tensor, low: float, high: float, hysteresis: bool, num_iterations: int) -> Tensor:
+    """1 on edges, or without hysteresis 1 on strong and 0.5 on weak ones, in the dtype of the magnitude."""
     if hysteresis:
-        edges = canny_hysteresis(detached, low_threshold, high_threshold, num_iterations).to(input.dtype)
-    else:
-        edges = 0.5 * (detached > low_threshold).to(input.dtype) + 0.5 * (detached > high_threshold).to(
-            input.dtype
-        )
-    return magnitude, edges
+        return canny_hysteresis(magnitude, low, high, num_iterations).to(magnitude.dtype)
+    return 0.5 * (magnitude > low).to(magnitude.dtype) + 0.5 * (magnitude > high).to(magnitude.dtype)

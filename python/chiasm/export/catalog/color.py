@@ -37,9 +37,9 @@ def _in_degrees(hue):
     return (hue * np.array([180 / np.pi, 1.0, 1.0], np.float32),)
 
 
-def _red_difference_last(ycrcb):
-    """OpenCV has it before the blue one."""
-    return ycrcb[..., [0, 2, 1]]
+def _second_last(pixels):
+    """OpenCV has the red difference before the blue one, and lightness before saturation."""
+    return np.ascontiguousarray(pixels[..., [0, 2, 1]])
 
 
 def _output(color="RGB", description=""):
@@ -195,6 +195,7 @@ add(
         # the largest value's gradient is a sum over all pixels, whose order each backend chooses
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
         reference="OpenCV transform; NumPy float64",
+        frames=Frames(reference="NumPy whole numbers"),
     )
 )
 
@@ -227,12 +228,19 @@ def _hue(name):
 _EXACT = "OpenCV cvtColor; exact numbers in float64"
 for _space in ("hls", "hsl", "hsv"):
     _color = _space.upper()
-    _frames, _frames_back = (
-        None
-        if _space == "hsl"
-        else Frames(reference=_EXACT, peer=cvt_color(f"COLOR_{way}", atol=1, share=5e-3))
-        for way in (f"RGB2{_color}", f"{_color}2RGB")
-    )
+    if _space == "hsl":  # OpenCV has another order
+        _frames = Frames(
+            reference=_EXACT, peer=cvt_color("COLOR_RGB2HLS", after=_second_last, atol=1, share=5e-3)
+        )
+        _frames_back = Frames(
+            reference=_EXACT,
+            peer=cvt_color("COLOR_HLS2RGB", before=lambda x: (_second_last(x),), atol=1, share=5e-3),
+        )
+    else:
+        _frames, _frames_back = (
+            Frames(reference=_EXACT, peer=cvt_color(f"COLOR_{way}", atol=1, share=5e-3))
+            for way in (f"RGB2{_color}", f"{_color}2RGB")
+        )
     if _space != "hsv":
         add(
             Spec(
@@ -325,6 +333,7 @@ add(
         special_values=_LOGARITHM,
         peer=cvt_color("COLOR_RGB2Luv", atol=0.05),
         reference="scikit-image rgb2luv; OpenCV cvtColor(COLOR_RGB2Luv)",
+        frames=Frames(peer=cvt_color("COLOR_RGB2Luv", atol=1)),
     )
 )
 
@@ -361,6 +370,7 @@ add(
         sample=_sample_cie("luv"),
         peer=cvt_color("COLOR_Luv2RGB", atol=1e-3),
         reference="scikit-image luv2rgb; OpenCV cvtColor(COLOR_Luv2RGB)",
+        frames=Frames(peer=cvt_color("COLOR_Luv2RGB", atol=4, share=0.1)),
     )
 )
 
@@ -381,6 +391,10 @@ add(
         _output("GRAY"),
         peer=cvt_color("COLOR_RGB2GRAY", atol=1e-3),
         reference=_OPENCV.format("COLOR_RGB2GRAY"),
+        frames=Frames(
+            reference="OpenCV cvtColor(COLOR_RGB2YCrCb)",
+            peer=cvt_color("COLOR_RGB2YCrCb", after=lambda ycrcb: ycrcb[..., :1]),
+        ),
     )
 )
 add(
@@ -388,9 +402,9 @@ add(
         "color.rgb_to_ycbcr",
         [_rgb()],
         _output("YCbCr"),
-        peer=cvt_color("COLOR_RGB2YCrCb", after=_red_difference_last),
+        peer=cvt_color("COLOR_RGB2YCrCb", after=_second_last),
         reference=_OPENCV.format("COLOR_RGB2YCrCb"),
-        frames=Frames(peer=cvt_color("COLOR_RGB2YCrCb", after=_red_difference_last)),
+        frames=Frames(peer=cvt_color("COLOR_RGB2YCrCb", after=_second_last)),
     )
 )
 add(
@@ -398,9 +412,9 @@ add(
         "color.ycbcr_to_rgb",
         [image("image", channels=3, color="YCbCr")],
         _output(),
-        peer=cvt_color("COLOR_YCrCb2RGB", before=lambda x: (_red_difference_last(x),), atol=1e-3),
+        peer=cvt_color("COLOR_YCrCb2RGB", before=lambda x: (_second_last(x),), atol=1e-3),
         reference=_OPENCV.format("COLOR_YCrCb2RGB"),
-        frames=Frames(peer=cvt_color("COLOR_YCrCb2RGB", before=lambda x: (_red_difference_last(x),))),
+        frames=Frames(peer=cvt_color("COLOR_YCrCb2RGB", before=lambda x: (_second_last(x),))),
     )
 )
 add(
@@ -431,6 +445,7 @@ add(
         _PLANES,
         symbols=_HALF,
         reference="scikit-image rgb2yuv, then NumPy means of 2 x 2",
+        frames=Frames(reference="OpenCV cvtColor(COLOR_RGB2YUV), then NumPy means of 2 x 2"),
     )
 )
 add(
@@ -440,6 +455,7 @@ add(
         _PLANES,
         symbols=_HALF,
         reference="scikit-image rgb2yuv, then NumPy means of 1 x 2",
+        frames=Frames(reference="OpenCV cvtColor(COLOR_RGB2YUV), then NumPy means of 1 x 2"),
     )
 )
 add(
@@ -462,6 +478,7 @@ add(
         gradient_tolerances={"float32": Tolerance(1e-3, 1e-4)},
         special_values=_ZERO_FACTORS,
         reference="scikit-image yuv2rgb of NumPy repeat",
+        frames=Frames(reference="OpenCV cvtColor(COLOR_YUV2RGB) of NumPy repeat"),
     )
 )
 
@@ -498,6 +515,16 @@ for _name, _parts, _peer in (
             frames=Frames(peer=_peer),
         )
     )
+add(
+    Spec(
+        "color.rgb_to_nv12",
+        [_BYTES],
+        _PLANES,
+        symbols=_HALF,
+        reference="OpenCV cvtColor(COLOR_RGB2YUV_I420); ITU-R BT.601 and BT.709 in NumPy float64",
+        frames=Frames(),
+    )
+)
 for _name in ("yuyv", "uyvy"):
     _code = f"COLOR_YUV2RGB_{_name.upper()}"
     _peer = cvt_color(_code, before=lambda x: (x.reshape(x.shape[0], 2 * x.shape[1], 2),))

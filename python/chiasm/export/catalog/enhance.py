@@ -167,6 +167,10 @@ _INTEGRAL = opencv(
     rtol=1e-4,
     atol=1e-3,
 )
+_INTEGRAL_OF_FRAMES = Frames(
+    reference="OpenCV integral",
+    peer=opencv(lambda cv2, x: cv2.integral(x), "planes", after=lambda s: s[1:, 1:]),
+)
 for _name in ("integral_image", "integral_tensor"):
     add(
         Spec(
@@ -178,6 +182,7 @@ for _name in ("integral_image", "integral_tensor"):
             tolerances={"float32": Tolerance(1e-3, 1e-4)},
             peer=_INTEGRAL if _name == "integral_image" else None,
             reference="OpenCV integral; NumPy cumsum",
+            frames=_INTEGRAL_OF_FRAMES if _name == "integral_image" else None,
         )
     )
 

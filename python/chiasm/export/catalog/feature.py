@@ -1,6 +1,6 @@
 """Features: how much of a corner or a blob each pixel is."""
 
-from ..spec import Spec, TensorSpec, image
+from ..spec import Frames, Spec, TensorSpec, image
 from . import STENCIL, add
 
 add(
@@ -89,5 +89,6 @@ add(
         without_nan=True,
         special_values="differences of infinities are NaN",
         reference="OpenCV FastFeatureDetector",
+        frames=Frames(),
     )
 )

@@ -617,6 +617,10 @@ add(
         special_values=_OWN_WEIGHT,
         also=({"kernel_size": (3, 5), "border_type": "replicate", "color_distance_type": "l2"},),
         reference="the definition in NumPy float64, and OpenCV bilateralFilter on one channel",
+        frames=Frames(
+            config={"sigma_color": 25.0},
+            reference="the definition in NumPy float64, and OpenCV bilateralFilter",
+        ),
     )
 )
 
@@ -639,6 +643,10 @@ add(
         },
         symbols=STENCIL,
         reference="OpenCV Canny on the same gradients",
+        frames=Frames(
+            config={"low_threshold": 100.0, "high_threshold": 200.0},
+            reference="OpenCV GaussianBlur and Canny",
+        ),
     )
 )
 
@@ -656,6 +664,7 @@ add(
         symbols=STENCIL,
         special_values=_OWN_WEIGHT,
         reference="the definition in NumPy float64",
+        frames=Frames(config={"sigma_color": 25.0}, reference="the definition in NumPy float64"),
     )
 )
 

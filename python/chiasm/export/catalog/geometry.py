@@ -58,6 +58,7 @@ _FRAMES = {
         peer=_resized("INTER_AREA", sizes={"C": 3, "OH": 5, "OW": 4}, atol=1),
     ),
     "bilinear": Frames(reference="OpenCV resize(INTER_LINEAR_EXACT)", peer=_resized("INTER_LINEAR_EXACT")),
+    "bicubic": Frames(reference="OpenCV resize(INTER_CUBIC)", peer=_resized("INTER_CUBIC", atol=1)),
     "nearest": Frames(
         ("uint8", "int16", "uint16", "float32"),
         reference="OpenCV resize(INTER_NEAREST)",
@@ -84,7 +85,7 @@ for _name, _config in {
             symbols=_SIZES,
             peer=_PEERS[_name],
             reference="torch.nn.functional.interpolate; OpenCV resize; Pillow where antialiased",
-            frames=_FRAMES.get(_name),
+            frames=_FRAMES[_name],
             special_values="" if _name == "nearest" else ZERO_WEIGHTS,
             picture="warps",
         ),

@@ -245,7 +245,7 @@ for _name, (_inputs, _ways, _rest) in _WARPED.items():
             config=_config,
             symbols=_SIZES,
             peer=_warp_peer(_name, _mode, _padding),
-            frames=None if _mode == "bicubic" else Frames(peer=_warp_peer(_name, _mode, _padding, True)),
+            frames=Frames(peer=_warp_peer(_name, _mode, _padding, True)),
             **_rest,
             **(_CUBIC if _mode == "bicubic" else _WARP),
         )
@@ -262,6 +262,7 @@ _add(
     fn="warp_affine",
     config={"mode": "bilinear", "padding_mode": "fill"},
     symbols=_SIZES,
+    frames=Frames(ranges={"fill_value": (0.0, 255.0)}),
     **_WARP,
 )
 _add(

@@ -35,22 +35,21 @@ def warp_affine(
     Pixel centres lie at integers, as for ``cv2.warpAffine(src, M, (width, height))`` with constant border 0
     (of which older versions round positions of bytes to 1/32 pixel).
 
-    Of bytes, positions are computed in float64. "bilinear" rounds them to 1/32 pixel, halves to even, and
-    values halves up: smooth images are within a level of OpenCV's. The same positions give the same bytes;
-    but a position's last digits are an engine's own, so that one in the middle of two steps of 1/32, or for
-    "nearest" of two pixels, may be rounded to either.
+    Of bytes, positions are computed in float64. "bilinear" and "bicubic" round them to 1/32 pixel, halves to
+    even, and values halves up: smooth images are within a level of OpenCV's. The same positions give the same
+    bytes; but a position's last digits are an engine's own, so that one in the middle of two steps of 1/32,
+    or for "nearest" of two pixels, may be rounded to either.
 
     Args:
         src: (B, C, H, W), floating point or uint8.
         M: (B, 2, 3), or (1, 2, 3) for all images, invertible, mapping src pixels (x, y) to output pixels.
         dsize: (height, width) of the output; may come from another tensor's shape.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or, not of bytes, "bicubic" (a = -0.75,
-            as torch and OpenCV).
-        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or, not of bytes,
-            "fill".
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
+            OpenCV).
+        padding_mode: what lies outside src: "zeros", "border" (replicate), "reflection" or "fill".
         align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges when
             False. It makes no other difference, since M is in pixels.
-        fill_value: (C,) colour for "fill"; black by default.
+        fill_value: (C,) colour for "fill", of bytes in levels; black by default.
 
     Returns:
         (B, C, height, width). Differentiable in src and M ("nearest": in src).

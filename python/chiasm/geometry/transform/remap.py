@@ -27,20 +27,20 @@ def remap(
     """Read an image at given positions: out(p) = image(map_x(p), map_y(p)).
 
     With align_corners=True this is ``cv2.remap(image, map_x, map_y, interpolation)`` with constant border 0.
-    Of bytes, "bilinear" positions are rounded to 1/32 pixel, halves to even, and values halves up: OpenCV's
-    8-bit form of version 4.6, to the bit. Version 5 does not round positions; smooth images are within
-    a level of theirs. Positions that are computed, without align_corners, may differ in their last digits
-    between engines, so that one that lies in the middle of two such steps may be rounded to either.
+    Of bytes, positions are rounded to 1/32 pixel (of "nearest" to pixels), halves to even, and values halves
+    up: of "bilinear" OpenCV's 8-bit form of version 4.6, to the bit, and of "bicubic" at most a level from
+    it. Version 5 does not round positions; smooth images are within a level of its results. Positions that
+    are computed, without align_corners, may differ in their last digits between engines, so that one that
+    lies in the middle of two such steps may be rounded to either.
 
     Args:
         image: (B, C, H, W), floating point or uint8.
         map_x: (B, h, w), columns of image, floating point.
         map_y: (B, h, w), rows of image.
-        mode: "bilinear", "nearest" (halves go to the even neighbour) or, not of bytes, "bicubic" (a = -0.75,
-            as torch and OpenCV).
+        mode: "bilinear", "nearest" (halves go to the even neighbour) or "bicubic" (a = -0.75, as torch and
+            OpenCV).
         padding_mode: what lies outside: "zeros", "border" (replicate), "reflection" (about the corner pixels'
-            centres, or the outer edges unless align_corners is True) or, not of bytes, "fill" (black here, as
-            "zeros").
+            centres, or the outer edges unless align_corners is True) or "fill" (black here, as "zeros").
         align_corners: True for pixel centres at integers. None is False, as in Kornia: then positions in
             pixels are read at x * W / (W - 1) - 1/2, so that identity maps are **not** the identity.
         normalized_coordinates: the maps are in [-1, 1], from corner pixel to corner pixel with align_corners,

@@ -8,6 +8,7 @@ from ...primitives.core.broadcasting import in_batch, like_given
 from ...primitives.core.checks import check_choice, check_pixels
 from ...primitives.resampling.resizing import (
     area_bytes,
+    cubic_bytes,
     resized,
     resized_bytes,
     resized_bytes_antialias,
@@ -35,8 +36,8 @@ def resize(
     Of bytes, "bilinear" without antialias has weights in 1/256 and is rounded halves up: OpenCV's
     INTER_LINEAR_EXACT, to the bit. With antialias, weights are in 1/2^22 and the result is rounded halves up
     after either axis: Pillow's ``Image.resize`` of the rows and then of the columns, to the bit. (Pillow
-    takes the columns first where that is faster.) "area" is the exact mean rounded halves up, at most one
-    level from OpenCV's. "bicubic" without antialias is for floating point.
+    takes the columns first where that is faster.) "area" is the exact mean, and "bicubic" without antialias
+    has weights in 1/2^11; both are rounded once, halves up, at most one level from OpenCV's.
 
     Args:
         input: (B, C, H, W), (C, H, W) or (H, W), floating point or uint8; for "nearest" also int16 or uint16.
@@ -97,7 +98,7 @@ def _resize_of_batch(
         if antialias:
             return resized_bytes_antialias(input, height, width, interpolation, corners)
         if interpolation == "bicubic":
-            raise ValueError("antialias: expected True for 'bicubic' and an image of bytes, got False")
+            return cubic_bytes(input, height, width, corners)
         return resized_bytes(input, height, width, corners)
     return resized(input, height, width, interpolation, corners, antialias)
 

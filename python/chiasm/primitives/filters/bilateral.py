@@ -3,8 +3,11 @@
 import torch
 from torch import Tensor
 
+from ..core.layout import in_planes
 from ..core.lowering import primitive
+from ..core.materialise import materialised
 from ..kernels import operators as kernels
+from ..numbers.rounding import known_or
 from .padding import padded
 from .stencil import join_channels, split_channels
 
@@ -74,3 +77,53 @@ def _valid_mean(
             total = total + weight
             sums = [sums[c] + rows[c][..., j : j + width] * weight for c in range(len(planes))]
     return join_channels([s / total for s in sums])
+
+
+def bilateral_bytes(
+    x: Tensor,
+    guide: Tensor,
+    kernel_y: Tensor,
+    kernel_x: Tensor,
+    falloff: Tensor,
+    squares: bool,
+    border_type: str,
+) -> Tensor:
+    """``bilateral_mean`` of bytes by a guide of bytes, rounded halves up; kernels and falloff are float64.
+
+    Both factors of a weight are rounded to 1/2^16, so that a weight is a whole number of 1/2^32, and sums
+    over up to 4096 pixels are whole numbers that float64 holds. Distances are whole numbers, by which the
+    factor of the colour is looked up.
+    """
+    ry, rx = kernel_y.size(1) // 2, kernel_x.size(1) // 2
+    relative_y, relative_x = kernel_y / kernel_y[:, ry : ry + 1], kernel_x / kernel_x[:, rx : rx + 1]
+    nearness = known_or(torch.round(65536.0 * (relative_y[:, :, None] * relative_x[:, None, :])), 0.0)
+    largest = guide.size(1) * (65025 if squares else 255)
+    distance = torch.arange(largest + 1, device=x.device).to(torch.float64)
+    exponent = (distance if squares else distance * distance) * falloff.reshape(-1, 1)
+    alike = known_or(torch.round(65536.0 * torch.exp(exponent)), 0.0)
+    # Of its own colour a pixel has the whole weight, also where only that has any.
+    alike = torch.where(distance == 0.0, torch.full_like(alike, 65536.0), alike)
+
+    p = padded(in_planes(x).to(torch.float32), (ry, ry), (rx, rx), border_type)
+    q = p if guide is x else padded(in_planes(guide).to(torch.float32), (ry, ry), (rx, rx), border_type)
+    q = q.expand(x.size(0), -1, -1, -1)
+    return _mean_of_bytes(p, q, materialised(nearness, 0), materialised(alike, 0), squares)
+
+
+def _mean_of_bytes(p: Tensor, guide: Tensor, nearness: Tensor, alike: Tensor, squares: bool) -> Tensor:
+    batch, ky, kx = p.size(0), nearness.size(1), nearness.size(2)
+    height, width = p.size(2) - ky + 1, p.size(3) - kx + 1
+    table = alike.expand(batch, -1)
+    centre = guide[:, :, ky // 2 : ky // 2 + height, kx // 2 : kx // 2 + width]
+    total = torch.zeros([1], dtype=torch.float64, device=p.device)
+    sums = total
+    for i in range(ky):
+        for j in range(kx):
+            difference = guide[:, :, i : i + height, j : j + width] - centre
+            apart = difference * difference if squares else difference.abs()
+            entry = apart.sum(1, keepdim=True).to(torch.int64).reshape(batch, -1)
+            weight = table.gather(1, entry).reshape(batch, 1, height, width)
+            weight = weight * nearness[:, i, j].reshape(-1, 1, 1, 1)
+            total = total + weight
+            sums = sums + p[:, :, i : i + height, j : j + width].to(torch.float64) * weight
+    return torch.floor((2.0 * sums + total) / (2.0 * total).clamp(min=1.0)).to(torch.uint8)

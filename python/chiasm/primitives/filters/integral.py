@@ -1,5 +1,6 @@
 """Summed-area tables."""
 
+import torch
 from torch import Tensor
 
 from ..core.lowering import primitive
@@ -18,3 +19,12 @@ def integral(x: Tensor) -> Tensor:
 
 
 integral.lowering("native", when=kernels.has_kernel)(kernels.integral)
+
+
+def whole_sums(sums: Tensor) -> Tensor:
+    """Sums of bytes in float64, which holds them, as int32: beyond its largest number that.
+
+    >>> whole_sums(torch.tensor([3.0, 2.0**31], dtype=torch.float64))
+    tensor([         3, 2147483647], dtype=torch.int32)
+    """
+    return sums.clamp(max=2147483647.0).to(torch.int32)

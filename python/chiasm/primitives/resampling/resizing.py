@@ -5,7 +5,7 @@ from typing import List, Tuple
 import torch
 from torch import Tensor
 
-from ..core.layout import as_rows, from_rows
+from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
 from ..core.materialise import materialised, stored_index
 from ..filters.fixed_point import rounded_sums
@@ -139,6 +139,25 @@ def area_bytes(x: Tensor, height: int, width: int) -> Tensor:
 def _area_kernel(x: Tensor, height: int, width: int) -> Tensor:
     rows, step = as_rows(x)
     return from_rows(kernels.area_bytes(rows, height, width, step), x)
+
+
+def cubic_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
+    """Bytes (B, C, H, W) as (B, C, height, width), bicubic (a = -0.75): by weights in 1/2^11, rounded once,
+    halves up, and saturated. The sums are whole numbers that float64 holds."""
+    rows, down = _cubic_table(x.size(2), height, align_corners, x.device)
+    columns, across = _cubic_table(x.size(3), width, align_corners, x.device)
+    sums = resampled(in_planes(x).to(torch.float64), rows, down, columns, across)
+    return torch.floor(sums * (1.0 / 4194304.0) + 0.5).clamp(0.0, 255.0).to(torch.uint8)
+
+
+def _cubic_table(
+    in_size: int, out_size: int, align_corners: bool, device: torch.device
+) -> Tuple[Tensor, Tensor]:
+    """Indices (out_size, 4) of the neighbours of each position, and their weights in 1/2^11."""
+    whole, rest, denominator = exact_positions(in_size, out_size, align_corners, device)
+    weights = torch.stack(cubic_weights(rest.to(torch.float64) / denominator, -0.75), 1)
+    neighbours = whole[:, None] + torch.arange(-1, 3, device=device)
+    return neighbours.clamp(0, in_size - 1), torch.round(2048.0 * weights)
 
 
 def resized_bytes_antialias(

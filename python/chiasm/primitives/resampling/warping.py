@@ -6,10 +6,11 @@ import torch
 from torch import Tensor
 
 from ..core.checks import check_choice, check_floating, check_pixels, check_tensor
-from ..core.layout import as_rows, from_rows
+from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
 from ..filters.stencil import join_channels, split_channels
 from ..kernels import operators as kernels
+from ..numbers.rounding import known_or
 from .taps import bilinear_taps, cubic_taps, gather_taps, larger, nearest_taps, reflect_positions
 
 
@@ -23,11 +24,13 @@ def check_source(src: Tensor, mode: str, padding_mode: str, name: str) -> None:
     """Raise unless ``src`` is an image (B, C, H, W), floating point or uint8, that can be read so."""
     check_pixels(src, name)
     check_sampling(mode, padding_mode)
-    if src.dtype == torch.uint8 and (mode == "bicubic" or padding_mode == "fill"):
-        raise ValueError(
-            f"{name}: expected modes 'bilinear' or 'nearest' and no padding_mode 'fill' for bytes, got"
-            f" '{mode}' and '{padding_mode}'"
-        )
+
+
+def check_fill(fill_value: Tensor) -> None:
+    """Raise unless ``fill_value`` is a tensor (C,)."""
+    check_tensor(fill_value, "fill_value")
+    if fill_value.dim() != 1:
+        raise ValueError(f"fill_value: expected shape (C,), got {list(fill_value.shape)}")
 
 
 def check_matrix(value: Tensor, rows: int, columns: int, name: str) -> None:
@@ -94,36 +97,6 @@ def _has_kernel(src: Tensor, padding_mode: str) -> bool:
 
 
 @primitive
-def sample_bytes(
-    src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool
-) -> Tensor:
-    """``sample_image`` of bytes, "bilinear" or "nearest": positions are rounded to 1/32 pixel, halves to
-    even, and sums halves up. Weights are multiples of 1/1024, so that float32 has the sums.
-
-    These are the fixed points of OpenCV's remap of 8 bits, version 4.6 (INTER_BITS = 5).
-    """
-    steps = 1.0 if mode == "nearest" else 32.0
-    # Further away nothing changes; what is not a number stays it.
-    at_x = torch.round(x.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
-    at_y = torch.round(y.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
-    sums = sample_floating(src.to(torch.float32), at_x, at_y, mode, padding_mode, align_corners, None)
-    return torch.floor(sums + 0.5).to(torch.uint8)
-
-
-@sample_bytes.lowering("native", when=kernels.available)
-def _sample_bytes_kernel(
-    src: Tensor, x: Tensor, y: Tensor, mode: str, padding_mode: str, align_corners: bool
-) -> Tensor:
-    rows, step = as_rows(src)
-    if x.dtype != torch.float32 or y.dtype != torch.float32:
-        x, y = x.to(torch.float64), y.to(torch.float64)
-    x, y = torch.broadcast_tensors(x, y)
-    return from_rows(
-        kernels.remap_bytes(rows, x.contiguous(), y.contiguous(), step, mode, padding_mode, align_corners),
-        src,
-    )
-
-
 def sample_floating(
     src: Tensor,
     x: Tensor,
@@ -151,7 +124,84 @@ def sample_floating(
     return weigh_image(src, index, weight, fill_value if padding_mode == "fill" else None)
 
 
+@sample_floating.lowering(
+    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, padding_mode)
+)
+def _sample_floating_kernel(
+    src: Tensor,
+    x: Tensor,
+    y: Tensor,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
+) -> Tensor:
+    x, y = torch.broadcast_tensors(x.to(src.dtype), y.to(src.dtype))
+    x, y = x.expand(src.size(0), -1, -1).contiguous(), y.expand(src.size(0), -1, -1).contiguous()
+    return kernels.remap(src, x, y, mode, padding_mode, align_corners)
+
+
 @primitive
+def sample_bytes(
+    src: Tensor,
+    x: Tensor,
+    y: Tensor,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
+) -> Tensor:
+    """``sample_image`` of bytes: positions are rounded to 1/32 pixel, for "nearest" to pixels, halves to
+    even, and sums halves up and saturated. ``fill_value`` is rounded to bytes, halves to even.
+
+    1/32 pixel is the step of OpenCV's remap of 8 bits, version 4.6 (INTER_BITS = 5). Bilinear weights are
+    then multiples of 1/2^10, so that float32 has the sums, and bicubic ones of 1/2^34, so that float64 has
+    them.
+    """
+    steps = 1.0 if mode == "nearest" else 32.0
+    # Further away nothing changes; what is not a number stays it.
+    at_x = torch.round(x.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
+    at_y = torch.round(y.to(torch.float64).clamp(-16777216.0, 16777216.0) * steps) / steps
+    exact = in_planes(src).to(torch.float64 if mode == "bicubic" else torch.float32)
+    if padding_mode == "fill" and fill_value is not None:
+        check_fill(fill_value)
+        # What is read beyond the border is a difference of 0 from it.
+        level = known_or(torch.round(fill_value.to(exact.dtype)), 0.0).clamp(0.0, 255.0)[:, None, None]
+        sums = sample_floating(exact - level, at_x, at_y, mode, "zeros", align_corners, None) + level
+    else:
+        beyond = "zeros" if padding_mode == "fill" else padding_mode
+        sums = sample_floating(exact, at_x, at_y, mode, beyond, align_corners, None)
+    return torch.floor(sums + 0.5).clamp(0.0, 255.0).to(torch.uint8)
+
+
+def _has_bytes_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
+    return (
+        kernels.available(src) and src.dtype == torch.uint8 and mode != "bicubic" and padding_mode != "fill"
+    )
+
+
+@sample_bytes.lowering(
+    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_bytes_kernel(src, mode, padding_mode)
+)
+def _sample_bytes_kernel(
+    src: Tensor,
+    x: Tensor,
+    y: Tensor,
+    mode: str,
+    padding_mode: str,
+    align_corners: bool,
+    fill_value: Optional[Tensor],
+) -> Tensor:
+    rows, step = as_rows(src)
+    if x.dtype != torch.float32 or y.dtype != torch.float32:
+        x, y = x.to(torch.float64), y.to(torch.float64)
+    x, y = torch.broadcast_tensors(x, y)
+    return from_rows(
+        kernels.remap_bytes(rows, x.contiguous(), y.contiguous(), step, mode, padding_mode, align_corners),
+        src,
+    )
+
+
 def sample_image(
     src: Tensor,
     x: Tensor,
@@ -169,25 +219,8 @@ def sample_image(
         align_corners: what "reflection" mirrors at: the corner pixels' centres, or the outer edges.
     """
     if src.dtype == torch.uint8:
-        return sample_bytes(src, x, y, mode, padding_mode, align_corners)
+        return sample_bytes(src, x, y, mode, padding_mode, align_corners, fill_value)
     return sample_floating(src, x, y, mode, padding_mode, align_corners, fill_value)
-
-
-@sample_image.lowering(
-    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_kernel(src, padding_mode)
-)
-def _sample_image_kernel(
-    src: Tensor,
-    x: Tensor,
-    y: Tensor,
-    mode: str,
-    padding_mode: str,
-    align_corners: bool,
-    fill_value: Optional[Tensor],
-) -> Tensor:
-    x, y = torch.broadcast_tensors(x.to(src.dtype), y.to(src.dtype))
-    x, y = x.expand(src.size(0), -1, -1).contiguous(), y.expand(src.size(0), -1, -1).contiguous()
-    return kernels.remap(src, x, y, mode, padding_mode, align_corners)
 
 
 @primitive
@@ -230,8 +263,10 @@ def _sample_projective_kernel(
     return kernels.warp_perspective(src, matrix, height, width, mode, padding_mode, align_corners)
 
 
-def _of_bytes(src: Tensor, *_: object) -> bool:
-    return kernels.available(src) and src.dtype == torch.uint8
+def _of_bytes(
+    src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object
+) -> bool:
+    return _has_bytes_kernel(src, mode, padding_mode)
 
 
 @sample_projective.lowering("native", when=_of_bytes)
@@ -281,7 +316,7 @@ def sample_affine(
     return sample_image(src, x, y, mode, padding_mode, align_corners, fill_value)
 
 
-@sample_affine.lowering("native", when=lambda src, *rest: _samples(src, *rest) or _of_bytes(src))
+@sample_affine.lowering("native", when=lambda src, *rest: _samples(src, *rest) or _of_bytes(src, *rest))
 def _sample_affine_kernel(
     src: Tensor,
     matrix: Tensor,
@@ -305,9 +340,7 @@ def weigh_image(
     weight = [w.to(src.dtype) for w in weight]
     out = join_channels([gather_taps(plane, index, weight) for plane in split_channels(src)])
     if fill_value is not None:
-        check_tensor(fill_value, "fill_value")
-        if fill_value.dim() != 1:
-            raise ValueError(f"fill_value: expected shape (C,), got {list(fill_value.shape)}")
+        check_fill(fill_value)
         covered = weight[0]
         for w in weight[1:]:
             covered = covered + w
