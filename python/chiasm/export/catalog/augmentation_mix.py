@@ -1,9 +1,8 @@
 """Augmentations that mix the images of a batch, and policies."""
 
-from chiasm.export.spec import Spec, TensorSpec, image
-
+from ..spec import Spec, TensorSpec, image
 from . import add
-from .intensity import SEED
+from .augmentation_intensity import SEED
 
 _LABEL = TensorSpec("label", ("B",), "int64", range=(0, 999), description="the number of each image's class")
 _MIXED = TensorSpec("output", layout="NCHW")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import torch
 
-from chiasm.export.spec import Spec, TensorSpec, image
-
+from ..spec import Spec, TensorSpec, image
 from . import add
 
 _PHILOX = "Philox's published numbers"

@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from chiasm.export.spec import Spec, TensorSpec, image
-
+from ..spec import Spec, TensorSpec, image
 from . import STENCIL, add
 
 SEED = TensorSpec("seed", ("B",), "int64", range=(0, (1 << 31) - 1), description="one seed a sample")
