@@ -81,8 +81,10 @@ def cheapest(costs: Tensor, alone: Tensor) -> Tuple[Tensor, Tensor]:
     (tensor([[0, 0]]), tensor([[False,  True]]))
     """
     n = costs.size(1)
-    state = _augmented(_greedy(costs, alone), 2 * n * n, costs, alone)
-    found = state[:, n : 2 * n]
+    rows = torch.arange(n, dtype=torch.float64, device=costs.device)
+    columns = torch.arange(costs.size(2), dtype=torch.float64, device=costs.device)
+    state = _augmented(_greedy(costs, alone, rows, columns), 2 * n * n, costs, alone, rows, columns)
+    found = state[:, 1, :n]
     return found.clamp(min=0.0).to(torch.int64), found >= 0.0
 
 
@@ -105,50 +107,47 @@ def _cost_alone(values: Tensor, can_be: Tensor) -> Tensor:
     return most + spread * (values.size(1) + 1) + torch.where(size > 0.0, size, torch.ones_like(size))
 
 
-def _greedy(costs: Tensor, alone: Tensor) -> Tensor:
+def _greedy(costs: Tensor, alone: Tensor, rows: Tensor, columns: Tensor) -> Tensor:
     """The state in which each row has its cheapest column where no row before it has the same, and rows that
     can have none are left alone.
 
-    A state is (B, 2 N + 5 M + 5), float64: the dual values of rows; their columns, -1 of those that wait, -2
-    of those left alone; the dual values of columns; the lengths of the shortest paths to them and the rows
-    before them on these paths; the rows that they have, -1 where none; 1 where the path is final. Then the
-    row that is looked at, -1 between paths; the length of the path to it; that of the shortest path to a row
-    which would be left alone, and that row; and the column that is to get another row, -1 if there is none.
+    A state is (B, 7, N + M), float64, first of the rows, then of the columns. Of both the dual values (0) and
+    what they are assigned (1): a column or row, -1 if none, -2 of rows left alone. Of columns the length of
+    the shortest path to each (2), the row before it on that path (3), and 1 where the path is final (4). In
+    the place of rows, N times each, what there is one of: the row that is looked at, -1 between paths (2);
+    the length of the path to it (3); that of the shortest path to a row which would be left alone (4), and
+    that row (5); and the column that is to get another row, -1 if there is none (6).
     """
-    batch, n, m = costs.size(0), costs.size(1), costs.size(2)
     least = costs.amin(2)
     has_any = least < float("inf")
     dual = torch.where(has_any, least, alone)
-    column = torch.arange(m, device=costs.device)
     best = (costs == dual[:, :, None]).to(torch.float64).argmax(2)
-    wanted = (column == best[:, :, None]) & has_any[:, :, None]
+    wanted = (columns == best[:, :, None]) & has_any[:, :, None]
     given = wanted & (wanted.to(torch.int64).cumsum(1) == 1)
-    waiting = torch.full_like(dual, -1.0)
-    match = torch.where(given.any(2), best.to(torch.float64), torch.where(has_any, waiting, 2.0 * waiting))
-    free = torch.full([batch, m], -1.0, dtype=torch.float64, device=costs.device)
-    row = torch.arange(n, dtype=torch.float64, device=costs.device)[None, :, None].expand_as(costs)
-    owner = torch.where(given, row, free[:, None].expand_as(costs)).amax(1)
-    zeros = torch.zeros_like(free)
-    no, zero, far = waiting[:, :1], zeros[:, :1], torch.full_like(free, float("inf"))
-    return torch.cat([dual, match, zeros, far, free, owner, zeros, no, zero, far[:, :1], no, no], 1)
+    no, zero, far = torch.full_like(dual, -1.0), torch.zeros_like(dual), torch.full_like(dual, float("inf"))
+    match = torch.where(given.any(2), best.to(torch.float64), torch.where(has_any, no, 2.0 * no))
+    owner = torch.where(given, rows[:, None], -torch.ones_like(costs)).amax(1)
+    free, nothing = torch.full_like(owner, -1.0), torch.zeros_like(owner)
+    unknown = torch.full_like(owner, float("inf"))
+    of_rows = torch.stack([dual, match, no, zero, far, no, no], 1)
+    of_columns = torch.stack([nothing, owner, unknown, free, nothing, nothing, nothing], 1)
+    return torch.cat([of_rows, of_columns], 2)
 
 
 @until_stable
-def _augmented(state: Tensor, k: Tensor, costs: Tensor, alone: Tensor) -> Tensor:
-    """The state after one row more is looked at, and one column more has got its row of the path found."""
-    n, m = costs.size(1), costs.size(2)
-    dual, match = state[:, :n], state[:, n : 2 * n]
-    price, length, before = (
-        state[:, 2 * n : 2 * n + m],
-        state[:, 2 * n + m : 2 * n + 2 * m],
-        state[:, 2 * n + 2 * m : 2 * n + 3 * m],
-    )
-    owner, final = state[:, 2 * n + 3 * m : 2 * n + 4 * m], state[:, 2 * n + 4 * m : 2 * n + 5 * m]
-    now, reached, leaving, leaver, giving = state[:, 2 * n + 5 * m :].unbind(1)
-    now, reached, leaving = now[:, None], reached[:, None], leaving[:, None]
-    leaver, giving = leaver[:, None], giving[:, None]
-    rows = torch.arange(n, dtype=torch.float64, device=state.device)
-    columns = torch.arange(m, dtype=torch.float64, device=state.device)
+def _augmented(
+    state: Tensor, k: Tensor, costs: Tensor, alone: Tensor, rows: Tensor, columns: Tensor
+) -> Tensor:
+    """The state after one row more is looked at, and one column more has got its row of the path found.
+
+    The numbers of rows and columns come in: a loop that asks for the size of its costs may be traced to ask
+    for a stride instead, which ONNX has not.
+    """
+    n = rows.size(0)
+    dual, match, nows, reacheds, leavings, leavers, givings = state[:, :, :n].unbind(1)
+    price, owner, length, before, final, unused, _ = state[:, :, n:].unbind(1)
+    now, reached, leaving = nows[:, :1], reacheds[:, :1], leavings[:, :1]
+    leaver, giving = leavers[:, :1], givings[:, :1]
     minus_one, infinite = torch.full_like(now, -1.0), torch.full_like(length, float("inf"))
 
     # A path begins at the first row that waits.
@@ -160,15 +159,16 @@ def _augmented(state: Tensor, k: Tensor, costs: Tensor, alone: Tensor) -> Tensor
     # Paths through the row, to columns and to being alone
     index = row.to(torch.int64)
     own = dual.gather(1, index)
-    through = reached + (costs.gather(1, index[:, :, None].expand(-1, -1, m))[:, 0] - own - price)
+    place = index + torch.zeros_like(price).to(torch.int64)
+    through = reached + (costs.gather(1, place[:, None])[:, 0] - own - price)
     is_final = final > 0.0
     shorter = looks & (through < length) & ~is_final
     lengths = torch.where(shorter, through, length)
     befores = torch.where(shorter, row, before)
     alone_here = reached + (alone - own)
     leaves_here = looks & (alone_here < leaving)
-    leavings = torch.where(leaves_here, alone_here, leaving)
-    leavers = torch.where(leaves_here, row, leaver)
+    leaving = torch.where(leaves_here, alone_here, leaving)
+    leaver = torch.where(leaves_here, row, leaver)
 
     # The nearest column, one that is free before others
     open = torch.where(is_final, infinite, lengths)
@@ -177,12 +177,12 @@ def _augmented(state: Tensor, k: Tensor, costs: Tensor, alone: Tensor) -> Tensor
     preference = torch.where(open == nearest, preference, torch.zeros_like(owner))
     column = preference.argmax(1, keepdim=True)
     owners = owner.gather(1, column)
-    gives_up = leavings < nearest
+    gives_up = leaving < nearest
     ends = looks & (gives_up | (owners < 0.0))
     goes_on = looks & ~ends
 
     # Where the path ends, all duals move, so that its pairs cost nothing more.
-    total = torch.minimum(leavings, nearest)
+    total = torch.minimum(leaving, nearest)
     matched = match.clamp(min=0.0).to(torch.int64)
     in_tree = (match >= 0.0) & (final.gather(1, matched) > 0.0)
     nothing = torch.zeros_like(dual)
@@ -192,33 +192,22 @@ def _augmented(state: Tensor, k: Tensor, costs: Tensor, alone: Tensor) -> Tensor
     prices = torch.where(ends & is_final, price - (total - lengths), price)
 
     # Whoever is left alone gives his column up; a column found gets its row, whose old column is next.
-    left = ends & gives_up & (rows == leavers)
-    old = match.gather(1, leavers.clamp(min=0.0).to(torch.int64))
+    left = ends & gives_up & (rows == leaver)
+    old = match.gather(1, leaver.clamp(min=0.0).to(torch.int64))
     giving = torch.where(ends, torch.where(gives_up, minus_one, column.to(torch.float64)), giving)
     matches = torch.where(left, torch.full_like(match, -2.0), match)
     gives = giving >= 0.0
     getter = befores.gather(1, giving.clamp(min=0.0).to(torch.int64))
-    next = matches.gather(1, getter.clamp(min=0.0).to(torch.int64))
+    following = matches.gather(1, getter.clamp(min=0.0).to(torch.int64))
     owners_after = torch.where(gives & (columns == giving), getter, owner)
     matches = torch.where(gives & (rows == getter), giving, matches)
-    giving = torch.where(gives, next, torch.where(ends & gives_up, old, giving))
+    giving = torch.where(gives, following, torch.where(ends & gives_up, old, giving))
 
-    zero = torch.zeros_like(now)
     here = goes_on & (columns == column)
-    return torch.cat(
-        [
-            duals,
-            matches,
-            prices,
-            torch.where(ends, infinite, lengths),
-            befores,
-            owners_after,
-            torch.where(ends, torch.zeros_like(final), torch.where(here, torch.ones_like(final), final)),
-            torch.where(goes_on, owners, torch.where(ends, minus_one, now)),
-            torch.where(goes_on, nearest, torch.where(ends, zero, reached)),
-            torch.where(ends, infinite[:, :1], leavings),
-            leavers,
-            giving,
-        ],
-        1,
-    )
+    final = torch.where(ends, torch.zeros_like(final), torch.where(here, torch.ones_like(final), final))
+    now = torch.where(goes_on, owners, torch.where(ends, minus_one, now))
+    reached = torch.where(goes_on, nearest, torch.where(ends, torch.zeros_like(reached), reached))
+    leaving = torch.where(ends, infinite[:, :1], leaving)
+    of_rows = [duals, matches] + [v.expand_as(dual) for v in [now, reached, leaving, leaver, giving]]
+    of_columns = [prices, owners_after, torch.where(ends, infinite, lengths), befores, final, unused, unused]
+    return torch.cat([torch.stack(of_rows, 1), torch.stack(of_columns, 1)], 2)

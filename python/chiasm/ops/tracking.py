@@ -254,7 +254,8 @@ def _associated(
     # A pair without overlap is worth as much as none, so that it need not be looked at.
     pairs = (overlap > 0.0) & tracks[:, :, None] & detections[:, None]
     costs = torch.where(pairs, 1.0 - overlap, torch.full_like(overlap, float("inf")))
-    index, assigned = cheapest(costs, torch.ones_like(overlap[:, :1, 0]))
+    alone = torch.ones([overlap.size(0), 1], dtype=overlap.dtype, device=overlap.device)
+    index, assigned = cheapest(costs, alone)
     return index, assigned & (overlap.gather(2, index[..., None])[..., 0] >= threshold)
 
 
