@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -173,6 +175,27 @@ def test_what_is_no_detection() -> None:
     *state, _, _, _ = sort_track(*state, torch.zeros(1, 0, 4), torch.zeros(1, 0).bool())
     *state, _, _, _ = byte_track(*state, torch.zeros(1, 0, 4), torch.zeros(1, 0), torch.zeros(1, 0).bool())
     assert not state[2].any() and state[0].dtype == torch.float32
+
+
+def test_the_how_to_follows_objects() -> None:
+    """Section 4 of docs/howto/detector.md, with a detector that sees two boxes, which move apart."""
+    page = (Path(__file__).parents[2] / "docs" / "howto" / "detector.md").read_text()
+    block = re.findall(r"```python\n(.*?)```", page.partition("## 4.")[2], re.DOTALL)[0]
+    scope: dict[str, Any] = {"np": np}
+    exec(block, scope)
+
+    def detector(frame: np.ndarray) -> tuple[np.ndarray, ...]:
+        boxes = torch.cat([one(200.0 + 3.0 * frame[0]), one(100.0 - 3.0 * frame[0])], 1).float().numpy()
+        scores = np.array([[0.9, 0.8 if frame[0] < 3 else 0.3]], np.float32)
+        return boxes, scores, np.zeros((1, 2), np.int64), np.ones((1, 2), bool)
+
+    def tracker(*inputs: np.ndarray) -> list[np.ndarray]:
+        return [part.numpy() for part in byte_track(*map(torch.from_numpy, inputs))]
+
+    seen = list(scope["follow"](detector, tracker, np.arange(6), slots=5))
+    assert [sorted(frame) for frame in seen] == [[]] + [[1, 2]] * 5
+    np.testing.assert_allclose(seen[5][1], [215.0, 50.0, 255.0, 130.0], atol=0.1)
+    np.testing.assert_allclose(seen[5][2], [85.0, 50.0, 125.0, 130.0], atol=0.1)
 
 
 T, X, S, F = start(2, dtype=torch.float32), torch.rand(1, 3, 4), torch.rand(1, 3), torch.ones(1, 3).bool()

@@ -1,4 +1,5 @@
-"""What comes after a network: torchvision.ops' functions of boxes, suppression in fixed slots, decoders."""
+"""What comes after a network: torchvision.ops' functions of boxes, suppression in fixed slots, decoders,
+trackers."""
 
 from ..primitives.core.modules import lazy_modules
 from .assignment import linear_assignment
