@@ -100,7 +100,6 @@ for _name, _others in (
             _NEW_STATE,
             symbols={"B": (1, 64), "N": (1, 1 << 14)},
             sample=_states,
-            special_values="products with matrices that have zeros: NaN of what is not finite",
             reference="the equations in NumPy float64",
             picture="tensors",
         )
