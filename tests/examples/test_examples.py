@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +17,7 @@ from chiasm.export import export
 from chiasm.export.catalog import catalog
 
 ROOT = Path(__file__).resolve().parents[2]
-NAMES = ("edges", "gradient", "own_op", "server", "video")
+NAMES = ("edges", "gradient", "own_op", "server", "track", "video")
 
 
 def python(name: str, *arguments: object) -> str:
@@ -46,6 +47,7 @@ def bundles(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
     return {
         "pipelines.edges": made("pipelines.edges", ("forward",)),
+        "ops.sort_track": made("ops.sort_track", ("forward",)),
         "filters.box_blur": made("filters.box_blur", ("forward", "vjp")),
     }
 
@@ -89,6 +91,19 @@ def test_a_video(bundles: dict[str, Path]) -> None:
         == int(cpp("video", bundles["pipelines.edges"], 5))
         > 0
     )
+
+
+def test_objects_are_followed(bundles: dict[str, Path], tmp_path: Path) -> None:
+    """Both squares keep their numbers, and are where they are drawn but for the detector's 8 pixels."""
+    out = [tmp_path / "python.png", tmp_path / "cpp.png"]
+    one = python("track", bundles["ops.sort_track"], tmp_path, 40, out[0])
+    assert one == cpp("track", bundles["ops.sort_track"], tmp_path / "my.squares.chiasm", 40, out[1])
+    np.testing.assert_array_equal(*(cv2.imread(str(file)) for file in out))
+    tracks = [[int(v) for v in re.findall(r"\d+", line)] for line in one.splitlines()]
+    frames = range(2, 40)  # from the third on they are shown
+    assert [track[0] for track in tracks] == [1, 2] * len(frames)
+    wanted = [(x, y, x + 64, y + 64) for k in frames for x, y in ((4 * k, 40), (240 - 4 * k, 180))]
+    np.testing.assert_allclose([track[1:] for track in tracks], wanted, atol=8)
 
 
 def test_a_gradient(bundles: dict[str, Path], tmp_path: Path) -> None:

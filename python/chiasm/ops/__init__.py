@@ -1,6 +1,8 @@
-"""What comes after a network: torchvision.ops' functions of boxes, suppression in fixed slots, decoders."""
+"""What comes after a network: torchvision.ops' functions of boxes, suppression in fixed slots, decoders,
+trackers."""
 
 from ..primitives.core.modules import lazy_modules
+from .assignment import linear_assignment
 from .boxes import (
     box_area,
     box_convert,
@@ -14,6 +16,7 @@ from .boxes import (
 from .ctc import ctc_beam_decode, ctc_greedy_decode
 from .decoding import decode_detr, decode_yolov5, decode_yolov8
 from .deformable import deform_conv2d
+from .kalman import kalman_predict, kalman_update
 from .keypoints import decode_heatmaps, decode_simcc
 from .losses import complete_box_iou_loss, distance_box_iou_loss, generalized_box_iou_loss
 from .masks import masks_from_prototypes, masks_to_boxes, paste_masks
@@ -25,6 +28,7 @@ from .ssd import decode_ssd
 from .suppression import batched_nms, batched_nms_fixed, nms
 from .text_boxes import decode_db
 from .tiles import merge, merge_detections, tile
+from .tracking import byte_track, sort_track
 
 __all__ = [
     "batched_nms",
@@ -32,6 +36,7 @@ __all__ = [
     "box_area",
     "box_convert",
     "box_iou",
+    "byte_track",
     "clip_boxes_to_image",
     "complete_box_iou",
     "complete_box_iou_loss",
@@ -49,6 +54,9 @@ __all__ = [
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "kalman_predict",
+    "kalman_update",
+    "linear_assignment",
     "masks_from_prototypes",
     "masks_to_boxes",
     "merge",
@@ -63,6 +71,7 @@ __all__ = [
     "rotated_iou",
     "rotated_nms_fixed",
     "soft_nms",
+    "sort_track",
     "tile",
 ]
 

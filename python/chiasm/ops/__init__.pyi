@@ -4,6 +4,7 @@ from typing import Optional, Tuple, Union
 
 from torch import Tensor, nn
 
+from .assignment import linear_assignment as linear_assignment
 from .boxes import box_area as box_area
 from .boxes import box_convert as box_convert
 from .boxes import box_iou as box_iou
@@ -18,6 +19,8 @@ from .decoding import decode_detr as decode_detr
 from .decoding import decode_yolov5 as decode_yolov5
 from .decoding import decode_yolov8 as decode_yolov8
 from .deformable import deform_conv2d as deform_conv2d
+from .kalman import kalman_predict as kalman_predict
+from .kalman import kalman_update as kalman_update
 from .keypoints import decode_heatmaps as decode_heatmaps
 from .keypoints import decode_simcc as decode_simcc
 from .losses import complete_box_iou_loss as complete_box_iou_loss
@@ -41,6 +44,8 @@ from .text_boxes import decode_db as decode_db
 from .tiles import merge as merge
 from .tiles import merge_detections as merge_detections
 from .tiles import tile as tile
+from .tracking import byte_track as byte_track
+from .tracking import sort_track as sort_track
 
 class BatchedNms(nn.Module):
     """`batched_nms` as a module: Non-maximum suppression, each class for itself."""
@@ -81,6 +86,46 @@ class BoxIou(nn.Module):
     def __init__(self) -> None: ...
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
+
+class ByteTrack(nn.Module):
+    """`byte_track` as a module: One frame of the tracker BYTE: Y. Zhang et al., ByteTrack, ECCV 2022,
+    algorithm 1."""
+
+    high_score: float
+    low_score: float
+    new_score: float
+    iou_threshold: float
+    max_age: int
+    min_hits: int
+    def __init__(
+        self,
+        high_score: float = 0.6,
+        low_score: float = 0.1,
+        new_score: float = 0.7,
+        iou_threshold: float = 0.2,
+        max_age: int = 30,
+        min_hits: int = 2,
+    ) -> None: ...
+    def forward(
+        self,
+        mean: Tensor,
+        covariance: Tensor,
+        counters: Tensor,
+        last_id: Tensor,
+        boxes: Tensor,
+        scores: Tensor,
+        found: Tensor,
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(
+        self,
+        mean: Tensor,
+        covariance: Tensor,
+        counters: Tensor,
+        last_id: Tensor,
+        boxes: Tensor,
+        scores: Tensor,
+        found: Tensor,
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]: ...
 
 class ClipBoxesToImage(nn.Module):
     """`clip_boxes_to_image` as a module: Boxes with their corners moved into an image."""
@@ -296,6 +341,54 @@ class GeneralizedBoxIouLoss(nn.Module):
     def forward(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
     def __call__(self, boxes1: Tensor, boxes2: Tensor) -> Tensor: ...
 
+class KalmanPredict(nn.Module):
+    """`kalman_predict` as a module: A state after a step of time: F x, and its covariance F P F' + Q.
+    Computed in float64."""
+    def __init__(self) -> None: ...
+    def forward(
+        self, mean: Tensor, covariance: Tensor, transition: Tensor, process_noise: Tensor
+    ) -> Tuple[Tensor, Tensor]: ...
+    def __call__(
+        self, mean: Tensor, covariance: Tensor, transition: Tensor, process_noise: Tensor
+    ) -> Tuple[Tensor, Tensor]: ...
+
+class KalmanUpdate(nn.Module):
+    """`kalman_update` as a module: A state after a measurement z of H x: x + K (z - H x), with the gain
+    K = P H' (H P H' + R)^-1."""
+    def __init__(self) -> None: ...
+    def forward(
+        self,
+        mean: Tensor,
+        covariance: Tensor,
+        measurement: Tensor,
+        observation: Tensor,
+        measurement_noise: Tensor,
+    ) -> Tuple[Tensor, Tensor]: ...
+    def __call__(
+        self,
+        mean: Tensor,
+        covariance: Tensor,
+        measurement: Tensor,
+        observation: Tensor,
+        measurement_noise: Tensor,
+    ) -> Tuple[Tensor, Tensor]: ...
+
+class LinearAssignment(nn.Module):
+    """`linear_assignment` as a module: For each row a column of its own, so that the sum of their costs
+    is least; SciPy calls it ``linear_sum_assignment``."""
+
+    rows: Optional[Tensor]
+    columns: Optional[Tensor]
+    max_cost: Optional[float]
+    def __init__(
+        self,
+        rows: Optional[Tensor] = None,
+        columns: Optional[Tensor] = None,
+        max_cost: Optional[float] = None,
+    ) -> None: ...
+    def forward(self, cost: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, cost: Tensor) -> Tuple[Tensor, Tensor]: ...
+
 class MasksFromPrototypes(nn.Module):
     """`masks_from_prototypes` as a module: Masks of detections, put together from an image's prototypes:
     YOLACT's, and those of YOLO's segmentation."""
@@ -449,6 +542,33 @@ class SoftNms(nn.Module):
     def forward(self, boxes: Tensor, scores: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
     def __call__(self, boxes: Tensor, scores: Tensor) -> Tuple[Tensor, Tensor, Tensor]: ...
 
+class SortTrack(nn.Module):
+    """`sort_track` as a module: One frame of the tracker SORT: A. Bewley et al., Simple Online and
+    Realtime Tracking, ICIP 2016."""
+
+    iou_threshold: float
+    max_age: int
+    min_hits: int
+    def __init__(self, iou_threshold: float = 0.3, max_age: int = 30, min_hits: int = 3) -> None: ...
+    def forward(
+        self,
+        mean: Tensor,
+        covariance: Tensor,
+        counters: Tensor,
+        last_id: Tensor,
+        boxes: Tensor,
+        found: Tensor,
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(
+        self,
+        mean: Tensor,
+        covariance: Tensor,
+        counters: Tensor,
+        last_id: Tensor,
+        boxes: Tensor,
+        found: Tensor,
+    ) -> Tuple[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor, Tensor]: ...
+
 class Tile(nn.Module):
     """`tile` as a module: Cut an image into tiles of one size, row after row, which cover it."""
 
@@ -466,6 +586,7 @@ __all__ = [
     "BoxArea",
     "BoxConvert",
     "BoxIou",
+    "ByteTrack",
     "ClipBoxesToImage",
     "CompleteBoxIou",
     "CompleteBoxIouLoss",
@@ -483,6 +604,9 @@ __all__ = [
     "DistanceBoxIouLoss",
     "GeneralizedBoxIou",
     "GeneralizedBoxIouLoss",
+    "KalmanPredict",
+    "KalmanUpdate",
+    "LinearAssignment",
     "MasksFromPrototypes",
     "MasksToBoxes",
     "Merge",
@@ -497,12 +621,14 @@ __all__ = [
     "RotatedIou",
     "RotatedNmsFixed",
     "SoftNms",
+    "SortTrack",
     "Tile",
     "batched_nms",
     "batched_nms_fixed",
     "box_area",
     "box_convert",
     "box_iou",
+    "byte_track",
     "clip_boxes_to_image",
     "complete_box_iou",
     "complete_box_iou_loss",
@@ -520,6 +646,9 @@ __all__ = [
     "distance_box_iou_loss",
     "generalized_box_iou",
     "generalized_box_iou_loss",
+    "kalman_predict",
+    "kalman_update",
+    "linear_assignment",
     "masks_from_prototypes",
     "masks_to_boxes",
     "merge",
@@ -534,5 +663,6 @@ __all__ = [
     "rotated_iou",
     "rotated_nms_fixed",
     "soft_nms",
+    "sort_track",
     "tile",
 ]

@@ -1,0 +1,213 @@
+"""Which of some things belong to which of others, so that the costs are least."""
+
+from typing import Optional, Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_floating, check_rank, check_tensor
+from ..primitives.core.loops import until_stable
+
+
+def linear_assignment(
+    cost: Tensor,
+    rows: Optional[Tensor] = None,
+    columns: Optional[Tensor] = None,
+    max_cost: Optional[float] = None,
+) -> Tuple[Tensor, Tensor]:
+    """For each row a column of its own, so that the sum of their costs is least; SciPy calls it
+    ``linear_sum_assignment``.
+
+    By shortest augmenting paths: D. F. Crouse, On implementing 2D rectangular assignment algorithms, IEEE
+    Transactions on Aerospace and Electronic Systems 52 (4), 2016; R. Jonker and A. Volgenant, Computing 38,
+    1987. Exact but for the rounding of float64, in which it is computed, and the same from run to run: of
+    paths of equal length one to a column that is free comes first, then that of the lowest column. Of each
+    matrix it takes at most 2 N^2 steps that look at N + M numbers.
+
+    As many pairs are made as can be, and of such assignments the cheapest. Where SciPy raises because some
+    row or column has no partner, that one stays alone.
+
+    Args:
+        cost: (B, N, M), floating point; of a pair that cannot be, infinity or NaN.
+        rows: (B, N), bool: the rows that take part; all by default.
+        columns: (B, M), bool: the columns that take part; all by default.
+        max_cost: pairs that cost more cannot be.
+
+    Returns:
+        (B, N), int64, the column of each row, 0 of those that have none; and (B, N), bool, which have one.
+
+    Raises:
+        TypeError: if cost is not floating point, or rows or columns not bool.
+        ValueError: if a shape is not as above.
+
+    Example:
+        >>> cost = torch.tensor([[[4.0, 1.0, 3.0], [2.0, 0.0, 5.0], [3.0, 2.0, 2.0]]])
+        >>> linear_assignment(cost)
+        (tensor([[1, 0, 2]]), tensor([[True, True, True]]))
+        >>> linear_assignment(cost, max_cost=1.5)
+        (tensor([[0, 1, 0]]), tensor([[False,  True, False]]))
+    """
+    check_rank(cost, 3, "(B, N, M)", "cost")
+    check_floating(cost, "cost")
+    batch, n, m = cost.size(0), cost.size(1), cost.size(2)
+    values = cost.detach().to(torch.float64)
+    can_be = values.abs() < float("inf")
+    if max_cost is not None:
+        can_be = can_be & (values <= max_cost)
+    if rows is not None:
+        _check_mask(rows, batch, n, "rows")
+        can_be = can_be & rows[:, :, None]
+    if columns is not None:
+        _check_mask(columns, batch, m, "columns")
+        can_be = can_be & columns[:, None]
+    if n == 0 or m == 0:
+        nothing = torch.zeros([batch, n], dtype=torch.int64, device=cost.device)
+        return nothing, nothing > 0
+    costs = torch.where(can_be, values, torch.full_like(values, float("inf")))
+    return cheapest(costs, _cost_alone(values, can_be))
+
+
+def cheapest(costs: Tensor, alone: Tensor) -> Tuple[Tensor, Tensor]:
+    """The assignment of least cost where a row may also be left without a column.
+
+    Args:
+        costs: (B, N, M), float64: less than ``alone``, or infinite; N and M are not 0.
+        alone: (B, 1), float64: the cost of a row without a column.
+
+    Returns:
+        As ``linear_assignment``.
+
+    >>> cheapest(torch.tensor([[[0.4], [0.3]]]).double(), torch.tensor([[1.0]]).double())
+    (tensor([[0, 0]]), tensor([[False,  True]]))
+    """
+    n = costs.size(1)
+    rows = torch.arange(n, dtype=torch.float64, device=costs.device)
+    columns = torch.arange(costs.size(2), dtype=torch.float64, device=costs.device)
+    state = _augmented(_greedy(costs, alone, rows, columns), 2 * n * n, costs, alone, rows, columns)
+    found = state[:, 1, :n]
+    return found.clamp(min=0.0).to(torch.int64), found >= 0.0
+
+
+def _check_mask(mask: Tensor, batch: int, size: int, name: str) -> None:
+    check_tensor(mask, name)
+    if mask.dtype != torch.bool:
+        raise TypeError(f"{name}: expected dtype bool, got {mask.dtype}")
+    if mask.dim() != 2 or mask.size(0) != batch or mask.size(1) != size:
+        raise ValueError(f"{name}: expected shape [{batch}, {size}], got {list(mask.shape)}")
+
+
+def _cost_alone(values: Tensor, can_be: Tensor) -> Tensor:
+    """(B, 1): so much for a row without a column that no exchange of other pairs makes up for it."""
+    nothing = torch.zeros_like(values)
+    size = torch.where(can_be, values.abs(), nothing).flatten(1).amax(1, keepdim=True)
+    scale = size[:, :, None]
+    most = torch.where(can_be, values, -scale).flatten(1).amax(1, keepdim=True)
+    least = torch.where(can_be, values, scale).flatten(1).amin(1, keepdim=True)
+    spread = (most - least).clamp(min=0.0)
+    return most + spread * (values.size(1) + 1) + torch.where(size > 0.0, size, torch.ones_like(size))
+
+
+def _greedy(costs: Tensor, alone: Tensor, rows: Tensor, columns: Tensor) -> Tensor:
+    """The state in which each row has its cheapest column where no row before it has the same, and rows that
+    can have none are left alone.
+
+    A state is (B, 7, N + M), float64, first of the rows, then of the columns. Of both the dual values (0) and
+    what they are assigned (1): a column or row, -1 if none, -2 of rows left alone. Of columns the length of
+    the shortest path to each (2), the row before it on that path (3), and 1 where the path is final (4). In
+    the place of rows, N times each, what there is one of: the row that is looked at, -1 between paths (2);
+    the length of the path to it (3); that of the shortest path to a row which would be left alone (4), and
+    that row (5); and the column that is to get another row, -1 if there is none (6).
+    """
+    least = costs.amin(2)
+    has_any = least < float("inf")
+    dual = torch.where(has_any, least, alone)
+    best = (costs == dual[:, :, None]).to(torch.float64).argmax(2)
+    wanted = (columns == best[:, :, None]) & has_any[:, :, None]
+    given = wanted & (wanted.to(torch.int64).cumsum(1) == 1)
+    no, zero, far = torch.full_like(dual, -1.0), torch.zeros_like(dual), torch.full_like(dual, float("inf"))
+    match = torch.where(given.any(2), best.to(torch.float64), torch.where(has_any, no, 2.0 * no))
+    owner = torch.where(given, rows[:, None], -torch.ones_like(costs)).amax(1)
+    free, nothing = torch.full_like(owner, -1.0), torch.zeros_like(owner)
+    unknown = torch.full_like(owner, float("inf"))
+    of_rows = torch.stack([dual, match, no, zero, far, no, no], 1)
+    of_columns = torch.stack([nothing, owner, unknown, free, nothing, nothing, nothing], 1)
+    return torch.cat([of_rows, of_columns], 2)
+
+
+@until_stable
+def _augmented(
+    state: Tensor, k: Tensor, costs: Tensor, alone: Tensor, rows: Tensor, columns: Tensor
+) -> Tensor:
+    """The state after one row more is looked at, and one column more has got its row of the path found.
+
+    The numbers of rows and columns come in: a loop that asks for the size of its costs may be traced to ask
+    for a stride instead, which ONNX has not.
+    """
+    n = rows.size(0)
+    dual, match, nows, reacheds, leavings, leavers, givings = state[:, :, :n].unbind(1)
+    price, owner, length, before, final, unused, _ = state[:, :, n:].unbind(1)
+    now, reached, leaving = nows[:, :1], reacheds[:, :1], leavings[:, :1]
+    leaver, giving = leavers[:, :1], givings[:, :1]
+    minus_one, infinite = torch.full_like(now, -1.0), torch.full_like(length, float("inf"))
+
+    # A path begins at the first row that waits.
+    waits = (match == -1.0).to(torch.float64)
+    root = waits.argmax(1, keepdim=True).to(torch.float64)
+    looks = (giving < 0.0) & (waits.amax(1, keepdim=True) > 0.0)
+    row = torch.where(now < 0.0, root, now)
+
+    # Paths through the row, to columns and to being alone
+    index = row.to(torch.int64)
+    own = dual.gather(1, index)
+    place = index + torch.zeros_like(price).to(torch.int64)
+    through = reached + (costs.gather(1, place[:, None])[:, 0] - own - price)
+    is_final = final > 0.0
+    shorter = looks & (through < length) & ~is_final
+    lengths = torch.where(shorter, through, length)
+    befores = torch.where(shorter, row, before)
+    alone_here = reached + (alone - own)
+    leaves_here = looks & (alone_here < leaving)
+    leaving = torch.where(leaves_here, alone_here, leaving)
+    leaver = torch.where(leaves_here, row, leaver)
+
+    # The nearest column, one that is free before others
+    open = torch.where(is_final, infinite, lengths)
+    nearest = open.amin(1, keepdim=True)
+    preference = torch.where(owner < 0.0, torch.full_like(owner, 2.0), torch.ones_like(owner))
+    preference = torch.where(open == nearest, preference, torch.zeros_like(owner))
+    column = preference.argmax(1, keepdim=True)
+    owners = owner.gather(1, column)
+    gives_up = leaving < nearest
+    ends = looks & (gives_up | (owners < 0.0))
+    goes_on = looks & ~ends
+
+    # Where the path ends, all duals move, so that its pairs cost nothing more.
+    total = torch.minimum(leaving, nearest)
+    matched = match.clamp(min=0.0).to(torch.int64)
+    in_tree = (match >= 0.0) & (final.gather(1, matched) > 0.0)
+    nothing = torch.zeros_like(dual)
+    rise = torch.where(in_tree, total - lengths.gather(1, matched), nothing)
+    rise = torch.where(rows == root, total, rise)
+    duals = torch.where(ends, dual + rise, dual)
+    prices = torch.where(ends & is_final, price - (total - lengths), price)
+
+    # Whoever is left alone gives his column up; a column found gets its row, whose old column is next.
+    left = ends & gives_up & (rows == leaver)
+    old = match.gather(1, leaver.clamp(min=0.0).to(torch.int64))
+    giving = torch.where(ends, torch.where(gives_up, minus_one, column.to(torch.float64)), giving)
+    matches = torch.where(left, torch.full_like(match, -2.0), match)
+    gives = giving >= 0.0
+    getter = befores.gather(1, giving.clamp(min=0.0).to(torch.int64))
+    following = matches.gather(1, getter.clamp(min=0.0).to(torch.int64))
+    owners_after = torch.where(gives & (columns == giving), getter, owner)
+    matches = torch.where(gives & (rows == getter), giving, matches)
+    giving = torch.where(gives, following, torch.where(ends & gives_up, old, giving))
+
+    here = goes_on & (columns == column)
+    final = torch.where(ends, torch.zeros_like(final), torch.where(here, torch.ones_like(final), final))
+    now = torch.where(goes_on, owners, torch.where(ends, minus_one, now))
+    reached = torch.where(goes_on, nearest, torch.where(ends, torch.zeros_like(reached), reached))
+    leaving = torch.where(ends, infinite[:, :1], leaving)
+    of_rows = [duals, matches] + [v.expand_as(dual) for v in [now, reached, leaving, leaver, giving]]
+    of_columns = [prices, owners_after, torch.where(ends, infinite, lengths), befores, final, unused, unused]
+    return torch.cat([torch.stack(of_rows, 1), torch.stack(of_columns, 1)], 2)
