@@ -38,10 +38,14 @@ EXPORTED = 12
 GRADIENTS = 16
 #: What takes minutes to compile and is left to `make test-all`, unless a test names it.
 SLOW = (
+    "augmentation.*_augment",
+    "augmentation.aug_mix",
     "contrib.diamond_square.*",
     "feature.detect_keypoints.*",
     "feature.match_adalam.*",
     "losses.hausdorff_*",
+    "ops.*_track",
+    "ops.linear_assignment",
     "pipelines.two_view_homography",
     "geometry.epipolar.find_*",
     "geometry.epipolar.motion_from_*",
