@@ -114,7 +114,7 @@ def random_channel_dropout(
     if num_drop_channels < 0 or num_drop_channels > channels:
         raise ValueError(f"num_drop_channels: expected 0 to {channels}, got {num_drop_channels}")
     u = drawn(seed, 1, input)
-    dropped = ranks(uniform(seed, channels, 1)) < num_drop_channels
+    dropped = _channel_ranks(seed, channels) < num_drop_channels
     filled = torch.where(dropped[:, :, None, None], torch.full_like(input, fill_value), input)
     return applied(filled, input, u[:, 0], p)
 
@@ -142,7 +142,15 @@ def random_channel_shuffle(input: Tensor, seed: Tensor, p: float = 0.5) -> Tenso
     check_image(input, "input")
     check_chance(p)
     u = drawn(seed, 1, input)
-    return applied(shuffled(input, ranks(uniform(seed, input.size(1), 1))), input, u[:, 0], p)
+    return applied(shuffled(input, _channel_ranks(seed, input.size(1))), input, u[:, 0], p)
+
+
+def _channel_ranks(seed: Tensor, channels: int) -> Tensor:
+    """A random order of the channels (B, C)."""
+    # More are drawn than needed, and never just as many: a graph may not know how many blocks of four a
+    # number makes, nor whether a part is the whole.
+    count = channels + 1 if channels > 1024 else 1028
+    return ranks(uniform(seed, count, 1)[:, :channels])
 
 
 def shuffled(input: Tensor, order: Tensor) -> Tensor:
