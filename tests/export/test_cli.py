@@ -63,6 +63,8 @@ def test_export_info_verify(tmp_path: Path) -> None:
 def test_nothing_to_export() -> None:
     code, text = chiasm("export")
     assert code == 2 and "--all" in text
+    code, text = chiasm("export", "filters.sobel", "--method", "vjp")
+    assert code == 2 and "every bundle has its forward method" in text
 
 
 @pytest.mark.parametrize("backend", ["native", "torch", "onnx"])

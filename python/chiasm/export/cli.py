@@ -133,6 +133,8 @@ def export(patterns, everything, output, formats, isas, methods, jobs) -> None:
     chosen = _select(patterns, everything)
     if not chosen:
         raise click.UsageError("name the ops to export, or --all (`chiasm list` shows them)")
+    if "forward" not in methods:
+        raise click.UsageError("--method vjp: every bundle has its forward method, so name that too")
     export_names(list(chosen), output, formats or FORMATS, isas, methods, jobs)
 
 
