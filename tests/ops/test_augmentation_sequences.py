@@ -90,6 +90,39 @@ def test_what_belongs_to_an_image_goes_through_the_same_steps() -> None:
         assert float(value) in (0.25, 0.75)
 
 
+@pytest.mark.parametrize("data_format", ["BTCHW", "BCTHW"])
+@pytest.mark.parametrize("same_on_frame", [True, False])
+def test_frames_of_videos(data_format: str, same_on_frame: bool) -> None:
+    step = augmentation.RandomCrop((4, 5))
+    augment = augmentation.VideoSequential(step, data_format=data_format, same_on_frame=same_on_frame)
+    first = torch.arange(3 * 7.0 * 8).reshape(1, 1, 3, 7, 8)
+    videos = first.expand(6, 9, 3, 7, 8)  # every frame shows where it is cut
+    given = videos if data_format == "BTCHW" else videos.transpose(1, 2)
+    out = augment(given, seed=SEEDS[:6])
+    assert torch.equal(torch.jit.script(augment)(given, SEEDS[:6]), out)
+    assert torch.equal(augment(given[4:5], seed=SEEDS[4:5]), out[4:5])
+    frames = out if data_format == "BTCHW" else out.transpose(1, 2)
+    assert frames.shape == (6, 9, 3, 4, 5)
+    corners = frames[:, :, 0, 0, 0].long()
+    for video, row in zip(frames, corners, strict=True):
+        for frame, corner in zip(video, row.tolist(), strict=True):
+            y, x = divmod(corner, 8)
+            assert torch.equal(frame, first[0, 0, :, y : y + 4, x : x + 5])
+    numbers = [len(row.unique()) for row in corners]
+    assert numbers == [1] * 6 if same_on_frame else min(numbers) > 1
+    assert len(corners[:, 0].unique()) > 1
+
+
+def test_images_alone() -> None:
+    augment = augmentation.ImageSequential(augmentation.RandomVerticalFlip(p=1.0), random_apply=1)
+    images = torch.rand(2, 3, 5, 6, generator=torch.Generator().manual_seed(1))
+    assert torch.equal(augment(images), images.flip(2))
+    with pytest.raises(ValueError, match="data_format: expected"):
+        augmentation.VideoSequential(data_format="TBCHW")
+    with pytest.raises(ValueError, match="input: expected 5 dimensions"):
+        augmentation.VideoSequential(augmentation.RandomVerticalFlip())(images)
+
+
 def test_what_is_refused() -> None:
     with pytest.raises(ValueError, match="random_apply: expected 0 to 4 steps, got 5"):
         sequence(random_apply=5)

@@ -66,6 +66,7 @@ from .policies import aug_mix, auto_augment, rand_augment, trivial_augment
 from .quarter_turns import RandomRotation90, random_rotation90
 from .resizing import LongestMaxSize, Resize, SmallestMaxSize
 from .rotation import RandomRotation, random_rotation
+from .video import ImageSequential, VideoSequential
 from .weather import random_rain, random_snow
 
 __all__ = [
@@ -74,6 +75,7 @@ __all__ = [
     "AugmentationSequential",
     "CenterCrop",
     "GeometricAugmentationBase2D",
+    "ImageSequential",
     "IntensityAugmentationBase2D",
     "LongestMaxSize",
     "PadTo",
@@ -93,6 +95,7 @@ __all__ = [
     "RandomVerticalFlip",
     "Resize",
     "SmallestMaxSize",
+    "VideoSequential",
     "aug_mix",
     "auto_augment",
     "rand_augment",
