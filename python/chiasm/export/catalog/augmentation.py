@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 
 from ..spec import Spec, TensorSpec, image
-from . import add
+from . import STENCIL, add
 
 _PHILOX = "Philox's published numbers"
 
@@ -49,7 +49,14 @@ add(
     )
 )
 add(_spec("random_erasing", "torchvision's erase"))
-add(_spec("random_crop", "torchvision's crop, numpy.pad", config={"size": (6, 7), "padding": (3, 2, 1, 0)}))
+add(
+    _spec(
+        "random_crop",
+        "torchvision's crop, numpy.pad",
+        config={"size": (6, 7), "padding": (3, 2, 1, 0)},
+        symbols=STENCIL,
+    )
+)
 add(_spec("random_rotation90", "torch.rot90", config={"times": (-1, 2)}))
 add(
     _spec(

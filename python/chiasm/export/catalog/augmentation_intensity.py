@@ -61,7 +61,15 @@ _add(
 )
 _add("random_posterize", {"bits": (1, 6), "p": 0.7}, "torchvision's posterize of bytes", gradients=())
 _add("random_rgb_shift", {"p": 0.7}, "the definition in NumPy, of the drawn numbers", colour=True)
-_add("random_jpeg", {"jpeg_quality": (20.0, 90.0), "p": 0.7}, "Pillow's JPEG", colour=True, gradients=())
+_add(
+    "random_jpeg",
+    {"jpeg_quality": (20.0, 90.0), "p": 0.7},
+    "Pillow's JPEG",
+    colour=True,
+    gradients=(),
+    # as `enhance.jpeg_codec_differentiable`
+    symbols={"H": (17, 32768), "W": (17, 32768)},
+)
 
 # --- no number ----------------------------------------------------------------------------------------------
 
