@@ -12,6 +12,9 @@ from .crop import RandomResizedCrop
 from .cut import Cut
 from .resizing import Resize
 
+#: A number of steps, (least, greatest), (least,), or False for all.
+Some = Union[bool, int, Tuple[int, ...]]
+
 _KEYS = ("input", "image", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints")
 
 
@@ -83,7 +86,7 @@ class AugmentationSequential(nn.Module):
         data_keys: Sequence[str] = ("input",),
         same_on_batch: Optional[bool] = None,
         keepdim: bool = False,
-        random_apply: Union[bool, int, Tuple[int, ...]] = False,
+        random_apply: Some = False,
         random_apply_weights: Optional[Sequence[float]] = None,
     ) -> None:
         super().__init__()
@@ -201,7 +204,7 @@ class AugmentationSequential(nn.Module):
 
 def _chosen(
     steps: Sequence[nn.Module],
-    random_apply: Union[bool, int, Tuple[int, ...]],
+    random_apply: Some,
     weights: Optional[Sequence[float]],
 ) -> Chosen:
     total = len(steps)

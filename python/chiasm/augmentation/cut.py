@@ -8,6 +8,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_choice, check_pair
 from ..primitives.random.draws import words
 from .base import GeometricAugmentationBase2D, Size, as_size, check_batch, identity, pair
+from .decisions import check_always
 
 
 def _inside(position: Tensor, size: int, padding_mode: str) -> Tensor:
@@ -114,8 +115,7 @@ class Cut(GeometricAugmentationBase2D):
         same_on_batch: bool = False,
         keepdim: bool = False,
     ) -> None:
-        if p != 1.0:
-            raise ValueError(f"p: expected 1, for the size of a result cannot hang on chance, got {p}")
+        check_always(p)
         super().__init__(1.0, 1.0, same_on_batch, keepdim)
         check_choice(padding_mode, ["constant", "reflect", "replicate", "circular"], "padding_mode")
         self.size, self.padding_mode, self.fill = as_size(size, "size"), padding_mode, float(fill)

@@ -66,3 +66,9 @@ def check_chance(p: float, name: str = "p") -> None:
     """Raise ValueError unless ``p`` is a probability."""
     if not (p >= 0.0 and p <= 1.0):
         raise ValueError(f"{name}: expected a probability, 0 to 1, got {p}")
+
+
+def check_always(p: float) -> None:
+    """Raise ValueError unless ``p`` is 1."""
+    if p != 1.0:
+        raise ValueError(f"p: expected 1, for the size of a result cannot hang on chance, got {p}")

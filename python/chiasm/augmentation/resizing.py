@@ -7,6 +7,7 @@ from torch import Tensor
 
 from ..geometry.transform.resize import resize, size_of
 from .base import GeometricAugmentationBase2D, Size, as_mode, as_size, identity
+from .decisions import check_always
 
 
 class Resize(GeometricAugmentationBase2D):
@@ -38,8 +39,7 @@ class Resize(GeometricAugmentationBase2D):
         p: float = 1.0,
         keepdim: bool = False,
     ) -> None:
-        if p != 1.0:
-            raise ValueError(f"p: expected 1, for the size of a result cannot hang on chance, got {p}")
+        check_always(p)
         super().__init__(1.0, 1.0, False, keepdim)
         if side not in ("short", "long", "vert", "horz"):
             raise ValueError(f"side: expected 'short', 'long', 'vert' or 'horz', got {side!r}")

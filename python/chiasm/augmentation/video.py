@@ -1,15 +1,13 @@
 """Sequences over images alone, and over the frames of videos."""
 
-from typing import Any, Optional, Sequence, Tuple, Union
+from typing import Any, Optional, Sequence
 
 import torch
 from torch import Tensor, nn
 
 from ..primitives.random.draws import check_seed, split
 from .base import draw_seeds
-from .container import AugmentationSequential
-
-Some = Union[bool, int, Tuple[int, ...]]
+from .container import AugmentationSequential, Some
 
 
 class ImageSequential(AugmentationSequential):
