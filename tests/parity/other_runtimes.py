@@ -109,6 +109,7 @@ KNOWN = {
         "feature",
     ),
     **_old(_OLD_FUSION, ["forward"], "two_view_homography", "pipelines"),
+    **_old(_OLD_FUSION, ["forward"], "byte_track kalman_predict kalman_update sort_track", "ops"),
     **_old(_OLD_FLOAT64, ["forward"], "rotated_nms_fixed", "ops"),
     **_old(
         "ONNX Runtime 1.17 computes an index in the loop that is out of range",
@@ -146,6 +147,9 @@ KNOWN = {
     ("OpenVINO", "geometry.solvers.solve_quadratic", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "geometry.solvers.solve_quartic", "forward.float64.onnx"): _FLOAT32_INSIDE,
     ("OpenVINO", "ops.decode_db", "forward.float32.onnx"): _FLOAT32_INSIDE,
+    ("OpenVINO", "ops.decode_heatmaps", "forward.float32.onnx"): (
+        "OpenVINO 2026.4 answers otherwise from run to run"
+    ),
     ("OpenVINO", "ops.ps_roi_pool", "forward.float32.onnx"): _EDGES,
     ("OpenVINO", "ops.ps_roi_pool", "vjp.float32.onnx"): _EDGES,
     ("OpenVINO", "ops.roi_pool", "forward.float32.onnx"): _EDGES,
@@ -157,8 +161,11 @@ KNOWN = {
         "forward.float64.onnx",
     ): _FLOAT32_INSIDE,
 }
-#: What is known of some machines' processors alone.
-ON_SOME_MACHINES = {("OpenVINO", "geometry.transform.elastic_transform2d", "forward.float32.onnx")}
+#: What is known of some machines' processors, or of some runs, alone.
+ON_SOME_MACHINES = {
+    ("OpenVINO", "geometry.transform.elastic_transform2d", "forward.float32.onnx"),
+    ("OpenVINO", "ops.decode_heatmaps", "forward.float32.onnx"),
+}
 #: engine -> why it cannot do the fused form of any op.
 KNOWN_FUSED = {
     "OpenVINO": "OpenVINO's ONNX reader does not expand a model's own functions: it takes the flat form"
