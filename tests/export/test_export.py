@@ -154,9 +154,8 @@ def test_a_compilation_is_found_again_whatever_the_process_did_before() -> None:
         outputs = output_specs(trace(op, SPEC, list(SPEC.inputs), inputs, "onnx"), SPEC, "float32")
         tensors, _ = vjp_signature(SPEC, outputs)
         example = with_cotangents(op, SPEC, samples.fit(SPEC, samples.EXAMPLE), "float32", tensors)
-        return _key(
-            trace_vjp(vjp_module(op, SPEC, outputs), SPEC, tensors, example), SPEC, "x86-64-v3", "chiasm 1"
-        )
+        program = trace_vjp(vjp_module(op, SPEC, outputs), SPEC, tensors, example)
+        return _key(program, SPEC, "x86-64-v3", "chiasm 1", True)
 
     assert key() == key()
 
