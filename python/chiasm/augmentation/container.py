@@ -103,9 +103,8 @@ class AugmentationSequential(nn.Module):
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:
         """The images changed as ``seed`` (B,), int64, says."""
         check_seed(seed, input.size(0))
-        seeds = split(seed, len(self.steps))
-        # As many seeds more are the draw's
-        chosen = self.chosen(split(seed, len(self.steps) + 1)[-1]) if self.some else None
+        seeds = split(seed, len(self.steps) + 1)  # the last draws which steps
+        chosen = self.chosen(seeds[-1]) if self.some else None
         for i, step in enumerate(self.steps):
             before = input
             input = step.forward(input, seeds[i])
@@ -138,13 +137,14 @@ class AugmentationSequential(nn.Module):
         if seed is None:
             seed = draw_seeds(data[0].size(0), generator).to(data[0].device)
         self._params, self._shapes = [], []
-        seeds = split(seed, len(self.steps))
+        seeds = split(seed, len(self.steps) + 1)  # the last draws which steps
+        chosen = self.chosen(seeds[-1]) if self.some else None
         for i, step in enumerate(self._typed()):
             self._shapes.append(list(data[0].shape))
             given = None if params is None else params[i]
-            if given is None and self.some:
+            if given is None and chosen is not None:
                 given = {**step.draw(seeds[i], self._shapes[i]), "seed": seeds[i]}
-                given["batch_prob"] &= self.chosen(split(seed, len(self.steps) + 1)[-1])[i]
+                given["batch_prob"] &= chosen[i]
             image = step(data[0], params=given, seed=seeds[i])
             if self.some:
                 image = select(step._params, image, data[0])

@@ -4,7 +4,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_rgb, check_values
-from ..primitives.images.color_planes import channels_of, rgb_planes
+from ..primitives.images.color_planes import channels_of, entries, rgb_planes
 from ..primitives.numbers.power import power
 from .linear import from_linear, to_linear
 from .xyz import rgb_to_xyz, xyz_to_rgb
@@ -111,14 +111,14 @@ def _luv_of_bytes(image: Tensor) -> Tensor:
     # follows is one quotient and a few products, each rounded in the order that stands here.
     level = torch.arange(256, device=image.device).to(torch.float64)
     light = torch.round(65536.0 * to_linear(level / 255.0))
-    red, green, blue = [_entries(light, channel) for channel in channels_of(image)]
+    red, green, blue = [entries(light, channel) for channel in channels_of(image)]
     x = red * 432488.0 + green * 374950.0 + blue * 189187.0
     y = red * 223002.0 + green * 749900.0 + blue * 75674.0
     z = red * 20273.0 + green * 124983.0 + blue * 996385.0
     place = torch.arange(16385, device=image.device).to(torch.float64)
     # A whole number of 1/2^20 again, as engines differ in the last digits of a root.
     curve = torch.round(1048576.0 * _lightness(place / 16384.0)) / 1048576.0
-    lightness = _entries(curve, torch.floor(y / 4194304.0 + 0.5))
+    lightness = entries(curve, torch.floor(y / 4194304.0 + 0.5))
     weight = (x + 15.0 * y + 3.0 * z).clamp(min=1.0)
     scale = 13.0 * lightness
     # Less the quotients of white, which greys have to the last digit.
@@ -135,8 +135,4 @@ def _bytes_of_luv(image: Tensor, eps: float) -> Tensor:
     linear = _linear_of_luv(first.to(torch.float64) * (100.0 / 255.0), u, v, eps)
     place = torch.arange(16385, device=image.device).to(torch.float64)
     curve = torch.round(255.0 * from_linear(place / 16384.0)).clamp(0.0, 255.0)
-    return _entries(curve, torch.floor(linear.clamp(0.0, 1.0) * 16384.0 + 0.5)).to(torch.uint8)
-
-
-def _entries(table: Tensor, index: Tensor) -> Tensor:
-    return table.index_select(0, index.to(torch.int64).reshape(-1)).reshape(index.shape)
+    return entries(curve, torch.floor(linear.clamp(0.0, 1.0) * 16384.0 + 0.5)).to(torch.uint8)

@@ -55,10 +55,10 @@ def linear_assignment(
     if max_cost is not None:
         can_be = can_be & (values <= max_cost)
     if rows is not None:
-        _check_mask(rows, batch, n, "rows")
+        check_mask(rows, batch, n, "rows")
         can_be = can_be & rows[:, :, None]
     if columns is not None:
-        _check_mask(columns, batch, m, "columns")
+        check_mask(columns, batch, m, "columns")
         can_be = can_be & columns[:, None]
     if n == 0 or m == 0:
         nothing = torch.zeros([batch, n], dtype=torch.int64, device=cost.device)
@@ -88,7 +88,8 @@ def cheapest(costs: Tensor, alone: Tensor) -> Tuple[Tensor, Tensor]:
     return found.clamp(min=0.0).to(torch.int64), found >= 0.0
 
 
-def _check_mask(mask: Tensor, batch: int, size: int, name: str) -> None:
+def check_mask(mask: Tensor, batch: int, size: int, name: str) -> None:
+    """Raise unless ``mask`` is a bool tensor (batch, size)."""
     check_tensor(mask, name)
     if mask.dtype != torch.bool:
         raise TypeError(f"{name}: expected dtype bool, got {mask.dtype}")

@@ -12,7 +12,7 @@ from torch import Tensor
 from ..primitives.core.checks import check_floating, check_last, check_rank, check_tensor
 from ..primitives.geometry.boxes import boxes_at, intersections_and_unions
 from ..primitives.numbers.slots import chosen_first
-from .assignment import cheapest
+from .assignment import cheapest, check_mask
 from .kalman import kalman_predict, kalman_update
 
 #: The state of the filters, their covariances, the counters, the last identity given; boxes, which detections
@@ -178,12 +178,10 @@ def _check(
     _check_shape(counters, [batch, slots, 4], "counters")
     _check_shape(last_id, [batch], "last_id")
     _check_shape(boxes, [batch, boxes.size(1), 4], "boxes")
-    _check_shape(found, [batch, boxes.size(1)], "found")
+    check_mask(found, batch, boxes.size(1), "found")
     for name, value in [("counters", counters), ("last_id", last_id)]:
         if value.dtype != torch.int64:
             raise TypeError(f"{name}: expected dtype int64, got {value.dtype}")
-    if found.dtype != torch.bool:
-        raise TypeError(f"found: expected dtype bool, got {found.dtype}")
     if max_age < 1:
         raise ValueError(f"max_age: expected a positive number, got {max_age}")
     if min_hits < 1:

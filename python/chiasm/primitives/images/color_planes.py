@@ -241,13 +241,14 @@ def curved(
     >>> curved(x, two.repeat(3, 1), same, 0, two * 2, same, 1, 255 - two).flatten()
     tensor([248, 247, 246], dtype=torch.uint8)
     """
-    channels = [_entries(first[i], image.select(-3, i)) for i in range(3)]
-    channels = [_entries(middle, i) for i in _limited_sums(channels, before, shift_before, middle.size(0))]
-    channels = [_entries(last, i) for i in _limited_sums(channels, after, shift_after, last.size(0))]
+    channels = [entries(first[i], image.select(-3, i)) for i in range(3)]
+    channels = [entries(middle, i) for i in _limited_sums(channels, before, shift_before, middle.size(0))]
+    channels = [entries(last, i) for i in _limited_sums(channels, after, shift_after, last.size(0))]
     return torch.stack(channels, -3).to(torch.uint8)
 
 
-def _entries(table: Tensor, index: Tensor) -> Tensor:
+def entries(table: Tensor, index: Tensor) -> Tensor:
+    """The entries (*) of a table (N,) at whole numbers (*), of any dtype."""
     return table.index_select(0, index.to(torch.int64).reshape(-1)).reshape(index.shape)
 
 
