@@ -12,7 +12,7 @@ if ! command -v java >/dev/null; then
   as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends default-jre-headless >/dev/null
 fi
 
-ABOUT="Ray, Spark and Daft: 1.6 GB, two minutes" tools/environment.sh data tools/data.txt --no-compile
+ABOUT="Ray, Spark and Daft: 1.6 GB" tools/environment.sh data tools/data.txt
 # `import chiasm` from the source tree
 site=$(.deps/data/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
 echo "$PWD/python" > "$site/chiasm-source.pth"

@@ -1,17 +1,16 @@
 #!/usr/bin/env bash
 # Make an environment apart from .venv, of packages that are pinned with hashes.
-# usage: [ABOUT=TEXT] tools/environment.sh NAME LOCKED [PIP_OPTION...]        makes .deps/NAME; ABOUT is said while it is made
+# usage: [ABOUT=TEXT] tools/environment.sh NAME LOCKED        makes .deps/NAME; ABOUT is said while it is made
 # Safe to run again, quick when nothing has changed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-.venv/bin/python}
 
 folder=.deps/$1 locked=$2
-shift 2
 want=$(sha256sum "$locked" | cut -d' ' -f1)
 [ "$(cat "$folder/.requirements" 2>/dev/null)" = "$want" ] && exit 0
 echo "making $folder${ABOUT:+ ($ABOUT)}"
 rm -rf "$folder"
 "$PYTHON" -m venv "$folder"
-"$folder/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes "$@" -r "$locked"
+.venv/bin/uv pip install --quiet --python "$folder/bin/python" --require-hashes -r "$locked"
 echo "$want" > "$folder/.requirements"

@@ -4,12 +4,11 @@
 # usage: tools/kornia.sh        Safe to run again, quick when nothing has changed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-PYTHON=${PYTHON:-.venv/bin/python}
 
 locked=tools/kornia.txt folder=.deps/kornia
 want=$(sha256sum "$locked" | cut -d' ' -f1)
 [ "$(cat "$folder/.requirements" 2>/dev/null)" = "$want" ] && exit 0
 echo "making $folder"
 rm -rf "$folder"
-"$PYTHON" -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --target "$folder" -r "$locked"
+.venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --require-hashes --target "$folder" -r "$locked"
 echo "$want" > "$folder/.requirements"

@@ -35,10 +35,11 @@ if [ ! -x .venv/bin/python ]; then
   say "making .venv with $("$PYTHON" --version)"
   "$PYTHON" -m venv .venv
 fi
-want=$(sha256sum requirements.txt | cut -d' ' -f1)
+want=$(cat requirements.txt tools/uv.txt | sha256sum | cut -d' ' -f1)
 if [ "$(cat .venv/.requirements 2>/dev/null)" != "$want" ]; then
-  say "installing Python packages (PyTorch is 3 GB: a minute or two)"
-  .venv/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.txt
+  say "installing Python packages (PyTorch is 3 GB: a minute)"
+  .venv/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r tools/uv.txt
+  .venv/bin/uv pip install --quiet --python .venv/bin/python --require-hashes -r requirements.txt
   echo "$want" > .venv/.requirements
 fi
 # `import chiasm` from the source tree, in every use of .venv

@@ -44,7 +44,7 @@ server() {
   tools/environment.sh triton tools/triton/environment.txt
   want=$(sha256sum tools/triton/server.txt | cut -d' ' -f1)
   [ "$(cat "$folder/.server" 2>/dev/null)" = "$want" ] && return
-  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r tools/triton/server.txt
+  .venv/bin/uv pip install --quiet --python "$folder/bin/python" --require-hashes --no-deps -r tools/triton/server.txt
   # What perf_analyzer needs by other names
   site=$("$folder/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
   mkdir -p "$folder/lib/perf_analyzer"
