@@ -30,6 +30,13 @@ constexpr Size kSizes[] = {{1, 1}, {1, 2}, {2, 1},  {2, 2},  {1, 9},  {9, 1},  {
                            {7, 8}, {8, 9}, {9, 15}, {3, 17}, {6, 31}, {3, 33}, {67, 35}, {2, 261}, {261, 2}};
 constexpr int64_t kBorders = 4;
 
+// Where tensors lie. Under an emulator, which is slow, one will do: there it is results that are compared.
+#ifdef CHIASM_EMULATED
+constexpr guarded::Placement kPlacements[] = {guarded::Placement::kEnd};
+#else
+constexpr guarded::Placement kPlacements[] = {guarded::Placement::kEnd, guarded::Placement::kStart};
+#endif
+
 template <class T>
 class GuardedKernels : public ::testing::Test {
  protected:
@@ -45,7 +52,7 @@ class GuardedKernels : public ::testing::Test {
     Results known;
     for (const Fill fill : fills) {
       std::vector<std::vector<char>> results[2];
-      for (const guarded::Placement placement : {guarded::Placement::kEnd, guarded::Placement::kStart}) {
+      for (const guarded::Placement placement : kPlacements) {
         kernel_calls::placement = placement;
         kernel_calls::damaged = 0;
         fill_ = fill;
@@ -54,6 +61,7 @@ class GuardedKernels : public ::testing::Test {
         calls();
         ASSERT_EQ(kernel_calls::damaged, 0) << "tensors beside which something was written";
       }
+      if (std::size(kPlacements) == 1) continue;
       ASSERT_EQ(results[0].size(), results[1].size());
       for (size_t i = 0; i < results[0].size(); ++i)
         ASSERT_EQ(results[0][i], results[1][i]) << "call " << i << " depends on where its tensors lie";
