@@ -61,8 +61,9 @@ study: build ## WHAT=batch, registration, depth, attack or distributed: a use ca
 gallery: build bundles ## run every bundle from C++ on a photograph -> docs/gallery
 	$(PY) -m gallery.pages
 
-test: build ## every test
-	@$(MAKE) lint test-bundles test-ops test-export test-runtime test-aarch64 test-parity test-special-values other-runtimes test-serving test-data test-studies test-install test-sanitizers test-fuzz
+test: build ## every test of what has changed, and a part of the rest (tests/stages.py)
+	@targets=$$($(PY) tests/stages.py)
+	$(MAKE) $$targets
 	@echo "make test: all passed"
 
 test-all: build bundles ## every test on the whole catalog (hours)
@@ -76,11 +77,7 @@ test-ops: setup ## values, gradients, scripting, docstrings of the ops
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/ops
 
 test-export: build test-bundles ## the exporter, the command, the runtime in Python
-	@$(PY) -m pytest -q tests/parity > build/test-parity.log 2>&1 & parity=$$!
-	$(PY) -m pytest -q --durations=10 tests/export
-	wait $$parity && result=0 || result=$$?
-	cat build/test-parity.log
-	exit $$result
+	$(PY) -m pytest -q -n $(JOBS) --dist loadfile --durations=10 tests/export tests/parity
 
 test-runtime: build test-bundles ## GoogleTest
 	ctest --preset release -j $(JOBS)
@@ -129,7 +126,7 @@ test-serving: build test-bundles ## bundles in Triton Inference Server, asked by
 
 test-data: build test-bundles ## bundles over data sets: in processes, on Ray, Spark and Daft
 	tools/data.sh
-	.deps/data/bin/python -m pytest -q --durations=5 tests/data
+	.deps/data/bin/python -m pytest -q -n $(JOBS) --dist loadfile --durations=5 tests/data
 
 test-studies: build ## the use cases at a small size, and the examples, in Python and in C++
 	OMP_NUM_THREADS=1 $(PY) -m pytest -q -n $(JOBS) tests/studies tests/examples
@@ -196,21 +193,16 @@ format: setup ## lay out the sources: ruff, clang-format
 stubs: build ## what editors know of the module classes -> python/chiasm/*/__init__.pyi
 	$(PY) tools/stubs.py
 
-lock: setup ## requirements.in -> requirements.txt, pinned with hashes
-	.venv/bin/python -m pip install -q uv
-	.venv/bin/python -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header requirements.in -o requirements.txt
-	for name in ort-1.17 openvino; do
-	  $(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
-	    tools/other_runtimes/$$name.in -o tools/other_runtimes/$$name.txt
+lock: setup ## every *.in -> *.txt, pinned with hashes
+	@for name in requirements tools/uv tools/data tools/kornia tools/wheels tools/site/site tools/triton/environment tools/triton/server \
+	    tools/other_runtimes/ort-1.17 tools/other_runtimes/openvino; do
+	  options=(--python-version 3.11)
+	  case $$name in
+	    tools/uv | tools/wheels) options=(--python-version 3.10) ;;
+	    tools/kornia | tools/triton/server) options+=(--no-deps) ;;
+	  esac
+	  .venv/bin/uv pip compile -q --upgrade --generate-hashes --no-emit-index-url --no-header "$${options[@]}" $$name.in -o $$name.txt
 	done
-	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
-	  tools/triton/environment.in -o tools/triton/environment.txt
-	$(PY) -m uv pip compile -q --upgrade --no-deps --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
-	  tools/triton/server.in -o tools/triton/server.txt
-	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/data.in -o tools/data.txt
-	$(PY) -m uv pip compile -q --upgrade --no-deps --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/kornia.in -o tools/kornia.txt
-	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.10 --no-emit-index-url --no-header tools/wheels.in -o tools/wheels.txt
-	$(PY) -m uv pip compile -q --upgrade --generate-hashes --python-version 3.11 --no-emit-index-url --no-header tools/site/site.in -o tools/site/site.txt
 
 clean: ## remove what was built (not .venv)
 	rm -rf build python/chiasm/*.so python/chiasm/artifact

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import inspect
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -47,6 +49,11 @@ def has_changed(test: Path) -> bool:
             if any(file.startswith((f"{module}.py", f"{module}/")) for file in changed):
                 return True
     return False
+
+
+def source_of(function: Callable) -> str:
+    """The path of the file that a function of chiasm's stands in."""
+    return str(Path(inspect.getsourcefile(function) or "").resolve().relative_to(ROOT))
 
 
 @cache

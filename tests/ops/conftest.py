@@ -1,6 +1,7 @@
 """Make the working tree importable, and keep torch to one thread: the images are small.
 
-Of tests of what has not changed since the base every third is run; `make test-all` runs all.
+Of tests of what has not changed since the base every third is run; `make test-all` runs all. A test that is
+made for each entry of the catalog has changed where the source of the entry's op has.
 """
 
 import os
@@ -10,11 +11,13 @@ from pathlib import Path
 import pytest
 import torch
 
-from tests.changes import has_changed, is_drawn
+from tests.changes import ROOT, changed_files, has_changed, is_drawn, source_of
 
 for folder in (Path(__file__).parents[2] / "python", Path(__file__).parent):
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
+
+from chiasm.export.catalog import Entry  # noqa: E402
 
 torch.set_num_threads(1)
 
@@ -22,11 +25,18 @@ torch.set_num_threads(1)
 DRAWN = 3
 
 
+def _has_changed(item: pytest.Item) -> bool:
+    entry = item.callspec.params.get("entry") if hasattr(item, "callspec") else None
+    if not isinstance(entry, Entry):
+        return has_changed(item.path)
+    return not changed_files().isdisjoint((str(item.path.relative_to(ROOT)), source_of(entry.function())))
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     asked_for = any("::" in argument for argument in config.args) or config.option.keyword
     if os.environ.get("CHIASM_ALL_TESTS") or asked_for:
         return
-    left_out = [i for i in items if not has_changed(i.path) and not is_drawn(i.nodeid, i.path, DRAWN)]
+    left_out = [i for i in items if not _has_changed(i) and not is_drawn(i.nodeid, i.path, DRAWN)]
     if left_out:
         items[:] = [item for item in items if item not in set(left_out)]
         config.hook.pytest_deselected(items=left_out)

@@ -4,7 +4,7 @@
     python tests/parity/selection.py OUTPUT     export them to OUTPUT
 
 All of the catalog is `make test-all`, too long for every run. Compiled are the ops that the tests name, those
-whose source has changed, and one more of each family. Of the rest every op that has changed is exported, and
+whose source has changed, and one more of each family. Of the rest those that have changed are exported, and
 every twelfth other one; of these every sixteenth with its gradient, which takes most of an export's time.
 Which ones hangs on the content of their sources, so that the same sources have the same tests. What the
 sources are compared with is in tests/changes.py.
@@ -13,7 +13,6 @@ sources are compared with is in tests/changes.py.
 from __future__ import annotations
 
 import hashlib
-import inspect
 import os
 import re
 import sys
@@ -29,7 +28,7 @@ from chiasm.export.cli import export_names
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from tests.changes import changed_files  # noqa: E402
+from tests.changes import changed_files, source_of  # noqa: E402
 
 PER_FAMILY = 1
 #: Of so many ops that are not compiled and have not changed one is exported.
@@ -59,19 +58,17 @@ SLOW = (
     "geometry.subpix.conv_*",
     "geometry.subpix.iterative_*",
     "geometry.transform.*3d",
+    "losses.*_information_loss_3d*",
 )
-#: A commit that changes more ops than this has some of them taken, lest a test run take hours; the rest waits
-#: for `make test-all`.
-MOST_CHANGED = 12
-
-
-def source_of(name: str) -> Path:
-    return Path(inspect.getsourcefile(catalog()[name].function()) or "").resolve()
+#: A commit that changes more ops than these has some of them compiled, and some exported, lest a test run
+#: take hours; the rest waits for `make test-all`.
+MOST_COMPILED, MOST_EXPORTED = 8, 48
 
 
 def lot(name: str) -> bytes:
     """An op's place in an order that the content of its source decides."""
-    return hashlib.sha256(name.encode() + source_of(name).read_bytes()).digest()
+    source = ROOT / source_of(catalog()[name].function())
+    return hashlib.sha256(name.encode() + source.read_bytes()).digest()
 
 
 def chosen() -> tuple[dict[str, str], list[str]]:
@@ -93,26 +90,27 @@ def chosen() -> tuple[dict[str, str], list[str]]:
     words = re.findall(r"\b[a-z]+(?:\.[a-z0-9_]+)+", " ".join(p.read_text() for p in tests))
     named = {w.removesuffix(".chiasm") for w in words} & set(entries)
     changed = changed_files()
-    source = {n: str(source_of(n).relative_to(ROOT)) for n in entries}
+    source = {n: source_of(entry.function()) for n, entry in entries.items()}
     slow = {n for n in entries if any(fnmatch(n, pattern) for pattern in SLOW)}
     differing = [n for n in entries if source[n] in changed]
     touched = sorted((n for n in differing if n not in slow), key=lot)
     result = {n: "a test names it" for n in sorted(named)}
-    for name in touched[:MOST_CHANGED]:
+    for name in touched[:MOST_COMPILED]:
         result.setdefault(name, f"{source[name]} has changed")
     for _, family in groupby(entries, key=lambda n: n.partition(".")[0]):
         others = [n for n in family if n not in named]  # which the tests name is the same in every run
         due = PER_FAMILY - sum(n in result for n in others)
         for name in sorted((n for n in others if n not in result and n not in slow), key=lot)[: max(0, due)]:
             result[name] = "one of its family"
-    if len(touched) > MOST_CHANGED:
+    others = sorted((n for n in differing if n not in result), key=lot)
+    if len(touched) > MOST_COMPILED or len(others) > MOST_EXPORTED:
         Console(stderr=True).print(
-            f"{len(touched)} ops have changed: {MOST_CHANGED} of them are compiled, `make test-all`"
-            " compiles all",
+            f"{len(differing)} ops have changed: at most {MOST_COMPILED} of them are compiled and"
+            f" {MOST_EXPORTED} exported to the other formats, `make test-all` does all",
             style="yellow",
         )
     same = sorted((n for n in entries if n not in result and n not in differing), key=lot)
-    return result, [n for n in differing if n not in result] + same[::EXPORTED]
+    return result, others[:MOST_EXPORTED] + same[::EXPORTED]
 
 
 def main(arguments: list[str]) -> None:

@@ -1,0 +1,69 @@
+"""Which targets `make test` runs: what ops and bundles go through, and of the rest those whose sources have
+changed.
+
+    python tests/stages.py     the targets, in the order in which they are run
+
+Those that are left out are said, with their sources, on standard error. `make test-all` leaves none out, and
+each can be run by its name. What the sources are compared with is in tests/changes.py.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tests.changes import changed_files  # noqa: E402
+
+RUNTIME = ("CMakeLists.txt", "CMakePresets.json", "cmake/", "include/", "runtime/")
+KERNELS = ("python/chiasm/primitives/kernels/", "tests/kernels/")
+#: What a target tests: folders and files; empty for one that is always run.
+SOURCES: dict[str, tuple[str, ...]] = {
+    "lint": (),
+    "test-bundles": (),
+    "test-ops": (),
+    "test-export": (),
+    "test-runtime": (),
+    "test-aarch64": (*KERNELS, "cmake/", "runtime/artifact/", "include/"),
+    "test-parity": (),
+    "test-special-values": (),
+    "other-runtimes": (),
+    "test-serving": (*RUNTIME, "python/chiasm/triton/", "tests/serving/", "tools/triton"),
+    "test-data": (
+        *RUNTIME,
+        "python/chiasm/data/",
+        "python/chiasm/runtime/",
+        "tests/data/",
+        "tools/data",
+        "docs/scale.md",
+    ),
+    "test-studies": (),
+    "test-install": (*RUNTIME, "packaging/", "pyproject.toml", "tests/consumer/", "tools/wheels"),
+    "test-sanitizers": (
+        *RUNTIME,
+        *KERNELS,
+        "python/chiasm/export/formats/",
+        "tests/runtime/",
+        "tests/robustness/",
+    ),
+    "test-fuzz": (*RUNTIME, "tests/fuzz/", "tests/runtime/fake_backend.cpp"),
+}
+
+
+def has_changed(sources: tuple[str, ...]) -> bool:
+    return any(file.startswith(sources) for file in changed_files())
+
+
+def main() -> None:
+    for target, sources in SOURCES.items():
+        if not sources or os.environ.get("CHIASM_ALL_TESTS") or has_changed(sources):
+            print(target)
+        else:
+            print(f"left out: {target}, since none of {', '.join(sources)} has changed", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
