@@ -22,6 +22,7 @@ from .jpeg import jpeg_codec_differentiable
 from .names import ThresholdType
 from .normalize import denormalize, normalize, normalize_min_max
 from .sharp import sharpness
+from .statistics import mean_std_dev, min_max_loc
 from .tone import posterize, solarize, threshold
 from .whitening import linear_transform, zca_mean, zca_whiten
 from .zca import ZCAWhitening
@@ -57,6 +58,8 @@ __all__ = [
     "invert",
     "jpeg_codec_differentiable",
     "linear_transform",
+    "mean_std_dev",
+    "min_max_loc",
     "normalize",
     "normalize_min_max",
     "posterize",

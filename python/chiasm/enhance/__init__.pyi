@@ -36,6 +36,8 @@ from .normalize import denormalize as denormalize
 from .normalize import normalize as normalize
 from .normalize import normalize_min_max as normalize_min_max
 from .sharp import sharpness as sharpness
+from .statistics import mean_std_dev as mean_std_dev
+from .statistics import min_max_loc as min_max_loc
 from .tone import posterize as posterize
 from .tone import solarize as solarize
 from .tone import threshold as threshold
@@ -328,6 +330,20 @@ class LinearTransform(nn.Module):
     def forward(self, inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor) -> Tensor: ...
     def __call__(self, inp: Tensor, transform_matrix: Tensor, mean_vector: Tensor) -> Tensor: ...
 
+class MeanStdDev(nn.Module):
+    """`mean_std_dev` as a module: Mean and standard deviation of each channel, as OpenCV's
+    ``meanStdDev``: the deviation is that of the pixels there are (divided by H * W, not by one less)."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+    def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor]: ...
+
+class MinMaxLoc(nn.Module):
+    """`min_max_loc` as a module: The least and the greatest value of each channel and where they are, as
+    OpenCV's ``minMaxLoc``."""
+    def __init__(self) -> None: ...
+    def forward(self, image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+    def __call__(self, image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]: ...
+
 class Normalize(nn.Module):
     """`normalize` as a module: (data - mean) / std, per channel."""
 
@@ -451,6 +467,8 @@ __all__ = [
     "JPEGCodecDifferentiable",
     "JpegCodecDifferentiable",
     "LinearTransform",
+    "MeanStdDev",
+    "MinMaxLoc",
     "Normalize",
     "NormalizeMinMax",
     "Posterize",
@@ -490,6 +508,8 @@ __all__ = [
     "invert",
     "jpeg_codec_differentiable",
     "linear_transform",
+    "mean_std_dev",
+    "min_max_loc",
     "normalize",
     "normalize_min_max",
     "posterize",

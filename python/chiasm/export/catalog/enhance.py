@@ -413,6 +413,47 @@ add(
     )
 )
 
+_MEAN_STD = opencv(lambda cv2, x: cv2.meanStdDev(x), "planes", after=lambda m: (m[0][0, 0], m[1][0, 0]))
+
+
+def _places(found):
+    least, greatest, first, last = found
+    return least, greatest, np.array(first), np.array(last)
+
+
+add(
+    Spec(
+        "enhance.mean_std_dev",
+        [image("image")],
+        [
+            TensorSpec("mean", description="of each channel"),
+            TensorSpec("std", description="standard deviation of each channel"),
+        ],
+        gradient_tolerances=_SUMS,
+        peer=_MEAN_STD,
+        reference="OpenCV meanStdDev; NumPy mean and std in float64",
+        frames=Frames(peer=_MEAN_STD),
+    )
+)
+
+_MIN_MAX = opencv(lambda cv2, x: cv2.minMaxLoc(x), "planes", after=_places)
+
+add(
+    Spec(
+        "enhance.min_max_loc",
+        [image("image")],
+        [
+            TensorSpec("least", description="of each channel"),
+            TensorSpec("greatest", description="of each channel"),
+            TensorSpec("least_at", description="the first place (x, y) of the least, in pixels"),
+            TensorSpec("greatest_at", description="the first place (x, y) of the greatest, in pixels"),
+        ],
+        peer=_MIN_MAX,
+        reference="OpenCV minMaxLoc",
+        frames=Frames(peer=_MIN_MAX),
+    )
+)
+
 add(
     Spec(
         "enhance.count_histogram",

@@ -1,0 +1,104 @@
+"""Numbers that describe an image's channels."""
+
+from typing import Tuple
+
+import torch
+from torch import Tensor
+
+from ..primitives.core.checks import check_pixels
+from ..primitives.core.layout import in_planes
+from ..primitives.images.histograms import bincount, level_rows
+
+
+def mean_std_dev(image: Tensor) -> Tuple[Tensor, Tensor]:
+    """Mean and standard deviation of each channel, as OpenCV's ``meanStdDev``: the deviation is that of the
+    pixels there are (divided by H * W, not by one less).
+
+    Of bytes the sums are exact. Floating-point images are summed in float64, the deviation by the squares of
+    the distances from the mean.
+
+    Args:
+        image: (B, C, H, W), floating point or uint8.
+
+    Returns:
+        Mean (B, C) and standard deviation (B, C), of the image's dtype; of bytes float64, in levels.
+
+    Raises:
+        TypeError: if image is neither floating point nor uint8.
+        ValueError: if image is not 4-D or has no pixels.
+
+    Example:
+        >>> mean_std_dev(torch.tensor([1.0, 3.0, 1.0, 3.0]).reshape(1, 1, 2, 2))
+        (tensor([[2.]]), tensor([[1.]]))
+    """
+    _check_some_pixels(image)
+    if image.dtype != torch.uint8:
+        values = image.to(torch.float64)
+        mean = values.mean([2, 3], keepdim=True)
+        # NaN and infinity reach both results by themselves
+        std = (values - mean).square().mean([2, 3]).sqrt()
+        return mean.flatten(1).to(image.dtype), std.to(image.dtype)
+    of_levels = bincount(level_rows(image), 256).to(torch.int64)
+    levels = torch.arange(256, device=image.device)
+    count = image.size(2) * image.size(3)
+    mean = (of_levels * levels).sum(1).to(torch.float64) / count
+    squares = (of_levels * levels * levels).sum(1).to(torch.float64) / count
+    std = (squares - mean * mean).clamp(min=0.0).sqrt()
+    return mean.reshape(image.size(0), image.size(1)), std.reshape(image.size(0), image.size(1))
+
+
+def min_max_loc(image: Tensor) -> Tuple[Tensor, Tensor, Tensor, Tensor]:
+    """The least and the greatest value of each channel and where they are, as OpenCV's ``minMaxLoc``.
+
+    Of several places it is the first, row by row. NaN is passed over; a channel of nothing else has its first
+    pixel.
+
+    Args:
+        image: (B, C, H, W), floating point or uint8.
+
+    Returns:
+        Least and greatest value (B, C), of the image's dtype, and their places (B, C, 2), (x, y) in pixels,
+        int64.
+
+    Raises:
+        TypeError: if image is neither floating point nor uint8.
+        ValueError: if image is not 4-D or has no pixels.
+
+    Example:
+        >>> min_max_loc(torch.tensor([5.0, 7.0, 2.0, 2.0]).reshape(1, 1, 2, 2))
+        (tensor([[2.]]), tensor([[7.]]), tensor([[[0, 1]]]), tensor([[[1, 0]]]))
+    """
+    _check_some_pixels(image)
+    values = in_planes(image).flatten(2)
+    low, high = values, values
+    if image.dtype != torch.uint8:
+        unknown = torch.isnan(values)
+        low = torch.where(unknown, torch.full_like(values, float("inf")), values)
+        high = torch.where(unknown, torch.full_like(values, -float("inf")), values)
+    first, last = _first(values, low.amin(2, keepdim=True)), _first(values, high.amax(2, keepdim=True))
+    return (
+        values.gather(2, first).squeeze(2),
+        values.gather(2, last).squeeze(2),
+        _place(first, image.size(3)),
+        _place(last, image.size(3)),
+    )
+
+
+def _first(values: Tensor, wanted: Tensor) -> Tensor:
+    """The index of the first that is `wanted`, 0 where none is."""
+    # No argmax: compiled loops take it a value at a time
+    count = values.size(2)
+    index = torch.arange(count, dtype=torch.int32, device=values.device)
+    at = torch.where(values == wanted, index, torch.full_like(index, count)).amin(2, keepdim=True)
+    return torch.where(at < count, at, torch.zeros_like(at)).to(torch.int64)
+
+
+def _place(index: Tensor, width: int) -> Tensor:
+    y = torch.div(index, width, rounding_mode="floor")
+    return torch.cat([index - y * width, y], 2)
+
+
+def _check_some_pixels(image: Tensor) -> None:
+    check_pixels(image, "image")
+    if image.size(2) < 1 or image.size(3) < 1:
+        raise ValueError(f"image: expected at least one pixel, got {list(image.shape)}")
