@@ -50,6 +50,7 @@ _DOCUMENTED = "documented for values well below 1e4, which stands for what a str
 _SINGULAR = "a matrix that such numbers make singular has an inverse by rounding alone"
 _OVERFLOW = "squares of such numbers overflow"
 NOT_COMPARED = {
+    "contrib.interp": "documented for positions that increase",
     "contrib.kmeans": _ROUNDING,
     "feature.get_laf_descriptors.sift": "a constant image of such numbers has gradients by rounding alone",
     "filters.adaptive_threshold": "in a constant image rounding decides what is above its mean",
