@@ -93,20 +93,20 @@ def test_gradients(fit: object, extent: tuple[float, ...]) -> None:
 
 
 WRONG = [
-    (torch.zeros(5, 2), None, ValueError, r"points: expected shape \(B, N, D\), got 2 dim"),
+    (torch.zeros(5), None, ValueError, r"points: expected shape \(B, N, D\), got 1 dim"),
     (torch.zeros(1, 5, 1), None, ValueError, "points: expected two coordinates or more, got 1"),
     (torch.zeros(1, 5, 2).int(), None, TypeError, "points: expected a floating-point"),
     (
         torch.zeros(1, 5, 2),
         torch.zeros(5),
         ValueError,
-        r"weights: expected shape \(B, N\) for points \[1, 5, 2\], got \[5\]",
+        r"weights: expected shape \[1, 5\] for points \[1, 5, 2\], got \[5\]",
     ),
     (
         torch.zeros(1, 5, 2),
         torch.zeros(1, 4),
         ValueError,
-        r"weights: expected shape \(B, N\) for points \[1, 5, 2\], got \[1, 4\]",
+        r"weights: expected shape \[1, 5\] for points \[1, 5, 2\], got \[1, 4\]",
     ),
 ]
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 
+import cv2
 import numpy as np
 import pytest
 import scipy.cluster.vq
@@ -12,11 +13,13 @@ import torch.nn.functional as F
 import torchvision.ops
 from torch import Tensor
 
-from chiasm import color, contrib, enhance, feature, filters, losses, metrics, morphology
+from chiasm import color, contrib, enhance, feature, filters, image, losses, metrics, morphology
 from chiasm.geometry import homography, subpix, transform
 from chiasm.geometry.camera import PinholeCamera, StereoCamera
-from chiasm.geometry.conversions import axis_angle_to_quaternion, quaternion_log_to_exp
+from chiasm.geometry.conversions import axis_angle_to_quaternion, deg2rad, quaternion_log_to_exp, rad2deg
 from chiasm.geometry.linalg import transform_points
+from chiasm.geometry.line import fit_line
+from chiasm.geometry.plane import fit_plane
 
 
 @pytest.mark.parametrize("dtype", [torch.float16, torch.float32, torch.float64])
@@ -280,3 +283,43 @@ def test_segments_without_a_batch() -> None:
     segments = torch.stack([corner, corner.roll(1, 0)], 1)
     H = homography.find_homography_lines_dlt(segments, 2.0 * segments)
     torch.testing.assert_close(H, torch.diag(torch.tensor([2.0, 2.0, 1.0]))[None])
+
+
+def test_whole_numbers_of_degrees() -> None:
+    degrees = torch.tensor([0, 45, 180, -90])
+    np.testing.assert_allclose(deg2rad(degrees), np.deg2rad(degrees.numpy()), rtol=1e-6)
+    np.testing.assert_allclose(rad2deg(degrees), np.rad2deg(degrees.numpy()), rtol=1e-6)
+    with pytest.raises(TypeError, match=r"tensor: expected real numbers, got torch\.bool"):
+        deg2rad(torch.tensor([True]))
+
+
+def test_a_plane_of_pixels_is_drawn_on() -> None:
+    drawn = image.draw_point2d(torch.zeros(3, 4), torch.tensor([[2, 1], [0, 2]]), torch.tensor([7.0]))
+    expected = np.zeros((3, 4))
+    expected[[1, 2], [2, 0]] = 7
+    np.testing.assert_array_equal(drawn, expected)
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+def test_one_set_of_points_is_fitted(weighted: bool) -> None:
+    generator = torch.Generator().manual_seed(3)
+    points = torch.randn(20, 3, generator=generator, dtype=torch.float64) * torch.tensor([3.0, 1.0, 0.1])
+    weights = torch.rand(20, generator=generator, dtype=torch.float64) if weighted else None
+    w = np.ones(20) if weights is None else weights.numpy()
+    mean = (w[:, None] * points.numpy()).sum(0) / w.sum()
+    centred = points.numpy() - mean
+    vectors = np.linalg.eigh((w[:, None] * centred).T @ centred)[1]
+    origin, direction = fit_line(points, weights)
+    np.testing.assert_allclose(origin, mean, atol=1e-12)
+    assert direction.shape == (3,) and abs(direction.numpy() @ vectors[:, 2]) == pytest.approx(1)
+    normal, offset = fit_plane(points, weights)
+    assert normal.shape == (3,) and abs(normal.numpy() @ vectors[:, 0]) == pytest.approx(1)
+    assert offset.item() == pytest.approx(-normal.numpy() @ mean, abs=1e-12)
+
+
+def test_one_angle_for_all_rotations() -> None:
+    center, scale = torch.tensor([[3.0, 2.0], [1.0, 5.0]]), torch.ones(2, 2)
+    turned = transform.get_rotation_matrix2d(center, torch.tensor(30.0), scale)
+    for b in range(2):
+        expected = cv2.getRotationMatrix2D(tuple(center[b].tolist()), 30.0, 1.0)
+        np.testing.assert_allclose(turned[b], expected, atol=1e-6)

@@ -18,13 +18,13 @@ def fit_line(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, 
     object with the same two values.
 
     Args:
-        points: (B, N, D), N and D at least 2, floating point.
-        weights: (B, N), not negative, some positive; ones by default.
+        points: (B, N, D) or (N, D), N and D at least 2, floating point.
+        weights: (B, N) or (N,), not negative, some positive; ones by default.
 
     Returns:
         Origin (B, D), the (weighted) mean, and direction (B, D) of unit length, whose largest coordinate in
-        absolute value is positive. Differentiable in both arguments. Where no direction is the best (points
-        in one place, on a circle) it is some unit vector.
+        absolute value is positive; without B where points have none. Differentiable in both arguments. Where
+        no direction is the best (points in one place, on a circle) it is some unit vector.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.
@@ -35,4 +35,6 @@ def fit_line(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor, 
     """
     origin, scatter = mean_and_scatter(points, weights)
     direction = largest_eigenvector(scatter)
+    if points.dim() == 2:
+        origin, direction = origin[0], direction[0]
     return origin.to(points.dtype), direction.to(points.dtype)

@@ -18,13 +18,14 @@ def fit_plane(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor,
     object with the same two values.
 
     Args:
-        points: (B, N, D), N at least D and D at least 2, floating point.
-        weights: (B, N), not negative, some positive; ones by default.
+        points: (B, N, D) or (N, D), N at least D and D at least 2, floating point.
+        weights: (B, N) or (N,), not negative, some positive; ones by default.
 
     Returns:
-        Normal (B, D) of unit length, whose largest coordinate in absolute value is positive, and offset (B,):
-        the plane is normal . x + offset = 0. Differentiable in both arguments. Where no plane is the best
-        (points in one place, on a sphere) it is some plane through the mean.
+        Normal (B, D) of unit length, whose largest coordinate in absolute value is positive, and offset (B,),
+        without B where points have none: the plane is normal . x + offset = 0. Differentiable in both
+        arguments. Where no plane is the best (points in one place, on a sphere) it is some plane through the
+        mean.
 
     Raises:
         TypeError, ValueError: if an argument is not floating point or not of the shape above.
@@ -35,4 +36,7 @@ def fit_plane(points: Tensor, weights: Optional[Tensor] = None) -> Tuple[Tensor,
     """
     mean, scatter = mean_and_scatter(points, weights)
     normal = smallest_eigenvector(scatter)
-    return normal.to(points.dtype), -(normal * mean).sum(-1).to(points.dtype)
+    offset = -(normal * mean).sum(-1)
+    if points.dim() == 2:
+        normal, offset = normal[0], offset[0]
+    return normal.to(points.dtype), offset.to(points.dtype)

@@ -17,7 +17,7 @@ def draw_point2d(image: Tensor, points: Tensor, color: Tensor) -> Tensor:
     outside the image, and takes a batch.
 
     Args:
-        image: (C, H, W) or (B, C, H, W), any dtype.
+        image: (H, W), (C, H, W) or (B, C, H, W), any dtype.
         points: (x, y) in pixels, (N, 2) or, with a batch, (B, N, 2); rounded to the nearest pixel.
         color: (C,) or (1,), in the image's range.
 
@@ -32,10 +32,13 @@ def draw_point2d(image: Tensor, points: Tensor, color: Tensor) -> Tensor:
         tensor([[[0., 0., 1.],
                  [0., 0., 0.]]])
     """
-    _check_points(image, points, "points")
+    check_tensor(image, "image")
+    channels = image.unsqueeze(0) if image.dim() == 2 else image
+    _check_points(channels, points, "points")
     at = whole_pixels(points)
-    batch = at if image.dim() == 4 else at.unsqueeze(0)
-    return _painted(image, batch[..., 0], batch[..., 1], color)
+    batch = at if channels.dim() == 4 else at.unsqueeze(0)
+    painted = _painted(channels, batch[..., 0], batch[..., 1], color)
+    return painted.squeeze(0) if image.dim() == 2 else painted
 
 
 def draw_line(image: Tensor, p1: Tensor, p2: Tensor, color: Tensor) -> Tensor:

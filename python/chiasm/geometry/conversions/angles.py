@@ -6,7 +6,7 @@ from typing import Tuple
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_all_broadcastable, check_floating
+from ...primitives.core.checks import check_all_broadcastable, check_floating, check_tensor
 from ...primitives.geometry.angles import angle_of
 
 
@@ -14,40 +14,48 @@ def rad2deg(tensor: Tensor) -> Tensor:
     """Degrees from radians.
 
     Args:
-        tensor: any shape, floating point.
+        tensor: any shape, floating point or whole numbers.
 
     Returns:
-        The same shape.
+        The same shape; of whole numbers float32.
 
     Raises:
-        TypeError: if tensor is not floating point.
+        TypeError: if tensor is no tensor of numbers.
 
     Example:
         >>> rad2deg(torch.tensor([0.0, torch.pi]))
         tensor([  0., 180.])
     """
-    check_floating(tensor, "tensor")
-    return tensor * (180.0 / math.pi)
+    check_tensor(tensor, "tensor")
+    return _as_floats(tensor) * (180.0 / math.pi)
 
 
 def deg2rad(tensor: Tensor) -> Tensor:
     """Radians from degrees.
 
     Args:
-        tensor: any shape, floating point.
+        tensor: any shape, floating point or whole numbers.
 
     Returns:
-        The same shape.
+        The same shape; of whole numbers float32.
 
     Raises:
-        TypeError: if tensor is not floating point.
+        TypeError: if tensor is no tensor of numbers.
 
     Example:
         >>> deg2rad(torch.tensor([0.0, 180.0]))
         tensor([0.0000, 3.1416])
     """
-    check_floating(tensor, "tensor")
-    return tensor * (math.pi / 180.0)
+    check_tensor(tensor, "tensor")
+    return _as_floats(tensor) * (math.pi / 180.0)
+
+
+def _as_floats(tensor: Tensor) -> Tensor:
+    if tensor.is_floating_point():
+        return tensor
+    if tensor.dtype == torch.bool or tensor.is_complex():
+        raise TypeError(f"tensor: expected real numbers, got {tensor.dtype}")
+    return tensor.to(torch.float32)
 
 
 def angle_to_rotation_matrix(angle: Tensor) -> Tensor:

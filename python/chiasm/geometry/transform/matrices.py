@@ -10,7 +10,7 @@ from typing import List, Optional
 import torch
 from torch import Tensor
 
-from ...primitives.core.checks import check_floating, check_last
+from ...primitives.core.checks import check_floating, check_last, check_tensor
 from ...primitives.linalg.matrices import inverse3x3, small_matmul
 from ...primitives.resampling.warping import check_matrix
 
@@ -22,7 +22,7 @@ def get_rotation_matrix2d(center: Tensor, angle: Tensor, scale: Tensor) -> Tenso
 
     Args:
         center: (B, 2), x and y in pixels; it stays where it is.
-        angle: (B,) in degrees, counterclockwise as seen (y points down).
+        angle: (B,) or a scalar, in degrees, counterclockwise as seen (y points down).
         scale: (B, 2), factors along x and y.
 
     Returns:
@@ -38,9 +38,11 @@ def get_rotation_matrix2d(center: Tensor, angle: Tensor, scale: Tensor) -> Tenso
                 [-1.,  0.,  0.]])
     """
     check_vectors(center, 2, "center")
-    check_numbers(angle, "angle")
+    check_tensor(angle, "angle")
+    angles = angle.expand(center.size(0)) if angle.dim() == 0 else angle
+    check_numbers(angles, "angle")
     check_vectors(scale, 2, "scale")
-    return _rotation(center, angle, scale).to(center.dtype)
+    return _rotation(center, angles, scale).to(center.dtype)
 
 
 def _rotation(center: Tensor, angle: Tensor, scale: Tensor) -> Tensor:

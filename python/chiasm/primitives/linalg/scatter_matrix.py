@@ -9,25 +9,32 @@ from ..core.checks import check_floating, check_rank, check_tensor
 
 
 def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor, Tensor]:
-    """Weighted mean (B, D) and sum of w (p - mean)(p - mean)^T (B, D, D) of points (B, N, D), float64.
+    """Weighted mean (B, D) and sum of w (p - mean)(p - mean)^T (B, D, D) of points (B, N, D), float64. Points
+    (N, D) are a batch of one.
 
     >>> mean_and_scatter(torch.tensor([[[0.0, 1.0], [2.0, 1.0]]]), None)[1][0].tolist()
     [[2.0, 0.0], [0.0, 0.0]]
     """
-    check_rank(points, 3, "(B, N, D)", "points")
+    check_tensor(points, "points")
+    if points.dim() != 2:
+        check_rank(points, 3, "(B, N, D)", "points")
     check_floating(points, "points")
-    if points.size(2) < 2:
-        raise ValueError(f"points: expected two coordinates or more, got {points.size(2)}")
+    if points.size(-1) < 2:
+        raise ValueError(f"points: expected two coordinates or more, got {points.size(-1)}")
+    alone = points.dim() == 2
     p = points.to(torch.float64)
+    p = p.unsqueeze(0) if alone else p
     w = torch.ones_like(p[..., :1])
     if weights is not None:
         check_tensor(weights, "weights")
-        if weights.dim() != 2 or weights.size(1) != points.size(1):
+        if weights.dim() != points.dim() - 1 or weights.size(-1) != points.size(-2):
             raise ValueError(
-                f"weights: expected shape (B, N) for points {list(points.shape)}, got {list(weights.shape)}"
+                f"weights: expected shape {list(points.shape[:-1])} for points {list(points.shape)},"
+                f" got {list(weights.shape)}"
             )
         check_floating(weights, "weights")
         w = weights.to(torch.float64)[..., None]
+        w = w.unsqueeze(0) if alone else w
     mean = (w * p).sum(1) / w.sum(1)
     offset = p - mean[:, None]
     return mean, ((w * offset)[..., :, None] * offset[..., None, :]).sum(1)
