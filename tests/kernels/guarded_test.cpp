@@ -619,6 +619,32 @@ TYPED_TEST(GuardedKernels, BytesAtPositionsStayInside) {
   });
 }
 
+TEST_F(GuardedBytes, BilateralMeansStayInside) {
+  const auto wide = [&](const Dims& sizes, int64_t high) {
+    const Tensor whole = wholes<int32_t>(sizes, 0, high);
+    Tensor tensor = kernel_calls::make(sizes, kCode<double>);
+    std::copy_n(reinterpret_cast<const int32_t*>(whole->data()), whole->numel(),
+                reinterpret_cast<double*>(tensor->data()));
+    return tensor;
+  };
+  watch(
+      [&] {
+        for (const Size& s : kSizes)
+          for (int64_t border = 0; border < kBorders; ++border) {
+            const Tensor x = wholes<uint8_t>({2, 2, s.height, s.width}, 0, 255),
+                         guide = wholes<uint8_t>({1, 3, s.height, s.width}, 0, 255);
+            // Tables that have all distances, and such that end before.
+            run(aoti_torch_cpu_bilateral_bytes, x, x, wide({1, 3, 5}, 65536), wide({1, 511}, 65536), border,
+                int32_t{0});
+            run(aoti_torch_cpu_bilateral_bytes, x, guide, wide({2, 5, 3}, 65536), wide({2, 195076}, 65536),
+                border, int32_t{1});
+            run(aoti_torch_cpu_bilateral_bytes, x, x, wide({1, 1, 1}, 65536), wide({1, 1}, 65536), border,
+                int32_t{1});
+          }
+      },
+      kWhole);
+}
+
 TEST_F(GuardedBytes, FramesLevelsAndMasksStayInside) {
   watch([&] {
     for (const Size& s : kSizes) {

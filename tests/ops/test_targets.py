@@ -320,6 +320,20 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for squares in (True, False)
         for b in BORDERS
     ],
+    "bilateral._mean_of_bytes": lambda t: [
+        (
+            x,
+            guide,
+            60.0 * torch.ones(1, 3, 5, dtype=torch.float64),
+            1.0 + numbers(torch.float64, n, 195076),
+            squares,
+            b,
+        )
+        for x in bytes_and_words()[:2]
+        for guide, n in ((x, 1), (x[:1, :2], 2))
+        for squares in (True, False)
+        for b in BORDERS
+    ],
     "matching.cdist_squared": lambda t: [(numbers(t, 2, 5, 8), numbers(t, 2, 7, 8))],
     "matching.two_smallest": lambda t: [(numbers(t, 2, 5, 7), along_rows) for along_rows in (True, False)],
     "padding.padded": lambda t: [(x, (2, 1), (1, 3), b, 0.5) for x in images(t) for b in BORDERS],

@@ -93,6 +93,24 @@ _declare(
     ["BG in (1, B)", "BS in (1, B)", "BR in (1, B)", "KY % 2 == 1", "KX % 2 == 1"],
 )
 _declare(
+    """bilateral_bytes(uint8[B, C, H, W] x, uint8[BG, D, H, W] guide, float64[BS, KY, KX] nearness,
+    float64[BA, K] alike, Border border, bool squares)
+    -> uint8[B, C, H, W]""",
+    "bilateral.cpp",
+    """Means of the pixels nearby, weighted by nearness times the entry of alike at the distance between two
+    colours of the guide, which is the sum of absolute differences, or of squares; rounded halves up. Both
+    factors are whole numbers of which all sums are below 2^53; the nearness is equal on opposite sides.
+    Arguments of batch size 1 serve all images. A constant border is 0.""",
+    [
+        "BG in (1, B)",
+        "BS in (1, B)",
+        "BA in (1, B)",
+        "KY % 2 == 1",
+        "KX % 2 == 1",
+        "1 <= K <= INT32_MAX",
+    ],
+)
+_declare(
     "median_filter(P[N, H, L] x, int step, int size, Border border) -> P[N, H, L]",
     "medians.cpp",
     "The median of size x size pixels. Neighbours in a row are step values apart. A constant border is 0.",
