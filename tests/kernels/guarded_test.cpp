@@ -506,6 +506,8 @@ TEST_F(GuardedBytes, PixelsStayInside) {
                    kernel_calls::of<int32_t>({3, 4}, {4899, 9617, 1868, 8192, -2763, -5424, 8187, 2105344}),
                longer = kernel_calls::of<int32_t>({3, 4}, {40000, -33000, 12, 77, -39999, 1, 2, 3}),
                video = kernel_calls::of<int32_t>({6}, {1220542, 1673527, -409993, -852492, 2116026, 16}),
+               encoded = kernel_calls::of<int32_t>(
+                   {10}, {269484, 528482, 102760, -155188, -305135, 460324, 460324, -385875, -74448, 16}),
                orders[] = {kernel_calls::of<int32_t>({3}, {2, 1, 0}),
                            kernel_calls::of<int32_t>({4}, {0, 1, 2, -1}),
                            kernel_calls::of<int32_t>({2}, {9, 0})};
@@ -575,6 +577,7 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             }
             const Tensor pixels = bytes({2, s.height * s.width * 3});
             for (const int32_t interleaved : {0, 1}) {
+              run(aoti_torch_cpu_nv12_pixels, pixels, encoded, s.height, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, colours, int64_t{14}, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, longer, int64_t{14}, interleaved);

@@ -75,6 +75,8 @@ def images(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
 #: As of luma and chroma in 1/2^20.
 WEIGHTS = [1220542, 1673527, -409993, -852492, 2116026, 16]
 MATRIX = [5, 3, -2, 7, -4, 9, 1, 100, 1, 1, 1, -300]
+#: Factors of red, green and blue in luma, U and V in 1/2^20, and the luma of black.
+MIXED = [269484, 528482, 102760, -155188, -305135, 460324, 460324, -385875, -74448, 16]
 
 
 def bytes_and_words() -> tuple[Tensor, ...]:
@@ -399,6 +401,12 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in bytes_and_words()[:1]
         for layout in (torch.channels_last, torch.contiguous_format)
         for first in (False, True)
+    ],
+    "subsampled.rgb_to_subsampled": lambda t: [
+        (x[..., :height, :width].contiguous(memory_format=layout), MIXED)
+        for x in bytes_and_words()[:1]
+        for height, width in ((12, 16), (11, 17))
+        for layout in (torch.channels_last, torch.contiguous_format)
     ],
     "placing.placed_bytes": lambda t: [
         (x, torch.tensor([1, 0, 1]), integers(20, 3, 8), 9, 20, 7) for x in bytes_and_words()[:2]

@@ -338,6 +338,16 @@ _declare(
     ["L % 4 == 0"],
 )
 _declare(
+    """nv12_pixels(uint8[N, L] x, int32[10] weights, int height, bool interleaved)
+    -> uint8[N, L // 3 + (height + 1) // 2 * ((L // 3 // height + 1) // 2) * 2]""",
+    "subsampled.cpp",
+    """Luma of red, green and blue, in planes or interleaved, and behind it the pairs U and V of the means of
+    2 x 2 pixels, of which the last row or column of an odd size counts twice. The weights are in 1/2^20: of
+    red, green and blue in luma, in U and in V; the last is the luma of black, and 128 is added to chroma.
+    Values are rounded halves up and saturated.""",
+    ["L % 3 == 0", "1 <= height <= INT32_MAX", "L // 3 % height == 0"],
+)
+_declare(
     """luma_chroma_pixels(uint8[N, L] x, int red, int green, int blue, int first, int second, bool
     interleaved) -> uint8[N, L]""",
     "colour_bytes.cpp",
