@@ -166,6 +166,12 @@ _declare(
     " the columns.",
 )
 _declare(
+    "integral_bytes(uint8[..., H, W] x) -> int32[..., H, W]",
+    "integral.cpp",
+    "Sums of all pixels above and to the left, the pixel included, the largest that int32 has where they are"
+    " larger.",
+)
+_declare(
     "sobel(T[..., H, W] x, float scale, float eps) -> T[..., H, W]",
     "canny_nms.cpp",
     "The magnitude sqrt(dx^2 + dy^2 + eps) of scale times Sobel's gradient, the border replicated.",
