@@ -173,6 +173,91 @@ void gaussian(Frame& frame) {
   separable_bytes(frame.x.data(), 1, 1080, 1920 * 3, taps.data(), 1, kRadius + 1, taps.data(), 1, kRadius + 1,
                   3, Border::kReflect, frame.out.data());
 }
+// The definition in double, of tables like those of falloffs.
+TEST_F(Bytes, BilateralBytesMatchTheDefinition) {
+  constexpr int ky = 3, kx = 5, channels = 2;
+  for (const Size& size : kSizes)
+    for (const Border border : {Border::kReflect, Border::kReplicate, Border::kConstant})
+      for (const bool squares : {true, false})
+        for (const int depth : {1, 3}) {
+          const int entries = depth * (squares ? 65025 : 255) + 1, area = size.height * size.width;
+          const cv::Mat x = frame(2 * channels * size.height, size.width, 1),
+                        guide = frame(2 * depth * size.height, size.width, 1);
+          std::vector<double> nearness(2 * ky * kx), alike(size_t(2 * entries));
+          for (int k = 0; k < 2 * ky * kx; ++k) {
+            const int y = k / kx % ky - ky / 2, column = k % kx - kx / 2;
+            nearness[size_t(k)] = std::round(65536 * std::exp(-0.2 * (y * y + column * column)));
+          }
+          for (int k = 0; k < 2 * entries; ++k) {
+            const double apart = k % entries;
+            alike[size_t(k)] = std::round(65536 * std::exp(-1e-4 * (squares ? apart : apart * apart)));
+          }
+          std::vector<uint8_t> out(x.total());
+          bilateral_bytes(x.data, {2, channels, size.height, size.width}, guide.data, 2, depth,
+                          nearness.data(), 2, ky, kx, alike.data(), 2, entries, border, squares, out.data());
+          const auto at = [&](const cv::Mat& image, int plane, int r, int c) {
+            const int v = cv::borderInterpolate(r, size.height, cv_border(border)),
+                      u = cv::borderInterpolate(c, size.width, cv_border(border));
+            return v < 0 || u < 0 ? 0 : int(image.at<uint8_t>(plane * size.height + v, u));
+          };
+          for (int n = 0; n < 2; ++n)
+            for (int r = 0; r < size.height; ++r)
+              for (int c = 0; c < size.width; ++c) {
+                double total = 0, sums[channels] = {};
+                for (int k = 0; k < ky * kx; ++k) {
+                  const int v = r + k / kx - ky / 2, u = c + k % kx - kx / 2;
+                  int distance = 0;
+                  for (int d = 0; d < depth; ++d) {
+                    const int apart =
+                        std::abs(at(guide, n * depth + d, v, u) - at(guide, n * depth + d, r, c));
+                    distance += squares ? apart * apart : apart;
+                  }
+                  const double weight = nearness[size_t(k)] * alike[size_t(distance)];
+                  total += weight;
+                  for (int i = 0; i < channels; ++i) sums[i] += weight * at(x, n * channels + i, v, u);
+                }
+                for (int i = 0; i < channels; ++i)
+                  ASSERT_EQ(out[size_t((n * channels + i) * area + r * size.width + c)],
+                            std::floor((2 * sums[i] + total) / (2 * total)))
+                      << size.height << "x" << size.width << ", " << r << ", " << c;
+              }
+        }
+}
+
+TEST_F(Bytes, WithoutAWeightThereIsNoMean) {
+  const cv::Mat x = frame(5, 37, 1);
+  const double none[256] = {};
+  std::vector<uint8_t> out(x.total(), 9);
+  bilateral_bytes(x.data, {1, 1, 5, 37}, x.data, 1, 1, none, 1, 3, 3, none, 1, 256, Border::kReflect, false,
+                  out.data());
+  EXPECT_EQ(out, std::vector<uint8_t>(x.total(), 0));
+}
+
+TEST_F(Bytes, IntegralBytesMatchOpenCv) {
+  for (const Size& size : kSizes) {
+    const cv::Mat image = frame(2 * size.height, size.width, 1);
+    std::vector<int32_t> out(image.total());
+    integral_bytes(image.data, {2, size.height, size.width}, out.data());
+    for (int n = 0; n < 2; ++n) {
+      cv::Mat sums;
+      cv::integral(image.rowRange(n * size.height, (n + 1) * size.height), sums, CV_32S);
+      const cv::Mat made(size.height, size.width, CV_32S, out.data() + n * size.height * size.width);
+      EXPECT_EQ(cv::norm(sums(cv::Rect(1, 1, size.width, size.height)), made, cv::NORM_INF), 0);
+    }
+  }
+}
+
+TEST_F(Bytes, IntegralBytesEndAtTheLargestNumber) {
+  for (const Size& size : {Size{2, 8421600}, Size{3000, 3000}}) {
+    const std::vector<uint8_t> x(size_t(size.height) * size_t(size.width), 255);
+    std::vector<int32_t> out(x.size());
+    integral_bytes(x.data(), {1, size.height, size.width}, out.data());
+    for (int64_t y = 0; y < size.height; ++y)
+      for (int64_t k = 0; k < size.width; k += k + 100 < size.width ? 99 : 1)
+        ASSERT_EQ(out[size_t(y * size.width + k)], std::min<int64_t>(255 * (y + 1) * (k + 1), INT32_MAX));
+  }
+}
+
 KERNEL_CALL_BENCHMARK(separable_bytes_5x5,
                       [] { return [frame = Frame()]() mutable { gaussian<2>(frame); }; });
 KERNEL_CALL_BENCHMARK(separable_bytes_21x21,
@@ -204,3 +289,17 @@ KERNEL_CALL_BENCHMARK(correlate_bytes_5x5, [] {
 });
 
 }  // namespace
+KERNEL_CALL_BENCHMARK(bilateral_bytes_5x5, [] {
+  std::vector<double> nearness(25), alike(766);
+  for (size_t k = 0; k < 766; ++k) alike[k] = std::round(65536 * std::exp(-1e-3 * double(k * k)));
+  for (size_t k = 0; k < 25; ++k) nearness[k] = k == 12 ? 65536 : 30000;
+  return [frame = Frame(), nearness, alike]() mutable {
+    bilateral_bytes(frame.x.data(), {1, 3, 1080, 1920}, frame.x.data(), 1, 3, nearness.data(), 1, 5, 5,
+                    alike.data(), 1, 766, Border::kReflect, false, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(integral_bytes, [] {
+  return [frame = Frame(), out = std::vector<int32_t>(1080 * 1920)]() mutable {
+    integral_bytes(frame.x.data(), {1, 1080, 1920}, out.data());
+  };
+});

@@ -514,6 +514,8 @@ TEST_F(GuardedBytes, PixelsStayInside) {
                    kernel_calls::of<int32_t>({3, 4}, {4899, 9617, 1868, 8192, -2763, -5424, 8187, 2105344}),
                longer = kernel_calls::of<int32_t>({3, 4}, {40000, -33000, 12, 77, -39999, 1, 2, 3}),
                video = kernel_calls::of<int32_t>({6}, {1220542, 1673527, -409993, -852492, 2116026, 16}),
+               encoded = kernel_calls::of<int32_t>(
+                   {10}, {269484, 528482, 102760, -155188, -305135, 460324, 460324, -385875, -74448, 16}),
                orders[] = {kernel_calls::of<int32_t>({3}, {2, 1, 0}),
                            kernel_calls::of<int32_t>({4}, {0, 1, 2, -1}),
                            kernel_calls::of<int32_t>({2}, {9, 0})};
@@ -533,6 +535,7 @@ TEST_F(GuardedBytes, PixelsStayInside) {
               for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{20, 70}})
                 run(aoti_torch_cpu_box_bytes, x, window.height, window.width, step, border);
             }
+            run(aoti_torch_cpu_integral_bytes, x);
             run(aoti_torch_cpu_split_pixels, row, step);
             run(aoti_torch_cpu_join_pixels, row, step);
             run(aoti_torch_cpu_lut_bytes, bytes({1, 256}), row);
@@ -583,6 +586,7 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             }
             const Tensor pixels = bytes({2, s.height * s.width * 3});
             for (const int32_t interleaved : {0, 1}) {
+              run(aoti_torch_cpu_nv12_pixels, pixels, encoded, s.height, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, colours, int64_t{14}, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, longer, int64_t{14}, interleaved);
@@ -625,6 +629,32 @@ TYPED_TEST(GuardedKernels, BytesAtPositionsStayInside) {
             }
       }
   });
+}
+
+TEST_F(GuardedBytes, BilateralMeansStayInside) {
+  const auto wide = [&](const Dims& sizes, int64_t high) {
+    const Tensor whole = wholes<int32_t>(sizes, 0, high);
+    Tensor tensor = kernel_calls::make(sizes, kCode<double>);
+    std::copy_n(reinterpret_cast<const int32_t*>(whole->data()), whole->numel(),
+                reinterpret_cast<double*>(tensor->data()));
+    return tensor;
+  };
+  watch(
+      [&] {
+        for (const Size& s : kSizes)
+          for (int64_t border = 0; border < kBorders; ++border) {
+            const Tensor x = wholes<uint8_t>({2, 2, s.height, s.width}, 0, 255),
+                         guide = wholes<uint8_t>({1, 3, s.height, s.width}, 0, 255);
+            // Tables that have all distances, and such that end before.
+            run(aoti_torch_cpu_bilateral_bytes, x, x, wide({1, 3, 5}, 65536), wide({1, 511}, 65536), border,
+                int32_t{0});
+            run(aoti_torch_cpu_bilateral_bytes, x, guide, wide({2, 5, 3}, 65536), wide({2, 195076}, 65536),
+                border, int32_t{1});
+            run(aoti_torch_cpu_bilateral_bytes, x, x, wide({1, 1, 1}, 65536), wide({1, 1}, 65536), border,
+                int32_t{1});
+          }
+      },
+      kWhole);
 }
 
 TEST_F(GuardedBytes, FramesLevelsAndMasksStayInside) {

@@ -75,6 +75,8 @@ def images(dtype: torch.dtype) -> tuple[Tensor, Tensor]:
 #: As of luma and chroma in 1/2^20.
 WEIGHTS = [1220542, 1673527, -409993, -852492, 2116026, 16]
 MATRIX = [5, 3, -2, 7, -4, 9, 1, 100, 1, 1, 1, -300]
+#: Factors of red, green and blue in luma, U and V in 1/2^20, and the luma of black.
+MIXED = [269484, 528482, 102760, -155188, -305135, 460324, 460324, -385875, -74448, 16]
 
 
 def bytes_and_words() -> tuple[Tensor, ...]:
@@ -320,6 +322,20 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for squares in (True, False)
         for b in BORDERS
     ],
+    "bilateral._mean_of_bytes": lambda t: [
+        (
+            x,
+            guide,
+            60.0 * torch.ones(1, 3, 5, dtype=torch.float64),
+            1.0 + numbers(torch.float64, n, 195076),
+            squares,
+            b,
+        )
+        for x in bytes_and_words()[:2]
+        for guide, n in ((x, 1), (x[:1, :2], 2))
+        for squares in (True, False)
+        for b in BORDERS
+    ],
     "matching.cdist_squared": lambda t: [(numbers(t, 2, 5, 8), numbers(t, 2, 7, 8))],
     "matching.two_smallest": lambda t: [(numbers(t, 2, 5, 7), along_rows) for along_rows in (True, False)],
     "padding.padded": lambda t: [(x, (2, 1), (1, 3), b, 0.5) for x in images(t) for b in BORDERS],
@@ -385,6 +401,12 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         for x in bytes_and_words()[:1]
         for layout in (torch.channels_last, torch.contiguous_format)
         for first in (False, True)
+    ],
+    "subsampled.rgb_to_subsampled": lambda t: [
+        (x[..., :height, :width].contiguous(memory_format=layout), MIXED)
+        for x in bytes_and_words()[:1]
+        for height, width in ((12, 16), (11, 17))
+        for layout in (torch.channels_last, torch.contiguous_format)
     ],
     "placing.placed_bytes": lambda t: [
         (x, torch.tensor([1, 0, 1]), integers(20, 3, 8), 9, 20, 7) for x in bytes_and_words()[:2]
@@ -531,6 +553,7 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],
     "integral.integral": lambda t: [(numbers(t, 2, 9, 8),)],
+    "integral.integral_of_bytes": lambda t: [(x,) for x in bytes_and_words()[:2]],
     "warping.sample_affine": lambda t: (
         sampled(t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)
         + bytes_sampled(torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)

@@ -10,9 +10,8 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice, check_tensor
-from ..primitives.images.color_planes import channels_of, check_channels
-from ..primitives.images.subsampled import packed_to_rgb, subsampled_to_rgb
-from ..primitives.resampling.decimation import every_second
+from ..primitives.images.color_planes import check_channels
+from ..primitives.images.subsampled import packed_to_rgb, rgb_to_subsampled, subsampled_to_rgb
 
 
 def nv12_to_rgb(y: Tensor, uv: Tensor, standard: str = "bt601") -> Tensor:
@@ -180,30 +179,11 @@ def rgb_to_nv12(image: Tensor, standard: str = "bt601") -> Tuple[Tensor, Tensor]
         (tensor(235, dtype=torch.uint8), tensor([128, 128], dtype=torch.uint8), [1, 2, 2, 3])
     """
     _check_part(image, 3, "image")
-    factors = _factors(standard)
-    # In float64, which holds the sums.
-    channels = [channel.to(torch.float64) for channel in channels_of(image)]
-    luma = _mixed(channels, factors[0:3], factors[9], 1048576.0)
-    quarters = [_pairs(_pairs(channel, -2), -1) for channel in channels]
-    pairs = [_mixed(quarters, factors[k : k + 3], 128, 4194304.0) for k in (3, 6)]
-    return luma.unsqueeze(1).to(torch.uint8), torch.stack(pairs, 1).to(torch.uint8)
-
-
-def _mixed(channels: List[Tensor], factors: List[int], zero: int, whole: float) -> Tensor:
-    """The sum of the channels by their factors over ``whole``, plus ``zero``, rounded halves up."""
-    total = channels[0] * float(factors[0]) + channels[1] * float(factors[1])
-    total = total + channels[2] * float(factors[2]) + (float(zero) + 0.5) * whole
-    return torch.floor(total / whole).clamp(0.0, 255.0)
-
-
-def _pairs(x: Tensor, dim: int) -> Tensor:
-    """Sums of two neighbours along ``dim``, of the last one of an odd number twice."""
-    half = (x.size(dim) + 1) // 2
-    return every_second(x, dim, 0, half) + every_second(x, dim, 1, half)
+    return rgb_to_subsampled(image, _factors(standard))
 
 
 def _factors(standard: str) -> List[int]:
-    """Factors of red, green and blue in luma, U and V, in 1/2^20, and the luma of black."""
+    """Factors in 1/2^20 and the luma of black, as `rgb_to_subsampled` takes them."""
     check_choice(standard, ["bt601", "bt709", "jpeg"], "standard")
     if standard == "bt601":
         # OpenCV's: those of the standard to three digits

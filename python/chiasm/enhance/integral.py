@@ -6,8 +6,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_values
-from ..primitives.core.layout import in_planes
-from ..primitives.filters.integral import integral, whole_sums
+from ..primitives.filters.integral import integral, integral_of_bytes, whole_sums
 
 
 def integral_tensor(input: Tensor, dim: Optional[List[int]] = None) -> Tensor:
@@ -69,5 +68,5 @@ def integral_image(image: Tensor) -> Tensor:
     if image.dim() < 2:
         raise ValueError(f"image: expected shape (*, H, W), got {list(image.shape)}")
     if image.dtype == torch.uint8:
-        return whole_sums(integral(in_planes(image).to(torch.float64)))
+        return integral_of_bytes(image)
     return integral(image)

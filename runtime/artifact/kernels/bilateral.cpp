@@ -42,21 +42,19 @@ struct Offset {
   T space_weight;
 };
 
-// weights[x] = exp(coefficient * distance^2) * space_weight, of here[c][x] and there[c][x] in `depth`
-// channels; up to a whole vector at the end.
-template <class T>
-void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n, T coefficient,
-                 T space_weight, bool euclidean, T* weights) {
+// weights[x] = the weight of a distance times space_weight, of here[c][x] and there[c][x] in `depth` channels;
+// up to a whole vector at the end.
+template <class T, class Likeness>
+void weigh_pairs(const T* const* here, const T* const* there, int64_t depth, int64_t n,
+                 const Likeness& likeness, T space_weight, bool squares, T* weights) {
   const Lanes<T> d;
   for (int64_t x = 0; x < n; x += kLanes<T>) {
     auto distance = hn::Zero(d);
     for (int64_t c = 0; c < depth; ++c) {
       const auto difference = hn::Sub(hn::LoadU(d, there[c] + x), hn::LoadU(d, here[c] + x));
-      distance = hn::Add(distance, euclidean ? hn::Mul(difference, difference) : hn::Abs(difference));
+      distance = hn::Add(distance, squares ? hn::Mul(difference, difference) : hn::Abs(difference));
     }
-    if (!euclidean) distance = hn::Mul(distance, distance);
-    hn::StoreU(hn::Mul(exp_of(d, hn::Mul(distance, hn::Set(d, coefficient))), hn::Set(d, space_weight)), d,
-               weights + x);
+    hn::StoreU(hn::Mul(likeness.weight(d, distance, squares), hn::Set(d, space_weight)), d, weights + x);
   }
 }
 
@@ -72,9 +70,9 @@ void add_weights(T first, const T* const* weights, int64_t count, int64_t x, T* 
   for (int64_t v = 0; v < vectors; ++v) hn::StoreU(total[v], d, totals + x + v * kLanes<T>);
 }
 
-// means[x] = (first * centre[x] + the sum of weights[k][x] * values[k][x]) / totals[x]; up to a whole vector
-// at the end.
-template <class T, int64_t vectors>
+// means[x] is the mean of first * centre[x] + the sum of weights[k][x] * values[k][x], and of totals[x]; up to
+// a whole vector at the end.
+template <class Likeness, class T, int64_t vectors>
 void weighted_means(T first, const T* centre, const T* const* weights, const T* const* values, int64_t count,
                     const T* totals, int64_t x, T* means) {
   const Lanes<T> d;
@@ -82,10 +80,9 @@ void weighted_means(T first, const T* centre, const T* const* weights, const T* 
   hn::Vec<Lanes<T>> sum[vectors];
   for (int64_t v = 0; v < vectors; ++v) sum[v] = hn::Mul(at(centre, v), hn::Set(d, first));
   for (int64_t k = 0; k < count; ++k)
-    for (int64_t v = 0; v < vectors; ++v)
-      sum[v] = hn::Add(sum[v], hn::Mul(at(values[k], v), at(weights[k], v)));
+    for (int64_t v = 0; v < vectors; ++v) sum[v] = Likeness::sum(sum[v], at(values[k], v), at(weights[k], v));
   for (int64_t v = 0; v < vectors; ++v)
-    hn::StoreU(hn::Div(sum[v], at(totals, v)), d, means + x + v * kLanes<T>);
+    hn::StoreU(Likeness::mean(d, sum[v], at(totals, v)), d, means + x + v * kLanes<T>);
 }
 
 // Calls four(x) for as many blocks of four vectors as n values fill, whose sums do not wait for each other,
@@ -98,12 +95,83 @@ inline void for_blocks(int64_t n, const Four& four, const One& one) {
   for (; x < n; x += lanes) one(x);
 }
 
-}  // namespace
-
+// exp(coefficient * distance^2), and quotients. `most` is the weight of a pixel's own colour.
 template <class T>
-void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, int64_t depth,
-               const T* space_weights, int64_t windows, int64_t ky, int64_t kx, const T* range_coefficient,
-               int64_t coefficients, Border border, bool euclidean, T* out) {
+struct Falloff {
+  T coefficient;
+
+  T most() const { return 1; }
+
+  template <class D>
+  HWY_INLINE hn::Vec<D> weight(D d, hn::Vec<D> distance, bool squares) const {
+    const auto squared = squares ? distance : hn::Mul(distance, distance);
+    return exp_of(d, hn::Mul(squared, hn::Set(d, coefficient)));
+  }
+
+  template <class V>
+  static HWY_INLINE V sum(V sum, V value, V weight) {
+    return hn::Add(sum, hn::Mul(value, weight));
+  }
+
+  template <class D>
+  static HWY_INLINE hn::Vec<D> mean(D, hn::Vec<D> sum, hn::Vec<D> total) {
+    return hn::Div(sum, total);
+  }
+};
+
+// The entries of a table at whole distances, and quotients rounded halves up.
+struct Alike {
+  const double* entries;
+  double last;  // what lies beyond a row's end has a distance of any size
+
+  double most() const { return entries[0]; }
+
+  template <class D>
+  HWY_INLINE hn::Vec<D> weight(D d, hn::Vec<D> distance, bool) const {
+    const hn::RebindToSigned<D> whole;
+    const auto index = truncated(d, smaller(distance, hn::Set(d, last)));
+    return hn::GatherIndex(d, entries, hn::PromoteTo(whole, index));
+  }
+
+  template <class V>
+  static HWY_INLINE V sum(V sum, V value, V weight) {
+    return hn::MulAdd(value, weight, sum);
+  }
+
+  template <class D>
+  static HWY_INLINE hn::Vec<D> mean(D d, hn::Vec<D> sum, hn::Vec<D> total) {
+    const auto twice = hn::Add(total, total);
+    return hn::Floor(hn::Div(hn::Add(hn::Add(sum, sum), total), larger(twice, hn::Set(d, 1.0))));
+  }
+};
+
+// Pixels as numbers, and back; bytes of numbers that are bytes.
+template <class T>
+void copy_pixels(const T* x, int64_t n, T* out) {
+  std::copy_n(x, n, out);
+}
+
+void copy_pixels(const uint8_t* x, int64_t n, double* out) {
+  for_lanes<double>(n, [=](auto d, auto, int64_t k) {
+    const hn::Rebind<uint8_t, decltype(d)> bytes;
+    const auto whole = hn::PromoteTo(Integers<decltype(d)>(), hn::LoadU(bytes, x + k));
+    hn::StoreU(hn::PromoteTo(d, whole), d, out + k);
+  });
+}
+
+void copy_pixels(const double* x, int64_t n, uint8_t* out) {
+  for_lanes<double>(n, [=](auto d, auto, int64_t k) {
+    const hn::Rebind<uint8_t, decltype(d)> bytes;
+    hn::StoreU(hn::DemoteTo(bytes, truncated(d, hn::LoadU(d, x + k))), bytes, out + k);
+  });
+}
+
+// likeness_of(image) says what weight a distance has there.
+template <class T, class Pixel, class LikenessOf>
+void means_of_likes(const Pixel* x, Images images, const Pixel* guide, int64_t guides_given, int64_t depth,
+                    const T* space_weights, int64_t windows, int64_t ky, int64_t kx,
+                    const LikenessOf& likeness_of, Border border, bool squares, Pixel* out) {
+  using Likeness = decltype(likeness_of(0));
   const int64_t channels = images.channels, height = images.height, width = images.width,
                 plane = height * width, rx = kx / 2, ry = ky / 2;
   const bool shared_guide = guides_given == 1;
@@ -122,7 +190,7 @@ void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, 
         const int64_t columns = tile.right - tile.left;
         const Span span(tile, width, rx, rx);
         const T* const window = space_weights + (windows == 1 ? 0 : tile.plane * ky * kx);
-        const T coefficient = range_coefficient[coefficients == 1 ? 0 : tile.plane];
+        const Likeness likeness = likeness_of(tile.plane);
         const auto source_row = [&](int64_t c, int64_t y) {
           return scratch + (c * ky + (y + 2 * ky) % ky) * length + rx;
         };
@@ -145,10 +213,10 @@ void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, 
               std::fill_n(p - rx, columns + 2 * rx, T(0));
               continue;
             }
-            const T* const image =
+            const Pixel* const image =
                 c < channels ? x + (tile.plane * channels + c) * plane
                              : guide + ((shared_guide ? 0 : tile.plane) * depth + c - channels) * plane;
-            std::copy_n(image + row * width + span.first, span.count(), p + span.first - tile.left);
+            copy_pixels(image + row * width + span.first, span.count(), p + span.first - tile.left);
             extend(p, tile, width, rx, rx, border, T(0));
           }
         };
@@ -162,8 +230,7 @@ void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, 
               here[c] = source_row(guides + c, y) + start;
               there[c] = source_row(guides + c, y + dy) + start + dx;
             }
-            weigh_pairs(here, there, depth, end - start, coefficient, near, euclidean,
-                        weight_row(k, y) + start);
+            weigh_pairs(here, there, depth, end - start, likeness, near, squares, weight_row(k, y) + start);
           }
         };
         for (int64_t y = tile.top - ry; y < tile.top + ry; ++y) fetch(y);
@@ -177,7 +244,7 @@ void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, 
             weights[2 * k] = weight_row(k, y);
             weights[2 * k + 1] = weight_row(k, y - dy) - dx;
           }
-          const T self = window[count];
+          const T self = window[count] * likeness.most();
           for_blocks<T>(
               columns, [=](int64_t k) { add_weights<T, 4>(self, weights, 2 * count, k, totals); },
               [=](int64_t k) { add_weights<T, 1>(self, weights, 2 * count, k, totals); });
@@ -191,15 +258,39 @@ void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, 
             for_blocks<T>(
                 columns,
                 [=](int64_t k) {
-                  weighted_means<T, 4>(self, centre, weights, values, 2 * count, totals, k, means);
+                  weighted_means<Likeness, T, 4>(self, centre, weights, values, 2 * count, totals, k, means);
                 },
                 [=](int64_t k) {
-                  weighted_means<T, 1>(self, centre, weights, values, 2 * count, totals, k, means);
+                  weighted_means<Likeness, T, 1>(self, centre, weights, values, 2 * count, totals, k, means);
                 });
-            std::copy_n(means, columns, out + (tile.plane * channels + c) * plane + y * width + tile.left);
+            copy_pixels(means, columns, out + (tile.plane * channels + c) * plane + y * width + tile.left);
           }
         }
       });
+}
+
+}  // namespace
+
+template <class T>
+void bilateral(const T* x, Images images, const T* guide, int64_t guides_given, int64_t depth,
+               const T* space_weights, int64_t windows, int64_t ky, int64_t kx, const T* range_coefficient,
+               int64_t coefficients, Border border, bool euclidean, T* out) {
+  const auto likeness_of = [=](int64_t image) {
+    return Falloff<T>{range_coefficient[coefficients == 1 ? 0 : image]};
+  };
+  means_of_likes<T>(x, images, guide, guides_given, depth, space_weights, windows, ky, kx, likeness_of,
+                    border, euclidean, out);
+}
+
+void bilateral_bytes(const uint8_t* x, Images images, const uint8_t* guide, int64_t guides_given,
+                     int64_t depth, const double* nearness, int64_t windows, int64_t ky, int64_t kx,
+                     const double* alike, int64_t tables, int64_t entries, Border border, bool squares,
+                     uint8_t* out) {
+  const auto likeness_of = [=](int64_t image) {
+    return Alike{alike + (tables == 1 ? 0 : image * entries), static_cast<double>(entries - 1)};
+  };
+  means_of_likes<double>(x, images, guide, guides_given, depth, nearness, windows, ky, kx, likeness_of,
+                         border, squares, out);
 }
 
 CHIASM_INSTANTIATE(bilateral)

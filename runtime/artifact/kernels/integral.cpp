@@ -88,4 +88,30 @@ void integral(const T* x, Planes planes, T* out) {
 
 CHIASM_INSTANTIATE(integral)
 
+// A row's own sums first: what is added to those above is then a vector.
+void integral_bytes(const uint8_t* x, Planes planes, int32_t* out) {
+  constexpr int64_t kMost = INT32_MAX;
+  const int64_t height = planes.height, width = planes.width;
+#pragma omp parallel for
+  for (int64_t plane = 0; plane < planes.count; ++plane) {
+    for (int64_t y = plane * height; y < (plane + 1) * height; ++y) {
+      const uint8_t* const row = x + y * width;
+      int32_t* const to = out + y * width;
+      int64_t sum = 0;
+      for (int64_t k = 0; k < width; ++k) {
+        sum += row[k];
+        to[k] = static_cast<int32_t>(std::min(sum, kMost));
+      }
+      if (y == plane * height) continue;
+      const int32_t* const above = to - width;
+      for_lanes<int32_t>(width, [=](auto d, auto, int64_t k) {
+        const hn::RebindToUnsigned<decltype(d)> wide;
+        const auto total =
+            hn::Add(hn::BitCast(wide, hn::LoadU(d, above + k)), hn::BitCast(wide, hn::LoadU(d, to + k)));
+        hn::StoreU(hn::BitCast(d, hn::Min(total, hn::Set(wide, uint32_t{INT32_MAX}))), d, to + k);
+      });
+    }
+  }
+}
+
 }  // namespace chiasm::kernels

@@ -1,4 +1,5 @@
-// RGB of luma and chroma in bytes, where pixels share their chroma: what cameras and decoders give.
+// RGB of luma and chroma in bytes, where pixels share their chroma: what cameras and decoders give; and the
+// inverse, which encoders take.
 #include <algorithm>
 
 #include "interleaving.h"
@@ -127,6 +128,63 @@ void row_of_pixels(int64_t width, bool interleaved, uint8_t* out, int64_t out_pl
   }
 }
 
+// The sum of three numbers by weights in 1/2^shift, plus what is added, without its fraction.
+template <int kShift, class D>
+HWY_INLINE hn::Vec<D> mixed(D d, const hn::Vec<D>* x, const int32_t* weights, int32_t offset) {
+  auto sum = hn::Set(d, offset);
+  for (int c = 0; c < 3; ++c) sum = hn::Add(sum, hn::Mul(x[c], hn::Set(d, weights[c])));
+  return hn::Min(hn::Max(hn::ShiftRight<kShift>(sum), hn::Zero(d)), hn::Set(d, 255));
+}
+
+struct ChromaWeights {
+  int32_t luma[3], first[3], second[3], luma_offset, chroma_offset;
+
+  explicit ChromaWeights(const int32_t* w)
+      : luma_offset((2 * w[9] + 1) * kHalf), chroma_offset((2 * 128 + 1) * (1 << (kShift + 1))) {
+    std::copy_n(w, 3, luma);
+    std::copy_n(w + 3, 3, first);
+    std::copy_n(w + 6, 3, second);
+  }
+};
+
+void luma_of(const uint8_t* x, int64_t plane, const ChromaWeights& weights, int64_t n, uint8_t* out) {
+  for_lanes<int32_t>(n, [=](auto d, auto, int64_t k) {
+    const hn::Rebind<uint8_t, decltype(d)> bytes;
+    hn::Vec<decltype(d)> levels[3];
+    for (int c = 0; c < 3; ++c) levels[c] = hn::PromoteTo(d, hn::LoadU(bytes, x + c * plane + k));
+    hn::StoreU(hn::DemoteTo(bytes, mixed<kShift>(d, levels, weights.luma, weights.luma_offset)), bytes,
+               out + k);
+  });
+}
+
+// U and V of two rows of n pixels in planes of red, green and blue: of the last one of an odd number alone.
+void pairs_of_chroma(const uint8_t* upper, const uint8_t* lower, int64_t plane, const ChromaWeights& weights,
+                     int64_t n, uint8_t* out) {
+  const auto pair = [=](auto d, const auto* sums) {
+    const auto u = mixed<kShift + 2>(d, sums, weights.first, weights.chroma_offset),
+               v = mixed<kShift + 2>(d, sums, weights.second, weights.chroma_offset);
+    return hn::Or(u, hn::ShiftLeft<8>(v));
+  };
+  for_lanes<int32_t>(n / 2, [=](auto d, auto, int64_t k) {
+    hn::Vec<decltype(d)> sums[3];
+    for (int c = 0; c < 3; ++c) {
+      hn::Vec<decltype(d)> a, b, e, f;
+      both_of(d, upper + c * plane + 2 * k, a, b);
+      both_of(d, lower + c * plane + 2 * k, e, f);
+      sums[c] = hn::Add(hn::Add(a, b), hn::Add(e, f));
+    }
+    const hn::Rebind<uint16_t, decltype(d)> words;
+    hn::StoreU(hn::DemoteTo(words, pair(d, sums)), words, reinterpret_cast<uint16_t*>(out + 2 * k));
+  });
+  if (n % 2 == 0) return;
+  const Lane<int32_t> d;
+  hn::Vec<decltype(d)> sums[3];
+  for (int c = 0; c < 3; ++c) sums[c] = hn::Set(d, 2 * (upper[c * plane + n - 1] + lower[c * plane + n - 1]));
+  const auto last = hn::GetLane(pair(d, sums));
+  out[n - 1] = static_cast<uint8_t>(last);
+  out[n] = static_cast<uint8_t>(last >> 8);
+}
+
 }  // namespace
 
 void subsampled_pixels(const uint8_t* luma, int64_t n, int64_t height, int64_t width, const uint8_t* chroma,
@@ -174,6 +232,35 @@ void packed_pixels(const uint8_t* x, int64_t n, int64_t height, int64_t values, 
                     else
                       run_of_pairs(Packed<false>{from}, factors, count / 2, made, plane);
                   });
+}
+
+void nv12_pixels(const uint8_t* x, int64_t n, int64_t values, const int32_t* weights, int64_t height,
+                 bool interleaved, uint8_t* out) {
+  const ChromaWeights factors(weights);
+  const int64_t plane = values / 3, width = plane / height, rows = (height + 1) / 2,
+                columns = (width + 1) / 2, made = plane + 2 * rows * columns;
+#pragma omp parallel for
+  for (int64_t i = 0; i < n * rows; ++i) {
+    const int64_t image = i / rows, row = i % rows;
+    const uint8_t* const from = x + image * values;
+    uint8_t* const luma = out + image * made;
+    uint8_t* const chroma = luma + plane + 2 * row * columns;
+    uint8_t parts[2][3 * kPart];
+    for (int64_t first = 0; first < width; first += kPart) {
+      const int64_t count = std::min(kPart, width - first);
+      const uint8_t* pair[2];
+      for (int64_t k = 0; k < 2; ++k) {
+        const int64_t start = std::min(2 * row + k, height - 1) * width + first;
+        pair[k] = from + start;
+        if (interleaved) {
+          split_run<uint8_t, 3>(from + 3 * start, count, kPart, parts[k]);
+          pair[k] = parts[k];
+        }
+        luma_of(pair[k], interleaved ? kPart : plane, factors, count, luma + start);
+      }
+      pairs_of_chroma(pair[0], pair[1], interleaved ? kPart : plane, factors, count, chroma + first);
+    }
+  }
 }
 
 }  // namespace chiasm::kernels

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..core.layout import in_planes
+from ..core.layout import in_frames, in_planes, interleaved
 from ..core.lowering import primitive
 from ..core.materialise import materialised
 from ..kernels import operators as kernels
@@ -103,23 +103,29 @@ def bilateral_bytes(
     alike = known_or(torch.round(65536.0 * torch.exp(exponent)), 0.0)
     # Of its own colour a pixel has the whole weight, also where only that has any.
     alike = torch.where(distance == 0.0, torch.full_like(alike, 65536.0), alike)
+    return _mean_of_bytes(x, guide, materialised(nearness, 0), materialised(alike, 0), squares, border_type)
 
+
+@primitive
+def _mean_of_bytes(
+    x: Tensor, guide: Tensor, nearness: Tensor, alike: Tensor, squares: bool, border_type: str
+) -> Tensor:
+    """Means of bytes (B, C, H, W) weighted by ``nearness`` (B or 1, ky, kx) times the entry of ``alike``
+    (B or 1, K) at the distance between the colours of ``guide`` (B or 1, D, H, W), rounded halves up. Both
+    are whole numbers in float64, which holds all sums; the nearness is equal on opposite sides."""
+    batch, ky, kx = x.size(0), nearness.size(1), nearness.size(2)
+    height, width = x.size(2), x.size(3)
+    ry, rx = ky // 2, kx // 2
     p = padded(in_planes(x).to(torch.float32), (ry, ry), (rx, rx), border_type)
     q = p if guide is x else padded(in_planes(guide).to(torch.float32), (ry, ry), (rx, rx), border_type)
-    q = q.expand(x.size(0), -1, -1, -1)
-    return _mean_of_bytes(p, q, materialised(nearness, 0), materialised(alike, 0), squares)
-
-
-def _mean_of_bytes(p: Tensor, guide: Tensor, nearness: Tensor, alike: Tensor, squares: bool) -> Tensor:
-    batch, ky, kx = p.size(0), nearness.size(1), nearness.size(2)
-    height, width = p.size(2) - ky + 1, p.size(3) - kx + 1
+    q = q.expand(batch, -1, -1, -1)
     table = alike.expand(batch, -1)
-    centre = guide[:, :, ky // 2 : ky // 2 + height, kx // 2 : kx // 2 + width]
+    centre = q[:, :, ry : ry + height, rx : rx + width]
     total = torch.zeros([1], dtype=torch.float64, device=p.device)
     sums = total
     for i in range(ky):
         for j in range(kx):
-            difference = guide[:, :, i : i + height, j : j + width] - centre
+            difference = q[:, :, i : i + height, j : j + width] - centre
             apart = difference * difference if squares else difference.abs()
             entry = apart.sum(1, keepdim=True).to(torch.int64).reshape(batch, -1)
             weight = table.gather(1, entry).reshape(batch, 1, height, width)
@@ -127,3 +133,13 @@ def _mean_of_bytes(p: Tensor, guide: Tensor, nearness: Tensor, alike: Tensor, sq
             total = total + weight
             sums = sums + p[:, :, i : i + height, j : j + width].to(torch.float64) * weight
     return torch.floor((2.0 * sums + total) / (2.0 * total).clamp(min=1.0)).to(torch.uint8)
+
+
+@_mean_of_bytes.lowering("native", when=lambda x, *_: kernels.available(x))
+def _mean_of_bytes_kernel(
+    x: Tensor, guide: Tensor, nearness: Tensor, alike: Tensor, squares: bool, border_type: str
+) -> Tensor:
+    planes = in_planes(x)
+    guides = planes if guide is x else in_planes(guide)
+    made = kernels.bilateral_bytes(planes, guides, nearness, alike, border_type, squares)
+    return in_frames(made).permute(0, 3, 1, 2) if interleaved(x) else made

@@ -3,6 +3,7 @@
 import torch
 from torch import Tensor
 
+from ..core.layout import in_planes
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
 
@@ -19,6 +20,22 @@ def integral(x: Tensor) -> Tensor:
 
 
 integral.lowering("native", when=kernels.has_kernel)(kernels.integral)
+
+
+@primitive
+def integral_of_bytes(x: Tensor) -> Tensor:
+    """`integral` of bytes as int32, beyond its largest number that.
+
+    >>> integral_of_bytes(torch.ones(2, 3, dtype=torch.uint8))
+    tensor([[1, 2, 3],
+            [2, 4, 6]], dtype=torch.int32)
+    """
+    return whole_sums(integral(in_planes(x).to(torch.float64)))
+
+
+@integral_of_bytes.lowering("native", when=kernels.available)
+def _integral_kernel(x: Tensor) -> Tensor:
+    return kernels.integral_bytes(in_planes(x))
 
 
 def whole_sums(sums: Tensor) -> Tensor:

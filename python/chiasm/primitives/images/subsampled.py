@@ -1,6 +1,7 @@
-"""Luma and chroma in bytes, the chroma at a part of the resolution, to RGB: the formats of cameras."""
+"""Luma and chroma in bytes, the chroma at a part of the resolution, to RGB and from it: the formats of
+cameras and encoders."""
 
-from typing import List
+from typing import List, Tuple
 
 import torch
 from torch import Tensor
@@ -8,8 +9,9 @@ from torch import Tensor
 from ..core.layout import in_frames, in_planes, interleaved
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
+from ..resampling.decimation import every_second
 from ..resampling.taps import nearest_index
-from .color_planes import from_pixels
+from .color_planes import as_pixels, channels_of, from_pixels
 
 
 @primitive
@@ -73,3 +75,53 @@ def _packed_kernel(image: Tensor, weights: List[int], luma_first: bool) -> Tenso
     made = kernels.packed_pixels(rows, torch.tensor(weights, dtype=torch.int32), luma_first)
     pixels = made.unflatten(1, [image.size(2), 2 * image.size(3), 3]).permute(0, 3, 1, 2)
     return pixels if interleaved(image) else in_planes(pixels)
+
+
+@primitive
+def rgb_to_subsampled(image: Tensor, factors: List[int]) -> Tuple[Tensor, Tensor]:
+    """Luma (B, 1, H, W) of bytes (B, 3, H, W), and U and V (B, 2, (H + 1) // 2, (W + 1) // 2) of the means
+    of 2 x 2 pixels, of which the last row or column of an odd size counts twice.
+
+    ``factors``, in 1/2^20: of red, green and blue in luma, in U and in V; and the luma of black. Chroma is
+    around 128. Values are rounded halves up and saturated.
+
+    >>> luma, chroma = rgb_to_subsampled(
+    ...     torch.full((1, 3, 1, 1), 10, dtype=torch.uint8),
+    ...     [2**19, 2**19, 0, 2**20, 0, 0, 0, 0, -(2**20), 16],
+    ... )
+    >>> luma.flatten(), chroma.flatten()
+    (tensor([26], dtype=torch.uint8), tensor([138, 118], dtype=torch.uint8))
+    """
+    # In float64, which holds the sums.
+    channels = [channel.to(torch.float64) for channel in channels_of(image)]
+    luma = _mixed(channels, factors[0:3], factors[9], 1048576.0)
+    quarters = [_pairs(_pairs(channel, -2), -1) for channel in channels]
+    pairs = [_mixed(quarters, factors[k : k + 3], 128, 4194304.0) for k in (3, 6)]
+    return luma.unsqueeze(1).to(torch.uint8), torch.stack(pairs, 1).to(torch.uint8)
+
+
+def _mixed(channels: List[Tensor], factors: List[int], zero: int, whole: float) -> Tensor:
+    """The sum of the channels by their factors over ``whole``, plus ``zero``, rounded halves up."""
+    total = channels[0] * float(factors[0]) + channels[1] * float(factors[1])
+    total = total + channels[2] * float(factors[2]) + (float(zero) + 0.5) * whole
+    return torch.floor(total / whole).clamp(0.0, 255.0)
+
+
+def _pairs(x: Tensor, dim: int) -> Tensor:
+    """Sums of two neighbours along ``dim``, of the last one of an odd number twice."""
+    half = (x.size(dim) + 1) // 2
+    return every_second(x, dim, 0, half) + every_second(x, dim, 1, half)
+
+
+@rgb_to_subsampled.lowering("native", when=lambda image, *_: kernels.available(image))
+def _nv12_kernel(image: Tensor, factors: List[int]) -> Tuple[Tensor, Tensor]:
+    height, width = image.size(2), image.size(3)
+    pixels, is_frame = as_pixels(image)
+    made = kernels.nv12_pixels(pixels, torch.tensor(factors, dtype=torch.int32), height, is_frame)
+    rows, columns = (height + 1) // 2, (width + 1) // 2
+    luma = made.narrow(1, 0, height * width).unflatten(1, [height, width, 1])
+    pairs = made.narrow(1, height * width, rows * columns * 2).unflatten(1, [rows, columns, 2])
+    # Dense, for the runtime would copy them value by value.
+    luma, pairs = (part.clone(memory_format=torch.contiguous_format) for part in (luma, pairs))
+    chroma = pairs.permute(0, 3, 1, 2)
+    return luma.permute(0, 3, 1, 2), chroma if is_frame else in_planes(chroma)

@@ -93,6 +93,24 @@ _declare(
     ["BG in (1, B)", "BS in (1, B)", "BR in (1, B)", "KY % 2 == 1", "KX % 2 == 1"],
 )
 _declare(
+    """bilateral_bytes(uint8[B, C, H, W] x, uint8[BG, D, H, W] guide, float64[BS, KY, KX] nearness,
+    float64[BA, K] alike, Border border, bool squares)
+    -> uint8[B, C, H, W]""",
+    "bilateral.cpp",
+    """Means of the pixels nearby, weighted by nearness times the entry of alike at the distance between two
+    colours of the guide, which is the sum of absolute differences, or of squares; rounded halves up. Both
+    factors are whole numbers of which all sums are below 2^53; the nearness is equal on opposite sides.
+    Arguments of batch size 1 serve all images. A constant border is 0.""",
+    [
+        "BG in (1, B)",
+        "BS in (1, B)",
+        "BA in (1, B)",
+        "KY % 2 == 1",
+        "KX % 2 == 1",
+        "1 <= K <= INT32_MAX",
+    ],
+)
+_declare(
     "median_filter(P[N, H, L] x, int step, int size, Border border) -> P[N, H, L]",
     "medians.cpp",
     "The median of size x size pixels. Neighbours in a row are step values apart. A constant border is 0.",
@@ -146,6 +164,12 @@ _declare(
     "integral.cpp",
     "Sums of all pixels above and to the left, the pixel included: rounded to T along the rows, then along"
     " the columns.",
+)
+_declare(
+    "integral_bytes(uint8[..., H, W] x) -> int32[..., H, W]",
+    "integral.cpp",
+    "Sums of all pixels above and to the left, the pixel included, the largest that int32 has where they are"
+    " larger.",
 )
 _declare(
     "sobel(T[..., H, W] x, float scale, float eps) -> T[..., H, W]",
@@ -318,6 +342,16 @@ _declare(
     """The same, interleaved, of pairs of pixels: luma, chroma, luma, chroma, or each chroma before its
     luma.""",
     ["L % 4 == 0"],
+)
+_declare(
+    """nv12_pixels(uint8[N, L] x, int32[10] weights, int height, bool interleaved)
+    -> uint8[N, L // 3 + (height + 1) // 2 * ((L // 3 // height + 1) // 2) * 2]""",
+    "subsampled.cpp",
+    """Luma of red, green and blue, in planes or interleaved, and behind it the pairs U and V of the means of
+    2 x 2 pixels, of which the last row or column of an odd size counts twice. The weights are in 1/2^20: of
+    red, green and blue in luma, in U and in V; the last is the luma of black, and 128 is added to chroma.
+    Values are rounded halves up and saturated.""",
+    ["L % 3 == 0", "1 <= height <= INT32_MAX", "L // 3 % height == 0"],
 )
 _declare(
     """luma_chroma_pixels(uint8[N, L] x, int red, int green, int blue, int first, int second, bool
