@@ -259,7 +259,7 @@ def test_arkit_and_colmap() -> None:
 # --- errors -------------------------------------------------------------------------------------------------
 
 WRONG = [
-    (lambda: c.deg2rad(torch.zeros(3).int()), TypeError, "tensor: expected a floating-point"),
+    (lambda: c.deg2rad(torch.zeros(3).bool()), TypeError, "tensor: expected real numbers"),
     (lambda: c.cart2pol(torch.zeros(3), torch.zeros(3).int()), TypeError, "y: expected a floating-point"),
     (
         lambda: c.convert_points_from_homogeneous(torch.zeros(3, 1)),

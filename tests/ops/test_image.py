@@ -312,7 +312,7 @@ WRONG = [
     (lambda: image.make_grid(X[0]), ValueError, r"tensor: expected shape \(B, C, H, W\)"),
     (lambda: image.make_grid(X, 0), ValueError, "n_row: expected a positive number, got 0"),
     (lambda: image.make_grid(X, 2, -1), ValueError, "padding: expected zero or more, got -1"),
-    (lambda: image.draw_point2d(X[0, 0], P, C), ValueError, "image: expected shape"),
+    (lambda: image.draw_point2d(X[0, 0, 0], P, C), ValueError, "image: expected shape"),
     (
         lambda: image.draw_point2d(X, P[0], C),
         ValueError,
