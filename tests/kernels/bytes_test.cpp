@@ -167,12 +167,6 @@ TEST_F(Bytes, TablesGiveTheirEntries) {
   for (size_t i = 0; i < out.size(); ++i) ASSERT_EQ(out[i], two[256 * (i / 100) + x.data[i]]);
 }
 
-template <int kRadius>
-void gaussian(Frame& frame) {
-  static const std::vector<int32_t> taps = fixed_gaussian(kRadius, 0.3 + 0.35 * kRadius);
-  separable_bytes(frame.x.data(), 1, 1080, 1920 * 3, taps.data(), 1, kRadius + 1, taps.data(), 1, kRadius + 1,
-                  3, Border::kReflect, frame.out.data());
-}
 // The definition in double, of tables like those of falloffs.
 TEST_F(Bytes, BilateralBytesMatchTheDefinition) {
   constexpr int ky = 3, kx = 5, channels = 2;
@@ -258,6 +252,12 @@ TEST_F(Bytes, IntegralBytesEndAtTheLargestNumber) {
   }
 }
 
+template <int kRadius>
+void gaussian(Frame& frame) {
+  static const std::vector<int32_t> taps = fixed_gaussian(kRadius, 0.3 + 0.35 * kRadius);
+  separable_bytes(frame.x.data(), 1, 1080, 1920 * 3, taps.data(), 1, kRadius + 1, taps.data(), 1, kRadius + 1,
+                  3, Border::kReflect, frame.out.data());
+}
 KERNEL_CALL_BENCHMARK(separable_bytes_5x5,
                       [] { return [frame = Frame()]() mutable { gaussian<2>(frame); }; });
 KERNEL_CALL_BENCHMARK(separable_bytes_21x21,
@@ -287,8 +287,6 @@ KERNEL_CALL_BENCHMARK(correlate_bytes_5x5, [] {
                     frame.out.data());
   };
 });
-
-}  // namespace
 KERNEL_CALL_BENCHMARK(bilateral_bytes_5x5, [] {
   std::vector<double> nearness(25), alike(766);
   for (size_t k = 0; k < 766; ++k) alike[k] = std::round(65536 * std::exp(-1e-3 * double(k * k)));
@@ -303,3 +301,5 @@ KERNEL_CALL_BENCHMARK(integral_bytes, [] {
     integral_bytes(frame.x.data(), {1, 1080, 1920}, out.data());
   };
 });
+
+}  // namespace

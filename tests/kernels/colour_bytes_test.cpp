@@ -302,11 +302,12 @@ TEST_F(Bytes, PackedPixelsMatchOpenCv) {
     }
 }
 
+// Of red, green and blue in luma, U and V, and the luma of black: BT.601's video range, in 1/2^20.
+const std::vector<int32_t> kEncoding = {269484, 528482, 102760,  -155188, -305135,
+                                        460324, 460324, -385875, -74448,  16};
+
 // By the equations in 64 bits, in planes and frames, also of odd sizes and wider than a part of a row.
 TEST_F(Bytes, Nv12PixelsAreTheirSums) {
-  const int64_t kFactors[] = {269484, 528482, 102760, -155188, -305135, 460324, 460324, -385875, -74448};
-  std::vector<int32_t> weights(std::begin(kFactors), std::end(kFactors));
-  weights.push_back(16);
   for (const Size& size :
        {Size{1, 1}, Size{2, 2}, Size{5, 7}, Size{4, 33}, Size{3, 70}, Size{2, 4096 + 71}}) {
     const int height = size.height, width = size.width, rows = (height + 1) / 2, columns = (width + 1) / 2;
@@ -319,8 +320,8 @@ TEST_F(Bytes, Nv12PixelsAreTheirSums) {
                             planes.data() + size_t(n) * values + size_t(c * height * width));
         cv::extractChannel(image.rowRange(n * height, (n + 1) * height), plane, c);
       }
-    nv12_pixels(image.data, 2, int64_t(values), weights.data(), height, true, out.data());
-    nv12_pixels(planes.data(), 2, int64_t(values), weights.data(), height, false, of_planes.data());
+    nv12_pixels(image.data, 2, int64_t(values), kEncoding.data(), height, true, out.data());
+    nv12_pixels(planes.data(), 2, int64_t(values), kEncoding.data(), height, false, of_planes.data());
     EXPECT_EQ(out, of_planes);
     for (int n = 0; n < 2; ++n) {
       const uint8_t* const luma = out.data() + size_t(n) * made;
@@ -330,7 +331,7 @@ TEST_F(Bytes, Nv12PixelsAreTheirSums) {
       for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
           int64_t sum = (33 << 19);
-          for (int c = 0; c < 3; ++c) sum += kFactors[c] * level(y, x, c);
+          for (int c = 0; c < 3; ++c) sum += kEncoding[size_t(c)] * level(y, x, c);
           ASSERT_EQ(luma[y * width + x], std::clamp<int64_t>(sum >> 20, 0, 255)) << y << ", " << x;
         }
       for (int y = 0; y < rows; ++y)
@@ -338,7 +339,7 @@ TEST_F(Bytes, Nv12PixelsAreTheirSums) {
           int64_t sum = int64_t{257} << 21;
           for (int c = 0; c < 3; ++c)
             for (int k = 0; k < 4; ++k)
-              sum += kFactors[3 + 3 * (x % 2) + c] * level(2 * y + k / 2, x / 2 * 2 + k % 2, c);
+              sum += kEncoding[size_t(3 + 3 * (x % 2) + c)] * level(2 * y + k / 2, x / 2 * 2 + k % 2, c);
           ASSERT_EQ(luma[height * width + y * 2 * columns + x], std::clamp<int64_t>(sum >> 22, 0, 255))
               << width << ": " << y << ", " << x;
         }
@@ -347,19 +348,15 @@ TEST_F(Bytes, Nv12PixelsAreTheirSums) {
 }
 
 TEST_F(Bytes, LumaOfNv12MatchesOpenCv) {
-  const std::vector<int32_t> weights = {269484, 528482, 102760,  -155188, -305135,
-                                        460324, 460324, -385875, -74448,  16};
   const cv::Mat image = frame(36, 130, 3), expected = opencv(image, cv::COLOR_RGB2YUV_I420);
   std::vector<uint8_t> out(36 * 130 * 3 / 2);
-  nv12_pixels(image.data, 1, 36 * 130 * 3, weights.data(), 36, true, out.data());
+  nv12_pixels(image.data, 1, 36 * 130 * 3, kEncoding.data(), 36, true, out.data());
   EXPECT_EQ(cv::norm(expected.rowRange(0, 36), cv::Mat(36, 130, CV_8U, out.data()), cv::NORM_INF), 0);
 }
 
 KERNEL_CALL_BENCHMARK(nv12_pixels, [] {
-  const std::vector<int32_t> weights = {269484, 528482, 102760,  -155188, -305135,
-                                        460324, 460324, -385875, -74448,  16};
-  return [frame = Frame(), weights]() mutable {
-    nv12_pixels(frame.x.data(), 1, 1080 * 1920 * 3, weights.data(), 1080, true, frame.out.data());
+  return [frame = Frame()]() mutable {
+    nv12_pixels(frame.x.data(), 1, 1080 * 1920 * 3, kEncoding.data(), 1080, true, frame.out.data());
   };
 });
 KERNEL_CALL_BENCHMARK(subsampled_pixels, [] {
