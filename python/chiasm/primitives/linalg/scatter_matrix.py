@@ -21,9 +21,7 @@ def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor,
     check_floating(points, "points")
     if points.size(-1) < 2:
         raise ValueError(f"points: expected two coordinates or more, got {points.size(-1)}")
-    alone = points.dim() == 2
     p = points.to(torch.float64)
-    p = p.unsqueeze(0) if alone else p
     w = torch.ones_like(p[..., :1])
     if weights is not None:
         check_tensor(weights, "weights")
@@ -34,7 +32,8 @@ def mean_and_scatter(points: Tensor, weights: Optional[Tensor]) -> Tuple[Tensor,
             )
         check_floating(weights, "weights")
         w = weights.to(torch.float64)[..., None]
-        w = w.unsqueeze(0) if alone else w
+    if points.dim() == 2:
+        p, w = p.unsqueeze(0), w.unsqueeze(0)
     mean = (w * p).sum(1) / w.sum(1)
     offset = p - mean[:, None]
     return mean, ((w * offset)[..., :, None] * offset[..., None, :]).sum(1)
