@@ -8,6 +8,7 @@ import tempfile
 from datetime import date
 from pathlib import Path
 from statistics import median
+from textwrap import fill
 
 from rich.progress import Progress
 
@@ -86,15 +87,14 @@ def page(rows: Rows, busy: Rows) -> str:
     lines = [
         "# Benchmark of serving",
         "",
-        (
+        fill(
             f"Made by `make bench WHAT=serving` on {date.today()}: {cpu()}, {cores()} cores, which the server"
-            f" and the clients share. chiasm {chiasm.__version__}'s bundle `{BUNDLE}`, a frame to a"
-            f" normalised image of 224 x 224, in Triton 2.51, {cores()} instances of each, one thread each."
-        ),
-        (
-            "perf_analyzer asks by gRPC, frames and results in system shared memory; the models in turns,"
-            f" medians of {REPEATS} repeats. *Outside*: the server's time for a request but for the model's"
-            " own computing, as Triton's statistics say it."
+            f" and the clients share. chiasm {chiasm.__version__}'s bundle `{BUNDLE}` makes of a frame a"
+            f" normalised image of 224 x 224, in Triton 2.51, {cores()} instances of each model, one thread"
+            " each. perf_analyzer asks by gRPC, with frames and results in system shared memory. The models"
+            f" take turns; figures are medians of {REPEATS} repeats. *Outside* is the server's time for a"
+            " request without the model's own computing, as Triton's statistics say it.",
+            110,
         ),
         "",
         *table(rows),
