@@ -100,7 +100,7 @@ test-special-values: build test-bundles ## NaN, infinities and extreme numbers i
 special-values: build bundles ## NaN, infinities and extreme numbers into every input of every op on every backend -> build/special_values.json
 	$(PY) tests/parity/special_values.py
 
-coverage: ## docs/coverage.md from the catalog and the last full matrix
+coverage: ## docs/coverage.md, and its record, from the catalog and what the last matrix compared
 	$(PY) tests/parity/coverage.py
 
 docs: ## docs/kernels.md from the kernels' declarations

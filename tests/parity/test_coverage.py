@@ -1,11 +1,10 @@
 """No public function is left out of the catalog in silence, and docs/coverage.md can be written for all that
 is in it.
 
-The page itself is what the last full matrix found (`make parity coverage`, hours): no test asks that it be of
-today.
+The page's numbers are what matrices of many days found (`make coverage`): no test asks that they be of today.
 """
 
-from coverage import declared, public_functions
+from coverage import add, declared, page, public_functions
 
 from chiasm.export.catalog import NO_GRADIENT, NOT_DEPLOYED, catalog
 
@@ -29,3 +28,28 @@ def test_a_row_of_the_page_says_what_the_catalog_says() -> None:
     for name, entry in catalog().items():
         row = declared(entry)
         assert row[0] == f"`{name}`" and all(isinstance(cell, str) and cell for cell in row), row
+
+
+def test_an_op_is_recorded_where_it_was_run_in_every_way() -> None:
+    ways = (
+        ("C++ torch", "forward.pt"),
+        ("C++ onnx", "forward.onnx"),
+        ("Python onnx", "forward.onnx"),
+        ("C++ native", "forward.pt2"),
+        ("C++ onnx fused", "forward.onnx"),
+    )
+    name = "color.bgr_to_rgb.frames"  # bytes have no gradient
+    row = {"op": name, "method": "forward", "message": ""}
+    checks = [row | {"backend": b, "artifact": a, "error": 1e-7 * i} for i, (b, a) in enumerate(ways)]
+    entries = {name: catalog()[name], "filters.sobel": catalog()["filters.sobel"]}
+    record: dict = {}
+    assert add(record, checks[:-1], entries) == 0 and record == {}
+    assert add(record, checks + [c | {"op": "filters.sobel"} for c in checks], entries) == 1
+    assert record[name]["forward"]["native (C++)"] == 3e-7
+    text = page(entries, record)
+    assert "natively with its gradient yet: `filters.sobel`." in text and "None failed" in text
+    checks[0] |= {"message": "differs"}
+    add(record, checks, entries)
+    assert f"Failed: `{name}`" in page(entries, record) and "**failed**" in page(entries, record)
+    record[name]["source"] = "of another day"
+    assert f"| `{name}`\\* |" in page(entries, record)
