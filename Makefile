@@ -21,7 +21,7 @@ CPP := $(shell find bench examples gallery include runtime studies tests \( -pat
   -o \( -name '*.c' -o -name '*.h' -o -name '*.cpp' -o -name '*.hpp' \) -print)
 
 .PHONY: help setup build bundles test-bundles demo gallery study \
-  test test-all test-quick test-ops test-export test-runtime test-aarch64 test-parity test-serving test-data \
+  test test-all test-quick test-ops test-export test-runtime build-aarch64 test-aarch64 test-parity test-serving test-data \
   test-studies test-sanitizers test-fuzz fuzz test-install wheels dist sanitize-artifacts attack soak test-special-values special-values parity coverage docs site linalg-accuracy other-runtimes bench lint format stubs lock clean
 
 help: ## list the targets
@@ -82,11 +82,15 @@ test-export: build test-bundles ## the exporter, the command, the runtime in Pyt
 test-runtime: build test-bundles ## GoogleTest
 	ctest --preset release -j $(JOBS)
 
-test-aarch64: build ## the kernels for aarch64, by a cross-compiler and under qemu: the results are this machine's
+build-aarch64: build ## the runtime, and what `chiasm export --isa armv8.2-a` links, for aarch64, by a cross-compiler
+	@tools/aarch64.sh
 	@cmake --preset aarch64 > /dev/null
 	cmake --build --preset aarch64 -j $(JOBS)
+
+test-aarch64: build-aarch64 ## the kernels, the runtime's core and bundles under qemu: the results are this machine's
 	CHIASM_RECORD_RESULTS=build/release/kernel_results build/release/bin/guarded_kernels_test --gtest_brief=1
 	CHIASM_EXPECTED_RESULTS=$$PWD/build/release/kernel_results ctest --preset aarch64 -j $(JOBS)
+	$(PY) tests/parity/aarch64.py
 
 test-parity: build test-bundles ## every bundle that is there x artifact x backend x shape against eager Python
 	$(PY) tests/parity/matrix.py

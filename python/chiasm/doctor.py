@@ -26,8 +26,12 @@ _BACKENDS = {
 }
 #: The Python packages that hold the engines of backends.
 _ENGINES = {"torch": "torch", "onnx": "onnxruntime"}
-#: The instruction sets that artifacts are compiled for, the fastest first, and what a CPU without one lacks.
-_INSTRUCTION_SETS = {"x86-64-v4": "AVX-512", "x86-64-v3": "AVX2, FMA and BMI2"}
+#: The instruction sets that artifacts are compiled for, by the machine's family, the fastest first, and what
+#: a CPU without one lacks.
+_INSTRUCTION_SETS = {
+    "x86_64": {"x86-64-v4": "AVX-512", "x86-64-v3": "AVX2, FMA and BMI2"},
+    "aarch64": {"armv8.2-a": "atomics and rounding products (FEAT_LSE, FEAT_RDM)"},
+}
 
 
 def report() -> list[str]:
@@ -67,7 +71,7 @@ def _cpu() -> Iterator[str]:
     found = _runtime.instruction_sets()
     if found:
         yield f"CPU        runs artifacts for {', '.join(found)}"
-    for name, features in _INSTRUCTION_SETS.items():
+    for name, features in _INSTRUCTION_SETS.get(platform.machine(), {}).items():
         if name in found:
             return
         rest = "" if name == "x86-64-v4" else ": native artifacts do not run here, the onnx backend does"

@@ -1,24 +1,40 @@
 #include "core/cpu.h"
 
+#if defined(__aarch64__)
+#include <asm/hwcap.h>
+#include <sys/auxv.h>
+#endif
+
 namespace chiasm::core {
 
 bool cpu_supports(Isa isa) {
-  if (isa == Isa::none) return true;
+  switch (isa) {
+    case Isa::none: return true;
 #if defined(__x86_64__)
-  // __builtin_cpu_supports knows no name for MOVBE, LZCNT and F16C in older compilers; every CPU that has
-  // AVX2, BMI2 and FMA has them.
-  static const bool v3 = [] {
-    __builtin_cpu_init();
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-           __builtin_cpu_supports("bmi2");
-  }();
-  static const bool v4 = v3 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                         __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-                         __builtin_cpu_supports("avx512vl");
-  return isa == Isa::x86_64_v4 ? v4 : v3;
-#else
-  return false;
+    // __builtin_cpu_supports knows no name for MOVBE, LZCNT and F16C in older compilers; every CPU that has
+    // AVX2, BMI2 and FMA has them.
+    case Isa::x86_64_v3:
+      __builtin_cpu_init();
+      return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+             __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+    case Isa::x86_64_v4:
+      return cpu_supports(Isa::x86_64_v3) && __builtin_cpu_supports("avx512f") &&
+             __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
+             __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+#elif defined(__aarch64__)
+    // Of what 8.1 and 8.2 brought, compilers use atomic instructions and rounding products of integers.
+    case Isa::armv8_2_a: {
+      constexpr unsigned long kNeeded = HWCAP_ASIMD | HWCAP_ATOMICS | HWCAP_ASIMDRDM;
+      return (getauxval(AT_HWCAP) & kNeeded) == kNeeded;
+    }
 #endif
+    default: return false;
+  }
+}
+
+bool has(Isa cpu, Isa code) {
+  const auto is_x86 = [](Isa isa) { return isa >= Isa::x86_64_v3 && isa <= Isa::x86_64_v4; };
+  return code == Isa::none || code == cpu || (is_x86(code) && is_x86(cpu) && code < cpu);
 }
 
 }  // namespace chiasm::core

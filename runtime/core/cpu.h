@@ -8,4 +8,7 @@ namespace chiasm::core {
 /** Whether this CPU has every feature of the level (and the system saves its registers). */
 bool cpu_supports(Isa isa);
 
+/** Whether a CPU whose highest level is `cpu` runs code for `code`. */
+bool has(Isa cpu, Isa code);
+
 }  // namespace chiasm::core

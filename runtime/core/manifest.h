@@ -28,8 +28,9 @@ inline constexpr uint64_t kMaxManifestSize = 16u << 20;
 inline constexpr int32_t kGeneric = -1;
 
 enum class DevicePlacement { any, cpu, cuda };
-enum class Isa { none, x86_64_v3, x86_64_v4 };
-inline constexpr const char* kIsaNames[] = {"", "x86-64-v3", "x86-64-v4"};
+/** Instruction sets, of each family of CPUs from the least to the most. */
+enum class Isa { none, x86_64_v3, x86_64_v4, armv8_2_a };
+inline constexpr const char* kIsaNames[] = {"", "x86-64-v3", "x86-64-v4", "armv8.2-a"};
 
 struct TensorSpec {
   std::string name, description, layout, color;

@@ -93,9 +93,9 @@ std::string LoadRequest::programs_refused() const {
 
 Machine this_machine(int32_t device_type, int32_t device_index) {
   Machine machine;
-  machine.isa = cpu_supports(Isa::x86_64_v4)   ? Isa::x86_64_v4
-                : cpu_supports(Isa::x86_64_v3) ? Isa::x86_64_v3
-                                               : Isa::none;
+  for (const Isa isa : {Isa::armv8_2_a, Isa::x86_64_v3, Isa::x86_64_v4}) {
+    if (cpu_supports(isa)) machine.isa = isa;
+  }
   if (device_type == CHIASM_CUDA) machine.sm = CudaDevice(device_index).capability();
 #if defined(__GLIBC__)
   std::sscanf(::gnu_get_libc_version(), "%d.%d", &machine.glibc.major, &machine.glibc.minor);
@@ -162,7 +162,7 @@ std::string misfit(const Artifact& artifact, const LoadRequest& request, int32_t
            (present.major == 0 ? ", this machine has another C library"
                                : ", this machine has " + text_of(present));
   }
-  if (!cuda && artifact.isa > machine.isa)
+  if (!cuda && !has(machine.isa, artifact.isa))
     return std::string("needs a CPU with ") + kIsaNames[static_cast<int>(artifact.isa)];
   return "";
 }

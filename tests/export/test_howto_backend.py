@@ -29,13 +29,19 @@ def test_the_files_that_a_page_names_are_there(page):
 
 def test_an_instruction_set_is_known_in_every_place_that_its_page_names():
     def names(file: str, pattern: str) -> list[str]:
-        found = re.search(pattern, (ROOT / file).read_text())
+        found = re.search(pattern, (ROOT / file).read_text(), re.DOTALL)
         assert found is not None, file
-        return re.findall(r"x86-64-v\d", found[0])
+        return re.findall(r"x86-64-v\d|armv[\d.]+-a", found[0])
 
     wanted = list(ISAS)
     assert len(wanted) >= 2
-    assert names("runtime/artifact/CMakeLists.txt", r"set\(CHIASM_ISAS x86[^)]*\)") == wanted
+    built = [
+        name
+        for family in ("arm", "x86")
+        for name in names("runtime/artifact/CMakeLists.txt", rf"set\(CHIASM_ISAS {family}[^)]*\)")
+    ]
+    assert sorted(built) == sorted(wanted)
+    assert names("python/chiasm/export/cli.py", r'"--isa",.*?Choice\(.*?\)') == wanted
     assert names("python/chiasm/export/manifest.schema.json", r'"isa": \{.*?\}') == wanted
     assert names("runtime/core/manifest.h", r"kIsaNames\[\] = \{.*?\}") == wanted
     assert names("runtime/core/manifest.cpp", r"kIsas\[\] = \{.*?\}") == wanted

@@ -198,6 +198,8 @@ TEST_F(Choice, AnExplicitBackendIsNotReplaced) {
   request.backend = "native";
   EXPECT_THAT(refusal(request, CHIASM_NOT_FOUND, Isa::none),
               HasSubstr("forward.v3.so needs a CPU with x86-64-v3"));
+  EXPECT_THAT(refusal(request, CHIASM_NOT_FOUND, Isa::armv8_2_a),
+              HasSubstr("forward.v3.so needs a CPU with x86-64-v3"));
   EXPECT_THAT(refusal(request, CHIASM_NOT_FOUND, Isa::x86_64_v3, CHIASM_FLOAT64),
               HasSubstr("is not for float64"));
 }
@@ -219,6 +221,17 @@ TEST_F(Choice, CodeForANewerCLibraryIsLeftOut) {
   EXPECT_EQ(why(3, 0), "");
   EXPECT_EQ(why(2, 35), "needs glibc 2.36, this machine has 2.35");
   EXPECT_EQ(why(0, 0), "needs glibc 2.36, this machine has another C library");
+}
+
+TEST(Cpu, RunsCodeForItsOwnFamilyUpToItsLevel) {
+  EXPECT_TRUE(core::has(Isa::none, Isa::none));
+  EXPECT_TRUE(core::has(Isa::x86_64_v4, Isa::x86_64_v3));
+  EXPECT_FALSE(core::has(Isa::x86_64_v3, Isa::x86_64_v4));
+  EXPECT_TRUE(core::has(Isa::armv8_2_a, Isa::armv8_2_a));
+  EXPECT_TRUE(core::has(Isa::armv8_2_a, Isa::none));
+  EXPECT_FALSE(core::has(Isa::armv8_2_a, Isa::x86_64_v3));
+  EXPECT_FALSE(core::has(Isa::x86_64_v4, Isa::armv8_2_a));
+  EXPECT_FALSE(core::has(Isa::none, Isa::armv8_2_a));
 }
 
 TEST_F(Choice, GoesOnWhereABackendCannotLoadIt) {

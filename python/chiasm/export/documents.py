@@ -44,7 +44,7 @@ def sbom(manifest: Mapping[str, Any], files: Mapping[str, bytes]) -> bytes:
     linked: list[dict[str, Any]] = []
     if native:
         versions |= {
-            "gcc": _compiler_version(),
+            "gcc": _compiler_version(manifest),
             "glibc": (os.confstr("CS_GNU_LIBC_VERSION") or "").removeprefix("glibc "),
         }
         packages.append(_component("application", "g++", versions["gcc"]))
@@ -103,8 +103,11 @@ def _needed(code: bytes) -> list[str]:
         return re.findall(r"NEEDED +(\S+)", run_tool(["objdump", "-p", file.name]))
 
 
-def _compiler_version() -> str:
-    return run_tool([compiler_command(), "-dumpfullversion"]).strip()
+def _compiler_version(manifest: Mapping[str, Any]) -> str:
+    """Of g++, or of each where there was more than one."""
+    artifacts = [a for method in manifest["methods"].values() for a in method["artifacts"]]
+    commands = sorted({compiler_command(a["isa"]) for a in artifacts if "isa" in a})
+    return ", ".join(dict.fromkeys(run_tool([c, "-dumpfullversion"]).strip() for c in commands))
 
 
 def provenance(
@@ -120,7 +123,9 @@ def provenance(
     ]
     sources = [{"name": name, "digest": {"sha256": digest}} for name, digest in _sources(fn)]
     compiler = (
-        {"compiler": f"g++ {_compiler_version()}"} if any(name.endswith(".pt2") for name in files) else {}
+        {"compiler": f"g++ {_compiler_version(manifest)}"}
+        if any(name.endswith(".pt2") for name in files)
+        else {}
     )
     return _json(
         {

@@ -11,6 +11,7 @@ import hashlib
 import io
 import json
 import os
+import platform
 import re
 import subprocess
 import tempfile
@@ -39,14 +40,33 @@ from .compiler import HEADERS, Build
 #: What the package was built with for the code of ops: headers, and static libraries for each instruction set
 #: (runtime/artifact/CMakeLists.txt).
 LIBRARIES = Path(chiasm.__file__).parent / "artifact"
-#: march and vector width (bits) for each instruction set level; v4 too uses 256-bit vectors, with its masks
-#: and registers.
-ISAS = {"x86-64-v3": 256, "x86-64-v4": 256}
+
+
+@dataclass(frozen=True)
+class Isa:
+    """An instruction set: whose CPUs have it (as platform.machine() says it), and the width in bits of the
+    vectors that Inductor writes for it."""
+
+    machine: str
+    bits: int
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether it is compiled for by a cross-compiler here."""
+        return self.machine != platform.machine()
+
+
+#: By what g++ calls it after -march=. x86-64-v4 too uses vectors of 256 bits, with its masks and registers.
+ISAS = {
+    "x86-64-v3": Isa("x86_64", 256),
+    "x86-64-v4": Isa("x86_64", 256),
+    "armv8.2-a": Isa("aarch64", 128),
+}
 _ENTRY = "chiasm_native_entry"
-#: What follows the libraries on the linker's command line, but for the version script.
-_LINK = (
-    f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -static-libstdc++ -static-libgcc -Wl,--as-needed -lmvec"
-)
+#: What follows the libraries on the linker's command line, but for the version script. glibc has vector
+#: functions for x86 (and, from 2.38 on, for aarch64, where those of one number are taken).
+_LINK = f"-Wl,--undefined={_ENTRY} -Wl,--gc-sections -s -static-libstdc++ -static-libgcc -Wl,--as-needed"
+_LINK_OF = {"x86_64": f"{_LINK} -lmvec", "aarch64": _LINK}
 
 
 @dataclass(frozen=True)
@@ -202,9 +222,15 @@ class NativeCode:
         missing = _missing_symbols(code)
         if not missing:
             return NativeArtifact(_package({"chiasm/op.so": code}), needs_libtorch=False)
+        why = f"libtorch's {', '.join(missing)}"
+        if ISAS[self.isa].is_foreign:
+            raise ExportError(
+                f"{self.spec.name}: native code ({self.isa}) needs {why}, which is here for"
+                f" {platform.machine()} alone: export it without --isa {self.isa}"
+            )
         with closing(Build(at_once=True)) as whole:
             package = _inductor(self.program("vjp"), self.spec, self.isa, {}, whole)
-        return NativeArtifact(_repack(package), needs_libtorch=True, why=f"libtorch's {', '.join(missing)}")
+        return NativeArtifact(_repack(package), needs_libtorch=True, why=why)
 
     def close(self) -> None:
         if self.build is not None:
@@ -231,10 +257,10 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradien
         isa,
         signature,
         torch.__version__,
-        run_tool([compiler_command(), "--version"]).splitlines()[0],
+        run_tool([compiler_command(isa), "--version"]).splitlines()[0],
         _libraries_hash(isa),
         str(sorted(_settings(spec.vectorize, isa).items())),
-        _LINK,
+        _LINK_OF[ISAS[isa].machine],
         str(spec.without_nan),
         str(gradient),
         _hash([LIBRARIES / isa / "libchiasm_kernels.a"]) if _operators(program) else "",
@@ -243,8 +269,9 @@ def _key(program: ExportedProgram, spec: Spec, isa: str, signature: str, gradien
     return digest.hexdigest()
 
 
-def compiler_command() -> str:
-    return os.environ.get("CXX", "g++")
+def compiler_command(isa: str) -> str:
+    """$CXX, where the code is for CPUs of this machine's family; else the cross-compiler."""
+    return f"{ISAS[isa].machine}-linux-gnu-g++" if ISAS[isa].is_foreign else os.environ.get("CXX", "g++")
 
 
 @cache
@@ -261,9 +288,10 @@ def _libraries_hash(isa: str) -> str:
         LIBRARIES / "symbols.map",
     ]
     if missing := [str(f) for f in libraries if not f.exists()]:
+        target = f"build-{ISAS[isa].machine}" if ISAS[isa].is_foreign else "build"
         raise ExportError(
             f"the native format needs {missing[0]}, which is not there: pip install chiasm-export, or in a"
-            " source tree make build"
+            f" source tree make {target}"
         )
     return _hash(sources + libraries + [f for f in (LIBRARIES / "include").rglob("*") if f.is_file()])
 
@@ -286,7 +314,8 @@ def _operators(program: ExportedProgram) -> list[torch._ops.OpOverload]:
 
 
 def run_tool(command: list[str]) -> str:
-    needs = "The native format needs g++ and binutils (Debian: apt-get install g++)"
+    package = "g++-aarch64-linux-gnu" if command[0].startswith("aarch64") else "g++"
+    needs = f"The native format needs g++ and binutils (Debian: apt-get install {package})"
     try:
         done = subprocess.run(command, capture_output=True, text=True)
     except OSError as error:
@@ -300,7 +329,7 @@ def _check_vector_isa(spec: Spec, isa: str) -> None:
     """AOTInductor writes scalar loops, without a word, where this machine's CPU lacks the vector width."""
     from torch._inductor import config, cpu_vec_isa
 
-    with config.patch(_settings(spec.vectorize, isa)), known_vectors():
+    with config.patch(_settings(spec.vectorize, isa)), known_vectors(ISAS[isa].machine):
         if spec.vectorize and not cpu_vec_isa.pick_vec_isa():
             raise ExportError(
                 f"{spec.name}: native code ({isa}) needs a CPU with AVX2 to be exported on: this one has none"
@@ -316,7 +345,7 @@ def _begin(
     # they are.
     link = (
         f"chiasm_kernels -lchiasm_aoti -L{LIBRARIES / isa} -Wl,--version-script={LIBRARIES / 'symbols.map'}"
-        f" {_LINK}"
+        f" {_LINK_OF[ISAS[isa].machine]}"
     )
     options = {
         "aot_inductor.link_libtorch": False,
@@ -327,7 +356,7 @@ def _begin(
     }
     build = Build(LIBRARIES / "include", LIBRARIES / isa, after=after)
     try:
-        build.objects.append(str(_compile_signature(signature, build.folder)))
+        build.objects.append(str(_compile_signature(signature, isa, build.folder)))
         _inductor(program, spec, isa, options, build, gradient)
     except BaseException:
         build.close()
@@ -364,7 +393,7 @@ def precompile(isa: str) -> None:
     from torch._inductor.cpp_builder import CppBuilder, CppTorchDeviceOptions
     from torch._inductor.cpu_vec_isa import pick_vec_isa
 
-    with config.patch(_settings(True, isa)), known_vectors():
+    with config.patch(_settings(True, isa)), known_vectors(ISAS[isa].machine):
         for kind in HEADERS:
             options = CppTorchDeviceOptions(
                 vec_isa=pick_vec_isa(),
@@ -381,7 +410,7 @@ def precompile(isa: str) -> None:
             )
 
 
-def _compile_signature(signature: str, folder: Path) -> Path:
+def _compile_signature(signature: str, isa: str, folder: Path) -> Path:
     """An object file with the signature, which the library's entry shows
     (runtime/artifact/aoti/entry.cpp)."""
     source, compiled = folder / "signature.cpp", folder / "signature.o"
@@ -390,7 +419,8 @@ def _compile_signature(signature: str, folder: Path) -> Path:
         'extern "C" { extern const char chiasm_native_signature[]; const char chiasm_native_signature[]'
         f" ={text}; }}\n"
     )
-    run_tool([compiler_command(), "-fPIC", "-fvisibility=hidden", "-c", str(source), "-o", str(compiled)])
+    compiler = compiler_command(isa)
+    run_tool([compiler, "-fPIC", "-fvisibility=hidden", "-c", str(source), "-o", str(compiled)])
     return compiled
 
 
@@ -413,7 +443,8 @@ def _declaration(operator: torch._ops.OpOverload) -> str:
 def _settings(vectorize: bool, isa: str) -> dict[str, object]:
     return {
         "cpp.march": isa,
-        "cpp.simdlen": ISAS[isa] if vectorize else 1,
+        "cpp.cxx": (None, compiler_command(isa)),
+        "cpp.simdlen": ISAS[isa].bits if vectorize else 1,
         # Else a probe is compiled with these settings, fails without libtorch, and all loops come out scalar.
         "cpp.vec_isa_ok": True,
         "cpp.dynamic_threads": True,  # the thread count is the caller's, at run time
@@ -444,7 +475,7 @@ def _inductor(
         with (
             tempfile.TemporaryDirectory() as scratch,
             fast_tracing(),
-            known_vectors(),
+            known_vectors(ISAS[isa].machine),
             fast_inductor(build.run),
             fast_gradients() if gradient else nullcontext(),
             minima,

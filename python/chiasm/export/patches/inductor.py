@@ -107,11 +107,17 @@ def fast_gradients() -> Iterator[None]:
 
 
 @contextmanager
-def known_vectors() -> Iterator[None]:
-    """Inductor with AVX2 where the CPU has it, and without else."""
+def known_vectors(machine: str) -> Iterator[None]:
+    """Inductor with the vectors of a family of CPUs: AVX2, where this CPU has it, or NEON."""
     from torch._inductor import cpu_vec_isa
 
-    found = [cpu_vec_isa.VecAVX2()] if "avx2" in cpu_vec_isa.x86_isa_checker() else []
+    found: list[cpu_vec_isa.VecISA] = []
+    if machine == "aarch64":
+        neon = cpu_vec_isa.VecNEON()
+        neon._macro = ["CPU_CAPABILITY_NEON"]  # without Sleef: torch's header of it is this machine's
+        found = [neon]
+    elif "avx2" in cpu_vec_isa.x86_isa_checker():
+        found = [cpu_vec_isa.VecAVX2()]
     with replaced({"torch._inductor.cpu_vec_isa:valid_vec_isa_list": lambda: found}):
         yield
 
