@@ -588,6 +588,11 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             const Tensor pixels = bytes({2, s.height * s.width * 3});
             for (const int32_t interleaved : {0, 1}) {
               run(aoti_torch_cpu_nv12_pixels, pixels, encoded, s.height, interleaved);
+              for (int64_t red = 0; red < 4 && s.height > 1 && s.width > 1; ++red) {
+                run(aoti_torch_cpu_demosaiced, bytes({2, s.height, s.width}), red / 2, red % 2, interleaved);
+                run(aoti_torch_cpu_demosaiced, wholes<uint16_t>({2, s.height, s.width}, 0, UINT16_MAX),
+                    red / 2, red % 2, interleaved);
+              }
               run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, colours, int64_t{14}, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, longer, int64_t{14}, interleaved);

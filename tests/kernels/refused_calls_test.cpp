@@ -82,6 +82,8 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
           taps.get(), longs({5, 2}, 0).get(), taps.get(), 3);
   REFUSES("resample_bytes: x", resample_bytes, bytes({2, 0, 6}).get(), longs({4, 2}, 0).get(), taps.get(),
           longs({4, 2}, 0).get(), taps.get(), 3);
+  REFUSES("demosaiced: x", demosaiced, bytes({2, 1, 6}).get(), 0, 0, 1);
+  REFUSES("demosaiced: x", demosaiced, floats({2, 4, 6}).get(), 0, 0, 1);
   REFUSES("resize_blurred: taps", resize_blurred, x.get(), floats({4}).get(), 4, 4, 0, 0, 1);
   REFUSES("aminmax: x", aminmax, floats({2, 0}).get());
   REFUSES("row_histograms: low", row_histograms, floats({2, 9}).get(), floats({1, 1}).get(),
@@ -128,6 +130,7 @@ TEST(RefusedCalls, NumbersOutOfTheirRange) {
   REFUSES("warp_perspective: height", warp_perspective, x.get(), floats({2, 3, 3}).get(), -1, 4, 0, 0, 0);
   REFUSES("resize: mode", resize, x.get(), 4, 4, 3, 0, 0);
   REFUSES("resize: width", resize, x.get(), 4, 0, 0, 0, 0);
+  REFUSES("demosaiced: red_row", demosaiced, levels.get(), 2, 0, 1);
   REFUSES("resize_frame: height", resize_frame, bytes({4, 4, 3}).get(), 0, 2);
   for (const int64_t bins : {0, (1 << 24) + 1})
     REFUSES("row_histograms: bins", row_histograms, floats({2, 9}).get(), floats({2, 1}).get(),

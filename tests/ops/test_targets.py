@@ -442,6 +442,14 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_scales": lambda t: [
         ([x, 2.0 * x], [TAPS, [0.2, 0.6, 0.2]], name) for x in images(t) for name in BORDERS
     ],
+    "bayer.demosaiced": lambda t: [
+        (x, red // 2, red % 2)
+        for x in (
+            *(image[:, :1].contiguous() for image in (*bytes_and_words()[1::2], images(t)[0])),
+            integers(256, 2, 12, 17, 1).to(torch.uint8).permute(0, 3, 1, 2),
+        )
+        for red in range(4)
+    ],
     "color_planes.arranged": lambda t: [
         (x, order, 7.0)
         for x in (*bytes_and_words(), images(t)[0])

@@ -354,6 +354,15 @@ _declare(
     ["L % 3 == 0", "1 <= height <= INT32_MAX", "L // 3 % height == 0"],
 )
 _declare(
+    "demosaiced(U[N, H, W] x, int red_row, int red_column, bool interleaved) -> U[N, H * W * 3]",
+    "bayer.cpp",
+    """Red, green and blue, in planes or interleaved, of pixels of one of them: red in every other row and
+    column from red_row and red_column on, blue in the others', between them green. What a pixel lacks is the
+    mean of the nearest two or four that have it, rounded halves up. The border is mirrored at the pixels'
+    centres.""",
+    ["2 <= H", "2 <= W", "0 <= red_row <= 1", "0 <= red_column <= 1"],
+)
+_declare(
     """luma_chroma_pixels(uint8[N, L] x, int red, int green, int blue, int first, int second, bool
     interleaved) -> uint8[N, L]""",
     "colour_bytes.cpp",
