@@ -536,7 +536,7 @@ TEST_F(GuardedBytes, PixelsStayInside) {
               for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{20, 70}})
                 run(aoti_torch_cpu_box_bytes, x, window.height, window.width, step, border);
             }
-            run(aoti_torch_cpu_integral_bytes, x);
+            run(aoti_torch_cpu_integral_bytes, x, step);
             run(aoti_torch_cpu_split_pixels, row, step);
             run(aoti_torch_cpu_join_pixels, row, step);
             run(aoti_torch_cpu_lut_bytes, bytes({1, 256}), row);

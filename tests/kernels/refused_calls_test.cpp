@@ -130,6 +130,7 @@ TEST(RefusedCalls, NumbersOutOfTheirRange) {
   REFUSES("warp_perspective: height", warp_perspective, x.get(), floats({2, 3, 3}).get(), -1, 4, 0, 0, 0);
   REFUSES("resize: mode", resize, x.get(), 4, 4, 3, 0, 0);
   REFUSES("resize: width", resize, x.get(), 4, 0, 0, 0, 0);
+  REFUSES("integral_bytes: step", integral_bytes, levels.get(), 0);
   REFUSES("demosaiced: red_row", demosaiced, levels.get(), 2, 0, 1);
   REFUSES("resize_frame: height", resize_frame, bytes({4, 4, 3}).get(), 0, 2);
   for (const int64_t bins : {0, (1 << 24) + 1})

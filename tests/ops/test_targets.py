@@ -561,7 +561,10 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],
     "integral.integral": lambda t: [(numbers(t, 2, 9, 8),)],
-    "integral.integral_of_bytes": lambda t: [(x,) for x in bytes_and_words()[:2]],
+    "integral.integral_of_bytes": lambda t: [
+        (x,)
+        for x in (*bytes_and_words()[:2], *(integers(256, *s).to(torch.uint8) for s in ((9, 8), (2, 3, 4))))
+    ],
     "warping.sample_affine": lambda t: (
         sampled(t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)
         + bytes_sampled(torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)

@@ -166,10 +166,11 @@ _declare(
     " the columns.",
 )
 _declare(
-    "integral_bytes(uint8[..., H, W] x) -> int32[..., H, W]",
+    "integral_bytes(uint8[N, H, L] x, int step) -> int32[N, H, L]",
     "integral.cpp",
-    "Sums of all pixels above and to the left, the pixel included, the largest that int32 has where they are"
-    " larger.",
+    """Sums of all pixels above and to the left, the pixel included, the largest that int32 has where they are
+    larger. Neighbours in a row are step values apart.""",
+    _ROWS,
 )
 _declare(
     "sobel(T[..., H, W] x, float scale, float eps) -> T[..., H, W]",
