@@ -177,6 +177,8 @@ class Expression:
             )
         if isinstance(node, ast.Constant) and isinstance(node.value, int):
             return f"int64_t{{{node.value}}}"
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+            return f"-{self._node(node.operand, text)}"
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
             return f"int64_t{{{ast.literal_eval(node.left) ** ast.literal_eval(node.right)}}}"
         if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:

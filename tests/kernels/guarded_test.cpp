@@ -507,6 +507,14 @@ TEST_F(GuardedBytes, PixelsStayInside) {
   const auto numbers_of = [&](int64_t pixels, int64_t count, int64_t taps) {
     return wholes<int64_t>({count, taps}, -2, pixels + 1);
   };
+  // Of so many positions along as many pixels the four pixels around each.
+  const auto neighbours = [](int64_t pixels, int64_t count) {
+    std::vector<int64_t> numbers;
+    for (int64_t i = 0; i < count; ++i)
+      for (int64_t k = -1; k < 3; ++k)
+        numbers.push_back(std::clamp<int64_t>(i * pixels / count + k, 0, pixels - 1));
+    return kernel_calls::of<int64_t>({count, 4}, numbers);
+  };
   const auto weights = [&](int64_t count, int64_t taps) {
     return wholes<int32_t>({count, taps}, -200000, 5000000 / static_cast<int32_t>(taps));
   };
@@ -559,6 +567,11 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             for (const int64_t taps : {1, 6})
               run(aoti_torch_cpu_resample_bytes, x, numbers_of(s.height, 7, taps), weights(7, taps),
                   numbers_of(s.width, 9, taps), weights(9, taps), step);
+            const auto quarters = [&](int64_t count) { return wholes<int64_t>({count, 4}, -300, 2100); };
+            run(aoti_torch_cpu_resize_cubic_bytes, x, numbers_of(s.height, 7, 4), quarters(7),
+                numbers_of(s.width, 9, 4), quarters(9), step);
+            run(aoti_torch_cpu_resize_cubic_bytes, x, neighbours(s.height, 2 * s.height),
+                quarters(2 * s.height), neighbours(s.width, 2 * s.width), quarters(2 * s.width), step);
             for (const int32_t along : {0, 1}) {
               run(aoti_torch_cpu_mirrored, x, step, along, int32_t{1});
               run(aoti_torch_cpu_mirrored, wholes<int16_t>({2, s.height, s.width * step}, -9, 9), step, along,
@@ -624,7 +637,7 @@ TYPED_TEST(GuardedKernels, BytesAtPositionsStayInside) {
       for (const int64_t step : {1, 2, 3, 4}) {
         const Tensor x = this->template wholes<uint8_t>({2, s.height, s.width * step}, 0, 255);
         const auto at = [&](int64_t size) { return this->numbers({2, 5, 37}, -3, double(size) + 3); };
-        for (int64_t mode = 0; mode < 2; ++mode)
+        for (int64_t mode = 0; mode < 3; ++mode)
           for (int64_t padding = 0; padding < 3; ++padding)
             for (const int32_t corners : {0, 1}) {
               this->run(aoti_torch_cpu_remap_bytes, x, at(s.width), at(s.height), step, mode, padding,

@@ -54,6 +54,11 @@ def signed_taps(count: int) -> Tensor:
     return (integers(3000000, count, 3) - 500000).to(torch.float64)
 
 
+def quarters(count: int) -> Tensor:
+    """Four weights of 1/2^11 for each of so many pixels, some negative."""
+    return (integers(1000, count, 4) - 300).to(torch.float64)
+
+
 def turned(x: Tensor) -> Tensor:
     """The image with its rows from the right to the left, in its own layout."""
     layout = torch.contiguous_format if x.is_contiguous() else torch.channels_last
@@ -546,6 +551,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "resizing.resampled_bytes": lambda t: [
         (x, integers(9, 7, 3), signed_taps(7), integers(13, 30, 3), signed_taps(30))
         for x in bytes_and_words()[:2]
+    ],
+    "resizing.summed_bytes": lambda t: [
+        (x, integers(9, 7, 4), quarters(7), integers(13, 30, 4), quarters(30)) for x in bytes_and_words()[:2]
     ],
     "resizing.resampled": lambda t: [
         (x, integers(9, 7, 3), numbers(t, 7, 3), integers(8, 30, 3), numbers(t, 30, 3)) for x in images(t)

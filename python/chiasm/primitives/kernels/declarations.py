@@ -517,6 +517,24 @@ _declare(
     ["1 <= step", "W % step == 0", "1 <= height <= 2**24", "1 <= width <= 2**24", "H <= 2**24", "W <= 2**24"],
 )
 _declare(
+    """resize_cubic_bytes(uint8[N, H, L] x, int64[J, 4] rows, int64[J, 4] down, int64[I, 4] columns,
+    int64[I, 4] across, int step) -> uint8[N, J, I * step]""",
+    "resize_cubic_bytes.cpp",
+    """Pixel i of a row is the sum of its pixels columns[i] by the weights across[i], and row j the sum of
+    such rows rows[j] by down[j]. Weights are multiples of 1/2^11; sums, of 32 bits, are rounded once, halves
+    up, and saturated. Numbers of what is not there are those of the nearest. Neighbours in a row are step
+    values apart.""",
+    [
+        *_ROWS,
+        "1 <= H",
+        "1 <= J",
+        "1 <= I",
+        "I * step <= INT32_MAX",
+        "-4096 <= down <= 4096",
+        "-4096 <= across <= 4096",
+    ],
+)
+_declare(
     """placed_bytes(uint8[N, H, W] x, int64[M] images, int64[M, 8] boxes, int height, int width, int step, int
     pad) -> uint8[M, height, width * step]""",
     "resize_bytes.cpp",
@@ -626,7 +644,6 @@ _BYTES_READ = [
     *_ROWS,
     "1 <= B",
     "N % B == 0",
-    "mode != 'bicubic'",
     "H <= 2**24",
     "L // step <= 2**24",
     "H * L <= INT32_MAX",
@@ -635,9 +652,9 @@ _declare(
     """remap_bytes(uint8[N, H, L] image, T[B, HO, WO] x, T[B, HO, WO] y, int step, Interpolation mode, Padding
     padding, bool align_corners) -> uint8[N, HO, WO * step]""",
     "warp_bytes.cpp",
-    """The images at pixel positions x and y, N / B of them at the same: bilinear ones are rounded to 1/32
-    pixel, and the sums halves up. Pixels have step values. With align_corners a reflection is at the corner
-    pixels' centres, else at the outer edges.""",
+    """The images at pixel positions x and y, N / B of them at the same: they are rounded to 1/32 pixel, or to
+    the nearest one, and the sums halves up and saturated. Pixels have step values. With align_corners a
+    reflection is at the corner pixels' centres, else at the outer edges.""",
     [*_BYTES_READ, "WO * step <= INT32_MAX"],
 )
 _declare(
