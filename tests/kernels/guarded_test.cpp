@@ -630,6 +630,19 @@ TEST_F(GuardedBytes, PixelsStayInside) {
       kWhole);
 }
 
+// Tables that no arithmetic likes.
+TEST_F(GuardedBytes, LuvStaysInside) {
+  watch([&] {
+    for (const Size& s : kSizes)
+      for (const int32_t interleaved : {0, 1}) {
+        const Tensor pixels = wholes<uint8_t>({2, s.height * s.width * 3}, 0, 255);
+        run(aoti_torch_cpu_luv_pixels, pixels, doubles({256}), doubles({3, 3}), doubles({77}), interleaved);
+        run(aoti_torch_cpu_from_luv_pixels, pixels, doubles({256}), doubles({256}), doubles({3, 3}),
+            wholes<uint8_t>({77}, 0, 255), 1e-12, interleaved);
+      }
+  });
+}
+
 // Positions that no arithmetic likes.
 TYPED_TEST(GuardedKernels, BytesAtPositionsStayInside) {
   this->watch([&] {

@@ -89,6 +89,8 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
           longs({7, 5}, 0).get(), four.get(), 3);
   REFUSES("demosaiced: x", demosaiced, bytes({2, 1, 6}).get(), 0, 0, 1);
   REFUSES("demosaiced: x", demosaiced, floats({2, 4, 6}).get(), 0, 0, 1);
+  REFUSES("luv_pixels: light", luv_pixels, bytes({2, 9}).get(), doubles({255}).get(), doubles({3, 3}).get(),
+          doubles({9}).get(), 1);
   REFUSES("resize_blurred: taps", resize_blurred, x.get(), floats({4}).get(), 4, 4, 0, 0, 1);
   REFUSES("aminmax: x", aminmax, floats({2, 0}).get());
   REFUSES("row_histograms: low", row_histograms, floats({2, 9}).get(), floats({1, 1}).get(),

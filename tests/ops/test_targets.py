@@ -455,6 +455,26 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         )
         for red in range(4)
     ],
+    "luv.luv_of_bytes": lambda t: [
+        (
+            x,
+            integers(65536, 256).double(),
+            integers(349525, 9).double().tolist(),
+            100.0 * numbers(torch.float64, 16385),
+        )
+        for x in bytes_and_words()[:2]
+    ],
+    "luv.bytes_of_luv": lambda t: [
+        (
+            x,
+            100.0 * numbers(torch.float64, 256),
+            numbers(torch.float64, 1, 256)[0],
+            (numbers(torch.float64, 9) - 0.3).tolist(),
+            integers(256, 16385).to(torch.uint8),
+            1e-12,
+        )
+        for x in bytes_and_words()[:2]
+    ],
     "color_planes.arranged": lambda t: [
         (x, order, 7.0)
         for x in (*bytes_and_words(), images(t)[0])

@@ -413,6 +413,25 @@ _declare(
     ],
 )
 
+_declare(
+    """luv_pixels(uint8[N, L] x, float64[256] light, float64[3, 3] matrix, float64[K] curve, bool interleaved)
+    -> uint8[N, L]""",
+    "luv_bytes.cpp",
+    """L* 2.55, (u* + 134) 255 / 354 and (v* + 140) 255 / 262, in planes or interleaved, of red, green and
+    blue: their light is mixed to X, Y and Z, whole numbers, and L* is the entry of the curve nearest to Y /
+    2^22. Values are rounded halves up and saturated.""",
+    ["L % 3 == 0", "1 <= K <= INT32_MAX"],
+)
+_declare(
+    """from_luv_pixels(uint8[N, L] x, float64[256] lightness, float64[256] luminance, float64[3, 3] matrix,
+    uint8[K] curve, float eps, bool interleaved) -> uint8[N, L]""",
+    "luv_bytes.cpp",
+    """The inverse: X and Z of u* and v*, and of L* and Y, which are the entries of lightness and luminance;
+    mixed to linear light, from 0 to 1, of which the curve has K / 2^14 entries. Where |v* + 13 L* v'| of
+    white is at most eps, all three are 0.""",
+    ["L % 3 == 0", "1 <= K <= INT32_MAX"],
+)
+
 # Levels and histograms
 
 _declare(
