@@ -177,6 +177,8 @@ class Expression:
             )
         if isinstance(node, ast.Constant) and isinstance(node.value, int):
             return f"int64_t{{{node.value}}}"
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+            return f"-{self._node(node.operand, text)}"
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
             return f"int64_t{{{ast.literal_eval(node.left) ** ast.literal_eval(node.right)}}}"
         if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
@@ -357,9 +359,9 @@ def page() -> str:
         *_paragraph(
             "The loops in C++ that compiled ops call where compiled tensor code is measurably slower"
             " (`runtime/artifact/kernels`). [architecture.md](architecture.md) tells how an op comes to one,"
-            " and how to add one. T is float32 or float64, I is uint8 or int32, P (of a pixel) is uint8,"
-            " int16, uint16, float32 or float64. H and W are 1 to 2^31 - 1. A call that does not fit its"
-            " declaration is an error that names the argument, what was expected, and what came."
+            " and how to add one. T is float32 or float64, I is uint8 or int32, U is uint8 or uint16, P (of a"
+            " pixel) is uint8, int16, uint16, float32 or float64. H and W are 1 to 2^31 - 1. A call that does"
+            " not fit its declaration is an error that names the argument, what was expected, and what came."
         ),
         "",
     ]

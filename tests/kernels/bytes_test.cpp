@@ -228,27 +228,77 @@ TEST_F(Bytes, WithoutAWeightThereIsNoMean) {
 }
 
 TEST_F(Bytes, IntegralBytesMatchOpenCv) {
-  for (const Size& size : kSizes) {
-    const cv::Mat image = frame(2 * size.height, size.width, 1);
-    std::vector<int32_t> out(image.total());
-    integral_bytes(image.data, {2, size.height, size.width}, out.data());
-    for (int n = 0; n < 2; ++n) {
-      cv::Mat sums;
-      cv::integral(image.rowRange(n * size.height, (n + 1) * size.height), sums, CV_32S);
-      const cv::Mat made(size.height, size.width, CV_32S, out.data() + n * size.height * size.width);
-      EXPECT_EQ(cv::norm(sums(cv::Rect(1, 1, size.width, size.height)), made, cv::NORM_INF), 0);
+  for (const Size& size : kSizes)
+    for (const int channels : {1, 2, 3, 4}) {
+      const cv::Mat image = frame(2 * size.height, size.width, channels);
+      std::vector<int32_t> out(image.total() * size_t(channels));
+      integral_bytes(image.data, 2, size.height, size.width * channels, channels, out.data());
+      for (int n = 0; n < 2; ++n) {
+        cv::Mat sums;
+        cv::integral(image.rowRange(n * size.height, (n + 1) * size.height), sums, CV_32S);
+        const cv::Mat made(size.height, size.width, CV_32SC(channels),
+                           out.data() + n * size.height * size.width * channels);
+        EXPECT_EQ(cv::norm(sums(cv::Rect(1, 1, size.width, size.height)), made, cv::NORM_INF), 0)
+            << image.size() << " x " << channels;
+      }
     }
-  }
 }
 
 TEST_F(Bytes, IntegralBytesEndAtTheLargestNumber) {
-  for (const Size& size : {Size{2, 8421600}, Size{3000, 3000}}) {
-    const std::vector<uint8_t> x(size_t(size.height) * size_t(size.width), 255);
-    std::vector<int32_t> out(x.size());
-    integral_bytes(x.data(), {1, size.height, size.width}, out.data());
-    for (int64_t y = 0; y < size.height; ++y)
-      for (int64_t k = 0; k < size.width; k += k + 100 < size.width ? 99 : 1)
-        ASSERT_EQ(out[size_t(y * size.width + k)], std::min<int64_t>(255 * (y + 1) * (k + 1), INT32_MAX));
+  for (const Size& size : {Size{2, 8421600}, Size{3000, 3000}})
+    for (const int channels : {1, 2, 3}) {
+      const std::vector<uint8_t> x(size_t(size.height) * size_t(size.width * channels), 255);
+      std::vector<int32_t> out(x.size());
+      integral_bytes(x.data(), 1, size.height, size.width * channels, channels, out.data());
+      for (int64_t y = 0; y < size.height; ++y)
+        for (int64_t k = 0; k < size.width; k += k + 100 < size.width ? 99 : 1)
+          for (int c = 0; c < channels; ++c)
+            ASSERT_EQ(out[size_t((y * size.width + k) * channels + c)],
+                      std::min<int64_t>(255 * (y + 1) * (k + 1), INT32_MAX));
+    }
+}
+
+// Of a row above and below that mirror their neighbours, and of columns likewise, for OpenCV does not.
+template <class U>
+void expect_demosaiced(cv::Mat image) {
+  const int codes[2][2] = {{cv::COLOR_BayerBG2RGB, cv::COLOR_BayerGB2RGB},
+                           {cv::COLOR_BayerGR2RGB, cv::COLOR_BayerRG2RGB}};
+  cv::Mat padded;
+  cv::copyMakeBorder(image, padded, 2, 2, 2, 2, cv::BORDER_REFLECT_101);
+  for (int row = 0; row < 2; ++row)
+    for (int column = 0; column < 2; ++column) {
+      cv::Mat expected, out(image.size(), CV_MAKETYPE(image.depth(), 3)), planes[3];
+      cv::cvtColor(padded, expected, codes[row][column]);
+      expected = expected(cv::Rect(2, 2, image.cols, image.rows));
+      demosaiced(image.ptr<U>(), 1, image.rows, image.cols, row, column, true, out.ptr<U>());
+      EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " " << row << column;
+      cv::Mat joined(3 * image.rows, image.cols, image.type());
+      demosaiced(image.ptr<U>(), 1, image.rows, image.cols, row, column, false, joined.ptr<U>());
+      for (int c = 0; c < 3; ++c) {
+        cv::extractChannel(expected, planes[0], c);
+        EXPECT_EQ(cv::norm(planes[0], joined.rowRange(c * image.rows, (c + 1) * image.rows), cv::NORM_INF),
+                  0);
+      }
+    }
+}
+
+TEST_F(Bytes, DemosaicedPixelsMatchOpenCv) {
+  for (const Size& size : {Size{3, 3}, Size{5, 7}, Size{16, 33}, Size{37, 70}, Size{130, 21}, Size{4, 257}}) {
+    expect_demosaiced<uint8_t>(frame(size.height, size.width, 1));
+    const cv::Mat bytes = frame(size.height, 2 * size.width, 1);
+    expect_demosaiced<uint16_t>(cv::Mat(size.height, size.width, CV_16U, bytes.data).clone());
+  }
+}
+
+// By their own mean where two pixels are all that there is along an axis.
+TEST_F(Bytes, TheLeastBayerImageIsMirrored) {
+  const std::vector<uint8_t> x = {10, 20, 30, 41}, green = {25, 20, 30, 25};
+  std::vector<uint8_t> out(12);
+  demosaiced(x.data(), 1, 2, 2, 0, 0, false, out.data());
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(out[i], 10);
+    EXPECT_EQ(out[4 + i], green[i]);
+    EXPECT_EQ(out[8 + i], 41);
   }
 }
 
@@ -296,10 +346,33 @@ KERNEL_CALL_BENCHMARK(bilateral_bytes_5x5, [] {
                     alike.data(), 1, 766, Border::kReflect, false, frame.out.data());
   };
 });
-KERNEL_CALL_BENCHMARK(integral_bytes, [] {
-  return [frame = Frame(), out = std::vector<int32_t>(1080 * 1920)]() mutable {
-    integral_bytes(frame.x.data(), {1, 1080, 1920}, out.data());
+template <int kStep>
+void integral(Frame& frame, std::vector<int32_t>& out) {
+  integral_bytes(frame.x.data(), 3 / kStep, 1080, 1920 * kStep, kStep, out.data());
+}
+KERNEL_CALL_BENCHMARK(integral_bytes_1, [] {
+  return
+      [frame = Frame(), out = std::vector<int32_t>(1080 * 1920 * 3)]() mutable { integral<1>(frame, out); };
+});
+KERNEL_CALL_BENCHMARK(integral_bytes_3, [] {
+  return
+      [frame = Frame(), out = std::vector<int32_t>(1080 * 1920 * 3)]() mutable { integral<3>(frame, out); };
+});
+KERNEL_CALL_BENCHMARK(demosaiced, [] {
+  return [frame = Frame()]() mutable {
+    demosaiced(frame.x.data(), 1, 1080, 1920, 0, 0, true, frame.out.data());
   };
+});
+KERNEL_CALL_BENCHMARK(demosaiced_planes, [] {
+  return [frame = Frame()]() mutable {
+    demosaiced(frame.x.data(), 1, 1080, 1920, 0, 0, false, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(demosaiced_16, [] {
+  return
+      [x = std::vector<uint16_t>(1080 * 1920, 777), out = std::vector<uint16_t>(1080 * 1920 * 3)]() mutable {
+        demosaiced(x.data(), 1, 1080, 1920, 0, 0, true, out.data());
+      };
 });
 
 }  // namespace

@@ -1,5 +1,6 @@
 // Colours of bytes, interleaved and in planes: against OpenCV, or their definition.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -208,6 +209,91 @@ TEST_F(Bytes, CurvesGiveTheirEntries) {
     }
 }
 
+// Of L*u*v* by its formulas in double; OpenCV's tables are up to one level off.
+struct Luv {
+  static constexpr double kMatrix[] = {432488, 374950, 189187, 223002, 749900, 75674, 20273, 124983, 996385};
+  static constexpr double kInverse[] = {3.240481343200526,   -1.5371515162713185,  -0.4985363261688878,
+                                        -0.9692549499965682, 1.8759900014898907,   0.04155592655829284,
+                                        0.05564663913517716, -0.20404133836651123, 1.0573110696453443};
+  std::vector<double> light, curve, lightness, luminance;
+  std::vector<uint8_t> levels;
+
+  Luv() {
+    for (int i = 0; i < 256; ++i) {
+      light.push_back(std::round(65536 * linear(i / 255.0)));
+      lightness.push_back(i / 2.55);
+      const double f = (lightness.back() + 16) / 116;
+      luminance.push_back(lightness.back() > 8 ? f * f * f : lightness.back() / 903.2962962962963);
+    }
+    for (int i = 0; i <= 16384; ++i) {
+      const double y = i / 16384.0;
+      curve.push_back(y > 0.008856451679035631 ? 116 * std::cbrt(y) - 16 : y * 903.2962962962963);
+      levels.push_back(static_cast<uint8_t>(std::lround(255 * level(y))));
+    }
+  }
+  static double linear(double c) { return c > 0.04045 ? std::pow((c + 0.055) / 1.055, 2.4) : c / 12.92; }
+  static double level(double y) { return y > 0.0031308 ? 1.055 * std::pow(y, 1 / 2.4) - 0.055 : 12.92 * y; }
+
+  cv::Mat of(const cv::Mat& image) const {
+    return converted(image, [&](const uint8_t* x, int64_t values, bool interleaved, uint8_t* out) {
+      luv_pixels(x, 1, values, light.data(), kMatrix, curve.data(), int64_t(curve.size()), interleaved, out);
+    });
+  }
+  cv::Mat back(const cv::Mat& image) const {
+    return converted(image, [&](const uint8_t* x, int64_t values, bool interleaved, uint8_t* out) {
+      from_luv_pixels(x, 1, values, lightness.data(), luminance.data(), kInverse, levels.data(),
+                      int64_t(levels.size()), 1e-12, interleaved, out);
+    });
+  }
+};
+
+void expect_levels(const cv::Mat& made, size_t i, const std::array<double, 3>& exact) {
+  for (size_t c = 0; c < 3; ++c)
+    ASSERT_LE(std::abs(made.data[3 * i + c] - std::clamp(exact[c], 0.0, 255.0)), 1) << i << ", " << c;
+}
+
+TEST_F(Bytes, LuvMatchesItsFormulasAndOpenCv) {
+  const Luv luv;
+  for (const Size& size : kSizes) {
+    const cv::Mat image = frame(size.height, size.width, 3), made = luv.of(image);
+    EXPECT_LE(cv::norm(made, opencv(image, cv::COLOR_RGB2Luv), cv::NORM_INF), 1) << image.size();
+    for (size_t i = 0; i < image.total(); ++i) {
+      double xyz[3] = {};
+      for (size_t c = 0; c < 9; ++c)
+        xyz[c / 3] += Luv::kMatrix[c] / 1048576 * Luv::linear(image.data[3 * i + c % 3] / 255.0);
+      const double y = xyz[1], sum = xyz[0] + 15 * y + 3 * xyz[2],
+                   lightness = y > 0.008856451679035631 ? 116 * std::cbrt(y) - 16 : y * 903.2962962962963,
+                   u = sum == 0 ? 0 : 13 * lightness * (4 * xyz[0] / sum - 0.19783940212891712),
+                   v = sum == 0 ? 0 : 13 * lightness * (9 * y / sum - 0.46834220078579497);
+      expect_levels(made, i, {lightness * 2.55, (u + 134) / 354 * 255, (v + 140) / 262 * 255});
+    }
+  }
+}
+
+TEST_F(Bytes, TheInverseOfLuvMatchesItsFormulas) {
+  const Luv luv;
+  for (const Size& size : kSizes) {
+    const cv::Mat image = frame(size.height, size.width, 3), made = luv.back(image);
+    for (size_t i = 0; i < image.total(); ++i) {
+      const uint8_t* const p = image.data + 3 * i;
+      const double lightness = p[0] / 2.55, u = p[1] / 255.0 * 354 - 134, v = p[2] / 255.0 * 262 - 140,
+                   f = (lightness + 16) / 116, y = lightness > 8 ? f * f * f : lightness / 903.2962962962963;
+      double x = 0, z = 0;
+      if (lightness > 0) {
+        const double u_of = u / (13 * lightness) + 0.19783940212891712,
+                     v_of = v / (13 * lightness) + 0.46834220078579497;
+        x = y * 9 * u_of / (4 * v_of), z = y * (12 - 3 * u_of - 20 * v_of) / (4 * v_of);
+      }
+      std::array<double, 3> exact;
+      for (size_t c = 0; c < 3; ++c) {
+        const double* const row = Luv::kInverse + 3 * c;
+        exact[c] = 255 * Luv::level(std::clamp(row[0] * x + row[1] * y + row[2] * z, 0.0, 1.0));
+      }
+      if (lightness > 0) expect_levels(made, i, exact);
+    }
+  }
+}
+
 template <class T>
 void expect_arranged(const std::vector<T>& x, int64_t channels, const std::vector<int32_t>& order, T fill) {
   const auto values = static_cast<int64_t>(x.size()), made = static_cast<int64_t>(order.size());
@@ -414,6 +500,18 @@ KERNEL_CALL_BENCHMARK(curve_pixels, [] {
   std::mt19937 engine;
   return [frame = Frame(), curve = Curve(engine, 8193)]() mutable {
     curve(frame.x.data(), 1080 * 1920 * 3, true, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(luv_pixels, [] {
+  return [frame = Frame(), luv = Luv()]() mutable {
+    luv_pixels(frame.x.data(), 1, 1080 * 1920 * 3, luv.light.data(), Luv::kMatrix, luv.curve.data(), 16385,
+               true, frame.out.data());
+  };
+});
+KERNEL_CALL_BENCHMARK(from_luv_pixels, [] {
+  return [frame = Frame(), luv = Luv()]() mutable {
+    from_luv_pixels(frame.x.data(), 1, 1080 * 1920 * 3, luv.lightness.data(), luv.luminance.data(),
+                    Luv::kInverse, luv.levels.data(), 16385, 1e-12, true, frame.out.data());
   };
 });
 KERNEL_CALL_BENCHMARK(arrange_pixels_3_to_3, [] {

@@ -507,6 +507,14 @@ TEST_F(GuardedBytes, PixelsStayInside) {
   const auto numbers_of = [&](int64_t pixels, int64_t count, int64_t taps) {
     return wholes<int64_t>({count, taps}, -2, pixels + 1);
   };
+  // Of so many positions along as many pixels the four pixels around each.
+  const auto neighbours = [](int64_t pixels, int64_t count) {
+    std::vector<int64_t> numbers;
+    for (int64_t i = 0; i < count; ++i)
+      for (int64_t k = -1; k < 3; ++k)
+        numbers.push_back(std::clamp<int64_t>(i * pixels / count + k, 0, pixels - 1));
+    return kernel_calls::of<int64_t>({count, 4}, numbers);
+  };
   const auto weights = [&](int64_t count, int64_t taps) {
     return wholes<int32_t>({count, taps}, -200000, 5000000 / static_cast<int32_t>(taps));
   };
@@ -536,7 +544,7 @@ TEST_F(GuardedBytes, PixelsStayInside) {
               for (const Size& window : {Size{1, 1}, Size{2, 5}, Size{20, 70}})
                 run(aoti_torch_cpu_box_bytes, x, window.height, window.width, step, border);
             }
-            run(aoti_torch_cpu_integral_bytes, x);
+            run(aoti_torch_cpu_integral_bytes, x, step);
             run(aoti_torch_cpu_split_pixels, row, step);
             run(aoti_torch_cpu_join_pixels, row, step);
             run(aoti_torch_cpu_lut_bytes, bytes({1, 256}), row);
@@ -559,6 +567,11 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             for (const int64_t taps : {1, 6})
               run(aoti_torch_cpu_resample_bytes, x, numbers_of(s.height, 7, taps), weights(7, taps),
                   numbers_of(s.width, 9, taps), weights(9, taps), step);
+            const auto quarters = [&](int64_t count) { return wholes<int64_t>({count, 4}, -300, 2100); };
+            run(aoti_torch_cpu_resize_cubic_bytes, x, numbers_of(s.height, 7, 4), quarters(7),
+                numbers_of(s.width, 9, 4), quarters(9), step);
+            run(aoti_torch_cpu_resize_cubic_bytes, x, neighbours(s.height, 2 * s.height),
+                quarters(2 * s.height), neighbours(s.width, 2 * s.width), quarters(2 * s.width), step);
             for (const int32_t along : {0, 1}) {
               run(aoti_torch_cpu_mirrored, x, step, along, int32_t{1});
               run(aoti_torch_cpu_mirrored, wholes<int16_t>({2, s.height, s.width * step}, -9, 9), step, along,
@@ -588,6 +601,11 @@ TEST_F(GuardedBytes, PixelsStayInside) {
             const Tensor pixels = bytes({2, s.height * s.width * 3});
             for (const int32_t interleaved : {0, 1}) {
               run(aoti_torch_cpu_nv12_pixels, pixels, encoded, s.height, interleaved);
+              for (int64_t red = 0; red < 4 && s.height > 1 && s.width > 1; ++red) {
+                run(aoti_torch_cpu_demosaiced, bytes({2, s.height, s.width}), red / 2, red % 2, interleaved);
+                run(aoti_torch_cpu_demosaiced, wholes<uint16_t>({2, s.height, s.width}, 0, UINT16_MAX),
+                    red / 2, red % 2, interleaved);
+              }
               run(aoti_torch_cpu_mix_pixels, pixels, grey, int64_t{15}, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, colours, int64_t{14}, interleaved);
               run(aoti_torch_cpu_mix_pixels, pixels, longer, int64_t{14}, interleaved);
@@ -612,6 +630,19 @@ TEST_F(GuardedBytes, PixelsStayInside) {
       kWhole);
 }
 
+// Tables that no arithmetic likes.
+TEST_F(GuardedBytes, LuvStaysInside) {
+  watch([&] {
+    for (const Size& s : kSizes)
+      for (const int32_t interleaved : {0, 1}) {
+        const Tensor pixels = wholes<uint8_t>({2, s.height * s.width * 3}, 0, 255);
+        run(aoti_torch_cpu_luv_pixels, pixels, doubles({256}), doubles({3, 3}), doubles({77}), interleaved);
+        run(aoti_torch_cpu_from_luv_pixels, pixels, doubles({256}), doubles({256}), doubles({3, 3}),
+            wholes<uint8_t>({77}, 0, 255), 1e-12, interleaved);
+      }
+  });
+}
+
 // Positions that no arithmetic likes.
 TYPED_TEST(GuardedKernels, BytesAtPositionsStayInside) {
   this->watch([&] {
@@ -619,7 +650,7 @@ TYPED_TEST(GuardedKernels, BytesAtPositionsStayInside) {
       for (const int64_t step : {1, 2, 3, 4}) {
         const Tensor x = this->template wholes<uint8_t>({2, s.height, s.width * step}, 0, 255);
         const auto at = [&](int64_t size) { return this->numbers({2, 5, 37}, -3, double(size) + 3); };
-        for (int64_t mode = 0; mode < 2; ++mode)
+        for (int64_t mode = 0; mode < 3; ++mode)
           for (int64_t padding = 0; padding < 3; ++padding)
             for (const int32_t corners : {0, 1}) {
               this->run(aoti_torch_cpu_remap_bytes, x, at(s.width), at(s.height), step, mode, padding,

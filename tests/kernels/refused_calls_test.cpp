@@ -82,6 +82,15 @@ TEST(RefusedCalls, ShapesThatDoNotFit) {
           taps.get(), longs({5, 2}, 0).get(), taps.get(), 3);
   REFUSES("resample_bytes: x", resample_bytes, bytes({2, 0, 6}).get(), longs({4, 2}, 0).get(), taps.get(),
           longs({4, 2}, 0).get(), taps.get(), 3);
+  const Tensor four = longs({7, 4}, 0);
+  REFUSES("resize_cubic_bytes: down", resize_cubic_bytes, bytes({2, 5, 6}).get(), four.get(),
+          longs({6, 4}, 0).get(), four.get(), four.get(), 3);
+  REFUSES("resize_cubic_bytes: columns", resize_cubic_bytes, bytes({2, 5, 6}).get(), four.get(), four.get(),
+          longs({7, 5}, 0).get(), four.get(), 3);
+  REFUSES("demosaiced: x", demosaiced, bytes({2, 1, 6}).get(), 0, 0, 1);
+  REFUSES("demosaiced: x", demosaiced, floats({2, 4, 6}).get(), 0, 0, 1);
+  REFUSES("luv_pixels: light", luv_pixels, bytes({2, 9}).get(), doubles({255}).get(), doubles({3, 3}).get(),
+          doubles({9}).get(), 1);
   REFUSES("resize_blurred: taps", resize_blurred, x.get(), floats({4}).get(), 4, 4, 0, 0, 1);
   REFUSES("aminmax: x", aminmax, floats({2, 0}).get());
   REFUSES("row_histograms: low", row_histograms, floats({2, 9}).get(), floats({1, 1}).get(),
@@ -128,6 +137,16 @@ TEST(RefusedCalls, NumbersOutOfTheirRange) {
   REFUSES("warp_perspective: height", warp_perspective, x.get(), floats({2, 3, 3}).get(), -1, 4, 0, 0, 0);
   REFUSES("resize: mode", resize, x.get(), 4, 4, 3, 0, 0);
   REFUSES("resize: width", resize, x.get(), 4, 0, 0, 0, 0);
+  const Tensor four = longs({7, 4}, 0);
+  for (const int64_t weight : {int64_t{-4097}, INT64_MAX}) {
+    const Tensor heavy = longs({7, 4}, weight);
+    REFUSES("resize_cubic_bytes: down", resize_cubic_bytes, levels.get(), four.get(), heavy.get(), four.get(),
+            four.get(), 3);
+    REFUSES("resize_cubic_bytes: across", resize_cubic_bytes, levels.get(), four.get(), four.get(),
+            four.get(), heavy.get(), 3);
+  }
+  REFUSES("integral_bytes: step", integral_bytes, levels.get(), 0);
+  REFUSES("demosaiced: red_row", demosaiced, levels.get(), 2, 0, 1);
   REFUSES("resize_frame: height", resize_frame, bytes({4, 4, 3}).get(), 0, 2);
   for (const int64_t bins : {0, (1 << 24) + 1})
     REFUSES("row_histograms: bins", row_histograms, floats({2, 9}).get(), floats({2, 1}).get(),

@@ -168,12 +168,58 @@ TEST_F(Bytes, LevelsOfPyramidsMatchOpenCv) {
     }
 }
 
+// Keys' kernel with a = -0.75.
+double keys(double distance) {
+  const double d = std::abs(distance);
+  if (d >= 2) return 0;
+  return d < 1 ? (1.25 * d - 2.25) * d * d + 1 : ((-0.75 * d + 3.75) * d - 6) * d + 3;
+}
+
+// Bicubic weights of distances in 1/2^11, of which OpenCV's resizing is made.
+TEST_F(Bytes, BicubicResizingMatchesItsDefinitionAndOpenCv) {
+  const auto taps = [](int in, int out, std::vector<int64_t>& numbers, std::vector<int64_t>& weights) {
+    for (int i = 0; i < out; ++i) {
+      const double at = (i + 0.5) * in / out - 0.5, first = std::floor(at);
+      for (int k = -1; k < 3; ++k) {
+        numbers.push_back(std::clamp<int64_t>(int64_t(first) + k, 0, in - 1));
+        weights.push_back(std::llround(2048 * keys(at - first - k)));
+      }
+    }
+  };
+  for (const Size& size : kSizes)
+    for (const Size& to : {Size{1, 1}, Size{7, 5}, Size{40, 11}, Size{64, 140}})
+      for (const int channels : {1, 2, 3, 4}) {
+        const cv::Mat image = frame(size.height, size.width, channels);
+        std::vector<int64_t> rows, down, columns, across;
+        taps(size.height, to.height, rows, down);
+        taps(size.width, to.width, columns, across);
+        cv::Mat out(to.height, to.width, image.type()), expected;
+        resize_cubic_bytes(image.data, 1, size.height, size.width * channels, rows.data(), to.height,
+                           down.data(), columns.data(), to.width, across.data(), channels, out.data);
+        cv::resize(image, expected, out.size(), 0, 0, cv::INTER_CUBIC);
+        EXPECT_LE(cv::norm(out, expected, cv::NORM_INF), 1)
+            << image.size() << " to " << out.size() << " x " << channels;
+        for (int y = 0; y < to.height; ++y)
+          for (int i = 0; i < to.width * channels; ++i) {
+            int64_t sum = 1 << 21;
+            for (int j = 0; j < 4; ++j)
+              for (int k = 0; k < 4; ++k) {
+                const auto v = size_t(4 * y + j), u = size_t(i / channels * 4 + k);
+                sum += down[v] * across[u] *
+                       image.ptr<uint8_t>(int(rows[v]))[columns[u] * channels + i % channels];
+              }
+            ASSERT_EQ(out.ptr<uint8_t>(y)[i], std::clamp<int64_t>(sum >> 22, 0, 255)) << y << ", " << i;
+          }
+      }
+}
+
 // A value of `image` at a position, by the definition: 1/32 pixel, or the nearest.
-uint8_t value_at(const cv::Mat& image, double x, double y, int c, bool nearest, Padding padding,
+uint8_t value_at(const cv::Mat& image, double x, double y, int c, Interpolation mode, Padding padding,
                  bool align_corners) {
-  const auto place = [&](double at, int size) {
-    const double scale = nearest ? 1 : 32;
-    double p = std::nearbyint(std::clamp(at, -1e5, 1e5) * scale) / scale;
+  const auto limited = [](double at, double scale) {
+    return std::nearbyint(std::clamp(at, -1e5, 1e5) * scale) / scale;
+  };
+  const auto moved = [&](double p, int size) {
     if (padding == Padding::kBorder) p = std::clamp(p, 0.0, size - 1.0);
     if (padding == Padding::kReflection) {
       const double low = align_corners ? 0 : -0.5, span = align_corners ? size - 1 : size;
@@ -183,19 +229,29 @@ uint8_t value_at(const cv::Mat& image, double x, double y, int c, bool nearest, 
     }
     return p;
   };
-  const double px = place(x, image.cols), py = place(y, image.rows);
-  const int left = int(std::floor(px)), top = int(std::floor(py));
+  const auto pixel = [&](double v, double u) -> int {
+    const bool inside = v >= 0 && v < image.rows && u >= 0 && u < image.cols;
+    return inside ? image.ptr<uint8_t>(int(v))[int(u) * image.channels() + c] : 0;
+  };
   double sum = 0;
-  for (int v = top; v < top + 2; ++v)
-    for (int u = left; u < left + 2; ++u)
-      if (v >= 0 && v < image.rows && u >= 0 && u < image.cols)
-        sum +=
-            (1 - std::abs(px - u)) * (1 - std::abs(py - v)) * image.ptr<uint8_t>(v)[u * image.channels() + c];
+  if (mode == Interpolation::kBicubic) {  // which moves pixels, and not positions
+    const double px = limited(x, 32), py = limited(y, 32);
+    for (double v = std::floor(py) - 1; v <= std::floor(py) + 2; ++v)
+      for (double u = std::floor(px) - 1; u <= std::floor(px) + 2; ++u)
+        sum += keys(px - u) * keys(py - v) * pixel(moved(v, image.rows), moved(u, image.cols));
+    return static_cast<uint8_t>(std::clamp(std::floor(sum + 0.5), 0.0, 255.0));
+  }
+  const double scale = mode == Interpolation::kNearest ? 1 : 32, px = moved(limited(x, scale), image.cols),
+               py = moved(limited(y, scale), image.rows);
+  for (double v = std::floor(py); v <= std::floor(py) + 1; ++v)
+    for (double u = std::floor(px); u <= std::floor(px) + 1; ++u)
+      sum += (1 - std::abs(px - u)) * (1 - std::abs(py - v)) * pixel(v, u);
   return static_cast<uint8_t>(std::floor(sum + 0.5));
 }
 
 constexpr Padding kPaddings[] = {Padding::kZeros, Padding::kBorder, Padding::kReflection};
-constexpr Interpolation kModes[] = {Interpolation::kNearest, Interpolation::kBilinear};
+constexpr Interpolation kModes[] = {Interpolation::kNearest, Interpolation::kBilinear,
+                                    Interpolation::kBicubic};
 
 template <class At>
 void expect_read(const cv::Mat& image, const cv::Mat& out, Interpolation mode, Padding padding,
@@ -205,7 +261,7 @@ void expect_read(const cv::Mat& image, const cv::Mat& out, Interpolation mode, P
       for (int c = 0; c < image.channels(); ++c) {
         const auto [x, y] = at(u, v);
         ASSERT_EQ(out.ptr<uint8_t>(v)[u * image.channels() + c],
-                  value_at(image, x, y, c, mode == Interpolation::kNearest, padding, align_corners))
+                  value_at(image, x, y, c, mode, padding, align_corners))
             << image.size() << " x " << image.channels() << " at " << x << ", " << y << ", padding "
             << int(padding);
       }
@@ -229,13 +285,29 @@ TEST_F(Bytes, RemappedPixelsMatchTheDefinitionAndOpenCv) {
             });
             cv::Mat expected;
             cv::remap(image, expected, x, y,
-                      mode == Interpolation::kNearest ? cv::INTER_NEAREST : cv::INTER_LINEAR,
+                      mode == Interpolation::kNearest    ? cv::INTER_NEAREST
+                      : mode == Interpolation::kBilinear ? cv::INTER_LINEAR
+                                                         : cv::INTER_CUBIC,
                       padding == Padding::kZeros    ? cv::BORDER_CONSTANT
                       : padding == Padding::kBorder ? cv::BORDER_REPLICATE
                       : align_corners               ? cv::BORDER_REFLECT_101
                                                     : cv::BORDER_REFLECT);
-            EXPECT_EQ(cv::norm(out, expected, cv::NORM_INF), 0) << image.size() << " x " << channels;
+            // OpenCV's bicubic weights are rounded to 1/2^15.
+            EXPECT_LE(cv::norm(out, expected, cv::NORM_INF), mode == Interpolation::kBicubic ? 1 : 0)
+                << image.size() << " x " << channels;
           }
+}
+
+TEST_F(Bytes, WhatIsNoNumberReadsNothing) {
+  const cv::Mat image = frame(8, 30, 3);
+  const double none = std::nan("");
+  const std::vector<double> x = {none, 3, none}, y = {3, none, none};
+  for (const Padding padding : kPaddings) {
+    std::vector<uint8_t> out(9, 7);
+    remap_bytes(image.data, 1, 8, 90, x.data(), 1, 1, 3, y.data(), 3, Interpolation::kBicubic, padding, true,
+                out.data());
+    EXPECT_EQ(out, std::vector<uint8_t>(9, 0));
+  }
 }
 
 // In 1/1024, so that every processor has the same positions.
@@ -311,14 +383,42 @@ KERNEL_CALL_BENCHMARK(pyramid_up_bytes, [] {
   return
       [frame = Frame()]() mutable { pyramid_up_bytes(frame.x.data(), 1, 540, 960 * 3, 3, frame.out.data()); };
 });
-template <int kStep>
+template <int kStep, Interpolation kMode>
 void turned(Frame& frame) {
   static const double matrix[] = {0.9, -0.3, 200, 0.3, 0.9, -200, 0, 0, 1};
-  warp_bytes(frame.x.data(), 1, 1080, 1920 * kStep, matrix, 1, 1080, 1920, kStep, Interpolation::kBilinear,
-             Padding::kZeros, true, frame.out.data());
+  warp_bytes(frame.x.data(), 1, 1080, 1920 * kStep, matrix, 1, 1080, 1920, kStep, kMode, Padding::kZeros,
+             true, frame.out.data());
 }
-KERNEL_CALL_BENCHMARK(warp_bytes_1, [] { return [frame = Frame()]() mutable { turned<1>(frame); }; });
-KERNEL_CALL_BENCHMARK(warp_bytes_3, [] { return [frame = Frame()]() mutable { turned<3>(frame); }; });
+KERNEL_CALL_BENCHMARK(warp_bytes_1, [] {
+  return [frame = Frame()]() mutable { turned<1, Interpolation::kBilinear>(frame); };
+});
+KERNEL_CALL_BENCHMARK(warp_bytes_3, [] {
+  return [frame = Frame()]() mutable { turned<3, Interpolation::kBilinear>(frame); };
+});
+KERNEL_CALL_BENCHMARK(warp_bytes_cubic_1, [] {
+  return [frame = Frame()]() mutable { turned<1, Interpolation::kBicubic>(frame); };
+});
+KERNEL_CALL_BENCHMARK(warp_bytes_cubic_3, [] {
+  return [frame = Frame()]() mutable { turned<3, Interpolation::kBicubic>(frame); };
+});
+template <int kStep, int kHeight, int kWidth>
+auto resized_cubic() {
+  std::vector<int64_t> rows, columns, weights;
+  for (int64_t y = 0; y < kHeight; ++y)
+    for (int64_t k = -1; k < 3; ++k) rows.push_back(std::clamp<int64_t>(y * 1080 / kHeight + k, 0, 1079));
+  for (int64_t x = 0; x < kWidth; ++x)
+    for (int64_t k = -1; k < 3; ++k) columns.push_back(std::clamp<int64_t>(x * 1920 / kWidth + k, 0, 1919));
+  for (int64_t i = 0; i < std::max(kHeight, kWidth); ++i)
+    for (const int64_t weight : {-192, 1216, 1216, -192}) weights.push_back(weight);
+  return
+      [frame = Frame(), rows, columns, weights, out = std::vector<uint8_t>(kHeight * kWidth * 3)]() mutable {
+        resize_cubic_bytes(frame.x.data(), 3 / kStep, 1080, 1920 * kStep, rows.data(), kHeight,
+                           weights.data(), columns.data(), kWidth, weights.data(), kStep, out.data());
+      };
+}
+KERNEL_CALL_BENCHMARK(resize_cubic_bytes_1, [] { return resized_cubic<1, 810, 1440>(); });
+KERNEL_CALL_BENCHMARK(resize_cubic_bytes_3, [] { return resized_cubic<3, 810, 1440>(); });
+KERNEL_CALL_BENCHMARK(resize_cubic_bytes_up, [] { return resized_cubic<3, 1620, 2880>(); });
 KERNEL_CALL_BENCHMARK(remap_bytes_3, [] {
   std::vector<float> x(1080 * 1920), y(x.size());
   for (size_t i = 0; i < x.size(); ++i) {

@@ -54,6 +54,11 @@ def signed_taps(count: int) -> Tensor:
     return (integers(3000000, count, 3) - 500000).to(torch.float64)
 
 
+def quarters(count: int) -> Tensor:
+    """Four weights of 1/2^11 for each of so many pixels, some negative."""
+    return (integers(1000, count, 4) - 300).to(torch.float64)
+
+
 def turned(x: Tensor) -> Tensor:
     """The image with its rows from the right to the left, in its own layout."""
     layout = torch.contiguous_format if x.is_contiguous() else torch.channels_last
@@ -442,6 +447,34 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_scales": lambda t: [
         ([x, 2.0 * x], [TAPS, [0.2, 0.6, 0.2]], name) for x in images(t) for name in BORDERS
     ],
+    "bayer.demosaiced": lambda t: [
+        (x, red // 2, red % 2)
+        for x in (
+            *(image[:, :1].contiguous() for image in (*bytes_and_words()[1::2], images(t)[0])),
+            integers(256, 2, 12, 17, 1).to(torch.uint8).permute(0, 3, 1, 2),
+        )
+        for red in range(4)
+    ],
+    "luv.luv_of_bytes": lambda t: [
+        (
+            x,
+            integers(65536, 256).double(),
+            integers(349525, 9).double().tolist(),
+            100.0 * numbers(torch.float64, 16385),
+        )
+        for x in bytes_and_words()[:2]
+    ],
+    "luv.bytes_of_luv": lambda t: [
+        (
+            x,
+            100.0 * numbers(torch.float64, 256),
+            numbers(torch.float64, 1, 256)[0],
+            (numbers(torch.float64, 9) - 0.3).tolist(),
+            integers(256, 16385).to(torch.uint8),
+            1e-12,
+        )
+        for x in bytes_and_words()[:2]
+    ],
     "color_planes.arranged": lambda t: [
         (x, order, 7.0)
         for x in (*bytes_and_words(), images(t)[0])
@@ -539,6 +572,9 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
         (x, integers(9, 7, 3), signed_taps(7), integers(13, 30, 3), signed_taps(30))
         for x in bytes_and_words()[:2]
     ],
+    "resizing.summed_bytes": lambda t: [
+        (x, integers(9, 7, 4), quarters(7), integers(13, 30, 4), quarters(30)) for x in bytes_and_words()[:2]
+    ],
     "resizing.resampled": lambda t: [
         (x, integers(9, 7, 3), numbers(t, 7, 3), integers(8, 30, 3), numbers(t, 30, 3)) for x in images(t)
     ],
@@ -553,7 +589,10 @@ EXAMPLES: dict[str, Callable[[torch.dtype], list[Example]]] = {
     "stencil.separable_shared": lambda t: in_borders(t, TAPS, FIVE, border),
     "stencil.split_channels": lambda t: [(x,) for x in (*images(t), numbers(t, 3, 4, 5))],
     "integral.integral": lambda t: [(numbers(t, 2, 9, 8),)],
-    "integral.integral_of_bytes": lambda t: [(x,) for x in bytes_and_words()[:2]],
+    "integral.integral_of_bytes": lambda t: [
+        (x,)
+        for x in (*bytes_and_words()[:2], *(integers(256, *s).to(torch.uint8) for s in ((9, 8), (2, 3, 4))))
+    ],
     "warping.sample_affine": lambda t: (
         sampled(t, torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)
         + bytes_sampled(torch.eye(3, dtype=t)[None, :2] + 0.1 * numbers(t, 2, 2, 3), 6, 7)

@@ -4,10 +4,11 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_rgb, check_values
-from ..primitives.images.color_planes import channels_of, entries, rgb_planes
+from ..primitives.images.color_planes import rgb_planes
+from ..primitives.images.luv import bytes_of_luv, linear_of_luv, luv_of_bytes
 from ..primitives.numbers.power import power
 from .linear import from_linear, to_linear
-from .xyz import rgb_to_xyz, xyz_to_rgb
+from .xyz import rgb_to_xyz, weights_of_xyz
 
 
 def rgb_to_luv(image: Tensor, eps: float = 1e-12) -> Tensor:
@@ -83,7 +84,7 @@ def luv_to_rgb(image: Tensor, eps: float = 1e-12) -> Tensor:
     if image.dtype == torch.uint8:
         return _bytes_of_luv(image, eps)
     lightness, u, v = rgb_planes(image, "image")
-    return from_linear(_linear_of_luv(lightness, u, v, eps))
+    return from_linear(linear_of_luv(lightness, _luminance(lightness), u, v, weights_of_xyz(), eps))
 
 
 def _lightness(y: Tensor) -> Tensor:
@@ -92,47 +93,25 @@ def _lightness(y: Tensor) -> Tensor:
     return torch.where(y > 0.008856451679035631, 116.0 * root - 16.0, y * 903.2962962962963)
 
 
-def _linear_of_luv(lightness: Tensor, u: Tensor, v: Tensor, eps: float) -> Tensor:
-    """Linear RGB."""
+def _luminance(lightness: Tensor) -> Tensor:
+    """The inverse of ``_lightness``."""
     f = (lightness + 16.0) / 116.0
-    y = torch.where(lightness > 8.0, f * f * f, lightness / 903.2962962962963)
-    # 13 L u' and 13 L v': only their ratios count, so there is no division by L.
-    up = u + 2.571912227675923 * lightness
-    vp = v + 6.088448610215335 * lightness
-    dark = vp.abs() <= eps
-    ratio = torch.where(dark, torch.zeros_like(y), y / torch.where(dark, torch.ones_like(vp), vp))
-    x = 2.25 * up * ratio
-    z = (39.0 * lightness - 0.75 * up) * ratio - 5.0 * y
-    return xyz_to_rgb(torch.stack([x, y, z], -3))
+    return torch.where(lightness > 8.0, f * f * f, lightness / 903.2962962962963)
 
 
 def _luv_of_bytes(image: Tensor) -> Tensor:
-    # Linear light in 1/2^16 and the matrix in 1/2^20: X, Y and Z are whole numbers that float64 holds. What
-    # follows is one quotient and a few products, each rounded in the order that stands here.
+    # Linear light in 1/2^16 and the matrix in 1/2^20.
     level = torch.arange(256, device=image.device).to(torch.float64)
     light = torch.round(65536.0 * to_linear(level / 255.0))
-    red, green, blue = [entries(light, channel) for channel in channels_of(image)]
-    x = red * 432488.0 + green * 374950.0 + blue * 189187.0
-    y = red * 223002.0 + green * 749900.0 + blue * 75674.0
-    z = red * 20273.0 + green * 124983.0 + blue * 996385.0
+    x, y, z = [432488.0, 374950.0, 189187.0], [223002.0, 749900.0, 75674.0], [20273.0, 124983.0, 996385.0]
     place = torch.arange(16385, device=image.device).to(torch.float64)
     # A whole number of 1/2^20 again, as engines differ in the last digits of a root.
     curve = torch.round(1048576.0 * _lightness(place / 16384.0)) / 1048576.0
-    lightness = entries(curve, torch.floor(y / 4194304.0 + 0.5))
-    weight = (x + 15.0 * y + 3.0 * z).clamp(min=1.0)
-    scale = 13.0 * lightness
-    # Less the quotients of white, which greys have to the last digit.
-    u = scale * (4.0 * x / weight - 3986500.0 / 20150188.0)
-    v = scale * (9.0 * y / weight - 9437184.0 / 20150188.0)
-    made = torch.stack([lightness * 2.55, (u + 134.0) * (255.0 / 354.0), (v + 140.0) * (255.0 / 262.0)], -3)
-    return torch.floor(made + 0.5).clamp(0.0, 255.0).to(torch.uint8)
+    return luv_of_bytes(image, light, x + y + z, curve)
 
 
 def _bytes_of_luv(image: Tensor, eps: float) -> Tensor:
-    first, second, third = channels_of(image)
-    u = second.to(torch.float64) * (354.0 / 255.0) - 134.0
-    v = third.to(torch.float64) * (262.0 / 255.0) - 140.0
-    linear = _linear_of_luv(first.to(torch.float64) * (100.0 / 255.0), u, v, eps)
+    lightness = torch.arange(256, device=image.device).to(torch.float64) * (100.0 / 255.0)
     place = torch.arange(16385, device=image.device).to(torch.float64)
-    curve = torch.round(255.0 * from_linear(place / 16384.0)).clamp(0.0, 255.0)
-    return entries(curve, torch.floor(linear.clamp(0.0, 1.0) * 16384.0 + 0.5)).to(torch.uint8)
+    curve = torch.round(255.0 * from_linear(place / 16384.0)).clamp(0.0, 255.0).to(torch.uint8)
+    return bytes_of_luv(image, lightness, _luminance(lightness), weights_of_xyz(), curve, eps)

@@ -11,8 +11,7 @@ import torch
 from torch import Tensor
 
 from ..primitives.core.checks import check_choice
-from ..primitives.core.materialise import materialised
-from ..primitives.filters.padding import padded
+from ..primitives.images.bayer import demosaiced, numbers, parity, rounded
 from ..primitives.images.color_planes import channels_of, check_channels
 from ..primitives.resampling.decimation import every_second
 
@@ -44,27 +43,7 @@ def raw_to_rgb(image: Tensor, cfa: str) -> Tensor:
     check_channels(image, 1, "image")
     _check_samples(image)
     red_row, red_column = _red(cfa)
-    height, width = image.size(-2), image.size(-1)
-    # Mirroring keeps every sample's colour. Stored: the middle reads it nine times.
-    flat = _numbers(image).reshape(-1, 1, height, width)
-    p = padded(flat, (1, 1), (1, 1), "reflect")[:, 0]
-    centre = p[:, 1 : height + 1, 1 : width + 1]
-    beside = (p[:, 1 : height + 1, 0:width] + p[:, 1 : height + 1, 2 : width + 2]) * 0.5
-    above = (p[:, 0:height, 1 : width + 1] + p[:, 2 : height + 2, 1 : width + 1]) * 0.5
-    corners = (
-        p[:, 0:height, 0:width]
-        + p[:, 0:height, 2 : width + 2]
-        + p[:, 2 : height + 2, 0:width]
-        + p[:, 2 : height + 2, 2 : width + 2]
-    )
-    corners = corners * 0.25
-    reds, columns = _parity(height, red_row, image.device)[:, None], _parity(width, red_column, image.device)
-    # In a row with red samples blue is above and below; in the others it is the other way round.
-    red = torch.where(reds, torch.where(columns, centre, beside), torch.where(columns, above, corners))
-    blue = torch.where(reds, torch.where(columns, corners, above), torch.where(columns, beside, centre))
-    green = torch.where(torch.logical_xor(reds, columns), centre, (beside + above) * 0.5)
-    rgb = torch.stack([red, green, blue], 1).reshape(list(image.shape[:-3]) + [3, height, width])
-    return _rounded(rgb, image)
+    return demosaiced(image, red_row, red_column)
 
 
 def rgb_to_raw(image: Tensor, cfa: str) -> Tensor:
@@ -88,10 +67,10 @@ def rgb_to_raw(image: Tensor, cfa: str) -> Tensor:
     """
     check_channels(image, 3, "image")
     _check_samples(image)
-    red, green, blue = channels_of(_numbers(image))
+    red, green, blue = channels_of(numbers(image))
     red_row, red_column = _red(cfa)
-    rows = _parity(image.size(-2), red_row, image.device)[:, None]
-    columns = _parity(image.size(-1), red_column, image.device)
+    rows = parity(image.size(-2), red_row, image.device)[:, None]
+    columns = parity(image.size(-1), red_column, image.device)
     raw = torch.where(torch.logical_xor(rows, columns), green, torch.where(rows, red, blue))
     return raw.unsqueeze(-3).to(image.dtype)
 
@@ -121,27 +100,18 @@ def raw_to_rgb_2x2_downscaled(image: Tensor, cfa: str) -> Tensor:
     _check_samples(image)
     red_row, red_column = _red(cfa)
     height, width = image.size(-2) // 2, image.size(-1) // 2
-    plane = _numbers(image).select(-3, 0)
+    plane = numbers(image).select(-3, 0)
     samples: List[Tensor] = []
     for row in [red_row, 1 - red_row]:
         rows = every_second(plane, -2, row, height)
         for column in [red_column, 1 - red_column]:
             samples.append(every_second(rows, -1, column, width))
-    return _rounded(torch.stack([samples[0], (samples[1] + samples[2]) * 0.5, samples[3]], -3), image)
+    return rounded(torch.stack([samples[0], (samples[1] + samples[2]) * 0.5, samples[3]], -3), image)
 
 
 def _check_samples(image: Tensor) -> None:
     if not image.is_floating_point() and image.dtype != torch.uint8 and image.dtype != torch.uint16:
         raise TypeError(f"image: expected a floating-point, uint8 or uint16 tensor, got dtype {image.dtype}")
-
-
-def _numbers(image: Tensor) -> Tensor:
-    """Whole numbers as float32, which holds them, and the quarters that are means of four."""
-    return image if image.is_floating_point() else image.to(torch.float32)
-
-
-def _rounded(rgb: Tensor, image: Tensor) -> Tensor:
-    return rgb if image.is_floating_point() else torch.floor(rgb + 0.5).to(image.dtype)
 
 
 def _red(cfa: str) -> Tuple[int, int]:
@@ -150,10 +120,3 @@ def _red(cfa: str) -> Tuple[int, int]:
     row = 0 if cfa == "bg" or cfa == "gb" else 1
     column = 0 if cfa == "bg" or cfa == "gr" else 1
     return row, column
-
-
-def _parity(size: int, first: int, device: torch.device) -> Tensor:
-    """(size,) bool: whether the position is even (``first`` 0) or odd (1)."""
-    # As floats, and stored: native code compares eight at once.
-    odd = materialised(torch.bitwise_and(torch.arange(size, device=device), 1).to(torch.float32), 0)
-    return odd == float(first)

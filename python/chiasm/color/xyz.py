@@ -1,5 +1,7 @@
 """CIE XYZ."""
 
+from typing import List
+
 import torch
 from torch import Tensor
 
@@ -66,9 +68,13 @@ def xyz_to_rgb(image: Tensor) -> Tensor:
     if image.dtype == torch.uint8:
         red, green = [13273, -6296, -2042, 2048], [-3970, 7684, 170, 2048]
         return mix_bytes(image, red + green + [228, -836, 4331, 2048], 12)
-    inverse = [
+    return mix_channels(image, weights_of_xyz(), 0.0, "image")
+
+
+def weights_of_xyz() -> List[float]:
+    """Of X, Y and Z in linear red, green and blue, row by row."""
+    return [
         3.240481343200526, -1.5371515162713185, -0.4985363261688878,
         -0.9692549499965682, 1.8759900014898907, 0.04155592655829284,
         0.05564663913517716, -0.20404133836651123, 1.0573110696453443,
     ]  # fmt: skip
-    return mix_channels(image, inverse, 0.0, "image")

@@ -18,8 +18,8 @@
 namespace chiasm::kernels {
 
 constexpr int64_t kAny = -1;  // of a size in an expected shape
-// Of element types: float32 or float64, uint8 or int32, and a pixel's.
-constexpr int32_t kT = -1, kI = -2, kP = -3;
+// Of element types: float32 or float64, uint8 or int32, a pixel's, uint8 or uint16.
+constexpr int32_t kT = -1, kI = -2, kP = -3, kU = -4;
 
 [[noreturn]] inline void refuse(const char* name, const std::string& expected, const std::string& got) {
   throw std::runtime_error(std::string(name) + ": expected " + expected + ", got " + got +
@@ -88,11 +88,13 @@ class Argument {
     };
     const bool fits = dtype == kT   ? one_of({kFloat, kDouble})
                       : dtype == kI ? one_of({kUint8, kInt32})
+                      : dtype == kU ? one_of({kUint8, kUint16})
                       : dtype == kP ? one_of({kUint8, kInt16, kUint16, kFloat, kDouble})
                                     : tensor.dtype == dtype;
     if (!fits) {
       const std::string expected = dtype == kT   ? "float32 or float64"
                                    : dtype == kI ? "uint8 or int32"
+                                   : dtype == kU ? "uint8 or uint16"
                                    : dtype == kP ? "uint8, int16, uint16, float32 or float64"
                                                  : "element type " + std::to_string(dtype);
       refuse(name, expected, "element type " + std::to_string(tensor.dtype));

@@ -255,24 +255,6 @@ void luma_chroma_planes(const uint8_t* x, int64_t plane, const LumaChroma& mix, 
   });
 }
 
-// Calls body(planes, plane, count, out, out_plane) for runs of pixels of images of three channels: planes of
-// `count` bytes, `plane` bytes apart, of which `out` gets `rows` planes. Interleaved pixels are taken apart,
-// and three planes put together, in L1.
-template <class Body>
-void for_planes(const uint8_t* x, int64_t n, int64_t pixels, int64_t rows, bool interleaved, uint8_t* out,
-                const Body& body) {
-  for_pixels(n, pixels, [&](int64_t image, int64_t first, int64_t count) {
-    const uint8_t* const from = x + image * 3 * pixels;
-    uint8_t* const to = out + image * rows * pixels;
-    if (!interleaved) return body(from + first, pixels, count, to + first, pixels);
-    alignas(kLine) std::array<uint8_t, 3 * kPart> planes, made;
-    split_run<uint8_t, 3>(from + 3 * first, count, kPart, planes.data());
-    if (rows == 1) return body(planes.data(), kPart, count, to + first, pixels);
-    body(planes.data(), kPart, count, made.data(), kPart);
-    join_run<uint8_t, 3>(made.data(), count, kPart, to + 3 * first);
-  });
-}
-
 // Hue in degrees / 2, and with it saturation and value, or lightness and saturation, 0 to 255: rounded halves to
 // even, of lightnesses up. Quotients are of whole numbers below 2^16: those that are no halves are further from
 // them than float32 rounds.

@@ -88,28 +88,78 @@ void integral(const T* x, Planes planes, T* out) {
 
 CHIASM_INSTANTIATE(integral)
 
-// A row's own sums first: what is added to those above is then a vector.
-void integral_bytes(const uint8_t* x, Planes planes, int32_t* out) {
-  constexpr int64_t kMost = INT32_MAX;
-  const int64_t height = planes.height, width = planes.width;
+namespace {
+
+constexpr uint32_t kMost = INT32_MAX;
+
+// A row of a plane: its own sums first, for what is added to those above is then a vector.
+void sum_values(const uint8_t* row, const int32_t* above, int64_t width, int32_t* to) {
+  int64_t sum = 0;
+  for (int64_t k = 0; k < width; ++k) {
+    sum += row[k];
+    to[k] = static_cast<int32_t>(std::min(sum, int64_t{kMost}));
+  }
+  if (above == nullptr) return;
+  for_lanes<int32_t>(width, [=](auto d, auto, int64_t k) {
+    const hn::RebindToUnsigned<decltype(d)> wide;
+    const auto total =
+        hn::Add(hn::BitCast(wide, hn::LoadU(d, above + k)), hn::BitCast(wide, hn::LoadU(d, to + k)));
+    hn::StoreU(hn::BitCast(d, hn::Min(total, hn::Set(wide, kMost))), d, to + k);
+  });
+}
+
+// A row of pixels of kStep values, 3 or 4: a vector has the sums of all channels. Four values are read and written
+// at each pixel but the last one, of which the next pixel's replace what is too much.
+template <int kStep>
+void sum_pixels(const uint8_t* row, const int32_t* above, int64_t width, int32_t* to) {
+  const hn::FixedTag<uint32_t, 4> d;
+  const hn::RebindToSigned<decltype(d)> integers;
+  const hn::Rebind<uint8_t, decltype(d)> bytes;
+  const auto most = hn::Set(d, kMost);
+  auto sum = hn::Zero(d);
+  const auto step = [&](const uint8_t* pixel, const int32_t* higher) {
+    sum = hn::Min(hn::Add(sum, hn::PromoteTo(d, hn::LoadU(bytes, pixel))), most);
+    if (higher == nullptr) return hn::BitCast(integers, sum);
+    const auto before = hn::BitCast(d, hn::LoadU(integers, higher));
+    return hn::BitCast(integers, hn::Min(hn::Add(sum, before), most));
+  };
+  const int64_t last = width - kStep;
+  for (int64_t k = 0; k < last; k += kStep)
+    hn::StoreU(step(row + k, above == nullptr ? nullptr : above + k), integers, to + k);
+  uint8_t pixel[4] = {};
+  int32_t higher[4] = {}, total[4];
+  std::copy_n(row + last, kStep, pixel);
+  if (above != nullptr) std::copy_n(above + last, kStep, higher);
+  hn::StoreU(step(pixel, higher), integers, total);
+  std::copy_n(total, kStep, to + last);
+}
+
+// A row of pixels of any number of values.
+void sum_steps(const uint8_t* row, const int32_t* above, int64_t width, int64_t step, int32_t* to) {
+  for (int64_t c = 0; c < step; ++c) {
+    int64_t sum = 0;
+    for (int64_t k = c; k < width; k += step) {
+      sum = std::min(sum + row[k], int64_t{kMost});
+      to[k] = static_cast<int32_t>(std::min(sum + (above == nullptr ? 0 : above[k]), int64_t{kMost}));
+    }
+  }
+}
+
+}  // namespace
+
+void integral_bytes(const uint8_t* x, int64_t n, int64_t height, int64_t length, int64_t step, int32_t* out) {
 #pragma omp parallel for
-  for (int64_t plane = 0; plane < planes.count; ++plane) {
+  for (int64_t plane = 0; plane < n; ++plane) {
     for (int64_t y = plane * height; y < (plane + 1) * height; ++y) {
-      const uint8_t* const row = x + y * width;
-      int32_t* const to = out + y * width;
-      int64_t sum = 0;
-      for (int64_t k = 0; k < width; ++k) {
-        sum += row[k];
-        to[k] = static_cast<int32_t>(std::min(sum, kMost));
+      const uint8_t* const row = x + y * length;
+      int32_t* const to = out + y * length;
+      const int32_t* const above = y == plane * height ? nullptr : to - length;
+      switch (step) {
+        case 1: sum_values(row, above, length, to); break;
+        case 3: sum_pixels<3>(row, above, length, to); break;
+        case 4: sum_pixels<4>(row, above, length, to); break;
+        default: sum_steps(row, above, length, step, to);
       }
-      if (y == plane * height) continue;
-      const int32_t* const above = to - width;
-      for_lanes<int32_t>(width, [=](auto d, auto, int64_t k) {
-        const hn::RebindToUnsigned<decltype(d)> wide;
-        const auto total =
-            hn::Add(hn::BitCast(wide, hn::LoadU(d, above + k)), hn::BitCast(wide, hn::LoadU(d, to + k)));
-        hn::StoreU(hn::BitCast(d, hn::Min(total, hn::Set(wide, uint32_t{INT32_MAX}))), d, to + k);
-      });
     }
   }
 }

@@ -1,6 +1,8 @@
 // Runs of pixels whose channels lie next to each other, and of planes.
 #pragma once
 
+#include <array>
+
 #include "rows.h"
 
 namespace chiasm::kernels {
@@ -83,6 +85,24 @@ void join_run(const T* x, int64_t n, int64_t plane, T* out) {
       for (int c = 0; c < kChannels; ++c) channels[c] = hn::LoadU(d, x + c * plane + k);
       store_pixels<kChannels>(d, channels, out + kChannels * k);
     }
+  });
+}
+
+// Calls body(planes, plane, count, out, out_plane) for runs of pixels of images of three channels: planes of
+// `count` bytes, `plane` bytes apart, of which `out` gets `rows` planes. Interleaved pixels are taken apart,
+// and three planes put together, in L1.
+template <class Body>
+void for_planes(const uint8_t* x, int64_t n, int64_t pixels, int64_t rows, bool interleaved, uint8_t* out,
+                const Body& body) {
+  for_pixels(n, pixels, [&](int64_t image, int64_t first, int64_t count) {
+    const uint8_t* const from = x + image * 3 * pixels;
+    uint8_t* const to = out + image * rows * pixels;
+    if (!interleaved) return body(from + first, pixels, count, to + first, pixels);
+    alignas(kLine) std::array<uint8_t, 3 * kPart> planes, made;
+    split_run<uint8_t, 3>(from + 3 * first, count, kPart, planes.data());
+    if (rows == 1) return body(planes.data(), kPart, count, to + first, pixels);
+    body(planes.data(), kPart, count, made.data(), kPart);
+    join_run<uint8_t, 3>(made.data(), count, kPart, to + 3 * first);
   });
 }
 

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from ..core.layout import in_planes
+from ..core.layout import as_rows, from_rows, in_planes
 from ..core.lowering import primitive
 from ..kernels import operators as kernels
 
@@ -35,7 +35,10 @@ def integral_of_bytes(x: Tensor) -> Tensor:
 
 @integral_of_bytes.lowering("native", when=kernels.available)
 def _integral_kernel(x: Tensor) -> Tensor:
-    return kernels.integral_bytes(in_planes(x))
+    if x.dim() == 4:
+        rows, step = as_rows(x)
+        return from_rows(kernels.integral_bytes(rows, step), x)
+    return kernels.integral_bytes(x.reshape(-1, x.size(-2), x.size(-1)), 1).reshape(x.shape)
 
 
 def whole_sums(sums: Tensor) -> Tensor:

@@ -166,10 +166,11 @@ _declare(
     " the columns.",
 )
 _declare(
-    "integral_bytes(uint8[..., H, W] x) -> int32[..., H, W]",
+    "integral_bytes(uint8[N, H, L] x, int step) -> int32[N, H, L]",
     "integral.cpp",
-    "Sums of all pixels above and to the left, the pixel included, the largest that int32 has where they are"
-    " larger.",
+    """Sums of all pixels above and to the left, the pixel included, the largest that int32 has where they are
+    larger. Neighbours in a row are step values apart.""",
+    _ROWS,
 )
 _declare(
     "sobel(T[..., H, W] x, float scale, float eps) -> T[..., H, W]",
@@ -354,6 +355,15 @@ _declare(
     ["L % 3 == 0", "1 <= height <= INT32_MAX", "L // 3 % height == 0"],
 )
 _declare(
+    "demosaiced(U[N, H, W] x, int red_row, int red_column, bool interleaved) -> U[N, H * W * 3]",
+    "bayer.cpp",
+    """Red, green and blue, in planes or interleaved, of pixels of one of them: red in every other row and
+    column from red_row and red_column on, blue in the others', between them green. What a pixel lacks is the
+    mean of the nearest two or four that have it, rounded halves up. The border is mirrored at the pixels'
+    centres.""",
+    ["2 <= H", "2 <= W", "0 <= red_row <= 1", "0 <= red_column <= 1"],
+)
+_declare(
     """luma_chroma_pixels(uint8[N, L] x, int red, int green, int blue, int first, int second, bool
     interleaved) -> uint8[N, L]""",
     "colour_bytes.cpp",
@@ -401,6 +411,25 @@ _declare(
         "0 <= shift_before <= 31",
         "0 <= shift_after <= 31",
     ],
+)
+
+_declare(
+    """luv_pixels(uint8[N, L] x, float64[256] light, float64[3, 3] matrix, float64[K] curve, bool interleaved)
+    -> uint8[N, L]""",
+    "luv_bytes.cpp",
+    """L* 2.55, (u* + 134) 255 / 354 and (v* + 140) 255 / 262, in planes or interleaved, of red, green and
+    blue: their light is mixed to X, Y and Z, whole numbers, and L* is the entry of the curve nearest to Y /
+    2^22. Values are rounded halves up and saturated.""",
+    ["L % 3 == 0", "1 <= K <= INT32_MAX"],
+)
+_declare(
+    """from_luv_pixels(uint8[N, L] x, float64[256] lightness, float64[256] luminance, float64[3, 3] matrix,
+    uint8[K] curve, float eps, bool interleaved) -> uint8[N, L]""",
+    "luv_bytes.cpp",
+    """The inverse: X and Z of u* and v*, and of L* and Y, which are the entries of lightness and luminance;
+    mixed to linear light, from 0 to 1, of which the curve has K / 2^14 entries. Where |v* + 13 L* v'| of
+    white is at most eps, all three are 0.""",
+    ["L % 3 == 0", "1 <= K <= INT32_MAX"],
 )
 
 # Levels and histograms
@@ -505,6 +534,24 @@ _declare(
     "resize_bytes.cpp",
     """A bilinear resize of rows of pixels of step values, by weights in 1/256, rounded halves up.""",
     ["1 <= step", "W % step == 0", "1 <= height <= 2**24", "1 <= width <= 2**24", "H <= 2**24", "W <= 2**24"],
+)
+_declare(
+    """resize_cubic_bytes(uint8[N, H, L] x, int64[J, 4] rows, int64[J, 4] down, int64[I, 4] columns,
+    int64[I, 4] across, int step) -> uint8[N, J, I * step]""",
+    "resize_cubic_bytes.cpp",
+    """Pixel i of a row is the sum of its pixels columns[i] by the weights across[i], and row j the sum of
+    such rows rows[j] by down[j]. Weights are multiples of 1/2^11; sums, of 32 bits, are rounded once, halves
+    up, and saturated. Numbers of what is not there are those of the nearest. Neighbours in a row are step
+    values apart.""",
+    [
+        *_ROWS,
+        "1 <= H",
+        "1 <= J",
+        "1 <= I",
+        "I * step <= INT32_MAX",
+        "-4096 <= down <= 4096",
+        "-4096 <= across <= 4096",
+    ],
 )
 _declare(
     """placed_bytes(uint8[N, H, W] x, int64[M] images, int64[M, 8] boxes, int height, int width, int step, int
@@ -616,7 +663,6 @@ _BYTES_READ = [
     *_ROWS,
     "1 <= B",
     "N % B == 0",
-    "mode != 'bicubic'",
     "H <= 2**24",
     "L // step <= 2**24",
     "H * L <= INT32_MAX",
@@ -625,9 +671,9 @@ _declare(
     """remap_bytes(uint8[N, H, L] image, T[B, HO, WO] x, T[B, HO, WO] y, int step, Interpolation mode, Padding
     padding, bool align_corners) -> uint8[N, HO, WO * step]""",
     "warp_bytes.cpp",
-    """The images at pixel positions x and y, N / B of them at the same: bilinear ones are rounded to 1/32
-    pixel, and the sums halves up. Pixels have step values. With align_corners a reflection is at the corner
-    pixels' centres, else at the outer edges.""",
+    """The images at pixel positions x and y, N / B of them at the same: they are rounded to 1/32 pixel, or to
+    the nearest one, and the sums halves up and saturated. Pixels have step values. With align_corners a
+    reflection is at the corner pixels' centres, else at the outer edges.""",
     [*_BYTES_READ, "WO * step <= INT32_MAX"],
 )
 _declare(

@@ -142,12 +142,31 @@ def _area_kernel(x: Tensor, height: int, width: int) -> Tensor:
 
 
 def cubic_bytes(x: Tensor, height: int, width: int, align_corners: bool) -> Tensor:
-    """Bytes (B, C, H, W) as (B, C, height, width), bicubic (a = -0.75): by weights in 1/2^11, rounded once,
-    halves up, and saturated. The sums are whole numbers that float64 holds."""
+    """Bytes (B, C, H, W) as (B, C, height, width), bicubic (a = -0.75), by weights in 1/2^11."""
     rows, down = _cubic_table(x.size(2), height, align_corners, x.device)
     columns, across = _cubic_table(x.size(3), width, align_corners, x.device)
+    return summed_bytes(x, rows, down, columns, across)
+
+
+@primitive
+def summed_bytes(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
+    """``resampled`` of bytes by four weights along either axis, whole numbers of 1/2^11: rounded once, halves
+    up, and saturated. The sums are whole numbers that float64 holds.
+
+    >>> x, first = torch.tensor([[[[10, 20]]]], dtype=torch.uint8), torch.zeros(1, 4, dtype=torch.int64)
+    >>> once, half = torch.tensor([[2048.0, 0, 0, 0]]), torch.tensor([[1024.0, 1024, 0, 0]])
+    >>> summed_bytes(x, first, once, torch.tensor([[0, 1, 0, 0]]), half)
+    tensor([[[[15]]]], dtype=torch.uint8)
+    """
     sums = resampled(in_planes(x).to(torch.float64), rows, down, columns, across)
     return torch.floor(sums * (1.0 / 4194304.0) + 0.5).clamp(0.0, 255.0).to(torch.uint8)
+
+
+@summed_bytes.lowering("native", when=kernels.available)
+def _summed_bytes_kernel(x: Tensor, rows: Tensor, down: Tensor, columns: Tensor, across: Tensor) -> Tensor:
+    pixels, step = as_rows(x)
+    down, across = down.to(torch.int64), across.to(torch.int64)
+    return from_rows(kernels.resize_cubic_bytes(pixels, rows, down, columns, across, step), x)
 
 
 def _cubic_table(

@@ -174,14 +174,12 @@ def sample_bytes(
     return torch.floor(sums + 0.5).clamp(0.0, 255.0).to(torch.uint8)
 
 
-def _has_bytes_kernel(src: Tensor, mode: str, padding_mode: str) -> bool:
-    return (
-        kernels.available(src) and src.dtype == torch.uint8 and mode != "bicubic" and padding_mode != "fill"
-    )
+def _has_bytes_kernel(src: Tensor, padding_mode: str) -> bool:
+    return kernels.available(src) and src.dtype == torch.uint8 and padding_mode != "fill"
 
 
 @sample_bytes.lowering(
-    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_bytes_kernel(src, mode, padding_mode)
+    "native", when=lambda src, x, y, mode, padding_mode, *_: _has_bytes_kernel(src, padding_mode)
 )
 def _sample_bytes_kernel(
     src: Tensor,
@@ -266,7 +264,7 @@ def _sample_projective_kernel(
 def _of_bytes(
     src: Tensor, matrix: Tensor, height: int, width: int, mode: str, padding_mode: str, *_: object
 ) -> bool:
-    return _has_bytes_kernel(src, mode, padding_mode)
+    return _has_bytes_kernel(src, padding_mode)
 
 
 @sample_projective.lowering("native", when=_of_bytes)
