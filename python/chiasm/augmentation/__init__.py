@@ -53,7 +53,22 @@ from .light import (
     random_plasma_contrast,
     random_plasma_shadow,
 )
-from .mix import random_cut_mix, random_jigsaw, random_mix_up, random_transplantation
+from .mix import (
+    random_cut_mix,
+    random_jigsaw,
+    random_mix_up,
+    random_transplantation,
+    random_transplantation3d,
+)
+from .mixing import (
+    RandomCutMixV2,
+    RandomJigsaw,
+    RandomMixUpV2,
+    RandomMosaic,
+    RandomTransplantation,
+    RandomTransplantation3D,
+)
+from .mosaic import random_mosaic
 from .noise import (
     random_channel_dropout,
     random_channel_shuffle,
@@ -81,10 +96,14 @@ __all__ = [
     "PadTo",
     "RandomAffine",
     "RandomCrop",
+    "RandomCutMixV2",
     "RandomElasticTransform",
     "RandomErasing",
     "RandomFisheye",
     "RandomHorizontalFlip",
+    "RandomJigsaw",
+    "RandomMixUpV2",
+    "RandomMosaic",
     "RandomPerspective",
     "RandomResizedCrop",
     "RandomRotation",
@@ -92,6 +111,8 @@ __all__ = [
     "RandomShear",
     "RandomThinPlateSpline",
     "RandomTranslate",
+    "RandomTransplantation",
+    "RandomTransplantation3D",
     "RandomVerticalFlip",
     "Resize",
     "SmallestMaxSize",
@@ -130,6 +151,7 @@ __all__ = [
     "random_linear_illumination",
     "random_median_blur",
     "random_mix_up",
+    "random_mosaic",
     "random_motion_blur",
     "random_normalize",
     "random_perspective",
@@ -151,6 +173,7 @@ __all__ = [
     "random_solarize",
     "random_thin_plate_spline",
     "random_transplantation",
+    "random_transplantation3d",
     "random_vertical_flip",
     "trivial_augment",
 ]

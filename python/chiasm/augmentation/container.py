@@ -7,15 +7,17 @@ from torch import Tensor, nn
 
 from ..geometry.linalg import transform_points
 from ..primitives.random.draws import check_seed, integers, ranks, split, uniform
-from .base import AugmentationBase, draw_seeds, select
+from .base import AugmentationBase, draw_seeds, identity, select
 from .crop import RandomResizedCrop
 from .cut import Cut
+from .keys import keys_of_call, read_keys
+from .mixing import MixAugmentationBase
 from .resizing import Resize
 
 #: A number of steps, (least, greatest), (least,), or False for all.
 Some = Union[bool, int, Tuple[int, ...]]
 
-_KEYS = ("input", "image", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints")
+_KEYS = ("input", "mask", "bbox", "bbox_xyxy", "bbox_xywh", "keypoints")
 
 
 class Fixed(AugmentationBase):
@@ -27,6 +29,15 @@ class Fixed(AugmentationBase):
 
     def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
         return self.module(input)
+
+
+def _step(module: nn.Module) -> AugmentationBase:
+    if isinstance(module, MixAugmentationBase):
+        raise ValueError(
+            f"args: expected augmentations of images alone; call {type(module).__name__}, which takes"
+            f" {list(module.known)}, after the sequence"
+        )
+    return module if isinstance(module, AugmentationBase) else Fixed(module)
 
 
 class Chosen(nn.Module):
@@ -90,14 +101,14 @@ class AugmentationSequential(nn.Module):
         random_apply_weights: Optional[Sequence[float]] = None,
     ) -> None:
         super().__init__()
-        steps = [a if isinstance(a, AugmentationBase) else Fixed(a) for a in args]
+        steps = [_step(a) for a in args]
         if same_on_batch is not None:
             for step in steps:
                 step.same_on_batch = same_on_batch
         self.steps = nn.ModuleList(steps)
         self.some = random_apply is not False
         self.chosen = _chosen(steps, random_apply, random_apply_weights)
-        self.data_keys, self.keepdim = [_key(k) for k in data_keys], keepdim
+        self.data_keys, self.keepdim = read_keys(data_keys, _KEYS), keepdim
         self._params, self._shapes = [], []
 
     def forward(self, input: Tensor, seed: Tensor) -> Tensor:
@@ -131,7 +142,7 @@ class AugmentationSequential(nn.Module):
         """
         if len(args) == 2 and self.data_keys == ["input"] and data_keys is None and seed is None:
             return super().__call__(args[0], args[1])  # forward's own arguments, images and seeds
-        keys = self._keys(data_keys, len(args))
+        keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args))
         alone = args[0].dim() == 3
         data = [a[None] if alone else a for a in args]
         if seed is None:
@@ -145,11 +156,11 @@ class AugmentationSequential(nn.Module):
             if given is None and chosen is not None:
                 given = {**step.draw(seeds[i], self._shapes[i]), "seed": seeds[i]}
                 given["batch_prob"] &= chosen[i]
-            image = step(data[0], params=given, seed=seeds[i])
+            image = step.change(data[0], given, seeds[i])
             if self.some:
                 image = select(step._params, image, data[0])
             self._params.append(step._params)
-            matrix = step.compute_transformation(step._params, self._shapes[i])
+            matrix = _matrix(step, step._params, self._shapes[i], keys)
             data = [image] + [
                 step.transform_mask(d, step._params) if key == "mask" else _moved(key, d, matrix)
                 for key, d in zip(keys[1:], data[1:])
@@ -167,11 +178,11 @@ class AugmentationSequential(nn.Module):
 
         What was moved out of an image does not come back.
         """
-        keys = self._keys(data_keys, len(args))
+        keys = keys_of_call(self.data_keys, data_keys, _KEYS, len(args))
         params = self._params if params is None else params
         data = list(args)
         for step, given, shape in list(zip(self._typed(), params, self._shapes))[::-1]:
-            matrix = torch.linalg.inv(step.compute_transformation(given, shape))
+            matrix = torch.linalg.inv(_matrix(step, given, shape, keys))
             data = [
                 step.inverse_transform(d, given, shape) if k in ("input", "mask") else _moved(k, d, matrix)
                 for k, d in zip(keys, data)
@@ -183,7 +194,10 @@ class AugmentationSequential(nn.Module):
         """Where the last call took pixels (x, y, 1): (B, 3, 3) in float64."""
         total = None
         for step, given, shape in zip(self._typed(), self._params, self._shapes):
-            matrix = step.compute_transformation(given, shape)
+            try:
+                matrix = step.compute_transformation(given, shape)
+            except ValueError as error:  # TorchScript asks for every property
+                raise AttributeError(f"transform_matrix: {error}") from error
             total = matrix if total is None else matrix @ total
         if total is None:
             raise AttributeError("transform_matrix: expected a call before")
@@ -194,12 +208,6 @@ class AugmentationSequential(nn.Module):
     def _typed(self) -> List[AugmentationBase]:
         """The steps; of a ModuleList a type checker knows modules only."""
         return cast("List[AugmentationBase]", list(self.steps))
-
-    def _keys(self, data_keys: Optional[Sequence[str]], count: int) -> List[str]:
-        keys = self.data_keys if data_keys is None else [_key(k) for k in data_keys]
-        if len(keys) != count:
-            raise ValueError(f"args: expected {len(keys)} tensors, for data_keys {keys}, got {count}")
-        return keys
 
 
 def _chosen(
@@ -224,12 +232,11 @@ def _chosen(
     return Chosen(least, greatest, shares)
 
 
-def _key(value: Any) -> str:
-    """A data key's name; enums go by theirs."""
-    name = str(getattr(value, "name", value)).lower()
-    if name not in _KEYS:
-        raise ValueError(f"data_keys: expected some of {list(_KEYS)}, got {value!r}")
-    return "input" if name == "image" else name
+def _matrix(step: AugmentationBase, params: Dict[str, Tensor], shape: List[int], keys: List[str]) -> Tensor:
+    """Where a step takes pixels, if there are boxes or points to go along: not every step knows."""
+    if any(key not in ("input", "mask") for key in keys):
+        return step.compute_transformation(params, shape)
+    return identity(params["batch_prob"], 3)
 
 
 def _moved(key: str, data: Tensor, matrix: Tensor) -> Tensor:

@@ -17,12 +17,13 @@ def drawn(seed: Tensor, count: int, input: Tensor) -> Tensor:
 
 
 def between(u: Tensor, bounds: Tuple[float, float], like: Tensor) -> Tensor:
-    """Uniform numbers of [0, 1) moved to the bounds, in the dtype of ``like``.
+    """Uniform numbers of [0, 1) moved to the bounds, in the dtype of ``like``; float32 for bytes.
 
     >>> between(torch.tensor([0.0, 0.5]), (1.0, 3.0), torch.zeros(1))
     tensor([1., 2.])
     """
-    return draws.between(u, bounds[0], bounds[1]).to(like.dtype)
+    moved = draws.between(u, bounds[0], bounds[1])
+    return moved.to(like.dtype) if like.is_floating_point() else moved
 
 
 def whole_between(u: Tensor, bounds: Tuple[int, int]) -> Tensor:
