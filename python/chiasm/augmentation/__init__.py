@@ -76,6 +76,7 @@ from .noise import (
     random_jpeg,
     random_salt_and_pepper_noise,
 )
+from .patches import PatchSequential
 from .perspective import RandomPerspective, random_perspective
 from .policies import aug_mix, auto_augment, rand_augment, trivial_augment
 from .quarter_turns import RandomRotation90, random_rotation90
@@ -94,6 +95,7 @@ __all__ = [
     "IntensityAugmentationBase2D",
     "LongestMaxSize",
     "PadTo",
+    "PatchSequential",
     "RandomAffine",
     "RandomCrop",
     "RandomCutMixV2",

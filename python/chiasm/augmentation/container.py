@@ -31,6 +31,39 @@ class Fixed(AugmentationBase):
         return self.module(input)
 
 
+class Nested(AugmentationBase):
+    """A sequence as a step of another, over images alone."""
+
+    def __init__(self, sequence: nn.Module) -> None:
+        super().__init__(1.0)
+        self.sequence = sequence
+
+    def generate_parameters(self, seed: Tensor, shape: List[int]) -> Dict[str, Tensor]:
+        return {"batch_prob": torch.ones_like(seed, dtype=torch.bool), "draws": seed}
+
+    def apply_transform(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        return self.sequence.forward(input, params["draws"])
+
+    @torch.jit.unused
+    def transform_mask(self, input: Tensor, params: Dict[str, Tensor]) -> Tensor:
+        raise ValueError("data_keys: expected 'input' alone, for a step is a sequence that chooses its steps")
+
+    @torch.jit.unused
+    def inverse_transform(self, input: Tensor, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return self.transform_mask(input, params)
+
+    @torch.jit.unused
+    def compute_transformation(self, params: Dict[str, Tensor], shape: List[int]) -> Tensor:
+        return self.transform_mask(params["draws"], params)
+
+
+def _steps(module: nn.Module, whole: bool) -> List[AugmentationBase]:
+    """A module as steps: with ``whole`` as one, whose steps are not to be chosen among."""
+    if isinstance(module, AugmentationSequential):
+        return [Nested(module)] if whole or module.some else module._typed()
+    return [_step(module)]
+
+
 def _step(module: nn.Module) -> AugmentationBase:
     if isinstance(module, MixAugmentationBase):
         raise ValueError(
@@ -69,7 +102,7 @@ class AugmentationSequential(nn.Module):
     what ``data_keys`` names, draws the seeds, and moves masks, boxes and key points with their images.
 
     Args:
-        args: augmentations, and modules that take an image alone (``enhance.Normalize``).
+        args: augmentations, sequences of them, and modules that take an image alone (``enhance.Normalize``).
         data_keys: what a call takes: "input" (or "image"), first, and of "mask" (B, C, H, W), "bbox" (B, N,
             4, 2) with the centres of corner pixels, "bbox_xyxy" and "bbox_xywh" (B, N, 4) with the edges of
             boxes, and "keypoints" (B, N, 2) any number.
@@ -101,7 +134,7 @@ class AugmentationSequential(nn.Module):
         random_apply_weights: Optional[Sequence[float]] = None,
     ) -> None:
         super().__init__()
-        steps = [_step(a) for a in args]
+        steps = [step for module in args for step in _steps(module, random_apply is not False)]
         if same_on_batch is not None:
             for step in steps:
                 step.same_on_batch = same_on_batch
