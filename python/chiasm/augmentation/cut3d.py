@@ -9,7 +9,7 @@ from ..primitives.core.checks import check_choice
 from ..primitives.random.draws import check_seed, words
 from ..primitives.resampling.volumes import check_voxels
 from .base import AugmentationBase3D, as_mode, identity, pair
-from .cut import beginning, cut, inside
+from .cut import beginning, inside
 from .decisions import check_always
 
 
@@ -18,16 +18,18 @@ def cut3d(
 ) -> Tensor:
     """The parts (B, C, depth, height, width) of volumes from corners (B, 3), int64, (x, y, z), which may lie
     outside."""
-    channels, depth = input.size(1), input.size(2)
-    planes = cut(input.flatten(1, 2), corner[:, :2], (size[1], size[2]), padding_mode, fill)
-    planes = planes.unflatten(1, [channels, depth])
-    slices = corner[:, 2:] + torch.arange(size[0], device=input.device)
-    index = inside(slices, depth, padding_mode)[:, None, :, None, None]
-    part = torch.gather(planes, 2, index.expand(-1, channels, -1, size[1], size[2]))
+    depth, height, width = input.size(2), input.size(3), input.size(4)
+    z = (corner[:, 2:] + torch.arange(size[0], device=input.device))[:, :, None, None]
+    y = (corner[:, 1:2] + torch.arange(size[1], device=input.device))[:, None, :, None]
+    x = (corner[:, :1] + torch.arange(size[2], device=input.device))[:, None, None, :]
+    row = inside(z, depth, padding_mode) * height + inside(y, height, padding_mode)
+    voxel = (row * width + inside(x, width, padding_mode)).flatten(1)[:, None]
+    part = torch.gather(input.flatten(2), 2, voxel.expand(-1, input.size(1), -1))
+    part = part.reshape(-1, input.size(1), size[0], size[1], size[2])
     if padding_mode != "constant":
         return part
-    seen = ((slices >= 0) & (slices < depth))[:, None, :, None, None]
-    return torch.where(seen, part, torch.full_like(part, fill))
+    seen = (z >= 0) & (z < depth) & (y >= 0) & (y < height) & (x >= 0) & (x < width)
+    return torch.where(seen[:, None], part, torch.full_like(part, fill))
 
 
 def _drawn_corner(
