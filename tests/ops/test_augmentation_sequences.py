@@ -233,5 +233,6 @@ def test_what_is_refused() -> None:
         sequence(random_apply=True)
     with pytest.raises(ValueError, match="random_apply_weights: expected 4 positive numbers"):
         sequence(random_apply=2, random_apply_weights=[1.0, 2.0])
-    with pytest.raises(ValueError, match="steps that change the size"):
-        augmentation.AugmentationSequential(augmentation.CenterCrop(4), random_apply=1)
+    for step in (augmentation.CenterCrop(4), augmentation.CenterCrop3D(4), augmentation.RandomMosaic((4, 4))):
+        with pytest.raises(ValueError, match="steps that change the size"):
+            augmentation.AugmentationSequential(step, random_apply=1)

@@ -10,8 +10,9 @@ from ..primitives.random.draws import check_seed, integers, ranks, split, unifor
 from .base import AugmentationBase, draw_seeds, identity, select
 from .crop import RandomResizedCrop
 from .cut import Cut
+from .cut3d import Cut3D
 from .keys import keys_of_call, read_keys
-from .mixing import MixAugmentationBase
+from .mixing import MixAugmentationBase, RandomMosaic
 from .resizing import Resize
 
 #: A number of steps, (least, greatest), (least,), or False for all.
@@ -253,7 +254,7 @@ def _chosen(
         return Chosen(total, total, [1.0] * total)
     if random_apply is True:
         raise ValueError("random_apply: expected a number of steps; their order is fixed, got True")
-    if any(isinstance(step, (Cut, Resize, RandomResizedCrop)) for step in steps):
+    if any(_changes_size(step) for step in steps):
         raise ValueError("random_apply: expected False for steps that change the size of images")
     given = (random_apply, random_apply) if isinstance(random_apply, int) else (*random_apply, total)
     least, greatest = int(given[0]), int(given[1])
@@ -263,6 +264,12 @@ def _chosen(
     if len(shares) != total or min(shares, default=1.0) <= 0.0:
         raise ValueError(f"random_apply_weights: expected {total} positive numbers, got {weights}")
     return Chosen(least, greatest, shares)
+
+
+def _changes_size(step: nn.Module) -> bool:
+    if isinstance(step, RandomMosaic):
+        return step.output_size is not None
+    return isinstance(step, (Cut, Cut3D, Resize, RandomResizedCrop))
 
 
 def _matrix(step: AugmentationBase, params: Dict[str, Tensor], shape: List[int], keys: List[str]) -> Tensor:
